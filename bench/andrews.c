@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Andrews' squeezing mechanism on the reduced road beside the same algorithm written by hand (andrews_by_hand.h), in
- * one process and by turns: a right-hand side, whole runs to a given error, and the time of building the model. Exit
- * code 1: a bar is missed.
+/* Andrews' squeezing mechanism on the reduced formulation beside the same algorithm written by hand
+ * (andrews_by_hand.h), in one process and by turns: a right-hand side, whole runs to a given error, and the time of
+ * building the model. Exit code 1: a bar is missed.
  *
  * The time to an error is read off a straight line through many tolerances, log of time over log of error, so that the
  * luck of one of them does not decide. Times are the processor's, of the integration alone; what precedes it is a line
@@ -10,7 +10,7 @@
 #include "at_end.h"
 #include "bench.h"
 #include "constraints/fused.h"
-#include "integrators/road.h"
+#include "integrators/formulation.h"
 #include "integrators/run.h"
 #include <math.h>
 #include <string.h>
@@ -44,7 +44,7 @@ typedef struct stand {
     kmp_plant *plant;
     kmp_partition part;
     kmp_margin margin;
-    kmp_road *road;
+    kmp_formulation *formulation;
     double sink;
 } stand;
 
@@ -60,8 +60,8 @@ static int keep_row(void *user, double t, const double *q, const double *qd, con
 
 static kmp_run_spec spec_of(const char *backend, double tolerance, int count, const double *times)
 {
-    return (kmp_run_spec){.road = "reduced",
-                          .form = "carried",
+    return (kmp_run_spec){.formulation = "reduced",
+                          .form = "integrated",
                           .integrator = "dop853",
                           .backend = backend,
                           .rtol = tolerance,
@@ -111,11 +111,11 @@ static const double *next_state(bool chain, const double *at, const double *dy, 
 }
 
 /* ns of a call. */
-static double call_road(stand *s, bool chain)
+static double call_formulation(stand *s, bool chain)
 {
     double y[BY_HAND_SIZE], dy[BY_HAND_SIZE] = {0}, begin = bench_now();
     for (int k = 0; k < CALLS; k++) {
-        (void)s->road->ode.rhs(s->road->ode.self, 0, next_state(chain, s->y[k % STATES], dy, y), dy);
+        (void)s->formulation->ode.rhs(s->formulation->ode.self, 0, next_state(chain, s->y[k % STATES], dy, y), dy);
         s->sink += dy[1];
     }
     return 1e9 * (bench_now() - begin) / CALLS;
@@ -136,7 +136,7 @@ static double largest_difference(stand *s)
     double worst = 0;
     for (int k = 0; k < STATES; k++) {
         double dy[BY_HAND_SIZE], hand[BY_HAND_SIZE];
-        (void)s->road->ode.rhs(s->road->ode.self, 0, s->y[k], dy);
+        (void)s->formulation->ode.rhs(s->formulation->ode.self, 0, s->y[k], dy);
         andrews_by_hand_rhs(s->hand[k], hand);
         worst = fmax(worst, fabs(dy[1] - hand[N]) / fmax(fabs(hand[N]), 1e4));
         for (int i = 0; i < s->part.r; i++)
@@ -154,25 +154,25 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start)
     if (kmp_partition_init(&s.part, b->system, s.plant->jacobian, NULL, 0) ||
         !kmp_margin_init(&s.margin, b->system, &s.part))
         exit(1);
-    kmp_road_start given = {.system = b->system,
-                            .plant = s.plant,
-                            .part = &s.part,
-                            .margin = &s.margin,
-                            .q = start->q,
-                            .qd = start->qd,
-                            .qdd = zero,
-                            .lambda = zero,
-                            .rtol = 1e-10,
-                            .atol = 1e-10,
-                            .rate_scale = 1};
-    s.road = kmp_road_carried.create(&kmp_road_carried, &given);
-    if (!s.road)
+    kmp_formulation_start given = {.system = b->system,
+                                   .plant = s.plant,
+                                   .part = &s.part,
+                                   .margin = &s.margin,
+                                   .q = start->q,
+                                   .qd = start->qd,
+                                   .qdd = zero,
+                                   .lambda = zero,
+                                   .rtol = 1e-10,
+                                   .atol = 1e-10,
+                                   .rate_scale = 1};
+    s.formulation = kmp_formulation_integrated.create(&kmp_formulation_integrated, &given);
+    if (!s.formulation)
         exit(1);
     gather_states(&s, b, start);
     double off = largest_difference(&s);
     for (int chain = 1; chain >= 0; chain--) {
         for (int k = 0; k < ROUNDS; k++) {
-            mine[k] = call_road(&s, chain);
+            mine[k] = call_formulation(&s, chain);
             hand[k] = call_hand(&s, chain);
             ratio[k] = mine[k] / hand[k];
         }
@@ -183,7 +183,7 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start)
                bench_median(ROUNDS, hand), times);
         printf(chain ? " (at most %.1f): %s; difference %.1e\n" : "\n", bar_rhs, chain ? judge(holds) : "", off);
     }
-    s.road->release(s.road);
+    s.formulation->release(s.formulation);
     kmp_margin_free(&s.margin);
     kmp_partition_free(&s.part);
     kmp_plant_free(s.plant);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Andrews' squeezing mechanism written by hand for the reduced road, to judge Kempe's code by: the same algorithm for
- * this one mechanism, its numbers in the code, compiled by itself with -O2 -march=native -ffp-contract=off.
+/* Andrews' squeezing mechanism written by hand for the reduced formulation, to judge Kempe's code by: the same
+ * algorithm for this one mechanism, its numbers in the code, compiled by itself with -O2 -march=native
+ * -ffp-contract=off.
  *
  * y = (beta, theta, gamma, delta, Phi, epsilon, Omega, beta'): u, v and ud of Kempe's choice, coordinates in its order.
  */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A right-hand side of the reduced road by M, C and Cholesky factors, and by articulated bodies: chains and binary
- * trees of N joints about x, y and z by turns, all masses and levers given, and mechanisms with loops. Operations + - *
- * / of the program and of what is solved with its values; microseconds, the least of some runs taken by turns; what
- * auto takes.
+/* A right-hand side of the reduced formulation by M, C and Cholesky factors, and by articulated bodies: chains and
+ * binary trees of N joints about x, y and z by turns, all masses and levers given, and mechanisms with loops.
+ * Operations + - * / of the program and of what is solved with its values; microseconds, the least of some runs taken
+ * by turns; what auto takes.
  *
  *     articulated [LARGEST N, 400 if absent [MODEL ...]]
  */
@@ -65,7 +65,7 @@ static void count(way *w, bool by_bodies)
 /* A whole run, its rows left out; microseconds a right-hand side, infinity where it fails. */
 static double time_run(const kempe_system *s, long *rhs)
 {
-    kmp_run_spec spec = {.road = "reduced", .form = "carried", .integrator = "dop853", .rtol = 1e-8};
+    kmp_run_spec spec = {.formulation = "reduced", .form = "integrated", .integrator = "dop853", .rtol = 1e-8};
     kmp_runner *runner = NULL;
     kmp_run_report report = {0};
     double us = INFINITY;
@@ -90,10 +90,10 @@ static void measure(const char *name, const kempe_model *model)
 {
     way ways[WAYS] = {{0}};
     kempe_system *by_itself = NULL;
-    bool ok = kempe_system_new_by(model, "auto", &by_itself) == KEMPE_OK;
+    bool ok = kempe_system_new_with_algorithm(model, "auto", &by_itself) == KEMPE_OK;
     for (int k = 0; k < WAYS && ok; k++) {
         double begin = bench_now();
-        ok = kempe_system_new_by(model, words[k], &ways[k].system) == KEMPE_OK;
+        ok = kempe_system_new_with_algorithm(model, words[k], &ways[k].system) == KEMPE_OK;
         ways[k].build_s = bench_now() - begin;
         ways[k].us = INFINITY;
         if (ok)

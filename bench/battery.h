@@ -18,7 +18,7 @@
 #define M_PI 3.14159265358979323846
 #endif
 
-/* What a case must come to on every road. */
+/* What a case must come to on every formulation. */
 typedef enum hard_end { HARD_RUNS, HARD_STOPS } hard_end;
 
 #define HARD_ANY HUGE_VAL
@@ -38,17 +38,17 @@ typedef struct hard_case {
     hard_end end;
     bool slow;              /* not in the quick part */
     double known;           /* error of a known miss, times three: beyond it a miss is a failure; 0: none is known */
-    const char *integrator; /* of the reduced road, closed; NULL: the usual one */
+    const char *integrator; /* of the reduced formulation, closed; NULL: the usual one */
     kempe_setting set;
 } hard_case;
 
-typedef struct hard_road {
-    const char *road, *form;
-} hard_road;
+typedef struct hard_formulation {
+    const char *formulation, *form;
+} hard_formulation;
 
-static const hard_road hard_roads[] = {
-    {"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}, {"dae", "ah"}};
-enum { HARD_ROADS = 4, HARD_ROWS = 101 };
+static const hard_formulation hard_formulations[] = {
+    {"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}, {"dae", "stabilized1"}};
+enum { HARD_FORMULATIONS = 4, HARD_ROWS = 101 };
 
 typedef struct hard_scene {
     kempe_context *context;
@@ -485,9 +485,11 @@ static void hard_judge(const hard_scene *s, const hard_case *c, const kmp_sample
 }
 
 /* rtol 0: the case's own. */
-static hard_result hard_run(hard_scene *s, const char *root, const hard_case *c, const hard_road *road, double rtol)
+static hard_result hard_run(hard_scene *s, const char *root, const hard_case *c, const hard_formulation *formulation,
+                            double rtol)
 {
-    bool dae = strcmp(road->road, "dae") == 0, stiff = c->integrator && strcmp(road->form, "closed") == 0;
+    bool dae = strcmp(formulation->formulation, "dae") == 0,
+         stiff = c->integrator && strcmp(formulation->form, "newton") == 0;
     double times[HARD_ROWS + 100], t_end = dae && c->t_dae > 0 ? c->t_dae : c->t_end;
     hard_result r = {.error = NAN, .residual = NAN, .drift = NAN};
     kmp_reference reference = {0};
@@ -499,8 +501,8 @@ static hard_result hard_run(hard_scene *s, const char *root, const hard_case *c,
         r.status = kmp_reference_read(s->system, path, &reference);
     }
     int count = hard_times(c->reference ? &reference : NULL, t_end, times), before = s->passages;
-    kmp_run_spec spec = {.road = road->road,
-                         .form = road->form,
+    kmp_run_spec spec = {.formulation = formulation->formulation,
+                         .form = formulation->form,
                          .integrator = stiff ? c->integrator : NULL,
                          .rtol = hard_given(rtol, hard_rtol(c, dae)),
                          .t_end = t_end,

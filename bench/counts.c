@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Operations by set (`kempe show --stats` has the same), and of the whole right-hand side of the reduced road: the
- * program and the linear algebra on its values, and both as one program. */
+/* Operations by set (`kempe show --stats` has the same), and of the whole right-hand side of the reduced formulation:
+ * the program and the linear algebra on its values, and both as one program. */
 #include "bench.h"
 #include "constraints/assemble.h"
 #include "constraints/fused.h"
@@ -33,7 +33,7 @@ static void right_hand_side(const bench *b, const char *name)
     if (kmp_partition_init(&part, s, plant->jacobian, NULL, 0) || kmp_reduction_init(&red, plant, &part))
         exit(1);
     kmp_counts program = kmp_program_count(s->motion, 1, s->motion->stages - 1), solves = kmp_reduction_count(&red);
-    printf("%s, one right-hand side of the reduced road\n", name);
+    printf("%s, one right-hand side of the reduced formulation\n", name);
     printf("  %-28s %6s %6s %6s %6s %8s\n", "", "+ -", "*", "/", "sqrt", "sin cos");
     put("program: M, C, h, J, gamma", program);
     put("linear algebra", solves);

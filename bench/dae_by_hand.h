@@ -12,11 +12,17 @@
 
 enum { BY_HAND_N = 7, BY_HAND_M = 6, BY_HAND_MOST = 26, BY_HAND_ENTRIES = 256 };
 
-typedef enum by_hand_form { BY_HAND_AH, BY_HAND_GGL, BY_HAND_INDEX2, BY_HAND_INDEX1, BY_HAND_FORMS } by_hand_form;
+typedef enum by_hand_form {
+    BY_HAND_STABILIZED1,
+    BY_HAND_GGL,
+    BY_HAND_INDEX2,
+    BY_HAND_INDEX1,
+    BY_HAND_FORMS
+} by_hand_form;
 
 static inline bool by_hand_has_mu(by_hand_form form)
 {
-    return form == BY_HAND_AH || form == BY_HAND_GGL;
+    return form == BY_HAND_STABILIZED1 || form == BY_HAND_GGL;
 }
 
 static inline int by_hand_size(by_hand_form form)
@@ -185,7 +191,7 @@ static inline void by_hand_dynamics(const by_hand_angles *n, const double *v, co
 /* `gain` is that of Baumgarte's form. */
 static inline void by_hand_residual(by_hand_form form, double gain, const double *y, const double *yp, double *out)
 {
-    const double *v = y + BY_HAND_N, *a = yp + BY_HAND_N, *multipliers = form == BY_HAND_AH ? yp : y;
+    const double *v = y + BY_HAND_N, *a = yp + BY_HAND_N, *multipliers = form == BY_HAND_STABILIZED1 ? yp : y;
     const double *lambda = multipliers + 2 * BY_HAND_N;
     double *rows = out + 2 * BY_HAND_N;
     by_hand_angles at = by_hand_look(y);
@@ -388,8 +394,8 @@ static inline void by_hand_jacobian(by_hand_form form, double gain, double cj, c
                                     by_hand_matrix *m)
 {
     enum { V = BY_HAND_N, L = 2 * BY_HAND_N, MU = L + BY_HAND_M };
-    const double *v = y + V, *a = yp + V, *lambda = (form == BY_HAND_AH ? yp : y) + L;
-    double by_multipliers = form == BY_HAND_AH ? cj : 1;
+    const double *v = y + V, *a = yp + V, *lambda = (form == BY_HAND_STABILIZED1 ? yp : y) + L;
+    double by_multipliers = form == BY_HAND_STABILIZED1 ? cj : 1;
     by_hand_angles at = by_hand_look(y);
     by_hand_g g = by_hand_g_at(&at), turned = by_hand_turn(&at, v);
     int last = by_hand_has_mu(form) ? MU : L;

@@ -68,7 +68,7 @@ static inline bool emitted_init(emitted *e, const kempe_model *model, const char
     kmp_source source;
     kmp_code_files files = {0};
     *e = (emitted){0};
-    if (kmp_source_init(&source, model, &(kempe_generation){.sets = sets, .form = "compact"}) != KEMPE_OK) {
+    if (kmp_source_init(&source, model, &(kempe_generate_options){.sets = sets, .form = "compact"}) != KEMPE_OK) {
         kmp_program_free(instead);
         return false;
     }

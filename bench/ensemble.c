@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Ten thousand four-bars with different lengths and masses: in lanes, in one lane, and each by a run of its own on the
- * reduced road, which has the derived system at hand, too. Instances a second of the processor's time, medians of
- * rounds in which all three take turns; where a run for each would take too long it gets every k-th. Fails when lanes
- * are not five times as fast as runs one by one, or when one lane has other bits. */
+ * reduced formulation, which has the derived system at hand, too. Instances a second of the processor's time, medians
+ * of rounds in which all three take turns; where a run for each would take too long it gets every k-th. Fails when
+ * lanes are not five times as fast as runs one by one, or when one lane has other bits. */
 #include "integrators/ensemble.h"
 #include "base/memory.h"
 #include "bench.h"

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Andrews' squeezing mechanism over 0.03 s by IDA: every form of the dae road with every linear solver at several
- * tolerances. Errors against the digits of reference.csv at the end, residuals over 64 rows, median time of 9 runs. */
-#include "integrators/road.h"
+/* Andrews' squeezing mechanism over 0.03 s by IDA: every form of the dae formulation with every linear solver at
+ * several tolerances. Errors against the digits of reference.csv at the end, residuals over 64 rows, median time of 9
+ * runs. */
+#include "integrators/formulation.h"
 #include "integrators/solver.h"
 #include "judged.h"
 
@@ -13,7 +14,7 @@ static void one(const judged *with, const kempe_assembly *start, const char *for
     double times[ROWS];
     for (int k = 0; k < ROWS; k++)
         times[k] = k + 1 < ROWS ? 0.03 * (k + 1) / ROWS : 0.03;
-    kmp_run_spec spec = {.road = "dae",
+    kmp_run_spec spec = {.formulation = "dae",
                          .form = form,
                          .integrator = "ida",
                          .linear = linear,
@@ -43,10 +44,10 @@ int main(void)
     judged with = {.b = &b, .reference = &reference, .plant = kmp_plant_new(b.system, "tape")};
     printf("%-7s %-8s %-5s | %-7s %-7s %-7s | %-7s %-7s | %6s %6s %6s %6s | %8s %6s\n", "form", "linear", "rtol",
            "error q", "qd", "lambda", "|h|", "|hdot|", "steps", "Newton", "reject", "factor", "cpu ms", "us/it");
-    for (int f = 0; kmp_road_get(f); f++)
-        for (int l = 0; kmp_road_get(f)->dae && l < 3; l++)
+    for (int f = 0; kmp_formulation_get(f); f++)
+        for (int l = 0; kmp_formulation_get(f)->dae && l < 3; l++)
             for (size_t k = 0; k < sizeof rtols / sizeof *rtols; k++)
-                one(&with, start, kmp_road_get(f)->form, linear[l], rtols[k]);
+                one(&with, start, kmp_formulation_get(f)->form, linear[l], rtols[k]);
     kmp_plant_free(with.plant);
     kmp_reference_free(&reference);
     kempe_assembly_free(start);

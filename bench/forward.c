@@ -113,7 +113,7 @@ static void with_sets(stand *s, const kempe_model *model, const char *sets, cons
 {
     static const char *const backends[] = {"native", "tape"};
     char name[80];
-    if (kmp_source_init(&s->source, model, &(kempe_generation){.sets = sets, .form = "compact"})) {
+    if (kmp_source_init(&s->source, model, &(kempe_generate_options){.sets = sets, .form = "compact"})) {
         fprintf(stderr, "%s\n", kempe_context_message(model->context));
         exit(1);
     }

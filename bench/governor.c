@@ -11,7 +11,7 @@ typedef struct mechanism {
 } mechanism;
 
 typedef struct way {
-    const char *road, *integrator;
+    const char *formulation, *integrator;
     int last; /* exponent of rtol */
 } way;
 
@@ -38,7 +38,7 @@ static char *model_text(const mechanism *m, const char *stiffness)
 static void one(const judged *with, const kempe_assembly *start, const way *w, double rtol)
 {
     judged j = *with;
-    kmp_run_spec spec = {.road = w->road,
+    kmp_run_spec spec = {.formulation = w->formulation,
                          .integrator = w->integrator,
                          .rtol = rtol,
                          .t_end = j.reference->t[j.reference->rows - 1],
@@ -46,7 +46,7 @@ static void one(const judged *with, const kempe_assembly *start, const way *w, d
                          .times = j.reference->t};
     bool good = judged_run(&j, &spec, start, 5);
     const kmp_run_report *r = &j.report;
-    printf("  %-8s %-6s %.0e | ", w->road, w->integrator, rtol);
+    printf("  %-8s %-6s %.0e | ", w->formulation, w->integrator, rtol);
     if (good)
         printf("%7.1e | %7ld %7ld %7ld %6ld %6ld | %9.2f\n", j.q, r->steps, r->rhs, r->newton, r->factorizations,
                r->refused, 1e3 * j.cpu);
@@ -60,9 +60,9 @@ static void refer(const bench *b, const mechanism *m, const kempe_assembly *star
     double times[MOST_TIMES];
     kmp_samples table;
     kmp_run_report report;
-    int rows = (int)(m->t_end / m->every + 0.5);
+    int rows = (int)(m->t_end / m->output_step + 0.5);
     for (int k = 0; k < rows; k++)
-        times[k] = k + 1 == rows ? m->t_end : m->every * (k + 1);
+        times[k] = k + 1 == rows ? m->t_end : m->output_step * (k + 1);
     kmp_run_spec spec = {.integrator = "radau9", .rtol = 1e-13, .t_end = m->t_end, .time_count = rows, .times = times};
     kmp_samples_init(&table, b->system->n, b->system->m);
     if (kmp_run_resolve(b->system, &spec) || kmp_run(b->system, &spec, start, kmp_samples_add, &table, &report) ||
@@ -97,8 +97,8 @@ int main(void)
 {
     static const mechanism governor = {"examples/governor/governor.yaml", "K: 8e5, c: 4e4", 10, 0.5};
     static const mechanism rod = {"tests/models/elastic_rod.yaml", "K: 2e6, c: 1e4", 2, 0.1};
-    printf("  %-8s %-6s %-5s | %-7s | %7s %7s %7s %6s %6s | %9s\n", "road", "", "rtol", "error q", "steps", "rhs",
-           "Newton", "factor", "refuse", "cpu ms");
+    printf("  %-8s %-6s %-5s | %-7s | %7s %7s %7s %6s %6s | %9s\n", "formulation", "", "rtol", "error q", "steps",
+           "rhs", "Newton", "factor", "refuse", "cpu ms");
     scene(&governor, governor.given, "examples/governor/reference.csv");
     scene(&governor, "K: 8e7, c: 4e6", NULL);
     scene(&governor, "K: 8e9, c: 4e8", NULL);

@@ -191,7 +191,7 @@ static double tape(kmp_machine *machine, const double **values)
 
 static double write_code(const made *m, const char *set, const char *folder, size_t *bytes)
 {
-    const kempe_generation generation = {.sets = set};
+    const kempe_generate_options generation = {.sets = set};
     kempe_code *code = NULL;
     double begin = bench_now();
     if (kempe_code_new(m->model, &generation, &code) || kempe_code_write(code, folder))

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The hard battery: every case on every road, one line each with its verdict, then sweeps over 61 tolerances through
- * exact change points and a few properties that are not errors.
+/* The hard battery: every case on every formulation, one line each with its verdict, then sweeps over 61 tolerances
+ * through exact change points and a few properties that are not errors.
  *
  *     hard [WORD]      only the cases with WORD in their names
  */
@@ -15,11 +15,11 @@ static const char *mark(bool passed)
     return passed ? "pass" : "FAIL";
 }
 
-static void print_one(const hard_case *c, const hard_road *road, hard_result *r)
+static void print_one(const hard_case *c, const hard_formulation *formulation, hard_result *r)
 {
     char name[32];
-    bool dae = strcmp(road->road, "dae") == 0;
-    snprintf(name, sizeof name, "%s/%s", road->road, road->form);
+    bool dae = strcmp(formulation->formulation, "dae") == 0;
+    snprintf(name, sizeof name, "%s/%s", formulation->formulation, formulation->form);
     printf("%-28s %-15s %.0e  %-7s %8.1e %8.1e %8.1e %7ld %8.3f  %s%s", c->name, name, hard_rtol(c, dae),
            r->status == KEMPE_OK        ? "ok"
            : r->status == KEMPE_STOPPED ? "stopped"
@@ -40,9 +40,9 @@ static void run_case(const hard_case *c)
     hard_scene s;
     if (!hard_load(&s, ".", c))
         printf("%-28s %s: %s\n", c->name, kempe_context_message(s.context), mark(c->end == HARD_STOPS));
-    for (int k = 0; s.system && k < HARD_ROADS; k++) {
-        hard_result r = hard_run(&s, ".", c, &hard_roads[k], 0);
-        print_one(c, &hard_roads[k], &r);
+    for (int k = 0; s.system && k < HARD_FORMULATIONS; k++) {
+        hard_result r = hard_run(&s, ".", c, &hard_formulations[k], 0);
+        print_one(c, &hard_formulations[k], &r);
     }
     hard_unload(&s);
 }
@@ -53,12 +53,12 @@ static void keep_energy(const hard_case *c)
     hard_scene s;
     if (c->end == HARD_STOPS || c->energy == HARD_ANY || !hard_load(&s, ".", c))
         return;
-    for (int k = 0; k < HARD_ROADS - 1; k++) {
-        hard_result r = hard_run(&s, ".", c, &hard_roads[k], 1e-13);
+    for (int k = 0; k < HARD_FORMULATIONS - 1; k++) {
+        hard_result r = hard_run(&s, ".", c, &hard_formulations[k], 1e-13);
         bool kept = r.status == KEMPE_OK && r.drift <= 1e-9;
         if (r.passages == 0)
-            printf("%-28s %s/%s: energy %.1e at rtol 1e-13  %s\n", c->name, hard_roads[k].road, hard_roads[k].form,
-                   r.drift, mark(kept));
+            printf("%-28s %s/%s: energy %.1e at rtol 1e-13  %s\n", c->name, hard_formulations[k].formulation,
+                   hard_formulations[k].form, r.drift, mark(kept));
         kmp_free(r.report.reason);
     }
     fflush(stdout);
@@ -71,18 +71,19 @@ static void sweep(const char *name, const char *model, hard_rule *rule, double t
     hard_case c = {.name = name, .model = model, .rule = rule, .t_end = t_end, .rtol = 1e-6, .bar = INFINITY};
     hard_scene s;
     (void)hard_load(&s, ".", &c);
-    for (int k = 0; s.system && k < HARD_ROADS - 1; k++) {
+    for (int k = 0; s.system && k < HARD_FORMULATIONS - 1; k++) {
         int right = 0;
         double worst = 0, last = NAN;
         for (int i = 0; i < count; i++) {
-            hard_result r = hard_run(&s, ".", &c, &hard_roads[k], pow(10, -6 - 6.0 * i / (count - 1)));
+            hard_result r = hard_run(&s, ".", &c, &hard_formulations[k], pow(10, -6 - 6.0 * i / (count - 1)));
             right += r.status == KEMPE_OK && r.error < 0.1; /* the other branch is radians away */
             worst = fmax(worst, r.error);
             last = r.error;
             kmp_free(r.report.reason);
         }
-        printf("%-28s %s/%s: right branch in %d of %d, worst %.1e, at 1e-12 %.1e  %s\n", name, hard_roads[k].road,
-               hard_roads[k].form, right, count, worst, last, mark(right == count && last <= 1e-6));
+        printf("%-28s %s/%s: right branch in %d of %d, worst %.1e, at 1e-12 %.1e  %s\n", name,
+               hard_formulations[k].formulation, hard_formulations[k].form, right, count, worst, last,
+               mark(right == count && last <= 1e-6));
         fflush(stdout);
     }
     hard_unload(&s);
@@ -121,7 +122,7 @@ static void units(void)
         hard_case c = {.name = "units", .model = text, .t_end = 10, .rtol = 1e-9};
         hard_scene s;
         (void)hard_load(&s, ".", &c);
-        hard_result r = hard_run(&s, ".", &c, &hard_roads[0], 0);
+        hard_result r = hard_run(&s, ".", &c, &hard_formulations[0], 0);
         steps[k] = r.report.steps;
         kmp_free(r.report.reason);
         hard_unload(&s);
@@ -147,10 +148,11 @@ static void equal_lengths(void)
                    .set = {"l", "0.2"}};
     hard_scene s;
     (void)hard_load(&s, ".", &c);
-    for (int k = 0; s.system && k < HARD_ROADS; k++) {
-        hard_result r = hard_run(&s, ".", &c, &hard_roads[k], 0);
-        printf("%-28s %s/%s: %s, %d passages named  %s\n", c.name, hard_roads[k].road, hard_roads[k].form,
-               r.status == KEMPE_OK ? "ok" : r.report.reason, r.passages, mark(r.passages > 0 || r.status != KEMPE_OK));
+    for (int k = 0; s.system && k < HARD_FORMULATIONS; k++) {
+        hard_result r = hard_run(&s, ".", &c, &hard_formulations[k], 0);
+        printf("%-28s %s/%s: %s, %d passages named  %s\n", c.name, hard_formulations[k].formulation,
+               hard_formulations[k].form, r.status == KEMPE_OK ? "ok" : r.report.reason, r.passages,
+               mark(r.passages > 0 || r.status != KEMPE_OK));
         kmp_free(r.report.reason);
     }
     hard_unload(&s);
@@ -158,8 +160,8 @@ static void equal_lengths(void)
 
 int main(int argc, char **argv)
 {
-    printf("%-28s %-15s %-6s %-7s %8s %8s %8s %7s %8s  %s\n", "case", "road", "rtol", "status", "error", "residual",
-           "energy", "steps", "CPU s", "verdict");
+    printf("%-28s %-15s %-6s %-7s %8s %8s %8s %7s %8s  %s\n", "case", "formulation", "rtol", "status", "error",
+           "residual", "energy", "steps", "CPU s", "verdict");
     for (int k = 0; k < HARD_CASES; k++)
         if (argc < 2 || strstr(hard_cases[k].name, argv[1]))
             run_case(&hard_cases[k]);

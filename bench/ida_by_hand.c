@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The dae road beside the same mechanism written by hand for IDA: Andrews, 0.03 s, the equations of dae_by_hand.h
- * with their exact sparse iteration matrices, KLU called with nothing between (one analysis, one factorisation,
- * refactorisations with its pivots, no watch over their growth), IDA set as in Kempe's adapter; with SUNDIALS' own
- * vectors and with Kempe's. Each form in these three ways in turn, at tolerances half a decade apart; the processor's
- * time is that of the integration, without what is made before it, the median of many runs. Ratios at equal error are
- * read off straight lines through the logarithms of the points within two decades of the error. The program fails where
- * Kempe takes more than 1.5 times the steps or the time of either at an error of 1e-6, or where a matrix by hand is not
- * the derivative of its residual. */
+/* The dae formulation beside the same mechanism written by hand for IDA: Andrews, 0.03 s, the equations of
+ * dae_by_hand.h with their exact sparse iteration matrices, KLU called with nothing between (one analysis, one
+ * factorisation, refactorisations with its pivots, no watch over their growth), IDA set as in Kempe's adapter; with
+ * SUNDIALS' own vectors and with Kempe's. Each form in these three ways in turn, at tolerances half a decade apart; the
+ * processor's time is that of the integration, without what is made before it, the median of many runs. Ratios at equal
+ * error are read off straight lines through the logarithms of the points within two decades of the error. The program
+ * fails where Kempe takes more than 1.5 times the steps or the time of either at an error of 1e-6, or where a matrix by
+ * hand is not the derivative of its residual. */
 #include "constraints/sundials_compat.h"
 #include "dae_by_hand.h"
 #include "integrators/vector.h"
@@ -19,7 +19,7 @@
 
 enum { TOLERANCES = 19, RUNS = 15, N = BY_HAND_N, M = BY_HAND_M };
 
-static const char *const names[BY_HAND_FORMS] = {"ah", "ggl", "index2", "index1"};
+static const char *const names[BY_HAND_FORMS] = {"stabilized1", "ggl", "index2", "index1"};
 
 static void check(bool good, const char *what)
 {
@@ -146,7 +146,7 @@ static int weights(N_Vector y, N_Vector w, void *user)
         return 0;                                                                                                      \
     }
 
-FORM(ah, BY_HAND_AH)
+FORM(stabilized1, BY_HAND_STABILIZED1)
 FORM(ggl, BY_HAND_GGL)
 FORM(index2, BY_HAND_INDEX2)
 FORM(index1, BY_HAND_INDEX1)
@@ -154,7 +154,7 @@ FORM(index1, BY_HAND_INDEX1)
 static const struct {
     IDAResFn residual;
     IDALsJacFn jacobian;
-} forms[BY_HAND_FORMS] = {{residual_ah, jacobian_ah},
+} forms[BY_HAND_FORMS] = {{residual_stabilized1, jacobian_stabilized1},
                           {residual_ggl, jacobian_ggl},
                           {residual_index2, jacobian_index2},
                           {residual_index1, jacobian_index1}};
@@ -176,18 +176,18 @@ static void begin(const hand *h, double *y, double *yp)
     memset(yp, 0, (size_t)h->matrix.size * sizeof *y);
     memcpy(y, start_q, sizeof start_q);
     memcpy(yp + N, start_qdd, sizeof start_qdd);
-    memcpy((h->form == BY_HAND_AH ? yp : y) + 2 * N, start_lambda, sizeof start_lambda);
+    memcpy((h->form == BY_HAND_STABILIZED1 ? yp : y) + 2 * N, start_lambda, sizeof start_lambda);
 }
 
 static void set(hand *h, void *ida, N_Vector y, N_Vector yp, N_Vector differential, SUNLinearSolver s, SUNMatrix a)
 {
     for (int i = 0; i < h->matrix.size; i++)
-        kmp_sun_data(differential)[i] = i < 2 * N || h->form == BY_HAND_AH;
+        kmp_sun_data(differential)[i] = i < 2 * N || h->form == BY_HAND_STABILIZED1;
     KMP_SUN_QUIET(IDASetErrHandlerFn, ida);
     check(!IDAInit(ida, forms[h->form].residual, 0, y, yp) && !IDASetUserData(ida, h) &&
               !IDAWFtolerances(ida, weights) && !IDASetLinearSolver(ida, s, a) &&
               !IDASetJacFn(ida, forms[h->form].jacobian) && !IDASetId(ida, differential) &&
-              !IDASetSuppressAlg(ida, h->form != BY_HAND_AH) && !IDASetNonlinConvCoef(ida, 0.01) &&
+              !IDASetSuppressAlg(ida, h->form != BY_HAND_STABILIZED1) && !IDASetNonlinConvCoef(ida, 0.01) &&
               !IDASetInitStep(ida, 0.1 * sqrt(h->rtol) / h->rate_scale) && !IDASetStopTime(ida, 0.03) &&
               !IDASetMaxNumSteps(ida, -1),
           "IDA refused its settings");
@@ -309,7 +309,7 @@ static result run_by_hand(by_hand_form form, double rtol, bool vectors)
 static result run_kempe(scene *s, by_hand_form form, double rtol)
 {
     double end = 0.03;
-    kmp_run_spec spec = {.road = "dae",
+    kmp_run_spec spec = {.formulation = "dae",
                          .form = names[form],
                          .linear = "klu",
                          .rtol = rtol,

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Random mechanisms: planar and spatial, one to four loops, random joints, some redundant, some that cannot be
- * assembled. Each runs on the reduced and on the projected road; the outcomes are counted, and what the roads do not
- * agree about is named.
+ * assembled. Each runs on the reduced and on the projected formulation; the outcomes are counted, and what the
+ * formulations do not agree about is named.
  *
  *     mechanisms [COUNT [SEED [FIRST]]]      the last one prints the model FIRST alone
  *
- * Nonzero when a wrong answer ended well without a word, when two roads that have both converged disagree, or when
- * less than 95 % of the mechanisms that are assemblable by construction come to the end on both and agree. Where the
- * roads differ, each is run again at a hundredth of the tolerance. One that differs from itself, or stops there,
- * was wrong, and must have warned; that a motion is chaotic when both do is likely, not proven. Warnings of runs that
- * agree are counted: they were false alarms, or the two were near the bar.
+ * Nonzero when a wrong answer ended well without a word, when two formulations that have both converged disagree, or
+ * when less than 95 % of the mechanisms that are assemblable by construction come to the end on both and agree. Where
+ * the formulations differ, each is run again at a hundredth of the tolerance. One that differs from itself, or stops
+ * there, was wrong, and must have warned; that a motion is chaotic when both do is likely, not proven. Warnings of runs
+ * that agree are counted: they were false alarms, or the two were near the bar.
  *
  * A mechanism is assembled by construction: its tree is placed at random coordinates, and each closure joins the tip of
  * a chain to the point of another body where it lies. Coordinates are then disturbed for the guess. */
@@ -258,9 +258,9 @@ typedef enum outcome {
 } outcome;
 
 static const char *const outcome_text[OUTCOMES] = {
-    "both roads ran and agree",       "both ran and agree, one warned", "both ran, chaotic, both warned",
-    "both ran, one is wrong, warned", "both ran, wrong without a WORD", "both ran and DISAGREE",
-    "not assembled, with a reason",   "one road failed, with a reason", "both failed, with a reason",
+    "both formulations ran and agree", "both ran and agree, one warned",        "both ran, chaotic, both warned",
+    "both ran, one is wrong, warned",  "both ran, wrong without a WORD",        "both ran and DISAGREE",
+    "not assembled, with a reason",    "one formulation failed, with a reason", "both failed, with a reason",
     "refused by the reader",
 };
 
@@ -271,14 +271,14 @@ static void count_warnings(void *user, kempe_level level, const char *line)
     *(int *)user += level == KEMPE_LOG_WARNING && strncmp(line, "start: the rate of", 18) != 0;
 }
 
-static kempe_status simulate(const kempe_system *system, const char *road, double rtol, bool once,
+static kempe_status simulate(const kempe_system *system, const char *formulation, double rtol, bool once,
                              kempe_trajectory **trajectory)
 {
-    kempe_run run = kempe_run_default();
-    run.once = once;
-    run.road = road;
+    kempe_run_options run = kempe_run_options_default();
+    run.no_convergence_check = once;
+    run.formulation = formulation;
     run.rtol = rtol;
-    run.every = 0.5;
+    run.output_step = 0.5;
     return kempe_simulate(system, &run, trajectory);
 }
 
@@ -296,13 +296,13 @@ static double difference(const kempe_model *model, const kempe_trajectory *a, co
     return worst;
 }
 
-/* Whether a road differs from itself at a hundredth of the tolerance about as much as from the other one, or does not
- * come to the end there. */
-static bool differs_from_itself(const kempe_system *system, const kempe_model *model, const char *road,
+/* Whether a formulation differs from itself at a hundredth of the tolerance about as much as from the other one, or
+ * does not come to the end there. */
+static bool differs_from_itself(const kempe_system *system, const kempe_model *model, const char *formulation,
                                 const kempe_trajectory *a, double d)
 {
     kempe_trajectory *again = NULL;
-    kempe_status status = simulate(system, road, 1e-12, true, &again);
+    kempe_status status = simulate(system, formulation, 1e-12, true, &again);
     double own = again ? difference(model, a, again) : -1;
     kempe_trajectory_free(again);
     return status != KEMPE_OK || own > fmax(0.1 * d, 0.5 * AGREEMENT);
@@ -401,7 +401,7 @@ int main(int argc, char **argv)
     int bad = totals[0][SILENT] + totals[1][SILENT] + totals[0][DISAGREED] + totals[1][DISAGREED];
     for (int k = 0; k < OUTCOMES; k++)
         assemblable += totals[0][k];
-    printf("%.2f %% of those assemblable by construction ran to the end on both roads and agree\n",
+    printf("%.2f %% of those assemblable by construction ran to the end on both formulations and agree\n",
            assemblable ? 100.0 * well / assemblable : 100);
     return bad > 0 || 100 * well < 95 * assemblable;
 }

@@ -146,7 +146,7 @@ static steps count_steps(const scheme *s)
 /* Steps of single operations, as array languages are written (generate/levels.h). */
 static int count_levels(const kempe_model *model)
 {
-    const kempe_generation g = {.sets = "M_C", .scheme = "ner", .keep_parameters = 1, .vectorised = 1};
+    const kempe_generate_options g = {.sets = "M_C", .scheme = "ner", .keep_parameters = 1, .vectorised = 1};
     kmp_source source;
     kmp_levels levels;
     if (kmp_source_init(&source, model, &g) != KEMPE_OK || !kmp_levels_init(&levels, &source, &source.routines[0]))

@@ -66,7 +66,7 @@ class Linkage:
         rows = "".join(f"  {n}: {{joint: {j}, mass: 1, com: {self.vector(c)}, inertia: {{xx: {i:.3g}, yy: {i:.3g}, zz: {i:.3g}}}, "
                        f"points: {points(n)}}}\n" for n, j, c, i in self.bodies)
         return (f"kempe: 1\nname: {self.name}\ngravity: [0, 0, -0.5]\nground: {{points: {points('ground')}}}\nbodies:\n{rows}"
-                f"loops:\n{''.join(self.loops)}run: {{t_end: 1, every: 0.05, rtol: 1e-9}}\n")
+                f"loops:\n{''.join(self.loops)}run: {{t_end: 1, output_step: 0.05, rtol: 1e-9}}\n")
 
 
 def flat(angle, length, start=(0, 0, 0)):
@@ -177,7 +177,7 @@ def plane_bars(name, lengths, angles, more=""):
     start = ", ".join(f"b{k}: {angle!r}" for k, angle in enumerate(angles))
     return (f"kempe: 1\nname: {name}\ngravity: [0, -9.81, 0]\nground: {{points: {{O: [0, 0, 0], G: [{at[0]!r}, {at[1]!r}, 0]}}}}\n"
             f"bodies:\n{rows}loops:\n  L: {{ball: [{parent}, ground.G]}}\nstart: {{q: {{{start}}}}}\n"
-            f"run: {{t_end: 1, every: 0.05, rtol: 1e-8{more}}}\n")
+            f"run: {{t_end: 1, output_step: 0.05, rtol: 1e-8{more}}}\n")
 
 
 def independent(seed):

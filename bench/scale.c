@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Chains of N windows (IFToMM A02), N = 2 .. 2000: what reading, deriving, assembling, checking and preparing cost, and
- * a right-hand side of the reduced and the projected road and a residual of the dae road, with all that steps need
- * besides, in total and a coordinate, and a row of the table.
+ * a right-hand side of the reduced and the projected formulation and a residual of the dae formulation, with all that
+ * steps need besides, in total and a coordinate, and a row of the table.
  *
  *     scale [LARGEST N, 2000 if absent [unequal]]
  */
@@ -63,14 +63,18 @@ static double time_rows(kmp_runner *runner, const kempe_system *s)
 }
 
 /* Steps of a runner, then rows. */
-static cost run(const chain *c, const kempe_assembly *start, const char *road, const char *form, double rtol, int steps)
+static cost run(const chain *c, const kempe_assembly *start, const char *formulation, const char *form, double rtol,
+                int steps)
 {
     double t_end = 0.3; /* flat at 0.55 s: not before the zone there */
     cost result = {0};
     kmp_run_report report = {0};
     kmp_runner *runner = NULL;
-    kmp_run_spec spec = {
-        .road = road, .form = form, .linear = strcmp(road, "dae") ? NULL : "klu", .rtol = rtol, .t_end = t_end};
+    kmp_run_spec spec = {.formulation = formulation,
+                         .form = form,
+                         .linear = strcmp(formulation, "dae") ? NULL : "klu",
+                         .rtol = rtol,
+                         .t_end = t_end};
     if (kmp_run_resolve(c->system, &spec) == KEMPE_OK && kmp_runner_new(c->system, &spec, start, &runner) == KEMPE_OK) {
         double begin = bench_now();
         for (int k = 0; k < steps && kmp_runner_t(runner) < t_end && kmp_runner_step(runner) == KEMPE_OK;)
@@ -104,18 +108,18 @@ static double time_check(const chain *c)
 }
 
 static const struct {
-    const char *title, *road, *form;
+    const char *title, *formulation, *form;
     double rtol;
-} roads[] = {{"reduced/carried to 0.3 s", "reduced", "carried", 1e-8},
-             {"projected to 0.3 s", "projected", "none", 1e-8},
-             {"dae/ah, klu, 30 steps", "dae", "ah", 1e-6}};
-enum { ROADS = sizeof roads / sizeof *roads };
+} formulations[] = {{"reduced/integrated to 0.3 s", "reduced", "integrated", 1e-8},
+                    {"projected to 0.3 s", "projected", "none", 1e-8},
+                    {"dae/stabilized1, klu, 30 steps", "dae", "stabilized1", 1e-6}};
+enum { FORMULATIONS = sizeof formulations / sizeof *formulations };
 
 static void measure(int n, bool unequal)
 {
     chain c;
     kempe_assembly *start = NULL;
-    cost costs[ROADS] = {{0}};
+    cost costs[FORMULATIONS] = {{0}};
     double assemble_s = 0, check_s = 0;
     int size = 2 * n + 1;
     if (make(&c, n, unequal)) {
@@ -123,16 +127,16 @@ static void measure(int n, bool unequal)
         bool closed = kempe_assemble(c.system, &start) == KEMPE_OK;
         assemble_s = bench_now() - begin;
         check_s = time_check(&c);
-        for (int k = 0; closed && k < ROADS; k++)
-            costs[k] = run(&c, start, roads[k].road, roads[k].form, roads[k].rtol, 30);
+        for (int k = 0; closed && k < FORMULATIONS; k++)
+            costs[k] = run(&c, start, formulations[k].formulation, formulations[k].form, formulations[k].rtol, 30);
     }
     printf("%5d %6d | %7.3f %7.3f %8.3f %7.3f", n, size, c.read_s, c.derive_s, assemble_s, check_s);
-    for (int k = 0; k < ROADS; k++)
+    for (int k = 0; k < FORMULATIONS; k++)
         print_cost(&costs[k], size);
     printf("\n");
-    for (int k = 0; k < ROADS; k++) {
+    for (int k = 0; k < FORMULATIONS; k++) {
         if (costs[k].reason || costs[k].steps == 0)
-            printf("      %s: %s\n", roads[k].road,
+            printf("      %s: %s\n", formulations[k].formulation,
                    costs[k].reason ? costs[k].reason : kempe_context_message(c.context));
         free(costs[k].reason);
     }
@@ -147,10 +151,10 @@ int main(int argc, char **argv)
     int largest = argc > 1 ? atoi(argv[1]) : 2000;
     bool unequal = argc > 2;
     printf("%12s | %-32s", "", "seconds");
-    for (int k = 0; k < ROADS; k++)
-        printf(" | %-44s", roads[k].title);
+    for (int k = 0; k < FORMULATIONS; k++)
+        printf(" | %-44s", formulations[k].title);
     printf("\n%5s %6s | %7s %7s %8s %7s", "N", "coord.", "read", "derive", "assemble", "check");
-    for (int k = 0; k < ROADS; k++)
+    for (int k = 0; k < FORMULATIONS; k++)
         printf(" | %7s %5s %4s %8s %7s %8s", "prepare", "steps", "rhs", "us a rhs", "ns each", "us a row");
     printf("\n");
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes && sizes[k] <= largest; k++)

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where the time of the dae road goes: for a model, what one residual, one iteration matrix, one factorisation with the
- * pivots at hand and one solve take at the start, and of a run the shares of the equations (residuals and matrices), of
- * linear algebra and of all the rest, which is the integrator's vectors, its tests and what is watched at each step.
+/* Where the time of the dae formulation goes: for a model, what one residual, one iteration matrix, one factorisation
+ * with the pivots at hand and one solve take at the start, and of a run the shares of the equations (residuals and
+ * matrices), of linear algebra and of all the rest, which is the integrator's vectors, its tests and what is watched at
+ * each step.
  *
  *     shares MODEL ...
  *
- * "windows N" is a chain of N windows, to 0.4 s; ROBOTRAN's models go to 5 s. Form ah, rtol 1e-8. */
+ * "windows N" is a chain of N windows, to 0.4 s; ROBOTRAN's models go to 5 s. Form stabilized1, rtol 1e-8. */
 #include "bench.h"
 #include "chain.h"
 #include "integrators/linear.h"
@@ -16,7 +17,7 @@
 static const char *const linear[] = {"klu", "umfpack"};
 enum { LINEAR = 2, SAMPLES = 9 };
 
-/* The road at its start, with room to evaluate and solve there. */
+/* The formulation at its start, with room to evaluate and solve there. */
 typedef struct place {
     kmp_runner *run;
     const kmp_dae *dae;
@@ -29,12 +30,13 @@ typedef struct place {
 
 static void evaluate(place *p)
 {
-    (void)p->dae->residual(p->dae->self, 0, p->run->road->y, p->run->road->yp, kmp_sun_data(p->b));
+    (void)p->dae->residual(p->dae->self, 0, p->run->formulation->y, p->run->formulation->yp, kmp_sun_data(p->b));
 }
 
 static void differentiate(place *p)
 {
-    (void)p->dae->matrix(p->dae->self, 0, p->cj, p->run->road->y, p->run->road->yp, SUNSparseMatrix_Data(p->matrix));
+    (void)p->dae->matrix(p->dae->self, 0, p->cj, p->run->formulation->y, p->run->formulation->yp,
+                         SUNSparseMatrix_Data(p->matrix));
 }
 
 static void factor(place *p)
@@ -64,7 +66,7 @@ static double time_of(place *p, void (*what)(place *p))
 
 static void open_place(place *p, kmp_runner *run, const char *name, double h)
 {
-    const kmp_dae *dae = &run->road->dae;
+    const kmp_dae *dae = &run->formulation->dae;
     *p = (place){.run = run, .dae = dae, .sun = kmp_sun_context(), .cj = 1 / h};
     p->matrix = SUNSparseMatrix(dae->n, dae->n, dae->nz, CSC_MAT, p->sun);
     p->solver = kmp_linear_new(name, p->matrix, p->sun);
@@ -92,7 +94,7 @@ static int drop_row(void *user, double t, const double *q, const double *qd, con
 
 static void measure(const bench *b, const kempe_assembly *start, const char *model, const char *name, double t_end)
 {
-    kmp_run_spec spec = {.road = "dae", .form = "ah", .linear = name, .rtol = 1e-8, .t_end = t_end};
+    kmp_run_spec spec = {.formulation = "dae", .form = "stabilized1", .linear = name, .rtol = 1e-8, .t_end = t_end};
     kmp_run_report report = {0};
     kmp_runner *run = NULL;
     place p;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Andrews' squeezing mechanism over 0.03 s: every road and form at several tolerances, error of q at the end against
- * the digits of reference.csv, median CPU time of 15 runs, by machine code and by the tape; then one right-hand side of
- * the reduced road taken apart, each part run alone over states of the motion. */
+/* Andrews' squeezing mechanism over 0.03 s: every formulation and form at several tolerances, error of q at the end
+ * against the digits of reference.csv, median CPU time of 15 runs, by machine code and by the tape; then one right-hand
+ * side of the reduced formulation taken apart, each part run alone over states of the motion. */
 #include "at_end.h"
 #include "backend/sincos.h"
 #include "bench.h"
 #include "constraints/fused.h"
-#include "integrators/road.h"
+#include "integrators/formulation.h"
 #include "integrators/run.h"
 #include "integrators/solver.h"
 #include <math.h>
@@ -59,7 +59,7 @@ static double whole_run(const bench *b, const kempe_assembly *start, const kmp_r
     const double end = 0.03;
     rows last;
     kmp_run_report report;
-    kmp_run_spec spec = {.road = way.road,
+    kmp_run_spec spec = {.formulation = way.formulation,
                          .form = way.form,
                          .integrator = way.integrator,
                          .backend = backend,
@@ -69,12 +69,12 @@ static double whole_run(const bench *b, const kempe_assembly *start, const kmp_r
                          .times = &end};
     double cpu, error;
     if (!time_runs(b, &spec, start, &last, &report, &cpu)) {
-        printf("%-10s %-8s %-7s %.0e | failed\n", way.road, way.form, backend, rtol);
+        printf("%-10s %-8s %-7s %.0e | failed\n", way.formulation, way.form, backend, rtol);
         return INFINITY;
     }
     error = bench_error_at_end(reference, N, end, last.q[0]);
-    printf("%-10s %-8s %-7s %.0e   | %9.1e | %7ld %7ld | %9.3f %9.0f\n", way.road, way.form, backend, rtol, error,
-           report.steps, report.rhs, 1e3 * cpu, 1e9 * cpu / (double)report.rhs);
+    printf("%-10s %-8s %-7s %.0e   | %9.1e | %7ld %7ld | %9.3f %9.0f\n", way.formulation, way.form, backend, rtol,
+           error, report.steps, report.rhs, 1e3 * cpu, 1e9 * cpu / (double)report.rhs);
     return error <= 1e-10 ? cpu : INFINITY;
 }
 
@@ -82,19 +82,19 @@ static void whole_runs(const bench *b, const kempe_assembly *start, const kmp_re
 {
     static const double rtols[] = {1e-4, 1e-6, 1e-8, 1e-10, 3e-11, 1e-12};
     double best = INFINITY;
-    printf("%-10s %-8s %-7s %-7s | %9s | %7s %7s | %9s %9s\n", "road", "form", "code", "rtol", "error q", "steps",
-           "rhs", "cpu ms", "ns a rhs");
+    printf("%-10s %-8s %-7s %-7s | %9s | %7s %7s | %9s %9s\n", "formulation", "form", "code", "rtol", "error q",
+           "steps", "rhs", "cpu ms", "ns a rhs");
     kmp_way way;
     for (int w = 0; kmp_way_get(w, &way); w++) {
         if (!way.standard_form || !way.standard_integrator)
             continue;
         for (size_t k = 0; k < sizeof rtols / sizeof *rtols; k++) {
             double cpu = whole_run(b, start, reference, way, backend, rtols[k]);
-            if (strcmp(way.form, "carried") == 0)
+            if (strcmp(way.form, "integrated") == 0)
                 best = fmin(best, cpu);
         }
     }
-    printf("reduced/carried reaches error q <= 1e-10 in %.3f ms (%s)\n\n", 1e3 * best, backend);
+    printf("reduced/integrated reaches error q <= 1e-10 in %.3f ms (%s)\n\n", 1e3 * best, backend);
 }
 
 /* -- one right-hand side ----------------------------------------------------------------------------- */
@@ -106,7 +106,7 @@ typedef struct stand {
     kmp_partition part;
     kmp_reduction red;
     kmp_fused *fused;
-    kmp_road *road;
+    kmp_formulation *formulation;
     double y[STATES][2 * N];
     int angles;
     double sink;
@@ -140,7 +140,7 @@ static void run_algebra(stand *s, int k)
 static void run_whole(stand *s, int k)
 {
     double dy[2 * N];
-    (void)s->road->ode.rhs(s->road->ode.self, 0, s->y[k], dy);
+    (void)s->formulation->ode.rhs(s->formulation->ode.self, 0, s->y[k], dy);
     s->sink += dy[1];
 }
 
@@ -202,7 +202,7 @@ static void gather_states(stand *s, const kempe_assembly *start)
     kmp_run_report report;
     for (int k = 0; k < STATES; k++)
         times[k] = 0.03 * (k + 1) / STATES;
-    kmp_run_spec spec = {.road = "reduced", .rtol = 1e-10, .t_end = 0.03, .time_count = STATES, .times = times};
+    kmp_run_spec spec = {.formulation = "reduced", .rtol = 1e-10, .t_end = 0.03, .time_count = STATES, .times = times};
     if (kmp_run_resolve(s->b->system, &spec) || kmp_run(s->b->system, &spec, start, keep_row, &s->at, &report))
         exit(1);
     for (int k = 0; k < STATES; k++) {
@@ -221,17 +221,17 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
     if (kmp_partition_init(&s->part, b->system, s->plant->jacobian, NULL, 0) || s->part.p != 1 ||
         kmp_reduction_init(&s->red, s->plant, &s->part))
         exit(1);
-    kmp_road_start given = {.system = b->system,
-                            .plant = s->plant,
-                            .part = &s->part,
-                            .q = start->q,
-                            .qd = start->qd,
-                            .qdd = zero,
-                            .lambda = zero,
-                            .rtol = 1e-10,
-                            .atol = 1e-10,
-                            .rate_scale = 1};
-    s->road = kmp_road_carried.create(&kmp_road_carried, &given);
+    kmp_formulation_start given = {.system = b->system,
+                                   .plant = s->plant,
+                                   .part = &s->part,
+                                   .q = start->q,
+                                   .qd = start->qd,
+                                   .qdd = zero,
+                                   .lambda = zero,
+                                   .rtol = 1e-10,
+                                   .atol = 1e-10,
+                                   .rate_scale = 1};
+    s->formulation = kmp_formulation_integrated.create(&kmp_formulation_integrated, &given);
     if (kmp_reduction_factor(&s->red) || kmp_fused_new(&s->fused, &s->red) || !s->fused)
         exit(1);
     gather_states(s, start);
@@ -239,7 +239,7 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
 
 static void stand_free(stand *s)
 {
-    s->road->release(s->road);
+    s->formulation->release(s->formulation);
     kmp_fused_free(s->fused);
     kmp_reduction_free(&s->red);
     kmp_partition_free(&s->part);
@@ -252,9 +252,9 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start, con
     stand_init(&s, b, start, backend);
     double trig = time_part(&s, run_trig), program = time_part(&s, run_program), algebra = time_part(&s, run_algebra);
     double fused = time_part(&s, run_fused), whole = time_part(&s, run_whole),
-           integrator = time_integrator(s.road->size);
+           integrator = time_integrator(s.formulation->size);
     kmp_counts c = kmp_program_count(b->system->motion, 1, b->system->motion->stages - 1);
-    printf("one right-hand side of reduced/carried, ns, %s, each part alone over %d states of the motion\n", backend,
+    printf("one right-hand side of reduced/integrated, ns, %s, each part alone over %d states of the motion\n", backend,
            STATES);
     printf("  %-46s %6.0f\n", "sines and cosines of 7 angles", trig);
     printf("  %-46s %6.0f\n", "the rest of the program", program - trig);

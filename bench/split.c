@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Where the processor's time of a run goes: the model's programs, linear algebra, and the rest, which is the integrator
- * with the road around it: bench_split MODEL T_END ROAD FORM INTEGRATOR RTOL [SECONDS], one line of JSON.
+ * with the formulation around it: bench_split MODEL T_END FORMULATION FORM INTEGRATOR RTOL [SECONDS], one line of JSON.
  *
  * The linker leads the calls of what evaluates programs and of what factors and solves through the functions below
  * (--wrap, bench/CMakeLists.txt). They note which part runs, and a timer, at times that follow no pattern, counts the
@@ -12,8 +12,8 @@
  * when they run apart, in runs of their own. */
 #include "bench.h"
 #include "constraints/fused.h"
+#include "integrators/formulation.h"
 #include "integrators/linear.h"
-#include "integrators/road.h"
 #include "integrators/run.h"
 #include "linalg/sparse.h"
 #include <signal.h>
@@ -234,13 +234,13 @@ static taken run_many(const kempe_system *system, const kmp_run_spec *spec, cons
 int main(int argc, char **argv)
 {
     if (argc < 7) {
-        fprintf(stderr, "usage: bench_split MODEL T_END ROAD FORM INTEGRATOR RTOL [SECONDS]\n");
+        fprintf(stderr, "usage: bench_split MODEL T_END FORMULATION FORM INTEGRATOR RTOL [SECONDS]\n");
         return 2;
     }
     double seconds = argc > 7 ? strtod(argv[7], NULL) : 0.5;
     struct sigaction action = {.sa_handler = sample, .sa_flags = SA_RESTART};
     bench b = bench_load(argv[1]);
-    kmp_run_spec spec = {.road = argv[3],
+    kmp_run_spec spec = {.formulation = argv[3],
                          .form = argv[4],
                          .integrator = argv[5],
                          .rtol = strtod(argv[6], NULL),

@@ -69,7 +69,7 @@ static void analyse(kempe_context *context, const kempe_model *model, outcome *o
     kmp_linear linear;
     kmp_spectrum spectrum;
     double begin = bench_now();
-    if (kempe_system_new_by(model, "plain", &system))
+    if (kempe_system_new_with_algorithm(model, "plain", &system))
         give_up(context);
     o->time[DERIVE] = bench_now() - begin;
     begin = bench_now();
@@ -79,7 +79,7 @@ static void analyse(kempe_context *context, const kempe_model *model, outcome *o
     o->time[PREPARE] = bench_now() - begin;
     begin = bench_now();
     memcpy(o->q, start->q, (size_t)linear.n * sizeof *o->q);
-    search = (kmp_search){.nearest = true};
+    search = (kmp_search){.newton = true};
     if (kmp_equilibrium_find(&linear, 0, o->q, &search))
         give_up(context);
     o->time[STAND] = bench_now() - begin;
@@ -88,7 +88,7 @@ static void analyse(kempe_context *context, const kempe_model *model, outcome *o
         give_up(context);
     o->time[SWING] = bench_now() - begin;
     note_modes(&spectrum, o);
-    o->carried = carried(model, &linear);
+    o->integrated = carried(model, &linear);
     o->n = linear.n;
     o->p = linear.p;
     o->iterations = search.iterations;

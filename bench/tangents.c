@@ -3,8 +3,8 @@
  * KEMPE_MBS, numbers kept as symbols, no inputs on bodies, each figure of one program: Q alone; with its derivatives by
  * q and qd, by recursion with composite bodies or by differentiation as they are chosen, and by differentiation alone;
  * with M beside; and all of them of Q - J' lambda, in units of Q alone. Then of the program of all derivatives that the
- * Jacobian of the reduced road takes (of R, hdot and J qdd + jdqd; J and M), numbers folded, with R by differentiation
- * and as chosen. */
+ * Jacobian of the reduced formulation takes (of R, hdot and J qdd + jdqd; J and M), numbers folded, with R by
+ * differentiation and as chosen. */
 #include "integrators/tangent.h"
 #include "results/sets.h"
 
@@ -76,7 +76,7 @@ static void trees(kempe_context *context, const char *folder)
     printf("\n");
 }
 
-static void road(kempe_context *context, const char *path, const char *name)
+static void formulation(kempe_context *context, const char *path, const char *name)
 {
     static const unsigned values = 1u << KMP_VALUE_R | 1u << KMP_VALUE_RATE | 1u << KMP_VALUE_CURVE;
     static const char *const ways[2] = {"composite", "differentiated"};
@@ -106,14 +106,15 @@ int main(void)
         return 1;
     }
     trees(context, folder);
-    printf("%-22s %3s %3s | %7s %7s        | %-14s %s\n", "road", "n", "m", "diff.", "chosen", "R by q", "R by qd");
+    printf("%-22s %3s %3s | %7s %7s        | %-14s %s\n", "formulation", "n", "m", "diff.", "chosen", "R by q",
+           "R by qd");
     for (size_t k = 0; k < sizeof examples / sizeof *examples; k++) {
         snprintf(path, sizeof path, "examples/%s/%s.yaml", examples[k], examples[k]);
-        road(context, path, examples[k]);
+        formulation(context, path, examples[k]);
     }
     for (size_t k = 0; k < sizeof tree_models / sizeof *tree_models; k++) {
         snprintf(path, sizeof path, "%s/%s.mbs", folder, tree_models[k]);
-        road(context, path, tree_models[k]);
+        formulation(context, path, tree_models[k]);
     }
     kempe_context_free(context);
     return 0;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What threads give that share each evaluation: microseconds of calling a team for nothing, of C and jdqd, of the power
- * of forces, of a right-hand side and a Jacobian of the reduced road, and seconds of a run on each road.
+ * of forces, of a right-hand side and a Jacobian of the reduced formulation, and seconds of a run on each formulation.
  *
  *     threads [MODEL [T_END [RUNS [INTEGRATOR]]]]
  *
@@ -49,15 +49,15 @@ typedef enum what { CALL, BIAS, POWER, RIGHT_SIDE, JACOBIAN, WHATS } what;
 
 static void near(const kmp_runner *run, int k, double *y)
 {
-    for (int i = 0; i < run->road->ode.n; i++)
-        y[i] = run->road->y[i] + 1e-7 * sin(0.01 * k + i);
+    for (int i = 0; i < run->formulation->ode.n; i++)
+        y[i] = run->formulation->y[i] + 1e-7 * sin(0.01 * k + i);
 }
 
 /* Right-hand sides and Jacobians at states that follow each other. */
-static void evaluate_road(const kmp_runner *run, double *time)
+static void evaluate_formulation(const kmp_runner *run, double *time)
 {
     double sample[SAMPLES], other[MATRICES];
-    const kmp_ode *ode = &run->road->ode;
+    const kmp_ode *ode = &run->formulation->ode;
     size_t n = (size_t)ode->n;
     double *y = malloc(n * sizeof *y), *dy = malloc(n * sizeof *dy), *j = malloc(n * n * sizeof *j);
     if (!y || !dy || !j)
@@ -125,7 +125,8 @@ static void put_evaluations(const bench *b, const kempe_assembly *start)
     kmp_runner *run[MOST];
     double time[MOST][WHATS];
     for (int t = 0; t < MOST; t++) {
-        spec[t] = (kmp_run_spec){.road = "reduced", .integrator = "radau5", .rtol = 1e-6, .t_end = 1, .threads = t + 1};
+        spec[t] = (kmp_run_spec){
+            .formulation = "reduced", .integrator = "radau5", .rtol = 1e-6, .t_end = 1, .threads = t + 1};
         if (kmp_run_resolve(b->system, &spec[t]))
             exit(1);
         run[t] = runner_of(b, start, &spec[t]);
@@ -135,7 +136,7 @@ static void put_evaluations(const bench *b, const kempe_assembly *start)
     for (int round = 0; round < ROUNDS; round++)
         for (int t = 0; t < MOST; t++) {
             call(run[t]->team, &time[t][CALL]);
-            evaluate_road(run[t], time[t]);
+            evaluate_formulation(run[t], time[t]);
             evaluate_plant(run[t], time[t]);
         }
     printf("%7s | %6s %8s %8s %8s %8s\n", "threads", "call", "C, jdqd", "power", "rhs", "Jacobian");
@@ -151,15 +152,18 @@ static void put_evaluations(const bench *b, const kempe_assembly *start)
 /* -- runs -------------------------------------------------------------------------------------------- */
 
 static const struct {
-    const char *road, *integrator;
+    const char *formulation, *integrator;
 } ways[] = {{"reduced", "radau5"}, {"reduced", "dop853"}, {"dae", "ida"}};
 enum { WAYS = sizeof ways / sizeof *ways };
 
 /* Seconds of the integration alone; the sum of the last state says whether it was the same. */
 static double time_of_run(const bench *b, const kempe_assembly *start, int way, int threads, double t_end, double *sum)
 {
-    kmp_run_spec spec = {
-        .road = ways[way].road, .integrator = ways[way].integrator, .rtol = 1e-6, .t_end = t_end, .threads = threads};
+    kmp_run_spec spec = {.formulation = ways[way].formulation,
+                         .integrator = ways[way].integrator,
+                         .rtol = 1e-6,
+                         .t_end = t_end,
+                         .threads = threads};
     kmp_runner *run = NULL;
     kempe_status status = kmp_run_resolve(b->system, &spec);
     if (status == KEMPE_OK)
@@ -185,7 +189,7 @@ static void put_runs(const bench *b, const kempe_assembly *start, int way, doubl
             least[t] = k == 0 || time < least[t] ? time : least[t];
             same = same && sum[t] == sum[0];
         }
-    printf("%-8s %-7s |", ways[way].road, ways[way].integrator);
+    printf("%-8s %-7s |", ways[way].formulation, ways[way].integrator);
     for (int t = 0; t < MOST; t++)
         printf(" %7.3f", least[t]);
     printf(" |");

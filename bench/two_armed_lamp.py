@@ -32,7 +32,7 @@ TAIL = """loops:
   R4: {ball: [strut_r.G, platform.G3]}
 forces:
   spring: {spring: [ground.S, platform.M], stiffness: 800, free_length: 0.4}
-run: {t_end: 3, every: 0.05, rtol: 1e-8}
+run: {t_end: 3, output_step: 0.05, rtol: 1e-8}
 """
 
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Chains of N loops, 10 s at rtol 1e-8 by the default road: what reading, deriving and preparing cost, and integrating
- * with change points ignored and led through; and how each grows from N = 100 on, as the exponent of N. Seconds are the
- * least of some runs.
+/* Chains of N loops, 10 s at rtol 1e-8 by the default formulation: what reading, deriving and preparing cost, and
+ * integrating with change points ignored and led through; and how each grows from N = 100 on, as the exponent of N.
+ * Seconds are the least of some runs.
  *
  *     windows [LARGEST N, 1000 if absent]
  */
@@ -57,7 +57,7 @@ static void run(const kempe_system *system, measured *m, bool led)
                          .time_count = 1,
                          .times = &end,
                          .journal = &journal,
-                         .change_points = led ? "leap" : "ignore"};
+                         .change_points = led ? "cross" : "ignore"};
     if (kmp_run_resolve(system, &spec) == KEMPE_OK)
         (void)kmp_run(system, &spec, NULL, take_row, NULL, &report);
     free(m->reason);

@@ -107,8 +107,8 @@ static bool choose_kept(search *s)
     int n = system->n, count = 0;
     for (int k = 0; k < n; k++)
         count += kept[k] = model->start.hold[k];
-    for (int k = 0; count == 0 && k < model->run.u_count; k++)
-        kept[model->run.u[k]] = true;
+    for (int k = 0; count == 0 && k < model->run.independent_count; k++)
+        kept[model->run.independent[k]] = true;
     for (int k = count = 0; k < n; k++)
         count += kept[k];
     stand_at_start(s);

@@ -55,7 +55,8 @@ static kempe_status examine(kempe_check *check)
     if (a->chart)
         kmp_plant_set_charts(plant, a->chart);
     kmp_plant_closure(plant, 0, q);
-    kempe_status status = kmp_partition_init(&check->part, s, plant->jacobian, s->model->run.u, s->model->run.u_count);
+    kempe_status status = kmp_partition_init(&check->part, s, plant->jacobian, s->model->run.independent,
+                                             s->model->run.independent_count);
     if (status == KEMPE_OK)
         status = count_driven(check, plant);
     if (status == KEMPE_OK)

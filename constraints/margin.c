@@ -425,8 +425,8 @@ static bool has_turned(kmp_margin *margin)
            0;
 }
 
-/* Whether a step goes past a singular place, or from afar deep into its surroundings: into them alone a road may go
- * that has found itself there. */
+/* Whether a step goes past a singular place, or from afar deep into its surroundings: into them alone a formulation may
+ * go that has found itself there. */
 static bool passes(kmp_margin *margin)
 {
     line l = line_of(margin);

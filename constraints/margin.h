@@ -79,8 +79,8 @@ void kmp_margin_ignore(kmp_margin *margin);
 bool kmp_margin_unwatched(const kmp_margin *margin);
 
 /** Whether a step that ends at t, at the plant's last closure, is to be made shorter: it has passed a singular place,
- * it ends deep in the surroundings of a change point, where a road that keeps all rows loses its digits, or at one
- * where the independent rows have all but lost their rank. */
+ * it ends deep in the surroundings of a change point, where a formulation that keeps all rows loses its digits, or at
+ * one where the independent rows have all but lost their rank. */
 bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t);
 
 /** As kmp_margin_at; what kmp_margin_refuses has found for the same t is not computed again, nor is the plant's

@@ -151,7 +151,7 @@ static kempe_status new_system(const kempe_model *model, kmp_variant *given, con
     return KEMPE_OK;
 }
 
-kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
+kempe_status kempe_system_new_with_algorithm(const kempe_model *model, const char *word, kempe_system **system)
 {
     KMP_WANTED(NULL, model, "model");
     KMP_WANTED(model->context, system, "system");
@@ -160,7 +160,7 @@ kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kem
 
 kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
 {
-    return kempe_system_new_by(model, NULL, system);
+    return kempe_system_new_with_algorithm(model, NULL, system);
 }
 
 kempe_status kmp_system_of_variant(kmp_variant *variant, kempe_system **system)

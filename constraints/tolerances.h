@@ -197,7 +197,8 @@
 #define KMP_MARGIN_STEEP 0.3
 /** If J at the predicted place has at most this part of the present margin, the place is a change point. */
 #define KMP_MARGIN_THERE 2e-2
-/** No step of an ordinary road ends below this margin when a change point lies there: its stages come nearer still. */
+/** No step of an ordinary formulation ends below this margin when a change point lies there: its stages come nearer
+ * still. */
 #define KMP_MARGIN_DEEP 0.1
 /** If no step across was found because the motion turns, the next one is tried at this part of the margin. */
 #define KMP_MARGIN_AGAIN 0.1

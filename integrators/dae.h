@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The socket between a DAE road and an implicit integrator: F(t, y, y') = 0 with an analytic sparse iteration
+/* The socket between a DAE formulation and an implicit integrator: F(t, y, y') = 0 with an analytic sparse iteration
  * matrix. */
 #ifndef KMP_INTEGRATORS_DAE_H
 #define KMP_INTEGRATORS_DAE_H

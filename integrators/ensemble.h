@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Many instances of one mechanism, each with values of its own for some parameters and start values, by DOP853 on the
- * reduced road in its carried form: several at once, a lane each, every one with its own steps and its own error.
+ * reduced formulation in its integrated form: several at once, a lane each, every one with its own steps and its own
+ * error.
  *
  * Lanes make the same decisions as a run of one mechanism; what they cannot decide, a run of that instance does from
  * its start: change points, events, charts of spherical joints, drives, redundant rows, large systems, steps that fail.

@@ -333,7 +333,8 @@ static double margin_of(kmp_ensemble *e, const watched *x, size_t l)
     return pivots[e->m - 1] / y->usual;
 }
 
-/* Whether the road consents (accept of reduced.c): the closures corrected, the choice of u and the margin good. */
+/* Whether the formulation consents (accept of reduced.c): the closures corrected, the choice of u and the margin good.
+ */
 static bool consents(kmp_ensemble *e, const kmp_pool *pool, watched *x, size_t l)
 {
     kmp_lane_room *room = &e->room;

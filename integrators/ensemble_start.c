@@ -18,19 +18,20 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
     const struct {
         bool holds;
         const char *why;
-    } reasons[] = {{e->way.alone, "asked for"},
-                   {strcmp(spec->road, "reduced") != 0 || strcmp(spec->form, "carried") != 0, "another road"},
-                   {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
-                   {spec->fixed_u, "fixed independent coordinates"},
-                   {s->rheonomic, "closures that move in time"},
-                   {s->events.count > 0, "conditions or kinks on the way"},
-                   {s->chart_count > 0, "spherical joints"},
-                   {s->articulated != NULL, "dynamics by articulated bodies"},
-                   {s->force != NULL, "forces by a function"},
-                   {s->pressed_count > 0, "forces that depend on multipliers"},
-                   {s->motion->block_count > 0, "points on curves"},
-                   {s->m > KMP_LANE_ROWS || e->p > KMP_FUSED_FREEDOMS, "a large system"},
-                   {e->p <= 0, "redundant closure rows"}};
+    } reasons[] = {
+        {e->way.alone, "asked for"},
+        {strcmp(spec->formulation, "reduced") != 0 || strcmp(spec->form, "integrated") != 0, "another formulation"},
+        {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
+        {spec->keep_independent, "fixed independent coordinates"},
+        {s->rheonomic, "closures that move in time"},
+        {s->events.count > 0, "conditions or kinks on the way"},
+        {s->chart_count > 0, "spherical joints"},
+        {s->articulated != NULL, "dynamics by articulated bodies"},
+        {s->force != NULL, "forces by a function"},
+        {s->pressed_count > 0, "forces that depend on multipliers"},
+        {s->motion->block_count > 0, "points on curves"},
+        {s->m > KMP_LANE_ROWS || e->p > KMP_FUSED_FREEDOMS, "a large system"},
+        {e->p <= 0, "redundant closure rows"}};
     for (size_t k = 0; k < sizeof reasons / sizeof *reasons; k++)
         if (reasons[k].holds)
             return reasons[k].why;

@@ -15,15 +15,15 @@ enum { MOST_REPEATS = 20 }; /* changes of one condition with no time between */
 /* A kink is held beside so many tolerances of its largest value: within them it is passed by what steps err by. */
 #define KINK 100
 
-bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *kind, kmp_solver *solver)
+bool kmp_crossing_move(kmp_crossing *c, kmp_formulation *formulation, const kmp_solver_kind *kind, kmp_solver *solver)
 {
     c->search.ready = false;
-    c->road = road;
+    c->formulation = formulation;
     c->kind = kind;
     c->solver = solver;
-    c->y = KMP_ARENA_NEW(&road->arena, double, road->size);
-    c->yp = KMP_ARENA_NEW(&road->arena, double, road->size);
-    return !road->arena.failed;
+    c->y = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
+    c->yp = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
+    return !formulation->arena.failed;
 }
 
 kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, double span, double rtol, bool closely,
@@ -87,7 +87,7 @@ static int first_switched(const kmp_crossing *c)
 kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole)
 {
     double *qdd = whole || c->s->changes_by_rates ? c->qdd : NULL;
-    if (c->road->row(c->road, t, c->y, c->yp, c->q, c->qd, qdd, c->lambda, &c->work) != KMP_GO)
+    if (c->formulation->row(c->formulation, t, c->y, c->yp, c->q, c->qd, qdd, c->lambda, &c->work) != KMP_GO)
         return KEMPE_E_FAILED;
     kmp_plant_all_changes(c->plant, t, c->q, c->qd, c->qdd, c->lambda, c->change);
     return KEMPE_OK;
@@ -215,8 +215,9 @@ kempe_status kmp_crossing_pass(kmp_crossing *c, double t, double *y, double *yp)
         status = kmp_crossing_complete(c, t, true); /* accelerations and multipliers beyond */
     if (status != KEMPE_OK)
         return status;
-    memcpy(y, c->y, (size_t)c->road->size * sizeof *y);
+    memcpy(y, c->y, (size_t)c->formulation->size * sizeof *y);
     if (yp)
-        memcpy(yp, c->yp, (size_t)c->road->size * sizeof *yp);
-    return c->road->resume(c->road, t, c->q, c->qd, c->qdd, c->lambda, y, yp) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+        memcpy(yp, c->yp, (size_t)c->formulation->size * sizeof *yp);
+    return c->formulation->resume(c->formulation, t, c->q, c->qd, c->qdd, c->lambda, y, yp) == KMP_GO ? KEMPE_OK
+                                                                                                      : KEMPE_E_FAILED;
 }

@@ -7,7 +7,7 @@
 
 #include "backend/bounds.h"
 #include "base/arena.h"
-#include "integrators/road.h"
+#include "integrators/formulation.h"
 #include "integrators/solver.h"
 
 /** What was found at a time within the last step. */
@@ -41,7 +41,7 @@ typedef struct kmp_event_search {
 typedef struct kmp_crossing {
     const kempe_system *s;
     kmp_plant *plant;
-    kmp_road *road;
+    kmp_formulation *formulation;
     const kmp_solver_kind *kind;
     kmp_solver *solver;
     double *y, *yp, *q, *qd, *qdd, *lambda;
@@ -59,7 +59,7 @@ typedef struct kmp_crossing {
     int end;         /* the condition that ends the run at what was found last; -1: none */
     kmp_journal *journal;
     kmp_event_search search;
-    kmp_arena arena; /* of all arrays but those that a road's size decides */
+    kmp_arena arena; /* of all arrays but those that a formulation's size decides */
 } kmp_crossing;
 
 /** NULL: no memory. All are used as they are at the time of a call. span: length of the run. `closely`: the run checks
@@ -72,8 +72,9 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, dou
                                kmp_journal *journal);
 void kmp_crossing_free(kmp_crossing *crossing);
 
-/** Goes on with a road, which outlives its use, and an integrator. false: no memory. */
-bool kmp_crossing_move(kmp_crossing *crossing, kmp_road *road, const kmp_solver_kind *kind, kmp_solver *solver);
+/** Goes on with a formulation, which outlives its use, and an integrator. false: no memory. */
+bool kmp_crossing_move(kmp_crossing *crossing, kmp_formulation *formulation, const kmp_solver_kind *kind,
+                       kmp_solver *solver);
 
 /** Looks for the earliest event of the last step. *t is where, just beyond the change; left alone when there is none.
  */

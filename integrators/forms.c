@@ -1,20 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The dae road: forms of one index-reduced DAE in y = (q, v, multipliers), on the independent rows of h:
+/* The dae formulation: forms of one index-reduced DAE in y = (q, v, multipliers), on the independent rows of h:
  *
  *     q' - v [+ J' mu] = 0      M v' + C - J' lambda = 0      one or two groups of  c0 h + c1 (J v + h_t) + c2 hddot =
  * 0
  *
- * ah       h and J v + h_t with lambda = L', mu = N', derivatives of states: nothing algebraic is left (Gear, Gupta and
- *          Leimkuhler 1985; Hiller and Anantharaman)
- * ggl      the same with lambda and mu as algebraic unknowns
- * index2   J v + h_t = 0: positions drift slowly
- * index1   hddot + 2 alpha (J v + h_t) + beta^2 h = 0 (Baumgarte 1972), alpha = beta = ten over the characteristic time
- * index3   h = 0, for teaching: accelerations and multipliers lose most digits, and below rtol 1e-10 it fails
+ * stabilized1       h and J v + h_t with lambda = L', mu = N', derivatives of states: nothing algebraic is left (Gear,
+ * Gupta and Leimkuhler 1985; Hiller and Anantharaman) ggl      the same with lambda and mu as algebraic unknowns index2
+ * J v + h_t = 0: positions drift slowly index1   hddot + 2 alpha (J v + h_t) + beta^2 h = 0 (Baumgarte 1972), alpha =
+ * beta = ten over the characteristic time index3   h = 0, for teaching: accelerations and multipliers lose most digits,
+ * and below rtol 1e-10 it fails
  *
  * Multipliers are kept out of every error norm by weights: the first steps are tiny, the condition of the iteration
  * matrix grows like h^-(index - 1), and their corrections never fall below rounding times that. */
+#include "integrators/formulation.h"
 #include "integrators/redundant.h"
-#include "integrators/road.h"
 #include "integrators/tangent.h"
 #include <float.h>
 #include <math.h>
@@ -34,7 +33,7 @@ typedef struct form {
     double weight[2][3]; /* of h, J v + h_t, hddot in each group */
 } form;
 
-static const form form_ah = {.integrated = true, .mu = true, .groups = 2, .weight = {{1, 0, 0}, {0, 1, 0}}};
+static const form form_stabilized1 = {.integrated = true, .mu = true, .groups = 2, .weight = {{1, 0, 0}, {0, 1, 0}}};
 static const form form_ggl = {.mu = true, .groups = 2, .weight = {{1, 0, 0}, {0, 1, 0}}};
 static const form form_index2 = {.groups = 1, .weight = {{0, 1, 0}}};
 static const form form_index1 = {.baumgarte = true, .groups = 1, .weight = {{1, 2, 1}}};
@@ -49,7 +48,7 @@ typedef struct term {
 } term;
 
 typedef struct dae {
-    kmp_road road; /* first */
+    kmp_formulation formulation; /* first */
     form form;
     const kempe_system *s;
     kmp_plant *plant;
@@ -183,12 +182,12 @@ static int by_column(const void *a, const void *b)
 /* All terms, and compressed columns of their union. false: no memory. */
 static bool compress(dae *d)
 {
-    int size = d->road.size, nz = 0;
+    int size = d->formulation.size, nz = 0;
     add_terms(d);
-    d->terms = KMP_ARENA_NEW(&d->road.arena, term, d->term_count);
-    d->col_start = KMP_ARENA_NEW(&d->road.arena, long, size + 1);
-    d->row = KMP_ARENA_NEW(&d->road.arena, long, d->term_count);
-    if (d->road.arena.failed)
+    d->terms = KMP_ARENA_NEW(&d->formulation.arena, term, d->term_count);
+    d->col_start = KMP_ARENA_NEW(&d->formulation.arena, long, size + 1);
+    d->row = KMP_ARENA_NEW(&d->formulation.arena, long, d->term_count);
+    if (d->formulation.arena.failed)
         return false;
     add_terms(d);
     qsort(d->terms, (size_t)d->term_count, sizeof *d->terms, by_column);
@@ -202,7 +201,7 @@ static bool compress(dae *d)
     for (int c = 1; c <= size; c++)
         if (d->col_start[c] == 0)
             d->col_start[c] = d->col_start[c - 1];
-    d->road.dae.nz = nz;
+    d->formulation.dae.nz = nz;
     return true;
 }
 
@@ -264,7 +263,7 @@ static int residual(void *self, double t, const double *y, const double *yp, dou
     memcpy(r + n, out + d->tangents.at[KMP_VALUE_R], (size_t)n * sizeof *r);
     for (int g = 0; g < d->form.groups; g++)
         put_group(d, out, g, r + at_group(d, g));
-    return all_finite(d->road.size, r) ? KMP_GO : KMP_RETRY;
+    return all_finite(d->formulation.size, r) ? KMP_GO : KMP_RETRY;
 }
 
 static int matrix(void *self, double t, double cj, const double *y, const double *yp, double *values)
@@ -272,7 +271,7 @@ static int matrix(void *self, double t, double cj, const double *y, const double
     dae *d = self;
     kmp_instant at = instant(d, t, y, yp);
     const double *out = kmp_tangents_derivatives(&d->tangents, &at);
-    memset(values, 0, (size_t)d->road.dae.nz * sizeof *values);
+    memset(values, 0, (size_t)d->formulation.dae.nz * sizeof *values);
     for (int k = 0; k < d->term_count; k++) {
         const term *e = &d->terms[k];
         values[e->at] += e->factor * (e->cj ? cj : 1) * (e->source >= 0 ? out[e->source] : 1);
@@ -287,15 +286,15 @@ static int accept(void *self, double t, const double *y, const double *yp)
     if (kmp_margin_unwatched(d->margin))
         return KMP_GO;
     kmp_plant_closure(d->plant, t, y);
-    int said = kmp_redundant_check(d->plant, d->part, t, d->tolerance, &d->road.reason);
+    int said = kmp_redundant_check(d->plant, d->part, t, d->tolerance, &d->formulation.reason);
     return said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t) ? KMP_RETRY : said;
 }
 
 /* Rows are what the integrator holds; accelerations and multipliers come from the saddle system there. */
-static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
-               double *lambda, double *work)
+static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
+               double *qdd, double *lambda, double *work)
 {
-    dae *d = (dae *)road;
+    dae *d = (dae *)formulation;
     (void)yp;
     memcpy(q, y, (size_t)d->n * sizeof *q);
     *work = 0;
@@ -307,8 +306,8 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     kmp_plant_mass(d->plant);
     kmp_plant_bias(d->plant, qd);
     if (kmp_saddle_factor(&d->saddle)) {
-        kmp_text_printf(&road->reason, "accelerations and multipliers are not determined at the output time t = %.9g",
-                        t);
+        kmp_text_printf(&formulation->reason,
+                        "accelerations and multipliers are not determined at the output time t = %.9g", t);
         return KMP_HALT;
     }
     kmp_saddle_accelerations(&d->saddle, qdd, lambda);
@@ -338,10 +337,10 @@ static int close_state(dae *d, double t, double *q, double *qd, double *qdd)
     return KMP_GO;
 }
 
-static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
-                  double *y, double *yp)
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
+                  const double *lambda, double *y, double *yp)
 {
-    dae *d = (dae *)road;
+    dae *d = (dae *)formulation;
     int n = d->n;
     (void)qdd, (void)lambda;
     memcpy(y, q, (size_t)n * sizeof *y);
@@ -355,18 +354,18 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
-static void release(kmp_road *road)
+static void release(kmp_formulation *formulation)
 {
-    dae *d = (dae *)road;
+    dae *d = (dae *)formulation;
     kmp_saddle_free(&d->saddle);
     kmp_tangents_free(&d->tangents);
-    kmp_road_free(road);
+    kmp_formulation_free(formulation);
 }
 
 static bool allocate(dae *d, int size)
 {
-    kmp_arena *a = &d->road.arena;
-    kmp_road_make_unknowns(&d->road, size, true);
+    kmp_arena *a = &d->formulation.arena;
+    kmp_formulation_make_unknowns(&d->formulation, size, true);
     d->differential = KMP_ARENA_NEW(a, double, size);
     d->factor = KMP_ARENA_NEW(a, double, size);
     d->lambda = KMP_ARENA_NEW(a, double, d->m);
@@ -400,23 +399,23 @@ static unsigned values_of(const form *f)
     return values;
 }
 
-static void begin(dae *d, const kmp_road_start *start)
+static void begin(dae *d, const kmp_formulation_start *start)
 {
     int n = d->n;
-    kmp_road_begin_with_state(&d->road, start);
-    memcpy(d->road.yp, start->qd, (size_t)n * sizeof *d->road.yp);
-    memcpy(d->road.yp + n, start->qdd, (size_t)n * sizeof *d->road.yp);
-    put_multipliers(d, start->lambda, d->road.y, d->road.yp);
-    for (int i = 0; i < d->road.size; i++) {
+    kmp_formulation_begin_with_state(&d->formulation, start);
+    memcpy(d->formulation.yp, start->qd, (size_t)n * sizeof *d->formulation.yp);
+    memcpy(d->formulation.yp + n, start->qdd, (size_t)n * sizeof *d->formulation.yp);
+    put_multipliers(d, start->lambda, d->formulation.y, d->formulation.yp);
+    for (int i = 0; i < d->formulation.size; i++) {
         bool coordinate = i < n, rate = i >= n && i < 2 * n;
         d->differential[i] = coordinate || (rate && !d->form.rates_free) || d->form.integrated;
         d->factor[i] = coordinate || rate ? 1 : OUT_OF_NORM;
         if (!coordinate && !rate)
-            d->road.atol[i] = start->atol;
+            d->formulation.atol[i] = start->atol;
     }
 }
 
-static kempe_status prepare(dae *d, const form *chosen, const kmp_road_start *start)
+static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_start *start)
 {
     if (!allocate(d, 2 * d->n + chosen->groups * d->r))
         return kmp_fail_memory(d->s->context);
@@ -429,9 +428,9 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_road_start *st
     return status;
 }
 
-static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
+static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
 {
-    dae *d = kmp_road_new(start, sizeof *d);
+    dae *d = kmp_formulation_new(start, sizeof *d);
     if (!d)
         return NULL;
     d->s = start->system;
@@ -442,32 +441,36 @@ static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
     d->m = start->part->m;
     d->tolerance = start->atol + start->rtol;
     d->r = start->part->r;
-    d->road.release = release;
-    d->road.row = row;
-    d->road.position = kmp_road_position_of_state;
-    d->road.resume = resume;
+    d->formulation.release = release;
+    d->formulation.row = row;
+    d->formulation.position = kmp_formulation_position_of_state;
+    d->formulation.resume = resume;
     if (prepare(d, kind->detail, start) != KEMPE_OK) {
-        release(&d->road);
+        release(&d->formulation);
         return NULL;
     }
-    d->road.dae = (kmp_dae){.n = d->road.size,
-                            .nz = d->road.dae.nz,
-                            .col_start = d->col_start,
-                            .row = d->row,
-                            .differential = d->differential,
-                            .factor = d->factor,
-                            .self = d,
-                            .residual = residual,
-                            .matrix = matrix,
-                            .accept = accept};
-    return &d->road;
+    d->formulation.dae = (kmp_dae){.n = d->formulation.size,
+                                   .nz = d->formulation.dae.nz,
+                                   .col_start = d->col_start,
+                                   .row = d->row,
+                                   .differential = d->differential,
+                                   .factor = d->factor,
+                                   .self = d,
+                                   .residual = residual,
+                                   .matrix = matrix,
+                                   .accept = accept};
+    return &d->formulation;
 }
 
 #define FORM(id, is_standard)                                                                                          \
-    const kmp_road_kind kmp_road_##id = {                                                                              \
-        .road = "dae", .form = #id, .dae = true, .standard = is_standard, .detail = &form_##id, .create = create}
+    const kmp_formulation_kind kmp_formulation_##id = {.formulation = "dae",                                           \
+                                                       .form = #id,                                                    \
+                                                       .dae = true,                                                    \
+                                                       .standard = is_standard,                                        \
+                                                       .detail = &form_##id,                                           \
+                                                       .create = create}
 
-FORM(ah, true);
+FORM(stabilized1, true);
 FORM(ggl, false);
 FORM(index2, false);
 FORM(index1, false);

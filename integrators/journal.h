@@ -7,7 +7,7 @@
 
 typedef struct kmp_note {
     double t;
-    const char *kind;     /* one word: exchange, centring, rows, "change point", event, restart, road, dynamics */
+    const char *kind; /* one word: exchange, centring, rows, "change point", event, restart, formulation, dynamics */
     double before, after; /* of what the text names; NaN where nothing is measured */
     char *text;
 } kmp_note;

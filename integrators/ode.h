@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The socket between a road and an integrator: an initial value problem with a say at every accepted step.
- * An integrator knows nothing of mechanisms, a road nothing of Runge-Kutta. */
+/* The socket between a formulation and an integrator: an initial value problem with a say at every accepted step.
+ * An integrator knows nothing of mechanisms, a formulation nothing of Runge-Kutta. */
 #ifndef KMP_INTEGRATORS_ODE_H
 #define KMP_INTEGRATORS_ODE_H
 
@@ -10,7 +10,7 @@
 enum {
     KMP_GO = 0,
     KMP_RETRY = 1,  /* this state cannot be evaluated, or this step not accepted: try a smaller one */
-    KMP_HALT = -1,  /* give up; the road keeps the reason */
+    KMP_HALT = -1,  /* give up; the formulation keeps the reason */
     KMP_CHANGED = 2 /* the unknowns have another meaning now: start anew from them */
 };
 

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The projected road: y = (q, qd[, work]); accelerations from the saddle system; after each accepted step q and qd go
- * back to the closures along the mass-orthogonal direction, one simplified Newton step with the factors at hand. It
- * needs no choice of u. The independent rows are those of the start; dropped ones are watched.
+/* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system; after each accepted step q and
+ * qd go back to the closures along the mass-orthogonal direction, one simplified Newton step with the factors at hand.
+ * It needs no choice of u. The independent rows are those of the start; dropped ones are watched.
  *
  * The same unknowns lead through a change point: an integrator that chooses where to evaluate (leap.h) has each state
  * closed first, since accelerations beside the closures are not those of the motion where J comes near to losing a
  * row. */
 #include "constraints/tolerances.h"
+#include "integrators/formulation.h"
 #include "integrators/redundant.h"
-#include "integrators/road.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -16,7 +16,7 @@
 enum { MOST_CORRECTIONS = 8 };
 
 typedef struct projected {
-    kmp_road road; /* first */
+    kmp_formulation formulation; /* first */
     const kempe_system *s;
     kmp_plant *plant;
     kmp_margin *margin;
@@ -128,7 +128,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     projected *d = self;
     int n = d->n;
     (void)dy;
-    if (kmp_redundant_check(d->plant, d->part, t, d->atol + d->rtol, &d->road.reason) != KMP_GO)
+    if (kmp_redundant_check(d->plant, d->part, t, d->atol + d->rtol, &d->formulation.reason) != KMP_GO)
         return KMP_HALT;
     kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
     bool small = is_small(n, d->dx, w);
@@ -151,15 +151,15 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     d->t = t;
     d->refused_h = 0;
     d->noise *= KMP_RATE_FADES;
-    d->road.factorizations = d->saddle.factorizations;
+    d->formulation.factorizations = d->saddle.factorizations;
     return KMP_GO;
 }
 
 /* Rows between steps are projected too, to round-off. */
-static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
-               double *lambda, double *work)
+static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
+               double *qdd, double *lambda, double *work)
 {
-    projected *d = (projected *)road;
+    projected *d = (projected *)formulation;
     int n = d->n;
     const kmp_closer closer = kmp_saddle_closer(&d->saddle, d->dx);
     (void)yp;
@@ -167,7 +167,7 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     qd = qd ? qd : d->qd;
     memcpy(qd, y + n, (size_t)n * sizeof *qd);
     if (!kmp_close_state(&closer, d->violation, t, q, qd)) {
-        kmp_text_printf(&road->reason, "the closures could not be solved at the output time t = %.9g", t);
+        kmp_text_printf(&formulation->reason, "the closures could not be solved at the output time t = %.9g", t);
         return KMP_HALT;
     }
     if (qdd) {
@@ -178,10 +178,10 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     return KMP_GO;
 }
 
-static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
-                  double *y, double *yp)
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
+                  const double *lambda, double *y, double *yp)
 {
-    projected *d = (projected *)road;
+    projected *d = (projected *)formulation;
     d->t = t;
     (void)qdd, (void)lambda, (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
@@ -189,20 +189,20 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
     return KMP_GO;
 }
 
-static void release(kmp_road *road)
+static void release(kmp_formulation *formulation)
 {
-    kmp_saddle_free(&((projected *)road)->saddle);
-    kmp_road_free(road);
+    kmp_saddle_free(&((projected *)formulation)->saddle);
+    kmp_formulation_free(formulation);
 }
 
-static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
+static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
 {
     (void)kind;
-    projected *d = kmp_road_new(start, sizeof *d);
+    projected *d = kmp_formulation_new(start, sizeof *d);
     if (!d)
         return NULL;
-    int n = d->n = d->road.n;
-    kmp_arena *a = &d->road.arena;
+    int n = d->n = d->formulation.n;
+    kmp_arena *a = &d->formulation.arena;
     d->s = start->system;
     d->plant = start->plant;
     d->margin = start->margin;
@@ -217,28 +217,33 @@ static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
     d->dx = KMP_ARENA_NEW(a, double, n);
     d->q = KMP_ARENA_NEW(a, double, n);
     d->qd = KMP_ARENA_NEW(a, double, n);
-    kmp_road_make_unknowns(&d->road, 2 * n + d->has_work, false);
-    d->road.release = release;
-    d->road.row = row;
-    d->road.position = kmp_road_position_of_state;
-    d->road.resume = resume;
-    d->road.ode =
-        (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
+    kmp_formulation_make_unknowns(&d->formulation, 2 * n + d->has_work, false);
+    d->formulation.release = release;
+    d->formulation.row = row;
+    d->formulation.position = kmp_formulation_position_of_state;
+    d->formulation.resume = resume;
+    d->formulation.ode =
+        (kmp_ode){.n = d->formulation.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
     if (a->failed || !kmp_saddle_init(&d->saddle, d->plant, d->part)) {
         (void)kmp_fail_memory(start->system->context);
-        release(&d->road);
+        release(&d->formulation);
         return NULL;
     }
-    kmp_road_begin_with_state(&d->road, start);
+    kmp_formulation_begin_with_state(&d->formulation, start);
     if (d->has_work) {
-        d->road.y[2 * n] = start->work;
-        d->road.atol[2 * n] = 1e300; /* judged, not controlled */
+        d->formulation.y[2 * n] = start->work;
+        d->formulation.atol[2 * n] = 1e300; /* judged, not controlled */
     }
-    return &d->road;
+    return &d->formulation;
 }
 
-const kmp_road_kind kmp_road_projected = {
-    .road = "projected", .form = "none", .standard = true, .corrected = true, .by_bodies = true, .create = create};
+const kmp_formulation_kind kmp_formulation_projected = {.formulation = "projected",
+                                                        .form = "none",
+                                                        .standard = true,
+                                                        .corrected = true,
+                                                        .by_bodies = true,
+                                                        .create = create};
 
 /* By M and C: the equations of articulated bodies have the square of J's condition. */
-const kmp_road_kind kmp_road_zone = {.road = "zone", .form = "none", .corrected = true, .create = create};
+const kmp_formulation_kind kmp_formulation_zone = {
+    .formulation = "zone", .form = "none", .corrected = true, .create = create};

@@ -3,7 +3,7 @@
  * step by its prediction, stages begun on the last step's polynomial, dense output by that polynomial (Hairer, Wanner,
  * Solving Ordinary Differential Equations II, 2nd ed., IV.8; with more stages, J. Comput. Appl. Math. 111 (1999) 93).
  *
- * A one-step method: the road corrects y between steps. */
+ * A one-step method: the formulation corrects y between steps. */
 #include "integrators/radau.h"
 #include "base/memory.h"
 
@@ -210,7 +210,7 @@ static kmp_radau_outcome estimate(kmp_radau *s, double h, double *error)
     return *error < 1 ? KMP_RADAU_TAKEN : KMP_RADAU_BAD_ERROR;
 }
 
-/* The road's say about the step's end, which is left in y_old, its derivative in f[0]. */
+/* The formulation's say about the step's end, which is left in y_old, its derivative in f[0]. */
 static kmp_radau_outcome finish(kmp_radau *s, double t_new)
 {
     const double *end = s->z[s->s - 1];
@@ -281,7 +281,7 @@ static void take(kmp_radau *s, double h, double t_new, double error, int iterati
     s->base.work.steps++;
     s->error_old = fmax(OLD_ERROR_FLOOR, error);
     s->h_old = h;
-    /* the road's correction belongs to the polynomial's end */
+    /* the formulation's correction belongs to the polynomial's end */
     for (int k = 0; k < s->n; k++) {
         end[k] = s->y_old[k] - s->y[k];
         s->bend[k] = s->error[k] * s->method.g;

@@ -25,7 +25,7 @@ int kmp_radau_call(kmp_radau *s, double t, const double *y, double *dy)
 
 /* -- Jacobians --------------------------------------------------------------------------------------- */
 
-/* By differences at y, where the road has none. */
+/* By differences at y, where the formulation has none. */
 static int differentiate(kmp_radau *s)
 {
     for (int k = 0; k < s->n; k++) {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The reduced road: an ODE in the independent coordinates (Fisette and Samin 1996, eqs. 43-46), in two forms on one
- * state y = (u, ud[, v][, work]).
+/* The reduced formulation: an ODE in the independent coordinates (Fisette and Samin 1996, eqs. 43-46), in two forms on
+ * one state y = (u, ud[, v][, work]).
  *
- * carried   v is integrated along by vd = Bvu ud + x_t; stages never iterate. At each accepted step one simplified
+ * integrated  v is integrated along by vd = Bvu ud + x_t; stages never iterate. At each accepted step one simplified
  * Newton correction with the factors at hand takes v back to the closure; a correction beyond one error weight refuses
  * the step. closed    every evaluation closes v on u by Newton, predicted along the tangent from the last accepted step
  * and from nowhere else; an evaluation whose corrections stop contracting fails and shortens the step. */
@@ -14,7 +14,7 @@
 
 int kmp_reduced_work(const kmp_reduced *d)
 {
-    return 2 * d->p + (d->carried ? d->r : 0);
+    return 2 * d->p + (d->integrated ? d->r : 0);
 }
 
 void kmp_reduced_pack(kmp_reduced *d, const double *q, const double *qd, double *y)
@@ -23,18 +23,18 @@ void kmp_reduced_pack(kmp_reduced *d, const double *q, const double *qd, double 
         y[k] = q[d->part.u[k]];
         y[d->p + k] = qd[d->part.u[k]];
     }
-    for (int i = 0; d->carried && i < d->r; i++)
+    for (int i = 0; d->integrated && i < d->r; i++)
         y[2 * d->p + i] = q[d->part.v[i]];
 }
 
 void kmp_reduced_set_tolerances(kmp_reduced *d)
 {
-    double *atol = d->road.atol;
+    double *atol = d->formulation.atol;
     for (int k = 0; k < d->p; k++) {
         atol[k] = d->atol * d->s->scale[d->part.u[k]];
         atol[d->p + k] = atol[k] * d->rate_scale;
     }
-    for (int i = 0; d->carried && i < d->r; i++)
+    for (int i = 0; d->integrated && i < d->r; i++)
         atol[2 * d->p + i] = d->atol * d->s->scale[d->part.v[i]];
     if (d->has_work)
         atol[kmp_reduced_work(d)] = 1e300; /* judged, not controlled */
@@ -57,9 +57,9 @@ static void put_q(kmp_reduced *d, double t, const double *y)
 {
     for (int k = 0; k < d->p; k++)
         d->q[d->part.u[k]] = y[k];
-    if (!d->carried)
+    if (!d->integrated)
         predict_v(d, t, y);
-    for (int i = 0; d->carried && i < d->r; i++)
+    for (int i = 0; d->integrated && i < d->r; i++)
         d->q[d->part.v[i]] = y[2 * d->p + i];
 }
 
@@ -76,10 +76,10 @@ static void close_rates(kmp_reduced *d, const double *ud)
 int kmp_reduced_place(kmp_reduced *d, double t, const double *y)
 {
     put_q(d, t, y);
-    if (d->carried)
+    if (d->integrated)
         kmp_plant_closure(d->plant, t, d->q);
-    if (d->carried ? kmp_reduction_factor(&d->red)
-                   : kmp_reduction_close(&d->red, t, d->q, d->weight, KMP_CORRECTION_IN_STAGE))
+    if (d->integrated ? kmp_reduction_factor(&d->red)
+                      : kmp_reduction_close(&d->red, t, d->q, d->weight, KMP_CORRECTION_IN_STAGE))
         return KMP_RETRY;
     if (!d->by_saddle)
         kmp_reduction_tangent(&d->red);
@@ -144,7 +144,7 @@ static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
         dy[k] = y[d->p + k];
         dy[d->p + k] = d->udd[k];
     }
-    for (int i = 0; d->carried && i < d->r; i++)
+    for (int i = 0; d->integrated && i < d->r; i++)
         dy[2 * d->p + i] = d->qd[d->part.v[i]];
     return KMP_GO;
 }
@@ -168,7 +168,7 @@ static int jacobian(void *self, double t, const double *y, double *j)
     kmp_reduced *d = self;
     if (kmp_reduced_evaluate(d, t, y) != KMP_GO)
         return KMP_RETRY;
-    kmp_reduced_jacobian_eval(&d->tangents, t, d->q, d->qd, d->udd, d->road.size, j);
+    kmp_reduced_jacobian_eval(&d->tangents, t, d->q, d->qd, d->udd, d->formulation.size, j);
     return KMP_GO;
 }
 
@@ -181,7 +181,7 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
     if (!is_fused(d)) { /* h and the factors are there */
         if (d->by_saddle)
             kmp_reduction_tangent(&d->red);
-        if (d->carried)
+        if (d->integrated)
             kmp_reduction_correction(&d->red);
         if (d->r > 0)
             kmp_block_take_signs(d->red.block, d->signs_now);
@@ -203,7 +203,7 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
 static int correct(kmp_reduced *d, double *v, const double *w)
 {
     bool still = d->p == 0 && !d->s->rheonomic;
-    if (!d->carried || d->r == 0 || still || kmp_plant_residual(d->plant) < KMP_CLOSED)
+    if (!d->integrated || d->r == 0 || still || kmp_plant_residual(d->plant) < KMP_CLOSED)
         return KMP_GO;
     double limit = d->part.m > d->r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT, worst = 0;
     for (int i = 0; i < d->r; i++) {
@@ -232,7 +232,7 @@ static double vdd_alone(const kmp_reduced *d, int i)
 static void remember(kmp_reduced *d, double t, const double *y)
 {
     d->t = t;
-    if (d->carried)
+    if (d->integrated)
         return;
     memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
     for (int i = 0; i < d->r; i++)
@@ -250,14 +250,14 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fus
 {
     int said = kmp_reduced_watch(d, t, end->signs);
     if (said == KMP_GO)
-        said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->road.reason);
+        said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->formulation.reason);
     if (said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t))
         said = KMP_RETRY;
     if (said != KMP_GO)
         return said;
     remember(d, t, y);
-    d->road.newton = d->red.newton;
-    d->road.factorizations = d->red.factorizations + d->saddle.factorizations;
+    d->formulation.newton = d->red.newton;
+    d->formulation.factorizations = d->red.factorizations + d->saddle.factorizations;
     d->steps++;
     d->apart = d->fused && !end->good;
     return KMP_GO;
@@ -276,10 +276,10 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 
 /* -- rows -------------------------------------------------------------------------------------------- */
 
-static void position(kmp_road *road, double t, const double *y, double *q)
+static void position(kmp_formulation *formulation, double t, const double *y, double *q)
 {
-    kmp_reduced *d = (kmp_reduced *)road;
-    if (d->carried)
+    kmp_reduced *d = (kmp_reduced *)formulation;
+    if (d->integrated)
         put_q(d, t, y);
     else
         (void)kmp_reduced_place(d, t, y);
@@ -319,19 +319,20 @@ static void explain_open(kmp_reduced *d, double t)
         }
     }
     kmp_text_printf(
-        &d->road.reason,
+        &d->formulation.reason,
         "the closures could not be solved at the output time t = %.9g: row '%s' stays open by %.2g (scaled)", t,
         part->m > 0 ? d->s->row_names[worst] : "", most);
     for (int k = 0; k < part->m - part->r; k++)
         if (part->redundant[k] == worst)
-            kmp_text_put(&d->road.reason, ". It is redundant, and does not agree with the other rows to rounding: give "
-                                          "the model's numbers more digits, or leave the row out");
+            kmp_text_put(&d->formulation.reason,
+                         ". It is redundant, and does not agree with the other rows to rounding: give "
+                         "the model's numbers more digits, or leave the row out");
 }
 
-static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
-               double *lambda, double *work)
+static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
+               double *qdd, double *lambda, double *work)
 {
-    kmp_reduced *d = (kmp_reduced *)road;
+    kmp_reduced *d = (kmp_reduced *)formulation;
     (void)yp;
     put_q(d, t, y);
     if (kmp_reduction_close(&d->red, t, d->q, NULL, 0)) {
@@ -364,19 +365,19 @@ static int put_slope(kmp_reduced *d, double t, const double *y, double *yp)
     return yp ? kmp_reduced_rhs(d, t, y, yp) : KMP_GO;
 }
 
-static int renew(kmp_road *road, double t, double *y, double *yp)
+static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
 {
-    kmp_reduced *d = (kmp_reduced *)road;
+    kmp_reduced *d = (kmp_reduced *)formulation;
     if (!d->due)
         return KMP_GO;
     int said = kmp_reduced_place(d, t, y) == KMP_GO ? kmp_reduced_exchange(d, t, y) : KMP_HALT;
     return said == KMP_GO && put_slope(d, t, y, yp) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
-static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
-                  double *y, double *yp)
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
+                  const double *lambda, double *y, double *yp)
 {
-    kmp_reduced *d = (kmp_reduced *)road;
+    kmp_reduced *d = (kmp_reduced *)formulation;
     (void)qdd, (void)lambda;
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
@@ -391,44 +392,44 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
-static void release(kmp_road *road)
+static void release(kmp_formulation *formulation)
 {
-    kmp_reduced *d = (kmp_reduced *)road;
+    kmp_reduced *d = (kmp_reduced *)formulation;
     kmp_fused_free(d->fused);
     kmp_reduced_jacobian_free(&d->tangents);
     kmp_reduction_free(&d->red);
     kmp_saddle_free(&d->saddle);
     kmp_partition_free(&d->part);
-    kmp_road_free(road);
+    kmp_formulation_free(formulation);
 }
 
 static bool allocate(kmp_reduced *d)
 {
-    kmp_arena *a = &d->road.arena;
+    kmp_arena *a = &d->formulation.arena;
     const kmp_arena_group groups[] = {{d->n, {&d->q, &d->qd, &d->qdd, &d->weight}},
                                       {d->part.m, {&d->lambda}},
                                       {d->p, {&d->udd, &d->anchor_u}},
                                       {d->r * d->p, {&d->anchor_b}},
                                       {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c}}};
-    kmp_road_make_unknowns(&d->road, kmp_reduced_work(d) + d->has_work, false);
+    kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
     d->signs = KMP_ARENA_NEW(a, int, d->r);
     d->signs_now = KMP_ARENA_NEW(a, int, d->r);
     return kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
 }
 
-static bool begin(kmp_reduced *d, const kmp_road_start *start)
+static bool begin(kmp_reduced *d, const kmp_formulation_start *start)
 {
     memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
-    kmp_reduced_pack(d, start->q, start->qd, d->road.y);
+    kmp_reduced_pack(d, start->q, start->qd, d->formulation.y);
     if (d->has_work)
-        d->road.y[kmp_reduced_work(d)] = start->work;
-    if (kmp_reduced_settle(d, start->t, d->road.y) == KMP_GO)
+        d->formulation.y[kmp_reduced_work(d)] = start->work;
+    if (kmp_reduced_settle(d, start->t, d->formulation.y) == KMP_GO)
         return true;
     (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
     return false;
 }
 
-static bool prepare(kmp_reduced *d, const kmp_road_start *start)
+static bool prepare(kmp_reduced *d, const kmp_formulation_start *start)
 {
     if (kmp_reduction_init(&d->red, start->plant, &d->part) != KEMPE_OK)
         return false;
@@ -442,18 +443,18 @@ static bool prepare(kmp_reduced *d, const kmp_road_start *start)
     kmp_reduced_set_tolerances(d);
     if (kmp_reduced_fuse(d, !start->brief) != KMP_GO)
         return false;
-    if (!(start->implicit || start->dae) || d->carried)
+    if (!(start->implicit || start->dae) || d->integrated)
         return true;
-    d->road.ode.jacobian = jacobian;
+    d->formulation.ode.jacobian = jacobian;
     if (kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work) != KEMPE_OK)
         return false;
     return !start->dae || kmp_reduced_describe(d, start->t);
 }
 
-static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
+static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
 {
     const kmp_partition *part = start->part;
-    kmp_reduced *d = kmp_road_new(start, sizeof *d);
+    kmp_reduced *d = kmp_formulation_new(start, sizeof *d);
     if (!d)
         return NULL;
     d->s = start->system;
@@ -462,7 +463,7 @@ static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
     d->fixed = start->fixed;
     d->journal = start->journal;
     d->restarts = start->restarts;
-    d->carried = kind->corrected || part->p == 0; /* with nothing else in the state, v keeps the steps in hand */
+    d->integrated = kind->corrected || part->p == 0; /* with nothing else in the state, v keeps the steps in hand */
     d->has_work = start->system->dissipative;
     d->n = part->n;
     d->p = part->p;
@@ -471,34 +472,38 @@ static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
     d->atol = start->atol;
     d->corrected_t = NAN;
     d->rate_scale = start->rate_scale;
-    d->road.release = release;
-    d->road.row = row;
-    d->road.position = position;
-    d->road.renew = renew;
-    d->road.resume = resume;
-    d->road.explain = kmp_reduced_explain;
+    d->formulation.release = release;
+    d->formulation.row = row;
+    d->formulation.position = position;
+    d->formulation.renew = renew;
+    d->formulation.resume = resume;
+    d->formulation.explain = kmp_reduced_explain;
     if (!kmp_partition_copy(&d->part, part) || !allocate(d)) {
         (void)kmp_fail_memory(start->system->context);
     } else {
-        d->road.ode = (kmp_ode){.n = d->road.size,
-                                .self = d,
-                                .rhs = kmp_reduced_rhs,
-                                .accept = accept,
-                                .positions = d->p,
-                                .quadratures = d->has_work};
+        d->formulation.ode = (kmp_ode){.n = d->formulation.size,
+                                       .self = d,
+                                       .rhs = kmp_reduced_rhs,
+                                       .accept = accept,
+                                       .positions = d->p,
+                                       .quadratures = d->has_work};
         if (prepare(d, start))
-            return &d->road;
+            return &d->formulation;
     }
-    release(&d->road);
+    release(&d->formulation);
     return NULL;
 }
 
-const kmp_road_kind kmp_road_carried = {
-    .road = "reduced", .form = "carried", .standard = true, .corrected = true, .by_bodies = true, .create = create};
-const kmp_road_kind kmp_road_closed = {.road = "reduced",
-                                       .form = "closed",
-                                       .standard = true,
-                                       .both = true,
-                                       .jacobian = true,
-                                       .by_bodies = true,
-                                       .create = create};
+const kmp_formulation_kind kmp_formulation_integrated = {.formulation = "reduced",
+                                                         .form = "integrated",
+                                                         .standard = true,
+                                                         .corrected = true,
+                                                         .by_bodies = true,
+                                                         .create = create};
+const kmp_formulation_kind kmp_formulation_newton = {.formulation = "reduced",
+                                                     .form = "newton",
+                                                     .standard = true,
+                                                     .both = true,
+                                                     .jacobian = true,
+                                                     .by_bodies = true,
+                                                     .create = create};

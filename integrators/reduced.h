@@ -1,28 +1,28 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The inside of the reduced road: states, steps and rows (reduced.c), the watch over the choice of u and exchanges
- * (reduced_choice.c), the same equations as a DAE (reduced_dae.c). */
+/* The inside of the reduced formulation: states, steps and rows (reduced.c), the watch over the choice of u and
+ * exchanges (reduced_choice.c), the same equations as a DAE (reduced_dae.c). */
 #ifndef KMP_INTEGRATORS_REDUCED_H
 #define KMP_INTEGRATORS_REDUCED_H
 
 #include "constraints/fused.h"
+#include "integrators/formulation.h"
 #include "integrators/reduced_jacobian.h"
-#include "integrators/road.h"
 
 typedef struct kmp_reduced {
-    kmp_road road; /* first */
+    kmp_formulation formulation; /* first */
     const kempe_system *s;
     kmp_plant *plant;
     kmp_margin *margin;
     kmp_partition part; /* its own: exchanges change it */
     kmp_reduction red;
-    kmp_fused *fused;  /* carried; NULL: there is none */
+    kmp_fused *fused;  /* integrated; NULL: there is none */
     bool apart;        /* its order of elimination is bad where the last step ended */
     long steps;        /* since the last exchange */
     bool by_saddle;    /* accelerations and multipliers come from there: by articulated bodies, or with many freedoms */
     kmp_saddle saddle; /* v's rates are the reduction's all the same */
     kmp_reduced_jacobian tangents; /* when asked for */
     double *jacobian;              /* size x size: of the residual by y, as a DAE */
-    bool carried, has_work, fixed, restarts;
+    bool integrated, has_work, fixed, restarts;
     bool due; /* an exchange, before the next step */
     kmp_journal *journal;
     int n, p, r;
@@ -84,7 +84,7 @@ int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs);
 
 /** Why steps have shrunk to nothing: at a dead centre that evaluations cannot pass, or where det Jv keeps changing its
  * sign. */
-void kmp_reduced_explain(kmp_road *road);
+void kmp_reduced_explain(kmp_formulation *formulation);
 
 /** An exchange that is due, at d->q and d->qd, where the plant is; y becomes the state in the new unknowns. */
 int kmp_reduced_exchange(kmp_reduced *d, double t, double *y);
@@ -98,7 +98,7 @@ bool kmp_reduced_try_saddle(kmp_reduced *d);
 
 /* reduced_dae.c */
 
-/** The road as a DAE, begun at t. false after a message. */
+/** The formulation as a DAE, begun at t. false after a message. */
 bool kmp_reduced_describe(kmp_reduced *d, double t);
 
 #endif

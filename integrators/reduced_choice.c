@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The choice of u on the reduced road. It ends at a dead centre: |Bvu| grows without bound and det Jv changes sign.
- * Both are watched at every accepted step, because the ODE itself may pass such a point and go on wrongly without any
- * other sign. Before that u and v are exchanged, unless u is to stay. */
+/* The choice of u on the reduced formulation. It ends at a dead centre: |Bvu| grows without bound and det Jv changes
+ * sign. Both are watched at every accepted step, because the ODE itself may pass such a point and go on wrongly without
+ * any other sign. Before that u and v are exchanged, unless u is to stay. */
 #include "constraints/tolerances.h"
 #include "integrators/reduced.h"
 #include <string.h>
@@ -21,16 +21,16 @@ static const char *name_of(const kmp_reduced *d, int k)
 static int dead_centre(kmp_reduced *d, double t, const char *sign, int v, int u)
 {
     kmp_text_printf(
-        &d->road.reason,
+        &d->formulation.reason,
         "independent coordinate '%s' came to a dead centre at t = %.9g: %s for dependent '%s'; beyond it '%s' "
-        "no longer determines the mechanism. Choose another with --u, or take the projected road",
+        "no longer determines the mechanism. Choose another with --independent, or take the projected formulation",
         name_of(d, u), t, sign, name_of(d, v), name_of(d, u));
     return KMP_HALT;
 }
 
 static double exchange_growth(const kmp_reduced *d)
 {
-    return d->carried || d->restarts ? KMP_EXCHANGE_GROWTH : KMP_EXCHANGE_CLOSED;
+    return d->integrated || d->restarts ? KMP_EXCHANGE_GROWTH : KMP_EXCHANGE_CLOSED;
 }
 
 /* |Bvu| of the tangent at hand, and whether it asks for an exchange. */
@@ -73,9 +73,9 @@ int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs)
 
 /* Steps that shrink to nothing: at a dead centre that evaluations cannot pass, or where det Jv keeps changing its sign.
  */
-void kmp_reduced_explain(kmp_road *road)
+void kmp_reduced_explain(kmp_formulation *formulation)
 {
-    kmp_reduced *d = (kmp_reduced *)road;
+    kmp_reduced *d = (kmp_reduced *)formulation;
     kmp_text what = {0};
     if (d->growth >= KMP_GROWTH_EXPLAINS) {
         kmp_text_printf(&what, "the loops cannot be closed further, |dv/du| has grown to %.3g", d->growth);
@@ -83,10 +83,10 @@ void kmp_reduced_explain(kmp_road *road)
         kmp_text_free(&what);
     } else if (d->crossed) {
         kmp_text_printf(
-            &road->reason,
+            &formulation->reason,
             "the closures lose a row at t = %.9g: det Jv changes its sign while |dv/du| stays at %.3g, so two "
             "branches of the mechanism meet there and the motion may go on along either; change the start or "
-            "the lengths, or take the projected road",
+            "the lengths, or take the projected formulation",
             d->t, d->growth);
     }
 }
@@ -97,7 +97,7 @@ void kmp_reduced_explain(kmp_road *road)
  * depend on them, by iteration. */
 static bool can_fuse(const kmp_reduced *d)
 {
-    return d->carried && !d->by_saddle && !(d->has_work && d->s->rheonomic) && d->s->pressed_count == 0;
+    return d->integrated && !d->by_saddle && !(d->has_work && d->s->rheonomic) && d->s->pressed_count == 0;
 }
 
 /* For the choice of u at hand, whose factors are, too. */
@@ -125,7 +125,7 @@ bool kmp_reduced_try_saddle(kmp_reduced *d)
     return true;
 }
 
-/* Of the rows that the partition has; the plant has taken what the road goes by. */
+/* Of the rows that the partition has; the plant has taken what the formulation goes by. */
 bool kmp_reduced_renew_saddle(kmp_reduced *d)
 {
     long factorizations = d->saddle.factorizations;
@@ -176,8 +176,8 @@ static int take_over(kmp_reduced *d, double t, double *y)
         return KMP_HALT;
     kmp_reduced_pack(d, d->q, d->qd, y);
     kmp_reduced_set_tolerances(d);
-    d->road.exchanges++;
-    bool worth = d->steps >= KMP_ROAD_BRIEF;
+    d->formulation.exchanges++;
+    bool worth = d->steps >= KMP_FORMULATION_BRIEF;
     return kmp_reduced_settle(d, t, y) == KMP_GO ? kmp_reduced_fuse(d, worth) : KMP_HALT;
 }
 

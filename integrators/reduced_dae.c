@@ -41,7 +41,7 @@ static int matrix(void *self, double t, double cj, const double *y, const double
     if (prepare_residual(d, t, y) != KMP_GO)
         return KMP_RETRY;
     kmp_reduction_residual(&d->red, yp + d->p, d->udd); /* for a0 */
-    const kmp_dae *dae = &d->road.dae;
+    const kmp_dae *dae = &d->formulation.dae;
     memset(d->jacobian, 0, (size_t)(dae->n * dae->n) * sizeof *d->jacobian);
     kmp_reduced_jacobian_of_residual(&d->tangents, t, cj, d->q, d->qd, yp + d->p, dae->n, d->jacobian);
     for (int c = 0; c < dae->n; c++)
@@ -64,7 +64,7 @@ static int accept(void *self, double t, const double *y, const double *yp)
 /* Column k: u'[k] or -ud[k], then the rows of the motion and of the work, which are full. */
 static int fill_pattern(const kmp_reduced *d, long *col_start, long *row)
 {
-    int nz = 0, size = d->road.size;
+    int nz = 0, size = d->formulation.size;
     for (int c = 0; c < size; c++) {
         col_start[c] = nz;
         if (c < 2 * d->p)
@@ -78,29 +78,29 @@ static int fill_pattern(const kmp_reduced *d, long *col_start, long *row)
 
 bool kmp_reduced_describe(kmp_reduced *d, double t)
 {
-    kmp_arena *a = &d->road.arena;
-    int size = d->road.size;
+    kmp_arena *a = &d->formulation.arena;
+    int size = d->formulation.size;
     long *col_start = KMP_ARENA_NEW(a, long, size + 1), *row = KMP_ARENA_NEW(a, long, size *(size + 1));
     double *ones = KMP_ARENA_NEW(a, double, size);
     d->jacobian = KMP_ARENA_NEW(a, double, size *size);
-    d->road.yp = KMP_ARENA_NEW(a, double, size);
+    d->formulation.yp = KMP_ARENA_NEW(a, double, size);
     if (a->failed) {
         (void)kmp_fail_memory(d->s->context);
         return false;
     }
     for (int i = 0; i < size; i++)
         ones[i] = 1;
-    d->road.dae = (kmp_dae){.n = size,
-                            .nz = fill_pattern(d, col_start, row),
-                            .col_start = col_start,
-                            .row = row,
-                            .differential = ones,
-                            .factor = ones,
-                            .self = d,
-                            .residual = residual,
-                            .matrix = matrix,
-                            .accept = accept};
-    if (kmp_reduced_rhs(d, t, d->road.y, d->road.yp) == KMP_GO)
+    d->formulation.dae = (kmp_dae){.n = size,
+                                   .nz = fill_pattern(d, col_start, row),
+                                   .col_start = col_start,
+                                   .row = row,
+                                   .differential = ones,
+                                   .factor = ones,
+                                   .self = d,
+                                   .residual = residual,
+                                   .matrix = matrix,
+                                   .accept = accept};
+    if (kmp_reduced_rhs(d, t, d->formulation.y, d->formulation.yp) == KMP_GO)
         return true;
     (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "the accelerations cannot be evaluated at t = %.9g", t);
     return false;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One driver for explicit Runge-Kutta methods: first step, attempts, step-size control, the road's say, dense output on
- * demand. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4; Hairer, Wanner, II, IV.2.
+/* One driver for explicit Runge-Kutta methods: first step, attempts, step-size control, the formulation's say, dense
+ * output on demand. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4; Hairer, Wanner,
+ * II, IV.2.
  */
 #include "integrators/rk.h"
 #include "base/memory.h"
@@ -121,7 +122,7 @@ static void swap(double **a, double **b)
 /* What became of an attempt. */
 typedef enum outcome { TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP, HALTED } outcome;
 
-/* Stages, error test, derivative at the end, the road's consent. The new y is left in y_old. */
+/* Stages, error test, derivative at the end, the formulation's consent. The new y is left in y_old. */
 static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
 {
     const kmp_rk_method *method = s->method;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Explicit Runge-Kutta methods with error control, dense output and a say of the road at every step: what a method
- * tells the driver (rk.c), and the driver's inside for its stages. A new method is one file with a kmp_rk_method, a
- * KMP_RK_SOLVER line and a row in integrators.def. */
+/* Explicit Runge-Kutta methods with error control, dense output and a say of the formulation at every step: what a
+ * method tells the driver (rk.c), and the driver's inside for its stages. A new method is one file with a
+ * kmp_rk_method, a KMP_RK_SOLVER line and a row in integrators.def. */
 #ifndef KMP_INTEGRATORS_RK_H
 #define KMP_INTEGRATORS_RK_H
 
@@ -121,8 +121,8 @@ void kmp_rk_release(void *solver);
 kempe_status kmp_rk_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0);
 kempe_status kmp_rk_step(void *solver);
 
-/** The first call within a step may evaluate the right-hand side: a road that remembers its last evaluation must not
- * rely on it being the step's end after this. */
+/** The first call within a step may evaluate the right-hand side: a formulation that remembers its last evaluation must
+ * not rely on it being the step's end after this. */
 kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp);
 
 #define KMP_RK_SOLVER(id, is_standard)                                                                                 \

@@ -42,7 +42,7 @@ static kempe_status attend(kmp_runner *run)
 
 static kempe_status begin(kmp_runner *run)
 {
-    kempe_status status = kmp_runner_start(run, run->spec.t_start, run->road->y, run->road->yp, 0);
+    kempe_status status = kmp_runner_start(run, run->spec.t_start, run->formulation->y, run->formulation->yp, 0);
     if (status == KEMPE_OK && run->crossing) {
         status = kmp_crossing_begin(run->crossing, run->spec.t_start, &run->at_event);
         run->event_t = run->spec.t_start;
@@ -98,8 +98,8 @@ void kmp_runner_free(kmp_runner *run)
     kmp_crossing_free(run->crossing);
     if (run->solver)
         run->kind->release(run->solver);
-    if (run->road)
-        run->road->release(run->road);
+    if (run->formulation)
+        run->formulation->release(run->formulation);
     if (run->has_part)
         kmp_partition_free(&run->part);
     kmp_plant_free(run->plant);
@@ -128,7 +128,7 @@ double kmp_runner_t_old(const kmp_runner *run)
     return run->solver ? run->solver->t_old : run->work_t;
 }
 
-/* Adds the work of the road and integrator at hand. */
+/* Adds the work of the formulation and integrator at hand. */
 void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
 {
     if (!run->solver)
@@ -138,10 +138,10 @@ void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
     report->rejected += w.rejected;
     report->refused += w.refused;
     report->rhs += w.rhs;
-    report->newton += w.newton + run->road->newton;
+    report->newton += w.newton + run->formulation->newton;
     report->jacobians += w.matrices;
-    report->factorizations += w.factorizations + run->road->factorizations;
-    report->exchanges += run->road->exchanges;
+    report->factorizations += w.factorizations + run->formulation->factorizations;
+    report->exchanges += run->formulation->exchanges;
 }
 
 kempe_status kmp_runner_step(kmp_runner *run)
@@ -184,7 +184,7 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *
     if (status != KEMPE_OK)
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
     if ((run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
-         run->road->row(run->road, t, run->y, run->yp, q, qd, qdd, lambda, work) != KMP_GO) &&
+         run->formulation->row(run->formulation, t, run->y, run->yp, q, qd, qdd, lambda, work) != KMP_GO) &&
         !kmp_runner_bridge(run, t, q, qd, qdd, lambda, work))
         return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be completed", t);
     if (run->yp && run->way->dae)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The inside of a run, for the files that make one: its start, its changes of road, its failures, the work on it. */
+/* The inside of a run, for the files that make one: its start, its changes of formulation, its failures, the work on
+ * it. */
 #ifndef KMP_INTEGRATORS_RUNNER_H
 #define KMP_INTEGRATORS_RUNNER_H
 
@@ -7,7 +8,7 @@
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "integrators/events.h"
-#include "integrators/road.h"
+#include "integrators/formulation.h"
 #include "integrators/run.h"
 #include "integrators/solver.h"
 #include "integrators/work_bound.h"
@@ -17,21 +18,21 @@ struct kmp_runner {
     kmp_run_spec spec;
     kmp_team *team; /* of the plant and all that takes its back end; NULL: none */
     kmp_plant *plant;
-    kmp_arena arena; /* of arrays, but for those of a road */
-    bool by_bodies;  /* roads that can go by articulated bodies do */
+    kmp_arena arena; /* of arrays, but for those of a formulation */
+    bool by_bodies;  /* formulations that can go by articulated bodies do */
     kmp_partition part;
     bool has_part;
     kmp_margin margin;
-    kmp_road *road;
-    const kmp_road_kind *way; /* the road asked for; `road` may be the zone instead */
+    kmp_formulation *formulation;
+    const kmp_formulation_kind *way; /* the formulation asked for; `formulation` may be the zone instead */
     bool in_zone;
     bool walks;    /* across the zone in steps of dop853: no leap leads across, and the integrator stopped */
     double zone_t; /* where the zone was entered */
-    bool brief;    /* the road before lasted for a few steps */
+    bool brief;    /* the formulation before lasted for a few steps */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
-    kmp_run_report before; /* work of roads and solvers that are gone */
-    double *state;         /* q, qd, qdd, lambda at a change of road */
+    kmp_run_report before; /* work of formulations and solvers that are gone */
+    double *state;         /* q, qd, qdd, lambda at a change of formulation */
     double *seen, seen_t;  /* the user's coordinates (n) of spherical joints, at a time */
     double *next_seen;     /* n */
     long centrings;
@@ -44,7 +45,7 @@ struct kmp_runner {
     double *y, *yp;       /* at a row; yp for a DAE only */
     double *qdd, *lambda; /* at the start */
     double *moved;        /* 3 n + m: a row, where closures that move do work */
-    double work;          /* of non-conservative forces on a dae road, by quadrature up to work_t */
+    double work;          /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
     double work_t;
     double rate_scale, build_s, progress;
     unsigned long memory_failures; /* before it was made */
@@ -72,10 +73,10 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
 /** qdd and lambda of the chosen rows at the plant's last closure, which was at (t, q). */
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
 
-/** The road that leads this one through change points. */
-const kmp_road_kind *kmp_runner_zone(const kmp_runner *run);
-kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, double t, const double *q,
-                                  const double *qd, double work);
+/** The formulation that leads this one through change points. */
+const kmp_formulation_kind *kmp_runner_zone(const kmp_runner *run);
+kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
+                                         const double *qd, double work);
 kempe_status kmp_runner_make_solver(kmp_runner *run);
 
 /** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: of its own choice). */
@@ -83,18 +84,18 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
 
 /* runner_change.c */
 
-/** What the last step, which ended at t, calls for: an event passed, another road, other unknowns. */
+/** What the last step, which ended at t, calls for: an event passed, another formulation, other unknowns. */
 kempe_status kmp_runner_change(kmp_runner *run, double t);
 
 /** Begins the integrator anew at t within the last step, a one-step method with the step it had. */
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t);
 
-/** Takes the step that could not be made: an implicit integrator from a state made consistent; the reduced road, when
- * nobody asked for it, gives way to the projected one. */
+/** Takes the step that could not be made: an implicit integrator from a state made consistent; the reduced formulation,
+ * when nobody asked for it, gives way to the projected one. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t);
 
-/** Goes on at t with another road, from the state that the old one completes. */
-kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone);
+/** Goes on at t with another formulation, from the state that the old one completes. */
+kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool to_zone);
 
 /** The same from a state of the charts at hand (q, qd, qdd in run->state); first_step: as for an integrator's start. */
 kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step);
@@ -119,8 +120,8 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *
 
 /* runner_bridge.c */
 
-/** The row at t within the last step by another way than the road's own, which has failed, and said in the journal;
- * arguments as of kmp_runner_inner_row. false: not to be had so either, and nothing is changed. */
+/** The row at t within the last step by another way than the formulation's own, which has failed, and said in the
+ * journal; arguments as of kmp_runner_inner_row. false: not to be had so either, and nothing is changed. */
 bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work);
 
 /* runner_explain.c */
@@ -132,7 +133,7 @@ kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char
 /** No multipliers are found there: what ends runs there says so, if anything does, or the force is named. */
 kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *q, const double *qd);
 
-/** The sentence of a failure: a lock's, the road's, the integrator's, or `otherwise`. Whether it is a lock. */
+/** The sentence of a failure: a lock's, the formulation's, the integrator's, or `otherwise`. Whether it is a lock. */
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text);
 
 /** Adds to a reason which spherical joint has angles near to their singular position at the last step, if one has. */
@@ -146,12 +147,12 @@ const char *kmp_runner_driven_by(const kempe_system *s, int row);
 
 /* runner_work.c */
 
-/** Of non-conservative forces on a dae road, up to t within the last step. */
+/** Of non-conservative forces on a dae formulation, up to t within the last step. */
 kempe_status kmp_runner_add_work(kmp_runner *run, double t);
 
 /* run.c */
 
-/** Adds the work of the road and integrator at hand. */
+/** Adds the work of the formulation and integrator at hand. */
 void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report);
 
 /** Steps so far, those rejected and refused among them. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A row within the last step that its road cannot complete: inside a step its u, or the rows it keeps, may be worthless
- * that are good at both ends. The step is then made again from its beginning to the time of the row, along the
- * projected road, which needs no u, with rows chosen anew as often as they are wanted. */
+/* A row within the last step that its formulation cannot complete: inside a step its u, or the rows it keeps, may be
+ * worthless that are good at both ends. The step is then made again from its beginning to the time of the row, along
+ * the projected formulation, which needs no u, with rows chosen anew as often as they are wanted. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/runner.h"
@@ -17,7 +17,7 @@ typedef struct bridge {
     double *q, *qd; /* at t */
     kmp_partition part;
     kmp_margin margin;
-    kmp_road *road;
+    kmp_formulation *formulation;
     const kmp_solver_kind *kind;
     kmp_solver *solver;
     double *y;
@@ -28,16 +28,16 @@ static void tear_down(bridge *b)
 {
     if (b->solver)
         b->kind->release(b->solver);
-    if (b->road)
-        b->road->release(b->road);
+    if (b->formulation)
+        b->formulation->release(b->formulation);
     kmp_margin_free(&b->margin);
     kmp_partition_free(&b->part);
     b->solver = NULL;
-    b->road = NULL;
+    b->formulation = NULL;
     b->y = NULL;
 }
 
-/* Rows, road and integrator for the state at hand. */
+/* Rows, formulation and integrator for the state at hand. */
 static bool set_up(bridge *b)
 {
     kmp_runner *run = b->run;
@@ -46,28 +46,28 @@ static bool set_up(bridge *b)
         !kmp_margin_init(&b->margin, run->s, &b->part))
         return false;
     kmp_margin_ignore(&b->margin);
-    const kmp_road_start given = {.system = run->s,
-                                  .plant = run->plant,
-                                  .part = &b->part,
-                                  .margin = &b->margin,
-                                  .t = b->t,
-                                  .q = b->q,
-                                  .qd = b->qd,
-                                  .work = b->work,
-                                  .rtol = run->spec.rtol,
-                                  .atol = run->spec.atol,
-                                  .rate_scale = run->rate_scale,
-                                  .journal = run->journal};
-    b->road = kmp_road_projected.create(&kmp_road_projected, &given);
-    if (!b->road)
+    const kmp_formulation_start given = {.system = run->s,
+                                         .plant = run->plant,
+                                         .part = &b->part,
+                                         .margin = &b->margin,
+                                         .t = b->t,
+                                         .q = b->q,
+                                         .qd = b->qd,
+                                         .work = b->work,
+                                         .rtol = run->spec.rtol,
+                                         .atol = run->spec.atol,
+                                         .rate_scale = run->rate_scale,
+                                         .journal = run->journal};
+    b->formulation = kmp_formulation_projected.create(&kmp_formulation_projected, &given);
+    if (!b->formulation)
         return false;
     b->kind = kmp_solver_find("dop853");
-    b->y = KMP_ARENA_NEW(&b->road->arena, double, b->road->size);
+    b->y = KMP_ARENA_NEW(&b->formulation->arena, double, b->formulation->size);
     b->solver = b->kind->create(b->kind, &(kmp_solver_setup){.context = run->s->context,
-                                                             .ode = &b->road->ode,
-                                                             .dae = &b->road->dae,
-                                                             .tolerance = {run->spec.rtol, b->road->atol}});
-    return b->solver && b->y && b->kind->start(b->solver, b->t, b->road->y, NULL, b->end, 0) == KEMPE_OK;
+                                                             .ode = &b->formulation->ode,
+                                                             .dae = &b->formulation->dae,
+                                                             .tolerance = {run->spec.rtol, b->formulation->atol}});
+    return b->solver && b->y && b->kind->start(b->solver, b->t, b->formulation->y, NULL, b->end, 0) == KEMPE_OK;
 }
 
 /* Whether steps until the end, or until other rows are wanted, could be made. */
@@ -90,18 +90,19 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double 
 {
     int n = run->s->n;
     double *state = KMP_NEW(double, 3 * n + run->s->m), start = kmp_runner_t_old(run);
-    kmp_text why = run->road->reason;
-    run->road->reason = (kmp_text){0};
+    kmp_text why = run->formulation->reason;
+    run->formulation->reason = (kmp_text){0};
     bool by_bodies = run->plant->by_bodies, found = state && start < t;
-    found = found && kmp_road_find(run->way->road, run->way->form) == run->way; /* no other has the same unknowns */
+    found = found && kmp_formulation_find(run->way->formulation, run->way->form) ==
+                         run->way; /* no other has the same unknowns */
     bridge b = {.run = run, .t = start, .end = t, .q = state, .qd = state ? state + n : NULL};
     found = found && run->kind->dense(run->solver, start, run->y, run->yp) == KEMPE_OK &&
-            run->road->row(run->road, start, run->y, run->yp, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
+            run->formulation->row(run->formulation, start, run->y, run->yp, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
     kmp_plant_take(run->plant, false);
     while (found && b.t < t) {
         double *other = state + 2 * n, *multipliers = state + 3 * n;
         found = set_up(&b) && march(&b) && b.kind->dense(b.solver, b.t, b.y, NULL) == KEMPE_OK &&
-                b.road->row(b.road, b.t, b.y, NULL, b.q, b.qd, other, multipliers, &b.work) == KMP_GO;
+                b.formulation->row(b.formulation, b.t, b.y, NULL, b.q, b.qd, other, multipliers, &b.work) == KMP_GO;
         if (found && !(b.t < t)) {
             memcpy(q, b.q, (size_t)n * sizeof *q);
             if (qd)
@@ -116,14 +117,14 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double 
     }
     kmp_plant_take(run->plant, by_bodies);
     kmp_free(state);
-    kmp_text_free(&run->road->reason);
+    kmp_text_free(&run->formulation->reason);
     if (!found) {
-        run->road->reason = why;
+        run->formulation->reason = why;
         return false;
     }
     kmp_context_clear(run->s->context);
     kmp_journal_note(run->journal, "row", t, NAN, NAN,
-                     "%s: the step from t = %.9g was made again up to there along the projected road",
+                     "%s: the step from t = %.9g was made again up to there along the projected formulation",
                      why.length ? why.s : "the state could not be completed", start);
     kmp_text_free(&why);
     return true;

@@ -45,7 +45,7 @@ static bool position_at(kmp_runner *run, double t, double *q)
 {
     if (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return false;
-    run->road->position(run->road, t, run->y, q);
+    run->formulation->position(run->formulation, t, run->y, q);
     return true;
 }
 
@@ -111,7 +111,7 @@ void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start)
 static bool may_center(const kmp_runner *run, int c)
 {
     int first = run->s->chart_first[c];
-    for (int k = 0; run->spec.fixed_u && k < run->part.p; k++)
+    for (int k = 0; run->spec.keep_independent && k < run->part.p; k++)
         if (run->part.u[k] >= first && run->part.u[k] < first + 3)
             return false;
     return true;
@@ -139,7 +139,7 @@ static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd
     kmp_plant_set_charts(run->plant, run->plant->chart);
 }
 
-/* Whether the road has understood the state: its rates are those given. */
+/* Whether the formulation has understood the state: its rates are those given. */
 static bool is_same(const kmp_runner *run, const double *qd, const double *given)
 {
     double most = 0, off = 0;
@@ -150,15 +150,16 @@ static bool is_same(const kmp_runner *run, const double *qd, const double *given
     return off <= SAME * most;
 }
 
-/* The road's unknowns from the mapped state in run->state, run->qdd and run->lambda; once more from the row that it
- * completes, which leaves its predictions right. false: it does not go on from there. */
+/* The formulation's unknowns from the mapped state in run->state, run->qdd and run->lambda; once more from the row that
+ * it completes, which leaves its predictions right. false: it does not go on from there. */
 static bool resume(kmp_runner *run, double t)
 {
     int n = run->s->n;
     double *q = run->state, *qd = q + n, *row = run->moved, work;
     for (int pass = 0; pass < 2; pass++)
-        if (run->road->resume(run->road, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO ||
-            run->road->row(run->road, t, run->y, run->yp, row, row + n, row + 2 * n, row + 3 * n, &work) != KMP_GO ||
+        if (run->formulation->resume(run->formulation, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO ||
+            run->formulation->row(run->formulation, t, run->y, run->yp, row, row + n, row + 2 * n, row + 3 * n,
+                                  &work) != KMP_GO ||
             !is_same(run, row + n, qd))
             return false;
     return true;

@@ -13,14 +13,14 @@ enum { PROBES = 10 };
 /* Steps that must lie between two rescues of an implicit integrator. */
 enum { RESCUE_WAY = 100 };
 
-static void release_road(kmp_runner *run)
+static void release_formulation(kmp_runner *run)
 {
     kmp_runner_add_report(run, &run->before);
-    run->brief = run->solver->work.steps < KMP_ROAD_BRIEF;
+    run->brief = run->solver->work.steps < KMP_FORMULATION_BRIEF;
     run->kind->release(run->solver);
-    run->road->release(run->road);
+    run->formulation->release(run->formulation);
     run->solver = NULL;
-    run->road = NULL;
+    run->formulation = NULL;
     run->y = run->yp = NULL;
 }
 
@@ -29,7 +29,8 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
     kmp_partition before = run->part;
     run->has_part = false;
-    kempe_status status = kmp_runner_choose(run, t, q, run->margin.r, before.u, run->spec.fixed_u ? before.p : 0);
+    kempe_status status =
+        kmp_runner_choose(run, t, q, run->margin.r, before.u, run->spec.keep_independent ? before.p : 0);
     kmp_partition_free(&before);
     if (status != KEMPE_OK || run->margin.r == 0)
         return status;
@@ -42,10 +43,10 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step)
 {
     double *q = run->state, *qd = q + run->s->n;
-    if (run->road->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
-                            run->road->keep(run->road, t, run->y) != KMP_GO))
+    if (run->formulation->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
+                                   run->formulation->keep(run->formulation, t, run->y) != KMP_GO))
         return KEMPE_E_FAILED;
-    release_road(run);
+    release_formulation(run);
     run->zone_t = run->in_zone ? run->zone_t : t;
     run->in_zone = to_zone;
     kempe_status status = choose_again(run, t, q);
@@ -55,34 +56,34 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
     if (status == KEMPE_OK && meets)
         status = kmp_runner_accelerate(run, t, q, qd);
     if (status == KEMPE_OK)
-        status = kmp_runner_make_road(run, to_zone ? kmp_runner_zone(run) : run->way, t, q, qd, work);
+        status = kmp_runner_make_formulation(run, to_zone ? kmp_runner_zone(run) : run->way, t, q, qd, work);
     if (status == KEMPE_OK)
         status = kmp_runner_make_solver(run);
     run->work = work;
     run->work_t = t;
     if (status != KEMPE_OK)
         return status;
-    return kmp_runner_start(run, t, run->road->y, run->road->yp, first_step);
+    return kmp_runner_start(run, t, run->formulation->y, run->formulation->yp, first_step);
 }
 
 /* first_step: as for an integrator's start. */
-static kempe_status change_road(kmp_runner *run, double t, bool to_zone, double first_step)
+static kempe_status change_formulation(kmp_runner *run, double t, bool to_zone, double first_step)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
     return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, first_step) : status;
 }
 
-kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
+kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool to_zone)
 {
-    return change_road(run, t, to_zone, 0);
+    return change_formulation(run, t, to_zone, 0);
 }
 
 /* Where a dropped row needs too much of a kept one they change places. */
 static kempe_status change_rows(kmp_runner *run, double t)
 {
     double before = run->margin.rows, h = run->solver->h;
-    kempe_status status = change_road(run, t, false, h);
+    kempe_status status = change_formulation(run, t, false, h);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
                          "other closure rows are taken as the independent ones: the dropped ones took %.2g times one "
@@ -91,7 +92,7 @@ static kempe_status change_rows(kmp_runner *run, double t)
     return status;
 }
 
-/* The plant's closure at the end of the last step, unless its road has asked for the margin there. */
+/* The plant's closure at the end of the last step, unless its formulation has asked for the margin there. */
 static kempe_status come_to(kmp_runner *run, double t)
 {
     if (kmp_margin_knows(&run->margin, t))
@@ -99,7 +100,7 @@ static kempe_status come_to(kmp_runner *run, double t)
     kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
     if (status != KEMPE_OK)
         return status;
-    run->road->position(run->road, t, run->y, run->state);
+    run->formulation->position(run->formulation, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
     return KEMPE_OK;
 }
@@ -110,8 +111,9 @@ static void find_jerk(kmp_runner *run, double t, double *jerk)
 {
     int n = run->s->n;
     double *q = run->moved, *qdd = q + 2 * n, work, back = 0.5 * (t - kmp_runner_t_old(run));
-    bool found = back > 0 && run->kind->dense(run->solver, t - back, run->y, run->yp) == KEMPE_OK &&
-                 run->road->row(run->road, t - back, run->y, run->yp, q, q + n, qdd, q + 3 * n, &work) == KMP_GO;
+    bool found =
+        back > 0 && run->kind->dense(run->solver, t - back, run->y, run->yp) == KEMPE_OK &&
+        run->formulation->row(run->formulation, t - back, run->y, run->yp, q, q + n, qdd, q + 3 * n, &work) == KMP_GO;
     for (int i = 0; i < n; i++)
         jerk[i] = found ? (run->qdd[i] - qdd[i]) / back : 0;
 }
@@ -157,7 +159,7 @@ static kempe_status enter_zone(kmp_runner *run, double t, double tau)
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
     if (status != KEMPE_OK || !lies_ahead(run, t, tau))
         return status;
-    return kmp_runner_change_road(run, t, true);
+    return kmp_runner_change_formulation(run, t, true);
 }
 
 /* A leap is one step long; steps across a zone go on until its surroundings are left. */
@@ -168,7 +170,7 @@ static kempe_status leave_zone(kmp_runner *run, double t)
     if (run->walks) {
         double since = run->zone_t;
         run->walks = false;
-        kempe_status status = kmp_runner_change_road(run, t, false);
+        kempe_status status = kmp_runner_change_formulation(run, t, false);
         if (status == KEMPE_OK)
             kmp_journal_note(run->journal, "change point", t, NAN, NAN,
                              "the integrator stopped beside a change point; the projected formulation led on from "
@@ -178,7 +180,7 @@ static kempe_status leave_zone(kmp_runner *run, double t)
     }
     double from = kmp_runner_t_old(run), at, size;
     kmp_leap_nearest(run->solver, &at, &size);
-    kempe_status status = kmp_runner_change_road(run, t, false);
+    kempe_status status = kmp_runner_change_formulation(run, t, false);
     bool through = at > from || from == run->spec.t_start;
     if (status == KEMPE_OK && through && size < KMP_ZONE_IN)
         kmp_journal_note(run->journal, "change point", at, size, run->margin.last / run->margin.usual,
@@ -188,11 +190,11 @@ static kempe_status leave_zone(kmp_runner *run, double t)
     return status;
 }
 
-/* The motion turns before the place that it seemed to lead to: the road takes it from there, and is not asked about
- * change points until it has left the surroundings. */
+/* The motion turns before the place that it seemed to lead to: the formulation takes it from there, and is not asked
+ * about change points until it has left the surroundings. */
 static kempe_status quit_zone(kmp_runner *run, double t)
 {
-    kempe_status status = kmp_runner_change_road(run, t, false);
+    kempe_status status = kmp_runner_change_formulation(run, t, false);
     run->margin.tried = run->margin.last; /* of t again: the leap has looked elsewhere */
     return status == KEMPE_OK ? run->kind->step(run->solver) : status;
 }
@@ -229,7 +231,7 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     if (DBL_EPSILON * most <= KMP_MARGIN_CANCELLED * run->spec.rtol * size || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     run->by_bodies = false;
-    kempe_status status = kmp_runner_change_road(run, t, false);
+    kempe_status status = kmp_runner_change_formulation(run, t, false);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "dynamics", t, most, size,
                          "with the loops open some joint moves next to no inertia: by M and C from there, not by "
@@ -237,17 +239,17 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     return status;
 }
 
-/* Lets the road re-arrange its unknowns at the end of the last step; an integrator is then started anew, a one-step
- * method with the step it had. */
+/* Lets the formulation re-arrange its unknowns at the end of the last step; an integrator is then started anew, a
+ * one-step method with the step it had. */
 static kempe_status renew(kmp_runner *run, double t)
 {
     double h = t - kmp_runner_t_old(run);
-    if (!run->road->renew || !(h > 0))
+    if (!run->formulation->renew || !(h > 0))
         return KEMPE_OK;
     kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
     if (status != KEMPE_OK)
         return status;
-    switch (run->road->renew(run->road, t, run->y, run->yp)) {
+    switch (run->formulation->renew(run->formulation, t, run->y, run->yp)) {
     case KMP_GO:
         return KEMPE_OK;
     case KMP_CHANGED:
@@ -348,7 +350,7 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
     kempe_status status = kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work);
     if (status != KEMPE_OK)
         return status;
-    if (run->road->resume(run->road, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO)
+    if (run->formulation->resume(run->formulation, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO)
         return KEMPE_E_FAILED;
     if (run->crossing)
         run->crossing->search.ready = false; /* accelerations are others */
@@ -372,16 +374,16 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
     return status == KEMPE_OK && run->anew ? kmp_runner_begin_anew(run, t) : status;
 }
 
-/* Whether the projected road may go on: nobody asked for this one, and the integrator fits both. */
+/* Whether the projected formulation may go on: nobody asked for this one, and the integrator fits both. */
 static bool may_project(const kmp_runner *run)
 {
-    const kmp_road_kind *projected = kmp_road_find("projected", NULL);
+    const kmp_formulation_kind *projected = kmp_formulation_find("projected", NULL);
     const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
     bool out_of_memory = kmp_memory_failures() != run->memory_failures;
     return run->spec.open && !out_of_memory && run->way != projected && solver->corrects && !solver->implicit;
 }
 
-/* A reduced road that stopped goes on from the last accepted step along the projected one, which needs no u. */
+/* A reduced formulation that stopped goes on from the last accepted step along the projected one, which needs no u. */
 static kempe_status take_projected(kmp_runner *run, double t)
 {
     kmp_text why = {0};
@@ -389,17 +391,18 @@ static kempe_status take_projected(kmp_runner *run, double t)
         kmp_text_free(&why);
         return KEMPE_E_FAILED;
     }
-    run->way = kmp_road_find("projected", NULL);
-    run->spec.fixed_u = false;
+    run->way = kmp_formulation_find("projected", NULL);
+    run->spec.keep_independent = false;
     kmp_context_clear(run->s->context);
-    kempe_status status = kmp_runner_change_road(run, t, false);
+    kempe_status status = kmp_runner_change_formulation(run, t, false);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
     if (status == KEMPE_OK)
-        kmp_journal_note(run->journal, "road", t, NAN, NAN,
-                         "no choice of independent coordinates leads on (%s); the projected road, which needs none, "
-                         "goes on from there",
-                         why.s ? why.s : "");
+        kmp_journal_note(
+            run->journal, "formulation", t, NAN, NAN,
+            "no choice of independent coordinates leads on (%s); the projected formulation, which needs none, "
+            "goes on from there",
+            why.s ? why.s : "");
     kmp_text_free(&why);
     return status;
 }
@@ -408,9 +411,9 @@ static kempe_status take_projected(kmp_runner *run, double t)
 static kempe_status step_in_zone(kmp_runner *run, double t, bool walks)
 {
     run->walks = walks;
-    kmp_text_free(&run->road->reason);
+    kmp_text_free(&run->formulation->reason);
     kmp_context_clear(run->s->context);
-    kempe_status status = kmp_runner_change_road(run, t, true);
+    kempe_status status = kmp_runner_change_formulation(run, t, true);
     return status == KEMPE_OK ? run->kind->step(run->solver) : status;
 }
 
@@ -432,7 +435,7 @@ static bool is_near_zone(kmp_runner *run, double t)
     if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||
         run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return false;
-    run->road->position(run->road, t, run->y, run->state);
+    run->formulation->position(run->formulation, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
     return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN;
 }
@@ -452,12 +455,12 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
         return KEMPE_E_FAILED;
     if (is_near_zone(run, t))
         return take_zone(run, t);
-    if (!run->yp || run->road->reason.length > 0 ||
+    if (!run->yp || run->formulation->reason.length > 0 ||
         (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
         return KEMPE_E_FAILED;
     run->rescued_at = kmp_runner_tried(run);
     kmp_context_clear(run->s->context); /* of the integrator that is given up */
-    kempe_status status = kmp_runner_change_road(run, t, false);
+    kempe_status status = kmp_runner_change_formulation(run, t, false);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
     if (status == KEMPE_OK)

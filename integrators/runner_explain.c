@@ -27,21 +27,21 @@ static kempe_status fail_memory(const kmp_runner *run)
 
 void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text)
 {
-    if (!run->road || !run->solver)
+    if (!run->formulation || !run->solver)
         return;
     double t = run->solver->t;
     if (!(t > run->spec.t_start) || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return;
-    run->road->position(run->road, t, run->y, run->state);
+    run->formulation->position(run->formulation, t, run->y, run->state);
     kmp_angles_explain(run->s->model, run->state, text);
 }
 
 int kmp_runner_lock(kmp_runner *run, double t)
 {
-    if (!run->road || !run->solver || !run->s->rheonomic ||
+    if (!run->formulation || !run->solver || !run->s->rheonomic ||
         run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return -1;
-    run->road->position(run->road, t, run->y, run->state);
+    run->formulation->position(run->formulation, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
     bool open = kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH; /* behind a dead centre no motion closes it */
     bool been = run->margin.tried > 0 && open;
@@ -106,8 +106,8 @@ static void name_unknowns(const kmp_runner *run, kmp_text *text)
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text)
 {
     const char *said = kempe_context_message(run->s->context);
-    if (run->road && run->road->explain && run->road->reason.length == 0 && !*said)
-        run->road->explain(run->road);
+    if (run->formulation && run->formulation->explain && run->formulation->reason.length == 0 && !*said)
+        run->formulation->explain(run->formulation);
     const double *begin = run->state; /* nothing has moved yet */
     if (t == run->spec.t_start && begin && run->plant && explain_end(run, t, begin, begin + run->s->n, text))
         return false;
@@ -118,15 +118,15 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
         return false;
     }
     bool locks = explain_lock(run, text, t);
-    if (!locks && run->road && run->road->reason.length)
-        kmp_text_put(text, run->road->reason.s);
+    if (!locks && run->formulation && run->formulation->reason.length)
+        kmp_text_put(text, run->formulation->reason.s);
     else if (!locks && *said)
         kmp_text_put(text, said);
     else if (!locks && kmp_is_unsettled(run->plant))
         kmp_put_unsettled(run->plant, text);
     else if (!locks)
         kmp_text_printf(text, "%s at t = %.9g", otherwise, t);
-    if (!locks && run->road && !kmp_is_unsettled(run->plant) && !(run->crossing && run->crossing->stuck))
+    if (!locks && run->formulation && !kmp_is_unsettled(run->plant) && !(run->crossing && run->crossing->stuck))
         name_unknowns(run, text);
     kmp_runner_explain_angles(run, text);
     return locks;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The start of a run: independent rows and coordinates, rates and accelerations that fit, a road and an integrator. */
+/* The start of a run: independent rows and coordinates, rates and accelerations that fit, a formulation and an
+ * integrator. */
 #include "base/memory.h"
 #include "constraints/massless.h"
 #include "constraints/pressing.h"
@@ -103,38 +104,38 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
     return status;
 }
 
-const kmp_road_kind *kmp_runner_zone(const kmp_runner *run)
+const kmp_formulation_kind *kmp_runner_zone(const kmp_runner *run)
 {
-    return run->way->zone ? run->way->zone : &kmp_road_zone;
+    return run->way->zone ? run->way->zone : &kmp_formulation_zone;
 }
 
-kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, double t, const double *q,
-                                  const double *qd, double work)
+kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
+                                         const double *qd, double work)
 {
-    kmp_road_start given = {.system = run->s,
-                            .plant = run->plant,
-                            .part = &run->part,
-                            .margin = &run->margin,
-                            .t = t,
-                            .q = q,
-                            .qd = qd,
-                            .qdd = run->qdd,
-                            .lambda = run->lambda,
-                            .work = work,
-                            .rtol = run->spec.rtol,
-                            .atol = run->spec.atol,
-                            .rate_scale = run->rate_scale,
-                            .brief = run->brief,
-                            .journal = run->journal,
-                            .fixed = run->spec.fixed_u,
-                            .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
-                            .implicit = kmp_solver_find(run->spec.integrator)->implicit,
-                            .dae = kmp_solver_find(run->spec.integrator)->dae,
-                            .user = run->spec.user};
+    kmp_formulation_start given = {.system = run->s,
+                                   .plant = run->plant,
+                                   .part = &run->part,
+                                   .margin = &run->margin,
+                                   .t = t,
+                                   .q = q,
+                                   .qd = qd,
+                                   .qdd = run->qdd,
+                                   .lambda = run->lambda,
+                                   .work = work,
+                                   .rtol = run->spec.rtol,
+                                   .atol = run->spec.atol,
+                                   .rate_scale = run->rate_scale,
+                                   .brief = run->brief,
+                                   .journal = run->journal,
+                                   .fixed = run->spec.keep_independent,
+                                   .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
+                                   .implicit = kmp_solver_find(run->spec.integrator)->implicit,
+                                   .dae = kmp_solver_find(run->spec.integrator)->dae,
+                                   .user = run->spec.user};
     kmp_plant_take(run->plant, run->by_bodies && way->by_bodies && !given.implicit && !given.dae);
     run->before.by_bodies = run->before.by_bodies || run->plant->by_bodies;
-    run->road = way->create(way, &given);
-    return run->road ? KEMPE_OK : KEMPE_E_FAILED;
+    run->formulation = way->create(way, &given);
+    return run->formulation ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
 /* How far the accelerations at the start come out otherwise by articulated bodies, as part of their size. */
@@ -191,16 +192,17 @@ static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 
 kempe_status kmp_runner_make_solver(kmp_runner *run)
 {
-    kmp_road *road = run->road;
-    kmp_solver_setup setup = {.context = run->s->context,
-                              .ode = &road->ode,
-                              .dae = &road->dae,
-                              .tolerance = {road->rtol > 0 ? road->rtol : run->spec.rtol, road->atol},
-                              .linear = run->spec.linear};
+    kmp_formulation *formulation = run->formulation;
+    kmp_solver_setup setup = {
+        .context = run->s->context,
+        .ode = &formulation->ode,
+        .dae = &formulation->dae,
+        .tolerance = {formulation->rtol > 0 ? formulation->rtol : run->spec.rtol, formulation->atol},
+        .linear = run->spec.linear};
     run->kind = integrator_of(run);
-    run->y = KMP_ARENA_NEW(&road->arena, double, road->size);
-    run->yp = road->yp ? KMP_ARENA_NEW(&road->arena, double, road->size) : NULL;
-    if (road->arena.failed)
+    run->y = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
+    run->yp = formulation->yp ? KMP_ARENA_NEW(&formulation->arena, double, formulation->size) : NULL;
+    if (formulation->arena.failed)
         return kmp_fail_memory(run->s->context);
     run->solver = run->kind->create(run->kind, &setup);
     if (!run->solver || !run->s->changes)
@@ -209,7 +211,7 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
         run->crossing = kmp_crossing_new(run->s, run->plant, run->spec.t_end - run->spec.t_start,
                                          run->kind->corrects && !run->spec.kind ? run->spec.rtol : 0, run->spec.closely,
                                          run->journal);
-    return run->crossing && kmp_crossing_move(run->crossing, road, run->kind, run->solver)
+    return run->crossing && kmp_crossing_move(run->crossing, formulation, run->kind, run->solver)
                ? KEMPE_OK
                : kmp_fail_memory(run->s->context);
 }
@@ -273,12 +275,12 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
             "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "
             "the last digits");
     run->rate_scale = rate_scale_of(run, qd);
-    run->way = run->spec.kind ? run->spec.kind : kmp_road_find(run->spec.road, run->spec.form);
+    run->way = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
     run->in_zone = run->margin.near;
     status = choose_dynamics(run, q, qd);
     if (status != KEMPE_OK)
         return status;
-    status = kmp_runner_make_road(run, run->in_zone ? kmp_runner_zone(run) : run->way, run->spec.t_start, q, qd,
-                                  run->spec.work_start);
+    status = kmp_runner_make_formulation(run, run->in_zone ? kmp_runner_zone(run) : run->way, run->spec.t_start, q, qd,
+                                         run->spec.work_start);
     return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Work of non-conservative forces where it is not an unknown of the road. */
+/* Work of non-conservative forces where it is not an unknown of the formulation. */
 #include "integrators/runner.h"
 
 /* At the dense state in run->y; closures that move do work too. Where multipliers are asked for the row brings them. */
@@ -8,7 +8,8 @@ static double power_at(kmp_runner *run, double t)
     int n = run->s->n;
     double *q = run->moved, *lambda = run->moved + 3 * n, work;
     bool asked = run->s->rheonomic || run->s->pressed_count > 0;
-    asked = asked && run->road->row(run->road, t, run->y, run->yp, q, q + n, q + 2 * n, lambda, &work) == KMP_GO;
+    asked = asked &&
+            run->formulation->row(run->formulation, t, run->y, run->yp, q, q + n, q + 2 * n, lambda, &work) == KMP_GO;
     double power = kmp_plant_power(run->plant, t, run->y, run->y + n);
     if (!asked || !run->s->rheonomic)
         return power;

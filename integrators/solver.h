@@ -18,8 +18,9 @@ typedef struct kmp_solver_setup {
 
 /** What was done since it was made, over all starts. */
 typedef struct kmp_solver_work {
-    long steps, rejected, refused; /* rejected by the error test; refused by the road or for want of convergence */
-    long rhs;                      /* right-hand sides or residuals */
+    long steps, rejected,
+        refused; /* rejected by the error test; refused by the formulation or for want of convergence */
+    long rhs;    /* right-hand sides or residuals */
     long newton, matrices, factorizations;
 } kmp_solver_work;
 
@@ -49,7 +50,7 @@ typedef struct kmp_solver_kind {
     kempe_status (*start)(void *solver, double t, const double *y, const double *yp, double t_end, double h0);
 
     /** One accepted step, the last one ending exactly at t_end. KEMPE_E_FAILED: no step could be made; the context may
-     * hold a sentence, else the step became too small or the road gave up. */
+     * hold a sentence, else the step became too small or the formulation gave up. */
     kempe_status (*step)(void *solver);
 
     /** y (and y' when yp is not NULL, of a DAE) at t_old <= t <= t. */

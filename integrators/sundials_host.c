@@ -149,7 +149,7 @@ static const kmp_sun_flag *row_of(const kmp_sun *s, int flag)
 
 static kempe_status complain(const kmp_sun *s, int flag)
 {
-    if (s->halted) /* the road has its own reason */
+    if (s->halted) /* the formulation has its own reason */
         return KEMPE_E_FAILED;
     const char *meaning = row_of(s, flag)->meaning;
     char *name = s->package->flag_name(flag);
@@ -210,7 +210,7 @@ kempe_status kmp_sun_start(void *solver, double t, const double *y, const double
     return bad ? complain(s, bad) : KEMPE_OK;
 }
 
-/* The road's say about the step that ended at t; what it makes of y, of an ODE, is left in out. */
+/* The formulation's say about the step that ended at t; what it makes of y, of an ODE, is left in out. */
 static int consent(kmp_sun *s, double t)
 {
     double *y = kmp_sun_data(s->out);
@@ -231,7 +231,8 @@ static int consent(kmp_sun *s, double t)
     return said;
 }
 
-/* The step that was made, with the road's corrections, which wait until the next step: they take the interpolant. */
+/* The step that was made, with the formulation's corrections, which wait until the next step: they take the
+ * interpolant. */
 static void take(kmp_sun *s, double t)
 {
     size_t size = (size_t)s->n * sizeof(double);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One adapter for the time integrators of SUNDIALS: an ODE or a DAE behind its vectors, matrices and callbacks, steps
- * that the road may refuse, dense output, counters and failures. A package is a row that names its functions. */
+ * that the formulation may refuse, dense output, counters and failures. A package is a row that names its functions. */
 #ifndef KMP_INTEGRATORS_SUNDIALS_HOST_H
 #define KMP_INTEGRATORS_SUNDIALS_HOST_H
 
@@ -76,8 +76,8 @@ struct kmp_sun {
     SUNNonlinearSolver iteration; /* a package's own choice; NULL: its default */
     double *y_old, *yp_old;       /* n: at the start of a step */
     double *dy, *w;               /* n */
-    bool halted;                  /* the road gave up in a callback */
-    bool moved;                   /* the road has corrected y: reset before the next step */
+    bool halted;                  /* the formulation gave up in a callback */
+    bool moved;                   /* the formulation has corrected y: reset before the next step */
     kmp_solver_work more;         /* than the package counts: earlier starts, evaluations, steps that were refused */
 };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The implicit equations of motion and their exact tangents, as two programs: what the rows and the iteration matrices
- * of the dae road's forms are put together from, and the Jacobian of the reduced road. With the residual of Fisette and
- * Samin 1996 (eqs. 11-14, 25, 27) and the closures and their derivatives:
+ * of the dae formulation's forms are put together from, and the Jacobian of the reduced formulation. With the residual
+ * of Fisette and Samin 1996 (eqs. 11-14, 25, 27) and the closures and their derivatives:
  *
  *     R = M qdd + C - J' lambda      h      rate = J qd + h_t      curve = J qdd + gamma      J' mu
  */

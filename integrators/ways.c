@@ -1,72 +1,76 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which road, form, integrator, linear solver and back end go together, and what a run takes when nobody says. */
+/* Which formulation, form, integrator, linear solver and back end go together, and what a run takes when nobody says.
+ */
 #include "backend/machine.h"
-#include "integrators/road.h"
+#include "integrators/formulation.h"
 #include "integrators/run.h"
 #include "integrators/solver.h"
 #include <math.h>
 #include <string.h>
 
-static const kmp_road_kind *const roads[] = {
-#define KMP_ROAD(id) &kmp_road_##id,
-#include "integrators/roads.def"
-#undef KMP_ROAD
+static const kmp_formulation_kind *const formulations[] = {
+#define KMP_FORMULATION(id) &kmp_formulation_##id,
+#include "integrators/formulations.def"
+#undef KMP_FORMULATION
 };
 
-enum { ROADS = sizeof roads / sizeof *roads };
+enum { FORMULATIONS = sizeof formulations / sizeof *formulations };
 
-static bool fits(const kmp_road_kind *road, const kmp_solver_kind *solver)
+static bool fits(const kmp_formulation_kind *formulation, const kmp_solver_kind *solver)
 {
-    bool same = road->dae == solver->dae || (road->both && solver->dae);
-    return same && (solver->corrects || !road->corrected) && (!solver->implicit || road->jacobian);
+    bool same = formulation->dae == solver->dae || (formulation->both && solver->dae);
+    return same && (solver->corrects || !formulation->corrected) && (!solver->implicit || formulation->jacobian);
 }
 
 bool kmp_way_get(int k, kmp_way *way)
 {
-    for (int r = 0; r < (int)ROADS; r++)
+    for (int r = 0; r < (int)FORMULATIONS; r++)
         for (int i = 0; kmp_solver_get(i); i++)
-            if (fits(roads[r], kmp_solver_get(i)) && k-- == 0) {
+            if (fits(formulations[r], kmp_solver_get(i)) && k-- == 0) {
                 const kmp_solver_kind *solver = kmp_solver_get(i);
-                *way = (kmp_way){roads[r]->road, roads[r]->form, solver->name, roads[r]->standard,
-                                 solver->standard && roads[r]->dae == solver->dae};
+                *way = (kmp_way){formulations[r]->formulation, formulations[r]->form, solver->name,
+                                 formulations[r]->standard, solver->standard && formulations[r]->dae == solver->dae};
                 return true;
             }
     return false;
 }
 
-const kmp_road_kind *kmp_road_get(int k)
+const kmp_formulation_kind *kmp_formulation_get(int k)
 {
-    return k >= 0 && k < (int)ROADS ? roads[k] : NULL;
+    return k >= 0 && k < (int)FORMULATIONS ? formulations[k] : NULL;
 }
 
-const kmp_road_kind *kmp_road_find(const char *road, const char *form)
+const kmp_formulation_kind *kmp_formulation_find(const char *formulation, const char *form)
 {
-    for (int k = 0; k < (int)ROADS; k++)
-        if (strcmp(roads[k]->road, road) == 0 && (!form || strcmp(roads[k]->form, form) == 0))
-            return roads[k];
+    for (int k = 0; k < (int)FORMULATIONS; k++)
+        if (strcmp(formulations[k]->formulation, formulation) == 0 &&
+            (!form || strcmp(formulations[k]->form, form) == 0))
+            return formulations[k];
     return NULL;
 }
 
 /* -- complaints: the name, and what there is --------------------------------------------------------- */
 
-enum { ROAD, FORM, INTEGRATOR };
+enum { FORMULATION, FORM, INTEGRATOR };
 
-/* The names of one part among the ways of a road and form (NULL: any), each once, in order. */
-static kempe_status unknown(const kempe_system *system, int part, const char *name, const char *road, const char *form)
+/* The names of one part among the ways of a formulation and form (NULL: any), each once, in order. */
+static kempe_status unknown(const kempe_system *system, int part, const char *name, const char *formulation,
+                            const char *form)
 {
-    static const char *const words[] = {[ROAD] = "road", [FORM] = "form", [INTEGRATOR] = "integrator"};
+    static const char *const words[] = {[FORMULATION] = "formulation", [FORM] = "form", [INTEGRATOR] = "integrator"};
     kmp_text known = {0};
     kmp_way way;
     for (int k = 0; kmp_way_get(k, &way); k++) {
-        if ((road && strcmp(way.road, road) != 0) || (form && strcmp(way.form, form) != 0))
+        if ((formulation && strcmp(way.formulation, formulation) != 0) || (form && strcmp(way.form, form) != 0))
             continue;
-        const char *one = (const char *const[]){way.road, way.form, way.integrator}[part];
+        const char *one = (const char *const[]){way.formulation, way.form, way.integrator}[part];
         if (!known.s || !strstr(known.s, one))
             kmp_text_printf(&known, "%s%s", known.length ? ", " : "", one);
     }
-    kempe_status status = kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s '%s' is unknown%s%s%s; there is: %s",
-                                   words[part], name, road ? " on the road " : "", road ? road : "",
-                                   form && road ? " in this form" : "", known.s ? known.s : "");
+    kempe_status status =
+        kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s '%s' is unknown%s%s%s; there is: %s", words[part], name,
+                 formulation ? " on the formulation " : "", formulation ? formulation : "",
+                 form && formulation ? " in this form" : "", known.s ? known.s : "");
     kmp_text_free(&known);
     return status;
 }
@@ -78,41 +82,42 @@ static const char *or_default(const char *asked, const char *otherwise)
     return asked ? asked : otherwise;
 }
 
-static const char *first_integrator(const kmp_road_kind *road)
+static const char *first_integrator(const kmp_formulation_kind *formulation)
 {
     for (int i = 0; kmp_solver_get(i); i++)
-        if (fits(road, kmp_solver_get(i)))
+        if (fits(formulation, kmp_solver_get(i)))
             return kmp_solver_get(i)->name;
     return "";
 }
 
-/* The model's form and integrator belong to the model's road. */
+/* The model's form and integrator belong to the model's formulation. */
 static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
 {
     const kmp_run_settings *model = &system->model->run;
-    spec->open = !spec->road && !model->road && !spec->form && !model->form && !spec->fixed_u;
-    bool own_road = !spec->road || (model->road && strcmp(spec->road, model->road) == 0);
-    spec->road = or_default(spec->road, or_default(model->road, "reduced"));
-    if (!kmp_road_find(spec->road, NULL))
-        return unknown(system, ROAD, spec->road, NULL, NULL);
-    if (own_road) {
+    spec->open = !spec->formulation && !model->formulation && !spec->form && !model->form && !spec->keep_independent;
+    bool own_formulation =
+        !spec->formulation || (model->formulation && strcmp(spec->formulation, model->formulation) == 0);
+    spec->formulation = or_default(spec->formulation, or_default(model->formulation, "reduced"));
+    if (!kmp_formulation_find(spec->formulation, NULL))
+        return unknown(system, FORMULATION, spec->formulation, NULL, NULL);
+    if (own_formulation) {
         bool own_form = !spec->form || (model->form && strcmp(spec->form, model->form) == 0);
         spec->form = or_default(spec->form, model->form);
         spec->integrator = own_form ? or_default(spec->integrator, model->integrator) : spec->integrator;
     }
     /* An integrator alone chooses the first form that it fits. */
     const kmp_solver_kind *solver = spec->integrator ? kmp_solver_find(spec->integrator) : NULL;
-    for (int k = 0; solver && !spec->form && k < (int)ROADS; k++)
-        if (strcmp(roads[k]->road, spec->road) == 0 && fits(roads[k], solver))
-            spec->form = roads[k]->form;
-    const kmp_road_kind *kind = kmp_road_find(spec->road, spec->form);
+    for (int k = 0; solver && !spec->form && k < (int)FORMULATIONS; k++)
+        if (strcmp(formulations[k]->formulation, spec->formulation) == 0 && fits(formulations[k], solver))
+            spec->form = formulations[k]->form;
+    const kmp_formulation_kind *kind = kmp_formulation_find(spec->formulation, spec->form);
     if (!kind)
-        return unknown(system, FORM, spec->form, spec->road, NULL);
+        return unknown(system, FORM, spec->form, spec->formulation, NULL);
     spec->form = kind->form;
     spec->integrator = or_default(spec->integrator, first_integrator(kind));
     solver = kmp_solver_find(spec->integrator);
     if (!solver || !fits(kind, solver))
-        return unknown(system, INTEGRATOR, spec->integrator, spec->road, spec->form);
+        return unknown(system, INTEGRATOR, spec->integrator, spec->formulation, spec->form);
     return KEMPE_OK;
 }
 
@@ -158,8 +163,8 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
     spec->t_end = first_positive(spec->t_end, model->t_end, 1);
     spec->max_steps = spec->max_steps ? spec->max_steps : model->max_steps;
     if (spec->u_count == 0) {
-        spec->u = model->u;
-        spec->u_count = model->u_count;
+        spec->u = model->independent;
+        spec->u_count = model->independent_count;
     }
     return KEMPE_OK;
 }

@@ -169,9 +169,9 @@ def definitions():
     goal = closed({key: either for key in keys("read_goals.c", "goal_keys")}, ["value"])
     goals = {"type": ["object", "null"], "additionalProperties": {"anyOf": [*either["anyOf"], goal]}}
     run = {key: ref("number") for key in keys("read_run.c", "run_keys")}
-    run.update({key: ref("word") for key in ("road", "form", "integrator")},
-               dynamics={"enum": [word for _, word in rows("dynamics.def", "KMP_DYNAMICS")]},
-               change_points={"enum": [word for _, word in rows("change_points.def", "KMP_CHANGE_POINTS")]}, u=words, outputs=words,
+    run.update({key: ref("word") for key in ("formulation", "form", "integrator")},
+               algorithm={"enum": [word for _, word in rows("dynamics.def", "KMP_DYNAMICS")]},
+               change_points={"enum": [word for _, word in rows("change_points.def", "KMP_CHANGE_POINTS")]}, independent=words, outputs=words,
                until={"anyOf": [ref("word"), words]})
     return {
         "number": {"description": "a number, or an expression of numbers with units and parameters",
@@ -196,7 +196,7 @@ def definitions():
         "irregularities": irregularities(),
         "track": track(),
         "wheel": wheel(),
-        "unknowns": {"anyOf": [ref("number"), closed({"of": dict(named(ref("number")), minProperties=1, maxProperties=6),
+        "algebraic": {"anyOf": [ref("number"), closed({"of": dict(named(ref("number")), minProperties=1, maxProperties=6),
                                                       "zero": {"anyOf": [ref("number"), dict(numbers, maxItems=6)]}}, ["of", "zero"])]},
         "include": closed(include, ["file"]),
         "start": closed({"q": values, "qd": values, "hold": words, "goals": goals}),
@@ -209,7 +209,7 @@ def schema():
              "closure_tolerance": ref("number"),
              "include": {"type": "array", "items": ref("include")}, "parameters": named(ref("number")),
              "tables": named(ref("table")), "profiles": named(ref("profile")), "tracks": named(ref("track")),
-             "unknowns": named(ref("unknowns")),
+             "algebraic": named(ref("algebraic")),
              "ground": closed({"points": named(ref("point"))}),
              "bodies": dict(named(ref("body")), minProperties=1), "wheels": named(ref("wheel")),
              "joints": named(ref("edge")),

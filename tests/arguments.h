@@ -69,17 +69,17 @@ static kempe_system *some_kempe_system(int open)
         return &zero;                                                                                                  \
     }
 
-static const kempe_run short_run = {.t_end = 0.01, .every = 0.005, .once = 1};
-static const kempe_compare_run short_compare = {
-    .roads = "reduced", .forms = "carried", .integrators = "dop853,dopri5", .rtols = "1e-6", .t_end = 0.01};
-static const kempe_kinematics_ask turn = {.drive = "crank=0:0.1", .points = 5};
-static const kempe_sensitivity_ask by_crank = {.parameters = "crank", .run = {.t_end = 0.01, .every = 0.005}};
-static const kempe_response_ask push = {.inputs = "effort(crank)", .outputs = "q(crank)"};
-static const kempe_linearize_ask push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
-static const kempe_inverse_ask by_motor = {.actuators = "crank", .u = "crank"};
-static const kempe_modes_ask from_start = {.at = "start"};
+static const kempe_run_options short_run = {.t_end = 0.01, .output_step = 0.005, .no_convergence_check = 1};
+static const kempe_compare_options short_compare = {
+    .formulations = "reduced", .forms = "integrated", .integrators = "dop853,dopri5", .rtols = "1e-6", .t_end = 0.01};
+static const kempe_kinematics_options turn = {.sweep = "crank=0:0.1", .points = 5};
+static const kempe_sensitivity_options by_crank = {.parameters = "crank", .run = {.t_end = 0.01, .output_step = 0.005}};
+static const kempe_response_options push = {.inputs = "effort(crank)", .outputs = "q(crank)"};
+static const kempe_linearize_options push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
+static const kempe_inverse_options by_motor = {.actuators = "crank", .independent = "crank"};
+static const kempe_modes_options from_start = {.at = "start"};
 static const char *const some_parameters[1] = {"base"};
-static const kempe_gradient_ask of_base = {.parameter_count = 1, .parameters = some_parameters, .driven = "crank"};
+static const kempe_gradient_options of_base = {.parameter_count = 1, .parameters = some_parameters, .driven = "crank"};
 
 SOME(kempe_assembly, kempe_assemble, some_kempe_system(0))
 SOME(kempe_check, kempe_check_new, some_kempe_system(0))
@@ -99,18 +99,18 @@ SOME(kempe_workspace, kempe_workspace_new, some_kempe_system(0))
 SOME(kempe_count, kempe_count_new, some_kempe_model(0), NULL)
 SOME(kempe_code, kempe_code_new, some_kempe_model(0), NULL)
 SOME(kempe_values, kempe_values_sample, some_kempe_model(0), "crank=0.29:0.31", 2, 1)
-ZERO(kempe_run)
-ZERO(kempe_compare_run)
-ZERO(kempe_generation)
-ZERO(kempe_kinematics_ask)
-ZERO(kempe_equilibrium_ask)
-ZERO(kempe_inverse_ask)
-ZERO(kempe_linearize_ask)
-ZERO(kempe_response_ask)
-ZERO(kempe_modes_ask)
-ZERO(kempe_sensitivity_ask)
-ZERO(kempe_gradient_ask)
-ZERO(kempe_contact_ask)
+ZERO(kempe_run_options)
+ZERO(kempe_compare_options)
+ZERO(kempe_generate_options)
+ZERO(kempe_kinematics_options)
+ZERO(kempe_equilibrium_options)
+ZERO(kempe_inverse_options)
+ZERO(kempe_linearize_options)
+ZERO(kempe_response_options)
+ZERO(kempe_modes_options)
+ZERO(kempe_sensitivity_options)
+ZERO(kempe_gradient_options)
+ZERO(kempe_contact_options)
 ZERO(kempe_setting)
 ZERO(kempe_touch)
 ZERO(kempe_ellipse)
@@ -144,7 +144,7 @@ static kempe_contact_table *some_kempe_contact_table(int open)
     (void)open;
     (void)kempe_model_read(some_kempe_context(0), KEMPE_ROOT "/examples/manchester/manchester.yaml", &model);
     if (model && kempe_system_new(model, &system) == KEMPE_OK)
-        (void)kempe_contact_table_new(system, &(const kempe_contact_ask){.over = "shift=0:1 mm:2"}, &table);
+        (void)kempe_contact_table_new(system, &(const kempe_contact_options){.sweep = "shift=0:1 mm:2"}, &table);
     made(table, "contact table");
     return table;
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """The bogie under half a car body on rails (examples/bogie_track) through the command: its loads against statics, its slow mode against
-a closed form and for several choices of u, what a clearance of 6.5 mm and one of 2 mm make of it, and two roads.
+a closed form and for several choices of u, what a clearance of 6.5 mm and one of 2 mm make of it, and two formulations.
 
     python3 tests/bogie_track.py build/dev/kempe
 """
@@ -24,7 +24,7 @@ import reference  # noqa: E402
 
 SPINS = ("spin_FL", "spin_FR", "spin_RL", "spin_RR")
 STEADY = ("--rates", ",".join(f"{name}={rate}" for name, rate in zip(SPINS, (-31.25, -31.25, -53.3333, -53.3333))),
-          "--free", ",".join(f"qd({name})" for name in SPINS))
+          "--solve-for", ",".join(f"qd({name})" for name in SPINS))
 MIDDLE = ("--set", "turn=0", "--set", "worn=0")
 
 
@@ -96,7 +96,7 @@ class Balance(unittest.TestCase):
         """All wheels stand on their rails at the start and stay there, whatever the clearance, the worn wheel and the turn."""
         for words in ((), ("sigma=2 mm",), ("worn=0",), ("turn=0.5e-3",)):
             with self.subTest(words=words):
-                way = simulated(0.2, "--every", 0.001, *(each for word in words for each in ("--set", word)))
+                way = simulated(0.2, "--output-step", 0.001, *(each for word in words for each in ("--set", word)))
                 for name, load in (("FL", 16400), ("FR", 16400), ("RL", 11500), ("RR", 11500)):
                     self.assertTrue(all(0.5 * load < row[f"force.{name}.z"] < 1.5 * load for row in way), name)
 
@@ -123,7 +123,7 @@ class SlowMode(unittest.TestCase):
         for name, choices in cases.items():
             with self.subTest(name), tempfile.TemporaryDirectory() as folder:
                 model, _ = steadied(folder, name, *MIDDLE)
-                found = [kempe("modes", model, "--at", "start", *MIDDLE, "--u", ",".join((choice, *SPINS))) for choice in choices]
+                found = [kempe("modes", model, "--at", "start", *MIDDLE, "--independent", ",".join((choice, *SPINS))) for choice in choices]
                 self.assertEqual(len({tuple(sorted(each["u"])) for each in found}), len(choices))
                 for other in found[1:]:
                     self.assertEqual(len(other["eigenvalues"]), len(found[0]["eigenvalues"]))
@@ -166,9 +166,9 @@ class Clearance(unittest.TestCase):
         way = [row for row in simulated(40, "--set", "worn=0", "--set", "speed=-10")]
         self.assertLess(max(abs(row["q.y"]) for row in way if row["t"] > 30), 0.7 * max(abs(row["q.y"]) for row in way if row["t"] < 10))
 
-    def test_roads(self):
-        ways = [simulated(0.7, "--rtol", rtol, "--every", 0.05, *words)
-                for rtol, words in ((1e-8, ()), (1e-8, ("--road", "dae", "--integrator", "ida")))]
+    def test_formulations(self):
+        ways = [simulated(0.7, "--rtol", rtol, "--output-step", 0.05, *words)
+                for rtol, words in ((1e-8, ()), (1e-8, ("--formulation", "dae", "--integrator", "ida")))]
         for name in ("q.psi", "q.y", "q.yaw", "q.car_roll"):  # to a hundred tolerances
             self.assertLess(max(abs(a[name] - b[name]) for a, b in zip(*ways)), 1e-6, name)
 

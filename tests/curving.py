@@ -32,7 +32,7 @@ bodies:
 wheels:
   L: {on: line.left, at: wheel.C, profile: tread, radius: 0.5, contact: elastic, creep: none, stiffness: 1e11, damping: 200}
 start: {q: {z: 0.5}, qd: {x: V}}
-run: {t_end: 1, every: 0.0005, rtol: 1e-12, atol: 1e-14, integrator: radau9, outputs: [q, force(L)]}
+run: {t_end: 1, output_step: 0.0005, rtol: 1e-12, atol: 1e-14, integrator: radau9, outputs: [q, force(L)]}
 """
 
 
@@ -68,19 +68,19 @@ class Curve(unittest.TestCase):
         axle rolls by cone s/b, which brings the lowest points of the treads and those of the rails inwards by its r0 and rail
         radius times that, so that the axle is only (1 - cone (r0 + rail)/b) s outwards. What is left out is of second order."""
         for cone in (0.1, 0.05, 0.025, 0.0125):
-            found = simulate(model("tests/models/curve.yaml"), "--t-end", 1.5 * klingel(cone) / 0.2, "--every", klingel(cone) / 100, cone=cone)
+            found = simulate(model("tests/models/curve.yaml"), "--t-end", 1.5 * klingel(cone) / 0.2, "--output-step", klingel(cone) / 100, cone=cone)
             out = -middle([row["q.y"] for row in found])
             self.assertLess(abs(out / (0.005 * (1 - cone * (R0 + RAIL) / B)) - 1), 0.2 * cone**2, cone)
             self.assertTrue(1 - cone < out / 0.005 < 1 - 0.7 * cone, (cone, out))
 
-    def balance(self, form, road, speed, cant):
+    def balance(self, form, formulation, speed, cant):
         """A wheelset with a load 1.5 m above it, steadily round a curve of 1380 m: what its wheels carry against the weight
         and the centrifugal force, in the track's axes, and the moments about the axle."""
         cone, mass, load, high = 0.05, 1000, 5000, 1.5
         radius = R0 * B / (cone * 0.005)
         text = changed(model("tests/models/curve.yaml"), "contact: rigid", "contact: elastic, damping: 50" if form == "elastic" else "contact: rigid")
         text = text if form == "rigid" else changed(text, "lambda(L), lambda(R), ", "")
-        row = simulate(text, "--road", road, "--integrator", "ida" if road == "dae" else "radau9",
+        row = simulate(text, "--formulation", formulation, "--integrator", "ida" if formulation == "dae" else "radau9",
                        "--t-end", 5 * 20 / speed, cone=cone, V=speed, cant=cant, load=load, high=high, calm=3e6)[-1]
         lean = math.asin(cant / (2 * B + 2 * RAIL * math.sin(math.atan(cone))))
         pull = (row["qd.round"] * radius)**2 / radius
@@ -93,14 +93,14 @@ class Curve(unittest.TestCase):
         wanted = -load * high * (math.sin(roll) * up + math.cos(roll) * out) - 100 * row["qd.spin"] * row["qd.round"] * math.cos(lean)
         weight = (mass + load) * G
         for found, right_one in ((left + right, (mass + load) * up), (across, (mass + load) * out), (moment / B, wanted / B)):
-            self.assertLess(abs(found - right_one), 1e-5 * weight, (form, road, speed, cant))
+            self.assertLess(abs(found - right_one), 1e-5 * weight, (form, formulation, speed, cant))
         return left, right, weight
 
     def test_loads(self):
-        for form, road, speed, cant in (("rigid", "reduced", 20, 0), ("rigid", "reduced", 20, 0.1), ("rigid", "dae", 20, 0),
+        for form, formulation, speed, cant in (("rigid", "reduced", 20, 0), ("rigid", "reduced", 20, 0.1), ("rigid", "dae", 20, 0),
                                         ("elastic", "reduced", 20, 0), ("elastic", "dae", 20, 0.05)):
-            with self.subTest(form=form, road=road, speed=speed, cant=cant):
-                self.balance(form, road, speed, cant)
+            with self.subTest(form=form, formulation=formulation, speed=speed, cant=cant):
+                self.balance(form, formulation, speed, cant)
 
     def test_cant_balances(self):
         """At v^2/R = g tan of the cant both wheels carry the same but for the axle's shift of some 5 mm and the moment that turns
@@ -117,7 +117,7 @@ class Curve(unittest.TestCase):
         """In the ground's coordinates, through a transition, until the axle has turned by more than 90 degrees."""
         text = changed(model("examples/rolling_wheel/rolling_wheel.yaml"), "gauge_depth:",
                        "course: [{transition: 60}, {left: 800, radius: 345}], gauge_depth:")
-        found = simulate(text, "--t-end", 375, "--every", 0.1, cone=0.1, V=2)
+        found = simulate(text, "--t-end", 375, "--output-step", 0.1, cone=0.1, V=2)
         self.assertGreater(found[-1]["q.yaw"], math.pi / 2 + 0.3)
         turn = 60 / (2 * 345)
         x = 60 * (1 - turn**2 / 10 + turn**4 / 216) - 345 * math.sin(turn)
@@ -199,7 +199,7 @@ class Uneven(unittest.TestCase):
         points = [k / 40 for k in range(0, 40 * 22)]
         text = WAVE % (", ".join(map(str, points)), ", ".join(f"{math.sin(2 * math.pi * x) * min(x / 4, 1)}*A" for x in points))
         for speed in (20, 60, 100):
-            found = simulate(text, "--t-end", 16 / speed, "--every", 0.01 / speed, V=speed)
+            found = simulate(text, "--t-end", 16 / speed, "--output-step", 0.01 / speed, V=speed)
             forces = [row["force.L.z"] for row in found if 8 <= row["q.x"] <= 15]
             load, cosine = 5000 * G, math.cos(math.atan(0.01))
             spring = 1.5 * (load / cosine)**(1 / 3) * 1e11**(2 / 3) * cosine**2

@@ -121,8 +121,8 @@ class Tables(unittest.TestCase):
         for table in ("integrators", "linear"):
             text = re.sub(r"/\*.*?\*/", "", (ROOT / f"integrators/{table}.def").read_text(), flags=re.S)
             self.assertEqual(set(re.findall(r"KMP_\w+\((\w+)\)", text)) - words(page), set())
-        text = re.sub(r"/\*.*?\*/", "", (ROOT / "integrators/roads.def").read_text(), flags=re.S)
-        self.assertEqual(set(re.findall(r"KMP_ROAD\((\w+)\)", text)) - words(page), set())
+        text = re.sub(r"/\*.*?\*/", "", (ROOT / "integrators/formulations.def").read_text(), flags=re.S)
+        self.assertEqual(set(re.findall(r"KMP_FORMULATION\((\w+)\)", text)) - words(page), set())
 
 
     def test_languages(self):

@@ -68,13 +68,13 @@ def judge(kempe, model):
     check = json.loads(run(kempe, "check", model, "--json", "-"))
     assert (check["nq"], check["nh"], check["dof"]) == (3, 1, 2), check
     plain, tape = (simulate(kempe, model, "--backend", name) for name in ("plain", "tape"))
-    dae = simulate(kempe, model, "--road", "dae")
+    dae = simulate(kempe, model, "--formulation", "dae")
     assert plain["status"] == tape["status"] == dae["status"] == "ok"
     assert set(plain["q"]) == {"post.1", "post.2", "arm"}, plain["q"]
     for name in plain["q"]:
         for values in ("q", "qd", "qdd"):
             assert plain[values][name] == tape[values][name], f"{values} {name}: the back ends differ"
-        assert abs(dae["q"][name] - tape["q"][name]) < 1e-6, f"{name}: the roads differ"
+        assert abs(dae["q"][name] - tape["q"][name]) < 1e-6, f"{name}: the formulations differ"
     assert plain["residual"]["h_max"] < 1e-12
     assert plain["energy"]["drift_rel"] < 1e-7
 

@@ -43,9 +43,9 @@ CASES = {
 
 #   name: model, options, modes in the list, of these zeros, curves in the plane, critical values
 MODES = {
-    "quarter_car": ("examples/quarter_car/quarter_car.yaml", ["--vary", "damper=0:4000:21", "--orders", "0.01"], 2, 0, 4, 0),
+    "quarter_car": ("examples/quarter_car/quarter_car.yaml", ["--sweep", "damper=0:4000:21", "--orders", "0.01"], 2, 0, 4, 0),
     "car": ("examples/suspension/suspension.yaml", [], 15, 4, 0, 0),
-    "wheelset": ("examples/restrained_wheelset/restrained_wheelset.yaml", ["--vary", "V=40:140:11"], 2, 0, 4, 1),
+    "wheelset": ("examples/restrained_wheelset/restrained_wheelset.yaml", ["--sweep", "V=40:140:11"], 2, 0, 4, 1),
 }
 
 
@@ -137,7 +137,7 @@ class Case(unittest.TestCase):
         self.assertTrue(page.words("answer"))
         if CASES[name][2] == 0:
             best = data["runs"][data["advice"]["run"]]
-            self.assertTrue(page.words("answer").startswith("Use " + data["ways"][best["way"]]["name"].split()[0]))
+            self.assertTrue(page.words("answer").startswith("Use " + data["methods"][best["way"]]["name"].split()[0]))
             self.assertEqual(len(re.findall("CPU time|error of q|evaluations", page.words("facts"))), 3)
             self.assertIn("Reference", page.words("reference"))
         else:
@@ -150,7 +150,7 @@ class Case(unittest.TestCase):
         for plot in COST + HISTORY + (CLOSURES if data["m"] > 0 else []):
             drawn = page.by_id[plot]
             self.assertGreater(int(drawn["data-ink"]), 100, plot)
-            self.assertGreaterEqual(int(drawn["data-lines"]), len(data["ways"]) if plot in COST else shown)
+            self.assertGreaterEqual(int(drawn["data-lines"]), len(data["methods"]) if plot in COST else shown)
             self.assertGreater(int(drawn["data-points"]), 20 if plot in HISTORY else 3, plot)
         points = sum(run["error"][0] is not None for run in data["runs"])
         self.assertEqual(int(page.by_id["by-cpu"]["data-points"]), points)
@@ -245,7 +245,7 @@ class Modes(unittest.TestCase):
                 buttons = [a for tag, a in drawn.tags if tag == "button" and "data-mode" in a]
                 self.assertEqual([a["aria-pressed"] for a in buttons].index("true"), zeros)
                 self.assertEqual(len(buttons), modes)
-                self.assertIn(data["verdict"], drawn.words("answer"))
+                self.assertIn(data["stability"], drawn.words("answer"))
                 self.assertIn(f"Mode {zeros + 1}:", drawn.words("stage-note"))
                 plane, right, stage = (drawn.by_id[key] for key in ("plane", "campbell", "view"))
                 self.assertEqual(int(plane["data-lines"]), curves + 1 + (curves > 0))

@@ -46,7 +46,7 @@ class Klingel(unittest.TestCase):
         """A run goes on as the wave of reference.csv, within what creep at 2 m/s takes off."""
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "run.csv"
-            kempe("simulate", ROLLING / "rolling_wheel.yaml", "--once", "-o", path)
+            kempe("simulate", ROLLING / "rolling_wheel.yaml", "--no-convergence-check", "-o", path)
             found = rows(path)
         zeros = [a["q.x"] + (b["q.x"] - a["q.x"]) * a["q.y"] / (a["q.y"] - b["q.y"]) for a, b in zip(found, found[1:]) if a["q.y"] * b["q.y"] < 0]
         wanted, = [row["wavelength"] for row in rows(ROLLING / "reference.csv") if row["cone"] == 0.025 and row["rail"] == 0.08]
@@ -99,7 +99,7 @@ class Independent(unittest.TestCase):
         for row in wanted:
             with self.subTest(spin=row["spin"], V=row["V"]):
                 about = f"V={0.9 * row['V']}:{1.1 * row['V']}:3"
-                critical, = self.modes(row, "--vary", about)["locus"]["critical"]
+                critical, = self.modes(row, "--sweep", about)["locus"]["critical"]
                 self.assertEqual(critical["grows"], "below" if row["V"] < 10 else "above")
                 self.assertLess(abs(critical["value"] / row["V"] - 1), 5e-5)
                 self.assertLess(abs(critical["eigenvalue"][1] / row["im"] - 1), 5e-5)
@@ -110,7 +110,7 @@ class Independent(unittest.TestCase):
             with self.subTest(V=speed):
                 self.assertEqual(waves(ROLLING / "independent.yaml", V=speed, spin=0.001, aside=0), [])
         held = settings(aside=0, spin=0.1, ky=25e3, kpsi=2e5)
-        locus = kempe("modes", ROLLING / "independent.yaml", "--at", "start", *held, "--vary", "V=5:200:40")["locus"]
+        locus = kempe("modes", ROLLING / "independent.yaml", "--at", "start", *held, "--sweep", "V=5:200:40")["locus"]
         self.assertEqual((len(locus["eigenvalues"]), locus["critical"]), (40, []))
         for speed, found in zip(locus["values"], locus["eigenvalues"]):
             with self.subTest(V=speed):
@@ -135,7 +135,7 @@ class Backwards(unittest.TestCase):
             ends = []
             for V in (20, -20):
                 path = pathlib.Path(folder) / "run.csv"
-                kempe("simulate", ROLLING / "rolling_wheel.yaml", "--once", "--t-end", 1, *settings(V=V), "-o", path)
+                kempe("simulate", ROLLING / "rolling_wheel.yaml", "--no-convergence-check", "--t-end", 1, *settings(V=V), "-o", path)
                 ends.append(rows(path)[-1])
         for name, there in ends[0].items():
             sign = -1 if name in ("q.x", "q.yaw", "q.spin") else 1
@@ -153,7 +153,7 @@ class Hunting(unittest.TestCase):
             with self.subTest(cone=row["cone"], G=row["shear_modulus"], spin=row["spin"]):
                 values = settings(cone=row["cone"], G=row["shear_modulus"], spin=row["spin"])
                 about = f"V={0.9 * row['speed']}:{1.1 * row['speed']}:3"
-                locus = kempe("modes", SPRINGS / "on_rails.yaml", "--at", "start", *values, "--vary", about)["locus"]
+                locus = kempe("modes", SPRINGS / "on_rails.yaml", "--at", "start", *values, "--sweep", about)["locus"]
                 critical, = locus["critical"]
                 self.assertEqual(critical["grows"], "above")
                 self.assertLess(abs(critical["value"] / row["speed"] - 1), 1e-5)
@@ -223,7 +223,7 @@ class Ends(unittest.TestCase):
             text = ONE.read_text().replace(given, profile or given).replace("../../examples", str(ROOT / "examples"))
             self.assertIn("contact: elastic", text)
             model.write_text(text.replace("contact: elastic", f"contact: {form}"))
-            found = kempe("simulate", model, "--once", *words, *settings(**values), "-o", path, status=status)
+            found = kempe("simulate", model, "--no-convergence-check", *words, *settings(**values), "-o", path, status=status)
             table = rows(path)
         self.assertTrue(all(math.isfinite(x) for row in table for x in row.values()))
         return found, table
@@ -285,20 +285,20 @@ class Ends(unittest.TestCase):
         by straight lines touch at two points. It goes back and forth there by 1 um."""
         for attack in (0.02, 0, -0.02):
             with self.subTest(attack=attack):
-                found, table = self.run_of(form="rigid", status=1, words=("--every", 2e-4), attack=attack)
+                found, table = self.run_of(form="rigid", status=1, words=("--output-step", 2e-4), attack=attack)
                 self.assertRegex(found["reason"], self.TWO_POINTS)
                 self.assertLess(found["work"]["events"], 100)
                 self.assertLess(abs(table[-1]["q.y"] - two_points(attack)), 2e-6)
 
-    def test_roads(self):
-        """The same ends, at the same time, on all roads."""
+    def test_formulations(self):
+        """The same ends, at the same time, on all formulations."""
         cases = (("rigid", 1, dict(attack=0.02), self.TWO_POINTS), ("rigid", 0, dict(push=-60000, attack=0), "left its rail"),
                  ("rigid", 0, dict(push=0, attack=0, depth=0.03, width=1, V=20), "is unloaded"),
                  ("elastic", 0, dict(attack=0.02), "left its rail"), ("elastic", 0, dict(push=-60000, attack=0), "left its rail"))
         for form, status, values, says in cases:
             with self.subTest(form=form, values=values):
                 ends = []
-                for words in (("--road", "dae"), ("--road", "projected"), ("--road", "reduced", "--integrator", "bdf")):
+                for words in (("--formulation", "dae"), ("--formulation", "projected"), ("--formulation", "reduced", "--integrator", "bdf")):
                     found, table = self.run_of(form=form, status=status, words=words, **values)
                     self.assertRegex(found["reason"], says)
                     ends.append(table[-1]["t"])
@@ -313,8 +313,8 @@ class Ends(unittest.TestCase):
         climbs = []
         for step in (8, 4, 2, 1, 0.5):
             ends = []
-            for road in ("reduced", "dae"):
-                found, table = self.run_of(words=("--road", road), profile=kinked(60, step), attack=0.02)
+            for formulation in ("reduced", "dae"):
+                found, table = self.run_of(words=("--formulation", formulation), profile=kinked(60, step), attack=0.02)
                 self.assertIn("left its rail", found["reason"])
                 ends.append(table[-1]["t"])
             self.assertLess(abs(ends[0] - ends[1]), 1e-3)

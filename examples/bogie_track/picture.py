@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws runs of bogie_track.yaml, or how the slow mode of on_rails.yaml changes with the speed.
 
-    kempe simulate bogie_track.yaml --once --t-end 30 --every 0.1 -o wide.csv
-    kempe simulate bogie_track.yaml --once --t-end 30 --every 0.1 --set "sigma=2 mm" -o narrow.csv
-    kempe simulate bogie_track.yaml --once --t-end 30 --every 0.1 --set worn=0 -o alike.csv
+    kempe simulate bogie_track.yaml --no-convergence-check --t-end 30 --output-step 0.1 -o wide.csv
+    kempe simulate bogie_track.yaml --no-convergence-check --t-end 30 --output-step 0.1 --set "sigma=2 mm" -o narrow.csv
+    kempe simulate bogie_track.yaml --no-convergence-check --t-end 30 --output-step 0.1 --set worn=0 -o alike.csv
     python3 picture.py runs wide.csv narrow.csv alike.csv > yaw.svg
 
-    kempe modes on_rails.yaml --at start --vary speed=0.5:20:40 -o behind.csv
-    kempe modes on_rails.yaml --at start --vary speed=-0.5:-20:40 -o before.csv
-    kempe modes on_rails.yaml --at start --vary speed=0.5:20:40 --set motors=0 -o alone.csv
+    kempe modes on_rails.yaml --at start --sweep speed=0.5:20:40 -o behind.csv
+    kempe modes on_rails.yaml --at start --sweep speed=-0.5:-20:40 -o before.csv
+    kempe modes on_rails.yaml --at start --sweep speed=0.5:20:40 --set motors=0 -o alone.csv
     python3 picture.py modes behind.csv before.csv alone.csv > modes.svg
 """
 import pathlib

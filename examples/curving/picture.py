@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws what a run of curving.yaml gave: lateral shift, wheel loads and Y/Q over the way.
 
-    kempe simulate curving.yaml --once -o curving.csv && python3 picture.py curving.csv > curving.svg
+    kempe simulate curving.yaml --no-convergence-check -o curving.csv && python3 picture.py curving.csv > curving.svg
 """
 import pathlib
 import sys

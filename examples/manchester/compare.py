@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A table of contacts beside the reference of the benchmark, as Markdown: compare.py TABLE.csv
 
-TABLE.csv is what `kempe contact manchester.yaml --over "shift=0:10 mm:21" --law fastsim1 -o TABLE.csv` writes.
+TABLE.csv is what `kempe contact manchester.yaml --sweep "shift=0:10 mm:21" --law fastsim1 -o TABLE.csv` writes.
 """
 import csv
 import math

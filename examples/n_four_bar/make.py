@@ -34,7 +34,7 @@ def lines(n):
     yield "start:"
     yield "  q: {" + ", ".join([f"a{i}: 90 deg" for i in range(n + 1)] + [f"b{i}: -90 deg" for i in range(n)]) + "}"
     yield "  qd: {a0: -1}"
-    yield "run: {t_end: 20, rtol: 1e-10, every: 50 ms, outputs: [q, qd, position(v0.T)]}"
+    yield "run: {t_end: 20, rtol: 1e-10, output_step: 50 ms, outputs: [q, qd, position(v0.T)]}"
 
 
 def bar(body, joint, at):

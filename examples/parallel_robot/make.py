@@ -104,7 +104,7 @@ def lines():
     yield "  hold: [a1, b1]"
     yield "  qd: {a1: 3, b1: 1}"
     yield ""
-    yield "run: {t_end: 2, rtol: 1e-10, every: 10 ms, outputs: [q, qd, position(platform.R)]}"
+    yield "run: {t_end: 2, rtol: 1e-10, output_step: 10 ms, outputs: [q, qd, position(platform.R)]}"
 
 
 print("\n".join(lines()))

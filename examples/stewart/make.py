@@ -79,4 +79,4 @@ start:
   hold: [platform.1, platform.2, platform.3, platform.4, platform.5, platform.6]
   qd: {platform.1: 0.5, platform.2: 0, platform.3: 0, platform.4: -0.5, platform.5: 0, platform.6: 1}
 
-run: {t_end: 1, rtol: 1e-10, every: 10 ms}""")
+run: {t_end: 1, rtol: 1e-10, output_step: 10 ms}""")

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws what a run of tram.yaml gave: the cars from above, wheel loads and Y/Q of each bogie over time.
 
-    kempe simulate tram.yaml --once -o tram.csv && python3 picture.py tram.csv > tram.svg
+    kempe simulate tram.yaml --no-convergence-check -o tram.csv && python3 picture.py tram.csv > tram.svg
 """
 import math
 import pathlib

@@ -3,7 +3,7 @@
  * Wheels on their rails over a range: one or several parameters or coordinates go through their values together, and at
  * each the rest is in balance; where each wheel touches, how hard, with what creepages and forces.
  *
- *     kempe_contact_ask ask = {.over = "y=0:10 mm:21", .hold = "yaw"};
+ *     kempe_contact_options ask = {.sweep = "y=0:10 mm:21", .hold = "yaw"};
  *     kempe_contact_table *table;
  *     kempe_contact_table_new(system, &ask, &table);
  *     for (int k = 0; k < kempe_contact_table_count(table); k++)
@@ -21,18 +21,18 @@ extern "C" {
 #endif
 
 /** NULL and 0: the default. What moves at the start moves on at that rate, everything else stands still. */
-typedef struct kempe_contact_ask {
+typedef struct kempe_contact_options {
     const char
-        *over; /* "NAME=A:B:N" or "NAME=A:B", with commas between several, which go together, each evenly from its
-                * A to its B; NAME=A stays at A. Parameters of the model, and coordinates, which are held there */
-    const char *hold;  /* "NAME,..": coordinates that stay where they assemble */
-    const char *freed; /* "NAME,..": of what moves, the coordinates that nothing drives: their rates are found; default:
-                        * those that turn; "-": none */
+        *sweep; /* "NAME=A:B:N" or "NAME=A:B", with commas between several, which go together, each evenly from its
+                 * A to its B; NAME=A stays at A. Parameters of the model, and coordinates, which are held there */
+    const char *hold;      /* "NAME,..": coordinates that stay where they assemble */
+    const char *solve_for; /* "NAME,..": of what moves, the coordinates that nothing drives: their rates are found;
+                            * default: those that turn; "-": none */
     const char *law; /* "linear", "shen", "polach", "tanh", "fastsim", "fastsim1" (contact.h): forces by this law beside
                       * the wheel's own, at the same normal force, creepages and spin */
     int points;      /* values; default: N of the first range that has one, or 21 */
-    const char *backend; /* as in kempe_run */
-} kempe_contact_ask;
+    const char *backend; /* as in kempe_run_options */
+} kempe_contact_options;
 
 /** Where a zone of a wheel touches. Of what does not touch the geometry is where it comes nearest, of an elastic wheel
  *  that is well off the rail at one of a few fixed places of the zone, and normal 0. */
@@ -58,7 +58,7 @@ typedef struct kempe_contact_table kempe_contact_table;
 /** Goes through the values from the assembled start. KEMPE_STOPPED: it came only so far, and why; `*table` is given.
  * The system must outlive it. KEMPE_E_ARGUMENT: the model has no wheels, or a name, range or word. KEMPE_E_FAILED: it
  * does not assemble, or there is no balance at the first value, and why. */
-KEMPE_API kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_ask *ask,
+KEMPE_API kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_options *ask,
                                                kempe_contact_table **table);
 KEMPE_API void kempe_contact_table_free(kempe_contact_table *table);
 

@@ -53,13 +53,13 @@ KEMPE_API void kempe_ensemble_free(kempe_ensemble *ensemble);
 
 typedef struct kempe_batch kempe_batch;
 
-/** Runs every instance to t_end; of `run` the road, tolerances, t_end and max_steps count. `lanes`: instances at a
- *  time, 0 as many as this machine does best, up to 8; -1: none, a run for each. The answers do not depend on it but
+/** Runs every instance to t_end; of `run` the formulation, tolerances, t_end and max_steps count. `lanes`: instances at
+ * a time, 0 as many as this machine does best, up to 8; -1: none, a run for each. The answers do not depend on it but
  *  for rounding, and not at all from 1 on. KEMPE_E_ARGUMENT: a name or number of the run. What becomes of an
  *  instance is in the batch; KEMPE_E_FAILED when none came to its end, with the batch; KEMPE_STOPPED after an
  *  interrupt. Unless the run's `once` is set, instances are run again at another tolerance, and a warning is logged
  *  where one has not converged. */
-KEMPE_API kempe_status kempe_ensemble_run(kempe_ensemble *ensemble, const kempe_run *run, int lanes,
+KEMPE_API kempe_status kempe_ensemble_run(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                                           kempe_batch **batch);
 KEMPE_API void kempe_batch_free(kempe_batch *batch);
 
@@ -78,13 +78,13 @@ KEMPE_API const double *kempe_batch_qd(const kempe_batch *batch, int k);
 KEMPE_API const char *kempe_batch_verdict(const kempe_batch *batch, int k);
 
 /** How it came there, and how good its end is. */
-typedef struct kempe_effort {
+typedef struct kempe_ensemble_stats {
     const char *alone; /* why by a run of its own; "": in a lane */
     long steps, rejected, refused, rhs, exchanges;
     double h, hdot; /* max |h| and |hdot|, scaled */
     double drift;   /* of the energy, in parts of its size */
-} kempe_effort;
-KEMPE_API kempe_effort kempe_batch_effort(const kempe_batch *batch, int k);
+} kempe_ensemble_stats;
+KEMPE_API kempe_ensemble_stats kempe_batch_effort(const kempe_batch *batch, int k);
 
 /** A summary; as JSON with every instance. */
 KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format format, char **text);

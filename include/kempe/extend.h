@@ -25,7 +25,7 @@ extern "C" {
  *  of the model, one more way to say a force. Returns 0, or not 0 when it cannot be evaluated there: the step is then
  *  tried smaller. It must be smooth and a function of its arguments alone, but for what changes between calls of a
  *  stepper (kempe/stepper.h); it is called from every thread that works on the system. Where derivatives are wanted
- * (the dae road, stiff integrators) they are taken by differences. */
+ * (the dae formulation, stiff integrators) they are taken by differences. */
 typedef int kempe_force_fn(void *user, double t, const double *q, const double *qd, double *effort);
 
 /** To be called before anything works on the system; NULL takes the force away. */

@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 /** What to derive, and how. NULL and 0 take the default. */
-typedef struct kempe_generation {
+typedef struct kempe_generate_options {
     const char *sets;      /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J,
                             * h_t, qdd: the accelerations without closure forces, in O(N); invdyn_q, invdyn_qd: derivatives
                             * of    invdyn, tangents: these and M; R: invdyn less J' lambda, R_q, R_tangents likewise; with +
@@ -27,13 +27,13 @@ typedef struct kempe_generation {
     const char *language; /* c (default), octave, python */
     const char *form;     /* names of variables: legible (default), compact */
     int vectorised;       /* array languages: all that can be done at once is one statement */
-} kempe_generation;
+} kempe_generate_options;
 
 typedef struct kempe_count kempe_count;
 
 /** Derives each of the asked sets alone, and all of them as one program. KEMPE_E_ARGUMENT: a set, scheme or body that
  *  does not exist; KEMPE_E_INPUT: a closure that can never be met. */
-KEMPE_API kempe_status kempe_count_new(const kempe_model *model, const kempe_generation *generation,
+KEMPE_API kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_options *generation,
                                        kempe_count **count);
 KEMPE_API void kempe_count_free(kempe_count *count);
 
@@ -48,7 +48,8 @@ typedef struct kempe_code kempe_code;
  * or form that does not exist, or an operation that the language has not; KEMPE_E_INPUT: a closure that can never be
  * met.
  */
-KEMPE_API kempe_status kempe_code_new(const kempe_model *model, const kempe_generation *generation, kempe_code **code);
+KEMPE_API kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_options *generation,
+                                      kempe_code **code);
 KEMPE_API void kempe_code_free(kempe_code *code);
 
 /** The files: their names, and what stands in them. */

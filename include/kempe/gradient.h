@@ -5,7 +5,7 @@
  * code.
  *
  *     const char *names[] = {"crank", "rocker"};
- *     kempe_gradient_ask ask = {.parameter_count = 2, .parameters = names, .driven = "crank"};
+ *     kempe_gradient_options ask = {.parameter_count = 2, .parameters = names, .driven = "crank"};
  *     kempe_gradient *gradient;
  *     kempe_gradient_new(model, &ask, &gradient);
  *     kempe_gradient_set(gradient, lengths);
@@ -29,18 +29,18 @@ extern "C" {
 
 typedef struct kempe_gradient kempe_gradient;
 
-typedef struct kempe_gradient_ask {
+typedef struct kempe_gradient_options {
     int parameter_count;
     const char *const *parameters; /* names of parameters of the model */
     const char *driven;            /* coordinates with commas between: one for each degree of freedom */
     const char *backend;           /* native | tape; NULL: the default */
-} kempe_gradient_ask;
+} kempe_gradient_options;
 
 /** Derives the equations of a model with those parameters kept open, and assembles it at its start. The values are the
  *  model's outputs (`run: outputs`) beside the table of every run. The model must outlive it. KEMPE_E_ARGUMENT: a name,
  *  or one that cannot vary. KEMPE_E_FAILED: it does not assemble, or the coordinates do not drive it, and what would.
  */
-KEMPE_API kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_ask *ask,
+KEMPE_API kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_options *ask,
                                           kempe_gradient **gradient);
 KEMPE_API void kempe_gradient_free(kempe_gradient *gradient);
 

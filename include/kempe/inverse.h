@@ -4,7 +4,7 @@
  * motion (docs/inverse.md).
  *
  *     kempe_inverse *inverse = NULL;
- *     kempe_inverse_ask ask = {.actuators = "slide1,slide2", .motion = "motion.csv"};
+ *     kempe_inverse_options ask = {.actuators = "slide1,slide2", .motion = "motion.csv"};
  *     if (kempe_inverse_new(system, &ask, &inverse) == KEMPE_OK)
  *         printf("%g N\n", kempe_inverse_tau(inverse, 0)[0]);
  *     kempe_inverse_free(inverse);
@@ -19,17 +19,17 @@ extern "C" {
 #endif
 
 /** NULL and 0 take the defaults. */
-typedef struct kempe_inverse_ask {
+typedef struct kempe_inverse_options {
     const char *actuators; /* coordinates, comma-separated; NULL: those that the model's drives move */
     const char *weights;   /* NAME=W,..: of their efforts where there are more than freedoms; 1 where not given */
     const char *motion;    /* CSV with t, q.NAME and, if known, qd.NAME and qdd.NAME; NULL: the model's drives, or where
                             * there are none, its start */
-    const char *u;         /* of the start: coordinates whose accelerations are zero, comma-separated */
-    const char *backend;   /* as for a run */
-    double t_end;          /* s: of the drives' motion; of a table no more than it has */
-    double every;          /* s between rows; of a table 0: its own rows */
-    int once;              /* rates and accelerations made from a table's rows are not checked */
-} kempe_inverse_ask;
+    const char *independent;  /* of the start: coordinates whose accelerations are zero, comma-separated */
+    const char *backend;      /* as for a run */
+    double t_end;             /* s: of the drives' motion; of a table no more than it has */
+    double output_step;       /* s between rows; of a table 0: its own rows */
+    int no_convergence_check; /* rates and accelerations made from a table's rows are not checked */
+} kempe_inverse_options;
 
 typedef struct kempe_inverse kempe_inverse;
 
@@ -37,7 +37,7 @@ typedef struct kempe_inverse kempe_inverse;
  * row, unless `once`: a warning is logged when efforts come out otherwise. KEMPE_E_FAILED: the motion is not possible,
  * or not with these actuators; `*inverse` is then given, with the reason, as far as it came, and so on KEMPE_STOPPED.
  * KEMPE_E_INPUT: the table, with file:line:column. KEMPE_E_ARGUMENT: a name, a number, or no actuators. */
-KEMPE_API kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_ask *ask,
+KEMPE_API kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *ask,
                                          kempe_inverse **inverse);
 KEMPE_API void kempe_inverse_free(kempe_inverse *inverse);
 

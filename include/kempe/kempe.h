@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * Kempe: constrained multibody systems, solved along several roads on the same equations.
+ * Kempe: constrained multibody systems, solved along several formulations on the same equations.
  *
  * The header follows the pipeline, one section an arrow:
  *
@@ -9,7 +9,7 @@
  *     system    equations derived symbolically, programs prepared
  *     check     mobility, redundancy, the choice of independent coordinates
  *     assemble  loops closed from the model's guess
- *     simulate  one road, one integrator: a trajectory with its verdict
+ *     simulate  one formulation, one integrator: a trajectory with its verdict
  *
  * and beside it: compare, and what engineers ask of a mechanism besides its motion (the list of headers below).
  *
@@ -20,9 +20,9 @@
  * A function that can fail returns a kempe_status: 0 done, negative an error, positive a normal event.
  * Outputs are untouched on failure. The library never prints, exits or aborts.
  *
- * A struct of options (kempe_run, the _ask and _generation of other headers) may be NULL: its defaults. NULL for any
- * other pointer that nothing says may be NULL: KEMPE_E_ARGUMENT, with a message where an object with a context is
- * given. Getters of NULL, or of an index that does not exist, give what their type has for nothing: NULL, a text "",
+ * A struct of options (kempe_run_options, the _ask and _generation of other headers) may be NULL: its defaults. NULL
+ * for any other pointer that nothing says may be NULL: KEMPE_E_ARGUMENT, with a message where an object with a context
+ * is given. Getters of NULL, or of an index that does not exist, give what their type has for nothing: NULL, a text "",
  * NaN, 0 (-1 where 0 means something). `_free` takes NULL.
  *
  * A model and a system are
@@ -134,14 +134,15 @@ KEMPE_API kempe_status kempe_model_print(const kempe_model *model, kempe_format 
 
 typedef struct kempe_system kempe_system;
 
-/** Derives what the roads need. The model must outlive the system. KEMPE_E_INPUT: a closure that can never be met, a
- *  joint that moves no mass. */
+/** Derives what the formulations need. The model must outlive the system. KEMPE_E_INPUT: a closure that can never be
+ * met, a joint that moves no mass. */
 KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
 
 /** The same with a word for how the dynamics are written: auto, composite, plain, ner or articulated; NULL: the
  * model's, or auto, which takes what costs less. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: the
  * accelerations cannot be written by articulated bodies, and why. */
-KEMPE_API kempe_status kempe_system_new_by(const kempe_model *model, const char *dynamics, kempe_system **system);
+KEMPE_API kempe_status kempe_system_new_with_algorithm(const kempe_model *model, const char *dynamics,
+                                                       kempe_system **system);
 KEMPE_API void kempe_system_free(kempe_system *system);
 
 /** Number of closure rows that do not vanish identically, and the name of row k: `closure.1` ... */
@@ -150,7 +151,7 @@ KEMPE_API const char *kempe_system_row_name(const kempe_system *system, int k);
 
 typedef enum kempe_view {
     KEMPE_VIEW_EQUATIONS, /* M, C, h, J, jdqd as named scalar assignments */
-    KEMPE_VIEW_PROGRAM,   /* the staged straight-line program of the reduced road */
+    KEMPE_VIEW_PROGRAM,   /* the staged straight-line program of the reduced formulation */
     KEMPE_VIEW_STATS,     /* operation counts by set and stage; what each simplification gains */
     KEMPE_VIEW_PASSES /* the equations before the passes and after each one that changes them; as text, then stats */
 } kempe_view;
@@ -183,9 +184,9 @@ KEMPE_API kempe_status kempe_assembly_print(const kempe_assembly *assembly, kemp
 
 typedef struct kempe_check kempe_check;
 
-/** Mobility, redundant rows (always, or only here) and what may be left out, the independent coordinates that the roads
- *  will use and why, limits of motion. KEMPE_E_FAILED for what does not assemble: `*check` is then still given and
- *  says what stands in the way. */
+/** Mobility, redundant rows (always, or only here) and what may be left out, the independent coordinates that the
+ * formulations will use and why, limits of motion. KEMPE_E_FAILED for what does not assemble: `*check` is then still
+ * given and says what stands in the way. */
 KEMPE_API kempe_status kempe_check_new(const kempe_system *system, kempe_check **check);
 KEMPE_API void kempe_check_free(kempe_check *check);
 KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text);
@@ -194,38 +195,39 @@ KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format 
 
 /** What to run. Names are those of the command line; NULL, or 0 for a number, takes the model's or
  *  Kempe's default. */
-typedef struct kempe_run {
-    const char *road;       /* reduced | dae | projected */
-    const char *form;       /* reduced: carried | closed;  dae: ah;  projected: none */
-    const char *integrator; /* dop853 | dopri5 | adams | bdf | radau5 | radau9 | erk | dirk | ida */
-    const char *linear;     /* dae: auto, klu, umfpack, dense */
+typedef struct kempe_run_options {
+    const char *formulation; /* reduced | dae | projected */
+    const char *form;        /* reduced: integrated | newton;  dae: stabilized1;  projected: none */
+    const char *integrator;  /* dop853 | dopri5 | adams | bdf | radau5 | radau9 | erk | dirk | ida */
+    const char *linear;      /* dae: auto, klu, umfpack, dense */
     const char
-        *backend;  /* native (default: machine code on x86-64 with AVX, elsewhere the tape), tape: the same bits */
-    const char *u; /* independent coordinates to begin with, comma-separated */
-    int fixed_u;   /* keep them: the run fails where they go bad, instead of exchanging them */
+        *backend; /* native (default: machine code on x86-64 with AVX, elsewhere the tape), tape: the same bits */
+    const char *independent;   /* independent coordinates to begin with, comma-separated */
+    int keep_independent;      /* keep them: the run fails where they go bad, instead of exchanging them */
     const char *change_points; /* leap (default): looked for and led through; ignore: neither, for those who know */
     double rtol;               /* relative tolerance, > 0 */
     double atol;               /* absolute tolerance of an angle; lengths and rates scale it. Default rtol */
     double t_end;              /* s */
-    double every;              /* s between output rows */
+    double output_step;        /* s between output rows */
     const char *reference;     /* CSV file to measure errors against */
     const char *checkpoint;    /* file that a long run leaves its rows in, every few seconds and at its end */
     const char *resume;        /* such a file to go on from */
-    int threads;    /* 1 to 64 that share the work of each evaluation of the native back end, in kempe_simulate and
-                     * steppers: the same bits; others ignore it, and so do processors without AVX. 0: one */
-    int once;       /* no other run at another tolerance, which warns when this one has not converged */
+    int threads; /* 1 to 64 that share the work of each evaluation of the native back end, in kempe_simulate and
+                  * steppers: the same bits; others ignore it, and so do processors without AVX. 0: one */
+    int no_convergence_check; /* no other run at another tolerance, which warns when this one has not converged */
     long max_steps; /* the run fails after so many, rejected ones included. 0: the model's, or else where the last
                      * 100,000 steps gained so little time that the rest would take more than 1e8 */
-} kempe_run;
+} kempe_run_options;
 
-KEMPE_API kempe_run kempe_run_default(void);
+KEMPE_API kempe_run_options kempe_run_options_default(void);
 
 typedef struct kempe_trajectory kempe_trajectory;
 
-/** Runs one road, and when it came to its end once more at another tolerance, unless `once`: a warning is logged when q
- * comes out otherwise by more than errors of steps explain. On KEMPE_E_FAILED and KEMPE_STOPPED `*trajectory` is given
- * too, up to where it came. */
-KEMPE_API kempe_status kempe_simulate(const kempe_system *system, const kempe_run *run, kempe_trajectory **trajectory);
+/** Runs one formulation, and when it came to its end once more at another tolerance, unless `once`: a warning is logged
+ * when q comes out otherwise by more than errors of steps explain. On KEMPE_E_FAILED and KEMPE_STOPPED `*trajectory` is
+ * given too, up to where it came. */
+KEMPE_API kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *run,
+                                      kempe_trajectory **trajectory);
 KEMPE_API void kempe_trajectory_free(kempe_trajectory *trajectory);
 
 /** Rows of the table; the first is the assembled start. */
@@ -261,7 +263,7 @@ KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajec
 /* The other headers, which this one includes at its end:
  *
  *     stepper.h       the same step by step
- *     compare.h       many roads and tolerances against a reference
+ *     compare.h       many formulations and tolerances against a reference
  *     ensemble.h      many instances of one mechanism with different parameters
  *     kinematics.h    coordinates led through a range
  *     equilibrium.h   where a mechanism stays at rest or moves on steadily

@@ -3,7 +3,7 @@
  * A mechanism led through its positions: one or several coordinates, or the time, go through a range together, and
  * everything else follows on the branch that the model assembles on. Forces play no part.
  *
- *     kempe_kinematics_ask ask = {.drive = "crank=0 deg:360 deg", .points = 361};
+ *     kempe_kinematics_options ask = {.sweep = "crank=0 deg:360 deg", .points = 361};
  *     kempe_kinematics *sweep;
  *     kempe_kinematics_new(system, &ask, &sweep);
  *     for (int k = 0; k < kempe_kinematics_count(sweep); k++)
@@ -19,23 +19,23 @@ extern "C" {
 #endif
 
 /** NULL and 0: the default. */
-typedef struct kempe_kinematics_ask {
-    const char *drive;   /* "NAME=A:B" or "NAME=A:B:N", with commas between several, which go together, each evenly from
+typedef struct kempe_kinematics_options {
+    const char *sweep;   /* "NAME=A:B" or "NAME=A:B:N", with commas between several, which go together, each evenly from
                           * its A to its B; NAME=A stays at A. A coordinate, a drive of the model, or t */
     const char *hold;    /* "NAME,..": coordinates that stay where they assemble */
     const char *release; /* "NAME,..": drives and locks of the model that are left aside; those of what is driven always
                           * are */
     int points;          /* rows; default: N of the first range that has one, or 361 */
     double speed;        /* of the first coordinate that is driven, rad/s or m/s, constant; default: 1. None with t */
-    const char *backend; /* as in kempe_run */
-} kempe_kinematics_ask;
+    const char *backend; /* as in kempe_run_options */
+} kempe_kinematics_options;
 
 typedef struct kempe_kinematics kempe_kinematics;
 
 /** Goes through the range. KEMPE_STOPPED when a dead centre, or an interrupt, ends it early; KEMPE_E_FAILED when what
  *  is driven does not determine the rest, contradicts itself, or no row can be reached: `*kinematics` is then given
  *  only if there is something to tell. KEMPE_E_ARGUMENT: a name or a range. */
-KEMPE_API kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_ask *ask,
+KEMPE_API kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_options *ask,
                                             kempe_kinematics **kinematics);
 KEMPE_API void kempe_kinematics_free(kempe_kinematics *kinematics);
 

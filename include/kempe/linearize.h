@@ -2,7 +2,7 @@
 /**
  * A mechanism near a state, linear: state space for chosen inputs and outputs, with exact derivatives.
  *
- *     kempe_linearize_ask ask = {.inputs = "effort(A)", .outputs = "position(coupler.P)"};
+ *     kempe_linearize_options ask = {.inputs = "effort(A)", .outputs = "position(coupler.P)"};
  *     kempe_linearization *linear;
  *     kempe_linearize(system, &ask, &linear);
  *     int rows, columns;
@@ -23,19 +23,19 @@ extern "C" {
 #endif
 
 /** NULL takes the default. Lists are comma-separated. */
-typedef struct kempe_linearize_ask {
+typedef struct kempe_linearize_options {
     const char *at;      /* the state: equilibrium (default), start */
     const char *inputs;  /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters; default: none */
     const char *outputs; /* as the model's outputs, or a component: "position(b.P).x"; default: the model's where there
                             are inputs */
-    const char *u;       /* independent coordinates; default: Kempe chooses */
+    const char *independent; /* independent coordinates; default: Kempe chooses */
     const char *backend;
-} kempe_linearize_ask;
+} kempe_linearize_options;
 
 typedef struct kempe_linearization kempe_linearization;
 
 /** KEMPE_E_ARGUMENT: a name; KEMPE_E_FAILED: there is no such state, and why. */
-KEMPE_API kempe_status kempe_linearize(const kempe_system *system, const kempe_linearize_ask *ask,
+KEMPE_API kempe_status kempe_linearize(const kempe_system *system, const kempe_linearize_options *ask,
                                        kempe_linearization **linearization);
 KEMPE_API void kempe_linearization_free(kempe_linearization *linearization);
 
@@ -73,7 +73,7 @@ KEMPE_API const double *kempe_linearization_qd(const kempe_linearization *linear
 KEMPE_API const double *kempe_linearization_y(const kempe_linearization *linearization);
 
 /** 1: an equilibrium, or a motion that changes no force; 0: the matrices hold at that instant. */
-KEMPE_API int kempe_linearization_rests(const kempe_linearization *linearization);
+KEMPE_API int kempe_linearization_is_equilibrium(const kempe_linearization *linearization);
 
 KEMPE_API kempe_status kempe_linearization_print(const kempe_linearization *linearization, kempe_format format,
                                                  char **text);

@@ -3,7 +3,7 @@
  * Modes: how a mechanism swings, grows or dies away near a state, and how that changes with a parameter.
  *
  *     kempe_modes *modes;
- *     kempe_modes_ask ask = {.vary = "speed=20:140:61"};
+ *     kempe_modes_options ask = {.sweep = "speed=20:140:61"};
  *     kempe_modes_new(system, &ask, &modes);
  *     for (int k = 0; k < kempe_modes_count(modes); k++)
  *         show(kempe_modes_frequency(modes, k), kempe_modes_damping(modes, k));
@@ -21,20 +21,21 @@ extern "C" {
 #endif
 
 /** All may be zero. */
-typedef struct kempe_modes_ask {
+typedef struct kempe_modes_options {
     const char *at; /* the state: equilibrium (default), from the assembled start; start: that itself, moving or not */
-    const char *rates; /* "NAME=V,..": rates that the equilibrium keeps; one may be "NAME=A:B:N" and varies */
-    const char *u;     /* independent coordinates, comma-separated; eigenvalues do not depend on them */
-    const char *vary; /* "NAME=A:B" or "NAME=A:B:N" (default: 61 values): a parameter, q.NAME or qd.NAME of the start */
+    const char *rates;       /* "NAME=V,..": rates that the equilibrium keeps; one may be "NAME=A:B:N" and varies */
+    const char *independent; /* independent coordinates, comma-separated; eigenvalues do not depend on them */
+    const char
+        *sweep; /* "NAME=A:B" or "NAME=A:B:N" (default: 61 values): a parameter, q.NAME or qd.NAME of the start */
     const char *orders; /* "1,2": lines of these in pictures, frequency = order * value / (2 pi) */
-} kempe_modes_ask;
+} kempe_modes_options;
 
 typedef struct kempe_modes kempe_modes;
 
 /** At the state with the model's own values; and, where something varies, at each of its values. KEMPE_E_ARGUMENT: a
  *  word, name or range. KEMPE_E_FAILED: there is no such state, and why. KEMPE_STOPPED: the parameter came only so far,
  *  and why; `*modes` is then given, too. */
-KEMPE_API kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_ask *ask, kempe_modes **modes);
+KEMPE_API kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_options *ask, kempe_modes **modes);
 KEMPE_API void kempe_modes_free(kempe_modes *modes);
 
 /** Eigenvalues, 1/s: those that are exactly zero first, then by modulus, each upper one before its conjugate. */

@@ -2,7 +2,7 @@
 /**
  * Frequency response near an equilibrium: the steady answer of outputs to inputs that swing, exact at each frequency.
  *
- *     kempe_response_ask ask = {.inputs = "drive(road)", .outputs = "q(wheel)", .frequencies = "0.1:50"};
+ *     kempe_response_options ask = {.inputs = "drive(road)", .outputs = "q(wheel)", .frequencies = "0.1:50"};
  *     kempe_response *response;
  *     kempe_response_new(system, &ask, &response);
  *     for (int k = 0; k < kempe_response_count(response); k++) {
@@ -21,21 +21,21 @@ extern "C" {
 #endif
 
 /** NULL and 0 take the default. Lists as in kempe/linearize.h, here with at least one input. */
-typedef struct kempe_response_ask {
+typedef struct kempe_response_options {
     const char *at;          /* the state, which must be an equilibrium: equilibrium (default), start */
     const char *inputs;      /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters */
     const char *outputs;     /* default: the model's */
     const char *frequencies; /* Hz, "A:B" or "A:B:N"; default: a decade around the model's own, 200 of them */
     int linear;              /* evenly from A to B, instead of in even ratios */
-    const char *u;           /* independent coordinates; default: Kempe chooses */
+    const char *independent; /* independent coordinates; default: Kempe chooses */
     const char *backend;
-} kempe_response_ask;
+} kempe_response_options;
 
 typedef struct kempe_response kempe_response;
 
 /** KEMPE_E_ARGUMENT: a name, or the frequencies. KEMPE_E_FAILED: there is no equilibrium, and why. KEMPE_STOPPED:
  *  interrupted, without a response. */
-KEMPE_API kempe_status kempe_response_new(const kempe_system *system, const kempe_response_ask *ask,
+KEMPE_API kempe_status kempe_response_new(const kempe_system *system, const kempe_response_options *ask,
                                           kempe_response **response);
 KEMPE_API void kempe_response_free(kempe_response *response);
 

@@ -2,11 +2,9 @@
 /**
  * How results move with parameters of the model: exact derivatives, through the loops.
  *
- *     kempe_sensitivity_ask ask = {.parameters = "crank,base", .outputs = "q(rocker)", .run = kempe_run_default()};
- *     kempe_sensitivity *s;
- *     kempe_sensitivity_new(model, &ask, &s);
- *     int last = kempe_sensitivity_row_count(s) - 1;
- *     double by_crank = kempe_sensitivity_slope(s, last, 0, 0);
+ *     kempe_sensitivity_options ask = {.parameters = "crank,base", .outputs = "q(rocker)", .run =
+ * kempe_run_options_default()}; kempe_sensitivity *s; kempe_sensitivity_new(model, &ask, &s); int last =
+ * kempe_sensitivity_row_count(s) - 1; double by_crank = kempe_sensitivity_slope(s, last, 0, 0);
  */
 #ifndef KEMPE_SENSITIVITY_H
 #define KEMPE_SENSITIVITY_H
@@ -18,7 +16,7 @@ extern "C" {
 #endif
 
 /** What is asked; zeros and NULL mean defaults. */
-typedef struct kempe_sensitivity_ask {
+typedef struct kempe_sensitivity_options {
     const char *of;         /* trajectory (default) */
     const char *parameters; /* names with commas between, start values as q.NAME and qd.NAME among them; NULL: all plain
                              * numbers among the parameters that may vary */
@@ -27,8 +25,9 @@ typedef struct kempe_sensitivity_ask {
                              * number of parameters; NULL: forward, and of integrals whichever does less */
     int integral;           /* the outputs integrated from 0 to t_end instead */
     const char *at;         /* start | equilibrium: the state, where it is no trajectory */
-    kempe_run run;          /* tolerances, t_end, every, u, back end; integrator: dop853, dopri5, radau5, radau9, erk */
-} kempe_sensitivity_ask;
+    kempe_run_options run; /* tolerances, t_end, output_step, independent, back end; integrator: dop853, dopri5, radau5,
+                              radau9, erk */
+} kempe_sensitivity_options;
 
 typedef struct kempe_sensitivity kempe_sensitivity;
 
@@ -37,7 +36,7 @@ typedef struct kempe_sensitivity kempe_sensitivity;
  * name or number; KEMPE_E_FAILED, with the message, and KEMPE_STOPPED: rows up to there are given all the same. The
  * model outlives it.
  */
-KEMPE_API kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_ask *ask,
+KEMPE_API kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *ask,
                                              kempe_sensitivity **sensitivity);
 KEMPE_API void kempe_sensitivity_free(kempe_sensitivity *sensitivity);
 

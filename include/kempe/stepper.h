@@ -2,7 +2,7 @@
 /**
  * A run under your control: you say how far, and read the state where it stands.
  *
- *     kempe_run run = kempe_run_default();
+ *     kempe_run_options run = kempe_run_options_default();
  *     run.t_end = 10;
  *     kempe_stepper *stepper;
  *     kempe_stepper_new(system, &run, &stepper);
@@ -37,9 +37,10 @@ typedef struct kempe_work {
     long steps, rejected, refused, rhs, newton, factorizations, exchanges, centrings;
 } kempe_work;
 
-/** Assembles and stands at t = 0; `every`, `reference` and checkpoints of the run do not matter here. The system must
- * outlive it. KEMPE_E_ARGUMENT: a name or number of the run; KEMPE_E_FAILED: it cannot start; KEMPE_E_MEMORY. */
-KEMPE_API kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run *run, kempe_stepper **stepper);
+/** Assembles and stands at t = 0; `output_step`, `reference` and checkpoints of the run do not matter here. The system
+ * must outlive it. KEMPE_E_ARGUMENT: a name or number of the run; KEMPE_E_FAILED: it cannot start; KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_options *run,
+                                         kempe_stepper **stepper);
 KEMPE_API void kempe_stepper_free(kempe_stepper *stepper);
 
 /** Goes to the end of the integrator's next step (of the one it stands in, after kempe_stepper_advance).

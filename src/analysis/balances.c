@@ -89,14 +89,14 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
 
 /* -- what is asked ----------------------------------------------------------------------------------- */
 
-static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_ask *ask)
+static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_options *ask)
 {
-    e->nearest = ask->nearest;
-    e->all = ask->all;
+    e->newton = ask->newton;
+    e->all = ask->global;
     kempe_status status = kmp_steady_read(e->asked->model, ask->rates, &e->rate_count, &e->rates);
-    if (status != KEMPE_OK || !(ask->fix || ask->require || ask->freed))
+    if (status != KEMPE_OK || !(ask->hold || ask->target || ask->solve_for))
         return status;
-    status = kmp_exchange_new(e->asked, ask->fix, ask->require, ask->freed, e->rates, e->rate_count, &e->exchange);
+    status = kmp_exchange_new(e->asked, ask->hold, ask->target, ask->solve_for, e->rates, e->rate_count, &e->exchange);
     if (status == KEMPE_OK)
         e->system = e->exchange->system;
     if (status == KEMPE_OK && e->all)
@@ -161,8 +161,7 @@ static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, con
 
 static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start)
 {
-    kmp_search search = {
-        .rates = e->rates, .rate_count = e->rate_count, .nearest = e->nearest, .exchange = e->exchange};
+    kmp_search search = {.rates = e->rates, .rate_count = e->rate_count, .newton = e->newton, .exchange = e->exchange};
     double *q = KMP_ARENA_NEW(&e->arena, double, e->system->n);
     if (!q)
         return kmp_fail_memory(e->system->context);
@@ -194,7 +193,7 @@ static void find_still(const kempe_equilibrium *e, bool *still)
 static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_assembly *a, double *q,
                               const double *near)
 {
-    kmp_search search = {.rates = e->rates, .rate_count = e->rate_count, .nearest = e->starts % 2 == 0, .quiet = true};
+    kmp_search search = {.rates = e->rates, .rate_count = e->rate_count, .newton = e->starts % 2 == 0, .quiet = true};
     kmp_charts_reset(e->system, l->plant->chart);
     if (a->chart)
         memcpy(l->plant->chart, a->chart, (size_t)(KMP_CHART_SIZE * e->system->chart_count) * sizeof(double));
@@ -250,7 +249,7 @@ static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe
 
 /* -- together ---------------------------------------------------------------------------------------- */
 
-static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_ask *ask)
+static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *ask)
 {
     kempe_assembly *start = NULL;
     kmp_linear linear = {0};
@@ -272,11 +271,11 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_ask *ask)
     return status;
 }
 
-kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_ask *ask,
+kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_options *ask,
                                    kempe_equilibrium **equilibrium)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_equilibrium_ask){0};
+    ask = ask ? ask : &(const kempe_equilibrium_options){0};
     KMP_WANTED(system->context, equilibrium, "equilibrium");
     kmp_context_begin(system->context);
     kempe_equilibrium *e = KMP_NEW(kempe_equilibrium, 1);

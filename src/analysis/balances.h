@@ -30,8 +30,8 @@ struct kempe_equilibrium {
     int rate_count;
     int freed_count; /* what is free: parameters, and rates as "qd(NAME)" */
     const char **freed_name;
-    bool nearest, all, many; /* many: ended before its time, more than KMP_MOST_BALANCES */
-    bool from_start;         /* the first is what the start leads to */
+    bool newton, all, many; /* many: ended before its time, more than KMP_MOST_BALANCES */
+    bool from_start;        /* the first is what the start leads to */
     int starts, closed, found;
     kmp_balance balance[KMP_MOST_BALANCES];
     int count;

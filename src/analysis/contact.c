@@ -139,7 +139,7 @@ static bool make_room(job *j)
     return kmp_arena_make_groups(&j->arena, sizeof groups / sizeof *groups, groups);
 }
 
-static kempe_status begin(job *j, const kempe_contact_ask *ask)
+static kempe_status begin(job *j, const kempe_contact_options *ask)
 {
     kempe_contact_table *t = j->t;
     if (!make_room(j))
@@ -160,7 +160,7 @@ static kempe_status begin(job *j, const kempe_contact_ask *ask)
     for (int k = 0; k < t->over.count; k++)
         if (t->lead[k].hold >= 0)
             j->here[k] = j->q[t->hold[t->lead[k].hold].coordinate];
-    return status == KEMPE_OK && ask->freed ? read_freed(j, ask->freed) : status;
+    return status == KEMPE_OK && ask->solve_for ? read_freed(j, ask->solve_for) : status;
 }
 
 /* -- from value to value --------------------------------------------------------------------------------- */
@@ -260,7 +260,7 @@ static kempe_status give_reason(job *j, kempe_status status)
     return t->reason ? KEMPE_STOPPED : kmp_fail_memory(context_of(j));
 }
 
-static kempe_status run(job *j, const kempe_contact_ask *ask)
+static kempe_status run(job *j, const kempe_contact_options *ask)
 {
     kempe_contact_table *t = j->t;
     kempe_status status = begin(j, ask);
@@ -274,11 +274,11 @@ static kempe_status run(job *j, const kempe_contact_ask *ask)
     return give_reason(j, status);
 }
 
-kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_ask *ask,
+kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_options *ask,
                                      kempe_contact_table **table)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_contact_ask){0};
+    ask = ask ? ask : &(const kempe_contact_options){0};
     KMP_WANTED(system->context, table, "table");
     double begun = kmp_cpu_now();
     kempe_contact_table *t = KMP_NEW(kempe_contact_table, 1);

@@ -41,7 +41,7 @@ struct kempe_contact_table {
 };
 
 /** Reads what is asked into a table that has its system: leads, holds, law, values. */
-kempe_status kmp_contact_ask(kempe_contact_table *table, const kempe_contact_ask *ask);
+kempe_status kmp_contact_ask(kempe_contact_table *table, const kempe_contact_options *ask);
 
 /** The place of a coordinate among those held; -1: it is not. */
 int kmp_contact_hold_of(const kempe_contact_table *table, int coordinate);

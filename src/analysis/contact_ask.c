@@ -102,19 +102,19 @@ static kempe_status read_law(kempe_contact_table *t, const char *word)
     return status;
 }
 
-kempe_status kmp_contact_ask(kempe_contact_table *t, const kempe_contact_ask *ask)
+kempe_status kmp_contact_ask(kempe_contact_table *t, const kempe_contact_options *ask)
 {
     kempe_context *context = context_of(t);
     if (t->given->model->wheel_count == 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "the model has no wheels: its section 'wheels' puts some on rails (docs/model_format.md)");
-    if (!ask->over || !*ask->over)
+    if (!ask->sweep || !*ask->sweep)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "over what? a coordinate or a parameter with its range, as in 'y=0:10 mm:21'");
     t->hold = KMP_ARENA_NEW(&t->arena, kmp_steady, t->given->n);
     if (!t->hold)
         return kmp_fail_memory(context);
-    kempe_status status = kmp_ranges_read(context, ask->over, &t->over);
+    kempe_status status = kmp_ranges_read(context, ask->sweep, &t->over);
     if (status == KEMPE_OK && t->over.count > t->given->n + t->given->model->parameter_count)
         status = kmp_fail(context, KEMPE_E_ARGUMENT, "over: more ranges than there are coordinates and parameters");
     if (status == KEMPE_OK)

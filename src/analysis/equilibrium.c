@@ -265,7 +265,7 @@ static kempe_status find(kmp_way *w)
                                      : kmp_fail(w->l->system->context, KEMPE_E_FAILED,
                                                 "the equations cannot be evaluated at the start: loops that do not "
                                                 "close, or numbers that are not finite");
-    if (!w->search->nearest && !w->search->exchange)
+    if (!w->search->newton && !w->search->exchange)
         status = descend(w);
     return status == KEMPE_OK ? kmp_way_least(w) : status;
 }
@@ -335,7 +335,7 @@ static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady
         kmp_context_clear(context);
         (void)kmp_fail(context, status,
                        "%s; and no steady motion is found from the start with the rates of %s unknown: %s; give rates "
-                       "that are nearer (--rates 'NAME=RATE,..', --free 'qd(NAME),..')",
+                       "that are nearer (--rates 'NAME=RATE,..', --solve-for 'qd(NAME),..')",
                        why, names.s, last ? last : "no memory");
         kmp_free(last);
     }
@@ -345,9 +345,9 @@ static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady
 
 kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search)
 {
-    if (search->rate_count > 0 || search->nearest || search->quiet || search->exchange)
+    if (search->rate_count > 0 || search->newton || search->quiet || search->exchange)
         return kmp_equilibrium_find(linear, t, q, search);
-    kmp_search steady = {.nearest = true};
+    kmp_search steady = {.newton = true};
     kempe_context *context = linear->system->context;
     kempe_status status = find_going_on(linear, t, q, qd, &steady);
     bool goes_on = steady.rate_count > 0;

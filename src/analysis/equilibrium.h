@@ -18,7 +18,7 @@ enum { KMP_MOST_ITERATIONS = 400 };
 typedef struct kmp_search {
     kmp_steady *rates; /* of coordinates that stay independent; those that are freed become what is found */
     int rate_count;
-    bool nearest;  /* Newton's method from the guess, to whatever is near; otherwise the way goes down, to a stable
+    bool newton;   /* Newton's method from the guess, to whatever is near; otherwise the way goes down, to a stable
                       one */
     bool balanced; /* the way goes down in short steps, to whatever is balanced */
     bool quiet;    /* nothing is said of a failure beyond that */

@@ -33,26 +33,26 @@ double kmp_target_value(const kmp_target *target, kmp_varied *varied)
 
 /* -- rows -------------------------------------------------------------------------------------------- */
 
-static void position(kmp_road *road, double t, const double *y, double *q)
+static void position(kmp_formulation *formulation, double t, const double *y, double *q)
 {
-    kmp_forward_road *f = (kmp_forward_road *)road;
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     if (f->zone)
         memcpy(q, y, (size_t)f->n * sizeof *q);
     else if (kmp_varied_position(f->v, t, y, q) != KMP_GO)
         memcpy(q, f->v->q, (size_t)f->n * sizeof *q);
 }
 
-static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
-               double *lambda, double *work)
+static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
+               double *qdd, double *lambda, double *work)
 {
-    kmp_forward_road *f = (kmp_forward_road *)road;
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     const kmp_linear *l = &f->v->linear;
     (void)yp;
     *work = 0;
     int said = qd || f->zone ? kmp_forward_stand_at(f, t, y, qdd != NULL) : kmp_varied_position(f->v, t, y, q);
     if (said != KMP_GO) {
-        if (road->reason.length == 0)
-            kmp_text_printf(&road->reason, "the closures could not be solved at the output time t = %.9g", t);
+        if (formulation->reason.length == 0)
+            kmp_text_printf(&formulation->reason, "the closures could not be solved at the output time t = %.9g", t);
         return KMP_HALT;
     }
     if (!qd && !f->zone)
@@ -69,7 +69,7 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
 }
 
 /* By parameter k what the last whole row makes: outputs, which see the charts there, and the user's coordinates. */
-static void follow(kmp_forward_road *f, int k, const kmp_chart_motion *user)
+static void follow(kmp_forward_formulation *f, int k, const kmp_chart_motion *user)
 {
     kmp_varied *v = f->v;
     const kmp_linear *l = &v->linear;
@@ -88,7 +88,7 @@ static void follow(kmp_forward_road *f, int k, const kmp_chart_motion *user)
 static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                     double work)
 {
-    kmp_forward_road *f = user;
+    kmp_forward_formulation *f = user;
     kmp_varied *v = f->v;
     const kmp_chart_motion own = {f->new_chart, q, qd, qdd};
     (void)work;
@@ -105,7 +105,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 
 static int take_step(void *user, kmp_runner *runner, double from, double to)
 {
-    kmp_forward_road *f = user;
+    kmp_forward_formulation *f = user;
     const double *y = f->integrals ? kmp_runner_unknowns(runner, to) : NULL;
     if (f->integrals && !y)
         return 1;
@@ -114,10 +114,10 @@ static int take_step(void *user, kmp_runner *runner, double from, double to)
     return f->ask->watch.step && to > from ? f->ask->watch.step(f->ask->watch.user, runner, from, to) : 0;
 }
 
-/* -- the road ---------------------------------------------------------------------------------------- */
+/* -- the formulation ---------------------------------------------------------------------------------------- */
 
 /* v goes by another plant from now on. */
-static void go_by(kmp_forward_road *f, kmp_plant *plant)
+static void go_by(kmp_forward_formulation *f, kmp_plant *plant)
 {
     kmp_linear_lend(&f->v->linear, plant);
     kmp_linear_renew_parameters(&f->v->linear);
@@ -125,11 +125,11 @@ static void go_by(kmp_forward_road *f, kmp_plant *plant)
 }
 
 /* The own plant has the charts and conditions of the runner's then. */
-static void release(kmp_road *road)
+static void release(kmp_formulation *formulation)
 {
-    kmp_forward_road *f = (kmp_forward_road *)road;
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     const kmp_plant *plant = kmp_forward_plant(f);
-    kmp_arena_free(&road->arena);
+    kmp_arena_free(&formulation->arena);
     if (plant == f->own)
         return;
     kmp_plant_set_charts(f->own, plant->chart);
@@ -138,9 +138,9 @@ static void release(kmp_road *road)
     go_by(f, f->own);
 }
 
-static int keep(kmp_road *road, double t, const double *y)
+static int keep(kmp_formulation *formulation, double t, const double *y)
 {
-    kmp_forward_road *f = (kmp_forward_road *)road;
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
     if (!(f->t >= t) && kmp_forward_spread(f, t, y) != KMP_GO) /* charts have changed, and the place with them */
         return KMP_HALT;
@@ -148,8 +148,9 @@ static int keep(kmp_road *road, double t, const double *y)
     return KMP_GO;
 }
 
-/* A start that is neither the first one nor where the last road was left: what came between has changed rates. */
-static kempe_status check_place(kmp_forward_road *f, const kmp_road_start *start)
+/* A start that is neither the first one nor where the last formulation was left: what came between has changed rates.
+ */
+static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
     int k = 0;
     while (k < f->system->events.count && (f->mode[k] != 0) == (start->plant->mode[k] != 0))
@@ -165,7 +166,7 @@ static kempe_status check_place(kmp_forward_road *f, const kmp_road_start *start
     return KEMPE_OK;
 }
 
-static kempe_status begin(kmp_forward_road *f, const kmp_road_start *start)
+static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
     kmp_partition part;
     kempe_status status = f->begun ? check_place(f, start) : KEMPE_OK;
@@ -184,36 +185,37 @@ static kempe_status begin(kmp_forward_road *f, const kmp_road_start *start)
     if (status != KEMPE_OK)
         return status;
     kmp_forward_enter_charts(f, start->q, start->qd);
-    memcpy(f->road.y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
-    if (kmp_forward_take_up(f, start->t, f->road.y) != KMP_GO)
+    memcpy(f->formulation.y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
+    if (kmp_forward_take_up(f, start->t, f->formulation.y) != KMP_GO)
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
                         "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
     bool marked = !first || kmp_forward_charts_differ(f, f->old_chart);
     return !marked || kmp_forward_tell_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
-static const kmp_road_kind varied_zone;
+static const kmp_formulation_kind varied_zone;
 
-static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
+static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
 {
-    kmp_forward_road *f = start->user;
+    kmp_forward_formulation *f = start->user;
     f->zone = kind == &varied_zone;
     f->start = *start;
-    f->road.exchanges = 0;
-    kmp_text_free(&f->road.reason);
+    f->formulation.exchanges = 0;
+    kmp_text_free(&f->formulation.reason);
     if (begin(f, start) == KEMPE_OK)
-        return &f->road;
-    release(&f->road);
+        return &f->formulation;
+    release(&f->formulation);
     return NULL;
 }
 
-static const kmp_road_kind varied_zone = {.road = "varied", .form = "zone", .corrected = true, .create = create};
-static const kmp_road_kind varied_road = {
-    .road = "varied", .form = "closed", .corrected = true, .zone = &varied_zone, .create = create};
+static const kmp_formulation_kind varied_zone = {
+    .formulation = "varied", .form = "zone", .corrected = true, .create = create};
+static const kmp_formulation_kind varied_formulation = {
+    .formulation = "varied", .form = "newton", .corrected = true, .zone = &varied_zone, .create = create};
 
 /* -- the run ----------------------------------------------------------------------------------------- */
 
-static bool make_room(kmp_forward_road *f)
+static bool make_room(kmp_forward_formulation *f)
 {
     kmp_arena *a = &f->arena;
     int n = f->n, count = f->v->count, conditions = f->system->events.count;
@@ -240,7 +242,7 @@ static bool make_room(kmp_forward_road *f)
 }
 
 /* The start and its slopes into the place. */
-static kempe_status prepare(kmp_forward_road *f)
+static kempe_status prepare(kmp_forward_formulation *f)
 {
     kmp_varied *v = f->v;
     size_t slopes = (size_t)(f->n * v->count) * sizeof(double);
@@ -271,12 +273,12 @@ static bool reads_angles(const kempe_system *s, const kmp_target *target)
     return reads;
 }
 
-static kempe_status run(kmp_forward_road *f, kmp_forward_report *report)
+static kempe_status run(kmp_forward_formulation *f, kmp_forward_report *report)
 {
     kmp_run_spec spec = *f->ask->spec;
     kempe_status status = prepare(f);
     const kempe_assembly start = {.system = f->system, .q = f->q, .qd = f->qd, .closed = true};
-    spec.kind = &varied_road;
+    spec.kind = &varied_formulation;
     spec.user = f;
     spec.step = take_step;
     spec.own_angles = f->own_angles = f->ask->integrand && reads_angles(f->system, f->ask->integrand);
@@ -295,27 +297,27 @@ static kempe_status run(kmp_forward_road *f, kmp_forward_report *report)
 kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const double *sizes, double *integral,
                              kmp_forward_report *report)
 {
-    kmp_forward_road f = {.road = {.release = release,
-                                   .row = row,
-                                   .position = position,
-                                   .renew = kmp_forward_renew,
-                                   .resume = kmp_forward_resume,
-                                   .keep = keep,
-                                   .explain = kmp_forward_explain},
-                          .v = varied,
-                          .own = varied->linear.plant,
-                          .ask = ask,
-                          .system = varied->system,
-                          .sizes = sizes,
-                          .n = varied->n,
-                          .m = varied->m,
-                          .count = ask->alone ? 0 : varied->count};
+    kmp_forward_formulation f = {.formulation = {.release = release,
+                                                 .row = row,
+                                                 .position = position,
+                                                 .renew = kmp_forward_renew,
+                                                 .resume = kmp_forward_resume,
+                                                 .keep = keep,
+                                                 .explain = kmp_forward_explain},
+                                 .v = varied,
+                                 .own = varied->linear.plant,
+                                 .ask = ask,
+                                 .system = varied->system,
+                                 .sizes = sizes,
+                                 .n = varied->n,
+                                 .m = varied->m,
+                                 .count = ask->alone ? 0 : varied->count};
     f.integrals = ask->integrand ? 1 + f.count : 0;
     *report = (kmp_forward_report){0};
     kempe_status status = run(&f, report);
     for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)
         integral[k] = f.tail[1 + k];
-    kmp_text_free(&f.road.reason);
+    kmp_text_free(&f.formulation.reason);
     kmp_arena_free(&f.arena);
     varied->linear.plain = false;
     return status;

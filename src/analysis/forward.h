@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A motion with the sensitivities of its state to each parameter, as a road of its own: a runner (integrators/run.h)
- * integrates them together, with error control over all of them, and sees to events, exchanges and spherical joints.
- * With no parameters it is the motion alone. Where u goes bad others are taken between steps, and the sensitivities go
- * on as rows of the same dq/dp; where a joint is centred they are carried into its new angles. Where a condition of the
- * model changes, at t_e(p) with g = 0, rates of the sensitivities jump by what the accelerations do:
+/* A motion with the sensitivities of its state to each parameter, as a formulation of its own: a runner
+ * (integrators/run.h) integrates them together, with error control over all of them, and sees to events, exchanges and
+ * spherical joints. With no parameters it is the motion alone. Where u goes bad others are taken between steps, and the
+ * sensitivities go on as rows of the same dq/dp; where a joint is centred they are carried into its new angles. Where a
+ * condition of the model changes, at t_e(p) with g = 0, rates of the sensitivities jump by what the accelerations do:
  *
  *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp      dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)
  *
@@ -48,7 +48,7 @@ typedef struct kmp_varied_watch {
 } kmp_varied_watch;
 
 typedef struct kmp_forward {
-    const kmp_run_spec *spec;    /* resolved; road and form do not count */
+    const kmp_run_spec *spec;    /* resolved; formulation and form do not count */
     const kmp_target *integrand; /* whose integral over time is wanted too; NULL: none */
     bool alone;                  /* without sensitivities, but for those of the start */
     double *start_q, *start_qd;  /* those, n x count; NULL: not wanted */

@@ -10,7 +10,7 @@
 
 /* -- the place --------------------------------------------------------------------------------------- */
 
-int kmp_forward_spread(kmp_forward_road *f, double t, const double *y)
+int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y)
 {
     kmp_varied *v = f->v;
     if (kmp_forward_stand_at(f, t, y, true) != KMP_GO)
@@ -24,7 +24,7 @@ int kmp_forward_spread(kmp_forward_road *f, double t, const double *y)
     return KMP_GO;
 }
 
-void kmp_forward_enter_charts(kmp_forward_road *f, const double *q, const double *qd)
+void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const double *qd)
 {
     const kmp_chart_motion from = {f->chart, f->q, f->qd, NULL}, to = {kmp_forward_plant(f)->chart, q, qd, NULL};
     for (int c = 0; c < f->system->chart_count; c++)
@@ -37,14 +37,14 @@ void kmp_forward_enter_charts(kmp_forward_road *f, const double *q, const double
     memcpy(f->qd, qd, (size_t)f->n * sizeof *qd);
 }
 
-bool kmp_forward_charts_differ(const kmp_forward_road *f, const double *chart)
+bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart)
 {
     return memcmp(chart, kmp_forward_plant(f)->chart, kmp_forward_chart_bytes(f)) != 0;
 }
 
 /* -- marks ------------------------------------------------------------------------------------------- */
 
-void kmp_forward_keep_old(kmp_forward_road *f)
+void kmp_forward_keep_old(kmp_forward_formulation *f)
 {
     const int *u = f->v->linear.part.u;
     for (int i = 0; i < f->p; i++) {
@@ -56,7 +56,7 @@ void kmp_forward_keep_old(kmp_forward_road *f)
     memcpy(f->old_chart, f->chart, kmp_forward_chart_bytes(f));
 }
 
-int kmp_forward_tell_mark(kmp_forward_road *f, double t, int condition)
+int kmp_forward_tell_mark(kmp_forward_formulation *f, double t, int condition)
 {
     kmp_varied_mark mark = {t, condition, f->old_u, f->old_q, f->old_y, f->mode, f->old_chart, {0}};
     if (kmp_forward_charts_differ(f, f->old_chart))
@@ -70,7 +70,7 @@ int kmp_forward_tell_mark(kmp_forward_road *f, double t, int condition)
 /* -- other coordinates ------------------------------------------------------------------------------- */
 
 /* Other coordinates of the place, where the plant is, as independent ones: as many, anew. */
-static int choose_anew(kmp_forward_road *f, double *y)
+static int choose_anew(kmp_forward_formulation *f, double *y)
 {
     kmp_linear *l = &f->v->linear;
     kmp_partition part;
@@ -83,9 +83,9 @@ static int choose_anew(kmp_forward_road *f, double *y)
     return KMP_GO;
 }
 
-int kmp_forward_renew(kmp_road *road, double t, double *y, double *yp)
+int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double *yp)
 {
-    kmp_forward_road *f = (kmp_forward_road *)road;
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     (void)yp;
     if (!f->due)
         return KMP_GO;
@@ -94,13 +94,13 @@ int kmp_forward_renew(kmp_road *road, double t, double *y, double *yp)
     kmp_forward_keep_old(f);
     if (choose_anew(f, y) != KMP_GO || kmp_forward_tell_mark(f, t, -1) != KMP_GO)
         return KMP_HALT;
-    road->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
+    formulation->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
     return KMP_CHANGED;
 }
 
 /* -- conditions -------------------------------------------------------------------------------------- */
 
-static void set_modes(const kmp_forward_road *f, const double *mode)
+static void set_modes(const kmp_forward_formulation *f, const double *mode)
 {
     for (int k = 0; k < f->system->events.count; k++)
         if ((kmp_forward_plant(f)->mode[k] != 0) != (mode[k] != 0))
@@ -108,7 +108,7 @@ static void set_modes(const kmp_forward_road *f, const double *mode)
 }
 
 /* dt_e/dp of condition k at the place, which is the last state. false: it is not passed but touched. */
-static bool find_swing(kmp_forward_road *f, int k)
+static bool find_swing(kmp_forward_formulation *f, int k)
 {
     kmp_varied *v = f->v;
     kmp_linear *l = &v->linear;
@@ -127,13 +127,13 @@ static bool find_swing(kmp_forward_road *f, int k)
     return fabs(rate) > GRAZING * faster;
 }
 
-static double integrand_here(kmp_forward_road *f)
+static double integrand_here(kmp_forward_formulation *f)
 {
     return f->integrals ? kmp_target_value(f->ask->integrand, f->v) : 0;
 }
 
 /* What is before less what is behind, times dt_e/dp. */
-static void jump(kmp_forward_road *f, double integrand_before, double *y)
+static void jump(kmp_forward_formulation *f, double integrand_before, double *y)
 {
     const kmp_linear *l = &f->v->linear;
     int half = kmp_forward_blocks(f);
@@ -148,14 +148,14 @@ static void jump(kmp_forward_road *f, double integrand_before, double *y)
     }
 }
 
-static int fail_at(kmp_forward_road *f, const char *sentence, int k, double t)
+static int fail_at(kmp_forward_formulation *f, const char *sentence, int k, double t)
 {
-    kmp_text_printf(&f->road.reason, sentence, f->system->event_text[k], t);
+    kmp_text_printf(&f->formulation.reason, sentence, f->system->event_text[k], t);
     return KMP_HALT;
 }
 
 /* Condition k changes, and with it what `mode` says of others. */
-static int pass(kmp_forward_road *f, int k, const double *mode, double t, double *y)
+static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
 {
     const kmp_linear *l = &f->v->linear;
     if (kmp_forward_spread(f, t, y) != KMP_GO)
@@ -180,7 +180,7 @@ static int pass(kmp_forward_road *f, int k, const double *mode, double t, double
 
 /* Conditions have changed since the last start: those that the motion itself has changed in turn, the last of them with
  * all that follow. */
-static int pass_conditions(kmp_forward_road *f, double t, double *y)
+static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
 {
     const kmp_linear *l = &f->v->linear;
     int count = f->system->events.count, last = -1, said = KMP_GO;
@@ -207,7 +207,7 @@ static int pass_conditions(kmp_forward_road *f, double t, double *y)
 /* -- charts ------------------------------------------------------------------------------------------ */
 
 /* Joints have been centred: the place in the charts before, carried to where it is (q, qd) in those at hand. */
-static int pass_charts(kmp_forward_road *f, double t, const double *q, const double *qd, double *y)
+static int pass_charts(kmp_forward_formulation *f, double t, const double *q, const double *qd, double *y)
 {
     memcpy(f->new_chart, kmp_forward_plant(f)->chart, kmp_forward_chart_bytes(f));
     kmp_plant_set_charts(kmp_forward_plant(f), f->chart);
@@ -226,10 +226,10 @@ static int pass_charts(kmp_forward_road *f, double t, const double *q, const dou
     return KMP_GO;
 }
 
-int kmp_forward_resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd,
+int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
                        const double *lambda, double *y, double *yp)
 {
-    kmp_forward_road *f = (kmp_forward_road *)road;
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     int half = kmp_forward_blocks(f);
     (void)qdd, (void)lambda, (void)yp;
     if (f->system->events.count > 0 && memcmp(f->mode, kmp_forward_plant(f)->mode, kmp_forward_mode_bytes(f)) != 0 &&

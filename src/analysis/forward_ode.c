@@ -15,7 +15,7 @@
 #define ZONE_RTOL 1e-9
 
 /* The rows of u among the unknowns from `block` on; `room`: for p. */
-static const double *rows_of(const kmp_forward_road *f, const double *block, double *room)
+static const double *rows_of(const kmp_forward_formulation *f, const double *block, double *room)
 {
     if (!f->zone)
         return block;
@@ -24,23 +24,23 @@ static const double *rows_of(const kmp_forward_road *f, const double *block, dou
     return room;
 }
 
-static const double *position_of(const kmp_forward_road *f, const double *y, int k)
+static const double *position_of(const kmp_forward_formulation *f, const double *y, int k)
 {
     return rows_of(f, y + (k + 1) * f->width, f->su);
 }
 
-static const double *rate_of(const kmp_forward_road *f, const double *y, int k)
+static const double *rate_of(const kmp_forward_formulation *f, const double *y, int k)
 {
     return rows_of(f, y + kmp_forward_blocks(f) + (k + 1) * f->width, f->sud);
 }
 
-int kmp_forward_come_to(kmp_forward_road *f, double t, const double *y)
+int kmp_forward_come_to(kmp_forward_formulation *f, double t, const double *y)
 {
     const double *ud = rows_of(f, y + kmp_forward_blocks(f), f->ud);
     return f->zone ? kmp_varied_near(f->v, t, y, ud) : kmp_varied_at(f->v, t, y, ud);
 }
 
-void kmp_forward_follow(kmp_forward_road *f, const double *y, int k, double *dq, double *dqd, double *dqdd,
+void kmp_forward_follow(kmp_forward_formulation *f, const double *y, int k, double *dq, double *dqd, double *dqdd,
                         double *dlambda)
 {
     kmp_varied_follow(f->v, k, position_of(f, y, k), rate_of(f, y, k), dq, dqd, dqdd, dlambda);
@@ -48,7 +48,7 @@ void kmp_forward_follow(kmp_forward_road *f, const double *y, int k, double *dq,
 
 /* -- the ODE ----------------------------------------------------------------------------------------- */
 
-static void integrate_outputs(kmp_forward_road *f, const double *y, double *dy)
+static void integrate_outputs(kmp_forward_formulation *f, const double *y, double *dy)
 {
     kmp_varied *v = f->v;
     const kmp_target *target = f->ask->integrand;
@@ -65,7 +65,7 @@ static void integrate_outputs(kmp_forward_road *f, const double *y, double *dy)
 }
 
 /* dy at the last state, which is that of y. */
-static void give(kmp_forward_road *f, const double *y, double *dy)
+static void give(kmp_forward_formulation *f, const double *y, double *dy)
 {
     kmp_varied *v = f->v;
     int w = f->width, half = kmp_forward_blocks(f);
@@ -85,7 +85,7 @@ static void give(kmp_forward_road *f, const double *y, double *dy)
 
 static int rhs(void *self, double t, const double *y, double *dy)
 {
-    kmp_forward_road *f = self;
+    kmp_forward_formulation *f = self;
     if (kmp_forward_come_to(f, t, y) != KMP_GO)
         return KMP_RETRY;
     give(f, y, dy);
@@ -96,10 +96,10 @@ static int rhs(void *self, double t, const double *y, double *dy)
  * need, is left out. */
 static int jacobian(void *self, double t, const double *y, double *j)
 {
-    kmp_forward_road *f = self;
+    kmp_forward_formulation *f = self;
     kmp_linear *l = &f->v->linear;
     bool plain = l->plain;
-    int p = f->p, half = kmp_forward_blocks(f), size = f->road.size;
+    int p = f->p, half = kmp_forward_blocks(f), size = f->formulation.size;
     l->plain = false;
     int said = kmp_forward_come_to(f, t, y);
     l->plain = plain;
@@ -116,18 +116,18 @@ static int jacobian(void *self, double t, const double *y, double *j)
 
 /* -- the place --------------------------------------------------------------------------------------- */
 
-int kmp_forward_stand_at(kmp_forward_road *f, double t, const double *y, bool whole)
+int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, bool whole)
 {
     kmp_linear *l = &f->v->linear;
     l->plain = f->count == 0 || !whole;
     int said = kmp_forward_come_to(f, t, y);
     l->plain = f->count == 0;
-    if (said != KMP_GO && f->road.reason.length == 0)
-        kmp_text_printf(&f->road.reason, "the loops do not close at t = %.9g", t);
+    if (said != KMP_GO && f->formulation.reason.length == 0)
+        kmp_text_printf(&f->formulation.reason, "the loops do not close at t = %.9g", t);
     return said == KMP_GO ? KMP_GO : KMP_HALT;
 }
 
-void kmp_forward_pack(kmp_forward_road *f, double *y)
+void kmp_forward_pack(kmp_forward_formulation *f, double *y)
 {
     const int *of = kmp_forward_unknowns(f);
     int half = kmp_forward_blocks(f), w = f->width;
@@ -141,10 +141,10 @@ void kmp_forward_pack(kmp_forward_road *f, double *y)
     }
 }
 
-static void set_weights(kmp_forward_road *f)
+static void set_weights(kmp_forward_formulation *f)
 {
     int half = kmp_forward_blocks(f), w = f->width;
-    double *atol = f->road.atol;
+    double *atol = f->formulation.atol;
     for (int b = 0; b <= f->count; b++)
         for (int i = 0; i < w; i++) {
             double of = f->start.atol * f->system->scale[kmp_forward_unknowns(f)[i]] / (b ? f->sizes[b - 1] : 1);
@@ -155,7 +155,7 @@ static void set_weights(kmp_forward_road *f)
         atol[2 * half + b] = f->start.atol * f->ask->spec->t_end / (b ? f->sizes[b - 1] : 1);
 }
 
-void kmp_forward_settle(kmp_forward_road *f)
+void kmp_forward_settle(kmp_forward_formulation *f)
 {
     kmp_linear *l = &f->v->linear;
     int row, column;
@@ -169,7 +169,7 @@ void kmp_forward_settle(kmp_forward_road *f)
     f->due = !f->start.fixed && !f->zone && f->growth > KMP_EXCHANGE_CLOSED;
 }
 
-int kmp_forward_take_up(kmp_forward_road *f, double t, double *y)
+int kmp_forward_take_up(kmp_forward_formulation *f, double t, double *y)
 {
     kmp_forward_pack(f, y);
     set_weights(f);
@@ -182,7 +182,7 @@ int kmp_forward_take_up(kmp_forward_road *f, double t, double *y)
 /* -- a zone ------------------------------------------------------------------------------------------ */
 
 /* The last state, all of it, into the unknowns that led to it. */
-static void put_closed(kmp_forward_road *f, double *y)
+static void put_closed(kmp_forward_formulation *f, double *y)
 {
     const kmp_linear *l = &f->v->linear;
     int n = f->n, half = kmp_forward_blocks(f);
@@ -194,7 +194,7 @@ static void put_closed(kmp_forward_road *f, double *y)
 
 static int closed(void *self, double t, double *y, bool as_it_is, double *dy, double *distance)
 {
-    kmp_forward_road *f = self;
+    kmp_forward_formulation *f = self;
     if (!dy)
         kmp_plant_closure(kmp_forward_plant(f), t, y);
     else if (kmp_forward_come_to(f, t, y) != KMP_GO)
@@ -208,9 +208,9 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     return KMP_GO;
 }
 
-static void say_change_point(kmp_forward_road *f, double t)
+static void say_change_point(kmp_forward_formulation *f, double t)
 {
-    kmp_text_printf(&f->road.reason,
+    kmp_text_printf(&f->formulation.reason,
                     "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
                     f->ask->alone ? "the adjoint method does not go through it, the forward method may"
                                   : "parameters that move its closures have no derivative beyond");
@@ -221,13 +221,13 @@ static void say_change_point(kmp_forward_road *f, double t)
 /* It must not have jumped a dead centre of u; evaluated last. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
-    kmp_forward_road *f = self;
+    kmp_forward_formulation *f = self;
     const kmp_linear *l = &f->v->linear;
     const char *joint = f->own_angles ? kmp_varied_singular(f->v) : NULL;
     (void)dy, (void)w;
     if (joint) {
         kmp_text_printf(
-            &f->road.reason,
+            &f->formulation.reason,
             "the angles of spherical joint '%s' come near to their singular position at t = %.9g: integrals of "
             "these angles do not go on there; take rows of them, or give the joint other axes",
             joint, t);
@@ -250,7 +250,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         say_change_point(f, t);
         return KMP_HALT;
     }
-    int said = kmp_redundant_check(l->plant, &l->part, t, f->start.atol + f->start.rtol, &f->road.reason);
+    int said = kmp_redundant_check(l->plant, &l->part, t, f->start.atol + f->start.rtol, &f->formulation.reason);
     if (said == KMP_GO && kmp_margin_refuses(f->start.margin, l->plant, t))
         said = KMP_RETRY;
     if (said == KMP_GO)
@@ -258,35 +258,35 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     return said;
 }
 
-void kmp_forward_explain(kmp_road *road)
+void kmp_forward_explain(kmp_formulation *formulation)
 {
-    kmp_forward_road *f = (kmp_forward_road *)road;
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     double t = f->v->anchor[0].t;
     kmp_plant_closure(kmp_forward_plant(f), t, f->v->anchor[0].q);
     if (f->zone || f->crossed ||
         (f->growth < KMP_GROWTH_EXPLAINS && kmp_margin_at(f->start.margin, kmp_forward_plant(f)) < KMP_MARGIN_EXPLAINS))
         say_change_point(f, t);
     else if (f->growth >= KMP_GROWTH_EXPLAINS)
-        kmp_text_printf(&road->reason,
+        kmp_text_printf(&formulation->reason,
                         "the independent coordinates come to a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,
                         f->growth);
 }
 
 /* -- making them ------------------------------------------------------------------------------------- */
 
-bool kmp_forward_make_unknowns(kmp_forward_road *f)
+bool kmp_forward_make_unknowns(kmp_forward_formulation *f)
 {
-    kmp_road *road = &f->road;
+    kmp_formulation *formulation = &f->formulation;
     f->width = f->zone ? f->n : f->p;
-    road->rtol = f->zone ? fmax(f->start.rtol, ZONE_RTOL) : 0;
-    kmp_road_make_unknowns(road, 2 * kmp_forward_blocks(f) + f->integrals, false);
-    road->ode = (kmp_ode){.n = road->size,
-                          .self = f,
-                          .rhs = rhs,
-                          .accept = accept,
-                          .jacobian = jacobian,
-                          .closed = closed,
-                          .positions = kmp_forward_blocks(f),
-                          .quadratures = f->integrals};
-    return !road->arena.failed;
+    formulation->rtol = f->zone ? fmax(f->start.rtol, ZONE_RTOL) : 0;
+    kmp_formulation_make_unknowns(formulation, 2 * kmp_forward_blocks(f) + f->integrals, false);
+    formulation->ode = (kmp_ode){.n = formulation->size,
+                                 .self = f,
+                                 .rhs = rhs,
+                                 .accept = accept,
+                                 .jacobian = jacobian,
+                                 .closed = closed,
+                                 .positions = kmp_forward_blocks(f),
+                                 .quadratures = f->integrals};
+    return !formulation->arena.failed;
 }

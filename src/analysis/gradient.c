@@ -354,7 +354,7 @@ static bool is_deep(const kempe_gradient *g)
     return x->start && x->start[1 + g->n] < x->start[1 + 3 * g->n + g->m];
 }
 
-static kempe_status make(kempe_gradient *g, const kempe_model *model, const kempe_gradient_ask *ask)
+static kempe_status make(kempe_gradient *g, const kempe_model *model, const kempe_gradient_options *ask)
 {
     const char *backend = ask->backend ? ask->backend : kmp_backend_default();
     int *driven = KMP_NEW(int, model->motion_count);
@@ -381,10 +381,10 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
     return status;
 }
 
-kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_ask *ask, kempe_gradient **gradient)
+kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_options *ask, kempe_gradient **gradient)
 {
     KMP_WANTED(NULL, model, "model");
-    ask = ask ? ask : &(const kempe_gradient_ask){0};
+    ask = ask ? ask : &(const kempe_gradient_options){0};
     KMP_WANTED(model->context, gradient, "gradient");
     KMP_WANTED(model->context, ask->parameters || ask->parameter_count <= 0, "parameters");
     kmp_context_begin(model->context);

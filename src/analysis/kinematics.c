@@ -377,7 +377,7 @@ static kempe_status sweep_from(job *j, const double *q)
     return status;
 }
 
-static kempe_status run(job *j, const kempe_kinematics_ask *ask)
+static kempe_status run(job *j, const kempe_kinematics_options *ask)
 {
     const kempe_system *s = j->k->system;
     const char *backend = ask->backend ? ask->backend : kmp_backend_default();
@@ -412,11 +412,11 @@ static kempe_status finish(job *j, kempe_status status)
     return k->reason ? status : kmp_fail_memory(k->system->context);
 }
 
-kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_ask *ask,
+kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_options *ask,
                                   kempe_kinematics **kinematics)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_kinematics_ask){0};
+    ask = ask ? ask : &(const kempe_kinematics_options){0};
     KMP_WANTED(system->context, kinematics, "kinematics");
     kmp_context_begin(system->context);
     double begin = kmp_cpu_now();

@@ -156,7 +156,7 @@ static kempe_status take_speed(kempe_kinematics *k, double speed)
     return KEMPE_OK;
 }
 
-static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_ask *ask, const kmp_ranges *ranges)
+static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options *ask, const kmp_ranges *ranges)
 {
     char **held, **released;
     int hold_count = kmp_text_words(&k->arena, ask->hold, &held);
@@ -175,13 +175,13 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_ask *as
     return status == KEMPE_OK ? release(k, release_count, released) : status;
 }
 
-kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_ask *ask)
+kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_options *ask)
 {
     kmp_ranges ranges;
     k->time = k->first = -1;
-    if (!ask->drive || !*ask->drive)
+    if (!ask->sweep || !*ask->sweep)
         return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "what is to be driven? 'NAME=A:B'");
-    kempe_status status = kmp_ranges_read(k->system->context, ask->drive, &ranges);
+    kempe_status status = kmp_ranges_read(k->system->context, ask->sweep, &ranges);
     if (status != KEMPE_OK)
         return status;
     status = take_all(k, ask, &ranges);

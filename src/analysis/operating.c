@@ -86,7 +86,7 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
     memcpy(q, o->inner_q, n);
     if (o->chart)
         kmp_plant_set_charts(l->plant, o->chart);
-    kempe_status status = search->nearest ? close_loops(o, l, q) : KEMPE_OK;
+    kempe_status status = search->newton ? close_loops(o, l, q) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = kmp_equilibrium_or_steady(l, o->t, q, o->inner_qd, search);
     if (status == KEMPE_OK)

@@ -8,10 +8,8 @@
 
 const char *kmp_stability_text(kmp_stability_word word)
 {
-    static const char *const words[] = {[KMP_STABLE] = "stable",
-                                        [KMP_INDIFFERENT] = "indifferent",
-                                        [KMP_UNSTABLE] = "unstable",
-                                        [KMP_UNDECIDED] = "undecided"};
+    static const char *const words[] = {
+        [KMP_STABLE] = "stable", [KMP_NEUTRAL] = "neutral", [KMP_UNSTABLE] = "unstable", [KMP_UNDECIDED] = "undecided"};
     return words[word];
 }
 
@@ -46,7 +44,7 @@ static void judge(const kmp_linear *l, const kmp_spectrum *s, kmp_stability *out
     out->still = s->still;
     for (int k = 0; k < s->still; k++)
         out->along[k] = l->part.u[own_place(s, k)];
-    out->word = out->growing > 0 ? KMP_UNSTABLE : s->zeros > 0 ? KMP_INDIFFERENT : KMP_STABLE;
+    out->word = out->growing > 0 ? KMP_UNSTABLE : s->zeros > 0 ? KMP_NEUTRAL : KMP_STABLE;
 }
 
 kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stability)

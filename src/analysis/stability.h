@@ -7,8 +7,8 @@
 #include "analysis/linear.h"
 
 typedef enum kmp_stability_word {
-    KMP_STABLE,      /* nothing grows and nothing stays */
-    KMP_INDIFFERENT, /* nothing grows, some motions stay where they are put, or go on */
+    KMP_STABLE,  /* nothing grows and nothing stays */
+    KMP_NEUTRAL, /* nothing grows, some motions stay where they are put, or go on */
     KMP_UNSTABLE,
     KMP_UNDECIDED /* the reduced mass is not positive, or singular by forces of multipliers */
 } kmp_stability_word;
@@ -24,7 +24,7 @@ typedef struct kmp_stability {
 /** At the last state, its matrices made. `along`: room for p. KEMPE_E_MEMORY. */
 kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stability);
 
-/** "stable", "indifferent", "unstable", "undecided". */
+/** "stable", "neutral", "unstable", "undecided". */
 const char *kmp_stability_text(kmp_stability_word word);
 
 #endif

@@ -43,7 +43,7 @@ void kmp_station_free(kmp_station *station)
 /* `nearest`: whatever is near, so that one that is no longer stable is followed, too. */
 static kempe_status settle(kmp_station *s, bool nearest)
 {
-    kmp_search search = {.nearest = nearest, .rates = s->ask.rates, .rate_count = s->ask.rate_count};
+    kmp_search search = {.newton = nearest, .rates = s->ask.rates, .rate_count = s->ask.rate_count};
     kempe_status status = kmp_operating_settle(s->state, &s->linear, &search);
     if (search.rates != s->ask.rates) {
         s->found = s->ask.rates = search.rates;

@@ -192,13 +192,13 @@ static kempe_status set_closure_tolerance(const cli_job *j)
 static kempe_status prepare(cli_job *j, const cli_command *command)
 {
     bool equations = !command->model_alone || !command->model_alone(j->settings);
-    const char *dynamics = j->settings->dynamics ? j->settings->dynamics : command->dynamics;
+    const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;
     kempe_status status =
         kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
     if (status == KEMPE_OK && j->settings->closure_tolerance)
         status = set_closure_tolerance(j);
     if (status == KEMPE_OK && equations)
-        status = kempe_system_new_by(j->model, dynamics, &j->system);
+        status = kempe_system_new_with_algorithm(j->model, dynamics, &j->system);
     cli_tell_failure(j, status, false);
     return status;
 }

@@ -28,9 +28,10 @@ const cli_command cli_compare = {
     .bit = CLI_COMPARE,
     .name = "compare",
     .usage = "FILE [options]",
-    .summary = "roads and tolerances side by side against a reference",
-    .examples = "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
-                "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --roads reduced,dae --csv table.csv\n"
-                "  kempe compare examples/andrews/andrews.yaml --report andrews.html\n",
+    .summary = "formulations and tolerances side by side against a reference",
+    .examples =
+        "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
+        "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --formulations reduced,dae --csv table.csv\n"
+        "  kempe compare examples/andrews/andrews.yaml --report andrews.html\n",
     .run = compare,
 };

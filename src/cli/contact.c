@@ -3,10 +3,10 @@
 
 static bool says_over_what(const cli_settings *s)
 {
-    if (!s->contact.over)
-        cli_complain("over what? --over NAME=A:B:N, a coordinate or a parameter, as the wheels' place across the "
-                     "track: --over 'y=0:-6 mm:13'; 'kempe check FILE' lists the coordinates");
-    return s->contact.over;
+    if (!s->contact.sweep)
+        cli_complain("over what? --sweep NAME=A:B:N, a coordinate or a parameter, as the wheels' place across the "
+                     "track: --sweep 'y=0:-6 mm:13'; 'kempe check FILE' lists the coordinates");
+    return s->contact.sweep;
 }
 
 static kempe_status print_table(const void *object, kempe_format format, char **text)
@@ -17,9 +17,8 @@ static kempe_status print_table(const void *object, kempe_format format, char **
 static kempe_status contact(const cli_job *j)
 {
     const cli_settings *s = j->settings;
-    kempe_contact_ask ask = s->contact;
+    kempe_contact_options ask = s->contact;
     kempe_contact_table *table = NULL;
-    ask.points = s->points > 1e9 ? 1000000000 : (int)s->points;
     kempe_status status = kempe_contact_table_new(j->system, &ask, &table);
     cli_tell_failure(j, status, table != NULL);
     if (table) {
@@ -36,10 +35,10 @@ static kempe_status contact(const cli_job *j)
 const cli_command cli_contact = {
     .bit = CLI_CONTACT,
     .name = "contact",
-    .usage = "FILE --over NAME=A:B:N[,NAME=A:B..] [options]",
+    .usage = "FILE --sweep NAME=A:B:N[,NAME=A:B..] [options]",
     .summary = "wheels on rails over a shift: where they touch, creepages, forces",
-    .examples = "  kempe contact examples/manchester/manchester.yaml --over \"shift=0:10 mm:21\"\n"
-                "  kempe contact examples/manchester/manchester.yaml --over \"shift=0:10 mm:21\" --law fastsim --svg "
+    .examples = "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\"\n"
+                "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\" --law fastsim --svg "
                 "contact.svg\n",
     .accepts = says_over_what,
     .dynamics = "plain",

@@ -29,8 +29,8 @@ static kempe_status ensemble(const cli_job *j)
     kempe_values *values = NULL;
     kempe_ensemble *many = NULL;
     kempe_batch *result = NULL;
-    kempe_run run = s->run;
-    run.once = s->once;
+    kempe_run_options run = s->run;
+    run.no_convergence_check = s->no_convergence_check;
     kempe_status status = take_values(j, &values);
     if (status == KEMPE_OK)
         status = kempe_ensemble_new(j->model, values, &many);

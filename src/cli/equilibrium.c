@@ -9,10 +9,10 @@ static kempe_status print_equilibrium(const void *object, kempe_format format, c
 static kempe_status equilibrium(const cli_job *j)
 {
     kempe_equilibrium *result = NULL;
-    kempe_equilibrium_ask ask = j->settings->equilibrium;
+    kempe_equilibrium_options ask = j->settings->equilibrium;
     double seed = j->settings->seed;
-    ask.all = j->settings->all;
-    ask.nearest = j->settings->nearest;
+    ask.global = j->settings->global;
+    ask.newton = j->settings->newton;
     ask.seed = seed > 0 && seed < 1e9 ? (int)seed : 1;
     kempe_status status = kempe_equilibrium_new(j->system, &ask, &result);
     cli_tell_failure(j, status, result != NULL);
@@ -27,9 +27,9 @@ const cli_command cli_equilibrium = {
     .name = "equilibrium",
     .usage = "FILE [options]",
     .summary = "where it stays at rest, or moves on steadily",
-    .examples = "  kempe equilibrium examples/four_bar/four_bar.yaml --all\n"
+    .examples = "  kempe equilibrium examples/four_bar/four_bar.yaml --global\n"
                 "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5\n"
-                "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5 --free 'qd(shaft)' --fix "
+                "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5 --solve-for 'qd(shaft)' --hold "
                 "slider=0.6\n",
     .dynamics = "plain",
     .run = equilibrium,

@@ -18,7 +18,7 @@ static kempe_status print_code(const void *object, kempe_format format, char **t
     return kempe_code_print(object, format, text);
 }
 
-static kempe_status count(const cli_job *j, const kempe_generation *generation)
+static kempe_status count(const cli_job *j, const kempe_generate_options *generation)
 {
     kempe_count *result = NULL;
     kempe_status status = kempe_count_new(j->model, generation, &result);
@@ -33,7 +33,7 @@ static kempe_status count(const cli_job *j, const kempe_generation *generation)
 static kempe_status generate(const cli_job *j)
 {
     kempe_code *result = NULL;
-    kempe_generation generation = j->settings->generation;
+    kempe_generate_options generation = j->settings->generation;
     generation.keep_parameters = j->settings->keep_parameters;
     generation.body_inputs = j->settings->body_inputs;
     generation.drives = j->settings->drives;

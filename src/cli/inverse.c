@@ -9,12 +9,12 @@ static kempe_status print_inverse(const void *object, kempe_format format, char 
 static kempe_status inverse(const cli_job *j)
 {
     kempe_inverse *result = NULL;
-    kempe_inverse_ask ask = j->settings->inverse;
-    ask.u = j->settings->run.u;
+    kempe_inverse_options ask = j->settings->inverse;
+    ask.independent = j->settings->run.independent;
     ask.t_end = j->settings->run.t_end;
-    ask.every = j->settings->run.every;
+    ask.output_step = j->settings->run.output_step;
     ask.backend = j->settings->run.backend;
-    ask.once = j->settings->once;
+    ask.no_convergence_check = j->settings->no_convergence_check;
     kempe_status status = kempe_inverse_new(j->system, &ask, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {

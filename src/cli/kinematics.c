@@ -3,9 +3,9 @@
 
 static bool says_what_to_drive(const cli_settings *s)
 {
-    if (!s->kinematics.drive)
-        cli_complain("what is to be driven? --drive NAME=A:B");
-    return s->kinematics.drive;
+    if (!s->kinematics.sweep)
+        cli_complain("what is to be driven? --sweep NAME=A:B");
+    return s->kinematics.sweep;
 }
 
 static kempe_status print_kinematics(const void *object, kempe_format format, char **text)
@@ -16,9 +16,8 @@ static kempe_status print_kinematics(const void *object, kempe_format format, ch
 static kempe_status kinematics(const cli_job *j)
 {
     const cli_settings *s = j->settings;
-    kempe_kinematics_ask ask = s->kinematics;
+    kempe_kinematics_options ask = s->kinematics;
     kempe_kinematics *result = NULL;
-    ask.points = s->points > 1e9 ? 1000000000 : (int)s->points;
     kempe_status status = kempe_kinematics_new(j->system, &ask, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {
@@ -35,12 +34,12 @@ static kempe_status kinematics(const cli_job *j)
 const cli_command cli_kinematics = {
     .bit = CLI_KINEMATICS,
     .name = "kinematics",
-    .usage = "FILE --drive NAME=A:B[,NAME=A:B..] [options]",
+    .usage = "FILE --sweep NAME=A:B[,NAME=A:B..] [options]",
     .summary = "lead coordinates through a range: positions, rates, dead centres",
     .examples =
-        "  kempe kinematics examples/four_bar/four_bar.yaml --drive \"A=0 deg:360 deg\" -o turn.csv\n"
-        "  kempe kinematics examples/driven_slider_crank/driven_slider_crank.yaml --drive t=0:1:101\n"
-        "  kempe kinematics examples/chebyshev/chebyshev.yaml --drive \"crank=0 deg:360 deg\" --svg paths.svg\n",
+        "  kempe kinematics examples/four_bar/four_bar.yaml --sweep \"A=0 deg:360 deg\" -o turn.csv\n"
+        "  kempe kinematics examples/driven_slider_crank/driven_slider_crank.yaml --sweep t=0:1:101\n"
+        "  kempe kinematics examples/chebyshev/chebyshev.yaml --sweep \"crank=0 deg:360 deg\" --svg paths.svg\n",
     .accepts = says_what_to_drive,
     .dynamics = "plain",
     .run = kinematics,

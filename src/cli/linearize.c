@@ -10,8 +10,11 @@ static kempe_status linearize(const cli_job *j)
 {
     const cli_settings *s = j->settings;
     kempe_linearization *result = NULL;
-    const kempe_linearize_ask ask = {
-        .at = s->at, .inputs = s->inputs, .outputs = s->outputs, .u = s->run.u, .backend = s->run.backend};
+    const kempe_linearize_options ask = {.at = s->at,
+                                         .inputs = s->inputs,
+                                         .outputs = s->outputs,
+                                         .independent = s->run.independent,
+                                         .backend = s->run.backend};
     kempe_status status = kempe_linearize(j->system, &ask, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {

@@ -14,7 +14,8 @@ enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
 
 static void print_help(FILE *out)
 {
-    fputs("kempe " KEMPE_VERSION ": mechanisms with closed loops, solved along several roads on the same equations\n\n"
+    fputs("kempe " KEMPE_VERSION
+          ": mechanisms with closed loops, solved along several formulations on the same equations\n\n"
           "usage: kempe COMMAND FILE [options]\n\ncommands:\n",
           out);
     for (int k = 0; k < COMMAND_COUNT; k++)

@@ -35,22 +35,22 @@ typedef struct cli_settings {
     const char *json, *output, *csv, *report;
     kempe_setting sets[CLI_MOST_SETS]; /* --set NAME=VALUE */
     int set_count;
-    const char *dynamics, *closure_tolerance;
-    kempe_run run;
-    kempe_compare_run compare;
-    kempe_generation generation;
-    kempe_equilibrium_ask equilibrium;
-    kempe_kinematics_ask kinematics;
-    kempe_contact_ask contact;
-    kempe_inverse_ask inverse; /* beside what is in `run` */
-    kempe_sensitivity_ask sensitivity;
-    kempe_modes_ask modes;
+    const char *algorithm, *closure_tolerance;
+    kempe_run_options run;
+    kempe_compare_options compare;
+    kempe_generate_options generation;
+    kempe_equilibrium_options equilibrium;
+    kempe_kinematics_options kinematics;
+    kempe_contact_options contact;
+    kempe_inverse_options inverse; /* beside what is in `run` */
+    kempe_sensitivity_options sensitivity;
+    kempe_modes_options modes;
     const char *at, *inputs, *outputs, *frequencies, *svg;
     const char *values, *sample;
-    double points, seed, instances, lanes, threads, max_steps;
+    double seed, instances, lanes, threads, max_steps;
     bool keep_parameters, body_inputs, drives, optimize, count, vectorised;
     bool show_model, show_equations, show_program, show_stats;
-    bool fixed_u, once, branches, alone, all, nearest, linear, integral;
+    bool keep_independent, no_convergence_check, branches, alone, global, newton, linear, integral;
     bool help;
 } cli_settings;
 

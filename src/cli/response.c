@@ -10,13 +10,13 @@ static kempe_status respond(const cli_job *j)
 {
     const cli_settings *s = j->settings;
     kempe_response *result = NULL;
-    const kempe_response_ask ask = {.at = s->at,
-                                    .inputs = s->inputs,
-                                    .outputs = s->outputs,
-                                    .frequencies = s->frequencies,
-                                    .linear = s->linear,
-                                    .u = s->run.u,
-                                    .backend = s->run.backend};
+    const kempe_response_options ask = {.at = s->at,
+                                        .inputs = s->inputs,
+                                        .outputs = s->outputs,
+                                        .frequencies = s->frequencies,
+                                        .linear = s->linear,
+                                        .independent = s->run.independent,
+                                        .backend = s->run.backend};
     kempe_status status = kempe_response_new(j->system, &ask, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {

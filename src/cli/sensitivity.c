@@ -9,11 +9,11 @@ static kempe_status print_sensitivity(const void *object, kempe_format format, c
 static kempe_status sensitivity(const cli_job *j)
 {
     const cli_settings *settings = j->settings;
-    kempe_sensitivity_ask ask = settings->sensitivity;
+    kempe_sensitivity_options ask = settings->sensitivity;
     kempe_sensitivity *s = NULL;
     ask.integral = settings->integral;
     ask.run = settings->run;
-    ask.run.once = settings->once;
+    ask.run.no_convergence_check = settings->no_convergence_check;
     ask.run.max_steps = (long)settings->max_steps;
     kempe_status status = kempe_sensitivity_new(j->model, &ask, &s);
     cli_tell_failure(j, status, s != NULL);

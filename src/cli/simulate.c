@@ -10,9 +10,9 @@ static kempe_status print_trajectory(const void *object, kempe_format format, ch
 static kempe_status simulate(const cli_job *j)
 {
     kempe_trajectory *result = NULL;
-    kempe_run run = j->settings->run;
-    run.fixed_u = j->settings->fixed_u;
-    run.once = j->settings->once;
+    kempe_run_options run = j->settings->run;
+    run.keep_independent = j->settings->keep_independent;
+    run.no_convergence_check = j->settings->no_convergence_check;
     run.threads = j->settings->threads < INT_MAX ? (int)j->settings->threads : INT_MAX;
     run.max_steps = (long)j->settings->max_steps;
     kempe_status status = kempe_simulate(j->system, &run, &result);
@@ -30,9 +30,9 @@ const cli_command cli_simulate = {
     .bit = CLI_SIMULATE,
     .name = "simulate",
     .usage = "FILE [options]",
-    .summary = "run one road and judge the result",
+    .summary = "run one formulation and judge the result",
     .examples = "  kempe simulate examples/andrews/andrews.yaml -o andrews.csv\n"
-                "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --every 0.01\n"
-                "  kempe simulate examples/andrews/andrews.yaml --road dae --json -\n",
+                "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --output-step 0.01\n"
+                "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n",
     .run = simulate,
 };

@@ -16,7 +16,7 @@ enum {
     KMP_SET_CLOSURE = 4, /* h, J, h_t */
     KMP_SET_JDQD = 8,    /* gamma */
     KMP_SET_RESIDUAL =
-        16, /* implicit dynamics of the dae road: R = Newton/Euler(q, qd, qdd) - J' lambda, J' mu, J qd + h_t */
+        16, /* implicit dynamics of the dae formulation: R = Newton/Euler(q, qd, qdd) - J' lambda, J' mu, J qd + h_t */
     KMP_SET_ENERGY = 32,        /* potential energy and the power of non-conservative forces */
     KMP_SET_REACTION = 64,      /* closure forces from lambda */
     KMP_SET_OUTPUT = 128,       /* what the model asks for beside the table */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a right-hand side costs is counted as the reduced road makes it: the program, and what is solved with its
+/* What a right-hand side costs is counted as the reduced formulation makes it: the program, and what is solved with its
  * values. By M and C that is the mass of n - m independent coordinates and its Cholesky factors, or the
  * sparse saddle system where that costs less, by articulated bodies the m x m system of the multipliers, and nothing at
  * all on a tree. What both have to do, Jv and its tangent, is left out. bench/articulated.c measures where the one gets

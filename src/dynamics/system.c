@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From a model to the programs of the roads. */
+/* From a model to the programs of the formulations. */
 #include "dynamics/system.h"
 #include "base/clock.h"
 #include "base/memory.h"

@@ -101,7 +101,7 @@ struct kempe_system {
     void *force_user;
 };
 
-/** kempe_system_new_by without a look at rounded numbers. */
+/** kempe_system_new_with_algorithm without a look at rounded numbers. */
 kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system);
 
 /** Closures alone, without masses and forces: for assembling, and for walking on closed configurations. */

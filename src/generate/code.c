@@ -38,7 +38,7 @@ static kempe_status refuse_language(kempe_context *context, const char *name)
     return status;
 }
 
-static kempe_status read_language(kempe_code *code, const kempe_generation *g)
+static kempe_status read_language(kempe_code *code, const kempe_generate_options *g)
 {
     const char *name = g->language ? g->language : "c";
     for (int k = 0; k < LANGUAGES; k++)
@@ -76,7 +76,7 @@ static kempe_status check_operations(const kempe_code *code)
 
 /* -- making ------------------------------------------------------------------------------------------ */
 
-static kempe_status make(kempe_code *code, const kempe_model *model, const kempe_generation *g)
+static kempe_status make(kempe_code *code, const kempe_model *model, const kempe_generate_options *g)
 {
     kempe_status status = read_language(code, g);
     if (status == KEMPE_OK)
@@ -91,10 +91,10 @@ static kempe_status make(kempe_code *code, const kempe_model *model, const kempe
     return ok ? KEMPE_OK : kmp_fail_memory(code->context);
 }
 
-kempe_status kempe_code_new(const kempe_model *model, const kempe_generation *generation, kempe_code **out)
+kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_options *generation, kempe_code **out)
 {
     KMP_WANTED(NULL, model, "model");
-    generation = generation ? generation : &(const kempe_generation){0};
+    generation = generation ? generation : &(const kempe_generate_options){0};
     KMP_WANTED(model->context, out, "code");
     double begin = kmp_cpu_now();
     kmp_context_clear(model->context);

@@ -249,7 +249,7 @@ static kempe_status find_meant(kmp_source *source)
     return status;
 }
 
-kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const kempe_generation *g)
+kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const kempe_generate_options *g)
 {
     kmp_choice choice;
     *source = (kmp_source){.context = model->context, .model = model, .n = model->motion_count};

@@ -45,7 +45,7 @@ typedef struct kmp_source {
     int count;
 } kmp_source;
 
-kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const kempe_generation *generation);
+kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const kempe_generate_options *generation);
 void kmp_source_free(kmp_source *source);
 
 /** Files as they are written: name and text. */

@@ -340,7 +340,7 @@ static const kmp_expr *parse_unknown(parser *p, const char *where, kmp_expr made
     const kmp_unknowns *u = made.unknowns;
     const char *name = u->count ? u->unknown[made.number] : u->name;
     if (*p->at == '(')
-        return complain(p, where, "'%s' is one of the unknowns, not a function", name);
+        return complain(p, where, "'%s' is an algebraic variable, not a function", name);
     if (!p->scope->coordinate)
         return complain(p, where, "%s is not allowed here: %s is wanted", name, allowed_here(p->scope));
     if (u->late && !u->zero[0])

@@ -105,9 +105,9 @@ static void search_entries(search *s, const char *section, const char *acts, con
         need_node(s, kmp_yaml_get(map->items[k], "joint"));
         s->reason = kmp_reader_say(s->r, depends, map->keys[k]->text);
         look_into(s, map->items[k]);
-        const kmp_yaml *couple = kmp_yaml_get(map->items[k], "couple");
-        for (int i = 0; couple && couple->kind == KMP_YAML_MAP && i < couple->count; i++)
-            need_node(s, couple->keys[i]);
+        const kmp_yaml *coupler = kmp_yaml_get(map->items[k], "coupler");
+        for (int i = 0; coupler && coupler->kind == KMP_YAML_MAP && i < coupler->count; i++)
+            need_node(s, coupler->keys[i]);
     }
 }
 
@@ -152,7 +152,7 @@ void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
     search s = {r, g, ""};
     search_list(&s, "start", "hold", "the start holds it");
     search_keys(&s, "start", "goals", "the start has a goal for it");
-    search_list(&s, "run", "u", "it is asked for as independent");
+    search_list(&s, "run", "independent", "it is asked for as independent");
     search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");
     search_entries(&s, "loops", "loop '%s' depends on it", "loop '%s' depends on it");

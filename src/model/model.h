@@ -159,14 +159,14 @@ typedef struct kmp_output {
 } kmp_output;
 
 typedef struct kmp_run_settings {
-    double t_end, rtol, atol, every; /* 0 where not given */
+    double t_end, rtol, atol, output_step; /* 0 where not given */
     kmp_place every_place;
-    long max_steps;                       /* 0 where not given */
-    const char *road, *form, *integrator; /* NULL where not given */
+    long max_steps;                              /* 0 where not given */
+    const char *formulation, *form, *integrator; /* NULL where not given */
     kmp_dynamics dynamics;
     kmp_change_points change_points;
-    int *u, u_count;        /* coordinates asked for as independent */
-    const kmp_expr **until; /* comparisons: where one comes to hold a run ends */
+    int *independent, independent_count; /* coordinates asked for as independent */
+    const kmp_expr **until;              /* comparisons: where one comes to hold a run ends */
     int until_count;
     kmp_place until_place;
 } kmp_run_settings;

@@ -275,7 +275,7 @@ static void json_cuts(kmp_text *text, const kempe_model *model)
         put_string(text, false, "closure", cut->closure);
         put_number(text, false, "rows", cut->rows);
         put_string(text, false, "loop", cut->loop);
-        put_string(text, false, "why", cut->why);
+        put_string(text, false, "reason", cut->why);
         put_number(text, false, "start_unused", cut->start_unused);
         kmp_text_put(text, "}");
     }
@@ -426,21 +426,21 @@ static void json_run(kmp_text *text, const kempe_model *model)
     const kmp_run_settings *run = &model->run;
     kmp_text_put(text, ",\n\"run\": {");
     put_setting(text, true, "t_end", run->t_end);
-    put_setting(text, false, "every", run->every);
+    put_setting(text, false, "output_step", run->output_step);
     put_setting(text, false, "rtol", run->rtol);
     put_setting(text, false, "atol", run->atol);
     put_setting(text, false, "max_steps", (double)run->max_steps);
-    put_choice(text, "road", run->road);
+    put_choice(text, "formulation", run->formulation);
     put_choice(text, "form", run->form);
     put_choice(text, "integrator", run->integrator);
-    put_choice(text, "dynamics", run->dynamics == KMP_DYNAMICS_AUTO ? NULL : kmp_dynamics_word(run->dynamics));
+    put_choice(text, "algorithm", run->dynamics == KMP_DYNAMICS_AUTO ? NULL : kmp_dynamics_word(run->dynamics));
     put_choice(text, "change_points",
-               run->change_points == KMP_CHANGE_POINTS_LEAP ? NULL : kmp_change_points_word(run->change_points));
-    put_key(text, false, "u");
+               run->change_points == KMP_CHANGE_POINTS_CROSS ? NULL : kmp_change_points_word(run->change_points));
+    put_key(text, false, "independent");
     kmp_text_put(text, "[");
-    for (int i = 0; i < run->u_count; i++) {
+    for (int i = 0; i < run->independent_count; i++) {
         kmp_text_put(text, i > 0 ? ", " : "");
-        kmp_text_quote(text, model->motions[run->u[i]].name);
+        kmp_text_quote(text, model->motions[run->independent[i]].name);
     }
     kmp_text_put(text, "], \"until\": [");
     for (int i = 0; i < run->until_count; i++) {

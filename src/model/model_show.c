@@ -338,22 +338,22 @@ static void show_run(kmp_text *text, const kempe_model *model)
     const kmp_run_settings *run = &model->run;
     kmp_text_put(text, "run:");
     show_setting(text, "t_end", run->t_end);
-    show_setting(text, "every", run->every);
+    show_setting(text, "output_step", run->output_step);
     show_setting(text, "rtol", run->rtol);
     show_setting(text, "atol", run->atol);
     show_setting(text, "max_steps", (double)run->max_steps);
-    if (run->road)
-        kmp_text_printf(text, " road %s", run->road);
+    if (run->formulation)
+        kmp_text_printf(text, " formulation %s", run->formulation);
     if (run->form)
         kmp_text_printf(text, " form %s", run->form);
     if (run->integrator)
         kmp_text_printf(text, " integrator %s", run->integrator);
     if (run->dynamics != KMP_DYNAMICS_AUTO)
         kmp_text_printf(text, " dynamics %s", kmp_dynamics_word(run->dynamics));
-    if (run->change_points != KMP_CHANGE_POINTS_LEAP)
+    if (run->change_points != KMP_CHANGE_POINTS_CROSS)
         kmp_text_printf(text, " change_points %s", kmp_change_points_word(run->change_points));
-    for (int i = 0; i < run->u_count; i++)
-        kmp_text_printf(text, "%s%s", i == 0 ? " u " : ", ", model->motions[run->u[i]].name);
+    for (int i = 0; i < run->independent_count; i++)
+        kmp_text_printf(text, "%s%s", i == 0 ? " u " : ", ", model->motions[run->independent[i]].name);
     for (int i = 0; i < run->until_count; i++) {
         kmp_text_put(text, i == 0 ? " until " : ", ");
         kmp_model_put_expr(text, model, run->until[i]);

@@ -188,7 +188,7 @@ static void read_curve(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
 /* {COORDINATE: factor, ...}; the factors bring the coordinates to the unit of the first one. */
 static void read_terms(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
-    const kmp_yaml *node = kmp_yaml_get(map, "couple"), *equals = kmp_yaml_get(map, "equals");
+    const kmp_yaml *node = kmp_yaml_get(map, "coupler"), *equals = kmp_yaml_get(map, "equals");
     kmp_number *constant = equals ? KMP_ARENA_NEW(&r->model->arena, kmp_number, 1) : NULL;
     if (node->kind != KMP_YAML_MAP || node->count < 2) {
         kmp_reader_complain(r, node->place, "%s: a coupling has two coordinates or more, such as {A: 1, B: -2}", what);

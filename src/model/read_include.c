@@ -12,8 +12,8 @@
 static const char *const include_keys[] = {"file", "prefix", "at", "offset", "set", NULL};
 
 /* Parts that are joined, and whether their keys are new names (those of `start` are references). */
-static const char *const joined_parts[] = {"parameters", "tables", "profiles", "tracks", "unknowns", "bodies",
-                                           "wheels",     "joints", "loops",    "drives", "forces",   "sensors"};
+static const char *const joined_parts[] = {"parameters", "tables", "profiles", "tracks", "algebraic", "bodies",
+                                           "wheels",     "joints", "loops",    "drives", "forces",    "sensors"};
 
 enum { JOINED_PARTS = sizeof joined_parts / sizeof joined_parts[0] };
 

@@ -69,9 +69,9 @@ void kmp_read_start(kmp_reader *r)
 
 /* -- settings ------------------------------------------------------------------------------------ */
 
-static const char *const run_keys[] = {"t_end",      "rtol",     "atol",          "every", "road",    "form",
-                                       "integrator", "dynamics", "change_points", "u",     "outputs", "until",
-                                       "max_steps",  NULL};
+static const char *const run_keys[] = {
+    "t_end",     "rtol",          "atol",        "output_step", "formulation", "form",      "integrator",
+    "algorithm", "change_points", "independent", "outputs",     "until",       "max_steps", NULL};
 
 static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_dimension wanted, double *value)
 {
@@ -90,13 +90,13 @@ static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, k
 static void read_every(kmp_reader *r, const kmp_yaml *map)
 {
     kmp_run_settings *run = &r->model->run;
-    const kmp_yaml *node = kmp_yaml_get(map, "every");
+    const kmp_yaml *node = kmp_yaml_get(map, "output_step");
     kmp_text complaint = {0};
-    read_positive(r, map, "every", KMP_DIM_TIME, &run->every);
-    if (!(run->every > 0))
+    read_positive(r, map, "output_step", KMP_DIM_TIME, &run->output_step);
+    if (!(run->output_step > 0))
         return;
     run->every_place = node->place;
-    if (!kmp_rows_fit(run->every, run->t_end, &complaint))
+    if (!kmp_rows_fit(run->output_step, run->t_end, &complaint))
         kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "");
     kmp_text_free(&complaint);
 }
@@ -123,13 +123,13 @@ static void read_choice(kmp_reader *r, const kmp_yaml *map, const char *key, con
 
 static void read_dynamics(kmp_reader *r, const kmp_yaml *node)
 {
-    const char *word = node ? kmp_read_word(r, node, "run dynamics") : NULL;
+    const char *word = node ? kmp_read_word(r, node, "run algorithm") : NULL;
     kmp_text complaint = {0};
     kmp_dynamics dynamics = word ? kmp_dynamics_find(word, &complaint) : KMP_DYNAMICS_COUNT;
     if (dynamics < KMP_DYNAMICS_COUNT)
         r->model->run.dynamics = dynamics;
     else if (word)
-        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "run dynamics");
+        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "run algorithm");
     kmp_text_free(&complaint);
 }
 
@@ -148,18 +148,18 @@ static void read_change_points(kmp_reader *r, const kmp_yaml *node)
 static void read_u(kmp_reader *r, const kmp_yaml *list)
 {
     kmp_run_settings *run = &r->model->run;
-    if (!list || !kmp_read_list(r, list, "run u", -1))
+    if (!list || !kmp_read_list(r, list, "run independent", -1))
         return;
-    run->u = KMP_ARENA_NEW(&r->model->arena, int, list->count);
-    for (int i = 0; run->u && i < list->count; i++) {
-        int motion = kmp_read_motion(r, list->items[i], "run u");
+    run->independent = KMP_ARENA_NEW(&r->model->arena, int, list->count);
+    for (int i = 0; run->independent && i < list->count; i++) {
+        int motion = kmp_read_motion(r, list->items[i], "run independent");
         bool twice = false;
-        for (int k = 0; k < run->u_count; k++)
-            twice = twice || run->u[k] == motion;
+        for (int k = 0; k < run->independent_count; k++)
+            twice = twice || run->independent[k] == motion;
         if (motion >= 0 && twice)
-            kmp_reader_complain(r, list->items[i]->place, "run u: '%s' is given twice", list->items[i]->text);
+            kmp_reader_complain(r, list->items[i]->place, "run independent: '%s' is given twice", list->items[i]->text);
         else if (motion >= 0)
-            run->u[run->u_count++] = motion;
+            run->independent[run->independent_count++] = motion;
     }
 }
 
@@ -192,11 +192,11 @@ void kmp_read_run(kmp_reader *r)
     read_positive(r, map, "atol", KMP_DIM_NUMBER, &run->atol);
     read_every(r, map);
     read_max_steps(r, map);
-    read_choice(r, map, "road", &run->road);
+    read_choice(r, map, "formulation", &run->formulation);
     read_choice(r, map, "form", &run->form);
     read_choice(r, map, "integrator", &run->integrator);
-    read_dynamics(r, kmp_yaml_get(map, "dynamics"));
+    read_dynamics(r, kmp_yaml_get(map, "algorithm"));
     read_change_points(r, kmp_yaml_get(map, "change_points"));
-    read_u(r, kmp_yaml_get(map, "u"));
+    read_u(r, kmp_yaml_get(map, "independent"));
     read_until(r, kmp_yaml_get(map, "until"));
 }

@@ -162,7 +162,7 @@ static void read_entry(kmp_reader *r, const kmp_yaml *node, int index)
 {
     static const char *const keys[] = {"of", "zero", NULL};
     kmp_unknowns *u = &r->model->unknowns[index];
-    const char *what = kmp_reader_say(r, "unknowns '%s'", u->name);
+    const char *what = kmp_reader_say(r, "algebraic '%s'", u->name);
     if (node->kind == KMP_YAML_SCALAR) {
         u->zero[0] = kmp_read_effort(r, node, what, KMP_DIM_ANY);
         add_leaves(r, u->zero[0], &u->leaves);
@@ -178,8 +178,8 @@ static void read_entry(kmp_reader *r, const kmp_yaml *node, int index)
 void kmp_read_unknowns(kmp_reader *r)
 {
     kempe_model *model = r->model;
-    const kmp_yaml *map = kmp_yaml_get(r->root, "unknowns");
-    if (!map || !kmp_read_map(r, map, "unknowns", NULL))
+    const kmp_yaml *map = kmp_yaml_get(r->root, "algebraic");
+    if (!map || !kmp_read_map(r, map, "algebraic", NULL))
         return;
     model->unknowns = KMP_ARENA_NEW(&model->arena, kmp_unknowns, map->count);
     for (int i = 0; model->unknowns && i < map->count; i++) {
@@ -201,7 +201,7 @@ void kmp_read_unknowns(kmp_reader *r)
 
 void kmp_read_late_unknowns(kmp_reader *r)
 {
-    const kmp_yaml *map = kmp_yaml_get(r->root, "unknowns");
+    const kmp_yaml *map = kmp_yaml_get(r->root, "algebraic");
     for (int i = 0; i < r->model->unknowns_count; i++) {
         if (r->model->unknowns[i].late)
             read_entry(r, map->items[i], i);

@@ -14,9 +14,9 @@
 #include <string.h>
 
 const char *const kmp_model_keys[] = {
-    "kempe",    "include",           "name",   "gravity", "parameters", "tables", "profiles", "tracks",
-    "unknowns", "closure_tolerance", "ground", "bodies",  "wheels",     "joints", "loops",    "drives",
-    "forces",   "sensors",           "start",  "run",     NULL};
+    "kempe",     "include",           "name",   "gravity", "parameters", "tables", "profiles", "tracks",
+    "algebraic", "closure_tolerance", "ground", "bodies",  "wheels",     "joints", "loops",    "drives",
+    "forces",    "sensors",           "start",  "run",     NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 

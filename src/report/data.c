@@ -14,8 +14,8 @@ enum { SHOWN = sizeof shown / sizeof *shown, DIGITS = 4 };
 
 /* -- which runs -------------------------------------------------------------------------------------- */
 
-/* Of two runs of a road: one that holds the level of the advice at all, then the cheaper one; without such, the more
- * accurate one; without errors, the one at the tighter tolerance. */
+/* Of two runs of a formulation: one that holds the level of the advice at all, then the cheaper one; without such, the
+ * more accurate one; without errors, the one at the tighter tolerance. */
 static bool is_better(const kempe_comparison *c, int run, int than)
 {
     if (than < 0)
@@ -29,11 +29,12 @@ static bool is_better(const kempe_comparison *c, int run, int than)
     return isnan(e) || isnan(f) ? a->rtol < b->rtol : e < f;
 }
 
-static int best_of(const kempe_comparison *c, const char *road)
+static int best_of(const kempe_comparison *c, const char *formulation)
 {
     int best = -1;
     for (int k = 0; k < c->count; k++)
-        if (c->runs[k].status == KEMPE_OK && strcmp(c->runs[k].way->road, road) == 0 && is_better(c, k, best))
+        if (c->runs[k].status == KEMPE_OK && strcmp(c->runs[k].way->formulation, formulation) == 0 &&
+            is_better(c, k, best))
             best = k;
     return best;
 }
@@ -46,8 +47,8 @@ int kmp_page_choose(const kempe_comparison *c, int *chosen)
     for (int w = 0; w < c->way_count; w++) {
         bool seen = false;
         for (int k = 0; k < count && !seen; k++)
-            seen = strcmp(c->runs[chosen[k]].way->road, c->ways[w].road) == 0;
-        int best = seen ? -1 : best_of(c, c->ways[w].road);
+            seen = strcmp(c->runs[chosen[k]].way->formulation, c->ways[w].formulation) == 0;
+        int best = seen ? -1 : best_of(c, c->ways[w].formulation);
         if (best >= 0)
             chosen[count++] = best;
     }
@@ -99,17 +100,17 @@ static void put_reference(kmp_text *text, const kempe_comparison *c)
 
 static void put_ways(kmp_text *text, const kempe_comparison *c)
 {
-    key(text, "ways");
+    key(text, "methods");
     kmp_text_put(text, "[");
     for (int k = 0; k < c->way_count; k++) {
         const kmp_way *way = &c->ways[k];
         kmp_text t = {0};
-        kmp_compare_name(&t, way->road, way->form, way->integrator);
+        kmp_compare_name(&t, way->formulation, way->form, way->integrator);
         kmp_text_put(text, k > 0 ? ",{\"name\":" : "{\"name\":");
         kmp_encode_string(text, t.s ? t.s : "");
         text->failed = text->failed || t.failed;
         kmp_text_free(&t);
-        put_string(text, "road", way->road);
+        put_string(text, "formulation", way->formulation);
         put_string(text, "form", way->form);
         put_string(text, "integrator", way->integrator);
         kmp_text_put(text, "}");
@@ -179,7 +180,7 @@ static void put_advice(kmp_text *text, const kempe_comparison *c)
     kmp_text_printf(text, "{\"run\":%d", c->advice.run);
     put_number(text, "level", c->advice.level, 3);
     kmp_text_printf(text, ",\"stiff\":%s", c->advice.stiff ? "true" : "false");
-    put_sentences(text, "because", &c->advice.because);
+    put_sentences(text, "reasons", &c->advice.because);
     kmp_text_put(text, "}");
 }
 

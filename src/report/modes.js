@@ -30,8 +30,8 @@ function title(mode) {
 function tellVerdict() {
     byId("model").append(data.model);
     byId("scene").append(`at ${data.at} \u00b7 ${data.freedoms} degree${data.freedoms === 1 ? "" : "s"} of freedom`);
-    byId("answer").append(element("em", data.verdict));
-    const sentences = [data.because.replace(/^[a-z]+: /, "")];
+    byId("answer").append(element("em", data.stability));
+    const sentences = [data.reasons.replace(/^[a-z]+: /, "")];
     for (const c of data.locus ? data.locus.critical : []) sentences.push(`${data.locus.name} = ${digits(c.value)}: a mode ${c.im > 0 ? `of ${digits(c.im / TAU)} Hz ` : ""}grows ${c.grows} it`);
     if (data.reason) sentences.push(data.reason);
     fillList(byId("because"), sentences);

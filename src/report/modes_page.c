@@ -182,9 +182,9 @@ static bool put_data(kmp_text *text, const maker *w)
     kmp_encode_string(text, KEMPE_VERSION);
     put_string(text, "model", m->system->model->name);
     put_string(text, "at", m->station->state->equilibrium ? "the equilibrium" : "the assembled start");
-    put_string(text, "verdict", kmp_modes_verdict(m));
+    put_string(text, "stability", kmp_modes_verdict(m));
     kmp_modes_put_verdict(&because, m);
-    put_string(text, "because", because.s);
+    put_string(text, "reasons", because.s);
     text->failed = text->failed || because.failed;
     kmp_text_free(&because);
     put_string(text, "reason", m->reason);

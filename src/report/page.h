@@ -32,8 +32,8 @@ typedef struct kmp_sheet {
 /** Whole or not at all. */
 kempe_status kmp_sheet_write(kempe_context *context, const kmp_sheet *sheet, const char *path);
 
-/** The runs of a comparison that the page shows in detail: the one advised first, then the best of each other road.
- *  `shown` has room for way_count; how many. */
+/** The runs of a comparison that the page shows in detail: the one advised first, then the best of each other
+ * formulation. `shown` has room for way_count; how many. */
 int kmp_page_choose(const kempe_comparison *comparison, int *shown);
 
 /** All that the page says, as one JSON object. `picture`: the record whose rows are the frames, NULL: none. */

@@ -5,28 +5,28 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 /* -- colours ------------------------------------------------------------------------------------------------ */
 
-/* A hue for each road; its ways go on from there, a little lighter each. */
-const roads = [...new Set(data.ways.map((way) => way.road))];
+/* A hue for each formulation; its ways go on from there, a little lighter each. */
+const formulations = [...new Set(data.methods.map((way) => way.formulation))];
 const HUES = { reduced: 208, projected: 140, dae: 8 };
 const OTHER_HUES = [290, 335, 85, 60];
 const HUE_SPREAD = 54;
 const STYLES = ["circle", "rect", "triangle", "rectRot", "star", "crossRot"];
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [4, 2], [1, 2]];
-function hueOf(road) {
-    return road in HUES ? HUES[road] : OTHER_HUES[roads.filter((r) => !(r in HUES)).indexOf(road) % OTHER_HUES.length];
+function hueOf(formulation) {
+    return formulation in HUES ? HUES[formulation] : OTHER_HUES[formulations.filter((r) => !(r in HUES)).indexOf(formulation) % OTHER_HUES.length];
 }
 
-/* Which of its road's ways it is. */
-const rankOf = (way) => data.ways.slice(0, way).filter((other) => other.road === data.ways[way].road).length;
+/* Which of its formulation's ways it is. */
+const rankOf = (way) => data.methods.slice(0, way).filter((other) => other.formulation === data.methods[way].formulation).length;
 
 function colourOf(way) {
-    const mates = data.ways.filter((other) => other.road === data.ways[way].road).length;
+    const mates = data.methods.filter((other) => other.formulation === data.methods[way].formulation).length;
     const part = mates > 1 ? rankOf(way) / (mates - 1) : 0;
-    const light = isDark() ? 70 - 8 * part : 36 + 16 * part, hue = hueOf(data.ways[way].road) + HUE_SPREAD * part;
+    const light = isDark() ? 70 - 8 * part : 36 + 16 * part, hue = hueOf(data.methods[way].formulation) + HUE_SPREAD * part;
     return `hsl(${hue} ${isDark() ? 70 : 78}% ${light}%)`;
 }
 
-const nameOf = (way) => data.ways[way].name.replace(" none ", " ");
+const nameOf = (way) => data.methods[way].name.replace(" none ", " ");
 
 function runName(run) {
     return `${nameOf(run.way)}, rtol ${tolerance(run.rtol)}`;
@@ -52,7 +52,7 @@ function tellAnswer() {
         answer.append(data.status === "ok" ? "No way can be advised" : data.status === "stopped" ? "Stopped before the end" : "Nothing came to the end");
     }
     if (data.reason) byId("because").append(element("li.failed", data.reason));
-    fillList(byId("because"), data.advice.because);
+    fillList(byId("because"), data.advice.reasons);
     byId("because").hidden = byId("because").children.length === 0;
 }
 
@@ -62,7 +62,7 @@ function tellOthers() {
     if (!advised || adviceLevel < 0) return;
     const level = data.levels[adviceLevel];
     const best = data.runs[level.best].cpu;
-    const rows = data.ways.map((way, w) => ({ way: w, ratio: level.run[w] >= 0 ? data.runs[level.run[w]].cpu / best : Infinity }));
+    const rows = data.methods.map((way, w) => ({ way: w, ratio: level.run[w] >= 0 ? data.runs[level.run[w]].cpu / best : Infinity }));
     rows.sort((a, b) => a.ratio - b.ratio || a.way - b.way);
     const top = Math.max(2, ...rows.map((row) => row.ratio).filter(isFinite));
     others.append(element("h3", `CPU time for an error of q of ${power(level.level)}`));
@@ -128,7 +128,7 @@ function tellLevels() {
         (blank ? " Columns are blank below ten times the uncertainty of the reference." : ""));
     const table = section.querySelector("table");
     table.append(headRow(["error of q", ...data.levels.map((level) => power(level.level))]));
-    data.ways.forEach((way, w) => {
+    data.methods.forEach((way, w) => {
         table.append(element("tr", element("td", swatch(w), nameOf(w)), ...data.levels.map((level) => levelCell(level, w))));
     });
 }

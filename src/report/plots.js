@@ -78,7 +78,7 @@ function turn(set, member) {
 
 function costSets(work) {
     const sets = [];
-    data.ways.forEach((way, w) => {
+    data.methods.forEach((way, w) => {
         if (hiddenWays.has(w)) return;
         const runs = data.runs.filter((run) => run.way === w && run.status === "ok" && run.error[quantity] > 0);
         const rank = rankOf(w), advisedHere = (run) => run === advised;
@@ -120,7 +120,7 @@ function drawCosts() {
     const floor = data.reference.uncertainty[quantity], some = data.runs.some((run) => run.error[quantity] > 0);
     document.querySelector("#cost .pair").hidden = byId("ways").hidden = !some;
     byId("floor").textContent = !some ? "No run has an error that the reference can tell from its own." : floor > 0 ? `The axis ends at ten times the uncertainty of the reference, ${power(10 * floor)}.` : "";
-    byId("ways").replaceChildren(...data.ways.map((way, w) => legendEntry(w, nameOf(w), hiddenWays.has(w), () => turn(hiddenWays, w))));
+    byId("ways").replaceChildren(...data.methods.map((way, w) => legendEntry(w, nameOf(w), hiddenWays.has(w), () => turn(hiddenWays, w))));
     drawCost("by-cpu", (run) => 1e3 * run.cpu, "CPU ms");
     drawCost("by-rhs", (run) => run.rhs, "evaluations");
 }

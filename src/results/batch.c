@@ -245,10 +245,10 @@ static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lane
     return b->status == KEMPE_OK && !once ? check_again(b, spec, &way) : KEMPE_OK;
 }
 
-kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run *run, int lanes, kempe_batch **batch)
+kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run, int lanes, kempe_batch **batch)
 {
     KMP_WANTED(NULL, e, "ensemble");
-    run = run ? run : &(const kempe_run){0};
+    run = run ? run : &(const kempe_run_options){0};
     KMP_WANTED(e->model->context, batch, "batch");
     kempe_context *context = e->model->context;
     kmp_run_spec spec;
@@ -261,7 +261,7 @@ kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run *run, int lan
     if (status != KEMPE_OK)
         return status;
     kempe_batch *b = new_batch(e);
-    status = b ? run_batch(b, &spec, lanes, run->once != 0) : kmp_fail_memory(context);
+    status = b ? run_batch(b, &spec, lanes, run->no_convergence_check != 0) : kmp_fail_memory(context);
     kmp_free(u);
     if (status != KEMPE_OK) {
         kempe_batch_free(b);
@@ -329,14 +329,14 @@ static const char *alone_of(const kmp_ensemble_result *r)
     return r->alone && r->why ? r->why : "";
 }
 
-kempe_effort kempe_batch_effort(const kempe_batch *b, int k)
+kempe_ensemble_stats kempe_batch_effort(const kempe_batch *b, int k)
 {
-    KMP_GIVEN(b, ((kempe_effort){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN}));
+    KMP_GIVEN(b, ((kempe_ensemble_stats){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN}));
     const kmp_ensemble_result *r = result_of(b, k);
     if (!r)
-        return (kempe_effort){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN};
-    return (kempe_effort){alone_of(r),  r->steps, r->rejected, r->refused, r->rhs,
-                          r->exchanges, r->h,     r->hdot,     r->drift};
+        return (kempe_ensemble_stats){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN};
+    return (kempe_ensemble_stats){alone_of(r),  r->steps, r->rejected, r->refused, r->rhs,
+                                  r->exchanges, r->h,     r->hdot,     r->drift};
 }
 
 /* -- telling ----------------------------------------------------------------------------------------- */
@@ -446,7 +446,7 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
     kmp_json_number(json, "h", r->h);
     kmp_json_number(json, "hdot", r->hdot);
     kmp_json_number(json, "drift", r->drift);
-    kmp_json_string(json, "alone", alone_of(r));
+    kmp_json_string(json, "single_run", alone_of(r));
     kmp_convergence_json(json, &b->again[k], again_name(b, k));
     kmp_json_end(json);
 }
@@ -466,7 +466,7 @@ static void put_json(const kempe_batch *b, kmp_text *text)
     (void)worst_of(b, &failing);
     kmp_json_whole(&json, "not_converged", failing);
     kmp_json_whole(&json, "lanes", b->work.lane_steps > 0 ? b->work.width : 0);
-    kmp_json_whole(&json, "alone", b->work.alone);
+    kmp_json_whole(&json, "single_run", b->work.alone);
     kmp_json_number(&json, "rtol", b->rtol);
     kmp_json_number(&json, "atol", b->atol);
     kmp_json_number(&json, "t_end", b->t_end);
@@ -510,7 +510,7 @@ static void put_header(const kempe_batch *b, kmp_text *text)
         kmp_text_printf(text, ",q.%s", model->motions[k].name);
     for (int k = 0; k < b->n; k++)
         kmp_text_printf(text, ",qd.%s", model->motions[k].name);
-    kmp_text_put(text, ",steps,rejected,refused,rhs,exchanges,h,hdot,drift,difference,verdict,alone,reason\n");
+    kmp_text_put(text, ",steps,rejected,refused,rhs,exchanges,h,hdot,drift,difference,verdict,single_run,reason\n");
 }
 
 static void put_numbers(kmp_text *text, int count, const double *x, const char *before, const char *after)

@@ -9,7 +9,7 @@
 
 /** NULL: the default of each. */
 typedef struct kmp_channels_ask {
-    const char *at, *inputs, *outputs, *u, *backend;
+    const char *at, *inputs, *outputs, *independent, *backend;
 } kmp_channels_ask;
 
 typedef struct kmp_names {

@@ -81,7 +81,7 @@ static kempe_status check_bodies(const kempe_model *model, const char *names)
     return KEMPE_OK;
 }
 
-kempe_status kmp_choice_read(const kempe_model *model, const kempe_generation *g, kmp_choice *choice)
+kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_options *g, kmp_choice *choice)
 {
     kempe_context *context = model->context;
     *choice = (kmp_choice){.scene = {.scheme = KMP_SCHEME_COMPOSITE,

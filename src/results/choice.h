@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which sets of equations are asked for, and how they are to be derived: kempe_generation, read. */
+/* Which sets of equations are asked for, and how they are to be derived: kempe_generate_options, read. */
 #ifndef KMP_RESULTS_CHOICE_H
 #define KMP_RESULTS_CHOICE_H
 
@@ -21,6 +21,6 @@ typedef struct kmp_choice {
 } kmp_choice;
 
 /** KEMPE_E_ARGUMENT: a set, scheme or body that does not exist. The choice lives no longer than the generation. */
-kempe_status kmp_choice_read(const kempe_model *model, const kempe_generation *generation, kmp_choice *choice);
+kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_options *generation, kmp_choice *choice);
 
 #endif

@@ -13,9 +13,9 @@
 /* Rows of runs whose time counts, less one. */
 #define FEW 10
 
-kempe_compare_run kempe_compare_run_default(void)
+kempe_compare_options kempe_compare_run_default(void)
 {
-    return (kempe_compare_run){0};
+    return (kempe_compare_options){0};
 }
 
 /* -- the end ----------------------------------------------------------------------------------------- */
@@ -67,10 +67,11 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
     return c->source ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
-static kempe_status settle_t_end(kmp_compare_job *j, const kempe_compare_run *options)
+static kempe_status settle_t_end(kmp_compare_job *j, const kempe_compare_options *options)
 {
     const kmp_way *way = &j->choice.ways[0];
-    kmp_run_spec spec = {.road = way->road, .form = way->form, .integrator = way->integrator, .t_end = options->t_end};
+    kmp_run_spec spec = {
+        .formulation = way->formulation, .form = way->form, .integrator = way->integrator, .t_end = options->t_end};
     if (!(options->t_end >= 0) || isinf(options->t_end))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end = %g: a positive number is wanted", options->t_end);
     kempe_status status = kmp_run_resolve(j->comparison->system, &spec);
@@ -91,7 +92,7 @@ static kempe_status settle_budget(kmp_compare_job *j, double budget_s)
 }
 
 /* A stiff model has implicit integrators tried too, where nobody asked for others. */
-static kempe_status widen(kmp_compare_job *j, const kempe_compare_run *options)
+static kempe_status widen(kmp_compare_job *j, const kempe_compare_options *options)
 {
     bool stiff = false;
     if (options->integrators)
@@ -131,7 +132,7 @@ static kempe_status find_shared(kmp_compare_job *j)
 }
 
 /* The options are judged before anything is computed. */
-static kempe_status prepare(kmp_compare_job *j, const kempe_compare_run *options)
+static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *options)
 {
     kempe_comparison *c = j->comparison;
     kempe_status status = kmp_choice_init(&j->choice, j->context, options);
@@ -201,10 +202,11 @@ static kempe_status repeat_warnings(kmp_compare_job *j)
     return ok ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
-kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *options, kempe_comparison **comparison)
+kempe_status kempe_compare(const kempe_system *system, const kempe_compare_options *options,
+                           kempe_comparison **comparison)
 {
     KMP_WANTED(NULL, system, "system");
-    options = options ? options : &(const kempe_compare_run){0};
+    options = options ? options : &(const kempe_compare_options){0};
     KMP_WANTED(system->context, comparison, "comparison");
     kmp_compare_job j = {.comparison = KMP_NEW(kempe_comparison, 1), .context = system->context};
     kmp_context_begin(j.context);

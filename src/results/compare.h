@@ -57,7 +57,7 @@ enum { KMP_MOST_SOURCES = 4 };
 
 /** One of the runs that the own reference is made from. */
 typedef struct kmp_source {
-    const char *road, *form, *integrator;
+    const char *formulation, *form, *integrator;
     double rtol;
     double own;      /* how far q comes out otherwise at a tenfold tolerance */
     double distance; /* of q from the reference; 0 for the reference itself */
@@ -89,10 +89,10 @@ struct kempe_comparison {
 
 /** Reads the lists of the options; those of ways that nobody asked for by name hold the standard ones.
  * KEMPE_E_ARGUMENT: which name is unknown, and what there is. */
-kempe_status kmp_choice_init(kmp_choice *choice, kempe_context *context, const kempe_compare_run *options);
+kempe_status kmp_choice_init(kmp_choice *choice, kempe_context *context, const kempe_compare_options *options);
 
 /** Adds the ways of implicit integrators, for a stiff model. */
-kempe_status kmp_choice_add_implicit(kmp_choice *choice, kempe_context *context, const kempe_compare_run *options);
+kempe_status kmp_choice_add_implicit(kmp_choice *choice, kempe_context *context, const kempe_compare_options *options);
 void kmp_choice_free(kmp_choice *choice);
 
 /** What a comparison works with until it is done. */
@@ -120,8 +120,8 @@ bool kmp_compare_has_result(kempe_status status);
 /** Whether the model is stiff, by a few coarse runs. */
 kempe_status kmp_compare_probe(kmp_compare_job *job, bool *stiff);
 
-/** Makes the comparison's own reference from several roads and integrators, in at most `budget_s` of what is left.
- * Without one, has_reference stays false and `source` says why. */
+/** Makes the comparison's own reference from several formulations and integrators, in at most `budget_s` of what is
+ * left. Without one, has_reference stays false and `source` says why. */
 kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s);
 
 /** All ways at all tolerances, from coarse ones to fine ones. */
@@ -142,8 +142,8 @@ bool kmp_is_implicit(const kmp_way *way);
 bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit);
 kmp_stiffness kmp_compare_stiffness(const kempe_comparison *comparison);
 
-/** "reduced carried dop853", "projected dop853". */
-void kmp_compare_name(kmp_text *text, const char *road, const char *form, const char *integrator);
+/** "reduced integrated dop853", "projected dop853". */
+void kmp_compare_name(kmp_text *text, const char *formulation, const char *form, const char *integrator);
 
 /** Adds one; false: no memory. */
 bool kmp_sentences_add(kmp_sentences *list, const char *format, ...) __attribute__((format(printf, 2, 3)));

@@ -100,7 +100,7 @@ static int choose_way(const kempe_comparison *c, aims *a)
 
 static void name(kmp_text *text, const kmp_way *way)
 {
-    kmp_compare_name(text, way->road, way->form, way->integrator);
+    kmp_compare_name(text, way->formulation, way->form, way->integrator);
 }
 
 /* "4.3", with "and 4.5" where there are two aims. */
@@ -185,7 +185,7 @@ static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, i
 {
     int dae = -1, tried = -1;
     for (int w = 0; w < c->way_count; w++) {
-        if (strcmp(c->ways[w].road, "dae") != 0)
+        if (strcmp(c->ways[w].formulation, "dae") != 0)
             continue;
         tried = w;
         if (isfinite(worst_ratio(c, a, w)) && (dae < 0 || worst_ratio(c, a, w) < worst_ratio(c, a, dae)))
@@ -194,7 +194,7 @@ static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, i
     if (tried < 0 || dae == advised)
         return;
     if (dae < 0) {
-        kmp_text_printf(text, "the road dae does not hold error %g at these tolerances",
+        kmp_text_printf(text, "the formulation dae does not hold error %g at these tolerances",
                         c->levels.level[a->level[a->count - 1]]);
         return;
     }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Comma-separated lists of roads, forms, integrators and tolerances, against the table of ways. */
+/* Comma-separated lists of formulations, forms, integrators and tolerances, against the table of ways. */
 #include "base/memory.h"
 #include "integrators/solver.h"
 #include "results/compare.h"
@@ -8,13 +8,13 @@
 
 static const char default_rtols[] = "1e-3,1e-4,1e-5,1e-6,1e-7,1e-8,1e-9,1e-10,1e-11,1e-12,1e-13";
 
-typedef enum part { PART_ROAD, PART_FORM, PART_INTEGRATOR, PARTS } part;
+typedef enum part { PART_FORMULATION, PART_FORM, PART_INTEGRATOR, PARTS } part;
 
-static const char *const part_name[PARTS] = {"road", "form", "integrator"};
+static const char *const part_name[PARTS] = {"formulation", "form", "integrator"};
 
 static const char *part_of(const kmp_way *way, part p)
 {
-    const char *name = p == PART_ROAD ? way->road : p == PART_FORM ? way->form : way->integrator;
+    const char *name = p == PART_FORMULATION ? way->formulation : p == PART_FORM ? way->form : way->integrator;
     return name ? name : "";
 }
 
@@ -83,13 +83,13 @@ static kempe_status check_names(kempe_context *context, const char *list, part p
 /* -- ways and tolerances ----------------------------------------------------------------------------- */
 
 /* What is run besides the standard ways when neither a form nor an integrator is asked for. */
-static const kmp_way besides[] = {{.road = "reduced", .form = "carried", .integrator = "dopri5"}};
+static const kmp_way besides[] = {{.formulation = "reduced", .form = "integrated", .integrator = "dopri5"}};
 
 static bool is_beside(const kmp_way *way)
 {
     for (size_t k = 0; k < sizeof besides / sizeof *besides; k++) {
         bool same = true;
-        for (part p = PART_ROAD; p < PARTS; p++)
+        for (part p = PART_FORMULATION; p < PARTS; p++)
             same = same && strcmp(part_of(way, p), part_of(&besides[k], p)) == 0;
         if (same)
             return true;
@@ -100,7 +100,7 @@ static bool is_beside(const kmp_way *way)
 /* Forms and integrators that are not asked for by name must be standard ones. */
 static bool is_chosen(const kmp_way *way, const char *const list[PARTS])
 {
-    return list_has(list[PART_ROAD], way->road) && list_has(list[PART_FORM], way->form) &&
+    return list_has(list[PART_FORMULATION], way->formulation) && list_has(list[PART_FORM], way->form) &&
            list_has(list[PART_INTEGRATOR], way->integrator) && (list[PART_FORM] || way->standard_form) &&
            (list[PART_INTEGRATOR] || way->standard_integrator ||
             (!list[PART_FORM] && !list[PART_INTEGRATOR] && is_beside(way)));
@@ -132,7 +132,7 @@ static kempe_status choose_ways(kmp_choice *choice, kempe_context *context, cons
     }
     if (choice->way_count > 0)
         return KEMPE_OK;
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "no road, form and integrator of those asked for go together");
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "no formulation, form and integrator of those asked for go together");
 }
 
 static kempe_status choose_rtols(kmp_choice *choice, kempe_context *context, const char *list)
@@ -155,12 +155,12 @@ static kempe_status choose_rtols(kmp_choice *choice, kempe_context *context, con
     return KEMPE_OK;
 }
 
-kempe_status kmp_choice_init(kmp_choice *choice, kempe_context *context, const kempe_compare_run *options)
+kempe_status kmp_choice_init(kmp_choice *choice, kempe_context *context, const kempe_compare_options *options)
 {
-    const char *const list[PARTS] = {options->roads, options->forms, options->integrators};
+    const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
     kempe_status status = KEMPE_OK;
     *choice = (kmp_choice){0};
-    for (part p = PART_ROAD; p < PARTS && status == KEMPE_OK; p++)
+    for (part p = PART_FORMULATION; p < PARTS && status == KEMPE_OK; p++)
         status = check_names(context, list[p], p);
     if (status == KEMPE_OK)
         status = choose_ways(choice, context, list, false);
@@ -171,9 +171,9 @@ kempe_status kmp_choice_init(kmp_choice *choice, kempe_context *context, const k
     return status;
 }
 
-kempe_status kmp_choice_add_implicit(kmp_choice *choice, kempe_context *context, const kempe_compare_run *options)
+kempe_status kmp_choice_add_implicit(kmp_choice *choice, kempe_context *context, const kempe_compare_options *options)
 {
-    const char *const list[PARTS] = {options->roads, options->forms, options->integrators};
+    const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
     return choose_ways(choice, context, list, true);
 }
 

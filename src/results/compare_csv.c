@@ -25,7 +25,8 @@ static void write_quoted(kmp_text *text, const char *words)
 
 static void write_run(kmp_text *text, const kempe_comparison *c, const kmp_compared *run)
 {
-    kmp_text_printf(text, "%s,%s,%s", run->way->road, run->way->form ? run->way->form : "", run->way->integrator);
+    kmp_text_printf(text, "%s,%s,%s", run->way->formulation, run->way->form ? run->way->form : "",
+                    run->way->integrator);
     write_cell(text, run->rtol);
     kmp_text_printf(text, ",%s,", kmp_status_word(run->status));
     write_quoted(text, run->reason);
@@ -49,9 +50,10 @@ kempe_status kempe_comparison_write_csv(const kempe_comparison *comparison, cons
     KMP_WANTED(comparison->system->context, path, "path");
     kempe_context *context = comparison->system->context;
     kmp_text text = {0};
-    kmp_text_put(&text,
-                 "road,form,integrator,rtol,status,reason,error_q,error_qd,error_lambda,h_max,hdot_max,drift_rel,steps,"
-                 "rejected,refused,rhs,newton,jacobians,factorizations,exchanges,cpu_s,apart\n");
+    kmp_text_put(
+        &text,
+        "formulation,form,integrator,rtol,status,reason,error_q,error_qd,error_lambda,h_max,hdot_max,drift_rel,steps,"
+        "rejected,refused,rhs,newton,jacobians,factorizations,exchanges,cpu_s,difference\n");
     for (int k = 0; k < comparison->count; k++)
         write_run(&text, comparison, &comparison->runs[k]);
     kmp_context_clear(context);

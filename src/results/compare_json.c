@@ -6,7 +6,7 @@
 static void json_source(kmp_json *json, const kmp_source *source)
 {
     kmp_json_object(json, NULL);
-    kmp_json_string(json, "road", source->road);
+    kmp_json_string(json, "formulation", source->formulation);
     kmp_json_string(json, "form", source->form);
     kmp_json_string(json, "integrator", source->integrator);
     kmp_json_number(json, "rtol", source->rtol);
@@ -46,7 +46,7 @@ static void json_error(kmp_json *json, const kempe_comparison *c, const kmp_comp
 static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
 {
     kmp_json_object(json, NULL);
-    kmp_json_string(json, "road", run->way->road);
+    kmp_json_string(json, "formulation", run->way->formulation);
     kmp_json_string(json, "form", run->way->form);
     kmp_json_string(json, "integrator", run->way->integrator);
     kmp_json_number(json, "rtol", run->rtol);
@@ -56,7 +56,7 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
     kmp_print_verdict(json, &run->verdict);
     kmp_print_work(json, &run->report);
     kmp_json_number(json, "cpu_s", run->cpu_s);
-    kmp_json_number(json, "apart", run->apart);
+    kmp_json_number(json, "difference", run->apart);
     if (run->left_out)
         kmp_json_true(json, "left_out");
     kmp_json_end(json);
@@ -64,7 +64,7 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
 
 static void json_names(kmp_json *json, const kmp_way *way)
 {
-    kmp_json_string(json, "road", way->road);
+    kmp_json_string(json, "formulation", way->formulation);
     kmp_json_string(json, "form", way->form);
     kmp_json_string(json, "integrator", way->integrator);
 }
@@ -97,7 +97,7 @@ static void json_levels(kmp_json *json, const kempe_comparison *c)
         kmp_json_number(json, "error", c->levels.level[l]);
         if (c->levels.blank[l])
             kmp_json_true(json, "below_reference");
-        kmp_json_array(json, "ways");
+        kmp_json_array(json, "methods");
         for (int w = 0; w < c->way_count && !c->levels.blank[l]; w++)
             json_reached(json, c, w, l);
         kmp_json_end(json);
@@ -112,14 +112,14 @@ static void json_advice(kmp_json *json, const kempe_comparison *c)
     const kmp_advice *advice = &c->advice;
     const kmp_compared *run = advice->run >= 0 ? &c->runs[advice->run] : NULL;
     kmp_json_object(json, "advice");
-    kmp_json_string(json, "road", run ? run->way->road : NULL);
+    kmp_json_string(json, "formulation", run ? run->way->formulation : NULL);
     kmp_json_string(json, "form", run ? run->way->form : NULL);
     kmp_json_string(json, "integrator", run ? run->way->integrator : NULL);
     kmp_json_number(json, "rtol", run ? run->rtol : NAN);
     kmp_json_number(json, "error", advice->level);
     if (advice->stiff)
         kmp_json_true(json, "stiff");
-    json_sentences(json, "because", &advice->because);
+    json_sentences(json, "reasons", &advice->because);
     kmp_json_end(json);
 }
 

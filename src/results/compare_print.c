@@ -72,8 +72,8 @@ static void show_head(kmp_text *text, const kempe_comparison *c)
 
 static void show_titles(kmp_text *text)
 {
-    kmp_text_printf(text, "\n%-9s %-7s %-10s %6s | %8s %8s %8s | %8s %8s | %8s %9s %9s\n", "road", "form", "integrator",
-                    "rtol", "error q", "qd", "lambda", "|h|", "energy", "steps", "rhs", "cpu ms");
+    kmp_text_printf(text, "\n%-9s %-7s %-10s %6s | %8s %8s %8s | %8s %8s | %8s %9s %9s\n", "formulation", "form",
+                    "integrator", "rtol", "error q", "qd", "lambda", "|h|", "energy", "steps", "rhs", "cpu ms");
 }
 
 static void show_rule(kmp_text *text)
@@ -96,7 +96,8 @@ static void show_reason(kmp_text *text, const kmp_compared *run)
 
 static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compared *run)
 {
-    kmp_text_printf(text, "%-9s %-7s %-10s %6.0e", run->way->road, form_of(run->way), run->way->integrator, run->rtol);
+    kmp_text_printf(text, "%-9s %-7s %-10s %6.0e", run->way->formulation, form_of(run->way), run->way->integrator,
+                    run->rtol);
     if (run->status != KEMPE_OK) {
         show_reason(text, run);
         return;
@@ -144,7 +145,7 @@ static void show_best(kmp_text *text, const kempe_comparison *c)
 static void show_ratios(kmp_text *text, const kempe_comparison *c, int way)
 {
     const kmp_way *w = &c->ways[way];
-    kmp_text_printf(text, "%-9s %-7s %-10s", w->road, form_of(w), w->integrator);
+    kmp_text_printf(text, "%-9s %-7s %-10s", w->formulation, form_of(w), w->integrator);
     for (int l = 0; l < c->levels.count; l++) {
         int run = c->levels.run[way * c->levels.count + l];
         double ratio = run >= 0 ? c->runs[run].cpu_s / c->runs[c->levels.best[l]].cpu_s : NAN;
@@ -186,7 +187,7 @@ static void show_advice(kmp_text *text, const kempe_comparison *c)
     } else {
         const kmp_compared *run = &c->runs[c->advice.run];
         kmp_text_put(text, "use ");
-        kmp_compare_name(text, run->way->road, run->way->form, run->way->integrator);
+        kmp_compare_name(text, run->way->formulation, run->way->form, run->way->integrator);
         kmp_text_printf(text, " at rtol %g for this model: error q at most %g in %.3g ms\n", run->rtol, c->advice.level,
                         1e3 * run->cpu_s);
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The reference that Kempe makes itself: runs near rounding on several roads with several integrators, which share
- * neither the choice of coordinates nor the closing nor the formulas of a step. The one that says of itself that it is
- * the best is the reference; its uncertainty is how far the others are from it, and what its own tolerances and
+/* The reference that Kempe makes itself: runs near rounding on several formulations with several integrators, which
+ * share neither the choice of coordinates nor the closing nor the formulas of a step. The one that says of itself that
+ * it is the best is the reference; its uncertainty is how far the others are from it, and what its own tolerances and
  * rounding leave open (docs/compare.md). */
 #include "base/memory.h"
 #include "results/compare.h"
@@ -15,7 +15,7 @@
 enum { ROWS = 400, STRIDE = ROWS / 10, MOST_CUT = 2 };
 
 static const kmp_source rows[] = {
-#define KMP_SOURCE(road, form, integrator) {road, form, integrator, 0, 0, 0},
+#define KMP_SOURCE(formulation, form, integrator) {formulation, form, integrator, 0, 0, 0},
 #include "results/sources.def"
 #undef KMP_SOURCE
 };
@@ -83,19 +83,19 @@ static kempe_status attempt(maker *m, const kmp_source *way, double rtol, double
                             double *cpu_s)
 {
     kmp_run_report report = {0};
-    kmp_way asked = {.road = way->road, .form = way->form, .integrator = way->integrator};
+    kmp_way asked = {.formulation = way->formulation, .form = way->form, .integrator = way->integrator};
     double limit_s = allowed(m, part);
     *how = CUT;
     if (!(limit_s > 0))
         return KEMPE_OK;
-    kmp_log(m->job->context, KEMPE_LOG_PROGRESS, "reference: %s %s %s at rtol %g", way->road, way->form,
+    kmp_log(m->job->context, KEMPE_LOG_PROGRESS, "reference: %s %s %s at rtol %g", way->formulation, way->form,
             way->integrator, rtol);
     kempe_status status = kmp_compare_once(m->job, &asked, rtol, &m->times, limit_s, table, &report);
     *how = status == KEMPE_OK ? DONE : report.cut ? CUT : FAILED;
     *cpu_s = report.cpu_s;
     if (status == KEMPE_STOPPED || status == KEMPE_E_FAILED) {
         const char *reason = report.reason ? report.reason : kempe_context_message(m->job->context);
-        kmp_log(m->job->context, KEMPE_LOG_NOTE, "reference: %s %s %s at rtol %g: %s", way->road, way->form,
+        kmp_log(m->job->context, KEMPE_LOG_NOTE, "reference: %s %s %s at rtol %g: %s", way->formulation, way->form,
                 way->integrator, rtol, reason);
         if (!m->reason && !report.cut)
             m->reason = kmp_strdup(reason);
@@ -165,7 +165,7 @@ static bool exists(const kmp_source *row)
 {
     kmp_way way;
     for (int k = 0; kmp_way_get(k, &way); k++)
-        if (strcmp(way.road, row->road) == 0 && strcmp(way.form, row->form) == 0 &&
+        if (strcmp(way.formulation, row->formulation) == 0 && strcmp(way.form, row->form) == 0 &&
             strcmp(way.integrator, row->integrator) == 0)
             return true;
     return false;
@@ -286,21 +286,21 @@ static void take_least(double *least, const double *difference)
         least[k] = fmin(least[k], difference[k]); /* of NaN and a number it is the number */
 }
 
-/* The distances of the nearest run along another road, and of the nearest with another integrator. */
-static kempe_status judge_others(maker *m, double until, double *road, double *integrator)
+/* The distances of the nearest run along another formulation, and of the nearest with another integrator. */
+static kempe_status judge_others(maker *m, double until, double *formulation, double *integrator)
 {
     const maker_source *first = &m->sources[m->first];
     kempe_status status = KEMPE_OK;
     for (int k = 0; k < KMP_QUANTITIES; k++)
-        road[k] = integrator[k] = NAN;
+        formulation[k] = integrator[k] = NAN;
     for (int k = 0; k < m->count && status == KEMPE_OK; k++) {
         maker_source *s = &m->sources[k];
         double difference[KMP_QUANTITIES] = {NAN, NAN, NAN, NAN};
         if (k != m->first)
             status = differ(m, &s->table, &first->table, until, difference);
         s->said.distance = k == m->first ? 0 : difference[KMP_QUANTITY_Q];
-        if (strcmp(s->said.road, first->said.road) != 0)
-            take_least(road, difference);
+        if (strcmp(s->said.formulation, first->said.formulation) != 0)
+            take_least(formulation, difference);
         if (strcmp(s->said.integrator, first->said.integrator) != 0)
             take_least(integrator, difference);
     }
@@ -311,14 +311,14 @@ static kempe_status judge_others(maker *m, double until, double *road, double *i
 static kempe_status judge(maker *m, double until)
 {
     maker_source *first = &m->sources[m->first];
-    double road[KMP_QUANTITIES], integrator[KMP_QUANTITIES], rounding[KMP_QUANTITIES];
-    kempe_status status = judge_others(m, until, road, integrator);
+    double formulation[KMP_QUANTITIES], integrator[KMP_QUANTITIES], rounding[KMP_QUANTITIES];
+    kempe_status status = judge_others(m, until, formulation, integrator);
     for (int k = 0; k < m->count && status == KEMPE_OK; k++)
         status = judge_own(m, &m->sources[k], until);
     if (status == KEMPE_OK)
         status = amplify(m, until, rounding);
     for (int k = 0; k < KMP_QUANTITIES && status == KEMPE_OK; k++) {
-        double own = first->own[k] / (m->count > 1 ? FALL : 1), others = fmax(road[k], integrator[k]);
+        double own = first->own[k] / (m->count > 1 ? FALL : 1), others = fmax(formulation[k], integrator[k]);
         bool known = !isnan(own) || !isnan(others);
         m->comparison->uncertainty[k] = known ? BOTH * fmax(fmax(own, rounding[k]), others) : NAN;
     }
@@ -350,7 +350,7 @@ static kempe_status keep_good(maker *m, double *at_end, double *bound)
 
 static void name(kmp_text *text, const kmp_source *s)
 {
-    kmp_compare_name(text, s->road, s->form, s->integrator);
+    kmp_compare_name(text, s->formulation, s->form, s->integrator);
 }
 
 /* Whether a source is as near to the reference as the tolerances of both explain. */

@@ -46,10 +46,10 @@ void kmp_sentences_free(kmp_sentences *list)
     *list = (kmp_sentences){0};
 }
 
-void kmp_compare_name(kmp_text *text, const char *road, const char *form, const char *integrator)
+void kmp_compare_name(kmp_text *text, const char *formulation, const char *form, const char *integrator)
 {
     bool formless = !form || strcmp(form, "none") == 0;
-    kmp_text_printf(text, "%s %s%s%s", road, formless ? "" : form, formless ? "" : " ", integrator);
+    kmp_text_printf(text, "%s %s%s%s", formulation, formless ? "" : form, formless ? "" : " ", integrator);
 }
 
 /* -- groups ------------------------------------------------------------------------------------------ */
@@ -87,7 +87,7 @@ static group find(const kempe_comparison *c, int way, trouble_fn *has)
 static void begin(kmp_text *text, const kempe_comparison *c, const group *g)
 {
     const kmp_way *way = g->first->way;
-    kmp_compare_name(text, way->road, way->form, way->integrator);
+    kmp_compare_name(text, way->formulation, way->form, way->integrator);
     if (g->count == c->rtol_count && g->count > 1)
         kmp_text_put(text, " at every rtol");
     else if (g->count == 1)

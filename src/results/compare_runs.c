@@ -28,7 +28,7 @@ kempe_status kmp_compare_once(kmp_compare_job *j, const kmp_way *way, double rto
                               double limit_s, kmp_samples *table, kmp_run_report *report)
 {
     const kempe_system *system = j->comparison->system;
-    kmp_run_spec spec = {.road = way->road,
+    kmp_run_spec spec = {.formulation = way->formulation,
                          .form = way->form,
                          .integrator = way->integrator,
                          .rtol = rtol,
@@ -83,7 +83,7 @@ static kempe_status time_run(kmp_compare_job *j, kmp_compared *run)
 static void tell(const kmp_compare_job *j, const kmp_compared *run)
 {
     kmp_text text = {0};
-    kmp_compare_name(&text, run->way->road, run->way->form, run->way->integrator);
+    kmp_compare_name(&text, run->way->formulation, run->way->form, run->way->integrator);
     const char *name = text.s ? text.s : "";
     if (run->status == KEMPE_OK)
         kmp_log(j->context, KEMPE_LOG_PROGRESS, "%s, rtol %g: error q %.1e, %.3g ms", name, run->rtol,

@@ -16,8 +16,8 @@
 #define TIGHT      1e-6
 #define PROBE_PART 0.02
 
-static const kmp_way explicit_way = {.road = "reduced", .form = "carried", .integrator = "dop853"};
-static const kmp_way implicit_way = {.road = "reduced", .form = "closed", .integrator = "bdf"};
+static const kmp_way explicit_way = {.formulation = "reduced", .form = "integrated", .integrator = "dop853"};
+static const kmp_way implicit_way = {.formulation = "reduced", .form = "newton", .integrator = "bdf"};
 
 bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit)
 {
@@ -35,7 +35,8 @@ static kempe_status count_steps(kmp_compare_job *j, const kmp_way *way, double r
     double t_end = j->comparison->t_end;
     kmp_times times = {1, &t_end};
     kmp_samples_init(&table, j->comparison->system->n, j->comparison->system->m);
-    kmp_log(j->context, KEMPE_LOG_PROGRESS, "probe: %s %s %s at rtol %g", way->road, way->form, way->integrator, rtol);
+    kmp_log(j->context, KEMPE_LOG_PROGRESS, "probe: %s %s %s at rtol %g", way->formulation, way->form, way->integrator,
+            rtol);
     kempe_status status = kmp_compare_once(j, way, rtol, &times, PROBE_PART * j->left_s, &table, &report);
     *steps = status == KEMPE_OK ? report.steps : -1;
     kmp_free(report.reason);

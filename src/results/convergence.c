@@ -215,16 +215,16 @@ void kmp_convergence_show(kmp_text *text, const kmp_convergence *c, const char *
 void kmp_convergence_json(kmp_json *json, const kmp_convergence *c, const char *name)
 {
     if (!c->known) {
-        kmp_json_string(json, "again", NULL);
+        kmp_json_string(json, "convergence", NULL);
         return;
     }
-    kmp_json_object(json, "again");
+    kmp_json_object(json, "convergence");
     kmp_json_number(json, "rtol", c->rtol);
     kmp_json_number(json, "difference", c->difference);
     kmp_json_number(json, "limit", c->limit);
     kmp_json_string(json, "coordinate", name);
     kmp_json_number(json, "t", c->t);
     kmp_json_number(json, "trusted_until", c->until);
-    kmp_json_string(json, "verdict", kmp_convergence_word(c));
+    kmp_json_string(json, "result", kmp_convergence_word(c));
     kmp_json_end(json);
 }

@@ -16,7 +16,7 @@ struct kempe_count {
 
 /* -- counting ---------------------------------------------------------------------------------------- */
 
-static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_generation *generation)
+static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_generate_options *generation)
 {
     kmp_choice *choice = &c->choice;
     double begin = kmp_cpu_now();
@@ -29,10 +29,10 @@ static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_
     return status;
 }
 
-kempe_status kempe_count_new(const kempe_model *model, const kempe_generation *generation, kempe_count **out)
+kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_options *generation, kempe_count **out)
 {
     KMP_WANTED(NULL, model, "model");
-    generation = generation ? generation : &(const kempe_generation){0};
+    generation = generation ? generation : &(const kempe_generate_options){0};
     KMP_WANTED(model->context, out, "count");
     kmp_context_clear(model->context);
     kempe_status status = kmp_model_check_finished(model);

@@ -27,7 +27,7 @@ typedef struct job {
     kempe_inverse *r;
     const kempe_system *system;
     kempe_context *context;
-    const kempe_inverse_ask *ask;
+    const kempe_inverse_options *ask;
     kmp_reference reference;
     kmp_prescribed table;
     kmp_times times;
@@ -99,8 +99,8 @@ static bool make_rows(kempe_inverse *r, int rows)
 
 static kempe_status check_numbers(const job *j)
 {
-    const double numbers[] = {j->ask->t_end, j->ask->every};
-    static const char *const names[] = {"t_end", "every"};
+    const double numbers[] = {j->ask->t_end, j->ask->output_step};
+    static const char *const names[] = {"t_end", "output_step"};
     for (int k = 0; k < 2; k++)
         if (!(numbers[k] >= 0 && isfinite(numbers[k])))
             return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is wanted", names[k], numbers[k]);
@@ -216,14 +216,15 @@ static kempe_status choose_motion(job *j)
     r->source = j->ask->motion ? kmp_strdup(j->ask->motion) : NULL;
     if (j->ask->motion && !r->source)
         return kmp_fail_memory(j->context);
-    if (r->motion == KMP_INVERSE_START && (j->ask->t_end > 0 || j->ask->every > 0))
+    if (r->motion == KMP_INVERSE_START && (j->ask->t_end > 0 || j->ask->output_step > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT,
                         "%s: the start alone is one instant; a motion is a table of it, or what the model's drives do",
-                        j->ask->t_end > 0 ? "t_end" : "every");
-    kempe_status status = kmp_coordinates_read(j->system->model, "u", j->ask->u, r->start_u, &r->start_u_count);
-    if (status == KEMPE_OK && r->start_u_count == 0 && model->run.u_count > 0) {
-        r->start_u_count = model->run.u_count;
-        memcpy(r->start_u, model->run.u, (size_t)r->start_u_count * sizeof *r->start_u);
+                        j->ask->t_end > 0 ? "t_end" : "output_step");
+    kempe_status status =
+        kmp_coordinates_read(j->system->model, "u", j->ask->independent, r->start_u, &r->start_u_count);
+    if (status == KEMPE_OK && r->start_u_count == 0 && model->run.independent_count > 0) {
+        r->start_u_count = model->run.independent_count;
+        memcpy(r->start_u, model->run.independent, (size_t)r->start_u_count * sizeof *r->start_u);
     }
     return status;
 }
@@ -265,8 +266,8 @@ static kempe_status table_times(job *j)
     const kmp_reference *x = &j->reference;
     double every = 0, span = x->t[x->rows - 1] - x->t[0];
     j->t_first = x->t[0];
-    if (j->ask->every > 0 && span > 0) {
-        kempe_status status = kmp_times_spacing(j->system, j->ask->every, span, &every);
+    if (j->ask->output_step > 0 && span > 0) {
+        kempe_status status = kmp_times_spacing(j->system, j->ask->output_step, span, &every);
         if (status != KEMPE_OK)
             return status;
         return kmp_times_init(&j->times, every, span, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
@@ -284,7 +285,7 @@ static kempe_status drive_times(job *j)
     double every, t_end = j->ask->t_end > 0 ? j->ask->t_end : j->system->model->run.t_end;
     if (!(t_end > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end: say how long to go, in the model or as an option");
-    kempe_status status = kmp_times_spacing(j->system, j->ask->every, t_end, &every);
+    kempe_status status = kmp_times_spacing(j->system, j->ask->output_step, t_end, &every);
     if (status != KEMPE_OK)
         return status;
     return kmp_times_init(&j->times, every, t_end, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
@@ -575,15 +576,15 @@ static kempe_status run(job *j)
         memcpy(r->start_u, j->guide.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
     }
     kempe_status status = settle_reason(r);
-    if (status == KEMPE_OK && !j->ask->once && is_differentiated(&j->table))
+    if (status == KEMPE_OK && !j->ask->no_convergence_check && is_differentiated(&j->table))
         status = check_again(j);
     return status;
 }
 
-kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_ask *ask, kempe_inverse **inverse)
+kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *ask, kempe_inverse **inverse)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_inverse_ask){0};
+    ask = ask ? ask : &(const kempe_inverse_options){0};
     KMP_WANTED(system->context, inverse, "inverse");
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);

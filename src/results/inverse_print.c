@@ -240,8 +240,8 @@ static void json_kind(kmp_json *json, const kempe_inverse *r)
     kmp_json_string(json, "efforts", r->rows ? kind_of(r) : NULL);
     kmp_json_string(json, "norm", "sum of weight*tau^2, a force times length");
     kmp_json_number(json, "length", r->system->length);
-    kmp_json_number(json, "reach", r->rows ? r->hold : NAN);
-    kmp_json_number(json, "reach_t", r->rows ? r->hold_t : NAN);
+    kmp_json_number(json, "transmission", r->rows ? r->hold : NAN);
+    kmp_json_number(json, "transmission_t", r->rows ? r->hold_t : NAN);
     kmp_json_number(json, "residual", r->rows ? r->residual : NAN);
     kmp_json_number(json, "residual_t", r->rows ? r->residual_t : NAN);
     kmp_json_whole(json, "singular", r->singular);

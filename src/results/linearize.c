@@ -45,17 +45,17 @@ static kempe_status make_first_order(kempe_linearization *l)
                     system->model->motions[l->channels.linear.part.u[failed - 1]].name);
 }
 
-kempe_status kempe_linearize(const kempe_system *system, const kempe_linearize_ask *ask,
+kempe_status kempe_linearize(const kempe_system *system, const kempe_linearize_options *ask,
                              kempe_linearization **linearization)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_linearize_ask){0};
+    ask = ask ? ask : &(const kempe_linearize_options){0};
     KMP_WANTED(system->context, linearization, "linearization");
     kmp_context_begin(system->context);
     kempe_linearization *l = KMP_NEW(kempe_linearization, 1);
     if (!l)
         return kmp_fail_memory(system->context);
-    const kmp_channels_ask asked = {ask->at, ask->inputs, ask->outputs, ask->u, ask->backend};
+    const kmp_channels_ask asked = {ask->at, ask->inputs, ask->outputs, ask->independent, ask->backend};
     kempe_status status = kmp_channels_init(&l->channels, system, &asked);
     if (status == KEMPE_OK)
         status = make_first_order(l);
@@ -138,7 +138,7 @@ const double *kempe_linearization_y(const kempe_linearization *l)
     return l->channels.transfer.value;
 }
 
-int kempe_linearization_rests(const kempe_linearization *l)
+int kempe_linearization_is_equilibrium(const kempe_linearization *l)
 {
     KMP_GIVEN(l, 0);
     return l->channels.rests;

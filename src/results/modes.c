@@ -112,21 +112,21 @@ static kempe_status vary(kempe_modes *m, const char *text, const kmp_station_ask
 }
 
 /* What goes together, and then all of it. */
-static kempe_status make_of(kempe_modes *m, const kempe_modes_ask *ask, kmp_station_ask *at, const kmp_range *rate,
+static kempe_status make_of(kempe_modes *m, const kempe_modes_options *ask, kmp_station_ask *at, const kmp_range *rate,
                             int varies)
 {
     kempe_context *context = m->system->context;
-    if (rate && ask->vary)
+    if (rate && ask->sweep)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "one thing can vary at a time: the rate of '%s', or what --vary says", rate->name);
+                        "one thing can vary at a time: the rate of '%s', or what --sweep says", rate->name);
     if (m->rate_count > 0 && at->word && strncmp(at->word, "equilibrium ", 12) == 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "rates are given twice: by the state '%s', and beside it", at->word);
     if (m->rate_count > 0 && at->word && strcmp(at->word, "equilibrium") != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "rates are kept by an equilibrium, not by '%s': a start has those of the model", at->word);
     kempe_status status = here(m, at);
-    if (status == KEMPE_OK && ask->vary)
-        return vary(m, ask->vary, at);
+    if (status == KEMPE_OK && ask->sweep)
+        return vary(m, ask->sweep, at);
     if (status != KEMPE_OK || !rate)
         return status;
     at->varies = &m->rates[varies];
@@ -134,7 +134,7 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_ask *ask, kmp_stat
 }
 
 /* "equilibrium NAME=RATE,.." names rates, too. */
-static const char *rates_of(const kempe_modes_ask *ask, const char **word)
+static const char *rates_of(const kempe_modes_options *ask, const char **word)
 {
     static const char begin[] = "equilibrium ";
     *word = ask->at;
@@ -144,7 +144,7 @@ static const char *rates_of(const kempe_modes_ask *ask, const char **word)
     return ask->at + strlen(begin);
 }
 
-static kempe_status make(kempe_modes *m, const kempe_modes_ask *ask)
+static kempe_status make(kempe_modes *m, const kempe_modes_options *ask)
 {
     kmp_station_ask at = {0};
     const char *rates = rates_of(ask, &at.word);
@@ -153,7 +153,7 @@ static kempe_status make(kempe_modes *m, const kempe_modes_ask *ask)
     m->wish = KMP_NEW(int, m->system->n);
     kempe_status status = m->wish ? KEMPE_OK : kmp_fail_memory(m->system->context);
     if (status == KEMPE_OK)
-        status = kmp_coordinates_read(m->system->model, "--u", ask->u, m->wish, &at.wish_count);
+        status = kmp_coordinates_read(m->system->model, "--independent", ask->independent, m->wish, &at.wish_count);
     if (status == KEMPE_OK)
         status = read_orders(m, ask->orders);
     if (status == KEMPE_OK)
@@ -168,10 +168,10 @@ static kempe_status make(kempe_modes *m, const kempe_modes_ask *ask)
     return status;
 }
 
-kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_ask *ask, kempe_modes **modes)
+kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_options *ask, kempe_modes **modes)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_modes_ask){0};
+    ask = ask ? ask : &(const kempe_modes_options){0};
     KMP_WANTED(system->context, modes, "modes");
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);

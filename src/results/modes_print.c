@@ -73,7 +73,7 @@ const char *kmp_modes_verdict(const kempe_modes *m)
     double noise = kmp_modes_noise(&m->modes), re = m->modes.spectrum.re[worst];
     if (re > noise)
         return "unstable";
-    return m->modes.spectrum.zeros > 0 ? "indifferent" : re >= -noise ? "undamped" : "stable";
+    return m->modes.spectrum.zeros > 0 ? "neutral" : re >= -noise ? "undamped" : "stable";
 }
 
 void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
@@ -87,8 +87,8 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
             kmp_text_printf(text, " at %.4g Hz", kmp_mode_frequency(s->re[worst], s->im[worst]));
         kmp_text_put(text, " along ");
         kmp_modes_put_movers(text, m, worst);
-    } else if (strcmp(word, "indifferent") == 0) {
-        kmp_text_put(text, "indifferent: free to move ");
+    } else if (strcmp(word, "neutral") == 0) {
+        kmp_text_put(text, "neutral: free to move ");
         for (int c = 0; c < s->still; c++) {
             kmp_text_put(text, c ? "; " : "");
             kmp_modes_put_along(text, m, c);
@@ -282,9 +282,9 @@ static void json_all(kmp_text *text, const kempe_modes *m)
         json_pair(&j, NULL, s->re[c], s->im[c]);
     kmp_json_end(&j);
     kmp_json_whole(&j, "zeros", s->zeros);
-    kmp_json_string(&j, "verdict", kmp_modes_verdict(m));
+    kmp_json_string(&j, "stability", kmp_modes_verdict(m));
     kmp_modes_put_verdict(&verdict, m);
-    kmp_json_string(&j, "because", verdict.s);
+    kmp_json_string(&j, "reasons", verdict.s);
     text->failed = text->failed || verdict.failed;
     kmp_text_free(&verdict);
     kmp_json_array(&j, "modes");

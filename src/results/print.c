@@ -24,7 +24,7 @@ static void json_rounding(kmp_json *json, const kempe_system *system)
             kmp_json_number(json, system->model->closures[c].name, system->misfit[c] * system->length);
     kmp_json_end(json);
     kmp_json_number(json, "closure_tolerance", system->closure_tolerance);
-    kmp_json_boolean(json, "mended", system->mended);
+    kmp_json_boolean(json, "corrected", system->mended);
     kmp_json_number(json, "moved", system->mended_by * system->length);
     kmp_json_number(json, "length", system->length);
     kmp_json_end(json);

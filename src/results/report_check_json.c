@@ -83,7 +83,7 @@ static void json_mobility(kmp_json *json, const kempe_check *check)
                     d->moved || check->part.p == 0 ? (double)(check->part.n - d->generic_rank) : (double)NAN);
     kmp_json_whole(json, "declared_rows", d->declared);
     kmp_json_number(json, "margin", d->margin);
-    json_sentence(json, "why", check, kmp_check_mobility);
+    json_sentence(json, "explanation", check, kmp_check_mobility);
     kmp_json_string(json, "second_order", words[d->second]);
     kmp_json_number(json, "branches", d->second == KMP_SECOND_BRANCHES ? (double)d->branches : (double)NAN);
     kmp_json_end(json);
@@ -239,7 +239,7 @@ static void json_cuts(kmp_json *json, const kempe_model *model)
         kmp_json_string(json, "closure", cut->closure);
         kmp_json_whole(json, "rows", cut->rows);
         kmp_json_string(json, "loop", cut->loop);
-        kmp_json_string(json, "why", cut->why);
+        kmp_json_string(json, "reason", cut->why);
         json_flag(json, "start_unused", cut->start_unused);
         kmp_json_end(json);
     }

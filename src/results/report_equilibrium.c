@@ -54,7 +54,7 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
     const kmp_stability *s = &b->stability;
     kmp_text_printf(text, "\nstability  %s", kmp_stability_text(s->word));
     if (s->still > 0) {
-        kmp_text_put(text, s->word == KMP_INDIFFERENT ? " along " : ", and indifferent along ");
+        kmp_text_put(text, s->word == KMP_NEUTRAL ? " along " : ", and neutral along ");
         list(text, e->system, s->still, s->along);
     }
     if (s->growing > 0)
@@ -145,7 +145,7 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
         kmp_json_boolean(j, "stable", b->stability.word != KMP_UNSTABLE);
     kmp_json_string(j, "stability", kmp_stability_text(b->stability.word));
     kmp_json_whole(j, "growing", b->stability.growing);
-    kmp_print_coordinates(j, "indifferent", e->system, b->stability.still, b->stability.along);
+    kmp_print_coordinates(j, "neutral", e->system, b->stability.still, b->stability.along);
     kmp_print_coordinates(j, "left_out", e->system, b->idle_count, b->idle);
     kmp_json_object(j, "free");
     for (int i = 0; i < e->freed_count; i++)

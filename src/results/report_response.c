@@ -192,7 +192,7 @@ static void json(kmp_text *text, const kempe_response *r, double *room)
     kmp_json_number(&j, "difference", r->frequency.worst);
     kmp_json_number(&j, "limit", KMP_RESPONSE_HOLDS);
     kmp_json_number(&j, "frequency", r->frequency.worst_at);
-    kmp_json_string(&j, "verdict", r->frequency.worst > KMP_RESPONSE_HOLDS ? "not converged" : "converged");
+    kmp_json_string(&j, "result", r->frequency.worst > KMP_RESPONSE_HOLDS ? "not converged" : "converged");
     kmp_json_end(&j);
     kmp_json_numbers(&j, "frequency", r->frequency.count, r->frequency.at);
     kmp_json_array(&j, "responses");

@@ -69,7 +69,7 @@ static kempe_status check_range(kempe_context *context, const kmp_range *range, 
     return KEMPE_OK;
 }
 
-static kempe_status read_range(const kmp_channels *c, const kempe_response_ask *ask, kmp_range *range)
+static kempe_status read_range(const kmp_channels *c, const kempe_response_options *ask, kmp_range *range)
 {
     kempe_context *context = c->system->context;
     kmp_ranges ranges = {0};
@@ -128,9 +128,9 @@ static kempe_status check_inputs(const kmp_channels *c)
     return KEMPE_OK;
 }
 
-static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_ask *ask)
+static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_options *ask)
 {
-    const kmp_channels_ask asked = {ask->at, ask->inputs, ask->outputs, ask->u, ask->backend};
+    const kmp_channels_ask asked = {ask->at, ask->inputs, ask->outputs, ask->independent, ask->backend};
     kmp_range range = {.count = 1};
     if (!ask->inputs || !ask->inputs[0])
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
@@ -158,10 +158,11 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
     return status;
 }
 
-kempe_status kempe_response_new(const kempe_system *system, const kempe_response_ask *ask, kempe_response **response)
+kempe_status kempe_response_new(const kempe_system *system, const kempe_response_options *ask,
+                                kempe_response **response)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_response_ask){0};
+    ask = ask ? ask : &(const kempe_response_options){0};
     KMP_WANTED(system->context, response, "response");
     kmp_context_begin(system->context);
     kempe_response *r = KMP_NEW(kempe_response, 1);

@@ -157,11 +157,11 @@ static kempe_status prepare(kempe_sensitivity *s)
 
 /* -- the object -------------------------------------------------------------------------------------- */
 
-kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_ask *ask,
+kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *ask,
                                    kempe_sensitivity **sensitivity)
 {
     KMP_WANTED(NULL, model, "model");
-    ask = ask ? ask : &(const kempe_sensitivity_ask){0};
+    ask = ask ? ask : &(const kempe_sensitivity_options){0};
     KMP_WANTED(model->context, sensitivity, "sensitivity");
     double begin = kmp_cpu_now();
     kmp_context_begin(model->context);

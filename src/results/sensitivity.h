@@ -16,7 +16,7 @@ struct kempe_sensitivity {
     const kmp_sensitivity_kind *kind;
     const kempe_model *model;
     kempe_context *context;
-    const kempe_sensitivity_ask *ask; /* while it is found */
+    const kempe_sensitivity_options *ask; /* while it is found */
     kmp_variant *variant;
     kempe_system *system; /* of the variant */
     unsigned *parts;      /* of its outputs those that were asked for; NULL: all */

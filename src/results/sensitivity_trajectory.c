@@ -43,7 +43,7 @@ static bool carries(const kmp_solver_kind *kind)
 }
 
 /* Of integrators with others of the same kind in their place where the model asks for those. */
-static kempe_status choose_integrator(work *w, kempe_run *run)
+static kempe_status choose_integrator(work *w, kempe_run_options *run)
 {
     const kempe_sensitivity *s = w->s;
     const char *wished = s->model->run.integrator;
@@ -67,15 +67,15 @@ static kempe_status choose_integrator(work *w, kempe_run *run)
 
 static kempe_status choose_run(work *w)
 {
-    kempe_run run = w->s->ask->run;
+    kempe_run_options run = w->s->ask->run;
     double every;
-    run.road = "reduced";
-    run.form = "closed";
+    run.formulation = "reduced";
+    run.form = "newton";
     kempe_status status = choose_integrator(w, &run);
     if (status == KEMPE_OK)
         status = kmp_spec_of(w->s->system, &run, &w->spec, &w->u);
     if (status == KEMPE_OK)
-        status = kmp_times_spacing(w->s->system, run.every, w->spec.t_end, &every);
+        status = kmp_times_spacing(w->s->system, run.output_step, w->spec.t_end, &every);
     if (status == KEMPE_OK && !kmp_times_init(&w->times, every, w->spec.t_end, NULL))
         status = kmp_fail_memory(w->s->context);
     return status;
@@ -411,7 +411,7 @@ static kempe_status find(kempe_sensitivity *s)
     s->method = w.adjoint ? "adjoint" : "forward";
     if (status == KEMPE_OK)
         status = settle_reason(&w, find_once(&w));
-    if (status == KEMPE_OK && s->rows > 0 && s->columns > 0 && !s->ask->run.once)
+    if (status == KEMPE_OK && s->rows > 0 && s->columns > 0 && !s->ask->run.no_convergence_check)
         status = check_again(&w);
     free_work(&w);
     return status;

@@ -15,7 +15,7 @@ static const char *const stage_names[2][6] = {
     {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd", "bias under loads: C", "power"},
     {"parameters", "closure: h, J, h_t", "bodies: X, J X", "accelerations: a, d", "loads: none", "power"}};
 
-/* That of the roads which can go by articulated bodies. */
+/* That of the formulations which can go by articulated bodies. */
 static const kmp_program *program_of(const kempe_system *system, const char *const **names)
 {
     *names = stage_names[system->articulated != NULL];

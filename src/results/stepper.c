@@ -58,10 +58,10 @@ static kempe_status begin(kempe_stepper *s)
     return s->runner ? settle(s, status) : status;
 }
 
-kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run *run, kempe_stepper **stepper)
+kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_options *run, kempe_stepper **stepper)
 {
     KMP_WANTED(NULL, system, "system");
-    run = run ? run : &(const kempe_run){0};
+    run = run ? run : &(const kempe_run_options){0};
     KMP_WANTED(system->context, stepper, "stepper");
     kmp_context_begin(system->context);
     kempe_stepper *s = KMP_NEW(kempe_stepper, 1);

@@ -11,7 +11,7 @@ kempe_status kmp_times_spacing(const kempe_system *system, double asked, double 
     const kmp_run_settings *run = &model->run;
     kmp_text complaint = {0};
     kempe_status status = KEMPE_OK;
-    *every = asked > 0 ? asked : run->every > 0 ? run->every : t_end / DEFAULT_ROWS;
+    *every = asked > 0 ? asked : run->output_step > 0 ? run->output_step : t_end / DEFAULT_ROWS;
     if (kmp_rows_fit(*every, t_end, &complaint))
         return KEMPE_OK;
     if (!complaint.s)

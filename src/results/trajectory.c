@@ -23,7 +23,7 @@ enum { CHECKPOINT_SECONDS = 10 };
 typedef struct job {
     const kempe_system *system;
     kempe_context *context;
-    const kempe_run *run;
+    const kempe_run_options *run;
     kmp_run_spec spec;
     int *u;
     kmp_reference reference;
@@ -33,9 +33,9 @@ typedef struct job {
     kempe_assembly start;
 } job;
 
-kempe_run kempe_run_default(void)
+kempe_run_options kempe_run_options_default(void)
 {
-    return (kempe_run){0};
+    return (kempe_run_options){0};
 }
 
 /* -- options ----------------------------------------------------------------------------------------- */
@@ -52,7 +52,8 @@ static kempe_status check_numbers(const job *j)
     const struct {
         const char *name;
         double value;
-    } numbers[] = {{"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"every", j->run->every}};
+    } numbers[] = {
+        {"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"every", j->run->output_step}};
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
         kempe_status status = check_number(j->context, numbers[k].name, numbers[k].value);
         if (status != KEMPE_OK)
@@ -72,7 +73,7 @@ static kempe_status read_wish(job *j)
     j->u = KMP_NEW(int, j->system->n);
     if (!j->u)
         return kmp_fail_memory(j->context);
-    kempe_status status = kmp_coordinates_read(j->system->model, "u", j->run->u, j->u, &j->spec.u_count);
+    kempe_status status = kmp_coordinates_read(j->system->model, "u", j->run->independent, j->u, &j->spec.u_count);
     j->spec.u = j->spec.u_count ? j->u : NULL;
     return status;
 }
@@ -88,7 +89,7 @@ static kempe_status prepare_times(job *j)
         j->has_reference = status == KEMPE_OK;
     }
     if (status == KEMPE_OK)
-        status = kmp_times_spacing(j->system, j->run->every, j->spec.t_end, &every);
+        status = kmp_times_spacing(j->system, j->run->output_step, j->spec.t_end, &every);
     if (status != KEMPE_OK)
         return status;
     kmp_reference_limit(&j->reference, j->spec.t_end);
@@ -129,8 +130,8 @@ static kempe_status prepare_resume(job *j)
 /* The run as asked for, resolved. */
 static kempe_status choose(job *j)
 {
-    const kempe_run *run = j->run;
-    j->spec = (kmp_run_spec){.road = run->road,
+    const kempe_run_options *run = j->run;
+    j->spec = (kmp_run_spec){.formulation = run->formulation,
                              .form = run->form,
                              .integrator = run->integrator,
                              .linear = run->linear,
@@ -138,7 +139,7 @@ static kempe_status choose(job *j)
                              .rtol = run->rtol,
                              .atol = run->atol,
                              .t_end = run->t_end,
-                             .fixed_u = run->fixed_u,
+                             .keep_independent = run->keep_independent,
                              .change_points = run->change_points,
                              .max_steps = run->max_steps,
                              .threads = run->threads};
@@ -156,7 +157,7 @@ static kempe_status prepare(job *j)
     return status == KEMPE_OK ? prepare_resume(j) : status;
 }
 
-kempe_status kmp_spec_of(const kempe_system *system, const kempe_run *run, kmp_run_spec *spec, int **u)
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_run_spec *spec, int **u)
 {
     job j = {.system = system, .context = system->context, .run = run};
     kempe_status status = choose(&j);
@@ -199,7 +200,7 @@ static kempe_trajectory *trajectory_new(const job *j)
     kmp_samples_init(&t->table, j->system->n, j->system->m);
     t->reaction = KMP_NEW(double, reactions);
     t->shown = KMP_NEW(double, shown);
-    if (!t->reaction || !t->shown || !copy(&t->road, spec->road) || !copy(&t->form, spec->form) ||
+    if (!t->reaction || !t->shown || !copy(&t->formulation, spec->formulation) || !copy(&t->form, spec->form) ||
         !copy(&t->integrator, spec->integrator) || !copy(&t->linear, spec->linear) ||
         !copy(&t->change_points, spec->change_points) || !copy(&t->backend, spec->backend) ||
         !copy(&t->source, j->run->reference)) {
@@ -217,7 +218,7 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
 {
     if (!trajectory)
         return;
-    char *names[] = {trajectory->road,          trajectory->form,    trajectory->integrator, trajectory->linear,
+    char *names[] = {trajectory->formulation,   trajectory->form,    trajectory->integrator, trajectory->linear,
                      trajectory->change_points, trajectory->backend, trajectory->source,     trajectory->reason,
                      trajectory->report.reason, trajectory->warnings};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
@@ -275,7 +276,8 @@ static void warn_of_verdict(const kempe_trajectory *t)
 {
     if (t->verdict.h_max > TRUSTED_GAP * (t->rtol + t->atol))
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
-                "the closures are open by %.2g (scaled): do not trust this run; take a smaller rtol, or compare roads",
+                "the closures are open by %.2g (scaled): do not trust this run; take a smaller rtol, or compare "
+                "formulations",
                 t->verdict.h_max);
     if (t->verdict.misfit * t->system->length > t->system->closure_tolerance)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
@@ -286,7 +288,7 @@ static void warn_of_verdict(const kempe_trajectory *t)
     if (t->verdict.drift_rel > TRUSTED_DRIFT)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
                 "the energy balance is off by %.2g of its size: do not trust this run; take a smaller rtol, or compare "
-                "roads",
+                "formulations",
                 t->verdict.drift_rel);
 }
 
@@ -370,7 +372,7 @@ static kempe_status run_again(kempe_trajectory *t, const job *j)
         kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table, &t->again);
     if (status == KEMPE_OK && j->system->n > 0)
         kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
-                             "take a smaller rtol, or compare roads");
+                             "take a smaller rtol, or compare formulations");
     return status;
 }
 
@@ -386,7 +388,7 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     }
     kempe_status judged = has_result(status) ? judge(t, j) : KEMPE_OK;
     status = judged == KEMPE_OK ? status : judged;
-    if (status == KEMPE_OK && !j->run->once)
+    if (status == KEMPE_OK && !j->run->no_convergence_check)
         status = run_again(t, j);
     t->warnings = kmp_context_warnings(j->context);
     if (has_result(status))
@@ -396,10 +398,10 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     return status;
 }
 
-kempe_status kempe_simulate(const kempe_system *system, const kempe_run *options, kempe_trajectory **trajectory)
+kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *options, kempe_trajectory **trajectory)
 {
     KMP_WANTED(NULL, system, "system");
-    options = options ? options : &(const kempe_run){0};
+    options = options ? options : &(const kempe_run_options){0};
     KMP_WANTED(system->context, trajectory, "trajectory");
     job j = {.system = system, .context = system->context, .run = options};
     kmp_context_begin(j.context);

@@ -10,9 +10,9 @@
 struct kempe_trajectory {
     const kempe_system *system;
     kempe_status status;
-    char *reason;                                      /* "" when ok */
-    char *warnings;                                    /* of the computation, one a line */
-    char *road, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
+    char *reason;                                             /* "" when ok */
+    char *warnings;                                           /* of the computation, one a line */
+    char *formulation, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
     char *change_points;
     double rtol, atol, t_end;
     char *source; /* the reference's path, NULL when none was given */
@@ -30,6 +30,6 @@ const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, 
 
 /** What a run asks for, with names and defaults resolved. `spec` points to `*u`, to be freed by the caller (kmp_free),
  *  and to the strings of `run`. */
-kempe_status kmp_spec_of(const kempe_system *system, const kempe_run *run, kmp_run_spec *spec, int **u);
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_run_spec *spec, int **u);
 
 #endif

@@ -33,7 +33,7 @@ static bool ignores_change_points(const kempe_trajectory *t)
 
 static void show_head(kmp_text *text, const kempe_trajectory *t)
 {
-    kmp_text_printf(text, "%s: road %s", t->system->model->name, t->road);
+    kmp_text_printf(text, "%s: formulation %s", t->system->model->name, t->formulation);
     if (t->form)
         kmp_text_printf(text, ", form %s", t->form);
     kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->rtol, t->atol,
@@ -181,10 +181,10 @@ static const char *dynamics_of(const kempe_trajectory *t)
 
 static void json_settings(kmp_json *json, const kempe_trajectory *t)
 {
-    kmp_json_string(json, "road", t->road);
+    kmp_json_string(json, "formulation", t->formulation);
     kmp_json_string(json, "form", t->form);
     kmp_json_string(json, "integrator", t->integrator);
-    kmp_json_string(json, "dynamics", dynamics_of(t));
+    kmp_json_string(json, "algorithm", dynamics_of(t));
     kmp_json_string(json, "change_points", t->change_points);
     kmp_json_number(json, "rtol", t->rtol);
     kmp_json_number(json, "atol", t->atol);

@@ -13,7 +13,7 @@ static void test_batch(void)
     kempe_values *values = NULL;
     kempe_ensemble *ensemble = NULL;
     kempe_batch *batch = NULL, *alone = NULL;
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     double rows[COUNT][2];
     run.t_end = 1;
     run.rtol = 1e-8;
@@ -31,7 +31,7 @@ static void test_batch(void)
     CHECK(kempe_ensemble_run(ensemble, &run, -1, &alone) == KEMPE_OK);
     CHECK(kempe_batch_count(batch) == COUNT);
     for (int i = 0; i < COUNT; i++) {
-        kempe_effort a = kempe_batch_effort(batch, i), b = kempe_batch_effort(alone, i);
+        kempe_ensemble_stats a = kempe_batch_effort(batch, i), b = kempe_batch_effort(alone, i);
         CHECK_TEXT(kempe_batch_status(batch, i), "ok");
         CHECK_TEXT(kempe_batch_reason(batch, i), "");
         CHECK_TEXT(a.alone, "");
@@ -58,7 +58,7 @@ static void test_mistakes(void)
     kempe_values *values = NULL;
     kempe_ensemble *ensemble = NULL;
     kempe_batch *batch = NULL;
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     const char *const wrong[] = {"q.A", "q.E"}, *const twice[] = {"q.A", "q.A"};
     const double row[] = {1.5, 0};
     CHECK(kempe_values_new(model, 2, wrong, 1, row, &values) == KEMPE_E_ARGUMENT);
@@ -70,7 +70,7 @@ static void test_mistakes(void)
     CHECK(kempe_values_new(model, 2, names, 1, row, &values) == KEMPE_OK);
     CHECK(kempe_ensemble_new(model, values, &ensemble) == KEMPE_OK);
     CHECK(kempe_ensemble_run(ensemble, &run, 9, &batch) == KEMPE_E_ARGUMENT);
-    run.road = "fast";
+    run.formulation = "fast";
     CHECK(kempe_ensemble_run(ensemble, &run, 0, &batch) == KEMPE_E_ARGUMENT && !batch);
     kempe_ensemble_free(ensemble);
     kempe_values_free(values);

@@ -44,7 +44,7 @@ static double run(const kempe_model *model)
 {
     kempe_system *system = NULL;
     kempe_trajectory *trajectory = NULL;
-    kempe_run settings = kempe_run_default();
+    kempe_run_options settings = kempe_run_options_default();
     double last = NAN;
     settings.t_end = 0.3;
     settings.rtol = 1e-9;
@@ -304,7 +304,7 @@ static void as_text(void)
     CHECK_TEXT(kempe_context_message(context), "");
     kempe_system *system = NULL;
     kempe_trajectory *trajectory = NULL;
-    kempe_run settings = kempe_run_default();
+    kempe_run_options settings = kempe_run_options_default();
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     CHECK(kempe_simulate(system, &settings, &trajectory) == KEMPE_OK);
     if (trajectory)

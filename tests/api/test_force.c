@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A force by a function is the force by an expression: to 1e-12 on the roads that know it exactly, or to a few times
- * what the last bit of it makes in the run, since operations may come in another order; to the error of the run on the
- * dae road. */
+/* A force by a function is the force by an expression: to 1e-12 on the formulations that know it exactly, or to a few
+ * times what the last bit of it makes in the run, since operations may come in another order; to the error of the run
+ * on the dae formulation. */
 #include "four_bar.h"
 #include <float.h>
 #include <stdlib.h>
@@ -22,12 +22,12 @@ static int other_torque(void *user, double t, const double *q, const double *qd,
     return 0;
 }
 
-static kempe_trajectory *run(const kempe_context *context, const kempe_system *system, const char *road,
+static kempe_trajectory *run(const kempe_context *context, const kempe_system *system, const char *formulation,
                              const char *form)
 {
     kempe_trajectory *trajectory = NULL;
-    kempe_run settings = kempe_run_default();
-    settings.road = road;
+    kempe_run_options settings = kempe_run_options_default();
+    settings.formulation = formulation;
     settings.form = form;
     settings.t_end = 1;
     settings.rtol = 1e-11;
@@ -52,7 +52,7 @@ static double difference(const kempe_trajectory *a, const kempe_trajectory *b)
     return worst;
 }
 
-static void same_as_expression(const char *road, const char *form, double tolerance)
+static void same_as_expression(const char *formulation, const char *form, double tolerance)
 {
     kempe_context *context = kempe_context_new();
     kempe_model *said = four_bar_new(context, FOUR_BAR_TORQUE), *bare = four_bar_new(context, NULL);
@@ -61,10 +61,11 @@ static void same_as_expression(const char *road, const char *form, double tolera
     CHECK(kempe_system_new(said, &by_expression) == KEMPE_OK);
     CHECK(kempe_system_new(bare, &by_function) == KEMPE_OK);
     kempe_system_set_force(by_function, torque, &calls);
-    kempe_trajectory *a = run(context, by_expression, road, form), *b = run(context, by_function, road, form);
+    kempe_trajectory *a = run(context, by_expression, formulation, form),
+                     *b = run(context, by_function, formulation, form);
     CHECK(calls > 100);
     kempe_system_set_force(by_function, other_torque, NULL);
-    kempe_trajectory *c = run(context, by_function, road, form);
+    kempe_trajectory *c = run(context, by_function, formulation, form);
     if (a && b && c) {
         double off = difference(a, b), bits = difference(b, c);
         CHECK(bits < 1e-11);
@@ -82,12 +83,12 @@ static void same_as_expression(const char *road, const char *form, double tolera
 
 static void carried(void)
 {
-    same_as_expression("reduced", "carried", 1e-12);
+    same_as_expression("reduced", "integrated", 1e-12);
 }
 
 static void closed(void)
 {
-    same_as_expression("reduced", "closed", 1e-12);
+    same_as_expression("reduced", "newton", 1e-12);
 }
 
 static void projected(void)
@@ -96,13 +97,13 @@ static void projected(void)
 }
 
 /* Steps, Newton iterations and the end of a dae run. */
-static kempe_work implicit_run(const kempe_system *system, const char *road, const char *form, const char *integrator,
-                               double rtol, double q[3])
+static kempe_work implicit_run(const kempe_system *system, const char *formulation, const char *form,
+                               const char *integrator, double rtol, double q[3])
 {
     kempe_stepper *stepper = NULL;
     kempe_work work = {0};
-    kempe_run settings = kempe_run_default();
-    settings.road = road;
+    kempe_run_options settings = kempe_run_options_default();
+    settings.formulation = formulation;
     settings.form = form;
     settings.integrator = integrator;
     settings.rtol = rtol;
@@ -119,7 +120,7 @@ static kempe_work implicit_run(const kempe_system *system, const char *road, con
 
 /* Iteration matrices have the force by differences: as many steps and iterations, the same error. Rounding alone moves
  * the steps of one run by a twentieth: those at some tolerances are added up. */
-static void implicit(const char *road, const char *form, const char *integrator)
+static void implicit(const char *formulation, const char *form, const char *integrator)
 {
     kempe_context *context = kempe_context_new();
     kempe_model *said = four_bar_new(context, FOUR_BAR_TORQUE), *bare = four_bar_new(context, NULL);
@@ -133,8 +134,8 @@ static void implicit(const char *road, const char *form, const char *integrator)
     long steps[2] = {0, 0}, newton[2] = {0, 0};
     for (int k = 7; k >= 0; k--) {
         double rtol = 1e-9 * (1 + 0.1 * k);
-        kempe_work x = implicit_run(by_expression, road, form, integrator, rtol, a);
-        kempe_work y = implicit_run(by_function, road, form, integrator, rtol, b);
+        kempe_work x = implicit_run(by_expression, formulation, form, integrator, rtol, a);
+        kempe_work y = implicit_run(by_function, formulation, form, integrator, rtol, b);
         steps[0] += x.steps;
         steps[1] += y.steps;
         newton[0] += x.newton;
@@ -154,9 +155,9 @@ static void implicit(const char *road, const char *form, const char *integrator)
     kempe_context_free(context);
 }
 
-static void dae_ah(void)
+static void dae_stabilized1(void)
 {
-    implicit("dae", "ah", "ida");
+    implicit("dae", "stabilized1", "ida");
 }
 
 static void dae_ggl(void)
@@ -171,7 +172,7 @@ static void dae_index1(void)
 
 static void reduced_bdf(void)
 {
-    implicit("reduced", "closed", "bdf");
+    implicit("reduced", "newton", "bdf");
 }
 
 /* A force that says no makes the start impossible, in words. */
@@ -205,7 +206,7 @@ int main(void)
     TEST(carried);
     TEST(closed);
     TEST(projected);
-    TEST(dae_ah);
+    TEST(dae_stabilized1);
     TEST(dae_ggl);
     TEST(dae_index1);
     TEST(reduced_bdf);

@@ -26,7 +26,7 @@ static void end(scene *s)
 
 static kempe_status simulate(const scene *s)
 {
-    kempe_run run = {.t_end = 0.1, .once = 1};
+    kempe_run_options run = {.t_end = 0.1, .no_convergence_check = 1};
     kempe_trajectory *t = NULL;
     kempe_status status = kempe_simulate(s->system, &run, &t);
     CHECK_TEXT(kempe_trajectory_reason(t), status == KEMPE_OK ? "" : "interrupted");
@@ -36,7 +36,7 @@ static kempe_status simulate(const scene *s)
 
 static kempe_status compare(const scene *s)
 {
-    kempe_compare_run run = {.t_end = 0.05, .roads = "reduced", .rtols = "1e-6,1e-8"};
+    kempe_compare_options run = {.t_end = 0.05, .formulations = "reduced", .rtols = "1e-6,1e-8"};
     kempe_comparison *c = NULL;
     kempe_status status = kempe_compare(s->system, &run, &c);
     kempe_comparison_free(c);
@@ -45,7 +45,7 @@ static kempe_status compare(const scene *s)
 
 static kempe_status lead(const scene *s)
 {
-    kempe_kinematics_ask ask = {.drive = "crank=0:1", .points = 20};
+    kempe_kinematics_options ask = {.sweep = "crank=0:1", .points = 20};
     kempe_kinematics *k = NULL;
     kempe_status status = kempe_kinematics_new(s->system, &ask, &k);
     kempe_kinematics_free(k);
@@ -54,7 +54,7 @@ static kempe_status lead(const scene *s)
 
 static kempe_status step(const scene *s)
 {
-    kempe_run run = {.t_end = 0.1};
+    kempe_run_options run = {.t_end = 0.1};
     kempe_stepper *stepper = NULL;
     CHECK(kempe_stepper_new(s->system, &run, &stepper) == KEMPE_OK);
     kempe_status status = kempe_stepper_advance(stepper, 0.05);
@@ -64,7 +64,7 @@ static kempe_status step(const scene *s)
 
 static kempe_status differentiate(const scene *s)
 {
-    kempe_sensitivity_ask ask = {.parameters = "crank", .run = {.t_end = 0.05}};
+    kempe_sensitivity_options ask = {.parameters = "crank", .run = {.t_end = 0.05}};
     kempe_sensitivity *d = NULL;
     kempe_status status = kempe_sensitivity_new(s->model, &ask, &d);
     kempe_sensitivity_free(d);
@@ -103,7 +103,7 @@ static void steppers_too(void)
 {
     scene s = begin();
     CHECK(step(&s) == KEMPE_OK);
-    kempe_run run = {.t_end = 0.1};
+    kempe_run_options run = {.t_end = 0.1};
     kempe_stepper *stepper = NULL;
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
     kempe_context_interrupt(s.context);

@@ -42,7 +42,7 @@ static void read_reference(void)
 
 static void begin(void)
 {
-    const kempe_contact_ask ask = {.over = "shift=0:10 mm:21", .law = "fastsim1"};
+    const kempe_contact_options ask = {.sweep = "shift=0:10 mm:21", .law = "fastsim1"};
     read_reference();
     context = kempe_context_new();
     CHECK(kempe_model_read(context, KEMPE_ROOT "/examples/manchester/manchester.yaml", &model) == KEMPE_OK);

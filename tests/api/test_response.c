@@ -4,8 +4,8 @@
  *
  *     M = [mb + mw + 2 ma, (mw + ma) L; ., (mw + 2/3 ma) L^2],   K = kt [1, L; L, L^2] + k [0, 0; 0, f^2],
  *
- * G likewise of the dampers, and the road w at the right side (kt + i omega ct) (1, L)' w. Neither the spring nor the
- * tyre changes it by its load: their ends move on circles to which they are tangent. */
+ * G likewise of the dampers, and the formulation w at the right side (kt + i omega ct) (1, L)' w. Neither the spring
+ * nor the tyre changes it by its load: their ends move on circles to which they are tangent. */
 #include "check.h"
 #include <complex.h>
 #include <kempe/kempe.h>
@@ -66,7 +66,7 @@ static void closed_form(double hz, number *y)
     y[REACTION] = ma * s * s * (z / 2 + L / 3 * a);                 /* what carries the end of the upper wishbone */
 }
 
-static kempe_response *respond(const loaded *l, const kempe_response_ask *ask)
+static kempe_response *respond(const loaded *l, const kempe_response_options *ask)
 {
     kempe_response *r = NULL;
     kempe_status status = kempe_response_new(l->system, ask, &r);
@@ -87,7 +87,7 @@ static double distance(number got, const number *expected, int output)
 static void the_quarter_car_has_its_closed_form(void)
 {
     loaded l = load(0, NULL);
-    const kempe_response_ask ask = {.inputs = "drive(road)", .outputs = outputs, .frequencies = "0.2:50:60"};
+    const kempe_response_options ask = {.inputs = "drive(road)", .outputs = outputs, .frequencies = "0.2:50:60"};
     kempe_response *r = respond(&l, &ask);
     CHECK(kempe_response_count(r) == 60 && kempe_response_output_count(r) == OUTPUTS);
     double worst[OUTPUTS] = {0};
@@ -121,10 +121,10 @@ static void check_peak(kempe_peak p, double aside)
     if (o == TRAVEL)
         CHECK(isnan(p.gain));
     else
-        CHECK_NEAR(p.gain, p.amplitude, 1e-11); /* at rest the road lifts it all */
+        CHECK_NEAR(p.gain, p.amplitude, 1e-11); /* at rest the formulation lifts it all */
 }
 
-static const kempe_response_ask too_few_to_see_them = {
+static const kempe_response_options too_few_to_see_them = {
     .inputs = "drive(road)", .outputs = "q(body),travel", .frequencies = "0.2:50:12"};
 
 static void peaks_are_where_they_are(void)
@@ -168,7 +168,7 @@ static void poles_without_damping_are_told(void)
            hz[2] = {sqrt(2 * d / (b + root)) / (2 * pi), sqrt((b + root) / (2 * a)) / (2 * pi)};
     char range[64];
     (void)snprintf(range, sizeof range, "%.17g:50:30", hz[0]);
-    const kempe_response_ask ask = {.inputs = "drive(road)", .outputs = "q(body)", .frequencies = range};
+    const kempe_response_options ask = {.inputs = "drive(road)", .outputs = "q(body)", .frequencies = range};
     kempe_response *r = respond(&l, &ask);
     double re = 7, im = 8;
     CHECK(kempe_response_at(r, 0, 0, 0, &re, &im) == 0 && re == 7 && im == 8);
@@ -223,7 +223,7 @@ static void the_state_space_answers_likewise(void)
     loaded l = load(0, NULL);
     kempe_linearization *lin = NULL;
     int rows, n;
-    CHECK(kempe_linearize(l.system, &(kempe_linearize_ask){.inputs = "drive(road)", .outputs = outputs}, &lin) ==
+    CHECK(kempe_linearize(l.system, &(kempe_linearize_options){.inputs = "drive(road)", .outputs = outputs}, &lin) ==
           KEMPE_OK);
     const double *A = kempe_linearization_matrix(lin, KEMPE_MATRIX_A, &n, &n);
     const double *B = kempe_linearization_matrix(lin, KEMPE_MATRIX_B, &rows, &n);
@@ -258,7 +258,7 @@ static void the_state_space_answers_likewise(void)
 }
 
 /* The status, and whether the sentence has these words. */
-static void refuses(const loaded *l, kempe_response_ask ask, kempe_status expected, const char *words)
+static void refuses(const loaded *l, kempe_response_options ask, kempe_status expected, const char *words)
 {
     kempe_response *r = NULL;
     CHECK(kempe_response_new(l->system, &ask, &r) == expected && !r);
@@ -270,25 +270,26 @@ static void refuses(const loaded *l, kempe_response_ask ask, kempe_status expect
 static void what_cannot_be_asked_is_said(void)
 {
     loaded l = load(0, NULL);
-    refuses(&l, (kempe_response_ask){.inputs = ""}, KEMPE_E_ARGUMENT, "a response wants inputs");
-    refuses(&l, (kempe_response_ask){.inputs = "drive(raod)"}, KEMPE_E_ARGUMENT, "did you mean 'road'?");
-    refuses(&l, (kempe_response_ask){.inputs = "effort(bdoy)"}, KEMPE_E_ARGUMENT, "did you mean 'body'?");
-    refuses(&l, (kempe_response_ask){.inputs = "force(body.Q.x)"}, KEMPE_E_ARGUMENT, "no point 'Q'");
-    refuses(&l, (kempe_response_ask){.inputs = "moment(body)"}, KEMPE_E_ARGUMENT, "unknown input 'moment(body)'");
-    refuses(&l, (kempe_response_ask){.inputs = "k,k"}, KEMPE_E_ARGUMENT, "'k' is given twice");
-    refuses(&l, (kempe_response_ask){.inputs = "stiffness"}, KEMPE_E_ARGUMENT, "no parameter 'stiffness'");
-    refuses(&l, (kempe_response_ask){.inputs = "length"}, KEMPE_E_ARGUMENT, "'length' moves closures");
-    refuses(&l, (kempe_response_ask){.inputs = "k", .outputs = "tavel"}, KEMPE_E_ARGUMENT, "unknown output 'tavel'");
-    refuses(&l, (kempe_response_ask){.inputs = "k", .outputs = "q(body).x"}, KEMPE_E_ARGUMENT, "no components");
-    refuses(&l, (kempe_response_ask){.inputs = "k", .at = "end"}, KEMPE_E_ARGUMENT, "'end'");
-    refuses(&l, (kempe_response_ask){.inputs = "k", .u = "plate,body"}, KEMPE_E_FAILED, "plate");
-    refuses(&l, (kempe_response_ask){.inputs = "k", .frequencies = "0:10"}, KEMPE_E_ARGUMENT, "--linear");
-    refuses(&l, (kempe_response_ask){.inputs = "k", .frequencies = "10:1"}, KEMPE_E_ARGUMENT, "'10:1'");
-    refuses(&l, (kempe_response_ask){.inputs = "k", .frequencies = "5"}, KEMPE_E_ARGUMENT, "A:B");
+    refuses(&l, (kempe_response_options){.inputs = ""}, KEMPE_E_ARGUMENT, "a response wants inputs");
+    refuses(&l, (kempe_response_options){.inputs = "drive(raod)"}, KEMPE_E_ARGUMENT, "did you mean 'road'?");
+    refuses(&l, (kempe_response_options){.inputs = "effort(bdoy)"}, KEMPE_E_ARGUMENT, "did you mean 'body'?");
+    refuses(&l, (kempe_response_options){.inputs = "force(body.Q.x)"}, KEMPE_E_ARGUMENT, "no point 'Q'");
+    refuses(&l, (kempe_response_options){.inputs = "moment(body)"}, KEMPE_E_ARGUMENT, "unknown input 'moment(body)'");
+    refuses(&l, (kempe_response_options){.inputs = "k,k"}, KEMPE_E_ARGUMENT, "'k' is given twice");
+    refuses(&l, (kempe_response_options){.inputs = "stiffness"}, KEMPE_E_ARGUMENT, "no parameter 'stiffness'");
+    refuses(&l, (kempe_response_options){.inputs = "length"}, KEMPE_E_ARGUMENT, "'length' moves closures");
+    refuses(&l, (kempe_response_options){.inputs = "k", .outputs = "tavel"}, KEMPE_E_ARGUMENT,
+            "unknown output 'tavel'");
+    refuses(&l, (kempe_response_options){.inputs = "k", .outputs = "q(body).x"}, KEMPE_E_ARGUMENT, "no components");
+    refuses(&l, (kempe_response_options){.inputs = "k", .at = "end"}, KEMPE_E_ARGUMENT, "'end'");
+    refuses(&l, (kempe_response_options){.inputs = "k", .independent = "plate,body"}, KEMPE_E_FAILED, "plate");
+    refuses(&l, (kempe_response_options){.inputs = "k", .frequencies = "0:10"}, KEMPE_E_ARGUMENT, "--linear");
+    refuses(&l, (kempe_response_options){.inputs = "k", .frequencies = "10:1"}, KEMPE_E_ARGUMENT, "'10:1'");
+    refuses(&l, (kempe_response_options){.inputs = "k", .frequencies = "5"}, KEMPE_E_ARGUMENT, "A:B");
     unload(&l);
     const kempe_setting heavier[] = {{"support", "0 N"}};
     l = load(1, heavier);
-    refuses(&l, (kempe_response_ask){.inputs = "k", .at = "start"}, KEMPE_E_FAILED, "no equilibrium");
+    refuses(&l, (kempe_response_options){.inputs = "k", .at = "start"}, KEMPE_E_FAILED, "no equilibrium");
     unload(&l);
 }
 
@@ -311,14 +312,14 @@ static void rounding_beside_a_pole_is_told(void)
     CHECK(kempe_system_new(l.model, &l.system) == KEMPE_OK);
     kempe_context_set_log(l.context, count_warnings, &warnings);
     for (int i = 0; i < 2; i++) {
-        const kempe_response_ask ask = {
+        const kempe_response_options ask = {
             .inputs = "effort(A)", .outputs = "q(A)", .frequencies = frequencies[i], .linear = 1};
         kempe_response *r = NULL;
         char *json = NULL;
         CHECK(kempe_response_new(l.system, &ask, &r) == KEMPE_OK);
         CHECK(warnings == i);
         CHECK(kempe_response_print(r, KEMPE_JSON, &json) == KEMPE_OK);
-        CHECK(json && strstr(json, i ? "\"verdict\": \"not converged\"" : "\"verdict\": \"converged\""));
+        CHECK(json && strstr(json, i ? "\"result\": \"not converged\"" : "\"result\": \"converged\""));
         kempe_text_free(json);
         kempe_response_free(r);
     }

@@ -26,13 +26,13 @@ static void scene_free(scene *s)
     kempe_context_free(s->context);
 }
 
-static kempe_run settings(const char *road)
+static kempe_run_options settings(const char *formulation)
 {
-    kempe_run run = kempe_run_default();
-    run.road = road;
+    kempe_run_options run = kempe_run_options_default();
+    run.formulation = formulation;
     run.rtol = 1e-8;
     run.t_end = 1;
-    run.every = 1.0 / ROWS;
+    run.output_step = 1.0 / ROWS;
     return run;
 }
 
@@ -46,12 +46,12 @@ static void check_row(const kempe_stepper *stepper, const kempe_trajectory *traj
         CHECK(memcmp(have[k], want[k], (k < 3 ? N : M) * sizeof(double)) == 0);
 }
 
-static void same_as_simulate(const char *road)
+static void same_as_simulate(const char *formulation)
 {
     scene s = scene_new();
     kempe_trajectory *trajectory = NULL;
     kempe_stepper *stepper = NULL;
-    kempe_run run = settings(road);
+    kempe_run_options run = settings(formulation);
     CHECK(kempe_simulate(s.system, &run, &trajectory) == KEMPE_OK);
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
     CHECK(kempe_trajectory_row_count(trajectory) == ROWS + 1);
@@ -88,7 +88,7 @@ static void single_steps(void)
 {
     scene s = scene_new();
     kempe_stepper *a = NULL, *b = NULL;
-    kempe_run run = settings(NULL);
+    kempe_run_options run = settings(NULL);
     int steps = 0;
     CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK);
     CHECK(kempe_stepper_new(s.system, &run, &b) == KEMPE_OK);
@@ -117,7 +117,7 @@ static void refused(void)
 {
     scene s = scene_new();
     kempe_stepper *stepper = NULL;
-    kempe_run run = settings("reducd");
+    kempe_run_options run = settings("reducd");
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_E_ARGUMENT && !stepper);
     CHECK(strlen(kempe_context_message(s.context)) > 0);
     scene_free(&s);
@@ -127,7 +127,7 @@ static void interrupted(void)
 {
     scene s = scene_new();
     kempe_stepper *stepper = NULL;
-    kempe_run run = settings(NULL);
+    kempe_run_options run = settings(NULL);
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
     kempe_context_interrupt(s.context);
     CHECK(kempe_stepper_step(stepper) == KEMPE_STOPPED);
@@ -139,18 +139,17 @@ static void interrupted(void)
 
 /* -- inputs ------------------------------------------------------------------------------------------ */
 
-typedef struct road_name {
-    const char *road, *form, *integrator;
-} road_name;
+typedef struct formulation_name {
+    const char *formulation, *form, *integrator;
+} formulation_name;
 
-static const road_name roads[] = {
-    {"reduced", "carried", "dop853"}, {"reduced", "carried", "dopri5"},
-    {"reduced", "carried", "erk"},    {"reduced", "closed", "adams"},
-    {"reduced", "closed", "bdf"},     {"reduced", "closed", "dirk"},
-    {"reduced", "closed", "radau5"},  {"reduced", "closed", "radau9"},
-    {"projected", NULL, "dop853"},    {"dae", "ah", "ida"},
+static const formulation_name formulations[] = {
+    {"reduced", "integrated", "dop853"}, {"reduced", "integrated", "dopri5"}, {"reduced", "integrated", "erk"},
+    {"reduced", "newton", "adams"},      {"reduced", "newton", "bdf"},        {"reduced", "newton", "dirk"},
+    {"reduced", "newton", "radau5"},     {"reduced", "newton", "radau9"},     {"projected", NULL, "dop853"},
+    {"dae", "stabilized1", "ida"},
 };
-enum { ROADS = sizeof roads / sizeof *roads };
+enum { FORMULATIONS = sizeof formulations / sizeof *formulations };
 
 static int push(void *user, double t, const double *q, const double *qd, double *effort)
 {
@@ -159,9 +158,9 @@ static int push(void *user, double t, const double *q, const double *qd, double 
     return 0;
 }
 
-static kempe_run settings_of(const road_name *way, double t_end)
+static kempe_run_options settings_of(const formulation_name *way, double t_end)
 {
-    kempe_run run = settings(way->road);
+    kempe_run_options run = settings(way->formulation);
     run.form = way->form;
     run.integrator = way->integrator;
     run.t_end = t_end;
@@ -191,9 +190,9 @@ static void sampled_torque(void)
     double torque = 0;
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     kempe_system_set_force(system, push, &torque);
-    for (int w = 0; w < ROADS; w++) {
+    for (int w = 0; w < FORMULATIONS; w++) {
         kempe_stepper *stepper = NULL;
-        kempe_run run = settings_of(&roads[w], 4);
+        kempe_run_options run = settings_of(&formulations[w], 4);
         torque = 0;
         CHECK(kempe_stepper_new(system, &run, &stepper) == KEMPE_OK);
         double error = stepper ? 0 : INFINITY;
@@ -203,8 +202,8 @@ static void sampled_torque(void)
             CHECK(kempe_stepper_advance(stepper, t) == KEMPE_OK);
             error = fmax(error, fabs(kempe_stepper_qd(stepper)[0] - fmin(fmax(t - 1, 0), 1)));
         }
-        printf("  %-9s %-8s %-7s error %.1e\n", roads[w].road, roads[w].form ? roads[w].form : "", roads[w].integrator,
-               error);
+        printf("  %-9s %-8s %-7s error %.1e\n", formulations[w].formulation,
+               formulations[w].form ? formulations[w].form : "", formulations[w].integrator, error);
         CHECK(error < 1e-6);
         kempe_stepper_free(stepper);
     }
@@ -215,7 +214,7 @@ static void sampled_torque(void)
 
 /* The largest difference of q between a run by the model and rows; those of a stepper whose input is the torque, at the
  * same times. */
-static double off_by_model(const kempe_system *system, const kempe_run *run, const kempe_trajectory *exact)
+static double off_by_model(const kempe_system *system, const kempe_run_options *run, const kempe_trajectory *exact)
 {
     kempe_trajectory *trajectory = NULL;
     double error = 0;
@@ -227,7 +226,7 @@ static double off_by_model(const kempe_system *system, const kempe_run *run, con
     return error;
 }
 
-static double off_by_input(const kempe_system *system, const kempe_run *run, const kempe_trajectory *exact,
+static double off_by_input(const kempe_system *system, const kempe_run_options *run, const kempe_trajectory *exact,
                            double *torque)
 {
     static const double value[4] = {0.2, 5, -3, -3};
@@ -245,8 +244,9 @@ static double off_by_input(const kempe_system *system, const kempe_run *run, con
     return error;
 }
 
-/* The torque of the four-bar in three parts, by conditions of the model and by inputs: on every road the same motion,
- * to a few times the error of that road. Multistep methods err more, for each call they begin at order one. */
+/* The torque of the four-bar in three parts, by conditions of the model and by inputs: on every formulation the same
+ * motion, to a few times the error of that formulation. Multistep methods err more, for each call they begin at order
+ * one. */
 static void sampled_torque_on_a_loop(void)
 {
     kempe_context *context = kempe_context_new();
@@ -256,15 +256,15 @@ static void sampled_torque_on_a_loop(void)
     double torque = 0;
     CHECK(kempe_system_new(said, &by_model) == KEMPE_OK && kempe_system_new(bare, &by_input) == KEMPE_OK);
     kempe_system_set_force(by_input, push, &torque);
-    kempe_run run = settings_of(&roads[0], 1);
+    kempe_run_options run = settings_of(&formulations[0], 1);
     kempe_trajectory *exact = NULL;
     run.rtol = 1e-12;
     CHECK(kempe_simulate(by_model, &run, &exact) == KEMPE_OK);
-    for (int w = 0; w < ROADS && exact; w++) {
-        run = settings_of(&roads[w], 1);
+    for (int w = 0; w < FORMULATIONS && exact; w++) {
+        run = settings_of(&formulations[w], 1);
         double model = off_by_model(by_model, &run, exact), input = off_by_input(by_input, &run, exact, &torque);
-        printf("  %-9s %-8s %-7s error by the model %.1e, by inputs %.1e\n", roads[w].road,
-               roads[w].form ? roads[w].form : "", roads[w].integrator, model, input);
+        printf("  %-9s %-8s %-7s error by the model %.1e, by inputs %.1e\n", formulations[w].formulation,
+               formulations[w].form ? formulations[w].form : "", formulations[w].integrator, model, input);
         CHECK(input < 10 * model + 10 * run.rtol);
     }
     kempe_trajectory_free(exact);
@@ -283,7 +283,7 @@ static void an_input_acts_in_the_next_step(void)
     kempe_system *system = NULL;
     kempe_stepper *stepper = NULL;
     double torque = 0, impulse = 0;
-    kempe_run run = settings(NULL);
+    kempe_run_options run = settings(NULL);
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     kempe_system_set_force(system, push, &torque);
     CHECK(kempe_stepper_new(system, &run, &stepper) == KEMPE_OK);
@@ -310,7 +310,7 @@ static void inputs_that_are_kept(void)
     kempe_trajectory *trajectory = NULL;
     kempe_stepper *kept = NULL, *sampled = NULL;
     double torque = 0.2;
-    kempe_run run = settings(NULL);
+    kempe_run_options run = settings(NULL);
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     kempe_system_set_force(system, push, &torque);
     CHECK(kempe_simulate(system, &run, &trajectory) == KEMPE_OK);

@@ -73,7 +73,7 @@ static inline kempe_status derive(scene *s)
     return status;
 }
 
-static inline kempe_status simulate_run(const scene *s, const kempe_run *run)
+static inline kempe_status simulate_run(const scene *s, const kempe_run_options *run)
 {
     kempe_trajectory *trajectory = NULL;
     kempe_status status = kempe_simulate(s->system, run, &trajectory);

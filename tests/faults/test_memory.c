@@ -30,7 +30,7 @@ static kempe_status read_wrong_model(scene *s)
 static kempe_status lead_rocker(scene *s)
 {
     kempe_kinematics *kinematics = NULL;
-    kempe_kinematics_ask ask = {.drive = "rocker=-1:1:21"};
+    kempe_kinematics_options ask = {.sweep = "rocker=-1:1:21"};
     char *report = NULL;
     kempe_status status = kempe_kinematics_new(s->system, &ask, &kinematics);
     untouched(status, kinematics);
@@ -163,7 +163,7 @@ static kempe_status derive_kinds(scene *s)
         "  W: {weld: [ground.O, b.P]}\n"
         "  F: {point_on_curve: [ground.O, w.P], table: f}\n"
         "  G: {point_on_curve: [ground.O, b.P], curve: [x - y*z, z + sin(x)]}\n"
-        "  K: {couple: {a.1: 1, b.2: 2}, equals: 1}\n"
+        "  K: {coupler: {a.1: 1, b.2: 2}, equals: 1}\n"
         "drives: {l: {joint: b.1, locked: yes}}\n"
         "run: {outputs: [reaction(W), moment(W)]}\n";
     kempe_model *model = NULL;
@@ -181,7 +181,8 @@ static kempe_status count_operations(scene *s)
 {
     kempe_count *count = NULL;
     char *text = NULL;
-    const kempe_generation generation = {.sets = "M_C,h_J,jdqd,R+R_tangents", .keep_parameters = 1, .body_inputs = 1};
+    const kempe_generate_options generation = {
+        .sets = "M_C,h_J,jdqd,R+R_tangents", .keep_parameters = 1, .body_inputs = 1};
     kempe_status status = kempe_count_new(s->model, &generation, &count);
     untouched(status, count);
     if (status == KEMPE_OK)
@@ -196,7 +197,7 @@ static kempe_status count_operations(scene *s)
 static kempe_status write_language(const scene *s, const char *language, int vectorised)
 {
     kempe_code *code = NULL;
-    const kempe_generation generation = {
+    const kempe_generate_options generation = {
         .sets = "M,h_J", .keep_parameters = 1, .language = language, .vectorised = vectorised};
     kempe_status status = kempe_code_new(s->model, &generation, &code);
     untouched(status, code);
@@ -262,7 +263,7 @@ static kempe_status assemble(scene *s)
     return status;
 }
 
-static kempe_status equilibrium_of(kempe_system *system, const kempe_equilibrium_ask *ask)
+static kempe_status equilibrium_of(kempe_system *system, const kempe_equilibrium_options *ask)
 {
     kempe_equilibrium *e = NULL;
     char *text = NULL;
@@ -286,7 +287,7 @@ static kempe_status find_equilibria(scene *s)
 
 static kempe_status exchange_unknowns(scene *s)
 {
-    const kempe_equilibrium_ask ask = {.require = "position(coupler.C).y=0.4", .freed = "rocker"};
+    const kempe_equilibrium_options ask = {.target = "position(coupler.C).y=0.4", .solve_for = "rocker"};
     return equilibrium_of(s->system, &ask);
 }
 
@@ -317,16 +318,16 @@ static kempe_status evaluate(scene *s)
     return status;
 }
 
-static kempe_status simulate(scene *s, const char *road, const char *form, const char *integrator)
+static kempe_status simulate(scene *s, const char *formulation, const char *form, const char *integrator)
 {
-    kempe_run run = kempe_run_default();
-    run.road = road;
+    kempe_run_options run = kempe_run_options_default();
+    run.formulation = formulation;
     run.form = form;
     run.integrator = integrator;
     run.rtol = 1e-6;
     run.t_end = 0.05;
-    run.every = 0.025;
-    run.u = strcmp(road, "reduced") == 0 ? "crank" : NULL;
+    run.output_step = 0.025;
+    run.independent = strcmp(formulation, "reduced") == 0 ? "crank" : NULL;
     return simulate_run(s, &run);
 }
 
@@ -334,12 +335,12 @@ static kempe_status simulate(scene *s, const char *road, const char *form, const
 static kempe_status differentiate(scene *s, const char *method)
 {
     kempe_sensitivity *slopes = NULL;
-    kempe_sensitivity_ask ask = {.parameters = "crank,qd.crank",
-                                 .outputs = "q(rocker),position(coupler.C).x",
-                                 .method = method,
-                                 .run = kempe_run_default()};
+    kempe_sensitivity_options ask = {.parameters = "crank,qd.crank",
+                                     .outputs = "q(rocker),position(coupler.C).x",
+                                     .method = method,
+                                     .run = kempe_run_options_default()};
     ask.run.rtol = 1e-4;
-    ask.run.t_end = ask.run.every = 0.12;
+    ask.run.t_end = ask.run.output_step = 0.12;
     kempe_status status = kempe_sensitivity_new(s->model, &ask, &slopes);
     char *text = NULL;
     untouched(status, slopes);
@@ -366,7 +367,7 @@ static kempe_status differentiate_backwards(scene *s)
 static kempe_status differentiate_state(scene *s, const char *of, const char *at)
 {
     kempe_sensitivity *slopes = NULL;
-    kempe_sensitivity_ask ask = {.of = of, .at = at, .parameters = "crank,base"};
+    kempe_sensitivity_options ask = {.of = of, .at = at, .parameters = "crank,base"};
     kempe_status status = kempe_sensitivity_new(s->model, &ask, &slopes);
     char *text = NULL;
     untouched(status, slopes);
@@ -397,7 +398,7 @@ static kempe_status drive(scene *s)
 {
     static const char *const names[] = {"crank", "base"};
     const double longer[] = {0.35, 0.9}, too_long[] = {0.8, 0.9}, angle = 0.4, across = 1.5;
-    kempe_gradient_ask ask = {.parameter_count = 2, .parameters = names, .driven = "crank"};
+    kempe_gradient_options ask = {.parameter_count = 2, .parameters = names, .driven = "crank"};
     kempe_gradient *gradient = NULL;
     kempe_status status = kempe_gradient_new(s->model, &ask, &gradient);
     untouched(status, gradient);
@@ -413,29 +414,29 @@ static kempe_status drive(scene *s)
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
 
-static kempe_status simulate_carried(scene *s)
+static kempe_status simulate_integrated(scene *s)
 {
-    return simulate(s, "reduced", "carried", "dop853");
+    return simulate(s, "reduced", "integrated", "dop853");
 }
 
-static kempe_status simulate_closed(scene *s)
+static kempe_status simulate_newton(scene *s)
 {
-    return simulate(s, "reduced", "closed", "dopri5");
+    return simulate(s, "reduced", "newton", "dopri5");
 }
 
 static kempe_status simulate_bdf(scene *s)
 {
-    return simulate(s, "reduced", "closed", "bdf");
+    return simulate(s, "reduced", "newton", "bdf");
 }
 
 static kempe_status simulate_radau(scene *s)
 {
-    return simulate(s, "reduced", "closed", "radau9");
+    return simulate(s, "reduced", "newton", "radau9");
 }
 
 static kempe_status simulate_reduced_ida(scene *s)
 {
-    return simulate(s, "reduced", "closed", "ida");
+    return simulate(s, "reduced", "newton", "ida");
 }
 
 static kempe_status simulate_projected(scene *s)
@@ -446,17 +447,17 @@ static kempe_status simulate_projected(scene *s)
 static kempe_status simulate_bodies(scene *s)
 {
     scene by = {.context = s->context, .model = s->model};
-    kempe_status status = kempe_system_new_by(s->model, "articulated", &by.system);
+    kempe_status status = kempe_system_new_with_algorithm(s->model, "articulated", &by.system);
     untouched(status, by.system);
     if (status == KEMPE_OK)
-        status = simulate_carried(&by);
+        status = simulate_integrated(&by);
     kempe_system_free(by.system);
     return status;
 }
 
-static kempe_status simulate_ah(scene *s)
+static kempe_status simulate_stabilized1(scene *s)
 {
-    return simulate(s, "dae", "ah", NULL);
+    return simulate(s, "dae", "stabilized1", NULL);
 }
 
 static kempe_status simulate_index1(scene *s)
@@ -467,7 +468,7 @@ static kempe_status simulate_index1(scene *s)
 static kempe_status step(scene *s)
 {
     kempe_stepper *stepper = NULL;
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     run.t_end = 0.05;
     kempe_status status = kempe_stepper_new(s->system, &run, &stepper);
     untouched(status, stepper);
@@ -497,7 +498,8 @@ static const char every_input[] = "effort(b),force(b.P.x),drive(a),k";
 
 static kempe_status linearize(scene *s)
 {
-    const kempe_linearize_ask ask = {.inputs = every_input, .outputs = "position(b.P).x,qdd,lambda", .u = "b"};
+    const kempe_linearize_options ask = {
+        .inputs = every_input, .outputs = "position(b.P).x,qdd,lambda", .independent = "b"};
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_linearization *l = NULL;
@@ -520,7 +522,7 @@ static kempe_status linearize(scene *s)
 
 static kempe_status respond(scene *s)
 {
-    const kempe_response_ask ask = {.inputs = every_input, .outputs = "q(b),energy.total"};
+    const kempe_response_options ask = {.inputs = every_input, .outputs = "q(b),energy.total"};
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_response *r = NULL;
@@ -560,12 +562,12 @@ static kempe_status write_csv(scene *s)
     return kempe_trajectory_write_csv(s->trajectory, csv);
 }
 
-static kempe_compare_run small_comparison(void)
+static kempe_compare_options small_comparison(void)
 {
-    kempe_compare_run run = kempe_compare_run_default();
+    kempe_compare_options run = kempe_compare_run_default();
     run.rtols = "1e-4";
-    run.roads = "reduced,dae";
-    run.forms = "carried,ah";
+    run.formulations = "reduced,dae";
+    run.forms = "integrated,stabilized1";
     run.integrators = "dop853,ida";
     run.t_end = 0.02;
     return run;
@@ -574,7 +576,7 @@ static kempe_compare_run small_comparison(void)
 static kempe_status compare(scene *s)
 {
     kempe_comparison *comparison = NULL;
-    kempe_compare_run run = small_comparison();
+    kempe_compare_options run = small_comparison();
     kempe_status status = kempe_compare(s->system, &run, &comparison);
     untouched(status, comparison);
     kempe_comparison_free(comparison);
@@ -629,7 +631,7 @@ static kempe_status run_ensemble(scene *s)
     kempe_ensemble *ensemble = NULL;
     kempe_batch *batch = NULL;
     char *text = NULL;
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     run.t_end = 1e-3;
     kempe_status status = kempe_values_sample(s->model, "crank=0.29:0.31,q.crank=0:0.01", 3, 1, &values);
     untouched(status, values);
@@ -655,8 +657,8 @@ static kempe_status run_ensemble(scene *s)
 /* Along the table of a run with more actuators than freedoms, what came out, and at the start. */
 static kempe_status invert(scene *s)
 {
-    const kempe_inverse_ask asks[] = {{.actuators = "crank,rocker", .weights = "crank=2", .motion = csv},
-                                      {.actuators = "rocker", .u = "crank"}};
+    const kempe_inverse_options asks[] = {{.actuators = "crank,rocker", .weights = "crank=2", .motion = csv},
+                                          {.actuators = "rocker", .independent = "crank"}};
     kempe_status status = kempe_trajectory_write_csv(s->trajectory, csv);
     for (int k = 0; k < 2 && status == KEMPE_OK; k++) {
         kempe_inverse *inverse = NULL;
@@ -690,7 +692,7 @@ static kempe_status find_modes(scene *s)
 {
     kempe_modes *modes = NULL;
     kempe_status status = kempe_modes_new(
-        s->system, &(kempe_modes_ask){.at = "start", .u = "rocker", .vary = "crank=0.3:0.31:2"}, &modes);
+        s->system, &(kempe_modes_options){.at = "start", .independent = "rocker", .sweep = "crank=0.3:0.31:2"}, &modes);
     untouched(status, modes);
     for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
         char *text = NULL;
@@ -749,8 +751,8 @@ static const struct {
               {"ensemble", run_ensemble},
               {"modes", find_modes},
               {"modes at rest", settle_modes},
-              {"carried", simulate_carried},
-              {"closed", simulate_closed},
+              {"integrated", simulate_integrated},
+              {"newton", simulate_newton},
               {"bdf", simulate_bdf},
               {"radau9", simulate_radau},
               {"reduced ida", simulate_reduced_ida},
@@ -762,7 +764,7 @@ static const struct {
               {"sensitivities of reactions", differentiate_reactions},
               {"sensitivities of modes", differentiate_modes},
               {"gradient", drive},
-              {"ah", simulate_ah},
+              {"stabilized1", simulate_stabilized1},
               {"index1", simulate_index1},
               {"step", step},
               {"linearize", linearize},
@@ -778,8 +780,8 @@ static const struct {
 static void every_allocation_fails(void)
 {
     scene s = {.context = kempe_context_new()};
-    kempe_run run = kempe_run_default();
-    kempe_compare_run comparison = small_comparison();
+    kempe_run_options run = kempe_run_options_default();
+    kempe_compare_options comparison = small_comparison();
     run.t_end = 0.05;
     int file = mkstemp(csv);
     CHECK(file >= 0);

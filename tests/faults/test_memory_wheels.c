@@ -22,10 +22,10 @@ static kempe_status read_wheels(scene *s)
     return drop_model(status, model);
 }
 
-static kempe_status roll(scene *s, const char *road, int threads)
+static kempe_status roll(scene *s, const char *formulation, int threads)
 {
-    kempe_run run = kempe_run_default();
-    run.road = road;
+    kempe_run_options run = kempe_run_options_default();
+    run.formulation = formulation;
     run.rtol = 1e-4;
     run.threads = threads;
     return simulate_run(s, &run);
@@ -49,7 +49,7 @@ static kempe_status roll_shared(scene *s)
 /* Where wheels touch over a shift, told in all ways. */
 static kempe_status shift_wheels(scene *s)
 {
-    const kempe_contact_ask ask = {.over = "y=-0.001:0.001:2", .law = "fastsim"};
+    const kempe_contact_options ask = {.sweep = "y=-0.001:0.001:2", .law = "fastsim"};
     kempe_contact_table *table = NULL;
     kempe_status status = kempe_contact_table_new(s->system, &ask, &table);
     untouched(status, table);

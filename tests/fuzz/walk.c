@@ -158,7 +158,7 @@ static void assemble(const kempe_context *context, const kempe_system *system, k
 
 static void count(const kempe_context *context, const kempe_model *model, unsigned choice)
 {
-    kempe_generation generation = {.keep_parameters = choice & 1, .body_inputs = choice >> 1 & 1};
+    kempe_generate_options generation = {.keep_parameters = choice & 1, .body_inputs = choice >> 1 & 1};
     kempe_count *result = NULL;
     fuzz_check_status(context, kempe_count_new(model, &generation, &result));
     if (result)
@@ -169,9 +169,9 @@ static void count(const kempe_context *context, const kempe_model *model, unsign
 static void generate(const kempe_context *context, const kempe_model *model, unsigned choice)
 {
     static const char *const languages[] = {"c", "octave", "python"};
-    kempe_generation generation = {.language = languages[choice % 3],
-                                   .form = choice & 4 ? "compact" : "legible",
-                                   .vectorised = choice % 3 && choice & 8};
+    kempe_generate_options generation = {.language = languages[choice % 3],
+                                         .form = choice & 4 ? "compact" : "legible",
+                                         .vectorised = choice % 3 && choice & 8};
     kempe_code *result = NULL;
     fuzz_check_status(context, kempe_code_new(model, &generation, &result));
     if (result)

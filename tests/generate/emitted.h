@@ -202,7 +202,7 @@ static inline int count_wrong_bits(int size)
 
 /* -- writing ----------------------------------------------------------------------------------------- */
 
-static inline bool emit(const kempe_model *model, const kempe_generation *g)
+static inline bool emit(const kempe_model *model, const kempe_generate_options *g)
 {
     kempe_code *code = NULL;
     CHECK(kempe_code_new(model, g, &code) == KEMPE_OK);

@@ -143,7 +143,7 @@ static int count_wrong(int size)
 
 /* -- trials ------------------------------------------------------------------------------------------ */
 
-static void try_language(const kempe_model *model, const kempe_generation *g)
+static void try_language(const kempe_model *model, const kempe_generate_options *g)
 {
     kmp_source source;
     for (int s = 0; s < STATES; s++)
@@ -178,14 +178,14 @@ static void try_model(const kempe_model *model, const char *language, unsigned w
     for (int way = 0; way < 4; way++) {
         if (!(ways & 1u << way) || (way % 2 && !compiled))
             continue;
-        const kempe_generation g = {.sets = sets[ways == 15][way & 1],
-                                    .drives = true,
-                                    .keep_parameters = way > 0,
-                                    .body_inputs = way > 1,
-                                    .scheme = way == 3 ? "ner" : NULL,
-                                    .language = language,
-                                    .form = way == 2 ? "compact" : NULL};
-        kempe_generation vectorised = g;
+        const kempe_generate_options g = {.sets = sets[ways == 15][way & 1],
+                                          .drives = true,
+                                          .keep_parameters = way > 0,
+                                          .body_inputs = way > 1,
+                                          .scheme = way == 3 ? "ner" : NULL,
+                                          .language = language,
+                                          .form = way == 2 ? "compact" : NULL};
+        kempe_generate_options vectorised = g;
         vectorised.vectorised = true;
         try_language(model, &g);
         if (!compiled)
@@ -213,7 +213,7 @@ static void names(void)
                                "forces: {s: {joint: b, spring: {stiffness: 3 N*m/rad, rest: 0.5}}}\n";
     static const char *const parameters[] = {"L",      "gravity.y",    "a.mass", "a.com.x", "a.inertia.zz",
                                              "b.mass", "b.inertia.zz", "b.com.x"};
-    kempe_generation g = {.sets = "M_C", .keep_parameters = 1};
+    kempe_generate_options g = {.sets = "M_C", .keep_parameters = 1};
     kempe_model *model = NULL;
     kmp_source source;
     kempe_code *code = NULL;
@@ -249,7 +249,7 @@ static void names(void)
 /* Compiled in several functions each; one of ROBOTRAN's models too, where the folder KEMPE_MBS has it. */
 static void long_routines(void)
 {
-    const kempe_generation g = {.sets = "M+C+h+J+jdqd+invdyn", .keep_parameters = 1, .language = "c"};
+    const kempe_generate_options g = {.sets = "M+C+h+J+jdqd+invdyn", .keep_parameters = 1, .language = "c"};
     kempe_model *model = NULL;
     kempe_code *code = NULL;
     CHECK(kempe_model_read(context, "examples/n_four_bar/n_four_bar_40.yaml", &model) == KEMPE_OK);
@@ -274,7 +274,7 @@ static void long_routines(void)
 
 /* -- what is refused --------------------------------------------------------------------------------- */
 
-static void refuse(const kempe_model *model, kempe_generation g, const char *sentence)
+static void refuse(const kempe_model *model, kempe_generate_options g, const char *sentence)
 {
     kempe_code *code = NULL;
     CHECK(kempe_code_new(model, &g, &code) == KEMPE_E_ARGUMENT && !code);
@@ -287,12 +287,13 @@ static void refusals(void)
     CHECK(kempe_model_read(context, "examples/four_bar/four_bar.yaml", &model) == KEMPE_OK);
     if (!model)
         return;
-    refuse(model, (kempe_generation){.language = "fortran"}, "there is no language 'fortran'; languages are c, octave");
-    refuse(model, (kempe_generation){.form = "short"}, "there is no form 'short'");
-    refuse(model, (kempe_generation){.language = "c", .vectorised = 1}, "c has no vectorised form");
-    refuse(model, (kempe_generation){.sets = "M_C+K"}, "there is no set 'K'");
-    refuse(model, (kempe_generation){.sets = "M_C+"}, "there is no set ''");
-    refuse(model, (kempe_generation){.sets = "M_C+h_J+M+C+h+J+M+C+h+J+M+C+h+J+M+C+h+J+M+C"}, "fewer than 40");
+    refuse(model, (kempe_generate_options){.language = "fortran"},
+           "there is no language 'fortran'; languages are c, octave");
+    refuse(model, (kempe_generate_options){.form = "short"}, "there is no form 'short'");
+    refuse(model, (kempe_generate_options){.language = "c", .vectorised = 1}, "c has no vectorised form");
+    refuse(model, (kempe_generate_options){.sets = "M_C+K"}, "there is no set 'K'");
+    refuse(model, (kempe_generate_options){.sets = "M_C+"}, "there is no set ''");
+    refuse(model, (kempe_generate_options){.sets = "M_C+h_J+M+C+h+J+M+C+h+J+M+C+h+J+M+C+h+J+M+C"}, "fewer than 40");
     kempe_model_free(model);
 }
 
@@ -307,7 +308,7 @@ static void hashes(void)
     for (int k = 0; k < 3; k++) {
         kempe_model *model = NULL;
         CHECK(kempe_model_read_text(context, texts[k], "text", &model) == KEMPE_OK);
-        CHECK(kmp_source_init(&source[k], model, &(kempe_generation){.sets = "M"}) == KEMPE_OK);
+        CHECK(kmp_source_init(&source[k], model, &(kempe_generate_options){.sets = "M"}) == KEMPE_OK);
         kempe_model_free(model);
     }
     CHECK(strcmp(source[0].hash, source[1].hash) == 0 && strcmp(source[0].hash, source[2].hash) != 0);
@@ -319,7 +320,7 @@ static void same_bytes(void)
 {
     static const char *const languages[] = {"c", "octave", "python"};
     for (int k = 0; k < 3; k++) {
-        const kempe_generation g = {.keep_parameters = 1, .language = languages[k], .vectorised = k > 0};
+        const kempe_generate_options g = {.keep_parameters = 1, .language = languages[k], .vectorised = k > 0};
         kempe_code *code[2] = {NULL, NULL};
         for (int j = 0; j < 2; j++) {
             kempe_model *model = NULL;
@@ -367,7 +368,7 @@ static const char closures[] =
     "loops:\n"
     "  F: {point_on_curve: [ground.O, b.P], table: f}\n"
     "  R: {rod: [ground.O, b.P], length: 2 + 0.1*sin(t)}\n"
-    "  K: {couple: {a.1: 1, b.2: 2}, equals: 1}\n"
+    "  K: {coupler: {a.1: 1, b.2: 2}, equals: 1}\n"
     "drives: {l: {joint: b.1, locked: yes}}\n";
 
 static void try_text(const char *text, const char *language)

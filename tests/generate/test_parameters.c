@@ -224,7 +224,7 @@ static void compare(const kmp_source *kept, const kmp_source *made, const char *
 static bool can_be_written(const kempe_model *model)
 {
     kempe_code *code = NULL;
-    bool can = kempe_code_new(model, &(kempe_generation){.sets = SETS, .language = "c"}, &code) == KEMPE_OK;
+    bool can = kempe_code_new(model, &(kempe_generate_options){.sets = SETS, .language = "c"}, &code) == KEMPE_OK;
     kempe_code_free(code);
     return can;
 }
@@ -234,7 +234,7 @@ static bool try_model(kempe_model *(*read)(const char *, const kempe_setting *, 
 {
     static kempe_setting settings[MOST];
     static char texts[MOST][40];
-    const kempe_generation g = {.sets = SETS, .drives = true, .keep_parameters = 1};
+    const kempe_generate_options g = {.sets = SETS, .drives = true, .keep_parameters = 1};
     kempe_model *model = read(what, NULL, 0), *other = NULL;
     kmp_source kept, made;
     if (model) /* the axes of a rounded drawing are moved, and no entries of p */
@@ -249,7 +249,7 @@ static bool try_model(kempe_model *(*read)(const char *, const kempe_setting *, 
     if (other) {
         change_model(&kept, other);
         CHECK(kempe_model_set_closure_tolerance(other, 0) == KEMPE_OK);
-        CHECK(kmp_source_init(&made, other, &(kempe_generation){.sets = SETS, .drives = true}) == KEMPE_OK);
+        CHECK(kmp_source_init(&made, other, &(kempe_generate_options){.sets = SETS, .drives = true}) == KEMPE_OK);
         compare(&kept, &made, what);
         kmp_source_free(&made);
     }
@@ -285,9 +285,9 @@ static const char everywhere[] =
     "      points: {Q: [0.1, 0.5, -0.3], V: [0.05, 0.06, 0.07]}}\n"
     "  c: {joint: {screw: z, pitch: 0.09, at: b.Q}, mass: 0.9, inertia: {zz: 0.2}, points: {W: [0.21, 0.22, 0.23]}}\n"
     "  w: {joint: {weld: yes, at: c.W, to: X}, mass: 0.31, com: [0.41, 0.42, 0.43], points: {X: [0.01, 0.02, 0.03]}}\n"
-    "unknowns: {push: 1.7}\n"
+    "algebraic: {push: 1.7}\n"
     "loops:\n  R: {rod: [b.Q, ground.G], length: 1.3}\n  S: {rod: [w.X, ground.G], length: half + 0.9}\n"
-    "  K: {couple: {b.2: 1.5, b.3: -2.5}}\n  E: {couple: {a: 1.4, b.2: 2.2}, equals: 0.6}\n"
+    "  K: {coupler: {b.2: 1.5, b.3: -2.5}}\n  E: {coupler: {a: 1.4, b.2: 2.2}, equals: 0.6}\n"
     "  F: {point_on_curve: [ground.G, w.X], z: 0.37}\n  N: {constraint: \"q(a)^n - 0.01\", power: 0}\n"
     "drives: {D: {joint: b.1, displacement: 0.21}, k: {joint: b.3, locked: yes}}\n"
     "forces:\n  s: {spring: [b.Q, ground.G], stiffness: 20, damping: 0.7, free_length: 0.3}\n"
@@ -340,8 +340,8 @@ static void names_of_all(void)
     kempe_model *model = read_text(everywhere, NULL, 0);
     kmp_source source;
     CHECK(model &&
-          kmp_source_init(&source, model, &(kempe_generation){.sets = SETS, .drives = true, .keep_parameters = 1}) ==
-              KEMPE_OK);
+          kmp_source_init(&source, model,
+                          &(kempe_generate_options){.sets = SETS, .drives = true, .keep_parameters = 1}) == KEMPE_OK);
     for (size_t k = 0; model && k < sizeof wanted / sizeof *wanted; k++) {
         bool found = false;
         for (int j = 0; j < source.parameter_count; j++)
@@ -366,7 +366,7 @@ static void shapes_are_no_entries(void)
     kmp_source source;
     warnings[0] = '\0';
     CHECK(model &&
-          kmp_source_init(&source, model, &(kempe_generation){.sets = "M_C", .keep_parameters = 1}) == KEMPE_OK);
+          kmp_source_init(&source, model, &(kempe_generate_options){.sets = "M_C", .keep_parameters = 1}) == KEMPE_OK);
     CHECK_TEXT(warnings,
                "these parameters also decide axes, tables or powers: they are written as numbers, and p has no "
                "entry for them: x, y\n");
@@ -397,7 +397,7 @@ static void writes_what_is_meant(const char *path)
     char full[1024];
     (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
     kempe_model *model = read_file(full, NULL, 0), *as_drawn = read_file(full, NULL, 0);
-    kempe_generation g = {.sets = "h+J"};
+    kempe_generate_options g = {.sets = "h+J"};
     kmp_source plain, kept, drawn;
     CHECK(model && as_drawn && kempe_model_set_closure_tolerance(as_drawn, 0) == KEMPE_OK);
     CHECK(kmp_source_init(&plain, model, &g) == KEMPE_OK);

@@ -8,7 +8,7 @@
 /* Beside the largest entry of its array. */
 #define ROUNDING 1e-14
 
-static const kempe_generation generation = {.sets = "M_C,h_J,jdqd", .drives = 1, .language = "c"};
+static const kempe_generate_options generation = {.sets = "M_C,h_J,jdqd", .drives = 1, .language = "c"};
 
 typedef struct found {
     int written, bits, others; /* models; those whose workspace has the same bits; other models */

@@ -90,9 +90,9 @@ ROWS = {
 }
 
 
-def couple(closure, env):
+def coupler(closure, env):
     total = 0.0
-    for name, factor in closure.keys["couple"].items():
+    for name, factor in closure.keys["coupler"].items():
         total = env.q(name) * closure.scope.number(factor) + total
     return [total - closure.scope.number(closure.keys["equals"]) if "equals" in closure.keys else total]
 
@@ -115,9 +115,9 @@ def screw(closure, env):
     return [slide - turn * (joint.pitch / (1 if broken("pitch of screws") else 2 * np.pi))]
 
 
-ON_COORDINATES = {"couple": couple, "constraint": constraint, "drive": drive, "screw": screw}
+ON_COORDINATES = {"coupler": coupler, "constraint": constraint, "drive": drive, "screw": screw}
 
 
 def floating(closure):
     """Whether the rows keep the value of the start instead of zero."""
-    return closure.kind == "couple" and "equals" not in closure.keys or closure.keys.get("locked") == "yes"
+    return closure.kind == "coupler" and "equals" not in closure.keys or closure.keys.get("locked") == "yes"

@@ -15,9 +15,9 @@ coordinates axes-of-points one-axis-alone oblique-axis graph graph-cut graph-cho
 include-offset include-set parameters units table-spline table-linear table-csv unknown-expression unknown-equations
 massless loop-ball loop-rod loop-rod-of-time loop-revolute loop-universal loop-cylindrical loop-prismatic loop-weld
 loop-planar loop-point_on_line loop-point_on_plane curve-table curve-y curve-y-and-z curve-surface curve-two-surfaces
-couple couple-equals constraint constraint-of-time linkage drive-angle drive-displacement drive-locked redundant torque
+coupler coupler-equals constraint constraint-of-time linkage drive-angle drive-displacement drive-locked redundant torque
 force joint-spring stops friction spring bushing point-force body-torque condition-q condition-qd condition-t
-condition-lambda force-of-lambda sensor ancestor-moves ancestor-body road-reduced road-dae road-projected integrators
+condition-lambda force-of-lambda sensor ancestor-moves ancestor-body formulation-reduced formulation-dae formulation-projected integrators
 dynamics tape held rough-guess""".split()
 
 
@@ -34,7 +34,7 @@ class Generator(Trees, Loops, Laws):
         cut = [name for name, keys in document.get("joints", {}).items() if keys.get("cut") == "yes"]
         for name in list(document.get("loops", {})) + cut:
             outputs.append(f"reaction({name})")
-            if not {"couple", "constraint"} & set(document.get("loops", {}).get(name, {})):
+            if not {"coupler", "constraint"} & set(document.get("loops", {}).get(name, {})):
                 outputs.append(f"moment({name})")
         outputs += [f"reaction({name})" for name in document.get("drives", {})]
         for body, keys in [("ground", document["ground"]), *document["bodies"].items()]:
@@ -47,23 +47,23 @@ class Generator(Trees, Loops, Laws):
             at = document["include"][0]["at"].split(".")[0]
             outputs += [f"position({at}.s_G)", "force(s_inner)", "s_seen", "position(s_i1.P0)", "velocity(s_i0.P0)"]
         rtol = self.one_of("1e-8", "1e-9", "1e-10")
-        document["run"] = {"t_end": "80 ms", "every": "0.01", "rtol": rtol, "atol": rtol, "outputs": outputs}
+        document["run"] = {"t_end": "80 ms", "output_step": "0.01", "rtol": rtol, "atol": rtol, "outputs": outputs}
         self.choose_way(document["run"])
         self.leave_choice()
 
     def choose_way(self, run):
-        road = self.one_of("reduced", "reduced", "dae", "projected")
-        self.features["road-" + road] += 1
+        formulation = self.one_of("reduced", "reduced", "dae", "projected")
+        self.features["formulation-" + formulation] += 1
         if self.chance(0.6):
-            run["road"] = road
-        if road == "reduced" and self.chance(0.3):
+            run["formulation"] = formulation
+        if formulation == "reduced" and self.chance(0.3):
             self.features["integrators"] += 1
-            run["road"] = road
+            run["formulation"] = formulation
             run["integrator"] = self.one_of("radau9", "radau5", "dopri5", "bdf", "adams", "dop853")
         if self.chance(0.3):
             self.features["dynamics"] += 1
             articulated = () if self.features["force-of-lambda"] else ("articulated",)
-            run["dynamics"] = self.one_of("composite", "plain", "ner", "auto", *articulated)
+            run["algorithm"] = self.one_of("composite", "plain", "ner", "auto", *articulated)
 
     def add_start(self):
         start = {"q": {n: repr(self.q[n]) for n in self.built.columns if self.q[n] != 0.0},
@@ -91,7 +91,7 @@ class Generator(Trees, Loops, Laws):
         """A start that is not closed, without rates."""
         loops = self.document.get("loops", {})
         locked = any("locked" in keys for keys in self.document.get("drives", {}).values())
-        if not self.motion.items or locked or any("couple" in k for k in loops.values()) or self.chance(0.85):
+        if not self.motion.items or locked or any("coupler" in k for k in loops.values()) or self.chance(0.85):
             return
         self.features["rough-guess"] += 1
         for name in start["q"]:

@@ -164,7 +164,7 @@ class Laws(Choices):
             name = found[0]
             self.features["unknown-equations"] += 1
             self.features["unknown-expression"] += 1
-            self.document["unknowns"] = {
+            self.document["algebraic"] = {
                 "group": {"of": {"aa": "0.1", "bb": "0"},
                           "zero": [f"aa - 0.3*sin(bb) - 0.2*q({name})", f"bb + 0.1*aa^2 - 0.3*cos(qd({name})) - 0.1*t"]},
                 "named": f"one*(aa*bb + if(qd({name}) > {self.between(-0.5, 0.5)}, 1, -1)*0.2)"}

@@ -34,10 +34,10 @@ class Loops(Choices):
             if sum(rotation for rotation, _ in joint.chain) == 3 and self.chance(0.15):
                 self.features["chart"] += 1
                 self.q[self.built.columns[joint.coordinates[-2]]] = self.one_of(1.5, -1.55)
-        self.couple_screws()
+        self.coupler_screws()
         self.look()
 
-    def couple_screws(self):
+    def coupler_screws(self):
         for joint in self.built.joints:
             if joint.pitch is not None:
                 slide, turn = (self.built.columns[k] for k in joint.coordinates)
@@ -60,7 +60,7 @@ class Loops(Choices):
     def add_closures(self):
         for _ in range(self.one_of(0, 1, 1, 2, 2, 3)):
             maker, kind = self.one_of(*[(self.put_point_closure, kind) for kind in (*CLOSURES, *CURVES)],
-                                      *[(maker, None) for maker in (self.put_couple, self.put_constraint, self.put_drive)] * 4)
+                                      *[(maker, None) for maker in (self.put_coupler, self.put_constraint, self.put_drive)] * 4)
             for _ in range(20 if kind in LOCKING else 8):
                 if self.try_closure(maker, kind):
                     break
@@ -237,16 +237,16 @@ class Loops(Choices):
     def is_screw(self, k):
         return any(j.pitch is not None and k in j.coordinates for j in self.built.joints)
 
-    def put_couple(self):
+    def put_coupler(self):
         first, second = self.coordinate(), self.coordinate()
         if first is None or first[1] == second[1]:
             return None
         factor = self.between(0.4, 2.0)
-        keys = {"couple": {first[0]: "1", second[0]: repr(-factor)}}
+        keys = {"coupler": {first[0]: "1", second[0]: repr(-factor)}}
         if self.chance(0.5):
-            self.features["couple-equals"] += 1
+            self.features["coupler-equals"] += 1
             keys["equals"] = repr(self.value(first) - factor * self.value(second))
-        self.made = "couple"
+        self.made = "coupler"
         self.document.setdefault("loops", {})[f"K{len(self.document.get('loops', {})) + 50}"] = keys
         return lambda: None
 
@@ -283,7 +283,7 @@ class Loops(Choices):
 
     def add_redundant(self):
         """The last closure between points once more, under another name: the rows say the same twice."""
-        loops = {n: k for n, k in self.document.get("loops", {}).items() if "couple" not in k and "constraint" not in k}
+        loops = {n: k for n, k in self.document.get("loops", {}).items() if "coupler" not in k and "constraint" not in k}
         if loops and self.chance(0.15):
             name = list(loops)[-1]
             self.document["loops"][name + "again"] = loops[name]

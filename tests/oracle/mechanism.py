@@ -13,7 +13,7 @@ KINDS = {"revolute": "Ra", "prismatic": "Ta", "cylindrical": "TaRa", "screw": "T
          "spherical": "RaRbRc", "planar": "TbTcRa", "free": "TaTbTcRaRbRc", "weld": ""}
 CUTS = {"spherical": "ball"}
 LOOPS = ["ball", "rod", "revolute", "universal", "cylindrical", "prismatic", "weld", "planar", "point_on_line",
-         "point_on_plane", "point_on_curve", "couple", "constraint"]
+         "point_on_plane", "point_on_curve", "coupler", "constraint"]
 UNIT = {"x": np.eye(3)[0], "y": np.eye(3)[1], "z": np.eye(3)[2]}
 
 
@@ -249,12 +249,12 @@ class Mechanism:
             self.forces.append(force(scope, name, keys))
         for name, text in document.get("sensors", {}).items():
             self.sensors[scope.full(name)] = (scope, text)
-        for name, keys in document.get("unknowns", {}).items():
+        for name, keys in document.get("algebraic", {}).items():
             self.unknowns.append((scope, name, keys))
 
     def loop(self, scope, name, keys):
         kind = next(k for k in LOOPS if k in keys)
-        if kind in ("couple", "constraint"):
+        if kind in ("coupler", "constraint"):
             return Item(kind, scope.full(name), scope, keys)
         points = [scope.point(text) for text in keys[kind]]
         texts = keys.get("axes", [keys.get("axis", "z")] * 2)

@@ -173,7 +173,7 @@ class Trees(Choices):
         document["parameters"]["stiff"] = "3"
         document["tables"] = {"own": inner.spline()}
         moved = f"q(j_i1{'' if inner.motions_of(second['joint']) == 1 else '.1'})"
-        document["unknowns"] = {"half": f"0.5*{moved}"}
+        document["algebraic"] = {"half": f"0.5*{moved}"}
         document["sensors"] = {"seen": f"own({moved}) + stiff*half + t"}
         document["forces"] = {"inner": {"spring": ["ground.G", "i1.far"], "stiffness": "stiff + 1", "free_length": "0.2"}}
         name = f"part{self.number}.yaml"

@@ -88,16 +88,17 @@ static inline kempe_model *read_two(const char *head, const char *tail)
 enum { MOST_COLUMNS = 64 };
 
 /* The outputs at the first and the last row of a run, without the time; their number, 0 when it failed. */
-static inline int run_text(const char *text, const char *road, double t_end, double rtol, double *first, double *last)
+static inline int run_text(const char *text, const char *formulation, double t_end, double rtol, double *first,
+                           double *last)
 {
     kempe_model *model = read_text(text);
     kempe_system *system = NULL;
     kempe_trajectory *t = NULL;
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     kmp_columns columns = {0};
     int count = 0;
-    run.road = road;
-    run.t_end = run.every = t_end;
+    run.formulation = formulation;
+    run.t_end = run.output_step = t_end;
     run.rtol = rtol;
     bool good = model && kempe_system_new(model, &system) == KEMPE_OK && kempe_simulate(system, &run, &t) == KEMPE_OK;
     if (!good)

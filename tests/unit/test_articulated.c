@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Runs by articulated bodies against runs by M and C: the same rows on every road that can go by either, on trees and
- * with loops, with what happens on the way: exchanges, redundant rows, change points, events, charts, forces of a
- * program. Which of the two is taken, and what is refused. */
+/* Runs by articulated bodies against runs by M and C: the same rows on every formulation that can go by either, on
+ * trees and with loops, with what happens on the way: exchanges, redundant rows, change points, events, charts, forces
+ * of a program. Which of the two is taken, and what is refused. */
 #include "base/memory.h"
 #include "base/text.h"
 #include "check.h"
@@ -25,7 +25,7 @@ static void finish(scene *s)
 {
     CHECK(s->model);
     for (int k = 0; k < 2 && s->model; k++)
-        if (kempe_system_new_by(s->model, words[k], &s->by[k]) != KEMPE_OK) {
+        if (kempe_system_new_with_algorithm(s->model, words[k], &s->by[k]) != KEMPE_OK) {
             printf("%s\n", kempe_context_message(s->context));
             CHECK(s->by[k]);
         }
@@ -88,14 +88,14 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     return 0;
 }
 
-static rows run(const kempe_system *s, const char *road, const char *form, double rtol, double t_end)
+static rows run(const kempe_system *s, const char *formulation, const char *form, double rtol, double t_end)
 {
     rows r = {.n = s->n, .m = s->m};
     double times[TIMES];
     kmp_journal journal = {.context = s->context};
     for (int k = 0; k < TIMES; k++)
         times[k] = t_end * k / (TIMES - 1);
-    kmp_run_spec spec = {.road = road,
+    kmp_run_spec spec = {.formulation = formulation,
                          .form = form,
                          .integrator = "dop853",
                          .rtol = rtol,
@@ -106,7 +106,7 @@ static rows run(const kempe_system *s, const char *road, const char *form, doubl
     CHECK(s->n <= LARGEST && s->m <= LARGEST);
     CHECK(kmp_run_resolve(s, &spec) == KEMPE_OK);
     if (kmp_run(s, &spec, NULL, take_row, &r, &r.report) != KEMPE_OK) {
-        printf("%s: %s\n", road, r.report.reason ? r.report.reason : kempe_context_message(s->context));
+        printf("%s: %s\n", formulation, r.report.reason ? r.report.reason : kempe_context_message(s->context));
         CHECK(!r.report.reason);
     }
     CHECK(r.count == TIMES);
@@ -131,9 +131,9 @@ static double difference(const rows *a, const rows *b, int quantity)
     return off / size;
 }
 
-static const char *const ways[3][2] = {{"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}};
+static const char *const ways[3][2] = {{"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}};
 
-/* On all roads; `multipliers`: they are unique. */
+/* On all formulations; `multipliers`: they are unique. */
 static void compare(const char *name, const scene *s, double rtol, double t_end, double tolerance, bool multipliers)
 {
     if (!s->by[0] || !s->by[1])
@@ -184,12 +184,12 @@ static void driven_and_overconstrained(void)
 static void exchanges_and_change_points(void)
 {
     scene s = read_file("examples/four_bar/four_bar_spatial.yaml");
-    rows r = run(s.by[1], "reduced", "carried", 1e-10, 1);
+    rows r = run(s.by[1], "reduced", "integrated", 1e-10, 1);
     CHECK(r.report.exchanges > 0);
     compare("four_bar_spatial", &s, 1e-11, 1, 1e-10, true);
     unload(&s);
     s = read_file("examples/n_four_bar/n_four_bar.yaml");
-    r = run(s.by[1], "reduced", "carried", 1e-10, 3);
+    r = run(s.by[1], "reduced", "integrated", 1e-10, 3);
     CHECK(r.notes > 0); /* it goes straight over the flat position, there by M and C */
     compare("n_four_bar", &s, 1e-11, 3, 1e-7, false);
     unload(&s);
@@ -198,14 +198,14 @@ static void exchanges_and_change_points(void)
 static void conditions_and_charts(void)
 {
     scene s = read_file("tests/models/pendulum_stops.yaml");
-    rows r = run(s.by[1], "reduced", "carried", 1e-11, 1);
+    rows r = run(s.by[1], "reduced", "integrated", 1e-11, 1);
     CHECK(r.report.events > 0);
     compare("pendulum_stops", &s, 1e-11, 1, 1e-9, true);
     unload(&s);
     s = read_text("kempe: 1\nname: ball\ngravity: [0, 0, -9.81]\nbodies:\n"
                   "  a: {joint: {name: J, spherical: x, at: ground}, mass: 1, com: [0.05, 0.02, -0.5], "
                   "inertia: {xx: 0.1, yy: 0.12, zz: 0.03}}\nstart: {qd: {J.1: 1.9, J.2: 6, J.3: 1.25}}\n");
-    r = run(s.by[1], "reduced", "carried", 1e-11, 2);
+    r = run(s.by[1], "reduced", "integrated", 1e-11, 2);
     CHECK(r.report.centrings > 0);
     compare("pendulum on a ball", &s, 1e-11, 2, 1e-8, true);
     unload(&s);
@@ -387,7 +387,7 @@ static bool auto_takes(const char *path)
 {
     scene s = read_file(path);
     kempe_system *system = NULL;
-    CHECK(kempe_system_new_by(s.model, "auto", &system) == KEMPE_OK);
+    CHECK(kempe_system_new_with_algorithm(s.model, "auto", &system) == KEMPE_OK);
     bool taken = system && system->articulated;
     kempe_system_free(system);
     unload(&s);
@@ -433,12 +433,12 @@ static void words_of_a_model(void)
     scene s = read_text("kempe: 1\nname: word\ngravity: [0, -9.81, 0]\nbodies:\n"
                         "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.3, 0, 0], points: {P: [1, 0, 0]}}\n"
                         "  b: {joint: {revolute: z, at: a.P}, mass: 1, com: [0.3, 0, 0]}\n"
-                        "run: {dynamics: articulated}\n");
+                        "run: {algorithm: articulated}\n");
     kempe_system *own = NULL, *ner = NULL;
     CHECK(kempe_system_new(s.model, &own) == KEMPE_OK && own->articulated);
-    CHECK(kempe_system_new_by(s.model, "ner", &ner) == KEMPE_OK && !ner->articulated);
-    rows a = run(s.by[0], "reduced", "carried", 1e-11, 1), b = run(ner, "reduced", "carried", 1e-11, 1);
-    rows c = run(own, "reduced", "carried", 1e-11, 1);
+    CHECK(kempe_system_new_with_algorithm(s.model, "ner", &ner) == KEMPE_OK && !ner->articulated);
+    rows a = run(s.by[0], "reduced", "integrated", 1e-11, 1), b = run(ner, "reduced", "integrated", 1e-11, 1);
+    rows c = run(own, "reduced", "integrated", 1e-11, 1);
     CHECK(difference(&a, &b, 0) < 1e-10 && !b.report.by_bodies);
     CHECK(difference(&a, &c, 0) < 1e-10 && c.report.by_bodies);
     kempe_system_free(own);
@@ -464,17 +464,17 @@ static void massless_links_between(void)
 static void massless_ends_fall_back(void)
 {
     static const char hook[] = "  hook: {joint: {revolute: z, at: b24.P}}\n"
-                               "loops:\n  G: {couple: {hook: 1, b24: -1}}\n";
+                               "loops:\n  G: {coupler: {hook: 1, b24: -1}}\n";
     kempe_context *context = kempe_context_new();
     kempe_model *model = NULL;
     kempe_system *system = chain_with(context, &model, hook), *none = NULL;
     CHECK(system && !system->articulated);
     CHECK_TEXT(kempe_context_message(context), "");
-    CHECK(kempe_system_new_by(model, "articulated", &none) == KEMPE_E_FAILED && !none);
+    CHECK(kempe_system_new_with_algorithm(model, "articulated", &none) == KEMPE_E_FAILED && !none);
     CHECK_TEXT(kempe_context_message(context),
                "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'hook' of body 'hook' "
                "moves none; give the bodies behind it an inertia about its axis, or take M and C");
-    CHECK(kempe_system_new_by(model, "articulate", &none) == KEMPE_E_ARGUMENT && !none);
+    CHECK(kempe_system_new_with_algorithm(model, "articulate", &none) == KEMPE_E_ARGUMENT && !none);
     CHECK_TEXT(kempe_context_message(context),
                "dynamics 'articulate' is unknown; there is: auto, composite, plain, ner, "
                "articulated; did you mean 'articulated'?");
@@ -490,17 +490,17 @@ static void rounding_is_no_inertia(void)
     static const char twice[] =
         "  c: {joint: {revolute: z, at: ground}, points: {P: [1e-12, 0, 0]}}\n"
         "  d: {joint: {revolute: z, at: c.P}, mass: 1, com: [0.3, 0.2, 0], inertia: {zz: 0.1}}\n"
-        "loops:\n  G: {couple: {c: 1, d: -1}}\n";
+        "loops:\n  G: {coupler: {c: 1, d: -1}}\n";
     kempe_context *context = kempe_context_new();
     kempe_model *model = NULL;
     kempe_system *system = chain_with(context, &model, twice), *forced = NULL, *plain = NULL;
     CHECK(system && system->articulated);
-    CHECK(kempe_system_new_by(model, "composite", &plain) == KEMPE_OK);
+    CHECK(kempe_system_new_with_algorithm(model, "composite", &plain) == KEMPE_OK);
     if (system && plain) {
-        rows a = run(plain, "reduced", "carried", 1e-9, 0.05), b = run(system, "reduced", "carried", 1e-9, 0.05);
+        rows a = run(plain, "reduced", "integrated", 1e-9, 0.05), b = run(system, "reduced", "integrated", 1e-9, 0.05);
         CHECK(memcmp(a.value, b.value, sizeof a.value) == 0);
     }
-    CHECK(kempe_system_new_by(model, "articulated", &forced) == KEMPE_OK);
+    CHECK(kempe_system_new_with_algorithm(model, "articulated", &forced) == KEMPE_OK);
     kmp_run_spec spec = {.t_end = 0.05};
     kmp_run_report report = {0};
     CHECK(forced && kmp_run_resolve(forced, &spec) == KEMPE_OK);
@@ -522,7 +522,7 @@ static void bodies_are_left_where_rounding_shows(void)
     scene s = read_text("kempe: 1\nname: rest\nbodies:\n"
                         "  c: {joint: {revolute: z, at: ground}, points: {P: [0.3, 0, 0]}}\n"
                         "  d: {joint: {revolute: z, at: c.P}, mass: 1, com: [0.3, 0, 0]}\n"
-                        "loops:\n  G: {couple: {c: 1, d: -1}}\n"
+                        "loops:\n  G: {coupler: {c: 1, d: -1}}\n"
                         "forces:\n  s: {joint: c, spring: {stiffness: 20, damping: 8}}\n"
                         "start: {q: {c: 1, d: 1}}\n");
     for (int way = 0; way < 3; way++) {
@@ -548,9 +548,9 @@ static void too_many_rows_are_refused(void)
         kmp_text_printf(&text, "  b%d: {joint: {prismatic: x, at: ground}, mass: 1}\n", k);
     kmp_text_put(&text, "loops:\n");
     for (int k = 0; k < 501; k++)
-        kmp_text_printf(&text, "  l%d: {couple: {b%d: 1, b%d: -1}}\n", k, k, k + 1);
+        kmp_text_printf(&text, "  l%d: {coupler: {b%d: 1, b%d: -1}}\n", k, k, k + 1);
     CHECK(kempe_model_read_text(context, text.s, "text", &model) == KEMPE_OK);
-    CHECK(kempe_system_new_by(model, "articulated", &system) == KEMPE_E_FAILED);
+    CHECK(kempe_system_new_with_algorithm(model, "articulated", &system) == KEMPE_E_FAILED);
     CHECK_TEXT(kempe_context_message(context),
                "dynamics articulated: the forces of 501 closure rows on 502 coordinates are more than the 250000 that "
                "articulated bodies are written for; take dynamics composite");

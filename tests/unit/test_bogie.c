@@ -88,13 +88,13 @@ static void positions_of_the_table(void)
 
 static void run(const loaded *l, const char *u, double q[N])
 {
-    kempe_run spec = kempe_run_default();
+    kempe_run_options spec = kempe_run_options_default();
     kempe_trajectory *motion = NULL;
     spec.t_end = 0.1;
     spec.rtol = 1e-11;
-    spec.u = u;
-    spec.fixed_u = u != NULL;
-    spec.once = 1;
+    spec.independent = u;
+    spec.keep_independent = u != NULL;
+    spec.no_convergence_check = 1;
     CHECK(kempe_simulate(l->system, &spec, &motion) == KEMPE_OK);
     memcpy(q, kempe_trajectory_q(motion, kempe_trajectory_row_count(motion) - 1), N * sizeof *q);
     kempe_trajectory_free(motion);

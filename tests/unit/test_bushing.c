@@ -289,7 +289,7 @@ static void a_car_stands_on_its_tyres(void)
     loaded m = load("examples/limousine/limousine.yaml");
     kempe_assembly *a = NULL;
     kmp_linear l;
-    static kmp_search search = {.nearest = true};
+    static kmp_search search = {.newton = true};
     double q[MODEL_MAX_N], weight = 0;
     CHECK(kempe_assemble(m.system, &a) == KEMPE_OK && kmp_linear_init(&l, m.system, "tape") == KEMPE_OK);
     memcpy(q, a->q, (size_t)l.n * sizeof *q);
@@ -314,7 +314,7 @@ static double drift(const char *damping)
     kempe_trajectory *t = NULL;
     kempe_setting settings[] = {{"c", damping}, {"rc", damping}};
     double worst = INFINITY;
-    kempe_run run = {.rtol = 1e-12, .t_end = 0.03};
+    kempe_run_options run = {.rtol = 1e-12, .t_end = 0.03};
     if (kempe_model_read_set(context, KEMPE_ROOT "/tests/models/bushings.yaml", settings, 2, &model) == KEMPE_OK &&
         kempe_system_new(model, &system) == KEMPE_OK && kempe_simulate(system, &run, &t) == KEMPE_OK)
         worst = t->verdict.drift_rel;

@@ -37,12 +37,12 @@ static void scene_free(scene *s)
     unload(&l);
 }
 
-/* A road "projected", or road and form or integrator as "reduced/closed/bdf". */
-static kempe_run run_of(const char *way, double t_end, double every, double rtol, char room[64])
+/* A formulation "projected", or formulation and form or integrator as "reduced/newton/bdf". */
+static kempe_run_options run_of(const char *way, double t_end, double every, double rtol, char room[64])
 {
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     run.t_end = t_end;
-    run.every = every;
+    run.output_step = every;
     run.rtol = rtol;
     snprintf(room, 64, "%s", way);
     char *form = strchr(room, '/'), *integrator = form ? strchr(form + 1, '/') : NULL;
@@ -50,7 +50,7 @@ static kempe_run run_of(const char *way, double t_end, double every, double rtol
         *form++ = '\0';
     if (integrator)
         *integrator++ = '\0';
-    run.road = room;
+    run.formulation = room;
     run.form = form && *form ? form : NULL;
     run.integrator = integrator;
     return run;
@@ -59,7 +59,7 @@ static kempe_run run_of(const char *way, double t_end, double every, double rtol
 static scene simulate(const char *text, const char *way, double t_end, double every, double rtol)
 {
     char room[64];
-    kempe_run run = run_of(way, t_end, every, rtol, room);
+    kempe_run_options run = run_of(way, t_end, every, rtol, room);
     scene s = scene_of(text);
     if (s.status == KEMPE_OK)
         s.status = kempe_simulate(s.system, &run, &s.t);
@@ -360,16 +360,11 @@ static void test_tumbling(void)
     static const struct {
         const char *way;
         double rtol, allowed;
-    } ways[] = {{"reduced/carried", 1e-12, 2e-10},
-                {"reduced/closed", 1e-12, 2e-10},
-                {"reduced/closed/adams", 1e-11, 1e-6},
-                {"reduced/closed/bdf", 1e-9, 1e-4},
-                {"reduced/closed/radau5", 1e-9, 1e-5},
-                {"reduced/closed/radau9", 1e-9, 1e-5},
-                {"reduced/closed/dirk", 1e-8, 1e-4},
-                {"projected", 1e-12, 2e-10},
-                {"dae/ah", 1e-10, 2e-5},
-                {"dae/ggl", 1e-9, 1e-4}};
+    } ways[] = {{"reduced/integrated", 1e-12, 2e-10},  {"reduced/newton", 1e-12, 2e-10},
+                {"reduced/newton/adams", 1e-11, 1e-6}, {"reduced/newton/bdf", 1e-9, 1e-4},
+                {"reduced/newton/radau5", 1e-9, 1e-5}, {"reduced/newton/radau9", 1e-9, 1e-5},
+                {"reduced/newton/dirk", 1e-8, 1e-4},   {"projected", 1e-12, 2e-10},
+                {"dae/stabilized1", 1e-10, 2e-5},      {"dae/ggl", 1e-9, 1e-4}};
     for (size_t j = 0; j < sizeof joints / sizeof *joints; j++)
         for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
             kmp_text text = {0};
@@ -420,9 +415,9 @@ static void test_through_singular_angles(void)
     static const struct {
         const char *way;
         double rtol, allowed;
-    } ways[] = {{"reduced", 1e-12, 1e-10},   {"reduced/closed/dopri5", 1e-10, 1e-8},
-                {"projected", 1e-12, 1e-10}, {"reduced/closed/erk", 1e-11, 1e-8},
-                {"dae/ah", 1e-10, 1e-6},     {"dae/index1", 1e-9, 1e-5}};
+    } ways[] = {{"reduced", 1e-12, 1e-10},        {"reduced/newton/dopri5", 1e-10, 1e-8},
+                {"projected", 1e-12, 1e-10},      {"reduced/newton/erk", 1e-11, 1e-8},
+                {"dae/stabilized1", 1e-10, 1e-6}, {"dae/index1", 1e-9, 1e-5}};
     for (int k = 0; k < 2; k++) {
         kmp_text kept = {0}, text = {0};
         matrix expected, r;
@@ -481,7 +476,7 @@ static void carrier_text(kmp_text *text, char a, bool kept)
 
 static void test_carrier(void)
 {
-    static const char *const ways[] = {"reduced", "projected", "reduced/closed/bdf", "dae/ah"};
+    static const char *const ways[] = {"reduced", "projected", "reduced/newton/bdf", "dae/stabilized1"};
     static const double allowed[] = {1e-9, 1e-9, 1e-4, 1e-5}, rtol[] = {1e-12, 1e-12, 1e-9, 1e-10};
     kmp_text kept = {0}, text = {0};
     matrix expected, r;
@@ -537,7 +532,7 @@ static void test_angles_go_on(void)
         }
         kempe_stepper *stepper = NULL;
         char room[64];
-        kempe_run run = run_of("reduced", 3, 0.5, 1e-11, room);
+        kempe_run_options run = run_of("reduced", 3, 0.5, 1e-11, room);
         CHECK(kempe_stepper_new(fine.system, &run, &stepper) == KEMPE_OK);
         for (int row = 0; stepper && row <= last(&coarse); row++) {
             CHECK(kempe_stepper_advance(stepper, kempe_trajectory_time(coarse.t, row)) == KEMPE_OK);
@@ -579,7 +574,7 @@ static void test_resume(void)
     kmp_text text = {0};
     top_text(&text, 'z', spin, false);
     scene whole_run = simulate(text.s, "reduced", 2, 0.1, 1e-12), half = scene_of(text.s), rest = scene_of(text.s);
-    kempe_run run = run_of("reduced", 0.9, 0.1, 1e-12, room);
+    kempe_run_options run = run_of("reduced", 0.9, 0.1, 1e-12, room);
     run.checkpoint = path;
     CHECK(kempe_simulate(half.system, &run, &half.t) == KEMPE_OK && half.t->report.centrings > 0);
     run.checkpoint = NULL;
@@ -629,11 +624,11 @@ static void test_loop(void)
     static const struct {
         const char *way;
         double rtol, allowed;
-    } ways[] = {{"reduced/carried", 1e-11, 1e-8},
-                {"reduced/closed", 1e-11, 1e-8},
+    } ways[] = {{"reduced/integrated", 1e-11, 1e-8},
+                {"reduced/newton", 1e-11, 1e-8},
                 {"projected", 1e-11, 1e-8},
-                {"reduced/closed/adams", 1e-11, 1e-6},
-                {"dae/ah", 1e-10, 1e-5}};
+                {"reduced/newton/adams", 1e-11, 1e-6},
+                {"dae/stabilized1", 1e-10, 1e-5}};
     for (int moves = 0; moves < 2; moves++) {
         const char *more = moves ? falling : driven;
         kmp_text cut = {0}, text = {0};
@@ -767,7 +762,7 @@ static void test_users_force(void)
     static const double spin[3] = {9, 0.3, 0.4};
     kmp_text text = {0};
     char room[64];
-    kempe_run run = run_of("reduced", 1, 0.1, 1e-8, room);
+    kempe_run_options run = run_of("reduced", 1, 0.1, 1e-8, room);
     top_text(&text, 'z', spin, false);
     scene s = scene_of(text.s);
     kempe_system_set_force(s.system, no_effort, NULL);

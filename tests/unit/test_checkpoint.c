@@ -13,7 +13,7 @@ static char path[] = "/tmp/kempe_checkpoint_XXXXXX";
 /* The file of a short run. */
 static char *make(const loaded *l, size_t *length)
 {
-    kempe_run run = {.t_end = 0.01, .once = 1, .checkpoint = path};
+    kempe_run_options run = {.t_end = 0.01, .no_convergence_check = 1, .checkpoint = path};
     kempe_trajectory *t = NULL;
     char *text = NULL;
     CHECK(kempe_simulate(l->system, &run, &t) == KEMPE_OK);

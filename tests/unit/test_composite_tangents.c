@@ -259,9 +259,9 @@ static void every_force(void)
     kempe_context_free(context);
 }
 
-/* -- roads --------------------------------------------------------------------------------------------- */
+/* -- formulations --------------------------------------------------------------------------------------------- */
 
-/* A block of the road's tangents as a matrix. */
+/* A block of the formulation's tangents as a matrix. */
 static void spread(const kmp_tangents *t, kmp_tangent_block block, const double *d, double *matrix)
 {
     for (int k = 0; k < t->n * t->n; k++)
@@ -270,7 +270,7 @@ static void spread(const kmp_tangents *t, kmp_tangent_block block, const double 
         matrix[t->entry[k].row * t->n + t->entry[k].col] += d[t->entry[k].source];
 }
 
-static void check_road(int number, const kempe_system *system, int *composite)
+static void check_formulation(int number, const kempe_system *system, int *composite)
 {
     kmp_tangents t;
     derived d = {0};
@@ -286,23 +286,23 @@ static void check_road(int number, const kempe_system *system, int *composite)
     const double *out = kmp_tangents_derivatives(&t, &at);
     double *matrix = KMP_NEW(double, d.n *d.n);
     spread(&t, KMP_R_Q, out, matrix);
-    check_close(number, "road, by q", distance(d.n * d.n, matrix, d.closed_q), 1e-12);
+    check_close(number, "formulation, by q", distance(d.n * d.n, matrix, d.closed_q), 1e-12);
     spread(&t, KMP_R_QD, out, matrix);
-    check_close(number, "road, by qd", distance(d.n * d.n, matrix, d.inverse_qd), 1e-12);
+    check_close(number, "formulation, by qd", distance(d.n * d.n, matrix, d.inverse_qd), 1e-12);
     *composite += t.choice.by_q == 0 && t.choice.by_qd == 0;
     kmp_free(matrix);
     kmp_tangents_free(&t);
     derived_free(&d);
 }
 
-static void roads(void)
+static void formulations(void)
 {
     int used = 0, composite = 0;
     for (int number = 0; number < MODELS; number += 3) {
         random_model r = model_number(number);
         kempe_system *system = NULL;
         if (r.model && kempe_system_new(r.model, &system) == KEMPE_OK) {
-            check_road(number, system, &composite);
+            check_formulation(number, system, &composite);
             used++;
         }
         kempe_system_free(system);
@@ -317,6 +317,6 @@ int main(void)
     TEST(composite_as_forward);
     TEST(as_differences);
     TEST(every_force);
-    TEST(roads);
+    TEST(formulations);
     return check_report();
 }

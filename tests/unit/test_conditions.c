@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions of elements: the same one in every graph, an input during steps and a comparison elsewhere. Closures that
  * switch: rates jump as in a plastic impact. Conditions that end a run, of the state and of multipliers. All against
- * closed forms, on every road. */
+ * closed forms, on every formulation. */
 #include "base/memory.h"
 #include "check.h"
 #include "dynamics/equations.h"
@@ -100,7 +100,7 @@ static kmp_run_report run(const loaded *s, const kmp_way *way, double t_end, kem
     enum { MOST = 301 };
     double times[MOST];
     kmp_run_report report;
-    kmp_run_spec spec = {.road = way->road,
+    kmp_run_spec spec = {.formulation = way->formulation,
                          .form = way->form,
                          .integrator = way->integrator,
                          .rtol = 1e-9,
@@ -114,7 +114,7 @@ static kmp_run_report run(const loaded *s, const kmp_way *way, double t_end, kem
     kempe_status status = kmp_run(s->system, &spec, NULL, take_row, l, &report);
     bool said = reason ? report.reason && strstr(report.reason, reason) : !report.reason;
     if (status != expected || !said)
-        printf("  %s %s %s: %d, %s\n", way->road, way->form, way->integrator, (int)status,
+        printf("  %s %s %s: %d, %s\n", way->formulation, way->form, way->integrator, (int)status,
                report.reason ? report.reason : kempe_context_message(s->context));
     CHECK(status == expected && said);
     kmp_free(report.reason);
@@ -124,7 +124,7 @@ static kmp_run_report run(const loaded *s, const kmp_way *way, double t_end, kem
 /* Forms for teaching lose most digits of accelerations. */
 static bool is_exact(const kmp_way *way)
 {
-    return strcmp(way->road, "dae") != 0 || strcmp(way->form, "ah") == 0;
+    return strcmp(way->formulation, "dae") != 0 || strcmp(way->form, "stabilized1") == 0;
 }
 
 /* A bead slides onto a ramp of slope s: its rate (v, 0) becomes v / (1 + s^2) (1, s). It climbs, comes back and stays
@@ -186,7 +186,7 @@ static loaded falling(const char *from, const char *until)
 
 static void the_first_of_several_ends_it(void)
 {
-    const kmp_way way = {.road = "reduced", .form = "carried", .integrator = "dop853"};
+    const kmp_way way = {.formulation = "reduced", .form = "integrated", .integrator = "dop853"};
     last l;
     loaded s = falling("0.5", "q(S) <= 0");
     (void)run(&s, &way, 1, KEMPE_STOPPED, "q(S) <= 0 at t = 0.319275428 s", &l);
@@ -205,7 +205,7 @@ static void the_first_of_several_ends_it(void)
 /* The row of the start is there, and no step is made. */
 static void what_holds_at_the_start_ends_it_there(void)
 {
-    const kmp_way way = {.road = "projected", .form = NULL, .integrator = "dop853"};
+    const kmp_way way = {.formulation = "projected", .form = NULL, .integrator = "dop853"};
     last l;
     loaded s = falling("-0.5", "q(S) < 0");
     kmp_run_report report = run(&s, &way, 1, KEMPE_STOPPED, "q(S) < 0 at t = 0 s", &l);
@@ -217,7 +217,7 @@ static void a_stepper_stands_there(void)
 {
     loaded s = falling("0.5", "q(S) < 0");
     kempe_stepper *stepper = NULL;
-    const kempe_run options = {0};
+    const kempe_run_options options = {0};
     CHECK(kempe_stepper_new(s.system, &options, &stepper) == KEMPE_OK);
     CHECK(kempe_stepper_advance(stepper, 0.3) == KEMPE_OK);
     CHECK(kempe_stepper_advance(stepper, 0.8) == KEMPE_STOPPED);

@@ -136,7 +136,7 @@ static void contacts_are_where_surfaces_lie_on_each_other(void)
 {
     loaded l = load(manchester);
     kempe_contact_table *table = NULL;
-    const kempe_contact_ask ask = {.over = "shift=0:10 mm:6"};
+    const kempe_contact_options ask = {.sweep = "shift=0:10 mm:6"};
     CHECK(l.system && kempe_contact_table_new(l.system, &ask, &table) == KEMPE_OK);
     int seen = 0;
     for (int row = 0; table && row < kempe_contact_table_count(table); row++)
@@ -160,7 +160,7 @@ static void contacts_are_where_surfaces_lie_on_each_other(void)
 
 /* -- words ---------------------------------------------------------------------------------------------------- */
 
-static void refuses(const loaded *l, kempe_contact_ask ask, const char *words)
+static void refuses(const loaded *l, kempe_contact_options ask, const char *words)
 {
     kempe_contact_table *table = NULL;
     CHECK(kempe_contact_table_new(l->system, &ask, &table) == KEMPE_E_ARGUMENT);
@@ -172,15 +172,16 @@ static void refuses(const loaded *l, kempe_contact_ask ask, const char *words)
 static void wrong_words_are_told(void)
 {
     loaded l = load(manchester), without = load("examples/four_bar/four_bar.yaml");
-    refuses(&without, (kempe_contact_ask){.over = "A=0:1"}, "the model has no wheels");
-    refuses(&l, (kempe_contact_ask){.over = NULL}, "over what?");
-    refuses(&l, (kempe_contact_ask){.over = "shaft=0:1"}, "shaft");
-    refuses(&l, (kempe_contact_ask){.over = "shift=0:1 mm", .hold = "nothing"}, "hold");
-    refuses(&l, (kempe_contact_ask){.over = "shift=0:1 mm", .law = "coulomb"}, "there is no law 'coulomb'");
-    refuses(&l, (kempe_contact_ask){.over = "shift=0:1 mm", .freed = "left.1"}, "freed: 'left.1' does not move");
-    refuses(&l, (kempe_contact_ask){.over = "shift=0:1 mm", .points = 1}, "1 values");
-    refuses(&l, (kempe_contact_ask){.over = "left.1=0:1,left.1=0:2"}, "stands twice");
-    refuses(&l, (kempe_contact_ask){.over = "left.1=0:1 rad"}, "left.1");
+    refuses(&without, (kempe_contact_options){.sweep = "A=0:1"}, "the model has no wheels");
+    refuses(&l, (kempe_contact_options){.sweep = NULL}, "over what?");
+    refuses(&l, (kempe_contact_options){.sweep = "shaft=0:1"}, "shaft");
+    refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .hold = "nothing"}, "hold");
+    refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .law = "coulomb"}, "there is no law 'coulomb'");
+    refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .solve_for = "left.1"},
+            "freed: 'left.1' does not move");
+    refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .points = 1}, "1 values");
+    refuses(&l, (kempe_contact_options){.sweep = "left.1=0:1,left.1=0:2"}, "stands twice");
+    refuses(&l, (kempe_contact_options){.sweep = "left.1=0:1 rad"}, "left.1");
     unload(&l);
     unload(&without);
 }
@@ -193,7 +194,7 @@ static void beside_the_rails(void)
     static const char *const places[] = {"y=-150 mm", "y=-5"};
     for (int k = 0; k < 2; k++) {
         kempe_contact_table *table = NULL;
-        const kempe_contact_ask ask = {.over = places[k], .hold = "yaw"};
+        const kempe_contact_options ask = {.sweep = places[k], .hold = "yaw"};
         CHECK(kempe_contact_table_new(l.system, &ask, &table) == KEMPE_E_FAILED);
         CHECK(table == NULL && strstr(kempe_context_message(l.context), "wheel 'L' left its rail"));
     }

@@ -37,7 +37,7 @@ static void close_scene(scene *s)
     unload(&l);
 }
 
-static kempe_status run(scene *s, const kempe_run *options, kempe_trajectory **trajectory)
+static kempe_status run(scene *s, const kempe_run_options *options, kempe_trajectory **trajectory)
 {
     s->warnings = 0;
     s->words[0] = '\0';
@@ -53,7 +53,7 @@ static void check_json(const kempe_trajectory *trajectory, const char *wanted)
     kempe_text_free(text);
 }
 
-static const char *const roads[] = {"reduced", "projected", "dae"};
+static const char *const formulations[] = {"reduced", "projected", "dae"};
 
 /* -- motions that amplify ---------------------------------------------------------------------------- */
 
@@ -67,13 +67,13 @@ static const char *const roads[] = {"reduced", "projected", "dae"};
 static void chaos_is_told(void)
 {
     scene s;
-    open_scene(&s, DOUBLE_PENDULUM("{t_end: 60, every: 0.5, rtol: 1e-8}"), NULL);
+    open_scene(&s, DOUBLE_PENDULUM("{t_end: 60, output_step: 0.5, rtol: 1e-8}"), NULL);
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
-        kempe_run options = {.road = roads[k]};
+        kempe_run_options options = {.formulation = formulations[k]};
         CHECK(run(&s, &options, &trajectory) == KEMPE_OK);
         CHECK(s.warnings == 1 && strstr(s.words, "do not trust this run beyond t = "));
-        check_json(trajectory, "\"verdict\": \"not converged\"");
+        check_json(trajectory, "\"result\": \"not converged\"");
         kempe_trajectory_free(trajectory);
     }
     close_scene(&s);
@@ -87,9 +87,9 @@ static void a_short_run_keeps_silent(void)
     for (int once = 0; once < 2; once++)
         for (int k = 0; k < 3; k++) {
             kempe_trajectory *trajectory = NULL;
-            kempe_run options = {.road = roads[k], .once = once};
+            kempe_run_options options = {.formulation = formulations[k], .no_convergence_check = once};
             CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
-            check_json(trajectory, once ? "\"again\": null" : "\"verdict\": \"converged\"");
+            check_json(trajectory, once ? "\"convergence\": null" : "\"result\": \"converged\"");
             kempe_trajectory_free(trajectory);
         }
     close_scene(&s);
@@ -101,7 +101,7 @@ static void coarse_runs_are_checked_by_finer_ones(void)
     scene s;
     kempe_trajectory *trajectory = NULL;
     open_scene(&s, DOUBLE_PENDULUM("{t_end: 1}"), NULL);
-    kempe_run options = {.rtol = 1e-4};
+    kempe_run_options options = {.rtol = 1e-4};
     CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
     check_json(trajectory, "\"rtol\": 1e-06");
     kempe_trajectory_free(trajectory);
@@ -118,7 +118,7 @@ static void long_levers_are_no_change_point(void)
     open_scene(&s, NULL, "tests/models/levers.yaml");
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
-        kempe_run options = {.road = roads[k], .rtol = 1e-12};
+        kempe_run_options options = {.formulation = formulations[k], .rtol = 1e-12};
         CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
         int last = kempe_trajectory_row_count(trajectory) - 1;
         const double *q = kempe_trajectory_q(trajectory, last);
@@ -132,7 +132,7 @@ static void long_levers_are_no_change_point(void)
     close_scene(&s);
 }
 
-/* Where rounding of h and of J qd asks for corrections beyond the tolerance the projected road goes on. */
+/* Where rounding of h and of J qd asks for corrections beyond the tolerance the projected formulation goes on. */
 static void rounding_refuses_no_step(void)
 {
     const struct {
@@ -142,7 +142,7 @@ static void rounding_refuses_no_step(void)
     for (int k = 0; k < 2; k++) {
         scene s;
         kempe_trajectory *trajectory = NULL;
-        kempe_run options = {.road = "projected", .rtol = 1e-12, .t_end = cases[k].t_end};
+        kempe_run_options options = {.formulation = "projected", .rtol = 1e-12, .t_end = cases[k].t_end};
         open_scene(&s, NULL, cases[k].path);
         CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
         kempe_trajectory_free(trajectory);
@@ -153,7 +153,7 @@ static void rounding_refuses_no_step(void)
 /* -- closures that hold nothing ---------------------------------------------------------------------- */
 
 /* A rod across the only direction in which its end moves: its gradient vanishes wherever it is closed, and what is left
- * of it is rounding. No road may end well with the rod broken. */
+ * of it is rounding. No formulation may end well with the rod broken. */
 static void a_rod_across_is_named(void)
 {
     scene s;
@@ -170,7 +170,7 @@ static void a_rod_across_is_named(void)
                NULL);
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
-        kempe_run options = {.road = roads[k]};
+        kempe_run_options options = {.formulation = formulations[k]};
         kempe_status status = run(&s, &options, &trajectory);
         if (status == KEMPE_OK)
             CHECK(s.warnings > 0 && strstr(s.words, "the closures are open by"));
@@ -196,7 +196,7 @@ static void a_structure_at_rest_keeps_silent(void)
                NULL);
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
-        kempe_run options = {.road = roads[k], .rtol = 1e-10};
+        kempe_run_options options = {.formulation = formulations[k], .rtol = 1e-10};
         CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
         kempe_trajectory_free(trajectory);
     }

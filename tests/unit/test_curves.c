@@ -14,13 +14,13 @@ typedef struct end {
     double q[MOST], qd[MOST], lambda[MOST], force[3];
 } end;
 
-/* `motions` of a bead of mass 2 on `closure`, with a start and a field of gravity; on one road. */
-static end run(const char *motions, const char *closure, const char *start, const char *gravity, const char *road,
-               double t_end)
+/* `motions` of a bead of mass 2 on `closure`, with a start and a field of gravity; on one formulation. */
+static end run(const char *motions, const char *closure, const char *start, const char *gravity,
+               const char *formulation, double t_end)
 {
     char text[1024];
     kempe_trajectory *t = NULL;
-    kempe_run settings = kempe_run_default();
+    kempe_run_options settings = kempe_run_options_default();
     end e = {0};
     snprintf(text, sizeof text,
              "kempe: 1\ngravity: %s\nparameters: {a: 300 mm, b: 200 mm, x: 17}\nground: {points: {O: [0, 0, 0]}}\n"
@@ -28,8 +28,8 @@ static end run(const char *motions, const char *closure, const char *start, cons
              "loops: {C: {point_on_curve: [ground.O, bead.P], %s}}\nstart: {%s}\n"
              "run: {outputs: [q, qd, lambda, reaction(C)]}\n",
              gravity, motions, closure, start);
-    settings.road = road;
-    settings.t_end = settings.every = t_end;
+    settings.formulation = formulation;
+    settings.t_end = settings.output_step = t_end;
     settings.rtol = 1e-11;
     loaded l = load_text(text);
     if (l.system && kempe_simulate(l.system, &settings, &t) == KEMPE_OK) {
@@ -68,7 +68,7 @@ static double ellipse_way(double s)
 /* Without gravity the speed stays; more than two turns, through both upright tangents each. The force is m v^2/r. */
 static void a_bead_goes_round_an_ellipse(void)
 {
-    static const char *const roads[] = {"reduced", "projected", "dae"};
+    static const char *const formulations[] = {"reduced", "projected", "dae"};
     const double v = 0.7, t_end = 5.3, tolerance[] = {1e-9, 1e-9, 1e-6};
     double lo = 0, hi = 30;
     while (hi - lo > 1e-15 * hi) { /* the angle at which the way is v t */
@@ -82,7 +82,7 @@ static void a_bead_goes_round_an_ellipse(void)
     double size = hypot(slope[0], slope[1]), bend = 0.3 * 0.2 / pow(hypot(0.3 * sin(lo), 0.2 * cos(lo)), 3);
     for (int k = 0; k < 3; k++) {
         end e = run("T1, T2", "curve: \"x^2/a^2 + y^2/b^2 - 1\", power: 0", "q: {J.1: 0.3}, qd: {J.2: 0.7}",
-                    "[0, 0, 0]", roads[k], t_end);
+                    "[0, 0, 0]", formulations[k], t_end);
         CHECK(e.n == 2 && e.m == 1);
         CHECK_NEAR(e.q[0], x, tolerance[k]);
         CHECK_NEAR(e.q[1], y, tolerance[k]);

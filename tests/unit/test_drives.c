@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Closures that move: a driven slider-crank against its closed form and its power balance, a rod whose length is a
- * function of time, and structures without any freedom, on all roads. */
+ * function of time, and structures without any freedom, on all formulations. */
 #include "check.h"
 #include "loaded.h"
 #include <kempe/kempe.h>
@@ -8,25 +8,26 @@
 
 #define EXAMPLE "examples/driven_slider_crank/driven_slider_crank.yaml"
 
-static const char *const roads[][3] = {
-    {"reduced", "carried", NULL},   {"reduced", "closed", NULL},   {"reduced", "closed", "bdf"},
-    {"reduced", "closed", "adams"}, {"reduced", "closed", "dirk"}, {"reduced", "closed", "radau9"},
-    {"reduced", "carried", "erk"},  {"projected", NULL, NULL},     {"dae", "ah", NULL},
-    {"dae", "ggl", NULL},           {"dae", "index2", NULL},       {"dae", "index1", NULL}};
+static const char *const formulations[][3] = {{"reduced", "integrated", NULL},  {"reduced", "newton", NULL},
+                                              {"reduced", "newton", "bdf"},     {"reduced", "newton", "adams"},
+                                              {"reduced", "newton", "dirk"},    {"reduced", "newton", "radau9"},
+                                              {"reduced", "integrated", "erk"}, {"projected", NULL, NULL},
+                                              {"dae", "stabilized1", NULL},     {"dae", "ggl", NULL},
+                                              {"dae", "index2", NULL},          {"dae", "index1", NULL}};
 
-enum { ROADS = sizeof roads / sizeof *roads };
+enum { FORMULATIONS = sizeof formulations / sizeof *formulations };
 
 typedef void judge_fn(const kempe_system *system, const kempe_trajectory *t);
 
 static void run_all(const char *path, const char *text, double t_end, judge_fn *judge)
 {
     loaded l = path ? load(path) : load_text(text);
-    for (int k = 0; l.system && k < ROADS; k++) {
-        kempe_run run = kempe_run_default();
+    for (int k = 0; l.system && k < FORMULATIONS; k++) {
+        kempe_run_options run = kempe_run_options_default();
         kempe_trajectory *t = NULL;
-        run.road = roads[k][0];
-        run.form = roads[k][1];
-        run.integrator = roads[k][2];
+        run.formulation = formulations[k][0];
+        run.form = formulations[k][1];
+        run.integrator = formulations[k][2];
         run.rtol = 1e-9;
         run.t_end = t_end;
         CHECK(kempe_simulate(l.system, &run, &t) == KEMPE_OK);
@@ -140,10 +141,10 @@ static void rows_are_exchanged_in_time(void)
     loaded bennett = load("examples/bennett/bennett.yaml");
     const double product = tan(0.5) * tan(2.756848761676969 / 2);
     for (int k = 0; bennett.system && k < 97; k++) {
-        kempe_run run = kempe_run_default();
+        kempe_run_options run = kempe_run_options_default();
         kempe_trajectory *t = NULL;
         run.rtol = pow(10, -4 - k / 12.0);
-        run.every = 0.5;
+        run.output_step = 0.5;
         CHECK(kempe_simulate(bennett.system, &run, &t) == KEMPE_OK);
         if (t) {
             int last = kempe_trajectory_row_count(t) - 1;

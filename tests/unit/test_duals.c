@@ -84,7 +84,8 @@ static void random_mechanisms(void)
         kempe_system *system = NULL;
         char name[32];
         (void)snprintf(name, sizeof name, "model %u", number);
-        if (r.model && kempe_system_new_by(r.model, number % 2 ? "plain" : "composite", &system) == KEMPE_OK) {
+        if (r.model &&
+            kempe_system_new_with_algorithm(r.model, number % 2 ? "plain" : "composite", &system) == KEMPE_OK) {
             random_seed(number + 99);
             compare(system, name);
             used++;

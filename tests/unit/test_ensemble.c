@@ -269,7 +269,7 @@ static void compare_with_models(const char *example, const char *const *names, d
         kempe_model *model = NULL;
         kempe_system *system = NULL;
         kempe_stepper *stepper = NULL;
-        kempe_run one = kempe_run_default();
+        kempe_run_options one = kempe_run_options_default();
         one.rtol = 1e-9;
         one.t_end = t_end;
         for (int k = 0; k < x.columns; k++) {
@@ -319,7 +319,7 @@ static void test_what_lanes_cannot(void)
     } cases[] = {{"peaucellier/peaucellier", "m", 0.2, "closures that move in time"},
                  {"four_bar/four_bar_spatial", "crank", 0.05, "redundant closure rows"},
                  {"driven_slider_crank/driven_slider_crank", "l", 0.05, "closures that move in time"},
-                 {"governor/governor", "K", 0.002, "another road"},
+                 {"governor/governor", "K", 0.002, "another formulation"},
                  {"n_four_bar/n_four_bar_1", "m", 2, "a change point on the way"},
                  {"stewart/stewart", "k", 0.01, "spherical joints"}};
     static outcome some, all;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Conditions that hold for a part of a step only: none is missed, on any road, by any integrator, and none is seen that
- * is not there. A mass without forces goes on at 1 m/s, so that steps become as long as the run and the conditions'
- * forces, too weak to matter, happen at places known beforehand; a mass on a spring swings as a cosine. */
+/* Conditions that hold for a part of a step only: none is missed, on any formulation, by any integrator, and none is
+ * seen that is not there. A mass without forces goes on at 1 m/s, so that steps become as long as the run and the
+ * conditions' forces, too weak to matter, happen at places known beforehand; a mass on a spring swings as a cosine. */
 #include "base/memory.h"
 #include "check.h"
 #include "integrators/run.h"
@@ -60,7 +60,7 @@ static kempe_status run(const loaded *s, const kmp_way *way, double rtol, seen *
 {
     double times[ROWS];
     kmp_run_report report;
-    kmp_run_spec spec = {.road = way->road,
+    kmp_run_spec spec = {.formulation = way->formulation,
                          .form = way->form,
                          .integrator = way->integrator,
                          .rtol = rtol,
@@ -75,7 +75,7 @@ static kempe_status run(const loaded *s, const kmp_way *way, double rtol, seen *
     kempe_context_set_log(s->context, take_note, NULL);
     kempe_status status = kmp_run(s->system, &spec, NULL, take_row, found, &report);
     if (status == KEMPE_E_FAILED)
-        printf("  %s %s: %s\n", way->road, way->integrator, report.reason ? report.reason : "");
+        printf("  %s %s: %s\n", way->formulation, way->integrator, report.reason ? report.reason : "");
     CHECK(report.events == found->count || found->count == MOST);
     kmp_free(report.reason);
     return status;
@@ -89,7 +89,7 @@ static void changes_at(const loaded *s, int count, const double *t, double rtol,
     for (int k = 0; kmp_way_get(k, &way); k++) {
         CHECK(run(s, &way, rtol, &found) == KEMPE_OK);
         if (found.count != count)
-            printf("  %s %s %s: %d events instead of %d\n", way.road, way.form ? way.form : "", way.integrator,
+            printf("  %s %s %s: %d events instead of %d\n", way.formulation, way.form ? way.form : "", way.integrator,
                    found.count, count);
         CHECK(found.count == count);
         for (int i = 0; i < count && i < found.count; i++)
@@ -191,7 +191,7 @@ static void ends(void)
 }
 
 static const char *const with_unknown = "kempe: 1\n"
-                                        "unknowns: {u: {of: {y: 0}, zero: \"y + 0.1*sin(y) - q(A)\"}}\n"
+                                        "algebraic: {u: {of: {y: 0}, zero: \"y + 0.1*sin(y) - q(A)\"}}\n"
                                         "bodies: {m: {joint: {name: A, prismatic: x, at: ground}, mass: 1}}\n"
                                         "forces: {w: {joint: A, force: \"if(abs(y - 2) < 1e-3, 1e-9, 0)\"}}\n"
                                         "start: {q: {A: 0}, qd: {A: 1}}\n"
@@ -222,7 +222,7 @@ static void of_a_multiplier(void)
     seen found;
     loaded s = load_text(driven);
     for (int k = 0; kmp_way_get(k, &way); k++) {
-        if (strcmp(way.road, "dae") == 0 && strcmp(way.form, "ah") != 0)
+        if (strcmp(way.formulation, "dae") == 0 && strcmp(way.form, "stabilized1") != 0)
             continue;
         CHECK(run(&s, &way, 1e-6, &found) == KEMPE_STOPPED);
         CHECK_NEAR(found.q, -0.4995, 1e-5);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Events of conditions on every road, against closed forms: a mass on a spring stop, a force that is switched off, a
- * pendulum and a crank between stops; friction that slides along its condition says so. */
+/* Events of conditions on every formulation, against closed forms: a mass on a spring stop, a force that is switched
+ * off, a pendulum and a crank between stops; friction that slides along its condition says so. */
 #include "base/memory.h"
 #include "check.h"
 #include "integrators/run.h"
@@ -50,21 +50,22 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 enum { TIMES = 401 };
 
 typedef struct way {
-    const char *road, *form;
+    const char *formulation, *form;
     double rtol, error;
 } combination;
 
-static const combination ways[] = {{"reduced", "carried", 1e-13, 1e-9},
-                                   {"reduced", "closed", 1e-13, 1e-9},
+static const combination ways[] = {{"reduced", "integrated", 1e-13, 1e-9},
+                                   {"reduced", "newton", 1e-13, 1e-9},
                                    {"projected", NULL, 1e-13, 1e-9},
-                                   {"dae", "ah", 1e-11, 1e-6}};
+                                   {"dae", "stabilized1", 1e-11, 1e-6}};
 enum { WAYS = sizeof ways / sizeof *ways };
 
 static kmp_run_report go(const loaded *s, const combination *way, double t_end, watch *w, kempe_status expected)
 {
     double times[TIMES];
     kmp_run_report report;
-    kmp_run_spec spec = {.road = way->road, .form = way->form, .rtol = way->rtol, .t_end = t_end, .times = times};
+    kmp_run_spec spec = {
+        .formulation = way->formulation, .form = way->form, .rtol = way->rtol, .t_end = t_end, .times = times};
     for (int k = 0; k < TIMES; k++)
         times[k] = t_end * k / (TIMES - 1);
     spec.time_count = TIMES;
@@ -113,7 +114,7 @@ static void a_mass_bounces(void)
     for (int k = 0; k < WAYS; k++) {
         watch w = {.expected = bounce, .energy = bounce_energy};
         kmp_run_report report = go(&s, &ways[k], 3, &w, KEMPE_OK);
-        printf("  %-9s %-8s error %.1e energy %.1e events %ld steps %ld\n", ways[k].road,
+        printf("  %-9s %-8s error %.1e energy %.1e events %ld steps %ld\n", ways[k].formulation,
                ways[k].form ? ways[k].form : "", w.error, w.drift, report.events, report.steps);
         CHECK(w.rows == TIMES && w.error < ways[k].error);
         CHECK(w.drift < (k < 3 ? 1e-10 : 1e-6));
@@ -127,8 +128,8 @@ static bool is_one_step(const char *integrator)
     return strncmp(integrator, "dop", 3) == 0 || strncmp(integrator, "radau", 5) == 0 || strcmp(integrator, "erk") == 0;
 }
 
-/* Every road, form and integrator that go together: none may lose an event. Multistep methods start anew with order 1
- * at each. */
+/* Every formulation, form and integrator that go together: none may lose an event. Multistep methods start anew with
+ * order 1 at each. */
 static void every_way_bounces(void)
 {
     loaded s = load("tests/models/bounce.yaml");
@@ -137,7 +138,7 @@ static void every_way_bounces(void)
         double times[TIMES];
         watch w = {.expected = bounce, .energy = bounce_energy};
         kmp_run_report report;
-        kmp_run_spec spec = {.road = each.road,
+        kmp_run_spec spec = {.formulation = each.formulation,
                              .form = each.form,
                              .integrator = each.integrator,
                              .rtol = 1e-8,
@@ -148,7 +149,7 @@ static void every_way_bounces(void)
             times[i] = 3.0 * i / (TIMES - 1);
         CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
         kempe_status status = kmp_run(s.system, &spec, NULL, take_row, &w, &report);
-        printf("  %-9s %-8s %-8s error %.1e energy %.1e events %ld steps %ld %s\n", each.road, each.form,
+        printf("  %-9s %-8s %-8s error %.1e energy %.1e events %ld steps %ld %s\n", each.formulation, each.form,
                each.integrator, w.error, w.drift, report.events, report.steps, report.reason ? report.reason : "");
         CHECK(status == KEMPE_OK && report.events == 8);
         CHECK(w.error < (is_one_step(each.integrator) ? 1e-4 : 1e-3));
@@ -167,7 +168,7 @@ static void location_is_what_does_it(void)
     enum { TOLERANCES = 15, FINE = 8 };       /* the last seven are fine: 1e-9 to 1e-12 */
     double kept = 0, kept_fine = 0, gain = 0; /* logarithms of errors: located in tolerances, crossed by located */
     for (int k = 0; k < TOLERANCES; k++) {
-        const combination way = {"reduced", "carried", pow(10, -5 - 0.5 * k), 0};
+        const combination way = {"reduced", "integrated", pow(10, -5 - 0.5 * k), 0};
         watch a = {.expected = bounce}, b = {.expected = bounce};
         kmp_run_report with = go(&located, &way, 3, &a, KEMPE_OK), without = go(&crossed, &way, 3, &b, KEMPE_OK);
         printf("  rtol %.1e located %.1e in %ld evaluations, crossed %.1e in %ld\n", way.rtol, a.error, with.rhs,
@@ -193,7 +194,7 @@ static void kinks_are_located(void)
     static const char *const laws[] = {"-k*min(q(S), 0)", "k*max(-q(S), 0)", "k*(abs(q(S)) - q(S))/2",
                                        "if(t < 9, -k*min(q(S), 0), 0)"};
     loaded condition = load("tests/models/bounce.yaml");
-    const combination one_step = {"reduced", "carried", 1e-9, 0}, many = {"dae", "ah", 1e-7, 0};
+    const combination one_step = {"reduced", "integrated", 1e-9, 0}, many = {"dae", "stabilized1", 1e-7, 0};
     watch a = {.expected = bounce};
     kmp_run_report by_condition = go(&condition, &one_step, 3, &a, KEMPE_OK);
     for (size_t k = 0; k < sizeof laws / sizeof *laws; k++) {
@@ -268,8 +269,8 @@ static void a_mass_is_braked(void)
     for (int k = 0; k < WAYS; k++) {
         watch w = {.expected = braked};
         kmp_run_report report = go(&s, &ways[k], 4, &w, KEMPE_OK);
-        printf("  %-9s %-8s error %.1e events %ld steps %ld\n", ways[k].road, ways[k].form ? ways[k].form : "", w.error,
-               report.events, report.steps);
+        printf("  %-9s %-8s error %.1e events %ld steps %ld\n", ways[k].formulation, ways[k].form ? ways[k].form : "",
+               w.error, report.events, report.steps);
         CHECK(w.error < ways[k].error);
         CHECK(report.events == 3); /* faster than 1, time, slower than 1 */
     }
@@ -292,7 +293,7 @@ static void a_pendulum_meets_stops(void)
     for (int k = 0; k < WAYS; k++) {
         watch w = {.energy = pendulum_energy};
         kmp_run_report report = go(&s, &ways[k], 5, &w, KEMPE_OK);
-        printf("  %-9s %-8s energy %.1e events %ld steps %ld\n", ways[k].road, ways[k].form ? ways[k].form : "",
+        printf("  %-9s %-8s energy %.1e events %ld steps %ld\n", ways[k].formulation, ways[k].form ? ways[k].form : "",
                w.drift, report.events, report.steps);
         CHECK(w.drift < (k < 3 ? 1e-10 : 1e-6));
         events = k == 0 ? report.events : events;
@@ -303,7 +304,7 @@ static void a_pendulum_meets_stops(void)
 
 /* -- a loop ------------------------------------------------------------------------------------------- */
 
-/* Slider and crank agree on every road, with events while the loop is closed. */
+/* Slider and crank agree on every formulation, with events while the loop is closed. */
 static double last_q[WAYS];
 static int at_way;
 
@@ -321,7 +322,7 @@ static void a_loop_meets_a_stop(void)
     const double t_end = 2;
     for (at_way = 0; at_way < WAYS; at_way++) {
         kmp_run_report report;
-        kmp_run_spec spec = {.road = ways[at_way].road,
+        kmp_run_spec spec = {.formulation = ways[at_way].formulation,
                              .form = ways[at_way].form,
                              .rtol = ways[at_way].rtol,
                              .t_end = t_end,
@@ -331,7 +332,7 @@ static void a_loop_meets_a_stop(void)
         CHECK(kmp_run(s.system, &spec, NULL, take_last, NULL, &report) == KEMPE_OK);
         if (report.reason)
             printf("  %s\n", report.reason);
-        printf("  %-9s %-8s q %.15g events %ld steps %ld\n", ways[at_way].road,
+        printf("  %-9s %-8s q %.15g events %ld steps %ld\n", ways[at_way].formulation,
                ways[at_way].form ? ways[at_way].form : "", last_q[at_way], report.events, report.steps);
         CHECK(report.events >= 4);
         CHECK_NEAR(last_q[at_way], last_q[0], at_way < 3 ? 1e-9 : 1e-6);
@@ -340,7 +341,7 @@ static void a_loop_meets_a_stop(void)
     unload(&s);
 }
 
-/* -- a change of road ---------------------------------------------------------------------------------- */
+/* -- a change of formulation ---------------------------------------------------------------------------------- */
 
 /* While it stays a parallelogram it is one crank of inertia 0.155 under 0.6 m of weight; the motor's work is a saw. */
 static double parallelogram_energy(double t, const double *q, const double *qd)
@@ -357,8 +358,8 @@ static void events_between_change_points(void)
     for (int k = 0; k < WAYS; k++) {
         watch w = {.energy = parallelogram_energy};
         kmp_run_report report = go(&s, &ways[k], 2, &w, KEMPE_OK);
-        printf("  %-9s %-8s energy %.1e of %.1f events %ld\n", ways[k].road, ways[k].form ? ways[k].form : "", w.drift,
-               w.first, report.events);
+        printf("  %-9s %-8s energy %.1e of %.1f events %ld\n", ways[k].formulation, ways[k].form ? ways[k].form : "",
+               w.drift, w.first, report.events);
         CHECK(report.events >= 6);
         CHECK(k == 0 || report.events == events);
         CHECK(w.drift < 8 * 5e-7 * w.first); /* eight passages of the zone */

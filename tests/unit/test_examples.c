@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Examples whose reference digits come from equations of their own: every road reaches them. */
+/* Examples whose reference digits come from equations of their own: every formulation reaches them. */
 #include "integrators/run.h"
 #include "loaded.h"
 #include "results/reference.h"
@@ -41,7 +41,8 @@ static double off(const kmp_reference *reference, kmp_quantity quantity, const r
     return worst;
 }
 
-static void follow(const char *model, const char *digits, const char *road, double rtol, double near_q, double near_qd)
+static void follow(const char *model, const char *digits, const char *formulation, double rtol, double near_q,
+                   double near_qd)
 {
     loaded l = load(model);
     char path[1024];
@@ -50,7 +51,7 @@ static void follow(const char *model, const char *digits, const char *road, doub
     rows r = {.n = l.system->n};
     (void)snprintf(path, sizeof path, "%s/%s", KEMPE_ROOT, digits);
     CHECK(kmp_reference_read(l.system, path, &reference) == KEMPE_OK && reference.rows <= MOST_TIMES && r.n <= MOST);
-    kmp_run_spec spec = {.road = road,
+    kmp_run_spec spec = {.formulation = formulation,
                          .rtol = rtol,
                          .t_end = reference.t[reference.rows - 1],
                          .time_count = reference.rows,
@@ -58,7 +59,7 @@ static void follow(const char *model, const char *digits, const char *road, doub
     CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
     CHECK(kmp_run(l.system, &spec, NULL, keep, &r, &report) == KEMPE_OK && r.count == reference.rows);
     double q = off(&reference, KMP_QUANTITY_Q, &r), qd = off(&reference, KMP_QUANTITY_QD, &r);
-    printf("   %-42s %-9s q %.1e  qd %.1e\n", model, road, q, qd);
+    printf("   %-42s %-9s q %.1e  qd %.1e\n", model, formulation, q, qd);
     CHECK(q <= near_q);
     CHECK(qd <= near_qd);
     kmp_reference_free(&reference);

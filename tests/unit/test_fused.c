@@ -207,7 +207,7 @@ static void one_example(kempe_context *context, const char *name)
     CHECK(ok);
     if (!ok)
         printf("%s\n", kempe_context_message(context));
-    kmp_run_spec spec = {.road = "projected", .rtol = 1e-10, .time_count = STATES, .times = times};
+    kmp_run_spec spec = {.formulation = "projected", .rtol = 1e-10, .time_count = STATES, .times = times};
     if (ok && kmp_run_resolve(system, &spec) == KEMPE_OK) {
         states at = {.n = system->n};
         at.q = KMP_NEW(double, 2 * STATES * at.n);

@@ -10,13 +10,13 @@
 /* q and its rate at the end. */
 static void run(const loaded *l, const char *integrator, double end[2])
 {
-    kempe_run settings = kempe_run_default();
+    kempe_run_options settings = kempe_run_options_default();
     kempe_trajectory *t = NULL;
     settings.integrator = integrator;
     settings.rtol = settings.atol = RTOL;
     settings.t_end = 1;
-    settings.every = 0.1;
-    settings.once = true;
+    settings.output_step = 0.1;
+    settings.no_convergence_check = true;
     CHECK(kempe_simulate(l->system, &settings, &t) == KEMPE_OK);
     const int last = t ? t->table.rows - 1 : -1;
     end[0] = last >= 0 ? kempe_trajectory_q(t, last)[0] : NAN;

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The quick part of the hard battery (bench/hard runs all of it): every case on every road within its bars. A case
- * known to miss its bar must miss it by no more than is known. */
+/* The quick part of the hard battery (bench/hard runs all of it): every case on every formulation within its bars. A
+ * case known to miss its bar must miss it by no more than is known. */
 #include "bench/battery.h"
 #include "bench/inconsistent.h"
 #include "check.h"
 
-static void run_roads(const hard_case *c, hard_scene *s)
+static void run_formulations(const hard_case *c, hard_scene *s)
 {
-    for (int k = 0; k < HARD_ROADS; k++) {
-        hard_result r = hard_run(s, KEMPE_ROOT, c, &hard_roads[k], 0);
+    for (int k = 0; k < HARD_FORMULATIONS; k++) {
+        hard_result r = hard_run(s, KEMPE_ROOT, c, &hard_formulations[k], 0);
         bool passed = r.passed || hard_is_known(c, &r);
         if (!r.passed)
-            printf("  %s on %s/%s: error %.1e, drift %.1e %s\n", c->name, hard_roads[k].road, hard_roads[k].form,
-                   r.error, r.drift, r.report.reason ? r.report.reason : "");
+            printf("  %s on %s/%s: error %.1e, drift %.1e %s\n", c->name, hard_formulations[k].formulation,
+                   hard_formulations[k].form, r.error, r.drift, r.report.reason ? r.report.reason : "");
         CHECK(passed);
         kmp_free(r.report.reason);
     }
@@ -28,11 +28,11 @@ static void cases_keep_their_bars(void)
             continue;
         CHECK(hard_load(&s, KEMPE_ROOT, c) || c->end == HARD_STOPS);
         if (s.system)
-            run_roads(c, &s);
+            run_formulations(c, &s);
         hard_unload(&s);
         count++;
     }
-    printf("  %d cases on %d roads\n", count, HARD_ROADS);
+    printf("  %d cases on %d formulations\n", count, HARD_FORMULATIONS);
 }
 
 /* Places of a position output at whole seconds, against published ones (x, y by second). */
@@ -87,8 +87,8 @@ static void a_lock_is_named(void)
     const hard_case c = {.name = "lock", .model = "tests/models/locked_slider_crank.yaml", .t_end = 3, .rtol = 1e-8};
     hard_scene s;
     CHECK(hard_load(&s, KEMPE_ROOT, &c));
-    for (int k = 0; k < HARD_ROADS; k++) {
-        hard_result r = hard_run(&s, KEMPE_ROOT, &c, &hard_roads[k], 0);
+    for (int k = 0; k < HARD_FORMULATIONS; k++) {
+        hard_result r = hard_run(&s, KEMPE_ROOT, &c, &hard_formulations[k], 0);
         CHECK(r.status == KEMPE_STOPPED && fabs(r.report.t - 1.5) < 1e-6);
         CHECK(r.report.reason && strstr(r.report.reason, "locks at t = 1.5") && strstr(r.report.reason, "'slider'"));
         kmp_free(r.report.reason);
@@ -96,9 +96,9 @@ static void a_lock_is_named(void)
     hard_unload(&s);
 }
 
-/* Rows go bad nine times in a turn; with others the dae road must start from a state that closes those too, and with as
- * many of them as before, or it stops, or swallows the motion. */
-static void bennett_turns_on_the_dae_road(void)
+/* Rows go bad nine times in a turn; with others the dae formulation must start from a state that closes those too, and
+ * with as many of them as before, or it stops, or swallows the motion. */
+static void bennett_turns_on_the_dae_formulation(void)
 {
     static const char *const models[2] = {"tests/models/bennett.yaml", "examples/bennett/bennett.yaml"};
     for (int k = 0; k < 2; k++) {
@@ -107,7 +107,7 @@ static void bennett_turns_on_the_dae_road(void)
         CHECK(hard_load(&s, KEMPE_ROOT, &c));
         for (int i = 0; i <= 20; i++) {
             double rtol = pow(10, -6 - 0.25 * i);
-            hard_result r = hard_run(&s, KEMPE_ROOT, &c, &hard_roads[3], rtol);
+            hard_result r = hard_run(&s, KEMPE_ROOT, &c, &hard_formulations[3], rtol);
             CHECK(r.status == KEMPE_OK);
             CHECK(r.error < 1e-5 && r.drift < 1e-3);
             if (r.status != KEMPE_OK || r.error >= 1e-5)
@@ -165,12 +165,12 @@ static void near_change_points_turn(void)
         hard_scene s;
         near_delta = strtod(cases[k].delta, NULL);
         CHECK(hard_load(&s, KEMPE_ROOT, &c));
-        for (int road = 0; road < 3; road += 2) {
-            hard_result r = hard_run(&s, KEMPE_ROOT, &c, &hard_roads[road], 1e-11);
+        for (int formulation = 0; formulation < 3; formulation += 2) {
+            hard_result r = hard_run(&s, KEMPE_ROOT, &c, &hard_formulations[formulation], 1e-11);
             CHECK(r.status == KEMPE_OK && r.error < cases[k].allowed);
             if (r.status != KEMPE_OK || !(r.error < cases[k].allowed))
-                printf("  delta %s on %s: error %.1e; %s\n", cases[k].delta, hard_roads[road].road, r.error,
-                       r.report.reason ? r.report.reason : "");
+                printf("  delta %s on %s: error %.1e; %s\n", cases[k].delta, hard_formulations[formulation].formulation,
+                       r.error, r.report.reason ? r.report.reason : "");
             kmp_free(r.report.reason);
         }
         hard_unload(&s);
@@ -191,6 +191,6 @@ int main(void)
     TEST(cases_keep_their_bars);
     TEST(tracers_keep_their_way);
     TEST(a_lock_is_named);
-    TEST(bennett_turns_on_the_dae_road);
+    TEST(bennett_turns_on_the_dae_formulation);
     return check_report();
 }

@@ -4,7 +4,7 @@
  * without forces and damping. */
 #include "check.h"
 #include "constraints/assemble.h"
-#include "integrators/road.h"
+#include "integrators/formulation.h"
 #include "random_model.h"
 
 enum { MOST = 64, MODELS = 120 };
@@ -14,13 +14,13 @@ typedef struct bench {
     kempe_assembly *assembly;
     kmp_plant *plant;
     kmp_partition part;
-    kmp_road *road;
+    kmp_formulation *formulation;
 } bench;
 
 static void bench_close(bench *b)
 {
-    if (b->road)
-        b->road->release(b->road);
+    if (b->formulation)
+        b->formulation->release(b->formulation);
     kmp_partition_free(&b->part);
     kmp_plant_free(b->plant);
     kempe_assembly_free(b->assembly);
@@ -38,20 +38,20 @@ static bool bench_open(bench *b, const kempe_model *model)
     kmp_plant_closure(b->plant, 0, b->assembly->q);
     if (kmp_partition_init(&b->part, b->system, b->plant->jacobian, NULL, 0) != KEMPE_OK || b->part.p == 0)
         return false;
-    kmp_road_start start = {.system = b->system,
-                            .plant = b->plant,
-                            .part = &b->part,
-                            .q = b->assembly->q,
-                            .qd = b->assembly->qd,
-                            .qdd = zero,
-                            .lambda = zero,
-                            .rtol = 1e-14,
-                            .atol = 1e-14,
-                            .rate_scale = 1,
-                            .implicit = true,
-                            .dae = true};
-    b->road = kmp_road_closed.create(&kmp_road_closed, &start);
-    return b->road != NULL;
+    kmp_formulation_start start = {.system = b->system,
+                                   .plant = b->plant,
+                                   .part = &b->part,
+                                   .q = b->assembly->q,
+                                   .qd = b->assembly->qd,
+                                   .qdd = zero,
+                                   .lambda = zero,
+                                   .rtol = 1e-14,
+                                   .atol = 1e-14,
+                                   .rate_scale = 1,
+                                   .implicit = true,
+                                   .dae = true};
+    b->formulation = kmp_formulation_newton.create(&kmp_formulation_newton, &start);
+    return b->formulation != NULL;
 }
 
 typedef struct along {
@@ -142,12 +142,12 @@ static double worst_of_matrix(const kmp_ode *ode, const kmp_dae *dae, double t, 
 static double check_bench(bench *b)
 {
     double y[MOST];
-    memcpy(y, b->road->y, (size_t)b->road->size * sizeof *y);
+    memcpy(y, b->formulation->y, (size_t)b->formulation->size * sizeof *y);
     for (int k = 0; k < b->part.p; k++)
         y[b->part.p + k] += between(-2, 2);
-    double matrix = worst_of_matrix(&b->road->ode, &b->road->dae, 0, y);
+    double matrix = worst_of_matrix(&b->formulation->ode, &b->formulation->dae, 0, y);
     CHECK(matrix < 1e-6);
-    return fmax(matrix, worst_column(&b->road->ode, 0, y));
+    return fmax(matrix, worst_column(&b->formulation->ode, 0, y));
 }
 
 static void test_examples(void)

@@ -25,18 +25,18 @@ static end take(const kempe_system *system, const kempe_trajectory *t, int row)
 }
 
 /* Of a file of tests/models or, when it has a line break, a text: the state at t_end and, when wanted, at the start. */
-static end run(const char *model_text, const char *road, double t_end, double rtol, end *start)
+static end run(const char *model_text, const char *formulation, double t_end, double rtol, end *start)
 {
     kempe_check *check = NULL;
     kempe_trajectory *t = NULL;
-    kempe_run settings = kempe_run_default();
+    kempe_run_options settings = kempe_run_options_default();
     end e = {0};
     char path[512];
     snprintf(path, sizeof path, "tests/models/%s.yaml", model_text);
     loaded l = strchr(model_text, '\n') ? load_text(model_text) : load(path);
     kempe_status status = l.system ? KEMPE_OK : KEMPE_E_INPUT;
-    settings.road = road;
-    settings.t_end = settings.every = t_end;
+    settings.formulation = formulation;
+    settings.t_end = settings.output_step = t_end;
     settings.rtol = rtol;
     if (status == KEMPE_OK)
         status = kempe_check_new(l.system, &check);
@@ -73,14 +73,15 @@ static void test_car_axis(void)
                                 0.77034104377960106};
     static const double lambda[] = {-0.0047368865908533265, -0.0011046803312595658};
     static const struct {
-        const char *road;
+        const char *formulation;
         double rtol, near, rate;
-    } roads[] = {{"reduced", 1e-13, 1e-11, 1e-10}, {"projected", 1e-13, 1e-11, 1e-10}, {"dae", 1e-9, 1e-6, 2e-5}};
-    for (size_t k = 0; k < sizeof roads / sizeof *roads; k++) {
-        end e = run("car_axis", roads[k].road, 3, roads[k].rtol, NULL);
-        check_same(4, e.q, q, roads[k].near);
-        check_same(4, e.qd, qd, roads[k].rate);
-        check_same(2, e.lambda, lambda, roads[k].rate);
+    } formulations[] = {
+        {"reduced", 1e-13, 1e-11, 1e-10}, {"projected", 1e-13, 1e-11, 1e-10}, {"dae", 1e-9, 1e-6, 2e-5}};
+    for (size_t k = 0; k < sizeof formulations / sizeof *formulations; k++) {
+        end e = run("car_axis", formulations[k].formulation, 3, formulations[k].rtol, NULL);
+        check_same(4, e.q, q, formulations[k].near);
+        check_same(4, e.qd, qd, formulations[k].rate);
+        check_same(2, e.lambda, lambda, formulations[k].rate);
     }
 }
 
@@ -155,9 +156,9 @@ static void test_spatial_slider_crank(void)
 /* Five rows of rank four, and closed forms: q1 = q3 = q5, sin q1 + sin q2 + sin q1 sin q2 = 0. */
 static void test_bricard(void)
 {
-    static const char *const roads[] = {"reduced", "projected"};
+    static const char *const formulations[] = {"reduced", "projected"};
     for (int k = 0; k < 2; k++) {
-        end e = run("bricard_hinge", roads[k], 2, 1e-12, NULL);
+        end e = run("bricard_hinge", formulations[k], 2, 1e-12, NULL);
         CHECK(e.m == 5 && e.rank == 4);
         CHECK_NEAR(cos(e.q[0]) * (1 + sin(e.q[1])), -0.778135373033290889, 1e-9);
         CHECK_NEAR(e.q[2], e.q[0], 1e-10);
@@ -190,14 +191,14 @@ static void test_gears(void)
         "  b: {joint: {name: B, revolute: z, at: ground.B}, inertia: {xx: 2, yy: 2, zz: 2}}\n"
         "  r: {joint: {name: R, prismatic: x, at: ground.R}, mass: 3}\n"
         "loops:\n"
-        "  G: {couple: {A: 1, B: 3}}\n"
-        "  K: {couple: {R: 1, B: -200 mm}, equals: 0.03}\n"
+        "  G: {coupler: {A: 1, B: 3}}\n"
+        "  K: {coupler: {R: 1, B: -200 mm}, equals: 0.03}\n"
         "forces: {m: {joint: A, torque: 4}, f: {joint: R, force: -5}}\n"
         "start: {q: {A: 0.2, B: 0.1}, hold: [A, B]}\n";
     const double mass = 9 * 0.5 + 2 + 0.04 * 3, accel = (-3 * 4 - 0.2 * 5) / mass, t = 0.8;
-    static const char *const roads[] = {"reduced", "projected", "dae"};
+    static const char *const formulations[] = {"reduced", "projected", "dae"};
     for (int k = 0; k < 3; k++) {
-        end e = run(text, roads[k], t, 1e-9, NULL);
+        end e = run(text, formulations[k], t, 1e-9, NULL);
         double b = 0.1 + accel * t * t / 2;
         CHECK_NEAR(e.q[1], b, 1e-7);
         CHECK_NEAR(e.q[0], 0.2 - 3 * (b - 0.1), 1e-7);
@@ -274,7 +275,7 @@ static void test_weld(void)
 /* -- a planar loop in space --------------------------------------------------------------------------------- */
 
 /* A four-bar in the plane whose axes are the columns of the text's `axes`; the loop is closed by `closure`. */
-static end four_bar(const char *axes, const char *gravity, const char *closure, const char *road)
+static end four_bar(const char *axes, const char *gravity, const char *closure, const char *formulation)
 {
     kmp_text text = {0};
     kmp_text_printf(
@@ -292,7 +293,7 @@ static end four_bar(const char *axes, const char *gravity, const char *closure, 
         "loops: {L: {%s: [coupler.E, rocker.E]}}\n"
         "start: {q: {A: pi/2, B: -1, C: 1.8}, qd: {A: 5}, hold: [A]}\n",
         gravity, axes, closure);
-    end e = run(text.s, road, 2, 1e-12, NULL);
+    end e = run(text.s, formulation, 2, 1e-12, NULL);
     kmp_text_free(&text);
     return e;
 }
@@ -301,12 +302,12 @@ static end four_bar(const char *axes, const char *gravity, const char *closure, 
 static void test_planar_loop_in_space(void)
 {
     static const char tilted[] = "{x: [2, 1, 2], y: [-2, 2, 1]}", down[] = "[6.54, -6.54, -3.27]";
-    static const char *const roads[] = {"reduced", "projected"};
+    static const char *const formulations[] = {"reduced", "projected"};
     end plane = four_bar("{x: x}", "[0, -9.81, 0]", "ball", NULL);
     CHECK(plane.rank == 2);
     for (int k = 0; k < 2; k++) {
-        end e = four_bar(tilted, down, "revolute", roads[k]);
-        printf("  %s: %d rows of rank %d\n", roads[k], e.m, e.rank);
+        end e = four_bar(tilted, down, "revolute", formulations[k]);
+        printf("  %s: %d rows of rank %d\n", formulations[k], e.m, e.rank);
         CHECK(e.rank == 2);
         check_same(3, e.q, plane.q, 1e-9);
         check_same(3, e.qd, plane.qd, 1e-8);
@@ -422,7 +423,7 @@ static void test_curve(void)
 /* -- a joint and its cut ----------------------------------------------------------------------------------- */
 
 /* The second body hangs on the first by `joint`, or is free and held by `closure`. */
-static end hung(const char *joint, const char *closure, const char *road)
+static end hung(const char *joint, const char *closure, const char *formulation)
 {
     kmp_text text = {0};
     kmp_text_printf(
@@ -437,7 +438,7 @@ static end hung(const char *joint, const char *closure, const char *road)
         closure ? "free: x, at: ground.E" : joint);
     if (closure)
         kmp_text_printf(&text, "loops: {C: {%s}}\n", closure);
-    end e = run(text.s, road, 0.4, 1e-11, NULL);
+    end e = run(text.s, formulation, 0.4, 1e-11, NULL);
     kmp_text_free(&text);
     return e;
 }
@@ -468,9 +469,9 @@ static void test_cut_joints(void)
 
 /* -- angles ------------------------------------------------------------------------------------------------- */
 
-/* A ball whose second angle goes to 90 degrees. Where something asks for its angles the reason names it, on every road,
- * and nothing ends well by chance; otherwise it moves on. */
-static void singular_start(const char *start, const char *road, const char *more, const char *expected)
+/* A ball whose second angle goes to 90 degrees. Where something asks for its angles the reason names it, on every
+ * formulation, and nothing ends well by chance; otherwise it moves on. */
+static void singular_start(const char *start, const char *formulation, const char *more, const char *expected)
 {
     kmp_text text = {0};
     kmp_text_printf(&text,
@@ -482,8 +483,8 @@ static void singular_start(const char *start, const char *road, const char *more
                     start, more);
     loaded l = load_text(text.s);
     kempe_trajectory *t = NULL;
-    kempe_run settings = kempe_run_default();
-    settings.road = road;
+    kempe_run_options settings = kempe_run_options_default();
+    settings.formulation = formulation;
     settings.t_end = 1;
     CHECK(kempe_simulate(l.system, &settings, &t) == (expected ? KEMPE_E_FAILED : KEMPE_OK));
     CHECK(!expected || strstr(kempe_context_message(l.context), expected) != NULL);
@@ -495,12 +496,12 @@ static void singular_start(const char *start, const char *road, const char *more
 static void test_singular_angles(void)
 {
     static const char said[] = "joint 'ball' comes to the singular position of its angles, ball.2 = 1.5";
-    static const char *const roads[] = {"reduced", "projected", "dae"};
+    static const char *const formulations[] = {"reduced", "projected", "dae"};
     for (int k = 0; k < 3; k++) {
-        singular_start("1", roads[k], "sensors: {s: q(ball.2)}\n", said);
-        singular_start("pi/2", roads[k], "sensors: {s: q(ball.2)}\n", said);
-        singular_start("1", roads[k], "", NULL);
-        singular_start("pi/2", roads[k], "", NULL);
+        singular_start("1", formulations[k], "sensors: {s: q(ball.2)}\n", said);
+        singular_start("pi/2", formulations[k], "sensors: {s: q(ball.2)}\n", said);
+        singular_start("1", formulations[k], "", NULL);
+        singular_start("pi/2", formulations[k], "", NULL);
     }
 }
 

@@ -65,7 +65,7 @@ static double turned(double a, double b)
 static kempe_kinematics *sweep(const loaded *m, const char *drive, const char *hold, kempe_status expected)
 {
     kempe_kinematics *k = NULL;
-    kempe_kinematics_ask ask = {.drive = drive, .hold = hold};
+    kempe_kinematics_options ask = {.sweep = drive, .hold = hold};
     kempe_status status = kempe_kinematics_new(m->system, &ask, &k);
     if (status != expected)
         printf("%s: %d, %s\n", drive, (int)status, kempe_context_message(m->context));
@@ -156,7 +156,7 @@ static bool keeps_branch(const bars *b, double from, double to, int rows)
     kempe_kinematics *k = NULL;
     char drive[100];
     (void)snprintf(drive, sizeof drive, "A=%.17g:%.17g:%d", from, to, rows);
-    kempe_kinematics_ask ask = {.drive = drive};
+    kempe_kinematics_options ask = {.sweep = drive};
     double stop = stop_of(b, from, to);
     kempe_status status = kempe_kinematics_new(m.system, &ask, &k);
     bool good = k && status == (stop == to ? KEMPE_OK : KEMPE_STOPPED) && kempe_kinematics_change_count(k) == 0;
@@ -222,7 +222,7 @@ static void speed_scales_rates(void)
 {
     loaded m = load_text(four_bar_text(&crank_rocker, 1));
     kempe_kinematics *slow = sweep(&m, "A=360 deg:0 deg:37", NULL, KEMPE_OK), *fast = NULL;
-    kempe_kinematics_ask ask = {.drive = "A=0:2:5", .speed = 3, .points = 5};
+    kempe_kinematics_options ask = {.sweep = "A=0:2:5", .speed = 3, .points = 5};
     CHECK(kempe_kinematics_new(m.system, &ask, &fast) == KEMPE_OK);
     CHECK_NEAR(kempe_kinematics_qd(fast, 2)[0], 3, 1e-15);
     CHECK_NEAR(kempe_kinematics_qd(fast, 2)[2], 3 * solve_four_bar(&crank_rocker, 1).phi1, 1e-13);
@@ -548,12 +548,12 @@ static void legs_stop_together(void)
 
 /* -- what is told ------------------------------------------------------------------------------------ */
 
-static void refused(const loaded *m, kempe_kinematics_ask ask, kempe_status status, const char *said)
+static void refused(const loaded *m, kempe_kinematics_options ask, kempe_status status, const char *said)
 {
     kempe_kinematics *k = NULL;
     kempe_status got = kempe_kinematics_new(m->system, &ask, &k);
     if (got != status || !strstr(kempe_context_message(m->context), said))
-        printf("%s: %s\n", ask.drive ? ask.drive : "", kempe_context_message(m->context));
+        printf("%s: %s\n", ask.sweep ? ask.sweep : "", kempe_context_message(m->context));
     CHECK(got == status && strstr(kempe_context_message(m->context), said) && !k);
 }
 
@@ -562,27 +562,29 @@ static void what_cannot_be_driven_is_told(void)
     loaded bar = load_text(four_bar_text(&crank_rocker, 1)), stewart = load("examples/stewart/stewart.yaml");
     loaded driven = load("examples/driven_slider_crank/driven_slider_crank.yaml");
     loaded flat = load("tests/models/parallelogram_flat.yaml");
-    refused(&bar, (kempe_kinematics_ask){0}, KEMPE_E_ARGUMENT, "what is to be driven");
-    refused(&bar, (kempe_kinematics_ask){.drive = "A"}, KEMPE_E_ARGUMENT, "NAME=A:B");
-    refused(&bar, (kempe_kinematics_ask){.drive = "A=1"}, KEMPE_E_ARGUMENT, "nothing moves");
-    refused(&bar, (kempe_kinematics_ask){.drive = "X=0:1"}, KEMPE_E_ARGUMENT, "'X' is no coordinate");
-    refused(&bar, (kempe_kinematics_ask){.drive = "A=0:1,A=0:2"}, KEMPE_E_ARGUMENT, "'A' is driven or held twice");
-    refused(&bar, (kempe_kinematics_ask){.drive = "A=0:1:3,D=0:1:4"}, KEMPE_E_ARGUMENT, "3 or 4");
-    refused(&bar, (kempe_kinematics_ask){.drive = "t=0:1", .speed = 2}, KEMPE_E_ARGUMENT, "a speed and a range of t");
-    refused(&bar, (kempe_kinematics_ask){.drive = "A=0:1", .hold = "t"}, KEMPE_E_ARGUMENT, "the time is not held");
-    refused(&bar, (kempe_kinematics_ask){.drive = "A=0:1", .release = "C"}, KEMPE_E_ARGUMENT, "'C' is no drive");
-    refused(&bar, (kempe_kinematics_ask){.drive = "A=0:1", .points = 1}, KEMPE_E_ARGUMENT, "1 rows");
-    refused(&bar, (kempe_kinematics_ask){.drive = "A=0:1", .backend = "none"}, KEMPE_E_ARGUMENT, "none");
-    refused(&bar, (kempe_kinematics_ask){.drive = "A=0:1", .hold = "D"}, KEMPE_E_FAILED, "1 too many");
-    refused(&bar, (kempe_kinematics_ask){.drive = "t=0:1"}, KEMPE_E_FAILED, "drive or hold 1 more, for instance");
-    refused(&stewart, (kempe_kinematics_ask){.drive = "slide1=0:1"}, KEMPE_E_FAILED, "drive or hold 5 more");
-    refused(&stewart,
-            (kempe_kinematics_ask){.drive = "slide1=0:0.1", .hold = "leg1.1,leg1.2,platform.1,platform.2,platform.3"},
-            KEMPE_E_FAILED, "follows from the others");
-    refused(&driven, (kempe_kinematics_ask){.drive = "slider=0:1"}, KEMPE_E_FAILED, "no degree of freedom");
-    refused(&driven, (kempe_kinematics_ask){.drive = "slider=0:1", .release = "motor"}, KEMPE_E_FAILED,
+    refused(&bar, (kempe_kinematics_options){0}, KEMPE_E_ARGUMENT, "what is to be driven");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A"}, KEMPE_E_ARGUMENT, "NAME=A:B");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=1"}, KEMPE_E_ARGUMENT, "nothing moves");
+    refused(&bar, (kempe_kinematics_options){.sweep = "X=0:1"}, KEMPE_E_ARGUMENT, "'X' is no coordinate");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1,A=0:2"}, KEMPE_E_ARGUMENT, "'A' is driven or held twice");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1:3,D=0:1:4"}, KEMPE_E_ARGUMENT, "3 or 4");
+    refused(&bar, (kempe_kinematics_options){.sweep = "t=0:1", .speed = 2}, KEMPE_E_ARGUMENT,
+            "a speed and a range of t");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .hold = "t"}, KEMPE_E_ARGUMENT, "the time is not held");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .release = "C"}, KEMPE_E_ARGUMENT, "'C' is no drive");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .points = 1}, KEMPE_E_ARGUMENT, "1 rows");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .backend = "none"}, KEMPE_E_ARGUMENT, "none");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .hold = "D"}, KEMPE_E_FAILED, "1 too many");
+    refused(&bar, (kempe_kinematics_options){.sweep = "t=0:1"}, KEMPE_E_FAILED, "drive or hold 1 more, for instance");
+    refused(&stewart, (kempe_kinematics_options){.sweep = "slide1=0:1"}, KEMPE_E_FAILED, "drive or hold 5 more");
+    refused(
+        &stewart,
+        (kempe_kinematics_options){.sweep = "slide1=0:0.1", .hold = "leg1.1,leg1.2,platform.1,platform.2,platform.3"},
+        KEMPE_E_FAILED, "follows from the others");
+    refused(&driven, (kempe_kinematics_options){.sweep = "slider=0:1"}, KEMPE_E_FAILED, "no degree of freedom");
+    refused(&driven, (kempe_kinematics_options){.sweep = "slider=0:1", .release = "motor"}, KEMPE_E_FAILED,
             "a dead centre of it");
-    refused(&flat, (kempe_kinematics_ask){.drive = "A=0:1"}, KEMPE_E_FAILED, "degrees of freedom");
+    refused(&flat, (kempe_kinematics_options){.sweep = "A=0:1"}, KEMPE_E_FAILED, "degrees of freedom");
     unload(&bar);
     unload(&stewart);
     unload(&driven);

@@ -37,7 +37,7 @@ static void test_choice(void)
     check_choice(HINGES "  D: {spherical: [ground.D, rocker.O]}\nrun: {outputs: [lambda(A)]}\n", "A",
                  "output lambda(A) asks for what it transmits");
     check_choice(
-        HINGES "  D: {spherical: [ground.D, rocker.O], cut: no}\nrun: {u: [C]}\n", "B",
+        HINGES "  D: {spherical: [ground.D, rocker.O], cut: no}\nrun: {independent: [C]}\n", "B",
         "it is farther from the ground than A; not to be cut: D (cut: no), C (it is asked for as independent)");
     check_choice(HINGES "  D: {screw: [ground.D, rocker.O], pitch: 1 mm}\nstart: {hold: [C]}\n"
                         "drives: {m: {joint: A, locked: yes}}\n",
@@ -48,7 +48,7 @@ static void test_choice(void)
                  "output reaction(A) asks for what it transmits");
     check_choice(HINGES "  D: {revolute: [ground.D, rocker.O], cut: yes}\n", "D", "the model says so (cut: yes)");
     check_choice(HINGES "  D: {revolute: [ground.D, rocker.O], cut: no}\nsensors: {s: 2*q( C )}\n"
-                        "loops: {G: {couple: {B: 1, C: 2}}}\n",
+                        "loops: {G: {coupler: {B: 1, C: 2}}}\n",
                  "A",
                  "the others of its loop are not to be cut: D (cut: no), C (loop 'G' depends on it), B (loop 'G' "
                  "depends on it)");

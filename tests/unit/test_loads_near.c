@@ -78,7 +78,7 @@ static void end_at(double by, double *q)
     kempe_system *system = NULL;
     kempe_trajectory *t = NULL;
     char path[1024], set[64];
-    const kempe_run options = {.rtol = 1e-11, .t_end = 0.5, .every = 0.25, .once = 1};
+    const kempe_run_options options = {.rtol = 1e-11, .t_end = 0.5, .output_step = 0.25, .no_convergence_check = 1};
     (void)snprintf(path, sizeof path, "%s/%s", KEMPE_ROOT, carrier);
     (void)snprintf(set, sizeof set, "%.17g", 0.3 + by);
     const kempe_setting setting = {"r", set};
@@ -96,7 +96,7 @@ static void sensitivities_are_differences(void)
 {
     loaded s = load(carrier);
     kempe_sensitivity *slopes = NULL;
-    kempe_sensitivity_ask ask = {.parameters = "r", .run = {.rtol = 1e-10, .t_end = 0.5, .every = 0.25}};
+    kempe_sensitivity_options ask = {.parameters = "r", .run = {.rtol = 1e-10, .t_end = 0.5, .output_step = 0.25}};
     double plus[MOST], minus[MOST], step = 1e-5;
     CHECK(kempe_sensitivity_new(s.model, &ask, &slopes) == KEMPE_OK);
     end_at(step, plus);
@@ -111,8 +111,8 @@ static void sensitivities_are_differences(void)
 static void others_refuse(void)
 {
     loaded s = load(carrier);
-    const kempe_sensitivity_ask asks[] = {{.parameters = "r", .method = "adjoint", .outputs = "q(bob)"},
-                                          {.parameters = "r", .of = "modes", .at = "start"}};
+    const kempe_sensitivity_options asks[] = {{.parameters = "r", .method = "adjoint", .outputs = "q(bob)"},
+                                              {.parameters = "r", .of = "modes", .at = "start"}};
     for (size_t k = 0; k < sizeof asks / sizeof *asks; k++) {
         kempe_sensitivity *slopes = NULL;
         CHECK(kempe_sensitivity_new(s.model, &asks[k], &slopes) == KEMPE_E_ARGUMENT);

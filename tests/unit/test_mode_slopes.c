@@ -42,7 +42,7 @@ static void settle(rig *r)
 {
     static kmp_search search;
     double q[MOST];
-    search = (kmp_search){.nearest = true};
+    search = (kmp_search){.newton = true};
     memcpy(q, r->q, sizeof q);
     CHECK(kmp_linear_choose(&r->linear, 0, q, NULL, 0) == KEMPE_OK);
     CHECK(kmp_equilibrium_find(&r->linear, 0, q, &search) == KEMPE_OK);

@@ -22,7 +22,7 @@
     "  b: {joint: {free: x, at: %s.P}, mass: 1.5, com: [0.2, 0.1, -0.3], inertia: {xx: 1, yy: 1, zz: 1}, points: {\n"  \
     "    Q: [0, 0, 0], C: [0.2, 0.1, -0.3], X: [1.2, 0.1, -0.3], Y: [0.2, 1.1, -0.3], Z: [0.2, 0.1, 0.7]}}\n"          \
     "loops: {W: {%s}}\n%s"                                                                                             \
-    "run: {t_end: 0.01, every: 0.01, outputs: [position(%s.O), position(%s.X), position(%s.Y), position(%s.Z), "       \
+    "run: {t_end: 0.01, output_step: 0.01, outputs: [position(%s.O), position(%s.X), position(%s.Y), position(%s.Z), " \
     "position(b.C), position(b.X), position(b.Y), position(b.Z), position(b.Q), acceleration(b.C), "                   \
     "acceleration(b.X), acceleration(b.Y), acceleration(b.Z), reaction(W), moment(W)]}\n"
 
@@ -119,7 +119,7 @@ static void run_scene(const char *joint, const char *closure, bool top)
         origin[2] = 'C';
     (void)snprintf(text, sizeof text, SCENE, joint, top ? welded : "", body, loop, lock, body, body, body, body);
     loaded l = load_text(text);
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     kempe_trajectory *t = NULL;
     kmp_plant *plant = l.system ? kmp_plant_new(l.system, "tape") : NULL;
     CHECK(plant && kempe_simulate(l.system, &run, &t) == KEMPE_OK);

@@ -13,12 +13,13 @@ enum { SENSORS = 12, FORCES = 2, MOST = SENSORS + FORCES };
 #define SCENE(start, forces, drive)                                                                                    \
     "kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n"                                                                      \
     "  b: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [1, 0, 0], inertia: {zz: 1}}\n"                    \
-    "unknowns: {w: \"if(qd(A) < 0, -10, 10)\", v: {of: {vv: 0.1}, zero: \"vv - if(qd(A) < 0, -5, 5)\"}}\n"             \
+    "algebraic: {w: \"if(qd(A) < 0, -10, 10)\", v: {of: {vv: 0.1}, zero: \"vv - if(qd(A) < 0, -5, 5)\"}}\n"            \
     "sensors:\n  sign_qd: \"sign(qd(A))\"\n  sign_q: \"sign(q(A))\"\n  less: \"if(qd(A) < 0.1, 1, 2)\"\n"              \
     "  most: \"if(qd(A) <= 0.1, 1, 2)\"\n  greater: \"if(q(A) > 0.1, qd(A), -qd(A))\"\n  big: \"max(qd(A), 0)\"\n"     \
     "  small: \"min(qd(A), 0.2)\"\n  size: \"abs(qd(A))\"\n  late: \"if(t < 0.1, 1, 2)\"\n"                            \
     "  within: \"if(sign(qd(A))*q(A) < 0, 1, 2)\"\n  named: w\n  solved: vv\n" forces start drive                      \
-    "run: {t_end: 2, every: 0.02, outputs: [sign_qd, sign_q, less, most, greater, big, small, size, late, within, "    \
+    "run: {t_end: 2, output_step: 0.02, outputs: [sign_qd, sign_q, less, most, greater, big, small, size, late, "      \
+    "within, "                                                                                                         \
     "named, solved%s]}\n"
 
 static int expect(double t, double q, double qd, double *x)
@@ -38,7 +39,7 @@ static void check_close(int count, const double *a, const double *b, double tole
 }
 
 /* Every row of a run against its own state; how many signs of the rate there were. */
-static int check_rows(const loaded *l, kempe_run run, bool forces)
+static int check_rows(const loaded *l, kempe_run_options run, bool forces)
 {
     kempe_trajectory *t = NULL;
     kmp_plant *plant = kmp_plant_new(l->system, "tape");
@@ -61,7 +62,7 @@ static int check_rows(const loaded *l, kempe_run run, bool forces)
 
 static void each_row_has_its_own_state(void)
 {
-    static const char *const roads[] = {"reduced", "projected", "dae"};
+    static const char *const formulations[] = {"reduced", "projected", "dae"};
     static const char *const texts[] = {
         SCENE("start: {q: {A: -1.5}, qd: {A: 0.2}}\n", "", ""),
         SCENE("", "", "drives: {D: {joint: A, angle: \"sin(9*t)/3\"}}\n"),
@@ -70,10 +71,10 @@ static void each_row_has_its_own_state(void)
               "")};
 
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
-        for (size_t r = 0; r < sizeof roads / sizeof *roads; r++) {
+        for (size_t r = 0; r < sizeof formulations / sizeof *formulations; r++) {
             char text[4096];
-            kempe_run run = kempe_run_default();
-            run.road = roads[r];
+            kempe_run_options run = kempe_run_options_default();
+            run.formulation = formulations[r];
             (void)snprintf(text, sizeof text, texts[k], k == 2 ? ", force(f), force(g)" : "");
             loaded l = load_text(text);
             CHECK(l.system && check_rows(&l, run, k == 2) == 2);
@@ -104,8 +105,8 @@ static void multipliers_decide(void)
                          "  b: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [1, 0, 0], inertia: {zz: 1}}\n"
                          "sensors: {held: \"if(lambda(D) > 0, 1, 0)\", slow: \"if(qd(A) < -1, 1, 0)\"}\n"
                          "drives: {D: {joint: A, angle: \"4*sin(t)\"}}\n"
-                         "run: {t_end: 3, every: 0.05, outputs: [held, slow]}\n");
-    kempe_run run = kempe_run_default();
+                         "run: {t_end: 3, output_step: 0.05, outputs: [held, slow]}\n");
+    kempe_run_options run = kempe_run_options_default();
     kempe_trajectory *t = NULL;
     kmp_plant *plant = l.system ? kmp_plant_new(l.system, "tape") : NULL;
     int sum[2] = {0, 0}, rows = 0;

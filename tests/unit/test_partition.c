@@ -152,7 +152,7 @@ static kmp_run_report run(const loaded *l, last *row)
     double end = 10;
     kmp_run_report report;
     kmp_run_spec spec = {
-        .road = "reduced", .form = "carried", .rtol = 1e-8, .t_end = end, .time_count = 1, .times = &end};
+        .formulation = "reduced", .form = "integrated", .rtol = 1e-8, .t_end = end, .time_count = 1, .times = &end};
     CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
     CHECK(kmp_run(l->system, &spec, NULL, take_row, row, &report) == KEMPE_OK);
     kmp_free(report.reason);

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forces that depend on what closures transmit: M qdd + C(lambda) = J' lambda, against formulas and an integration of
- * its own, on all roads. */
+ * its own, on all formulations. */
 #include "base/memory.h"
 #include "constraints/pressing.h"
 #include "constraints/reduction.h"
+#include "integrators/formulation.h"
 #include "integrators/reduced_jacobian.h"
-#include "integrators/road.h"
 #include "loaded.h"
 #include "results/trajectory.h"
 #include <kempe/workspace.h>
@@ -32,7 +32,7 @@ static const char rough[] =
           "  b: {at: block.B, force: [\"-0.3*abs(lambda(B.1))*tanh(qd(block.2)/0.01)\", 0, 0]}\n"
           "sensors: {load: lambda(A) + lambda(B)}\n"
           "start: {qd: {block.2: 1}}\n"
-          "run: {t_end: 1, every: 0.25, outputs: [qd, sensor(load), lambda]}\n";
+          "run: {t_end: 1, output_step: 0.25, outputs: [qd, sensor(load), lambda]}\n";
 
 static void equations(void)
 {
@@ -54,7 +54,7 @@ static void complains(const char *text, const char *sentence)
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_trajectory *trajectory = NULL;
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     run.t_end = 1;
     kempe_status status = kempe_model_read_text(context, text, "model.yaml", &model);
     if (status == KEMPE_OK)
@@ -115,7 +115,7 @@ static void articulated(void)
     loaded l = {.context = kempe_context_new()};
     kempe_system *system = NULL;
     CHECK(kempe_model_read_text(l.context, rough, "model.yaml", &l.model) == KEMPE_OK);
-    CHECK(kempe_system_new_by(l.model, "articulated", &system) == KEMPE_E_FAILED);
+    CHECK(kempe_system_new_with_algorithm(l.model, "articulated", &system) == KEMPE_E_FAILED);
     CHECK(strstr(kempe_context_message(l.context), "force 'a' depends on the multiplier of closure row 'A.1'") != NULL);
     unload(&l);
 }
@@ -123,20 +123,20 @@ static void articulated(void)
 /* -- runs -------------------------------------------------------------------------------------------- */
 
 typedef struct way {
-    const char *road, *form, *integrator;
+    const char *formulation, *form, *integrator;
 } way;
 
 static kempe_trajectory *simulate(const kempe_system *system, const way *by, double rtol)
 {
     kempe_trajectory *trajectory = NULL;
-    kempe_run run = kempe_run_default();
-    run.road = by->road;
+    kempe_run_options run = kempe_run_options_default();
+    run.formulation = by->formulation;
     run.form = by->form;
     run.integrator = by->integrator;
     run.rtol = rtol;
     run.t_end = system->model->run.t_end;
-    run.every = system->model->run.every;
-    run.once = 1;
+    run.output_step = system->model->run.output_step;
+    run.no_convergence_check = 1;
     CHECK(kempe_simulate(system, &run, &trajectory) == KEMPE_OK);
     return trajectory;
 }
@@ -145,9 +145,9 @@ static kempe_trajectory *simulate(const kempe_system *system, const way *by, dou
  * keeps it from tipping: 0.05 m above the plane its weight and friction make a moment. */
 static void rough_incline(void)
 {
-    static const way ways[] = {{"reduced", "carried", "dop853"}, {"reduced", "closed", "dop853"},
-                               {"reduced", "closed", "radau5"},  {"projected", "none", "dop853"},
-                               {"reduced", "closed", "ida"},     {"dae", "ah", "ida"}};
+    static const way ways[] = {{"reduced", "integrated", "dop853"}, {"reduced", "newton", "dop853"},
+                               {"reduced", "newton", "radau5"},     {"projected", "none", "dop853"},
+                               {"reduced", "newton", "ida"},        {"dae", "stabilized1", "ida"}};
     loaded l = load_text(rough);
     for (size_t k = 0; l.system && k < sizeof ways / sizeof *ways; k++) {
         kempe_trajectory *run = simulate(l.system, &ways[k], 1e-10);
@@ -217,9 +217,9 @@ static void step(crank *x, double dt)
 
 static void guide(void)
 {
-    static const way ways[] = {{"reduced", "carried", "dop853"}, {"reduced", "closed", "dop853"},
-                               {"projected", "none", "dop853"},  {"reduced", "closed", "radau9"},
-                               {"reduced", "closed", "ida"},     {"dae", "ah", "ida"}};
+    static const way ways[] = {{"reduced", "integrated", "dop853"}, {"reduced", "newton", "dop853"},
+                               {"projected", "none", "dop853"},     {"reduced", "newton", "radau9"},
+                               {"reduced", "newton", "ida"},        {"dae", "stabilized1", "ida"}};
     loaded l = load("tests/models/guide_friction.yaml");
     crank x = {0.3, 4};
     double acceleration;

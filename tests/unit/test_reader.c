@@ -41,8 +41,9 @@ static const char four_bar[] =
     "  push: {joint: slider.1, force: 10*sin(t)}\n"
     "  s1: {spring: [crank.B, ground.O], stiffness: 4530, free_length: 0.07785}\n"
     "start: {q: {A: 0.1, rocker.2: crank}, qd: {A: -20}, hold: [A, slider.2]}\n"
-    "run: {t_end: 5, rtol: 1e-9, atol: 1e-8, every: 1/100, road: reduced, form: carried, integrator: dop853,\n"
-    "      u: [tip, A], outputs: [q, qdd, lambda, lambda(R), position(coupler.C)]}\n";
+    "run: {t_end: 5, rtol: 1e-9, atol: 1e-8, output_step: 1/100, formulation: reduced, form: integrated, integrator: "
+    "dop853,\n"
+    "      independent: [tip, A], outputs: [q, qdd, lambda, lambda(R), position(coupler.C)]}\n";
 
 static kempe_model *read_good(const char *text)
 {
@@ -177,9 +178,9 @@ static void start_and_run(void)
     CHECK_NEAR(m->start.q[3].value, 0.3, 0);
     CHECK(m->start.q_given[3] && !m->start.q_given[4] && m->start.qd_given[0] && !m->start.qd_given[3]);
     CHECK(m->start.hold[0] && m->start.hold[8] && !m->start.hold[1]);
-    CHECK(m->run.t_end == 5 && m->run.rtol == 1e-9 && m->run.atol == 1e-8 && m->run.every == 0.01);
+    CHECK(m->run.t_end == 5 && m->run.rtol == 1e-9 && m->run.atol == 1e-8 && m->run.output_step == 0.01);
     CHECK_TEXT(m->run.integrator, "dop853");
-    CHECK(m->run.u_count == 2 && m->run.u[0] == 9 && m->run.u[1] == 0);
+    CHECK(m->run.independent_count == 2 && m->run.independent[0] == 9 && m->run.independent[1] == 0);
     CHECK(m->output_count == 5);
     CHECK(m->outputs[2].kind == KMP_OUTPUT_LAMBDA && m->outputs[2].index == -1);
     CHECK(m->outputs[3].kind == KMP_OUTPUT_LAMBDA && m->outputs[3].index == 1);
@@ -193,7 +194,7 @@ static void defaults(void)
     if (!m)
         return;
     CHECK_TEXT(kempe_model_name(m), "text");
-    CHECK(m->gravity[1].value == 0 && m->bodies[1].mass.value == 0 && m->run.t_end == 0 && m->run.road == NULL);
+    CHECK(m->gravity[1].value == 0 && m->bodies[1].mass.value == 0 && m->run.t_end == 0 && m->run.formulation == NULL);
     CHECK(m->output_count == 4 && m->closure_count == 0 && m->start.q[0].value == 0);
     kempe_model_free(m);
     m = read_good("kempe: 1\nparameters:\nforces:\nbodies: {a: {joint: {name: ä, revolute: z, at: ground}}}");
@@ -281,17 +282,17 @@ static void units(void)
 /* Every key takes its own dimension; parameters carry theirs, those without unit none. */
 static void dimensioned(void)
 {
-    kempe_model *m =
-        read_good("kempe: 1\ngravity: [0, -981 cm/s^2, 0]\n"
-                  "parameters: {l: 300 mm, rho: 1/0.3, mu: 7 kg/m, k: 3 kN/m, later: 2*l + 1 cm}\n"
-                  "bodies:\n  a: {joint: {revolute: z, at: ground}, mass: rho*l, com: [l/2, 0, 0],\n"
-                  "    inertia: {zz: mu*l^3/12}, points: {P: [later, 5 cm, 0]}}\n"
-                  "  b: {joint: {prismatic: x, at: a.P}, mass: mu*l}\n"
-                  "forces: {m: {joint: a, torque: \"k*l^2*sin(q(a)) - 0.1*qd(a)\"}, f: {joint: b, force: 2 kN}}\n"
-                  "start: {q: {a: 90 deg, b: 3 mm}, qd: {a: 20 rpm, b: 1 m/s}}\nrun: {t_end: 2 min, every: 10 ms}\n");
+    kempe_model *m = read_good(
+        "kempe: 1\ngravity: [0, -981 cm/s^2, 0]\n"
+        "parameters: {l: 300 mm, rho: 1/0.3, mu: 7 kg/m, k: 3 kN/m, later: 2*l + 1 cm}\n"
+        "bodies:\n  a: {joint: {revolute: z, at: ground}, mass: rho*l, com: [l/2, 0, 0],\n"
+        "    inertia: {zz: mu*l^3/12}, points: {P: [later, 5 cm, 0]}}\n"
+        "  b: {joint: {prismatic: x, at: a.P}, mass: mu*l}\n"
+        "forces: {m: {joint: a, torque: \"k*l^2*sin(q(a)) - 0.1*qd(a)\"}, f: {joint: b, force: 2 kN}}\n"
+        "start: {q: {a: 90 deg, b: 3 mm}, qd: {a: 20 rpm, b: 1 m/s}}\nrun: {t_end: 2 min, output_step: 10 ms}\n");
     if (!m)
         return;
-    CHECK(m->gravity[1].value == -9.81 && m->run.t_end == 120 && m->run.every == 0.01);
+    CHECK(m->gravity[1].value == -9.81 && m->run.t_end == 120 && m->run.output_step == 0.01);
     CHECK_NEAR(m->bodies[1].inertia[2].value, 7 * 0.027 / 12, 1e-15);
     kempe_model_free(m);
 }

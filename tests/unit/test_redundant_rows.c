@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Mechanisms with redundant closures: two-armed lamps, which come by change points again and again without meeting one,
- * and Bennett's four-bar cut at one hinge. The margin is held against singular values, rows that a road cannot complete
- * against its own. */
+ * and Bennett's four-bar cut at one hinge. The margin is held against singular values, rows that a formulation cannot
+ * complete against its own. */
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/tolerances.h"
@@ -94,7 +94,7 @@ static void runs_reach_their_end(void)
     static const struct {
         const char *model, *change_points;
         double rtol;
-    } all[] = {{"6", "leap", 1e-8}, {"20", "ignore", 1e-8}, {"28", "leap", 1e-8}, {"28", "leap", 1e-10}};
+    } all[] = {{"6", "cross", 1e-8}, {"20", "ignore", 1e-8}, {"28", "cross", 1e-8}, {"28", "cross", 1e-10}};
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
         char path[64];
         (void)snprintf(path, sizeof path, "tests/models/two_armed_lamp_%s.yaml", all[k].model);
@@ -104,7 +104,7 @@ static void runs_reach_their_end(void)
         kmp_journal notes, none;
         kmp_run_spec spec = {.t_end = 3, .rtol = all[k].rtol, .change_points = all[k].change_points};
         CHECK(run(&l, spec, &rows, &a, &notes) == KEMPE_OK);
-        spec = (kmp_run_spec){.t_end = 3, .rtol = 1e-12, .road = "projected", .change_points = "ignore"};
+        spec = (kmp_run_spec){.t_end = 3, .rtol = 1e-12, .formulation = "projected", .change_points = "ignore"};
         CHECK(run(&l, spec, &reference, &b, &none) == KEMPE_OK);
         CHECK(difference(&rows, &reference) < 1e3 * all[k].rtol);
         kmp_free(a.reason);
@@ -122,8 +122,8 @@ static int compare(const void *a, const void *b)
 }
 
 /* Median over starts of the error over rtol of a form. */
-static double median_error(const loaded *l, const table *reference, int starts, const char *road, const char *form,
-                           kempe_assembly *const *start, double rtol)
+static double median_error(const loaded *l, const table *reference, int starts, const char *formulation,
+                           const char *form, kempe_assembly *const *start, double rtol)
 {
     double error[32];
     for (int k = 0; k < starts; k++) {
@@ -132,8 +132,12 @@ static double median_error(const loaded *l, const table *reference, int starts, 
         kmp_run_report report;
         for (int i = 0; i <= TIMES; i++)
             times[i] = 0.1 * i;
-        kmp_run_spec spec = {
-            .road = road, .form = form, .rtol = rtol, .t_end = 10, .times = times, .time_count = TIMES + 1};
+        kmp_run_spec spec = {.formulation = formulation,
+                             .form = form,
+                             .rtol = rtol,
+                             .t_end = 10,
+                             .times = times,
+                             .time_count = TIMES + 1};
         CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
         CHECK(kmp_run(l->system, &spec, start[k], take_row, &rows, &report) == KEMPE_OK);
         kmp_free(report.reason);
@@ -167,7 +171,8 @@ static void redundant_rows_cost_no_digits(void)
         kmp_run_report report;
         for (int i = 0; i <= TIMES; i++)
             times[i] = 0.1 * i;
-        kmp_run_spec spec = {.road = "projected", .rtol = 1e-13, .t_end = 10, .times = times, .time_count = TIMES + 1};
+        kmp_run_spec spec = {
+            .formulation = "projected", .rtol = 1e-13, .t_end = 10, .times = times, .time_count = TIMES + 1};
         CHECK(kempe_assemble(l.system, &start[k]) == KEMPE_OK);
         place(start[k], 0.5 + 0.1 * k, 0.15 * k);
         reference[k].n = l.system->n;
@@ -176,7 +181,7 @@ static void redundant_rows_cost_no_digits(void)
         kmp_free(report.reason);
     }
     for (double rtol = 1e-6; rtol > 1e-9; rtol *= 1e-2) {
-        double carried = median_error(&l, reference, STARTS, "reduced", "carried", start, rtol);
+        double carried = median_error(&l, reference, STARTS, "reduced", "integrated", start, rtol);
         double projected = median_error(&l, reference, STARTS, "projected", "none", start, rtol);
         printf("  rtol %.0e: error over rtol %.3g carried, %.3g projected\n", rtol, carried, projected);
         CHECK(carried <= 3 * projected);
@@ -187,18 +192,19 @@ static void redundant_rows_cost_no_digits(void)
     unload(&l);
 }
 
-/* What a road gives within a step and what the step made again gives are the same motion. */
+/* What a formulation gives within a step and what the step made again gives are the same motion. */
 static void a_row_by_another_way(void)
 {
     static const char *const ways[][2] = {
-        {"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}, {"dae", "ah"}};
+        {"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}, {"dae", "stabilized1"}};
     loaded l = load("tests/models/two_armed_lamp_16.yaml");
     int n = l.system->n, m = l.system->m;
     for (size_t way = 0; way < sizeof ways / sizeof *ways; way++) {
         double row[2][MOST], work;
         kmp_journal notes = {.context = l.context};
         kmp_runner *runner = NULL;
-        kmp_run_spec spec = {.road = ways[way][0], .form = ways[way][1], .rtol = 1e-9, .t_end = 1, .journal = &notes};
+        kmp_run_spec spec = {
+            .formulation = ways[way][0], .form = ways[way][1], .rtol = 1e-9, .t_end = 1, .journal = &notes};
         CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
         CHECK(kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK && 3 * n + m < MOST);
         while (kmp_runner_t(runner) < spec.t_end) {

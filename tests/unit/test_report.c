@@ -175,7 +175,7 @@ static void numbers_in_few_characters(void)
 
 static kempe_comparison *compare(const kempe_system *system, const char *rtols, double t_end)
 {
-    kempe_compare_run run = kempe_compare_run_default();
+    kempe_compare_options run = kempe_compare_run_default();
     kempe_comparison *comparison = NULL;
     run.rtols = rtols;
     run.t_end = t_end;
@@ -183,10 +183,10 @@ static kempe_comparison *compare(const kempe_system *system, const char *rtols, 
     return comparison;
 }
 
-static int find_run(const kempe_comparison *c, const char *road, double rtol)
+static int find_run(const kempe_comparison *c, const char *formulation, double rtol)
 {
     for (int k = 0; k < c->count; k++)
-        if (strcmp(c->runs[k].way->road, road) == 0 && fabs(c->runs[k].rtol - rtol) < 0.1 * rtol)
+        if (strcmp(c->runs[k].way->formulation, formulation) == 0 && fabs(c->runs[k].rtol - rtol) < 0.1 * rtol)
             return k;
     return -1;
 }
@@ -195,7 +195,7 @@ static int find_run(const kempe_comparison *c, const char *road, double rtol)
 static void check_ranges(const kempe_comparison *c, const kmp_record *r, double t_end)
 {
     const kmp_compared *run = &c->runs[r->run];
-    kmp_run_spec spec = {.road = run->way->road,
+    kmp_run_spec spec = {.formulation = run->way->formulation,
                          .form = run->way->form,
                          .integrator = run->way->integrator,
                          .rtol = run->rtol,
@@ -253,7 +253,7 @@ static void runs_are_watched(void)
     CHECK(count == 3 && shown[0] == c->advice.run);
     for (int k = 0; k < count; k++)
         for (int i = 0; i < k; i++)
-            CHECK(strcmp(c->runs[shown[k]].way->road, c->runs[shown[i]].way->road) != 0);
+            CHECK(strcmp(c->runs[shown[k]].way->formulation, c->runs[shown[i]].way->formulation) != 0);
     kempe_comparison_free(c);
     unload(&l);
 }

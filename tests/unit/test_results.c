@@ -324,9 +324,9 @@ static void test_error(void)
 static void test_fall_simulated(void)
 {
     scene s = open_scene(falling);
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     kempe_trajectory *trajectory = NULL;
-    run.every = 0.5;
+    run.output_step = 0.5;
     CHECK(kempe_simulate(s.system, &run, &trajectory) == KEMPE_OK);
     CHECK(kempe_trajectory_row_count(trajectory) == 3);
     CHECK_NEAR(kempe_trajectory_q(trajectory, 2)[0], -5, 1e-12);
@@ -342,10 +342,12 @@ static void test_options_refused(void)
 {
     scene s = open_scene(slider_crank);
     kempe_trajectory *trajectory = NULL;
-    kempe_run runs[4] = {{.u = "rd"}, {.u = "rod,rod"}, {.rtol = -1}, {.every = 1e-9, .t_end = 1}};
+    kempe_run_options runs[4] = {
+        {.independent = "rd"}, {.independent = "rod,rod"}, {.rtol = -1}, {.output_step = 1e-9, .t_end = 1}};
     for (int k = 0; k < 4; k++)
         CHECK(kempe_simulate(s.system, &runs[k], &trajectory) == KEMPE_E_ARGUMENT);
-    kempe_compare_run compares[4] = {{.roads = "reduced,rode"}, {.rtols = "1e-6,x"}, {.rtols = ""}, {.forms = "shut"}};
+    kempe_compare_options compares[4] = {
+        {.formulations = "reduced,rode"}, {.rtols = "1e-6,x"}, {.rtols = ""}, {.forms = "shut"}};
     kempe_comparison *comparison = NULL;
     for (int k = 0; k < 4; k++)
         CHECK(kempe_compare(s.system, &compares[k], &comparison) == KEMPE_E_ARGUMENT);
@@ -372,8 +374,8 @@ static void test_reports_of_failure(void)
     kempe_assembly *assembly = NULL;
     kempe_trajectory *trajectory = NULL;
     kempe_comparison *comparison = NULL;
-    kempe_run run = kempe_run_default();
-    kempe_compare_run compare = kempe_compare_run_default();
+    kempe_run_options run = kempe_run_options_default();
+    kempe_compare_options compare = kempe_compare_run_default();
     CHECK(kempe_assemble(s.system, &assembly) == KEMPE_E_FAILED);
     CHECK_REPORT(kempe_assembly_print, assembly, "reach");
     CHECK(kempe_simulate(s.system, &run, &trajectory) == KEMPE_E_FAILED);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* DOP853 and DOPRI5: the tableaus, the orders of solution and dense output, step-size control, and what the road says.
+/* DOP853 and DOPRI5: the tableaus, the orders of solution and dense output, step-size control, and what the formulation
+ * says.
  */
 #include "base/memory.h"
 #include "check.h"
@@ -175,17 +176,17 @@ static void test_dense_output_of_a_run(void)
     kind->release(s);
 }
 
-/* -- what the road says ------------------------------------------------------------------------------ */
+/* -- what the formulation says ------------------------------------------------------------------------------ */
 
-typedef struct road {
+typedef struct formulation {
     double last_rhs_t, wall;
     int accepted, refuse_at, halt_at, always_refuse;
     bool order_kept;
-} road;
+} formulation;
 
 static int decay(void *self, double t, const double *y, double *dy)
 {
-    road *r = self;
+    formulation *r = self;
     r->last_rhs_t = t;
     if (t > r->wall)
         return KMP_RETRY;
@@ -195,7 +196,7 @@ static int decay(void *self, double t, const double *y, double *dy)
 
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
-    road *r = self;
+    formulation *r = self;
     r->order_kept = r->order_kept && r->last_rhs_t == t && dy[0] == -y[0] && w[0] > 0;
     if (r->always_refuse)
         return KMP_RETRY;
@@ -207,7 +208,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     return KMP_GO;
 }
 
-static kmp_rk *start_decay(road *r, double h0)
+static kmp_rk *start_decay(formulation *r, double h0)
 {
     kmp_ode ode = {.n = 1, .self = r, .rhs = decay, .accept = accept};
     kmp_rk *s = make(&ode, 1e-10, tight);
@@ -219,7 +220,7 @@ static kmp_rk *start_decay(road *r, double h0)
 
 static void test_accept_sees_and_corrects(void)
 {
-    road r = {.wall = 9};
+    formulation r = {.wall = 9};
     kmp_rk *s = start_decay(&r, 0);
     while (s->base.t < 2)
         CHECK(kmp_rk_step(s) == KEMPE_OK);
@@ -232,7 +233,7 @@ static void test_accept_sees_and_corrects(void)
 
 static void test_refused_steps_are_halved(void)
 {
-    road r = {.wall = 9, .refuse_at = 2};
+    formulation r = {.wall = 9, .refuse_at = 2};
     kmp_rk *s = start_decay(&r, 0.001);
     CHECK(kmp_rk_step(s) == KEMPE_OK && s->base.t == 0.001);
     CHECK(kmp_rk_step(s) == KEMPE_OK);
@@ -246,7 +247,7 @@ static void test_refused_steps_are_halved(void)
 
 static void test_wall_is_approached_and_reported(void)
 {
-    road r = {.wall = 1};
+    formulation r = {.wall = 1};
     kmp_rk *s = start_decay(&r, 0);
     kempe_status said = KEMPE_OK;
     while (said == KEMPE_OK && s->base.t < 2)
@@ -260,7 +261,7 @@ static void test_wall_is_approached_and_reported(void)
 
 static void test_halt_and_endless_refusal(void)
 {
-    road r = {.wall = 9, .halt_at = 3};
+    formulation r = {.wall = 9, .halt_at = 3};
     kmp_rk *s = start_decay(&r, 0);
     CHECK(kmp_rk_step(s) == KEMPE_OK && kmp_rk_step(s) == KEMPE_OK);
     double y = s->y[0], t = s->base.t, dense;
@@ -269,7 +270,7 @@ static void test_halt_and_endless_refusal(void)
     CHECK(kmp_rk_dense(s, t, &dense, NULL) == KEMPE_OK && dense == y);
     CHECK_NEAR(s->dy[0], -y, 1e-12);
     kind->release(s);
-    road stubborn = {.wall = 9, .always_refuse = 1};
+    formulation stubborn = {.wall = 9, .always_refuse = 1};
     s = start_decay(&stubborn, 0);
     CHECK(kmp_rk_step(s) == KEMPE_E_FAILED);
     CHECK(s->base.t == 0);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Drawings whose closures are redundant but for their last digit: taken as the mechanism that is meant, on every road,
- * with the misfit told; what is no rounding stays as it is, to the last bit. */
+/* Drawings whose closures are redundant but for their last digit: taken as the mechanism that is meant, on every
+ * formulation, with the misfit told; what is no rounding stays as it is, to the last bit. */
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/assemble.h"
@@ -34,16 +34,16 @@ static loaded draw(const char *path, double tolerance)
 }
 
 /* q at the end of 1 s. */
-static void run(const loaded *l, const char *road, const char *form, double *q)
+static void run(const loaded *l, const char *formulation, const char *form, double *q)
 {
-    kempe_run settings = kempe_run_default();
+    kempe_run_options settings = kempe_run_options_default();
     kempe_trajectory *t = NULL;
-    settings.road = road;
+    settings.formulation = formulation;
     settings.form = form;
     settings.t_end = 1;
-    settings.every = 0.1;
+    settings.output_step = 0.1;
     settings.rtol = 1e-9;
-    settings.once = true;
+    settings.no_convergence_check = true;
     CHECK(kempe_simulate(l->system, &settings, &t) == KEMPE_OK);
     if (t && t->status == KEMPE_OK)
         memcpy(q, kempe_trajectory_q(t, t->table.rows - 1), (size_t)l->system->n * sizeof *q);
@@ -52,8 +52,8 @@ static void run(const loaded *l, const char *road, const char *form, double *q)
     kempe_trajectory_free(t);
 }
 
-static const char *const roads[][2] = {
-    {"reduced", "carried"}, {"reduced", "closed"}, {"dae", "ah"}, {"projected", NULL}};
+static const char *const formulations[][2] = {
+    {"reduced", "integrated"}, {"reduced", "newton"}, {"dae", "stabilized1"}, {"projected", NULL}};
 
 static int freedoms(const loaded *l)
 {
@@ -74,9 +74,9 @@ static void runs_as_meant(const char *path, int p, const char *exact, double nea
     CHECK(strstr(last_warning, "taken as rounding") || strcmp(path, exact ? exact : path) != 0);
     CHECK(freedoms(&l) == p);
     if (exact)
-        run(&e, "reduced", "carried", first);
-    for (size_t k = 0; k < sizeof roads / sizeof *roads; k++) {
-        run(&l, roads[k][0], roads[k][1], k == 0 && !exact ? first : q);
+        run(&e, "reduced", "integrated", first);
+    for (size_t k = 0; k < sizeof formulations / sizeof *formulations; k++) {
+        run(&l, formulations[k][0], formulations[k][1], k == 0 && !exact ? first : q);
         for (int i = 0; i < l.system->n && (k > 0 || exact); i++)
             CHECK_NEAR(q[i], first[i], near);
     }
@@ -183,16 +183,16 @@ static void a_real_closure_of_small_effect_is_no_rounding(void)
         "E: [0.71443, 0.10267, 0]}}\n"
         "  b: {joint: {revolute: z, at: a.E}, mass: 1, inertia: {zz: 1}}\n"
         "  c: {joint: {revolute: z, at: a.E}, mass: 1, inertia: {zz: 1}}\n"
-        "loops: {R: {rod: [a.P, ground.D], length: 1.2696913}, K: {couple: {b: 1, c: 1}}}\n");
+        "loops: {R: {rod: [a.P, ground.D], length: 1.2696913}, K: {coupler: {b: 1, c: 1}}}\n");
 }
 
-/* Closed to the twelfth digit only, and held: no step is refused, and no other road taken. */
+/* Closed to the twelfth digit only, and held: no step is refused, and no other formulation taken. */
 static void what_cannot_move_is_not_stepped(void)
 {
     loaded l = draw("tests/models/rounded_and_fixed.yaml", NAN);
-    kempe_run settings = kempe_run_default();
+    kempe_run_options settings = kempe_run_options_default();
     kempe_trajectory *t = NULL;
-    settings.once = true;
+    settings.no_convergence_check = true;
     CHECK(kempe_simulate(l.system, &settings, &t) == KEMPE_OK);
     CHECK(t && t->status == KEMPE_OK && t->report.refused == 0 && t->report.steps < 20);
     kempe_trajectory_free(t);
@@ -201,7 +201,8 @@ static void what_cannot_move_is_not_stepped(void)
 
 /* -- rows that stay open ----------------------------------------------------------------------------- */
 
-/* The same drawing where no other points and axes are looked for: rows stay open, within the tolerance, on all roads.
+/* The same drawing where no other points and axes are looked for: rows stay open, within the tolerance, on all
+ * formulations.
  */
 static void dropped_rows_stay_open_within_the_tolerance(void)
 {
@@ -211,8 +212,8 @@ static void dropped_rows_stay_open_within_the_tolerance(void)
         double q[16], first[16];
         kempe_system_free(l.system);
         CHECK(kmp_system_new_by(l.model, NULL, &l.system) == KEMPE_OK && !l.system->mended);
-        for (size_t way = 0; way < sizeof roads / sizeof *roads; way++) {
-            run(&l, roads[way][0], roads[way][1], way == 0 ? first : q);
+        for (size_t way = 0; way < sizeof formulations / sizeof *formulations; way++) {
+            run(&l, formulations[way][0], formulations[way][1], way == 0 ? first : q);
             for (int i = 0; i < l.system->n && way > 0; i++)
                 CHECK_NEAR(q[i], first[i], 1e-3);
         }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rows between steps, of every road, form and integrator: a mass on a spring, whose q, qd and energy are known at any
- * time, at many more rows than there are steps. */
+/* Rows between steps, of every formulation, form and integrator: a mass on a spring, whose q, qd and energy are known
+ * at any time, at many more rows than there are steps. */
 #include "base/memory.h"
 #include "check.h"
 #include "integrators/run.h"
@@ -39,7 +39,7 @@ static void run(const kempe_system *system, const kmp_way *way)
     static double times[ROWS];
     judge j = {0};
     kmp_run_report report = {0};
-    kmp_run_spec spec = {.road = way->road,
+    kmp_run_spec spec = {.formulation = way->formulation,
                          .form = way->form,
                          .integrator = way->integrator,
                          .rtol = 1e-8,
@@ -50,7 +50,7 @@ static void run(const kempe_system *system, const kmp_way *way)
         times[k] = 0.5 * k / (ROWS - 1);
     CHECK(kmp_run_resolve(system, &spec) == KEMPE_OK);
     CHECK(kmp_run(system, &spec, NULL, take, &j, &report) == KEMPE_OK);
-    printf("  %-9s %-8s %-8s error %.1e energy %.1e steps %ld\n", way->road, way->form, way->integrator, j.error,
+    printf("  %-9s %-8s %-8s error %.1e energy %.1e steps %ld\n", way->formulation, way->form, way->integrator, j.error,
            j.drift, report.steps);
     CHECK(j.rows == ROWS && report.steps < ROWS / 2);
     CHECK(j.error < 1e-5 && j.drift < 1e-5);

@@ -341,16 +341,18 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     return 0;
 }
 
-static kmp_run_report run(const loaded *l, const char *road, const char *form, double rtol, double end, last *row)
+static kmp_run_report run(const loaded *l, const char *formulation, const char *form, double rtol, double end,
+                          last *row)
 {
     kmp_run_report report;
-    kmp_run_spec spec = {.road = road, .form = form, .rtol = rtol, .t_end = end, .time_count = 1, .times = &end};
+    kmp_run_spec spec = {
+        .formulation = formulation, .form = form, .rtol = rtol, .t_end = end, .time_count = 1, .times = &end};
     row->n = l->system->n;
     row->q = KMP_NEW(double, row->n);
     CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
     CHECK(kmp_run(l->system, &spec, NULL, take_row, row, &report) == KEMPE_OK);
     if (report.reason)
-        printf("  %s: %s\n", road, report.reason);
+        printf("  %s: %s\n", formulation, report.reason);
     kmp_free(report.reason);
     return report;
 }
@@ -363,15 +365,15 @@ static double distance(const last *a, const last *b)
     return most;
 }
 
-/* Long enough for every road to be sparse. */
-static void the_roads_agree_on_a_long_chain(void)
+/* Long enough for every formulation to be sparse. */
+static void the_formulations_agree_on_a_long_chain(void)
 {
     loaded l = chain(300, true, 0);
     last carried, closed, projected, dae;
-    run(&l, "reduced", "carried", 1e-10, 0.4, &carried);
-    run(&l, "reduced", "closed", 1e-10, 0.4, &closed);
+    run(&l, "reduced", "integrated", 1e-10, 0.4, &carried);
+    run(&l, "reduced", "newton", 1e-10, 0.4, &closed);
     run(&l, "projected", NULL, 1e-10, 0.4, &projected);
-    run(&l, "dae", "ah", 1e-8, 0.4, &dae);
+    run(&l, "dae", "stabilized1", 1e-8, 0.4, &dae);
     CHECK(distance(&carried, &closed) < 1e-9);
     CHECK(distance(&carried, &projected) < 1e-9);
     CHECK(distance(&carried, &dae) < 1e-6);
@@ -406,7 +408,7 @@ static void a_long_chain_passes_its_change_point(void)
     last row;
     for (int k = 0; k < 3; k++) {
         const double rtol[] = {1e-7, 1e-8, 1e-10};
-        run(&l, "reduced", "carried", rtol[k], 1.3, &row);
+        run(&l, "reduced", "integrated", rtol[k], 1.3, &row);
         for (int i = 0; i <= 80; i += 20)
             CHECK_NEAR(row.q[i], angle_at(80, 1.3), 1e-6);
         kmp_free(row.q);
@@ -474,7 +476,7 @@ static loaded pendulums(int n)
 }
 
 /* As many freedoms as loops: by the sparse saddle system, whose operations grow with their number, and auto does not
- * take articulated bodies, whose multipliers are dense. The reduced road gives what the projected one does. */
+ * take articulated bodies, whose multipliers are dense. The reduced formulation gives what the projected one does. */
 static void many_freedoms_stay_sparse(void)
 {
     double cost[2];
@@ -483,12 +485,12 @@ static void many_freedoms_stay_sparse(void)
         loaded l = pendulums(100 << k);
         last reduced, projected;
         kempe_system *by_auto = NULL;
-        kmp_run_report report = run(&l, "reduced", "carried", 1e-9, 0.5, &reduced);
+        kmp_run_report report = run(&l, "reduced", "integrated", 1e-9, 0.5, &reduced);
         factorizations[k] = report.factorizations;
         CHECK(report.factorizations > 2 * report.rhs - 5); /* Jv's and the saddle system's */
         run(&l, "projected", NULL, 1e-9, 0.5, &projected);
         CHECK(distance(&reduced, &projected) < 1e-8);
-        CHECK(kempe_system_new_by(l.model, "auto", &by_auto) == KEMPE_OK && !by_auto->articulated);
+        CHECK(kempe_system_new_with_algorithm(l.model, "auto", &by_auto) == KEMPE_OK && !by_auto->articulated);
         kmp_plant *plant = kmp_plant_new(l.system, "tape");
         kmp_partition part;
         kmp_saddle saddle;
@@ -522,11 +524,11 @@ static void a_chain_apart_is_assembled(void)
 }
 
 /* Bytes asked for by assembling, preparing and ten steps. */
-static double bytes_of(int n, const char *road)
+static double bytes_of(int n, const char *formulation)
 {
     loaded l = chain(n, true, 0);
     kmp_runner *runner = NULL;
-    kmp_run_spec spec = {.road = road, .rtol = 1e-6, .t_end = 0.3};
+    kmp_run_spec spec = {.formulation = formulation, .rtol = 1e-6, .t_end = 0.3};
     double before = (double)kmp_memory_bytes();
     CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK && kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK);
     for (int k = 0; k < 10 && kmp_runner_t(runner) < 0.3; k++)
@@ -552,9 +554,9 @@ static double bytes_of_check(int n)
 /* Twice the chain, twice the bytes: no matrix is made dense on the way. */
 static void memory_grows_with_the_chain(void)
 {
-    const char *roads[] = {"reduced", "projected"};
+    const char *formulations[] = {"reduced", "projected"};
     for (int k = 0; k < 2; k++)
-        CHECK(bytes_of(600, roads[k]) < 2.3 * bytes_of(300, roads[k]));
+        CHECK(bytes_of(600, formulations[k]) < 2.3 * bytes_of(300, formulations[k]));
     CHECK(bytes_of_check(600) < 2.3 * bytes_of_check(300));
 }
 
@@ -592,7 +594,7 @@ int main(void)
     TEST(blocks_are_chosen_as_the_whole);
     TEST(a_long_block_is_exchanged_as_well);
     TEST(a_singular_choice_is_told);
-    TEST(the_roads_agree_on_a_long_chain);
+    TEST(the_formulations_agree_on_a_long_chain);
     TEST(a_long_chain_passes_its_change_point);
     TEST(passing_is_linear);
     TEST(many_freedoms_stay_sparse);

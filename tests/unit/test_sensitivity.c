@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Trajectories' derivatives by parameters: the period of a pendulum against elliptic integrals; runs with moved
- * parameters, along another road, two-sided with a sweep of steps and extrapolated; one method against the other;
- * conditions that change on the way; what has no derivative. */
+ * parameters, along another formulation, two-sided with a sweep of steps and extrapolated; one method against the
+ * other; conditions that change on the way; what has no derivative. */
 #include "check.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
@@ -51,8 +51,8 @@ static void period_of_a_pendulum(void)
     kempe_context *c = kempe_context_new();
     kempe_model *model = read_model(c, text, NULL, 0);
     for (int method = 0; method < 2; method++) {
-        kempe_sensitivity_ask ask = {
-            .outputs = "q(a),qd(a)", .method = method ? "adjoint" : "forward", .run = kempe_run_default()};
+        kempe_sensitivity_options ask = {
+            .outputs = "q(a),qd(a)", .method = method ? "adjoint" : "forward", .run = kempe_run_options_default()};
         kempe_sensitivity *s = NULL;
         ask.run.rtol = 1e-12;
         ask.run.t_end = quarter;
@@ -72,7 +72,7 @@ static void period_of_a_pendulum(void)
 /* -- against runs ------------------------------------------------------------------------------------ */
 
 typedef struct trial {
-    const char *text, *parameters, *outputs, *integrator, *road;
+    const char *text, *parameters, *outputs, *integrator, *formulation;
     double t_end, within, first_step;
     bool one_way;          /* forward alone: nothing goes back there */
     const char *integrand; /* NULL: the outputs */
@@ -88,13 +88,13 @@ static bool ends_at(const trial *x, const char *name, double value, double *end)
     kempe_model *model = read_model(c, x->text, &set, 1);
     kempe_system *system = NULL;
     kempe_trajectory *t = NULL;
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     run.rtol = 1e-13;
     run.t_end = x->t_end;
-    run.every = x->t_end;
-    run.road = x->road;
+    run.output_step = x->t_end;
+    run.formulation = x->formulation;
     run.integrator = x->integrator;
-    run.once = 1;
+    run.no_convergence_check = 1;
     bool ok = kempe_system_new(model, &system) == KEMPE_OK && kempe_simulate(system, &run, &t) == KEMPE_OK;
     if (!ok)
         printf("%s\n", kempe_context_message(c));
@@ -159,14 +159,14 @@ static kempe_sensitivity *find(kempe_context *context, kempe_model *model, const
                                int integral)
 {
     kempe_sensitivity *s = NULL;
-    kempe_sensitivity_ask ask = {.parameters = x->parameters,
-                                 .outputs = x->outputs,
-                                 .method = method,
-                                 .integral = integral,
-                                 .run = kempe_run_default()};
+    kempe_sensitivity_options ask = {.parameters = x->parameters,
+                                     .outputs = x->outputs,
+                                     .method = method,
+                                     .integral = integral,
+                                     .run = kempe_run_options_default()};
     ask.run.rtol = 1e-12;
     ask.run.t_end = x->t_end;
-    ask.run.every = x->t_end;
+    ask.run.output_step = x->t_end;
     ask.run.integrator = x->integrator;
     kempe_status status = kempe_sensitivity_new(model, &ask, &s);
     if (status != KEMPE_OK)
@@ -239,7 +239,7 @@ static void a_four_bar_that_turns(void)
     check_trial(&(trial){.text = text,
                          .parameters = "crank,base,rocker_mass",
                          .outputs = "position(coupler.C).x,lambda",
-                         .road = "projected",
+                         .formulation = "projected",
                          .t_end = 0.6,
                          .within = 1e-8,
                          .first_step = 1e-3});
@@ -252,7 +252,7 @@ static void a_slider_crank_through_its_dead_centres(void)
     check_trial(&(trial){.text = text,
                          .parameters = "r,l,slider_mass",
                          .outputs = "q(slider),energy.total",
-                         .road = "projected",
+                         .formulation = "projected",
                          .t_end = 1.5,
                          .within = 1e-8,
                          .first_step = 1e-4});
@@ -394,10 +394,10 @@ static void angles_that_are_kept(void)
         kempe_context *c = kempe_context_new();
         kempe_model *model = read_model(c, text, NULL, 0);
         kempe_sensitivity *s = NULL;
-        kempe_sensitivity_ask ask = {.outputs = k == 3 ? "energy.kinetic" : "qd(S.2)",
-                                     .method = k == 1 ? "adjoint" : "forward",
-                                     .integral = k > 1,
-                                     .run = {.t_end = 1}};
+        kempe_sensitivity_options ask = {.outputs = k == 3 ? "energy.kinetic" : "qd(S.2)",
+                                         .method = k == 1 ? "adjoint" : "forward",
+                                         .integral = k > 1,
+                                         .run = {.t_end = 1}};
         CHECK(kempe_sensitivity_new(model, &ask, &s) == (k == 2 ? KEMPE_E_FAILED : KEMPE_OK));
         CHECK(k != 2 || strstr(kempe_context_message(c), "spherical joint 'S' come near to their singular position"));
         kempe_sensitivity_free(s);
@@ -437,7 +437,7 @@ static void change_points(void)
         kempe_context *c = kempe_context_new();
         (void)snprintf(text, sizeof text, flat, k ? "1" : "g");
         kempe_model *model = read_model(c, text, NULL, 0);
-        kempe_sensitivity_ask ask = {
+        kempe_sensitivity_options ask = {
             .parameters = "g", .outputs = "q(a)", .method = k ? "adjoint" : "forward", .run = {.t_end = 3}};
         kempe_sensitivity *s = NULL;
         CHECK(kempe_sensitivity_new(model, &ask, &s) == KEMPE_E_FAILED);
@@ -450,12 +450,12 @@ static void change_points(void)
 
 /* -- what cannot be had ------------------------------------------------------------------------------ */
 
-static void expect(const char *text, const kempe_sensitivity_ask *asked, kempe_status status, const char *sentence)
+static void expect(const char *text, const kempe_sensitivity_options *asked, kempe_status status, const char *sentence)
 {
     kempe_context *c = kempe_context_new();
     kempe_model *model = read_model(c, text, NULL, 0);
     kempe_sensitivity *s = NULL;
-    kempe_sensitivity_ask ask = *asked;
+    kempe_sensitivity_options ask = *asked;
     ask.run.t_end = 0.1;
     CHECK(kempe_sensitivity_new(model, &ask, &s) == status && !s);
     if (!strstr(kempe_context_message(c), sentence))
@@ -469,20 +469,20 @@ static void refusals(void)
     static const char bare[] = "kempe: 1\nname: bare\nparameters: {half: 0.5, twice: 2*half, ax: 1}\nbodies:\n"
                                "  a: {joint: {revolute: [0, 0, ax], at: ground}, mass: 1, com: [twice, 0, 0]}\n";
     char text[4096];
-    expect(stop, &(kempe_sensitivity_ask){.of = "colour"}, KEMPE_E_ARGUMENT,
+    expect(stop, &(kempe_sensitivity_options){.of = "colour"}, KEMPE_E_ARGUMENT,
            "sensitivities of 'colour' are unknown; there are: trajectory");
-    expect(stop, &(kempe_sensitivity_ask){.method = "backward"}, KEMPE_E_ARGUMENT, "there are: forward, adjoint");
-    expect(stop, &(kempe_sensitivity_ask){.parameters = "l,kk"}, KEMPE_E_ARGUMENT,
+    expect(stop, &(kempe_sensitivity_options){.method = "backward"}, KEMPE_E_ARGUMENT, "there are: forward, adjoint");
+    expect(stop, &(kempe_sensitivity_options){.parameters = "l,kk"}, KEMPE_E_ARGUMENT,
            "the model has no parameter 'kk'; did you mean 'k'?");
-    expect(stop, &(kempe_sensitivity_ask){.parameters = " , "}, KEMPE_E_ARGUMENT, "there is no parameter");
-    expect(stop, &(kempe_sensitivity_ask){.outputs = "q(z)"}, KEMPE_E_ARGUMENT, "z");
-    expect(stop, &(kempe_sensitivity_ask){.run = {.integrator = "ida"}}, KEMPE_E_ARGUMENT,
+    expect(stop, &(kempe_sensitivity_options){.parameters = " , "}, KEMPE_E_ARGUMENT, "there is no parameter");
+    expect(stop, &(kempe_sensitivity_options){.outputs = "q(z)"}, KEMPE_E_ARGUMENT, "z");
+    expect(stop, &(kempe_sensitivity_options){.run = {.integrator = "ida"}}, KEMPE_E_ARGUMENT,
            "integrator 'ida' carries no sensitivities; there are: dop853, dopri5, radau5, radau9");
-    expect(bare, &(kempe_sensitivity_ask){.parameters = "ax"}, KEMPE_E_ARGUMENT, "parameter 'ax' cannot vary");
+    expect(bare, &(kempe_sensitivity_options){.parameters = "ax"}, KEMPE_E_ARGUMENT, "parameter 'ax' cannot vary");
     (void)snprintf(text, sizeof text, five_bar, "");
-    expect(text, &(kempe_sensitivity_ask){0}, KEMPE_E_FAILED, "2 freedoms, its start holds 0");
+    expect(text, &(kempe_sensitivity_options){0}, KEMPE_E_FAILED, "2 freedoms, its start holds 0");
     (void)snprintf(text, sizeof text, five_bar, ", hold: [a], goals: {c: 1.1}");
-    expect(text, &(kempe_sensitivity_ask){0}, KEMPE_E_FAILED, "it is the place nearest to goals");
+    expect(text, &(kempe_sensitivity_options){0}, KEMPE_E_FAILED, "it is the place nearest to goals");
 }
 
 int main(void)

@@ -69,11 +69,11 @@ static bool make_text(kempe_context *context, uint64_t seed, unsigned flags, kmp
 static kempe_sensitivity *find(const kempe_model *model, const char *method)
 {
     kempe_sensitivity *s = NULL;
-    kempe_sensitivity_ask ask = {
-        .parameters = "a,b", .outputs = method ? "q" : "q,qd", .method = method, .run = kempe_run_default()};
+    kempe_sensitivity_options ask = {
+        .parameters = "a,b", .outputs = method ? "q" : "q,qd", .method = method, .run = kempe_run_options_default()};
     ask.run.rtol = 1e-11;
     ask.run.t_end = T_END;
-    ask.run.every = T_END;
+    ask.run.output_step = T_END;
     if (kempe_sensitivity_new(model, &ask, &s) == KEMPE_OK)
         return s;
     kempe_sensitivity_free(s);
@@ -89,10 +89,10 @@ static bool ends_at(kempe_context *context, const char *text, int k, double step
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_trajectory *t = NULL;
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     run.rtol = run.atol = 1e-12;
-    run.t_end = run.every = T_END;
-    run.once = 1;
+    run.t_end = run.output_step = T_END;
+    run.no_convergence_check = 1;
     bool ok = kempe_model_read_text_set(context, text, "random", &set, 1, &model) == KEMPE_OK &&
               kempe_system_new(model, &system) == KEMPE_OK && kempe_simulate(system, &run, &t) == KEMPE_OK;
     for (int i = 0; ok && i < system->n; i++) {

@@ -114,10 +114,10 @@ static void check_window(const window *x, double rtol)
     open_scene(&s, text);
     for (int method = 0; method < 2; method++) {
         kempe_sensitivity *found = NULL;
-        kempe_sensitivity_ask ask = {.parameters = "k,f",
-                                     .outputs = "q(A)",
-                                     .method = method ? "adjoint" : "forward",
-                                     .run = {.rtol = rtol, .t_end = window_end}};
+        kempe_sensitivity_options ask = {.parameters = "k,f",
+                                         .outputs = "q(A)",
+                                         .method = method ? "adjoint" : "forward",
+                                         .run = {.rtol = rtol, .t_end = window_end}};
         s.warnings = 0;
         CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_OK);
         int last = kempe_sensitivity_row_count(found) - 1;
@@ -153,10 +153,11 @@ static const char cart_pole[] =
 static double slope_of_cart(scene *s, const char *method, double t_end, double rtol, int once, const char *wanted)
 {
     kempe_sensitivity *found = NULL;
-    kempe_sensitivity_ask ask = {.parameters = "m",
-                                 .outputs = "q(x)",
-                                 .method = method,
-                                 .run = {.rtol = rtol, .t_end = t_end, .every = t_end, .once = once}};
+    kempe_sensitivity_options ask = {
+        .parameters = "m",
+        .outputs = "q(x)",
+        .method = method,
+        .run = {.rtol = rtol, .t_end = t_end, .output_step = t_end, .no_convergence_check = once}};
     char *json = NULL;
     s->warnings = 0;
     s->words[0] = '\0';
@@ -173,17 +174,17 @@ static void an_unstable_cart_pole_is_told(void)
 {
     scene s;
     open_scene(&s, cart_pole);
-    double truth = slope_of_cart(&s, "forward", 60, 1e-13, 1, "\"again\": null");
+    double truth = slope_of_cart(&s, "forward", 60, 1e-13, 1, "\"convergence\": null");
     CHECK_NEAR(truth, -15.9277, 1e-3);
     CHECK(s.warnings == 0);
     static const char *const methods[] = {"forward", "adjoint"};
     for (int k = 0; k < 2; k++) {
-        double slope = slope_of_cart(&s, methods[k], 60, 1e-6, 0, "\"verdict\": \"not converged\"");
+        double slope = slope_of_cart(&s, methods[k], 60, 1e-6, 0, "\"result\": \"not converged\"");
         CHECK(fabs(slope - truth) > 0.1 * fabs(truth));
         CHECK(s.warnings == 1 && strstr(s.words, "do not trust this run") && strstr(s.words, "'q.x/m'"));
-        (void)slope_of_cart(&s, methods[k], 60, 1e-6, 1, "\"again\": null");
+        (void)slope_of_cart(&s, methods[k], 60, 1e-6, 1, "\"convergence\": null");
         CHECK(s.warnings == 0);
-        slope = slope_of_cart(&s, methods[k], 2, 1e-8, 0, "\"verdict\": \"converged\"");
+        slope = slope_of_cart(&s, methods[k], 2, 1e-8, 0, "\"result\": \"converged\"");
         CHECK(s.warnings == 0);
     }
     close_scene(&s);
@@ -196,7 +197,7 @@ static void an_error_is_told_with_its_size(void)
     for (int k = 0; k < 2; k++) {
         scene s = {.context = kempe_context_new()};
         kempe_sensitivity *found = NULL, *truth = NULL;
-        kempe_sensitivity_ask ask = {
+        kempe_sensitivity_options ask = {
             .parameters = "base", .outputs = "lambda(C)", .run = {.rtol = rtol[k], .t_end = 5}};
         CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &s.model) == KEMPE_OK);
         kempe_context_set_log(s.context, listen, &s);
@@ -204,7 +205,7 @@ static void an_error_is_told_with_its_size(void)
         CHECK(s.warnings == (k == 0));
         const char *at = strstr(s.words, "has an error of ");
         ask.run.rtol = 1e-11;
-        ask.run.once = 1;
+        ask.run.no_convergence_check = 1;
         CHECK(kempe_sensitivity_new(s.model, &ask, &truth) == KEMPE_OK);
         double worst = 0;
         for (int c = 0; found && truth && c < 2; c++) {
@@ -230,7 +231,7 @@ static void checkpoints_are_refused(void)
     open_scene(&s, cart_pole);
     for (int k = 0; k < 2; k++) {
         kempe_sensitivity *found = NULL;
-        kempe_sensitivity_ask ask = {.parameters = "m", .outputs = "q(x)", .run = {.t_end = 1}};
+        kempe_sensitivity_options ask = {.parameters = "m", .outputs = "q(x)", .run = {.t_end = 1}};
         *(k ? &ask.run.resume : &ask.run.checkpoint) = "run.csv";
         CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_E_ARGUMENT);
         CHECK(strstr(kempe_context_message(s.context), "sensitivities have no checkpoints"));
@@ -248,7 +249,7 @@ static void ensembles_of_it_are_told(void)
         kempe_values *values = NULL;
         kempe_ensemble *many = NULL;
         kempe_batch *batch = NULL;
-        const kempe_run run = {.rtol = 1e-6, .t_end = k < 2 ? 60 : 2, .once = k == 1};
+        const kempe_run_options run = {.rtol = 1e-6, .t_end = k < 2 ? 60 : 2, .no_convergence_check = k == 1};
         s.warnings = 0;
         CHECK(kempe_values_new(s.model, 1, names, 4, rows, &values) == KEMPE_OK);
         CHECK(kempe_ensemble_new(s.model, values, &many) == KEMPE_OK);
@@ -272,7 +273,8 @@ static void an_interrupt_ends_it(void)
         scene s;
         open_scene(&s, cart_pole);
         kempe_sensitivity *found = NULL;
-        kempe_sensitivity_ask ask = {.parameters = "m", .outputs = "q(x)", .method = methods[k], .run = {.t_end = 60}};
+        kempe_sensitivity_options ask = {
+            .parameters = "m", .outputs = "q(x)", .method = methods[k], .run = {.t_end = 60}};
         kempe_context_interrupt(s.context);
         CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_STOPPED);
         kempe_sensitivity_free(found);

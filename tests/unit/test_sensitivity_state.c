@@ -25,7 +25,7 @@ enum { MOST = 64 };
 
 /* One row of `of` with a parameter set to a value (NULL: as it is). */
 static kempe_sensitivity *ask_of(loaded *m, const char *text, const kempe_setting *set,
-                                 const kempe_sensitivity_ask *ask)
+                                 const kempe_sensitivity_options *ask)
 {
     kempe_sensitivity *s = NULL;
     *m = (loaded){.context = kempe_context_new()};
@@ -36,7 +36,8 @@ static kempe_sensitivity *ask_of(loaded *m, const char *text, const kempe_settin
     return s;
 }
 
-static void values_at(const char *text, const kempe_sensitivity_ask *ask, const char *name, double x, double *values)
+static void values_at(const char *text, const kempe_sensitivity_options *ask, const char *name, double x,
+                      double *values)
 {
     char digits[32];
     loaded m;
@@ -49,7 +50,7 @@ static void values_at(const char *text, const kempe_sensitivity_ask *ask, const 
 }
 
 /* Every column by every parameter, beside the largest of the columns of the same kind (by the best step). */
-static void against_differences(const char *text, kempe_sensitivity_ask ask, double within)
+static void against_differences(const char *text, kempe_sensitivity_options ask, double within)
 {
     loaded m;
     kempe_sensitivity *s = ask_of(&m, text, NULL, &ask);
@@ -82,20 +83,22 @@ static void against_differences(const char *text, kempe_sensitivity_ask ask, dou
 static void what_is_asked_of_a_four_bar(void)
 {
     static const char all[] = "crank,coupler,rocker,base,k,rest,c";
-    against_differences(FOUR_BAR, (kempe_sensitivity_ask){.of = "equilibrium", .parameters = all}, 1e-8);
-    against_differences(FOUR_BAR, (kempe_sensitivity_ask){.of = "reactions", .parameters = all}, 1e-8);
-    against_differences(FOUR_BAR, (kempe_sensitivity_ask){.of = "modes", .parameters = all}, 1e-8);
-    against_differences(FOUR_BAR, (kempe_sensitivity_ask){.of = "reactions", .parameters = all, .at = "start"}, 1e-8);
-    against_differences(FOUR_BAR, (kempe_sensitivity_ask){.of = "modes", .parameters = all, .at = "start"}, 1e-8);
-    against_differences(FOUR_BAR,
-                        (kempe_sensitivity_ask){.of = "reactions",
-                                                .parameters = all,
-                                                .at = "start",
-                                                .outputs = "acceleration(b.C).y,energy.potential,qdd(c),velocity(b.C)"},
+    against_differences(FOUR_BAR, (kempe_sensitivity_options){.of = "equilibrium", .parameters = all}, 1e-8);
+    against_differences(FOUR_BAR, (kempe_sensitivity_options){.of = "reactions", .parameters = all}, 1e-8);
+    against_differences(FOUR_BAR, (kempe_sensitivity_options){.of = "modes", .parameters = all}, 1e-8);
+    against_differences(FOUR_BAR, (kempe_sensitivity_options){.of = "reactions", .parameters = all, .at = "start"},
                         1e-8);
+    against_differences(FOUR_BAR, (kempe_sensitivity_options){.of = "modes", .parameters = all, .at = "start"}, 1e-8);
+    against_differences(
+        FOUR_BAR,
+        (kempe_sensitivity_options){.of = "reactions",
+                                    .parameters = all,
+                                    .at = "start",
+                                    .outputs = "acceleration(b.C).y,energy.potential,qdd(c),velocity(b.C)"},
+        1e-8);
 }
 
-static void refuse(const char *text, kempe_sensitivity_ask ask, kempe_status status, const char *word)
+static void refuse(const char *text, kempe_sensitivity_options ask, kempe_status status, const char *word)
 {
     loaded m = {.context = kempe_context_new()};
     kempe_sensitivity *s = NULL;
@@ -111,12 +114,13 @@ static void what_is_refused(void)
 {
     static const char tree[] = "kempe: 1\nparameters: {m: 1}\ngravity: [0, -1, 0]\n"
                                "bodies: {a: {joint: {revolute: z, at: ground}, mass: m, com: [0, -1, 0]}}\n";
-    refuse(FOUR_BAR, (kempe_sensitivity_ask){.of = "equilibrium", .at = "start"}, KEMPE_E_ARGUMENT, "no equilibrium");
-    refuse(FOUR_BAR, (kempe_sensitivity_ask){.of = "modes", .at = "end"}, KEMPE_E_ARGUMENT, "'end'");
-    refuse(FOUR_BAR, (kempe_sensitivity_ask){.of = "modes", .outputs = "q"}, KEMPE_E_ARGUMENT, "eigenvalues");
-    refuse(FOUR_BAR, (kempe_sensitivity_ask){.of = "modes", .integral = 1}, KEMPE_E_ARGUMENT, "integral");
-    refuse(FOUR_BAR, (kempe_sensitivity_ask){.of = "reactions", .parameters = "n"}, KEMPE_E_ARGUMENT, "'n'");
-    refuse(tree, (kempe_sensitivity_ask){.of = "reactions"}, KEMPE_E_FAILED, "no closures");
+    refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "equilibrium", .at = "start"}, KEMPE_E_ARGUMENT,
+           "no equilibrium");
+    refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "modes", .at = "end"}, KEMPE_E_ARGUMENT, "'end'");
+    refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "modes", .outputs = "q"}, KEMPE_E_ARGUMENT, "eigenvalues");
+    refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "modes", .integral = 1}, KEMPE_E_ARGUMENT, "integral");
+    refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "reactions", .parameters = "n"}, KEMPE_E_ARGUMENT, "'n'");
+    refuse(tree, (kempe_sensitivity_options){.of = "reactions"}, KEMPE_E_FAILED, "no closures");
 }
 
 /* What stands beside the numbers. */
@@ -133,7 +137,7 @@ static void notes(void)
         "c: {joint: c, spring: {stiffness: 9}}}\n";
     loaded m;
     char *text = NULL;
-    kempe_sensitivity *s = ask_of(&m, model, NULL, &(kempe_sensitivity_ask){.of = "modes"});
+    kempe_sensitivity *s = ask_of(&m, model, NULL, &(kempe_sensitivity_options){.of = "modes"});
     CHECK(kempe_sensitivity_print(s, KEMPE_TEXT, &text) == KEMPE_OK);
     /* rounding says whether a double root without a second vector is two real modes or one of a pair */
     bool pair = NULL != strstr(text, "of modes 1, equal to others with fewer vectors, there are no derivatives");

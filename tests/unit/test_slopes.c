@@ -304,7 +304,7 @@ static void test_examples(void)
     }
 }
 
-/* Every place that takes a number, conditions, a lock and a couple at start values, all outputs; of the parameters
+/* Every place that takes a number, conditions, a lock and a coupler at start values, all outputs; of the parameters
  * `twice` and `area` follow from others, and `half`, named, stands for itself. */
 static const char everywhere[] =
     "kempe: 1\nname: everywhere\ngravity: [0, -g, gx]\n"
@@ -321,8 +321,8 @@ static const char everywhere[] =
     "  s: {joint: {name: s, spherical: x, at: b.E}, mass: m, com: [w, l, 0.1], inertia: {xx: j, yy: 2*j, zz: j},\n"
     "      points: {P: [l, w, half]}}\n"
     "  u: {joint: {name: u, prismatic: y, at: ground.O}, mass: j}\n"
-    "loops:\n  r: {rod: [b.E, c.P], length: r}\n  t: {couple: {d.1: 1, a: s/2}, equals: q0/9}\n"
-    "  v: {couple: {u: 1, c: s}}\n"
+    "loops:\n  r: {rod: [b.E, c.P], length: r}\n  t: {coupler: {d.1: 1, a: s/2}, equals: q0/9}\n"
+    "  v: {coupler: {u: 1, c: s}}\n"
     "drives: {b: {joint: b, locked: yes}}\n"
     "tables: {law: {x: [0, 1, 2, 4], y: [0, 2, 1, 3]}}\n"
     "sensors: {mix: q(a)*k + law(q(c)*s) - qd(b)*t*l}\n"

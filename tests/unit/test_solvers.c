@@ -6,17 +6,17 @@
 #include "integrators/solver.h"
 
 /* An oscillator with a slow drift of its frequency: y'' = -(1 + t/10)^2 y + .., solved by y = sin(t + t^2/20). */
-typedef struct road {
+typedef struct formulation {
     double wall;    /* the right-hand side fails beyond it at first */
     double fragile; /* and for a while whenever a step reaches further than this ahead of the last accepted one */
     double t;       /* of the last accepted step */
     int refuse_at, halt_at, accepted, failed;
     double nudge; /* accept corrects y by it */
-} road;
+} formulation;
 
 static int oscillate(void *self, double t, const double *y, double *dy)
 {
-    road *r = self;
+    formulation *r = self;
     double a = 1 + t / 10;
     if (t > r->wall || t > r->t + r->fragile) {
         r->failed++;
@@ -39,7 +39,7 @@ static int oscillate_jacobian(void *self, double t, const double *y, double *j)
 
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
-    road *r = self;
+    formulation *r = self;
     CHECK_NEAR(dy[0], (1 + t / 10) * y[1], 1e-14);
     CHECK(w[0] > 0 && w[1] > 0);
     if (++r->accepted == r->refuse_at)
@@ -55,7 +55,7 @@ static const double tight[3] = {1e-10, 1e-10, 1e-10};
 static const double start_y[2] = {0, 1};
 static kmp_ode ode;
 
-static void *make(const kmp_solver_kind *kind, kempe_context *context, road *r, double rtol)
+static void *make(const kmp_solver_kind *kind, kempe_context *context, formulation *r, double rtol)
 {
     ode = (kmp_ode){.n = 2, .self = r, .rhs = oscillate, .accept = accept, .jacobian = oscillate_jacobian};
     kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {rtol, tight}, .linear = "auto"};
@@ -87,7 +87,7 @@ static double first_step(const kmp_solver_kind *kind)
 static void check_accuracy(const kmp_solver_kind *kind)
 {
     kempe_context *context = kempe_context_new();
-    road r = {.wall = 99, .fragile = 99};
+    formulation r = {.wall = 99, .fragile = 99};
     kmp_solver *s = make(kind, context, &r, 1e-9);
     long before = 0;
     for (int round = 0; round < 2; round++) {
@@ -117,7 +117,7 @@ static void check_accuracy(const kmp_solver_kind *kind)
 static void check_failing(const kmp_solver_kind *kind)
 {
     kempe_context *context = kempe_context_new();
-    road r = {.wall = 99, .fragile = 0.012};
+    formulation r = {.wall = 99, .fragile = 0.012};
     kmp_solver *s = make(kind, context, &r, 1e-8);
     CHECK(kind->start(s, 0, start_y, NULL, 1, first_step(kind)) == KEMPE_OK);
     CHECK(run_to(kind, s, 1) == KEMPE_OK && s->t == 1);
@@ -125,7 +125,7 @@ static void check_failing(const kmp_solver_kind *kind)
     CHECK(miss(kind, s, 1) < 1e-6);
     kind->release(s);
 
-    road walled = {.wall = 0.5, .fragile = 99};
+    formulation walled = {.wall = 0.5, .fragile = 99};
     s = make(kind, context, &walled, 1e-8);
     CHECK(kind->start(s, 0, start_y, NULL, 1, first_step(kind)) == KEMPE_OK);
     CHECK(run_to(kind, s, 1) == KEMPE_E_FAILED);
@@ -137,12 +137,12 @@ static void check_failing(const kmp_solver_kind *kind)
 static void check_say(const kmp_solver_kind *kind)
 {
     kempe_context *context = kempe_context_new();
-    road halting = {.wall = 99, .fragile = 99, .halt_at = 5};
+    formulation halting = {.wall = 99, .fragile = 99, .halt_at = 5};
     kmp_solver *s = make(kind, context, &halting, 1e-8);
     CHECK(kind->start(s, 0, start_y, NULL, 5, first_step(kind)) == KEMPE_OK);
     CHECK(run_to(kind, s, 5) == KEMPE_E_FAILED && halting.accepted == 5);
     kind->release(s);
-    road r = {.wall = 99, .fragile = 99, .refuse_at = 3, .nudge = kind->corrects ? 1e-12 : 0};
+    formulation r = {.wall = 99, .fragile = 99, .refuse_at = 3, .nudge = kind->corrects ? 1e-12 : 0};
     s = make(kind, context, &r, 1e-8);
     CHECK(kind->start(s, 0, start_y, NULL, 5, first_step(kind)) == KEMPE_OK);
     CHECK(run_to(kind, s, 5) == KEMPE_OK && s->work.refused == 1 && s->work.steps == r.accepted - 1 &&
@@ -155,7 +155,7 @@ static void check_say(const kmp_solver_kind *kind)
 static void check_allocations(const kmp_solver_kind *kind)
 {
     kempe_context *context = kempe_context_new();
-    road r = {.wall = 99, .fragile = 99};
+    formulation r = {.wall = 99, .fragile = 99};
     kmp_solver *s = make(kind, context, &r, 1e-8);
     CHECK(kind->start(s, 0, start_y, NULL, 5, first_step(kind)) == KEMPE_OK);
     unsigned long before = kmp_memory_count();

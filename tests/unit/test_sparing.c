@@ -4,7 +4,7 @@
 #include "check.h"
 #include "constraints/assemble.h"
 #include "constraints/fused.h"
-#include "integrators/road.h"
+#include "integrators/formulation.h"
 #include "loaded.h"
 #include "random.h"
 
@@ -101,7 +101,7 @@ static void power_by_bodies(void)
                          "forces:\n"
                          "  d: {joint: b, spring: {stiffness: 3, damping: 0.4}}\n"
                          "  m: {joint: a, torque: \"if(q(a) > 0.1, -2*(q(a) - 0.1), 0)\"}\n"
-                         "start: {q: {a: 0.3, b: 1}}\nrun: {dynamics: articulated}\n");
+                         "start: {q: {a: 0.3, b: 1}}\nrun: {algorithm: articulated}\n");
     CHECK(l.system && l.system->articulated);
     if (l.system)
         check_power("chain", l.system, false);
@@ -124,41 +124,41 @@ static bool same(int count, const double *a, const double *b)
 }
 
 /* Beside the closures, so that rows have something to close. */
-static void check_rows(kmp_road *road, int n)
+static void check_rows(kmp_formulation *formulation, int n)
 {
     double q[3][MOST], qd[2][MOST], qdd[MOST], lambda[MOST], work[3], y[4 * MOST];
-    memcpy(y, road->y, (size_t)road->size * sizeof *y);
-    for (int i = 0; i < n && i < road->size; i++)
+    memcpy(y, formulation->y, (size_t)formulation->size * sizeof *y);
+    for (int i = 0; i < n && i < formulation->size; i++)
         y[i] += 1e-6 * between(-1, 1);
-    CHECK(road->row(road, 0, y, road->yp, q[0], qd[0], qdd, lambda, &work[0]) == KMP_GO);
-    CHECK(road->row(road, 0, y, road->yp, q[1], qd[1], NULL, NULL, &work[1]) == KMP_GO);
-    CHECK(road->row(road, 0, y, road->yp, q[2], NULL, NULL, NULL, &work[2]) == KMP_GO);
+    CHECK(formulation->row(formulation, 0, y, formulation->yp, q[0], qd[0], qdd, lambda, &work[0]) == KMP_GO);
+    CHECK(formulation->row(formulation, 0, y, formulation->yp, q[1], qd[1], NULL, NULL, &work[1]) == KMP_GO);
+    CHECK(formulation->row(formulation, 0, y, formulation->yp, q[2], NULL, NULL, NULL, &work[2]) == KMP_GO);
     CHECK(same(n, q[0], q[1]) && same(n, q[0], q[2]) && same(n, qd[0], qd[1]));
     CHECK(work[0] == work[1] && work[0] == work[2]);
 }
 
-static void rows_on(const kmp_road_kind *kind, const kempe_system *system, const kempe_assembly *at)
+static void rows_on(const kmp_formulation_kind *kind, const kempe_system *system, const kempe_assembly *at)
 {
     double zero[MOST] = {0};
     kmp_partition part;
     kmp_plant *plant = kmp_plant_new(system, "native");
     kmp_plant_closure(plant, 0, at->q);
     CHECK(kmp_partition_init(&part, system, plant->jacobian, NULL, 0) == KEMPE_OK);
-    const kmp_road_start start = {.system = system,
-                                  .plant = plant,
-                                  .part = &part,
-                                  .q = at->q,
-                                  .qd = at->qd,
-                                  .qdd = zero,
-                                  .lambda = zero,
-                                  .rtol = 1e-8,
-                                  .atol = 1e-8,
-                                  .rate_scale = 1};
-    kmp_road *road = kind->create(kind, &start);
-    CHECK(road && road->size <= 4 * MOST);
-    if (road) {
-        check_rows(road, system->n);
-        road->release(road);
+    const kmp_formulation_start start = {.system = system,
+                                         .plant = plant,
+                                         .part = &part,
+                                         .q = at->q,
+                                         .qd = at->qd,
+                                         .qdd = zero,
+                                         .lambda = zero,
+                                         .rtol = 1e-8,
+                                         .atol = 1e-8,
+                                         .rate_scale = 1};
+    kmp_formulation *formulation = kind->create(kind, &start);
+    CHECK(formulation && formulation->size <= 4 * MOST);
+    if (formulation) {
+        check_rows(formulation, system->n);
+        formulation->release(formulation);
     }
     kmp_partition_free(&part);
     kmp_plant_free(plant);
@@ -172,10 +172,10 @@ static void rows(void)
         loaded l = load(looped[k]);
         kempe_assembly *at = NULL;
         CHECK(l.system && kempe_assemble(l.system, &at) == KEMPE_OK);
-        for (int r = 0; at && kmp_road_get(r); r++)
-            rows_on(kmp_road_get(r), l.system, at);
+        for (int r = 0; at && kmp_formulation_get(r); r++)
+            rows_on(kmp_formulation_get(r), l.system, at);
         if (at)
-            rows_on(&kmp_road_zone, l.system, at);
+            rows_on(&kmp_formulation_zone, l.system, at);
         kempe_assembly_free(at);
         unload(&l);
     }

@@ -29,11 +29,11 @@ static void derive(const char *reach)
     CHECK(kempe_system_new(model, &derived) == KEMPE_OK);
 }
 
-static kempe_status simulate(const char *road)
+static kempe_status simulate(const char *formulation)
 {
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     kempe_trajectory *trajectory = NULL;
-    run.road = road;
+    run.formulation = formulation;
     kempe_status status = kempe_simulate(derived, &run, &trajectory);
     kempe_trajectory_free(trajectory);
     return status;

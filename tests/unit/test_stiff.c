@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The stiff flyball governor (IFToMM A05): BDF, Radau IIA and IDA on the reduced road and IDA on the dae one reach its
- * digits, recomputed in quadruple precision, and their steps hardly grow when stiffness and damping grow a hundredfold.
+/* The stiff flyball governor (IFToMM A05): BDF, Radau IIA and IDA on the reduced formulation and IDA on the dae one
+ * reach its digits, recomputed in quadruple precision, and their steps hardly grow when stiffness and damping grow a
+ * hundredfold.
  */
 #include "base/memory.h"
 #include "check.h"
@@ -59,7 +60,7 @@ static int take(void *user, double t, const double *q, const double *qd, const d
 }
 
 typedef struct way {
-    const char *road, *integrator;
+    const char *formulation, *integrator;
     double rtol;
 } way;
 
@@ -72,8 +73,12 @@ static long run(const char *stiffness, way w, double *worst)
     kmp_run_report report = {0};
     for (int k = 0; k < ROWS; k++)
         times[k] = digits[k][0];
-    kmp_run_spec spec = {
-        .road = w.road, .integrator = w.integrator, .rtol = w.rtol, .t_end = 10, .time_count = ROWS, .times = times};
+    kmp_run_spec spec = {.formulation = w.formulation,
+                         .integrator = w.integrator,
+                         .rtol = w.rtol,
+                         .t_end = 10,
+                         .time_count = ROWS,
+                         .times = times};
     if (l.system && kmp_run_resolve(l.system, &spec) == KEMPE_OK)
         CHECK(kmp_run(l.system, &spec, NULL, take, &j, &report) == KEMPE_OK);
     CHECK(j.row == ROWS);
@@ -87,8 +92,8 @@ static void check_way(way w, double most)
 {
     double worst, other;
     long steps = run("K: 8e5, c: 4e4", w, &worst), stiffer = run("K: 8e7, c: 4e6", w, &other);
-    printf("  %-8s %-6s rtol %.0e: off %.1e, %ld steps; K and c a hundredfold: %ld steps\n", w.road, w.integrator,
-           w.rtol, worst, steps, stiffer);
+    printf("  %-8s %-6s rtol %.0e: off %.1e, %ld steps; K and c a hundredfold: %ld steps\n", w.formulation,
+           w.integrator, w.rtol, worst, steps, stiffer);
     CHECK(worst <= most);
     CHECK((double)stiffer <= 1.4 * (double)steps);
 }
@@ -105,7 +110,7 @@ static void test_governor(void)
     }
 }
 
-/* A loop: digits of explicit runs at rtol 1e-13 on the reduced and the projected road, which share them. */
+/* A loop: digits of explicit runs at rtol 1e-13 on the reduced and the projected formulation, which share them. */
 static int take_rod(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                     double work)
 {
@@ -130,7 +135,7 @@ static void test_elastic_rod(void)
         loaded l = load("tests/models/elastic_rod.yaml");
         judge j = {0};
         kmp_run_report report = {0};
-        kmp_run_spec spec = {.road = ways[k].road,
+        kmp_run_spec spec = {.formulation = ways[k].formulation,
                              .integrator = ways[k].integrator,
                              .rtol = ways[k].rtol,
                              .t_end = 1,
@@ -141,7 +146,7 @@ static void test_elastic_rod(void)
         printf("  elastic rod, %-9s %-6s rtol %.0e: off %.1e, %ld steps, %ld exchanges\n", spec.form,
                ways[k].integrator, ways[k].rtol, j.worst, report.steps, report.exchanges);
         CHECK(j.row == 1 && j.worst <= most[k]);
-        CHECK(strcmp(ways[k].road, "reduced") != 0 || report.exchanges > 0);
+        CHECK(strcmp(ways[k].formulation, "reduced") != 0 || report.exchanges > 0);
         kmp_free(report.reason);
         unload(&l);
     }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The iteration matrix of every form of the dae road against differences of its residual, column by column, multipliers
- * included. */
+/* The iteration matrix of every form of the dae formulation against differences of its residual, column by column,
+ * multipliers included. */
 #include "check.h"
-#include "integrators/road.h"
+#include "integrators/formulation.h"
 #include "loaded.h"
 #include "random_model.h"
 
@@ -12,11 +12,11 @@ typedef struct bench {
     kempe_system *system;
     kmp_plant *plant;
     kmp_partition part;
-    kmp_road *road;
+    kmp_formulation *formulation;
 } bench;
 
 /* At random coordinates: nothing has to be closed for a residual. */
-static bool bench_open(bench *b, const random_model *r, const kmp_road_kind *kind)
+static bool bench_open(bench *b, const random_model *r, const kmp_formulation_kind *kind)
 {
     double q[DOF] = {0}, zero[DOF] = {0};
     *b = (bench){0};
@@ -28,24 +28,24 @@ static bool bench_open(bench *b, const random_model *r, const kmp_road_kind *kin
     kmp_plant_closure(b->plant, 0, q);
     if (kmp_partition_init(&b->part, b->system, b->plant->jacobian, NULL, 0) != KEMPE_OK)
         return false;
-    kmp_road_start start = {.system = b->system,
-                            .plant = b->plant,
-                            .part = &b->part,
-                            .q = q,
-                            .qd = zero,
-                            .qdd = zero,
-                            .lambda = zero,
-                            .rtol = 1e-6,
-                            .atol = 1e-6,
-                            .rate_scale = 0.2};
-    b->road = kind->create(kind, &start);
-    return b->road != NULL;
+    kmp_formulation_start start = {.system = b->system,
+                                   .plant = b->plant,
+                                   .part = &b->part,
+                                   .q = q,
+                                   .qd = zero,
+                                   .qdd = zero,
+                                   .lambda = zero,
+                                   .rtol = 1e-6,
+                                   .atol = 1e-6,
+                                   .rate_scale = 0.2};
+    b->formulation = kind->create(kind, &start);
+    return b->formulation != NULL;
 }
 
 static void bench_close(bench *b)
 {
-    if (b->road)
-        b->road->release(b->road);
+    if (b->formulation)
+        b->formulation->release(b->formulation);
     kmp_partition_free(&b->part);
     kmp_plant_free(b->plant);
     kempe_system_free(b->system);
@@ -112,7 +112,7 @@ static void check_matrix(int number, const kmp_dae *dae, double cj)
     kmp_free(values);
 }
 
-static void check_form(const kmp_road_kind *kind)
+static void check_form(const kmp_formulation_kind *kind)
 {
     int used = 0;
     for (int number = 0; number < MODELS; number++) {
@@ -120,11 +120,11 @@ static void check_form(const kmp_road_kind *kind)
         random_model r = random_model_new((uint64_t)(number + 101), 1 + number % 4, (unsigned)number * 7 % 16);
         CHECK(r.model != NULL);
         if (r.model && bench_open(&b, &r, kind)) {
-            int multipliers = b.road->size - 2 * b.part.n;
+            int multipliers = b.formulation->size - 2 * b.part.n;
             CHECK(multipliers == b.part.r || multipliers == 2 * b.part.r);
-            CHECK(b.road->dae.n == b.road->size && b.road->size <= SIZE);
-            check_matrix(number, &b.road->dae, 0.7);
-            check_matrix(number, &b.road->dae, 1);
+            CHECK(b.formulation->dae.n == b.formulation->size && b.formulation->size <= SIZE);
+            check_matrix(number, &b.formulation->dae, 0.7);
+            check_matrix(number, &b.formulation->dae, 1);
             used++;
         }
         bench_close(&b);
@@ -136,11 +136,11 @@ static void check_form(const kmp_road_kind *kind)
 static void test_tangents(void)
 {
     int forms = 0;
-    for (int k = 0; kmp_road_get(k); k++)
-        if (kmp_road_get(k)->dae) {
+    for (int k = 0; kmp_formulation_get(k); k++)
+        if (kmp_formulation_get(k)->dae) {
             int before = check_failures;
-            check_form(kmp_road_get(k));
-            printf("  %s%s\n", kmp_road_get(k)->form, check_failures > before ? ": wrong" : "");
+            check_form(kmp_formulation_get(k));
+            printf("  %s%s\n", kmp_formulation_get(k)->form, check_failures > before ? ": wrong" : "");
             forms++;
         }
     CHECK(forms >= 5);
@@ -151,14 +151,14 @@ static void test_loads(void)
 {
     loaded s = load("tests/models/guide_friction_carrier.yaml");
     random_model r = {.model = s.model};
-    for (int k = 0; kmp_road_get(k); k++) {
+    for (int k = 0; kmp_formulation_get(k); k++) {
         bench b;
-        if (!kmp_road_get(k)->dae)
+        if (!kmp_formulation_get(k)->dae)
             continue;
-        CHECK(bench_open(&b, &r, kmp_road_get(k)));
+        CHECK(bench_open(&b, &r, kmp_formulation_get(k)));
         CHECK(b.system->pressed_count == 3);
         for (int n = 0; n < 5; n++)
-            check_matrix(n, &b.road->dae, 0.7);
+            check_matrix(n, &b.formulation->dae, 0.7);
         bench_close(&b);
     }
     unload(&s);

@@ -330,13 +330,13 @@ static void memory_may_end(void)
 
 /* -- runs -------------------------------------------------------------------------------------------- */
 
-static kempe_trajectory *run(const loaded *s, const char *road, int threads)
+static kempe_trajectory *run(const loaded *s, const char *formulation, int threads)
 {
     kempe_trajectory *t = NULL;
-    kempe_run run = kempe_run_default();
-    run.road = road;
+    kempe_run_options run = kempe_run_options_default();
+    run.formulation = formulation;
     run.threads = threads;
-    run.once = 1;
+    run.no_convergence_check = 1;
     CHECK(kempe_simulate(s->system, &run, &t) == KEMPE_OK);
     return t;
 }
@@ -344,10 +344,10 @@ static kempe_trajectory *run(const loaded *s, const char *road, int threads)
 static void runs_have_the_same_bits(void)
 {
     loaded s = load("tests/models/three_bogies.yaml");
-    const char *const roads[] = {"reduced", "dae"};
+    const char *const formulations[] = {"reduced", "dae"};
     double cpu_s[2] = {0};
     for (int r = 0; r < 2; r++) {
-        kempe_trajectory *one = run(&s, roads[r], 1), *shared = run(&s, roads[r], 3);
+        kempe_trajectory *one = run(&s, formulations[r], 1), *shared = run(&s, formulations[r], 3);
         int rows = kempe_trajectory_row_count(one);
         size_t bytes = (size_t)s.system->n * sizeof(double);
         CHECK(rows == 5 && kempe_trajectory_row_count(shared) == rows);
@@ -360,7 +360,7 @@ static void runs_have_the_same_bits(void)
         kempe_trajectory_free(shared);
     }
     CHECK(cpu_s[1] > 0.8 * cpu_s[0]); /* shared work is work */
-    kempe_run many = kempe_run_default();
+    kempe_run_options many = kempe_run_options_default();
     kempe_trajectory *none = NULL;
     many.threads = 65;
     CHECK(kempe_simulate(s.system, &many, &none) == KEMPE_E_ARGUMENT);

@@ -48,7 +48,7 @@ static double largest(int count, const double *x)
     return most;
 }
 
-static void a_is_the_jacobian_of_the_reduced_road(void)
+static void a_is_the_jacobian_of_the_reduced_formulation(void)
 {
     /* on rails: forces of multipliers, with which Mr is not symmetric */
     const char *const examples[] = {
@@ -60,7 +60,7 @@ static void a_is_the_jacobian_of_the_reduced_road(void)
         (void)snprintf(path, sizeof path, "examples/%s.yaml", examples[k]);
         loaded m = load(path);
         kempe_linearization *l = NULL;
-        CHECK(kempe_linearize(m.system, &(kempe_linearize_ask){.at = "start"}, &l) == KEMPE_OK);
+        CHECK(kempe_linearize(m.system, &(kempe_linearize_options){.at = "start"}, &l) == KEMPE_OK);
         int rows, columns;
         const double *a = kempe_linearization_matrix(l, KEMPE_MATRIX_A, &rows, &columns);
         CHECK(rows == columns && rows <= MOST);
@@ -102,7 +102,8 @@ static const char *const machine =
     "sensors: {s: \"k*q(slider)^2 + qd(pend)*q(crank)\"}\n"
     "start: {q: {crank: a0, rod: -1.4, slider: 0.8, pend: p0, lift: 0}, qd: {crank: ad, pend: pd}, "
     "hold: [crank, pend]}\n"
-    "run: {u: [crank, pend], outputs: [q, qdd, lambda, position(rod.E), velocity(pend.P), acceleration(pend.P), "
+    "run: {independent: [crank, pend], outputs: [q, qdd, lambda, position(rod.E), velocity(pend.P), "
+    "acceleration(pend.P), "
     "reaction(C), force(spring), s]}\n";
 
 static const char *const inputs = "effort(crank),force(rod.E.x),force(rod.E.y),drive(lift),k";
@@ -213,9 +214,10 @@ static void all_four_are_derivatives(void)
     loaded m = load_text(machine);
     kempe_linearization *l = NULL;
     static double coarse[MOST * MOST], fine[MOST * MOST], table[MOST * MOST];
-    CHECK(kempe_linearize(m.system, &(kempe_linearize_ask){.at = "start", .inputs = inputs, .u = "crank,pend"}, &l) ==
-          KEMPE_OK);
-    CHECK(kempe_linearization_rests(l) == 0);
+    CHECK(kempe_linearize(m.system,
+                          &(kempe_linearize_options){.at = "start", .inputs = inputs, .independent = "crank,pend"},
+                          &l) == KEMPE_OK);
+    CHECK(kempe_linearization_is_equilibrium(l) == 0);
     const double *q = kempe_linearization_q(l), *qd = kempe_linearization_qd(l);
     double x[] = {q[1], q[4], qd[1], qd[4]};
     CHECK_NEAR(qd[1], 3, 1e-14);
@@ -256,8 +258,8 @@ static void k_is_symmetric_for_conservative_forces(void)
     loaded m = load("examples/suspension/suspension.yaml");
     kempe_linearization *l = NULL;
     int p, columns;
-    CHECK(kempe_linearize(m.system, &(kempe_linearize_ask){0}, &l) == KEMPE_OK);
-    CHECK(kempe_linearization_rests(l) == 1);
+    CHECK(kempe_linearize(m.system, &(kempe_linearize_options){0}, &l) == KEMPE_OK);
+    CHECK(kempe_linearization_is_equilibrium(l) == 1);
     CHECK(skewness(15, kempe_linearization_matrix(l, KEMPE_MATRIX_K, &p, &columns), -1) < 1e-12 && p == 15);
     CHECK(skewness(15, kempe_linearization_matrix(l, KEMPE_MATRIX_G, &p, &columns), -1) < 1e-12); /* dampers alone */
     kempe_linearization_free(l);
@@ -280,12 +282,12 @@ static void the_gyroscopic_part_of_g_is_skew(void)
                          "start: {q: {inner: 0.4}, qd: {rotor: 100}}\n");
     kempe_linearization *l = NULL;
     int p, columns;
-    CHECK(kempe_linearize(m.system, &(kempe_linearize_ask){.at = "start"}, &l) == KEMPE_OK);
+    CHECK(kempe_linearize(m.system, &(kempe_linearize_options){.at = "start"}, &l) == KEMPE_OK);
     const double *g = kempe_linearization_matrix(l, KEMPE_MATRIX_G, &p, &columns);
     CHECK(p == 3);
     CHECK_NEAR(fabs(g[0 + 1 * 3]), 0.05 * 100 * cos(0.4), 1e-13);
     CHECK(skewness(3, g, 1) < 1e-14);
-    CHECK(kempe_linearization_rests(l) == 1); /* the rotor goes on, and no force changes */
+    CHECK(kempe_linearization_is_equilibrium(l) == 1); /* the rotor goes on, and no force changes */
     kempe_linearization_free(l);
     unload(&m);
 }
@@ -335,7 +337,7 @@ static double linear_error(const double *q, const double *a, double eps)
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_trajectory *t = NULL;
-    kempe_run run = kempe_run_default();
+    kempe_run_options run = kempe_run_options_default();
     char value[4][40];
     double x[] = {eps, -eps, 2 * eps, eps}, worst = 0;
     (void)snprintf(value[0], 40, "%.17g", q[1] + x[0]);
@@ -343,9 +345,9 @@ static double linear_error(const double *q, const double *a, double eps)
     (void)snprintf(value[2], 40, "%.17g", x[2]);
     (void)snprintf(value[3], 40, "%.17g", x[3]);
     const kempe_setting set[] = {{"a0", value[0]}, {"p0", value[1]}, {"ad", value[2]}, {"pd", value[3]}, {"sway", "0"}};
-    run.t_end = run.every = 1;
+    run.t_end = run.output_step = 1;
     run.rtol = 1e-12;
-    run.once = 1;
+    run.no_convergence_check = 1;
     CHECK(kempe_model_read_text_set(context, machine, "machine", set, 5, &model) == KEMPE_OK &&
           kempe_system_new(model, &system) == KEMPE_OK && kempe_simulate(system, &run, &t) == KEMPE_OK);
     exponential(a, 1, x);
@@ -369,7 +371,7 @@ static void the_linear_motion_is_the_motion_but_for_squares(void)
     int rows, columns;
     CHECK(kempe_model_read_text_set(context, machine, "machine", set, 3, &model) == KEMPE_OK &&
           kempe_system_new(model, &system) == KEMPE_OK);
-    CHECK(kempe_linearize(system, &(kempe_linearize_ask){.u = "crank,pend"}, &l) == KEMPE_OK);
+    CHECK(kempe_linearize(system, &(kempe_linearize_options){.independent = "crank,pend"}, &l) == KEMPE_OK);
     if (!l)
         printf("%s\n", kempe_context_message(context));
     const double *a = kempe_linearization_matrix(l, KEMPE_MATRIX_A, &rows, &columns);
@@ -386,7 +388,7 @@ static void the_linear_motion_is_the_motion_but_for_squares(void)
 
 int main(void)
 {
-    TEST(a_is_the_jacobian_of_the_reduced_road);
+    TEST(a_is_the_jacobian_of_the_reduced_formulation);
     TEST(all_four_are_derivatives);
     TEST(k_is_symmetric_for_conservative_forces);
     TEST(the_gyroscopic_part_of_g_is_skew);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Unknowns of equations in models: beside models that have the solution as a formula, in every set of equations with
- * all derivatives, on all roads; against differences; and as text. */
+ * all derivatives, on all formulations; against differences; and as text. */
 #include "derived.h"
 #include "loaded.h"
 #include "model/model.h"
@@ -21,13 +21,13 @@ static const char body[] =
     "start: {q: {a: 0.4, x: 1}, qd: {a: 3}}\n"
     "run: {t_end: 1, outputs: [q, sensor(b), sensor(load), lambda]}\n";
 /* The angle of the rod, and what follows it by a line and a circle. */
-static const char solved[] = "unknowns:\n"
+static const char solved[] = "algebraic:\n"
                              "  rod: {of: {b: 0.1}, zero: \"l*sin(b) - r*sin(q(a))\"}\n"
                              "  reach: l*cos(b)\n"
                              "  pair: {of: {c: 1, d: 0 m}, zero: [\"c^2 + d^2 - 1 - b^2\", \"d - 0.5*c - 0.1*q(x)\"]}\n"
                              "  load: abs(lambda(rod)) + d\n";
 /* c: 1.25 c^2 + 0.1 x c + 0.01 x^2 - 1 - b^2 = 0 */
-static const char said[] = "unknowns:\n"
+static const char said[] = "algebraic:\n"
                            "  b: asin(r/l*sin(q(a)))\n"
                            "  reach: l*cos(b)\n"
                            "  c: (-0.1*q(x) + sqrt(0.01*q(x)^2 - 5*(0.01*q(x)^2 - 1 - b^2)))/2.5\n"
@@ -94,13 +94,13 @@ typedef struct end {
     double q[2];
 } end;
 
-static end run(const char *unknowns, const char *road, const char *integrator)
+static end run(const char *unknowns, const char *formulation, const char *integrator)
 {
     end e = {{0}};
     loaded l = load_pair(unknowns);
     kempe_trajectory *t = NULL;
-    kempe_run settings = kempe_run_default();
-    settings.road = road;
+    kempe_run_options settings = kempe_run_options_default();
+    settings.formulation = formulation;
     settings.integrator = integrator;
     settings.rtol = 1e-11;
     kempe_status status = l.system ? kempe_simulate(l.system, &settings, &t) : KEMPE_E_INPUT;
@@ -115,7 +115,7 @@ static end run(const char *unknowns, const char *road, const char *integrator)
     return e;
 }
 
-static void test_roads(void)
+static void test_formulations(void)
 {
     static const char *const ways[][2] = {
         {"reduced", "dop853"}, {"projected", "dop853"}, {"reduced", "radau5"}, {"dae", "ida"}};
@@ -134,7 +134,7 @@ static void test_scales(void)
 {
     loaded l = load_text("kempe: 1\n"
                          "bodies: {m: {joint: {name: S, prismatic: z, at: ground}, mass: 1}}\n"
-                         "unknowns:\n"
+                         "algebraic:\n"
                          "  far: {of: {a: 1e6, b: 1e-3}, zero: [\"a*a - 4e12*(1 + q(S))\", \"b + 0.5e6*b*b - "
                          "1.5e-6*(1 + q(S))\"]}\n"
                          "  none: {of: {c: 1e6, d: 0}, zero: [\"c^3 - 7e18*(1 + q(S))\", \"d + d^3 + c^3/7e18 - 1 - "
@@ -157,12 +157,12 @@ static void test_scales(void)
 }
 
 /* Runs until they fail, with words that name these unknowns or (NULL) none. */
-static void fails(const char *text, const char *road, const char *when, const char *named)
+static void fails(const char *text, const char *formulation, const char *when, const char *named)
 {
     loaded l = load_text(text);
     kempe_trajectory *t = NULL;
-    kempe_run settings = kempe_run_default();
-    settings.road = road;
+    kempe_run_options settings = kempe_run_options_default();
+    settings.formulation = formulation;
     CHECK(l.system && kempe_simulate(l.system, &settings, &t) < 0);
     const char *why = kempe_context_message(l.context), *names = strstr(why, "have no solution there: ");
     CHECK(strstr(why, when));
@@ -175,7 +175,7 @@ static void fails(const char *text, const char *road, const char *when, const ch
 static void test_no_solution(void)
 {
     static const char text[] = "kempe: 1\n"
-                               "unknowns: {u: {of: {y: 1}, zero: \"y^2 + q(x) - 1\"}}\n"
+                               "algebraic: {u: {of: {y: 1}, zero: \"y^2 + q(x) - 1\"}}\n"
                                "bodies: {B: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
                                "forces: {f: {joint: x, force: 1 + y}}\n"
                                "run: {t_end: 3}\n";
@@ -187,7 +187,7 @@ static void test_no_solution(void)
 static void test_not_to_blame(void)
 {
     fails("kempe: 1\n"
-          "unknowns: {u: {of: {y: 0.1}, zero: \"y + sin(y) - q(x)/(1 m)\"}}\n"
+          "algebraic: {u: {of: {y: 0.1}, zero: \"y + sin(y) - q(x)/(1 m)\"}}\n"
           "bodies: {B: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
           "forces: {f: {joint: x, force: \"1 N - 2 N*sign(qd(x)) + 0 N*y\"}}\n"
           "start: {qd: {x: 1}}\n"
@@ -198,7 +198,7 @@ static void test_not_to_blame(void)
 int main(void)
 {
     TEST(test_equations);
-    TEST(test_roads);
+    TEST(test_formulations);
     TEST(test_scales);
     TEST(test_no_solution);
     TEST(test_not_to_blame);

@@ -169,7 +169,7 @@ static const char everywhere[] =
     "      points: {E: [l, 0, 0]}}\n"
     "  c: {joint: {name: c, prismatic: x, at: ground.S}, mass: 1, points: {P: [0, 0, f]}}\n"
     "  d: {joint: {name: d, screw: z, pitch: p, at: ground.O}, mass: 1, inertia: {zz: j}}\n"
-    "loops:\n  r: {rod: [b.E, c.P], length: r}\n  t: {couple: {d.1: 1, a: s/2}, equals: q0/9}\n"
+    "loops:\n  r: {rod: [b.E, c.P], length: r}\n  t: {coupler: {d.1: 1, a: s/2}, equals: q0/9}\n"
     "forces:\n"
     "  k: {spring: [a.E, c.P], stiffness: k, damping: d, free_length: s}\n"
     "  j: {joint: c, spring: {stiffness: k*2, damping: f, rest: w}}\n"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The wheelset of the Test Set for IVP Solvers, as expressions, at t = 10 s: each position and rate within 1e-5 of the
- * published digits, on both roads. */
+ * published digits, on both formulations. */
 #include "loaded.h"
 #include <math.h>
 #include <string.h>
@@ -12,16 +12,16 @@ static const double qd[WANTED] = {-0.76985374142666e-1, -0.25151106429207e-3, 0.
                                   -0.13633468454173e-1};
 static const double lambda[2] = {-101.24044903201, -56.285630573753};
 
-static void compare(const char *road, double rtol, double atol)
+static void compare(const char *formulation, double rtol, double atol)
 {
     loaded l = load("examples/wheelset/wheelset.yaml");
     kempe_trajectory *t = NULL;
-    kempe_run settings = kempe_run_default();
-    settings.road = road;
+    kempe_run_options settings = kempe_run_options_default();
+    settings.formulation = formulation;
     settings.rtol = rtol;
     settings.atol = atol;
-    settings.every = 10;
-    settings.once = 1;
+    settings.output_step = 10;
+    settings.no_convergence_check = 1;
     kempe_status status = l.system ? kempe_simulate(l.system, &settings, &t) : KEMPE_E_INPUT;
     CHECK(status == KEMPE_OK);
     if (status == KEMPE_OK) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Every road against digits that Kempe did not produce: examples' reference.csv, the IFToMM and Modelica problems of
- * tests/models. Where a choice of u fails, it must say so. */
+/* Every formulation against digits that Kempe did not produce: examples' reference.csv, the IFToMM and Modelica
+ * problems of tests/models. Where a choice of u fails, it must say so. */
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/plant.h"
@@ -61,19 +61,19 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 }
 
 /* Set by tests that keep u as it is. */
-static bool fixed_u;
+static bool keep_independent;
 
-static kempe_status run(const loaded *l, const char *road, const char *form, double rtol, double t_end, int count,
-                        const double *times, last_row *row, char **reason)
+static kempe_status run(const loaded *l, const char *formulation, const char *form, double rtol, double t_end,
+                        int count, const double *times, last_row *row, char **reason)
 {
     kmp_run_report report;
-    kmp_run_spec spec = {.road = road,
+    kmp_run_spec spec = {.formulation = formulation,
                          .form = form,
                          .rtol = rtol,
                          .t_end = t_end,
                          .time_count = count,
                          .times = times,
-                         .fixed_u = fixed_u};
+                         .keep_independent = keep_independent};
     const kmp_reference *reference = row->reference;
     *row = (last_row){.s = l->system, .reference = reference};
     kempe_status status = kmp_run_resolve(l->system, &spec);
@@ -87,7 +87,7 @@ static kempe_status run(const loaded *l, const char *road, const char *form, dou
 }
 
 /* Errors against an example's reference.csv over all its times up to t_end. */
-static void against_reference(const char *example, const char *road, const char *form, double rtol, double t_end,
+static void against_reference(const char *example, const char *formulation, const char *form, double rtol, double t_end,
                               const double allowed[3])
 {
     loaded l = load(example);
@@ -102,9 +102,9 @@ static void against_reference(const char *example, const char *road, const char 
         count++;
     CHECK(count > 1 && reference.t[count - 1] == t_end);
     row.reference = &reference;
-    CHECK(run(&l, road, form, rtol, t_end, count, reference.t, &row, NULL) == KEMPE_OK);
+    CHECK(run(&l, formulation, form, rtol, t_end, count, reference.t, &row, NULL) == KEMPE_OK);
     CHECK(row.rows == count);
-    printf("  %-34s %s/%-8s rtol %.0e t %-5g q %.1e qd %.1e lambda %.1e\n", example, road, form, rtol, t_end,
+    printf("  %-34s %s/%-8s rtol %.0e t %-5g q %.1e qd %.1e lambda %.1e\n", example, formulation, form, rtol, t_end,
            row.error[0], row.error[1], row.error[2]);
     for (int e = 0; e < 3; e++)
         CHECK(row.error[e] <= allowed[e]);
@@ -117,14 +117,14 @@ static void andrews_reaches_its_digits(void)
     const double ode[3] = {1e-10, 1e-8, 1e-8}, dae[3] = {1e-7, 1e-5, 1e-5};
     for (int k = 0; k < 2; k++) {
         double t_end = k ? 0.05 : 0.03;
-        against_reference("examples/andrews/andrews.yaml", "reduced", "carried", 1e-12, t_end, ode);
-        against_reference("examples/andrews/andrews.yaml", "reduced", "closed", 1e-12, t_end, ode);
+        against_reference("examples/andrews/andrews.yaml", "reduced", "integrated", 1e-12, t_end, ode);
+        against_reference("examples/andrews/andrews.yaml", "reduced", "newton", 1e-12, t_end, ode);
         against_reference("examples/andrews/andrews.yaml", "projected", "none", 1e-12, t_end, ode);
-        against_reference("examples/andrews/andrews.yaml", "dae", "ah", 1e-12, t_end, dae);
+        against_reference("examples/andrews/andrews.yaml", "dae", "stabilized1", 1e-12, t_end, dae);
     }
 }
 
-/* The other forms of the dae road, at a tolerance that each one stands. */
+/* The other forms of the dae formulation, at a tolerance that each one stands. */
 static void forms_reach_their_digits(void)
 {
     const double fine[3] = {1e-8, 1e-5, 1e-6}, coarse[3] = {1e-2, 1, 0.1};
@@ -140,8 +140,8 @@ static void linkages_reach_their_digits(void)
     const char *const models[2] = {"examples/four_bar/four_bar.yaml", "examples/slider_crank/slider_crank.yaml"};
     for (int k = 0; k < 2; k++) {
         double t_end = k ? 10 : 5;
-        against_reference(models[k], "reduced", "carried", 1e-12, t_end, allowed);
-        against_reference(models[k], "reduced", "closed", 1e-12, t_end, allowed);
+        against_reference(models[k], "reduced", "integrated", 1e-12, t_end, allowed);
+        against_reference(models[k], "reduced", "newton", 1e-12, t_end, allowed);
         against_reference(models[k], "projected", "none", 1e-12, t_end, allowed);
     }
 }
@@ -158,10 +158,10 @@ static void planar_loops_in_space_reach_their_digits(void)
                   {"examples/parallel_robot/parallel_robot_spatial.yaml", 2, {1e-10, 1e-9, 0}}};
     const double dae[3] = {1e-5, 1e-4, 0};
     for (size_t k = 0; k < sizeof models / sizeof *models; k++) {
-        against_reference(models[k].model, "reduced", "carried", 1e-12, models[k].t_end, models[k].allowed);
-        against_reference(models[k].model, "reduced", "closed", 1e-12, models[k].t_end, models[k].allowed);
+        against_reference(models[k].model, "reduced", "integrated", 1e-12, models[k].t_end, models[k].allowed);
+        against_reference(models[k].model, "reduced", "newton", 1e-12, models[k].t_end, models[k].allowed);
         against_reference(models[k].model, "projected", "none", 1e-12, models[k].t_end, models[k].allowed);
-        against_reference(models[k].model, "dae", "ah", 1e-11, models[k].t_end, dae);
+        against_reference(models[k].model, "dae", "stabilized1", 1e-11, models[k].t_end, dae);
     }
 }
 
@@ -171,7 +171,7 @@ static void andrews_starts_with_the_published_accelerations(void)
     const double zero = 0;
     last_row row = {0};
     static const char *const ways[4][2] = {
-        {"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}, {"dae", "ah"}};
+        {"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}, {"dae", "stabilized1"}};
     for (int k = 0; k < 4; k++) {
         CHECK(run(&l, ways[k][0], ways[k][1], 1e-6, 1e-6, 1, &zero, &row, NULL) == KEMPE_OK);
         CHECK_NEAR(row.qdd[0], 14222.4439199541138705911625887, 1e-10);
@@ -186,7 +186,7 @@ static void andrews_starts_with_the_published_accelerations(void)
 
 static void spatial_problems_reach_their_digits(void)
 {
-    static const char *const ways[3][2] = {{"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}};
+    static const char *const ways[3][2] = {{"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}};
     double end = 10;
     last_row row = {0};
     for (int k = 0; k < 3; k++) {
@@ -220,7 +220,7 @@ static void spatial_problems_reach_their_digits(void)
 static void bennett_keeps_its_closed_form(void)
 {
     loaded l = load("tests/models/bennett.yaml");
-    static const char *const ways[3][2] = {{"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}};
+    static const char *const ways[3][2] = {{"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}};
     double end = 10, alpha = 40 * M_PI / 180, beta = 75 * M_PI / 180, first = 0;
     double k = sin((beta + alpha) / 2) / sin((beta - alpha) / 2);
     last_row row = {0};
@@ -241,18 +241,18 @@ static void a_fixed_choice_of_u_says_so(void)
     loaded l = load("tests/models/triple_rocker.yaml");
     double end = 3;
     last_row row = {0};
-    fixed_u = true;
+    keep_independent = true;
     for (int k = 0; k <= 36; k++) {
         double rtol = pow(10, -4 - 0.25 * k);
         for (int form = 0; form < 2; form++) {
             char *reason = NULL;
-            kempe_status status = run(&l, "reduced", form ? "closed" : "carried", rtol, 3, 1, &end, &row, &reason);
+            kempe_status status = run(&l, "reduced", form ? "newton" : "integrated", rtol, 3, 1, &end, &row, &reason);
             CHECK(status == KEMPE_E_FAILED);
             CHECK(reason && strstr(reason, "dead centre") && strstr(reason, "'B'"));
             kmp_free(reason);
         }
     }
-    fixed_u = false;
+    keep_independent = false;
     unload(&l);
 }
 
@@ -261,11 +261,11 @@ static int said_projected;
 static void listen(void *user, kempe_level level, const char *text)
 {
     (void)user, (void)level;
-    said_projected += strstr(text, "the projected road, which needs none, goes on from there") != NULL;
+    said_projected += strstr(text, "the projected formulation, which needs none, goes on from there") != NULL;
 }
 
-/* Where nobody asked for a road, a reduced one that stops hands over to the projected one: right, and said. */
-static void the_projected_road_takes_over(void)
+/* Where nobody asked for a formulation, a reduced one that stops hands over to the projected one: right, and said. */
+static void the_projected_formulation_takes_over(void)
 {
     loaded l = load("tests/models/triple_rocker.yaml");
     double end = 3;
@@ -275,11 +275,14 @@ static void the_projected_road_takes_over(void)
     for (int asked = 0; asked < 2; asked++)
         for (int k = 0; k <= 8; k++) {
             kmp_run_report report;
-            kmp_run_spec spec = {
-                .road = asked ? "reduced" : NULL, .rtol = pow(10, -4 - k), .t_end = 3, .time_count = 1, .times = &end};
+            kmp_run_spec spec = {.formulation = asked ? "reduced" : NULL,
+                                 .rtol = pow(10, -4 - k),
+                                 .t_end = 3,
+                                 .time_count = 1,
+                                 .times = &end};
             CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
             CHECK(spec.open == !asked);
-            spec.fixed_u = true; /* so that the reduced road stops at a dead centre */
+            spec.keep_independent = true; /* so that the reduced formulation stops at a dead centre */
             row = (last_row){.s = l.system};
             said_projected = 0;
             kempe_status status = kmp_run(l.system, &spec, NULL, take_row, &row, &report);
@@ -301,7 +304,7 @@ static void exchanges_carry_through_dead_centres(void)
     for (int k = 0; k <= 32; k++) {
         double rtol = pow(10, -4 - 0.25 * k);
         for (int form = 0; form < 2; form++) {
-            CHECK(run(&l, "reduced", form ? "closed" : "carried", rtol, 3, 1, &end, &row, NULL) == KEMPE_OK);
+            CHECK(run(&l, "reduced", form ? "newton" : "integrated", rtol, 3, 1, &end, &row, NULL) == KEMPE_OK);
             for (int i = 0; i < 3; i++)
                 CHECK_NEAR(row.q[i], right.q[i], fmax(3e3 * rtol, 1e-9));
         }
@@ -319,15 +322,15 @@ static void no_choice_of_u_is_silently_wrong(void)
     for (int u = 0; u < 7; u++)
         for (int way = 0; way < 4; way++) {
             kmp_run_report report;
-            kmp_run_spec spec = {.road = "reduced",
-                                 .form = way & 1 ? "closed" : "carried",
+            kmp_run_spec spec = {.formulation = "reduced",
+                                 .form = way & 1 ? "newton" : "integrated",
                                  .rtol = 1e-9,
                                  .t_end = end,
                                  .time_count = 1,
                                  .times = &end,
                                  .u = &u,
                                  .u_count = 1,
-                                 .fixed_u = way & 2};
+                                 .keep_independent = way & 2};
             row = (last_row){.s = l.system};
             CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
             kempe_status status = kmp_run(l.system, &spec, NULL, take_row, &row, &report);
@@ -355,7 +358,7 @@ static void linear_solvers_agree(void)
     for (int k = 0; k < 3; k++) {
         kmp_run_report report;
         kmp_run_spec spec = {
-            .road = "dae", .linear = names[k], .rtol = 1e-12, .t_end = end, .time_count = 1, .times = &end};
+            .formulation = "dae", .linear = names[k], .rtol = 1e-12, .t_end = end, .time_count = 1, .times = &end};
         row = (last_row){.s = l.system};
         CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
         CHECK(kmp_run(l.system, &spec, NULL, take_row, &row, &report) == KEMPE_OK);
@@ -369,20 +372,21 @@ static void linear_solvers_agree(void)
     unload(&l);
 }
 
-/* What the dae road costs at rtol 1e-8: one residual an iteration, few matrices, as many steps as are known to do; and
- * the same bits again. */
-static void the_dae_road_costs_what_is_known(void)
+/* What the dae formulation costs at rtol 1e-8: one residual an iteration, few matrices, as many steps as are known to
+ * do; and the same bits again. */
+static void the_dae_formulation_costs_what_is_known(void)
 {
     static const struct {
         const char *form;
         long steps, newton, factorizations;
-    } known[] = {{"ah", 790, 2000, 49}, {"ggl", 890, 2020, 89}, {"index2", 840, 2050, 70}, {"index1", 730, 1590, 48}};
+    } known[] = {
+        {"stabilized1", 790, 2000, 49}, {"ggl", 890, 2020, 89}, {"index2", 840, 2050, 70}, {"index1", 730, 1590, 48}};
     loaded l = load("examples/andrews/andrews.yaml");
     double end = 0.03, first[7] = {0};
     for (int k = 0; k < 8; k++) {
         last_row row = {.s = l.system};
         kmp_run_report r;
-        kmp_run_spec spec = {.road = "dae",
+        kmp_run_spec spec = {.formulation = "dae",
                              .form = known[k / 2].form,
                              .linear = "klu",
                              .rtol = 1e-8,
@@ -411,11 +415,11 @@ static double energy(kmp_plant *plant, const last_row *r)
     return kmp_plant_kinetic(plant, r->qd) + kmp_plant_potential(plant, r->t, r->q);
 }
 
-/* A road that goes through a change of mobility at all keeps the energy; the others say where they stopped. */
+/* A formulation that goes through a change of mobility at all keeps the energy; the others say where they stopped. */
 static void a_change_of_mobility_swallows_no_energy(void)
 {
     static const char *const ways[4][2] = {
-        {"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}, {"dae", "ah"}};
+        {"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}, {"dae", "stabilized1"}};
     loaded l = load("tests/models/parallelogram.yaml");
     kmp_plant *plant = kmp_plant_new(l.system, "tape");
     int through[4] = {0};
@@ -431,7 +435,7 @@ static void a_change_of_mobility_swallows_no_energy(void)
             through[way] += status == KEMPE_OK;
             kmp_free(reason);
         }
-    printf("  25 tolerances, through: carried %d, closed %d, projected %d, dae %d\n", through[0], through[1],
+    printf("  25 tolerances, through: integrated %d, newton %d, projected %d, dae %d\n", through[0], through[1],
            through[2], through[3]);
     kmp_plant_free(plant);
     unload(&l);
@@ -446,14 +450,14 @@ static void stepping_allocates_nothing(void)
     kmp_way way;
     for (int k = 0; kmp_way_get(k, &way); k++) {
         kmp_run_report report;
-        kmp_run_spec spec = {.road = way.road,
+        kmp_run_spec spec = {.formulation = way.formulation,
                              .form = way.form,
                              .integrator = way.integrator,
                              .rtol = 1e-8,
                              .t_end = 0.03,
                              .time_count = 3,
                              .times = times,
-                             .fixed_u = strcmp(way.road, "reduced") == 0};
+                             .keep_independent = strcmp(way.formulation, "reduced") == 0};
         row = (last_row){.s = l.system};
         CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
         CHECK(kmp_run(l.system, &spec, NULL, take_row, &row, &report) == KEMPE_OK);
@@ -474,11 +478,11 @@ int main(void)
     TEST(spatial_problems_reach_their_digits);
     TEST(bennett_keeps_its_closed_form);
     TEST(a_fixed_choice_of_u_says_so);
-    TEST(the_projected_road_takes_over);
+    TEST(the_projected_formulation_takes_over);
     TEST(exchanges_carry_through_dead_centres);
     TEST(no_choice_of_u_is_silently_wrong);
     TEST(linear_solvers_agree);
-    TEST(the_dae_road_costs_what_is_known);
+    TEST(the_dae_formulation_costs_what_is_known);
     TEST(a_change_of_mobility_swallows_no_energy);
     TEST(stepping_allocates_nothing);
     return check_report();

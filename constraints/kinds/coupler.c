@@ -17,4 +17,4 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
     }
 }
 
-const kmp_part kmp_part_couple = {1, KMP_KIND_POWER_OF_COORDINATE, residual, kmp_part_effort};
+const kmp_part kmp_part_coupler = {1, KMP_KIND_POWER_OF_COORDINATE, residual, kmp_part_effort};
