@@ -115,6 +115,31 @@ static void runs_reach_their_end(void)
     }
 }
 
+/* Corrections of v that rounding makes refuse no step: those below KMP_CORRECTION_ROUNDING, and those that a shorter
+ * step from the same place does not reduce. */
+static void rounding_refuses_no_step(void)
+{
+    static const struct {
+        const char *model;
+        double rtol, t_end;
+    } all[] = {{"bricard_hinge", 1e-12, 10}, {"rounded_lamp", 1e-10, 3}, {"rounded_lamp", 1e-11, 3}};
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+        char path[64];
+        (void)snprintf(path, sizeof path, "tests/models/%s.yaml", all[k].model);
+        loaded l = load(path);
+        table rows;
+        kmp_run_report report;
+        kmp_journal notes;
+        kmp_run_spec spec = {.form = "carried", .t_end = all[k].t_end, .rtol = all[k].rtol};
+        CHECK(run(&l, spec, &rows, &report, &notes) == KEMPE_OK);
+        printf("  %s, rtol %.0e: %ld steps, %ld refused\n", all[k].model, all[k].rtol, report.steps, report.refused);
+        CHECK(10 * report.refused < report.steps);
+        kmp_free(report.reason);
+        kmp_journal_free(&notes);
+        unload(&l);
+    }
+}
+
 static int compare(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
@@ -221,6 +246,7 @@ int main(void)
 {
     TEST(no_false_alarms);
     TEST(runs_reach_their_end);
+    TEST(rounding_refuses_no_step);
     TEST(redundant_rows_cost_no_digits);
     TEST(a_row_by_another_way);
     return check_report();
