@@ -14,7 +14,7 @@ enum { MOST = 128, TIMES = 100 };
 
 typedef struct table {
     int n, count;
-    double q[TIMES + 1][12];
+    double q[TIMES + 1][16];
 } table;
 
 static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
@@ -249,6 +249,24 @@ static void a_row_by_another_way(void)
     unload(&l);
 }
 
+/* A step of the closed form that is good at both ends, and has no closed state between them. */
+static void rows_that_a_road_cannot_complete(void)
+{
+    loaded l = load("tests/models/long_whip.yaml");
+    table rows, reference;
+    kmp_run_report a, b;
+    kmp_journal notes, none;
+    CHECK(run(&l, (kmp_run_spec){.form = "closed", .t_end = 0.02, .rtol = 1e-4}, &rows, &a, &notes) == KEMPE_OK);
+    CHECK(run(&l, (kmp_run_spec){.road = "projected", .t_end = 0.02, .rtol = 1e-9}, &reference, &b, &none) == KEMPE_OK);
+    CHECK(notes_of(&notes, "row") > 10 && rows.count == TIMES + 1);
+    CHECK(difference(&rows, &reference) < 1e-2); /* 100 rtol */
+    kmp_free(a.reason);
+    kmp_free(b.reason);
+    kmp_journal_free(&notes);
+    kmp_journal_free(&none);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(no_false_alarms);
@@ -256,5 +274,6 @@ int main(void)
     TEST(rounding_refuses_no_step);
     TEST(redundant_rows_cost_no_digits);
     TEST(a_row_by_another_way);
+    TEST(rows_that_a_road_cannot_complete);
     return check_report();
 }
