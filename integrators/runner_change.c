@@ -417,13 +417,13 @@ static kempe_status step_in_zone(kmp_runner *run, double t, bool walks)
     return status == KEMPE_OK ? run->kind->step(run->solver) : status;
 }
 
-/* Where a formulation cannot go on near a singular place the zone takes over: by a leap, unless none led across before,
- * or where the steps of the zone have come to an end, too; else in steps. */
+/* Where a formulation cannot go on near a singular place the zone takes over: by a leap, unless none led across before;
+ * else in steps, which begin anew where they have come to an end. */
 static kempe_status take_zone(kmp_runner *run, double t)
 {
-    bool leaps = run->walks || !(run->margin.tried > 0);
+    bool leaps = !(run->margin.tried > 0);
     kempe_status status = leaps ? step_in_zone(run, t, false) : KEMPE_E_FAILED;
-    if (status != KEMPE_E_FAILED || (leaps && run->margin.tried > 0))
+    if (status != KEMPE_E_FAILED)
         return status;
     run->margin.tried = run->margin.last;
     return step_in_zone(run, t, true);

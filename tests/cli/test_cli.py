@@ -1251,6 +1251,16 @@ run: {t_end: 1}
         self.assertIn("too much work", hopeless["reason"])
         self.assertLess(hopeless["work"]["steps"], 300000)
 
+    def test_an_absurd_force_ends(self):
+        path = self.model(FOUR_BAR.read_text() + "forces: {push: {joint: crank, torque: 1e200}}\n")
+        self.assertIn("too much work", self.object(1, "simulate", path, "--no-convergence-check")["reason"])
+
+    def test_a_start_next_to_a_singular_place_goes_on(self):
+        text = (ROOT / "examples/spatial_slider_crank/spatial_slider_crank.yaml").read_text()
+        path = self.model(text.replace("dz: 2/3", "dz: 2/1e8"))
+        self.assertNotEqual(path.read_text(), text)
+        self.expect(0, "simulate", path, "--no-convergence-check")
+
     def test_a_bound_on_work_of_instances(self):
         found = self.object(1, "ensemble", FOUR_BAR, "--sample", "crank=0.29:0.31", "--instances", 3, "--t-end", 1,
                             "--max-steps", 20)

@@ -2,6 +2,7 @@
 /* Runs by articulated bodies against runs by M and C: the same rows on every formulation that can go by either, on
  * trees and with loops, with what happens on the way: exchanges, redundant rows, change points, events, charts, forces
  * of a program. Which of the two is taken, and what is refused. */
+#include "backend/machine.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "check.h"
@@ -361,6 +362,44 @@ static void a_long_chain_costs_the_workspace_less(void)
     unload(&s);
 }
 
+/* Seconds of an evaluation of M, C, h, J and jdqd by the workspace, and of the same by the tape, the least of many. */
+static void time_evaluations(const kempe_system *system, double *by_workspace, double *by_tape)
+{
+    const double q[LARGEST] = {0}, qd[LARGEST] = {0};
+    kempe_workspace *ws = NULL;
+    kmp_plant *tape = kmp_plant_new(system, "tape");
+    *by_workspace = *by_tape = INFINITY;
+    CHECK(tape && system->n <= LARGEST && kempe_workspace_new(system, &ws) == KEMPE_OK);
+    for (int k = 0; k < 400; k++) {
+        clock_t from = clock();
+        for (int call = 0; call < 10; call++)
+            CHECK(kempe_eval(ws, 0, q, qd) == KEMPE_OK);
+        clock_t between = clock();
+        for (int call = 0; call < 10; call++) {
+            kmp_plant_closure(tape, 0, q);
+            kmp_plant_mass(tape);
+            kmp_plant_bias(tape, qd);
+        }
+        *by_workspace = fmin(*by_workspace, (double)(between - from) / 10 / CLOCKS_PER_SEC);
+        *by_tape = fmin(*by_tape, (double)(clock() - between) / 10 / CLOCKS_PER_SEC);
+    }
+    kempe_workspace_free(ws);
+    kmp_plant_free(tape);
+}
+
+/* As runs do, where the machine has any. */
+static void the_workspace_runs_machine_code(void)
+{
+    double by_workspace, by_tape;
+    if (strcmp(kmp_backend_default(), "tape") == 0)
+        return;
+    scene s = read_file("examples/limousine/limousine.yaml");
+    time_evaluations(s.by[0], &by_workspace, &by_tape);
+    printf("  an evaluation: %.1f us by the workspace, %.1f by the tape\n", 1e6 * by_workspace, 1e6 * by_tape);
+    CHECK(by_workspace < 0.8 * by_tape);
+    unload(&s);
+}
+
 /* -- which of the two ---------------------------------------------------------------------------------- */
 
 /* A chain that auto writes by bodies, with what comes behind it. */
@@ -476,7 +515,7 @@ static void massless_ends_fall_back(void)
                "moves none; give the bodies behind it an inertia about its axis, or take M and C");
     CHECK(kempe_system_new_with_algorithm(model, "articulate", &none) == KEMPE_E_ARGUMENT && !none);
     CHECK_TEXT(kempe_context_message(context),
-               "dynamics 'articulate' is unknown; there is: auto, composite, plain, ner, "
+               "algorithm 'articulate' is unknown; there is: auto, composite, plain, ner, "
                "articulated; did you mean 'articulated'?");
     kempe_system_free(system);
     kempe_model_free(model);
@@ -589,6 +628,7 @@ int main(void)
     TEST(trees_need_no_matrix);
     TEST(the_workspace_goes_by_either);
     TEST(a_long_chain_costs_the_workspace_less);
+    TEST(the_workspace_runs_machine_code);
     TEST(auto_takes_what_costs_less);
     TEST(words_of_a_model);
     TEST(massless_links_between);

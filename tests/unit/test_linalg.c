@@ -409,6 +409,93 @@ static void test_blocks_of_random_patterns(void)
     CHECK(regular > 300 && singular > 300);
 }
 
+/* -- transposed solves of few entries ------------------------------------------------------------------ */
+
+/* x <- the entries that are found, zero elsewhere. Returns their number, -1 if a row is named twice or a value is at
+ * most `nothing`. */
+static int solve_few(const kmp_block *b, int n, double nothing, int count, const int *column, const double *value,
+                     double *x)
+{
+    int row[MAX];
+    double entry[MAX];
+    bool seen[MAX] = {false}, good = true;
+    int found = kmp_block_solve_transposed_few(b, nothing, count, column, value, row, entry);
+    memset(x, 0, (size_t)n * sizeof *x);
+    for (int e = 0; e < found; e++) {
+        good = good && !seen[row[e]] && fabs(entry[e]) > nothing;
+        seen[row[e]] = true;
+        x[row[e]] = entry[e];
+    }
+    return good ? found : -1;
+}
+
+/* Each right-hand side beside the solve of all entries. The former ones leave no trace. */
+static void compare_few(const pattern *s, const kmp_block *b)
+{
+    int n = s->n, order[MAX];
+    for (int count = 0; count <= n && count <= 4; count++) {
+        double value[MAX], all[MAX] = {0}, x[MAX];
+        shuffle(n, order);
+        randomise(count, value);
+        for (int e = 0; e < count; e++)
+            all[order[e]] = value[e];
+        kmp_block_solve_transposed(b, 1, all);
+        CHECK(solve_few(b, n, 0, count, order, value, x) >= 0);
+        for (int i = 0; i < n; i++)
+            CHECK_NEAR(x[i], all[i], 1e-12 * (1 + largest(n, all)));
+    }
+}
+
+static void few_entries_are_solved_as_all(void)
+{
+    static pattern s;
+    for (int n = 1; n <= 20; n++)
+        for (int trial = 0; trial < 50; trial++) {
+            (void)make_triangular(&s, n, 1 + trial % 5);
+            kmp_block *b = kmp_block_new(n, s.nz, s.row, s.col);
+            CHECK(b && kmp_block_factor(b, s.value) == 0);
+            unsigned long before = kmp_memory_count();
+            compare_few(&s, b);
+            CHECK(kmp_memory_count() == before);
+            kmp_block_free(b);
+        }
+}
+
+/* A chain of pairs of which each passes on a millionth of itself, one of them far more: entries of at most `nothing`
+ * are not named, a pair of such entries ends the chain, and what lies before the entry is not reached. */
+static void few_entries_end_where_they_are_nothing(void)
+{
+    enum { PAIRS = 6, SIZE = 2 * PAIRS };
+    const double tiny = 1e-6;
+    static pattern s;
+    memset(&s, 0, sizeof s);
+    s.n = SIZE;
+    for (int k = 0; k < SIZE; k += 2) {
+        add(&s, k, k, 1);
+        add(&s, k, k + 1, 0.5);
+        add(&s, k + 1, k, 1e-9);
+        add(&s, k + 1, k + 1, 1);
+        if (k + 2 < SIZE)
+            add(&s, k, k + 2, k == 6 ? 1e15 : tiny);
+    }
+    kmp_block *b = kmp_block_new(s.n, s.nz, s.row, s.col);
+    CHECK(b && kmp_block_count(b) == PAIRS && kmp_block_factor(b, s.value) == 0);
+    const int column = 2;
+    const double one = 1;
+    double x[SIZE];
+    CHECK(solve_few(b, SIZE, 0, 1, &column, &one, x) == SIZE - 2);
+    CHECK(x[0] == 0 && x[1] == 0);
+    CHECK(solve_few(b, SIZE, 1e-7, 1, &column, &one, x) == 4);
+    CHECK_NEAR(x[2], 1, 1e-8);
+    CHECK_NEAR(x[3], -0.5, 1e-8);
+    CHECK_NEAR(x[4] / tiny, -1, 1e-8);
+    CHECK_NEAR(x[5] / tiny, 0.5, 1e-8);
+    CHECK(solve_few(b, SIZE, 7e-7, 1, &column, &one, x) == 3 && x[5] == 0);
+    CHECK(solve_few(b, SIZE, 2, 1, &column, &one, x) == 0);
+    CHECK(solve_few(b, SIZE, 0, 1, &column, &one, x) == SIZE - 2);
+    kmp_block_free(b);
+}
+
 static void test_block_names_the_singular_column(void)
 {
     /* columns 1 and 2 form a block of equal columns; column 0 is alone */
@@ -497,6 +584,8 @@ int main(void)
     TEST(test_complete_pivoting_ends_without_numbers);
     TEST(test_blocks_of_triangular_matrices);
     TEST(test_blocks_of_random_patterns);
+    TEST(few_entries_are_solved_as_all);
+    TEST(few_entries_end_where_they_are_nothing);
     TEST(test_block_names_the_singular_column);
     TEST(test_block_counts_its_arithmetic);
     TEST(test_dense_counts_its_arithmetic);

@@ -14,7 +14,7 @@ enum { MOST = 128, TIMES = 100 };
 
 typedef struct table {
     int n, count;
-    double q[TIMES + 1][12];
+    double q[TIMES + 1][16];
 } table;
 
 static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
@@ -88,13 +88,16 @@ static void no_false_alarms(void)
     unload(&l);
 }
 
-/* Kept rows lose their rank inside a step, which all together do not. */
+/* Kept rows lose their rank inside a step, which all together do not; beside a change point IDA stops, and so do the
+ * steps that lead on from there. */
 static void runs_reach_their_end(void)
 {
     static const struct {
         const char *model, *change_points;
         double rtol;
-    } all[] = {{"6", "cross", 1e-8}, {"20", "ignore", 1e-8}, {"28", "cross", 1e-8}, {"28", "cross", 1e-10}};
+        const char *formulation;
+    } all[] = {{"6", "cross", 1e-8, NULL},   {"20", "ignore", 1e-8, NULL},  {"28", "cross", 1e-8, NULL},
+               {"28", "cross", 1e-10, NULL}, {"28", "cross", 1e-10, "dae"}, {"99", "cross", 1e-10, "dae"}};
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
         char path[64];
         (void)snprintf(path, sizeof path, "tests/models/two_armed_lamp_%s.yaml", all[k].model);
@@ -102,7 +105,8 @@ static void runs_reach_their_end(void)
         table rows, reference;
         kmp_run_report a, b;
         kmp_journal notes, none;
-        kmp_run_spec spec = {.t_end = 3, .rtol = all[k].rtol, .change_points = all[k].change_points};
+        kmp_run_spec spec = {
+            .t_end = 3, .rtol = all[k].rtol, .change_points = all[k].change_points, .formulation = all[k].formulation};
         CHECK(run(&l, spec, &rows, &a, &notes) == KEMPE_OK);
         spec = (kmp_run_spec){.t_end = 3, .rtol = 1e-12, .formulation = "projected", .change_points = "ignore"};
         CHECK(run(&l, spec, &reference, &b, &none) == KEMPE_OK);
@@ -111,6 +115,31 @@ static void runs_reach_their_end(void)
         kmp_free(b.reason);
         kmp_journal_free(&notes);
         kmp_journal_free(&none);
+        unload(&l);
+    }
+}
+
+/* Corrections of v that rounding makes refuse no step: those below KMP_CORRECTION_ROUNDING, and those that a shorter
+ * step from the same place does not reduce. */
+static void rounding_refuses_no_step(void)
+{
+    static const struct {
+        const char *model;
+        double rtol, t_end;
+    } all[] = {{"bricard_hinge", 1e-12, 10}, {"rounded_lamp", 1e-10, 3}, {"rounded_lamp", 1e-11, 3}};
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+        char path[64];
+        (void)snprintf(path, sizeof path, "tests/models/%s.yaml", all[k].model);
+        loaded l = load(path);
+        table rows;
+        kmp_run_report report;
+        kmp_journal notes;
+        kmp_run_spec spec = {.form = "integrated", .t_end = all[k].t_end, .rtol = all[k].rtol};
+        CHECK(run(&l, spec, &rows, &report, &notes) == KEMPE_OK);
+        printf("  %s, rtol %.0e: %ld steps, %ld refused\n", all[k].model, all[k].rtol, report.steps, report.refused);
+        CHECK(10 * report.refused < report.steps);
+        kmp_free(report.reason);
+        kmp_journal_free(&notes);
         unload(&l);
     }
 }
@@ -223,11 +252,32 @@ static void a_row_by_another_way(void)
     unload(&l);
 }
 
+/* A step of the closed form that is good at both ends, and has no closed state between them. */
+static void rows_that_a_formulation_cannot_complete(void)
+{
+    loaded l = load("tests/models/long_whip.yaml");
+    table rows, reference;
+    kmp_run_report a, b;
+    kmp_journal notes, none;
+    CHECK(run(&l, (kmp_run_spec){.form = "newton", .t_end = 0.02, .rtol = 1e-4}, &rows, &a, &notes) == KEMPE_OK);
+    CHECK(run(&l, (kmp_run_spec){.formulation = "projected", .t_end = 0.02, .rtol = 1e-9}, &reference, &b, &none) ==
+          KEMPE_OK);
+    CHECK(notes_of(&notes, "row") > 10 && rows.count == TIMES + 1);
+    CHECK(difference(&rows, &reference) < 1e-2); /* 100 rtol */
+    kmp_free(a.reason);
+    kmp_free(b.reason);
+    kmp_journal_free(&notes);
+    kmp_journal_free(&none);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(no_false_alarms);
     TEST(runs_reach_their_end);
+    TEST(rounding_refuses_no_step);
     TEST(redundant_rows_cost_no_digits);
     TEST(a_row_by_another_way);
+    TEST(rows_that_a_formulation_cannot_complete);
     return check_report();
 }
