@@ -262,9 +262,7 @@ kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembl
         return complain_open(a);
     if (!known)
         tell_misfit(a);
-    status = warn_of_rates(a);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(warn_of_rates(a));
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
 }
 

@@ -54,9 +54,7 @@ kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed)
             scatter->guess[k] += reach * kmp_walk_random(&scatter->state);
     }
     kmp_guess guess = {scatter->guess, scatter->still, 0, false, 0};
-    kempe_status status = kmp_assemble_from(system, &guess, closed);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_assemble_from(system, &guess, closed));
     scatter->starts++;
     if ((*closed)->closed) {
         scatter->closed++;
@@ -195,9 +193,7 @@ static kempe_status sample(search *s, int seed)
     keep(s, b->assembly->q, b->assembly->residual);
     while (b->starts < starts && !b->many && !b->arena.failed && !kmp_interrupted(b->system->context)) {
         kempe_assembly *a = NULL;
-        kempe_status status = kmp_scatter_next(&scatter, &a);
-        if (status != KEMPE_OK)
-            return status;
+        KMP_TRY(kmp_scatter_next(&scatter, &a));
         if (a)
             keep(s, a->q, a->residual);
         kempe_assembly_free(a);

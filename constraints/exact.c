@@ -86,9 +86,7 @@ static kempe_status add_closures(search *x, double times)
     const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
     const kempe_system *s = x->s;
     kmp_equations eq;
-    kempe_status status = kmp_equations_derive_once(&eq, x->model, &scene);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_equations_derive_once(&eq, x->model, &scene));
     int m = s->m;
     double *value = KMP_NEW(double, kmp_graph_count(eq.graph));
     for (int k = 0; value && k < all_places(x); k++) {
@@ -103,7 +101,7 @@ static kempe_status add_closures(search *x, double times)
             x->h[k * m + r] += (kmp_is_negative(h) ? -times : times) * value[kmp_id(h)] / s->row_scale[r];
         }
     }
-    status = value ? KEMPE_OK : KEMPE_E_MEMORY;
+    kempe_status status = value ? KEMPE_OK : KEMPE_E_MEMORY;
     kmp_free(value);
     kmp_equations_free(&eq);
     return status;

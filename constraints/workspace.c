@@ -246,9 +246,7 @@ kempe_status kempe_inverse_dynamics(kempe_workspace *ws, double t, const double 
     KMP_WANTED(NULL, ws, "workspace");
     if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd) || !given(ws, "Q", Q))
         return KEMPE_E_ARGUMENT;
-    kempe_status status = evaluate(ws, t, q, qd);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(evaluate(ws, t, q, qd));
     memcpy(ws->answer, ws->plant->bias, (size_t)ws->n * sizeof *Q);
     kmp_plant_add_mass_times(ws->plant, qdd, ws->answer);
     memcpy(Q, ws->answer, (size_t)ws->n * sizeof *Q);
@@ -399,11 +397,9 @@ kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double 
         put_answer(ws, qdd, lambda);
         return KEMPE_OK;
     }
-    kempe_status status = evaluate(ws, t, q, qd);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(evaluate(ws, t, q, qd));
     kmp_plant_give(ws->plant, Q);
-    status = by_partition(ws) ? KEMPE_OK : by_saddle(ws);
+    kempe_status status = by_partition(ws) ? KEMPE_OK : by_saddle(ws);
     kmp_plant_give(ws->plant, NULL);
     if (status != KEMPE_OK)
         return status;

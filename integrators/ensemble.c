@@ -162,11 +162,9 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     e->results = results;
     e->q = q;
     e->qd = qd;
-    kempe_status status = kmp_run_resolve(e->s, &e->spec);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_run_resolve(e->s, &e->spec));
     kmp_context_quiet(e->context, true);
-    status = prepare(e);
+    kempe_status status = prepare(e);
     const char *why = kmp_ensemble_no_lanes(e);
     if (status == KEMPE_OK && !why)
         status = run_lanes(e);

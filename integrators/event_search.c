@@ -332,11 +332,9 @@ static kempe_status search(kmp_crossing *c, int depth, const kmp_look *a, const 
     if (!find_open(c, depth, &(piece){a, NULL, b}) || c->search.left == 0 || !(middle > a->t && middle < b->t))
         return end_piece(c, a, b, t, found);
     c->search.left--;
-    kempe_status status = look_at(c, middle, m);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(look_at(c, middle, m));
     bool deeper = find_open(c, depth, &(piece){a, m, b}) && depth < KMP_SEARCH_DEPTH;
-    status = deeper ? search(c, depth + 1, a, m, t, found) : end_piece(c, a, m, t, found);
+    kempe_status status = deeper ? search(c, depth + 1, a, m, t, found) : end_piece(c, a, m, t, found);
     if (status != KEMPE_OK || *found)
         return status;
     return deeper ? search(c, depth + 1, m, b, t, found) : end_piece(c, m, b, t, found);

@@ -226,9 +226,7 @@ static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_f
 {
     int n = run->s->n;
     double work;
-    kempe_status status = kmp_runner_row(run, t, row, row + n, row + 2 * n, row + 3 * n, &work);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_runner_row(run, t, row, row + n, row + 2 * n, row + 3 * n, &work));
     return take(user, t, row, row + n, row + 2 * n, row + 3 * n, work) ? kmp_fail_memory(run->s->context) : KEMPE_OK;
 }
 

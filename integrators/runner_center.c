@@ -172,9 +172,7 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
     double h = t - kmp_runner_t_old(run), *q = run->state, *qd = q + run->s->n, work;
     if (kmp_charts_count(run->s) == 0 || run->spec.own_angles || !(h > 0) || !position_at(run, t, q) || !is_due(run, q))
         return KEMPE_OK;
-    kempe_status status = kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work));
     if (!has_moved(run))
         memcpy(run->seen, q, (size_t)run->s->n * sizeof *q);
     run->seen_t = t;

@@ -97,9 +97,7 @@ static kempe_status come_to(kmp_runner *run, double t)
 {
     if (kmp_margin_knows(&run->margin, t))
         return KEMPE_OK;
-    kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
     run->formulation->position(run->formulation, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
     return KEMPE_OK;
@@ -205,9 +203,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
 {
     if (kmp_margin_unwatched(&run->margin) || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
-    kempe_status status = come_to(run, t);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(come_to(run, t));
     (void)kmp_margin_after_step(&run->margin, run->plant, t);
     double when;
     bool enters = kmp_margin_leads_on(&run->margin, &when);
@@ -246,9 +242,7 @@ static kempe_status renew(kmp_runner *run, double t)
     double h = t - kmp_runner_t_old(run);
     if (!run->formulation->renew || !(h > 0))
         return KEMPE_OK;
-    kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
     switch (run->formulation->renew(run->formulation, t, run->y, run->yp)) {
     case KMP_GO:
         return KEMPE_OK;
@@ -347,9 +341,7 @@ static double step_it_had(const kmp_runner *run, double t)
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
     double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
-    kempe_status status = kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work));
     if (run->formulation->resume(run->formulation, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO)
         return KEMPE_E_FAILED;
     if (run->crossing)

@@ -277,9 +277,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->rate_scale = rate_scale_of(run, qd);
     run->way = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
     run->in_zone = run->margin.near;
-    status = choose_dynamics(run, q, qd);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(choose_dynamics(run, q, qd));
     status = kmp_runner_make_formulation(run, run->in_zone ? kmp_runner_zone(run) : run->way, run->spec.t_start, q, qd,
                                          run->spec.work_start);
     return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;

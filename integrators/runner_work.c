@@ -27,9 +27,7 @@ kempe_status kmp_runner_add_work(kmp_runner *run, double t)
         return KEMPE_OK;
     for (int k = 0; k < 3; k++) {
         double at = a + 0.5 * h * (1 + node[k]);
-        kempe_status status = run->kind->dense(run->solver, at, run->y, run->yp);
-        if (status != KEMPE_OK)
-            return status;
+        KMP_TRY(run->kind->dense(run->solver, at, run->y, run->yp));
         run->work += 0.5 * h * weight[k] * power_at(run, at);
     }
     run->work_t = t;

@@ -289,9 +289,7 @@ static kempe_status fail(adjoint *a, double t)
 /* The state (t, y) near q, of these independent coordinates. */
 static kempe_status stand(adjoint *a, double t, const double *q, const int *u, const double *y)
 {
-    kempe_status status = kmp_varied_choose(a->v, t, q, q, u, a->p);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_varied_choose(a->v, t, q, q, u, a->p));
     if (kmp_varied_at(a->v, t, y, y + a->p) != KMP_GO)
         return fail(a, t);
     kmp_varied_anchor(a->v);
@@ -318,9 +316,7 @@ static kempe_status pass_exchange(adjoint *a, const kmp_varied_mark *mark, const
         a->wq[next_u[i]] = a->y[i];
         a->wqd[next_u[i]] = a->y[a->p + i];
     }
-    kempe_status status = stand_before(a, mark);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(stand_before(a, mark));
     const kmp_linear *l = &a->v->linear;
     if (mark->next.chart)
         carry_back(a, &(kmp_chart_motion){mark->chart, l->q, l->qd, NULL}, &mark->next, false);
@@ -341,9 +337,7 @@ static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
     for (int i = 0; i < a->p; i++)
         weight -= a->y[a->p + i] * l->qdd[l->part.u[i]];
     weight -= a->integral ? kmp_target_value(a->target, v) : 0;
-    kempe_status status = stand_before(a, mark);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(stand_before(a, mark));
     for (int i = 0; i < a->p; i++)
         weight += a->y[a->p + i] * l->qdd[l->part.u[i]];
     weight += a->integral ? kmp_target_value(a->target, v) : 0;
@@ -427,9 +421,7 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     int p = a->p;
     double size = 0;
     recall(a, a->end, a->ask->spec->t_end, a->state);
-    kempe_status status = stand(a, a->ask->spec->t_end, a->end_q, a->end_u, a->state);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(stand(a, a->ask->spec->t_end, a->end_q, a->end_u, a->state));
     memset(a->wu, 0, (size_t)p * sizeof *a->wu);
     go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
     for (int i = 0; i < p; i++) {

@@ -73,9 +73,7 @@ static kempe_status derive_all(kmp_bend *bend, const kempe_system *system, const
 {
     kmp_equations eq;
     kmp_events events;
-    kempe_status status = kmp_slopes_equations(&eq, system, &events, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_slopes_equations(&eq, system, &events, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL));
     bool ok = derive(bend, &eq, backend, parameter, system->parameters);
     kmp_equations_free(&eq);
     return ok ? KEMPE_OK : kmp_fail_memory(system->context);

@@ -229,9 +229,7 @@ static kempe_status take_row(job *j)
 {
     kempe_contact_table *t = j->t;
     const kmp_linear *l = &j->linear;
-    kempe_status status = check_ends(j);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_ends(j));
     size_t n = (size_t)t->system->n, row = (size_t)t->count++;
     double *q = t->q + row * n, *qd = t->qd + row * n;
     t->value[row] = j->here[0];

@@ -161,9 +161,7 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
     kmp_text pulls = {0};
     if (!w->search->quiet && kmp_way_at(w, w->begin))
         place = kmp_linear_place(l, coordinate);
-    kempe_status status = place >= 0 ? kmp_load_path_tell(&pulls, l, place) : KEMPE_OK;
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(place >= 0 ? kmp_load_path_tell(&pulls, l, place) : KEMPE_OK);
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
                    "no equilibrium: nothing holds '%s', which runs away by %.3g %s%s%s; no spring, stop or closure "
                    "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead",

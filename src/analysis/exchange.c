@@ -22,9 +22,7 @@ static kempe_status add_rate(kmp_exchange *x, const kempe_model *model, const ch
                              int rate_count)
 {
     int c = -1, at = 0;
-    kempe_status status = kmp_coordinate_find(model, "free", word + 3, strlen(word) - 4, &c);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_coordinate_find(model, "free", word + 3, strlen(word) - 4, &c));
     while (at < rate_count && rates[at].coordinate != c)
         at++;
     if (at == rate_count)
@@ -77,13 +75,11 @@ static kmp_target *add_target(kmp_exchange *x, const kmp_range *range)
 static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const kmp_ranges *fix)
 {
     for (int k = 0; k < fix->count; k++) {
-        kempe_status status = kmp_range_is_value(model->context, "fix", &fix->range[k]);
-        if (status != KEMPE_OK)
-            return status;
+        KMP_TRY(kmp_range_is_value(model->context, "fix", &fix->range[k]));
         kmp_target *target = add_target(x, &fix->range[k]);
-        status = target->name
-                     ? kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate)
-                     : kmp_fail_memory(model->context);
+        kempe_status status =
+            target->name ? kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate)
+                         : kmp_fail_memory(model->context);
         if (status == KEMPE_OK)
             status = kmp_range_fits_motion(model->context, "fix", &fix->range[k],
                                            model->motions[target->coordinate].rotation, 0);

@@ -169,9 +169,7 @@ static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulatio
 static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
     kmp_partition part;
-    kempe_status status = f->begun ? check_place(f, start) : KEMPE_OK;
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(f->begun ? check_place(f, start) : KEMPE_OK);
     bool first = !f->begun;
     f->begun = true;
     f->p = start->part->p;
@@ -181,9 +179,7 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     go_by(f, start->plant);
     f->v->linear.held = true;
     f->v->linear.plain = f->count == 0;
-    status = kmp_varied_take(f->v, start->t, start->q, &part);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_varied_take(f->v, start->t, start->q, &part));
     kmp_forward_enter_charts(f, start->q, start->qd);
     memcpy(f->formulation.y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
     if (kmp_forward_take_up(f, start->t, f->formulation.y) != KMP_GO)

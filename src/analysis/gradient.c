@@ -323,12 +323,10 @@ static kempe_status tell_freedoms(const kempe_gradient *g)
 static kempe_status stand(kempe_gradient *g, const int *driven)
 {
     kmp_operating *start = NULL;
-    kempe_status status = kmp_operating_new(g->system, "start", NULL, &start);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_operating_new(g->system, "start", NULL, &start));
     if (start->chart)
         kmp_plant_set_charts(g->linear.plant, start->chart);
-    status = kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven);
+    kempe_status status = kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven);
     if (status == KEMPE_OK && g->linear.p != g->driven)
         status = tell_freedoms(g);
     if (status == KEMPE_OK && (!make_room(g) || !name_values(g)))

@@ -64,9 +64,7 @@ static kempe_status choose(kmp_inverse *v)
 {
     forget_choice(v);
     kmp_plant_mask(v->plant, v->left_out, v->masked);
-    kempe_status status = kmp_partition_init(&v->part, v->system, v->masked, NULL, 0);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_partition_init(&v->part, v->system, v->masked, NULL, 0));
     int p = v->p = v->part.p;
     const kmp_arena_group groups[] = {
         {p * p, {&v->gram, &v->inner}}, {p * v->a, {&v->matrix}}, {p, {&v->reach, &v->choice, &v->left}}};
@@ -100,9 +98,7 @@ static kempe_status make_tangent(kmp_inverse *v, double t)
 {
     if (tangent_is_good(v))
         return KEMPE_OK;
-    kempe_status status = choose(v);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(choose(v));
     if (kmp_reduction_factor(&v->red))
         return kmp_fail(v->system->context, KEMPE_E_FAILED, "the loops are singular at t = %.9g s", t);
     kmp_reduction_tangent(&v->red);
@@ -278,9 +274,7 @@ kempe_status kmp_inverse_at(kmp_inverse *inverse, double t, const double *q, con
 {
     kmp_inverse *v = inverse;
     kmp_plant_closure(v->plant, t, q);
-    kempe_status status = make_tangent(v, t);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(make_tangent(v, t));
     kmp_plant_mass(v->plant);
     kmp_plant_bias(v->plant, qd);
     for (int k = 0; k < v->p; k++)

@@ -181,10 +181,8 @@ kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_opti
     k->time = k->first = -1;
     if (!ask->sweep || !*ask->sweep)
         return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "what is to be driven? 'NAME=A:B'");
-    kempe_status status = kmp_ranges_read(k->system->context, ask->sweep, &ranges);
-    if (status != KEMPE_OK)
-        return status;
-    status = take_all(k, ask, &ranges);
+    KMP_TRY(kmp_ranges_read(k->system->context, ask->sweep, &ranges));
+    kempe_status status = take_all(k, ask, &ranges);
     kmp_ranges_free(&ranges);
     return status;
 }

@@ -183,9 +183,7 @@ static void complete(kmp_linear *l)
 
 kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const double *ud, const double *udd)
 {
-    kempe_status status = place(linear, t, q, ud);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(place(linear, t, q, ud));
     double *rest = linear->work; /* zero, if asked for */
     memset(rest, 0, (size_t)linear->p * sizeof *rest);
     kmp_reduction_residual(&linear->red, udd ? udd : rest, linear->residual);

@@ -39,9 +39,7 @@ static void leave(station *s)
 static kempe_status arrive(maker *m, double value, station *s)
 {
     *s = (station){.value = value};
-    kempe_status status = kmp_station_go(m->visited, value, &s->modes);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_station_go(m->visited, value, &s->modes));
     s->at = KMP_ARENA_NEW(&s->modes.arena, int, s->modes.count);
     if (s->at)
         return KEMPE_OK;
@@ -183,9 +181,7 @@ static kempe_status refine(maker *m, bracket *b)
     while (!is_found(b) && !kmp_interrupted(m->context) && kmp_bracket_next(&search, exactly(b), &at)) {
         station middle;
         const end *nearest = fabs(at - low->value) <= fabs(at - high->value) ? &b->low : &b->high;
-        kempe_status status = reach(m, nearest->at, at, MOST_HALVINGS, &middle, &doubt);
-        if (status != KEMPE_OK)
-            return status;
+        KMP_TRY(reach(m, nearest->at, at, MOST_HALVINGS, &middle, &doubt));
         place there = place_at(&middle, b->branch);
         bool is_low = b->crosses ? (there.re > 0) == (low->re > 0) : grows(&there) == grows(low);
         kmp_bracket_take(&search, at, b->crosses ? there.re : 0, !is_low);
@@ -259,9 +255,7 @@ static kempe_status look_between(maker *m, const station *from, const station *t
         place before = place_at(from, b), after = place_at(to, b);
         if (grows(&before) == grows(&after) || (grows(&before) ? before.im : after.im) < 0)
             continue;
-        kempe_status status = find_critical(m, from, to, values, b);
-        if (status != KEMPE_OK)
-            return status;
+        KMP_TRY(find_critical(m, from, to, values, b));
     }
     return KEMPE_OK;
 }
@@ -292,9 +286,7 @@ static void note(kmp_locus *l, const station *s, double doubt)
 
 static kempe_status begin(maker *m, station *first)
 {
-    kempe_status status = arrive(m, m->l->value[0], first);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(arrive(m, m->l->value[0], first));
     if (!make_room(m, first->modes.count)) {
         leave(first);
         return kmp_fail_memory(m->context);
@@ -314,12 +306,10 @@ static kempe_status go(maker *m, station *here)
         double doubt = 0;
         if (kmp_interrupted(m->context))
             return KEMPE_STOPPED;
-        kempe_status status = reach(m, here, l->value[k], 0, &next, &doubt);
-        if (status != KEMPE_OK)
-            return status;
+        KMP_TRY(reach(m, here, l->value[k], 0, &next, &doubt));
         note(l, &next, doubt);
         const around values = {k > 1 ? l->value[k - 2] : NAN, k + 1 < l->values ? l->value[k + 1] : NAN};
-        status = look_between(m, here, &next, &values);
+        kempe_status status = look_between(m, here, &next, &values);
         leave(here);
         *here = next;
         if (status != KEMPE_OK)

@@ -112,10 +112,8 @@ static kempe_status settle(kmp_operating *o, kmp_linear *linear, kmp_steady *rat
 {
     kmp_linear own;
     kmp_search search = {.rates = rates, .rate_count = rate_count};
-    kempe_status status = linear ? KEMPE_OK : kmp_linear_init(&own, o->system, kmp_backend_default());
-    if (status != KEMPE_OK)
-        return status;
-    status = kmp_operating_settle(o, linear ? linear : &own, &search);
+    KMP_TRY(linear ? KEMPE_OK : kmp_linear_init(&own, o->system, kmp_backend_default()));
+    kempe_status status = kmp_operating_settle(o, linear ? linear : &own, &search);
     if (!linear)
         kmp_linear_free(&own);
     if (search.rates != rates)

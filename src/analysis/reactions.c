@@ -7,9 +7,7 @@ kempe_status kmp_reactions_init(kmp_formulas *reactions, const kempe_system *sys
 {
     const kempe_model *model = system->model;
     kmp_equations eq;
-    kempe_status status = kmp_equations_init(&eq, model, KMP_SET_REACTION, KMP_SCHEME_COMPOSITE, false);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_equations_init(&eq, model, KMP_SET_REACTION, KMP_SCHEME_COMPOSITE, false));
     int count = KMP_REACTION * model->closure_count;
     kmp_ref *out = KMP_NEW(kmp_ref, count);
     for (int k = 0; out && k < count; k++)

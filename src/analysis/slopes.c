@@ -209,9 +209,7 @@ static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g),
 {
     gather g = {.s = s, .x = x, .named = named};
     kmp_events events;
-    kempe_status status = kmp_slopes_equations(&g.eq, s->system, &events, sets);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_slopes_equations(&g.eq, s->system, &events, sets));
     bool ok = make_room(&g) && add(&g) && make_machine(&g, backend);
     kmp_derivative_free(g.along);
     kmp_arena_free(&g.arena);

@@ -72,9 +72,7 @@ static kempe_status find_state(kmp_station *s)
         kmp_context_clear(context); /* what follows begins from the start and says why it fails */
     }
     kmp_operating *fresh;
-    kempe_status status = kmp_operating_new(s->linear.system, settles ? "start" : s->ask.word, NULL, &fresh);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_operating_new(s->linear.system, settles ? "start" : s->ask.word, NULL, &fresh));
     kmp_operating_free(s->state);
     s->state = fresh;
     forget_found(s);
@@ -92,9 +90,7 @@ kempe_status kmp_station_go(kmp_station *station, double value, kmp_modes *modes
         status = find_state(s);
     if (status != KEMPE_OK)
         return status;
-    status = kmp_operating_take(s->state, &s->linear, s->ask.wish, s->ask.wish_count);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_operating_take(s->state, &s->linear, s->ask.wish, s->ask.wish_count));
     if (s->linear.p == 0)
         return kmp_fail(context, KEMPE_E_FAILED, "there are no degrees of freedom, and so no modes");
     kmp_linear_matrices(&s->linear);

@@ -123,14 +123,10 @@ void kmp_sweep_free(kmp_sweep *sweep)
 static kempe_status choose(kmp_sweep *w, int rank)
 {
     forget_choice(w);
-    kempe_status status = kmp_partition_of_rank(&w->part, w->system, kmp_sweep_jacobian(w), rank, NULL, 0);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_partition_of_rank(&w->part, w->system, kmp_sweep_jacobian(w), rank, NULL, 0));
     if (w->margin.system && !kmp_margin_choose(&w->margin, &w->part))
         return kmp_fail_memory(w->system->context);
-    status = kmp_reduction_init(&w->red, w->plant, &w->part);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_reduction_init(&w->red, w->plant, &w->part));
     w->span = KMP_ARENA_NEW(&w->of_choice, double, (w->n + 1) * (w->part.p + 1));
     w->signs = KMP_ARENA_NEW(&w->of_choice, int, w->part.r);
     return w->of_choice.failed ? kmp_fail_memory(w->system->context) : KEMPE_OK;
@@ -145,9 +141,7 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     w->here.x[w->n] = 0;
     kmp_margin_free(&w->margin);
     (void)kmp_sweep_evaluate(w, w->here.x); /* the closure; nothing is chosen yet */
-    kempe_status status = choose(w, -1);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(choose(w, -1));
     w->p = w->part.p;
     if (!kmp_margin_init(&w->margin, w->system, &w->part))
         return kmp_fail_memory(w->system->context);

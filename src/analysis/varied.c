@@ -51,9 +51,7 @@ kempe_status kmp_varied_choose(kmp_varied *varied, double t, const double *q, co
                                int wish_count)
 {
     kmp_linear *l = &varied->linear;
-    kempe_status status = kmp_linear_choose(l, t, q, wish, wish_count);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_linear_choose(l, t, q, wish, wish_count));
     if (!l->held)
         kmp_plant_freeze(l->plant, t, q, qd);
     l->held = true;

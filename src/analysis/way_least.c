@@ -459,10 +459,8 @@ static kempe_status follow(solver *s)
 
 static kempe_status run(solver *s)
 {
-    kempe_status status = check_counts(s);
-    if (status != KEMPE_OK)
-        return status;
-    status = follow(s);
+    KMP_TRY(check_counts(s));
+    kempe_status status = follow(s);
     if (status == KEMPE_E_FAILED && s->w->status == KEMPE_OK)
         (void)complain(s);
     for (int k = 0; k < s->x->target_count; k++)

@@ -18,6 +18,14 @@ void kmp_context_begin(kempe_context *context);
 kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/** Returns the status of `call` from the function that it stands in, unless that is KEMPE_OK. */
+#define KMP_TRY(call)                                                                                                  \
+    do {                                                                                                               \
+        kempe_status kmp_tried = (call);                                                                               \
+        if (kmp_tried != KEMPE_OK)                                                                                     \
+            return kmp_tried;                                                                                          \
+    } while (0)
+
 /* What is wanted of the caller of a public function. KMP_WANTED: KEMPE_E_ARGUMENT with a sentence where a context can
  * be reached (NULL: it cannot); KMP_GIVEN: of a getter, the value of what is not there. */
 #define KMP_MISSING "%s is NULL or not there: it is wanted"

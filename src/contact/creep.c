@@ -129,9 +129,7 @@ kempe_status kempe_contact_creep(kempe_creep_law law, const kempe_creep *creep, 
     kempe_kalker coefficients;
     if ((unsigned)law >= LAWS || !is_creep(creep))
         return KEMPE_E_ARGUMENT;
-    kempe_status status = kempe_contact_kalker(creep->a / creep->b, creep->poisson, &coefficients);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kempe_contact_kalker(creep->a / creep->b, creep->poisson, &coefficients));
     kempe_creep_force found = {0};
     laws[law].force(creep, &coefficients, &found);
     *force = found;

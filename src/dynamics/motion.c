@@ -349,9 +349,7 @@ static kempe_status derive_articulated(kempe_system *s)
                              .events = &s->events,
                              .charted = true};
     kmp_equations eq;
-    kempe_status status = kmp_equations_derive(&eq, s->model, &scene);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
     bool made = make_articulated(s, &eq);
     kmp_equations_free(&eq);
     return made ? KEMPE_OK : kmp_fail_memory(s->context);

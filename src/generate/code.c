@@ -98,14 +98,12 @@ kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_optio
     KMP_WANTED(model->context, out, "code");
     double begin = kmp_cpu_now();
     kmp_context_clear(model->context);
-    kempe_status status = kmp_model_check_finished(model);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_model_check_finished(model));
     kempe_code *code = KMP_NEW(kempe_code, 1);
     if (!code)
         return kmp_fail_memory(model->context);
     code->context = model->context;
-    status = make(code, model, generation);
+    kempe_status status = make(code, model, generation);
     code->cpu_s = kmp_cpu_now() - begin;
     if (status == KEMPE_OK)
         *out = code;

@@ -191,9 +191,7 @@ kempe_status kempe_model_set_gravity(kempe_model *model, kempe_number x, kempe_n
     KMP_WANTED(NULL, model, "model");
     const kempe_number n[3] = {x, y, z};
     kmp_builder *b = model->builder;
-    kempe_status status = check_call(model, "model", "gravity");
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_call(model, "model", "gravity"));
     if (kmp_yaml_get(b->root, "gravity"))
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "gravity is set already");
     begin_call(b, "gravity", NULL);
@@ -204,9 +202,7 @@ kempe_status kempe_model_set_gravity(kempe_model *model, kempe_number x, kempe_n
 kempe_status kempe_model_add_parameter(kempe_model *model, const char *name, kempe_number value)
 {
     KMP_WANTED(NULL, model, "model");
-    kempe_status status = check_new(model, "parameter", name, "parameters");
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_new(model, "parameter", name, "parameters"));
     begin_call(model->builder, "parameter", name);
     return add(model, "parameters", name, number(model->builder, value));
 }
@@ -263,9 +259,7 @@ kempe_status kempe_model_add_body(kempe_model *model, const kempe_body_def *def)
     KMP_WANTED(NULL, model, "model");
     KMP_WANTED(model->context, def, "def");
     kmp_builder *b = model->builder;
-    kempe_status status = check_new(model, "body", def->name, "bodies");
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_new(model, "body", def->name, "bodies"));
     begin_call(b, "body", def->name);
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     if (def->at)
@@ -282,9 +276,7 @@ kempe_status kempe_model_add_point(kempe_model *model, const char *body, const c
     KMP_WANTED(NULL, model, "model");
     const kempe_number n[3] = {x, y, z};
     kmp_builder *b = model->builder;
-    kempe_status status = check_call(model, "point", name);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_call(model, "point", name));
     bool ground = body && strcmp(body, "ground") == 0;
     const kmp_yaml *bodies = kmp_yaml_get(b->root, "bodies");
     kmp_yaml *owner =
@@ -315,9 +307,7 @@ kempe_status kempe_model_add_joint(kempe_model *model, const kempe_joint_def *de
     KMP_WANTED(model->context, def, "def");
     const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
     kmp_builder *b = model->builder;
-    kempe_status status = check_new(model, "joint", def->name, "joints");
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_new(model, "joint", def->name, "joints"));
     begin_call(b, "joint", def->name);
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     put(b, map, def->kind ? def->kind : "", two_words(b, def->point));
@@ -341,9 +331,7 @@ kempe_status kempe_model_add_closure(kempe_model *model, const kempe_closure_def
     KMP_WANTED(NULL, model, "model");
     KMP_WANTED(model->context, def, "def");
     kmp_builder *b = model->builder;
-    kempe_status status = check_new(model, "loop", def->name, "loops");
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_new(model, "loop", def->name, "loops"));
     begin_call(b, "loop", def->name);
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     put(b, map, def->kind ? def->kind : "", two_words(b, def->point));
@@ -361,9 +349,7 @@ kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *de
     KMP_WANTED(NULL, model, "model");
     KMP_WANTED(model->context, def, "def");
     kmp_builder *b = model->builder;
-    kempe_status status = check_new(model, "force", def->name, "forces");
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_new(model, "force", def->name, "forces"));
     begin_call(b, "force", def->name);
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     const char *const words[3][2] = {{"joint", def->joint}, {"torque", def->torque}, {"force", def->force}};
@@ -400,14 +386,12 @@ kempe_status kempe_model_add_text(kempe_model *model, const char *section, const
     KMP_WANTED(model->context, text, "text");
     kmp_builder *b = model->builder;
     const kmp_yaml *node = NULL;
-    kempe_status status = check_new(model, kind_of(section), name, section);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_new(model, kind_of(section), name, section));
     begin_call(b, kind_of(section), name);
     if (b->arena.failed)
         return kmp_fail_memory(model->context);
     int call = b->call_count - 1;
-    status = kmp_yaml_load(model->context, &b->arena, b->calls[call], call, text, strlen(text), &node);
+    kempe_status status = kmp_yaml_load(model->context, &b->arena, b->calls[call], call, text, strlen(text), &node);
     return status == KEMPE_OK && node ? add(model, section, name, node) : status;
 }
 
@@ -417,9 +401,7 @@ static kempe_status set_start(kempe_model *model, const char *coordinate, const 
                               bool hold)
 {
     kmp_builder *b = model->builder;
-    kempe_status status = check_call(model, "start value", coordinate);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_call(model, "start value", coordinate));
     if (kmp_yaml_get(kmp_yaml_get(kmp_yaml_get(b->root, "start"), key), coordinate))
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "the start %s of '%s' is set already", key, coordinate);
     begin_call(b, "start of", coordinate);

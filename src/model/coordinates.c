@@ -51,9 +51,7 @@ kempe_status kmp_coordinates_read(const kempe_model *model, const char *what, co
     for (const char *s = text; s && *s;) {
         size_t length = strcspn(s, ",");
         int k = -1;
-        kempe_status status = kmp_coordinate_find(model, what, s, length, &k);
-        if (status != KEMPE_OK)
-            return status;
+        KMP_TRY(kmp_coordinate_find(model, what, s, length, &k));
         for (int i = 0; i < *count; i++)
             if (list[i] == k)
                 return kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: coordinate '%s' stands twice", what,

@@ -89,9 +89,7 @@ kempe_status kempe_model_print(const kempe_model *model, kempe_format format, ch
     KMP_WANTED(model->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(model->context);
-    kempe_status status = kmp_model_check_finished(model);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_model_check_finished(model));
     if (format == KEMPE_JSON)
         kmp_model_json(&out, model);
     else

@@ -184,10 +184,8 @@ kempe_status kempe_model_read_set(kempe_context *context, const char *path, cons
     char *text;
     size_t length;
     kmp_context_begin(context);
-    kempe_status status = kmp_file_read(context, path, &text, &length);
-    if (status != KEMPE_OK)
-        return status;
-    status = read_model(context, text, length, path, (settings){list, count}, model);
+    KMP_TRY(kmp_file_read(context, path, &text, &length));
+    kempe_status status = read_model(context, text, length, path, (settings){list, count}, model);
     kmp_free(text);
     return status;
 }

@@ -300,16 +300,15 @@ static kempe_status make(kmp_variant *v, int count, const char *const *names)
 
 kempe_status kmp_variant_new(const kempe_model *model, int count, const char *const *names, kmp_variant **variant)
 {
-    kempe_status status = kmp_model_check_finished(model);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_model_check_finished(model));
     kmp_variant *v = KMP_NEW(kmp_variant, 1);
     if (v) {
         v->base = model;
         v->count = count;
         v->parameter = KMP_NEW(int, count);
     }
-    status = v && v->parameter && copy_model(v, model, count) ? make(v, count, names) : kmp_fail_memory(model->context);
+    kempe_status status =
+        v && v->parameter && copy_model(v, model, count) ? make(v, count, names) : kmp_fail_memory(model->context);
     if (status == KEMPE_OK)
         *variant = v;
     else

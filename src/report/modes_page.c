@@ -237,10 +237,8 @@ kempe_status kempe_modes_write_report(kempe_modes *modes, const char *path)
     kmp_page_libraries libraries;
     maker w = {.m = modes};
     kmp_context_clear(context);
-    kempe_status status = kmp_page_libraries_read(context, &libraries);
-    if (status != KEMPE_OK)
-        return status;
-    status = make_frames(&w) ? write_page(&w, &libraries, path) : kmp_fail_memory(context);
+    KMP_TRY(kmp_page_libraries_read(context, &libraries));
+    kempe_status status = make_frames(&w) ? write_page(&w, &libraries, path) : kmp_fail_memory(context);
     release(&w);
     kmp_page_libraries_free(&libraries);
     return status;

@@ -257,11 +257,9 @@ kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run,
     if (lanes < -1 || lanes > 8)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "%d lanes are not possible: 1 to 8, 0 for the best, -1 for none",
                         lanes);
-    kempe_status status = kmp_spec_of(kmp_ensemble_system(e->inner), run, &spec, &u);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_spec_of(kmp_ensemble_system(e->inner), run, &spec, &u));
     kempe_batch *b = new_batch(e);
-    status = b ? run_batch(b, &spec, lanes, run->no_convergence_check != 0) : kmp_fail_memory(context);
+    kempe_status status = b ? run_batch(b, &spec, lanes, run->no_convergence_check != 0) : kmp_fail_memory(context);
     kmp_free(u);
     if (status != KEMPE_OK) {
         kempe_batch_free(b);

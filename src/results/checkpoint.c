@@ -24,9 +24,7 @@ void kmp_checkpoint_end(kmp_text *text, const char *s, size_t length)
 kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
 {
     char *model = NULL;
-    kempe_status status = kempe_model_print(system->model, KEMPE_JSON, &model);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kempe_model_print(system->model, KEMPE_JSON, &model));
     kmp_text_printf(text, "# kempe checkpoint 2, model %s, %016" PRIx64 "\nt,work", kempe_model_name(system->model),
                     hash_of(model, strlen(model)));
     kempe_text_free(model);
@@ -158,11 +156,10 @@ kempe_status kmp_checkpoint_read(const kempe_system *system, const char *path, k
     char *text;
     size_t length;
     kmp_samples read;
-    kempe_status status = kmp_file_read(system->context, path, &text, &length);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_file_read(system->context, path, &text, &length));
     kmp_samples_init(&read, system->n, system->m);
-    status = strncmp(text, "# kempe checkpoint 2,", 21) == 0 ? check_end(system, path, text, length) : KEMPE_OK;
+    kempe_status status =
+        strncmp(text, "# kempe checkpoint 2,", 21) == 0 ? check_end(system, path, text, length) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = read_text(system, path, text, &read);
     kmp_free(text);

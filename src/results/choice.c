@@ -37,9 +37,7 @@ static kempe_status read_sum(kempe_context *context, const char *name, size_t le
 static kempe_status add(kempe_context *context, kmp_choice *choice, const char *name, size_t length)
 {
     unsigned sets;
-    kempe_status status = read_sum(context, name, length, &sets);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(read_sum(context, name, length, &sets));
     for (int k = 0; k < choice->count; k++)
         if (choice->chosen[k].sets == sets)
             return KEMPE_OK;

@@ -56,9 +56,7 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
     kempe_comparison *c = j->comparison;
     if (!path)
         return kmp_compare_own_reference(j, REFERENCE_PART * j->left_s);
-    kempe_status status = kmp_reference_read(c->system, path, &j->reference);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_reference_read(c->system, path, &j->reference));
     kmp_reference_limit(&j->reference, c->t_end);
     c->has_reference = true;
     j->reference.shared = c->shared;

@@ -35,15 +35,13 @@ kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_opti
     generation = generation ? generation : &(const kempe_generate_options){0};
     KMP_WANTED(model->context, out, "count");
     kmp_context_clear(model->context);
-    kempe_status status = kmp_model_check_finished(model);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_model_check_finished(model));
     kempe_count *c = KMP_NEW(kempe_count, 1);
     if (!c)
         return kmp_fail_memory(model->context);
     c->context = model->context;
     c->model = kmp_strdup(model->name);
-    status = c->model ? count(c, model, generation) : kmp_fail_memory(model->context);
+    kempe_status status = c->model ? count(c, model, generation) : kmp_fail_memory(model->context);
     if (status == KEMPE_OK)
         *out = c;
     else

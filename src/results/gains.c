@@ -60,9 +60,7 @@ static kempe_status try_scene(const kempe_model *model, const kmp_scene *scene, 
 {
     kmp_equations eq;
     int count;
-    kempe_status status = kmp_equations_derive_once(&eq, model, scene);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_equations_derive_once(&eq, model, scene));
     kmp_ref *out = outputs_of(&eq, &count);
     *found = out ? amount_of(eq.graph, count, out, KMP_COST_ADDITION) : unknown;
     kmp_free(out);
@@ -227,13 +225,9 @@ kempe_status kmp_gains_find(const kempe_model *model, kmp_gains *gains)
     const kmp_scene scene = {.sets = kmp_sets_derive(wanted), .keep = KMP_KEEP_NUMBERS, .loops_alone = true};
     kmp_equations eq;
     *gains = (kmp_gains){0};
-    kempe_status status = rules(model, scene, gains);
-    if (status != KEMPE_OK)
-        return status;
-    status = kmp_equations_derive(&eq, model, &scene);
-    if (status != KEMPE_OK)
-        return status;
-    status = ways(model, scene, &eq.ways, gains);
+    KMP_TRY(rules(model, scene, gains));
+    KMP_TRY(kmp_equations_derive(&eq, model, &scene));
+    kempe_status status = ways(model, scene, &eq.ways, gains);
     if (status == KEMPE_OK)
         status = passes(&eq, gains);
     kmp_equations_free(&eq);

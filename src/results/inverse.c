@@ -244,9 +244,7 @@ static kempe_status fail_gap(const job *j, const kmp_gap_in_table *gap)
 static kempe_status read_table(job *j)
 {
     kmp_gap_in_table gap;
-    kempe_status status = kmp_reference_read(j->system, j->ask->motion, &j->reference);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_reference_read(j->system, j->ask->motion, &j->reference));
     kmp_reference *x = &j->reference;
     if (j->ask->t_end > 0)
         kmp_reference_limit(x, j->ask->t_end);
@@ -267,9 +265,7 @@ static kempe_status table_times(job *j)
     double every = 0, span = x->t[x->rows - 1] - x->t[0];
     j->t_first = x->t[0];
     if (j->ask->output_step > 0 && span > 0) {
-        kempe_status status = kmp_times_spacing(j->system, j->ask->output_step, span, &every);
-        if (status != KEMPE_OK)
-            return status;
+        KMP_TRY(kmp_times_spacing(j->system, j->ask->output_step, span, &every));
         return kmp_times_init(&j->times, every, span, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
     }
     j->times = (kmp_times){.count = x->rows, .t = KMP_NEW(double, x->rows)};
@@ -285,9 +281,7 @@ static kempe_status drive_times(job *j)
     double every, t_end = j->ask->t_end > 0 ? j->ask->t_end : j->system->model->run.t_end;
     if (!(t_end > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end: say how long to go, in the model or as an option");
-    kempe_status status = kmp_times_spacing(j->system, j->ask->output_step, t_end, &every);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_times_spacing(j->system, j->ask->output_step, t_end, &every));
     return kmp_times_init(&j->times, every, t_end, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 

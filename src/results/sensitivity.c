@@ -165,15 +165,13 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     KMP_WANTED(model->context, sensitivity, "sensitivity");
     double begin = kmp_cpu_now();
     kmp_context_begin(model->context);
-    kempe_status status = kmp_model_check_finished(model);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_model_check_finished(model));
     kempe_sensitivity *s = KMP_NEW(kempe_sensitivity, 1);
     if (!s)
         return kmp_fail_memory(model->context);
     *s = (kempe_sensitivity){
         .kind = kinds[0], .model = model, .context = model->context, .ask = ask, .method = "", .integrator = ""};
-    status = prepare(s);
+    kempe_status status = prepare(s);
     double derived = s->build_s = kmp_cpu_now() - begin;
     begin = kmp_cpu_now();
     s->status = status == KEMPE_OK ? s->kind->find(s) : status;

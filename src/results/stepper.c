@@ -22,9 +22,7 @@ static kempe_status stand_at(kempe_stepper *s, double t)
 {
     int n = s->system->n;
     double work, *row = s->next;
-    kempe_status status = kmp_runner_row(s->runner, t, row, row + n, row + 2 * n, row + 3 * n, &work);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_runner_row(s->runner, t, row, row + n, row + 2 * n, row + 3 * n, &work));
     s->next = s->row;
     s->row = row;
     s->t = t;

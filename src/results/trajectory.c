@@ -55,9 +55,7 @@ static kempe_status check_numbers(const job *j)
     } numbers[] = {
         {"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"every", j->run->output_step}};
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
-        kempe_status status = check_number(j->context, numbers[k].name, numbers[k].value);
-        if (status != KEMPE_OK)
-            return status;
+        KMP_TRY(check_number(j->context, numbers[k].name, numbers[k].value));
     }
     if (j->run->max_steps < 0)
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is wanted",
@@ -105,9 +103,7 @@ static kempe_status prepare_resume(job *j)
 {
     if (!j->run->resume)
         return KEMPE_OK;
-    kempe_status status = kmp_checkpoint_read(j->system, j->run->resume, &j->before);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_checkpoint_read(j->system, j->run->resume, &j->before));
     int last = j->before.rows - 1, n = j->system->n;
     double *state = KMP_NEW(double, 2 * n);
     if (!state)

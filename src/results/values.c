@@ -106,9 +106,7 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
     kmp_context_clear(model->context);
     if (columns < 0 || count < 0)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table has no negative number of columns or rows");
-    kempe_status status = check_names(model, columns, names);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(check_names(model, columns, names));
     KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
     kempe_values *made = kmp_values_new(columns, names);
     if (!made)
