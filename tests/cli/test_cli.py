@@ -532,14 +532,14 @@ class Ensembles(Case):
 
     def test_mistakes_in_tables(self):
         for text, told in (("crank,bse\n1,2\n", "bars.csv:1:7: the model has no parameter 'bse'; did you mean 'base'?"),
-                           ("crank,crank\n1,2\n", "bars.csv:1:7: this column stands twice"),
+                           ("crank,crank\n1,2\n", "bars.csv:1:7: duplicate column"),
                            ("qd.crnk\n1\n", "bars.csv:1:1: the model has no coordinate 'crnk'; did you mean 'crank'?"),
                            ("crank,\n1,2\n", "bars.csv:1:7: a name is wanted here"),
-                           ("# a\ncrank, base\n1,x\n", "bars.csv:3:3: a finite number is wanted here, in SI units"),
+                           ("# a\ncrank, base\n1,x\n", "bars.csv:3:3: a finite number in SI units is expected here"),
                            ("crank\ninf\n", "bars.csv:2:1: a finite number is wanted here"),
                            ("crank,base\n1\n", "bars.csv:2:1: 1 field where the header has 2 columns"),
-                           ("crank\n", "bars.csv:2:1: there are no rows below the names"),
-                           ("# nothing\n", "bars.csv:2:1: there is no header line with names of parameters")):
+                           ("crank\n", "bars.csv:2:1: there are no rows below the header line"),
+                           ("# nothing\n", "bars.csv:2:1: the header line with names of parameters is missing")):
             done = self.expect(2, "ensemble", FOUR_BAR, "--values", self.table(text))
             self.assertIn(told, done.stderr)
         self.expect(2, "ensemble", FOUR_BAR, "--values", "nowhere.csv")
@@ -1175,7 +1175,7 @@ run: {t_end: 1}
     def test_nothing_moves(self):
         """Neither checked nor run without a word; a mechanism that is fully driven is no such thing."""
         path = self.model(self.PINNED)
-        self.assertIn("degrees of freedom   0\n                       nothing can move\n",
+        self.assertIn("degrees of freedom   0\n                       the mechanism cannot move\n",
                       self.expect(0, "check", path).stdout)
         self.assertIn("nothing can move: the closures leave no degree of freedom", self.expect(0, "simulate", path).stdout)
         self.assertEqual(self.object(0, "simulate", path)["notes"][0]["kind"], "rest")

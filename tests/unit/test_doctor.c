@@ -134,8 +134,8 @@ static void a_doubled_closure_is_named(void)
     CHECK(d->set_count == 2 && d->repair_count == 2);
     same_rows(&p, &d->sets[0], "C.1", "Twin.1");
     same_rows(&p, &d->sets[1], "C.2", "Twin.2");
-    says(&p, "leave out ball 'C': the others hold it already");
-    says(&p, "leave out ball 'Twin': the others hold it already");
+    says(&p, "remove ball 'C': the other closures imply it");
+    says(&p, "remove ball 'Twin': the other closures imply it");
     dismiss(&p);
 }
 
@@ -147,8 +147,8 @@ static void a_planar_loop_with_spatial_closures(void)
                            KEMPE_OK);
     const kmp_doctor *d = &p.check->doctor;
     CHECK(p.check->part.p == 1 && p.system->m == 4 && d->declared == 6 && d->set_count == 2);
-    says(&p, "(2 more vanish identically, as out-of-plane rows do)");
-    says(&p, "counting gives 3 - 4 = -1: 2 rows say what others say already, wherever it moves");
+    says(&p, "(2 more rows vanish identically, as out-of-plane rows do)");
+    says(&p, "coordinates - rows = 3 - 4 = -1: 2 rows say what others say already, wherever it moves");
     dismiss(&p);
 }
 
@@ -452,7 +452,7 @@ static void two_modes_of_a_dyad(void)
     CHECK(branches_of(&p, 1, one, sizeof one) == 2 && branches_of(&p, 1, two, sizeof two) == 2);
     CHECK_TEXT(one, two);
     CHECK(branches_of(&p, 77, NULL, 0) == 2);
-    CHECK(strstr(one, "branch 1 (the model's)") && strstr(one, "hold: [crank]"));
+    CHECK(strstr(one, "branch 1 (of the model)") && strstr(one, "hold: [crank]"));
     dismiss(&p);
     p = admit("examples/slider_crank/slider_crank.yaml");
     CHECK(branches_of(&p, 1, NULL, 0) == 2);

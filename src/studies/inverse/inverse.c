@@ -103,7 +103,8 @@ static kempe_status check_numbers(const job *j)
     static const char *const names[] = {"t_end", "output_step"};
     for (int k = 0; k < 2; k++)
         if (!(numbers[k] >= 0 && isfinite(numbers[k])))
-            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is wanted", names[k], numbers[k]);
+            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", names[k],
+                            numbers[k]);
     return KEMPE_OK;
 }
 

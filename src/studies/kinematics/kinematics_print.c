@@ -107,8 +107,8 @@ static void show_changes(kmp_text *text, const kempe_kinematics *k)
 {
     for (int c = 0; c < k->change_count; c++)
         kmp_text_printf(text,
-                        "\nchange point at %s = %.8g %s: branches meet there (margin of the closures below %.1e); the "
-                        "sweep goes straight on\n",
+                        "\nchange point at %s = %.8g %s: a bifurcation, branches meet there (margin of the closures "
+                        "below %.1e); the sweep goes straight on\n",
                         kmp_kinematics_name(k, &k->lead[k->first]), value_at(k, k->change[c].s),
                         unit_of(k, &k->lead[k->first]), k->change[c].margin);
 }

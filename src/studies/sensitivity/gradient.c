@@ -158,7 +158,7 @@ static kempe_status tell_end(kempe_gradient *g, double done)
 {
     kmp_text sentence = {0};
     kmp_text_printf(&sentence,
-                    "the loops close along %.4g %% of the way to where they are asked for and no further:", 100 * done);
+                    "the loops can be closed for only %.4g %% of the change to the requested coordinates:", 100 * done);
     for (int k = 0; k < g->driven; k++)
         kmp_text_printf(&sentence, "%s %s from %.6g to %.6g ends at %.6g", k ? "," : "",
                         g->system->model->motions[g->linear.part.u[k]].name, g->from[k], g->to[k], g->value[k]);
@@ -209,7 +209,7 @@ static void differentiate(kempe_gradient *g, int k)
 static kempe_status evaluate(kempe_gradient *g)
 {
     if (g->deep && kmp_linear_at(&g->linear, 0, g->q, g->rates, g->accelerations) != KEMPE_OK)
-        return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the coordinates that are asked for");
+        return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the requested coordinates");
     kmp_instant at = instant(g);
     if (g->deep)
         kmp_slopes_at(g->slopes, &at);

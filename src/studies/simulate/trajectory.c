@@ -44,7 +44,7 @@ static kempe_status check_number(kempe_context *context, const char *name, doubl
 {
     if (x >= 0 && isfinite(x))
         return KEMPE_OK;
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is wanted", name, x);
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", name, x);
 }
 
 static kempe_status check_numbers(const job *j)
@@ -58,7 +58,7 @@ static kempe_status check_numbers(const job *j)
         KMP_TRY(check_number(j->context, numbers[k].name, numbers[k].value));
     }
     if (j->run->max_steps < 0)
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is wanted",
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is expected",
                         j->run->max_steps);
     if (j->run->threads < 0 || j->run->threads > KMP_TEAM_MOST)
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", j->run->threads,
@@ -80,7 +80,7 @@ static kempe_status prepare_times(job *j)
 {
     double every;
     if (!(j->spec.t_end > 0))
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end: say how long to run, in the model or as an option");
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
     kempe_status status = KEMPE_OK;
     if (j->run->reference) {
         status = kmp_reference_read(j->system, j->run->reference, &j->reference);
