@@ -28,7 +28,7 @@ kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *f
 
 /* What is wanted of the caller of a public function. KMP_WANTED: KEMPE_E_ARGUMENT with a sentence where a context can
  * be reached (NULL: it cannot); KMP_GIVEN: of a getter, the value of what is not there. */
-#define KMP_MISSING "%s is NULL or not there: it is wanted"
+#define KMP_MISSING "%s is NULL or missing"
 #define KMP_WANTED(context, thing, name)                                                                               \
     do {                                                                                                               \
         if (!(thing))                                                                                                  \

@@ -320,7 +320,7 @@ static void test_what_lanes_cannot(void)
                  {"four_bar/four_bar_spatial", "crank", 0.05, "redundant closure rows"},
                  {"driven_slider_crank/driven_slider_crank", "l", 0.05, "closures that move in time"},
                  {"governor/governor", "K", 0.002, "another formulation"},
-                 {"n_four_bar/n_four_bar_1", "m", 2, "a change point on the way"},
+                 {"n_four_bar/n_four_bar_1", "m", 2, "a change point during the run"},
                  {"stewart/stewart", "k", 0.01, "spherical joints"}};
     static outcome some, all;
     random_seed(5);

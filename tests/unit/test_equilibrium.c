@@ -659,7 +659,7 @@ static void mistakes_are_told(void)
     ask = (kempe_equilibrium_options){.rates = "shaft=3:4"};
     expect(m.system, &ask, KEMPE_E_ARGUMENT, "rates: 'shaft' takes one value, not a range");
     ask = (kempe_equilibrium_options){.rates = "shaft=3,shaft=4"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "rates: 'shaft' stands twice");
+    expect(m.system, &ask, KEMPE_E_ARGUMENT, "rates: 'shaft' is given twice");
     ask = (kempe_equilibrium_options){.rates = "slider=1"};
     expect(m.system, &ask, KEMPE_E_FAILED, "no steady motion: 'slider' shall go on at 1 m/s");
     loaded cubic = load_text("kempe: 1\nparameters: {F: 1 N, s: 1 m}\n"

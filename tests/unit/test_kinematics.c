@@ -566,7 +566,7 @@ static void what_cannot_be_driven_is_told(void)
     refused(&bar, (kempe_kinematics_options){.sweep = "A"}, KEMPE_E_ARGUMENT, "NAME=A:B");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=1"}, KEMPE_E_ARGUMENT, "nothing moves");
     refused(&bar, (kempe_kinematics_options){.sweep = "X=0:1"}, KEMPE_E_ARGUMENT, "'X' is no coordinate");
-    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1,A=0:2"}, KEMPE_E_ARGUMENT, "'A' is driven or held twice");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1,A=0:2"}, KEMPE_E_ARGUMENT, "'A' is swept or held twice");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1:3,D=0:1:4"}, KEMPE_E_ARGUMENT, "3 or 4");
     refused(&bar, (kempe_kinematics_options){.sweep = "t=0:1", .speed = 2}, KEMPE_E_ARGUMENT,
             "a speed and a range of t");

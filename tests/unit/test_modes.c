@@ -130,7 +130,7 @@ static void what_is_cyclic_is_exactly_zero(void)
     }
     CHECK(kempe_modes_re(modes, 2) == 0);
     CHECK_NEAR(kempe_modes_im(modes, 2), sqrt((1 + 1.0 / 3) * 9.81 / 0.4), 1e-13);
-    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "neutral: free to move along cart"));
+    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "neutral: free motion along cart"));
     kempe_text_free(text);
     kempe_modes_free(modes);
     unload(&m);

@@ -470,14 +470,14 @@ static void refusals(void)
                                "  a: {joint: {revolute: [0, 0, ax], at: ground}, mass: 1, com: [twice, 0, 0]}\n";
     char text[4096];
     expect(stop, &(kempe_sensitivity_options){.of = "colour"}, KEMPE_E_ARGUMENT,
-           "sensitivities of 'colour' are unknown; there are: trajectory");
+           "sensitivities of 'colour' are unknown; available: trajectory");
     expect(stop, &(kempe_sensitivity_options){.method = "backward"}, KEMPE_E_ARGUMENT, "there are: forward, adjoint");
     expect(stop, &(kempe_sensitivity_options){.parameters = "l,kk"}, KEMPE_E_ARGUMENT,
            "the model has no parameter 'kk'; did you mean 'k'?");
     expect(stop, &(kempe_sensitivity_options){.parameters = " , "}, KEMPE_E_ARGUMENT, "there is no parameter");
     expect(stop, &(kempe_sensitivity_options){.outputs = "q(z)"}, KEMPE_E_ARGUMENT, "z");
     expect(stop, &(kempe_sensitivity_options){.run = {.integrator = "ida"}}, KEMPE_E_ARGUMENT,
-           "integrator 'ida' carries no sensitivities; there are: dop853, dopri5, radau5, radau9");
+           "integrator 'ida' does not support sensitivities; available: dop853, dopri5, radau5, radau9");
     expect(bare, &(kempe_sensitivity_options){.parameters = "ax"}, KEMPE_E_ARGUMENT, "parameter 'ax' cannot vary");
     (void)snprintf(text, sizeof text, five_bar, "");
     expect(text, &(kempe_sensitivity_options){0}, KEMPE_E_FAILED, "2 freedoms, its start holds 0");

@@ -11,7 +11,7 @@ int kmp_word_find(const char *word, const char *const *words, int count, const c
             return k;
         kmp_nearest_offer(&nearest, words[k]);
     }
-    kmp_text_printf(complaint, "%s '%s' %s; there is:", before, word, after);
+    kmp_text_printf(complaint, "%s '%s' %s; available:", before, word, after);
     for (int k = 0; k < count; k++)
         kmp_text_printf(complaint, "%s %s", k ? "," : "", words[k]);
     kmp_nearest_suggest(&nearest, complaint);

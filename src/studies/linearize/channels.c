@@ -179,7 +179,7 @@ static kempe_status tell_singular(const kmp_channels *c, kempe_status status)
     if (status == KEMPE_E_FAILED && !*kempe_context_message(context))
         return kmp_fail(context, status,
                         "%s: at this state the independent coordinates have no accelerations: the closures or the "
-                        "reduced mass are singular; 'kempe check' says more",
+                        "reduced mass are singular; 'kempe check' gives details",
                         c->system->model->name);
     return status;
 }
