@@ -107,7 +107,7 @@ static void always_redundant(const char *path, int redundant, int may_lose)
     for (int k = 0; k < d->repair_count; k++)
         CHECK(d->repairs[k].count == may_lose && d->repairs[k].of == 3);
     CHECK(d->second == KMP_SECOND_UNTRIED);
-    says(&p, "wherever it moves");
+    says(&p, "in every configuration");
     says(&p, "reactions not unique");
     dismiss(&p);
 }
@@ -148,7 +148,7 @@ static void a_planar_loop_with_spatial_closures(void)
     const kmp_doctor *d = &p.check->doctor;
     CHECK(p.check->part.p == 1 && p.system->m == 4 && d->declared == 6 && d->set_count == 2);
     says(&p, "(2 more rows vanish identically, as out-of-plane rows do)");
-    says(&p, "coordinates - rows = 3 - 4 = -1: 2 rows say what others say already, wherever it moves");
+    says(&p, "coordinates - rows = 3 - 4 = -1: 2 rows are redundant in every configuration");
     dismiss(&p);
 }
 
@@ -181,7 +181,7 @@ static void a_parallelogram_flat_and_upright(void)
     CHECK(d->set_count == 1 && !d->sets[0].always && d->repair_count == 0);
     CHECK(d->second == KMP_SECOND_BRANCHES && d->branches == 2 && !d->limits.walked);
     says(&p, "only in this position");
-    says(&p, "elsewhere it has 1 degree of freedom");
+    says(&p, "elsewhere the mechanism has 1 degree of freedom");
     dismiss(&p);
     p = admit("tests/models/parallelogram.yaml");
     d = &p.check->doctor;
@@ -281,7 +281,7 @@ static void lengths_that_never_meet(void)
     CHECK_NEAR(o->reaches[0].longest, 2.4, 1e-14);
     CHECK_NEAR(o->reaches[0].others, 1.4, 1e-14);
     CHECK_NEAR(p.check->assembly->gap, 1.0, 1e-6);
-    says(&p, "on 'ground' it is 2.4 m from O to D, the other links reach at most 1.4 m: 1 m are missing");
+    says(&p, "body 'ground' spans 2.4 m from O to D, the other links at most 1.4 m: 1 m are missing");
     dismiss(&p);
 }
 
@@ -294,7 +294,7 @@ static void held_where_it_cannot_close(void)
     CHECK(o->reach_count == 0 && o->release_count == 1 && o->releases[0].closes);
     CHECK(p.check->reason[0] != '\0');
     CHECK_TEXT(kempe_context_message(p.context), p.check->reason); /* whatever was tried since */
-    says(&p, "it closes when 'A' is not held");
+    says(&p, "it closes if 'A' is released");
     dismiss(&p);
     p = admit_text(four_bar(1.3, 0.3, 0.8, 0.4, one_loop, "q: {A: 150 deg, B: 2, D: 2}, hold: [A, B, D]"),
                    KEMPE_E_FAILED);

@@ -352,7 +352,7 @@ static void test_bad_instances(void)
     x.values[2 * 5 + 1] = -1; /* a mass */
     run(&x, &spec, (kmp_ensemble_way){0}, &out);
     CHECK(out.result[3].status == KEMPE_E_INPUT && isnan(out.q[3 * x.n]));
-    CHECK_TEXT(out.result[3].reason, "parameter 'across' is not a number: a finite number is wanted");
+    CHECK_TEXT(out.result[3].reason, "parameter 'across' is not a number: a finite number is expected");
     CHECK(out.result[5].status == KEMPE_E_INPUT);
     CHECK_TEXT(out.result[5].reason, "the mass of body 'coupler' is negative: -1");
     for (int i = 0; i < COUNT; i++)

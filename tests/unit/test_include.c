@@ -125,8 +125,9 @@ static void contradictions(void)
     char text[400];
     kempe_model *m = NULL;
     CHECK(kempe_model_read_text(context, two, KEMPE_ROOT "/tests/models/outer", &m) == KEMPE_E_INPUT && !m);
-    CHECK(strstr(kempe_context_message(context), "restarted.yaml:3:13: start q: 'A' is given twice, in ") != NULL);
-    CHECK(strstr(kempe_context_message(context), "restarted.yaml:3:28: start goals: 'G' is given twice, in ") != NULL);
+    CHECK(strstr(kempe_context_message(context), "restarted.yaml:3:13: start q: 'A' is given twice, also in ") != NULL);
+    CHECK(strstr(kempe_context_message(context), "restarted.yaml:3:28: start goals: 'G' is given twice, also in ") !=
+          NULL);
     CHECK(strstr(kempe_context_message(context), "started.yaml:7 too") != NULL);
     (void)snprintf(text, sizeof text, "%sstart: {q: {A: 0.7}, goals: {G: 3}}\n", two);
     CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer", &m) == KEMPE_OK);

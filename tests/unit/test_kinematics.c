@@ -541,7 +541,7 @@ static void legs_stop_together(void)
     const kempe_dead_centre *dead = kempe_kinematics_dead(k, 0);
     CHECK(dead->determined < 1e-12 && dead->margin > 0.1 && dead->s < 1);
     CHECK_NEAR(kempe_kinematics_dead_q(k, 0)[8], 0.9 * dead->s, 1e-14); /* slide1 */
-    CHECK(strstr(kempe_kinematics_reason(k), "no longer together"));
+    CHECK(strstr(kempe_kinematics_reason(k), "cannot continue together"));
     kempe_kinematics_free(k);
     unload(&m);
 }
@@ -562,28 +562,29 @@ static void what_cannot_be_driven_is_told(void)
     loaded bar = load_text(four_bar_text(&crank_rocker, 1)), stewart = load("examples/stewart/stewart.yaml");
     loaded driven = load("examples/driven_slider_crank/driven_slider_crank.yaml");
     loaded flat = load("tests/models/parallelogram_flat.yaml");
-    refused(&bar, (kempe_kinematics_options){0}, KEMPE_E_ARGUMENT, "what is to be driven");
+    refused(&bar, (kempe_kinematics_options){0}, KEMPE_E_ARGUMENT, "the swept coordinate is missing");
     refused(&bar, (kempe_kinematics_options){.sweep = "A"}, KEMPE_E_ARGUMENT, "NAME=A:B");
-    refused(&bar, (kempe_kinematics_options){.sweep = "A=1"}, KEMPE_E_ARGUMENT, "nothing moves");
-    refused(&bar, (kempe_kinematics_options){.sweep = "X=0:1"}, KEMPE_E_ARGUMENT, "'X' is no coordinate");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=1"}, KEMPE_E_ARGUMENT, "nothing is swept");
+    refused(&bar, (kempe_kinematics_options){.sweep = "X=0:1"}, KEMPE_E_ARGUMENT, "'X' is not a coordinate");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1,A=0:2"}, KEMPE_E_ARGUMENT, "'A' is swept or held twice");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1:3,D=0:1:4"}, KEMPE_E_ARGUMENT, "3 or 4");
     refused(&bar, (kempe_kinematics_options){.sweep = "t=0:1", .speed = 2}, KEMPE_E_ARGUMENT,
             "a speed and a range of t");
-    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .hold = "t"}, KEMPE_E_ARGUMENT, "the time is not held");
+    refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .hold = "t"}, KEMPE_E_ARGUMENT,
+            "the time cannot be held");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .release = "C"}, KEMPE_E_ARGUMENT, "'C' is no drive");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .points = 1}, KEMPE_E_ARGUMENT, "1 rows");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .backend = "none"}, KEMPE_E_ARGUMENT, "none");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .hold = "D"}, KEMPE_E_FAILED, "1 too many");
-    refused(&bar, (kempe_kinematics_options){.sweep = "t=0:1"}, KEMPE_E_FAILED, "drive or hold 1 more, for instance");
-    refused(&stewart, (kempe_kinematics_options){.sweep = "slide1=0:1"}, KEMPE_E_FAILED, "drive or hold 5 more");
+    refused(&bar, (kempe_kinematics_options){.sweep = "t=0:1"}, KEMPE_E_FAILED, "sweep or hold 1 more, for instance");
+    refused(&stewart, (kempe_kinematics_options){.sweep = "slide1=0:1"}, KEMPE_E_FAILED, "sweep or hold 5 more");
     refused(
         &stewart,
         (kempe_kinematics_options){.sweep = "slide1=0:0.1", .hold = "leg1.1,leg1.2,platform.1,platform.2,platform.3"},
-        KEMPE_E_FAILED, "follows from the others");
+        KEMPE_E_FAILED, "is determined by the other");
     refused(&driven, (kempe_kinematics_options){.sweep = "slider=0:1"}, KEMPE_E_FAILED, "no degree of freedom");
     refused(&driven, (kempe_kinematics_options){.sweep = "slider=0:1", .release = "motor"}, KEMPE_E_FAILED,
-            "a dead centre of it");
+            "it is at a dead centre");
     refused(&flat, (kempe_kinematics_options){.sweep = "A=0:1"}, KEMPE_E_FAILED, "degrees of freedom");
     unload(&bar);
     unload(&stewart);

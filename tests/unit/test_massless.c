@@ -68,7 +68,7 @@ static void the_reduced_mass_shows_it(void)
     const char *loop =
         said(HEAD ARM "  b: {joint: {name: B, motions: [R3, R2, R1], at: a.B}, points: {C: [1.2, 0, 0]}}\n"
                       "loops: {C: {ball: [ground.D, b.C]}}\nstart: {q: {A: 0.5, B.1: -1}}\n");
-    CHECK(strstr(loop, "the motion of 'B.3' carries no mass; give body 'b'"));
+    CHECK(strstr(loop, "the motion of 'B.3' moves no mass; give body 'b'"));
     CHECK_TEXT(said(HEAD "  a: {joint: {name: A, revolute: z, at: ground}}\n"
                          "  b: {joint: {name: B, revolute: x, at: a}, mass: 1, inertia: {xx: 1}}\n"),
                "the accelerations are not determined: the motion of 'A' moves no mass; give body 'a', or one that "

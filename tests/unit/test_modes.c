@@ -595,7 +595,7 @@ static void what_is_asked_wrongly_is_told(void)
                  {{.rates = "wheel=1,wheel=2"}, KEMPE_E_ARGUMENT, "twice"},
                  {{.rates = "wheel=1:2,body=2:3"}, KEMPE_E_ARGUMENT, "one of them"},
                  {{.rates = "wheel=1:2", .sweep = "body=2:3"}, KEMPE_E_ARGUMENT, "one thing"},
-                 {{.rates = "wheel=1", .at = "start"}, KEMPE_E_ARGUMENT, "kept by an equilibrium"}};
+                 {{.rates = "wheel=1", .at = "start"}, KEMPE_E_ARGUMENT, "belong to an equilibrium"}};
     loaded m = load("examples/quarter_car/quarter_car.yaml");
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         kempe_modes *modes = NULL;
@@ -633,7 +633,8 @@ static void a_bushing_turned_by_half_a_turn_is_told(void)
                          "forces: {u: {bushing: [ground.P, a.P], rotational_stiffness: [1, 2, 3]}}\n");
     kempe_modes *modes = NULL;
     CHECK(kempe_modes_new(m.system, &(kempe_modes_options){.at = "start"}, &modes) == KEMPE_E_FAILED && !modes);
-    CHECK(strstr(kempe_context_message(m.context), "what acts along 'a' is not finite at the state") != NULL);
+    CHECK(strstr(kempe_context_message(m.context),
+                 "the forces along 'a' or their derivatives are not finite at the state") != NULL);
     unload(&m);
 }
 

@@ -235,7 +235,7 @@ static void test_bad_references(void)
     expect_complaint(&s, "t,velocity\n", ":1:3: ", "no column 'velocity'");
     expect_complaint(&s, "t,whatever_is_this\n", ":1:3: ", "lambda.CLOSURE.k");
     expect_complaint(&s, "t,q.rod,q.rod\n", ":1:9: ", "twice");
-    expect_complaint(&s, "q.rod\n1\n", ":1:1: ", "no column t");
+    expect_complaint(&s, "q.rod\n1\n", ":1:1: ", "column t is missing");
     expect_complaint(&s, "", ":1:1: ", "header");
     expect_complaint(&s, "t,q.rod\n0,1x\n", ":2:3: ", "no number");
     expect_complaint(&s, "t,q.rod\n0,nan\n", ":2:3: ", "no number");
@@ -352,7 +352,7 @@ static void test_options_refused(void)
     for (int k = 0; k < 4; k++)
         CHECK(kempe_compare(s.system, &compares[k], &comparison) == KEMPE_E_ARGUMENT);
     CHECK(trajectory == NULL && comparison == NULL);
-    CHECK(strstr(kempe_context_message(s.context), "there is no form 'shut'") != NULL);
+    CHECK(strstr(kempe_context_message(s.context), "unknown form 'shut'") != NULL);
     close_scene(&s);
 }
 

@@ -71,7 +71,7 @@ static void runs_as_meant(const char *path, int p, const char *exact, double nea
     loaded l = draw(path, NAN), e = draw(exact ? exact : path, NAN);
     double q[16] = {0}, first[16] = {0};
     CHECK(l.system->mended && !kmp_rounding_of(l.system));
-    CHECK(strstr(last_warning, "taken as rounding") || strcmp(path, exact ? exact : path) != 0);
+    CHECK(strstr(last_warning, "accepted as rounding") || strcmp(path, exact ? exact : path) != 0);
     CHECK(freedoms(&l) == p);
     if (exact)
         run(&e, "reduced", "integrated", first);
@@ -94,7 +94,7 @@ static void a_drawing_runs_as_the_mechanism_that_is_meant(void)
 static void the_warning_names_closure_and_both_numbers(void)
 {
     loaded l = draw("tests/models/rounded_four_bar.yaml", NAN);
-    CHECK(strstr(last_warning, "closure 'C' stays open by 8.2e-07 m as drawn"));
+    CHECK(strstr(last_warning, "closure 'C' has a gap of 8.2e-07 m as drawn"));
     CHECK(strstr(last_warning, "closure_tolerance 0.00048 m"));
     unload(&l);
 }

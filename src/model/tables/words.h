@@ -6,8 +6,7 @@
 #include "model/tables/nearest.h"
 
 /** Place of a word among `count`; `count` when it is none of them. The sentence that is
- * appended to `complaint` then has the word between `before` and `after`, what there is and which may be meant. */
-int kmp_word_find(const char *word, const char *const *words, int count, const char *before, const char *after,
-                  kmp_text *complaint);
+ * appended to `complaint` names the kind, the word, the words available and the nearest of them. */
+int kmp_word_find(const char *word, const char *const *words, int count, const char *kind, kmp_text *complaint);
 
 #endif

@@ -223,7 +223,7 @@ static kempe_status choose_motion(job *j)
                         "(--motion), or drives in the model",
                         j->ask->t_end > 0 ? "t_end" : "output_step");
     kempe_status status =
-        kmp_coordinates_read(j->system->model, "u", j->ask->independent, r->start_u, &r->start_u_count);
+        kmp_coordinates_read(j->system->model, "independent", j->ask->independent, r->start_u, &r->start_u_count);
     if (status == KEMPE_OK && r->start_u_count == 0 && model->run.independent_count > 0) {
         r->start_u_count = model->run.independent_count;
         memcpy(r->start_u, model->run.independent, (size_t)r->start_u_count * sizeof *r->start_u);

@@ -53,7 +53,7 @@ static kempe_status check_numbers(const job *j)
         const char *name;
         double value;
     } numbers[] = {
-        {"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"every", j->run->output_step}};
+        {"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"output_step", j->run->output_step}};
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
         KMP_TRY(check_number(j->context, numbers[k].name, numbers[k].value));
     }
@@ -71,7 +71,7 @@ static kempe_status read_wish(job *j)
     j->u = KMP_NEW(int, j->system->n);
     if (!j->u)
         return kmp_fail_memory(j->context);
-    kempe_status status = kmp_coordinates_read(j->system->model, "u", j->run->independent, j->u, &j->spec.u_count);
+    kempe_status status = kmp_coordinates_read(j->system->model, "independent", j->run->independent, j->u, &j->spec.u_count);
     j->spec.u = j->spec.u_count ? j->u : NULL;
     return status;
 }
