@@ -513,7 +513,7 @@ class Ensembles(Case):
             self.assertEqual(self.rows("--values", values, "--t-end", 0.5, *words)[1], best)
         done, alone = self.rows("--values", values, "--t-end", 0.5, "--alone")
         self.assertIn("every instance separately", done.stdout)
-        self.assertEqual([row["single_run"] for row in alone], ["asked for"] * 4)
+        self.assertEqual([row["single_run"] for row in alone], ["a request for separate runs"] * 4)
         for a, b in zip(best[:3], alone):
             self.assertAlmostEqual(float(a["q.rocker"]), float(b["q.rocker"]), delta=1e-8)
 
@@ -1130,7 +1130,7 @@ class Simulate(Case):
                 self.assertIn(f"kempe: warning: {line}\n", done.stderr, words)
             for name, given, taken in (("crank", "20", "8.92286"), ("rocker", "3", "3.45649")):
                 line = (f"start: the rate of '{name}' is adjusted to {taken} rad/s (given: {given}) to satisfy "
-                        "contradict the closures")
+                        "to satisfy the closures")
                 self.assertIn(line, strict(done.stdout)["warnings"], words)
                 self.assertEqual(done.stderr.count(line), 1, words)
         found = self.object(0, "ensemble", path, "--sample", "crank=0.29:0.31", "--instances", 3, "--t-end", 0.1)

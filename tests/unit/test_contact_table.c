@@ -178,7 +178,7 @@ static void wrong_words_are_told(void)
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .hold = "nothing"}, "hold");
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .law = "coulomb"}, "unknown creep law 'coulomb'");
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .solve_for = "left.1"},
-            "freed: 'left.1' does not move");
+            "solve-for: 'left.1' does not move");
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .points = 1}, "1 values");
     refuses(&l, (kempe_contact_options){.sweep = "left.1=0:1,left.1=0:2"}, "is given twice");
     refuses(&l, (kempe_contact_options){.sweep = "left.1=0:1 rad"}, "left.1");

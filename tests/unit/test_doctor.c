@@ -166,7 +166,7 @@ static void rows_of_rounding_hold_nothing(void)
         for (int i = 0; i < d->set_count; i++)
             CHECK(d->sets[i].always);
         CHECK(d->second == KMP_SECOND_UNTRIED);
-        says(&p, "holds nothing: always");
+        says(&p, "constrains nothing: always");
         dismiss(&p);
     }
 }
@@ -204,7 +204,7 @@ static void stretched_bars_are_shaky(void)
     patient p = admit_text(four_bar(1.5, 0.5, 0.4, 0.6, one_loop, "q: {A: 0, B: 0, D: 180 deg}"), KEMPE_OK);
     const kmp_doctor *d = &p.check->doctor;
     CHECK(p.check->part.p == 2 && !d->moved && d->second == KMP_SECOND_NONE);
-    says(&p, "shaky");
+    says(&p, "infinitesimally mobile");
     dismiss(&p);
     p = admit_text(four_bar(1.5, 0.5, 0.4, 0.6, one_loop, "q: {A: 0.1, B: 0.1, D: 3}"), KEMPE_OK);
     CHECK(!p.check->doctor.moved && p.check->doctor.second == KMP_SECOND_NONE);
@@ -245,11 +245,11 @@ static void crank_rocker(double g, double a, double b, double c)
     const kmp_doctor *d = &p.check->doctor;
     CHECK(d->limits.cycle && abs(d->limits.swing[0].turns) == 1);
     swings(d, 2, pi - cosine_law(g, c, b + a), pi - cosine_law(g, c, b - a));
-    says(&p, "A  turns fully");
+    says(&p, "A  rotates fully");
     dismiss(&p);
 }
 
-/* A turns fully, D swings between where crank and coupler are in line. */
+/* A rotates fully, D oscillates between where crank and coupler are in line. */
 static void crank_rockers_swing(void)
 {
     crank_rocker(1, 0.3, 0.9, 0.7);

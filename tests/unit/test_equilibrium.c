@@ -673,7 +673,7 @@ static void mistakes_are_told(void)
     ask = (kempe_equilibrium_options){.solve_for = "qd(shaft)", .hold = "slider=0.5"};
     expect(m.system, &ask, KEMPE_E_ARGUMENT, "give it (--rates shaft=..)");
     ask = (kempe_equilibrium_options){.rates = "shaft=5", .solve_for = "K,M,m", .hold = "slider=0.5"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "3 unknowns more, but 2 equations more");
+    expect(m.system, &ask, KEMPE_E_ARGUMENT, "3 additional unknowns, but 2 additional equations");
     ask = (kempe_equilibrium_options){.solve_for = "KK", .hold = "slider=0.5"};
     expect(m.system, &ask, KEMPE_E_ARGUMENT, "KK");
     ask = (kempe_equilibrium_options){.solve_for = "K", .target = "position(right.middle)=1"};
@@ -683,7 +683,7 @@ static void mistakes_are_told(void)
     ask = (kempe_equilibrium_options){.solve_for = "K", .target = "position(right.end).x=1"};
     expect(m.system, &ask, KEMPE_E_ARGUMENT, "end");
     ask = (kempe_equilibrium_options){.solve_for = "K", .hold = "slider=0.5", .global = 1};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "or all");
+    expect(m.system, &ask, KEMPE_E_ARGUMENT, "--global cannot be combined");
     ask = (kempe_equilibrium_options){.rates = "shaft=5", .solve_for = "c", .hold = "slider=0.6"};
     expect(m.system, &ask, KEMPE_E_FAILED, "no equilibrium is found for the given unknowns");
     unload(&m);

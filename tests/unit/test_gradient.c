@@ -189,7 +189,7 @@ static void what_is_refused(void)
     refuse(MODEL, "crank", "rockers", KEMPE_E_ARGUMENT, "'rockers'");
     refuse(MODEL, "crank", "rocker, rocker", KEMPE_E_ARGUMENT, "driven: coordinate 'rocker' is given twice");
     refuse(MODEL, "crank", "rocker, crank", KEMPE_E_FAILED, "2 independent coordinates");
-    refuse(MODEL, "crank", NULL, KEMPE_E_FAILED, "0 coordinates driven");
+    refuse(MODEL, "crank", NULL, KEMPE_E_FAILED, "0 coordinates are driven");
 }
 
 int main(void)

@@ -588,13 +588,13 @@ static void what_is_asked_wrongly_is_told(void)
                  {{.sweep = "bdy=1:2"}, KEMPE_E_ARGUMENT, "did you mean 'body'"},
                  {{.sweep = "body=1"}, KEMPE_E_ARGUMENT, "two ends"},
                  {{.sweep = "body=1:2:1"}, KEMPE_E_ARGUMENT, "2 to 1000000"},
-                 {{.sweep = "body=1:2,wheel=1:2"}, KEMPE_E_ARGUMENT, "one thing"},
+                 {{.sweep = "body=1:2,wheel=1:2"}, KEMPE_E_ARGUMENT, "only one quantity"},
                  {{.sweep = "body=x"}, KEMPE_E_ARGUMENT, "body"},
                  {{.orders = "1,-2"}, KEMPE_E_ARGUMENT, "'-2'"},
                  {{.rates = "whel=1"}, KEMPE_E_ARGUMENT, "did you mean 'wheel'"},
                  {{.rates = "wheel=1,wheel=2"}, KEMPE_E_ARGUMENT, "twice"},
                  {{.rates = "wheel=1:2,body=2:3"}, KEMPE_E_ARGUMENT, "one of them"},
-                 {{.rates = "wheel=1:2", .sweep = "body=2:3"}, KEMPE_E_ARGUMENT, "one thing"},
+                 {{.rates = "wheel=1:2", .sweep = "body=2:3"}, KEMPE_E_ARGUMENT, "only one quantity"},
                  {{.rates = "wheel=1", .at = "start"}, KEMPE_E_ARGUMENT, "belong to an equilibrium"}};
     loaded m = load("examples/quarter_car/quarter_car.yaml");
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
@@ -611,7 +611,8 @@ static void what_is_asked_wrongly_is_told(void)
           modes);
     CHECK(kempe_modes_value_count(modes) == 3 || kempe_modes_value_count(modes) == 2);
     char *text = NULL;
-    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "stopped   'body' came from 100 to"));
+    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK &&
+          strstr(text, "stopped   'body' was swept from 100 to"));
     kempe_text_free(text);
     kempe_modes_free(modes);
     unload(&m);

@@ -114,7 +114,7 @@ static void test_complaints(void)
     complains("program 1\nstage 0\n  v0 = t ^ t\nend\n", "f:3:10: '+', '-', '*' or '/' is expected here");
     complains("program 1\nstage 0\n  v0 = -t + t\nend\n", "f:3:8: a sign is not allowed here");
     complains("program 1\nstage 0\n  v0 = sin(t, t)\nend\n", "f:3:13: ')' is expected here");
-    complains("program 1\nstage 0\n  v0 = table[0, 0](t)\nend\n", "f:3:15: there is no table 0");
+    complains("program 1\nstage 0\n  v0 = table[0, 0](t)\nend\n", "f:3:15: unknown table 0");
     complains("program 1\nstage 0\n  v0 = foo(t)\nend\n",
               "f:3:8: an operand is expected here: a number, an input or a value v..");
     complains("program 1\nstage 0\n  out[1] = 1\nend\n", "f:3:11: out[0] is expected next, not out[1]");

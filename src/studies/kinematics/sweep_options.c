@@ -38,7 +38,7 @@ static kempe_status refuse_name(const kempe_model *model, const char *name, bool
         if (kmp_closure_is_drive(&model->closures[c]))
             kmp_nearest_offer(&nearest, model->closures[c].name);
     kmp_nearest_suggest(&nearest, &hint);
-    kempe_status status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is no %s of '%s'%s%s", name, word,
+    kempe_status status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is not a %s of '%s'%s%s", name, word,
                                    model->name, coordinates ? ", and not t" : "", hint.s ? hint.s : "");
     kmp_text_free(&hint);
     return status;
