@@ -133,7 +133,7 @@ static void a_start_on_a_change_point_is_refused(void)
             row.n = s.system->n;
             CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
             CHECK(kmp_run(s.system, &spec, NULL, take_row, &row, &report) == KEMPE_E_FAILED);
-            CHECK(report.reason && strstr(report.reason, "'C.1'") && strstr(report.reason, "on a change point"));
+            CHECK(report.reason && strstr(report.reason, "'C.1'") && strstr(report.reason, "at a change point"));
             kmp_free(report.reason);
             unload(&s);
         }

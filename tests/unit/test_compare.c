@@ -115,7 +115,7 @@ static void the_cheapest_is_advised(void)
                 "the cheapest at error 1e-06 and at 1e-08; the next is reduced newton bdf, 3.0 and 2.0 times as long"));
     CHECK(is_said(&t->c.advice.because, "for an error of 1e-08 use rtol 1e-09"));
     CHECK(is_said(&t->c.advice.because, "all 4 of its runs"));
-    CHECK(is_said(&t->c.advice.because, "dae stabilized1 ida needs 15 and 10 times as long: here"));
+    CHECK(is_said(&t->c.advice.because, "dae stabilized1 ida needs 15 and 10 times as long: slower here"));
     drop(t);
 }
 
@@ -325,7 +325,7 @@ static void a_lock_is_said_once(void)
     CHECK(c && c->status == KEMPE_STOPPED && !c->has_reference && c->failures.count == 1);
     CHECK(c &&
           is_said(&c->failures, "every run stopped: the mechanism reaches a limit position (dead centre) at t = 1.5"));
-    CHECK(c && strstr(c->source, "locks"));
+    CHECK(c && strstr(c->source, "dead centre"));
     kempe_comparison_free(c);
     unload(&l);
 }

@@ -147,7 +147,7 @@ static void a_planar_loop_with_spatial_closures(void)
                            KEMPE_OK);
     const kmp_doctor *d = &p.check->doctor;
     CHECK(p.check->part.p == 1 && p.system->m == 4 && d->declared == 6 && d->set_count == 2);
-    says(&p, "(2 more rows vanish identically, as out-of-plane rows do)");
+    says(&p, "(2 more vanish identically, as out-of-plane rows do)");
     says(&p, "coordinates - rows = 3 - 4 = -1: 2 rows are redundant in every configuration");
     dismiss(&p);
 }

@@ -115,7 +115,7 @@ static void what_is_refused(void)
     static const char tree[] = "kempe: 1\nparameters: {m: 1}\ngravity: [0, -1, 0]\n"
                                "bodies: {a: {joint: {revolute: z, at: ground}, mass: m, com: [0, -1, 0]}}\n";
     refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "equilibrium", .at = "start"}, KEMPE_E_ARGUMENT,
-           "no equilibrium");
+           "not an equilibrium");
     refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "modes", .at = "end"}, KEMPE_E_ARGUMENT, "'end'");
     refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "modes", .outputs = "q"}, KEMPE_E_ARGUMENT, "eigenvalues");
     refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "modes", .integral = 1}, KEMPE_E_ARGUMENT, "integral");

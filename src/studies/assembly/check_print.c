@@ -47,7 +47,7 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
     kmp_text_printf(text, "  closures             %d with %d row%s, of rank %d\n", check->loop_count, part->m,
                     part->m == 1 ? "" : "s", part->r);
     if (vanished > 0)
-        kmp_text_printf(text, "  %-21s(%d more rows vanish identically, as out-of-plane rows do)\n", "", vanished);
+        kmp_text_printf(text, "  %-21s(%d more vanish identically, as out-of-plane rows do)\n", "", vanished);
     kmp_text_printf(
         text, check->driven > 0 ? "  degrees of freedom   %d remaining, %d driven\n" : "  degrees of freedom   %d\n",
         part->p, check->driven);

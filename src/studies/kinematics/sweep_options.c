@@ -54,7 +54,7 @@ static kempe_status find(const kempe_model *model, const char *name, int *coordi
             *coordinate = k;
     if (*coordinate == -2 && strcmp(name, "t") == 0)
         *coordinate = -1;
-    return *coordinate == -2 ? refuse_name(model, name, true, "coordinate and not a drive") : KEMPE_OK;
+    return *coordinate == -2 ? refuse_name(model, name, true, "coordinate or drive") : KEMPE_OK;
 }
 
 const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_lead *lead)
