@@ -350,7 +350,7 @@ class Sensitivities(Case):
                             (("--method", "back"), "available: forward, adjoint"), (("--outputs", "q(A)"), "q"),
                             (("--integrator", "bdf"), "does not support sensitivities"), (("--independent", "A"), "unknown coordinate 'A'")):
             self.assertIn(told, self.expect(3, "sensitivity", FOUR_BAR, *words).stderr)
-        for words, told in ((("--of", "modes", "--at", "end"), "no state 'end'"),
+        for words, told in ((("--of", "modes", "--at", "end"), "unknown state 'end'"),
                             (("--of", "equilibrium", "--at", "start"), "not an equilibrium"),
                             (("--of", "modes", "--outputs", "q"), "outputs cannot be chosen")):
             self.assertIn(told, self.expect(3, "sensitivity", FOUR_BAR, *words).stderr)
@@ -1210,8 +1210,8 @@ run: {t_end: 1}
         for torque in ("1/q(a)", "sqrt(q(a) - 1)", "log(q(a))"):
             for formulation in ("reduced", "projected", "dae"):
                 done = self.expect(1, "simulate", self.model(pendulum.format(torque)), "--formulation", formulation)
-                self.assertRegex(done.stderr, r"the forces on 'a' are not a finite number \((infinite|not a number)\) at t = 0; on it "
-                                              "act 'bad'")
+                self.assertRegex(done.stderr, r"the forces on 'a' are not a finite number \((infinite|not a number)\) at t = 0; "
+                                              "forces on it: 'bad'")
 
     def test_rows_in_time_alone(self):
         done = self.expect(2, "check", self.model(
