@@ -5,7 +5,7 @@
 
     python3 tests/docs.py build/dev/kempe
 
-Programs on the pages are compiled elsewhere: README.md by tests/CMakeLists.txt, docs/extending.md by tests/extending.py.
+Programs on the pages are compiled elsewhere: docs/library.md by tests/CMakeLists.txt, docs/extending.md by tests/extending.py.
 """
 import os
 import pathlib
@@ -156,9 +156,33 @@ class Pages(unittest.TestCase):
                 with self.subTest(word):
                     self.assertTrue(list(ROOT.glob(word)))
 
-    def test_readme_shows_what_is_recorded(self):
+    def test_start_in_words(self):
+        """The end of ./start, from what `kempe compare` prints."""
+        program = re.search(r"^awk '\n(.*?)^' ", (ROOT / "start").read_text(), re.M | re.S).group(1).replace("'\"'\"'", "'")
+        printed = subprocess.run([KEMPE, "compare", "examples/andrews/andrews.yaml", "--reference", "examples/andrews/reference.csv"],
+                                 cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        said = subprocess.run(["awk", program], input=printed, capture_output=True, text=True, check=True).stdout.split("\n")
+        rows = [line for line in said if re.search(r"[a-z]\) +\d+\.\d\d ms +\d+\.\d\d ms$", line)]
+        self.assertEqual(len(rows), 5)
+        cheapest = re.search(r"^the cheapest, ms +(.*)", printed, re.M).group(1).split()
+        times = [re.findall(r"\d+\.\d\d(?= ms)", row) for row in rows]
+        least = [f"{float(cheapest[k]):.2f}" for k in (3, 5)]
+        self.assertEqual([min(column, key=float) for column in zip(*times)], least)
+        self.assertTrue(any(line.startswith("Recommended: reduced integrated") for line in said))
+        self.assertTrue(any(line.startswith("There the loops closed to ") for line in said))
+        self.assertLessEqual(len(said), 20)
+
+    def test_readme(self):
+        """One minute long; its model is the one that `kempe new` writes."""
+        text = (ROOT / "README.md").read_text()
+        self.assertLessEqual(len(text.split("\n")), 151)
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([KEMPE, "new", "four_bar"], cwd=folder, check=True, capture_output=True)
+            self.assertIn((pathlib.Path(folder) / "four_bar.yaml").read_text(), blocks(text))
+
+    def test_compare_shows_what_is_recorded(self):
         recorded = (ROOT / "bench/results/andrews.txt").read_text().rstrip("\n").split("\n")
-        shown = re.search(r"<!-- table -->\n(.*?)\n<!-- /table -->", (ROOT / "README.md").read_text(), re.S).group(1)
+        shown = re.search(r"<!-- table -->\n(.*?)\n<!-- /table -->", (ROOT / "docs/compare.md").read_text(), re.S).group(1)
         end = next(k for k, line in enumerate(recorded) if line.startswith("time to an error"))
         self.assertEqual(shown.split("\n"), [f"    {line}".rstrip() for line in [recorded[0][2:], "", *recorded[end:]]])
 
@@ -211,12 +235,14 @@ class Commands(unittest.TestCase):
                 count += 1
         self.assertGreaterEqual(count, 10)
 
-    def test_readme_has_every_command(self):
+    def test_every_command_is_shown(self):
+        """In the README's table, in its order; each that reads a model also as a line that is run."""
         out = subprocess.run([KEMPE, "--help"], capture_output=True, text=True, timeout=100).stdout
         names = re.findall(r"^  (\w+) ", out[out.index("commands:"):out.index("'kempe COMMAND")], re.M)
-        readme = (ROOT / "README.md").read_text()
-        shown = set(re.findall(r"^    kempe (\w+) examples/", readme, re.M))
-        self.assertEqual((len(names) >= 5, shown), (True, set(names)))
+        shown = re.search(r"^## Commands\n(.*?)^## ", (ROOT / "README.md").read_text(), re.M | re.S).group(1)
+        self.assertGreaterEqual(len(names), 5)
+        self.assertEqual(set(re.findall(r"`(\w+)`", "".join(first_cells(shown)))), set(names))
+        self.assertEqual(set(names) - {line[0] for _, _, line in commands()}, {"new"})
 
 
 if __name__ == "__main__":
