@@ -28,6 +28,7 @@ typedef struct cli_command {
     const char *name, *usage, *summary, *examples;
     bool (*accepts)(const cli_settings *settings);     /* false after a complaint on stderr; NULL: anything */
     bool (*model_alone)(const cli_settings *settings); /* no equations are wanted; NULL: they are */
+    bool without_model;                                /* FILE is no model to be read */
     const char *dynamics; /* how the equations are written where nobody says; NULL: as the model asks */
     kempe_status (*run)(const cli_job *j);
 } cli_command;
@@ -37,6 +38,9 @@ typedef struct cli_command {
 #undef CLI_COMMAND
 
 typedef kempe_status cli_print_fn(const void *object, kempe_format format, char **text);
+
+/** A string literal of JSON, to be freed; NULL when there is no memory. */
+char *cli_quoted(const char *s);
 
 /** Text on stdout unless the JSON goes there; the JSON where it was asked for. */
 kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *object);

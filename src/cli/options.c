@@ -219,9 +219,9 @@ static const option options[] = {
     {CLI_GENERATE, "vectorised", 0, OPTION_FLAG, AT(vectorised), NULL,
      "array languages: one statement for all that can be done at once"},
     {CLI_GENERATE, "output", 'o', OPTION_TEXT, AT(output), "DIR", "where to write the files (default: here)"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT), "closure-tolerance", 0, OPTION_TEXT, AT(closure_tolerance),
-     "X", "m that closures which say what others say may stay open by, as rounding; 0: none"},
-    {CLI_ALL, "set", 0, OPTION_SETTING, 0, "NAME=VALUE", "another value of a parameter; may be given again"},
+    {CLI_ALL & ~(CLI_NEW | CLI_SHOW | CLI_GENERATE | CLI_CONTACT), "closure-tolerance", 0, OPTION_TEXT,
+     AT(closure_tolerance), "X", "m that closures which say what others say may stay open by, as rounding; 0: none"},
+    {CLI_ALL & ~CLI_NEW, "set", 0, OPTION_SETTING, 0, "NAME=VALUE", "another value of a parameter; may be given again"},
     {CLI_ALL, "json", 0, OPTION_TEXT, AT(json), "PATH|-", "write one JSON object; - for stdout, instead of text"},
     {CLI_ALL, "help", 'h', OPTION_FLAG, AT(help), NULL, "this text"},
 };
@@ -454,7 +454,7 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
         }
     }
     if (!settings->file && !settings->help) {
-        cli_complain("which model? 'kempe %s FILE'", command_name);
+        cli_complain("which model? 'kempe %s %s'", command_name, command == CLI_NEW ? "NAME" : "FILE");
         return false;
     }
     return true;
