@@ -970,10 +970,10 @@ class Check(Case):
 
 
 class Documents(Case):
-    def test_outputs_of_the_doctor_are_real(self):
-        """What docs/doctor.md shows is what the commands say, but for digits that are rounding."""
+    def test_outputs_of_the_page_are_real(self):
+        """What docs/diagnosis.md shows is what the commands say, but for digits that are rounding."""
         rounding = re.compile(r"[0-9.]+e-1[0-9]")
-        text = (ROOT / "docs/doctor.md").read_text()
+        text = (ROOT / "docs/diagnosis.md").read_text()
         shown = re.findall(r"(?m)^    \$ kempe (.*)\n((?:    .*\n|\n(?=    ))*)", text)
         self.assertGreaterEqual(len(shown), 4)
         for words, output in shown:
