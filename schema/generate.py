@@ -14,13 +14,13 @@ NAME = "^[^\\x00-\\x40\\x5b-\\x5e\\x60\\x7b-\\x7f][^\\x00-\\x2f\\x3a-\\x40\\x5b-
 
 def rows(table, macro):
     """The arguments of every row `macro(..)` of a .def table."""
-    text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/model" / table).read_text(), flags=re.S)
+    text = re.sub(r"/\*.*?\*/", "", next((ROOT / "src/model").rglob(table)).read_text(), flags=re.S)
     return [[a.strip().strip('"') for a in m.group(1).split(",")] for m in re.finditer(rf"{macro}\((.*)\)", text)]
 
 
 def keys(source, array):
     """The strings of a list of keys in a source of the reader; a table that it includes gives its rows' names."""
-    text = (ROOT / "src/model" / source).read_text()
+    text = next((ROOT / "src/model").rglob(source)).read_text()
     body = re.search(rf"{array}\[\] = \{{(.*?)\}};", text, re.S).group(1)
     macros = re.findall(r"#define (\w+)\(", body)
     tables = re.findall(r'#include "model/(\w+\.def)"', body)

@@ -119,18 +119,18 @@ class Tables(unittest.TestCase):
     def test_solvers(self):
         page = (ROOT / "docs/solvers.md").read_text()
         for table in ("integrators", "linear"):
-            text = re.sub(r"/\*.*?\*/", "", (ROOT / f"integrators/{table}.def").read_text(), flags=re.S)
+            text = re.sub(r"/\*.*?\*/", "", next((ROOT / "integrators").rglob(f"{table}.def")).read_text(), flags=re.S)
             self.assertEqual(set(re.findall(r"KMP_\w+\((\w+)\)", text)) - words(page), set())
-        text = re.sub(r"/\*.*?\*/", "", (ROOT / "integrators/formulations.def").read_text(), flags=re.S)
+        text = re.sub(r"/\*.*?\*/", "", (ROOT / "integrators/formulations/formulations.def").read_text(), flags=re.S)
         self.assertEqual(set(re.findall(r"KMP_FORMULATION\((\w+)\)", text)) - words(page), set())
 
 
     def test_languages(self):
         page = (ROOT / "docs/generate.md").read_text()
-        text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/generate/languages.def").read_text(), flags=re.S)
+        text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/generate/languages/languages.def").read_text(), flags=re.S)
         for language in re.findall(r"KMP_LANGUAGE\((\w+)\)", text):
             self.assertIn(f"--lang {language} ", page)
-        sets = re.sub(r"/\*.*?\*/", "", (ROOT / "src/results/sets.def").read_text(), flags=re.S)
+        sets = re.sub(r"/\*.*?\*/", "", (ROOT / "src/generate/sets.def").read_text(), flags=re.S)
         self.assertEqual(set(re.findall(r'"(\w+)"', sets)) - words(page), set())
 
 
