@@ -9,9 +9,9 @@
 #include "andrews_by_hand.h"
 #include "at_end.h"
 #include "bench.h"
-#include "constraints/fused.h"
-#include "integrators/formulation.h"
-#include "integrators/run.h"
+#include "constraints/evaluation/fused.h"
+#include "integrators/formulations/formulation.h"
+#include "integrators/run/run.h"
 #include <math.h>
 #include <string.h>
 

@@ -9,9 +9,9 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "bench.h"
-#include "constraints/reduction.h"
-#include "integrators/run.h"
-#include "linalg/dense.h"
+#include "constraints/partition/reduction.h"
+#include "integrators/run/run.h"
+#include "linalg/dense/dense.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #ifndef KEMPE_BENCH_AT_END_H
 #define KEMPE_BENCH_AT_END_H
 
-#include "results/reference.h"
+#include "output/reference.h"
 #include <math.h>
 
 static inline double bench_error_at_end(const kmp_reference *reference, int n, double t_end, const double *q)

@@ -8,8 +8,8 @@
 #include "base/text.h"
 #include "bench/chain.h"
 #include "bench/four_bar_by_hand.h"
-#include "integrators/run.h"
-#include "results/verdict.h"
+#include "integrators/run/run.h"
+#include "output/verdict.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

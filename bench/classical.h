@@ -10,7 +10,7 @@
 #define KEMPE_BENCH_CLASSICAL_H
 
 #include "base/memory.h"
-#include "dynamics/newton_euler.h"
+#include "dynamics/formalisms/newton_euler.h"
 
 typedef struct classical_link {
     kmp_vec axis, origin; /* of the joint, in ground axes */

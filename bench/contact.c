@@ -7,7 +7,7 @@
  *
  *     contact            the table
  *     contact BACKEND CASE TIMES     that case alone so many times, for callgrind */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "bench.h"
 #include <math.h>
 #include <string.h>

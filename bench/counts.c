@@ -2,8 +2,8 @@
 /* Operations by set (`kempe show --stats` has the same), and of the whole right-hand side of the reduced formulation:
  * the program and the linear algebra on its values, and both as one program. */
 #include "bench.h"
-#include "constraints/assemble.h"
-#include "constraints/fused.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/evaluation/fused.h"
 
 static void put(const char *name, kmp_counts c)
 {

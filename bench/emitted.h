@@ -47,7 +47,7 @@ static inline bool emitted_write(kempe_context *context, const char *folder, con
     return true;
 }
 
-static inline bool emitted_compile(emitted *e, const char *folder, const kmp_source *source)
+static inline bool emitted_compile(emitted *e, const char *folder, const kmp_code_source *source)
 {
     char command[512], name[256];
     snprintf(command, sizeof command, "cd %s && %s " EMITTED_FLAGS " -o code.so %s.c -lm", folder, KEMPE_CC,
@@ -65,7 +65,7 @@ static inline bool emitted_compile(emitted *e, const char *folder, const kmp_sou
 static inline bool emitted_init(emitted *e, const kempe_model *model, const char *sets, kmp_program *instead)
 {
     char folder[] = "/tmp/kempe-bench-XXXXXX", command[64];
-    kmp_source source;
+    kmp_code_source source;
     kmp_code_files files = {0};
     *e = (emitted){0};
     if (kmp_source_init(&source, model, &(kempe_generate_options){.sets = sets, .form = "compact"}) != KEMPE_OK) {

@@ -3,7 +3,7 @@
  * reduced formulation, which has the derived system at hand, too. Instances a second of the processor's time, medians
  * of rounds in which all three take turns; where a run for each would take too long it gets every k-th. Fails when
  * lanes are not five times as fast as runs one by one, or when one lane has other bits. */
-#include "integrators/ensemble.h"
+#include "integrators/lanes/ensemble.h"
 #include "base/memory.h"
 #include "bench.h"
 #include "model/model.h"

@@ -9,8 +9,8 @@
 #include "bench/trees.h"
 #include "dynamics/equations.h"
 #include "dynamics/forces.h"
-#include "results/sets.h"
-#include "symbolic/program.h"
+#include "generate/sets.h"
+#include "symbolic/program/program.h"
 
 typedef enum formalism {
     FORMALISM_NER,       /* M and C, M column by column */

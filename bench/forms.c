@@ -2,8 +2,8 @@
 /* Andrews' squeezing mechanism over 0.03 s by IDA: every form of the dae formulation with every linear solver at
  * several tolerances. Errors against the digits of reference.csv at the end, residuals over 64 rows, median time of 9
  * runs. */
-#include "integrators/formulation.h"
-#include "integrators/solver.h"
+#include "integrators/formulations/formulation.h"
+#include "integrators/steppers/solver.h"
 #include "judged.h"
 
 enum { RUNS = 9, ROWS = 64 };

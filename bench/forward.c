@@ -3,11 +3,11 @@
  * SECONDS. STATES: a line a state, q, then qd. By the O(N) scheme (the set `qdd`) and by M, C and Cholesky factors,
  * each by machine code, by the tape, and as written C compiled with -O2. Prints a name, the accelerations of each state
  * in a line, ns a call. */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "bench.h"
 #include "emitted.h"
 #include "generate/source.h"
-#include "linalg/dense.h"
+#include "linalg/dense/dense.h"
 #include <string.h>
 
 enum { MOST = 128, MOST_STATES = 64, ROUNDS = 9 };
@@ -16,7 +16,7 @@ typedef struct stand {
     int n, states;
     double q[MOST_STATES][MOST], qd[MOST_STATES][MOST], qdd[MOST];
     double mass[MOST * MOST];
-    kmp_source source;
+    kmp_code_source source;
     kmp_machine *machine;
     emitted code;
 } stand;

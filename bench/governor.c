@@ -60,9 +60,9 @@ static void refer(const bench *b, const mechanism *m, const kempe_assembly *star
     double times[MOST_TIMES];
     kmp_samples table;
     kmp_run_report report;
-    int rows = (int)(m->t_end / m->output_step + 0.5);
+    int rows = (int)(m->t_end / m->every + 0.5);
     for (int k = 0; k < rows; k++)
-        times[k] = k + 1 == rows ? m->t_end : m->output_step * (k + 1);
+        times[k] = k + 1 == rows ? m->t_end : m->every * (k + 1);
     kmp_run_spec spec = {.integrator = "radau9", .rtol = 1e-13, .t_end = m->t_end, .time_count = rows, .times = times};
     kmp_samples_init(&table, b->system->n, b->system->m);
     if (kmp_run_resolve(b->system, &spec) || kmp_run(b->system, &spec, start, kmp_samples_add, &table, &report) ||

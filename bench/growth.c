@@ -4,11 +4,11 @@
  *
  *     growth [compiler; that of Kempe if absent]
  */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "bench.h"
 #include "bench/trees.h"
-#include "results/sets.h"
+#include "generate/sets.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <math.h>

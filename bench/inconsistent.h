@@ -5,8 +5,8 @@
 #define KEMPE_BENCH_INCONSISTENT_H
 
 #include "bench/battery.h"
-#include "constraints/partition.h"
-#include "constraints/plant.h"
+#include "constraints/evaluation/plant.h"
+#include "constraints/partition/partition.h"
 
 typedef struct push_case {
     const char *name, *model;

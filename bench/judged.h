@@ -5,9 +5,9 @@
 
 #include "base/memory.h"
 #include "bench.h"
-#include "constraints/plant.h"
-#include "integrators/run.h"
-#include "results/reference.h"
+#include "constraints/evaluation/plant.h"
+#include "integrators/run/run.h"
+#include "output/reference.h"
 #include <math.h>
 #include <string.h>
 

@@ -5,7 +5,7 @@
  *     laws         both tables
  *     laws csv     curves of force over creep and over spin, for bench/draw_laws.py */
 #include "wheel/laws.h"
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "bench.h"
 #include "symbolic/derivative.h"
 #include <kempe/contact.h>

@@ -11,9 +11,9 @@
 #include "bench/emitted.h"
 #include "bench/numeric_classical.h"
 
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "bench.h"
-#include "results/sets.h"
+#include "generate/sets.h"
 #include <math.h>
 
 enum { STATES = 16, TURNS = 101, WAYS = 6, TASKS = 3 };

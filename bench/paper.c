@@ -4,12 +4,12 @@
  * L_M), numbers are kept as symbols. Equations are its named scalars (components of omega, beta, alpha, F, L and of the
  * columns); one that is used once stands in its user; sines and cosines are there before the first step. The paper's
  * pendulum is not described further than that it has 9 degrees of freedom in space; so there are several here. */
-#include "results/sets.h"
+#include "generate/sets.h"
 
 #include "base/memory.h"
 #include "bench.h"
 #include "generate/levels.h"
-#include "symbolic/live.h"
+#include "symbolic/program/live.h"
 #include <string.h>
 
 static kempe_context *context;
@@ -147,8 +147,8 @@ static steps count_steps(const scheme *s)
 static int count_levels(const kempe_model *model)
 {
     const kempe_generate_options g = {.sets = "M_C", .scheme = "ner", .keep_parameters = 1, .vectorised = 1};
-    kmp_source source;
-    kmp_levels levels;
+    kmp_code_source source;
+    kmp_nesting_levels levels;
     if (kmp_source_init(&source, model, &g) != KEMPE_OK || !kmp_levels_init(&levels, &source, &source.routines[0]))
         stop("not written:");
     int found = levels.steps;

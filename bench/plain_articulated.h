@@ -10,7 +10,7 @@
 #define KEMPE_BENCH_PLAIN_ARTICULATED_H
 
 #include "base/memory.h"
-#include "dynamics/newton_euler.h"
+#include "dynamics/formalisms/newton_euler.h"
 
 /* A motion or a force, the angular part first. */
 typedef struct plain_six {

@@ -5,11 +5,11 @@
  *
  *     ranks MODEL ... */
 #include "bench.h"
-#include "constraints/assemble.h"
-#include "constraints/doctor_walk.h"
-#include "constraints/partition.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/diagnosis/doctor_walk.h"
+#include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense.h"
+#include "linalg/dense/dense.h"
 #include <math.h>
 #include <string.h>
 

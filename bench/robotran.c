@@ -4,7 +4,7 @@
  * and three torques on every body as inputs, but for bodies where ROBOTRAN's code has none, each set alone. Bars are on
  * all operations by the paper's rule; beside them what is left at run time, without what depends on numbers alone, and
  * that with `optimize`. The exit code is 1 when a bar is missed. */
-#include "results/sets.h"
+#include "generate/sets.h"
 
 #include "bench.h"
 #include <math.h>

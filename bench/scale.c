@@ -7,8 +7,8 @@
  */
 #include "bench.h"
 #include "chain.h"
-#include "constraints/diagnose.h"
-#include "integrators/run.h"
+#include "constraints/diagnosis/diagnose.h"
+#include "integrators/run/run.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

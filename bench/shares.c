@@ -9,9 +9,9 @@
  * "windows N" is a chain of N windows, to 0.4 s; ROBOTRAN's models go to 5 s. Form stabilized1, rtol 1e-8. */
 #include "bench.h"
 #include "chain.h"
-#include "integrators/linear.h"
-#include "integrators/runner.h"
-#include "integrators/vector.h"
+#include "integrators/run/runner.h"
+#include "integrators/sundials/host_vector.h"
+#include "integrators/sundials/linear.h"
 #include <string.h>
 
 static const char *const linear[] = {"klu", "umfpack"};

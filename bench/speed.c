@@ -5,10 +5,10 @@
 #include "at_end.h"
 #include "backend/sincos.h"
 #include "bench.h"
-#include "constraints/fused.h"
-#include "integrators/formulation.h"
-#include "integrators/run.h"
-#include "integrators/solver.h"
+#include "constraints/evaluation/fused.h"
+#include "integrators/formulations/formulation.h"
+#include "integrators/run/run.h"
+#include "integrators/steppers/solver.h"
 #include <math.h>
 #include <string.h>
 
@@ -53,7 +53,7 @@ static bool time_runs(const bench *b, kmp_run_spec *spec, const kempe_assembly *
 }
 
 /* Returns the time, infinite when the error is above 1e-10. */
-static double whole_run(const bench *b, const kempe_assembly *start, const kmp_reference *reference, kmp_way way,
+static double whole_run(const bench *b, const kempe_assembly *start, const kmp_reference *reference, kmp_method way,
                         const char *backend, double rtol)
 {
     const double end = 0.03;
@@ -84,7 +84,7 @@ static void whole_runs(const bench *b, const kempe_assembly *start, const kmp_re
     double best = INFINITY;
     printf("%-10s %-8s %-7s %-7s | %9s | %7s %7s | %9s %9s\n", "formulation", "form", "code", "rtol", "error q",
            "steps", "rhs", "cpu ms", "ns a rhs");
-    kmp_way way;
+    kmp_method way;
     for (int w = 0; kmp_way_get(w, &way); w++) {
         if (!way.standard_form || !way.standard_integrator)
             continue;

@@ -8,13 +8,13 @@
  * each other. The parts share out the total as they were found; with `samples` in all, a share p is known to sqrt(p (1
  * - p) / samples).
  *
- * Where equations and linear algebra are one program (constraints/fused.h), its time is shared out as the two have it
- * when they run apart, in runs of their own. */
+ * Where equations and linear algebra are one program (constraints/evaluation/fused.h), its time is shared out as the
+ * two have it when they run apart, in runs of their own. */
 #include "bench.h"
-#include "constraints/fused.h"
-#include "integrators/formulation.h"
-#include "integrators/linear.h"
-#include "integrators/run.h"
+#include "constraints/evaluation/fused.h"
+#include "integrators/formulations/formulation.h"
+#include "integrators/run/run.h"
+#include "integrators/sundials/linear.h"
 #include "linalg/sparse.h"
 #include <signal.h>
 #include <string.h>
@@ -104,9 +104,9 @@ TIMED_VOID(ALGEBRA, kmp_lu_complete, (int m, int n, double *a, const int *fixed,
            (m, n, a, fixed, r, c, pivots))
 TIMED_VOID(ALGEBRA, kmp_pivots_complete, (int m, int n, double *a, double *largest, int *r, int *c, double *pivots),
            (m, n, a, largest, r, c, pivots))
-TIMED(ALGEBRA, int, kmp_block_factor, (kmp_block * b, const double *values), (b, values))
-TIMED_VOID(ALGEBRA, kmp_block_solve, (const kmp_block *b, int m, double *x), (b, m, x))
-TIMED_VOID(ALGEBRA, kmp_block_solve_transposed, (const kmp_block *b, int m, double *x), (b, m, x))
+TIMED(ALGEBRA, int, kmp_block_factor, (kmp_program_block * b, const double *values), (b, values))
+TIMED_VOID(ALGEBRA, kmp_block_solve, (const kmp_program_block *b, int m, double *x), (b, m, x))
+TIMED_VOID(ALGEBRA, kmp_block_solve_transposed, (const kmp_program_block *b, int m, double *x), (b, m, x))
 TIMED(ALGEBRA, int, kmp_sparse_factor, (kmp_sparse * s, const double *values), (s, values))
 TIMED_VOID(ALGEBRA, kmp_sparse_solve, (kmp_sparse * s, int m, double *x), (s, m, x))
 TIMED(ALGEBRA, int, kmp_reduction_factor, (kmp_reduction * red), (red))

@@ -3,11 +3,11 @@
  * median of some rounds; without a model examples/limousine, and with KEMPE_MBS limousine63.mbs with a spring in each
  * joint. Exit code 1: examples/limousine takes longer than a tenth of a second, does not carry its weight on its tyres,
  * or grows. */
-#include "analysis/equilibrium.h"
 #include "bench.h"
-#include "constraints/assemble.h"
-#include "linalg/spectrum.h"
-#include "model/output_table.h"
+#include "constraints/closing/assemble.h"
+#include "linalg/dense/spectrum.h"
+#include "model/tables/output_table.h"
+#include "studies/equilibrium/equilibrium.h"
 #include <math.h>
 #include <string.h>
 
@@ -88,7 +88,7 @@ static void analyse(kempe_context *context, const kempe_model *model, outcome *o
         give_up(context);
     o->time[SWING] = bench_now() - begin;
     note_modes(&spectrum, o);
-    o->integrated = carried(model, &linear);
+    o->carried = carried(model, &linear);
     o->n = linear.n;
     o->p = linear.p;
     o->iterations = search.iterations;

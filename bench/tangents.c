@@ -5,8 +5,8 @@
  * with M beside; and all of them of Q - J' lambda, in units of Q alone. Then of the program of all derivatives that the
  * Jacobian of the reduced formulation takes (of R, hdot and J qdd + jdqd; J and M), numbers folded, with R by
  * differentiation and as chosen. */
-#include "integrators/tangent.h"
-#include "results/sets.h"
+#include "generate/sets.h"
+#include "integrators/formulations/tangent.h"
 
 #include "bench.h"
 #include <string.h>

@@ -7,7 +7,7 @@
  */
 #include "bench.h"
 #include "chain.h"
-#include "integrators/run.h"
+#include "integrators/run/run.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -42,7 +42,7 @@
 /* -- rounded numbers: pivots of the scaled J, over the first ------------------------------------------- */
 
 /** A pivot below this one may be of rounding: drawings of four digits make pivots of 1e-3. Whether it is, finite
- * motions tell (constraints/rounding.h). */
+ * motions tell (constraints/rounding/rounding.h). */
 #define KMP_ROUNDING_WEAK 1e-2
 /** A pivot below this one is zero, whatever the drawing. */
 #define KMP_ROUNDING_NOTHING 1e-12

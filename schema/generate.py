@@ -14,16 +14,16 @@ NAME = "^[^\\x00-\\x40\\x5b-\\x5e\\x60\\x7b-\\x7f][^\\x00-\\x2f\\x3a-\\x40\\x5b-
 
 def rows(table, macro):
     """The arguments of every row `macro(..)` of a .def table."""
-    text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/model" / table).read_text(), flags=re.S)
+    text = re.sub(r"/\*.*?\*/", "", next((ROOT / "src/model").rglob(table)).read_text(), flags=re.S)
     return [[a.strip().strip('"') for a in m.group(1).split(",")] for m in re.finditer(rf"{macro}\((.*)\)", text)]
 
 
 def keys(source, array):
     """The strings of a list of keys in a source of the reader; a table that it includes gives its rows' names."""
-    text = (ROOT / "src/model" / source).read_text()
+    text = next((ROOT / "src/model").rglob(source)).read_text()
     body = re.search(rf"{array}\[\] = \{{(.*?)\}};", text, re.S).group(1)
     macros = re.findall(r"#define (\w+)\(", body)
-    tables = re.findall(r'#include "model/(\w+\.def)"', body)
+    tables = re.findall(r'#include "model/(?:\w+/)*(\w+\.def)"', body)
     names = [row[0] for macro, name in zip(macros, tables) for row in rows(name, macro)]
     return names + re.findall(r'"(\w+)"', re.sub(r"#.*", "", body))
 
@@ -45,9 +45,9 @@ def closed(properties, required=()):
 
 def force_elements():
     """The mapping of each kind of force that has one of its own, and the keys of those that have not."""
-    word = {kind: word for kind, _, _, word, _ in rows("forces.def", "KMP_FORCE")}
+    word = {kind: word for kind, _, _, word, _ in rows("force_kinds.def", "KMP_FORCE")}
     own, top = {}, {}
-    for kind, _, key, size, *_, required, _ in rows("forces.def", "KMP_FIELD"):
+    for kind, _, key, size, *_, required, _ in rows("force_kinds.def", "KMP_FIELD"):
         names = ["torque", "force"] if key == "effort" else [key]
         if word[kind] == "NULL":
             for name in names:
@@ -93,7 +93,7 @@ def edge():
 
 
 def loop():
-    kinds = dict(rows("closures.def", "KMP_CLOSURE"))
+    kinds = dict(rows("closure_kinds.def", "KMP_CLOSURE"))
     terms = {"type": "object", "additionalProperties": ref("number"), "minProperties": 2}
     own = {"TERMS": terms, "EXPRESSION": ref("number")}
     wants = {"LENGTH": ["length"], "TWO_AXES": ["axes"]}

@@ -77,7 +77,7 @@ class Tables(unittest.TestCase):
         self.assertEqual({(row[1], row[3], row[4].strip(" |")) for row in rows}, table)
 
     def test_closures(self):
-        kinds = {name for name, _ in generate.rows("closures.def", "KMP_CLOSURE")}
+        kinds = {name for name, _ in generate.rows("closure_kinds.def", "KMP_CLOSURE")}
         cells = first_cells(section("model_format.md", "Loops"))[1:]
         self.assertEqual({re.search(r"\{(\w+):", cell).group(1) for cell in cells}, kinds)
 
@@ -85,20 +85,20 @@ class Tables(unittest.TestCase):
         page = section("model_format.md", "Forces")
         cells = first_cells(page)[1:]
         self.assertEqual(len({re.search(r"`(\w+):", cell).group(1) for cell in cells}), len(cells))
-        for kind, name, place, word, *_ in generate.rows("forces.def", "KMP_FORCE"):
+        for kind, name, place, word, *_ in generate.rows("force_kinds.def", "KMP_FORCE"):
             if place == "wheel":
                 continue  # of a section of its own
             with self.subTest(name):
                 wanted = [place, *{"NULL": [], "effort": ["torque"]}.get(word, [word])]
                 self.assertTrue(any(all(f"{key}:" in cell for key in wanted) for cell in cells), wanted)
-        for kind, _, key, *_ in generate.rows("forces.def", "KMP_FIELD"):
+        for kind, _, key, *_ in generate.rows("force_kinds.def", "KMP_FIELD"):
             with self.subTest(f"{kind} {key}"):
                 self.assertTrue(any(f"{key}:" in cell for cell in cells) or key == "effort")
 
     def test_outputs(self):
         cells = words("".join(first_cells(section("model_format.md", "Run"))))
         names = {cell.split("(")[0] for cell in cells}
-        self.assertEqual({row[1] for row in generate.rows("outputs.def", "KMP_OUTPUT")} - names, set())
+        self.assertEqual({row[1] for row in generate.rows("output_kinds.def", "KMP_OUTPUT")} - names, set())
 
     def test_functions_and_units(self):
         page = section("model_format.md", "Expressions")
@@ -119,18 +119,18 @@ class Tables(unittest.TestCase):
     def test_solvers(self):
         page = (ROOT / "docs/solvers.md").read_text()
         for table in ("integrators", "linear"):
-            text = re.sub(r"/\*.*?\*/", "", (ROOT / f"integrators/{table}.def").read_text(), flags=re.S)
+            text = re.sub(r"/\*.*?\*/", "", next((ROOT / "integrators").rglob(f"{table}.def")).read_text(), flags=re.S)
             self.assertEqual(set(re.findall(r"KMP_\w+\((\w+)\)", text)) - words(page), set())
-        text = re.sub(r"/\*.*?\*/", "", (ROOT / "integrators/formulations.def").read_text(), flags=re.S)
+        text = re.sub(r"/\*.*?\*/", "", (ROOT / "integrators/formulations/formulations.def").read_text(), flags=re.S)
         self.assertEqual(set(re.findall(r"KMP_FORMULATION\((\w+)\)", text)) - words(page), set())
 
 
     def test_languages(self):
         page = (ROOT / "docs/generate.md").read_text()
-        text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/generate/languages.def").read_text(), flags=re.S)
+        text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/generate/languages/languages.def").read_text(), flags=re.S)
         for language in re.findall(r"KMP_LANGUAGE\((\w+)\)", text):
             self.assertIn(f"--lang {language} ", page)
-        sets = re.sub(r"/\*.*?\*/", "", (ROOT / "src/results/sets.def").read_text(), flags=re.S)
+        sets = re.sub(r"/\*.*?\*/", "", (ROOT / "src/generate/sets.def").read_text(), flags=re.S)
         self.assertEqual(set(re.findall(r'"(\w+)"', sets)) - words(page), set())
 
 

@@ -27,32 +27,45 @@ LAYERS = {
     "backend": "base linalg symbolic model kinematics kinds dynamics",
     "constraints": "base linalg symbolic model kinematics kinds dynamics backend",
     "integrators": "base linalg symbolic model kinematics kinds dynamics backend constraints",
-    "analysis": "base linalg symbolic model kinematics kinds dynamics backend constraints integrators",
-    "results": "base contact linalg symbolic model kinematics kinds dynamics backend constraints integrators analysis",
-    "report": "base linalg symbolic model kinematics kinds dynamics backend constraints integrators analysis results",
-    "generate": "base linalg symbolic model kinematics kinds dynamics backend constraints integrators results",
     "cli": "",
     "examples": "",
     "api": "check",
     "check": "",
 }
+CORE = "base linalg symbolic model kinematics kinds dynamics backend constraints integrators"
+STUDIES = {  # a study: the others that it uses
+    "assembly": "",
+    "simulate": "",
+    "equilibrium": "",
+    "kinematics": "simulate",
+    "inverse": "",
+    "linearize": "simulate equilibrium",
+    "response": "linearize",
+    "modes": "assembly equilibrium",
+    "sensitivity": "simulate equilibrium modes",
+    "ensemble": "simulate",
+    "compare": "",
+    "wheel_contact": "equilibrium",
+}
+LAYERS["output"] = CORE
+LAYERS["derivatives"] = CORE
+for study, others in STUDIES.items():
+    LAYERS[f"studies/{study}"] = " ".join([CORE, "output derivatives contact", *(f"studies/{name}" for name in others.split())])
+LAYERS["report"] = f"{CORE} output studies/compare studies/modes"
+LAYERS["generate"] = f"{CORE} output"
 FOLDERS = [  # first match wins
-    ("src/dynamics/kinematics", "kinematics"),  # the header and its files, a subject each
-    ("src/dynamics/vector.", "kinematics"),  # symbolic 3-vectors and tensors, what kinematics is written in
-    ("src/dynamics/tensor.", "kinematics"),
-    ("src/dynamics/composite.", "kinematics"),
+    ("src/dynamics/kinematics/", "kinematics"),
     ("constraints/kinds/", "kinds"),
     ("constraints/", "constraints"),
     ("integrators/", "integrators"),
     ("examples/", "examples"),
     ("tests/api/", "api"),
     ("tests/check.h", "check"),
-    *((f"src/{name}/", name) for name in ("base", "contact", "linalg", "symbolic", "model", "wheel", "dynamics", "backend", "analysis", "results", "report",
-                                              "generate",
-                                              "cli")),
+    *((f"src/{name}/", name) for name in sorted(LAYERS)),
 ]
+COMMAND = re.compile(r"^src/.*_command\.c$")  # of the command line, in the folder of its study
 PUBLIC_ONLY = {"cli", "examples", "api"}  # see <kempe/...> and the C library
-MAY_SOLVE = {"linalg", "constraints", "integrators", "analysis"}
+MAY_SOLVE = {"linalg", "constraints", "integrators"}
 SOLVERS = re.compile(r"^(suitesparse/)?(umfpack|klu|btf|amd|colamd|SuiteSparse_config)\.h$"
                      r"|^(sundials|ida|idas|kinsol|cvode|cvodes|arkode|nvector|sunmatrix|sunlinsol|sunnonlinsol)/")
 SOURCE = {".c", ".h", ".def"}
@@ -60,6 +73,8 @@ INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)')
 
 
 def layer_of(path):
+    if COMMAND.match(path):
+        return "cli"
     return next((layer for prefix, layer in FOLDERS if path.startswith(prefix)), None)
 
 
@@ -126,20 +141,25 @@ def check(root):
 PLANTED = [  # file, its include, whether it is allowed
     ("src/symbolic/graph.c", '"base/arena.h"', True),
     ("src/symbolic/graph.c", '"model/model.h"', False),
-    ("src/symbolic/graph.c", '"dynamics/kinematics.h"', False),
+    ("src/symbolic/graph.c", '"dynamics/kinematics/kinematics.h"', False),
     ("src/base/arena.c", '"symbolic/graph.h"', False),
-    ("constraints/kinds/ball.c", '"dynamics/kinematics.h"', True),
+    ("constraints/kinds/ball.c", '"dynamics/kinematics/kinematics.h"', True),
     ("constraints/kinds/ball.c", '"dynamics/system.h"', False),
-    ("src/dynamics/system.c", '"kinematics.h"', True),
+    ("src/dynamics/system.c", '"kinematics/kinematics.h"', True),
     ("src/dynamics/system.c", '<ida/ida.h>', False),
     ("src/backend/tape.c", '<umfpack.h>', False),
-    ("integrators/ida.c", '<ida/ida.h>', True),
-    ("constraints/close.c", '"integrators/ida.h"', False),
-    ("src/model/reader.c", '<yaml.h>', True),
-    ("src/results/report.c", '<yaml.h>', False),
-    ("src/model/xml.c", '<expat.h>', True),
-    ("src/results/report.c", '<expat.h>', False),
-    ("src/results/report.c", '"integrators/ida.h"', True),
+    ("integrators/sundials/ida.c", '<ida/ida.h>', True),
+    ("constraints/closing/close.c", '"integrators/run/run.h"', False),
+    ("src/model/read/reader.c", '<yaml.h>', True),
+    ("src/studies/modes/modes.c", '<yaml.h>', False),
+    ("src/model/files/xml.c", '<expat.h>', True),
+    ("src/studies/modes/modes.c", '<expat.h>', False),
+    ("src/studies/modes/modes.c", '"integrators/run/run.h"', True),
+    ("src/studies/modes/modes.c", '"output/json.h"', True),
+    ("src/studies/modes/modes.c", '"studies/compare/compare.h"', False),
+    ("src/output/print.c", '"studies/compare/compare.h"', False),
+    ("src/studies/modes/modes_command.c", '"cli/command.h"', True),
+    ("src/studies/modes/modes_command.c", '"output/json.h"', False),
     ("src/cli/main.c", '"command.h"', True),
     ("src/cli/main.c", '<kempe/kempe.h>', True),
     ("src/cli/main.c", '"base/arena.h"', False),
@@ -148,8 +168,8 @@ PLANTED = [  # file, its include, whether it is allowed
     ("tests/api/test_api.c", '"check.h"', True),
     ("tests/api/test_api.c", '"base/arena.h"', False),
 ]
-PLANTED_HEADERS = ("src/base/arena.h src/symbolic/graph.h src/model/model.h src/dynamics/kinematics.h "
-                   "src/dynamics/system.h integrators/ida.h src/cli/command.h tests/check.h").split()
+PLANTED_HEADERS = ("src/base/arena.h src/symbolic/graph.h src/model/model.h src/dynamics/kinematics/kinematics.h "
+                   "src/dynamics/system.h integrators/run/run.h src/output/json.h src/studies/compare/compare.h src/cli/command.h tests/check.h").split()
 
 
 def self_test():

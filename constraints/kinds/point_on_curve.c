@@ -2,7 +2,7 @@
 /* Point on curve: with x, y, z the place of Q in the axes of P, each row F(x, y, z, t) stays zero: y - f(x), z - g(x),
  * or an expression of all three. What the rows leave free a second closure may bind. The force is the sum of lambda
  * grad F, normal to the curve; grad F is derived over free x, y, z, for which the place is put then. */
-#include "constraints/kinds/parts.h"
+#include "constraints/kinds/kind_parts.h"
 #include "symbolic/derivative.h"
 
 /* Q in the axes of P. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rod: two points keep a distance, which may be a function of time. h = (d.d - L^2) / 2 with d = Q - P, smooth for
  * every d; lambda d is the force on Q's body. */
-#include "constraints/kinds/parts.h"
+#include "constraints/kinds/kind_parts.h"
 
 static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {

@@ -5,7 +5,7 @@
 #ifndef KMP_BACKEND_BOUNDS_H
 #define KMP_BACKEND_BOUNDS_H
 
-#include "symbolic/program.h"
+#include "symbolic/program/program.h"
 
 /** A quantity over a piece of time: its values lie within [low, high], its rates within [down, up]. */
 typedef struct kmp_bound {

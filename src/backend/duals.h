@@ -5,7 +5,7 @@
 #ifndef KMP_BACKEND_DUALS_H
 #define KMP_BACKEND_DUALS_H
 
-#include "symbolic/program.h"
+#include "symbolic/program/program.h"
 
 enum { KMP_DUALS_WIDTH = 8, KMP_DUALS_MARKED = 64 }; /* inputs at a time */
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/lanes.h"
-#include "backend/code.h"
+#include "backend/compiled.h"
 #include "backend/sincos.h"
 #include "base/memory.h"
 #include <math.h>

@@ -5,7 +5,7 @@
 #ifndef KMP_BACKEND_LANES_H
 #define KMP_BACKEND_LANES_H
 
-#include "symbolic/program.h"
+#include "symbolic/program/program.h"
 #include <string.h>
 
 typedef struct kmp_lanes kmp_lanes;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/layout.h"
-#include "backend/parts.h"
+#include "backend/program_parts.h"
 #include "base/memory.h"
 #include <string.h>
 

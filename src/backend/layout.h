@@ -3,7 +3,7 @@
 #ifndef KMP_BACKEND_LAYOUT_H
 #define KMP_BACKEND_LAYOUT_H
 
-#include "backend/frame.h"
+#include "backend/x86/frame.h"
 
 /** What preparing knows besides the frame. Arrays by instruction. */
 typedef struct kmp_layout {

@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/forces.h"
-#include "dynamics/gap.h"
+#include "dynamics/shorten/point_gap.h"
 #include "dynamics/system.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"

@@ -6,8 +6,8 @@
 #ifndef KMP_DYNAMICS_EQUATIONS_H
 #define KMP_DYNAMICS_EQUATIONS_H
 
-#include "dynamics/kinematics.h"
-#include "dynamics/ways.h"
+#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/shorten/variants.h"
 
 /** What to derive. */
 enum {

@@ -3,7 +3,7 @@
 #ifndef KMP_DYNAMICS_FORCES_H
 #define KMP_DYNAMICS_FORCES_H
 
-#include "dynamics/newton_euler.h"
+#include "dynamics/formalisms/newton_euler.h"
 
 enum { KMP_FORCE_WIDTH = 6 }; /* values of an element, at most (forces.def) */
 

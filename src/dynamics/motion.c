@@ -7,7 +7,7 @@
 #include "dynamics/motion.h"
 #include "base/memory.h"
 #include "dynamics/pressed.h"
-#include "linalg/dense.h"
+#include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
 #include "symbolic/partials.h"
 #include <math.h>

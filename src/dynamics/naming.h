@@ -4,7 +4,7 @@
 #ifndef KMP_DYNAMICS_NAMING_H
 #define KMP_DYNAMICS_NAMING_H
 
-#include "dynamics/vector.h"
+#include "dynamics/kinematics/vector.h"
 #include "symbolic/label.h"
 
 extern const kmp_notion kmp_name_rate, kmp_name_acceleration, kmp_name_linear, kmp_name_beta, kmp_name_force,

@@ -2,11 +2,11 @@
 #include "dynamics/outputs.h"
 #include "base/memory.h"
 #include "dynamics/closures.h"
-#include "dynamics/newton_euler.h"
-#include "model/model_print.h"
-#include "model/output_table.h"
+#include "dynamics/formalisms/newton_euler.h"
+#include "model/print/model_print.h"
+#include "model/tables/output_table.h"
 #include "symbolic/derivative.h"
-#include "wheel/contact.h"
+#include "wheel/wheel_contact.h"
 
 bool kmp_outputs_need_forces(const kempe_model *model)
 {

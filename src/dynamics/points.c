@@ -4,7 +4,7 @@
  * Positions go from the point inwards. Along a run of rotations about one common axis each constant vector is turned
  * by the sum of the angles, and the run's vectors are added at its end only: a planar mechanism is then a sum of
  * vectors turned by absolute angles. */
-#include "dynamics/kinematics.h"
+#include "dynamics/kinematics/kinematics.h"
 
 int kmp_point_link(const kmp_tree *tree, int point)
 {

@@ -3,7 +3,7 @@
 #include "dynamics/system.h"
 #include "base/clock.h"
 #include "base/memory.h"
-#include "dynamics/goals.h"
+#include "dynamics/goal_equations.h"
 #include "dynamics/motion.h"
 #include "model/check_mass.h"
 #include "model/spherical.h"

@@ -5,7 +5,7 @@
 #define KMP_DYNAMICS_SYSTEM_H
 
 #include "dynamics/equations.h"
-#include "symbolic/program.h"
+#include "symbolic/program/program.h"
 #include <stdatomic.h>
 
 /** Where the non-zeros of a matrix stand. */
@@ -25,7 +25,7 @@ void kmp_pattern_free(kmp_pattern *pattern);
 #define KMP_CLOSURE_TOLERANCE 6e-4
 
 /** What the first assembly found of closures that are redundant but for rounding of the model's numbers
- * (constraints/rounding.h). Written once. */
+ * (constraints/rounding/rounding.h). Written once. */
 typedef struct kmp_rounding {
     atomic_int state; /* 0: nothing is known or there is none, 1: being written, 2: there */
     int rank;         /* of J, however many of its pivots differ from zero */
@@ -92,7 +92,7 @@ struct kempe_system {
     double closure_tolerance; /* m: what closures that are redundant may stay open by; 0: nothing */
     kmp_rounding *rounding;
     bool strict; /* rounding of the model's numbers does not explain what redundant closures are open by */
-    bool mended; /* points and axes of `model` are those that a rounded drawing means (constraints/mend.h) */
+    bool mended; /* points and axes of `model` are those that a rounded drawing means (constraints/rounding/mend.h) */
     struct kmp_variant *own; /* that has it, where it is the system's own; NULL: somebody else's */
     double *misfit;          /* by closures: what they would stay open by as drawn, scaled; 0: nothing */
     double mended_by;        /* and the farthest that a number was moved, characteristic lengths or rad */

@@ -14,7 +14,7 @@ static void put_name(kmp_text *text, const char *name)
 }
 
 /* "q: 0 crank (rad) 1 ..": a few a line. */
-static void put_names(kmp_text *text, const kmp_source *source, const char *mark, int base, bool rows)
+static void put_names(kmp_text *text, const kmp_code_source *source, const char *mark, int base, bool rows)
 {
     const kempe_model *model = source->model;
     int count = rows ? source->m : source->n;
@@ -29,7 +29,7 @@ static void put_names(kmp_text *text, const kmp_source *source, const char *mark
     kmp_text_put(text, count ? "\n" : "");
 }
 
-void kmp_banner_put(kmp_text *text, const kmp_source *source, const char *mark, int base)
+void kmp_banner_put(kmp_text *text, const kmp_code_source *source, const char *mark, int base)
 {
     kmp_text_printf(text, "%s Equations of '", mark);
     put_name(text, source->title);
@@ -74,7 +74,7 @@ static void put_array(kmp_text *text, const kmp_array *a, const char *mark)
             kmp_text_printf(text, ", %s\n", meanings[k].meaning);
 }
 
-void kmp_banner_routine(kmp_text *text, const kmp_source *source, const kmp_routine *r, const char *mark)
+void kmp_banner_routine(kmp_text *text, const kmp_code_source *source, const kmp_routine *r, const char *mark)
 {
     if (source->parameters)
         kmp_text_printf(text, "%s k: %d, by prepare\n", mark, r->kept_count);

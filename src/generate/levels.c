@@ -14,8 +14,8 @@ typedef struct item {
 } item;
 
 typedef struct builder {
-    kmp_levels *l;
-    const kmp_source *source;
+    kmp_nesting_levels *l;
+    const kmp_code_source *source;
     const kmp_program *p;
     int leaves, count;
     int *uses, *level; /* by instruction */
@@ -140,9 +140,9 @@ static bool same_group(const item *a, const item *b)
 /* Numbers, then the routine's arguments. */
 static void place_leaves(builder *b)
 {
-    kmp_levels *l = b->l;
+    kmp_nesting_levels *l = b->l;
     const kmp_program *p = b->p;
-    const kmp_source *source = b->source;
+    const kmp_code_source *source = b->source;
     const int width[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = source->parameters ? l->routine->kept_count : 0,
                                      [KMP_IN_TIME] = 1,
                                      [KMP_IN_Q] = source->n,
@@ -180,7 +180,7 @@ static int place_of(const builder *b, uint32_t operand)
 
 static void put_item(builder *b, int k, kmp_group *group)
 {
-    kmp_levels *l = b->l;
+    kmp_nesting_levels *l = b->l;
     const item *it = &b->items[k];
     b->place[b->leaves + it->instruction] = l->size++;
     for (int j = 0; j < operands_of(it->op); j++) {
@@ -196,7 +196,7 @@ static void put_item(builder *b, int k, kmp_group *group)
 
 static void make_groups(builder *b)
 {
-    kmp_levels *l = b->l;
+    kmp_nesting_levels *l = b->l;
     qsort(b->items, (size_t)b->count, sizeof *b->items, compare);
     for (int k = 0; k < b->count; k++) {
         const item *it = &b->items[k];
@@ -216,7 +216,7 @@ static void make_groups(builder *b)
 
 static bool allocate(builder *b)
 {
-    kmp_levels *l = b->l;
+    kmp_nesting_levels *l = b->l;
     const kmp_program *p = b->p;
     int code = p->code[2], values = b->leaves + code;
     bool ok = true;
@@ -236,11 +236,11 @@ static bool allocate(builder *b)
     return ok && b->uses && b->level && b->taken && b->items && b->place && l->numbers && l->groups && l->output;
 }
 
-bool kmp_levels_init(kmp_levels *l, const kmp_source *source, const kmp_routine *routine)
+bool kmp_levels_init(kmp_nesting_levels *l, const kmp_code_source *source, const kmp_routine *routine)
 {
     const kmp_program *p = routine->program;
     builder b = {.l = l, .source = source, .p = p, .leaves = p->constant_count + p->input_count};
-    *l = (kmp_levels){.routine = routine};
+    *l = (kmp_nesting_levels){.routine = routine};
     bool ok = allocate(&b);
     if (ok) {
         count_uses(&b);
@@ -258,7 +258,7 @@ bool kmp_levels_init(kmp_levels *l, const kmp_source *source, const kmp_routine 
     return ok;
 }
 
-void kmp_levels_free(kmp_levels *l)
+void kmp_levels_free(kmp_nesting_levels *l)
 {
     kmp_free(l->numbers);
     kmp_free(l->groups);
@@ -267,12 +267,12 @@ void kmp_levels_free(kmp_levels *l)
         kmp_free(l->operand[k]);
         kmp_free(l->minus[k]);
     }
-    *l = (kmp_levels){0};
+    *l = (kmp_nesting_levels){0};
 }
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
 
-static void add_output(kmp_outputs *o, const kmp_levels *l, int output, int to)
+static void add_output(kmp_outputs *o, const kmp_nesting_levels *l, int output, int to)
 {
     const kmp_program *p = l->routine->program;
     uint32_t operand = p->output[p->outputs[1] + output];
@@ -285,7 +285,7 @@ static void add_output(kmp_outputs *o, const kmp_levels *l, int output, int to)
     o->signs = o->signs || operand & 1;
 }
 
-bool kmp_outputs_init(kmp_outputs *o, const kmp_levels *l, int array, bool by_columns)
+bool kmp_outputs_init(kmp_outputs *o, const kmp_nesting_levels *l, int array, bool by_columns)
 {
     const kmp_array *a = &l->routine->arrays[array];
     int output = a->first, cols = a->cols ? a->cols : 1;

@@ -19,7 +19,7 @@ typedef struct kmp_group {
     bool adds, multiplies; /* of MUL: some c is not 0, some b is not 1 */
 } kmp_group;
 
-typedef struct kmp_levels {
+typedef struct kmp_nesting_levels {
     const kmp_routine *routine;
     double *numbers;
     int number_count;
@@ -31,11 +31,11 @@ typedef struct kmp_levels {
     kmp_group *groups; /* step by step */
     int group_count;
     int *output; /* by output of stage 1: its place in the vector */
-} kmp_levels;
+} kmp_nesting_levels;
 
 /** false: no memory. */
-bool kmp_levels_init(kmp_levels *levels, const kmp_source *source, const kmp_routine *routine);
-void kmp_levels_free(kmp_levels *levels);
+bool kmp_levels_init(kmp_nesting_levels *levels, const kmp_code_source *source, const kmp_routine *routine);
+void kmp_levels_free(kmp_nesting_levels *levels);
 
 /** The number of columns of a group's items. */
 int kmp_group_operands(const kmp_group *group);
@@ -48,7 +48,7 @@ typedef struct kmp_outputs {
 } kmp_outputs;
 
 /** false: no memory. */
-bool kmp_outputs_init(kmp_outputs *outputs, const kmp_levels *levels, int array, bool by_columns);
+bool kmp_outputs_init(kmp_outputs *outputs, const kmp_nesting_levels *levels, int array, bool by_columns);
 void kmp_outputs_free(kmp_outputs *outputs);
 
 #endif

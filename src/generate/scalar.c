@@ -200,7 +200,7 @@ static void find_readings(kmp_scalar *s)
     }
 }
 
-bool kmp_scalar_init(kmp_scalar *s, const kmp_source *source, const kmp_routine *routine, int stage,
+bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_routine *routine, int stage,
                      const kmp_tongue *tongue, int chunk)
 {
     const kmp_program *p = routine->program;

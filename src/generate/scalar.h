@@ -30,15 +30,15 @@ typedef struct kmp_tongue {
     const char *local, *end;               /* around an assignment to a variable, and after each */
     bool flat;                             /* matrices are rows one after another */
     bool chains;                           /* a = b = x is possible */
-    void (*function)(kmp_text *text, const kmp_source *source, kmp_op op);
+    void (*function)(kmp_text *text, const kmp_code_source *source, kmp_op op);
     /** All of a table's call but the point and what closes it. */
-    void (*table)(kmp_text *text, const kmp_source *source, const kmp_routine *routine, int table, int derivative);
+    void (*table)(kmp_text *text, const kmp_code_source *source, const kmp_routine *routine, int table, int derivative);
     /** Sine and cosine of one angle as one statement; NULL: two. */
     void (*pair)(kmp_scalar *s, kmp_text *text, const kmp_statement *statement);
 } kmp_tongue;
 
 struct kmp_scalar {
-    const kmp_source *source;
+    const kmp_code_source *source;
     const kmp_routine *routine;
     const kmp_program *p;
     const kmp_tongue *tongue;
@@ -59,7 +59,7 @@ struct kmp_scalar {
 };
 
 /** chunk: statements in each; 0: all in one. false: no memory. */
-bool kmp_scalar_init(kmp_scalar *s, const kmp_source *source, const kmp_routine *routine, int stage,
+bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_routine *routine, int stage,
                      const kmp_tongue *tongue, int chunk);
 void kmp_scalar_free(kmp_scalar *s);
 

@@ -2,10 +2,10 @@
 #include "generate/source.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "constraints/mend.h"
+#include "constraints/rounding/mend.h"
 #include "dynamics/pressed.h"
 #include "generate/symbols.h"
-#include "model/model_print.h"
+#include "model/print/model_print.h"
 #include <ctype.h>
 #include <string.h>
 
@@ -38,7 +38,7 @@ static bool hash_model(const kempe_model *model, char out[17])
     return ok;
 }
 
-static bool name_rows(kmp_source *source, const kmp_equations *eq)
+static bool name_rows(kmp_code_source *source, const kmp_equations *eq)
 {
     if (source->row_names || eq->m == 0)
         return true;
@@ -134,14 +134,14 @@ static bool find_kept(kmp_routine *r)
     return true;
 }
 
-static void mark_symbols(kmp_source *source, const kmp_program *p)
+static void mark_symbols(kmp_code_source *source, const kmp_program *p)
 {
     for (int k = 0; k < p->input_count; k++)
         if (p->input[k].kind == KMP_IN_PARAMETER)
             source->place[p->input[k].index] = 0;
 }
 
-static bool take_symbols(kmp_source *source, const kmp_tree *tree)
+static bool take_symbols(kmp_code_source *source, const kmp_tree *tree)
 {
     if (source->place)
         return true;
@@ -157,7 +157,7 @@ static bool take_symbols(kmp_source *source, const kmp_tree *tree)
 }
 
 /* A symbol has its value where it was met. */
-static bool take_values(kmp_source *source, const kmp_tree *tree)
+static bool take_values(kmp_code_source *source, const kmp_tree *tree)
 {
     double *value = KMP_NEW(double, source->symbol_count);
     if (!value)
@@ -170,7 +170,7 @@ static bool take_values(kmp_source *source, const kmp_tree *tree)
     return true;
 }
 
-static bool take_routine(kmp_source *source, kmp_routine *r, const kmp_chosen *chosen, const kmp_equations *eq)
+static bool take_routine(kmp_code_source *source, kmp_routine *r, const kmp_chosen *chosen, const kmp_equations *eq)
 {
     strcpy(r->name, chosen->name);
     for (char *s = r->name; *s; s++)
@@ -186,7 +186,8 @@ static bool take_routine(kmp_source *source, kmp_routine *r, const kmp_chosen *c
     return find_kept(r);
 }
 
-static kempe_status derive(kmp_source *source, kmp_routine *r, const kmp_choice *choice, const kmp_chosen *chosen)
+static kempe_status derive(kmp_code_source *source, kmp_routine *r, const kmp_set_choice *choice,
+                           const kmp_chosen *chosen)
 {
     kmp_equations eq;
     kmp_scene scene = choice->scene;
@@ -219,7 +220,7 @@ static bool warn_of_shapes(const kempe_model *model)
 }
 
 /* Places in p, in the order of the symbols, for those that some routine needs. */
-static bool place_symbols(kmp_source *source)
+static bool place_symbols(kmp_code_source *source)
 {
     for (int k = 0; k < source->symbol_count; k++) {
         if (source->place[k] < 0)
@@ -233,7 +234,7 @@ static bool place_symbols(kmp_source *source)
     return true;
 }
 
-static kempe_status read_form(kmp_source *source, const char *form)
+static kempe_status read_form(kmp_code_source *source, const char *form)
 {
     source->legible = !form || strcmp(form, "legible") == 0;
     if (source->legible || strcmp(form, "compact") == 0)
@@ -241,18 +242,19 @@ static kempe_status read_form(kmp_source *source, const char *form)
     return kmp_fail(source->context, KEMPE_E_ARGUMENT, "there is no form '%s'; forms are legible, compact", form);
 }
 
-/* Of a rounded drawing the mechanism that is meant is written, which all computations go by (constraints/mend.h). */
-static kempe_status find_meant(kmp_source *source)
+/* Of a rounded drawing the mechanism that is meant is written, which all computations go by
+ * (constraints/rounding/mend.h). */
+static kempe_status find_meant(kmp_code_source *source)
 {
     kempe_status status = source->model->closure_count > 0 ? kmp_meant(source->model, &source->meant) : KEMPE_OK;
     source->model = source->meant ? kmp_variant_model(source->meant) : source->model;
     return status;
 }
 
-kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const kempe_generate_options *g)
+kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g)
 {
-    kmp_choice choice;
-    *source = (kmp_source){.context = model->context, .model = model, .n = model->motion_count};
+    kmp_set_choice choice;
+    *source = (kmp_code_source){.context = model->context, .model = model, .n = model->motion_count};
     kempe_status status = kmp_refuse_pressed_model(model, "generate");
     if (status == KEMPE_OK)
         status = read_form(source, g->form);
@@ -281,7 +283,7 @@ kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const
     return status;
 }
 
-void kmp_source_free(kmp_source *source)
+void kmp_source_free(kmp_code_source *source)
 {
     for (int k = 0; source->routines && k < source->count; k++) {
         kmp_program_free(source->routines[k].program);
@@ -299,7 +301,7 @@ void kmp_source_free(kmp_source *source)
     kmp_free(source->title);
     kmp_free(source->name);
     kmp_variant_free(source->meant);
-    *source = (kmp_source){0};
+    *source = (kmp_code_source){0};
 }
 
 /* -- files ------------------------------------------------------------------------------------------- */

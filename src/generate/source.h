@@ -4,7 +4,7 @@
 #ifndef KMP_GENERATE_SOURCE_H
 #define KMP_GENERATE_SOURCE_H
 
-#include "results/choice.h"
+#include "generate/choice.h"
 
 /** An output of a routine: entries first, first + 1, ... of its program, row by row. */
 typedef struct kmp_array {
@@ -26,7 +26,7 @@ typedef struct kmp_routine {
     int kept_count;
 } kmp_routine;
 
-typedef struct kmp_source {
+typedef struct kmp_code_source {
     kempe_context *context;
     const kempe_model *model;
     struct kmp_variant *meant; /* of a rounded drawing, which owns the model; NULL: the model is that of the caller */
@@ -43,10 +43,11 @@ typedef struct kmp_source {
     char **parameter_name; /* by place, like value */
     kmp_routine *routines;
     int count;
-} kmp_source;
+} kmp_code_source;
 
-kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const kempe_generate_options *generation);
-void kmp_source_free(kmp_source *source);
+kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model,
+                             const kempe_generate_options *generation);
+void kmp_source_free(kmp_code_source *source);
 
 /** Files as they are written: name and text. */
 typedef struct kmp_code_file {
@@ -67,12 +68,12 @@ void kmp_code_files_free(kmp_code_files *files);
 typedef struct kmp_language {
     const char *name;
     bool vectorises;
-    bool (*says)(kmp_op op);                                        /* whether it has the operation */
-    bool (*write)(const kmp_source *source, kmp_code_files *files); /* false: no memory */
+    bool (*says)(kmp_op op);                                             /* whether it has the operation */
+    bool (*write)(const kmp_code_source *source, kmp_code_files *files); /* false: no memory */
 } kmp_language;
 
 #define KMP_LANGUAGE(name) extern const kmp_language kmp_language_##name;
-#include "generate/languages.def"
+#include "generate/languages/languages.def"
 #undef KMP_LANGUAGE
 
 #endif

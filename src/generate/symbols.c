@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Looks at every number that a model has; the one with the symbol gives the name. */
 #include "generate/symbols.h"
-#include "model/force_table.h"
-#include "model/model_print.h"
+#include "model/print/model_print.h"
+#include "model/tables/force_table.h"
 #include <string.h>
 
 static const char *const xyz[3] = {"x", "y", "z"};

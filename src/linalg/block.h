@@ -5,7 +5,7 @@
 #ifndef KMP_LINALG_BLOCK_H
 #define KMP_LINALG_BLOCK_H
 
-#include "linalg/dense.h"
+#include "linalg/dense/dense.h"
 #include <stdbool.h>
 
 typedef struct kmp_block kmp_block;

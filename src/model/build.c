@@ -3,7 +3,7 @@
  * only judge; what was called takes the place of the file in complaints. */
 #include "model/build.h"
 #include "base/memory.h"
-#include "model/nodes.h"
+#include "model/files/nodes.h"
 #include <math.h>
 #include <string.h>
 

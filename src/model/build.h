@@ -3,7 +3,7 @@
 #ifndef KMP_MODEL_BUILD_H
 #define KMP_MODEL_BUILD_H
 
-#include "model/reading.h"
+#include "model/read/reading.h"
 #include <kempe/build.h>
 
 typedef struct kmp_builder {

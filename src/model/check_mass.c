@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Motions that carry no mass, as far as the tree shows them: those of a body without mass behind which there is none
  * either, and a last motion that leaves its body's mass where it is. Bodies with closures may do without mass: what
- * moves them, and whether that has a mass, shows in the reduced mass only (constraints/massless.h). */
+ * moves them, and whether that has a mass, shows in the reduced mass only (constraints/partition/massless.h). */
 #include "model/check_mass.h"
 #include "base/context.h"
 #include "base/memory.h"

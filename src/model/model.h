@@ -5,11 +5,11 @@
 #define KMP_MODEL_MODEL_H
 
 #include "base/arena.h"
-#include "model/change_points.h"
-#include "model/dynamics.h"
-#include "model/expression.h"
-#include "model/unknowns.h"
-#include "model/wheels.h"
+#include "model/algebraic.h"
+#include "model/expressions/expression.h"
+#include "model/rail/wheels.h"
+#include "model/tables/change_points.h"
+#include "model/tables/dynamics.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
@@ -100,7 +100,7 @@ typedef struct kmp_cut {
 typedef enum kmp_force_kind {
 #define KMP_FORCE(kind, name, place, word, width) KMP_FORCE_##kind,
 #define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
-#include "model/forces.def"
+#include "model/force_kinds.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
     KMP_FORCE_KINDS
@@ -147,7 +147,7 @@ typedef struct kmp_sensor {
 /* The rows of outputs.def. */
 typedef enum kmp_output_kind {
 #define KMP_OUTPUT(kind, word, argument, width) KMP_OUTPUT_##kind,
-#include "model/outputs.def"
+#include "model/output_kinds.def"
 #undef KMP_OUTPUT
     KMP_OUTPUT_KINDS
 } kmp_output_kind;

@@ -2,8 +2,8 @@
 #include "model/variant.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "model/force_table.h"
-#include "model/nearest.h"
+#include "model/tables/force_table.h"
+#include "model/tables/nearest.h"
 #include <math.h>
 #include <string.h>
 

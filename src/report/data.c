@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What a page says: the comparison, the runs in detail, the picture. */
 #include "base/memory.h"
+#include "output/print.h"
 #include "report/encode.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
-#include "results/print.h"
 #include <math.h>
 #include <string.h>
 
@@ -103,7 +103,7 @@ static void put_ways(kmp_text *text, const kempe_comparison *c)
     key(text, "methods");
     kmp_text_put(text, "[");
     for (int k = 0; k < c->way_count; k++) {
-        const kmp_way *way = &c->ways[k];
+        const kmp_method *way = &c->ways[k];
         kmp_text t = {0};
         kmp_compare_name(&t, way->formulation, way->form, way->integrator);
         kmp_text_put(text, k > 0 ? ",{\"name\":" : "{\"name\":");

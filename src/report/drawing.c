@@ -69,7 +69,7 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
     bool slides = first && !first->rotation, is_free = body->motion_count > 2;
     bool guided = slides && (body->motion_count == 1 || (!is_free && first[1].rotation));
     unsigned marks = !slides ? KMP_MARK_JOINT : is_free ? KMP_MARK_NAMED : KMP_MARK_SLIDE;
-    kmp_guide guide = {.motion = body->first_motion, .body = body->parent};
+    kmp_picture_guide guide = {.motion = body->first_motion, .body = body->parent};
     if (body->to >= 0)
         mark_point(drawing, model, body->to, marks, body->joint);
     else
@@ -126,7 +126,7 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
         KMP_NEW(kmp_mark, 3 * model->body_count + 2 * (model->closure_count + model->force_count) + model->point_count);
     drawing->lines = KMP_NEW(kmp_line, lines);
     drawing->is_rod = KMP_NEW(bool, lines);
-    drawing->guides = KMP_NEW(kmp_guide, model->body_count);
+    drawing->guides = KMP_NEW(kmp_picture_guide, model->body_count);
     if (!drawing->marks || !drawing->lines || !drawing->is_rod || !drawing->guides) {
         kmp_drawing_free(drawing);
         return false;

@@ -2,11 +2,11 @@
 /* The report of modes: the mechanism moving along each, its loops closed in every frame, and all that is told of them.
  */
 #include "base/memory.h"
-#include "constraints/charts.h"
+#include "constraints/closing/charts.h"
 #include "report/encode.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
-#include "results/modes.h"
+#include "studies/modes/modes.h"
 #include <math.h>
 #include <string.h>
 
@@ -211,11 +211,12 @@ static bool put_data(kmp_text *text, const maker *w)
 
 static kempe_status write_page(const maker *w, const kmp_page_libraries *libraries, const char *path)
 {
-    static const char *const *const scripts[] = {kmp_words_js, kmp_shapes_js, kmp_motion_js, kmp_modes_js, NULL};
+    static const char *const *const scripts[] = {kmp_phrases_js, kmp_shapes_js, kmp_animation_js, kmp_modes_view_js,
+                                                 NULL};
     kmp_text data = {0};
     kempe_status status = KEMPE_E_MEMORY;
     if (put_data(&data, w)) {
-        const kmp_sheet sheet = {.html = kmp_modes_html,
+        const kmp_sheet sheet = {.html = kmp_modes_view_html,
                                  .model = w->m->system->model->name,
                                  .subject = "modes",
                                  .scripts = scripts,

@@ -205,7 +205,7 @@ static void put_guides(kmp_text *text, const picture *p)
 {
     kmp_text_put(text, "\"guides\":[");
     for (int k = 0; k < p->drawing.guide_count; k++) {
-        const kmp_guide *guide = &p->drawing.guides[k];
+        const kmp_picture_guide *guide = &p->drawing.guides[k];
         double range[2] = {INFINITY, -INFINITY};
         for (int f = 0; f < p->frames; f++) {
             range[0] = fmin(range[0], row_of(p, f)[guide->motion]);

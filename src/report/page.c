@@ -34,7 +34,7 @@ static kempe_status record_runs(const kempe_comparison *c, detail *d)
     kempe_context *context = c->system->context;
     int wanted = kmp_page_choose(c, d->run);
     for (int k = 0; k < wanted && !kmp_interrupted(context); k++) {
-        const kmp_way *way = c->runs[d->run[k]].way;
+        const kmp_method *way = c->runs[d->run[k]].way;
         kmp_log(context, KEMPE_LOG_PROGRESS, "report: %s %s, rtol %g once more", way->formulation, way->integrator,
                 c->runs[d->run[k]].rtol);
         kempe_status status = kmp_record_make(c, d->run[k], c->t_end, &d->records[d->count]);
@@ -80,9 +80,9 @@ static kempe_status record_picture(const kempe_comparison *c, detail *d, const k
 static kempe_status write_page(const kempe_comparison *c, const kmp_page_libraries *libraries, const char *data,
                                const char *path)
 {
-    static const char *const *const scripts[] = {kmp_words_js, kmp_shapes_js, kmp_motion_js,
-                                                 kmp_plots_js, kmp_page_js,   NULL};
-    const kmp_sheet sheet = {.html = kmp_page_html,
+    static const char *const *const scripts[] = {kmp_phrases_js, kmp_shapes_js,     kmp_animation_js,
+                                                 kmp_plots_js,   kmp_comparison_js, NULL};
+    const kmp_sheet sheet = {.html = kmp_comparison_html,
                              .model = c->system->model->name,
                              .subject = "comparison",
                              .scripts = scripts,

@@ -7,9 +7,10 @@
 
 /** The files of the same names line by line, newlines included, as the build put them into the library; NULL ends each.
  */
-extern const char *const kmp_page_html[], *const kmp_modes_html[], *const kmp_notice_html[], *const kmp_page_css[];
-extern const char *const kmp_words_js[], *const kmp_shapes_js[], *const kmp_motion_js[], *const kmp_plots_js[];
-extern const char *const kmp_page_js[], *const kmp_modes_js[];
+extern const char *const kmp_comparison_html[], *const kmp_modes_view_html[], *const kmp_notice_html[],
+                                                                                  *const kmp_comparison_css[];
+extern const char *const kmp_phrases_js[], *const kmp_shapes_js[], *const kmp_animation_js[], *const kmp_plots_js[];
+extern const char *const kmp_comparison_js[], *const kmp_modes_view_js[];
 
 /** JavaScript of others, as read from the system. */
 typedef struct kmp_page_libraries {

@@ -4,7 +4,7 @@
 #ifndef KMP_REPORT_RECORD_H
 #define KMP_REPORT_RECORD_H
 
-#include "results/compare.h"
+#include "studies/compare/compare.h"
 
 enum { KMP_RECORD_ROWS = 600, KMP_RECORD_RANGES = 600 };
 

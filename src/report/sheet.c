@@ -43,7 +43,7 @@ static bool put_part(kmp_text *text, const kmp_sheet *sheet, const char *line)
     } else if (is_mark(line, "<!--NOTICE-->")) {
         put_lines(text, kmp_notice_html);
     } else if (is_mark(line, "<!--STYLE-->")) {
-        put_lines(text, kmp_page_css);
+        put_lines(text, kmp_comparison_css);
     } else if (is_mark(line, "/*SCRIPT*/")) {
         for (const char *const *const *script = sheet->scripts; *script; script++)
             put_lines(text, *script);

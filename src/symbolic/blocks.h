@@ -6,7 +6,7 @@
 #include "symbolic/implicit.h"
 
 struct kmp_implicit {
-    kmp_block block;
+    kmp_program_block block;
     kmp_graph *local;
     kmp_ref slope[KMP_IMPLICIT_MOST * KMP_IMPLICIT_MOST]; /* dF_i/dy_j at i unknowns + j */
     kmp_ref change[KMP_IMPLICIT_MOST];                    /* dF_i along dp = KMP_IN_LAMBDA */
@@ -15,7 +15,7 @@ struct kmp_implicit {
 };
 
 /** Puts the candidates into the block, in increasing order. false: no memory. */
-bool kmp_block_candidates(kmp_block *block, int count, const double *candidate);
+bool kmp_block_candidates(kmp_program_block *block, int count, const double *candidate);
 
 /** What the inputs of a local graph become in the graph around: unknowns by KMP_IN_Q, arguments by KMP_IN_PARAMETER,
  *  differentials by KMP_IN_LAMBDA. */

@@ -2,7 +2,7 @@
 #include "symbolic/enclose.h"
 #include "base/memory.h"
 #include "symbolic/implicit.h"
-#include "symbolic/live.h"
+#include "symbolic/program/live.h"
 #include "symbolic/table.h"
 
 enum { FIRST = 8 }; /* KMP_IN_PLACE before it are x, y, z */

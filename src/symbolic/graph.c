@@ -348,7 +348,7 @@ static double operand(const double *value, kmp_ref r)
 
 static double implicit_value(const kmp_graph *g, const kmp_node *n, const double *value)
 {
-    const kmp_block *block = kmp_implicit_block(g->implicits[n->b]);
+    const kmp_program_block *block = kmp_implicit_block(g->implicits[n->b]);
     kmp_solving *solving = kmp_solving_new(block, NULL);
     double y = NAN;
     kmp_ref list = n->a;

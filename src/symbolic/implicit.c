@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
-#include "symbolic/live.h"
+#include "symbolic/program/live.h"
 #include "symbolic/table.h"
 #include <stdlib.h>
 #include <string.h>
@@ -95,7 +95,7 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-bool kmp_block_candidates(kmp_block *b, int count, const double *candidate)
+bool kmp_block_candidates(kmp_program_block *b, int count, const double *candidate)
 {
     b->candidates = count;
     b->candidate = KMP_NEW(double, count);
@@ -154,14 +154,14 @@ void kmp_implicit_free(kmp_implicit *b)
 
 bool kmp_implicit_equal(const kmp_implicit *a, const kmp_implicit *b)
 {
-    const kmp_block *x = &a->block, *y = &b->block;
+    const kmp_program_block *x = &a->block, *y = &b->block;
     return x->unknowns == y->unknowns && x->arguments == y->arguments && x->linear == y->linear &&
            x->averages == y->averages && x->candidates == y->candidates &&
            memcmp(x->candidate, y->candidate, (size_t)x->candidates * sizeof *x->candidate) == 0 &&
            kmp_program_equal(x->program, y->program);
 }
 
-const kmp_block *kmp_implicit_block(const kmp_implicit *b)
+const kmp_program_block *kmp_implicit_block(const kmp_implicit *b)
 {
     return &b->block;
 }
@@ -194,7 +194,7 @@ kmp_ref kmp_implicit_component(kmp_graph *g, int block, int component, kmp_ref l
 
 void kmp_implicit_at(kmp_graph *g, int block, const kmp_ref *arguments, kmp_ref *unknowns)
 {
-    const kmp_block *b = &kmp_graph_implicit(g, block)->block;
+    const kmp_program_block *b = &kmp_graph_implicit(g, block)->block;
     kmp_ref list = list_of(g, b->arguments, arguments);
     for (int j = 0; j < b->unknowns; j++)
         unknowns[j] = kmp_implicit_component(g, block, j, list);

@@ -7,7 +7,7 @@
 #ifndef KMP_SYMBOLIC_IMPLICIT_H
 #define KMP_SYMBOLIC_IMPLICIT_H
 
-#include "symbolic/program.h"
+#include "symbolic/program/program.h"
 
 enum { KMP_IMPLICIT_MOST = 6 }; /* unknowns */
 
@@ -32,7 +32,7 @@ void kmp_implicit_free(kmp_implicit *block);
 bool kmp_implicit_equal(const kmp_implicit *a, const kmp_implicit *b);
 
 /** What a program needs of it. */
-const kmp_block *kmp_implicit_block(const kmp_implicit *block);
+const kmp_program_block *kmp_implicit_block(const kmp_implicit *block);
 
 /** Number of the block in the graph, which owns it from now on; of an equal one that it has already, or else of this
  * one. -1: no memory. */
@@ -64,7 +64,7 @@ typedef struct kmp_block_runner {
 typedef struct kmp_solving kmp_solving;
 
 /** The block must outlive it. Without a runner the program is interpreted. NULL: no memory. */
-kmp_solving *kmp_solving_new(const kmp_block *block, const kmp_block_runner *runner);
+kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_runner *runner);
 void kmp_solving_free(kmp_solving *solving);
 
 /** Where the arguments are to be put. */

@@ -4,11 +4,11 @@
  * side: a step that leaves them, or gains too little, goes to the middle (Dekker's safeguard). Of several valleys each
  * is gone down that may be the lowest. */
 #include "base/memory.h"
-#include "linalg/dense.h"
-#include "symbolic/average.h"
+#include "linalg/dense/dense.h"
 #include "symbolic/implicit.h"
-#include "symbolic/interpreter.h"
-#include "symbolic/scan.h"
+#include "symbolic/program/interpreter.h"
+#include "symbolic/sums/average.h"
+#include "symbolic/sums/scan.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -16,7 +16,7 @@
 enum { MOST = KMP_IMPLICIT_MOST, MOST_STEPS = 60, MOST_HALVINGS = 12 };
 
 struct kmp_solving {
-    const kmp_block *block;
+    const kmp_program_block *block;
     const kmp_block_runner *runner;
     void *code;     /* the runner's */
     kmp_scan *scan; /* of candidates, if there are some */
@@ -77,7 +77,7 @@ static bool prepare_block(kmp_solving *s)
     return s->code && (s->block->candidates == 0 || s->scan);
 }
 
-kmp_solving *kmp_solving_new(const kmp_block *block, const kmp_block_runner *runner)
+kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_runner *runner)
 {
     kmp_solving *s = KMP_NEW(kmp_solving, 1);
     if (!s)
@@ -254,7 +254,7 @@ static void begin_at(kmp_solving *s, double candidate)
 }
 
 /* The candidate with the least merit; -1: none has one. */
-static int best_candidate(const kmp_block *block, const double *merit)
+static int best_candidate(const kmp_program_block *block, const double *merit)
 {
     int best = -1;
     double least = INFINITY;
@@ -286,7 +286,7 @@ static bool look(kmp_solving *s, double y, valley *v)
     return isfinite(f[0]) && isfinite(f[1]) && isfinite(f[2]) && isfinite(s->merit);
 }
 
-static valley valley_of(const kmp_block *b, int best)
+static valley valley_of(const kmp_program_block *b, int best)
 {
     const double *c = b->candidate;
     bool first = best == 0, last = best == b->candidates - 1;
@@ -319,7 +319,7 @@ static void go(kmp_solving *s, valley *v, double y)
 
 /* The lowest point of the parabola through the merits of a candidate and its neighbours; the candidate itself where
  * there is none. */
-static double lowest(const kmp_block *b, const double *merit, int best)
+static double lowest(const kmp_program_block *b, const double *merit, int best)
 {
     const double *c = b->candidate + best, *m = merit + best;
     if (best == 0 || best == b->candidates - 1)
@@ -367,7 +367,7 @@ static bool descend_among(kmp_solving *s, const double *merit, int best)
 
 /* Whether a candidate is lower than its neighbours, and how low merit may be there: where it bends upwards all the way,
  * no lower than the lines through the candidate and either neighbour go on to. */
-static bool is_valley(const kmp_block *b, const double *merit, int k, double *bound)
+static bool is_valley(const kmp_program_block *b, const double *merit, int k, double *bound)
 {
     const double *c = b->candidate + k, *m = merit + k;
     bool first = k == 0, last = k == b->candidates - 1;

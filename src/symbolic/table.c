@@ -4,8 +4,8 @@
  * of the parts around bound its piece. */
 #include "symbolic/table.h"
 #include "base/clones.h"
-#include "base/four.h"
 #include "base/memory.h"
+#include "base/simd4.h"
 #include "base/spline.h"
 #include <kempe/runtime.h>
 #include <math.h>

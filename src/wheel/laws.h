@@ -9,7 +9,7 @@
 #ifndef KMP_WHEEL_LAWS_H
 #define KMP_WHEEL_LAWS_H
 
-#include "model/wheels.h"
+#include "model/rail/wheels.h"
 #include "symbolic/graph.h"
 
 /** Two like bodies touching in a point. Curvatures are relative, the sum of both bodies', 1/m, positive. */

@@ -22,9 +22,9 @@
 #include "symbolic/table.h"
 #include <math.h>
 
-bool kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_pair *p)
+bool kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_wheel_pair *p)
 {
-    *p = (kmp_pair){.g = tree->graph, .radius = kmp_tree_number(tree, &wheel->radius), .out = pose->out};
+    *p = (kmp_wheel_pair){.g = tree->graph, .radius = kmp_tree_number(tree, &wheel->radius), .out = pose->out};
     for (int k = 0; k < 3; k++)
         p->axle[k] = pose->axle[k];
     p->wheel = kmp_graph_add_table(tree->graph, wheel->profile->height);
@@ -47,9 +47,9 @@ kmp_ref kmp_pair_argument(kmp_graph *g, kmp_graph *local, kmp_ref x, kmp_ref *li
     return kmp_input(local, KMP_IN_PARAMETER, (uint32_t)(*count)++);
 }
 
-kmp_pair kmp_pair_inside(const kmp_pair *p, kmp_graph *local, kmp_ref *list, int *count)
+kmp_wheel_pair kmp_pair_inside(const kmp_wheel_pair *p, kmp_graph *local, kmp_ref *list, int *count)
 {
-    kmp_pair in = {.g = local};
+    kmp_wheel_pair in = {.g = local};
     in.wheel = kmp_graph_add_table(local, kmp_graph_table(p->g, p->wheel));
     in.rail = kmp_graph_add_table(local, kmp_graph_table(p->g, p->rail));
     in.radius = kmp_pair_argument(p->g, local, p->radius, list, count);
@@ -61,7 +61,7 @@ kmp_pair kmp_pair_inside(const kmp_pair *p, kmp_graph *local, kmp_ref *list, int
 
 /* -- the trace line ---------------------------------------------------------------------------------- */
 
-kmp_trace kmp_trace_at(const kmp_pair *p, kmp_ref s)
+kmp_trace kmp_trace_at(const kmp_wheel_pair *p, kmp_ref s)
 {
     kmp_graph *g = p->g;
     const kmp_ref *e = p->axle;
@@ -81,7 +81,7 @@ kmp_trace kmp_trace_at(const kmp_pair *p, kmp_ref s)
     return t;
 }
 
-kmp_ref kmp_pair_drop(const kmp_pair *p, const kmp_trace *t)
+kmp_ref kmp_pair_drop(const kmp_wheel_pair *p, const kmp_trace *t)
 {
     return kmp_sub(p->g, t->z, kmp_table_at(p->g, p->rail, kmp_add(p->g, p->out, t->y)));
 }

@@ -9,11 +9,11 @@
  * height of the centre. */
 enum { KMP_PAIR_ARGUMENTS = 7 };
 
-typedef struct kmp_pair {
+typedef struct kmp_wheel_pair {
     kmp_graph *g;
     int wheel, rail; /* tables: both heights */
     kmp_ref radius, out, axle[3];
-} kmp_pair;
+} kmp_wheel_pair;
 
 /** A point of the trace line, from the wheel's centre. */
 typedef struct kmp_trace {
@@ -22,16 +22,16 @@ typedef struct kmp_trace {
 } kmp_trace;
 
 /** false: no memory. */
-bool kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_pair *pair);
+bool kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_wheel_pair *pair);
 
 /** The pair in a graph of its own, for a block: what is no number becomes an argument, and is put into the list. */
-kmp_pair kmp_pair_inside(const kmp_pair *pair, kmp_graph *local, kmp_ref *list, int *count);
+kmp_wheel_pair kmp_pair_inside(const kmp_wheel_pair *pair, kmp_graph *local, kmp_ref *list, int *count);
 /** Likewise anything. The list has room for KMP_PAIR_ARGUMENTS; more of them fail both graphs. */
 kmp_ref kmp_pair_argument(kmp_graph *g, kmp_graph *local, kmp_ref x, kmp_ref *list, int *count);
 
-kmp_trace kmp_trace_at(const kmp_pair *pair, kmp_ref s);
+kmp_trace kmp_trace_at(const kmp_wheel_pair *pair, kmp_ref s);
 /** D less the height of the wheel's centre. */
-kmp_ref kmp_pair_drop(const kmp_pair *pair, const kmp_trace *trace);
+kmp_ref kmp_pair_drop(const kmp_wheel_pair *pair, const kmp_trace *trace);
 
 /** dx/ds, s an input. */
 kmp_ref kmp_slope_of(kmp_graph *g, kmp_ref x, kmp_ref s);

@@ -6,8 +6,8 @@
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
 #include "symbolic/table.h"
+#include "wheel/contact_spread.h"
 #include "wheel/pair.h"
-#include "wheel/spread.h"
 #include <math.h>
 
 /* Of candidates for the nearest point of a wheel of 0.46 m, m apart at most: times kmp_wheel.scale. */
@@ -33,7 +33,7 @@ static int candidates_of(const kmp_wheel *wheel, int index, double *candidate)
 }
 
 /* s where D is least; false: no memory. */
-static bool nearest(const kmp_pair *p, const kmp_wheel *wheel, int zone, kmp_ref *s)
+static bool nearest(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, kmp_ref *s)
 {
     kmp_ref list[KMP_PAIR_ARGUMENTS], guess = KMP_ZERO;
     double candidate[MOST + 2 * BEYOND];
@@ -41,7 +41,7 @@ static bool nearest(const kmp_pair *p, const kmp_wheel *wheel, int zone, kmp_ref
     kmp_graph *local = kmp_graph_new();
     if (!local)
         return false;
-    kmp_pair in = kmp_pair_inside(p, local, list, &count);
+    kmp_wheel_pair in = kmp_pair_inside(p, local, list, &count);
     kmp_ref unknown = kmp_input(local, KMP_IN_Q, 0);
     kmp_trace t = kmp_trace_at(&in, unknown);
     kmp_ref merit = kmp_add(local, kmp_pair_drop(&in, &t), kmp_zone_penalty(local, wheel, zone, unknown));
@@ -61,7 +61,7 @@ static bool nearest(const kmp_pair *p, const kmp_wheel *wheel, int zone, kmp_ref
 
 /* Relative curvature of both profiles in the plane of their normals: D'' by y along the slope, and never flatter than
  * a hundredth of the curvature along, smoothly: Hertz' theory ends there. */
-static kmp_ref curvature_across(const kmp_pair *p, kmp_ref s, kmp_ref slope, kmp_ref along)
+static kmp_ref curvature_across(const kmp_wheel_pair *p, kmp_ref s, kmp_ref slope, kmp_ref along)
 {
     kmp_graph *g = p->g;
     kmp_ref place = kmp_input(g, KMP_IN_PLACE, 0);
@@ -79,7 +79,7 @@ static kmp_ref curvature_across(const kmp_pair *p, kmp_ref s, kmp_ref slope, kmp
 
 kmp_ref kmp_patch_fit(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch)
 {
-    kmp_pair p;
+    kmp_wheel_pair p;
     if (wheel->form == KMP_CONTACT_RIGID)
         return KMP_ZERO;
     if (!kmp_pair_of(tree, wheel, pose, &p)) {
@@ -121,8 +121,8 @@ bool kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose
 }
 
 /* The contact at s, with patch->slope there: all but the gap and the curvature across. */
-static void fill(const kmp_pair *p, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_trace *t, kmp_ref s,
-                 kmp_patch *patch)
+static void fill(const kmp_wheel_pair *p, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_trace *t,
+                 kmp_ref s, kmp_patch *patch)
 {
     kmp_graph *g = p->g;
     patch->s = s;
@@ -142,7 +142,7 @@ bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, con
                      kmp_patch *patch)
 {
     kmp_graph *g = tree->graph;
-    kmp_pair p;
+    kmp_wheel_pair p;
     kmp_spread spread;
     if (!kmp_pair_of(tree, wheel, pose, &p) || !kmp_spread_find(tree, &p, wheel, zone, pose, &spread))
         return false;
@@ -173,7 +173,7 @@ static kmp_ref is_nearer(const kmp_tree *tree, const kmp_wheel *wheel, int zone,
 bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch)
 {
     kmp_graph *g = tree->graph;
-    kmp_pair p;
+    kmp_wheel_pair p;
     kmp_ref s = KMP_ZERO, least = KMP_ZERO;
     if (!kmp_pair_of(tree, wheel, pose, &p))
         return false;

@@ -30,7 +30,7 @@ static int find_block(const kmp_graph *g, const kmp_track *track)
     const kmp_implicit *implicit;
     size_t size = (size_t)track->candidate_count * sizeof(double);
     for (int k = 0; (implicit = kmp_graph_implicit(g, k)); k++) {
-        const kmp_block *block = kmp_implicit_block(implicit);
+        const kmp_program_block *block = kmp_implicit_block(implicit);
         if (block->candidates == track->candidate_count && memcmp(block->candidate, track->candidate, size) == 0 &&
             block->program->table_count == PLANE && kmp_table_equal(block->program->table[0], track->x) &&
             kmp_table_equal(block->program->table[1], track->y))

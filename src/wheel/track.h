@@ -3,8 +3,8 @@
 #ifndef KMP_WHEEL_TRACK_H
 #define KMP_WHEEL_TRACK_H
 
-#include "dynamics/kinematics.h"
-#include "model/wheels.h"
+#include "dynamics/kinematics/kinematics.h"
+#include "model/rail/wheels.h"
 
 /** A cross-section of a track; vectors in the axes of the ground's link. */
 typedef struct kmp_track_place {

@@ -271,7 +271,7 @@ static void what_cannot_be_asked_is_said(void)
 {
     loaded l = load(0, NULL);
     refuses(&l, (kempe_response_options){.inputs = ""}, KEMPE_E_ARGUMENT, "a response wants inputs");
-    refuses(&l, (kempe_response_options){.inputs = "drive(raod)"}, KEMPE_E_ARGUMENT, "did you mean 'formulation'?");
+    refuses(&l, (kempe_response_options){.inputs = "drive(raod)"}, KEMPE_E_ARGUMENT, "did you mean 'road'?");
     refuses(&l, (kempe_response_options){.inputs = "effort(bdoy)"}, KEMPE_E_ARGUMENT, "did you mean 'body'?");
     refuses(&l, (kempe_response_options){.inputs = "force(body.Q.x)"}, KEMPE_E_ARGUMENT, "no point 'Q'");
     refuses(&l, (kempe_response_options){.inputs = "moment(body)"}, KEMPE_E_ARGUMENT, "unknown input 'moment(body)'");

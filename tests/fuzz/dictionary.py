@@ -33,8 +33,8 @@ def schema_words(node):
 
 
 def expression():
-    functions = [name + "(" for name in rows("src/model/functions.def", "KMP_FUNCTION")]
-    units = [" " + name for name in rows("src/model/units.def", "KMP_UNIT")]
+    functions = [name + "(" for name in rows("src/model/expressions/functions.def", "KMP_FUNCTION")]
+    units = [" " + name for name in rows("src/model/expressions/units.def", "KMP_UNIT")]
     return functions + units + ["q(A)", "qd(B)", "q(J.1)", "lambda(A)", "lambda(B.2)"] + [
         "t", "pi", "L1", "if(a < ", ">=", "<=", "^-", "^2", ")^("]
 
@@ -47,7 +47,7 @@ def model():
 
 
 def mbs():
-    tags = sorted(set(texts("src/model/mbs.c") + texts("src/model/mbs_notes.c")))
+    tags = sorted(set(texts("src/model/files/mbs.c") + texts("src/model/files/mbs_notes.c")))
     syntax = ["<![CDATA[", "]]>", "<!--", "-->", "&#65;", "&lt;", "<!DOCTYPE a [<!ENTITY b 'c'>]>", "<?xml version='1.0'?>",
               " a='b'", "encoding='utf-16'"]
     return [f"<{tag}>" for tag in tags] + [f"</{tag}>" for tag in tags] + tags + syntax
@@ -65,7 +65,7 @@ def values():
 
 def program():
     functions = re.findall(r'"(\w+)"', (ROOT / "src/symbolic/ops.def").read_text())
-    inputs = [word + "[0]" for word in texts("src/symbolic/program_words.c")[:12]]
+    inputs = [word + "[0]" for word in texts("src/symbolic/program/program_words.c")[:12]]
     lines = ["program 1\n", "table 0 linear\n", "table 1 cubic\n", "implicit 0 unknowns 1 arguments 1\n",
              "implicit 0 averages 2 arguments 1\n", "stage 0\n", "stage 1\n",
              "stage 2\n", "out[0] = ", "out[1] = ", "v0 = ", "v1 = ", "end\n", "implicit[0, 0](v", "table[0, 1](", "list(",

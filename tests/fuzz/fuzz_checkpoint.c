@@ -4,7 +4,7 @@
  * `#` is the whole file. */
 #include "base/memory.h"
 #include "fuzz.h"
-#include "results/checkpoint.h"
+#include "studies/simulate/checkpoint.h"
 
 static kempe_context *context; /* made once, with what follows */
 static kempe_model *model;

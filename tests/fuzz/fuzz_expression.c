@@ -4,7 +4,7 @@
  */
 #include "base/memory.h"
 #include "fuzz.h"
-#include "model/expression.h"
+#include "model/expressions/expression.h"
 
 static const char *const parameters[] = {"a", "b", "L1"};
 static const double values[] = {0.3, -2, 1.5};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Text of programs: what is read is written and read again, and run. */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "fuzz.h"

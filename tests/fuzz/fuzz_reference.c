@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reference values of a four-bar. */
 #include "fuzz.h"
-#include "results/reference.h"
+#include "output/reference.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {

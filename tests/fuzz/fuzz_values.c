@@ -2,7 +2,7 @@
 /* Values of instances of a four-bar. */
 #include "base/context.h"
 #include "fuzz.h"
-#include "results/values.h"
+#include "output/values.h"
 #include <math.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

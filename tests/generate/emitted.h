@@ -3,7 +3,7 @@
 #ifndef KEMPE_TESTS_EMITTED_H
 #define KEMPE_TESTS_EMITTED_H
 
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "check.h"
 #include "generate/source.h"
@@ -46,7 +46,7 @@ static inline void choose_states(void)
 }
 
 /* Other values than the model's. */
-static inline double parameter(const kmp_source *source, int place)
+static inline double parameter(const kmp_code_source *source, int place)
 {
     return source->value[place] * (1 + 0.01 * (place % 7));
 }
@@ -69,7 +69,7 @@ static inline double *expand(const kmp_array *a, const double *entry, double *ou
     return out + size_of(a);
 }
 
-static inline double *run_tape(const kmp_source *source, const kmp_routine *r, const state *s, double *out)
+static inline double *run_tape(const kmp_code_source *source, const kmp_routine *r, const state *s, double *out)
 {
     double *symbols = KMP_NEW(double, source->symbol_count + 1);
     kmp_machine *machine = kmp_machine_new(r->program, kmp_backend_find("tape"));
@@ -92,7 +92,7 @@ static inline double *run_tape(const kmp_source *source, const kmp_routine *r, c
     return out;
 }
 
-static inline int run_tapes(const kmp_source *source)
+static inline int run_tapes(const kmp_code_source *source)
 {
     double *end = NULL;
     for (int s = 0; s < STATES; s++) {
@@ -123,7 +123,7 @@ typedef void shim_function(const double *p, double t, const double *q, const dou
                            const double *lambda_, const double *force, const double *torque, double *out);
 
 /* A function of one signature that calls all routines. */
-static inline void write_shim(const kmp_source *source)
+static inline void write_shim(const kmp_code_source *source)
 {
     static const char *const names[KMP_IN_COUNT] = {
         [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",        [KMP_IN_QDD] = "qdd",
@@ -156,7 +156,7 @@ static inline void write_shim(const kmp_source *source)
     kmp_text_free(&text);
 }
 
-static inline bool run_c(const kmp_source *source)
+static inline bool run_c(const kmp_code_source *source)
 {
     static int number;
     char command[1024], library[256];

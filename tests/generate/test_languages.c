@@ -31,7 +31,7 @@ static void put_list(kmp_text *text, int count, const double *x)
 }
 
 /* A literal for each argument of a routine. */
-static void put_arguments(kmp_text *text, const kmp_source *source, const kmp_routine *r, const state *s)
+static void put_arguments(kmp_text *text, const kmp_code_source *source, const kmp_routine *r, const state *s)
 {
     const double *values[KMP_IN_COUNT] = {
         [KMP_IN_Q] = s->q,           [KMP_IN_QD] = s->qd,       [KMP_IN_QDD] = s->qdd,
@@ -48,7 +48,7 @@ static void put_arguments(kmp_text *text, const kmp_source *source, const kmp_ro
         }
 }
 
-static void put_parameter_list(kmp_text *text, const kmp_source *source)
+static void put_parameter_list(kmp_text *text, const kmp_code_source *source)
 {
     double *p = KMP_NEW(double, source->parameter_count);
     for (int k = 0; k < source->parameter_count; k++)
@@ -72,7 +72,7 @@ static bool read_numbers(const char *command, int size)
     return status == 0 && count == STATES * size;
 }
 
-static bool run_python(const kmp_source *source, int size)
+static bool run_python(const kmp_code_source *source, int size)
 {
     kmp_text text = {0};
     char command[512];
@@ -100,7 +100,7 @@ static bool run_python(const kmp_source *source, int size)
     return read_numbers(command, size);
 }
 
-static bool run_octave(const kmp_source *source, int size)
+static bool run_octave(const kmp_code_source *source, int size)
 {
     kmp_text text = {0};
     char command[512];
@@ -145,7 +145,7 @@ static int count_wrong(int size)
 
 static void try_language(const kempe_model *model, const kempe_generate_options *g)
 {
-    kmp_source source;
+    kmp_code_source source;
     for (int s = 0; s < STATES; s++)
         for (int k = 0; k < MOST_OUT; k++)
             got[s][k] = NAN;
@@ -215,7 +215,7 @@ static void names(void)
                                              "b.mass", "b.inertia.zz", "b.com.x"};
     kempe_generate_options g = {.sets = "M_C", .keep_parameters = 1};
     kempe_model *model = NULL;
-    kmp_source source;
+    kmp_code_source source;
     kempe_code *code = NULL;
     CHECK(kempe_model_read_text(context, text, "text", &model) == KEMPE_OK);
     if (!model) {
@@ -304,7 +304,7 @@ static void hashes(void)
         "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 2, com: [1, 0, 0]}}\n",
         "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 2, com: [1, 0, 0]}}\nrun: {t_end: 7}\n",
         "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 2, com: [1, 1e-9, 0]}}\n"};
-    kmp_source source[3];
+    kmp_code_source source[3];
     for (int k = 0; k < 3; k++) {
         kempe_model *model = NULL;
         CHECK(kempe_model_read_text(context, texts[k], "text", &model) == KEMPE_OK);

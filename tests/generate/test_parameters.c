@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Numbers kept as symbols: with other values in p the equations are those of a model that has these values, whichever
  * number of it they are of. What p does not have is told. */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "check.h"
 #include "generate/models.h"
 #include "generate/source.h"
-#include "model/force_table.h"
+#include "model/tables/force_table.h"
 #include "unit/random.h"
 #include <math.h>
 
@@ -52,7 +52,7 @@ static state random_values(void)
 }
 
 /* The routine at one state; `changed`: with other values in p. How many values; they are put into *out, to be freed. */
-static int evaluate(const kmp_source *source, bool changed, double **out)
+static int evaluate(const kmp_code_source *source, bool changed, double **out)
 {
     const kmp_routine *r = &source->routines[0];
     const kmp_program *program = r->program;
@@ -82,7 +82,7 @@ static int evaluate(const kmp_source *source, bool changed, double **out)
 /* -- a model with other numbers ----------------------------------------------------------------------- */
 
 /* Whether an entry of p that is a parameter decides an expression. */
-static bool follows(const kmp_source *source, const kmp_expr *e)
+static bool follows(const kmp_code_source *source, const kmp_expr *e)
 {
     if (e && e->kind == KMP_EXPR_PARAMETER)
         return source->place[e->index] >= 0 || follows(source, source->model->parameters[e->index].number.expr);
@@ -90,20 +90,20 @@ static bool follows(const kmp_source *source, const kmp_expr *e)
 }
 
 /* Where p has a symbol; -1: it has none. */
-static int place_of(const kmp_source *source, int symbol)
+static int place_of(const kmp_code_source *source, int symbol)
 {
     int k = symbol > 0 ? source->model->parameter_count + symbol - 1 : -1;
     return k >= 0 && k < source->symbol_count ? source->place[k] : -1;
 }
 
-static const char *name_of(const kmp_source *source, int symbol)
+static const char *name_of(const kmp_code_source *source, int symbol)
 {
     int place = place_of(source, symbol);
     return place >= 0 ? source->parameter_name[place] : NULL;
 }
 
 /* What is included stands off from its ground: a sum, whose numbers keep their names. */
-static double changed_sum(const kmp_source *kept, const kempe_model *model, const kmp_expr *e)
+static double changed_sum(const kmp_code_source *kept, const kempe_model *model, const kmp_expr *e)
 {
     static double values[MOST];
     const char *name = name_of(kept, e->symbol);
@@ -115,7 +115,7 @@ static double changed_sum(const kmp_source *kept, const kempe_model *model, cons
 }
 
 /* One that follows from parameters has changed with them; one that no routine needs may change as it likes. */
-static void change(const kmp_source *kept, const kempe_model *model, const kmp_number *number)
+static void change(const kmp_code_source *kept, const kempe_model *model, const kmp_number *number)
 {
     kmp_number *own = (kmp_number *)(uintptr_t)number;
     const char *name = name_of(kept, number->symbol);
@@ -128,13 +128,13 @@ static void change(const kmp_source *kept, const kempe_model *model, const kmp_n
     own->expr = NULL;
 }
 
-static void change_vector(const kmp_source *kept, const kempe_model *model, const kmp_number number[3])
+static void change_vector(const kmp_code_source *kept, const kempe_model *model, const kmp_number number[3])
 {
     for (int k = 0; k < 3; k++)
         change(kept, model, &number[k]);
 }
 
-static void change_law(const kmp_source *kept, const kmp_expr *law)
+static void change_law(const kmp_code_source *kept, const kmp_expr *law)
 {
     kmp_expr *own = (kmp_expr *)(uintptr_t)law;
     const char *name = law ? name_of(kept, law->symbol) : NULL;
@@ -144,7 +144,7 @@ static void change_law(const kmp_source *kept, const kmp_expr *law)
     *own = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value * (name ? factor(name) : 1.0625)};
 }
 
-static void change_closure(const kmp_source *kept, const kempe_model *model, const kmp_closure *closure)
+static void change_closure(const kmp_code_source *kept, const kempe_model *model, const kmp_closure *closure)
 {
     change(kept, model, &closure->length);
     if (closure->constant)
@@ -156,7 +156,7 @@ static void change_closure(const kmp_source *kept, const kempe_model *model, con
         change_law(kept, closure->curve[k]);
 }
 
-static void change_force(const kmp_source *kept, const kempe_model *model, const kmp_force *force)
+static void change_force(const kmp_code_source *kept, const kempe_model *model, const kmp_force *force)
 {
     for (int k = 0; k < kmp_force_field_count; k++)
         for (int i = 0; kmp_force_fields[k].kind == force->kind && i < kmp_force_fields[k].size; i++)
@@ -167,7 +167,7 @@ static void change_force(const kmp_source *kept, const kempe_model *model, const
 }
 
 /* All that the equations are made of. */
-static void change_model(const kmp_source *kept, const kempe_model *model)
+static void change_model(const kmp_code_source *kept, const kempe_model *model)
 {
     change_vector(kept, model, model->gravity);
     for (int b = 1; b < model->body_count; b++) {
@@ -190,7 +190,7 @@ static void change_model(const kmp_source *kept, const kempe_model *model)
 }
 
 /* Entries of p that are parameters, as settings. */
-static int set_entries(const kmp_source *source, kempe_setting *settings, char (*texts)[40])
+static int set_entries(const kmp_code_source *source, kempe_setting *settings, char (*texts)[40])
 {
     int count = 0;
     for (int k = 0; k < source->model->parameter_count; k++)
@@ -205,7 +205,7 @@ static int set_entries(const kmp_source *source, kempe_setting *settings, char (
 
 /* -- trials ------------------------------------------------------------------------------------------ */
 
-static void compare(const kmp_source *kept, const kmp_source *made, const char *what)
+static void compare(const kmp_code_source *kept, const kmp_code_source *made, const char *what)
 {
     double *with_p = NULL, *anew = NULL, largest = 1;
     int count = evaluate(kept, true, &with_p), wrong = 0;
@@ -236,7 +236,7 @@ static bool try_model(kempe_model *(*read)(const char *, const kempe_setting *, 
     static char texts[MOST][40];
     const kempe_generate_options g = {.sets = SETS, .drives = true, .keep_parameters = 1};
     kempe_model *model = read(what, NULL, 0), *other = NULL;
-    kmp_source kept, made;
+    kmp_code_source kept, made;
     if (model) /* the axes of a rounded drawing are moved, and no entries of p */
         CHECK(kempe_model_set_closure_tolerance(model, 0) == KEMPE_OK);
     if (!model || !can_be_written(model) || model->motion_count > MOST ||
@@ -338,7 +338,7 @@ static void names_of_all(void)
                                          "t.y",
                                          "w.com.z"};
     kempe_model *model = read_text(everywhere, NULL, 0);
-    kmp_source source;
+    kmp_code_source source;
     CHECK(model &&
           kmp_source_init(&source, model,
                           &(kempe_generate_options){.sets = SETS, .drives = true, .keep_parameters = 1}) == KEMPE_OK);
@@ -363,7 +363,7 @@ static void shapes_are_no_entries(void)
                                    "  a: {joint: {revolute: [x, y, 1], at: ground}, mass: 1, com: [x, T, 2*x]}\n"
                                    "run: {t_end: T}\n",
                                    NULL, 0);
-    kmp_source source;
+    kmp_code_source source;
     warnings[0] = '\0';
     CHECK(model &&
           kmp_source_init(&source, model, &(kempe_generate_options){.sets = "M_C", .keep_parameters = 1}) == KEMPE_OK);
@@ -378,7 +378,7 @@ static void shapes_are_no_entries(void)
 }
 
 /* The largest difference of two sources of the same drawing with their own values in p. */
-static double apart(const kmp_source *a, const kmp_source *b)
+static double apart(const kmp_code_source *a, const kmp_code_source *b)
 {
     double *one = NULL, *other = NULL, most = 0;
     int count = evaluate(a, false, &one);
@@ -398,7 +398,7 @@ static void writes_what_is_meant(const char *path)
     (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
     kempe_model *model = read_file(full, NULL, 0), *as_drawn = read_file(full, NULL, 0);
     kempe_generate_options g = {.sets = "h+J"};
-    kmp_source plain, kept, drawn;
+    kmp_code_source plain, kept, drawn;
     CHECK(model && as_drawn && kempe_model_set_closure_tolerance(as_drawn, 0) == KEMPE_OK);
     CHECK(kmp_source_init(&plain, model, &g) == KEMPE_OK);
     g.keep_parameters = 1;

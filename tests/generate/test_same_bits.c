@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Of every model of examples and tests whose equations can be written: C computes the bits of Kempe's tape and machine
  * code for the same functions, and to rounding what the workspace gives, whose equations are derived all together. */
-#include "constraints/plant.h"
+#include "constraints/evaluation/plant.h"
 #include "generate/emitted.h"
 #include "generate/models.h"
 
@@ -96,7 +96,7 @@ static bool can_be_written(const kempe_model *model)
 
 static void try_model(const kempe_model *model, const char *path, found *f)
 {
-    kmp_source source;
+    kmp_code_source source;
     if (!can_be_written(model) || kmp_source_init(&source, model, &generation) != KEMPE_OK) {
         f->others++;
         return;

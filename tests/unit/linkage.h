@@ -5,9 +5,9 @@
 
 #include "base/text.h"
 #include "check.h"
-#include "constraints/plant.h"
+#include "constraints/evaluation/plant.h"
 #include "model/model.h"
-#include "results/columns.h"
+#include "studies/simulate/columns.h"
 #include <kempe/kempe.h>
 
 static kempe_context *context;
@@ -42,12 +42,12 @@ static inline bool joint_kind_at(int k, joint_kind *kind)
 {
     static const joint_kind joints[] = {
 #define KMP_JOINT(name, chain) {#name, chain, NULL, 0},
-#include "model/joints.def"
+#include "model/tables/joints.def"
 #undef KMP_JOINT
     };
     static const joint_kind cuts[] = {
 #define KMP_CUT(joint, closure, rows, axes) {#joint, NULL, #closure, rows},
-#include "model/cuts.def"
+#include "model/tables/cuts.def"
 #undef KMP_CUT
     };
     if (k >= (int)(sizeof joints / sizeof *joints))

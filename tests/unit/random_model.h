@@ -88,7 +88,7 @@ static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t 
         const char *name, *needs;
     } kinds[] = {
 #define KMP_CLOSURE(name, needs) {#name, #needs},
-#include "model/closures.def"
+#include "model/closure_kinds.def"
 #undef KMP_CLOSURE
     };
     kmp_text_put(text, "loops:\n");

@@ -3,7 +3,7 @@
 #ifndef KEMPE_TESTS_SECTIONS_H
 #define KEMPE_TESTS_SECTIONS_H
 
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "check.h"
 #include "model/model.h"
 #include "symbolic/derivative.h"

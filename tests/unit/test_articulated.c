@@ -2,13 +2,13 @@
 /* Runs by articulated bodies against runs by M and C: the same rows on every formulation that can go by either, on
  * trees and with loops, with what happens on the way: exchanges, redundant rows, change points, events, charts, forces
  * of a program. Which of the two is taken, and what is refused. */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "check.h"
-#include "constraints/plant.h"
-#include "integrators/run.h"
-#include "results/reference.h"
+#include "constraints/evaluation/plant.h"
+#include "integrators/run/run.h"
+#include "output/reference.h"
 #include <kempe/workspace.h>
 #include <time.h>
 

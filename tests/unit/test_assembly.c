@@ -3,9 +3,9 @@
  * far, against plane geometry. */
 #include "base/memory.h"
 #include "check.h"
-#include "constraints/assemble.h"
-#include "constraints/partition.h"
-#include "constraints/plant.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/evaluation/plant.h"
+#include "constraints/partition/partition.h"
 #include "loaded.h"
 #include "random.h"
 #include <stdlib.h>

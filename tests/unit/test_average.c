@@ -2,13 +2,13 @@
 /* Blocks of averages: those of a Gaussian in closed form, derivatives of first and second order against differences,
  * what overflows when it is not scaled, the same bits from back ends and a program that was written and read, and what
  * the graph itself gives, up to rounding. */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "check.h"
-#include "symbolic/average.h"
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
+#include "symbolic/sums/average.h"
 #include <math.h>
 
 enum { PLACES = 81, VALUES = 4, OUTPUTS = 3 * VALUES, STEEP = 500 };

@@ -6,7 +6,7 @@
 #include "loaded.h"
 #include "random.h"
 #include "symbolic/implicit.h"
-#include "symbolic/interpreter.h"
+#include "symbolic/program/interpreter.h"
 #include <math.h>
 
 static const char *const text =
@@ -34,7 +34,7 @@ static double merit_at(kmp_interpreter *it, double s)
 }
 
 /* The least merit on a grid, and on finer ones around its best. */
-static double least_merit(kmp_interpreter *it, const kmp_block *b)
+static double least_merit(kmp_interpreter *it, const kmp_program_block *b)
 {
     const double step = 1e-4, margin = 3e-3;
     double least = INFINITY, at = 0;
@@ -67,7 +67,7 @@ static void pose(double *p)
 }
 
 /* How much higher the merit is than need be, of all places the most; infinite, where it is no number. */
-static double excess_of(const kmp_block *b)
+static double excess_of(const kmp_program_block *b)
 {
     double excess = 0;
     kmp_solving *solving = kmp_solving_new(b, NULL);

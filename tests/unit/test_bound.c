@@ -2,8 +2,8 @@
 /* The bound on work: hopeless runs end soon and say why, long ones that get on do not, and none is called singular for
  * its length. */
 #include "check.h"
-#include "integrators/solver.h"
-#include "integrators/work_bound.h"
+#include "integrators/run/work_bound.h"
+#include "integrators/steppers/solver.h"
 #include "loaded.h"
 #include <float.h>
 

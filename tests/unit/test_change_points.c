@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "bench/chain.h"
 #include "check.h"
-#include "integrators/run.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
 
 typedef struct last_row {

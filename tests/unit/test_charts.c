@@ -3,11 +3,11 @@
  * closed form, the same motion in angles that never become singular, loops cut elsewhere. */
 #include "base/text.h"
 #include "check.h"
-#include "constraints/branches.h"
-#include "constraints/charts.h"
-#include "constraints/diagnose.h"
+#include "constraints/closing/branches.h"
+#include "constraints/closing/charts.h"
+#include "constraints/diagnosis/diagnose.h"
 #include "loaded.h"
-#include "results/trajectory.h"
+#include "studies/simulate/trajectory.h"
 #include <kempe/stepper.h>
 #include <stdlib.h>
 

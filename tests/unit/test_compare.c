@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "loaded.h"
-#include "results/compare.h"
+#include "studies/compare/compare.h"
 #include <stdlib.h>
 
 /* -- made by hand ------------------------------------------------------------------------------------ */
@@ -16,7 +16,7 @@ static const double rtols[TOLERANCES] = {1e-3, 1e-5, 1e-7, 1e-9};
 typedef struct table {
     loaded l;
     kempe_comparison c;
-    kmp_way ways[WAYS];
+    kmp_method ways[WAYS];
     kmp_compared runs[WAYS * TOLERANCES];
 } table;
 

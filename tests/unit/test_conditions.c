@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "dynamics/equations.h"
-#include "integrators/run.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
 
 /* A graph of the model with its events, as programs are derived from. */
@@ -94,8 +94,8 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 }
 
 /* Every hundredth of a second; the report's reason is freed with `check`, which it has to contain. */
-static kmp_run_report run(const loaded *s, const kmp_way *way, double t_end, kempe_status expected, const char *reason,
-                          last *l)
+static kmp_run_report run(const loaded *s, const kmp_method *way, double t_end, kempe_status expected,
+                          const char *reason, last *l)
 {
     enum { MOST = 301 };
     double times[MOST];
@@ -122,7 +122,7 @@ static kmp_run_report run(const loaded *s, const kmp_way *way, double t_end, kem
 }
 
 /* Forms for teaching lose most digits of accelerations. */
-static bool is_exact(const kmp_way *way)
+static bool is_exact(const kmp_method *way)
 {
     return strcmp(way->formulation, "dae") != 0 || strcmp(way->form, "stabilized1") == 0;
 }
@@ -136,7 +136,7 @@ static void rates_jump_as_in_a_plastic_impact(void)
     double a = g * slope / share, up = v / share, t = 1.0 / 3 + 2 * up / a;
     double lost = 0.5 * m * (v * v - share * up * up) + 0.5 * m * slope * slope * up * up;
     loaded s = load("tests/models/ramp.yaml");
-    kmp_way way;
+    kmp_method way;
     CHECK(s.system->switches && s.system->dissipative);
     for (int k = 0; kmp_way_get(k, &way); k++) {
         last l;
@@ -157,7 +157,7 @@ static void rates_jump_as_in_a_plastic_impact(void)
 static void a_run_ends_where_a_multiplier_says_so(void)
 {
     loaded s = load("tests/models/hill.yaml");
-    kmp_way way;
+    kmp_method way;
     for (int k = 0; kmp_way_get(k, &way); k++) {
         last l;
         if (!is_exact(&way))
@@ -186,7 +186,7 @@ static loaded falling(const char *from, const char *until)
 
 static void the_first_of_several_ends_it(void)
 {
-    const kmp_way way = {.formulation = "reduced", .form = "integrated", .integrator = "dop853"};
+    const kmp_method way = {.formulation = "reduced", .form = "integrated", .integrator = "dop853"};
     last l;
     loaded s = falling("0.5", "q(S) <= 0");
     (void)run(&s, &way, 1, KEMPE_STOPPED, "q(S) <= 0 at t = 0.319275428 s", &l);
@@ -205,7 +205,7 @@ static void the_first_of_several_ends_it(void)
 /* The row of the start is there, and no step is made. */
 static void what_holds_at_the_start_ends_it_there(void)
 {
-    const kmp_way way = {.formulation = "projected", .form = NULL, .integrator = "dop853"};
+    const kmp_method way = {.formulation = "projected", .form = NULL, .integrator = "dop853"};
     last l;
     loaded s = falling("-0.5", "q(S) < 0");
     kmp_run_report report = run(&s, &way, 1, KEMPE_STOPPED, "q(S) < 0 at t = 0 s", &l);

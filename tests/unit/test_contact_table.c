@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables of contacts: the places against averages over the surfaces in space, the normal force against Hertz at the
  * depth that is found so, and what is told of words that are wrong. */
-#include "analysis/contact.h"
 #include "loaded.h"
 #include "model/model.h"
+#include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table.h"
 #include <stdlib.h>
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Counting operations: signs, numbers kept as symbols, the steps of a vectorised program, forces and torques on bodies
  * as inputs. */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "check.h"
-#include "results/sets.h"
-#include "symbolic/steps.h"
+#include "generate/sets.h"
+#include "symbolic/program/steps.h"
 
 static kempe_context *context;
 

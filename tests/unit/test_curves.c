@@ -2,8 +2,8 @@
 /* Beads on curves that are given by expressions, against closed forms, arc lengths and an equation of motion of the
  * test's own. A bead moves freely in its plane or in space; the curve is all that holds it. */
 #include "check.h"
-#include "constraints/assemble.h"
-#include "constraints/plant.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/evaluation/plant.h"
 #include "loaded.h"
 #include <stdlib.h>
 

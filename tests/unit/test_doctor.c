@@ -3,8 +3,8 @@
  * overconstrained linkages. */
 #include "base/memory.h"
 #include "check.h"
-#include "constraints/branches.h"
-#include "constraints/diagnose.h"
+#include "constraints/closing/branches.h"
+#include "constraints/diagnosis/diagnose.h"
 #include "loaded.h"
 #include "random_model.h"
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tangents number by number against derived ones: of random mechanisms, of every function of the language, of loops
  * with functions of time; and that few evaluations and many give the same. */
-#include "analysis/linear.h"
 #include "check.h"
-#include "integrators/tangent_numbers.h"
+#include "derivatives/linearized.h"
+#include "integrators/formulations/tangent_numbers.h"
 #include "loaded.h"
 #include "random_model.h"
 

@@ -2,9 +2,9 @@
 /* Ensembles: the same bits whatever the number of lanes and whether they are machine code; the answers of models that
  * are read with the same values, one by one; what lanes leave to runs of their own; what cannot be run. */
 #include "base/memory.h"
-#include "integrators/ensemble_inside.h"
-#include "integrators/ensemble_kernels.h"
-#include "linalg/dense.h"
+#include "integrators/lanes/ensemble_inside.h"
+#include "integrators/lanes/ensemble_kernels.h"
+#include "linalg/dense/dense.h"
 #include "loaded.h"
 #include "model/model.h"
 #include "random.h"

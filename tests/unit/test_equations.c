@@ -2,7 +2,7 @@
 /* The equations of random spatial mechanisms against each other and against plain mechanics: Lagrange's equations by
  * differences, kinematics by rotation matrices. */
 #include "check.h"
-#include "constraints/plant.h"
+#include "constraints/evaluation/plant.h"
 #include "derived.h"
 #include "distance.h"
 #include "random_model.h"
@@ -420,7 +420,7 @@ static void test_closures(void)
     for_all_models(closures);
     for_all_models(wrenches);
 #define KMP_CLOSURE(name, needs) CHECK(strstr(met, #name));
-#include "model/closures.def"
+#include "model/closure_kinds.def"
 #undef KMP_CLOSURE
 }
 

@@ -2,11 +2,11 @@
 /* Equilibria against closed forms and against scalar equations solved beside them: a hanging mass, pendulums from rough
  * guesses, the double four-bar's potential, the governor's heights; how fast the end converges; loads that only the
  * multipliers' stiffness tells to fall; unknowns exchanged; what is said where there is none. */
-#include "analysis/operating.h"
-#include "analysis/stability.h"
-#include "backend/machine.h"
-#include "constraints/plant.h"
+#include "backend/x86/machine.h"
+#include "constraints/evaluation/plant.h"
 #include "loaded.h"
+#include "studies/equilibrium/operating.h"
+#include "studies/equilibrium/stability.h"
 #include <complex.h>
 
 /* One coordinate: its value at the equilibrium, NaN when there is none. */

@@ -4,7 +4,7 @@
  * conditions' forces, too weak to matter, happen at places known beforehand; a mass on a spring swings as a cosine. */
 #include "base/memory.h"
 #include "check.h"
-#include "integrators/run.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
 #include <math.h>
 #include <stdlib.h>
@@ -56,7 +56,7 @@ static loaded moving(bool swings, const char *force, const char *other, const ch
     return load_text(text);
 }
 
-static kempe_status run(const loaded *s, const kmp_way *way, double rtol, seen *found)
+static kempe_status run(const loaded *s, const kmp_method *way, double rtol, seen *found)
 {
     double times[ROWS];
     kmp_run_report report;
@@ -84,7 +84,7 @@ static kempe_status run(const loaded *s, const kmp_way *way, double rtol, seen *
 /* By every way, at the times given, to `off`. */
 static void changes_at(const loaded *s, int count, const double *t, double rtol, double off)
 {
-    kmp_way way;
+    kmp_method way;
     seen found;
     for (int k = 0; kmp_way_get(k, &way); k++) {
         CHECK(run(s, &way, rtol, &found) == KEMPE_OK);
@@ -180,7 +180,7 @@ static void of_a_swing(void)
 /* What ends a run is found in a window too, and what does not come to pass does not. */
 static void ends(void)
 {
-    kmp_way way;
+    kmp_method way;
     seen found;
     loaded s = moving(false, "0", "0", "abs(q(A) - 2) < 1e-4");
     for (int k = 0; kmp_way_get(k, &way); k++) {
@@ -218,7 +218,7 @@ static const char *const driven = "kempe: 1\n"
  * left out. */
 static void of_a_multiplier(void)
 {
-    kmp_way way;
+    kmp_method way;
     seen found;
     loaded s = load_text(driven);
     for (int k = 0; kmp_way_get(k, &way); k++) {

@@ -3,7 +3,7 @@
  * off, a pendulum and a crank between stops; friction that slides along its condition says so. */
 #include "base/memory.h"
 #include "check.h"
-#include "integrators/run.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
 #include <math.h>
 #include <stdlib.h>
@@ -133,7 +133,7 @@ static bool is_one_step(const char *integrator)
 static void every_way_bounces(void)
 {
     loaded s = load("tests/models/bounce.yaml");
-    kmp_way each;
+    kmp_method each;
     for (int k = 0; kmp_way_get(k, &each); k++) {
         double times[TIMES];
         watch w = {.expected = bounce, .energy = bounce_energy};

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Examples whose reference digits come from equations of their own: every formulation reaches them. */
-#include "integrators/run.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
-#include "results/reference.h"
+#include "output/reference.h"
 #include <math.h>
 
 enum { MOST_TIMES = 8, MOST = 64 };

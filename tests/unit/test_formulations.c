@@ -3,10 +3,10 @@
  * problems of tests/models. Where a choice of u fails, it must say so. */
 #include "base/memory.h"
 #include "check.h"
-#include "constraints/plant.h"
-#include "integrators/run.h"
+#include "constraints/evaluation/plant.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
-#include "results/reference.h"
+#include "output/reference.h"
 #include <stdlib.h>
 
 enum { LARGEST = 32 };
@@ -447,7 +447,7 @@ static void stepping_allocates_nothing(void)
     loaded l = load("examples/andrews/andrews.yaml");
     const double times[3] = {0, 0.015, 0.03};
     last_row row = {0};
-    kmp_way way;
+    kmp_method way;
     for (int k = 0; kmp_way_get(k, &way); k++) {
         kmp_run_report report;
         kmp_run_spec spec = {.formulation = way.formulation,

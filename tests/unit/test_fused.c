@@ -3,8 +3,8 @@
  * along the motion for which the order of elimination was not chosen. */
 #include "../check.h"
 #include "base/memory.h"
-#include "constraints/fused.h"
-#include "integrators/run.h"
+#include "constraints/evaluation/fused.h"
+#include "integrators/run/run.h"
 #include "random.h"
 #include <math.h>
 #include <string.h>

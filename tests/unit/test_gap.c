@@ -5,9 +5,9 @@
 #include "dynamics/equations.h"
 #include "dynamics/forces.h"
 #include "random_model.h"
-#include "symbolic/cost.h"
 #include "symbolic/derivative.h"
-#include "symbolic/program.h"
+#include "symbolic/program/cost.h"
+#include "symbolic/program/program.h"
 #include "symbolic/substitute.h"
 
 enum { MODELS = 60, SETS = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL };

@@ -2,8 +2,8 @@
 /* Goals of the start: the nearest closed position against searches of the test's own over positions written down in
  * closed form, against plane geometry, and against what scipy finds. */
 #include "check.h"
-#include "constraints/assemble.h"
-#include "constraints/plant.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/evaluation/plant.h"
 #include "loaded.h"
 #include "random.h"
 #include <stdlib.h>

@@ -6,7 +6,7 @@
 #include "check.h"
 #include "random_graph.h"
 #include "symbolic/derivative.h"
-#include "symbolic/program.h"
+#include "symbolic/program/program.h"
 
 /* -- simplification ---------------------------------------------------------------------------------- */
 

@@ -2,7 +2,7 @@
 /* A force of Hertz's kind, max(q, 0)^1.5: its derivative is finite where the power begins, so that implicit integrators
  * run there. */
 #include "loaded.h"
-#include "results/trajectory.h"
+#include "studies/simulate/trajectory.h"
 #include <math.h>
 
 #define RTOL 1e-8

@@ -5,7 +5,7 @@
  * cent; that of C23 has one sign where spin makes a force, and the other where creep makes a moment. */
 #include "base/memory.h"
 #include "check.h"
-#include "linalg/dense.h"
+#include "linalg/dense/dense.h"
 #include <kempe/contact.h>
 #include <math.h>
 

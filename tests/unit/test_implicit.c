@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Implicit blocks: solutions, first and second derivatives against differences, the same bits from graph, tape and a
  * program that was written and read, and NaN where there is no solution. */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "check.h"

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inverse dynamics: against the multipliers of drives, closed forms, the balance of power, forward dynamics there and
  * back, and the conditions of least norm solved as one dense system. */
-#include "analysis/inverse.h"
-#include "analysis/prescribed.h"
 #include "check.h"
-#include "constraints/plant.h"
+#include "constraints/evaluation/plant.h"
 #include "dynamics/system.h"
-#include "linalg/least.h"
-#include "linalg/singular.h"
+#include "linalg/dense/least.h"
+#include "linalg/dense/singular.h"
 #include "loaded.h"
-#include "results/inverse.h"
+#include "studies/inverse/inverse.h"
+#include "studies/inverse/inverse_dynamics.h"
+#include "studies/inverse/prescribed.h"
 #include "symbolic/table.h"
 #include <stdbool.h>
 #include <stdlib.h>

@@ -3,8 +3,8 @@
  * residual, against central differences, on the examples and on random mechanisms: trees and looped ones, with and
  * without forces and damping. */
 #include "check.h"
-#include "constraints/assemble.h"
-#include "integrators/formulation.h"
+#include "constraints/closing/assemble.h"
+#include "integrators/formulations/formulation.h"
 #include "random_model.h"
 
 enum { MOST = 64, MODELS = 120 };

@@ -3,7 +3,7 @@
  * slot filled with NaN before. */
 #include "../check.h"
 #include "backend/lanes.h"
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "random_graph.h"
 

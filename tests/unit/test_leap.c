@@ -2,7 +2,7 @@
 /* The integrator that leaps, on equations whose right-hand side is 0/0 at one time while their solution is smooth, or
  * turns close by. */
 #include "check.h"
-#include "integrators/leap.h"
+#include "integrators/steppers/leap.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 #include "check.h"
 #include "linalg/assign.h"
 #include "linalg/block.h"
-#include "linalg/dense.h"
+#include "linalg/dense/dense.h"
 
 #include <math.h>
 #include <stdint.h>

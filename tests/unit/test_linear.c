@@ -2,9 +2,9 @@
 /* The reduced equations linear in the independent coordinates: Mr, Gr and Kr against differences of R, with rates and
  * accelerations that are no equilibrium; what follows of a change against differences of the state; the pencil of one
  * choice of u against that of another. */
-#include "analysis/linear.h"
 #include "check.h"
-#include "constraints/assemble.h"
+#include "constraints/closing/assemble.h"
+#include "derivatives/linearized.h"
 #include "loaded.h"
 #include "random.h"
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What stands on the equations near a state, where forces depend on multipliers: inverse dynamics there and back,
  * sensitivities of motions against differences, and what refuses. */
-#include "analysis/inverse.h"
-#include "analysis/linear.h"
 #include "base/memory.h"
 #include "check.h"
-#include "constraints/assemble.h"
+#include "constraints/closing/assemble.h"
+#include "derivatives/linearized.h"
 #include "loaded.h"
+#include "studies/inverse/inverse_dynamics.h"
 #include <kempe/extend.h>
 #include <kempe/sensitivity.h>
 #include <stdlib.h>

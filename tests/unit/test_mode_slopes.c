@@ -2,12 +2,12 @@
 /* How equilibria and eigenvalues move with parameters: against closed forms, and against two-sided differences with a
  * sweep of steps, the equilibrium found anew and the eigenvalues solved anew on either side; eigenvalues that are
  * equal, with as many vectors and with fewer; what nothing holds. */
-#include "analysis/equilibrium.h"
-#include "analysis/mode_slopes.h"
-#include "analysis/operating.h"
 #include "loaded.h"
 #include "model/model.h"
 #include "model/variant.h"
+#include "studies/equilibrium/equilibrium.h"
+#include "studies/equilibrium/operating.h"
+#include "studies/modes/mode_slopes.h"
 #include <complex.h>
 
 enum { MOST = 64 };

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes against closed forms, against each other in other independent coordinates, against a companion matrix, and
  * against simulations that begin on one; and what becomes of them when a parameter varies. */
-#include "analysis/station.h"
 #include "base/memory.h"
 #include "check.h"
 #include "linalg/assign.h"
 #include "loaded.h"
+#include "studies/modes/operating_family.h"
 #include <complex.h>
 #include <stdlib.h>
 

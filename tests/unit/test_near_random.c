@@ -2,11 +2,11 @@
 /* Random mechanisms with loops, drives, bushings, springs and dampers near a closed state: what follows of a small
  * change of the independent coordinates and of the parameters against differences of the state found anew; the same
  * backwards; eigenvalues' derivatives against differences of eigenvalues. */
-#include "analysis/mode_slopes.h"
 #include "check.h"
-#include "constraints/assemble.h"
+#include "constraints/closing/assemble.h"
 #include "model/variant.h"
 #include "random_model.h"
+#include "studies/modes/mode_slopes.h"
 #include <complex.h>
 
 enum { MOST = 64, MODELS = 1000, LEVELS = 6, PARAMETERS = 2 };

@@ -2,9 +2,9 @@
 /* Conditions in what a run shows: each row has them at its own state, whatever they depend on, and those that no
  * equation of motion has are no events. */
 #include "check.h"
-#include "integrators/run.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
-#include "results/trajectory.h"
+#include "studies/simulate/trajectory.h"
 #include <math.h>
 
 enum { SENSORS = 12, FORCES = 2, MOST = SENSORS + FORCES };

@@ -3,12 +3,12 @@
  * the user's wish. */
 #include "base/memory.h"
 #include "check.h"
-#include "constraints/assemble.h"
-#include "constraints/diagnose.h"
-#include "constraints/partition.h"
-#include "constraints/plant.h"
-#include "constraints/reduction.h"
-#include "integrators/run.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/diagnosis/diagnose.h"
+#include "constraints/evaluation/plant.h"
+#include "constraints/partition/partition.h"
+#include "constraints/partition/reduction.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
 #include "random.h"
 #include <stdlib.h>

@@ -2,12 +2,12 @@
 /* Forces that depend on what closures transmit: M qdd + C(lambda) = J' lambda, against formulas and an integration of
  * its own, on all formulations. */
 #include "base/memory.h"
-#include "constraints/pressing.h"
-#include "constraints/reduction.h"
-#include "integrators/formulation.h"
-#include "integrators/reduced_jacobian.h"
+#include "constraints/evaluation/pressing.h"
+#include "constraints/partition/reduction.h"
+#include "integrators/formulations/formulation.h"
+#include "integrators/formulations/reduced_jacobian.h"
 #include "loaded.h"
-#include "results/trajectory.h"
+#include "studies/simulate/trajectory.h"
 #include <kempe/workspace.h>
 #include <math.h>
 #include <stdlib.h>

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs: what is scheduled, and in which stage; the tape against a plain reading of the program, to the last bit. */
-#include "backend/machine.h"
-#include "backend/pages.h"
+#include "backend/x86/machine.h"
+#include "backend/x86/pages.h"
 #include "base/memory.h"
 #include "check.h"
 #include "random_graph.h"
 #include "symbolic/passes/trig.h"
-#include "symbolic/program.h"
+#include "symbolic/program/program.h"
 
 #if defined(__linux__) && defined(__GLIBC__)
 #include <malloc.h>

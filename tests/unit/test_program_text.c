@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Text of programs: written, read, written again; run with the same bits; and no text that crashes the reader. */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "check.h"
 #include "random_graph.h"
-#include "symbolic/program.h"
+#include "symbolic/program/program.h"
 #include "symbolic/table.h"
 
 static kempe_context *context;

@@ -2,7 +2,7 @@
 /* Radau IIA: its numbers against the conditions that define them, its orders by halving steps, with one Jacobian and
  * with those of all stages, dense output, van der Pol's equation, how long a Jacobian is kept. */
 #include "check.h"
-#include "integrators/radau.h"
+#include "integrators/steppers/radau.h"
 #include <stdlib.h>
 
 /* -- the numbers -------------------------------------------------------------------------------------- */

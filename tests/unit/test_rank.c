@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rank of the closures is one number, whoever asks: `check`, a run in each formulation, a state near equilibrium,
  * the public workspace, also a little beside the closed state, where redundant rows look weakly independent. */
-#include "analysis/linear.h"
 #include "base/memory.h"
-#include "constraints/diagnose.h"
-#include "constraints/saddle.h"
-#include "integrators/runner.h"
+#include "constraints/closing/saddle.h"
+#include "constraints/diagnosis/diagnose.h"
+#include "derivatives/linearized.h"
+#include "integrators/run/runner.h"
 #include "loaded.h"
 #include <kempe/workspace.h>
 #include <math.h>

@@ -5,8 +5,8 @@
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/tolerances.h"
-#include "integrators/run.h"
-#include "integrators/runner.h"
+#include "integrators/run/run.h"
+#include "integrators/run/runner.h"
 #include "loaded.h"
 #include <stdlib.h>
 

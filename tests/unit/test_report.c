@@ -3,7 +3,7 @@
  * the page with libraries that would break it. What a browser makes of it: tests/report.py. */
 #include "base/file.h"
 #include "base/memory.h"
-#include "dynamics/kinematics.h"
+#include "dynamics/kinematics/kinematics.h"
 #include "loaded.h"
 #include "random.h"
 #include "report/drawing.h"
@@ -11,7 +11,7 @@
 #include "report/motion_picture.h"
 #include "report/page.h"
 #include "report/pose.h"
-#include "symbolic/interpreter.h"
+#include "symbolic/program/interpreter.h"
 #include <glob.h>
 #include <kempe/compare.h>
 #include <stdlib.h>

@@ -4,9 +4,9 @@
 #include "base/memory.h"
 #include "check.h"
 #include "loaded.h"
-#include "results/json.h"
-#include "results/times.h"
-#include "results/verdict.h"
+#include "output/json.h"
+#include "output/times.h"
+#include "output/verdict.h"
 #include <stdlib.h>
 #include <unistd.h>
 

@@ -4,7 +4,7 @@
  */
 #include "base/memory.h"
 #include "check.h"
-#include "integrators/rk.h"
+#include "integrators/steppers/rk.h"
 
 /* The one that the tests run, what it must do, and how hard it may work. */
 static const kmp_solver_kind *kind;

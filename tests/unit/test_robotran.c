@@ -2,11 +2,11 @@
 /* ROBOTRAN's models: M, C, inverse dynamics, h, J and jdqd at a fixed state against the values of the code that
  * ROBOTRAN generates for them. Two of the models stand here in Kempe's own language; the others are read where the
  * folder KEMPE_MBS has them. */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "check.h"
-#include "results/sets.h"
+#include "generate/sets.h"
 #include <dirent.h>
 #include <math.h>
 #include <stdlib.h>

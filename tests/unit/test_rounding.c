@@ -3,12 +3,12 @@
  * formulation, with the misfit told; what is no rounding stays as it is, to the last bit. */
 #include "base/memory.h"
 #include "check.h"
-#include "constraints/assemble.h"
-#include "constraints/diagnose.h"
-#include "constraints/rounding.h"
-#include "integrators/run.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/diagnosis/diagnose.h"
+#include "constraints/rounding/rounding.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
-#include "results/trajectory.h"
+#include "studies/simulate/trajectory.h"
 
 static char last_warning[1024];
 

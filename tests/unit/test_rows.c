@@ -3,7 +3,7 @@
  * at any time, at many more rows than there are steps. */
 #include "base/memory.h"
 #include "check.h"
-#include "integrators/run.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
 #include <math.h>
 
@@ -34,7 +34,7 @@ static int take(void *user, double t, const double *q, const double *qd, const d
     return 0;
 }
 
-static void run(const kempe_system *system, const kmp_way *way)
+static void run(const kempe_system *system, const kmp_method *way)
 {
     static double times[ROWS];
     judge j = {0};
@@ -60,7 +60,7 @@ static void run(const kempe_system *system, const kmp_way *way)
 static void rows_between_steps_are_right(void)
 {
     loaded l = load_text(text);
-    kmp_way each;
+    kmp_method each;
     for (int k = 0; l.system && kmp_way_get(k, &each); k++)
         if (strcmp(each.form, "index3") != 0)
             run(l.system, &each);

@@ -2,7 +2,7 @@
 /* Only what the scene needs: operation counts of the examples, planar mechanisms without any spatial work, programs
  * without what was not asked for. */
 #include "check.h"
-#include "constraints/plant.h"
+#include "constraints/evaluation/plant.h"
 #include "derived.h"
 #include "loaded.h"
 #include "model/model.h"

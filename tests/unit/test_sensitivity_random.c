@@ -2,9 +2,9 @@
 /* Motions of random mechanisms by parameters that stand in masses, lengths, springs, bushings and drives alike: forward
  * against adjoint, and against runs with moved parameters. */
 #include "check.h"
-#include "constraints/assemble.h"
-#include "constraints/partition.h"
-#include "constraints/plant.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/evaluation/plant.h"
+#include "constraints/partition/partition.h"
 #include "random_model.h"
 
 enum { MOST = 64, MODELS = 1000, LEVELS = 4, PARAMETERS = 2 };

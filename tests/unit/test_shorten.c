@@ -3,10 +3,10 @@
 #include "base/memory.h"
 #include "check.h"
 #include "random.h"
-#include "symbolic/cost.h"
 #include "symbolic/passes/factor.h"
 #include "symbolic/passes/pairs.h"
 #include "symbolic/passes/shorten.h"
+#include "symbolic/program/cost.h"
 #include <math.h>
 
 static kmp_ref q(kmp_graph *g, uint32_t k)

@@ -2,9 +2,9 @@
 /* What is not evaluated twice: the power of forces comes with the forces and is what the judging program says; rows
  * without rates, accelerations and multipliers are the rows with them. */
 #include "check.h"
-#include "constraints/assemble.h"
-#include "constraints/fused.h"
-#include "integrators/formulation.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/evaluation/fused.h"
+#include "integrators/formulations/formulation.h"
 #include "loaded.h"
 #include "random.h"
 

@@ -5,7 +5,7 @@
  */
 #include "base/memory.h"
 #include "check.h"
-#include "integrators/run.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
 #include <stdlib.h>
 

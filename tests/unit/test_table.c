@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables: what they reproduce exactly, their ends, their derivatives, and the same bits from graph and tape. */
-#include "backend/machine.h"
+#include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "check.h"
 #include "random.h"

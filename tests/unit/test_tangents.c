@@ -2,7 +2,7 @@
 /* The iteration matrix of every form of the dae formulation against differences of its residual, column by column,
  * multipliers included. */
 #include "check.h"
-#include "integrators/formulation.h"
+#include "integrators/formulations/formulation.h"
 #include "loaded.h"
 #include "random_model.h"
 

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A team does every piece once and is done when it says so; equations in parts have the bits of those in one. */
-#include "backend/code.h"
-#include "backend/parts.h"
+#include "backend/compiled.h"
+#include "backend/program_parts.h"
 #include "base/clock.h"
 #include "base/memory.h"
-#include "constraints/plant.h"
-#include "integrators/tangent.h"
+#include "constraints/evaluation/plant.h"
+#include "integrators/formulations/tangent.h"
 #include "loaded.h"
-#include "results/trajectory.h"
+#include "studies/simulate/trajectory.h"
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>

@@ -3,10 +3,10 @@
  * square of the step, the properties of K and G that mechanics gives them, the linear motion against the nonlinear one.
  */
 #include "check.h"
-#include "integrators/reduced_jacobian.h"
+#include "integrators/formulations/reduced_jacobian.h"
 #include "loaded.h"
-#include "results/channels.h"
-#include "results/linearize.h"
+#include "studies/linearize/channels.h"
+#include "studies/linearize/linearize.h"
 
 enum { MOST = 128 };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A system that keeps parameters open against models read with their values: the numbers of the equations at any state,
  * the scales, the start; values that are zero in the file; what cannot vary, and values that a model cannot have. */
-#include "constraints/plant.h"
+#include "constraints/evaluation/plant.h"
 #include "loaded.h"
 #include "model/variant.h"
 #include "random.h"

@@ -2,8 +2,8 @@
 /* Machine code of random straight-line operations against the same in C, to the bit, in each form: values that live
  * long enough to be spilled, operands in memory and in registers, every register. */
 #include "../check.h"
-#include "backend/pages.h"
-#include "backend/registers.h"
+#include "backend/x86/pages.h"
+#include "backend/x86/registers.h"
 #include "random.h"
 #include <math.h>
 #include <string.h>

@@ -13,7 +13,7 @@ typedef bool kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_f
 
 #define KMP_FORCE(kind, name, place, word, width) kmp_force_law kmp_law_##name;
 #define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
-#include "model/forces.def"
+#include "model/force_kinds.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
 

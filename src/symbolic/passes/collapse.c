@@ -2,8 +2,8 @@
 /* A sum is laid out as monomials, factors in order of their numbers. The partner that a rule needs is sought by its
  * factors; every rule takes a term away, so that it ends. Squares go first: they leave less to do. */
 #include "symbolic/passes/collapse.h"
-#include "symbolic/cost.h"
 #include "symbolic/passes/rewrite.h"
+#include "symbolic/program/cost.h"
 #include "symbolic/rotation.h"
 #include <string.h>
 

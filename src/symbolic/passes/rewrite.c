@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/passes/rewrite.h"
 #include "base/memory.h"
-#include "symbolic/cost.h"
 #include "symbolic/label.h"
+#include "symbolic/program/cost.h"
 #include <string.h>
 
 bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs)

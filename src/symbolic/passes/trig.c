@@ -4,7 +4,7 @@
 #include "symbolic/passes/trig.h"
 #include "base/memory.h"
 #include "symbolic/label.h"
-#include "symbolic/live.h"
+#include "symbolic/program/live.h"
 
 /* Whether sin and cos of r come for free or by calls that happen anyway. */
 static bool at_hand(const kmp_graph *g, const uint8_t *angle_live, kmp_ref r)

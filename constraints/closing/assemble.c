@@ -1,0 +1,462 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* From a distant guess: Gauss-Newton by least changes of the free coordinates (constraints/closing/least_change.h),
+ * damped by |h| and by a bound on the step. Where it stalls with h open the state is perturbed a few times, because a
+ * straight guess may be a saddle; the smallest |h| is the gap to report. Near a solution: KINSOL with line search on
+ * the chosen rows and dependent coordinates, a square system. Gauss-Newton without a bound then converges to
+ * round-off. */
+#include "constraints/closing/assemble.h"
+#include "base/arena.h"
+#include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include "constraints/closing/kinsol.h"
+#include "constraints/closing/least_change.h"
+#include "constraints/diagnosis/doctor_walk.h"
+#include "constraints/partition/partition.h"
+#include "constraints/rounding/rounding.h"
+#include "constraints/tolerances.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_CORRECTIONS = 40, MAX_CHOICES = 4, MOST_DENSE = 128 /* number of rows of KINSOL's matrix */ };
+#define PUSH  0.3
+#define WORTH 0.1 /* least part of |h| by which a step near a solution must reduce it */
+
+/* State of one assembly. */
+typedef struct work {
+    const kempe_system *s;
+    kempe_assembly *a;
+    kmp_plant *plant;
+    kmp_least_change least;
+    kmp_closer closer;
+    const kmp_guess *guess;
+    int n, m;
+    kmp_arena arena;
+    double *trial;      /* n; also used for rows */
+    double *from;       /* n: the guess in the present charts */
+    double *best;       /* n */
+    double *rate;       /* m */
+    bool *fixed;        /* n: prescribed rates */
+    kmp_partition part; /* choice of u and v for KINSOL */
+    double *jacobian;   /* m x n, for KINSOL's matrix */
+    int *held;          /* n: coordinates that are held */
+    bool starved;       /* an allocation failed */
+    int rank;           /* of J where the other rows stay open by rounding; -1: there are none */
+    double near;        /* scaled |h| below which the rank of J is decided and Newton's method is used */
+} work;
+
+static void evaluate(work *w)
+{
+    kmp_plant_closure(w->plant, 0, w->a->q);
+}
+
+static double residual(const work *w)
+{
+    return kmp_plant_residual(w->plant);
+}
+
+static void copy(const work *w, double *to, const double *from)
+{
+    memcpy(to, from, (size_t)w->n * sizeof *to);
+}
+
+/* Sets each free coordinate to the guess plus a random offset of at most PUSH; the numbers are the same on every
+ * machine. */
+static void push_aside(work *w, unsigned *state)
+{
+    for (int k = 0; k < w->n; k++)
+        if (!w->guess->hold[k])
+            w->a->q[k] = w->from[k] + PUSH * kmp_walk_random(state) * w->s->scale[k];
+}
+
+static void from_afar(work *w)
+{
+    unsigned state = 1;
+    double best = INFINITY;
+    copy(w, w->best, w->a->q);
+    for (int k = 0; k <= w->guess->pushes && best > w->near; k++) {
+        if (k > 0)
+            push_aside(w, &state);
+        w->a->iterations += kmp_close_from_afar(&w->closer, w->near, 0, 0, w->a->q, w->trial);
+        if (k == 0 || residual(w) < best * (1 - 1e-6)) {
+            best = residual(w);
+            copy(w, w->best, w->a->q);
+        }
+    }
+    copy(w, w->a->q, w->best);
+    evaluate(w);
+}
+
+/* -- near: KINSOL on the chosen rows and v ----------------------------------------------------------- */
+
+static int dependent_rows(void *self, const double *v, double *out)
+{
+    work *w = self;
+    for (int i = 0; i < w->part.r; i++)
+        w->a->q[w->part.v[i]] = v[i];
+    evaluate(w);
+    for (int i = 0; i < w->part.r; i++)
+        out[i] = w->plant->h[w->part.rows[i]];
+    return 0;
+}
+
+static int dependent_matrix(void *self, const double *v, double *out)
+{
+    work *w = self;
+    int r = w->part.r;
+    (void)dependent_rows(w, v, w->trial);
+    kmp_plant_dense_jacobian(w->plant, w->jacobian);
+    for (int k = 0; k < r; k++)
+        for (int i = 0; i < r; i++)
+            out[i + k * r] = w->jacobian[w->part.rows[i] + w->part.v[k] * w->m];
+    return 0;
+}
+
+/* Rows and v, with the held coordinates in u when they may all be there. false: KINSOL is of no use here, because the
+ * rank is not decided yet or a held coordinate would have to move. */
+static bool choose_dependent(work *w)
+{
+    const kmp_partition *part = &w->part;
+    int held = 0;
+    for (int k = 0; k < w->n; k++)
+        if (w->guess->hold[k])
+            w->held[held++] = k;
+    bool chosen = kmp_partition_init(&w->part, w->s, w->plant->jacobian, w->held, held) == KEMPE_OK ||
+                  kmp_partition_init(&w->part, w->s, w->plant->jacobian, NULL, 0) == KEMPE_OK;
+    kmp_context_clear(w->s->context);
+    if (!chosen || part->r == 0 || part->r > MOST_DENSE ||
+        !(part->pivots[part->r - 1] > KMP_CLOSED_DECIDED * residual(w) * part->pivots[0]))
+        return false;
+    for (int i = 0; i < part->r; i++)
+        if (w->guess->hold[part->v[i]])
+            return false;
+    return true;
+}
+
+/* Solves for the dependent coordinates. The independent ones keep the values of the guess: a start that is closed to
+ * its digits keeps them, and so the forces of stiff springs. */
+static void close_dependent(work *w)
+{
+    const kmp_partition *part = &w->part;
+    double *v = choose_dependent(w) ? KMP_NEW(double, 3 * part->r + w->m * w->n) : NULL;
+    double *scale_v = v ? v + part->r : NULL, *scale_h = v ? scale_v + part->r : NULL;
+    int iterations = 0;
+    copy(w, w->best, w->a->q);
+    for (int i = 0; v && i < part->r; i++) {
+        v[i] = w->a->q[part->v[i]];
+        scale_v[i] = 1 / w->s->scale[part->v[i]];
+        scale_h[i] = 1 / w->s->row_scale[part->rows[i]];
+    }
+    const kmp_kinsol_problem problem = {w, part->r, scale_v, scale_h, dependent_rows, dependent_matrix};
+    w->jacobian = v ? scale_h + part->r : NULL;
+    if (!v || !kmp_kinsol_solve(&problem, KMP_CLOSED_ENOUGH, v, &iterations))
+        copy(w, w->a->q, w->best);
+    else
+        (void)dependent_rows(w, v, w->trial);
+    w->a->iterations += iterations;
+    evaluate(w);
+    kmp_free(v);
+    kmp_partition_free(&w->part);
+}
+
+/* Corrects q to round-off; true if the loops are then closed, otherwise q is restored. */
+static bool finish(work *w)
+{
+    const kmp_close_rule rule = kmp_least_change_rule(MOST_CORRECTIONS);
+    double before = residual(w);
+    copy(w, w->best, w->a->q);
+    w->a->iterations += kmp_close(&w->closer, &rule, 0, w->a->q).corrections;
+    evaluate(w);
+    bool closed = residual(w) <= fmin(before, KMP_CLOSED_ENOUGH);
+    if (!closed)
+        copy(w, w->a->q, w->best);
+    evaluate(w);
+    return closed;
+}
+
+/* Runs Gauss-Newton from a nearby state until it stalls, then to round-off. */
+static void polish(work *w)
+{
+    w->a->iterations += kmp_close_from_afar(&w->closer, KMP_CLOSED_ENOUGH, WORTH, 0, w->a->q, w->trial);
+    if (residual(w) <= KMP_CLOSED_ENOUGH)
+        (void)finish(w);
+}
+
+/* -- rounded numbers --------------------------------------------------------------------------------- */
+
+/* The rows to drop at the last evaluation, into `dropped`. false: there is no such choice. */
+static bool choose_rows(work *w, bool *dropped)
+{
+    kmp_partition part;
+    if (kmp_partition_of_rank(&part, w->s, w->plant->jacobian, w->rank, NULL, 0) != KEMPE_OK) {
+        kmp_context_clear(w->s->context);
+        return false;
+    }
+    memset(dropped, 0, (size_t)w->m * sizeof *dropped);
+    for (int k = 0; k < w->m - part.r; k++)
+        dropped[part.redundant[k]] = true;
+    kmp_partition_free(&part);
+    return true;
+}
+
+/* The independent rows closed, chosen anew until they stay the same. */
+static void close_independent(work *w)
+{
+    size_t bytes = (size_t)w->m * sizeof(bool);
+    bool *before = KMP_NEW(bool, w->m), *dropped = w->a->dropped;
+    w->starved = w->starved || !before;
+    for (int pass = 0; before && pass < MAX_CHOICES; pass++) {
+        w->plant->left_out = NULL;
+        evaluate(w);
+        memcpy(before, dropped, bytes);
+        if (!choose_rows(w, dropped) || (pass > 0 && memcmp(before, dropped, bytes) == 0))
+            break;
+        w->plant->left_out = dropped;
+        polish(w);
+    }
+    w->plant->left_out = dropped;
+    evaluate(w);
+    kmp_free(before);
+}
+
+/* -- spherical joints -------------------------------------------------------------------------------- */
+
+/* Those whose angles are nearly singular in the guess begin in the middle of another chart; one of which only some
+ * angles are held stays as it is, and all do where the way to goals is sought. false: no memory. */
+static bool center_joints(work *w)
+{
+    int charts = kmp_charts_count(w->s), centred = 0;
+    if (w->guess->goals && w->s->model->start.goal_count > 0)
+        return true;
+    for (int c = 0; c < charts; c++) {
+        const bool *hold = w->guess->hold + w->s->chart_first[c];
+        if (hold[0] == hold[1] && hold[1] == hold[2] && kmp_chart_regular(w->s, c, w->a->q) < KMP_AXES_TURNED) {
+            kmp_chart_center(w->s, c, w->plant->chart, w->a->q, NULL, NULL);
+            centred++;
+        }
+    }
+    if (centred == 0)
+        return true;
+    kmp_plant_set_charts(w->plant, w->plant->chart);
+    const kmp_arena_group groups[] = {{w->n, {&w->a->inner_q, &w->a->inner_qd}},
+                                      {(ptrdiff_t)KMP_CHART_SIZE * charts, {&w->a->chart}}};
+    return kmp_arena_make_groups(&w->a->arena, sizeof groups / sizeof *groups, groups);
+}
+
+/* The user's angles of joint c: those of the guess where it did not move. */
+static void show_angles(work *w, int c, double angles[3])
+{
+    int k = w->s->chart_first[c];
+    const double *q = w->a->q + k, *from = w->from + k, *guess = w->guess->q + k;
+    if (memcmp(q, from, 3 * sizeof *q) == 0) {
+        memcpy(angles, guess, 3 * sizeof *q);
+        return;
+    }
+    memcpy(w->trial, w->a->q, (size_t)w->n * sizeof *w->trial);
+    (void)kmp_chart_show(w->s, c, w->plant->chart, guess, w->trial, NULL, NULL);
+    memcpy(angles, w->trial + k, 3 * sizeof *angles);
+}
+
+/* The state as the user counts it; the one in the charts at hand stays beside it. */
+static void show_state(work *w)
+{
+    kempe_assembly *a = w->a;
+    if (a->inner_q) {
+        memcpy(a->inner_q, a->q, (size_t)w->n * sizeof *a->q);
+        memcpy(a->inner_qd, a->qd, (size_t)w->n * sizeof *a->qd);
+        memcpy(a->chart, w->plant->chart, (size_t)(KMP_CHART_SIZE * w->s->chart_count) * sizeof *a->chart);
+    }
+    for (int c = 0; a->inner_q && c < kmp_charts_count(w->s); c++) {
+        double angles[3], near[3];
+        int k = w->s->chart_first[c];
+        if (kmp_chart_is_own(a->chart, c))
+            continue;
+        show_angles(w, c, angles);
+        memcpy(near, angles, sizeof near);
+        (void)kmp_chart_show(w->s, c, a->chart, near, a->q, a->qd, NULL);
+        memcpy(a->q + k, angles, sizeof angles);
+    }
+    for (int k = 0; k < w->n; k++)
+        a->moved[k] = a->q[k] - w->guess->q[k];
+}
+
+/* -- rates ------------------------------------------------------------------------------------------- */
+
+/* Corrects the rates that are not fixed by least changes so that J qd + h_t = 0; returns the remaining residual. */
+static double correct_rates(work *w, const bool *fixed)
+{
+    w->least.hold = fixed;
+    if (w->closer.place(w->closer.self, 0, w->a->q) == 0)
+        kmp_close_rates(&w->closer, w->rate, w->a->qd);
+    w->least.hold = w->guess->hold;
+    return kmp_plant_rate_residual(w->plant, w->a->qd);
+}
+
+/* The model's rates, of centred joints in their charts: one of them given counts as all three. */
+static void given_rates(work *w)
+{
+    const kmp_start *start = &w->s->model->start;
+    for (int k = 0; k < w->n; k++) {
+        w->a->qd[k] = start->qd[k].value;
+        w->fixed[k] = start->qd_given[k];
+    }
+    for (int c = 0; c < kmp_charts_count(w->s); c++) {
+        int k = w->s->chart_first[c];
+        if (kmp_chart_is_own(w->plant->chart, c))
+            continue;
+        double angles[3], rates[3];
+        show_angles(w, c, angles);
+        memcpy(rates, w->a->qd + k, sizeof rates);
+        kmp_chart_enter(w->s, c, w->plant->chart, angles, rates, w->a->q, w->a->qd);
+        w->fixed[k] = w->fixed[k + 1] = w->fixed[k + 2] = w->fixed[k] || w->fixed[k + 1] || w->fixed[k + 2];
+    }
+}
+
+static double fastest(const work *w)
+{
+    double size = 0;
+    for (int k = 0; k < w->n; k++)
+        size = fmax(size, fabs(w->a->qd[k]) / w->s->scale[k]);
+    for (int r = 0; w->plant->h_t && r < w->m; r++)
+        size = fmax(size, fabs(w->plant->h_t[r]) / w->s->row_scale[r]);
+    return size;
+}
+
+/* Given rates are kept when the closures allow it. */
+static void make_rates(work *w)
+{
+    bool given = false;
+    given_rates(w);
+    for (int k = 0; k < w->n; k++)
+        given = given || w->fixed[k];
+    if (w->m == 0)
+        return;
+    evaluate(w);
+    double size = fastest(w), left = correct_rates(w, w->fixed);
+    if (given && left > KMP_CLOSED_RATES * fmax(size, fastest(w))) {
+        w->a->rates_changed = true;
+        given_rates(w);
+        left = correct_rates(w, NULL);
+    }
+    size = fmax(size, fastest(w));
+    w->a->rates_left = left > KMP_CLOSED_RATES * size ? left / size : 0;
+}
+
+/* -- the verdict ------------------------------------------------------------------------------------- */
+
+/* The gap of each closure as a length, and the open ones by size. */
+static void judge(work *w)
+{
+    kempe_assembly *a = w->a;
+    const kempe_model *model = w->s->model;
+    a->residual = w->m > 0 ? residual(w) : 0;
+    for (int r = 0; r < w->m; r++) {
+        int c = w->s->rows[r].closure;
+        a->open[r] = kmp_plant_opening(w->plant, r);
+        a->gaps[c] = hypot(a->gaps[c], a->open[r] * w->s->length);
+        a->misfit = a->dropped[r] ? fmax(a->misfit, a->open[r]) : a->misfit;
+    }
+    a->closed = a->residual <= KMP_CLOSED_ENOUGH && a->misfit * w->s->length <= w->s->closure_tolerance;
+    w->starved = !kmp_partition_pivots(w->s, w->plant->jacobian, a->pivots) || w->starved;
+    for (int c = 0; c < model->closure_count; c++) {
+        a->gap = fmax(a->gap, a->gaps[c]);
+        if (a->closed || a->gaps[c] <= KMP_CLOSED_ENOUGH * w->s->length)
+            continue;
+        int k = a->culprit_count++;
+        for (; k > 0 && a->gaps[a->culprits[k - 1]] < a->gaps[c]; k--)
+            a->culprits[k] = a->culprits[k - 1];
+        a->culprits[k] = c;
+    }
+}
+
+/* -- all together ------------------------------------------------------------------------------------ */
+
+static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, kempe_assembly *a)
+{
+    *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .plant = kmp_plant_new(s, "tape")};
+    const kmp_rounding *rounding = kmp_rounding_of(s);
+    w->rank = guess->rank > 0 ? guess->rank : rounding ? rounding->rank : -1;
+    w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);
+    w->trial = KMP_ARENA_NEW(&w->arena, double, s->n + s->m);
+    w->from = KMP_ARENA_NEW(&w->arena, double, s->n);
+    w->best = KMP_ARENA_NEW(&w->arena, double, s->n);
+    w->rate = KMP_ARENA_NEW(&w->arena, double, s->m);
+    w->fixed = KMP_ARENA_NEW(&w->arena, bool, s->n);
+    w->held = KMP_ARENA_NEW(&w->arena, int, s->n);
+    if (!w->plant || w->arena.failed || !kmp_least_change_init(&w->least, w->plant))
+        return false;
+    w->least.hold = guess->hold;
+    w->closer = kmp_least_change_closer(&w->least);
+    copy(w, a->q, guess->q);
+    bool ok = center_joints(w);
+    copy(w, w->from, a->q);
+    return ok;
+}
+
+static void work_free(work *w)
+{
+    kmp_least_change_free(&w->least);
+    kmp_plant_free(w->plant);
+    kmp_arena_free(&w->arena);
+}
+
+static void close_near(work *w)
+{
+    double open = residual(w);
+    if (w->rank >= 0 && open <= w->near) {
+        close_independent(w);
+        return;
+    }
+    if (open > w->near && finish(w)) /* undamped steps may still leave a stationary point of |h| */
+        return;
+    if (open <= w->near && open > KMP_CLOSED_ENOUGH)
+        close_dependent(w);
+    polish(w);
+}
+
+/* A closed one goes along its branch to where the goals are nearest. false: no memory. */
+static bool seek_goals(work *w)
+{
+    kmp_goals_verdict *goals = &w->a->goals;
+    if (!w->guess->goals || goals->count == 0)
+        return true;
+    if (w->m > 0 && residual(w) > KMP_CLOSED_ENOUGH)
+        return kmp_goals_measure(w->s, w->a->q, goals);
+    if (!kmp_goals_seek(w->s, w->guess->hold, w->a->q, goals))
+        return false;
+    w->a->iterations += goals->steps;
+    if (w->plant->left_out)
+        close_independent(w);
+    else if (w->m > 0)
+        polish(w);
+    return kmp_goals_measure(w->s, w->a->q, goals);
+}
+
+/* false: no memory. */
+static bool assemble(work *w)
+{
+    if (w->m > 0) {
+        from_afar(w);
+        close_near(w);
+    }
+    if (!seek_goals(w))
+        return false;
+    judge(w);
+    if (w->a->closed)
+        make_rates(w);
+    show_state(w);
+    return !w->starved;
+}
+
+kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)
+{
+    work w = {0};
+    kempe_assembly *a = kmp_assembly_new(system);
+    if (!a || !work_init(&w, system, guess, a) || !assemble(&w)) {
+        work_free(&w);
+        kempe_assembly_free(a);
+        return kmp_fail_memory(system->context);
+    }
+    work_free(&w);
+    *assembly = a;
+    return KEMPE_OK;
+}

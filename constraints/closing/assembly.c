@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What an assembly is to its caller: made, told about where it stays open, freed. */
+#include "base/memory.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/rounding/rounding.h"
+#include "constraints/tolerances.h"
+#include "model/print/model_print.h"
+#include <math.h>
+#include <string.h>
+
+enum { PUSHES = 4, MOST_NAMED = 5 };
+
+static void put_open(kmp_text *text, const char *before, const char *name, double gap)
+{
+    kmp_text_printf(text, "%s'%s'", before, name);
+    if (isfinite(gap))
+        kmp_text_printf(text, " (%.3g m)", gap);
+}
+
+/* The closure tolerance beside a gap, where it was asked for or could be meant. */
+static void put_tolerance(kmp_text *text, const kempe_system *s, double gap)
+{
+    if (!s->model->closure_tolerance_given && !(gap <= KMP_ROUNDING_WIDEST * s->closure_tolerance))
+        return;
+    if (gap > s->closure_tolerance)
+        kmp_text_printf(text, ", more than the closure_tolerance of %.3g m", s->closure_tolerance);
+    else
+        kmp_text_printf(text, ", within the closure_tolerance of %.3g m, but %s", s->closure_tolerance,
+                        s->strict ? "rounding of the last digit of the model's numbers does not explain it (give a "
+                                    "closure_tolerance to let it stay open)"
+                                  : "no other closure says the same");
+}
+
+static kempe_status complain_open(const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    kmp_text held = {0}, others = {0}, best = {0}, tolerance = {0};
+    for (int k = 0; k < model->motion_count; k++)
+        if (model->start.hold[k])
+            kmp_text_printf(&held, "%s%s", held.length ? ", " : " while holding ", model->motions[k].name);
+    for (int k = 1; k < a->culprit_count && k <= MOST_NAMED; k++)
+        put_open(&others, k > 1 ? ", " : "; also open: ", model->closures[a->culprits[k]].name,
+                 a->gaps[a->culprits[k]]);
+    if (a->culprit_count > MOST_NAMED + 1)
+        kmp_text_printf(&others, " and %d more", a->culprit_count - MOST_NAMED - 1);
+    const kmp_closure *worst = &model->closures[a->culprits[0]];
+    double gap = a->gaps[a->culprits[0]];
+    put_tolerance(&tolerance, a->system, gap);
+    if (isfinite(gap))
+        kmp_text_printf(&best, "at best a gap of %.4g m remains%s%s; check its lengths, or start", gap,
+                        others.s ? others.s : "", tolerance.s ? tolerance.s : "");
+    else
+        kmp_text_put(&best, "its gap is not a number there; start");
+    (void)kmp_complain(a->system->context, model->files[worst->place.file], worst->place.line, worst->place.column,
+                       "loop '%s' cannot be closed%s: %s from a better guess", worst->name, held.s ? held.s : "",
+                       best.s ? best.s : "");
+    kmp_text_free(&best);
+    kmp_text_free(&held);
+    kmp_text_free(&others);
+    kmp_text_free(&tolerance);
+    return KEMPE_E_FAILED;
+}
+
+/* The goal that is farthest, by its part of the distance. */
+static kempe_status complain_goals(const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    const kmp_goal *worst = NULL;
+    double most = -1, off = 0;
+    for (int k = 0, at = 0; k < model->start.goal_count; k++) {
+        const kmp_goal *goal = &model->start.goals[k];
+        double scale = goal->motion >= 0 ? a->system->scale[goal->motion] : a->system->length, sum = 0, part = 0;
+        for (int i = 0; i < goal->width; i++, at++) {
+            double left = a->goals.value[at] - goal->value[i].value;
+            sum = hypot(sum, left);
+            part = hypot(part, sqrt(goal->weight[i].value) * left / scale);
+        }
+        if (part > most) {
+            most = part;
+            worst = goal;
+            off = sum;
+        }
+    }
+    kmp_text name = {0};
+    kmp_model_put_goal(&name, model, worst);
+    (void)kmp_fail(a->system->context, KEMPE_E_FAILED,
+                   "the loops are closed, but no nearest position to the goals is found: the way there ends after %d "
+                   "steps, where the closures lose rank (slope %.2g); '%s' stays off by %.4g; start from another guess",
+                   a->goals.steps, a->goals.slope, name.s ? name.s : "", off);
+    kmp_text_free(&name);
+    return KEMPE_E_FAILED;
+}
+
+kempe_assembly *kmp_assembly_new(const kempe_system *s)
+{
+    int closures = s->model->closure_count;
+    kempe_assembly *a = KMP_NEW(kempe_assembly, 1);
+    if (!a)
+        return NULL;
+    a->system = s;
+    const kmp_arena_group groups[] = {
+        {s->n, {&a->q, &a->qd, &a->moved}}, {closures, {&a->gaps}}, {s->m, {&a->open}}, {s->m + s->n, {&a->pivots}}};
+    a->culprits = KMP_ARENA_NEW(&a->arena, int, closures);
+    a->dropped = KMP_ARENA_NEW(&a->arena, bool, s->m);
+    kmp_goals_init(&a->goals, s->model, &a->arena);
+    if (kmp_arena_make_groups(&a->arena, sizeof groups / sizeof *groups, groups))
+        return a;
+    kempe_assembly_free(a);
+    return NULL;
+}
+
+/* -- rounded numbers --------------------------------------------------------------------------------- */
+
+/* Pivots of J between rounding and those of an ordinary mechanism are asked about: how many are above `part` of the
+ * first. */
+static int count_pivots(const kempe_assembly *a, double part)
+{
+    int m = a->system->m, n = a->system->n, count = 0;
+    while (count < m && count < n && a->pivots[count] > part * a->pivots[0])
+        count++;
+    return count;
+}
+
+/* Whether the loops, as they say, do not close or do so with pivots that rounding may have made. */
+static bool is_doubtful(const kempe_assembly *a)
+{
+    const kempe_system *s = a->system;
+    if (s->m == 0 || s->strict || !(s->closure_tolerance > 0) || !(a->pivots[0] > KMP_RANK_FIRST))
+        return false;
+    if (a->closed)
+        return count_pivots(a, KMP_ROUNDING_WEAK) < count_pivots(a, KMP_ROUNDING_NOTHING);
+    return a->residual * s->length <= KMP_ROUNDING_WIDEST * s->closure_tolerance;
+}
+
+/* One assembly with that rank, kept in *found when it holds. */
+static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *guess, int rank, kempe_assembly **found)
+{
+    const kempe_system *s = strict->system;
+    kmp_guess as = {guess->q, guess->hold, guess->pushes, false, rank};
+    kmp_rounding_trial trial = {.rank = rank, .tolerance = s->closure_tolerance / s->length};
+    kempe_assembly *a = NULL;
+    kempe_status status = kmp_assemble_from(s, &as, &a);
+    if (status != KEMPE_OK || !a)
+        return status;
+    bool same = strict->closed && rank == count_pivots(strict, KMP_RANK) && a->misfit <= KMP_CLOSED_ENOUGH;
+    trial.dropped = a->dropped;
+    if (a->closed && !same && !kmp_rounding_try(&trial, s, a->inner_q ? a->inner_q : a->q, a->chart))
+        status = kmp_fail_memory(s->context);
+    if (status == KEMPE_OK && trial.holds) {
+        kmp_rounding_keep(s, &trial);
+        *found = a;
+        return KEMPE_OK;
+    }
+    kempe_assembly_free(a);
+    return status;
+}
+
+/* The smallest rank whose other rows stay within the tolerance wherever the mechanism goes, if there is one: *a is then
+ * the state with these rows open. */
+static kempe_status look_for_rounding(const kempe_system *s, const kmp_guess *guess, kempe_assembly **a)
+{
+    kempe_assembly *found = NULL;
+    kempe_status status = KEMPE_OK;
+    if (!is_doubtful(*a))
+        return KEMPE_OK;
+    int most = count_pivots(*a, KMP_ROUNDING_NOTHING);
+    for (int rank = count_pivots(*a, KMP_ROUNDING_WEAK); !found && status == KEMPE_OK && rank <= most; rank++)
+        if (rank < s->m)
+            status = try_rank(*a, guess, rank, &found);
+    if (!found || status != KEMPE_OK)
+        return status;
+    kempe_assembly_free(*a);
+    *a = found;
+    if (s->model->start.goal_count == 0)
+        return KEMPE_OK;
+    *a = NULL;
+    kempe_assembly_free(found);
+    return kmp_assemble_from(s, guess, a);
+}
+
+/* Warns of the row that remains open most, if the numbers were set after the system was made. */
+static void tell_misfit(const kempe_assembly *a)
+{
+    const kempe_system *s = a->system;
+    int worst = -1;
+    for (int r = 0; r < s->m; r++)
+        if (a->dropped[r] && a->open[r] > (worst < 0 ? KMP_CLOSED_ENOUGH : a->open[worst]))
+            worst = r;
+    if (worst >= 0)
+        kmp_log(s->context, KEMPE_LOG_WARNING,
+                "closure row %s stays open by %.2g m: taken as rounding of the model's numbers (closure_tolerance %.2g "
+                "m)",
+                s->row_names[worst], a->open[worst] * s->length, s->closure_tolerance);
+}
+
+bool kmp_assembly_changed_rate(const kempe_assembly *a, int k)
+{
+    const kmp_start *start = &a->system->model->start;
+    double given = start->qd[k].value, size = 0;
+    for (int i = 0; i < a->system->n; i++)
+        size = fmax(size, fabs(start->qd[i].value) / a->system->scale[i]);
+    return a->rates_changed && start->qd_given[k] &&
+           fabs(a->qd[k] - given) > KMP_CLOSED_RATES * size * a->system->scale[k];
+}
+
+void kmp_assembly_put_rates(kmp_text *text, const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    for (int k = 0; k < a->system->n; k++)
+        if (kmp_assembly_changed_rate(a, k))
+            kmp_text_printf(
+                text,
+                "start: the rate of '%s' becomes %.6g %s, not the given %.6g: the given rates contradict the "
+                "closures\n",
+                model->motions[k].name, a->qd[k], model->motions[k].rotation ? "rad/s" : "m/s",
+                model->start.qd[k].value);
+}
+
+/* Whatever is computed from this start says so. */
+static kempe_status warn_of_rates(const kempe_assembly *a)
+{
+    kmp_text lines = {0};
+    kmp_assembly_put_rates(&lines, a);
+    for (const char *at = lines.s ? lines.s : ""; *at; at += strcspn(at, "\n") + 1)
+        kmp_log(a->system->context, KEMPE_LOG_WARNING, "%.*s", (int)strcspn(at, "\n"), at);
+    kempe_status status = lines.failed ? kmp_fail_memory(a->system->context) : KEMPE_OK;
+    kmp_text_free(&lines);
+    return status;
+}
+
+kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly)
+{
+    const kmp_start *start = &system->model->start;
+    kempe_assembly *a = NULL;
+    double *q = KMP_NEW(double, system->n);
+    for (int k = 0; q && k < system->n; k++)
+        q[k] = start->q[k].value;
+    kmp_guess guess = {q, start->hold, PUSHES, true, 0};
+    kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK && a && !kmp_rounding_of(system))
+        status = look_for_rounding(system, &guess, &a);
+    kmp_free(q);
+    if (status == KEMPE_OK)
+        *assembly = a;
+    else
+        kempe_assembly_free(a);
+    return status;
+}
+
+kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
+{
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, assembly, "assembly");
+    kempe_assembly *a = NULL;
+    bool known = kmp_rounding_of(system);
+    kmp_context_clear(system->context);
+    kempe_status status = kmp_assemble_start(system, &a);
+    if (status != KEMPE_OK || !a)
+        return status;
+    *assembly = a;
+    if (!a->closed)
+        return complain_open(a);
+    if (!known)
+        tell_misfit(a);
+    KMP_TRY(warn_of_rates(a));
+    return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
+}
+
+void kempe_assembly_free(kempe_assembly *a)
+{
+    if (!a)
+        return;
+    kmp_arena_free(&a->arena);
+    kmp_free(a);
+}
+
+const double *kempe_assembly_q(const kempe_assembly *assembly)
+{
+    KMP_GIVEN(assembly, NULL);
+    return assembly->q;
+}
+
+const double *kempe_assembly_qd(const kempe_assembly *assembly)
+{
+    KMP_GIVEN(assembly, NULL);
+    return assembly->qd;
+}

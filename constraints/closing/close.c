@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/closing/close.h"
+#include "constraints/tolerances.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MOST_CORRECTIONS = 12, MOST_FROM_AFAR = 200, MOST_DAMPINGS = 60, MOST_OF_RATES = 10 };
+#define MORE_DAMPING 3.0
+
+/* max |dx| in scales, and against the weights. */
+static double measure(const kmp_closer *c, const kmp_close_rule *rule, double *weighted)
+{
+    double size = 0, within = 0, zero = 0; /* NaN when a component is not finite */
+    for (int i = 0; i < c->count; i++) {
+        int k = c->at ? c->at[i] : i;
+        double d = fabs(c->dx[i]), scaled = d / c->scale[k], of = rule->w ? d / rule->w[k] : 0;
+        zero += 0 * d;
+        size = scaled > size ? scaled : size;
+        within = of > within ? of : within;
+    }
+    *weighted = rule->w ? within : INFINITY;
+    return isnan(zero) ? INFINITY : size;
+}
+
+/* Rounding noise of a coordinate of the largest size. */
+static double noise(const kmp_closer *c, const double *x)
+{
+    double size = 1;
+    for (int i = 0; i < c->plant->n; i++)
+        size = fmax(size, fabs(x[i]) / c->scale[i]);
+    return 16 * DBL_EPSILON * size;
+}
+
+static double residual(const kmp_closer *c)
+{
+    double worst = 0;
+    for (int k = 0; c->rows && k < c->row_count; k++) {
+        double open = kmp_plant_opening(c->plant, c->rows[k]);
+        worst = open <= worst ? worst : open;
+    }
+    return c->rows ? worst : kmp_plant_residual(c->plant);
+}
+
+double kmp_close_rounding(const kempe_system *system)
+{
+    return fmax(KMP_CLOSED_STALLED, KMP_CLOSED_AFAR * system->reach / system->length);
+}
+
+static void add(const kmp_closer *c, double factor, double *x)
+{
+    for (int i = 0; i < c->count; i++)
+        x[c->at ? c->at[i] : i] += factor * c->dx[i];
+}
+
+kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, double *x)
+{
+    kmp_closed out = {0};
+    double last = INFINITY, weighted, floor_ = noise(c, x);
+    while (out.corrections < rule->most && c->place(c->self, t, x) == 0 && c->correct(c->self, c->plant->h, c->dx)) {
+        double size = measure(c, rule, &weighted);
+        bool done = size <= floor_ || weighted <= rule->fraction ||
+                    ((!rule->led || size > 0.1 * last) && residual(c) <= KMP_CLOSED_ROUNDING);
+        bool stalled = !done && size > 0.9 * last;
+        out.closed = (done && !rule->least) || ((done || stalled) && size < INFINITY && residual(c) <= rule->enough);
+        out.first = out.corrections == 0 ? size : out.first;
+        if (out.corrections > 0 && size > fmax(1e4 * floor_, rule->seen))
+            out.ratio = fmax(out.ratio, size / last);
+        out.corrections++;
+        if ((stalled && (out.closed || rule->contracting)) || size == INFINITY)
+            return out;
+        bool cut = rule->longest > 0 && size > rule->longest;
+        add(c, cut ? rule->longest / size : 1, x);
+        if (done)
+            return out;
+        last = cut ? INFINITY : size;
+    }
+    return out;
+}
+
+/* -- from a distant guess ------------------------------------------------------------------------------ */
+
+double kmp_close_length(const kmp_plant *plant)
+{
+    double sum = 0;
+    for (int r = 0; r < plant->m; r++)
+        if (kmp_plant_counts(plant, r))
+            sum += kmp_plant_opening(plant, r) * kmp_plant_opening(plant, r);
+    return isnan(sum) ? INFINITY : sqrt(sum);
+}
+
+/* Computes a correction no longer than `bound`; returns the |h| that it predicts, infinite if there is none. */
+static double bounded_correction(const kmp_closer *c, double h, double bound)
+{
+    const kmp_close_rule rule = {0};
+    double damping = fmax(h, DBL_MIN), weighted;
+    for (int k = 0; k < MOST_DAMPINGS; k++, damping *= MORE_DAMPING) {
+        if ((k > 0 && c->damp(c->self, damping)) || !c->correct(c->self, c->plant->h, c->dx))
+            return INFINITY;
+        if (measure(c, &rule, &weighted) <= bound)
+            return c->promise(c->self);
+    }
+    return INFINITY;
+}
+
+/* Takes one descent step and returns the decrease of |h|; 0: stationary. `bound` shrinks after steps that miss their
+ * prediction and grows after those that meet it. */
+static double step_down(const kmp_closer *c, double t, double *x, double *trial, double *bound)
+{
+    size_t bytes = (size_t)c->plant->n * sizeof *x;
+    for (; *bound > KMP_SHORTEST_CORRECTION; *bound *= 0.4) {
+        if (c->place(c->self, t, x))
+            return 0;
+        double before = kmp_close_length(c->plant), promised = before - bounded_correction(c, before, *bound);
+        if (!(promised > 0)) /* no slope left */
+            return 0;
+        memcpy(trial, x, bytes);
+        add(c, 1, trial);
+        kmp_plant_closure(c->plant, t, trial);
+        double gained = before - kmp_close_length(c->plant);
+        if (gained > 0.1 * promised) {
+            memcpy(x, trial, bytes);
+            *bound = gained > 0.6 * promised ? fmin(2 * *bound, KMP_LONGEST_CORRECTION) : *bound;
+            return gained;
+        }
+    }
+    return 0;
+}
+
+int kmp_close_from_afar(const kmp_closer *c, double near, double worth, double t, double *x, double *trial)
+{
+    double bound = KMP_LONGEST_CORRECTION;
+    int steps = 0;
+    bool worthwhile = true;
+    kmp_plant_closure(c->plant, t, x);
+    while (worthwhile && steps < MOST_FROM_AFAR && !(kmp_plant_residual(c->plant) <= near)) {
+        double gained = step_down(c, t, x, trial, &bound);
+        kmp_plant_closure(c->plant, t, x);
+        worthwhile = gained > worth * kmp_close_length(c->plant);
+        steps++;
+    }
+    return steps;
+}
+
+/* -- rates ------------------------------------------------------------------------------------------- */
+
+void kmp_close_rates(const kmp_closer *c, double *room, double *qd)
+{
+    double last = INFINITY;
+    for (int pass = 0; pass < (c->damp ? MOST_OF_RATES : 2); pass++) {
+        double left = c->damp ? kmp_plant_rate_residual(c->plant, qd) : 0;
+        if (pass > 1 && !(left < 0.5 * last))
+            return;
+        last = left;
+        kmp_plant_rates(c->plant, qd, room);
+        if (c->correct(c->self, room, c->dx))
+            add(c, 1, qd);
+    }
+}
+
+bool kmp_close_state(const kmp_closer *c, double *room, double t, double *q, double *qd)
+{
+    const kmp_close_rule rule = {.most = MOST_CORRECTIONS, .enough = KMP_CLOSED_ENOUGH};
+    bool closed = kmp_close(c, &rule, t, q).closed;
+    if (closed)
+        kmp_close_rates(c, room, qd);
+    return closed;
+}

@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/closing/least_change.h"
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "linalg/dense/dense.h"
+#include <math.h>
+#include <string.h>
+
+/* Beyond so many rows, and with fewer than one in so many places taken, sparse. */
+enum { SPARSE_FROM = 24, SPARSE_BELOW = 8 };
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+static void sort_columns(kmp_least_change *c, const kmp_pattern *jac, int n)
+{
+    for (int e = 0; e < jac->count; e++)
+        c->start[jac->col[e] + 1]++;
+    for (int k = 0; k < n; k++)
+        c->start[k + 1] += c->start[k];
+    for (int e = 0; e < jac->count; e++)
+        c->column[c->start[jac->col[e]]++] = e;
+    for (int k = n; k > 0; k--)
+        c->start[k] = c->start[k - 1];
+    c->start[0] = 0;
+}
+
+static bool make_sparse(kmp_least_change *c, const kmp_pattern *jac, int n, int m)
+{
+    int count = n + m + 2 * jac->count, at = n + m;
+    int *row = KMP_NEW(int, count), *col = KMP_NEW(int, count);
+    bool ok = row && col;
+    for (int k = 0; ok && k < n + m; k++)
+        row[k] = col[k] = k;
+    for (int e = 0; ok && e < jac->count; e++, at += 2) {
+        row[at] = col[at + 1] = n + jac->row[e];
+        col[at] = row[at + 1] = jac->col[e];
+    }
+    c->sparse = ok ? kmp_sparse_new(n + m, count, row, col, true) : NULL;
+    kmp_free(row);
+    kmp_free(col);
+    return c->sparse;
+}
+
+bool kmp_least_change_init(kmp_least_change *c, kmp_plant *plant)
+{
+    const kmp_pattern *jac = &plant->system->jacobian;
+    int n = plant->n, m = plant->m, places = n + m + 2 * jac->count;
+    bool large = m > SPARSE_FROM && places < (long)(n + m) * (n + m) / SPARSE_BELOW;
+    *c = (kmp_least_change){.plant = plant};
+    c->entry = KMP_ARENA_NEW(&c->arena, double, jac->count);
+    c->start = KMP_ARENA_NEW(&c->arena, int, n + 1);
+    c->column = KMP_ARENA_NEW(&c->arena, int, jac->count);
+    c->right = KMP_ARENA_NEW(&c->arena, double, n + m);
+    c->dx = KMP_ARENA_NEW(&c->arena, double, n);
+    c->matrix = KMP_ARENA_NEW(&c->arena, double, large ? places : m *m);
+    if (c->arena.failed)
+        return false;
+    sort_columns(c, jac, n);
+    return !large || make_sparse(c, jac, n, m);
+}
+
+void kmp_least_change_free(kmp_least_change *c)
+{
+    kmp_sparse_free(c->sparse);
+    kmp_arena_free(&c->arena);
+    *c = (kmp_least_change){0};
+}
+
+/* -- a correction ------------------------------------------------------------------------------------ */
+
+/* Factors J J' + `square`. false: singular. */
+static bool factor_sparse(kmp_least_change *c, double square)
+{
+    const kmp_pattern *jac = &c->plant->system->jacobian;
+    int n = c->plant->n, m = c->plant->m;
+    double *value = c->matrix + n + m;
+    for (int k = 0; k < n + m; k++)
+        c->matrix[k] = k < n ? 1 : square;
+    for (int e = 0; e < jac->count; e++) {
+        *value++ = c->entry[e];
+        *value++ = -c->entry[e];
+    }
+    return kmp_sparse_factor(c->sparse, c->matrix) == KMP_SPARSE_FACTORED;
+}
+
+static bool factor_dense(kmp_least_change *c, double square)
+{
+    const int *row = c->plant->system->jacobian.row;
+    int m = c->plant->m;
+    memset(c->matrix, 0, (size_t)(m * m) * sizeof *c->matrix);
+    for (int r = 0; r < m; r++)
+        c->matrix[r + r * m] = square;
+    for (int k = 0; k < c->plant->n; k++)
+        for (int a = c->start[k]; a < c->start[k + 1]; a++)
+            for (int b = c->start[k]; b <= a; b++) {
+                int i = c->column[a], j = c->column[b], high = row[i] > row[j] ? row[i] : row[j];
+                c->matrix[high + (row[i] + row[j] - high) * m] += c->entry[i] * c->entry[j];
+            }
+    return kmp_cholesky_factor(m, c->matrix) == 0;
+}
+
+static int damp(void *self, double damping)
+{
+    kmp_least_change *c = self;
+    double square = damping * damping;
+    c->damping = damping;
+    return !(c->sparse ? factor_sparse(c, square) : factor_dense(c, square));
+}
+
+static int place(void *self, double t, const double *q)
+{
+    kmp_least_change *c = self;
+    const kempe_system *s = c->plant->system;
+    const kmp_pattern *jac = &s->jacobian;
+    kmp_plant_closure(c->plant, t, q);
+    for (int e = 0; e < jac->count; e++) {
+        bool none = (c->hold && c->hold[jac->col[e]]) || !kmp_plant_counts(c->plant, jac->row[e]);
+        c->entry[e] = none ? 0 : c->plant->jacobian[e] * s->scale[jac->col[e]] / s->row_scale[jac->row[e]];
+    }
+    return damp(c, fmax(kmp_close_length(c->plant), KMP_LEAST_DAMPING));
+}
+
+static bool correct(void *self, const double *violation, double *dx)
+{
+    kmp_least_change *c = self;
+    const kempe_system *s = c->plant->system;
+    int n = s->n, m = s->m;
+    double *y = c->right + n;
+    for (int r = 0; r < m; r++)
+        y[r] = kmp_plant_counts(c->plant, r) ? -violation[r] / s->row_scale[r] : 0;
+    if (c->sparse) {
+        memset(c->right, 0, (size_t)n * sizeof *c->right);
+        kmp_sparse_solve(c->sparse, 1, c->right);
+    } else {
+        kmp_cholesky_solve(m, c->matrix, y);
+    }
+    for (int k = 0; k < n; k++) {
+        double sum = 0;
+        for (int a = c->start[k]; a < c->start[k + 1]; a++)
+            sum += c->entry[c->column[a]] * y[s->jacobian.row[c->column[a]]];
+        dx[k] = sum * s->scale[k];
+    }
+    return true;
+}
+
+/* Returns the |h| predicted after dq: J dq + h = -mu^2 y. */
+static double promise(void *self)
+{
+    const kmp_least_change *c = self;
+    double sum = 0;
+    for (int r = 0; r < c->plant->m; r++)
+        sum += c->right[c->plant->n + r] * c->right[c->plant->n + r];
+    return c->damping * c->damping * sqrt(sum);
+}
+
+kmp_closer kmp_least_change_closer(kmp_least_change *c)
+{
+    return (kmp_closer){.self = c,
+                        .plant = c->plant,
+                        .scale = c->plant->system->scale,
+                        .count = c->plant->n,
+                        .dx = c->dx,
+                        .place = place,
+                        .correct = correct,
+                        .damp = damp,
+                        .promise = promise};
+}
+
+kmp_close_rule kmp_least_change_rule(int most)
+{
+    return (kmp_close_rule){
+        .most = most, .least = true, .longest = KMP_LONGEST_CORRECTION, .enough = KMP_CLOSED_ENOUGH};
+}

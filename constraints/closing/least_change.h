@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Closing the loops by least changes of the scaled coordinates,
+ *
+ *     dq = S J' y      (J J' + mu^2) y = -h      J scaled, mu = |h| or more.
+ *
+ * Redundant rows, whose rank is undecided before h is closed, then cause no large steps. Convergence to the nearest
+ * closed state remains quadratic (Yamashita and Fukushima, Computing Suppl. 15 (2001) 239). J is dense; a large one
+ * is factored sparse as [1 -J'; J mu^2]. */
+#ifndef KMP_CONSTRAINTS_CLOSING_LEAST_CHANGE_H
+#define KMP_CONSTRAINTS_CLOSING_LEAST_CHANGE_H
+
+#include "base/arena.h"
+#include "constraints/closing/close.h"
+#include "linalg/sparse.h"
+
+typedef struct kmp_least_change {
+    kmp_plant *plant;    /* not owned */
+    const bool *hold;    /* n, not owned: coordinates that stay; NULL: none */
+    double *entry;       /* of the scaled J, in its order; zero for what is held, or need not be met */
+    int *start, *column; /* n + 1; entries column by column */
+    double *right;       /* n + m */
+    double *dx;          /* n */
+    double *matrix;      /* m x m; values when sparse */
+    double damping;      /* of the last factorisation */
+    kmp_sparse *sparse;
+    kmp_arena arena;
+} kmp_least_change;
+
+/** false: no memory. Nothing is allocated afterwards. */
+bool kmp_least_change_init(kmp_least_change *least, kmp_plant *plant);
+void kmp_least_change_free(kmp_least_change *least);
+
+kmp_closer kmp_least_change_closer(kmp_least_change *least);
+
+/** Its rule: long corrections are cut. */
+kmp_close_rule kmp_least_change_rule(int most);
+
+#endif

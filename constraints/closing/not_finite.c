@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/closing/not_finite.h"
+#include <math.h>
+
+enum { MOST_NAMED = 5 };
+
+static int first_bad(int count, const double *x)
+{
+    for (int k = 0; k < count; k++)
+        if (!isfinite(x[k]))
+            return k;
+    return -1;
+}
+
+/* Those on the joint itself; where there are none, all that are expressions and may reach it. */
+static void put_forces(const kempe_model *model, int motion, kmp_text *text)
+{
+    int named = 0;
+    for (int own = 1; own >= 0 && named == 0; own--)
+        for (int k = 0; k < model->force_count; k++) {
+            const kmp_force *f = &model->forces[k];
+            bool may = own ? f->motion == motion : f->effort || f->vector[0];
+            if (may && named++ < MOST_NAMED)
+                kmp_text_printf(text, "%s'%s'",
+                                named > 1 ? ", "
+                                : own     ? "; on it act "
+                                          : "; it may come from ",
+                                f->name);
+        }
+}
+
+static bool put_not_finite(kmp_plant *plant, double t, const double *q, const double *qd, kmp_text *text)
+{
+    const kempe_system *s = plant->system;
+    int bad;
+    kmp_plant_closure(plant, t, q);
+    if ((bad = first_bad(s->m, plant->h)) >= 0 ||
+        ((bad = first_bad(s->jacobian.count, plant->jacobian)) >= 0 && (bad = s->jacobian.row[bad]) >= 0)) {
+        kmp_text_printf(text, "closure row '%s' is not a finite number at t = %.9g", s->row_names[bad], t);
+        return true;
+    }
+    kmp_plant_mass(plant);
+    if ((bad = first_bad(s->mass.count, plant->mass)) >= 0) {
+        kmp_text_printf(text, "the mass that '%s' moves is not a finite number at t = %.9g",
+                        s->model->motions[s->mass.row[bad]].name, t);
+        return true;
+    }
+    kmp_plant_bias(plant, qd);
+    if ((bad = first_bad(s->n, plant->bias)) < 0)
+        return false;
+    kmp_text_printf(text, "the forces on '%s' are not a finite number (%s) at t = %.9g", s->model->motions[bad].name,
+                    isnan(plant->bias[bad]) ? "not a number" : "infinite", t);
+    put_forces(s->model, bad, text);
+    return true;
+}
+
+bool kmp_put_not_finite(kmp_plant *plant, double t, const double *q, const double *qd, kmp_text *text)
+{
+    bool by_bodies = plant->by_bodies;
+    kmp_plant_take(plant, false);
+    bool found = put_not_finite(plant, t, q, qd, text);
+    kmp_plant_take(plant, by_bodies);
+    return found;
+}

@@ -1,0 +1,359 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/closing/saddle.h"
+#include "base/memory.h"
+#include "constraints/evaluation/pressing.h"
+#include "constraints/tolerances.h"
+#include "linalg/dense/dense.h"
+#include <math.h>
+#include <string.h>
+
+/* Beyond this size, and with fewer than one in so many places taken, sparse. */
+enum { SPARSE_FROM = 48, SPARSE_BELOW = 8 };
+
+/* -- dense and sparse -------------------------------------------------------------------------------- */
+
+/* Entries of the sparse matrix: M with both its triangles, then J and -J' by turns, then 1 for each row that is out. */
+static int list_entries(const kmp_saddle *saddle, int *row, int *col)
+{
+    const kmp_pattern *mass = &saddle->plant->system->mass, *jac = &saddle->plant->system->jacobian;
+    int count = 0, n = saddle->n;
+    for (int k = 0; k < mass->count; k++)
+        for (int side = 0; side < (mass->row[k] == mass->col[k] ? 1 : 2); side++, count++) {
+            row[count] = side ? mass->col[k] : mass->row[k];
+            col[count] = side ? mass->row[k] : mass->col[k];
+        }
+    for (int k = 0; k < jac->count; k++) {
+        int at = saddle->position[jac->row[k]];
+        for (int side = 0; at >= 0 && side < 2; side++, count++) {
+            row[count] = side ? jac->col[k] : n + at;
+            col[count] = side ? n + at : jac->col[k];
+        }
+    }
+    for (int k = 0; saddle->out && k < saddle->r; k++, count++)
+        row[count] = col[count] = n + k;
+    return count;
+}
+
+/* false: no memory; a pattern that is singular shows when factored. */
+static bool make_sparse(kmp_saddle *saddle, int most)
+{
+    unsigned long failures = kmp_memory_failures();
+    int *row = KMP_NEW(int, most), *col = KMP_NEW(int, most);
+    if (row && col)
+        saddle->sparse = kmp_sparse_new(saddle->n + saddle->r, list_entries(saddle, row, col), row, col, true);
+    kmp_free(row);
+    kmp_free(col);
+    return kmp_memory_failures() == failures;
+}
+
+static int factor_dense(kmp_saddle *saddle)
+{
+    const kmp_plant *plant = saddle->plant;
+    const kmp_pattern *mass = &plant->system->mass, *jac = &plant->system->jacobian;
+    int n = saddle->n, size = n + saddle->r;
+    memset(saddle->matrix, 0, (size_t)(size * size) * sizeof(double));
+    for (int k = 0; k < mass->count; k++)
+        saddle->matrix[mass->row[k] + mass->col[k] * size] = saddle->matrix[mass->col[k] + mass->row[k] * size] =
+            plant->mass[k];
+    for (int k = 0; k < jac->count; k++) {
+        int at = saddle->position[jac->row[k]];
+        if (at < 0)
+            continue;
+        saddle->matrix[n + at + jac->col[k] * size] = plant->jacobian[k];
+        saddle->matrix[jac->col[k] + (n + at) * size] = -plant->jacobian[k];
+    }
+    for (int k = n; saddle->out && k < size; k++)
+        for (int i = 0; saddle->out[k - n] && i < size; i++)
+            saddle->matrix[k + i * size] = saddle->matrix[i + k * size] = i == k;
+    return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
+}
+
+static bool is_out(const kmp_saddle *saddle, int k)
+{
+    return saddle->out && saddle->out[k];
+}
+
+static int factor_sparse(kmp_saddle *saddle)
+{
+    const kmp_plant *plant = saddle->plant;
+    const kmp_pattern *mass = &plant->system->mass, *jac = &plant->system->jacobian;
+    double *value = saddle->matrix;
+    if (!saddle->sparse)
+        return 1;
+    for (int k = 0; k < mass->count; k++) {
+        *value++ = plant->mass[k];
+        if (mass->row[k] != mass->col[k])
+            *value++ = plant->mass[k];
+    }
+    for (int k = 0; k < jac->count; k++) {
+        int at = saddle->position[jac->row[k]];
+        if (at < 0)
+            continue;
+        double entry = is_out(saddle, at) ? 0 : plant->jacobian[k];
+        *value++ = entry;
+        *value++ = -entry;
+    }
+    for (int k = 0; saddle->out && k < saddle->r; k++)
+        *value++ = saddle->out[k] ? 1 : 0;
+    return kmp_sparse_factor(saddle->sparse, saddle->matrix) != KMP_SPARSE_FACTORED;
+}
+
+/* Into x, where the right-hand side of M is. */
+static void solve_whole(kmp_saddle *saddle, const double *rows)
+{
+    int n = saddle->n;
+    for (int k = 0; k < saddle->r; k++)
+        saddle->x[n + k] = !rows || is_out(saddle, k) ? 0 : -rows[saddle->part->rows[k]];
+    if (saddle->way == KMP_SADDLE_SPARSE)
+        kmp_sparse_solve(saddle->sparse, 1, saddle->x);
+    else
+        kmp_lu_solve(n + saddle->r, saddle->matrix, saddle->pivot, 1, saddle->x);
+}
+
+/* -- rows of its own --------------------------------------------------------------------------------- */
+
+/* Partitions all rows; those that are independent at the plant's last closure stay in. */
+static void choose_rows(kmp_saddle *saddle)
+{
+    const kempe_system *s = saddle->plant->system;
+    int m = s->m;
+    memset(saddle->scaled, 0, (size_t)(m * s->n) * sizeof *saddle->scaled);
+    for (int e = 0; e < s->jacobian.count; e++) {
+        int r = s->jacobian.row[e], k = s->jacobian.col[e];
+        saddle->scaled[r + k * m] = saddle->plant->jacobian[e] * s->scale[k] / s->row_scale[r];
+    }
+    kmp_pivots_complete(m, s->n, saddle->scaled, saddle->largest, saddle->row, saddle->col, saddle->pivots);
+    int rank = kmp_partition_rank(s, saddle->pivots);
+    double undecided = KMP_CLOSED_DECIDED * kmp_plant_residual(saddle->plant) * (rank > 0 ? saddle->pivots[0] : 0);
+    while (saddle->rank >= 0 && rank > saddle->rank && !(saddle->pivots[rank - 1] > undecided))
+        rank--;
+    for (int i = 0; i < m; i++)
+        saddle->out[saddle->row[i]] = i >= rank;
+}
+
+/* -- by articulated bodies ---------------------------------------------------------------------------- */
+
+static int factor_mobility(kmp_saddle *saddle)
+{
+    const kmp_pattern *mobility = &saddle->plant->system->mobility;
+    int r = saddle->r;
+    memset(saddle->matrix, 0, (size_t)(r * r) * sizeof(double));
+    for (int k = 0; k < mobility->count; k++) {
+        int a = saddle->position[mobility->row[k]], b = saddle->position[mobility->col[k]];
+        if (a >= 0 && b >= 0)
+            saddle->matrix[(a > b ? a : b) + (a > b ? b : a) * r] = saddle->plant->mobility[k];
+    }
+    return kmp_cholesky_factor(r, saddle->matrix);
+}
+
+double kmp_saddle_spread(const kmp_saddle *saddle)
+{
+    double least = INFINITY, largest = 0;
+    for (int k = 0; k < saddle->r; k++) {
+        double pivot = saddle->matrix[k * (saddle->r + 1)] / saddle->plant->system->row_scale[saddle->part->rows[k]];
+        least = fmin(least, pivot * pivot);
+        largest = fmax(largest, pivot * pivot);
+    }
+    return saddle->r > 0 ? least / largest : 1;
+}
+
+/* From y in x, and b + J y. */
+static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
+{
+    const kmp_plant *plant = saddle->plant;
+    const kmp_pattern *compliance = &plant->system->compliance;
+    double *x = saddle->x, *a = x + saddle->n;
+    for (int k = 0; k < saddle->r; k++)
+        a[k] = -rows[saddle->part->rows[k]];
+    kmp_cholesky_solve(saddle->r, saddle->matrix, a);
+    for (int k = 0; k < compliance->count; k++) {
+        int at = saddle->position[compliance->row[k]];
+        if (at >= 0)
+            x[compliance->col[k]] += plant->compliance[k] * a[at];
+    }
+}
+
+/* -- all together -------------------------------------------------------------------------------------- */
+
+static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way way)
+{
+    const kempe_system *s = saddle->plant->system;
+    int n = part->n, r = part->r, size = way == KMP_SADDLE_BY_BODIES ? r : n + r;
+    int entries = 2 * (s->mass.count + s->jacobian.count) + r;
+    saddle->part = part;
+    saddle->n = n;
+    saddle->r = r;
+    saddle->way = way;
+    saddle->matrix = KMP_ARENA_NEW(&saddle->arena, double, way == KMP_SADDLE_SPARSE ? entries : size * size);
+    saddle->x = KMP_ARENA_NEW(&saddle->arena, double, n + r);
+    saddle->pivot = KMP_ARENA_NEW(&saddle->arena, int, n + r);
+    saddle->position = KMP_ARENA_NEW(&saddle->arena, int, part->m);
+    if (saddle->arena.failed)
+        return false;
+    for (int k = 0; k < part->m; k++)
+        saddle->position[k] = -1;
+    for (int k = 0; k < r; k++)
+        saddle->position[part->rows[k]] = k;
+    kmp_plant_drop(saddle->plant, part->m - part->r, part->redundant);
+    return way != KMP_SADDLE_SPARSE || make_sparse(saddle, entries);
+}
+
+/* Whether it is worth while to be sparse. */
+static bool is_large(const kempe_system *s, int size)
+{
+    return size > SPARSE_FROM && 2 * (s->mass.count + s->jacobian.count) < (long)size * size / SPARSE_BELOW;
+}
+
+bool kmp_saddle_has_row(const kmp_saddle *saddle, int row)
+{
+    return saddle->position[row] >= 0 && !is_out(saddle, saddle->position[row]);
+}
+
+static kmp_saddle_way by_size(const kmp_plant *plant, int rows)
+{
+    return is_large(plant->system, plant->n + rows) ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
+}
+
+bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
+{
+    *saddle = (kmp_saddle){.plant = plant};
+    return init(saddle, part, plant->by_bodies ? KMP_SADDLE_BY_BODIES : by_size(plant, part->r));
+}
+
+bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank)
+{
+    int n = plant->n, m = plant->m;
+    *saddle = (kmp_saddle){.plant = plant, .rank = rank};
+    saddle->all = (kmp_partition){.n = n, .m = m, .r = m, .rows = KMP_ARENA_NEW(&saddle->arena, int, m)};
+    saddle->out = KMP_ARENA_NEW(&saddle->arena, bool, m);
+    saddle->row = KMP_ARENA_NEW(&saddle->arena, int, m);
+    saddle->col = KMP_ARENA_NEW(&saddle->arena, int, n);
+    saddle->scaled = KMP_ARENA_NEW(&saddle->arena, double, (size_t)m *(size_t)n);
+    saddle->largest = KMP_ARENA_NEW(&saddle->arena, double, n);
+    saddle->pivots = KMP_ARENA_NEW(&saddle->arena, double, m + n);
+    for (int i = 0; saddle->all.rows && i < m; i++)
+        saddle->all.rows[i] = i;
+    return saddle->all.rows && init(saddle, &saddle->all, by_size(plant, m));
+}
+
+void kmp_saddle_free(kmp_saddle *saddle)
+{
+    kmp_sparse_free(saddle->sparse);
+    kmp_arena_free(&saddle->arena);
+    *saddle = (kmp_saddle){0};
+}
+
+int kmp_saddle_factor(kmp_saddle *saddle)
+{
+    saddle->factorizations++;
+    if (saddle->out)
+        choose_rows(saddle);
+    switch (saddle->way) {
+    case KMP_SADDLE_BY_BODIES:
+        return factor_mobility(saddle);
+    case KMP_SADDLE_SPARSE:
+        return factor_sparse(saddle);
+    default:
+        return factor_dense(saddle);
+    }
+}
+
+double kmp_saddle_operations(const kmp_saddle *saddle)
+{
+    return saddle->sparse ? kmp_sparse_operations(saddle->sparse) : 0;
+}
+
+/* x and the multipliers behind it, from the right-hand side of M in x, by bodies y, and b (NULL: zero), by bodies
+ * b + J y. */
+static void solve(kmp_saddle *saddle, const double *rows)
+{
+    if (saddle->way == KMP_SADDLE_BY_BODIES)
+        solve_by_bodies(saddle, rows);
+    else
+        solve_whole(saddle, rows);
+}
+
+static void put_force(kmp_saddle *saddle, const double *force)
+{
+    for (int i = 0; i < saddle->n; i++)
+        saddle->x[i] = force ? -force[i] : 0;
+}
+
+/* Multipliers of the independent rows among all. */
+static void take_multipliers(const kmp_saddle *saddle, double *lambda)
+{
+    memset(lambda, 0, (size_t)saddle->plant->m * sizeof *lambda);
+    for (int k = 0; k < saddle->r; k++)
+        lambda[saddle->part->rows[k]] = saddle->x[saddle->n + k];
+}
+
+void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a)
+{
+    put_force(saddle, f);
+    solve(saddle, b);
+    if (x)
+        memcpy(x, saddle->x, (size_t)saddle->n * sizeof *x);
+    if (a)
+        take_multipliers(saddle, a);
+}
+
+/* For forces that depend on multipliers. */
+static void multipliers(void *self, const double *bias, bool change, double *lambda)
+{
+    kmp_saddle *saddle = self;
+    put_force(saddle, bias);
+    solve(saddle, change ? NULL : saddle->plant->jdqd);
+    take_multipliers(saddle, lambda);
+}
+
+void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
+{
+    kmp_plant *plant = saddle->plant;
+    const kmp_answer pressed = {saddle, multipliers};
+    if (!kmp_press(plant, &pressed)) {
+        for (int i = 0; i < saddle->n; i++)
+            qdd[i] = NAN;
+        for (int k = 0; lambda && k < plant->m; k++)
+            lambda[k] = NAN;
+        return;
+    }
+    bool by_bodies = saddle->way == KMP_SADDLE_BY_BODIES;
+    if (by_bodies)
+        memcpy(saddle->x, plant->free_qdd, (size_t)saddle->n * sizeof *qdd);
+    else
+        put_force(saddle, plant->bias);
+    solve(saddle, by_bodies ? plant->drift : plant->jdqd);
+    memcpy(qdd, saddle->x, (size_t)saddle->n * sizeof *qdd);
+    if (lambda)
+        take_multipliers(saddle, lambda);
+}
+
+void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx)
+{
+    kmp_saddle_solve(saddle, NULL, violation, dx, NULL);
+}
+
+static int place(void *self, double t, const double *q)
+{
+    kmp_saddle *saddle = self;
+    kmp_plant_closure(saddle->plant, t, q);
+    kmp_plant_mass(saddle->plant);
+    return kmp_saddle_factor(saddle);
+}
+
+static bool correct(void *self, const double *violation, double *dx)
+{
+    kmp_saddle_correction(self, violation, dx);
+    return true;
+}
+
+kmp_closer kmp_saddle_closer(kmp_saddle *saddle, double *dx)
+{
+    return (kmp_closer){.self = saddle,
+                        .plant = saddle->plant,
+                        .scale = saddle->plant->system->scale,
+                        .count = saddle->n,
+                        .dx = dx,
+                        .place = place,
+                        .correct = correct};
+}

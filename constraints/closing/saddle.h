@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The saddle system of accelerations, multipliers and mass-orthogonal corrections on independent rows of h,
+ *
+ *     M x - J' a = -f      J x = -b
+ *
+ * dense, or sparse when it is large. By articulated bodies, where the plant has taken them, it is solved for the
+ * multipliers alone, whatever the size, and for nothing on a tree:
+ *
+ *     J M^-1 J' a = -(b + J y)      x = y + M^-1 J' a      y = -M^-1 f.
+ *
+ * For states without a chosen set of rows, complete pivoting of the scaled J selects the independent rows at each
+ * factorisation. */
+#ifndef KMP_CONSTRAINTS_CLOSING_SADDLE_H
+#define KMP_CONSTRAINTS_CLOSING_SADDLE_H
+
+#include "base/arena.h"
+#include "constraints/closing/close.h"
+#include "constraints/evaluation/plant.h"
+#include "constraints/partition/partition.h"
+#include "linalg/sparse.h"
+
+typedef enum kmp_saddle_way { KMP_SADDLE_DENSE, KMP_SADDLE_SPARSE, KMP_SADDLE_BY_BODIES } kmp_saddle_way;
+
+typedef struct kmp_saddle {
+    kmp_plant *plant;
+    const kmp_partition *part;
+    int n, r;
+    kmp_saddle_way way;
+    kmp_arena arena;
+    double *matrix, *x; /* size x size when dense; the entries when sparse; r x r by bodies */
+    int *pivot;
+    kmp_sparse *sparse; /* NULL: not sparse, or singular by its pattern */
+    int *position;      /* m: of a row among the independent ones, -1 when dropped */
+    long factorizations;
+
+    bool *out;         /* m: rows left out; NULL: none. The members below serve states without a chosen set of rows: */
+    int rank;          /* rank near closed states; -1: the rank of each state is used */
+    kmp_partition all; /* all rows */
+    double *scaled, *largest, *pivots;
+    int *row, *col;
+} kmp_saddle;
+
+bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
+void kmp_saddle_free(kmp_saddle *saddle);
+
+/** Prepares for any state, with rows chosen at each factorisation. `rank` (-1: unknown) is that of closed states.
+ * Near these redundant rows look weakly independent, and count only when |h| leaves no doubt. */
+bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank);
+
+/** Whether a row counts at the last factorisation. */
+bool kmp_saddle_has_row(const kmp_saddle *saddle, int row);
+
+/** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
+int kmp_saddle_factor(kmp_saddle *saddle);
+
+/** Returns the ratio of the smallest to the largest pivot by bodies, rows scaled; 1 without rows. */
+double kmp_saddle_spread(const kmp_saddle *saddle);
+
+/** Operations of one factorisation and solution when it is sparse, as its pattern says; 0 when it is dense. */
+double kmp_saddle_operations(const kmp_saddle *saddle);
+
+/** x (n) and a (m; zero for dropped rows; NULL: not wanted) of f (n; NULL: zero) and b (m; NULL: zero). Not by bodies.
+ */
+void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a);
+
+/** qdd and lambda (m; zero for dropped rows; NULL: not wanted) from the plant's last bias, which forces that depend on
+ * multipliers bring to them (constraints/evaluation/pressing.h): not finite where that fails. */
+void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
+
+/** Mass-orthogonal correction: dx of least qd-norm with J dx = -violation (m values). */
+void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx);
+
+/** Closing along the mass-orthogonal direction; dx: n values of room. */
+kmp_closer kmp_saddle_closer(kmp_saddle *saddle, double *dx);
+
+#endif

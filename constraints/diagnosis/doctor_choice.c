@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which coordinates could be independent, and the loops as blocks of Jv in order of solution, with their closures. */
+#include "base/memory.h"
+#include "constraints/diagnosis/doctor.h"
+#include "constraints/partition/reduction.h"
+#include "linalg/dense/dense.h"
+#include <math.h>
+#include <string.h>
+
+/* b (r x p) = Bvu, scaled, from the scaled J here; false when singular. */
+static bool dependent_rates(const kmp_examination *x, double *jv, int *pivot, double *b)
+{
+    const kmp_partition *part = x->part;
+    const double *jacobian = kmp_doctor_jacobian(x, 0);
+    int r = part->r, m = part->m;
+    for (int i = 0; i < r; i++) {
+        for (int k = 0; k < r; k++)
+            jv[i + k * r] = jacobian[part->rows[i] + part->v[k] * m];
+        for (int k = 0; k < part->p; k++)
+            b[i + k * r] = -jacobian[part->rows[i] + part->u[k] * m];
+    }
+    if (kmp_lu_factor(r, jv, pivot) != 0)
+        return false;
+    kmp_lu_solve(r, jv, pivot, part->p, b);
+    return true;
+}
+
+/* max |B| once v_i is independent in place of u_k. */
+static double after_exchange(const double *b, int r, int p, int i, int k)
+{
+    double pivot = b[i + k * r], most = fabs(1 / pivot);
+    for (int c = 0; c < p; c++)
+        for (int j = 0; j < r; j++) {
+            double now = b[j + c * r];
+            if (j == i && c == k)
+                continue;
+            if (j == i || c == k)
+                now /= pivot;
+            else
+                now -= b[j + k * r] * b[i + c * r] / pivot;
+            most = fmax(most, fabs(now));
+        }
+    return most;
+}
+
+static kmp_alternative best_exchange(const kmp_partition *part, const double *b, int i)
+{
+    kmp_alternative best = {part->v[i], -1, INFINITY, false};
+    for (int k = 0; k < part->p; k++) {
+        if (!(fabs(b[i + k * part->r]) > 1e-12))
+            continue;
+        double most = after_exchange(b, part->r, part->p, i, k);
+        if (most < best.max_b) {
+            best.max_b = most;
+            best.instead = part->u[k];
+        }
+    }
+    return best;
+}
+
+void kmp_doctor_alternatives(kmp_examination *x)
+{
+    const kmp_partition *part = x->part;
+    int r = part->r, p = part->p;
+    double *jv = KMP_ARENA_NEW(x->arena, double, r *r), *b = KMP_ARENA_NEW(x->arena, double, r *p);
+    int *pivot = KMP_ARENA_NEW(x->arena, int, r);
+    x->doctor->alternatives = KMP_ARENA_NEW(x->arena, kmp_alternative, part->n);
+    if (r == 0 || p == 0 || !jv || !b || !pivot || !x->doctor->alternatives || !dependent_rates(x, jv, pivot, b))
+        return;
+    for (int k = 0, i = 0, c = 0; c < part->n; c++) {
+        if (k < p && part->u[k] == c) {
+            x->doctor->alternatives[c] = (kmp_alternative){c, -1, part->max_b, true};
+            k++;
+        } else
+            x->doctor->alternatives[c] = best_exchange(part, b, i++);
+    }
+    x->doctor->alternative_count = part->n;
+}
+
+/* -- blocks ------------------------------------------------------------------------------------------ */
+
+/* Block b of Jv, its rows ascending: those of one closure follow each other. */
+static void fill_block(const kmp_reduction *red, int b, kmp_arena *arena, kmp_loop_block *block)
+{
+    const int *column = kmp_block_columns(red->block, b, &block->size), *row = kmp_block_rows(red->block, b);
+    block->columns = KMP_ARENA_NEW(arena, int, block->size);
+    block->rows = KMP_ARENA_NEW(arena, int, block->size);
+    block->closures = KMP_ARENA_NEW(arena, int, block->size);
+    for (int i = 0; !arena->failed && i < block->size; i++) {
+        int k = i, r = red->part->rows[row[i]];
+        for (; k > 0 && block->rows[k - 1] > r; k--)
+            block->rows[k] = block->rows[k - 1];
+        block->rows[k] = r;
+        block->columns[i] = red->part->v[column[i]];
+    }
+    for (int i = 0; !arena->failed && i < block->size; i++) {
+        int c = red->plant->system->rows[block->rows[i]].closure;
+        if (block->closure_count == 0 || block->closures[block->closure_count - 1] != c)
+            block->closures[block->closure_count++] = c;
+    }
+}
+
+int kmp_loop_blocks(kmp_plant *plant, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks)
+{
+    kmp_reduction red;
+    if (kmp_reduction_init(&red, plant, part) != KEMPE_OK)
+        return -1;
+    int count = kmp_block_count(red.block);
+    *blocks = KMP_ARENA_NEW(arena, kmp_loop_block, count);
+    for (int b = 0; !arena->failed && b < count; b++)
+        fill_block(&red, count - 1 - b, arena, &(*blocks)[b]); /* solved from below */
+    kmp_reduction_free(&red);
+    return arena->failed ? -1 : count;
+}

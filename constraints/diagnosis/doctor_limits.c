@@ -1,0 +1,308 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Limits of motion: a mechanism of one degree of freedom walks through its motion by arc length in the scaled
+ * coordinates, each step along the tangent and closed again, its length kept by the turn of the tangent. Where a
+ * coordinate's rate changes sign it turns back (its dead centre), where the last pivot of J all but vanishes branches
+ * meet (a change point); both are found to round-off. The way ends where it comes back to its beginning, in angles
+ * modulo a full turn, or it is walked both ways. */
+#include "base/bracket.h"
+#include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include "constraints/diagnosis/doctor.h"
+#include "constraints/tolerances.h"
+#include "linalg/dot.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_STEPS = 3000, MOST_COORDINATES = 40 };
+#define FIRST_STEP 0.05
+#define LONGEST    0.1
+#define APPROACH   0.5  /* the step over the last pivot, where branches come near each other: */
+#define CROSSING   2e-4 /* down to this step, with which an exact change point is crossed */
+#define SHORTEST   1e-5
+#define LEAST_DOT  0.985 /* of successive unit tangents */
+#define FARTHEST   120.0 /* scaled */
+#define SIDEWAYS   0.1   /* of a step, that closing may add */
+#define NEAR       1e-2
+#define STANDS     1e-8 /* a coordinate that moves less than this does not move */
+#define TWO_PI     6.283185307179586
+
+/* A place on the way. */
+typedef struct place {
+    double *q, *tangent; /* n; tangent scaled, of unit length */
+    double arc, pivot;
+} place;
+
+typedef struct way {
+    kmp_examination *x;
+    kmp_limits *limits;
+    int n;
+    double usual; /* the largest last pivot so far */
+    place before, here, next, trial, least, start;
+} way;
+
+/* The tangent at p->q, whose J is at hand, on the side of `like`. */
+static void tangent_at(way *w, place *p, const double *like)
+{
+    kmp_walk *walk = w->x->walk;
+    kmp_walk_tangents(walk, w->n - 1);
+    p->pivot = walk->last;
+    bool other = kmp_dot(w->n, walk->basis, like) < 0;
+    for (int k = 0; k < w->n; k++)
+        p->tangent[k] = other ? -walk->basis[k] : walk->basis[k];
+}
+
+/* `to` from `from` by h along its tangent; false when it cannot be closed close by. */
+static bool stride(way *w, const place *from, double h, place *to)
+{
+    const double *scale = w->x->system->scale;
+    double sideways = 0;
+    for (int k = 0; k < w->n; k++)
+        to->q[k] = from->q[k] + h * from->tangent[k] * scale[k];
+    if (!kmp_walk_close(w->x->walk, to->q))
+        return false;
+    for (int k = 0; k < w->n; k++) {
+        double off = (to->q[k] - from->q[k]) / scale[k] - h * from->tangent[k];
+        sideways += off * off;
+    }
+    if (sqrt(sideways) > SIDEWAYS * fabs(h) + 1e-9)
+        return false;
+    tangent_at(w, to, from->tangent);
+    to->arc = from->arc + h;
+    return kmp_dot(w->n, from->tangent, to->tangent) > LEAST_DOT;
+}
+
+static void copy(const way *w, const place *from, place *to)
+{
+    memcpy(to->q, from->q, (size_t)w->n * sizeof *to->q);
+    memcpy(to->tangent, from->tangent, (size_t)w->n * sizeof *to->tangent);
+    to->arc = from->arc;
+    to->pivot = from->pivot;
+}
+
+/* A dead centre may be where the way began. */
+static void extend(kmp_swing *swing, double q, bool dead, double scale)
+{
+    double same = dead ? STANDS * scale : 0;
+    if (q > swing->high - same) {
+        swing->high = fmax(q, swing->high);
+        swing->high_dead = dead;
+    }
+    if (q < swing->low + same) {
+        swing->low = fmin(q, swing->low);
+        swing->low_dead = dead;
+    }
+}
+
+/* An angle of a spherical joint that is singular at the start: followed in other angles, which nobody asks for. */
+static bool is_unseen(const way *w, int k)
+{
+    int c = kmp_chart_of(w->x->system, k);
+    return c >= 0 && !kmp_chart_is_own(w->x->walk->plant->chart, c);
+}
+
+static void remember(way *w, int coordinate, const double *q, double margin)
+{
+    kmp_limits *l = w->limits;
+    if (l->landmark_count == KMP_MOST_LANDMARKS)
+        return;
+    double *copy_q = KMP_ARENA_NEW(w->x->arena, double, w->n);
+    if (!copy_q)
+        return;
+    memcpy(copy_q, q, (size_t)w->n * sizeof *copy_q);
+    kmp_charts_show(w->x->system, w->x->walk->plant->chart, q, copy_q, NULL);
+    l->landmark[l->landmark_count++] = (kmp_landmark){coordinate, copy_q, margin};
+}
+
+/* Where the rate of coordinate k changes sign between here and next: on the tangent. */
+static void dead_centre(way *w, int k)
+{
+    double b = w->next.arc - w->here.arc, fa = w->here.tangent[k], fb = w->next.tangent[k], x;
+    for (int i = 0; i < 3; i++, b *= 1.02) { /* the start, come back to, is not quite at its arc */
+        if (!stride(w, &w->here, b, &w->trial))
+            return;
+        fb = w->trial.tangent[k];
+        if ((fa > 0) != (fb > 0))
+            break;
+    }
+    kmp_bracket bracket = kmp_bracket_of(0, fa, b, fb);
+    while (fb != 0 && kmp_bracket_next(&bracket, 1e-14, &x)) {
+        if (!stride(w, &w->here, x, &w->trial))
+            return;
+        double f = w->trial.tangent[k];
+        if (fabs(f) < 1e-13)
+            break;
+        kmp_bracket_take(&bracket, x, f, (f > 0) == (fb > 0));
+    }
+    extend(&w->limits->swing[k], w->trial.q[k], true, w->x->system->scale[k]);
+    remember(w, k, w->trial.q, 1);
+}
+
+/* The last pivot at `h` from here, zero where closing fails, as it does next to an exact change point; the best place
+ * is kept. */
+static double probe(void *self, double h)
+{
+    way *w = self;
+    if (!stride(w, &w->here, h, &w->trial))
+        return 0;
+    if (w->trial.pivot < w->least.pivot)
+        copy(w, &w->trial, &w->least);
+    return w->trial.pivot;
+}
+
+/* The least last pivot between `before` and `next`. */
+static void change_point(way *w)
+{
+    copy(w, &w->here, &w->least);
+    (void)kmp_bracket_least(probe, w, w->before.arc - w->here.arc, w->next.arc - w->here.arc, 1e-8);
+    double margin = w->least.pivot / w->usual;
+    if (margin < NEAR)
+        remember(w, -1, w->least.q, margin < KMP_MARGIN_EXACT ? 0 : margin);
+}
+
+/* -- one way ----------------------------------------------------------------------------------------- */
+
+static void notice(way *w)
+{
+    for (int k = 0; k < w->n; k++) {
+        double one = w->here.tangent[k], two = w->next.tangent[k];
+        if ((one > 0) != (two > 0) && fmax(fabs(one), fabs(two)) > 1e-9 && !is_unseen(w, k))
+            dead_centre(w, k);
+        extend(&w->limits->swing[k], w->next.q[k], false, 1);
+    }
+    if (w->here.pivot < 0.5 * w->usual && w->here.pivot < w->before.pivot && w->here.pivot <= w->next.pivot &&
+        w->before.arc < w->here.arc)
+        change_point(w);
+    w->usual = fmax(w->usual, w->next.pivot);
+}
+
+/* Has the step from here to next passed the start, modulo full turns? Then next becomes the start. */
+static bool came_back(way *w)
+{
+    const kempe_system *s = w->x->system;
+    double along = 0, square = 0, h = w->next.arc - w->here.arc;
+    if (kmp_dot(w->n, w->start.tangent, w->next.tangent) < LEAST_DOT || w->here.arc < 2 * LONGEST)
+        return false;
+    for (int k = 0; k < w->n; k++) {
+        double off = w->start.q[k] - w->here.q[k];
+        if (s->model->motions[k].rotation)
+            off = remainder(off, TWO_PI);
+        w->trial.q[k] = w->here.q[k] + off;
+        off /= s->scale[k];
+        along += off * w->here.tangent[k];
+        square += off * off;
+    }
+    if (along < -1e-12 || along > h + 1e-12 || square - along * along > 0.02 * h * h + 1e-16)
+        return false;
+    memcpy(w->next.q, w->trial.q, (size_t)w->n * sizeof *w->next.q);
+    memcpy(w->next.tangent, w->start.tangent, (size_t)w->n * sizeof *w->next.tangent);
+    w->next.arc = w->here.arc + along;
+    w->next.pivot = w->start.pivot;
+    return true;
+}
+
+static void go_on(way *w)
+{
+    place old = w->before;
+    w->before = w->here;
+    w->here = w->next;
+    w->next = old;
+}
+
+/* From the start along its tangent. Says why it ended in `ended`, NULL when it came back. */
+static const char *walk_one_way(way *w)
+{
+    double h = FIRST_STEP;
+    copy(w, &w->start, &w->here);
+    copy(w, &w->start, &w->before);
+    for (int k = 0; k < MOST_STEPS; k++) {
+        while (!stride(w, &w->here, h, &w->next))
+            if ((h *= 0.5) < SHORTEST)
+                return "the motion could not be followed further";
+        bool back = came_back(w);
+        notice(w);
+        w->limits->length = fmax(w->limits->length, w->next.arc);
+        if (back)
+            return NULL;
+        if (w->next.arc > FARTHEST)
+            return "it goes on: the walk was ended there";
+        h = fmin(fmin(1.3 * h, LONGEST), fmax(APPROACH * w->next.pivot / w->usual, CROSSING));
+        go_on(w);
+    }
+    return "it goes on: the walk was ended there";
+}
+
+static bool place_new(const way *w, place *p)
+{
+    p->q = KMP_ARENA_NEW(w->x->arena, double, w->n);
+    p->tangent = KMP_ARENA_NEW(w->x->arena, double, w->n);
+    return p->q && p->tangent;
+}
+
+static void begin(way *w)
+{
+    const kmp_examination *x = w->x;
+    memcpy(w->start.q, x->q, (size_t)w->n * sizeof *w->start.q);
+    kmp_walk_evaluate(x->walk, x->q);
+    tangent_at(w, &w->start, w->start.tangent);
+    if (w->start.tangent[x->part->u[0]] < 0) /* the independent coordinate first grows */
+        for (int k = 0; k < w->n; k++)
+            w->start.tangent[k] = -w->start.tangent[k];
+    w->usual = fmax(w->start.pivot, x->doctor->margin > 0 ? w->start.pivot / x->doctor->margin : 0);
+    for (int k = 0; k < w->n; k++)
+        w->limits->swing[k] = (kmp_swing){.low = x->q[k], .high = x->q[k]};
+}
+
+static void finish(way *w)
+{
+    for (int k = 0; k < w->n; k++) {
+        kmp_swing *s = &w->limits->swing[k];
+        s->moves = s->high - s->low > STANDS * w->x->system->scale[k];
+        if (w->limits->cycle)
+            s->turns = (int)lround((w->next.q[k] - w->start.q[k]) / TWO_PI);
+        if (w->limits->cycle && !w->x->system->model->motions[k].rotation)
+            s->turns = 0;
+        if (is_unseen(w, k))
+            *s = (kmp_swing){.low = NAN, .high = NAN, .moves = s->moves, .unseen = true};
+    }
+}
+
+static const char *why_not(const kmp_examination *x)
+{
+    const kmp_doctor *d = x->doctor;
+    if (x->system->rheonomic)
+        return "a closure moves in time: it decides the motion";
+    if (x->part->n - d->generic_rank != 1)
+        return "only walked for one degree of freedom";
+    if (x->part->m == 0)
+        return "no closures: nothing limits the motion";
+    if (x->part->r < d->generic_rank)
+        return "the start is a change point: begin from another position to see the limits of a branch";
+    if (!d->moved)
+        return "no motion was found from here";
+    if (x->part->n > MOST_COORDINATES)
+        return "only walked for up to 40 coordinates";
+    return NULL;
+}
+
+void kmp_doctor_limits(kmp_examination *x)
+{
+    kmp_limits *l = &x->doctor->limits;
+    way w = {.x = x, .limits = l, .n = x->system->n};
+    l->why_not = why_not(x);
+    if (l->why_not)
+        return;
+    l->swing = KMP_ARENA_NEW(x->arena, kmp_swing, w.n);
+    if (!l->swing || !place_new(&w, &w.start) || !place_new(&w, &w.before) || !place_new(&w, &w.here) ||
+        !place_new(&w, &w.next) || !place_new(&w, &w.trial) || !place_new(&w, &w.least))
+        return;
+    begin(&w);
+    l->walked = true;
+    l->ended = walk_one_way(&w);
+    l->cycle = !l->ended;
+    if (l->ended) {
+        for (int k = 0; k < w.n; k++)
+            w.start.tangent[k] = -w.start.tangent[k];
+        (void)walk_one_way(&w);
+    }
+    finish(&w);
+}

@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Why a model does not assemble: held coordinates are tried free, one by one and then all; and where every joint of a
+ * loop turns, its links are a polygon, which closes only if none is longer than all the others together. */
+#include "base/memory.h"
+#include "constraints/diagnosis/doctor.h"
+#include "constraints/kinds/kind_parts.h"
+#include <math.h>
+#include <string.h>
+
+enum { PUSHES = 4 };
+
+/* -- held coordinates -------------------------------------------------------------------------------- */
+
+static bool try_release(const kempe_system *s, const double *q, const bool *hold, int coordinate, kmp_release *release)
+{
+    kempe_assembly *a = NULL;
+    kmp_guess guess = {q, hold, PUSHES, false, 0};
+    if (kmp_assemble_from(s, &guess, &a) != KEMPE_OK)
+        return false;
+    *release = (kmp_release){coordinate, a->closed, coordinate < 0 ? 0 : a->q[coordinate]};
+    kempe_assembly_free(a);
+    return true;
+}
+
+static bool try_releases(kmp_obstacle *o, const kempe_system *s, kmp_arena *arena)
+{
+    const kmp_start *start = &s->model->start;
+    double *q = KMP_ARENA_NEW(arena, double, s->n);
+    bool *hold = KMP_ARENA_NEW(arena, bool, s->n), some = false;
+    o->releases = KMP_ARENA_NEW(arena, kmp_release, s->n + 1);
+    if (!q || !hold || !o->releases)
+        return false;
+    for (int k = 0; k < s->n; k++) {
+        q[k] = start->q[k].value;
+        hold[k] = start->hold[k];
+    }
+    for (int k = 0; k < s->n; k++) {
+        if (!start->hold[k])
+            continue;
+        hold[k] = false;
+        if (!try_release(s, q, hold, k, &o->releases[o->release_count]))
+            return false;
+        some = some || o->releases[o->release_count].closes;
+        o->release_count++;
+        hold[k] = true;
+    }
+    if (some || o->release_count < 2)
+        return true;
+    memset(hold, 0, (size_t)s->n * sizeof *hold);
+    return try_release(s, q, hold, -1, &o->releases[o->release_count++]);
+}
+
+/* -- lengths ----------------------------------------------------------------------------------------- */
+
+/* The polygon of one loop: its longest side and the sum of all. */
+typedef struct polygon {
+    const kempe_model *model;
+    double longest, sum;
+    bool slides;        /* some joint on the way does */
+    int body, from, to; /* of the longest: points, -1 the origin */
+} polygon;
+
+static void position(const kempe_model *model, int point, double at[3])
+{
+    for (int k = 0; k < 3; k++)
+        at[k] = point < 0 ? 0 : model->points[point].at[k].value;
+}
+
+static void add_side(polygon *p, int body, int from, int to)
+{
+    double a[3], b[3];
+    position(p->model, from, a);
+    position(p->model, to, b);
+    double length = hypot(hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2]);
+    p->sum += length;
+    if (length > p->longest) {
+        p->longest = length;
+        p->body = body;
+        p->from = from;
+        p->to = to;
+    }
+}
+
+static bool turns_only(const kempe_model *model, int body)
+{
+    for (int k = 0; k < model->bodies[body].motion_count; k++)
+        if (!model->motions[model->bodies[body].first_motion + k].rotation)
+            return false;
+    return true;
+}
+
+/* From point `at` of `body` up to `top`: the sides on the bodies on the way. *at is then a point of `top`. */
+static void climb(polygon *p, int body, int top, int *at)
+{
+    for (; body != top; body = p->model->bodies[body].parent) {
+        p->slides = p->slides || !turns_only(p->model, body);
+        add_side(p, body, p->model->bodies[body].to, *at);
+        *at = p->model->bodies[body].at;
+    }
+}
+
+static polygon polygon_of(const kempe_model *model, const kmp_closure *c)
+{
+    polygon p = {.model = model, .from = -1, .to = -1};
+    int at = c->point[0], bt = c->point[1];
+    int a = model->points[at].body, b = model->points[bt].body, top = kmp_part_ancestor(model, a, b);
+    climb(&p, a, top, &at);
+    climb(&p, b, top, &bt);
+    add_side(&p, top, at, bt);
+    return p;
+}
+
+double kmp_loop_longest_side(const kempe_model *model, int closure)
+{
+    const kmp_closure *c = &model->closures[closure];
+    return c->point[0] >= 0 && c->point[1] >= 0 ? polygon_of(model, c).longest : 0;
+}
+
+static const char *point_name(const kempe_model *model, int point)
+{
+    return point < 0 ? "its joint" : model->points[point].name;
+}
+
+/* Whether a closure holds its points together. */
+static bool joins_points(const kmp_closure *closure)
+{
+    static const char *const kinds[] = {"ball", "revolute", "universal", "weld"};
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
+        if (strcmp(closure->kind, kinds[k]) == 0)
+            return true;
+    return false;
+}
+
+static bool too_short(const kempe_model *model, int closure, kmp_reach *reach)
+{
+    const kmp_closure *c = &model->closures[closure];
+    bool rod = strcmp(c->kind, "rod") == 0;
+    if (!(rod || joins_points(c)) || c->function)
+        return false;
+    polygon p = polygon_of(model, c);
+    if (p.slides)
+        return false;
+    double length = rod ? c->length.value : 0, others = p.sum - p.longest + length;
+    if (length > p.longest && length > p.sum) { /* the rod is the longest side */
+        *reach = (kmp_reach){closure, length, p.sum, NULL, NULL, NULL};
+        return true;
+    }
+    *reach = (kmp_reach){
+        closure, p.longest, others, point_name(model, p.from), point_name(model, p.to), model->bodies[p.body].name};
+    return p.longest > others * (1 + 1e-12);
+}
+
+kempe_status kmp_obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *assembly, kmp_arena *arena)
+{
+    const kempe_system *s = assembly->system;
+    obstacle->reaches = KMP_ARENA_NEW(arena, kmp_reach, s->model->closure_count);
+    if (!obstacle->reaches || !try_releases(obstacle, s, arena))
+        return kmp_fail_memory(s->context);
+    for (int c = 0; c < s->model->closure_count; c++)
+        obstacle->reach_count += too_short(s->model, c, &obstacle->reaches[obstacle->reach_count]);
+    return KEMPE_OK;
+}

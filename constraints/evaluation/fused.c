@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/evaluation/fused.h"
+#include "base/arena.h"
+#include "base/memory.h"
+#include "constraints/evaluation/fused_inside.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+struct kmp_fused {
+    const kmp_reduction *red;
+    kmp_arena arena;
+    kmp_program *program;
+    kmp_machine *machine;
+    kmp_fused_layout layout;
+    int *turn, *signs;        /* of each block of Jv: what makes its pivots' signs that of the block; that sign */
+    bool reads[KMP_IN_COUNT]; /* which inputs the program has */
+    long chart_version;       /* of the constants */
+    double *effort;           /* n, NULL: there are none */
+    double *q, *qd;           /* n, for them */
+    double *state;            /* 2 n: y, and the rates of v */
+    const double *power;      /* of the last run */
+};
+
+/* Whether all numbers come from the program, and the linear algebra is small. */
+static bool can_be(const kmp_reduction *red)
+{
+    const kempe_system *s = red->plant->system;
+    bool can = red->p <= KMP_FUSED_FREEDOMS && s->motion->block_count == 0;
+    for (int b = kmp_block_count(red->block); can && b-- > 0;) {
+        int size;
+        (void)kmp_block_columns(red->block, b, &size);
+        can = size <= KMP_FUSED_BLOCK;
+    }
+    return can;
+}
+
+static void run_constants(kmp_fused *f)
+{
+    kmp_machine_set(f->machine, KMP_IN_CHART, f->red->plant->chart);
+    (void)kmp_machine_run(f->machine, KMP_STAGE_PARAMETERS);
+    f->chart_version = f->red->plant->chart_version;
+}
+
+/* -- where it stands --------------------------------------------------------------------------------- */
+
+static void set_place(kmp_fused *f, double t, const double *y)
+{
+    if (f->chart_version != f->red->plant->chart_version)
+        run_constants(f);
+    if (f->reads[KMP_IN_MODE])
+        kmp_machine_set(f->machine, KMP_IN_MODE, f->red->plant->mode);
+    if (f->reads[KMP_IN_TIME])
+        kmp_machine_set(f->machine, KMP_IN_TIME, &t);
+    kmp_machine_set(f->machine, KMP_IN_Q, y);
+}
+
+/* The product of the pivots' signs in each block, which are written from the last block to the first. false: some pivot
+ * is zero, or no number. */
+static bool find_signs(const kmp_fused *f, const double *pivot, int *signs)
+{
+    bool regular = true;
+    for (int block = kmp_block_count(f->red->block); block-- > 0;) {
+        int size;
+        (void)kmp_block_columns(f->red->block, block, &size);
+        signs[block] = 1;
+        for (int k = size == 2 ? 1 : size; k-- > 0; pivot++) {
+            regular = regular && fabs(*pivot) > 0 && fabs(*pivot) <= DBL_MAX;
+            signs[block] = *pivot < 0 ? -signs[block] : signs[block];
+        }
+    }
+    return regular;
+}
+
+static void find_turns(kmp_fused *f)
+{
+    const kmp_reduction *red = f->red;
+    for (int c = 0; c < red->p; c++)
+        f->state[c] = red->plant->q[red->part->u[c]];
+    for (int i = 0; i < red->r; i++)
+        f->state[2 * red->p + i] = red->plant->q[red->part->v[i]];
+    set_place(f, red->plant->t, f->state);
+    (void)kmp_machine_run(f->machine, KMP_FUSED_RATES);
+    const double *end = kmp_machine_run(f->machine, KMP_FUSED_END);
+    (void)find_signs(f, end + f->layout.multipliers, f->signs);
+    if (red->r > 0)
+        kmp_block_take_signs(red->block, f->turn);
+    for (int block = kmp_block_count(red->block); block-- > 0;)
+        f->turn[block] *= f->signs[block];
+}
+
+/* -- making ------------------------------------------------------------------------------------------ */
+
+static bool allocate(kmp_fused *f)
+{
+    int n = f->red->n, efforts = f->red->plant->system->force ? n : 0;
+    f->state = KMP_ARENA_NEW(&f->arena, double, 2 * n);
+    f->turn = KMP_ARENA_NEW(&f->arena, int, f->red->r);
+    f->signs = KMP_ARENA_NEW(&f->arena, int, f->red->r);
+    f->q = KMP_ARENA_NEW(&f->arena, double, efforts);
+    f->qd = KMP_ARENA_NEW(&f->arena, double, efforts);
+    f->effort = efforts ? KMP_ARENA_NEW(&f->arena, double, efforts) : NULL;
+    return !f->arena.failed;
+}
+
+static kmp_program *write_program(const kmp_reduction *red, kmp_fused_layout *layout)
+{
+    int *order = KMP_NEW(int, red->r);
+    if (!order)
+        return NULL;
+    kmp_fused_order(red, order);
+    const kmp_fused_plan plan = {order, red->plant->system->row_scale, red->plant->system->dissipative};
+    kmp_program *program = kmp_fused_write(red, &plan, layout);
+    kmp_free(order);
+    return program;
+}
+
+kempe_status kmp_fused_new(kmp_fused **out, const kmp_reduction *red)
+{
+    *out = NULL;
+    if (!can_be(red))
+        return KEMPE_OK;
+    kmp_fused *f = KMP_NEW(kmp_fused, 1);
+    if (f) {
+        *f = (kmp_fused){.red = red};
+        f->program = write_program(red, &f->layout);
+        f->machine = f->program ? kmp_machine_new(f->program, red->plant->backend) : NULL;
+    }
+    if (!f || !f->machine || !allocate(f)) {
+        kmp_fused_free(f);
+        return kmp_fail_memory(red->plant->system->context);
+    }
+    for (int k = 0; k < f->program->input_count; k++)
+        f->reads[f->program->input[k].kind] = true;
+    kmp_machine_set(f->machine, KMP_IN_PARAMETER, red->plant->system->parameters);
+    run_constants(f);
+    find_turns(f);
+    *out = f;
+    return KEMPE_OK;
+}
+
+void kmp_fused_free(kmp_fused *f)
+{
+    if (!f)
+        return;
+    kmp_machine_free(f->machine);
+    kmp_program_free(f->program);
+    kmp_arena_free(&f->arena);
+    kmp_free(f->layout.factor);
+    kmp_free(f);
+}
+
+/* -- running ----------------------------------------------------------------------------------------- */
+
+/* udd and pivots with the user's efforts. */
+static const double *with_efforts(kmp_fused *f, double t, const double *y, const double *rate)
+{
+    const kmp_partition *part = f->red->part;
+    int p = part->p, r = part->r;
+    double *state = f->state;
+    for (int c = 0; c < p; c++) {
+        f->q[part->u[c]] = y[c];
+        f->qd[part->u[c]] = y[p + c];
+    }
+    for (int i = 0; i < r; i++) {
+        f->q[part->v[i]] = y[2 * p + i];
+        f->qd[part->v[i]] = state[2 * p + r + i] = rate[i];
+    }
+    kmp_machine_set(f->machine, KMP_IN_QD, state);
+    kmp_system_effort(f->red->plant->system, t, f->q, f->qd, f->effort);
+    kmp_machine_set(f->machine, KMP_IN_EFFORT, f->effort);
+    return kmp_machine_run(f->machine, KMP_FUSED_ACCELERATIONS);
+}
+
+bool kmp_fused_run(kmp_fused *f, double t, const double *y, double *dy)
+{
+    int p = f->red->p, r = f->red->r;
+    bool positive = true;
+    set_place(f, t, y);
+    const double *out = kmp_machine_run(f->machine, KMP_FUSED_RATES), *pivot = out + p + r;
+    if (f->effort) {
+        memcpy(dy + 2 * p, out, (size_t)r * sizeof *dy);
+        out = with_efforts(f, t, y, out);
+        memcpy(dy + p, out, (size_t)p * sizeof *dy);
+        pivot = out + p;
+    } else {
+        memcpy(dy + p, out, (size_t)(p + r) * sizeof *dy);
+    }
+    for (int c = 0; c < p; c++) {
+        dy[c] = y[p + c];
+        positive = positive && pivot[c] > 0;
+    }
+    f->power = pivot + p;
+    return positive;
+}
+
+double kmp_fused_power(const kmp_fused *f)
+{
+    double power = *f->power;
+    for (int i = 0; f->effort && i < f->red->n; i++)
+        power += f->effort[i] * f->qd[i];
+    return power;
+}
+
+bool kmp_fused_applies(const kmp_fused *f)
+{
+    return f->red->plant->frozen || f->red->plant->system->events.count == 0;
+}
+
+static bool is_good(const kmp_fused *f, const double *multiplier)
+{
+    for (int k = 0; k < f->layout.multipliers; k++)
+        if (!(fabs(multiplier[k] * f->layout.factor[k]) <= KMP_FUSED_MULTIPLIER))
+            return false;
+    return true;
+}
+
+kmp_fused_end kmp_fused_at_end(kmp_fused *f)
+{
+    const kempe_system *s = f->red->plant->system;
+    const double *out = kmp_machine_run(f->machine, KMP_FUSED_END), *pivot = out + f->layout.multipliers;
+    kmp_fused_end end = {.good = is_good(f, out), .regular = find_signs(f, pivot, f->signs), .signs = f->signs};
+    for (int block = kmp_block_count(f->red->block); block-- > 0;)
+        f->signs[block] *= f->turn[block];
+    end.h = pivot + f->layout.pivots;
+    end.jacobian = end.h + s->m;
+    end.h_t = s->rheonomic ? end.jacobian + s->jacobian.count : NULL;
+    end.bvu = end.jacobian + s->jacobian.count + (s->rheonomic ? s->m : 0);
+    end.dv = end.bvu + f->red->r * f->red->p;
+    return end;
+}
+
+bool kmp_fused_is_good(kmp_fused *f, double t, const double *y)
+{
+    if (f->layout.multipliers == 0)
+        return true;
+    set_place(f, t, y);
+    (void)kmp_machine_run(f->machine, KMP_FUSED_RATES);
+    return is_good(f, kmp_machine_run(f->machine, KMP_FUSED_END));
+}
+
+kmp_counts kmp_fused_count(const kmp_fused *f)
+{
+    return kmp_program_count(f->program, KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS);
+}

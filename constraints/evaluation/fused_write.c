@@ -1,0 +1,462 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The linear algebra of a reduction written out, on the outputs of the motion program. Blocks of one and two rows are
+ * solved by their determinant, larger ones by elimination in an order that is given. */
+#include "base/arena.h"
+#include "base/memory.h"
+#include "constraints/evaluation/fused_inside.h"
+#include "linalg/dense/dense.h"
+#include <math.h>
+#include <string.h>
+
+/* A diagonal block: its matrix, then its factors; rows in the order of elimination. */
+typedef struct block {
+    int size, row[KMP_FUSED_BLOCK], col[KMP_FUSED_BLOCK];
+    kmp_ref a[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK];
+    kmp_ref inverse[KMP_FUSED_BLOCK]; /* of the pivots; of two rows: of the determinant */
+} block;
+
+/* What is being written. */
+typedef struct maker {
+    const kmp_reduction *red;
+    const kempe_system *s;
+    kmp_graph *g;
+    const kmp_fused_plan *plan;
+    kmp_arena arena;
+    int n, p, r;
+    block *block; /* of Jv, factored */
+    kmp_ref *out; /* of the motion program */
+    const kmp_ref *h, *jacobian, *h_t, *mass, *jdqd;
+    kmp_ref *bias;
+    kmp_ref *ju;           /* r x p, row by row */
+    kmp_ref *jv;           /* r x r, row by row */
+    int *block_of;         /* by column */
+    kmp_ref *b, *x_t, *a0; /* r x p row by row, r, r */
+    kmp_ref *dv;           /* r: the correction of v */
+    kmp_ref *rate;         /* r: qd of v */
+    kmp_ref *input, *by;   /* 2 n: q and qd of the motion program, and what stands for them */
+    kmp_ref *mx;           /* n x p, row by row */
+    kmp_ref *multiplier;   /* of all blocks */
+    double *factor;        /* likewise */
+    int multipliers;
+    kmp_ref *pivot; /* whose product is det Jv, but for the sign of a permutation */
+    int pivots;
+    kmp_ref power; /* of the non-conservative forces */
+} maker;
+
+static double scale_of(const maker *k, int row)
+{
+    return k->plan->row_scale[k->red->part->rows[row]];
+}
+
+/* Rows of a block in the order of elimination; `begin`: how many rows the blocks before it have. */
+static void take_block(const maker *k, int number, int begin, block *b)
+{
+    const int *col = kmp_block_columns(k->red->block, number, &b->size);
+    for (int i = 0; i < b->size; i++) {
+        b->col[i] = col[i];
+        b->row[i] = k->plan->order[begin + i];
+    }
+    for (int i = 0; i < b->size; i++)
+        for (int j = 0; j < b->size; j++)
+            b->a[i][j] = k->jv[b->row[i] * k->r + b->col[j]];
+}
+
+static double value_at(const kmp_reduction *red, int row, int col)
+{
+    for (int e = 0; e < red->jv_count; e++)
+        if (red->jv_row[e] == row && red->jv_col[e] == col)
+            return red->plant->jacobian[red->jv_entry[e]];
+    return 0;
+}
+
+static void swap(int *a, int *b)
+{
+    int t = *a;
+    *a = *b;
+    *b = t;
+}
+
+void kmp_fused_order(const kmp_reduction *red, int *order)
+{
+    const double *scale = red->plant->system->row_scale;
+    double value[KMP_FUSED_BLOCK * KMP_FUSED_BLOCK];
+    int size, pivot[KMP_FUSED_BLOCK];
+    for (int number = 0, count = kmp_block_count(red->block); number < count; number++, order += size) {
+        const int *col = kmp_block_columns(red->block, number, &size), *row = kmp_block_rows(red->block, number);
+        memcpy(order, row, (size_t)size * sizeof *order);
+        if (size <= 2) /* by the determinant */
+            continue;
+        for (int i = 0; i < size; i++)
+            for (int j = 0; j < size; j++)
+                value[i + j * size] = value_at(red, row[i], col[j]) / scale[red->part->rows[row[i]]];
+        int fault = kmp_lu_factor(size, value, pivot);
+        for (int i = 0; i < (fault ? fault - 1 : size); i++)
+            swap(&order[i], &order[pivot[i]]);
+    }
+}
+
+/* One row: its inverse. Two: that of the determinant. More: L below the diagonal, U on and above it. */
+static void factor_block(maker *k, block *b)
+{
+    kmp_graph *g = k->g;
+    if (b->size == 2) {
+        kmp_ref det = kmp_sub(g, kmp_mul(g, b->a[0][0], b->a[1][1]), kmp_mul(g, b->a[0][1], b->a[1][0]));
+        b->inverse[0] = kmp_div(g, KMP_ONE, det);
+        k->pivot[k->pivots++] = det;
+        return;
+    }
+    for (int c = 0; c < b->size; c++) {
+        k->pivot[k->pivots++] = b->a[c][c];
+        b->inverse[c] = kmp_div(g, KMP_ONE, b->a[c][c]);
+        for (int i = c + 1; i < b->size; i++) {
+            if (b->a[i][c] == KMP_ZERO)
+                continue;
+            b->a[i][c] = kmp_mul(g, b->a[i][c], b->inverse[c]);
+            k->multiplier[k->multipliers] = b->a[i][c];
+            k->factor[k->multipliers++] = scale_of(k, b->row[c]) / scale_of(k, b->row[i]);
+            for (int j = c + 1; j < b->size; j++)
+                b->a[i][j] = kmp_sub(g, b->a[i][j], kmp_mul(g, b->a[i][c], b->a[c][j]));
+        }
+    }
+}
+
+static void solve_two(kmp_graph *g, const block *b, kmp_ref *x)
+{
+    kmp_ref y = x[0], z = x[1], w = b->inverse[0];
+    x[0] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[1][1], w), y), kmp_mul(g, kmp_mul(g, b->a[0][1], w), z));
+    x[1] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[0][0], w), z), kmp_mul(g, kmp_mul(g, b->a[1][0], w), y));
+}
+
+static void solve_block(kmp_graph *g, const block *b, kmp_ref *x)
+{
+    if (b->size == 2) {
+        solve_two(g, b, x);
+        return;
+    }
+    for (int i = 1; i < b->size; i++)
+        for (int j = 0; j < i; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[i][j], x[j]));
+    for (int i = b->size - 1; i >= 0; i--) {
+        for (int j = i + 1; j < b->size; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[i][j], x[j]));
+        x[i] = kmp_mul(g, x[i], b->inverse[i]);
+    }
+}
+
+/* The right-hand side of a row less what is known of the solution: columns of later blocks. */
+static kmp_ref left_over(const maker *k, int row, kmp_ref rhs, const kmp_ref *x, int stride, int number)
+{
+    for (int col = 0; col < k->r; col++)
+        if (k->block_of[col] > number && k->jv[row * k->r + col] != KMP_ZERO)
+            rhs = kmp_sub(k->g, rhs, kmp_mul(k->g, k->jv[row * k->r + col], x[col * stride]));
+    return rhs;
+}
+
+/* x = Jv^-1 rhs of every column, the last block first. */
+static void solve_columns(maker *k, int number, const block *b, int columns, const kmp_ref *rhs, kmp_ref *x)
+{
+    for (int c = 0; c < columns; c++) {
+        kmp_ref y[KMP_FUSED_BLOCK] = {0};
+        for (int i = 0; i < b->size; i++)
+            y[i] = left_over(k, b->row[i], rhs[b->row[i] * columns + c], x + c, columns, number);
+        solve_block(k->g, b, y);
+        for (int i = 0; i < b->size; i++)
+            x[b->col[i] * columns + c] = y[i];
+    }
+}
+
+static void negate(int count, kmp_ref *x)
+{
+    for (int i = 0; i < count; i++)
+        x[i] = kmp_neg(x[i]);
+}
+
+/* Bvu, x_t and the correction: -Jv^-1 of Ju, h_t and h. */
+static void make_tangent(maker *k)
+{
+    int begin = k->r;
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
+        block *b = &k->block[number];
+        (void)kmp_block_columns(k->red->block, number, &b->size);
+        begin -= b->size;
+        take_block(k, number, begin, b);
+        factor_block(k, b);
+        solve_columns(k, number, b, k->p, k->ju, k->b);
+        if (k->h_t)
+            solve_columns(k, number, b, 1, k->h_t, k->x_t);
+        solve_columns(k, number, b, 1, k->h, k->dv);
+    }
+    negate(k->r * k->p, k->b);
+    negate(k->r, k->x_t);
+    negate(k->r, k->dv);
+}
+
+/* a0 = -Jv^-1 jdqd. */
+static void make_curvature(maker *k)
+{
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
+        solve_columns(k, number, &k->block[number], 1, k->jdqd, k->a0);
+    negate(k->r, k->a0);
+}
+
+/* Entry of X = (1; Bvu) in the row of a coordinate. */
+static kmp_ref x_entry(const maker *k, int coordinate, int column)
+{
+    int place = k->red->place[coordinate];
+    if (place >= 0)
+        return k->b[place * k->p + column];
+    return -1 - place == column ? KMP_ONE : KMP_ZERO;
+}
+
+static void add_product(kmp_graph *g, kmp_ref *sum, kmp_ref a, kmp_ref b)
+{
+    *sum = kmp_add(g, *sum, kmp_mul(g, a, b));
+}
+
+/* M X. */
+static void make_mx(maker *k)
+{
+    const kmp_pattern *m = &k->s->mass;
+    for (int e = 0; e < m->count; e++)
+        for (int c = 0; c < k->p; c++) {
+            int i = m->row[e], j = m->col[e];
+            add_product(k->g, &k->mx[i * k->p + c], k->mass[e], x_entry(k, j, c));
+            if (i != j)
+                add_product(k->g, &k->mx[j * k->p + c], k->mass[e], x_entry(k, i, c));
+        }
+}
+
+/* Mr = X' M X, lower triangle, and -Fr = -X' C - (M X)' a0. */
+static void make_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS],
+                         kmp_ref force[KMP_FUSED_FREEDOMS])
+{
+    for (int c = 0; c < k->p; c++) {
+        force[c] = KMP_ZERO;
+        for (int i = 0; i < k->n; i++) {
+            add_product(k->g, &force[c], x_entry(k, i, c), k->bias[i]);
+            if (k->red->place[i] >= 0)
+                add_product(k->g, &force[c], k->mx[i * k->p + c], k->a0[k->red->place[i]]);
+        }
+        force[c] = kmp_neg(force[c]);
+        for (int d = 0; d <= c; d++) {
+            mr[c][d] = KMP_ZERO;
+            for (int i = 0; i < k->n; i++)
+                add_product(k->g, &mr[c][d], x_entry(k, i, c), k->mx[i * k->p + d]);
+        }
+    }
+}
+
+/* Mr = L D L', in place; then force becomes udd. The pivots D go out, too. */
+static void solve_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], kmp_ref *force, kmp_ref *pivot)
+{
+    kmp_graph *g = k->g;
+    kmp_ref inverse[KMP_FUSED_FREEDOMS] = {0};
+    for (int j = 0; j < k->p; j++) {
+        pivot[j] = mr[j][j];
+        inverse[j] = kmp_div(g, KMP_ONE, pivot[j]);
+        for (int i = j + 1; i < k->p; i++) {
+            kmp_ref l = kmp_mul(g, mr[i][j], inverse[j]);
+            for (int c = j + 1; c <= i; c++)
+                mr[i][c] = kmp_sub(g, mr[i][c], kmp_mul(g, l, mr[c][j]));
+        }
+        for (int i = j + 1; i < k->p; i++)
+            mr[i][j] = kmp_mul(g, mr[i][j], inverse[j]);
+    }
+    for (int i = 0; i < k->p; i++)
+        for (int j = 0; j < i; j++)
+            force[i] = kmp_sub(g, force[i], kmp_mul(g, mr[i][j], force[j]));
+    for (int i = k->p - 1; i >= 0; i--) {
+        force[i] = kmp_mul(g, force[i], inverse[i]);
+        for (int j = i + 1; j < k->p; j++)
+            force[i] = kmp_sub(g, force[i], kmp_mul(g, mr[j][i], force[j]));
+    }
+}
+
+/* qd of v. */
+static void make_rates(const maker *k)
+{
+    for (int i = 0; i < k->r; i++) {
+        k->rate[i] = k->x_t[i];
+        for (int c = 0; c < k->p; c++)
+            add_product(k->g, &k->rate[i], k->b[i * k->p + c], k->by[k->p + c]);
+    }
+}
+
+/* -- making ------------------------------------------------------------------------------------------ */
+
+static kmp_ref *refs(maker *k, int count)
+{
+    return KMP_ARENA_NEW(&k->arena, kmp_ref, count);
+}
+
+static bool allocate(maker *k)
+{
+    k->block = KMP_ARENA_NEW(&k->arena, block, kmp_block_count(k->red->block));
+    k->block_of = KMP_ARENA_NEW(&k->arena, int, k->r);
+    k->out = refs(k, k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m);
+    k->ju = refs(k, k->r * k->p);
+    k->jv = refs(k, k->r * k->r);
+    k->b = refs(k, k->r * k->p);
+    k->x_t = refs(k, k->r);
+    k->a0 = refs(k, k->r);
+    k->mx = refs(k, k->n * k->p);
+    k->input = refs(k, 2 * k->n);
+    k->by = refs(k, 2 * k->n);
+    k->dv = refs(k, k->r);
+    k->rate = refs(k, k->r);
+    k->pivot = refs(k, k->r);
+    k->multiplier = refs(k, k->r * KMP_FUSED_BLOCK);
+    k->factor = KMP_NEW(double, k->r *KMP_FUSED_BLOCK);
+    return k->factor && !k->arena.failed;
+}
+
+/* Rows of independent closures in the order of the partition, from those of all rows. */
+static const kmp_ref *independent(const maker *k, const kmp_ref *all, kmp_ref *into)
+{
+    for (int i = 0; i < k->r; i++)
+        into[i] = all[k->red->part->rows[i]];
+    return into;
+}
+
+static void name_input(maker *k, int at, kmp_input_kind kind, int coordinate, kmp_input_kind now)
+{
+    k->input[at] = kmp_input(k->g, kind, (uint32_t)coordinate);
+    k->by[at] = kmp_input(k->g, now, (uint32_t)at);
+}
+
+/* Inputs are places in the state (u, ud, v), which is given as q, and behind it, where they are waited for, as qd, the
+ * rates of v. */
+static void name_inputs(maker *k)
+{
+    const kmp_partition *part = k->red->part;
+    int v = 2 * k->p;
+    for (int c = 0; c < k->p; c++) {
+        name_input(k, c, KMP_IN_Q, part->u[c], KMP_IN_Q);
+        name_input(k, k->p + c, KMP_IN_QD, part->u[c], KMP_IN_Q);
+    }
+    for (int i = 0; i < k->r; i++) {
+        name_input(k, v + i, KMP_IN_Q, part->v[i], KMP_IN_Q);
+        name_input(k, v + k->r + i, KMP_IN_QD, part->v[i], KMP_IN_QD);
+    }
+}
+
+/* What the motion program has for (t, q), sorted into what it is. */
+static void sort_place(maker *k)
+{
+    const kempe_system *s = k->s;
+    const int *first = s->motion->outputs;
+    kmp_ref *room = k->out + first[s->motion->stages];
+    k->h = independent(k, k->out + first[KMP_STAGE_CLOSURE], room);
+    k->jacobian = k->out + first[KMP_STAGE_CLOSURE] + s->m;
+    k->h_t = s->rheonomic ? independent(k, k->jacobian + s->jacobian.count, room + s->m) : NULL;
+    k->mass = k->out + first[KMP_STAGE_MASS];
+}
+
+/* What it has for qd. Without the user's efforts, which are functions of qd, those of v are not waited for. */
+static bool sort_motion(maker *k)
+{
+    const kempe_system *s = k->s;
+    const int *first = s->motion->outputs;
+    kmp_ref *room = k->out + first[s->motion->stages] + 2 * s->m, *v = k->by + 2 * k->p + k->r;
+    for (int i = 0; !s->force && i < k->r; i++)
+        v[i] = k->rate[i];
+    bool ok = s->force || kmp_program_import(s->motion, k->g, 2 * k->n, k->input, k->by, k->out);
+    k->bias = k->out + first[KMP_STAGE_BIAS];
+    k->jdqd = independent(k, k->bias + s->n, room);
+    for (int i = 0; s->force && i < s->n; i++) /* C holds efforts with their sign turned */
+        k->bias[i] = kmp_sub(k->g, k->bias[i], kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i));
+    if (s->motion->stages > KMP_STAGE_WORKING)
+        k->power = k->out[first[KMP_STAGE_WORKING]];
+    return ok;
+}
+
+/* Jv and Ju. */
+static void sort_jacobian(maker *k)
+{
+    const kmp_reduction *red = k->red;
+    for (int e = 0; e < red->jv_count; e++)
+        k->jv[red->jv_row[e] * k->r + red->jv_col[e]] = k->jacobian[red->jv_entry[e]];
+    for (int e = 0; e < red->ju_count; e++)
+        k->ju[red->ju_row[e] * k->p + red->ju_col[e]] = k->jacobian[red->ju_entry[e]];
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
+        int size;
+        const int *col = kmp_block_columns(k->red->block, number, &size);
+        for (int i = 0; i < size; i++)
+            k->block_of[col[i]] = number;
+    }
+}
+
+static void append(kmp_ref **to, int count, const kmp_ref *from)
+{
+    if (count > 0)
+        memcpy(*to, from, (size_t)count * sizeof **to);
+    *to += count;
+}
+
+/* From all that has been made; `all` has room for the outputs of all stages. */
+static kmp_program *schedule(maker *k, const kmp_ref *end, kmp_ref *all)
+{
+    const kempe_system *s = k->s;
+    const kmp_ref *closure = k->out + s->motion->outputs[KMP_STAGE_CLOSURE], *groups[KMP_FUSED_STAGES - 1];
+    int count[KMP_FUSED_STAGES - 1];
+    kmp_ref *to = all;
+    groups[0] = to;
+    if (!s->force)
+        append(&to, k->p, end);
+    append(&to, k->r, k->rate);
+    groups[1] = to;
+    if (s->force)
+        append(&to, k->p, end);
+    append(&to, k->p, end + k->p);
+    append(&to, k->plan->power, &k->power);
+    count[0] = k->r + (s->force ? 0 : 2 * k->p + k->plan->power);
+    count[1] = s->force ? 2 * k->p + k->plan->power : 0;
+    groups[2] = to;
+    append(&to, k->multipliers, k->multiplier);
+    append(&to, k->pivots, k->pivot);
+    append(&to, (s->rheonomic ? 2 : 1) * s->m + s->jacobian.count, closure);
+    for (int c = 0; c < k->p; c++)
+        for (int i = 0; i < k->r; i++)
+            *to++ = k->b[i * k->p + c];
+    append(&to, k->r, k->dv);
+    count[2] = (int)(to - groups[2]);
+    return kmp_graph_failed(k->g) ? NULL : kmp_program_new(k->g, KMP_FUSED_STAGES - 1, count, groups);
+}
+
+static kmp_program *write_program(maker *k)
+{
+    kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], end[2 * KMP_FUSED_FREEDOMS];
+    sort_place(k);
+    sort_jacobian(k);
+    make_tangent(k);
+    make_rates(k);
+    if (!sort_motion(k))
+        return NULL;
+    make_curvature(k);
+    make_mx(k);
+    make_reduced(k, mr, end);
+    solve_reduced(k, mr, end, end + k->p);
+    kmp_ref *all = refs(k, 4 * k->r + 2 * k->p + 1 + k->multipliers + k->pivots + 2 * k->s->m + k->s->jacobian.count +
+                               k->r * k->p);
+    return all ? schedule(k, end, all) : NULL;
+}
+
+static kmp_program *make_program(maker *k)
+{
+    k->g = kmp_graph_new();
+    if (!k->g || !allocate(k))
+        return NULL;
+    name_inputs(k);
+    return kmp_program_import(k->s->motion, k->g, 2 * k->n, k->input, k->by, k->out) ? write_program(k) : NULL;
+}
+
+kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout)
+{
+    maker k = {
+        .red = red, .s = red->plant->system, .plan = plan, .n = red->n, .p = red->p, .r = red->r, .power = KMP_ZERO};
+    kmp_program *program = make_program(&k);
+    *layout = (kmp_fused_layout){k.multipliers, k.pivots, k.factor};
+    kmp_graph_free(k.g);
+    kmp_arena_free(&k.arena);
+    return program;
+}

@@ -1,0 +1,333 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/evaluation/pressing.h"
+#include "base/arena.h"
+#include "base/memory.h"
+#include "constraints/partition/reduction.h"
+#include "constraints/tolerances.h"
+#include "dynamics/pressed.h"
+#include "linalg/dense/dense.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MAX_NEWTON = 30, MAX_HALVINGS = 12 };
+/* A residual that is rounding, in parts of what the multipliers are made from, and one that is when Newton makes it no
+ * smaller: of a slider-crank whose Jv is a thousandth of its usual size it stops at 14 epsilon. */
+#define ROUNDING       (8 * DBL_EPSILON)
+#define MOSTLY_ROUNDED (4096 * DBL_EPSILON)
+/* A step that makes the residual smaller by less is halved. */
+#define DESCENT 0.1
+
+typedef struct kmp_press_work {
+    kmp_arena arena;
+    int count;                /* unknowns */
+    double *lambda, *changed; /* m */
+    double *column;           /* n */
+    double *matrix;           /* count x count: dLambda/dnu - 1 */
+    double *residual, *step;  /* count: Lambda(nu) - nu */
+    double *from;             /* m: nu before the step */
+    int *pivot;
+    int worst; /* row of the largest residual where Newton failed; -1: it did not */
+} kmp_press_work;
+
+struct kmp_press_work *kmp_press_work_new(const kempe_system *s)
+{
+    kmp_press_work *w = KMP_NEW(kmp_press_work, 1);
+    size_t count = (size_t)s->pressed_count, m = (size_t)s->m;
+    if (!w)
+        return NULL;
+    w->count = s->pressed_count;
+    w->worst = -1;
+    w->lambda = KMP_ARENA_NEW(&w->arena, double, m);
+    w->changed = KMP_ARENA_NEW(&w->arena, double, m);
+    w->column = KMP_ARENA_NEW(&w->arena, double, s->n);
+    w->matrix = KMP_ARENA_NEW(&w->arena, double, count *count);
+    w->residual = KMP_ARENA_NEW(&w->arena, double, count);
+    w->step = KMP_ARENA_NEW(&w->arena, double, count);
+    w->from = KMP_ARENA_NEW(&w->arena, double, m);
+    w->pivot = KMP_ARENA_NEW(&w->arena, int, count);
+    if (!w->arena.failed)
+        return w;
+    kmp_press_work_free(w);
+    return NULL;
+}
+
+void kmp_press_work_free(struct kmp_press_work *w)
+{
+    if (w)
+        kmp_arena_free(&w->arena);
+    kmp_free(w);
+}
+
+/* -- Newton ------------------------------------------------------------------------------------------ */
+
+/* How far nu is from Lambda(nu): the largest difference times the scale of its row, which makes it an energy, and that
+ * as part of what the multipliers are made from. Not finite where something is not. */
+typedef struct distance {
+    double energy, part;
+} distance;
+
+/* At the plant's bias. Steps are judged by the energy alone: what it is a part of changes with nu. */
+static distance look(const kmp_plant *plant, const kmp_answer *answer)
+{
+    const kempe_system *s = plant->system;
+    kmp_press_work *w = plant->press;
+    double size = 0, worst = 0;
+    answer->multipliers(answer->self, plant->bias, false, w->lambda);
+    for (int r = 0; r < s->m; r++)
+        size = fmax(size, fmax(fabs(w->lambda[r]), fabs(plant->nu[r])) * s->row_scale[r]);
+    for (int i = 0; i < s->n; i++)
+        size = fmax(size, fabs(plant->bias[i]) * s->scale[i]);
+    w->worst = s->pressed[0];
+    for (int k = 0; k < w->count; k++) {
+        int r = s->pressed[k];
+        w->residual[k] = w->lambda[r] - plant->nu[r];
+        double part = fabs(w->residual[k]) * s->row_scale[r];
+        if (!isfinite(part))
+            return (distance){INFINITY, INFINITY};
+        w->worst = part > worst ? r : w->worst;
+        worst = fmax(worst, part);
+    }
+    return (distance){worst, worst > 0 ? worst / size : 0};
+}
+
+/* dLambda/dnu - 1. */
+static void fill_matrix(const kmp_plant *plant, const kmp_answer *answer)
+{
+    const kempe_system *s = plant->system;
+    const kmp_pattern *pressing = &s->pressing;
+    kmp_press_work *w = plant->press;
+    for (int k = 0; k < w->count; k++) {
+        memset(w->column, 0, (size_t)s->n * sizeof *w->column);
+        for (int e = 0; e < pressing->count; e++)
+            if (pressing->col[e] == s->pressed[k])
+                w->column[pressing->row[e]] = plant->pressing[e];
+        answer->multipliers(answer->self, w->column, true, w->changed);
+        for (int i = 0; i < w->count; i++)
+            w->matrix[i + k * w->count] = w->changed[s->pressed[i]] - (i == k);
+    }
+}
+
+bool kmp_press_factor(kmp_plant *plant, const kmp_answer *answer)
+{
+    kmp_press_work *w = plant->press;
+    if (!w)
+        return true;
+    fill_matrix(plant, answer);
+    return kmp_lu_factor(w->count, w->matrix, w->pivot) == 0;
+}
+
+/* step = -(dLambda/dnu - 1)^-1 rhs */
+static void solve(kmp_press_work *w)
+{
+    for (int k = 0; k < w->count; k++)
+        w->step[k] = -w->step[k];
+    kmp_lu_solve(w->count, w->matrix, w->pivot, 1, w->step);
+}
+
+void kmp_press_change(const kmp_plant *plant, const kmp_answer *answer, double *bias)
+{
+    const kempe_system *s = plant->system;
+    const kmp_pattern *pressing = &s->pressing;
+    kmp_press_work *w = plant->press;
+    if (!w)
+        return;
+    memcpy(w->column, bias, (size_t)s->n * sizeof *bias); /* bias may be scratch of what answers */
+    answer->multipliers(answer->self, w->column, true, w->changed);
+    for (int k = 0; k < w->count; k++)
+        w->step[k] = w->changed[s->pressed[k]];
+    solve(w);
+    for (int k = 0; k < w->count; k++)
+        w->changed[s->pressed[k]] = w->step[k];
+    memcpy(bias, w->column, (size_t)s->n * sizeof *bias);
+    for (int e = 0; e < pressing->count; e++)
+        bias[pressing->row[e]] += plant->pressing[e] * w->changed[pressing->col[e]];
+}
+
+/* The step; false: it is not determined. */
+static bool find_step(kmp_plant *plant, const kmp_answer *answer)
+{
+    kmp_press_work *w = plant->press;
+    if (!kmp_press_factor(plant, answer))
+        return false;
+    memcpy(w->step, w->residual, (size_t)w->count * sizeof *w->step);
+    solve(w);
+    return true;
+}
+
+/* The step, or as much of it as makes the residual smaller; false: no part of it does. */
+static bool go(kmp_plant *plant, const kmp_answer *answer, distance *now)
+{
+    const kempe_system *s = plant->system;
+    kmp_press_work *w = plant->press;
+    double part = 1, before = now->energy;
+    memcpy(w->from, plant->nu, (size_t)s->m * sizeof *w->from);
+    for (int half = 0; half <= MAX_HALVINGS; half++, part /= 2) {
+        for (int k = 0; k < w->count; k++)
+            w->changed[s->pressed[k]] = w->from[s->pressed[k]] + part * w->step[k];
+        for (int r = 0, k = 0; r < s->m; r++) {
+            bool pressed = k < w->count && s->pressed[k] == r;
+            w->changed[r] = pressed ? w->changed[r] : 0;
+            k += pressed;
+        }
+        kmp_plant_bias_with(plant, w->changed);
+        *now = look(plant, answer);
+        if (now->energy <= (1 - DESCENT * part) * before || (half == 0 && now->part <= MOSTLY_ROUNDED))
+            return true;
+    }
+    return false;
+}
+
+/* From the nu at hand. */
+static bool settle(kmp_plant *plant, const kmp_answer *answer)
+{
+    distance now = look(plant, answer);
+    for (int k = 0; k < MAX_NEWTON; k++) {
+        if (now.part <= ROUNDING)
+            return true;
+        double before = now.energy;
+        if (!(before < INFINITY) || !find_step(plant, answer) || !go(plant, answer, &now))
+            return false;
+        if (now.part <= MOSTLY_ROUNDED && !(now.energy < 0.5 * before))
+            return true;
+    }
+    return false;
+}
+
+bool kmp_press(kmp_plant *plant, const kmp_answer *answer)
+{
+    kmp_press_work *w = plant->press;
+    if (!w)
+        return true;
+    bool settled = settle(plant, answer);
+    if (!settled) { /* what was found before may be far away */
+        memset(w->changed, 0, (size_t)plant->m * sizeof *w->changed);
+        kmp_plant_bias_with(plant, w->changed);
+        settled = settle(plant, answer);
+    }
+    if (!settled) {
+        memset(plant->nu, 0, (size_t)plant->m * sizeof *plant->nu);
+        return false;
+    }
+    w->worst = -1;
+    return true;
+}
+
+void kmp_press_forget(kmp_plant *plant)
+{
+    if (plant->nu)
+        memset(plant->nu, 0, (size_t)plant->m * sizeof *plant->nu);
+}
+
+/* -- sentences --------------------------------------------------------------------------------------- */
+
+bool kmp_is_unsettled(const kmp_plant *plant)
+{
+    return plant->press && plant->press->worst >= 0;
+}
+
+void kmp_put_unsettled(const kmp_plant *plant, kmp_text *text)
+{
+    const kempe_system *s = plant->system;
+    int row = plant->press->worst;
+    kmp_text_printf(text,
+                    "force '%s' depends on the multiplier of closure row '%s', and at t = %.9g no value of it is found "
+                    "that the force itself leads to: such friction locks or has more solutions than one; make it "
+                    "weaker, or its regularisation wider",
+                    kmp_pressed_force(s, row), s->row_names[row], plant->t);
+}
+
+kempe_status kmp_fail_unsettled(const kmp_plant *plant)
+{
+    kmp_text text = {0};
+    kmp_put_unsettled(plant, &text);
+    kempe_status status = text.failed ? kmp_fail_memory(plant->system->context)
+                                      : kmp_fail(plant->system->context, KEMPE_E_FAILED, "%s", text.s);
+    kmp_text_free(&text);
+    return status;
+}
+
+/* -- rows that share their load ---------------------------------------------------------------------- */
+
+static kempe_status complain_shared(const kempe_system *s, int row, int other)
+{
+    return kmp_fail(
+        s->context, KEMPE_E_FAILED,
+        "force '%s' depends on the multiplier of closure row '%s', which is not determined: it and row '%s' "
+        "are redundant beside each other, and nothing says how they share the load; leave one of them out",
+        kmp_pressed_force(s, row), s->row_names[row], s->row_names[other]);
+}
+
+/* share (m): how much of each kept row is in the dropped one, from Jv' a = its v columns, scaled; of itself infinitely
+ * much. */
+static void shares_of(kmp_reduction *red, int dropped, double *share)
+{
+    const kempe_system *s = red->plant->system;
+    memset(red->force, 0, (size_t)red->n * sizeof *red->force);
+    for (int e = 0; e < s->jacobian.count; e++)
+        if (s->jacobian.row[e] == dropped)
+            red->force[s->jacobian.col[e]] = red->plant->jacobian[e];
+    kmp_reduction_pull(red, red->force, share);
+    for (int r = 0; r < s->m; r++)
+        share[r] = r == dropped ? INFINITY : fabs(share[r]) * s->row_scale[r] / s->row_scale[dropped];
+}
+
+static kempe_status check_row(kmp_reduction *red, int dropped)
+{
+    const kempe_system *s = red->plant->system;
+    double *share = red->plant->press->changed;
+    int most = red->part->rows[0];
+    shares_of(red, dropped, share);
+    for (int i = 1; i < red->r; i++)
+        if (share[red->part->rows[i]] > share[most])
+            most = red->part->rows[i];
+    for (int k = 0; k < s->pressed_count; k++)
+        if (share[s->pressed[k]] > KMP_RANK_SHARED)
+            return complain_shared(s, s->pressed[k], s->pressed[k] == dropped ? most : dropped);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_pressing_check(kmp_plant *plant, const kmp_partition *part)
+{
+    kmp_reduction red;
+    if (!plant->press || part->r == part->m || part->r == 0)
+        return KEMPE_OK;
+    kempe_status status = kmp_reduction_init(&red, plant, part);
+    if (status != KEMPE_OK)
+        return status;
+    if (kmp_reduction_factor(&red))
+        status = kmp_fail(plant->system->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", plant->t);
+    for (int k = 0; status == KEMPE_OK && k < part->m - part->r; k++)
+        status = check_row(&red, part->redundant[k]);
+    kmp_reduction_free(&red);
+    return status;
+}
+
+kempe_status kmp_find_shared(kmp_plant *plant, double t, const double *q, bool *shared, int *count)
+{
+    const kempe_system *s = plant->system;
+    kmp_reduction red = {0};
+    kmp_partition part = {0};
+    double *share = KMP_NEW(double, s->m);
+    *count = 0;
+    memset(shared, 0, (size_t)s->m * sizeof *shared);
+    kmp_plant_closure(plant, t, q);
+    kempe_status status = !share     ? kmp_fail_memory(s->context)
+                          : s->m > 0 ? kmp_partition_init(&part, s, plant->jacobian, NULL, 0)
+                                     : KEMPE_OK;
+    if (status == KEMPE_OK && part.r < part.m) {
+        status = kmp_reduction_init(&red, plant, &part);
+        bool good = status == KEMPE_OK && !kmp_reduction_factor(&red);
+        for (int k = 0; good && k < part.m - part.r; k++) {
+            shares_of(&red, part.redundant[k], share);
+            for (int r = 0; r < s->m; r++)
+                shared[r] = shared[r] || share[r] > KMP_RANK_SHARED;
+        }
+        kmp_reduction_free(&red);
+    }
+    for (int r = 0; r < s->m; r++)
+        *count += shared[r];
+    kmp_partition_free(&part);
+    kmp_free(share);
+    return status;
+}

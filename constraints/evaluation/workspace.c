@@ -1,0 +1,464 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The public workspace. Evaluation and accelerations are those of runs: by articulated bodies where that costs less,
+ * or on the independent rows and coordinates of the start while these are good. Otherwise the saddle system on rows
+ * of the present state is solved. Closing is by least changes. */
+#include "base/arena.h"
+#include "base/memory.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/closing/least_change.h"
+#include "constraints/closing/saddle.h"
+#include "constraints/evaluation/pressing.h"
+#include "constraints/partition/reduction.h"
+#include "constraints/tolerances.h"
+#include <kempe/workspace.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { MAX_CORRECTIONS = 100 };
+
+struct kempe_workspace {
+    const kempe_system *system;
+    kmp_arena arena;
+    kmp_plant *plant;
+    kmp_saddle saddle;
+    kmp_least_change least;
+    int n, m;
+    bool chosen;        /* the start can be assembled: */
+    kmp_partition part; /* its choice */
+    kmp_reduction red;
+    bool by_bodies;                            /* accelerations are computed by articulated bodies */
+    kmp_saddle bodies;                         /* closure forces for the articulated bodies */
+    bool stale;                                /* the values below belong to an earlier state than q */
+    double t, *q, *qd;                         /* n: of the last call; dense copies of its values follow */
+    double *mass, *bias, *h, *jdqd, *jacobian; /* n x n, n, m, m, m x n */
+    double *trial;                             /* n: q while closing */
+    double *answer;                            /* n + m: accelerations and multipliers, or shares */
+    double *row;                               /* n, or m: a row of J, or rates of the rows */
+    bool *hold;                                /* n */
+    char message[400];
+};
+
+__attribute__((format(printf, 2, 3))) static kempe_status fail(kempe_workspace *ws, const char *sentence, ...)
+{
+    va_list arguments;
+    va_start(arguments, sentence);
+    (void)vsnprintf(ws->message, sizeof ws->message, sentence, arguments);
+    va_end(arguments);
+    return KEMPE_E_FAILED;
+}
+
+/* false: it is NULL. */
+static bool given(kempe_workspace *ws, const char *name, const void *argument)
+{
+    if (!argument)
+        (void)fail(ws, KMP_MISSING, name);
+    return argument;
+}
+
+/* -- new and free ------------------------------------------------------------------------------------ */
+
+static bool allocate(kempe_workspace *ws)
+{
+    int n = ws->n, m = ws->m;
+    const kmp_arena_group groups[] = {{(ptrdiff_t)n * n, {&ws->mass}},
+                                      {n, {&ws->bias, &ws->q, &ws->qd, &ws->trial}},
+                                      {m, {&ws->h, &ws->jdqd}},
+                                      {(ptrdiff_t)m * n, {&ws->jacobian}},
+                                      {n + m, {&ws->answer, &ws->row}}};
+    ws->hold = KMP_ARENA_NEW(&ws->arena, bool, n);
+    return kmp_arena_make_groups(&ws->arena, sizeof groups / sizeof *groups, groups);
+}
+
+/* Chooses the rows and coordinates of the start; none if it cannot be assembled. */
+static kempe_status choose(kempe_workspace *ws, const kempe_assembly *a)
+{
+    if (a->inner_q)
+        return KEMPE_OK;
+    kmp_plant_closure(ws->plant, 0, a->q);
+    kempe_status status = kmp_partition_init(&ws->part, ws->system, ws->plant->jacobian, NULL, 0);
+    ws->chosen = status == KEMPE_OK && kmp_reduction_init(&ws->red, ws->plant, &ws->part) == KEMPE_OK;
+    return status;
+}
+
+static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a);
+
+kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace)
+{
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, workspace, "workspace");
+    kempe_workspace *ws = KMP_NEW(kempe_workspace, 1);
+    if (!ws)
+        return kmp_fail_memory(system->context);
+    ws->system = system;
+    ws->n = system->n;
+    ws->m = system->m;
+    ws->plant = kmp_plant_new(system, kmp_backend_default());
+    kempe_assembly *a = NULL;
+    kempe_status status = kempe_assemble(system, &a);
+    bool made = ws->plant && allocate(ws) && status != KEMPE_E_MEMORY;
+    if (made && status == KEMPE_OK)
+        made = choose(ws, a) != KEMPE_E_MEMORY;
+    made = made && kmp_saddle_init_anywhere(&ws->saddle, ws->plant, ws->chosen ? ws->part.r : -1) &&
+           kmp_least_change_init(&ws->least, ws->plant) && choose_bodies(ws, a) == KEMPE_OK;
+    kempe_assembly_free(a);
+    kmp_context_clear(system->context);
+    if (made) {
+        *workspace = ws;
+        return KEMPE_OK;
+    }
+    kempe_workspace_free(ws);
+    return kmp_fail_memory(system->context);
+}
+
+void kempe_workspace_free(kempe_workspace *ws)
+{
+    if (!ws)
+        return;
+    kmp_arena_free(&ws->arena);
+    kmp_reduction_free(&ws->red);
+    kmp_partition_free(&ws->part);
+    kmp_saddle_free(&ws->saddle);
+    kmp_saddle_free(&ws->bodies);
+    kmp_least_change_free(&ws->least);
+    kmp_plant_free(ws->plant);
+    kmp_free(ws);
+}
+
+/* -- values ------------------------------------------------------------------------------------------ */
+
+static bool all_finite(int n, const double *x)
+{
+    for (int i = 0; i < n; i++)
+        if (!isfinite(x[i]))
+            return false;
+    return true;
+}
+
+/* q and qd are kept: `qd` may be NULL, and both may be outputs of the caller. */
+static void keep_state(kempe_workspace *ws, double t, const double *q, const double *qd)
+{
+    ws->t = t;
+    memmove(ws->q, q, (size_t)ws->n * sizeof *q);
+    if (qd)
+        memmove(ws->qd, qd, (size_t)ws->n * sizeof *qd);
+    else /* NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): qd may be NULL, but for the workspace's own */
+        memset(ws->qd, 0, (size_t)ws->n * sizeof *ws->qd);
+}
+
+static void copy(kempe_workspace *ws)
+{
+    const kmp_plant *plant = ws->plant;
+    kmp_plant_dense_mass(plant, ws->mass);
+    kmp_plant_dense_jacobian(plant, ws->jacobian);
+    memcpy(ws->bias, plant->bias, (size_t)ws->n * sizeof *ws->bias);
+    memcpy(ws->h, plant->h, (size_t)ws->m * sizeof *ws->h);
+    memcpy(ws->jdqd, plant->jdqd, (size_t)ws->m * sizeof *ws->jdqd);
+}
+
+static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
+{
+    kmp_plant *plant = ws->plant;
+    const kempe_system *s = ws->system;
+    ws->message[0] = '\0';
+    keep_state(ws, t, q, qd);
+    ws->stale = false;
+    kmp_plant_closure(plant, t, ws->q);
+    kmp_plant_mass(plant);
+    kmp_press_forget(plant);
+    kmp_plant_bias(plant, ws->qd);
+    copy(ws);
+    if (all_finite(s->mass.count, plant->mass) && all_finite(ws->n, plant->bias) && all_finite(ws->m, plant->h) &&
+        all_finite(s->jacobian.count, plant->jacobian) && all_finite(ws->m, plant->jdqd))
+        return KEMPE_OK;
+    return fail(ws, "the equations are not finite at t = %.9g", t);
+}
+
+kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const double *qd)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    return given(ws, "q", q) ? evaluate(ws, t, q, qd) : KEMPE_E_ARGUMENT;
+}
+
+/* Evaluates M, C, h, J and jdqd if accelerations did not need them. */
+static const kempe_workspace *up_to_date(const kempe_workspace *workspace)
+{
+    kempe_workspace *ws = (kempe_workspace *)workspace;
+    if (ws->stale)
+        (void)evaluate(ws, ws->t, ws->q, ws->qd);
+    return ws;
+}
+
+const char *kempe_workspace_message(const kempe_workspace *workspace)
+{
+    KMP_GIVEN(workspace, "");
+    return workspace->message;
+}
+
+const double *kempe_workspace_mass(const kempe_workspace *workspace)
+{
+    KMP_GIVEN(workspace, NULL);
+    return up_to_date(workspace)->mass;
+}
+
+const double *kempe_workspace_bias(const kempe_workspace *workspace)
+{
+    KMP_GIVEN(workspace, NULL);
+    return up_to_date(workspace)->bias;
+}
+
+const double *kempe_workspace_h(const kempe_workspace *workspace)
+{
+    KMP_GIVEN(workspace, NULL);
+    return up_to_date(workspace)->h;
+}
+
+const double *kempe_workspace_jacobian(const kempe_workspace *workspace)
+{
+    KMP_GIVEN(workspace, NULL);
+    return up_to_date(workspace)->jacobian;
+}
+
+const double *kempe_workspace_jdqd(const kempe_workspace *workspace)
+{
+    KMP_GIVEN(workspace, NULL);
+    return up_to_date(workspace)->jdqd;
+}
+
+double kempe_workspace_kinetic(const kempe_workspace *workspace)
+{
+    KMP_GIVEN(workspace, NAN);
+    return up_to_date(workspace)->plant->mass ? kmp_plant_kinetic(workspace->plant, workspace->qd) : 0;
+}
+
+double kempe_workspace_potential(const kempe_workspace *workspace)
+{
+    KMP_GIVEN(workspace, NAN);
+    return up_to_date(workspace)->plant->mass ? kmp_plant_potential(workspace->plant, workspace->t, workspace->q) : 0;
+}
+
+/* -- dynamics ---------------------------------------------------------------------------------------- */
+
+kempe_status kempe_inverse_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *qdd,
+                                    double *Q)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd) || !given(ws, "Q", Q))
+        return KEMPE_E_ARGUMENT;
+    KMP_TRY(evaluate(ws, t, q, qd));
+    memcpy(ws->answer, ws->plant->bias, (size_t)ws->n * sizeof *Q);
+    kmp_plant_add_mass_times(ws->plant, qdd, ws->answer);
+    memcpy(Q, ws->answer, (size_t)ws->n * sizeof *Q);
+    return KEMPE_OK;
+}
+
+/* Shares of the kept rows in dropped row r, as multipliers: M x - J' a = -J_r', J x = 0. */
+static const double *find_shares(kempe_workspace *ws, int r)
+{
+    const kmp_pattern *jac = &ws->system->jacobian;
+    memset(ws->row, 0, (size_t)ws->n * sizeof *ws->row);
+    for (int e = 0; e < jac->count; e++)
+        if (jac->row[e] == r)
+            ws->row[jac->col[e]] = ws->plant->jacobian[e];
+    kmp_saddle_solve(&ws->saddle, ws->row, NULL, NULL, ws->answer);
+    return ws->answer;
+}
+
+/* A row whose multiplier a force depends on and which others are made from, or that is dropped itself: -1 when there is
+ * none. */
+static int find_shared(kempe_workspace *ws)
+{
+    const kempe_system *s = ws->system;
+    for (int r = 0; s->pressed_count > 0 && r < ws->m; r++) {
+        if (kmp_saddle_has_row(&ws->saddle, r))
+            continue;
+        const double *share = find_shares(ws, r);
+        for (int k = 0; k < s->pressed_count; k++) {
+            int row = s->pressed[k];
+            if (row == r || fabs(share[row]) * s->row_scale[row] > KMP_RANK_SHARED * s->row_scale[r])
+                return row;
+        }
+    }
+    return -1;
+}
+
+static kempe_status fail_unsettled(kempe_workspace *ws)
+{
+    kmp_text text = {0};
+    kmp_put_unsettled(ws->plant, &text);
+    kempe_status status = fail(ws, "%s", text.s ? text.s : "");
+    kmp_text_free(&text);
+    return status;
+}
+
+/* Whether each dropped row goes along with the motions that the others allow, as far as open loops let it. */
+static bool drops_rightly(const kempe_workspace *ws)
+{
+    const kempe_system *s = ws->system;
+    double most = fmax(KMP_RANK_NOT_REDUNDANT, KMP_CLOSED_DECIDED * kmp_plant_residual(ws->plant));
+    for (int k = 0; ws->part.r < ws->m && k < ws->part.p; k++)
+        if (!(kmp_reduction_slip(&ws->red, k, NULL) * s->scale[ws->part.u[k]] <= most))
+            return false;
+    return true;
+}
+
+/* Accelerations and multipliers on the choice of the start, into `answer`. false: it is no good here. */
+static bool by_partition(kempe_workspace *ws)
+{
+    int v, u;
+    double *udd = ws->row;
+    if (!ws->chosen || ws->system->pressed_count > 0 || kmp_reduction_factor(&ws->red))
+        return false;
+    kmp_reduction_tangent(&ws->red);
+    if (!(kmp_reduction_lever(&ws->red) <= KMP_GROWTH_LEVER) ||
+        !(kmp_reduction_growth(&ws->red, &v, &u) <= KMP_EXCHANGE_WISH) || !drops_rightly(ws) ||
+        kmp_reduction_accelerate(&ws->red, udd))
+        return false;
+    kmp_reduction_accelerations(&ws->red, udd, ws->answer);
+    kmp_reduction_multipliers(&ws->red, ws->answer, ws->answer + ws->n);
+    return all_finite(ws->n + ws->m, ws->answer);
+}
+
+static kempe_status by_saddle(kempe_workspace *ws)
+{
+    double *a = ws->answer, t = ws->t;
+    if (kmp_saddle_factor(&ws->saddle))
+        return fail(ws, "the accelerations are not determined at t = %.9g: some motion carries no mass", t);
+    int shared = find_shared(ws);
+    if (shared >= 0)
+        return fail(ws,
+                    "a force depends on the multiplier of closure row '%s', which redundant rows leave undetermined",
+                    ws->system->row_names[shared]);
+    kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
+    if (kmp_is_unsettled(ws->plant))
+        return fail_unsettled(ws);
+    return all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
+}
+
+/* Computes accelerations by articulated bodies into `answer`. false: they are too inaccurate here. */
+static bool by_bodies(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q)
+{
+    kmp_plant *plant = ws->plant;
+    ws->message[0] = '\0';
+    keep_state(ws, t, q, qd);
+    ws->stale = true;
+    kmp_plant_take(plant, true);
+    kmp_plant_closure(plant, t, ws->q);
+    kmp_plant_mass(plant);
+    kmp_plant_give(plant, Q);
+    kmp_plant_bias(plant, ws->qd);
+    bool good = kmp_saddle_factor(&ws->bodies) == 0 && kmp_saddle_spread(&ws->bodies) >= KMP_ARTICULATED_PIVOT;
+    if (good)
+        kmp_saddle_accelerations(&ws->bodies, ws->answer, ws->answer + ws->n);
+    kmp_plant_give(plant, NULL);
+    kmp_plant_take(plant, false);
+    return good && all_finite(ws->n + ws->m, ws->answer);
+}
+
+/* Chooses articulated bodies if runs may use them, all rows are independent, and they agree with M and C at the
+ * start (NULL: none). */
+static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
+{
+    const kempe_system *s = ws->system;
+    double size = 1, off = 0;
+    if (!s->articulated || !ws->chosen || ws->part.r < ws->m)
+        return KEMPE_OK;
+    kempe_status status = kmp_plant_add_articulated(ws->plant);
+    kmp_plant_take(ws->plant, true);
+    bool made = status == KEMPE_OK && kmp_saddle_init(&ws->bodies, ws->plant, &ws->part);
+    kmp_plant_take(ws->plant, false);
+    if (!made)
+        return KEMPE_E_MEMORY;
+    bool good = kempe_forward_dynamics(ws, 0, a->q, a->qd, NULL, ws->trial, NULL) == KEMPE_OK &&
+                by_bodies(ws, 0, a->q, a->qd, NULL);
+    for (int i = 0; good && i < ws->n; i++) {
+        size = fmax(size, fabs(ws->trial[i]) / s->scale[i]);
+        off = fmax(off, fabs(ws->answer[i] - ws->trial[i]) / s->scale[i]);
+    }
+    ws->by_bodies = good && off <= KMP_ARTICULATED_AGREE * size;
+    return KEMPE_OK;
+}
+
+static void put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
+{
+    memcpy(qdd, ws->answer, (size_t)ws->n * sizeof *qdd);
+    if (lambda)
+        memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
+}
+
+kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
+                                    double *qdd, double *lambda)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd))
+        return KEMPE_E_ARGUMENT;
+    if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
+        put_answer(ws, qdd, lambda);
+        return KEMPE_OK;
+    }
+    KMP_TRY(evaluate(ws, t, q, qd));
+    kmp_plant_give(ws->plant, Q);
+    kempe_status status = by_partition(ws) ? KEMPE_OK : by_saddle(ws);
+    kmp_plant_give(ws->plant, NULL);
+    if (status != KEMPE_OK)
+        return status;
+    memcpy(ws->bias, ws->plant->bias, (size_t)ws->n * sizeof *ws->bias);
+    put_answer(ws, qdd, lambda);
+    return KEMPE_OK;
+}
+
+/* -- closing ----------------------------------------------------------------------------------------- */
+
+/* The row that is open widest, of x by rows. */
+static int widest(const kempe_workspace *ws, const double *x)
+{
+    const double *scale = ws->system->row_scale;
+    int row = 0;
+    for (int r = 1; r < ws->m; r++)
+        if (!(fabs(x[r]) / scale[r] <= fabs(x[row]) / scale[row]))
+            row = r;
+    return row;
+}
+
+static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, double *qd)
+{
+    double size = 1, *rate = ws->row;
+    memcpy(ws->qd, qd, (size_t)ws->n * sizeof *qd);
+    kmp_close_rates(closer, rate, ws->qd);
+    for (int i = 0; i < ws->n; i++)
+        size = fmax(size, fabs(ws->qd[i]) / ws->system->scale[i]);
+    kmp_plant_rates(ws->plant, ws->qd, rate);
+    int row = widest(ws, rate);
+    double left = fabs(rate[row]) / ws->system->row_scale[row];
+    if (!(left <= KMP_CLOSED_RATES * size))
+        return fail(ws, "the rates cannot be made consistent: of closure row '%s' J qd + h_t stays at %.3g (scaled)",
+                    ws->system->row_names[row], left);
+    memcpy(qd, ws->qd, (size_t)ws->n * sizeof *qd);
+    return KEMPE_OK;
+}
+
+kempe_status kempe_close(kempe_workspace *ws, double t, double *q, double *qd, const int *hold)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!given(ws, "q", q))
+        return KEMPE_E_ARGUMENT;
+    const kmp_closer closer = kmp_least_change_closer(&ws->least);
+    const kmp_close_rule rule = kmp_least_change_rule(MAX_CORRECTIONS);
+    ws->message[0] = '\0';
+    if (ws->m == 0)
+        return KEMPE_OK;
+    for (int k = 0; hold && k < ws->n; k++)
+        ws->hold[k] = hold[k];
+    ws->least.hold = hold ? ws->hold : NULL;
+    memcpy(ws->trial, q, (size_t)ws->n * sizeof *q);
+    if (!kmp_close(&closer, &rule, t, ws->trial).closed) {
+        int row = widest(ws, ws->plant->h);
+        return fail(ws, "the loops cannot be closed from here: closure row '%s' stays open by %.3g (scaled)",
+                    ws->system->row_names[row], kmp_plant_opening(ws->plant, row));
+    }
+    kempe_status status = qd ? close_rates(ws, &closer, qd) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        memcpy(q, ws->trial, (size_t)ws->n * sizeof *q);
+    return status;
+}

@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/kinds/kind_parts.h"
+#include <math.h>
+
+int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure)
+{
+    return kmp_tree_common(tree, kmp_point_link(tree, closure->point[0]), kmp_point_link(tree, closure->point[1]));
+}
+
+/* A body that carries another one has the smaller number. */
+int kmp_part_ancestor(const kempe_model *model, int a, int b)
+{
+    while (a != b)
+        if (a > b)
+            a = model->bodies[a].parent;
+        else
+            b = model->bodies[b].parent;
+    return a;
+}
+
+kmp_vec kmp_part_own(const kmp_tree *tree, const kmp_closure *closure, kmp_vec v)
+{
+    const kmp_point *points = tree->model->points, *p = &points[closure->point[0]], *q = &points[closure->point[1]];
+    return kmp_body_vector_back(tree, kmp_part_ancestor(tree->model, p->body, q->body), v);
+}
+
+/* a and b of a unit vector e: coordinate axes when it is one. */
+static void across(const double e[3], double a[3], double b[3])
+{
+    int k = fabs(e[2]) >= fabs(e[0]) && fabs(e[2]) >= fabs(e[1]) ? 2 : fabs(e[1]) >= fabs(e[0]) ? 1 : 0;
+    int i = (k + 1) % 3, j = (k + 2) % 3;
+    double length = sqrt(e[k] * e[k] + e[i] * e[i]);
+    a[k] = -e[i] / length + 0.0;
+    a[i] = e[k] / length;
+    a[j] = 0;
+    for (int n = 0; n < 3; n++)
+        b[n] = e[(n + 1) % 3] * a[(n + 2) % 3] - e[(n + 2) % 3] * a[(n + 1) % 3] + 0.0;
+}
+
+/* e, a, b on the body of point `side` (0 or 1), axes of the frame. */
+static void axes_of(const kmp_tree *tree, const kmp_closure *closure, int side, kmp_vec axes[3])
+{
+    double a[3], b[3];
+    int frame = kmp_part_frame(tree, closure), point = closure->point[side];
+    across(closure->axis[side], a, b);
+    axes[0] = kmp_point_direction(tree, point, closure->axis[side], frame);
+    axes[1] = kmp_point_direction(tree, point, a, frame);
+    axes[2] = kmp_point_direction(tree, point, b, frame);
+}
+
+static kmp_vec sum(kmp_graph *g, const kmp_ref *factor, kmp_vec u, kmp_vec v)
+{
+    return kmp_vec_add(g, kmp_vec_scale(g, factor[0], u), kmp_vec_scale(g, factor[1], v));
+}
+
+kmp_vec kmp_part_gap(const kmp_tree *tree, const kmp_closure *closure)
+{
+    int frame;
+    return kmp_point_difference(tree, closure->point[0], closure->point[1], &frame);
+}
+
+/* -- ball: the points coincide, d = 0 in the axes of the nearest common ancestor ------------------------ */
+
+static void ball(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+{
+    kmp_vec d = kmp_part_own(tree, closure, kmp_part_gap(tree, closure));
+    for (int k = 0; k < 3; k++)
+        h[k] = d.x[k];
+}
+
+static kmp_vec ball_force(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    (void)tree, (void)closure;
+    return (kmp_vec){{lambda[0], lambda[1], lambda[2]}};
+}
+
+const kmp_part kmp_part_ball = {3, 1, ball, ball_force};
+
+/* -- line: Q is on the line through P along e1, a1.d = b1.d = 0 ----------------------------------------- */
+
+static void line(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+{
+    kmp_vec d = kmp_part_gap(tree, closure), axes[3];
+    axes_of(tree, closure, 0, axes);
+    for (int k = 0; k < 2; k++)
+        h[k] = kmp_vec_dot(tree->graph, axes[1 + k], d);
+}
+
+static kmp_vec line_force(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    kmp_vec axes[3];
+    axes_of(tree, closure, 0, axes);
+    return kmp_part_own(tree, closure, sum(tree->graph, lambda, axes[1], axes[2]));
+}
+
+const kmp_part kmp_part_line = {2, 1, line, line_force};
+
+/* -- plane: Q is in the plane through P that is normal to e1, e1.d = 0; the force is along e1 ------------ */
+
+static void plane(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+{
+    kmp_vec d = kmp_part_gap(tree, closure), axes[3];
+    axes_of(tree, closure, 0, axes);
+    h[0] = kmp_vec_dot(tree->graph, axes[0], d);
+}
+
+static kmp_vec plane_force(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    kmp_vec axes[3];
+    axes_of(tree, closure, 0, axes);
+    return kmp_part_own(tree, closure, kmp_vec_scale(tree->graph, lambda[0], axes[0]));
+}
+
+const kmp_part kmp_part_plane = {1, 1, plane, plane_force};
+
+/* -- parallel: e2 is parallel to e1, a1.e2 = b1.e2 = 0 --------------------------------------------------- */
+
+static void parallel(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+{
+    kmp_vec first[3], second[3];
+    axes_of(tree, closure, 0, first);
+    axes_of(tree, closure, 1, second);
+    for (int k = 0; k < 2; k++)
+        h[k] = kmp_vec_dot(tree->graph, first[1 + k], second[0]);
+}
+
+static kmp_vec parallel_moment(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    kmp_vec first[3], second[3];
+    axes_of(tree, closure, 0, first);
+    axes_of(tree, closure, 1, second);
+    kmp_vec moment = kmp_vec_cross(tree->graph, second[0], sum(tree->graph, lambda, first[1], first[2]));
+    return kmp_part_own(tree, closure, moment);
+}
+
+const kmp_part kmp_part_parallel = {2, 0, parallel, parallel_moment};
+
+/* -- perpendicular: e1.e2 = 0 ---------------------------------------------------------------------------- */
+
+static void perpendicular(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+{
+    kmp_vec first[3], second[3];
+    axes_of(tree, closure, 0, first);
+    axes_of(tree, closure, 1, second);
+    h[0] = kmp_vec_dot(tree->graph, first[0], second[0]);
+}
+
+static kmp_vec perpendicular_moment(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    kmp_vec first[3], second[3];
+    axes_of(tree, closure, 0, first);
+    axes_of(tree, closure, 1, second);
+    kmp_vec across_both = kmp_vec_cross(tree->graph, second[0], first[0]);
+    return kmp_part_own(tree, closure, kmp_vec_scale(tree->graph, lambda[0], across_both));
+}
+
+const kmp_part kmp_part_perpendicular = {1, 0, perpendicular, perpendicular_moment};
+
+/* -- aligned: the points' axes are parallel -------------------------------------------------------------- */
+
+static void point_axes(const kmp_tree *tree, const kmp_closure *closure, kmp_vec first[3], kmp_vec second[3])
+{
+    int frame = kmp_part_frame(tree, closure);
+    kmp_point_axes(tree, closure->point[0], frame, first);
+    kmp_point_axes(tree, closure->point[1], frame, second);
+}
+
+/* The skew part of the relative rotation R, half of R32 - R23, R13 - R31, R21 - R12, which is sin(angle) times the axis
+ * of R; exact expressions, whose derivatives hold off the closure too. */
+static void aligned(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+{
+    kmp_graph *g = tree->graph;
+    kmp_vec first[3], second[3];
+    point_axes(tree, closure, first, second);
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        kmp_ref twice = kmp_sub(g, kmp_vec_dot(g, first[j], second[i]), kmp_vec_dot(g, first[i], second[j]));
+        h[k] = kmp_mul(g, kmp_const(g, 0.5), twice);
+    }
+}
+
+static kmp_vec aligned_moment(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    kmp_graph *g = tree->graph;
+    kmp_vec first[3], second[3], moment = kmp_vec_zero();
+    point_axes(tree, closure, first, second);
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        kmp_vec a = kmp_vec_cross(g, second[i], first[j]), b = kmp_vec_cross(g, second[j], first[i]);
+        kmp_ref half = kmp_mul(g, kmp_const(g, 0.5), lambda[k]);
+        moment = kmp_vec_add(g, moment, kmp_vec_scale(g, half, kmp_vec_sub(g, a, b)));
+    }
+    return kmp_part_own(tree, closure, moment);
+}
+
+const kmp_part kmp_part_aligned = {3, 0, aligned, aligned_moment};

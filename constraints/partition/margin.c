@@ -1,0 +1,640 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/partition/margin.h"
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "linalg/dot.h"
+#include <math.h>
+#include <string.h>
+
+/* Passes of inverse iteration from the same vector everywhere, so that u turns evenly with the configuration. */
+enum { PASSES = 2 };
+/* Other configurations that are looked at. */
+enum { ELSEWHERE = 5 };
+
+bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
+{
+    int m = system->m, n = system->n, r = part->r, entries = system->jacobian.count;
+    unsigned chance = 1;
+    *margin = (kmp_margin){.system = system, .r = r, .step_t = NAN, .clear_t = -INFINITY};
+    margin->place = KMP_ARENA_NEW(&margin->arena, int, m);
+    margin->column = KMP_ARENA_NEW(&margin->arena, int, n);
+    margin->entry = KMP_ARENA_NEW(&margin->arena, int, entries);
+    margin->signs = KMP_ARENA_NEW(&margin->arena, int, r);
+    margin->signs_stood = KMP_ARENA_NEW(&margin->arena, int, r);
+    margin->drop_start = KMP_ARENA_NEW(&margin->arena, int, m - r + 1);
+    margin->drop_entry = KMP_ARENA_NEW(&margin->arena, int, entries);
+    margin->drop_column = KMP_ARENA_NEW(&margin->arena, int, entries);
+    for (int k = 0; k < 2; k++) {
+        kmp_margin_rows *need = k ? &margin->need_stood : &margin->need;
+        need->start = KMP_ARENA_NEW(&margin->arena, int, m - r + 1);
+        need->kept = KMP_ARENA_NEW(&margin->arena, int, (m - r) * r);
+    }
+    const kmp_arena_group groups[] = {
+        {entries, {&margin->weight, &margin->value, &margin->jacobian, &margin->jacobian_stood}},
+        {m, {&margin->z, &margin->z_stood, &margin->begin}},
+        {r, {&margin->u, &margin->drop_value}},
+        {4 * r, {&margin->room}},
+        {n, {&margin->w, &margin->w_stood}},
+        {(m - r) * r, {&margin->need.t, &margin->need_stood.t}}};
+    if (!kmp_arena_make_groups(&margin->arena, sizeof groups / sizeof *groups, groups))
+        return false;
+    for (int e = 0; e < entries; e++)
+        margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];
+    for (int k = 0; k < m; k++) { /* 0.5 .. 1 either way, always the same ones */
+        chance = chance * 1664525u + 1013904223u;
+        margin->begin[k] = ((double)chance / 4294967296.0 * 0.5 + 0.5) * (chance >> 7 & 1 ? 1 : -1);
+    }
+    return kmp_margin_choose(margin, part);
+}
+
+void kmp_margin_free(kmp_margin *margin)
+{
+    kmp_arena_free(&margin->arena);
+    kmp_block_free(margin->block);
+    kmp_partition_free(&margin->part);
+    *margin = (kmp_margin){0};
+}
+
+/* True if an entry of J belongs to a dropped row and to a column of the block. */
+static bool is_dropped(const kmp_margin *margin, int e)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    return margin->place[jac->row[e]] < 0 && margin->column[jac->col[e]] >= 0;
+}
+
+/* Entries of J of the dropped rows in the columns of the block, row by row. */
+static void list_dropped(kmp_margin *margin)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    int dropped = margin->part.m - margin->r, *end = margin->drop_start + 1;
+    memset(margin->drop_start, 0, ((size_t)dropped + 1) * sizeof *margin->drop_start);
+    for (int e = 0; e < jac->count; e++)
+        if (is_dropped(margin, e) && margin->place[jac->row[e]] > -dropped)
+            end[-margin->place[jac->row[e]]]++;
+    for (int d = 1; d < dropped; d++)
+        end[d] += end[d - 1];
+    for (int e = 0; e < jac->count; e++)
+        if (is_dropped(margin, e)) {
+            int place = end[-1 - margin->place[jac->row[e]]]++;
+            margin->drop_entry[place] = e;
+            margin->drop_column[place] = margin->column[jac->col[e]];
+        }
+}
+
+/* The block of the rows and columns in margin->part. */
+static bool renew_block(kmp_margin *margin)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    const kmp_partition *part = &margin->part;
+    int *row = KMP_NEW(int, 2 * jac->count), count = 0;
+    kmp_block_free(margin->block);
+    margin->block = NULL;
+    if (!row)
+        return false;
+    int *col = row + jac->count;
+    for (int k = 0; k < part->r; k++)
+        margin->place[part->rows[k]] = k;
+    for (int k = 0; k < part->m - part->r; k++)
+        margin->place[part->redundant[k]] = -1 - k;
+    for (int k = 0; k < part->p; k++)
+        margin->column[part->u[k]] = -1;
+    for (int k = 0; k < part->r; k++)
+        margin->column[part->v[k]] = k;
+    for (int e = 0; e < jac->count; e++)
+        if (margin->place[jac->row[e]] >= 0 && margin->column[jac->col[e]] >= 0) {
+            row[count] = margin->place[jac->row[e]];
+            col[count] = margin->column[jac->col[e]];
+            margin->entry[count++] = e;
+        }
+    list_dropped(margin);
+    margin->count = count;
+    margin->pivot = 0;
+    margin->seen = false; /* the signs of the last step's end belong to another block */
+    margin->block = kmp_block_new(part->r, count, row, col);
+    kmp_free(row);
+    return margin->block;
+}
+
+bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part)
+{
+    kmp_partition_free(&margin->part);
+    margin->step_t = NAN;
+    return kmp_partition_copy(&margin->part, part) && (part->r == 0 || renew_block(margin));
+}
+
+/* -- u, w and T --------------------------------------------------------------------------------------- */
+
+/* out = G x, G = 1 + T'T: what a combination of the kept rows is worth in all rows. */
+static void add_dropped(const kmp_margin *margin, const double *x, double *out)
+{
+    const kmp_margin_rows *need = &margin->need;
+    memcpy(out, x, (size_t)margin->r * sizeof *out);
+    for (int d = 0; d < margin->part.m - margin->r; d++) {
+        double part = 0;
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            part += need->t[e] * x[need->kept[e]];
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            out[need->kept[e]] += part * need->t[e];
+    }
+}
+
+/* x = G^-1 b by conjugate gradients, of which there are few: G differs from 1 where dropped rows need much. */
+static void without_dropped(const kmp_margin *margin, const double *b, double *x)
+{
+    int r = margin->r;
+    double *g = margin->room, *p = g + r, *gap = p + r, size = kmp_dot(r, b, b), first = size;
+    memset(x, 0, (size_t)r * sizeof *x);
+    memcpy(gap, b, (size_t)r * sizeof *gap);
+    memcpy(p, b, (size_t)r * sizeof *p);
+    for (int pass = 0; pass < r && size > KMP_MARGIN_GAP * KMP_MARGIN_GAP * first; pass++) {
+        add_dropped(margin, p, g);
+        double step = size / kmp_dot(r, p, g), before = size;
+        for (int k = 0; k < r; k++) {
+            x[k] += step * p[k];
+            gap[k] -= step * g[k];
+        }
+        size = kmp_dot(r, gap, gap);
+        for (int k = 0; k < r; k++)
+            p[k] = gap[k] + size / before * p[k];
+    }
+}
+
+/* The combination z of all rows, |z| = 1, with the least |J'z|, as the one of the kept rows that gives the same: J'z =
+ * J_kept' u, z'z = u' G^-1 u. Begun with the same z everywhere, it turns evenly, whichever rows are kept. */
+static void find_u(kmp_margin *margin)
+{
+    int r = margin->r, dropped = margin->part.m - r;
+    double *u = margin->u, *a = margin->room + 3 * r;
+    const kmp_margin_rows *need = &margin->need;
+    for (int k = 0; k < r; k++)
+        u[k] = margin->begin[margin->part.rows[k]];
+    for (int d = 0; d < dropped; d++)
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            u[need->kept[e]] += need->t[e] * margin->begin[margin->part.redundant[d]];
+    for (int pass = 0; pass <= PASSES; pass++) {
+        if (dropped > 0)
+            without_dropped(margin, u, a);
+        else
+            memcpy(a, u, (size_t)r * sizeof *a);
+        double size = sqrt(kmp_dot(r, u, a));
+        for (int k = 0; k < r; k++)
+            u[k] = (pass < PASSES ? a[k] : u[k]) / size;
+        if (pass < PASSES) {
+            kmp_block_solve(margin->block, 1, u);
+            kmp_block_solve_transposed(margin->block, 1, u);
+        }
+        for (int k = 0; pass == PASSES && k < r; k++)
+            a[k] /= size;
+    }
+    for (int k = 0; k < r; k++)
+        margin->z[margin->part.rows[k]] = a[k];
+    for (int d = 0; d < dropped; d++) {
+        double sum = 0;
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            sum += need->t[e] * a[need->kept[e]];
+        margin->z[margin->part.redundant[d]] = sum;
+    }
+}
+
+/* w, and by how much more of it other columns hold than those of the block. */
+static double find_w(kmp_margin *margin)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    double inside = 0, outside = 0;
+    memset(margin->w, 0, (size_t)margin->system->n * sizeof *margin->w);
+    for (int e = 0; e < jac->count; e++) {
+        int row = margin->place[jac->row[e]];
+        if (row >= 0)
+            margin->w[jac->col[e]] += margin->jacobian[e] * margin->u[row];
+    }
+    for (int k = 0; k < margin->system->n; k++)
+        if (margin->column[k] >= 0)
+            inside = fmax(inside, fabs(margin->w[k]));
+        else
+            outside = fmax(outside, fabs(margin->w[k]));
+    return outside / inside;
+}
+
+/* A dropped row depends on rows of its own loops alone. */
+static void find_t(kmp_margin *margin)
+{
+    kmp_margin_rows *need = &margin->need;
+    margin->rows = 0;
+    for (int d = 0; d < margin->part.m - margin->r; d++) {
+        int first = margin->drop_start[d], count = margin->drop_start[d + 1] - first, start = need->start[d];
+        for (int e = 0; e < count; e++)
+            margin->drop_value[e] = margin->jacobian[margin->drop_entry[first + e]];
+        int found = kmp_block_solve_transposed_few(margin->block, KMP_ROWS_NOTHING, count, margin->drop_column + first,
+                                                   margin->drop_value, need->kept + start, need->t + start);
+        need->start[d + 1] = start + found;
+        for (int e = start; e < start + found; e++)
+            if (!(fabs(need->t[e]) <= margin->rows)) {
+                margin->rows = fabs(need->t[e]);
+                margin->rows_d = d;
+                margin->rows_k = need->kept[e];
+            }
+    }
+}
+
+static void take(kmp_margin *margin, const kmp_plant *plant)
+{
+    for (int e = 0; e < margin->system->jacobian.count; e++)
+        margin->jacobian[e] = margin->weight[e] * plant->jacobian[e];
+}
+
+static bool factor(kmp_margin *margin)
+{
+    for (int k = 0; k < margin->count; k++)
+        margin->value[k] = margin->jacobian[margin->entry[k]];
+    return !kmp_block_factor(margin->block, margin->value);
+}
+
+/* All of the J taken; singular: a margin of zero. How stale its columns are. */
+static double measure(kmp_margin *margin)
+{
+    double stale = 0;
+    margin->last = 0;
+    margin->rows = INFINITY;
+    margin->quick = false;
+    if (factor(margin)) {
+        find_t(margin);
+        find_u(margin);
+        stale = find_w(margin);
+        margin->last = sqrt(kmp_dot(margin->system->n, margin->w, margin->w));
+    }
+    margin->last = isfinite(margin->last) ? margin->last : 0;
+    return margin->last > 0 ? stale : 0;
+}
+
+double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
+{
+    if (margin->r == 0)
+        return 1;
+    take(margin, plant);
+    if (measure(margin) > KMP_MARGIN_STALE &&
+        kmp_partition_exchange(&margin->part, margin->system, plant->jacobian, KMP_PICK_GROWTH) == KEMPE_OK &&
+        renew_block(margin))
+        (void)measure(margin);
+    margin->usual = fmax(margin->usual, margin->last);
+    if (!(margin->pivot > 0) && margin->last > 0) /* those of a new block, as they are usual */
+        margin->pivot = kmp_block_smallest(margin->block) * margin->usual / margin->last;
+    return margin->usual > 0 ? margin->last / margin->usual : 0;
+}
+
+/* -- the start ---------------------------------------------------------------------------------------- */
+
+/* The larger |w| when the k-th free coordinate turns by KMP_MARGIN_NEAR_BY either way and the others follow along the
+ * tangent. */
+static double turned(kmp_margin *margin, kmp_plant *plant, double t, const double *q, int k, double *work)
+{
+    const kempe_system *s = margin->system;
+    const kmp_pattern *jac = &s->jacobian;
+    int n = s->n, free = margin->part.u[k];
+    double *along = work, *other = work + n, most = 0;
+    kmp_plant_closure(plant, t, q);
+    take(margin, plant);
+    (void)measure(margin);
+    memset(along, 0, (size_t)margin->r * sizeof *along);
+    for (int e = 0; e < jac->count; e++)
+        if (jac->col[e] == free && margin->place[jac->row[e]] >= 0)
+            along[margin->place[jac->row[e]]] = -margin->jacobian[e];
+    kmp_block_solve(margin->block, 1, along);
+    for (int side = -1; side <= 1; side += 2) {
+        for (int i = 0; i < n; i++) {
+            int v = margin->column[i];
+            double turn = i == free ? KMP_MARGIN_NEAR_BY : v >= 0 ? KMP_MARGIN_NEAR_BY * along[v] : 0;
+            other[i] = q[i] + side * turn * s->scale[i];
+        }
+        kmp_plant_closure(plant, t, other);
+        take(margin, plant);
+        (void)measure(margin);
+        most = fmax(most, margin->last);
+    }
+    return most;
+}
+
+/* The middle one of |w| with all coordinates turned by up to KMP_MARGIN_ELSEWHERE, wherever that opens the closures:
+ * lengths that differ by a thousand make it small everywhere. */
+static double elsewhere(kmp_margin *margin, kmp_plant *plant, double t, const double *q, double *other)
+{
+    double found[ELSEWHERE];
+    unsigned chance = 1;
+    for (int k = 0; k < ELSEWHERE; k++) {
+        for (int i = 0; i < margin->system->n; i++) {
+            chance = chance * 1664525u + 1013904223u;
+            double turn = KMP_MARGIN_ELSEWHERE * ((double)chance / 2147483648.0 - 1);
+            other[i] = margin->system->model->motions[i].rotation ? q[i] + turn : q[i] * (1 + turn);
+        }
+        kmp_plant_closure(plant, t, other);
+        take(margin, plant);
+        (void)measure(margin);
+        found[k] = margin->last;
+        for (int i = k; i > 0 && found[i] < found[i - 1]; i--) {
+            double more = found[i];
+            found[i] = found[i - 1];
+            found[i - 1] = more;
+        }
+    }
+    return found[ELSEWHERE / 2];
+}
+
+bool kmp_margin_begin(kmp_margin *margin, kmp_plant *plant, double t, const double *q)
+{
+    const kmp_partition *part = &margin->part;
+    if (margin->r == 0)
+        return true;
+    (void)kmp_margin_at(margin, plant);
+    double here = margin->last, most = here;
+    if (!margin->ignored && part->pivots[part->r - 1] < KMP_MARGIN_LOOK * part->pivots[0]) {
+        double *work = KMP_NEW(double, 2 * margin->system->n);
+        for (int k = 0; work && k < part->p; k++)
+            most = fmax(most, turned(margin, plant, t, q, k, work));
+        if (work)
+            most = fmax(here, fmin(most, elsewhere(margin, plant, t, q, work)));
+        kmp_free(work);
+        if (!work)
+            return false;
+        kmp_plant_closure(plant, t, q);
+        (void)kmp_margin_at(margin, plant);
+    }
+    margin->usual = most;
+    margin->near = here < KMP_MARGIN_NEAR * most;
+    kmp_margin_stand(margin);
+    return true;
+}
+
+void kmp_margin_ignore(kmp_margin *margin)
+{
+    margin->ignored = true;
+    margin->near = false;
+}
+
+/* -- steps -------------------------------------------------------------------------------------------- */
+
+bool kmp_margin_unwatched(const kmp_margin *margin)
+{
+    return margin->r == 0 || (margin->ignored && margin->r == margin->part.m);
+}
+
+/* The line on which w moves from the last step's end to here: where it is nearest to zero, in lengths of the step from
+ * here, how near, and the cosine of the angle by which w has turned. */
+typedef struct line {
+    double before, when, closest, cosine; /* before: |w| at the last step's end */
+    bool known;                           /* the null vector z is the one of the last step's end */
+} line;
+
+static line line_of(const kmp_margin *margin)
+{
+    int n = margin->system->n;
+    double same = kmp_dot(margin->part.m, margin->z, margin->z_stood), sign = same < 0 ? -1 : 1;
+    double new = kmp_dot(n, margin->w, margin->w), both = sign *kmp_dot(n, margin->w, margin->w_stood),
+           old = kmp_dot(n, margin->w_stood, margin->w_stood), moved = new - 2 * both + old;
+    if (fabs(same) < KMP_MARGIN_SAME || !(moved > 0))
+        return (line){sqrt(old), INFINITY, sqrt(new), 1, fabs(same) >= KMP_MARGIN_SAME};
+    double along = (new - both) / moved;
+    return (line){sqrt(old), -along, sqrt(fmax(0, new - along *along *moved)), both / sqrt(old * new), true};
+}
+
+static double needed(const kmp_margin_rows *need, int d, int kept)
+{
+    for (int e = need->start[d]; e < need->start[d + 1]; e++)
+        if (need->kept[e] == kept)
+            return need->t[e];
+    return 0;
+}
+
+/* Whether the kept rows have lost their rank on the way from the last step's end: T has gone through infinity. */
+static bool rows_lost(const kmp_margin *margin)
+{
+    double before = needed(&margin->need_stood, margin->rows_d, margin->rows_k),
+           after = needed(&margin->need, margin->rows_d, margin->rows_k);
+    return margin->rows > KMP_ROWS_LOST || (margin->rows > KMP_ROWS_OUT && before * after < 0);
+}
+
+/* Whether the line goes to zero as near as can be told, not past it. */
+static bool aims(const kmp_margin *margin, const line *l, double size, double aim)
+{
+    return l->closest < aim * margin->usual && l->closest < KMP_MARGIN_STEEP * size;
+}
+
+/* True if some block has changed its sign since the last step's end. */
+static bool has_turned(kmp_margin *margin)
+{
+    kmp_block_take_signs(margin->block, margin->signs);
+    return memcmp(margin->signs, margin->signs_stood, (size_t)kmp_block_count(margin->block) * sizeof *margin->signs) !=
+           0;
+}
+
+/* Whether a step goes past a singular place, or from afar deep into its surroundings: into them alone a formulation may
+ * go that has found itself there. */
+static bool passes(kmp_margin *margin)
+{
+    line l = line_of(margin);
+    if (l.cosine < KMP_MARGIN_TURNED && l.closest < KMP_MARGIN_PASSED * margin->usual)
+        return true;
+    double deep = margin->tried > 0 ? 0.5 * KMP_MARGIN_AGAIN * margin->tried : KMP_MARGIN_DEEP * margin->usual;
+    bool deeper = margin->last < deep && l.before > deep;
+    if (!l.known) /* a shorter step decides */
+        return deeper || (margin->part.m == margin->r && has_turned(margin));
+    return deeper && l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
+}
+
+/* True if a cheap test excludes a singularity: no pivot of the block has fallen far, no sign has changed, and
+ * dropped rows depend little on the kept ones. Where change points are ignored the rows are all that is wanted. */
+static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
+{
+    if (!margin->stands || margin->refused || !(margin->pivot > 0))
+        return false;
+    take(margin, plant);
+    double least = factor(margin) ? kmp_block_smallest(margin->block) : 0;
+    margin->rows = INFINITY;
+    if (least > 0)
+        find_t(margin);
+    margin->pivot = fmax(margin->pivot, least);
+    bool well = least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT && !has_turned(margin);
+    margin->quick = margin->ignored || well;
+    return margin->quick;
+}
+
+static void exchange(double **a, double **b)
+{
+    double *t = *a;
+    *a = *b;
+    *b = t;
+}
+
+static void exchange_needs(kmp_margin *margin)
+{
+    kmp_margin_rows now = margin->need;
+    margin->need = margin->need_stood;
+    margin->need_stood = now;
+}
+
+/* Of the last step's end, which had a quick look alone, all of it. */
+static void catch_up(kmp_margin *margin)
+{
+    if (!margin->stands || margin->seen)
+        return;
+    exchange(&margin->jacobian, &margin->jacobian_stood);
+    (void)measure(margin);
+    kmp_block_take_signs(margin->block, margin->signs_stood);
+    exchange(&margin->jacobian, &margin->jacobian_stood);
+    exchange(&margin->w, &margin->w_stood);
+    exchange(&margin->z, &margin->z_stood);
+    exchange_needs(margin);
+    margin->seen = true;
+}
+
+bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t)
+{
+    if (kmp_margin_unwatched(margin))
+        return false;
+    margin->step_t = t;
+    if (looks_well(margin, plant))
+        return margin->ignored && rows_lost(margin);
+    catch_up(margin);
+    (void)kmp_margin_at(margin, plant);
+    if (!margin->stands)
+        return false;
+    if (!margin->seen) { /* with another block */
+        catch_up(margin);
+        (void)kmp_margin_at(margin, plant);
+    }
+    if (margin->part.m > margin->r && rows_lost(margin))
+        return true;
+    if (margin->ignored || margin->part.p == 0 || t <= margin->clear_t || !passes(margin))
+        return false;
+    margin->refused = true;
+    return true;
+}
+
+bool kmp_margin_knows(const kmp_margin *margin, double t)
+{
+    return margin->step_t == t;
+}
+
+double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t)
+{
+    if (!kmp_margin_knows(margin, t)) {
+        catch_up(margin);
+        return kmp_margin_at(margin, plant);
+    }
+    return margin->quick ? 1 : margin->usual > 0 ? margin->last / margin->usual : 0;
+}
+
+bool kmp_margin_leads_on(const kmp_margin *margin, double *when)
+{
+    if (!margin->stands || margin->quick || margin->ignored || margin->r == 0)
+        return false;
+    line l = line_of(margin);
+    double soonest = margin->tried > 0 ? KMP_MARGIN_AGAIN * margin->tried : KMP_ZONE_IN * margin->usual;
+    bool soon = (margin->refused && margin->tried == 0) || margin->last < soonest;
+    *when = l.when;
+    return l.when > 0 && soon && aims(margin, &l, margin->last, KMP_MARGIN_AIM);
+}
+
+double kmp_margin_when(const kmp_margin *margin)
+{
+    return line_of(margin).when;
+}
+
+void kmp_margin_stand(kmp_margin *margin)
+{
+    if (margin->r == 0)
+        return;
+    kmp_block_take_signs(margin->block, margin->signs_stood);
+    exchange(&margin->jacobian, &margin->jacobian_stood);
+    exchange(&margin->w, &margin->w_stood);
+    exchange(&margin->z, &margin->z_stood);
+    exchange_needs(margin);
+    margin->seen = !margin->quick;
+    margin->tried = margin->quick || margin->last > KMP_ZONE_LEFT * margin->usual ? 0 : margin->tried;
+    margin->refused = false;
+    margin->stands = true;
+}
+
+void kmp_margin_stand_anew(kmp_margin *margin, const kmp_plant *plant)
+{
+    if (kmp_margin_unwatched(margin))
+        return;
+    (void)kmp_margin_at(margin, plant);
+    kmp_margin_stand(margin);
+    margin->step_t = NAN;
+}
+
+/* -- rows --------------------------------------------------------------------------------------------- */
+
+static void swap(int *a, int *b)
+{
+    int t = *a;
+    *a = *b;
+    *b = t;
+}
+
+/* Exchanges dropped rows that depend on a kept one by more than KMP_ROWS_OUT with that row, as many at once as share
+ * no kept row. Each exchange multiplies |det Jv| by that entry, so the loop ends. */
+static void exchange_apart(kmp_margin *margin)
+{
+    kmp_partition *part = &margin->part;
+    int *taken = margin->signs; /* kept rows already exchanged */
+    memset(taken, 0, (size_t)part->r * sizeof *taken);
+    const kmp_margin_rows *need = &margin->need;
+    for (int d = 0; d < part->m - part->r; d++) {
+        int most = -1;
+        bool apart = true;
+        for (int e = need->start[d]; e < need->start[d + 1]; e++) {
+            apart = apart && !taken[need->kept[e]];
+            most = fabs(need->t[e]) > (most < 0 ? KMP_ROWS_OUT : fabs(need->t[most])) ? e : most;
+        }
+        if (!apart || most < 0)
+            continue;
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            taken[need->kept[e]] = 1;
+        swap(&part->rows[need->kept[most]], &part->redundant[d]);
+    }
+}
+
+bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant)
+{
+    kmp_partition *part = &margin->part;
+    (void)kmp_margin_at(margin, plant);
+    for (int k = 0; margin->rows > KMP_ROWS_OUT && k < 4 * part->m; k++) {
+        exchange_apart(margin);
+        kmp_partition_sort(part);
+        if (!renew_block(margin))
+            return false;
+        (void)kmp_margin_at(margin, plant);
+    }
+    margin->step_t = NAN;
+    kmp_margin_stand(margin);
+    return true;
+}
+
+/* -- locks -------------------------------------------------------------------------------------------- */
+
+/* The least of the first `which` pivots of the rows other than `without`; NaN when there is no memory. */
+static double pivot_without(const kmp_margin *margin, const kmp_plant *plant, int without, int which)
+{
+    const kempe_system *s = margin->system;
+    const kmp_pattern *jac = &s->jacobian;
+    double *pivots = KMP_NEW(double, s->m + s->n + jac->count), *rest = pivots ? pivots + s->m + s->n : NULL,
+           found = NAN;
+    for (int e = 0; rest && e < jac->count; e++)
+        rest[e] = jac->row[e] == without ? 0 : plant->jacobian[e];
+    if (rest && kmp_partition_pivots(s, rest, pivots))
+        found = which > 0 ? pivots[which - 1] : INFINITY;
+    kmp_free(pivots);
+    return found;
+}
+
+int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant, bool been)
+{
+    int m = margin->system->m, found = -1;
+    if (margin->r == 0 || !plant->h_t || (kmp_margin_at(margin, plant) > KMP_MARGIN_LOCKED && !been))
+        return -1;
+    for (int row = 0; row < m && found < 0; row++)
+        if (fabs(plant->h_t[row]) > 0 &&
+            pivot_without(margin, plant, row, margin->r - 1) > KMP_MARGIN_FREED * margin->usual)
+            found = row;
+    return found;
+}

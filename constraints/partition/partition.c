@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/partition/partition.h"
+#include "base/memory.h"
+#include "constraints/partition/pick.h"
+#include "constraints/rounding/rounding.h"
+#include "constraints/tolerances.h"
+#include <stdlib.h>
+#include <string.h>
+
+int kmp_partition_rank(const kempe_system *s, const double *pivots)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(s);
+    int r = 0, most = s->m < s->n ? s->m : s->n;
+    double zero = kmp_rounding_zero(s, KMP_RANK);
+    most = rounding && rounding->rank < most ? rounding->rank : most;
+    while (r < most && pivots[0] > KMP_RANK_FIRST && pivots[r] > zero * pivots[0])
+        r++;
+    return r;
+}
+
+static int compare_ints(const void *a, const void *b)
+{
+    return *(const int *)a - *(const int *)b;
+}
+
+static void sort(int *x, int count)
+{
+    if (count > 1)
+        qsort(x, (size_t)count, sizeof *x, compare_ints);
+}
+
+void kmp_partition_sort(kmp_partition *part)
+{
+    sort(part->v, part->r);
+    sort(part->u, part->p);
+    sort(part->rows, part->r);
+    sort(part->redundant, part->m - part->r);
+}
+
+static bool choice_init(kmp_pick *c, const kempe_system *s, const double *jacobian)
+{
+    const kmp_pattern *j = &s->jacobian;
+    if (!kmp_pick_init(c, s->m, s->n, j->count, !kmp_pick_is_large(s->m, s->n, j->count)))
+        return false;
+    for (int e = 0; e < j->count; e++)
+        kmp_pick_add(c, j->row[e], j->col[e], jacobian[e] * s->scale[j->col[e]] / s->row_scale[j->row[e]]);
+    return true;
+}
+
+static const char *coordinate(const kempe_system *s, int k)
+{
+    return s->model->motions[k].name;
+}
+
+/* The wish, checked: as many as there are degrees of freedom, and Jv regular without them. `best` is what Kempe would
+ * take. */
+static kempe_status check_wish(const kempe_system *s, int p, int r, const int *best, const int *wish, int count,
+                               const double *pivots)
+{
+    kmp_text names = {0};
+    for (int k = 0; k < p; k++)
+        kmp_text_printf(&names, "%s%s", k ? ", " : "", coordinate(s, best[k]));
+    char *would = kmp_text_take(&names);
+    kempe_status status = KEMPE_OK;
+    if (!would)
+        return kmp_fail_memory(s->context);
+    if (count != p)
+        status = kmp_fail(s->context, KEMPE_E_FAILED,
+                          "the mechanism has %d degree%s of freedom, but %d independent coordinate%s asked for; "
+                          "Kempe would take: %s",
+                          p, p == 1 ? "" : "s", count, count == 1 ? " was" : "s were", p ? would : "none");
+    else if (r > 0 && !(pivots[r - 1] * KMP_GROWTH_WISH > pivots[0]))
+        status = kmp_fail(s->context, KEMPE_E_FAILED,
+                          "'%s' cannot be independent here: the others do not follow from it (smallest pivot of "
+                          "Jv %.2g of the largest); take: %s",
+                          coordinate(s, wish[0]), pivots[r - 1] / pivots[0], would);
+    kmp_free(would);
+    return status;
+}
+
+static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_system *s, const int *wish, int count)
+{
+    double *pivots = KMP_NEW(double, s->m + s->n);
+    int *best = KMP_NEW(int, s->n);
+    kempe_status status = pivots && best ? KEMPE_OK : kmp_fail_memory(s->context);
+    if (status == KEMPE_OK) {
+        memcpy(best, c->col + part->r, (size_t)part->p * sizeof *best);
+        sort(best, part->p);
+        for (int k = 0; k < count; k++)
+            c->fixed[wish[k]] = 1;
+        status = kmp_pick_pivot(c, c->fixed, pivots) ? check_wish(s, part->p, part->r, best, wish, count, pivots)
+                                                     : kmp_fail_memory(s->context);
+        part->user = true;
+    }
+    kmp_free(pivots);
+    kmp_free(best);
+    return status;
+}
+
+/* Allocates the lists of coordinates and rows in one block. */
+static bool allocate(kmp_partition *part, int n, int m)
+{
+    *part =
+        (kmp_partition){.n = n, .m = m, .cond = 1, .u = KMP_NEW(int, 2 * (n + m)), .pivots = KMP_NEW(double, m + n)};
+    if (!part->u || !part->pivots)
+        return false;
+    part->v = part->u + n;
+    part->rows = part->v + n;
+    part->redundant = part->rows + m;
+    return true;
+}
+
+static void keep(const kmp_pick *c, kmp_partition *part)
+{
+    int r = part->r;
+    memcpy(part->v, c->col, (size_t)r * sizeof(int));
+    memcpy(part->u, c->col + r, (size_t)part->p * sizeof(int));
+    memcpy(part->rows, c->row, (size_t)r * sizeof(int));
+    memcpy(part->redundant, c->row + r, (size_t)(part->m - r) * sizeof(int));
+    kmp_partition_sort(part);
+}
+
+/* As many rows and columns as `part` says, improved. KEMPE_E_FAILED without message: singular, part is untouched. */
+static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system *s, bool fixed)
+{
+    int exchanges = 0;
+    double max_b, cond;
+    switch (kmp_pick_improve(c, part->r, fixed ? 0 : 4 * s->n, &exchanges, &max_b, &cond)) {
+    case KMP_PICK_MADE:
+        part->exchanges += exchanges;
+        part->max_b = max_b;
+        part->cond = cond;
+        keep(c, part);
+        return KEMPE_OK;
+    case KMP_PICK_SINGULAR:
+        return KEMPE_E_FAILED;
+    default:
+        return kmp_fail_memory(s->context);
+    }
+}
+
+/* rank < 0: by the pivots. */
+static kempe_status choose(kmp_pick *c, kmp_partition *part, const kempe_system *s, int rank, const int *wish,
+                           int wish_count)
+{
+    kempe_status status = KEMPE_OK;
+    if (!kmp_pick_pivot(c, NULL, part->pivots))
+        return kmp_fail_memory(s->context);
+    part->r = rank >= 0 ? rank : kmp_partition_rank(s, part->pivots);
+    part->p = s->n - part->r;
+    if (wish_count > 0)
+        status = follow_wish(c, part, s, wish, wish_count);
+    if (status != KEMPE_OK)
+        return status;
+    status = improve(c, part, s, part->user);
+    return status == KEMPE_E_FAILED
+               ? kmp_fail(s->context, KEMPE_E_FAILED, "the closures are singular for every choice of coordinates")
+               : status;
+}
+
+kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
+                                const int *wish, int wish_count)
+{
+    return kmp_partition_of_rank(part, system, jacobian, -1, wish, wish_count);
+}
+
+kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *system, const double *jacobian, int rank,
+                                   const int *wish, int wish_count)
+{
+    kmp_pick c;
+    kempe_status status;
+    bool ok = choice_init(&c, system, jacobian);
+    ok = allocate(part, system->n, system->m) && ok;
+    if (!ok)
+        status = kmp_fail_memory(system->context);
+    else
+        status = choose(&c, part, system, rank, wish, wish_count);
+    kmp_pick_free(&c);
+    if (status != KEMPE_OK)
+        kmp_partition_free(part);
+    return status;
+}
+
+int kmp_partition_prefer(const kempe_system *system, const double *jacobian, const bool *liked, int *u)
+{
+    kmp_pick c;
+    double *pivots = KMP_NEW(double, system->m + system->n);
+    int count = -1;
+    if (choice_init(&c, system, jacobian) && pivots) {
+        for (int k = 0; k < system->n; k++)
+            c.fixed[k] = liked[k];
+        if (kmp_pick_pivot(&c, c.fixed, pivots)) {
+            int rank = kmp_partition_rank(system, pivots);
+            count = system->n - rank;
+            memcpy(u, c.col + rank, (size_t)count * sizeof *u);
+        }
+    }
+    kmp_pick_free(&c);
+    kmp_free(pivots);
+    return count;
+}
+
+bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, double *pivots)
+{
+    kmp_pick c;
+    bool ok = choice_init(&c, system, jacobian) && kmp_pick_pivot(&c, NULL, pivots);
+    kmp_pick_free(&c);
+    return ok;
+}
+
+void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from)
+{
+    memcpy(part->rows, from->rows, (size_t)from->r * sizeof *part->rows);
+    memcpy(part->redundant, from->redundant, (size_t)(from->m - from->r) * sizeof *part->redundant);
+}
+
+bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)
+{
+    kmp_partition own;
+    bool made = allocate(&own, from->n, from->m);
+    *to = *from;
+    to->u = own.u;
+    to->v = own.v;
+    to->rows = own.rows;
+    to->redundant = own.redundant;
+    to->pivots = own.pivots;
+    if (!made) {
+        kmp_partition_free(to);
+        return false;
+    }
+    memcpy(to->u, from->u, 2 * (size_t)(from->n + from->m) * sizeof *to->u);
+    memcpy(to->pivots, from->pivots, (size_t)(from->m + from->n) * sizeof *to->pivots);
+    return true;
+}
+
+kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian,
+                                    double growth)
+{
+    kmp_pick c;
+    kempe_status status;
+    if (!choice_init(&c, system, jacobian)) {
+        kmp_pick_free(&c);
+        return kmp_fail_memory(system->context);
+    }
+    c.growth = growth;
+    memcpy(c.row, part->rows, (size_t)part->r * sizeof(int));
+    memcpy(c.row + part->r, part->redundant, (size_t)(part->m - part->r) * sizeof(int));
+    memcpy(c.col, part->v, (size_t)part->r * sizeof(int));
+    memcpy(c.col + part->r, part->u, (size_t)part->p * sizeof(int));
+    status = improve(&c, part, system, false);
+    if (status == KEMPE_OK)
+        part->user = false;
+    kmp_pick_free(&c);
+    return status;
+}
+
+void kmp_partition_free(kmp_partition *part)
+{
+    kmp_free(part->u); /* and the lists in its block */
+    kmp_free(part->pivots);
+    *part = (kmp_partition){0};
+}

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The partition of coordinates and rows: q = (u, v), independent and dependent (Wehage and Haug 1982; Fisette and Samin
+ * 1996, eq. 42), and the r rows of h that are solved for v. Decided on a closed configuration by complete pivoting of
+ * the geometrically scaled J: rotations 1, translations and rows by powers of the characteristic length. */
+#ifndef KMP_CONSTRAINTS_PARTITION_PARTITION_H
+#define KMP_CONSTRAINTS_PARTITION_PARTITION_H
+
+#include "dynamics/system.h"
+
+typedef struct kmp_partition {
+    int n, m;
+    int p, r;       /* independent coordinates (degrees of freedom), rank of J: p + r = n */
+    int *u, *v;     /* coordinates, ascending: p and r of them */
+    int *rows;      /* r independent rows, ascending */
+    int *redundant; /* m - r dropped rows, ascending */
+    double *pivots; /* min(m, n): absolute pivots of the scaled J, in order */
+    double cond;    /* 1-norm condition number of the scaled Jv; of a large one an estimate from below */
+    double max_b;   /* max |Bvu|, scaled */
+    int exchanges;  /* made to bring max_b down to 1.5 */
+    bool user;      /* u is the user's wish */
+} kmp_partition;
+
+/** Chooses from J at a closed configuration, given by its non-zeros (those of system->jacobian). wish: coordinates that
+ * the user wants independent (count 0: none). KEMPE_E_FAILED: the wish is not possible, with the reason and what would
+ * be. */
+kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
+                                const int *wish, int wish_count);
+
+/** The same with the rank given: off the closed configuration, as between the steps of an integrator, rows that are
+ * redundant look weakly independent. */
+kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *system, const double *jacobian, int rank,
+                                   const int *wish, int wish_count);
+
+/** Chooses independent coordinates into `u` (room for n), with as many of those `liked` (n) as possible. Returns
+ * their number, -1: no memory. */
+int kmp_partition_prefer(const kempe_system *system, const double *jacobian, const bool *liked, int *u);
+
+/** The pivots alone: min(m, n) of them. false: no memory. */
+bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, double *pivots);
+
+void kmp_partition_free(kmp_partition *part);
+
+/** Puts the lists of coordinates and rows in ascending order. */
+void kmp_partition_sort(kmp_partition *part);
+
+/** Other independent rows, as many, of a partition of the same system. */
+void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from);
+
+/** The rank that the pivots of complete pivoting of the scaled J (min(m, n) of them) say, of a closed configuration:
+ * decided here for all that is computed. */
+int kmp_partition_rank(const kempe_system *system, const double *pivots);
+
+/** A copy of its own. false: no memory. */
+bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
+
+/** Exchanges u and v from what they are until no scaled |Bvu| of J (its non-zeros) exceeds 1.5: each exchange
+ * takes the largest and multiplies |det Jv| by it, so that they end. Rows stay. Afterwards max_b and cond are of the
+ * new choice. KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
+kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian,
+                                    double growth);
+
+#endif

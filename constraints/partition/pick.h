@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The choice of rows and columns of a scaled J: complete pivoting, then exchanges until no |Bvu| exceeds 1.5. A
+ * large J is pivoted on its non-zeros alone, with the same pivots, and its Jv is factored sparse. */
+#ifndef KMP_CONSTRAINTS_PARTITION_PICK_H
+#define KMP_CONSTRAINTS_PARTITION_PICK_H
+
+#include "base/arena.h"
+#include <stdbool.h>
+
+typedef struct kmp_pick {
+    kmp_arena arena;
+    int m, n;
+    bool dense;
+    double growth;  /* |Bvu| above which columns are exchanged */
+    int *row, *col; /* permutations of the rows and columns: the first r of each are chosen */
+    int *fixed;     /* n: columns to be chosen last */
+
+    int nz; /* entries */
+    int *entry_row, *entry_col;
+    double *value;
+} kmp_pick;
+
+/** Whether m x n with nz entries is so large and so empty that it is not made dense. */
+bool kmp_pick_is_large(int m, int n, int nz);
+
+/** For up to nz entries, none yet; false: no memory, and to be freed all the same. */
+bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, bool dense);
+void kmp_pick_free(kmp_pick *c);
+void kmp_pick_add(kmp_pick *c, int row, int col, double value);
+
+/** Rows and columns in the order of complete pivoting, those that are fixed (NULL: none) last; pivots: min(m, n).
+ * false: no memory. */
+bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots);
+
+typedef enum kmp_pick_outcome { KMP_PICK_MADE, KMP_PICK_SINGULAR, KMP_PICK_NO_MEMORY } kmp_pick_outcome;
+
+/** Makes at most `most` exchanges between the first r columns and the others. Returns their number, max |Bvu| and
+ * the 1-norm condition number of Jv, for a large Jv a lower estimate. */
+kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, double *max_b, double *cond);
+
+#endif

@@ -1,0 +1,541 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/partition/reduction.h"
+#include "base/memory.h"
+#include "constraints/closing/close.h"
+#include "constraints/evaluation/pressing.h"
+#include "linalg/dot.h"
+#include <math.h>
+#include <string.h>
+
+enum { MAX_NEWTON = 12 };
+
+/* -- setting up -------------------------------------------------------------------------------------- */
+
+static bool allocate(kmp_reduction *red, int entries, int m)
+{
+    size_t n = (size_t)red->n, p = (size_t)red->p, r = (size_t)red->r;
+    red->jv_entry = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->jv_row = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->jv_col = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->ju_entry = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->ju_row = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->ju_col = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->row_of = KMP_ARENA_NEW(&red->arena, int, m);
+    red->place = KMP_ARENA_NEW(&red->arena, int, n);
+    const kmp_arena_group groups[] = {{entries, {&red->jv}},
+                                      {(ptrdiff_t)(r * p), {&red->bvu}},
+                                      {(ptrdiff_t)(n * p), {&red->x}},
+                                      {red->n, {&red->x_t, &red->a0, &red->force}},
+                                      {(ptrdiff_t)(p * p), {&red->mr}},
+                                      {red->r, {&red->dv}},
+                                      {red->p, {&red->answer}}};
+    return kmp_arena_make_groups(&red->arena, sizeof groups / sizeof *groups, groups);
+}
+
+/* Splits the Jacobian's entries into Jv and Ju. */
+static void split(kmp_reduction *red)
+{
+    const kmp_pattern *pattern = &red->plant->system->jacobian;
+    for (int k = 0; k < pattern->count; k++) {
+        int i = red->row_of[pattern->row[k]], place = red->place[pattern->col[k]];
+        if (i < 0)
+            continue;
+        if (place >= 0) {
+            red->jv_row[red->jv_count] = i;
+            red->jv_col[red->jv_count] = place;
+            red->jv_entry[red->jv_count++] = k;
+        } else {
+            red->ju_row[red->ju_count] = i;
+            red->ju_col[red->ju_count] = -1 - place;
+            red->ju_entry[red->ju_count++] = k;
+        }
+    }
+}
+
+/* Analyses Jv, then what is zero of X. false: no memory, or Jv is singular by its pattern. */
+static bool analyse(kmp_reduction *red)
+{
+    unsigned long failures = kmp_memory_failures();
+    red->block = red->r > 0 ? kmp_block_new(red->r, red->jv_count, red->jv_row, red->jv_col) : NULL;
+    if (red->r > 0 && !red->block)
+        return false;
+    red->zeros = kmp_zeros_new(red);
+    red->mx = KMP_ARENA_NEW(&red->arena, double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p));
+    return red->mx && kmp_memory_failures() == failures; /* mx also holds one qdd */
+}
+
+kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_partition *part)
+{
+    *red = (kmp_reduction){.plant = plant, .part = part, .n = part->n, .p = part->p, .r = part->r};
+    unsigned long failures = kmp_memory_failures();
+    bool ok = allocate(red, plant->system->jacobian.count, part->m);
+    for (int i = 0; ok && i < part->m; i++)
+        red->row_of[i] = -1;
+    for (int k = 0; ok && k < part->r; k++) {
+        red->row_of[part->rows[k]] = k;
+        red->place[part->v[k]] = k;
+    }
+    for (int k = 0; ok && k < red->p; k++) {
+        red->x[part->u[k] + k * red->n] = 1;
+        red->place[part->u[k]] = -1 - k;
+    }
+    if (ok)
+        split(red);
+    if (ok && analyse(red)) {
+        kmp_plant_drop(plant, part->m - part->r, part->redundant);
+        return KEMPE_OK;
+    }
+    kmp_reduction_free(red);
+    if (kmp_memory_failures() != failures)
+        return kmp_fail_memory(plant->system->context);
+    return kmp_fail(plant->system->context, KEMPE_E_FAILED, "Jv cannot be factored: its pattern is singular");
+}
+
+void kmp_reduction_free(kmp_reduction *red)
+{
+    kmp_block_free(red->block);
+    kmp_zeros_free(red->zeros);
+    kmp_arena_free(&red->arena);
+    *red = (kmp_reduction){0};
+}
+
+/* -- tangent space ----------------------------------------------------------------------------------- */
+
+int kmp_reduction_factor(kmp_reduction *red)
+{
+    if (red->r == 0)
+        return 0;
+    for (int k = 0; k < red->jv_count; k++)
+        red->jv[k] = red->plant->jacobian[red->jv_entry[k]];
+    red->factorizations++;
+    int fault = kmp_block_factor(red->block, red->jv);
+    return fault ? 1 + red->part->v[fault - 1] : 0;
+}
+
+/* dv = factor Jv^-1 rows, for all m given rows. */
+static void solve_rows(kmp_reduction *red, double factor, const double *rows)
+{
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = factor * rows[red->part->rows[i]];
+    if (red->r > 0) /* there are no blocks otherwise */
+        kmp_block_solve(red->block, 1, red->dv);
+}
+
+/* dv at the places of v. */
+static void put_dependent(const kmp_reduction *red, double *out)
+{
+    for (int i = 0; i < red->r; i++)
+        out[red->part->v[i]] = red->dv[i];
+}
+
+static void solve_tangent(kmp_reduction *red)
+{
+    const kmp_zeros *zeros = red->zeros;
+    if (!zeros)
+        kmp_block_solve(red->block, red->p, red->bvu);
+    for (int k = 0; zeros && k < red->p; k += 2)
+        kmp_block_solve_some(red->block, zeros->used + k / 2 * zeros->blocks, red->p - k > 1 ? 2 : 1,
+                             red->bvu + (size_t)k * (size_t)red->r);
+}
+
+void kmp_reduction_tangent(kmp_reduction *red)
+{
+    int n = red->n, p = red->p, r = red->r;
+    if (r == 0)
+        return;
+    memset(red->bvu, 0, (size_t)(r * p) * sizeof *red->bvu);
+    for (int k = 0; k < red->ju_count; k++)
+        red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->plant->jacobian[red->ju_entry[k]];
+    solve_tangent(red);
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < r; i++)
+            red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
+    if (!red->plant->h_t)
+        return;
+    solve_rows(red, -1, red->plant->h_t);
+    put_dependent(red, red->x_t);
+}
+
+/* out = X s + base; X is 1 in the rows of u. */
+static void spread(const kmp_reduction *red, const double *s, const double *base, double *out)
+{
+    const int *u = red->part->u, *v = red->part->v;
+    for (int i = 0; i < red->n; i++)
+        out[i] = base[i];
+    for (int k = 0; k < red->p; k++)
+        out[u[k]] += s[k];
+    if (red->zeros)
+        kmp_zeros_spread(red->zeros, red->bvu, s, out);
+    for (int k = 0; !red->zeros && k < red->p; k++)
+        for (int i = 0; i < red->r; i++)
+            out[v[i]] += red->bvu[i + k * red->r] * s[k];
+}
+
+void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd)
+{
+    spread(red, ud, red->x_t, qd);
+}
+
+/* -Jv^-1 (Ju ud + h_t) */
+void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
+{
+    const double *h_t = red->plant->h_t;
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = h_t ? -h_t[red->part->rows[i]] : 0;
+    for (int k = 0; k < red->ju_count; k++)
+        red->dv[red->ju_row[k]] -= red->plant->jacobian[red->ju_entry[k]] * ud[red->ju_col[k]];
+    if (red->r > 0)
+        kmp_block_solve(red->block, 1, red->dv);
+    for (int k = 0; k < red->p; k++)
+        qd[red->part->u[k]] = ud[k];
+    put_dependent(red, qd);
+}
+
+void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd)
+{
+    spread(red, udd, red->a0, qdd);
+}
+
+/* -- dynamics ---------------------------------------------------------------------------------------- */
+
+/* force = C + M qdd, NULL: C. */
+static void set_force(kmp_reduction *red, const double *bias, const double *qdd)
+{
+    memcpy(red->force, bias, (size_t)red->n * sizeof *red->force);
+    if (qdd)
+        kmp_plant_add_mass_times(red->plant, qdd, red->force);
+}
+
+/* a0 = (0; -Jv^-1 jdqd), force = C + M a0. */
+static void bias_force(kmp_reduction *red)
+{
+    solve_rows(red, -1, red->plant->jdqd);
+    put_dependent(red, red->a0);
+    set_force(red, red->plant->bias, red->r > 0 ? red->a0 : NULL);
+}
+
+/* On a tree X is 1, but for the order of coordinates: Mr = M. */
+static void take_mass(kmp_reduction *red, double *udd)
+{
+    const kmp_pattern *m = &red->plant->system->mass;
+    int p = red->p;
+    memset(red->mr, 0, (size_t)(p * p) * sizeof *red->mr);
+    for (int k = 0; k < m->count; k++) {
+        int i = -1 - red->place[m->row[k]], j = -1 - red->place[m->col[k]];
+        red->mr[(i > j ? i : j) + (i > j ? j : i) * p] = red->plant->mass[k];
+    }
+    for (int k = 0; k < p; k++)
+        udd[k] = -red->plant->bias[red->part->u[k]];
+}
+
+void kmp_reduction_solve_mass(const kmp_reduction *red, double *b)
+{
+    if (red->zeros)
+        kmp_zeros_solve(red->zeros, red->mr, b);
+    else
+        kmp_cholesky_solve(red->p, red->mr, b);
+}
+
+void kmp_reduction_project(const kmp_reduction *red, const double *force, double *out)
+{
+    if (red->zeros) {
+        kmp_zeros_project(red->zeros, red->x, force, out);
+        return;
+    }
+    for (int k = 0; k < red->p; k++)
+        out[k] = -kmp_dot(red->n, red->x + k * red->n, force);
+}
+
+static int solve_reduced(kmp_reduction *red, double *udd)
+{
+    int fault = red->zeros ? kmp_zeros_factor(red->zeros, red->mr) : kmp_cholesky_factor(red->p, red->mr);
+    if (!fault)
+        kmp_reduction_solve_mass(red, udd);
+    return fault;
+}
+
+void kmp_reduction_push(kmp_reduction *red, double factor, const double *rows, double *out)
+{
+    bool some = false;
+    for (int i = 0; i < red->r; i++) {
+        red->dv[i] = factor * rows[red->part->rows[i]];
+        some = some || red->dv[i] != 0;
+    }
+    if (!some)
+        return;
+    kmp_block_solve(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        out[red->part->v[i]] += red->dv[i];
+}
+
+void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows)
+{
+    memset(rows, 0, (size_t)red->part->m * sizeof *rows);
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = force[red->part->v[i]];
+    if (red->r > 0) /* there are no blocks otherwise */
+        kmp_block_solve_transposed(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        rows[red->part->rows[i]] = red->dv[i];
+}
+
+static int fail(int p, double *out)
+{
+    for (int k = 0; k < p; k++)
+        out[k] = NAN;
+    return 0;
+}
+
+/* What forces that depend on multipliers ask, with the factors of the reduced mass. */
+static void answer_moving(void *self, const double *bias, bool change, double *lambda)
+{
+    kmp_reduction *red = self;
+    double *qdd = red->mx;
+    set_force(red, bias, change ? NULL : red->a0);
+    kmp_reduction_project(red, red->force, red->answer);
+    kmp_reduction_solve_mass(red, red->answer);
+    memset(qdd, 0, (size_t)red->n * sizeof *qdd);
+    spread(red, red->answer, qdd, qdd);
+    kmp_plant_add_mass_times(red->plant, qdd, red->force);
+    kmp_reduction_pull(red, red->force, lambda);
+}
+
+/* The same where the accelerations are given: those in mx. */
+static void answer_given(void *self, const double *bias, bool change, double *lambda)
+{
+    kmp_reduction *red = self;
+    set_force(red, bias, change ? NULL : red->mx);
+    kmp_reduction_pull(red, red->force, lambda);
+}
+
+/* C at the multipliers that follow from it, and accelerations with it. */
+static int accelerate_pressed(kmp_reduction *red, double *udd)
+{
+    const kmp_answer answer = {red, answer_moving};
+    if (!kmp_press(red->plant, &answer))
+        return fail(red->p, udd);
+    set_force(red, red->plant->bias, red->a0);
+    kmp_reduction_project(red, red->force, udd);
+    kmp_reduction_solve_mass(red, udd);
+    return 0;
+}
+
+/* X' M X and -X' force. */
+static void reduce(kmp_reduction *red, double *udd)
+{
+    int n = red->n, p = red->p;
+    if (red->zeros) {
+        kmp_zeros_reduce(red->zeros, red->x, red->plant->mass, red->mr);
+        kmp_zeros_project(red->zeros, red->x, red->force, udd);
+        return;
+    }
+    memset(red->mx, 0, (size_t)(n * p) * sizeof *red->mx);
+    for (int k = 0; k < p; k++) {
+        kmp_plant_add_mass_times(red->plant, red->x + k * n, red->mx + k * n);
+        udd[k] = -kmp_dot(n, red->x + k * n, red->force);
+        for (int i = k; i < p; i++)
+            red->mr[i + k * p] = kmp_dot(n, red->x + i * n, red->mx + k * n);
+    }
+}
+
+int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
+{
+    if (red->r == 0 && !red->zeros) {
+        take_mass(red, udd);
+        return solve_reduced(red, udd);
+    }
+    bias_force(red);
+    reduce(red, udd);
+    int fault = solve_reduced(red, udd);
+    return fault || !red->plant->press ? fault : accelerate_pressed(red, udd);
+}
+
+void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
+{
+    const int *u = red->part->u, *v = red->part->v;
+    double *qdd = red->mx;
+    bias_force(red);
+    spread(red, udd, red->a0, qdd);
+    const kmp_answer answer = {red, answer_given};
+    if (red->r > 0 && !kmp_press(red->plant, &answer)) {
+        (void)fail(red->p, out);
+        return;
+    }
+    set_force(red, red->plant->bias, qdd);
+    if (red->zeros) {
+        kmp_zeros_project(red->zeros, red->x, red->force, out);
+        for (int k = 0; k < red->p; k++)
+            out[k] = -out[k];
+        return;
+    }
+    for (int k = 0; k < red->p; k++) {
+        out[k] = red->force[u[k]];
+        for (int i = 0; i < red->r; i++)
+            out[k] += red->bvu[i + k * red->r] * red->force[v[i]];
+    }
+}
+
+bool kmp_reduction_press_factor(kmp_reduction *red, bool moving)
+{
+    const kmp_answer answer = {red, moving ? answer_moving : answer_given};
+    return kmp_press_factor(red->plant, &answer);
+}
+
+void kmp_reduction_press_change(kmp_reduction *red, bool moving, double *bias)
+{
+    const kmp_answer answer = {red, moving ? answer_moving : answer_given};
+    kmp_press_change(red->plant, &answer, bias);
+}
+
+void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda)
+{
+    set_force(red, red->plant->bias, qdd);
+    kmp_reduction_pull(red, red->force, lambda);
+}
+
+/* -- closure ----------------------------------------------------------------------------------------- */
+
+void kmp_reduction_correction(kmp_reduction *red)
+{
+    solve_rows(red, -1, red->plant->h);
+}
+
+static int place(void *self, double t, const double *q)
+{
+    kmp_reduction *red = self;
+    kmp_plant_closure(red->plant, t, q);
+    return kmp_reduction_factor(red);
+}
+
+static bool correct(void *self, const double *violation, double *dv)
+{
+    kmp_reduction *red = self;
+    (void)violation, (void)dv; /* h, in place */
+    kmp_reduction_correction(red);
+    red->newton++;
+    return true;
+}
+
+int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction)
+{
+    const kempe_system *s = red->plant->system;
+    const kmp_closer closer = {.self = red,
+                               .plant = red->plant,
+                               .scale = s->scale,
+                               .count = red->r,
+                               .at = red->part->v,
+                               .dx = red->dv,
+                               .rows = red->part->rows,
+                               .row_count = red->r,
+                               .place = place,
+                               .correct = correct};
+    const kmp_close_rule rule = {
+        .most = MAX_NEWTON, .contracting = true, .enough = kmp_close_rounding(s), .w = w, .fraction = fraction};
+    return !kmp_close(&closer, &rule, t, q).closed;
+}
+
+double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)
+{
+    const double *scale = red->plant->system->scale;
+    double worst = 0;
+    *v = *u = -1;
+    for (int k = 0; k < red->p; k++)
+        for (int i = 0; i < red->r; i++) {
+            int a = red->part->v[i], b = red->part->u[k];
+            double size = fabs(red->bvu[i + k * red->r]) * scale[b] / scale[a];
+            if (size > worst || !isfinite(size)) {
+                worst = isfinite(size) ? size : INFINITY;
+                *v = a;
+                *u = b;
+            }
+        }
+    return worst;
+}
+
+double kmp_reduction_lever(kmp_reduction *red)
+{
+    const kempe_system *s = red->plant->system;
+    unsigned state = 1;
+    double most = 0;
+    for (int i = 0; i < red->r; i++) {
+        state = state * 1664525u + 1013904223u;
+        red->dv[i] = (state >> 31 ? 1 : -1) * s->row_scale[red->part->rows[i]];
+    }
+    if (red->r > 0)
+        kmp_block_solve(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        most = isfinite(red->dv[i]) ? fmax(most, fabs(red->dv[i]) / s->scale[red->part->v[i]]) : INFINITY;
+    return most;
+}
+
+double kmp_reduction_slip(const kmp_reduction *red, int k, const bool *left_out)
+{
+    const kempe_system *s = red->plant->system;
+    const kmp_pattern *j = &s->jacobian;
+    const double *x = red->x + k * red->n;
+    double most = 0;
+    for (int e = 0; e < j->count;) { /* row by row */
+        int row = j->row[e];
+        double slip = 0;
+        bool looked_at = red->row_of[row] < 0 && !(left_out && left_out[row]);
+        for (; e < j->count && j->row[e] == row; e++)
+            slip += looked_at ? red->plant->jacobian[e] * x[j->col[e]] : 0;
+        most = fmax(most, isfinite(slip) ? fabs(slip) / s->row_scale[row] : INFINITY);
+    }
+    return most;
+}
+
+/* -- counts ------------------------------------------------------------------------------------------ */
+
+static void count(kmp_counts *c, long times, kmp_flops f)
+{
+    c->add += times * f.add;
+    c->mul += times * f.mul;
+    c->div += times * f.div;
+    c->other += times * f.root;
+}
+
+static void count_products(kmp_counts *c, long products)
+{
+    count(c, 1, (kmp_flops){.add = products, .mul = products});
+}
+
+/* Of add_mass_times. */
+static long mass_products(const kmp_plant *plant)
+{
+    const kmp_pattern *m = &plant->system->mass;
+    long products = 0;
+    for (int k = 0; k < m->count; k++)
+        products += m->row[k] == m->col[k] ? 1 : 2;
+    return products;
+}
+
+kmp_counts kmp_reduction_count(const kmp_reduction *red)
+{
+    kmp_counts c = {0};
+    long n = red->n, p = red->p, mass = mass_products(red->plant);
+    const kmp_zeros *zeros = red->zeros;
+    if (red->r > 0) {
+        count(&c, 1, kmp_block_factor_flops(red->block));
+        /* The columns of Bvu, x_t, a0. */
+        count(&c, (zeros ? 0 : p) + 1 + (red->plant->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
+        count_products(&c, mass);
+    }
+    if (zeros) {
+        count(&c, 1, zeros->solves);
+        count_products(&c, 2L * zeros->x_start[p] + zeros->mass_products + zeros->x_products); /* likewise */
+    } else if (red->r > 0) {
+        count_products(&c, red->r * p);                           /* rates */
+        count_products(&c, p * (mass + n) + p * (p + 1) / 2 * n); /* M X, X' force, X' M X */
+    }
+    if (zeros && !zeros->whole) {
+        count_products(&c, zeros->factor_products + 2 * zeros->l_entries);
+        count(&c, 1, (kmp_flops){.div = zeros->l_entries + 2 * p, .root = p});
+    } else {
+        count(&c, 1, kmp_cholesky_factor_flops(red->p));
+        count(&c, 1, kmp_cholesky_solve_flops(red->p));
+    }
+    c.paper = c.add + c.mul + c.div;
+    c.robotran = c.paper + c.other;
+    return c;
+}

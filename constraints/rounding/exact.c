@@ -1,0 +1,367 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Closures are redundant where w' h = 0 for all w of the left null space of J, wherever the mechanism goes. At many
+ * configurations q_k, reached by finite motions, these are conditions on the numbers p of the drawing: the points and
+ * axes around its loops. They are met by Gauss and Newton's method,
+ *
+ *     (w_k' dh/dp) dp = -w_k' h(q_k, p),     dp of least norm,
+ *
+ * q_k being closed anew on independent rows after each step: w_k' J = 0, so that the moves of q_k do not count. dh/dp
+ * is made of differences between closures derived with shifted numbers. Of several ranks of the conditions the largest
+ * one counts whose step reduces the misfit. Near an exact mechanism the misfit of some numbers is of second order (a
+ * Sarrus linkage whose axes are nearly parallel): their derivatives are small, and vanish with the misfit. Numbers that
+ * are zero stay zero. A drawing shows the mechanism assembled: where its start is closed but for the tolerance, h = 0
+ * there is a condition too, of all rows. */
+#include "constraints/rounding/exact.h"
+#include "base/memory.h"
+#include "constraints/diagnosis/doctor_walk.h"
+#include "constraints/rounding/drawn.h"
+#include "constraints/rounding/rounding.h"
+#include "constraints/tolerances.h"
+#include "dynamics/equations.h"
+#include "linalg/dense/least.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MOST_NUMBERS = 600, MOST_PLACES = 128, LEAST_PLACES = 12, PER_NUMBER = 4, STEPS = 24 };
+
+/* The places closed on independent rows of one system, and what its conditions are there. */
+typedef struct survey {
+    double *q;     /* n x (places + 1): the start comes last */
+    double *rest;  /* conditions */
+    double widest; /* redundant row */
+    bool lags;     /* a place that does not count has followed the others, but not as far */
+} survey;
+
+typedef struct search {
+    const kempe_system *s;
+    const kempe_assembly *a;
+    kempe_model *model; /* holds the numbers */
+    kmp_walk *walk;     /* of the drawing */
+    kmp_drawn *number;
+    int count;
+    bool *excluded; /* m: rows of drives */
+    int rank;       /* of the others */
+    int left;       /* conditions at a place */
+    int places;
+    bool closed;     /* the start is a place, closed with the numbers as drawn: its m rows are conditions */
+    int conditions;  /* of all places */
+    double *w;       /* m x conditions */
+    bool *counts;    /* places + 1 */
+    double *drawn;   /* places + 1: the widest row of the drawing */
+    double foreseen; /* misfit after a step that brings more rows, as far as the conditions are linear */
+    bool strict;     /* a place that has followed the others counts */
+    survey at, trial;
+    kempe_system *system; /* with the numbers of `at`; NULL: as drawn */
+    double *total, *goal; /* count: shifts of `at` and of `trial`, scaled */
+    double *shift;        /* count: a step in units of the roundings */
+    double *h;            /* rows of all places */
+    double *matrix;       /* conditions x count */
+} search;
+
+static int all_places(const search *x)
+{
+    return x->places + x->closed;
+}
+
+/* -- conditions -------------------------------------------------------------------------------------- */
+
+/* w' h of the places that count, to `out` (conditions). */
+static void contract(const search *x, double *out)
+{
+    int m = x->s->m;
+    for (int c = 0; c < x->conditions; c++) {
+        int place = c < x->places * x->left ? c / x->left : x->places;
+        const double *w = x->w + (size_t)c * (size_t)m, *h = x->h + (size_t)place * (size_t)m;
+        out[c] = 0;
+        for (int r = 0; x->counts[place] && r < m; r++)
+            out[c] += w[r] * h[r];
+    }
+}
+
+/* Adds scaled h of the model at all places, `times`, to x->h. */
+static kempe_status add_closures(search *x, double times)
+{
+    static const double start = 0;
+    const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
+    const kempe_system *s = x->s;
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_derive_once(&eq, x->model, &scene));
+    int m = s->m;
+    double *value = KMP_NEW(double, kmp_graph_count(eq.graph));
+    for (int k = 0; value && k < all_places(x); k++) {
+        const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = s->parameters,
+                                              [KMP_IN_TIME] = &start,
+                                              [KMP_IN_Q] = x->at.q + (size_t)k * (size_t)s->n,
+                                              [KMP_IN_CHART] = x->walk->plant->chart};
+        kmp_graph_eval(eq.graph, inputs, value);
+        for (int r = 0; r < m; r++) {
+            int row = eq.row[KMP_CLOSURE_ROWS * s->rows[r].closure + s->rows[r].component];
+            kmp_ref h = row < 0 || x->excluded[r] ? KMP_ZERO : eq.h[row];
+            x->h[k * m + r] += (kmp_is_negative(h) ? -times : times) * value[kmp_id(h)] / s->row_scale[r];
+        }
+    }
+    kempe_status status = value ? KEMPE_OK : KEMPE_E_MEMORY;
+    kmp_free(value);
+    kmp_equations_free(&eq);
+    return status;
+}
+
+/* Computes derivatives of the conditions by the shift of each number in units of its rounding: a step of least norm
+ * then shifts all alike. */
+static kempe_status find_slopes(search *x)
+{
+    kempe_status status = KEMPE_OK;
+    for (int i = 0; status == KEMPE_OK && i < x->count; i++) {
+        double drawn = x->total[i];
+        memset(x->h, 0, (size_t)(all_places(x) * x->s->m) * sizeof *x->h);
+        for (int side = 1; status == KEMPE_OK && side >= -1; side -= 2) {
+            x->total[i] = drawn + side * KMP_MEND_DIFFERENCE;
+            kmp_drawn_place(x->number, x->count, x->total, x->s->length);
+            status = add_closures(x, side / (2 * KMP_MEND_DIFFERENCE) * x->number[i].rounding);
+        }
+        x->total[i] = drawn;
+        contract(x, x->matrix + (size_t)i * (size_t)x->conditions);
+    }
+    return status;
+}
+
+/* Places where rows are open much wider than at most others (where strict: and about as wide as in the drawing) are
+ * next to a change point, or on a branch that is not meant: their conditions do not count. */
+static void sift(search *x, const double *open, survey *at)
+{
+    at->widest = 0;
+    at->lags = false;
+    int places = all_places(x);
+    for (int k = 0; k < places; k++) {
+        int narrower = 0;
+        double followed = x->strict ? KMP_MEND_FOLLOWED * x->drawn[k] : 0;
+        for (int i = 0; i < places; i++)
+            narrower += !(open[k] <= fmax(KMP_MEND_WIDE * open[i], fmax(followed, KMP_MEND_STALLED)));
+        x->counts[k] = narrower <= places / 2;
+        at->widest = x->counts[k] ? fmax(at->widest, open[k]) : at->widest;
+        at->lags = at->lags || (!x->counts[k] && open[k] <= KMP_MEND_FOLLOWED * x->drawn[k]);
+    }
+    x->counts[x->places] = true;
+}
+
+static kmp_walk *walk_of(const search *x, const kempe_system *s)
+{
+    kmp_walk *w = kmp_walk_new(s);
+    if (!w)
+        return NULL;
+    w->rank = x->rank;
+    w->excluded = x->excluded;
+    if (x->a->chart)
+        kmp_plant_set_charts(w->plant, x->a->chart);
+    return w;
+}
+
+/* Closes the places of `at` anew on independent rows of a system. false: no memory. */
+static bool look(search *x, const kempe_system *s, survey *at)
+{
+    size_t n = (size_t)s->n, m = (size_t)s->m;
+    double open[MOST_PLACES + 1] = {0};
+    kmp_walk *w = walk_of(x, s);
+    for (int k = 0; w && k < all_places(x); k++) {
+        double *q = at->q + (size_t)k * n;
+        bool place = k < x->places, closed = !place || kmp_walk_close(w, q);
+        if (place) {
+            (void)kmp_walk_left(w, 0, x->rank);
+            memcpy(x->w + (size_t)(k * x->left) * m, w->basis, m * (size_t)x->left * sizeof *x->w);
+        } else {
+            kmp_walk_evaluate(w, q);
+        }
+        memcpy(x->h + (size_t)k * m, w->h, m * sizeof *x->h);
+        open[k] = closed ? kmp_rounding_opening(w, NULL) : INFINITY;
+    }
+    if (w) {
+        sift(x, open, at);
+        if (s == x->s)
+            for (int k = 0; k < all_places(x); k++)
+                x->drawn[k] = isfinite(open[k]) ? open[k] : 0;
+        contract(x, at->rest);
+    }
+    kmp_walk_free(w);
+    return w;
+}
+
+/* -- steps ------------------------------------------------------------------------------------------- */
+
+/* Returns how far a number may be shifted, scaled. */
+static double farthest(const search *x, const kmp_drawn *n)
+{
+    if (x->s->model->closure_tolerance_given)
+        return x->s->closure_tolerance / x->s->length;
+    return fmax(KMP_MEND_DIGITS * n->rounding, n->scalar ? 0 : KMP_MEND_AXES);
+}
+
+/* Sets the goal of the step of a rank. true: every number stays within the shift that rounding allows. */
+static bool set_goal(search *x)
+{
+    bool near = true;
+    for (int i = 0; i < x->count; i++) {
+        x->goal[i] = x->total[i] - x->shift[i] * x->number[i].rounding;
+        near = near && fabs(x->goal[i]) <= farthest(x, &x->number[i]);
+    }
+    return near;
+}
+
+/* Returns the largest condition after the step, as far as they are linear. */
+static double left_by(const search *x)
+{
+    double most = 0;
+    for (int c = 0; c < x->conditions; c++) {
+        double left = x->at.rest[c];
+        for (int i = 0; i < x->count; i++)
+            left -= x->matrix[(size_t)c + (size_t)i * (size_t)x->conditions] * x->shift[i];
+        most = fmax(most, fabs(left));
+    }
+    return most;
+}
+
+/* Goes to the goal if the misfit is reduced there. KEMPE_E_INPUT: what is no closure any more. */
+static kempe_status try_goal(search *x, bool *reduced)
+{
+    kempe_system *s = NULL;
+    kmp_drawn_place(x->number, x->count, x->goal, x->s->length);
+    kempe_status status = kmp_system_of_closures(x->model, &s);
+    if (status != KEMPE_OK)
+        return status;
+    memcpy(x->trial.q, x->at.q, (size_t)(x->s->n * (x->places + 1)) * sizeof *x->at.q);
+    x->trial.widest = s->m < x->s->m ? 0 : INFINITY; /* rows have become exactly zero: the assembly will tell */
+    if (s->m == x->s->m && !look(x, s, &x->trial))
+        status = KEMPE_E_MEMORY;
+    if (s->m > x->s->m) /* axes that are parallel as drawn are parallel no more */
+        x->foreseen = fmin(x->foreseen, left_by(x));
+    *reduced = status == KEMPE_OK && x->trial.widest < KMP_MEND_REDUCED * x->at.widest;
+    if (*reduced) {
+        survey was = x->at;
+        x->at = x->trial;
+        x->trial = was;
+        memcpy(x->total, x->goal, (size_t)x->count * sizeof *x->total);
+        kempe_system_free(x->system);
+        x->system = s;
+        return KEMPE_OK;
+    }
+    kempe_system_free(s);
+    return status;
+}
+
+/* The widest row is what the left null spaces are off by, more where pivots are small: directions of the conditions
+ * below that are left to the next step, and more of them where they lead too far or nowhere. */
+static kempe_status step(search *x, bool *reduced)
+{
+    double widest = x->at.widest;
+    kempe_status status = find_slopes(x);
+    *reduced = false;
+    double rank = fmin(fmax(KMP_MEND_RANK, KMP_MEND_OFF * widest), KMP_MEND_MOST_RANK);
+    while (rank <= KMP_MEND_MOST_RANK && !*reduced && status == KEMPE_OK) {
+        if (kmp_least_squares(x->conditions, x->count, x->matrix, x->at.rest, rank, x->shift) < 0)
+            return KEMPE_E_MEMORY;
+        if (set_goal(x))
+            status = try_goal(x, reduced);
+        rank *= 10;
+    }
+    return status;
+}
+
+/* True if the mechanism closes, no row remains open, and none opens on the way to most other places. */
+static bool is_whole(const kempe_system *s, int rank)
+{
+    kempe_assembly *a = NULL;
+    kmp_rounding_trial trial = {.rank = rank, .tolerance = KMP_CLOSED_DROPPED};
+    bool whole = kmp_assemble_start(s, &a) == KEMPE_OK && a->closed && !kmp_rounding_of(s);
+    if (whole) {
+        trial.dropped = a->dropped;
+        whole = kmp_rounding_try(&trial, s, a->inner_q ? a->inner_q : a->q, a->chart) && trial.holds;
+    }
+    kempe_assembly_free(a);
+    return whole;
+}
+
+/* -- the search -------------------------------------------------------------------------------------- */
+
+static void find_places(search *x)
+{
+    kmp_waypoint place[MOST_PLACES];
+    const kempe_system *s = x->s;
+    int wanted = LEAST_PLACES + PER_NUMBER * x->count / x->left;
+    memcpy(x->at.q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)s->n * sizeof *x->at.q);
+    x->places = kmp_rounding_waypoints(x->walk, NULL, wanted < MOST_PLACES ? wanted : MOST_PLACES, x->at.q, place);
+    double *start = x->at.q + (size_t)x->places * (size_t)s->n;
+    for (int i = 0; i < s->n; i++)
+        start[i] = s->model->start.q[i].value;
+    kmp_walk_evaluate(x->walk, start);
+    x->closed = !x->a->chart && kmp_rounding_opening(x->walk, NULL) * s->length <= s->closure_tolerance;
+    x->conditions = x->places * x->left + (x->closed ? s->m : 0);
+    for (int r = 0; r < s->m; r++)
+        x->w[(x->places * x->left + r) * s->m + r] = 1;
+}
+
+static bool begin(search *x, kmp_arena *arena)
+{
+    const kempe_system *s = x->s;
+    x->excluded = KMP_ARENA_NEW(arena, bool, s->m);
+    x->counts = KMP_ARENA_NEW(arena, bool, MOST_PLACES + 1);
+    x->number = KMP_ARENA_NEW(arena, kmp_drawn, MOST_NUMBERS);
+    if (arena->failed)
+        return false;
+    x->rank = s->rounding->rank - kmp_rounding_drives(s, x->a->dropped, x->excluded);
+    x->left = s->m - x->rank;
+    x->count = kmp_drawn_list(x->model, MOST_NUMBERS, x->number);
+    ptrdiff_t places = MOST_PLACES + 1, conditions = MOST_PLACES * x->left + s->m;
+    const kmp_arena_group groups[] = {{places * s->n, {&x->at.q, &x->trial.q}},
+                                      {conditions, {&x->at.rest, &x->trial.rest}},
+                                      {conditions * s->m, {&x->w}},
+                                      {places * s->m, {&x->h}},
+                                      {conditions * x->count, {&x->matrix}},
+                                      {places, {&x->drawn}},
+                                      {x->count, {&x->total, &x->goal, &x->shift}}};
+    x->walk = walk_of(x, s);
+    if (x->count < 0 || !x->walk || !kmp_arena_make_groups(arena, sizeof groups / sizeof *groups, groups))
+        return false;
+    find_places(x);
+    return look(x, s, &x->at);
+}
+
+/* *explained: rounding explains the misfit of the drawing, or there are too many numbers to decide. */
+static kempe_status find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant, bool strict,
+                         bool *explained, bool *exact, double *by)
+{
+    search x = {.s = s, .a = a, .model = kmp_variant_model(variant), .strict = strict, .foreseen = INFINITY};
+    kmp_arena arena = {0};
+    kempe_status status = begin(&x, &arena) ? KEMPE_OK : KEMPE_E_MEMORY;
+    double drawn = x.at.widest, unit = kmp_drawn_find_rounding(x.number, x.count, s->length);
+    bool reduced = x.count > 0;
+    for (int k = 0; k < STEPS && reduced && status == KEMPE_OK && x.at.widest > KMP_MEND_MET; k++)
+        status = step(&x, &reduced);
+    *exact = status != KEMPE_E_MEMORY && x.system && x.at.widest <= KMP_MEND_STALLED && !x.at.lags &&
+             is_whole(x.system, s->rounding->rank);
+    *explained = *explained || x.count == MOST_NUMBERS ||
+                 fmin(x.at.widest, x.foreseen) <= fmax(KMP_MEND_EXPLAINED * drawn, unit * unit);
+    *by = 0;
+    for (int i = 0; *exact && i < x.count; i++)
+        *by = fmax(*by, fabs(x.total[i]));
+    kmp_drawn_place(x.number, x.count, *exact ? x.total : NULL, s->length);
+    kempe_system_free(x.system);
+    kmp_walk_free(x.walk);
+    kmp_arena_free(&arena);
+    kmp_context_clear(s->context);
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(s->context) : KEMPE_OK;
+}
+
+kempe_status kmp_exact_find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant,
+                            kmp_drawn_model *found, double *by)
+{
+    bool explained = false, exact = false;
+    kempe_status status = KEMPE_OK;
+    for (int strict = 0; strict < 2 && status == KEMPE_OK && !exact; strict++)
+        status = find(s, a, variant, strict, &explained, &exact, by);
+    *found = KMP_DRAWING_UNEXPLAINED;
+    if (exact)
+        *found = KMP_DRAWING_EXACT;
+    else if (explained || s->model->closure_tolerance_given)
+        *found = KMP_DRAWING_OPEN;
+    return status;
+}

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Told apart by finite motions. Where a direction of the rows is dropped that only rounding makes, the mechanism gains
+ * a motion along which the dropped rows stay open by the rounding, however far it goes. Where a small pivot is real, as
+ * next to a change point, the motion gained is one that the mechanism does not have: the dropped rows open with the
+ * square of the way and exceed the tolerance soon. A small loop in a large mechanism cannot open far: its own size
+ * measures it. */
+#include "constraints/rounding/rounding.h"
+#include "base/memory.h"
+#include "constraints/diagnosis/doctor.h"
+#include "constraints/tolerances.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { SEED = 7, PLACES = 24, TRIES = 3, ON = 6, LEAST_FAR = 4 };
+
+const kmp_rounding *kmp_rounding_of(const kempe_system *system)
+{
+    return system->rounding && atomic_load(&system->rounding->state) == 2 ? system->rounding : NULL;
+}
+
+bool kmp_rounding_closed(const kmp_plant *plant)
+{
+    int row;
+    const kmp_rounding *rounding = kmp_rounding_of(plant->system);
+    return kmp_plant_residual(plant) <= KMP_CLOSED_DROPPED &&
+           kmp_plant_misfit(plant, &row) <= fmax(KMP_CLOSED_DROPPED, rounding ? rounding->tolerance : 0);
+}
+
+double kmp_rounding_zero(const kempe_system *system, double strict)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(system);
+    return rounding ? fmax(strict, rounding->zero) : strict;
+}
+
+void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *trial)
+{
+    kmp_rounding *r = system->rounding;
+    int none = 0;
+    if (atomic_compare_exchange_strong(&r->state, &none, 1)) {
+        r->rank = trial->rank;
+        r->zero = trial->zero;
+        r->tolerance = trial->tolerance;
+        r->misfit = trial->most;
+        atomic_store(&r->state, 2);
+    }
+    while (atomic_load(&r->state) != 2) /* another thread is at it, with the same numbers */
+        ;
+}
+
+/* -- a trial ----------------------------------------------------------------------------------------- */
+
+typedef struct trial {
+    kmp_rounding_trial *t;
+    kmp_walk *walk;
+    int rank;     /* without the rows of drives */
+    bool *driven; /* m: these */
+    double *part; /* m: of the tolerance that a row has: positions in a loop smaller than the mechanism have less */
+} trial;
+
+int kmp_rounding_drives(const kempe_system *s, const bool *dropped, bool *driven)
+{
+    int kept = 0;
+    for (int r = 0; r < s->m; r++) {
+        const kmp_closure *closure = &s->model->closures[s->rows[r].closure];
+        driven[r] = kmp_closure_is_drive(closure) || closure->function;
+        kept += driven[r] && !dropped[r];
+    }
+    return kept;
+}
+
+static void set_parts(trial *x)
+{
+    const kempe_system *s = x->walk->system;
+    for (int r = 0; r < s->m; r++) {
+        double size = s->rows[r].length_power > 0 ? kmp_loop_longest_side(s->model, s->rows[r].closure) : 0;
+        x->part[r] = size > 0 ? fmin(1, size / s->length) : 1;
+    }
+}
+
+double kmp_rounding_opening(const kmp_walk *w, const double *part)
+{
+    double widest = 0;
+    for (int r = 0; r < w->m; r++)
+        widest = fmax(widest, fabs(w->h[r]) / (part ? part[r] : 1));
+    return widest;
+}
+
+int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double *q, kmp_waypoint *place)
+{
+    size_t n = (size_t)w->n;
+    double usual = 0, *way = q + n * (size_t)wanted;
+    unsigned state = SEED;
+    int count = 0;
+    for (int tries = 0, on = 0; count < wanted && tries < TRIES * wanted; tries++) {
+        double *to = q + (size_t)count * n;
+        on = on < ON ? on : 0;
+        if (count > 0 && !kmp_walk_wander(w, on > 0 ? to - n : q, &state, way, to)) {
+            on = 0;
+            continue;
+        }
+        kmp_walk_evaluate(w, to);
+        kmp_walk_pivots(w, w->pivots);
+        double margin = w->rank > 0 ? w->pivots[w->rank - 1] : 1;
+        usual = count == 0 ? margin : usual;
+        on = margin < KMP_ROUNDING_BESIDE * usual ? 0 : on + 1;
+        if (on == 0)
+            continue;
+        double weak = w->rank >= 0 && w->rank < w->m && w->rank < w->n ? w->pivots[w->rank] / w->pivots[0] : 0;
+        place[count++] = (kmp_waypoint){kmp_rounding_opening(w, part), kmp_walk_distance(w, q, to), weak,
+                                        margin / fmax(w->pivots[0], DBL_MIN)};
+    }
+    return count;
+}
+
+/* Of the places that are far from the state most must stay closed: some are on branches that are not meant. */
+static void judge(trial *x, const kmp_waypoint *place, int count)
+{
+    kmp_rounding_trial *t = x->t;
+    double weak = place[0].weak;
+    int far = 0, closed = 0;
+    t->here = t->most = place[0].open;
+    for (int k = 1; k < count; k++) {
+        bool holds = place[k].open <= t->tolerance;
+        far += place[k].distance >= KMP_ROUNDING_FAR;
+        closed += place[k].distance >= KMP_ROUNDING_FAR && holds;
+        t->most = holds ? fmax(t->most, place[k].open) : t->most;
+        weak = holds ? fmax(weak, place[k].weak) : weak;
+    }
+    t->holds = t->here <= t->tolerance &&
+               ((far >= LEAST_FAR && closed >= KMP_ROUNDING_MOST_OF * far) || x->walk->n == x->rank);
+    t->zero = sqrt(fmax(fmax(weak, t->most), KMP_RANK) * place[0].strong);
+}
+
+bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const double *from, const double *chart)
+{
+    kmp_waypoint place[PLACES];
+    int n = system->n, m = system->m;
+    trial x = {.t = t, .walk = kmp_walk_new(system), .part = KMP_NEW(double, m), .driven = KMP_NEW(bool, m)};
+    double *q = KMP_NEW(double, (PLACES + 1) * n);
+    bool made = x.walk && x.part && x.driven && q;
+    if (made) {
+        x.walk->rank = x.rank = t->rank - kmp_rounding_drives(system, t->dropped, x.driven);
+        x.walk->excluded = x.driven;
+        if (chart)
+            kmp_plant_set_charts(x.walk->plant, chart);
+        set_parts(&x);
+        memcpy(q, from, (size_t)n * sizeof *q);
+        judge(&x, place, kmp_rounding_waypoints(x.walk, x.part, PLACES, q, place));
+    }
+    kmp_walk_free(x.walk);
+    kmp_free(x.part);
+    kmp_free(x.driven);
+    kmp_free(q);
+    return made;
+}

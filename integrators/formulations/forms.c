@@ -1,0 +1,477 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The dae formulation: forms of one index-reduced DAE in y = (q, v, multipliers), on the independent rows of h:
+ *
+ *     q' - v [+ J' mu] = 0      M v' + C - J' lambda = 0      one or two groups of  c0 h + c1 (J v + h_t) + c2 hddot =
+ * 0
+ *
+ * stabilized1       h and J v + h_t with lambda = L', mu = N', derivatives of states: nothing algebraic is left (Gear,
+ * Gupta and Leimkuhler 1985; Hiller and Anantharaman) ggl      the same with lambda and mu as algebraic unknowns index2
+ * J v + h_t = 0: positions drift slowly index1   hddot + 2 alpha (J v + h_t) + beta^2 h = 0 (Baumgarte 1972), alpha =
+ * beta = ten over the characteristic time index3   h = 0, for teaching: accelerations and multipliers lose most digits,
+ * and below rtol 1e-10 it fails
+ *
+ * Multipliers are kept out of every error norm by weights: the first steps are tiny, the condition of the iteration
+ * matrix grows like h^-(index - 1), and their corrections never fall below rounding times that. */
+#include "integrators/formulations/formulation.h"
+#include "integrators/formulations/redundant.h"
+#include "integrators/formulations/tangent.h"
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Multiplies the error weights of multipliers. At 1e8 the algebraic ones of GGL still stop Newton at rtol 1e-12. */
+#define OUT_OF_NORM 1e14
+/* Baumgarte's gains in characteristic rates. */
+#define BAUMGARTE_GAIN 10.0
+
+typedef struct form {
+    bool integrated, mu; /* multipliers are derivatives of states; J' mu corrects q' */
+    bool rates_free;     /* v is algebraic: only h = 0 determines it */
+    bool baumgarte;      /* group 0 is multiplied by powers of the gain */
+    int groups;
+    double weight[2][3]; /* of h, J v + h_t, hddot in each group */
+} form;
+
+static const form form_stabilized1 = {.integrated = true, .mu = true, .groups = 2, .weight = {{1, 0, 0}, {0, 1, 0}}};
+static const form form_ggl = {.mu = true, .groups = 2, .weight = {{1, 0, 0}, {0, 1, 0}}};
+static const form form_index2 = {.groups = 1, .weight = {{0, 1, 0}}};
+static const form form_index1 = {.baumgarte = true, .groups = 1, .weight = {{1, 2, 1}}};
+static const form form_index3 = {.rates_free = true, .groups = 1, .weight = {{1, 0, 0}}};
+
+/* One term of the iteration matrix: entry `at` gets factor * (cj or 1) * (a tangent output, or 1 when source < 0). */
+typedef struct term {
+    long row, col;
+    int at, source;
+    bool cj;
+    double factor;
+} term;
+
+typedef struct dae {
+    kmp_formulation formulation; /* first */
+    form form;
+    const kempe_system *s;
+    kmp_plant *plant;
+    kmp_margin *margin;
+    const kmp_partition *part;
+    kmp_saddle saddle;
+    kmp_tangents tangents;
+    int n, m, r;
+    double tolerance; /* of an angle */
+    int *position;    /* m: of a row among the independent ones, -1 when dropped */
+    long *col_start, *row;
+    double *differential, *factor;
+    term *terms;
+    int term_count;
+    double *lambda, *mu; /* m: spread over all rows */
+} dae;
+
+/* Unknowns by group; the equations of motion stand in rows like v, group g in rows at_group(g). */
+static int at_v(const dae *d)
+{
+    return d->n;
+}
+static int at_lambda(const dae *d)
+{
+    return 2 * d->n;
+}
+static int at_mu(const dae *d)
+{
+    return 2 * d->n + d->r;
+}
+static int at_group(const dae *d, int g)
+{
+    return 2 * d->n + g * d->r;
+}
+
+/* -- the iteration matrix ----------------------------------------------------------------------------- */
+
+/* Counted where there is no room yet. */
+static void add_term(dae *d, int row, int col, int source, bool cj, double factor)
+{
+    if (factor == 0)
+        return;
+    if (d->terms)
+        d->terms[d->term_count] = (term){row, col, 0, source, cj, factor};
+    d->term_count++;
+}
+
+/* J stands in h by q, in J v by v, in hddot by v', and transposed with the multipliers. */
+static void add_jacobian(dae *d, const kmp_tangent *e, int at)
+{
+    bool cj = d->form.integrated;
+    add_term(d, at_v(d) + e->col, at_lambda(d) + at, e->source, cj, -1);
+    if (d->form.mu)
+        add_term(d, e->col, at_mu(d) + at, e->source, cj, 1);
+    for (int g = 0; g < d->form.groups; g++) {
+        const double *weight = d->form.weight[g];
+        int row = at_group(d, g) + at;
+        add_term(d, row, e->col, e->source, false, weight[0]);
+        add_term(d, row, at_v(d) + e->col, e->source, false, weight[1]);
+        add_term(d, row, at_v(d) + e->col, e->source, true, weight[2]);
+    }
+}
+
+/* An entry of a block of closure rows, by its weight in each group. */
+static void add_closure(dae *d, const kmp_tangent *e, int at, int col, int order)
+{
+    for (int g = 0; g < d->form.groups; g++)
+        add_term(d, at_group(d, g) + at, col, e->source, false, d->form.weight[g][order]);
+}
+
+static void add_entry(dae *d, const kmp_tangent *e)
+{
+    bool closure = e->block == KMP_J || e->block == KMP_RATE_Q || e->block == KMP_CURVE_Q || e->block == KMP_CURVE_QD;
+    int at = closure ? d->position[e->row] : e->block == KMP_C_LAMBDA ? d->position[e->col] : 0;
+    if (at < 0) /* of a row that is dropped */
+        return;
+    switch (e->block) {
+    case KMP_R_Q:
+        add_term(d, at_v(d) + e->row, e->col, e->source, false, 1);
+        break;
+    case KMP_R_QD:
+        add_term(d, at_v(d) + e->row, at_v(d) + e->col, e->source, false, 1);
+        break;
+    case KMP_M:
+        add_term(d, at_v(d) + e->row, at_v(d) + e->col, e->source, true, 1);
+        break;
+    case KMP_JTMU_Q:
+        add_term(d, e->row, e->col, e->source, false, 1);
+        break;
+    case KMP_RATE_Q:
+        add_closure(d, e, at, e->col, 1);
+        break;
+    case KMP_CURVE_Q:
+        add_closure(d, e, at, e->col, 2);
+        break;
+    case KMP_CURVE_QD:
+        add_closure(d, e, at, at_v(d) + e->col, 2);
+        break;
+    case KMP_J:
+        add_jacobian(d, e, at);
+        break;
+    case KMP_C_LAMBDA:
+        add_term(d, at_v(d) + e->row, at_lambda(d) + at, e->source, d->form.integrated, 1);
+        break;
+    default:
+        break;
+    }
+}
+
+static void add_terms(dae *d)
+{
+    d->term_count = 0;
+    for (int k = 0; k < d->n; k++) {
+        add_term(d, k, k, -1, true, 1);
+        add_term(d, k, at_v(d) + k, -1, false, -1);
+    }
+    for (int k = 0; k < d->tangents.start[KMP_TANGENT_BLOCKS]; k++)
+        add_entry(d, &d->tangents.entry[k]);
+}
+
+static int by_column(const void *a, const void *b)
+{
+    const term *x = a, *y = b;
+    if (x->col != y->col)
+        return x->col < y->col ? -1 : 1;
+    if (x->row != y->row)
+        return x->row < y->row ? -1 : 1;
+    return x->source != y->source ? x->source - y->source : x->cj - y->cj;
+}
+
+/* All terms, and compressed columns of their union. false: no memory. */
+static bool compress(dae *d)
+{
+    int size = d->formulation.size, nz = 0;
+    add_terms(d);
+    d->terms = KMP_ARENA_NEW(&d->formulation.arena, term, d->term_count);
+    d->col_start = KMP_ARENA_NEW(&d->formulation.arena, long, size + 1);
+    d->row = KMP_ARENA_NEW(&d->formulation.arena, long, d->term_count);
+    if (d->formulation.arena.failed)
+        return false;
+    add_terms(d);
+    qsort(d->terms, (size_t)d->term_count, sizeof *d->terms, by_column);
+    for (int k = 0; k < d->term_count; k++) {
+        term *t = &d->terms[k];
+        bool again = k > 0 && t[-1].col == t->col && t[-1].row == t->row;
+        t->at = again ? nz - 1 : nz++;
+        d->row[t->at] = t->row;
+        d->col_start[t->col + 1] = nz;
+    }
+    for (int c = 1; c <= size; c++)
+        if (d->col_start[c] == 0)
+            d->col_start[c] = d->col_start[c - 1];
+    d->formulation.dae.nz = nz;
+    return true;
+}
+
+/* -- the DAE ----------------------------------------------------------------------------------------- */
+
+static kmp_instant instant(dae *d, double t, const double *y, const double *yp)
+{
+    const double *multipliers = d->form.integrated ? yp : y;
+    for (int i = 0; i < d->r; i++) {
+        d->lambda[d->part->rows[i]] = multipliers[at_lambda(d) + i];
+        if (d->form.mu)
+            d->mu[d->part->rows[i]] = multipliers[at_mu(d) + i];
+    }
+    return (kmp_instant){.t = t,
+                         .q = y,
+                         .qd = y + at_v(d),
+                         .qdd = yp + at_v(d),
+                         .lambda = d->lambda,
+                         .mu = d->form.mu ? d->mu : NULL,
+                         .mode = d->plant->mode,
+                         .chart = d->plant->chart,
+                         .chart_version = d->plant->chart_version};
+}
+
+/* Rows of group g, of `out`. */
+static void put_group(const dae *d, const double *out, int g, double *r)
+{
+    static const kmp_value kind[3] = {KMP_VALUE_H, KMP_VALUE_RATE, KMP_VALUE_CURVE};
+    const int *row = d->part->rows;
+    bool first = true;
+    for (int order = 0; order < 3; order++) {
+        const double weight = d->form.weight[g][order], *value = out + d->tangents.at[kind[order]];
+        if (weight == 0)
+            continue;
+        for (int i = 0; i < d->r; i++)
+            r[i] = weight * value[row[i]] + (first ? 0 : r[i]);
+        first = false;
+    }
+}
+
+static bool all_finite(int n, const double *x)
+{
+    int bad = 0; /* no jump, so that it goes in lanes */
+    for (int i = 0; i < n; i++)
+        bad |= !(fabs(x[i]) <= DBL_MAX);
+    return !bad;
+}
+
+static int residual(void *self, double t, const double *y, const double *yp, double *r)
+{
+    dae *d = self;
+    int n = d->n;
+    kmp_instant at = instant(d, t, y, yp);
+    const double *out = kmp_tangents_values(&d->tangents, &at), *qd = y + n;
+    for (int i = 0; i < n; i++)
+        r[i] = yp[i] - qd[i];
+    for (int i = 0; d->form.mu && i < n; i++)
+        r[i] += out[d->tangents.at[KMP_VALUE_JTMU] + i];
+    memcpy(r + n, out + d->tangents.at[KMP_VALUE_R], (size_t)n * sizeof *r);
+    for (int g = 0; g < d->form.groups; g++)
+        put_group(d, out, g, r + at_group(d, g));
+    return all_finite(d->formulation.size, r) ? KMP_GO : KMP_RETRY;
+}
+
+static int matrix(void *self, double t, double cj, const double *y, const double *yp, double *values)
+{
+    dae *d = self;
+    kmp_instant at = instant(d, t, y, yp);
+    const double *out = kmp_tangents_derivatives(&d->tangents, &at);
+    memset(values, 0, (size_t)d->formulation.dae.nz * sizeof *values);
+    for (int k = 0; k < d->term_count; k++) {
+        const term *e = &d->terms[k];
+        values[e->at] += e->factor * (e->cj ? cj : 1) * (e->source >= 0 ? out[e->source] : 1);
+    }
+    return KMP_GO;
+}
+
+static int accept(void *self, double t, const double *y, const double *yp)
+{
+    dae *d = self;
+    (void)yp;
+    if (kmp_margin_unwatched(d->margin))
+        return KMP_GO;
+    kmp_plant_closure(d->plant, t, y);
+    int said = kmp_redundant_check(d->plant, d->part, t, d->tolerance, &d->formulation.reason);
+    return said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t) ? KMP_RETRY : said;
+}
+
+/* Rows are what the integrator holds; accelerations and multipliers come from the saddle system there. */
+static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
+               double *qdd, double *lambda, double *work)
+{
+    dae *d = (dae *)formulation;
+    (void)yp;
+    memcpy(q, y, (size_t)d->n * sizeof *q);
+    *work = 0;
+    if (qd)
+        memcpy(qd, y + d->n, (size_t)d->n * sizeof *qd);
+    if (!qdd)
+        return KMP_GO;
+    kmp_plant_closure(d->plant, t, q);
+    kmp_plant_mass(d->plant);
+    kmp_plant_bias(d->plant, qd);
+    if (kmp_saddle_factor(&d->saddle)) {
+        kmp_text_printf(&formulation->reason,
+                        "accelerations and multipliers are not determined at the output time t = %.9g", t);
+        return KMP_HALT;
+    }
+    kmp_saddle_accelerations(&d->saddle, qdd, lambda);
+    return KMP_GO;
+}
+
+/* lambda (m) into the unknowns, mu = 0. */
+static void put_multipliers(const dae *d, const double *lambda, double *y, double *yp)
+{
+    double *multipliers = d->form.integrated ? yp : y;
+    for (int i = 0; i < d->r; i++) {
+        multipliers[at_lambda(d) + i] = lambda[d->part->rows[i]];
+        if (d->form.mu)
+            multipliers[at_mu(d) + i] = 0;
+    }
+}
+
+/* Closes the integrator's q and qd along the mass-orthogonal direction; then accelerations and multipliers there. */
+static int close_state(dae *d, double t, double *q, double *qd, double *qdd)
+{
+    const kmp_closer closer = kmp_saddle_closer(&d->saddle, qdd);
+    if (!kmp_close_state(&closer, d->mu, t, q, qd))
+        return KMP_HALT;
+    memset(d->mu, 0, (size_t)d->m * sizeof *d->mu);
+    kmp_plant_bias(d->plant, qd);
+    kmp_saddle_accelerations(&d->saddle, qdd, d->lambda);
+    return KMP_GO;
+}
+
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
+                  const double *lambda, double *y, double *yp)
+{
+    dae *d = (dae *)formulation;
+    int n = d->n;
+    (void)qdd, (void)lambda;
+    memcpy(y, q, (size_t)n * sizeof *y);
+    memcpy(y + n, qd, (size_t)n * sizeof *y);
+    if (close_state(d, t, y, y + n, yp + n) != KMP_GO)
+        return KMP_HALT;
+    memcpy(yp, y + n, (size_t)n * sizeof *y);
+    put_multipliers(d, d->lambda, y, yp);
+    return KMP_GO;
+}
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+static void release(kmp_formulation *formulation)
+{
+    dae *d = (dae *)formulation;
+    kmp_saddle_free(&d->saddle);
+    kmp_tangents_free(&d->tangents);
+    kmp_formulation_free(formulation);
+}
+
+static bool allocate(dae *d, int size)
+{
+    kmp_arena *a = &d->formulation.arena;
+    kmp_formulation_make_unknowns(&d->formulation, size, true);
+    d->differential = KMP_ARENA_NEW(a, double, size);
+    d->factor = KMP_ARENA_NEW(a, double, size);
+    d->lambda = KMP_ARENA_NEW(a, double, d->m);
+    d->mu = KMP_ARENA_NEW(a, double, d->m);
+    d->position = KMP_ARENA_NEW(a, int, d->m);
+    return !a->failed && kmp_saddle_init(&d->saddle, d->plant, d->part);
+}
+
+static void choose_form(dae *d, const form *chosen, double rate_scale)
+{
+    double gain = chosen->baumgarte ? BAUMGARTE_GAIN * rate_scale : 1;
+    d->form = *chosen;
+    for (int g = 0; g < 2; g++) {
+        d->form.weight[g][0] *= gain * gain;
+        d->form.weight[g][1] *= gain;
+    }
+    for (int i = 0; i < d->m; i++)
+        d->position[i] = -1;
+    for (int i = 0; i < d->r; i++)
+        d->position[d->part->rows[i]] = i;
+}
+
+static unsigned values_of(const form *f)
+{
+    unsigned values = 1u << KMP_VALUE_R | (f->mu ? 1u << KMP_VALUE_JTMU : 0);
+    for (int g = 0; g < f->groups; g++) {
+        values |= f->weight[g][0] != 0 ? 1u << KMP_VALUE_H : 0;
+        values |= f->weight[g][1] != 0 ? 1u << KMP_VALUE_RATE : 0;
+        values |= f->weight[g][2] != 0 ? 1u << KMP_VALUE_CURVE : 0;
+    }
+    return values;
+}
+
+static void begin(dae *d, const kmp_formulation_start *start)
+{
+    int n = d->n;
+    kmp_formulation_begin_with_state(&d->formulation, start);
+    memcpy(d->formulation.yp, start->qd, (size_t)n * sizeof *d->formulation.yp);
+    memcpy(d->formulation.yp + n, start->qdd, (size_t)n * sizeof *d->formulation.yp);
+    put_multipliers(d, start->lambda, d->formulation.y, d->formulation.yp);
+    for (int i = 0; i < d->formulation.size; i++) {
+        bool coordinate = i < n, rate = i >= n && i < 2 * n;
+        d->differential[i] = coordinate || (rate && !d->form.rates_free) || d->form.integrated;
+        d->factor[i] = coordinate || rate ? 1 : OUT_OF_NORM;
+        if (!coordinate && !rate)
+            d->formulation.atol[i] = start->atol;
+    }
+}
+
+static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_start *start)
+{
+    if (!allocate(d, 2 * d->n + chosen->groups * d->r))
+        return kmp_fail_memory(d->s->context);
+    choose_form(d, chosen, start->rate_scale);
+    kempe_status status = kmp_tangents_init(&d->tangents, d->s, d->plant->backend, values_of(chosen));
+    if (status == KEMPE_OK && !compress(d))
+        status = kmp_fail_memory(d->s->context);
+    if (status == KEMPE_OK)
+        begin(d, start);
+    return status;
+}
+
+static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
+{
+    dae *d = kmp_formulation_new(start, sizeof *d);
+    if (!d)
+        return NULL;
+    d->s = start->system;
+    d->plant = start->plant;
+    d->margin = start->margin;
+    d->part = start->part;
+    d->n = start->part->n;
+    d->m = start->part->m;
+    d->tolerance = start->atol + start->rtol;
+    d->r = start->part->r;
+    d->formulation.release = release;
+    d->formulation.row = row;
+    d->formulation.position = kmp_formulation_position_of_state;
+    d->formulation.resume = resume;
+    if (prepare(d, kind->detail, start) != KEMPE_OK) {
+        release(&d->formulation);
+        return NULL;
+    }
+    d->formulation.dae = (kmp_dae){.n = d->formulation.size,
+                                   .nz = d->formulation.dae.nz,
+                                   .col_start = d->col_start,
+                                   .row = d->row,
+                                   .differential = d->differential,
+                                   .factor = d->factor,
+                                   .self = d,
+                                   .residual = residual,
+                                   .matrix = matrix,
+                                   .accept = accept};
+    return &d->formulation;
+}
+
+#define FORM(id, is_standard)                                                                                          \
+    const kmp_formulation_kind kmp_formulation_##id = {.formulation = "dae",                                           \
+                                                       .form = #id,                                                    \
+                                                       .dae = true,                                                    \
+                                                       .standard = is_standard,                                        \
+                                                       .detail = &form_##id,                                           \
+                                                       .create = create}
+
+FORM(stabilized1, true);
+FORM(ggl, false);
+FORM(index2, false);
+FORM(index1, false);
+FORM(index3, false);

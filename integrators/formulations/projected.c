@@ -1,0 +1,249 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system; after each accepted step q and
+ * qd go back to the closures along the mass-orthogonal direction, one simplified Newton step with the factors at hand.
+ * It needs no choice of u. The independent rows are those of the start; dropped ones are watched.
+ *
+ * The same unknowns lead through a change point: an integrator that chooses where to evaluate (leap.h) has each state
+ * closed first, since accelerations beside the closures are not those of the motion where J comes near to losing a
+ * row. */
+#include "constraints/tolerances.h"
+#include "integrators/formulations/formulation.h"
+#include "integrators/formulations/redundant.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MOST_CORRECTIONS = 8 };
+
+typedef struct projected {
+    kmp_formulation formulation; /* first */
+    const kempe_system *s;
+    kmp_plant *plant;
+    kmp_margin *margin;
+    const kmp_partition *part;
+    kmp_saddle saddle;
+    bool has_work;
+    int n, m;
+    double *violation; /* m */
+    double *lambda;    /* m: where closures move */
+    double *dx;        /* n */
+    double *q, *qd;    /* n */
+    double rtol, atol;
+    double t;                       /* of the last accepted step */
+    double refused_h, refused_size; /* of the last step refused from there for its rates; 0: none */
+    double noise;                   /* of rates, as part of the fastest */
+} projected;
+
+/* Plant and factors at (t, q, qd). */
+static int place(projected *d, double t, const double *q, const double *qd)
+{
+    kmp_plant_closure(d->plant, t, q);
+    kmp_plant_mass(d->plant);
+    kmp_plant_bias(d->plant, qd);
+    return kmp_saddle_factor(&d->saddle) ? KMP_RETRY : KMP_GO;
+}
+
+/* dy of the state that the plant and the factors have. */
+static int give(projected *d, const double *y, double *dy)
+{
+    int n = d->n;
+    memcpy(dy, y + n, (size_t)n * sizeof *dy);
+    kmp_saddle_accelerations(&d->saddle, dy + n, d->s->rheonomic ? d->lambda : NULL);
+    for (int i = 0; i < n; i++)
+        if (!isfinite(dy[n + i]))
+            return KMP_RETRY;
+    if (d->has_work)
+        dy[2 * n] = kmp_plant_power_here(d->plant, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
+    return KMP_GO;
+}
+
+static int rhs(void *self, double t, const double *y, double *dy)
+{
+    projected *d = self;
+    return place(d, t, y, y + d->n) == KMP_GO ? give(d, y, dy) : KMP_RETRY;
+}
+
+/* For an integrator that leaps. */
+static int closed(void *self, double t, double *y, bool as_it_is, double *dy, double *distance)
+{
+    projected *d = self;
+    const kmp_closer closer = kmp_saddle_closer(&d->saddle, d->dx);
+    const kmp_close_rule rule = {
+        .most = MOST_CORRECTIONS, .enough = KMP_CLOSED_ENOUGH, .w = d->s->scale, .fraction = KMP_CORRECTION_LAST};
+    int n = d->n, said = KMP_GO;
+    if (!dy)
+        kmp_plant_closure(d->plant, t, y);
+    else if ((!as_it_is && !kmp_close(&closer, &rule, t, y).closed) || place(d, t, y, y + n) != KMP_GO)
+        said = KMP_RETRY;
+    else {
+        if (!as_it_is) {
+            kmp_close_rates(&closer, d->violation, y + n);
+            kmp_plant_bias(d->plant, y + n);
+        }
+        said = give(d, y, dy);
+    }
+    if (distance)
+        *distance = kmp_margin_at(d->margin, d->plant);
+    return said;
+}
+
+/* Whether a correction stays within the error weights. */
+static bool is_small(int n, const double *dx, const double *w)
+{
+    for (int i = 0; i < n; i++)
+        if (!(fabs(dx[i]) <= KMP_CORRECTION_LIMIT * w[i]))
+            return false;
+    return true;
+}
+
+/* Scaled, the largest. */
+static double size_of(const projected *d, const double *x)
+{
+    double size = 0;
+    for (int i = 0; i < d->n; i++)
+        size = isfinite(x[i]) ? fmax(size, fabs(x[i]) / d->s->scale[i]) : INFINITY;
+    return size;
+}
+
+/* Rates are corrected freely within KMP_RATE_ROUNDING of the fastest one: where a light body between heavy ones whips
+ * through its dead centre, rounding of J qd alone comes to that. Where J comes near to losing a row, h that is `open`
+ * by rounding alone moves q by dx = h / sigma, and J along the lost row by as much, so that rates that are right at q
+ * are off by dx / sigma = dx^2 / h of themselves at q + dx. */
+static bool is_rounding(projected *d, double t, double open, const double *dqd, const double *qd)
+{
+    double most = size_of(d, dqd), fastest = size_of(d, qd), h = t - d->t, moved = size_of(d, d->dx);
+    double lost = open <= KMP_CLOSED ? KMP_RATE_MARGIN * moved * moved / fmax(open, DBL_EPSILON) : 0;
+    bool stays = d->refused_h > 0 && h <= 0.6 * d->refused_h && most > 0.5 * d->refused_size;
+    d->refused_h = h;
+    d->refused_size = most;
+    if (stays && most <= KMP_RATE_NOISE * fastest)
+        d->noise = fmax(d->noise, 4 * most / fastest);
+    return most <= fmax(KMP_RATE_ROUNDING, fmin(fmax(d->noise, lost), KMP_RATE_NOISE)) * fastest;
+}
+
+/* q first, then qd at the corrected q, both with the factors at hand. Where J loses a row the projection of the rates
+ * would swallow them: such a step is refused too. On refusal y is as it was. */
+static int accept(void *self, double t, double *y, const double *dy, const double *w)
+{
+    projected *d = self;
+    int n = d->n;
+    (void)dy;
+    if (kmp_redundant_check(d->plant, d->part, t, d->atol + d->rtol, &d->formulation.reason) != KMP_GO)
+        return KMP_HALT;
+    kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
+    bool small = is_small(n, d->dx, w);
+    double open = kmp_plant_residual(d->plant);
+    if (!small && open > KMP_CLOSED)
+        return KMP_RETRY;
+    for (int i = 0; i < n; i++)
+        d->q[i] = y[i] + (small ? d->dx[i] : 0);
+    kmp_plant_closure(d->plant, t, d->q);
+    kmp_plant_rates(d->plant, y + n, d->violation);
+    kmp_saddle_correction(&d->saddle, d->violation, d->qd);
+    if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, open, d->qd, y + n))
+        return KMP_RETRY;
+    if (kmp_margin_refuses(d->margin, d->plant, t))
+        return KMP_RETRY;
+    for (int i = 0; i < n; i++) {
+        y[i] = d->q[i];
+        y[n + i] += d->qd[i];
+    }
+    d->t = t;
+    d->refused_h = 0;
+    d->noise *= KMP_RATE_FADES;
+    d->formulation.factorizations = d->saddle.factorizations;
+    return KMP_GO;
+}
+
+/* Rows between steps are projected too, to round-off. */
+static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
+               double *qdd, double *lambda, double *work)
+{
+    projected *d = (projected *)formulation;
+    int n = d->n;
+    const kmp_closer closer = kmp_saddle_closer(&d->saddle, d->dx);
+    (void)yp;
+    memcpy(q, y, (size_t)n * sizeof *q);
+    qd = qd ? qd : d->qd;
+    memcpy(qd, y + n, (size_t)n * sizeof *qd);
+    if (!kmp_close_state(&closer, d->violation, t, q, qd)) {
+        kmp_text_printf(&formulation->reason, "the closures could not be solved at the output time t = %.9g", t);
+        return KMP_HALT;
+    }
+    if (qdd) {
+        kmp_plant_bias(d->plant, qd);
+        kmp_saddle_accelerations(&d->saddle, qdd, lambda);
+    }
+    *work = d->has_work ? y[2 * n] : 0;
+    return KMP_GO;
+}
+
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
+                  const double *lambda, double *y, double *yp)
+{
+    projected *d = (projected *)formulation;
+    d->t = t;
+    (void)qdd, (void)lambda, (void)yp;
+    memcpy(y, q, (size_t)d->n * sizeof *y);
+    memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
+    return KMP_GO;
+}
+
+static void release(kmp_formulation *formulation)
+{
+    kmp_saddle_free(&((projected *)formulation)->saddle);
+    kmp_formulation_free(formulation);
+}
+
+static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
+{
+    (void)kind;
+    projected *d = kmp_formulation_new(start, sizeof *d);
+    if (!d)
+        return NULL;
+    int n = d->n = d->formulation.n;
+    kmp_arena *a = &d->formulation.arena;
+    d->s = start->system;
+    d->plant = start->plant;
+    d->margin = start->margin;
+    d->part = start->part;
+    d->m = start->part->m;
+    d->has_work = start->system->dissipative;
+    d->rtol = start->rtol;
+    d->atol = start->atol;
+    d->t = start->t;
+    d->violation = KMP_ARENA_NEW(a, double, d->m);
+    d->lambda = KMP_ARENA_NEW(a, double, d->m);
+    d->dx = KMP_ARENA_NEW(a, double, n);
+    d->q = KMP_ARENA_NEW(a, double, n);
+    d->qd = KMP_ARENA_NEW(a, double, n);
+    kmp_formulation_make_unknowns(&d->formulation, 2 * n + d->has_work, false);
+    d->formulation.release = release;
+    d->formulation.row = row;
+    d->formulation.position = kmp_formulation_position_of_state;
+    d->formulation.resume = resume;
+    d->formulation.ode =
+        (kmp_ode){.n = d->formulation.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
+    if (a->failed || !kmp_saddle_init(&d->saddle, d->plant, d->part)) {
+        (void)kmp_fail_memory(start->system->context);
+        release(&d->formulation);
+        return NULL;
+    }
+    kmp_formulation_begin_with_state(&d->formulation, start);
+    if (d->has_work) {
+        d->formulation.y[2 * n] = start->work;
+        d->formulation.atol[2 * n] = 1e300; /* judged, not controlled */
+    }
+    return &d->formulation;
+}
+
+const kmp_formulation_kind kmp_formulation_projected = {.formulation = "projected",
+                                                        .form = "none",
+                                                        .standard = true,
+                                                        .corrected = true,
+                                                        .by_bodies = true,
+                                                        .create = create};
+
+/* By M and C: the equations of articulated bodies have the square of J's condition. */
+const kmp_formulation_kind kmp_formulation_zone = {
+    .formulation = "zone", .form = "none", .corrected = true, .create = create};

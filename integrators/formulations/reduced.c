@@ -1,0 +1,509 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The reduced formulation: an ODE in the independent coordinates (Fisette and Samin 1996, eqs. 43-46), in two forms on
+ * one state y = (u, ud[, v][, work]).
+ *
+ * integrated  v is integrated along by vd = Bvu ud + x_t; stages never iterate. At each accepted step one simplified
+ * Newton correction with the factors at hand takes v back to the closure; a correction beyond one error weight refuses
+ * the step. closed    every evaluation closes v on u by Newton, predicted along the tangent from the last accepted step
+ * and from nowhere else; an evaluation whose corrections stop contracting fails and shortens the step. */
+#include "integrators/formulations/reduced.h"
+#include "constraints/tolerances.h"
+#include "integrators/formulations/redundant.h"
+#include <math.h>
+#include <string.h>
+
+int kmp_reduced_work(const kmp_reduced *d)
+{
+    return 2 * d->p + (d->integrated ? d->r : 0);
+}
+
+void kmp_reduced_pack(kmp_reduced *d, const double *q, const double *qd, double *y)
+{
+    for (int k = 0; k < d->p; k++) {
+        y[k] = q[d->part.u[k]];
+        y[d->p + k] = qd[d->part.u[k]];
+    }
+    for (int i = 0; d->integrated && i < d->r; i++)
+        y[2 * d->p + i] = q[d->part.v[i]];
+}
+
+void kmp_reduced_set_tolerances(kmp_reduced *d)
+{
+    double *atol = d->formulation.atol;
+    for (int k = 0; k < d->p; k++) {
+        atol[k] = d->atol * d->s->scale[d->part.u[k]];
+        atol[d->p + k] = atol[k] * d->rate_scale;
+    }
+    for (int i = 0; d->integrated && i < d->r; i++)
+        atol[2 * d->p + i] = d->atol * d->s->scale[d->part.v[i]];
+    if (d->has_work)
+        atol[kmp_reduced_work(d)] = 1e300; /* judged, not controlled */
+}
+
+/* Along the tangent from the last accepted step and its curvature: dv = B du + x_t tau + c tau^2 / 2. */
+static void predict_v(kmp_reduced *d, double t, const double *y)
+{
+    double tau = t - d->t;
+    for (int i = 0; i < d->r; i++) {
+        double v = d->anchor_v[i] + tau * (d->anchor_t[i] + 0.5 * tau * d->anchor_c[i]);
+        for (int k = 0; k < d->p; k++)
+            v += d->anchor_b[i + k * d->r] * (y[k] - d->anchor_u[k]);
+        d->q[d->part.v[i]] = v;
+    }
+}
+
+/* q, with v as it is carried or predicted. */
+static void put_q(kmp_reduced *d, double t, const double *y)
+{
+    for (int k = 0; k < d->p; k++)
+        d->q[d->part.u[k]] = y[k];
+    if (!d->integrated)
+        predict_v(d, t, y);
+    for (int i = 0; d->integrated && i < d->r; i++)
+        d->q[d->part.v[i]] = y[2 * d->p + i];
+}
+
+/* qd at the placed q. */
+static void close_rates(kmp_reduced *d, const double *ud)
+{
+    if (d->by_saddle)
+        kmp_reduction_rates_alone(&d->red, ud, d->qd);
+    else
+        kmp_reduction_rates(&d->red, ud, d->qd);
+}
+
+/* The tangent is not what accelerations by articulated bodies need. */
+int kmp_reduced_place(kmp_reduced *d, double t, const double *y)
+{
+    put_q(d, t, y);
+    if (d->integrated)
+        kmp_plant_closure(d->plant, t, d->q);
+    if (d->integrated ? kmp_reduction_factor(&d->red)
+                      : kmp_reduction_close(&d->red, t, d->q, d->weight, KMP_CORRECTION_IN_STAGE))
+        return KMP_RETRY;
+    if (!d->by_saddle)
+        kmp_reduction_tangent(&d->red);
+    close_rates(d, y + d->p);
+    return KMP_GO;
+}
+
+/* qdd, lambda and udd without a reduced mass. */
+static int accelerate_at_once(kmp_reduced *d)
+{
+    if (kmp_saddle_factor(&d->saddle))
+        return KMP_RETRY;
+    kmp_saddle_accelerations(&d->saddle, d->qdd, d->lambda);
+    for (int k = 0; k < d->p; k++)
+        d->udd[k] = d->qdd[d->part.u[k]];
+    return KMP_GO;
+}
+
+/* udd at the placed state and its qd. */
+static int accelerate_closed(kmp_reduced *d)
+{
+    kmp_plant_mass(d->plant);
+    kmp_plant_bias(d->plant, d->qd);
+    if (d->by_saddle)
+        return accelerate_at_once(d);
+    return kmp_reduction_accelerate(&d->red, d->udd) ? KMP_RETRY : KMP_GO;
+}
+
+int kmp_reduced_evaluate(kmp_reduced *d, double t, const double *y)
+{
+    return kmp_reduced_place(d, t, y) == KMP_GO ? accelerate_closed(d) : KMP_RETRY;
+}
+
+/* qdd and lambda after that. */
+static void complete(kmp_reduced *d)
+{
+    if (d->by_saddle)
+        return;
+    kmp_reduction_accelerations(&d->red, d->udd, d->qdd);
+    kmp_reduction_multipliers(&d->red, d->qdd, d->lambda);
+}
+
+double kmp_reduced_drive_power(kmp_reduced *d)
+{
+    if (!d->s->rheonomic)
+        return 0;
+    complete(d);
+    return kmp_plant_drive_power(d->plant, d->lambda);
+}
+
+static bool is_fused(const kmp_reduced *d)
+{
+    return d->fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->fused);
+}
+
+/* q, qd and udd at (t, y), and what they are in dy. The one program makes the latter alone. */
+static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
+{
+    if (kmp_reduced_evaluate(d, t, y) != KMP_GO)
+        return KMP_RETRY;
+    for (int k = 0; k < d->p; k++) {
+        dy[k] = y[d->p + k];
+        dy[d->p + k] = d->udd[k];
+    }
+    for (int i = 0; d->integrated && i < d->r; i++)
+        dy[2 * d->p + i] = d->qd[d->part.v[i]];
+    return KMP_GO;
+}
+
+int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
+{
+    kmp_reduced *d = self;
+    bool fused = is_fused(d);
+    int said = fused ? (kmp_fused_run(d->fused, t, y, dy) ? KMP_GO : KMP_RETRY) : evaluate_apart(d, t, y, dy);
+    for (int k = 0; said == KMP_GO && k < d->p; k++)
+        if (!isfinite(dy[d->p + k]))
+            return KMP_RETRY;
+    if (said == KMP_GO && d->has_work)
+        dy[kmp_reduced_work(d)] =
+            fused ? kmp_fused_power(d->fused) : kmp_plant_power_here(d->plant, d->qd) + kmp_reduced_drive_power(d);
+    return said;
+}
+
+static int jacobian(void *self, double t, const double *y, double *j)
+{
+    kmp_reduced *d = self;
+    if (kmp_reduced_evaluate(d, t, y) != KMP_GO)
+        return KMP_RETRY;
+    kmp_reduced_jacobian_eval(&d->tangents, t, d->q, d->qd, d->udd, d->formulation.size, j);
+    return KMP_GO;
+}
+
+/* -- watching ---------------------------------------------------------------------------------------- */
+
+/* h, J, Bvu and the correction of v at the step's end, which was evaluated last. `end`: what the one program says, when
+ * it was that. */
+int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused_end *end)
+{
+    if (!is_fused(d)) { /* h and the factors are there */
+        if (d->by_saddle)
+            kmp_reduction_tangent(&d->red);
+        if (d->integrated)
+            kmp_reduction_correction(&d->red);
+        if (d->r > 0)
+            kmp_block_take_signs(d->red.block, d->signs_now);
+        *end = (kmp_fused_end){.good = d->fused && kmp_fused_is_good(d->fused, t, y), .signs = d->signs_now};
+        return KMP_GO;
+    }
+    *end = kmp_fused_at_end(d->fused);
+    put_q(d, t, y);
+    kmp_plant_lend_closure(d->plant, t, d->q, end->h, end->jacobian, end->h_t);
+    if (d->r > 0) {
+        memcpy(d->red.bvu, end->bvu, (size_t)(d->r * d->p) * sizeof *end->bvu);
+        memcpy(d->red.dv, end->dv, (size_t)d->r * sizeof *end->dv);
+        d->red.factorizations++;
+    }
+    return end->regular ? KMP_GO : KMP_RETRY;
+}
+
+/* v back to the closures, where h is more than rounding; where nothing can move it stays as the start was closed. */
+static int correct(kmp_reduced *d, double *v, const double *w)
+{
+    bool still = d->p == 0 && !d->s->rheonomic;
+    if (!d->integrated || d->r == 0 || still || kmp_plant_residual(d->plant) < KMP_CLOSED)
+        return KMP_GO;
+    double limit = d->part.m > d->r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT, worst = 0;
+    for (int i = 0; i < d->r; i++) {
+        double rounded = fmin(w[i], KMP_CORRECTION_ROUNDING * d->s->scale[d->part.v[i]]), dv = fabs(d->red.dv[i]);
+        worst = dv <= rounded ? worst : isfinite(dv) ? fmax(worst, dv / w[i]) : INFINITY;
+    }
+    bool rounding = d->corrected_t == d->t && worst > 0.5 * d->corrected && worst <= KMP_CORRECTION_LIMIT;
+    d->corrected = worst;
+    d->corrected_t = d->t;
+    if (worst > limit && !rounding)
+        return KMP_RETRY;
+    for (int i = 0; i < d->r; i++)
+        d->q[d->part.v[i]] = v[i] += d->red.dv[i];
+    return KMP_GO;
+}
+
+/* The i-th of vdd less what udd makes. */
+static double vdd_alone(const kmp_reduced *d, int i)
+{
+    double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
+    for (int k = 0; d->by_saddle && k < d->p; k++)
+        vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
+    return vdd;
+}
+
+static void remember(kmp_reduced *d, double t, const double *y)
+{
+    d->t = t;
+    if (d->integrated)
+        return;
+    memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
+    for (int i = 0; i < d->r; i++)
+        d->anchor_v[i] = d->q[d->part.v[i]];
+    memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
+    for (int i = 0; i < d->r; i++)
+        d->anchor_t[i] = d->red.x_t[d->part.v[i]];
+    for (int i = 0; i < d->r; i++)
+        d->anchor_c[i] = vdd_alone(d, i);
+    for (int i = 0; i < d->n; i++)
+        d->weight[i] = d->atol * d->s->scale[i] + d->rtol * fabs(d->q[i]);
+}
+
+int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fused_end *end)
+{
+    int said = kmp_reduced_watch(d, t, end->signs);
+    if (said == KMP_GO)
+        said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->formulation.reason);
+    if (said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t))
+        said = KMP_RETRY;
+    if (said != KMP_GO)
+        return said;
+    remember(d, t, y);
+    d->formulation.newton = d->red.newton;
+    d->formulation.factorizations = d->red.factorizations + d->saddle.factorizations;
+    d->steps++;
+    d->apart = d->fused && !end->good;
+    return KMP_GO;
+}
+
+static int accept(void *self, double t, double *y, const double *dy, const double *w)
+{
+    kmp_reduced *d = self;
+    kmp_fused_end end;
+    (void)dy;
+    int said = kmp_reduced_come_to_end(d, t, y, &end);
+    if (said == KMP_GO)
+        said = correct(d, y + 2 * d->p, w + 2 * d->p);
+    return said == KMP_GO ? kmp_reduced_may_end(d, t, y, &end) : said;
+}
+
+/* -- rows -------------------------------------------------------------------------------------------- */
+
+static void position(kmp_formulation *formulation, double t, const double *y, double *q)
+{
+    kmp_reduced *d = (kmp_reduced *)formulation;
+    if (d->integrated)
+        put_q(d, t, y);
+    else
+        (void)kmp_reduced_place(d, t, y);
+    memcpy(q, d->q, (size_t)d->n * sizeof *q);
+}
+
+/* At d->q, which is closed. */
+static int row_of_rates(kmp_reduced *d, double t, const double *y, double *qd, double *qdd, double *lambda)
+{
+    kmp_plant_closure(d->plant, t, d->q);
+    if (kmp_reduction_factor(&d->red))
+        return KMP_HALT;
+    kmp_reduction_tangent(&d->red);
+    close_rates(d, y + d->p);
+    memcpy(qd, d->qd, (size_t)d->n * sizeof *qd);
+    if (!qdd)
+        return KMP_GO;
+    if (accelerate_closed(d) != KMP_GO)
+        return KMP_HALT;
+    complete(d);
+    memcpy(qdd, d->qdd, (size_t)d->n * sizeof *qdd);
+    memcpy(lambda, d->lambda, (size_t)d->part.m * sizeof *lambda);
+    return KMP_GO;
+}
+
+/* Which row stays open, and by how much. */
+static void explain_open(kmp_reduced *d, double t)
+{
+    const kmp_partition *part = &d->part;
+    int worst = 0;
+    double most = -1;
+    for (int r = 0; r < part->m; r++) {
+        double open = kmp_plant_opening(d->plant, r);
+        if (!(open <= most)) {
+            most = open;
+            worst = r;
+        }
+    }
+    kmp_text_printf(
+        &d->formulation.reason,
+        "the closures could not be solved at the output time t = %.9g: row '%s' stays open by %.2g (scaled)", t,
+        part->m > 0 ? d->s->row_names[worst] : "", most);
+    for (int k = 0; k < part->m - part->r; k++)
+        if (part->redundant[k] == worst)
+            kmp_text_put(&d->formulation.reason,
+                         ". It is redundant, and does not agree with the other rows to rounding: give "
+                         "the model's numbers more digits, or leave the row out");
+}
+
+static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
+               double *qdd, double *lambda, double *work)
+{
+    kmp_reduced *d = (kmp_reduced *)formulation;
+    (void)yp;
+    put_q(d, t, y);
+    if (kmp_reduction_close(&d->red, t, d->q, NULL, 0)) {
+        explain_open(d, t);
+        return KMP_HALT;
+    }
+    memcpy(q, d->q, (size_t)d->n * sizeof *q);
+    *work = d->has_work ? y[kmp_reduced_work(d)] : 0;
+    return qd ? row_of_rates(d, t, y, qd, qdd, lambda) : KMP_GO;
+}
+
+/* -- new starts --------------------------------------------------------------------------------------- */
+
+/* Factors, tangent, sign and anchor of d->q with the partition at hand. */
+int kmp_reduced_settle(kmp_reduced *d, double t, const double *y)
+{
+    kmp_plant_closure(d->plant, t, d->q);
+    if (kmp_reduction_factor(&d->red))
+        return KMP_HALT;
+    kmp_reduction_tangent(&d->red);
+    if (d->r > 0)
+        kmp_block_take_signs(d->red.block, d->signs);
+    remember(d, t, y);
+    return KMP_GO;
+}
+
+/* y' of a new start, where it is wanted. */
+static int put_slope(kmp_reduced *d, double t, const double *y, double *yp)
+{
+    return yp ? kmp_reduced_rhs(d, t, y, yp) : KMP_GO;
+}
+
+static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
+{
+    kmp_reduced *d = (kmp_reduced *)formulation;
+    if (!d->due)
+        return KMP_GO;
+    int said = kmp_reduced_place(d, t, y) == KMP_GO ? kmp_reduced_exchange(d, t, y) : KMP_HALT;
+    return said == KMP_GO && put_slope(d, t, y, yp) == KMP_GO ? KMP_CHANGED : KMP_HALT;
+}
+
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
+                  const double *lambda, double *y, double *yp)
+{
+    kmp_reduced *d = (kmp_reduced *)formulation;
+    (void)qdd, (void)lambda;
+    memcpy(d->q, q, (size_t)d->n * sizeof *q);
+    memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
+    kmp_reduced_pack(d, q, qd, y);
+    if (kmp_reduced_settle(d, t, y) != KMP_GO)
+        return KMP_HALT;
+    kmp_reduced_judge(d);
+    if (d->due && kmp_reduced_exchange(d, t, y) != KMP_GO)
+        return KMP_HALT;
+    return put_slope(d, t, y, yp);
+}
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+static void release(kmp_formulation *formulation)
+{
+    kmp_reduced *d = (kmp_reduced *)formulation;
+    kmp_fused_free(d->fused);
+    kmp_reduced_jacobian_free(&d->tangents);
+    kmp_reduction_free(&d->red);
+    kmp_saddle_free(&d->saddle);
+    kmp_partition_free(&d->part);
+    kmp_formulation_free(formulation);
+}
+
+static bool allocate(kmp_reduced *d)
+{
+    kmp_arena *a = &d->formulation.arena;
+    const kmp_arena_group groups[] = {{d->n, {&d->q, &d->qd, &d->qdd, &d->weight}},
+                                      {d->part.m, {&d->lambda}},
+                                      {d->p, {&d->udd, &d->anchor_u}},
+                                      {d->r * d->p, {&d->anchor_b}},
+                                      {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c}}};
+    kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
+    d->signs = KMP_ARENA_NEW(a, int, d->r);
+    d->signs_now = KMP_ARENA_NEW(a, int, d->r);
+    return kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
+}
+
+static bool begin(kmp_reduced *d, const kmp_formulation_start *start)
+{
+    memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
+    kmp_reduced_pack(d, start->q, start->qd, d->formulation.y);
+    if (d->has_work)
+        d->formulation.y[kmp_reduced_work(d)] = start->work;
+    if (kmp_reduced_settle(d, start->t, d->formulation.y) == KMP_GO)
+        return true;
+    (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
+    return false;
+}
+
+static bool prepare(kmp_reduced *d, const kmp_formulation_start *start)
+{
+    if (kmp_reduction_init(&d->red, start->plant, &d->part) != KEMPE_OK)
+        return false;
+    d->by_saddle = d->plant->by_bodies;
+    if (!kmp_reduced_renew_saddle(d) || (!(start->implicit || start->dae) && !kmp_reduced_try_saddle(d))) {
+        (void)kmp_fail_memory(d->s->context);
+        return false;
+    }
+    if (!begin(d, start))
+        return false;
+    kmp_reduced_set_tolerances(d);
+    if (kmp_reduced_fuse(d, !start->brief) != KMP_GO)
+        return false;
+    if (!(start->implicit || start->dae) || d->integrated)
+        return true;
+    d->formulation.ode.jacobian = jacobian;
+    if (kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work) != KEMPE_OK)
+        return false;
+    return !start->dae || kmp_reduced_describe(d, start->t);
+}
+
+static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
+{
+    const kmp_partition *part = start->part;
+    kmp_reduced *d = kmp_formulation_new(start, sizeof *d);
+    if (!d)
+        return NULL;
+    d->s = start->system;
+    d->plant = start->plant;
+    d->margin = start->margin;
+    d->fixed = start->fixed;
+    d->journal = start->journal;
+    d->restarts = start->restarts;
+    d->integrated = kind->corrected || part->p == 0; /* with nothing else in the state, v keeps the steps in hand */
+    d->has_work = start->system->dissipative;
+    d->n = part->n;
+    d->p = part->p;
+    d->r = part->r;
+    d->rtol = start->rtol;
+    d->atol = start->atol;
+    d->corrected_t = NAN;
+    d->rate_scale = start->rate_scale;
+    d->formulation.release = release;
+    d->formulation.row = row;
+    d->formulation.position = position;
+    d->formulation.renew = renew;
+    d->formulation.resume = resume;
+    d->formulation.explain = kmp_reduced_explain;
+    if (!kmp_partition_copy(&d->part, part) || !allocate(d)) {
+        (void)kmp_fail_memory(start->system->context);
+    } else {
+        d->formulation.ode = (kmp_ode){.n = d->formulation.size,
+                                       .self = d,
+                                       .rhs = kmp_reduced_rhs,
+                                       .accept = accept,
+                                       .positions = d->p,
+                                       .quadratures = d->has_work};
+        if (prepare(d, start))
+            return &d->formulation;
+    }
+    release(&d->formulation);
+    return NULL;
+}
+
+const kmp_formulation_kind kmp_formulation_integrated = {.formulation = "reduced",
+                                                         .form = "integrated",
+                                                         .standard = true,
+                                                         .corrected = true,
+                                                         .by_bodies = true,
+                                                         .create = create};
+const kmp_formulation_kind kmp_formulation_newton = {.formulation = "reduced",
+                                                     .form = "newton",
+                                                     .standard = true,
+                                                     .both = true,
+                                                     .jacobian = true,
+                                                     .by_bodies = true,
+                                                     .create = create};

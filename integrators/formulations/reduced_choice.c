@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The choice of u on the reduced formulation. It ends at a dead centre: |Bvu| grows without bound and det Jv changes
+ * sign. Both are watched at every accepted step, because the ODE itself may pass such a point and go on wrongly without
+ * any other sign. Before that u and v are exchanged, unless u is to stay. */
+#include "constraints/tolerances.h"
+#include "integrators/formulations/reduced.h"
+#include <string.h>
+
+/* With fewer freedoms the reduced mass is the best there is. */
+#define MANY_FREEDOMS 12
+/* What an operation of a reduced mass with zeros costs, by one without. */
+#define BY_LISTS 2
+
+/* -- watching ---------------------------------------------------------------------------------------- */
+
+static const char *name_of(const kmp_reduced *d, int k)
+{
+    return k >= 0 ? d->s->model->motions[k].name : "?";
+}
+
+static int dead_centre(kmp_reduced *d, double t, const char *sign, int v, int u)
+{
+    kmp_text_printf(
+        &d->formulation.reason,
+        "independent coordinate '%s' came to a dead centre at t = %.9g: %s for dependent '%s'; beyond it '%s' "
+        "no longer determines the mechanism. Choose another with --independent, or take the projected formulation",
+        name_of(d, u), t, sign, name_of(d, v), name_of(d, u));
+    return KMP_HALT;
+}
+
+static double exchange_growth(const kmp_reduced *d)
+{
+    return d->integrated || d->restarts ? KMP_EXCHANGE_GROWTH : KMP_EXCHANGE_CLOSED;
+}
+
+/* |Bvu| of the tangent at hand, and whether it asks for an exchange. */
+void kmp_reduced_judge(kmp_reduced *d)
+{
+    if (d->r == 0)
+        return;
+    d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
+    d->due = !d->fixed && d->growth > (d->part.user ? KMP_EXCHANGE_WISH : exchange_growth(d));
+}
+
+/* Whether a block of Jv that was singular within the step is no dead centre of u, at which |Bvu| grows, but a change
+ * point that nobody asks about. */
+static bool is_passed(const kmp_reduced *d)
+{
+    return d->margin->ignored && d->growth <= KMP_EXCHANGE_WISH;
+}
+
+static bool same_signs(const kmp_reduced *d, const int *signs)
+{
+    return memcmp(signs, d->signs, (size_t)kmp_block_count(d->red.block) * sizeof *signs) == 0;
+}
+
+/* |Bvu| at the step's end; what it asks for. */
+int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs)
+{
+    if (d->r == 0)
+        return KMP_GO;
+    kmp_reduced_judge(d);
+    bool crossed = !same_signs(d, signs) && !is_passed(d);
+    if (d->fixed && crossed)
+        return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
+    if (d->fixed && d->growth > KMP_GROWTH_LIMIT)
+        return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
+    d->crossed = crossed;
+    if (!crossed)
+        memcpy(d->signs, signs, (size_t)kmp_block_count(d->red.block) * sizeof *signs);
+    return crossed ? KMP_RETRY : KMP_GO;
+}
+
+/* Steps that shrink to nothing: at a dead centre that evaluations cannot pass, or where det Jv keeps changing its sign.
+ */
+void kmp_reduced_explain(kmp_formulation *formulation)
+{
+    kmp_reduced *d = (kmp_reduced *)formulation;
+    kmp_text what = {0};
+    if (d->growth >= KMP_GROWTH_EXPLAINS) {
+        kmp_text_printf(&what, "the loops cannot be closed further, |dv/du| has grown to %.3g", d->growth);
+        (void)dead_centre(d, d->t, what.s ? what.s : "", d->growth_v, d->growth_u);
+        kmp_text_free(&what);
+    } else if (d->crossed) {
+        kmp_text_printf(
+            &formulation->reason,
+            "the closures lose a row at t = %.9g: det Jv changes its sign while |dv/du| stays at %.3g, so two "
+            "branches of the mechanism meet there and the motion may go on along either; change the start or "
+            "the lengths, or take the projected formulation",
+            d->t, d->growth);
+    }
+}
+
+/* -- what evaluations go by -------------------------------------------------------------------------- */
+
+/* Without a reduced mass there is nothing to write out; the power of a drive needs multipliers, and so do forces that
+ * depend on them, by iteration. */
+static bool can_fuse(const kmp_reduced *d)
+{
+    return d->integrated && !d->by_saddle && !(d->has_work && d->s->rheonomic) && d->s->pressed_count == 0;
+}
+
+/* For the choice of u at hand, whose factors are, too. */
+int kmp_reduced_fuse(kmp_reduced *d, bool worth)
+{
+    kmp_fused_free(d->fused);
+    d->fused = NULL;
+    d->apart = false;
+    d->steps = 0;
+    return worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red) != KEMPE_OK ? KMP_HALT : KMP_GO;
+}
+
+/* With many freedoms the saddle system, sparse, costs less than the reduced mass, of which more is not zero. */
+bool kmp_reduced_try_saddle(kmp_reduced *d)
+{
+    if (d->p < MANY_FREEDOMS || d->plant->by_bodies)
+        return true;
+    if (!kmp_saddle_init(&d->saddle, d->plant, &d->part))
+        return false;
+    double cost = kmp_saddle_operations(&d->saddle), count = (double)kmp_reduction_count(&d->red).paper;
+    count *= d->red.zeros ? BY_LISTS : 1;
+    d->by_saddle = cost > 0 && KMP_SPARSE_COST * cost < count;
+    if (!d->by_saddle)
+        kmp_saddle_free(&d->saddle);
+    return true;
+}
+
+/* Of the rows that the partition has; the plant has taken what the formulation goes by. */
+bool kmp_reduced_renew_saddle(kmp_reduced *d)
+{
+    long factorizations = d->saddle.factorizations;
+    kmp_saddle_free(&d->saddle);
+    bool made = !d->by_saddle || kmp_saddle_init(&d->saddle, d->plant, &d->part);
+    d->saddle.factorizations = factorizations;
+    return made;
+}
+
+/* -- exchanges --------------------------------------------------------------------------------------- */
+
+static bool is_among(const int *list, int count, int k)
+{
+    for (int i = 0; i < count; i++)
+        if (list[i] == k)
+            return true;
+    return false;
+}
+
+static void log_exchange(const kmp_reduced *d, double t, const kmp_partition *before)
+{
+    kmp_text out = {0}, in = {0};
+    for (int k = 0; k < d->p; k++) {
+        if (!is_among(d->part.u, d->p, before->u[k]))
+            kmp_text_printf(&out, "%s'%s'", out.length ? ", " : "", name_of(d, before->u[k]));
+        if (!is_among(before->u, d->p, d->part.u[k]))
+            kmp_text_printf(&in, "%s'%s'", in.length ? ", " : "", name_of(d, d->part.u[k]));
+    }
+    kmp_journal_note(d->journal, "exchange", t, d->growth, d->part.max_b,
+                     "%s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g", in.s ? in.s : "",
+                     out.s ? out.s : "", d->growth, d->part.max_b);
+    kmp_text_free(&out);
+    kmp_text_free(&in);
+}
+
+/* The new partition's workspace, and the state in its unknowns. */
+static int take_over(kmp_reduced *d, double t, double *y)
+{
+    kmp_reduction before = d->red;
+    if (kmp_reduction_init(&d->red, d->plant, &d->part) != KEMPE_OK) {
+        d->red = before;
+        return KMP_HALT;
+    }
+    d->red.newton = before.newton;
+    d->red.factorizations = before.factorizations;
+    kmp_reduction_free(&before);
+    if (!kmp_reduced_renew_saddle(d))
+        return KMP_HALT;
+    kmp_reduced_pack(d, d->q, d->qd, y);
+    kmp_reduced_set_tolerances(d);
+    d->formulation.exchanges++;
+    bool worth = d->steps >= KMP_FORMULATION_BRIEF;
+    return kmp_reduced_settle(d, t, y) == KMP_GO ? kmp_reduced_fuse(d, worth) : KMP_HALT;
+}
+
+/* An exchange that is due, at d->q and d->qd, where the plant is. */
+int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
+{
+    kmp_partition before;
+    d->due = false;
+    if (!kmp_partition_copy(&before, &d->part))
+        return KMP_HALT;
+    int said = kmp_partition_exchange(&d->part, d->s, d->plant->jacobian, exchange_growth(d)) == KEMPE_OK
+                   ? take_over(d, t, y)
+                   : KMP_HALT;
+    if (said == KMP_GO)
+        log_exchange(d, t, &before);
+    kmp_partition_free(&before);
+    return said;
+}

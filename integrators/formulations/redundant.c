@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/formulations/redundant.h"
+#include "constraints/rounding/rounding.h"
+#include "constraints/tolerances.h"
+#include "integrators/steppers/ode.h"
+#include <math.h>
+
+int kmp_redundant_check(const kmp_plant *plant, const kmp_partition *part, double t, double tolerance, kmp_text *reason)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(plant->system);
+    double allowed = fmax(KMP_DROPPED_WEIGHTS * tolerance, rounding ? KMP_DROPPED_TOLERANCES * rounding->tolerance : 0);
+    for (int k = 0; part->m > part->r && k < part->r; k++)
+        allowed = fmax(allowed, KMP_DROPPED_OVER_KEPT * kmp_plant_opening(plant, part->rows[k]));
+    for (int k = 0; k < part->m - part->r; k++) {
+        int row = part->redundant[k];
+        double h = kmp_plant_opening(plant, row);
+        if (h <= allowed)
+            continue;
+        kmp_text_printf(reason,
+                        "closure row '%s', redundant at the start, is open by %.3g (scaled) at t = %.9g: the closures "
+                        "have more rank there than where the run began, on a change point; begin beside it, on the "
+                        "branch that is meant",
+                        plant->system->row_names[row], h, t);
+        return KMP_HALT;
+    }
+    return KMP_GO;
+}

@@ -1,0 +1,467 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/formulations/tangent.h"
+#include "base/memory.h"
+#include "integrators/formulations/tangent_numbers.h"
+#include "symbolic/partials.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Larger mechanisms are differentiated and no more: the ways below need room for whole matrices. */
+enum { MOST_MOTIONS = 512 };
+
+/* A second derivation of R takes as long as some thousand evaluations gain by it where bodies turn in space, and longer
+ * in the plane, or where M and C take few operations: so many altogether, and so many a coordinate. */
+enum { LEAST_OPERATIONS = 350, LEAST_A_MOTION = 32 };
+
+/* Blocks of each value by q and by qd; -1: zero, or not needed by anyone. */
+static const int by_q[KMP_VALUES] = {KMP_R_Q, KMP_JTMU_Q, -1, KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q};
+static const int by_qd[KMP_VALUES] = {KMP_R_QD, -1, -1, -1, KMP_CURVE_QD, KMP_POWER_QD};
+
+/* Expressions of all values asked for, and the tangent outputs found so far. */
+typedef struct gather {
+    kmp_tangents *t;
+    kmp_equations eq;
+    kmp_ref *value;
+    int value_count, size[KMP_VALUES];
+    kmp_ref *matrix[KMP_TANGENT_BLOCKS]; /* by differentiation, rows x n; NULL: its entries are outputs as they come */
+    kmp_listing list;
+    kmp_arena arena; /* of values and matrices */
+} gather;
+
+/* -- expressions ------------------------------------------------------------------------------------- */
+
+static kmp_ref value_of(kmp_equations *eq, kmp_value value, int i)
+{
+    switch (value) {
+    case KMP_VALUE_R:
+        return eq->residual[i];
+    case KMP_VALUE_JTMU:
+        return eq->jt_mu[i];
+    case KMP_VALUE_H:
+        return eq->h[i];
+    case KMP_VALUE_RATE:
+        return eq->hdot[i];
+    case KMP_VALUE_CURVE:
+        return kmp_equations_curve(eq, i);
+    default:
+        return eq->power;
+    }
+}
+
+static bool collect_values(gather *g, unsigned values)
+{
+    int n = g->eq.n, m = g->eq.m;
+    const int size[KMP_VALUES] = {n, n, m, m, m, 1};
+    g->value = KMP_ARENA_NEW(&g->arena, kmp_ref, 2 * n + 3 * m + 1);
+    for (int v = 0; g->value && v < KMP_VALUES; v++) {
+        bool asked = (values >> v & 1u) != 0;
+        g->t->at[v] = asked ? g->value_count : -1;
+        g->size[v] = asked ? size[v] : 0;
+        for (int i = 0; i < g->size[v]; i++)
+            g->value[g->value_count++] = value_of(&g->eq, (kmp_value)v, i);
+    }
+    return g->value;
+}
+
+/* -- tangents ---------------------------------------------------------------------------------------- */
+
+/* Derivatives of all values along one coordinate or rate, in one pass. false: no memory. */
+static bool add_column(gather *g, kmp_partials *partials, kmp_input_kind kind, int k)
+{
+    const int *block = kind == KMP_IN_Q ? by_q : by_qd, *which;
+    const kmp_ref *column;
+    int count = kmp_partials_along(partials, kmp_input(g->eq.graph, kind, (uint32_t)k), &which, &column), v = 0;
+    for (int i = 0; i < count; i++) {
+        while (g->t->at[v] < 0 || which[i] >= g->t->at[v] + g->size[v])
+            v++;
+        int row = which[i] - g->t->at[v], b = block[v];
+        if (b >= 0 && g->matrix[b])
+            g->matrix[b][row * g->eq.n + k] = column[i];
+        else if (b >= 0)
+            kmp_listing_put(&g->list, b, row, k, column[i]);
+    }
+    return count >= 0;
+}
+
+static void add_mass_and_jacobian(gather *g)
+{
+    int n = g->eq.n;
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k <= i; k++) {
+            if (g->eq.mass[i * n + k] == KMP_ZERO)
+                continue;
+            int source = kmp_listing_add(&g->list, g->eq.mass[i * n + k]);
+            kmp_listing_place(&g->list, KMP_M, i, k, source);
+            if (i != k)
+                kmp_listing_place(&g->list, KMP_M, k, i, source);
+        }
+    for (int r = 0; r < g->eq.m; r++)
+        for (int k = 0; k < n; k++)
+            kmp_listing_put(&g->list, KMP_J, r, k, g->eq.jacobian[r * n + k]);
+}
+
+/* What forces make of multipliers. */
+static bool add_loads(gather *g, const kempe_system *system)
+{
+    if (system->pressed_count == 0)
+        return true;
+    kmp_partials *partials = kmp_partials_new(g->eq.graph, g->eq.n, g->eq.inverse);
+    bool ok = partials;
+    for (int k = 0; ok && k < system->pressed_count; k++) {
+        const int *row;
+        const kmp_ref *value;
+        kmp_ref lambda = kmp_input(g->eq.graph, KMP_IN_LAMBDA, (uint32_t)system->pressed[k]);
+        int count = kmp_partials_along(partials, lambda, &row, &value);
+        for (int i = 0; i < count; i++)
+            kmp_listing_put(&g->list, KMP_C_LAMBDA, row[i], system->pressed[k], value[i]);
+        ok = count >= 0;
+    }
+    kmp_partials_free(partials);
+    return ok;
+}
+
+/* -- ways to the same derivatives --------------------------------------------------------------------- */
+
+static int rows_of(const gather *g, int block)
+{
+    for (int v = 0; v < KMP_VALUES; v++)
+        if (by_q[v] == block || by_qd[v] == block)
+            return g->size[v];
+    return 0;
+}
+
+static bool make_room_for_matrices(gather *g)
+{
+    for (int b = 0; b < KMP_TANGENT_BLOCKS && g->eq.n <= MOST_MOTIONS; b++)
+        g->matrix[b] = rows_of(g, b) ? KMP_ARENA_NEW(&g->arena, kmp_ref, rows_of(g, b) * g->eq.n) : NULL;
+    return !g->arena.failed;
+}
+
+static void add_matrix(gather *g, int block, const kmp_ref *matrix)
+{
+    int count = matrix ? rows_of(g, block) * g->eq.n : 0;
+    for (int k = 0; k < count; k++)
+        kmp_listing_put(&g->list, block, k / g->eq.n, k % g->eq.n, matrix[k]);
+}
+
+/* J' mu is the gradient of mu' h. */
+static void add_symmetric(gather *g)
+{
+    if (g->matrix[KMP_JTMU_Q])
+        g->list.failed = g->list.failed || !kmp_tangents_mirror(g->eq.graph, g->eq.n, g->matrix[KMP_JTMU_Q]);
+    add_matrix(g, KMP_JTMU_Q, g->matrix[KMP_JTMU_Q]);
+}
+
+/* Of the second time derivative of h(q, t) by qd: twice that of the first one by q. */
+static void add_curve(gather *g)
+{
+    int count = rows_of(g, KMP_CURVE_QD) * g->eq.n;
+    const kmp_ref *rate = g->matrix[KMP_RATE_Q];
+    kmp_ref *curve = g->matrix[KMP_CURVE_QD], *twice = rate && curve ? KMP_NEW(kmp_ref, count) : NULL;
+    kmp_ref *const none[2] = {NULL, NULL}, *const ways[2] = {twice, curve};
+    kmp_tangent_choice choice = {.by_qd = 1};
+    g->list.failed = g->list.failed || (rate && curve && !twice);
+    for (int k = 0; twice && k < count; k++)
+        twice[k] = kmp_mul(g->eq.graph, kmp_const(g->eq.graph, 2), rate[k]);
+    if (twice && !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, count, none, ways, &choice))
+        g->list.failed = true;
+    add_matrix(g, KMP_CURVE_QD, ways[choice.by_qd]);
+    kmp_free(twice);
+}
+
+/* By composite bodies, when it was derived so, too, or by differentiation. */
+static void add_residual(gather *g)
+{
+    kmp_ref *const of_q[2] = {g->eq.closed_q, g->matrix[KMP_R_Q]};
+    kmp_ref *const of_qd[2] = {g->eq.inverse_qd, g->matrix[KMP_R_QD]};
+    kmp_tangent_choice *choice = &g->t->choice;
+    int n = g->eq.n;
+    if (!g->matrix[KMP_R_Q])
+        return;
+    *choice = (kmp_tangent_choice){.by_q = 1, .by_qd = 1};
+    if (g->eq.closed_q && !g->list.failed)
+        g->list.failed =
+            !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, n * n, of_q, of_qd, choice);
+    add_matrix(g, KMP_R_Q, of_q[choice->by_q]);
+    add_matrix(g, KMP_R_QD, of_qd[choice->by_qd]);
+}
+
+/* What is chosen from comes after what is not. */
+static void add_matrices(gather *g)
+{
+    static const int plain[] = {KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q, KMP_POWER_QD};
+    for (size_t k = 0; k < sizeof plain / sizeof *plain; k++)
+        add_matrix(g, plain[k], g->matrix[plain[k]]);
+    add_symmetric(g);
+    add_curve(g);
+    add_residual(g);
+}
+
+/* Tangents of the user's force stand after the outputs of the program: of R by q and qd, then of the power. */
+static void add_effort(gather *g)
+{
+    int n = g->eq.n, source = g->list.output_count;
+    g->t->first_effort = source;
+    if (!g->t->forced)
+        return;
+    for (int k = 0; k < 2 * n; k++)
+        for (int i = 0; i < n; i++)
+            kmp_listing_place(&g->list, k < n ? KMP_R_Q : KMP_R_QD, i, k % n, source++);
+    for (int k = 0; k < 2 * n && g->t->at[KMP_VALUE_POWER] >= 0; k++)
+        kmp_listing_place(&g->list, k < n ? KMP_POWER_Q : KMP_POWER_QD, 0, k % n, source++);
+}
+
+static kempe_status collect_tangents(gather *g, const kempe_system *system)
+{
+    if (!make_room_for_matrices(g))
+        return kmp_fail_memory(g->eq.context);
+    for (int k = 0; k < g->eq.n; k++) {
+        (void)kmp_input(g->eq.graph, KMP_IN_Q, (uint32_t)k);
+        (void)kmp_input(g->eq.graph, KMP_IN_QD, (uint32_t)k);
+    }
+    kmp_partials *partials = kmp_partials_new(g->eq.graph, g->value_count, g->value);
+    bool ok = partials;
+    for (int k = 0; k < g->eq.n && ok; k++)
+        ok = add_column(g, partials, KMP_IN_Q, k) && add_column(g, partials, KMP_IN_QD, k);
+    kmp_partials_free(partials);
+    add_mass_and_jacobian(g);
+    ok = ok && add_loads(g, system);
+    add_matrices(g);
+    add_effort(g);
+    return g->list.failed || !ok ? kmp_fail_memory(g->eq.context) : KEMPE_OK;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const kmp_tangent *x = a, *y = b;
+    if (x->block != y->block)
+        return x->block - y->block;
+    return x->col != y->col ? x->col - y->col : x->row - y->row;
+}
+
+/* The entries of a list, by place. */
+static void sort_entries(kmp_tangents *t, kmp_listing *list)
+{
+    t->entry = list->entry;
+    list->entry = NULL;
+    if (list->count)
+        qsort(t->entry, (size_t)list->count, sizeof *t->entry, by_place);
+    for (int e = 0; e < list->count; e++)
+        t->start[t->entry[e].block + 1] = e + 1;
+    for (int b = 0; b < KMP_TANGENT_BLOCKS; b++)
+        if (t->start[b + 1] < t->start[b])
+            t->start[b + 1] = t->start[b];
+}
+
+static int columns_of(const kmp_tangents *t, int block)
+{
+    return block == KMP_C_LAMBDA ? t->m : t->n;
+}
+
+static bool list_columns(kmp_tangents *t)
+{
+    int count = 0;
+    for (int b = 0; b < KMP_TANGENT_BLOCKS; b++)
+        count += columns_of(t, b) + 1;
+    int *column = t->column = KMP_ARENA_NEW(&t->arena, int, count);
+    for (int b = 0; column && b < KMP_TANGENT_BLOCKS; b++) {
+        t->first_column[b] = (int)(column - t->column);
+        for (int c = 0, k = t->start[b]; c <= columns_of(t, b); c++) {
+            while (k < t->start[b + 1] && t->entry[k].col < c)
+                k++;
+            *column++ = k;
+        }
+    }
+    return t->column;
+}
+
+/* -- programs ---------------------------------------------------------------------------------------- */
+
+void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *parameters)
+{
+    if (tangents->numbers) {
+        kmp_tangent_numbers_set_parameters(tangents->numbers, parameters);
+        return;
+    }
+    kmp_formulas_renew(&tangents->value, parameters);
+    kmp_formulas_renew(&tangents->tangent, parameters);
+}
+
+static bool make_machines(gather *g, const kmp_backend *backend, const double *parameters)
+{
+    return kmp_formulas_init(&g->t->value, g->eq.graph, g->value_count, g->value, backend, parameters) &&
+           kmp_formulas_init(&g->t->tangent, g->eq.graph, g->list.output_count, g->list.output, backend, parameters);
+}
+
+static bool make_room(const gather *g)
+{
+    kmp_tangents *t = g->t;
+    int n = t->n;
+    if (!t->forced)
+        return true;
+    const kmp_arena_group groups[] = {{n, {&t->effort, &t->moved}},
+                                      {2 * n, {&t->state}},
+                                      {g->value_count, {&t->with_effort}},
+                                      {g->list.output_count + 2 * n * n + 2 * n, {&t->tangents_with_it}}};
+    return kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups);
+}
+
+static bool is_worth_two_derivations(const kempe_system *system)
+{
+    long operations = kmp_program_count(system->motion, KMP_STAGE_MASS, KMP_STAGE_BIAS).paper;
+    return system->n <= MOST_MOTIONS && operations >= LEAST_OPERATIONS &&
+           operations >= (long)LEAST_A_MOTION * system->n;
+}
+
+kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
+                               unsigned values)
+{
+    unsigned sets = KMP_SET_MASS | KMP_SET_CLOSURE | KMP_SET_RESIDUAL;
+    if (values & 1u << KMP_VALUE_R && is_worth_two_derivations(system))
+        sets |= KMP_SET_CLOSED_Q | KMP_SET_INVERSE_QD;
+    sets |= values & 1u << KMP_VALUE_CURVE ? KMP_SET_JDQD : 0;
+    sets |= values & 1u << KMP_VALUE_POWER ? KMP_SET_ENERGY : 0;
+    sets |= system->pressed_count > 0 ? KMP_SET_INVERSE : 0;
+    *tangents = (kmp_tangents){.n = system->n, .m = system->m, .forced = system->force ? system : NULL};
+    gather g = {.t = tangents};
+    kmp_events events = system->events; /* the system has met all conditions: none is added */
+    const kmp_scene scene = {.sets = sets,
+                             .scheme = KMP_SCHEME_COMPOSITE,
+                             .events = &events,
+                             .charted = true,
+                             .tangents = KMP_TANGENT_COMPOSITE};
+    kempe_status status = kmp_equations_derive(&g.eq, system->model, &scene);
+    if (status != KEMPE_OK)
+        return status;
+    bool ok = collect_values(&g, values);
+    if (ok && (status = collect_tangents(&g, system)) == KEMPE_OK) {
+        sort_entries(tangents, &g.list);
+        ok = list_columns(tangents) && make_machines(&g, backend, system->parameters) && make_room(&g);
+    }
+    kmp_free(g.list.output);
+    kmp_free(g.list.entry);
+    kmp_arena_free(&g.arena);
+    kmp_equations_free(&g.eq);
+    if (ok && status == KEMPE_OK)
+        return KEMPE_OK;
+    kmp_tangents_free(tangents);
+    return ok ? status : kmp_fail_memory(system->context);
+}
+
+kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend)
+{
+    if (!kmp_tangent_numbers_can(system))
+        return kmp_tangents_init(tangents, system, backend, KMP_TANGENTS_NEAR);
+    *tangents = (kmp_tangents){.n = system->n, .m = system->m};
+    for (int v = 0; v < KMP_VALUES; v++)
+        tangents->at[v] = -1;
+    kmp_listing list = {0};
+    tangents->numbers = kmp_tangent_numbers_new(system, &list);
+    sort_entries(tangents, &list);
+    if (!tangents->numbers || !list_columns(tangents)) {
+        kmp_tangents_free(tangents);
+        return kmp_fail_memory(system->context);
+    }
+    kmp_tangent_numbers_set_parameters(tangents->numbers, system->parameters);
+    return KEMPE_OK;
+}
+
+void kmp_tangents_free(kmp_tangents *tangents)
+{
+    kmp_tangent_numbers_free(tangents->numbers);
+    kmp_formulas_free(&tangents->value);
+    kmp_formulas_free(&tangents->tangent);
+    kmp_free(tangents->entry);
+    kmp_arena_free(&tangents->arena);
+    *tangents = (kmp_tangents){0};
+}
+
+/* -- numbers ----------------------------------------------------------------------------------------- */
+
+static void copy_outputs(double *room, const double *outputs, const kmp_program *program)
+{
+    int count = program->outputs[program->stages] - program->outputs[1];
+    if (count > 0)
+        memcpy(room, outputs, (size_t)count * sizeof *room);
+}
+
+const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at)
+{
+    const double *outputs = kmp_formulas_at(&tangents->value, at);
+    if (!tangents->forced)
+        return outputs;
+    double *out = tangents->with_effort, *effort = tangents->effort;
+    int r = tangents->at[KMP_VALUE_R], power = tangents->at[KMP_VALUE_POWER];
+    copy_outputs(out, outputs, tangents->value.program);
+    kmp_system_effort(tangents->forced, at->t, at->q, at->qd, effort);
+    for (int i = 0; i < tangents->n; i++) {
+        if (r >= 0)
+            out[r + i] -= effort[i];
+        if (power >= 0)
+            out[power] += effort[i] * at->qd[i];
+    }
+    return out;
+}
+
+/* The user's efforts, and their derivatives by q and then qd with the other sign, by forward differences. */
+static void differentiate_effort(kmp_tangents *t, const kmp_instant *at, double *force)
+{
+    int n = t->n;
+    kmp_system_effort(t->forced, at->t, at->q, at->qd, t->effort);
+    memcpy(t->state, at->q, (size_t)n * sizeof *t->state);
+    memcpy(t->state + n, at->qd, (size_t)n * sizeof *t->state);
+    for (int k = 0; k < 2 * n; k++) {
+        /* an increment that is exact in binary, of the root of the rounding of the coordinate or of its scale */
+        double kept = t->state[k], size = fmax(fabs(kept), t->forced->scale[k % n]);
+        volatile double moved = kept + 1.5e-8 * size;
+        double by = moved - kept;
+        t->state[k] += by;
+        kmp_system_effort(t->forced, at->t, t->state, t->state + n, t->moved);
+        for (int i = 0; i < n; i++)
+            force[i + k * n] = -((t->moved[i] - t->effort[i]) / by);
+        t->state[k] = kept;
+    }
+}
+
+const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant *at)
+{
+    if (tangents->numbers)
+        return kmp_tangent_numbers_eval(tangents->numbers, at);
+    const double *outputs = kmp_formulas_at(&tangents->tangent, at);
+    int n = tangents->n;
+    if (!tangents->forced)
+        return outputs;
+    copy_outputs(tangents->tangents_with_it, outputs, tangents->tangent.program);
+    double *force = tangents->tangents_with_it + tangents->first_effort, *power = force + 2 * n * n;
+    differentiate_effort(tangents, at, force);
+    for (int k = 0; k < 2 * n; k++) {
+        power[k] = k < n ? 0 : tangents->effort[k - n];
+        for (int i = 0; i < n; i++)
+            power[k] -= force[i + k * n] * at->qd[i];
+    }
+    return tangents->tangents_with_it;
+}
+
+void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
+                      const double *x, double *out)
+{
+    const int *column = tangents->column + tangents->first_column[block];
+    for (int c = 0, count = columns_of(tangents, (int)block); c < count; c++) {
+        if (x[c] == 0)
+            continue;
+        for (int k = column[c]; k < column[c + 1]; k++) {
+            const kmp_tangent *e = &tangents->entry[k];
+            out[e->row] += factor * d[e->source] * x[c];
+        }
+    }
+}
+
+void kmp_tangents_add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
+                                 const double *x, double *out)
+{
+    for (int k = tangents->start[block]; k < tangents->start[block + 1]; k++) {
+        const kmp_tangent *e = &tangents->entry[k];
+        out[e->col] += factor * d[e->source] * x[e->row];
+    }
+}

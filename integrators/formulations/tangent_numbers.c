@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* With qdd and lambda held, R = M qdd + C - J' lambda, rate = J qd + h_t and curve = J qdd + jdqd follow q by the
+ * derivatives of M, C, J, h_t and jdqd, and qd by those of C and jdqd. */
+#include "integrators/formulations/tangent_numbers.h"
+#include "backend/duals.h"
+#include "base/memory.h"
+#include <string.h>
+
+/* Blocks have whole matrices of room. */
+enum { MOST_MOTIONS = 512, COMPUTED = 5 };
+
+static const int computed[COMPUTED] = {KMP_R_Q, KMP_R_QD, KMP_RATE_Q, KMP_CURVE_Q, KMP_CURVE_QD};
+
+struct kmp_tangent_numbers {
+    const kempe_system *system;
+    kmp_duals *duals;
+    int n, m;
+    int at[KMP_TANGENT_BLOCKS]; /* where each block begins: rows of n columns; of M and J the entries of their patterns
+                                 */
+    int size;
+    double *value;
+};
+
+/* Where the outputs of the motion program are. */
+typedef struct outputs {
+    int jacobian, h_t, mass, bias, jdqd; /* first of each; h_t -1: it is zero */
+} outputs;
+
+static outputs find_outputs(const kempe_system *s)
+{
+    outputs o = {.jacobian = s->m, .h_t = s->rheonomic ? s->m + s->jacobian.count : -1};
+    o.mass = s->m + s->jacobian.count + (s->rheonomic ? s->m : 0);
+    o.bias = o.mass + s->mass.count;
+    o.jdqd = o.bias + s->n;
+    return o;
+}
+
+bool kmp_tangent_numbers_can(const kempe_system *system)
+{
+    return !system->force && system->pressed_count == 0 && system->n <= MOST_MOTIONS && kmp_duals_know(system->motion);
+}
+
+/* -- what they are put together from ------------------------------------------------------------------- */
+
+/* Columns `first` on of all blocks at an instant; without one they are marked where they can be other than zero. */
+typedef struct pass {
+    kmp_tangent_numbers *numbers;
+    const kmp_instant *at;
+    bool *mark;
+    outputs out;
+    int first, count;
+} pass;
+
+/* A row of a block += factor * derivatives of an output. */
+static void add(const pass *p, kmp_tangent_block block, int row, int output, double factor)
+{
+    kmp_tangent_numbers *x = p->numbers;
+    ptrdiff_t place = x->at[block] + (ptrdiff_t)row * x->n + p->first;
+    double slope[KMP_DUALS_WIDTH];
+    if (p->mark) {
+        uint64_t moves = kmp_duals_moves(x->duals, output);
+        for (int j = 0; j < p->count; j++)
+            p->mark[place + j] = p->mark[place + j] || (moves >> j & 1u);
+        return;
+    }
+    if (kmp_duals_get(x->duals, output, slope))
+        for (int j = 0; j < p->count; j++)
+            x->value[place + j] += factor * slope[j];
+}
+
+/* What factors are where nothing is evaluated does not matter. */
+static double entry(const double *v, int k)
+{
+    return v ? v[k] : 1;
+}
+
+static void add_mass(const pass *p)
+{
+    const kmp_pattern *mass = &p->numbers->system->mass;
+    const double *qdd = p->at ? p->at->qdd : NULL;
+    for (int e = 0; e < mass->count; e++) {
+        int row = mass->row[e], col = mass->col[e];
+        add(p, KMP_R_Q, row, p->out.mass + e, entry(qdd, col));
+        if (row != col)
+            add(p, KMP_R_Q, col, p->out.mass + e, entry(qdd, row));
+    }
+}
+
+static void add_jacobian(const pass *p)
+{
+    const kmp_pattern *jacobian = &p->numbers->system->jacobian;
+    const kmp_instant *at = p->at;
+    for (int e = 0; e < jacobian->count; e++) {
+        int row = jacobian->row[e], col = jacobian->col[e], output = p->out.jacobian + e;
+        add(p, KMP_R_Q, col, output, -entry(at ? at->lambda : NULL, row));
+        add(p, KMP_RATE_Q, row, output, entry(at ? at->qd : NULL, col));
+        add(p, KMP_CURVE_Q, row, output, entry(at ? at->qdd : NULL, col));
+    }
+}
+
+static void add_rows(const pass *p, kmp_tangent_block block, int output, int rows)
+{
+    for (int k = 0; k < rows; k++)
+        add(p, block, k, output + k, 1);
+}
+
+static void along(const pass *p, kmp_input_kind kind)
+{
+    if (p->mark)
+        kmp_duals_mark(p->numbers->duals, kind, (uint32_t)p->first);
+    else
+        kmp_duals_along(p->numbers->duals, kind, (uint32_t)p->first);
+}
+
+static void add_columns(const pass *p)
+{
+    const kmp_tangent_numbers *x = p->numbers;
+    along(p, KMP_IN_Q);
+    add_mass(p);
+    add_jacobian(p);
+    add_rows(p, KMP_R_Q, p->out.bias, x->n);
+    add_rows(p, KMP_CURVE_Q, p->out.jdqd, x->m);
+    if (p->out.h_t >= 0)
+        add_rows(p, KMP_RATE_Q, p->out.h_t, x->m);
+    along(p, KMP_IN_QD);
+    add_rows(p, KMP_R_QD, p->out.bias, x->n);
+    add_rows(p, KMP_CURVE_QD, p->out.jdqd, x->m);
+}
+
+/* All blocks but M and J. */
+static void add_all(kmp_tangent_numbers *x, const kmp_instant *at, bool *mark)
+{
+    pass p = {.numbers = x, .at = at, .mark = mark, .out = find_outputs(x->system)};
+    int width = mark ? KMP_DUALS_MARKED : KMP_DUALS_WIDTH;
+    for (p.first = 0; p.first < x->n; p.first += width) {
+        p.count = x->n - p.first < width ? x->n - p.first : width;
+        add_columns(&p);
+    }
+}
+
+/* -- entries ------------------------------------------------------------------------------------------- */
+
+static int rows_of(const kmp_tangent_numbers *x, int block)
+{
+    return block == KMP_R_Q || block == KMP_R_QD ? x->n : x->m;
+}
+
+static void place_blocks(kmp_tangent_numbers *x)
+{
+    for (int k = 0; k < COMPUTED; k++) {
+        x->at[computed[k]] = x->size;
+        x->size += rows_of(x, computed[k]) * x->n;
+    }
+    x->at[KMP_M] = x->size;
+    x->at[KMP_J] = x->at[KMP_M] + x->system->mass.count;
+    x->size = x->at[KMP_J] + x->system->jacobian.count;
+}
+
+/* M has both its triangles. */
+static void list_pattern(const kmp_tangent_numbers *x, int block, const kmp_pattern *pattern, kmp_listing *list)
+{
+    for (int e = 0; e < pattern->count; e++) {
+        kmp_listing_place(list, block, pattern->row[e], pattern->col[e], x->at[block] + e);
+        if (block == KMP_M && pattern->row[e] != pattern->col[e])
+            kmp_listing_place(list, block, pattern->col[e], pattern->row[e], x->at[block] + e);
+    }
+}
+
+static void list_marked(const kmp_tangent_numbers *x, int block, const bool *mark, kmp_listing *list)
+{
+    for (int place = x->at[block], k = 0; k < rows_of(x, block) * x->n; k++)
+        if (mark[place + k])
+            kmp_listing_place(list, block, k / x->n, k % x->n, place + k);
+}
+
+kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_listing *list)
+{
+    kmp_tangent_numbers *x = KMP_NEW(kmp_tangent_numbers, 1);
+    if (!x)
+        return NULL;
+    *x = (kmp_tangent_numbers){.system = system, .n = system->n, .m = system->m};
+    place_blocks(x);
+    bool *mark = KMP_NEW(bool, x->size);
+    x->duals = kmp_duals_new(system->motion);
+    x->value = KMP_NEW(double, x->size);
+    bool ok = mark && x->duals && x->value;
+    if (ok)
+        add_all(x, NULL, mark);
+    for (int k = 0; ok && k < COMPUTED; k++)
+        list_marked(x, computed[k], mark, list);
+    list_pattern(x, KMP_M, &system->mass, list);
+    list_pattern(x, KMP_J, &system->jacobian, list);
+    kmp_free(mark);
+    if (ok && !list->failed)
+        return x;
+    kmp_tangent_numbers_free(x);
+    return NULL;
+}
+
+void kmp_tangent_numbers_free(kmp_tangent_numbers *numbers)
+{
+    if (!numbers)
+        return;
+    kmp_duals_free(numbers->duals);
+    kmp_free(numbers->value);
+    kmp_free(numbers);
+}
+
+/* -- numbers ------------------------------------------------------------------------------------------- */
+
+void kmp_tangent_numbers_set_parameters(kmp_tangent_numbers *numbers, const double *parameters)
+{
+    kmp_duals_set(numbers->duals, KMP_IN_PARAMETER, parameters);
+}
+
+const double *kmp_tangent_numbers_eval(kmp_tangent_numbers *numbers, const kmp_instant *at)
+{
+    kmp_tangent_numbers *x = numbers;
+    const outputs out = find_outputs(x->system);
+    kmp_duals_set(x->duals, KMP_IN_TIME, &at->t);
+    kmp_duals_set(x->duals, KMP_IN_Q, at->q);
+    kmp_duals_set(x->duals, KMP_IN_QD, at->qd);
+    kmp_duals_set(x->duals, KMP_IN_CHART, at->chart);
+    if (at->mode)
+        kmp_duals_set(x->duals, KMP_IN_MODE, at->mode);
+    kmp_duals_run(x->duals);
+    memset(x->value, 0, (size_t)x->size * sizeof *x->value);
+    add_all(x, at, NULL);
+    for (int e = 0; e < x->system->mass.count; e++)
+        x->value[x->at[KMP_M] + e] = kmp_duals_value(x->duals, out.mass + e);
+    for (int e = 0; e < x->system->jacobian.count; e++)
+        x->value[x->at[KMP_J] + e] = kmp_duals_value(x->duals, out.jacobian + e);
+    return x->value;
+}

@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/lanes/ensemble.h"
+#include "base/memory.h"
+#include "constraints/rounding/mend.h"
+#include "integrators/lanes/ensemble_inside.h"
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *const *names, kmp_ensemble **ensemble)
+{
+    kmp_ensemble *e = KMP_NEW(kmp_ensemble, 1);
+    if (!e)
+        return kmp_fail_memory(model->context);
+    e->context = model->context;
+    e->columns = count;
+    kempe_status status = kmp_variant_new(model, count, names, &e->variant);
+    if (status == KEMPE_OK)
+        status = kmp_system_of_variant(e->variant, &e->s);
+    if (status != KEMPE_OK) {
+        kmp_ensemble_free(e);
+        return status;
+    }
+    e->n = e->s->n;
+    e->m = e->r = e->s->m;
+    e->p = e->n - e->m;
+    e->size = e->n + e->p + e->s->dissipative;
+    e->unit_row_scale = KMP_NEW(double, e->m);
+    if (!e->unit_row_scale) {
+        kmp_ensemble_free(e);
+        return kmp_fail_memory(model->context);
+    }
+    memcpy(e->unit_row_scale, e->s->row_scale, (size_t)e->m * sizeof(double));
+    e->parameters = kmp_variant_model(e->variant)->parameter_count;
+    *ensemble = e;
+    return KEMPE_OK;
+}
+
+void kmp_ensemble_free(kmp_ensemble *e)
+{
+    if (!e)
+        return;
+    kempe_system_free(e->s);
+    kmp_variant_free(e->variant);
+    kmp_free(e->unit_row_scale);
+    kmp_free(e);
+}
+
+const kempe_system *kmp_ensemble_system(const kmp_ensemble *e)
+{
+    return e->s;
+}
+
+kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *e)
+{
+    return e->work;
+}
+
+/* -- a run ------------------------------------------------------------------------------------------- */
+
+static void release(kmp_ensemble *e)
+{
+    for (int k = 0; k < e->pool_count; k++)
+        kmp_pool_free(e->pools[k]);
+    e->pool_count = 0;
+    kmp_lane_room_free(&e->room);
+    kmp_plant_free(e->plant);
+    kmp_arena_free(&e->arena);
+    e->plant = NULL;
+}
+
+static bool allocate(kmp_ensemble *e)
+{
+    kmp_arena *a = &e->arena;
+    int size = e->size > 0 ? e->size : 0;
+    e->state = KMP_ARENA_NEW(a, double, 4 * e->n);
+    e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
+    for (int i = 0; i < e->count && !a->failed; i++) {
+        kmp_instance *x = &e->instances[i];
+        const kmp_arena_group groups[] = {{size, {&x->y, &x->dy}}, {e->parameters + e->n + e->m, {&x->constants}}};
+        (void)kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
+    }
+    return !a->failed;
+}
+
+static kempe_status prepare(kmp_ensemble *e)
+{
+    int width = e->way.width > 0 ? e->way.width : kmp_lanes_best();
+    e->plant = kmp_plant_new(e->s, "tape");
+    if (!e->plant)
+        return KEMPE_E_MEMORY;
+    bool ok = allocate(e) && (kmp_ensemble_no_lanes(e) || kmp_lane_room_init(&e->room, e, width));
+    if (!ok)
+        return kmp_fail_memory(e->context);
+    for (int i = 0; i < e->count; i++)
+        e->results[i] = (kmp_ensemble_result){.status = KEMPE_STOPPED, .h = NAN, .hdot = NAN, .drift = NAN};
+    for (size_t k = 0; k < (size_t)e->count * (size_t)e->n; k++)
+        e->q[k] = e->qd[k] = NAN;
+    e->work = (kmp_ensemble_work){.width = width};
+    e->told = (double)time(NULL);
+    return KEMPE_OK;
+}
+
+static kmp_pool *fullest(const kmp_ensemble *e)
+{
+    kmp_pool *pool = NULL;
+    for (int k = 0; k < e->pool_count; k++)
+        if (e->pools[k]->waiting > (pool ? pool->waiting : 0))
+            pool = e->pools[k];
+    return pool;
+}
+
+static kempe_status run_lanes(kmp_ensemble *e)
+{
+    kempe_status status = KEMPE_OK;
+    kmp_pool *pool;
+    for (int i = 0; i < e->count && status == KEMPE_OK && !kmp_interrupted(e->context); i++)
+        status = kmp_instance_start(e, i);
+    while (status == KEMPE_OK && !kmp_interrupted(e->context) && (pool = fullest(e)))
+        status = kmp_pool_run(e, pool);
+    e->work.pools = e->pool_count;
+    e->work.native = e->pool_count > 0 && kmp_lanes_native(e->pools[0]->lanes);
+    return status;
+}
+
+/* What is still stopped, and not by what it is itself, was interrupted. */
+static kempe_status run_alone(kmp_ensemble *e)
+{
+    kempe_status status = KEMPE_OK;
+    for (int i = 0; i < e->count && status == KEMPE_OK; i++) {
+        if (!e->results[i].alone)
+            continue;
+        if (kmp_interrupted(e->context))
+            break;
+        status = kmp_instance_alone(e, i);
+        e->work.alone++;
+        double now = (double)time(NULL);
+        if (now - e->told >= 1) {
+            e->told = now;
+            kmp_log(e->context, KEMPE_LOG_PROGRESS, "instance %d of %d, by itself", i + 1, e->count);
+        }
+    }
+    for (int i = 0; i < e->count && status == KEMPE_OK; i++) {
+        kmp_ensemble_result *result = &e->results[i];
+        if (result->status == KEMPE_STOPPED && !result->reason && !(result->reason = kmp_strdup("interrupted")))
+            status = kmp_fail_memory(e->context);
+    }
+    return status;
+}
+
+kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const kmp_ensemble_way *way, int instances,
+                              const double *values, kmp_ensemble_result *results, double *q, double *qd)
+{
+    kmp_context_clear(e->context);
+    e->spec = *spec;
+    e->spec.threads = 0; /* instances are many enough */
+    e->way = *way;
+    e->count = instances;
+    e->values = values;
+    e->results = results;
+    e->q = q;
+    e->qd = qd;
+    KMP_TRY(kmp_run_resolve(e->s, &e->spec));
+    kmp_context_quiet(e->context, true);
+    kempe_status status = prepare(e);
+    const char *why = kmp_ensemble_no_lanes(e);
+    if (status == KEMPE_OK && !why)
+        status = run_lanes(e);
+    for (int i = 0; status == KEMPE_OK && why && i < instances; i++)
+        kmp_instance_leave(e, i, why);
+    if (status == KEMPE_OK)
+        status = run_alone(e);
+    kmp_context_quiet(e->context, false);
+    release(e);
+    if (status == KEMPE_OK)
+        kmp_context_clear(e->context);
+    for (int i = 0; status != KEMPE_OK && i < instances; i++) {
+        kmp_free(results[i].reason);
+        results[i].reason = NULL;
+    }
+    return status;
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Many instances of one mechanism, each with values of its own for some parameters and start values, by DOP853 on the
+ * reduced formulation in its integrated form: several at once, a lane each, every one with its own steps and its own
+ * error.
+ *
+ * Lanes make the same decisions as a run of one mechanism; what they cannot decide, a run of that instance does from
+ * its start: change points, events, charts of spherical joints, drives, redundant rows, large systems, steps that fail.
+ */
+#ifndef KMP_INTEGRATORS_LANES_ENSEMBLE_H
+#define KMP_INTEGRATORS_LANES_ENSEMBLE_H
+
+#include "integrators/run/run.h"
+
+typedef struct kmp_ensemble kmp_ensemble;
+
+/** How instances are run. */
+typedef struct kmp_ensemble_way {
+    int width;  /* of lanes: 0 what this machine runs best, else 1 to KMP_LANES_MOST */
+    bool plain; /* no machine code in lanes */
+    bool alone; /* no lanes: a run for each instance */
+} kmp_ensemble_way;
+
+typedef struct kmp_ensemble_result {
+    kempe_status status; /* KEMPE_OK, KEMPE_STOPPED, KEMPE_E_FAILED; KEMPE_E_INPUT: the model cannot have such values */
+    char *reason;        /* NULL: there is none; freed with kmp_free */
+    bool alone;          /* by a run of its own */
+    bool rates_changed;  /* its start rates were given and could not be kept */
+    const char *why;     /* it was not done in a lane; NULL: it was, or nothing was to be done */
+    double t;
+    long steps, rejected, refused, rhs, exchanges;
+    double h, hdot, drift; /* at the end: max |h| and |hdot|, scaled; of the energy, in parts of its size */
+} kmp_ensemble_result;
+
+/** Derives the equations with what is named (model/variant.h) kept open. The model outlives it. */
+kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *const *names, kmp_ensemble **ensemble);
+void kmp_ensemble_free(kmp_ensemble *ensemble);
+
+/** The system; its parameters are those of the last instance that was run. */
+const kempe_system *kmp_ensemble_system(const kmp_ensemble *ensemble);
+
+/** Runs `instances` rows of values (row by row, in the order of the names) to the end of the spec, which need not be
+ * resolved; its times do not count. results, q and qd (instances x n) get what came out; the state of an instance that
+ * has none is NaN. KEMPE_E_ARGUMENT, KEMPE_E_MEMORY; an interrupt leaves KEMPE_STOPPED in the results. */
+kempe_status kmp_ensemble_run(kmp_ensemble *ensemble, const kmp_run_spec *spec, const kmp_ensemble_way *way,
+                              int instances, const double *values, kmp_ensemble_result *results, double *q, double *qd);
+
+/** Machine code, lanes, choices of u and what the lanes have done in the last run: for measuring. */
+typedef struct kmp_ensemble_work {
+    int width, pools, alone;
+    bool native;
+    long sweeps;     /* steps of all lanes together */
+    long lane_steps; /* of these, tries of an instance */
+} kmp_ensemble_work;
+kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *ensemble);
+
+#endif

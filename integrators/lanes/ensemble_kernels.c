@@ -1,0 +1,171 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/lanes/ensemble_kernels.h"
+#include "backend/lanes.h"
+#include "base/clones.h"
+#include "integrators/steppers/dop853_table.h"
+#include "integrators/steppers/rk.h"
+#include <math.h>
+
+/* Eight and four doubles, in memory of any alignment. */
+typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
+typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
+
+#define COMBINE(vector, w)                                                                                             \
+    for (size_t i = 0; i < size * (w); i += (w)) {                                                                     \
+        vector sum = a[0] * *(const vector *)(k[0] + i);                                                               \
+        for (int j = 1; j < terms; j++)                                                                                \
+            sum += a[j] * *(const vector *)(k[j] + i);                                                                 \
+        *(vector *)(out + i) = *(const vector *)(y + i) + *(const vector *)h * sum;                                    \
+    }
+
+KMP_CLONES static void combine_8(size_t size, const double *y, const double *h, int terms, const double *a,
+                                 const double *const *k, double *out){COMBINE(eight, 8)}
+
+KMP_CLONES static void combine_4(size_t size, const double *y, const double *h, int terms, const double *a,
+                                 const double *const *k, double *out)
+{
+    COMBINE(four, 4)
+}
+
+void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
+                       const double *const *k, double *out)
+{
+    if (width == 8) {
+        combine_8(size, y, h, terms, a, k, out);
+        return;
+    }
+    if (width == 4) {
+        combine_4(size, y, h, terms, a, k, out);
+        return;
+    }
+    for (size_t i = 0; i < size * width; i++) {
+        double sum = a[0] * k[0][i];
+        for (int j = 1; j < terms; j++)
+            sum += a[j] * k[j][i];
+        out[i] = y[i] + h[i % width] * sum;
+    }
+}
+
+/* Sums of squares of both errors over the components of each lane, as in dop853.c. */
+KMP_INLINE void add_errors(size_t w, size_t i, const kmp_lanes_step *s, double *restrict e5, double *restrict e3)
+{
+    double *const *k = s->k;
+    const double *g[] = {k[1] + i, k[6] + i, k[7] + i, k[8] + i, k[9] + i, k[10] + i, k[11] + i, k[12] + i};
+    double slope[KMP_LANES_MOST], error5[KMP_LANES_MOST];
+    for (size_t l = 0; l < w; l++) {
+        slope[l] = B[0] * g[0][l];
+        error5[l] = E5[0] * g[0][l];
+    }
+    for (int j = 1; j < 8; j++)
+        for (size_t l = 0; l < w; l++) {
+            slope[l] += B[j] * g[j][l];
+            error5[l] += E5[j] * g[j][l];
+        }
+    for (size_t l = 0; l < w; l++) {
+        double error3 = slope[l] - B3[0] * g[0][l] - B3[1] * g[4][l] - B3[2] * g[7][l];
+        double y0 = s->y[i + l], y1 = y0 + s->h[l] * slope[l], larger = fabs(y0) > fabs(y1) ? fabs(y0) : fabs(y1);
+        double weight = s->atol[i + l] + s->rtol * larger;
+        s->y_new[i + l] = y1;
+        s->weight[i + l] = weight;
+        double five = error5[l] / weight;
+        error3 /= weight;
+        e5[l] += five * five;
+        e3[l] += error3 * error3;
+    }
+}
+
+KMP_INLINE void solution(size_t w, size_t size, const kmp_lanes_step *s)
+{
+    double e5[KMP_LANES_MOST] = {0}, e3[KMP_LANES_MOST] = {0};
+    for (size_t i = 0; i < size * w; i += w)
+        add_errors(w, i, s, e5, e3);
+    for (size_t l = 0; l < w; l++) {
+        double both = e5[l] + 0.01 * e3[l];
+        s->error[l] = both < 1e-300 ? 0.0 : fabs(s->h[l]) * e5[l] * sqrt(1.0 / (both * (double)size));
+    }
+}
+
+KMP_CLONES static void solution_8(size_t size, const kmp_lanes_step *step)
+{
+    solution(8, size, step);
+}
+
+KMP_CLONES static void solution_4(size_t size, const kmp_lanes_step *step)
+{
+    solution(4, size, step);
+}
+
+void kmp_lanes_solution(size_t width, size_t size, const kmp_lanes_step *step)
+{
+    if (width == 8)
+        solution_8(size, step);
+    else if (width == 4)
+        solution_4(size, step);
+    else
+        solution(width, size, step);
+}
+
+/* -- the end of a step ------------------------------------------------------------------------------- */
+
+KMP_INLINE double larger_of(double a, double b)
+{
+    return b > a ? b : a;
+}
+
+/* What is no number counts as infinite. */
+KMP_INLINE double or_infinite(double x)
+{
+    return x <= DBL_MAX ? x : INFINITY;
+}
+
+KMP_INLINE void measure_closures(size_t w, const kmp_lanes_end *e)
+{
+    for (size_t l = 0; l < w; l++)
+        e->residual[l] = e->correction[l] = e->growth[l] = 0;
+    for (size_t i = 0; i < (size_t)e->r * w; i += w)
+        for (size_t l = 0; l < w; l++) {
+            e->residual[l] = larger_of(e->residual[l], or_infinite(fabs(e->h[i + l]) / e->row_scale[i + l]));
+            e->correction[l] = larger_of(e->correction[l], or_infinite(fabs(e->dv[i + l]) / e->weight[i + l]));
+        }
+    for (int i = 0; i < e->r; i++)
+        for (int c = 0; c < e->p; c++) {
+            const double *b = e->b + (size_t)(c * e->r + i) * w, *u = e->scale + (size_t)e->u[c] * w,
+                         *v = e->scale + (size_t)e->v[i] * w;
+            for (size_t l = 0; l < w; l++)
+                e->growth[l] = larger_of(e->growth[l], or_infinite(fabs(b[l]) * u[l] / v[l]));
+        }
+}
+
+KMP_CLONES static void measure_8(const kmp_lanes_end *end)
+{
+    measure_closures(8, end);
+}
+
+void kmp_lanes_measure(size_t width, const kmp_lanes_end *end)
+{
+    if (width == 8)
+        measure_8(end);
+    else
+        measure_closures(width, end);
+}
+
+KMP_INLINE void take_lanes(size_t w, size_t size, const double *restrict which, const double *restrict from,
+                           double *restrict to)
+{
+    for (size_t i = 0; i < size * w; i += w)
+        for (size_t l = 0; l < w; l++)
+            to[i + l] = which[l] > 0 ? from[i + l] : to[i + l];
+}
+
+KMP_CLONES static void take_8(size_t size, const double *which, const double *from, double *to)
+{
+    take_lanes(8, size, which, from, to);
+}
+
+void kmp_lanes_take(size_t width, size_t size, const double *which, const double *from, double *to)
+{
+    if (width == 8)
+        take_8(size, which, from, to);
+    else
+        take_lanes(width, size, which, from, to);
+}

@@ -1,0 +1,544 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane what rk.c and reduced.c would
+ * say to it. Lanes that are through, or that another pool goes on with, are filled again. */
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "integrators/lanes/ensemble_inside.h"
+#include "integrators/lanes/ensemble_kernels.h"
+#include "integrators/steppers/dop853_table.h"
+#include "linalg/dense/dense.h"
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+enum { MOST_TRIES = 1000, ALIGNED = 64 / sizeof(double), MOST_COLUMNS = KMP_LANE_ROWS + KMP_FUSED_FREEDOMS };
+
+/* What became of an attempt in a lane. */
+typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
+
+/* -- room -------------------------------------------------------------------------------------------- */
+
+bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width)
+{
+    size_t w = (size_t)width, size = (size_t)e->size, n = (size_t)e->n, m = (size_t)e->m;
+    *room = (kmp_lane_room){.w = w};
+    for (size_t l = 0; l < KMP_LANES_MOST; l++)
+        room->who[l] = -1;
+    room->memory = KMP_NEW(double, w *((5 + 13) * size + n + m + 1) + ALIGNED);
+    if (!room->memory)
+        return false;
+    size_t off = (uintptr_t)room->memory / sizeof(double) % ALIGNED;
+    double *at = room->memory + (off ? ALIGNED - off : 0);
+    double **vectors[] = {&room->y, &room->y_new, &room->stage, &room->weight, &room->atol};
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, at += w * size)
+        *vectors[k] = at;
+    for (size_t k = 1; k <= 13; k++, at += w * size)
+        room->k[k] = at;
+    room->scale = at;
+    room->row_scale = at + w * n;
+    room->at = room->row_scale + w * m;
+    return true;
+}
+
+void kmp_lane_room_free(kmp_lane_room *room)
+{
+    kmp_free(room->memory);
+    *room = (kmp_lane_room){0};
+}
+
+/* -- evaluation -------------------------------------------------------------------------------------- */
+
+/* k = f(at, y) in all lanes; those that cannot be evaluated are noted in `bad`. */
+static void evaluate(kmp_ensemble *e, kmp_pool *pool, const double *y, double *k)
+{
+    kmp_lane_room *room = &e->room;
+    size_t w = room->w, p = (size_t)e->p, r = (size_t)e->r;
+    kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
+    kmp_lanes_set(pool->lanes, KMP_IN_Q, y);
+    const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_RATES), *pivot = end + (p + r) * w;
+    memcpy(k, y + p * w, p * w * sizeof *k);
+    memcpy(k + p * w, end, (p + r) * w * sizeof *k);
+    if (e->s->dissipative)
+        memcpy(k + (2 * p + r) * w, pivot + p * w, w * sizeof *k);
+    for (size_t i = 0; i < p * w; i += w)
+        for (size_t l = 0; l < w; l++)
+            room->bad[l] += !(pivot[i + l] > 0) || !(fabs(end[i + l]) <= DBL_MAX) ? 1 : 0;
+}
+
+static void set_times(kmp_lane_room *room, double c)
+{
+    for (size_t l = 0; l < room->w; l++)
+        room->at[l] = room->t[l] + c * room->step[l];
+}
+
+/* -- in and out -------------------------------------------------------------------------------------- */
+
+static void load(kmp_ensemble *e, kmp_pool *pool, size_t l, int i)
+{
+    kmp_lane_room *room = &e->room;
+    const kmp_instance *x = &e->instances[i];
+    size_t w = room->w;
+    const double *scale = x->constants + e->parameters, *row_scale = scale + e->n;
+    room->who[l] = i;
+    room->t[l] = x->t;
+    room->h[l] = x->h;
+    for (int k = 0; k < e->size; k++) {
+        room->y[(size_t)k * w + l] = x->y[k];
+        room->k[1][(size_t)k * w + l] = x->dy[k];
+    }
+    for (int k = 0; k < e->n; k++)
+        room->scale[(size_t)k * w + l] = scale[k];
+    for (int k = 0; k < e->m; k++)
+        room->row_scale[(size_t)k * w + l] = row_scale[k];
+    double *atol = room->atol + l;
+    for (int k = 0; k < e->p; k++) {
+        atol[(size_t)k * w] = e->spec.atol * scale[pool->part.u[k]];
+        atol[(size_t)(e->p + k) * w] = atol[(size_t)k * w] * x->rate_scale;
+    }
+    for (int k = 0; k < e->r; k++)
+        atol[(size_t)(2 * e->p + k) * w] = e->spec.atol * scale[pool->part.v[k]];
+    if (e->s->dissipative)
+        atol[(size_t)(2 * e->p + e->r) * w] = 1e300; /* judged, not controlled */
+    kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants);
+}
+
+/* What a lane has become, to its instance. */
+static void store(kmp_ensemble *e, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_instance *x = &e->instances[room->who[l]];
+    x->t = room->t[l];
+    x->h = room->h[l];
+    for (int k = 0; k < e->size; k++) {
+        x->y[k] = room->y[(size_t)k * room->w + l];
+        x->dy[k] = room->k[1][(size_t)k * room->w + l];
+    }
+}
+
+static void empty(kmp_lane_room *room, size_t l)
+{
+    room->who[l] = -1;
+    room->step[l] = 0;
+}
+
+/* -- first steps ------------------------------------------------------------------------------------- */
+
+/* sum of ((a - b) / w)^2 of a lane; b NULL: 0 */
+static double weighted_square(const kmp_ensemble *e, size_t l, const double *a, const double *b)
+{
+    const kmp_lane_room *room = &e->room;
+    double sum = 0;
+    for (size_t k = l; k < (size_t)e->size * room->w; k += room->w) {
+        double weight = room->atol[k] + e->spec.rtol * fabs(room->y[k]), x = (b ? a[k] - b[k] : a[k]) / weight;
+        sum += x * x;
+    }
+    return sum;
+}
+
+/* Hairer's hinit, as in rk.c; what cannot be evaluated there is left to a run of its own. */
+static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    double slope[KMP_LANES_MOST] = {0};
+    for (size_t l = 0; l < room->w; l++) {
+        const kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
+        room->step[l] = room->bad[l] = 0;
+        if (!x || x->has_step)
+            continue;
+        slope[l] = weighted_square(e, l, room->k[1], NULL);
+        double size = weighted_square(e, l, room->y, NULL);
+        double h = slope[l] <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope[l]);
+        room->step[l] = fmin(h, e->spec.t_end - room->t[l]);
+    }
+    for (size_t k = 0; k < (size_t)e->size * room->w; k++)
+        room->stage[k] = room->y[k] + room->step[k % room->w] * room->k[1][k];
+    set_times(room, 1);
+    evaluate(e, pool, room->stage, room->k[2]);
+    for (size_t l = 0; l < room->w; l++) {
+        kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
+        if (!x || x->has_step)
+            continue;
+        x->has_step = true;
+        e->results[room->who[l]].rhs++;
+        double h = room->step[l], bend = sqrt(weighted_square(e, l, room->k[2], room->k[1])) / h;
+        double most = fmax(bend, sqrt(slope[l]));
+        double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.order);
+        room->h[l] = fmin(fmin(100 * h, h1), e->spec.t_end - room->t[l]);
+        if (room->bad[l] != 0) {
+            kmp_instance_leave(e, room->who[l], "a right-hand side that cannot be evaluated");
+            empty(room, l);
+        }
+    }
+}
+
+/* Bit b: the sign of block b, from the pivots, which are written from the last block to the first; one more bit says
+ * that they are known. */
+static uint32_t signs_of(const kmp_ensemble *e, const kmp_pool *pool, const double *pivot, size_t l)
+{
+    int blocks = e->r > 0 ? kmp_block_count(pool->red.block) : 0;
+    uint32_t signs = 1u << KMP_LANE_ROWS;
+    for (int b = blocks; b-- > 0;) {
+        int size;
+        (void)kmp_block_columns(pool->red.block, b, &size);
+        for (int k = size == 2 ? 1 : size; k-- > 0; pivot += e->room.w)
+            signs ^= pivot[l] < 0 ? 1u << b : 0;
+    }
+    return signs;
+}
+
+static const double *pivots_of(const kmp_ensemble *e, const kmp_pool *pool, const double *end)
+{
+    return end + (size_t)pool->layout.multipliers * e->room.w;
+}
+
+/* Slopes and signs of the lanes that are new, and their first steps. */
+static void begin_lanes(kmp_ensemble *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    bool choose = false;
+    for (size_t l = 0; l < room->w; l++)
+        room->step[l] = room->bad[l] = 0;
+    (void)kmp_lanes_run(pool->lanes, KMP_STAGE_PARAMETERS);
+    set_times(room, 0);
+    evaluate(e, pool, room->y, room->k[2]);
+    const double *pivot = pivots_of(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END));
+    for (size_t l = 0; l < room->w; l++) {
+        kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
+        if (!x || x->signs != 0)
+            continue;
+        if (room->bad[l] != 0) {
+            kmp_instance_leave(e, room->who[l], "a right-hand side that cannot be evaluated");
+            empty(room, l);
+            continue;
+        }
+        x->signs = signs_of(e, pool, pivot, l);
+        x->pivot = 0;
+        if (x->has_slope)
+            continue;
+        for (size_t k = l; k < (size_t)e->size * room->w; k += room->w)
+            room->k[1][k] = room->k[2][k];
+        x->has_slope = true;
+        e->results[room->who[l]].rhs++;
+        choose = choose || !x->has_step;
+    }
+    if (choose)
+        choose_steps(e, pool);
+}
+
+/* -- one attempt ------------------------------------------------------------------------------------- */
+
+#define TERMS(a) ((int)(sizeof(a) / sizeof *(a)))
+
+#define STAGE(number, a, ...)                                                                                          \
+    do {                                                                                                               \
+        kmp_lanes_combine(room->w, (size_t)e->size, room->y, room->step, TERMS(a), a,                                  \
+                          (const double *const[]){__VA_ARGS__}, room->stage);                                          \
+        set_times(room, C[number]);                                                                                    \
+        evaluate(e, pool, room->stage, k[number]);                                                                     \
+    } while (0)
+
+static void run_stages(kmp_ensemble *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    double **k = room->k;
+    KMP_DOP853_STAGES(STAGE, k);
+}
+
+/* The steps to try; what has become too small is left to a run of its own. */
+static void choose_tries(kmp_ensemble *e)
+{
+    kmp_lane_room *room = &e->room;
+    for (size_t l = 0; l < room->w; l++) {
+        room->step[l] = room->bad[l] = 0;
+        if (room->who[l] < 0)
+            continue;
+        double h = kmp_solver_next_step(room->t[l], e->spec.t_end, room->h[l], &room->t_new[l]);
+        if (!(h > 0)) {
+            kmp_instance_leave(e, room->who[l], "steps that become too small");
+            empty(room, l);
+        } else {
+            room->step[l] = h;
+        }
+    }
+}
+
+/* -- the step's end ---------------------------------------------------------------------------------- */
+
+/* What the last stage of the program has, by lanes. */
+typedef struct watched {
+    const double *multiplier, *pivot, *h, *jacobian, *b, *dv;
+    double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST];
+    double margin[KMP_LANES_MOST]; /* over its usual size; infinite: far from any change point */
+} watched;
+
+static void measure(kmp_ensemble *e, const kmp_pool *pool, watched *x)
+{
+    kmp_lane_room *room = &e->room;
+    size_t w = room->w;
+    const kmp_lanes_end end = {.p = e->p,
+                               .r = e->r,
+                               .u = pool->part.u,
+                               .v = pool->part.v,
+                               .h = x->h,
+                               .dv = x->dv,
+                               .b = x->b,
+                               .weight = room->weight + (size_t)(2 * e->p) * w,
+                               .scale = room->scale,
+                               .row_scale = room->row_scale,
+                               .residual = x->residual,
+                               .correction = x->correction,
+                               .growth = x->growth};
+    kmp_lanes_measure(w, &end);
+}
+
+static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
+{
+    size_t w = e->room.w;
+    x->multiplier = kmp_lanes_run(pool->lanes, KMP_FUSED_END);
+    x->pivot = pivots_of(e, pool, x->multiplier);
+    x->h = x->pivot + (size_t)pool->layout.pivots * w;
+    x->jacobian = x->h + (size_t)e->m * w;
+    x->b = x->jacobian + (size_t)(e->s->jacobian.count + (e->s->rheonomic ? e->m : 0)) * w;
+    x->dv = x->b + (size_t)(e->r * e->p) * w;
+    measure(e, pool, x);
+}
+
+/* As looks_well of constraints/partition/margin.c: the least pivot of Jv has not fallen far. */
+static bool looks_well(kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
+{
+    kmp_instance *y = &e->instances[e->room.who[l]];
+    double least = INFINITY, before = y->pivot;
+    for (int k = 0; k < pool->layout.pivots; k++)
+        least = fmin(least, fabs(x->pivot[(size_t)k * e->room.w + l]));
+    y->pivot = fmax(y->pivot, least);
+    return before > 0 && least > KMP_MARGIN_CALLS * y->pivot;
+}
+
+/* The last pivot of the scaled J under complete pivoting, over the largest so far. */
+static double margin_of(kmp_ensemble *e, const watched *x, size_t l)
+{
+    const kmp_lane_room *room = &e->room;
+    const kmp_pattern *pattern = &e->s->jacobian;
+    kmp_instance *y = &e->instances[room->who[l]];
+    double a[KMP_LANE_ROWS * MOST_COLUMNS], largest[MOST_COLUMNS], pivots[KMP_LANE_ROWS];
+    int rows[KMP_LANE_ROWS], columns[MOST_COLUMNS];
+    memset(a, 0, (size_t)(e->m * e->n) * sizeof *a);
+    for (int k = 0; k < pattern->count; k++) {
+        size_t row = (size_t)pattern->row[k], col = (size_t)pattern->col[k];
+        a[row + col * (size_t)e->m] =
+            x->jacobian[(size_t)k * room->w + l] * room->scale[col * room->w + l] / room->row_scale[row * room->w + l];
+    }
+    kmp_pivots_complete(e->m, e->n, a, largest, rows, columns, pivots);
+    y->usual = fmax(y->usual, pivots[e->m - 1]);
+    return pivots[e->m - 1] / y->usual;
+}
+
+/* Whether the formulation consents (accept of reduced.c): the closures corrected, the choice of u and the margin good.
+ */
+static bool consents(kmp_ensemble *e, const kmp_pool *pool, watched *x, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_instance *y = &e->instances[room->who[l]];
+    size_t w = room->w;
+    if (e->r == 0)
+        return true;
+    if (!(x->residual[l] < KMP_CLOSED)) {
+        if (!(x->correction[l] <= KMP_CORRECTION_LIMIT))
+            return false;
+        for (int i = 0; i < e->r; i++)
+            room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
+    }
+    if (signs_of(e, pool, x->pivot, l) != y->signs)
+        return false;
+    x->margin[l] = looks_well(e, pool, x, l) ? INFINITY : margin_of(e, x, l);
+    return x->margin[l] >= KMP_MARGIN_DEEP;
+}
+
+static bool has_bad_order(const kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
+{
+    for (int k = 0; k < pool->layout.multipliers; k++)
+        if (!(fabs(x->multiplier[(size_t)k * e->room.w + l] * pool->layout.factor[k]) <= KMP_FUSED_MULTIPLIER))
+            return true;
+    return false;
+}
+
+/* Whether the zone about a change point would take over (watch_margin of runner_change.c). */
+static bool nears_change(kmp_instance *x, double t, double h, double margin)
+{
+    double since = t - x->seen_t;
+    double fall = since > 0 && x->seen_t >= 0 ? (x->seen_margin - margin) / since : 0;
+    x->seen_margin = margin;
+    x->seen_t = isfinite(margin) ? t : -1;
+    return margin < fall * KMP_GROWING * h || margin < KMP_ZONE_IN;
+}
+
+/* -- control ----------------------------------------------------------------------------------------- */
+
+static void refuse(kmp_ensemble *e, size_t l, outcome what)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_instance *x = &e->instances[room->who[l]];
+    kmp_ensemble_result *result = &e->results[room->who[l]];
+    double h = room->step[l];
+    if (what == BAD_ERROR)
+        result->rejected++;
+    else
+        result->refused++;
+    room->h[l] = what == BAD_ERROR   ? kmp_rk_after_rejected(&kmp_dop853, h, room->error[l])
+                 : what == BAD_STAGE ? h / 4
+                                     : h / 2;
+    x->rejected = true;
+    if (++x->tries >= MOST_TRIES) {
+        kmp_instance_leave(e, room->who[l], "steps that become too small");
+        empty(room, l);
+    }
+}
+
+/* The lane goes on, is through, or leaves for another pool or a run of its own. */
+static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    int i = room->who[l];
+    kmp_instance *x = &e->instances[i];
+    double h = room->step[l], error = room->error[l];
+    bool collapsed = kmp_solver_collapsed(&x->hopeless, h, room->t_new[l]);
+    kmp_ensemble_result *result = &e->results[i];
+    result->steps++;
+    room->h[l] = kmp_rk_after_accepted(&kmp_dop853, h, error, x->error_old, x->rejected);
+    x->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
+    x->rejected = false;
+    x->tries = 0;
+    room->t[l] = room->t_new[l];
+    bool through = !(room->t[l] < e->spec.t_end);
+    bool slow = kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
+                                      e->spec.t_end, NULL);
+    bool reorders = !through && has_bad_order(e, pool, seen, l);
+    const char *why = through                                                       ? NULL
+                      : collapsed                                                   ? "steps that become too small"
+                      : slow                                                        ? "too much work"
+                      : e->r > 0 && nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point on the way"
+                                                                                    : NULL;
+    bool exchanges = !through && !why && e->r > 0 && seen->growth[l] > x->limit;
+    if (!through && !why && !exchanges && !reorders)
+        return KEMPE_OK;
+    store(e, l);
+    empty(room, l);
+    if (through)
+        return kmp_instance_finish(e, pool, i);
+    if (why) {
+        kmp_instance_leave(e, i, why);
+        return KEMPE_OK;
+    }
+    return exchanges ? kmp_instance_exchange(e, pool, i) : kmp_instance_reorder(e, pool, i);
+}
+
+/* One attempt in all lanes. */
+static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    outcome what[KMP_LANES_MOST] = {EMPTY};
+    double taken[KMP_LANES_MOST];
+    watched seen;
+    kempe_status status = KEMPE_OK;
+    choose_tries(e);
+    run_stages(e, pool);
+    const kmp_lanes_step solution = {room->y,      room->step,  room->atol,   room->k,
+                                     e->spec.rtol, room->y_new, room->weight, room->error};
+    kmp_lanes_solution(room->w, (size_t)e->size, &solution);
+    e->work.sweeps++;
+    for (size_t l = 0; l < room->w; l++) {
+        what[l] = room->who[l] < 0 ? EMPTY : room->bad[l] != 0 ? BAD_STAGE : room->error[l] <= 1.0 ? TAKEN : BAD_ERROR;
+        room->bad[l] = 0;
+        room->at[l] = room->t_new[l];
+        if (what[l] != EMPTY) {
+            e->work.lane_steps++;
+            e->results[room->who[l]].rhs += 11 + (what[l] == TAKEN);
+        }
+    }
+    evaluate(e, pool, room->y_new, room->k[13]);
+    watch(e, pool, &seen);
+    for (size_t l = 0; l < room->w; l++) {
+        if (what[l] == TAKEN)
+            what[l] = room->bad[l] != 0 ? BAD_STAGE : consents(e, pool, &seen, l) ? TAKEN : BAD_STEP;
+        taken[l] = what[l] == TAKEN ? 1 : 0;
+    }
+    kmp_lanes_take(room->w, (size_t)e->size, taken, room->y_new, room->y);
+    kmp_lanes_take(room->w, (size_t)e->size, taken, room->k[13], room->k[1]);
+    for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
+        if (what[l] == TAKEN)
+            status = take(e, pool, &seen, l);
+        else if (what[l] != EMPTY)
+            refuse(e, l, what[l]);
+    }
+    return status;
+}
+
+/* -- a pool ------------------------------------------------------------------------------------------ */
+
+/* How many lanes are at work; new ones in *fresh. */
+static size_t refill(kmp_ensemble *e, kmp_pool *pool, bool *fresh)
+{
+    kmp_lane_room *room = &e->room;
+    size_t active = 0;
+    *fresh = false;
+    for (size_t l = 0; l < room->w; l++) {
+        int i = room->who[l] < 0 ? kmp_pool_take(e, pool) : -1;
+        if (i >= 0) {
+            load(e, pool, l, i);
+            *fresh = true;
+        }
+        active += room->who[l] >= 0;
+    }
+    return active;
+}
+
+/* Another pool fills all lanes, and this one fewer than half of them. */
+static bool gives_way(const kmp_ensemble *e, const kmp_pool *pool, size_t active)
+{
+    for (int k = 0; 2 * active < e->room.w && pool->waiting == 0 && k < e->pool_count; k++)
+        if (e->pools[k] != pool && e->pools[k]->waiting >= (int)e->room.w)
+            return true;
+    return false;
+}
+
+static void park(kmp_ensemble *e, kmp_pool *pool)
+{
+    for (size_t l = 0; l < e->room.w; l++)
+        if (e->room.who[l] >= 0) {
+            store(e, l);
+            kmp_pool_put(e, pool, e->room.who[l]);
+            empty(&e->room, l);
+        }
+}
+
+static void tell(kmp_ensemble *e)
+{
+    double now = (double)time(NULL);
+    if (now - e->told < 1)
+        return;
+    int waiting = 0;
+    for (int k = 0; k < e->pool_count; k++)
+        waiting += e->pools[k]->waiting;
+    e->told = now;
+    kmp_log(e->context, KEMPE_LOG_PROGRESS, "%d of %d instances wait", waiting, e->count);
+}
+
+kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool)
+{
+    kempe_status status = KEMPE_OK;
+    bool fresh;
+    for (size_t l = 0; l < e->room.w; l++)
+        empty(&e->room, l);
+    while (status == KEMPE_OK && !kmp_interrupted(e->context)) {
+        size_t active = refill(e, pool, &fresh);
+        if (active == 0 || gives_way(e, pool, active))
+            break;
+        if (fresh)
+            begin_lanes(e, pool);
+        status = step(e, pool);
+        if (e->work.sweeps % 1024 == 0)
+            tell(e);
+    }
+    park(e, pool);
+    return status;
+}

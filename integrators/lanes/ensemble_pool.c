@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Pools are found by what their program hangs on, so that an instance is computed by the same one whatever instances
+ * are beside it. */
+#include "base/memory.h"
+#include "integrators/lanes/ensemble_inside.h"
+#include <string.h>
+
+void kmp_pool_free(kmp_pool *pool)
+{
+    if (!pool)
+        return;
+    kmp_lanes_free(pool->lanes);
+    kmp_program_free(pool->program);
+    if (pool->has_red)
+        kmp_reduction_free(&pool->red);
+    if (pool->has_part)
+        kmp_partition_free(&pool->part);
+    kmp_free(pool->order);
+    kmp_free(pool->layout.factor);
+    kmp_free(pool);
+}
+
+void kmp_pool_put(kmp_ensemble *e, kmp_pool *pool, int i)
+{
+    e->instances[i].next = -1;
+    if (pool->tail >= 0)
+        e->instances[pool->tail].next = i;
+    else
+        pool->head = i;
+    pool->tail = i;
+    pool->waiting++;
+}
+
+int kmp_pool_take(kmp_ensemble *e, kmp_pool *pool)
+{
+    int i = pool->head;
+    if (i < 0)
+        return -1;
+    pool->head = e->instances[i].next;
+    pool->tail = pool->head < 0 ? -1 : pool->tail;
+    pool->waiting--;
+    return i;
+}
+
+static bool same_choice(const kmp_pool *pool, const kmp_partition *part)
+{
+    return memcmp(pool->part.u, part->u, (size_t)part->p * sizeof *part->u) == 0;
+}
+
+/* Whether the linear algebra is small enough. */
+static bool has_small_blocks(const kmp_reduction *red)
+{
+    for (int b = red->r > 0 ? kmp_block_count(red->block) : 0; b-- > 0;) {
+        int size;
+        (void)kmp_block_columns(red->block, b, &size);
+        if (size > KMP_FUSED_BLOCK)
+            return false;
+    }
+    return true;
+}
+
+/* KEMPE_E_FAILED: it cannot be written. */
+static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *pool)
+{
+    unsigned long failures = kmp_memory_failures();
+    pool->head = pool->tail = -1;
+    pool->order = KMP_NEW(int, part->r);
+    pool->has_part = kmp_partition_copy(&pool->part, part);
+    if (!pool->order || !pool->has_part)
+        return kmp_fail_memory(e->context);
+    kempe_status status = kmp_reduction_init(&pool->red, e->plant, &pool->part);
+    pool->has_red = status == KEMPE_OK;
+    if (status != KEMPE_OK || !has_small_blocks(&pool->red))
+        return status == KEMPE_E_MEMORY ? status : KEMPE_E_FAILED;
+    kmp_fused_order(&pool->red, pool->order);
+    const kmp_fused_plan plan = {pool->order, e->unit_row_scale, true};
+    pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
+    if (pool->program)
+        pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->way.plain);
+    if (pool->lanes)
+        return KEMPE_OK;
+    return kmp_memory_failures() != failures ? kmp_fail_memory(e->context) : KEMPE_E_FAILED;
+}
+
+kempe_status kmp_pool_find(kmp_ensemble *e, const kmp_partition *part, kmp_pool **found)
+{
+    int *order = KMP_NEW(int, part->r);
+    *found = NULL;
+    if (!order)
+        return kmp_fail_memory(e->context);
+    for (int k = 0; k < e->pool_count && !*found; k++) {
+        kmp_pool *pool = e->pools[k];
+        if (!same_choice(pool, part))
+            continue;
+        kmp_fused_order(&pool->red, order);
+        if (memcmp(pool->order, order, (size_t)part->r * sizeof *order) == 0)
+            *found = pool;
+    }
+    kmp_free(order);
+    if (*found || e->pool_count == KMP_POOLS_MOST)
+        return KEMPE_OK;
+    kmp_pool *pool = KMP_NEW(kmp_pool, 1);
+    kempe_status status = pool ? make(e, part, pool) : kmp_fail_memory(e->context);
+    if (status == KEMPE_OK)
+        *found = e->pools[e->pool_count++] = pool;
+    else
+        kmp_pool_free(pool);
+    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}

@@ -1,0 +1,365 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What is done with one instance at a time: its start, an exchange of u, its end; and the run of its own that it gets
+ * where lanes do not do. The plant and the scales of the system are those of the instance at hand. */
+#include "base/memory.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/partition/massless.h"
+#include "constraints/tolerances.h"
+#include "integrators/lanes/ensemble_inside.h"
+#include "integrators/run/runner.h"
+#include "model/check_mass.h"
+#include <math.h>
+#include <string.h>
+
+const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
+{
+    const kempe_system *s = e->s;
+    const kmp_run_spec *spec = &e->spec;
+    const struct {
+        bool holds;
+        const char *why;
+    } reasons[] = {
+        {e->way.alone, "asked for"},
+        {strcmp(spec->formulation, "reduced") != 0 || strcmp(spec->form, "integrated") != 0, "another formulation"},
+        {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
+        {spec->keep_independent, "fixed independent coordinates"},
+        {s->rheonomic, "closures that move in time"},
+        {s->events.count > 0, "conditions or kinks on the way"},
+        {s->chart_count > 0, "spherical joints"},
+        {s->articulated != NULL, "dynamics by articulated bodies"},
+        {s->force != NULL, "forces by a function"},
+        {s->pressed_count > 0, "forces that depend on multipliers"},
+        {s->motion->block_count > 0, "points on curves"},
+        {s->m > KMP_LANE_ROWS || e->p > KMP_FUSED_FREEDOMS, "a large system"},
+        {e->p <= 0, "redundant closure rows"}};
+    for (size_t k = 0; k < sizeof reasons / sizeof *reasons; k++)
+        if (reasons[k].holds)
+            return reasons[k].why;
+    return NULL;
+}
+
+/* -- the instance at hand ---------------------------------------------------------------------------- */
+
+/* Its numbers in the model. KEMPE_E_INPUT: it cannot have them. */
+static kempe_status take_values(kmp_ensemble *e, int i)
+{
+    kmp_ensemble_result *result = &e->results[i];
+    kmp_text why = {0};
+    kmp_context_clear(e->context);
+    kempe_status status = kmp_variant_set(e->variant, e->values + (size_t)i * (size_t)e->columns, &why);
+    if (status == KEMPE_OK && !kmp_system_rescale(e->s))
+        status = kmp_fail_memory(e->context);
+    if (status == KEMPE_OK)
+        status = kmp_check_masses(kmp_variant_model(e->variant));
+    if (status != KEMPE_E_INPUT)
+        return status;
+    result->status = status;
+    result->reason = kmp_strdup(why.length ? why.s : kempe_context_message(e->context));
+    kmp_text_free(&why);
+    kmp_context_clear(e->context);
+    return result->reason ? status : kmp_fail_memory(e->context);
+}
+
+static void keep_constants(const kmp_ensemble *e, kmp_instance *x)
+{
+    const kempe_system *s = e->s;
+    memcpy(x->constants, s->parameters, (size_t)e->parameters * sizeof(double));
+    memcpy(x->constants + e->parameters, s->scale, (size_t)e->n * sizeof(double));
+    memcpy(x->constants + e->parameters + e->n, s->row_scale, (size_t)e->m * sizeof(double));
+    x->length = s->length;
+    x->reach = s->reach;
+}
+
+/* What its equations and scales need, when it has been taken before. */
+static void take_constants(kmp_ensemble *e, const kmp_instance *x)
+{
+    kempe_system *s = e->s;
+    memcpy(s->parameters, x->constants, (size_t)e->parameters * sizeof(double));
+    memcpy(s->scale, x->constants + e->parameters, (size_t)e->n * sizeof(double));
+    memcpy(s->row_scale, x->constants + e->parameters + e->n, (size_t)e->m * sizeof(double));
+    s->length = x->length;
+    s->reach = x->reach;
+    kmp_plant_renew_parameters(e->plant);
+}
+
+void kmp_instance_leave(kmp_ensemble *e, int i, const char *why)
+{
+    e->results[i].alone = true;
+    e->results[i].why = why;
+}
+
+/* -- start ------------------------------------------------------------------------------------------- */
+
+static void pack(const kmp_ensemble *e, const kmp_partition *part, const double *q, const double *qd, double *y)
+{
+    for (int k = 0; k < e->p; k++) {
+        y[k] = q[part->u[k]];
+        y[e->p + k] = qd[part->u[k]];
+    }
+    for (int i = 0; i < e->r; i++)
+        y[2 * e->p + i] = q[part->v[i]];
+}
+
+/* Accelerations at the start say how fast it moves. false: they cannot be had. */
+static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, const double *q, const double *qd)
+{
+    double *udd = e->state + 2 * e->n, *qdd = udd + e->n;
+    if (kmp_reduction_factor(&pool->red))
+        return false;
+    kmp_reduction_tangent(&pool->red);
+    kmp_plant_mass(e->plant);
+    kmp_plant_bias(e->plant, qd);
+    if (kmp_reduction_accelerate(&pool->red, udd))
+        return false;
+    kmp_reduction_accelerations(&pool->red, udd, qdd);
+    x->rate_scale = 1 / e->spec.t_end;
+    for (int k = 0; k < e->n; k++) {
+        x->rate_scale = fmax(x->rate_scale, fabs(qd[k]) / e->s->scale[k]);
+        x->rate_scale = fmax(x->rate_scale, sqrt(fabs(qdd[k]) / e->s->scale[k]));
+    }
+    x->kinetic = kmp_plant_kinetic(e->plant, qd);
+    x->potential = kmp_plant_potential(e->plant, 0, q);
+    return isfinite(x->rate_scale);
+}
+
+/* At a closed start; what it does not like is left to a run of its own. */
+static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double *qd)
+{
+    kmp_instance *x = &e->instances[i];
+    kmp_partition part;
+    kmp_pool *pool = NULL;
+    kmp_plant_closure(e->plant, 0, q);
+    kempe_status status =
+        kmp_partition_init(&part, e->s, e->plant->jacobian, e->spec.u_count > 0 ? e->spec.u : NULL, e->spec.u_count);
+    if (status == KEMPE_E_FAILED) { /* a wish that is not possible is told by a run */
+        kmp_instance_leave(e, i, "the wish of independent coordinates");
+        kmp_context_clear(e->context);
+        return KEMPE_OK;
+    }
+    if (status != KEMPE_OK)
+        return status;
+    bool full = part.r == e->r, near = full && e->r > 0 && part.pivots[e->r - 1] < KMP_MARGIN_LOOK * part.pivots[0];
+    if (full && !near)
+        status = kmp_pool_find(e, &part, &pool);
+    if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, q, qd)) {
+        x->bound = (kmp_work_bound){.most = e->spec.max_steps};
+        x->usual = e->r > 0 ? part.pivots[e->r - 1] : 1;
+        x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
+        x->error_old = KMP_RK_ERROR_FLOOR;
+        x->seen_t = -1;
+        pack(e, &part, q, qd, x->y);
+        kmp_pool_put(e, pool, i);
+    } else {
+        kmp_instance_leave(e, i,
+                           !full  ? "redundant closure rows"
+                           : near ? "a change point near the start"
+                                  : "another choice of coordinates");
+    }
+    kmp_partition_free(&part);
+    return status;
+}
+
+kempe_status kmp_instance_start(kmp_ensemble *e, int i)
+{
+    kempe_assembly *a = NULL;
+    kempe_status status = take_values(e, i);
+    if (status != KEMPE_OK)
+        return status == KEMPE_E_INPUT ? KEMPE_OK : status;
+    keep_constants(e, &e->instances[i]);
+    kmp_plant_renew_parameters(e->plant);
+    status = kempe_assemble(e->s, &a);
+    if (status == KEMPE_OK) {
+        e->results[i].rates_changed = a->rates_changed;
+        memcpy(e->state, kempe_assembly_q(a), (size_t)e->n * sizeof(double));
+        memcpy(e->state + e->n, kempe_assembly_qd(a), (size_t)e->n * sizeof(double));
+        status = enter(e, i, e->state, e->state + e->n);
+    } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
+        kmp_instance_leave(e, i, "loops that stay open");
+        status = KEMPE_OK;
+    }
+    kempe_assembly_free(a);
+    return status;
+}
+
+/* -- exchange ---------------------------------------------------------------------------------------- */
+
+/* q and qd of an instance in the unknowns of a pool; its factors and tangent. false: Jv is singular. */
+static bool unpack(kmp_ensemble *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed)
+{
+    take_constants(e, x);
+    for (int k = 0; k < e->p; k++)
+        q[pool->part.u[k]] = x->y[k];
+    for (int k = 0; k < e->r; k++)
+        q[pool->part.v[k]] = x->y[2 * e->p + k];
+    if (closed && kmp_reduction_close(&pool->red, x->t, q, NULL, 0))
+        return false;
+    kmp_plant_closure(e->plant, x->t, q);
+    if (kmp_reduction_factor(&pool->red))
+        return false;
+    kmp_reduction_tangent(&pool->red);
+    kmp_reduction_rates(&pool->red, x->y + e->p, qd);
+    return true;
+}
+
+kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
+{
+    kmp_instance *x = &e->instances[i];
+    kmp_partition part;
+    kmp_pool *pool = NULL;
+    double *q = e->state, *qd = q + e->n;
+    if (!unpack(e, from, x, q, qd, false)) {
+        kmp_instance_leave(e, i, "closures that are singular");
+        return KEMPE_OK;
+    }
+    if (!kmp_partition_copy(&part, &from->part))
+        return kmp_fail_memory(e->context);
+    kempe_status status = kmp_partition_exchange(&part, e->s, e->plant->jacobian, KMP_EXCHANGE_GROWTH);
+    if (status == KEMPE_OK)
+        status = kmp_pool_find(e, &part, &pool);
+    if (status == KEMPE_OK && pool) {
+        pack(e, &part, q, qd, x->y);
+        x->has_slope = x->rejected = false;
+        x->signs = 0;
+        x->hopeless = 0;
+        x->error_old = KMP_RK_ERROR_FLOOR;
+        x->limit = KMP_EXCHANGE_GROWTH;
+        e->results[i].exchanges++;
+        kmp_pool_put(e, pool, i);
+    } else {
+        kmp_instance_leave(e, i, "another choice of coordinates");
+    }
+    kmp_partition_free(&part);
+    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
+/* The step goes on as if nothing had been: the numbers are the same but for rounding. */
+kempe_status kmp_instance_reorder(kmp_ensemble *e, kmp_pool *from, int i)
+{
+    kmp_instance *x = &e->instances[i];
+    kmp_pool *pool = NULL;
+    kempe_status status = KEMPE_OK;
+    if (unpack(e, from, x, e->state, e->state + e->n, false))
+        status = kmp_pool_find(e, &from->part, &pool);
+    if (status != KEMPE_OK)
+        return status;
+    x->signs = 0; /* turns with the order */
+    if (pool && pool != from)
+        kmp_pool_put(e, pool, i);
+    else
+        kmp_instance_leave(e, i, "pivots that change their order");
+    return KEMPE_OK;
+}
+
+/* -- end --------------------------------------------------------------------------------------------- */
+
+/* Of the energy, without the work that was done, in parts of its size. */
+static double drift_of(const kmp_instance *x, double kinetic, double potential, double work)
+{
+    double size = fmax(fmax(x->kinetic, kinetic), fabs(potential - x->potential));
+    double drift = fabs(kinetic + potential - x->kinetic - x->potential - work);
+    return size > 0 ? drift / size : drift;
+}
+
+/* The plant's closure is that of q. */
+static void judge(kmp_ensemble *e, int i, double t, const double *q, const double *qd, double work)
+{
+    kmp_ensemble_result *result = &e->results[i];
+    kmp_plant_mass(e->plant);
+    result->t = t;
+    result->h = kmp_plant_residual(e->plant);
+    result->hdot = kmp_plant_rate_residual(e->plant, qd);
+    result->drift =
+        drift_of(&e->instances[i], kmp_plant_kinetic(e->plant, qd), kmp_plant_potential(e->plant, t, q), work);
+    memcpy(e->q + (size_t)i * (size_t)e->n, q, (size_t)e->n * sizeof(double));
+    memcpy(e->qd + (size_t)i * (size_t)e->n, qd, (size_t)e->n * sizeof(double));
+}
+
+kempe_status kmp_instance_finish(kmp_ensemble *e, kmp_pool *pool, int i)
+{
+    const kmp_instance *x = &e->instances[i];
+    double *q = e->state, *qd = q + e->n;
+    if (!unpack(e, pool, x, q, qd, true)) {
+        kmp_instance_leave(e, i, "closures that are singular");
+        return KEMPE_OK;
+    }
+    judge(e, i, x->t, q, qd, e->s->dissipative ? x->y[2 * e->p + e->r] : 0);
+    e->results[i].status = KEMPE_OK;
+    return KEMPE_OK;
+}
+
+/* -- alone ------------------------------------------------------------------------------------------- */
+
+static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_status status)
+{
+    kmp_ensemble_result *result = &e->results[i];
+    kmp_run_report report;
+    int n = e->n;
+    double *row = KMP_NEW(double, 3 * n + e->m), work;
+    while (row && status == KEMPE_OK && kmp_runner_t(run) < e->spec.t_end)
+        status = kmp_runner_step(run);
+    kmp_runner_report(run, &report);
+    *result = (kmp_ensemble_result){.status = status,
+                                    .reason = report.reason,
+                                    .alone = true,
+                                    .why = result->why,
+                                    .rates_changed = result->rates_changed,
+                                    .t = report.t,
+                                    .steps = report.steps,
+                                    .rejected = report.rejected,
+                                    .refused = report.refused,
+                                    .rhs = report.rhs,
+                                    .exchanges = report.exchanges,
+                                    .h = NAN,
+                                    .hdot = NAN,
+                                    .drift = NAN};
+    if (row && run->solver &&
+        kmp_runner_row(run, report.t, row, row + n, row + 2 * n, row + 3 * n, &work) == KEMPE_OK) {
+        kmp_plant_closure(e->plant, report.t, row);
+        judge(e, i, report.t, row, row + n, work);
+    }
+    kmp_free(row);
+    return !row ? kmp_fail_memory(e->context) : status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+/* Energies at the start, to judge by. */
+static void measure_start(kmp_ensemble *e, int i, const kempe_assembly *a)
+{
+    const double *q = kempe_assembly_q(a), *qd = kempe_assembly_qd(a);
+    kmp_plant_closure(e->plant, 0, q);
+    kmp_plant_mass(e->plant);
+    e->instances[i].kinetic = kmp_plant_kinetic(e->plant, qd);
+    e->instances[i].potential = kmp_plant_potential(e->plant, 0, q);
+}
+
+/* What stands in the way of the start itself. */
+static kempe_status fail_alone(kmp_ensemble *e, int i, kempe_status status)
+{
+    if (status == KEMPE_E_MEMORY)
+        return status;
+    e->results[i].status = KEMPE_E_FAILED;
+    e->results[i].reason = kmp_strdup(kempe_context_message(e->context));
+    kmp_context_clear(e->context);
+    return e->results[i].reason ? KEMPE_OK : kmp_fail_memory(e->context);
+}
+
+kempe_status kmp_instance_alone(kmp_ensemble *e, int i)
+{
+    kempe_assembly *a = NULL;
+    kmp_runner *run = NULL;
+    kempe_status status = take_values(e, i);
+    if (status != KEMPE_OK)
+        return status == KEMPE_E_INPUT ? KEMPE_OK : status;
+    kmp_plant_renew_parameters(e->plant);
+    status = kempe_assemble(e->s, &a);
+    if (status == KEMPE_OK) {
+        e->results[i].rates_changed = a->rates_changed;
+        measure_start(e, i, a);
+        status = kmp_runner_new(e->s, &e->spec, a, &run);
+    }
+    status = run ? run_alone(e, i, run, status) : fail_alone(e, i, status);
+    kmp_runner_free(run);
+    kempe_assembly_free(a);
+    if (status == KEMPE_OK)
+        kmp_context_clear(e->context);
+    return status;
+}

@@ -1,0 +1,369 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The earliest event of a step. A step is one piece at first. Bounds of each condition's value and of its rate over the
+ * piece (backend/bounds.h) say whether it can change there: not where the value stays away from zero, and where it goes
+ * one way its values at both ends say so. A piece for which that is open is halved, the earlier half first.
+ *
+ * The coordinates that bounds are made from are cubics through their values and rates at both ends of the piece.
+ * Accelerations, multipliers and what implicit blocks solve for, whose rates are not known, are parabolas through the
+ * values at both ends and in the middle. */
+#include "base/bracket.h"
+#include "integrators/run/events.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum {
+    MOST_LOOKS = 256, /* at one step, beside those that narrow what was found */
+    ZERO_FROM = 5,    /* halvings from which a condition that is exactly zero at three points is taken to stay so */
+    CLOSELY = 2       /* halvings in any case where a run is to check another one */
+};
+
+/* A polynomial of a higher degree may leave the control values of the cubic by this part of what they leave the chord
+ * by: at twice the longest steps that integrators take of an oscillation, half a period, it does not. */
+#define SLACK 0.25
+/* And those of a parabola by this part of its bend, its rates by this part of their change. */
+#define PARABOLA_SLACK 0.5
+
+/* -- room -------------------------------------------------------------------------------------------- */
+
+/* Late conditions have an output in both stages; the one of the first is zero. */
+static void find_outputs(kmp_event_search *s, const kempe_system *system)
+{
+    const int *outputs = system->changes->outputs;
+    int late = outputs[2];
+    for (int k = 0; k < system->events.count; k++) {
+        bool is_late = system->events.condition[k].late;
+        s->output[k] = is_late ? late++ : outputs[1] + k;
+        s->third[k] = is_late || kmp_bounds_need(s->bounds, s->output[k]);
+    }
+    s->first_solved[0] = outputs[1] + system->events.count;
+    s->first_solved[1] = late;
+    for (int i = 0; i < 2; i++)
+        s->solved[i] = outputs[i + 2] - s->first_solved[i];
+}
+
+static void make_looks(kmp_event_search *s, const kempe_system *system, kmp_arena *arena)
+{
+    for (int i = 0; i < KMP_SEARCH_LOOKS; i++) {
+        s->look[i].change = KMP_ARENA_NEW(arena, double, system->events.count);
+        s->look[i].state = KMP_ARENA_NEW(arena, double, 3 * system->n + system->m);
+        s->look[i].solved = KMP_ARENA_NEW(arena, double, s->solved[0] + s->solved[1]);
+    }
+}
+
+bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool closely, kmp_arena *arena)
+{
+    int count = system->events.count;
+    s->charts = -1;
+    s->least = closely ? CLOSELY : 0;
+    s->bounds = kmp_bounds_new(system->changes);
+    s->output = KMP_ARENA_NEW(arena, int, count);
+    s->third = KMP_ARENA_NEW(arena, bool, count);
+    s->open = KMP_ARENA_NEW(arena, bool, count *(KMP_SEARCH_DEPTH + 1));
+    if (!s->bounds || arena->failed)
+        return false;
+    find_outputs(s, system);
+    make_looks(s, system, arena);
+    return !arena->failed;
+}
+
+/* -- looking ----------------------------------------------------------------------------------------- */
+
+static void keep_look(const kmp_crossing *c, double t, kmp_look *look)
+{
+    size_t n = (size_t)c->s->n, size = n * sizeof(double);
+    look->t = t;
+    memcpy(look->change, c->change, (size_t)c->s->events.count * sizeof(double));
+    memcpy(look->state, c->q, size);
+    memcpy(look->state + n, c->qd, size);
+    if (c->s->changes_by_rates) {
+        memcpy(look->state + 2 * n, c->qdd, size);
+        memcpy(look->state + 3 * n, c->lambda, (size_t)c->s->m * sizeof(double));
+    }
+    for (int i = 0, at = 0; i < 2; at += c->search.solved[i++])
+        if (c->search.solved[i] > 0)
+            memcpy(look->solved + at, c->plant->solved[i], (size_t)c->search.solved[i] * sizeof(double));
+}
+
+static kempe_status look_at(kmp_crossing *c, double t, kmp_look *look)
+{
+    kempe_status status = kmp_crossing_look(c, t);
+    if (status == KEMPE_OK)
+        keep_look(c, t, look);
+    return status;
+}
+
+static bool any_differs(const kmp_crossing *c, const kmp_look *look)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        if (kmp_crossing_differs(c, k, look->change[k]))
+            return true;
+    return false;
+}
+
+/* None has changed there. */
+static void note_sizes(kmp_crossing *c, const double *change)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        c->most[k] = fmax(c->most[k], fabs(change[k]));
+}
+
+/* -- bounds over a piece ------------------------------------------------------------------------------ */
+
+static void widen(double *low, double *high, double by)
+{
+    *low = fmin(*low, by);
+    *high = fmax(*high, by);
+}
+
+/* A quantity that is x and y, and goes at rates x_rate and y_rate, at the ends of a piece of length h. */
+static kmp_bound over(double h, double x, double x_rate, double y, double y_rate)
+{
+    double a = x + h * x_rate / 3, b = y - h * y_rate / 3, between = 3 * (b - a) / h;
+    double off = SLACK * fmax(fabs(a - (2 * x + y) / 3), fabs(b - (x + 2 * y) / 3));
+    double rate_off = SLACK * fabs(between - (x_rate + y_rate) / 2);
+    kmp_bound r = {fmin(x, y), fmax(x, y), fmin(x_rate, y_rate), fmax(x_rate, y_rate)};
+    widen(&r.low, &r.high, a);
+    widen(&r.low, &r.high, b);
+    widen(&r.down, &r.up, between);
+    return (kmp_bound){r.low - off, r.high + off, r.down - rate_off, r.up + rate_off};
+}
+
+/* One that is x, z in the middle, and y. */
+static kmp_bound through(double h, double x, double z, double y)
+{
+    double bend = z - (x + y) / 2, control = z + bend, off = PARABOLA_SLACK * fabs(bend);
+    double at_x = 2 * (control - x) / h, at_y = 2 * (y - control) / h, rate_off = PARABOLA_SLACK * fabs(at_y - at_x);
+    kmp_bound r = {fmin(x, y), fmax(x, y), fmin(at_x, at_y), fmax(at_x, at_y)};
+    widen(&r.low, &r.high, control);
+    return (kmp_bound){r.low - off, r.high + off, r.down - rate_off, r.up + rate_off};
+}
+
+static kmp_bound still(double x)
+{
+    return (kmp_bound){x, x, 0, 0};
+}
+
+/* A piece: its ends, and its middle where that has been looked at. */
+typedef struct piece {
+    const kmp_look *a, *m, *b;
+} piece;
+
+static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, const piece *p)
+{
+    size_t n = (size_t)c->s->n, i = in->index;
+    const double *x = p->a->state, *y = p->b->state;
+    double h = p->b->t - p->a->t;
+    switch (in->kind) {
+    case KMP_IN_TIME:
+        return (kmp_bound){p->a->t, p->b->t, 1, 1};
+    case KMP_IN_Q:
+        return over(h, x[i], x[n + i], y[i], y[n + i]);
+    case KMP_IN_QD:
+        return over(h, x[n + i], x[2 * n + i], y[n + i], y[2 * n + i]);
+    case KMP_IN_MODE:
+        return still(c->plant->mode[i]);
+    case KMP_IN_CHART:
+        return still(c->plant->chart[i]);
+    case KMP_IN_PARAMETER:
+        return still(c->s->parameters[i]);
+    default: /* accelerations and multipliers */
+        i += in->kind == KMP_IN_QDD ? 2 * n : 3 * n;
+        return p->m ? through(h, x[i], p->m->state[i], y[i]) : still(x[i]);
+    }
+}
+
+static void run_bounds(kmp_crossing *c, const piece *p)
+{
+    const kmp_program *program = c->s->changes;
+    kmp_event_search *s = &c->search;
+    for (int k = 0; k < program->input_count; k++)
+        kmp_bounds_set(s->bounds, k, input_over(c, &program->input[k], p));
+    for (int i = 0, at = 0; p->m && i < 2; i++)
+        for (int k = 0; k < s->solved[i]; k++, at++)
+            if (kmp_bounds_is_solved(s->bounds, s->first_solved[i] + k))
+                kmp_bounds_give(s->bounds, s->first_solved[i] + k,
+                                through(p->b->t - p->a->t, p->a->solved[at], p->m->solved[at], p->b->solved[at]));
+    kmp_bounds_run(s->bounds, s->charts != c->plant->chart_version);
+    s->charts = c->plant->chart_version;
+}
+
+/* -- what is settled ----------------------------------------------------------------------------------- */
+
+/* The least that a quantity can be between x and y, a time h from each other, whose rate lies within [down, up]. */
+static double cone(double h, double x, double y, double down, double up)
+{
+    if (!(down < up) || !(up - down < INFINITY))
+        return fmin(x, y);
+    double part = (x - y + up * h) / (up - down); /* of the time, down from x to where it must turn up to y */
+    return fmin(fmin(x, y), x + down * fmin(fmax(part, 0), h));
+}
+
+/* Whether the ends of a piece tell all of a condition. A condition that holds is as it is held below zero, one that
+ * does not at zero too. */
+static bool is_settled(const kmp_crossing *c, int k, const kmp_look *a, const kmp_look *b)
+{
+    kmp_bound r = kmp_bounds_get(c->search.bounds, c->search.output[k]);
+    if (r.down >= 0 || r.up <= 0)
+        return true;
+    bool holds = c->plant->mode[k] > 0;
+    double h = b->t - a->t, x = a->change[k], y = b->change[k];
+    double low = holds ? fmax(-r.high, cone(h, -x, -y, -r.up, -r.down)) : fmax(r.low, cone(h, x, y, r.down, r.up));
+    return holds ? low > 0 : low >= 0;
+}
+
+/* What stays zero by cancellation, the difference of two coordinates that move alike, has bounds on both sides. */
+static bool is_zero(int k, const piece *p)
+{
+    return p->a->change[k] == 0 && p->m->change[k] == 0 && p->b->change[k] == 0;
+}
+
+/* Of the conditions that are open, those that want a third point, or the others, for which the piece says too little.
+ * Whether any is open at all. */
+static bool find_open(kmp_crossing *c, int depth, const piece *p)
+{
+    int count = c->s->events.count;
+    bool *open = c->search.open + depth * count, wanted = false, any = false;
+    for (int k = 0; k < count; k++)
+        wanted = wanted || (open[k] && c->search.third[k] == (p->m != NULL));
+    if (wanted && depth >= c->search.least)
+        run_bounds(c, p);
+    for (int k = 0; k < count; k++) {
+        if (p->m && depth >= ZERO_FROM && is_zero(k, p))
+            open[k] = false;
+        if (c->search.third[k] == (p->m != NULL) && depth >= c->search.least)
+            open[k] = open[k] && !is_settled(c, k, p->a, p->b);
+        any = any || open[k];
+    }
+    return any;
+}
+
+/* At first those that were open in the piece that this is a half of. */
+static void begin_piece(kmp_crossing *c, int depth)
+{
+    size_t count = (size_t)c->s->events.count;
+    bool *open = c->search.open + (size_t)depth * count;
+    if (depth > 0)
+        memcpy(open, open - count, count * sizeof *open);
+    for (size_t k = 0; depth == 0 && k < count; k++)
+        open[k] = !kmp_crossing_is_free(c, (int)k);
+}
+
+/* -- narrowing --------------------------------------------------------------------------------------- */
+
+/* A point from `low` on where condition k is as held: beyond a start just after an event, where rounding decides. Not
+ * found: it changes at once. */
+static kempe_status find_side(kmp_crossing *c, int k, double *low, double high, bool *found)
+{
+    double from = *low, width = high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width);
+    kempe_status status = kmp_crossing_look(c, *low);
+    while (status == KEMPE_OK && kmp_crossing_changed(c, k) && width > least) {
+        width /= 2;
+        *low = from + width;
+        status = kmp_crossing_look(c, *low);
+    }
+    *found = status == KEMPE_OK && !kmp_crossing_changed(c, k);
+    *low = *found ? *low : from;
+    return status;
+}
+
+/* Narrows (low, *high], at whose end condition k has changed, to rounding. Leaves c at *high. */
+static kempe_status narrow(kmp_crossing *c, int k, double low, double *high)
+{
+    double from = low, f_high = c->change[k], x;
+    bool found;
+    kempe_status status = find_side(c, k, &from, *high, &found);
+    kmp_bracket bracket = kmp_bracket_of(from, c->change[k], found ? *high : from, f_high);
+    while (status == KEMPE_OK &&
+           kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
+        status = kmp_crossing_look(c, x);
+        bool beyond = kmp_crossing_changed(c, k);
+        kmp_bracket_take(&bracket, x, c->change[k], beyond);
+        c->most[k] = beyond ? c->most[k] : fmax(c->most[k], fabs(c->change[k]));
+    }
+    *high = bracket.far;
+    return status == KEMPE_OK ? kmp_crossing_look(c, *high) : status;
+}
+
+/* How far a condition with a lag went since it changed last: chattering is told from what goes to and fro. Leaves c at
+ * `high`. */
+static kempe_status note_way(kmp_crossing *c, int k, double low, double high)
+{
+    if (!(c->s->events.condition[k].lag > 0))
+        return KEMPE_OK;
+    kempe_status status = kmp_crossing_look(c, low + (high - low) / 2);
+    c->most[k] = fmax(c->most[k], kmp_crossing_changed(c, k) ? 0 : fabs(c->change[k]));
+    return status == KEMPE_OK ? kmp_crossing_look(c, high) : status;
+}
+
+/* The earliest change in (a, b]. Leaves c there. */
+static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_look *b, double *t)
+{
+    kempe_status status = kmp_crossing_look(c, b->t);
+    *t = b->t;
+    for (int k = 0; status == KEMPE_OK && *t > a->t && k < c->s->events.count; k++) {
+        if (!kmp_crossing_changed(c, k))
+            continue;
+        status = narrow(c, k, a->t, t);
+        if (status == KEMPE_OK)
+            status = note_way(c, k, a->t, *t);
+    }
+    return status;
+}
+
+/* -- the search -------------------------------------------------------------------------------------- */
+
+/* A piece whose ends tell all. */
+static kempe_status end_piece(kmp_crossing *c, const kmp_look *a, const kmp_look *b, double *t, bool *found)
+{
+    if (any_differs(c, b)) {
+        *found = true;
+        return find_earliest(c, a, b, t);
+    }
+    note_sizes(c, b->change);
+    return KEMPE_OK;
+}
+
+static kempe_status search(kmp_crossing *c, int depth, const kmp_look *a, const kmp_look *b, double *t, bool *found)
+{
+    kmp_look *m = &c->search.look[depth + 2];
+    double middle = a->t + (b->t - a->t) / 2;
+    begin_piece(c, depth);
+    if (!find_open(c, depth, &(piece){a, NULL, b}) || c->search.left == 0 || !(middle > a->t && middle < b->t))
+        return end_piece(c, a, b, t, found);
+    c->search.left--;
+    KMP_TRY(look_at(c, middle, m));
+    bool deeper = find_open(c, depth, &(piece){a, m, b}) && depth < KMP_SEARCH_DEPTH;
+    kempe_status status = deeper ? search(c, depth + 1, a, m, t, found) : end_piece(c, a, m, t, found);
+    if (status != KEMPE_OK || *found)
+        return status;
+    return deeper ? search(c, depth + 1, m, b, t, found) : end_piece(c, m, b, t, found);
+}
+
+kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
+{
+    kmp_event_search *s = &c->search;
+    double from = c->solver->t_old, end = c->solver->t;
+    *found = false;
+    c->end = -1;
+    if (!(end > from))
+        return KEMPE_OK;
+    bool ready = s->ready && s->look[0].t == from && s->charts == c->plant->chart_version;
+    kempe_status status = ready ? KEMPE_OK : look_at(c, from, &s->look[0]);
+    s->ready = false;
+    if (status == KEMPE_OK)
+        status = look_at(c, end, &s->look[1]);
+    if (status != KEMPE_OK)
+        return status;
+    s->left = MOST_LOOKS;
+    status = search(c, 0, &s->look[0], &s->look[1], t, found);
+    if (status == KEMPE_OK && *found)
+        c->end = kmp_crossing_first_end(c);
+    if (status == KEMPE_OK && !*found)
+        kmp_crossing_hold_free(c, s->look[1].change);
+    kmp_look last = s->look[1];
+    s->look[1] = s->look[0];
+    s->look[0] = last;
+    s->ready = status == KEMPE_OK && !*found;
+    return status;
+}

@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Conditions that are looked at, and that change where event_search.c has found that they do. */
+#include "integrators/run/events.h"
+#include "base/memory.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MOST_REPEATS = 20 }; /* changes of one condition with no time between */
+
+/* Part of a run: changes of one condition that follow each other within it leave no time between. */
+#define INSTANT 1e-11
+/* Nor do those of a condition with a lag whose value stays within so many of it. */
+#define LAGS 100
+/* A kink is held beside so many tolerances of its largest value: within them it is passed by what steps err by. */
+#define KINK 100
+
+bool kmp_crossing_move(kmp_crossing *c, kmp_formulation *formulation, const kmp_solver_kind *kind, kmp_solver *solver)
+{
+    c->search.ready = false;
+    c->formulation = formulation;
+    c->kind = kind;
+    c->solver = solver;
+    c->y = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
+    c->yp = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
+    return !formulation->arena.failed;
+}
+
+kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, double span, double rtol, bool closely,
+                               kmp_journal *journal)
+{
+    int n = system->n, count = system->events.count;
+    kmp_crossing *c = KMP_NEW(kmp_crossing, 1);
+    if (!c)
+        return NULL;
+    *c = (kmp_crossing){
+        .s = system, .plant = plant, .journal = journal, .instant = INSTANT * span, .kink = KINK * rtol, .end = -1};
+    const kmp_arena_group groups[] = {{n, {&c->q, &c->qd, &c->qdd}},
+                                      {system->m, {&c->lambda}},
+                                      {count, {&c->change, &c->last, &c->most, &c->largest}}};
+    c->repeats = KMP_ARENA_NEW(&c->arena, int, count);
+    c->stays = KMP_ARENA_NEW(&c->arena, bool, count);
+    if (!kmp_arena_make_groups(&c->arena, sizeof groups / sizeof *groups, groups) ||
+        !kmp_event_search_init(&c->search, system, closely, &c->arena)) {
+        kmp_crossing_free(c);
+        return NULL;
+    }
+    for (int k = 0; k < count; k++)
+        c->last[k] = -INFINITY;
+    return c;
+}
+
+void kmp_crossing_free(kmp_crossing *c)
+{
+    if (!c)
+        return;
+    kmp_bounds_free(c->search.bounds);
+    kmp_arena_free(&c->arena);
+    kmp_free(c);
+}
+
+/* -- looking ----------------------------------------------------------------------------------------- */
+
+/* First one that others do not follow but that ends the run, -1 for none. */
+int kmp_crossing_first_end(const kmp_crossing *c)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        if (c->s->events.condition[k].ends && kmp_crossing_changed(c, k))
+            return k;
+    return -1;
+}
+
+/* Whether one has changed that changes what the equations are. */
+static bool has_switched(const kmp_crossing *c, int k)
+{
+    return !c->s->events.condition[k].ends && !c->stays[k] && kmp_crossing_changed(c, k);
+}
+
+static int first_switched(const kmp_crossing *c)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        if (has_switched(c, k))
+            return k;
+    return -1;
+}
+
+kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole)
+{
+    double *qdd = whole || c->s->changes_by_rates ? c->qdd : NULL;
+    if (c->formulation->row(c->formulation, t, c->y, c->yp, c->q, c->qd, qdd, c->lambda, &c->work) != KMP_GO)
+        return KEMPE_E_FAILED;
+    kmp_plant_all_changes(c->plant, t, c->q, c->qd, c->qdd, c->lambda, c->change);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_crossing_look(kmp_crossing *c, double t)
+{
+    kempe_status status = c->kind->dense(c->solver, t, c->y, c->kind->dae ? c->yp : NULL);
+    return status == KEMPE_OK ? kmp_crossing_complete(c, t, false) : status;
+}
+
+void kmp_crossing_hold_free(kmp_crossing *c, const double *change)
+{
+    for (int k = 0; c->kink > 0 && k < c->s->events.count; k++) {
+        if (!c->s->events.condition[k].kink)
+            continue;
+        c->largest[k] = fmax(c->largest[k], fabs(change[k]));
+        if (kmp_crossing_is_free(c, k) && fabs(change[k]) > 2 * c->kink * c->largest[k])
+            kmp_plant_set_kink(c->plant, k, change[k] < 0 ? 1 : -1);
+    }
+}
+
+kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
+{
+    bool any = false;
+    for (int k = 0; k < c->s->events.count; k++)
+        any = any || c->s->events.condition[k].ends || c->s->events.condition[k].kink;
+    *ends = false;
+    if (!any)
+        return KEMPE_OK;
+    kempe_status status = kmp_crossing_look(c, t);
+    if (status == KEMPE_OK)
+        kmp_crossing_hold_free(c, c->change);
+    c->end = status == KEMPE_OK ? kmp_crossing_first_end(c) : -1;
+    *ends = c->end >= 0;
+    return status;
+}
+
+/* -- passing ----------------------------------------------------------------------------------------- */
+
+/* Whether condition k, which changes at t, has done so a moment ago. */
+static bool just_changed(const kmp_crossing *c, int k, double t)
+{
+    double lag = c->s->events.condition[k].lag;
+    bool near = lag > 0 && c->most[k] <= LAGS * lag;
+    return near || t - c->last[k] <= fmax(64 * DBL_EPSILON * fabs(t), c->instant);
+}
+
+/* Goes on with the other branch of a kink; with whichever counts where it is passed within what steps err by, as at
+ * rest, or again and again. */
+static kempe_status change_branch(kmp_crossing *c, int k, double t)
+{
+    c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;
+    bool idle = c->most[k] <= c->kink * c->largest[k] || c->repeats[k] >= MOST_REPEATS;
+    c->last[k] = t;
+    c->most[k] = 0;
+    kmp_plant_set_kink(c->plant, k, idle ? 0 : c->plant->mode[k] > 0 ? -1 : 1);
+    return KEMPE_OK;
+}
+
+static kempe_status change_condition(kmp_crossing *c, int k, double t)
+{
+    const char *advice = c->s->events.condition[k].advice;
+    bool holds = !(c->plant->mode[k] > 0);
+    c->search.ready = false;
+    if (c->s->events.condition[k].kink)
+        return change_branch(c, k, t);
+    const kmp_expr *e = c->s->events.condition[k].expr;
+    bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
+    kmp_plant_set_mode(c->plant, k, holds);
+    kmp_journal_note(c->journal, "event", t, NAN, NAN, "%s became %s", c->s->event_text[k],
+                     holds == stated ? "true" : "false");
+    c->count++;
+    c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;
+    c->last[k] = t;
+    c->most[k] = 0;
+    if (c->repeats[k] < MOST_REPEATS)
+        return KEMPE_OK;
+    c->stuck = true;
+    return kmp_fail(c->s->context, KEMPE_E_FAILED, "%s changes back and forth at t = %.9g: %s", c->s->event_text[k], t,
+                    advice ? advice
+                           : "the motion slides along it; make the law continuous there, for instance with tanh");
+}
+
+/* Conditions may depend on others, so that one change brings the next. */
+static kempe_status change_conditions(kmp_crossing *c, double t)
+{
+    kempe_status status = KEMPE_OK;
+    for (int pass = 0; pass < MOST_REPEATS && first_switched(c) >= 0; pass++) {
+        for (int k = 0; status == KEMPE_OK && k < c->s->events.count; k++)
+            if (has_switched(c, k))
+                status = change_condition(c, k, t);
+        if (status != KEMPE_OK)
+            return status;
+        memcpy(c->change, kmp_plant_changes(c->plant, t, c->q, c->qd), (size_t)c->s->events.count * sizeof(double));
+    }
+    int k = first_switched(c);
+    return k < 0 ? KEMPE_OK
+                 : kmp_fail(c->s->context, KEMPE_E_FAILED, "%s contradicts another condition at t = %.9g",
+                            c->s->event_text[k], t);
+}
+
+kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, const double *qd, bool again,
+                                 bool *changed)
+{
+    int count = c->s->events.count;
+    c->search.ready = false;
+    memcpy(c->q, q, (size_t)c->s->n * sizeof *q);
+    memcpy(c->qd, qd, (size_t)c->s->n * sizeof *qd);
+    memcpy(c->change, kmp_plant_changes(c->plant, t, q, qd), (size_t)count * sizeof(double));
+    for (int k = 0; k < count; k++)
+        c->stays[k] = again && (c->stays[k] || c->last[k] == t);
+    *changed = first_switched(c) >= 0;
+    kempe_status status = change_conditions(c, t);
+    memset(c->stays, 0, again && !*changed ? (size_t)count * sizeof *c->stays : 0);
+    return status;
+}
+
+kempe_status kmp_crossing_pass(kmp_crossing *c, double t, double *y, double *yp)
+{
+    kempe_status status = kmp_crossing_look(c, t);
+    if (status == KEMPE_OK)
+        status = change_conditions(c, t);
+    if (status == KEMPE_OK)
+        status = kmp_crossing_complete(c, t, true); /* accelerations and multipliers beyond */
+    if (status != KEMPE_OK)
+        return status;
+    memcpy(y, c->y, (size_t)c->formulation->size * sizeof *y);
+    if (yp)
+        memcpy(yp, c->yp, (size_t)c->formulation->size * sizeof *yp);
+    return c->formulation->resume(c->formulation, t, c->q, c->qd, c->qdd, c->lambda, y, yp) == KMP_GO ? KEMPE_OK
+                                                                                                      : KEMPE_E_FAILED;
+}

@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/run/instant.h"
+#include "base/memory.h"
+
+kmp_instant kmp_instant_of(const kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
+                           const double *lambda)
+{
+    return (kmp_instant){t, q, qd, qdd, lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+}
+
+/* -- outputs ----------------------------------------------------------------------------------------- */
+
+/* Room for one more. false: no memory, and the list is as it was. */
+static bool grow(void **list, int count, int *room, size_t size)
+{
+    if (count < *room)
+        return true;
+    int wanted = 2 * count + 64;
+    void *larger = kmp_realloc(*list, (size_t)wanted, size);
+    if (!larger)
+        return false;
+    *list = larger;
+    *room = wanted;
+    return true;
+}
+
+int kmp_listing_add(kmp_listing *listing, kmp_ref r)
+{
+    void *output = listing->output;
+    listing->failed =
+        listing->failed || !grow(&output, listing->output_count, &listing->output_room, sizeof *listing->output);
+    listing->output = output;
+    if (listing->failed)
+        return -1;
+    listing->output[listing->output_count] = r;
+    return listing->output_count++;
+}
+
+void kmp_listing_place(kmp_listing *listing, int block, int row, int col, int source)
+{
+    void *entry = listing->entry;
+    if (source < 0)
+        return;
+    listing->failed = listing->failed || !grow(&entry, listing->count, &listing->room, sizeof *listing->entry);
+    listing->entry = entry;
+    if (!listing->failed)
+        listing->entry[listing->count++] = (kmp_tangent){block, row, col, source};
+}
+
+void kmp_listing_put(kmp_listing *listing, int block, int row, int col, kmp_ref r)
+{
+    if (r != KMP_ZERO)
+        kmp_listing_place(listing, block, row, col, kmp_listing_add(listing, r));
+}
+
+kmp_ref kmp_equations_curve(const kmp_equations *eq, int row)
+{
+    kmp_ref sum = eq->jdqd[row];
+    for (int k = 0; k < eq->n; k++) {
+        kmp_ref entry = eq->jacobian[row * eq->n + k];
+        if (entry != KMP_ZERO)
+            sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, entry, kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k)));
+    }
+    return sum;
+}
+
+/* -- programs ---------------------------------------------------------------------------------------- */
+
+bool kmp_formulas_init(kmp_formulas *formulas, kmp_graph *graph, int count, const kmp_ref *output,
+                       const kmp_backend *backend, const double *parameters)
+{
+    formulas->program = kmp_program_new(graph, 1, &count, &output);
+    formulas->machine = formulas->program ? kmp_machine_new(formulas->program, backend) : NULL;
+    if (formulas->machine)
+        kmp_formulas_renew(formulas, parameters);
+    return formulas->machine;
+}
+
+void kmp_formulas_free(kmp_formulas *formulas)
+{
+    kmp_machine_free(formulas->machine);
+    kmp_program_free(formulas->program);
+    *formulas = (kmp_formulas){0};
+}
+
+void kmp_formulas_renew(kmp_formulas *formulas, const double *parameters)
+{
+    kmp_machine_set(formulas->machine, KMP_IN_PARAMETER, parameters);
+    formulas->charts = -1; /* stage 0 runs when the charts are known */
+}
+
+void kmp_formulas_place(kmp_formulas *formulas, const kmp_instant *at)
+{
+    kmp_machine *machine = formulas->machine;
+    if (formulas->charts != at->chart_version) {
+        kmp_machine_set(machine, KMP_IN_CHART, at->chart);
+        (void)kmp_machine_run(machine, 0);
+        formulas->charts = at->chart_version;
+    }
+    kmp_machine_set(machine, KMP_IN_TIME, &at->t);
+    kmp_machine_set(machine, KMP_IN_Q, at->q);
+    kmp_machine_set(machine, KMP_IN_QD, at->qd);
+    kmp_machine_set(machine, KMP_IN_QDD, at->qdd);
+    kmp_machine_set(machine, KMP_IN_LAMBDA, at->lambda);
+    if (at->mode)
+        kmp_machine_set(machine, KMP_IN_MODE, at->mode);
+    if (at->mu)
+        kmp_machine_set(machine, KMP_IN_MU, at->mu);
+}
+
+const double *kmp_formulas_at(kmp_formulas *formulas, const kmp_instant *at)
+{
+    kmp_formulas_place(formulas, at);
+    return kmp_machine_run(formulas->machine, 1);
+}

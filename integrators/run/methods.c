@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which formulation, form, integrator, linear solver and back end go together, and what a run takes when nobody says.
+ */
+#include "backend/x86/machine.h"
+#include "integrators/formulations/formulation.h"
+#include "integrators/run/run.h"
+#include "integrators/steppers/solver.h"
+#include <math.h>
+#include <string.h>
+
+static const kmp_formulation_kind *const formulations[] = {
+#define KMP_FORMULATION(id) &kmp_formulation_##id,
+#include "integrators/formulations/formulations.def"
+#undef KMP_FORMULATION
+};
+
+enum { FORMULATIONS = sizeof formulations / sizeof *formulations };
+
+static bool fits(const kmp_formulation_kind *formulation, const kmp_solver_kind *solver)
+{
+    bool same = formulation->dae == solver->dae || (formulation->both && solver->dae);
+    return same && (solver->corrects || !formulation->corrected) && (!solver->implicit || formulation->jacobian);
+}
+
+bool kmp_way_get(int k, kmp_method *way)
+{
+    for (int r = 0; r < (int)FORMULATIONS; r++)
+        for (int i = 0; kmp_solver_get(i); i++)
+            if (fits(formulations[r], kmp_solver_get(i)) && k-- == 0) {
+                const kmp_solver_kind *solver = kmp_solver_get(i);
+                *way = (kmp_method){formulations[r]->formulation, formulations[r]->form, solver->name,
+                                    formulations[r]->standard, solver->standard && formulations[r]->dae == solver->dae};
+                return true;
+            }
+    return false;
+}
+
+const kmp_formulation_kind *kmp_formulation_get(int k)
+{
+    return k >= 0 && k < (int)FORMULATIONS ? formulations[k] : NULL;
+}
+
+const kmp_formulation_kind *kmp_formulation_find(const char *formulation, const char *form)
+{
+    for (int k = 0; k < (int)FORMULATIONS; k++)
+        if (strcmp(formulations[k]->formulation, formulation) == 0 &&
+            (!form || strcmp(formulations[k]->form, form) == 0))
+            return formulations[k];
+    return NULL;
+}
+
+/* -- complaints: the name, and what there is --------------------------------------------------------- */
+
+enum { FORMULATION, FORM, INTEGRATOR };
+
+/* The names of one part among the ways of a formulation and form (NULL: any), each once, in order. */
+static kempe_status unknown(const kempe_system *system, int part, const char *name, const char *formulation,
+                            const char *form)
+{
+    static const char *const words[] = {[FORMULATION] = "formulation", [FORM] = "form", [INTEGRATOR] = "integrator"};
+    kmp_text known = {0};
+    kmp_method way;
+    for (int k = 0; kmp_way_get(k, &way); k++) {
+        if ((formulation && strcmp(way.formulation, formulation) != 0) || (form && strcmp(way.form, form) != 0))
+            continue;
+        const char *one = (const char *const[]){way.formulation, way.form, way.integrator}[part];
+        if (!known.s || !strstr(known.s, one))
+            kmp_text_printf(&known, "%s%s", known.length ? ", " : "", one);
+    }
+    kempe_status status =
+        kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s '%s' is unknown%s%s%s; there is: %s", words[part], name,
+                 formulation ? " on the formulation " : "", formulation ? formulation : "",
+                 form && formulation ? " in this form" : "", known.s ? known.s : "");
+    kmp_text_free(&known);
+    return status;
+}
+
+/* -- defaults ---------------------------------------------------------------------------------------- */
+
+static const char *or_default(const char *asked, const char *otherwise)
+{
+    return asked ? asked : otherwise;
+}
+
+static const char *first_integrator(const kmp_formulation_kind *formulation)
+{
+    for (int i = 0; kmp_solver_get(i); i++)
+        if (fits(formulation, kmp_solver_get(i)))
+            return kmp_solver_get(i)->name;
+    return "";
+}
+
+/* The model's form and integrator belong to the model's formulation. */
+static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
+{
+    const kmp_run_settings *model = &system->model->run;
+    spec->open = !spec->formulation && !model->formulation && !spec->form && !model->form && !spec->keep_independent;
+    bool own_formulation =
+        !spec->formulation || (model->formulation && strcmp(spec->formulation, model->formulation) == 0);
+    spec->formulation = or_default(spec->formulation, or_default(model->formulation, "reduced"));
+    if (!kmp_formulation_find(spec->formulation, NULL))
+        return unknown(system, FORMULATION, spec->formulation, NULL, NULL);
+    if (own_formulation) {
+        bool own_form = !spec->form || (model->form && strcmp(spec->form, model->form) == 0);
+        spec->form = or_default(spec->form, model->form);
+        spec->integrator = own_form ? or_default(spec->integrator, model->integrator) : spec->integrator;
+    }
+    /* An integrator alone chooses the first form that it fits. */
+    const kmp_solver_kind *solver = spec->integrator ? kmp_solver_find(spec->integrator) : NULL;
+    for (int k = 0; solver && !spec->form && k < (int)FORMULATIONS; k++)
+        if (strcmp(formulations[k]->formulation, spec->formulation) == 0 && fits(formulations[k], solver))
+            spec->form = formulations[k]->form;
+    const kmp_formulation_kind *kind = kmp_formulation_find(spec->formulation, spec->form);
+    if (!kind)
+        return unknown(system, FORM, spec->form, spec->formulation, NULL);
+    spec->form = kind->form;
+    spec->integrator = or_default(spec->integrator, first_integrator(kind));
+    solver = kmp_solver_find(spec->integrator);
+    if (!solver || !fits(kind, solver))
+        return unknown(system, INTEGRATOR, spec->integrator, spec->formulation, spec->form);
+    return KEMPE_OK;
+}
+
+static kempe_status resolve_tools(const kempe_system *system, kmp_run_spec *spec)
+{
+    spec->linear = or_default(spec->linear, "auto");
+    spec->backend = or_default(spec->backend, kmp_backend_default());
+    if (!kmp_linear_known(spec->linear))
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "linear solver '%s' is unknown; there is: %s", spec->linear,
+                        kmp_linear_names());
+    if (!kmp_backend_find(spec->backend))
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", spec->backend,
+                        kmp_backend_names());
+    return KEMPE_OK;
+}
+
+static kempe_status resolve_change_points(const kempe_system *system, kmp_run_spec *spec)
+{
+    kmp_text complaint = {0};
+    spec->change_points = or_default(spec->change_points, kmp_change_points_word(system->model->run.change_points));
+    kempe_status status = kmp_change_points_find(spec->change_points, &complaint) < KMP_CHANGE_POINTS_COUNT
+                              ? KEMPE_OK
+                              : kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s", complaint.s ? complaint.s : "");
+    kmp_text_free(&complaint);
+    return status;
+}
+
+static double first_positive(double a, double b, double c)
+{
+    return a > 0 ? a : b > 0 ? b : c;
+}
+
+static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *spec)
+{
+    const kmp_run_settings *model = &system->model->run;
+    double asked = spec->rtol;
+    if (spec->rtol < 0 || spec->atol < 0 || spec->t_end < 0 || isnan(spec->rtol + spec->atol + spec->t_end))
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "tolerances and t_end must be positive");
+    spec->rtol = first_positive(spec->rtol, model->rtol, 1e-8);
+    if (spec->rtol < 1e-15 || spec->rtol > 0.1)
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "rtol = %g is outside 1e-15 .. 0.1", spec->rtol);
+    spec->atol = first_positive(spec->atol, asked > 0 ? 0 : model->atol, spec->rtol);
+    spec->t_end = first_positive(spec->t_end, model->t_end, 1);
+    spec->max_steps = spec->max_steps ? spec->max_steps : model->max_steps;
+    if (spec->u_count == 0) {
+        spec->u = model->independent;
+        spec->u_count = model->independent_count;
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec)
+{
+    kempe_status status = resolve_way(system, spec);
+    if (status == KEMPE_OK)
+        status = resolve_tools(system, spec);
+    if (status == KEMPE_OK)
+        status = resolve_change_points(system, spec);
+    return status == KEMPE_OK ? resolve_numbers(system, spec) : status;
+}

@@ -1,0 +1,311 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One run, step by step: assembles, prepares, advances, gives rows. */
+#include "integrators/run/run.h"
+#include "base/clock.h"
+#include "base/memory.h"
+#include "integrators/run/runner.h"
+#include <time.h>
+
+long kmp_runner_tried(const kmp_runner *run)
+{
+    kmp_solver_work now = run->solver->work;
+    const kmp_run_report *before = &run->before;
+    return now.steps + now.rejected + now.refused + before->steps + before->rejected + before->refused;
+}
+
+static kempe_status check_bound(kmp_runner *run, double t)
+{
+    kmp_text why = {0};
+    if (!kmp_work_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
+        return KEMPE_OK;
+    kmp_runner_explain_angles(run, &why);
+    run->reason = kmp_text_take(&why);
+    return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
+}
+
+/* Progress once a second by the wall clock, which costs a step less than that of the processor, and the interrupt. */
+static kempe_status attend(kmp_runner *run)
+{
+    double now = (double)time(NULL), t = kmp_runner_t(run);
+    if (run->progress == 0)
+        run->progress = now;
+    if (now - run->progress >= 1) {
+        run->progress = now;
+        kmp_log(run->s->context, KEMPE_LOG_PROGRESS, "t = %.6g of %.6g s (%.0f %%)", t, run->spec.t_end,
+                100 * t / run->spec.t_end);
+    }
+    if (!kmp_interrupted(run->s->context))
+        return check_bound(run, t);
+    run->reason = kmp_strdup("interrupted");
+    return KEMPE_STOPPED;
+}
+
+static kempe_status begin(kmp_runner *run)
+{
+    kempe_status status = kmp_runner_start(run, run->spec.t_start, run->formulation->y, run->formulation->yp, 0);
+    if (status == KEMPE_OK && run->crossing) {
+        status = kmp_crossing_begin(run->crossing, run->spec.t_start, &run->at_event);
+        run->event_t = run->spec.t_start;
+    }
+    return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", run->spec.t_start);
+}
+
+/* Seconds of processor time so far, of all threads. */
+static double cpu_of(const kmp_runner *run)
+{
+    return kmp_cpu_now() + kmp_team_cpu(run ? run->team : NULL);
+}
+
+kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
+                            kmp_runner **runner)
+{
+    double begin_s = kmp_cpu_now();
+    kempe_assembly *own = NULL;
+    kempe_status status = KEMPE_OK;
+    unsigned long memory_failures = kmp_memory_failures();
+    kmp_runner *run = KMP_NEW(kmp_runner, 1);
+    if (!run)
+        return kmp_fail_memory(system->context);
+    run->memory_failures = memory_failures;
+    run->s = system;
+    run->spec = *spec;
+    run->stop = spec->t_end;
+    run->own.context = system->context;
+    run->journal = spec->journal ? spec->journal : &run->own;
+    run->work = spec->work_start;
+    run->work_t = spec->t_start;
+    run->bound.most = spec->max_steps;
+    if (!start) {
+        status = kempe_assemble(system, &own);
+        start = own;
+    }
+    if (status == KEMPE_OK)
+        status = kmp_runner_prepare(run, start);
+    kempe_assembly_free(own);
+    run->build_s = cpu_of(run) - begin_s;
+    status = status == KEMPE_OK ? begin(run) : kmp_runner_give_up(run, status, "the run could not be prepared", 0);
+    if (status == KEMPE_OK || status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
+        *runner = run;
+    else
+        kmp_runner_free(run);
+    return status;
+}
+
+void kmp_runner_free(kmp_runner *run)
+{
+    if (!run)
+        return;
+    kmp_crossing_free(run->crossing);
+    if (run->solver)
+        run->kind->release(run->solver);
+    if (run->formulation)
+        run->formulation->release(run->formulation);
+    if (run->has_part)
+        kmp_partition_free(&run->part);
+    kmp_plant_free(run->plant);
+    kmp_team_free(run->team);
+    kmp_margin_free(&run->margin);
+    kmp_arena_free(&run->arena);
+    kmp_free(run->reason);
+    kmp_journal_free(&run->own);
+    kmp_free(run);
+}
+
+double kmp_runner_t(const kmp_runner *run)
+{
+    if (run->at_event)
+        return run->event_t;
+    return run->solver ? run->solver->t : run->work_t;
+}
+
+bool kmp_runner_ended(const kmp_runner *run)
+{
+    return run->ended;
+}
+
+double kmp_runner_t_old(const kmp_runner *run)
+{
+    return run->solver ? run->solver->t_old : run->work_t;
+}
+
+/* Adds the work of the formulation and integrator at hand. */
+void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
+{
+    if (!run->solver)
+        return;
+    kmp_solver_work w = run->solver->work;
+    report->steps += w.steps;
+    report->rejected += w.rejected;
+    report->refused += w.refused;
+    report->rhs += w.rhs;
+    report->newton += w.newton + run->formulation->newton;
+    report->jacobians += w.matrices;
+    report->factorizations += w.factorizations + run->formulation->factorizations;
+    report->exchanges += run->formulation->exchanges;
+}
+
+kempe_status kmp_runner_step(kmp_runner *run)
+{
+    double t = kmp_runner_t(run);
+    kempe_status status = run->work_t < t ? kmp_runner_add_work(run, t) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = kmp_runner_change(run, t);
+    if (status == KEMPE_OK) {
+        status = run->kind->step(run->solver);
+        if (status == KEMPE_E_FAILED)
+            status = kmp_runner_rescue(run, t);
+    }
+    if (status == KEMPE_OK && run->solver->t < run->stop)
+        run->pace = 0;
+    if (status == KEMPE_OK && run->crossing)
+        status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
+    if (status != KEMPE_OK)
+        return kmp_runner_give_up(
+            run, status, "the step size became too small: the motion is singular, or too fast for double precision", t);
+    return attend(run);
+}
+
+kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
+{
+    run->stop = stop;
+    run->anew = true;
+    if (t == kmp_runner_t(run))
+        return KEMPE_OK;
+    run->at_event = false;
+    kempe_status status = kmp_runner_begin_anew(run, t);
+    return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", t);
+}
+
+kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,
+                                  double *work)
+{
+    kempe_status status = kmp_runner_add_work(run, t);
+    *work = 0;
+    if (status != KEMPE_OK)
+        return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
+    if ((run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
+         run->formulation->row(run->formulation, t, run->y, run->yp, q, qd, qdd, lambda, work) != KMP_GO) &&
+        !kmp_runner_bridge(run, t, q, qd, qdd, lambda, work))
+        return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be completed", t);
+    if (run->yp && run->way->dae)
+        *work = run->work;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work)
+{
+    kmp_runner_follow(run, t);
+    kempe_status status = kmp_runner_inner_row(run, t, q, qd, qdd, lambda, work);
+    if (status == KEMPE_OK)
+        kmp_runner_show(run, q, qd, qdd);
+    return status;
+}
+
+const double *kmp_runner_unknowns(kmp_runner *run, double t)
+{
+    return run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK ? run->y : NULL;
+}
+
+void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
+{
+    *report = run->before;
+    report->rate_scale = run->rate_scale;
+    report->build_s = run->build_s;
+    report->cut = run->cut;
+    report->ended = run->ended;
+    report->reason = run->reason ? kmp_strdup(run->reason) : NULL;
+    report->t = run->solver ? kmp_runner_t(run) : 0;
+    kmp_runner_add_report(run, report);
+    report->centrings = run->centrings;
+    report->events = run->crossing ? run->crossing->count : 0;
+}
+
+/* -- a whole run ------------------------------------------------------------------------------------- */
+
+static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_fn *take, void *user)
+{
+    int n = run->s->n;
+    double work;
+    KMP_TRY(kmp_runner_row(run, t, row, row + n, row + 2 * n, row + 3 * n, &work));
+    return take(user, t, row, row + n, row + 2 * n, row + 3 * n, work) ? kmp_fail_memory(run->s->context) : KEMPE_OK;
+}
+
+/* Rows due within the last step, and where a condition has ended the run. */
+static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn *take, void *user)
+{
+    double t = kmp_runner_t(run);
+    kempe_status status = KEMPE_OK;
+    for (; status == KEMPE_OK && *next < run->spec.time_count && run->spec.times[*next] <= t; ++*next)
+        status = deliver_at(run, run->spec.times[*next], row, take, user);
+    bool more = *next < run->spec.time_count && (*next == 0 || run->spec.times[*next - 1] < t);
+    return status == KEMPE_OK && run->ended && more ? deliver_at(run, t, row, take, user) : status;
+}
+
+/* Steps between two looks at the clock of the processor, which costs as much as a short step. */
+enum { UNWATCHED = 32 };
+
+/* A run that has had its time ends here. */
+static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
+{
+    if (!(run->spec.limit_s > 0) || ++*steps < UNWATCHED)
+        return KEMPE_OK;
+    *steps = 0;
+    if (cpu_of(run) - begin_s <= run->spec.limit_s)
+        return KEMPE_OK;
+    kmp_text text = {0};
+    kmp_text_printf(&text, "given up at t = %.6g s after %.3g s of the processor", kmp_runner_t(run),
+                    run->spec.limit_s);
+    run->reason = kmp_text_take(&text);
+    run->cut = true;
+    return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
+}
+
+static kempe_status tell_step(kmp_runner *run)
+{
+    double t = kmp_runner_t(run);
+    if (!run->spec.step || !run->spec.step(run->spec.user, run, kmp_runner_t_old(run), t))
+        return KEMPE_OK;
+    return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be interpolated", t);
+}
+
+static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
+{
+    int next = 0, steps = 0;
+    double begin_s = run->spec.limit_s > 0 ? cpu_of(run) : 0;
+    double *row = KMP_NEW(double, 3 * run->s->n + run->s->m);
+    if (!row)
+        return kmp_fail_memory(run->s->context);
+    kempe_status status = deliver(run, &next, row, take, user);
+    while (status == KEMPE_OK && kmp_runner_t(run) < run->spec.t_end) {
+        status = kmp_runner_step(run);
+        if (status == KEMPE_OK)
+            status = tell_step(run);
+        if (status == KEMPE_OK)
+            status = watch(run, begin_s, &steps);
+        if (status == KEMPE_OK || status == KEMPE_STOPPED) {
+            kempe_status delivered = deliver(run, &next, row, take, user);
+            status = delivered == KEMPE_OK ? status : delivered;
+        }
+    }
+    kmp_free(row);
+    return status;
+}
+
+kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
+                     void *user, kmp_run_report *report)
+{
+    kmp_runner *run = NULL;
+    *report = (kmp_run_report){0};
+    kempe_status status = kmp_runner_new(system, spec, start, &run);
+    double begin_s = cpu_of(run), wall_s = kmp_wall_now();
+    if (status == KEMPE_OK && run)
+        status = advance(run, row, user);
+    double cpu_s = cpu_of(run) - begin_s;
+    wall_s = kmp_wall_now() - wall_s;
+    if (run)
+        kmp_runner_report(run, report);
+    report->cpu_s = cpu_s;
+    report->wall_s = run && run->team ? wall_s : 0;
+    kmp_runner_free(run);
+    return status;
+}

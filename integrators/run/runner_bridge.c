@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A row within the last step that its formulation cannot complete: inside a step its u, or the rows it keeps, may be
+ * worthless that are good at both ends. The step is then made again from its beginning to the time of the row, along
+ * the projected formulation, which needs no u, with rows chosen anew as often as they are wanted. */
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "integrators/run/runner.h"
+#include <math.h>
+#include <string.h>
+
+/* Steps of it, at most. */
+enum { MOST_STEPS = 1000 };
+
+typedef struct bridge {
+    kmp_runner *run;
+    double t, end, work;
+    double *q, *qd; /* at t */
+    kmp_partition part;
+    kmp_margin margin;
+    kmp_formulation *formulation;
+    const kmp_solver_kind *kind;
+    kmp_solver *solver;
+    double *y;
+    int steps;
+} bridge;
+
+static void tear_down(bridge *b)
+{
+    if (b->solver)
+        b->kind->release(b->solver);
+    if (b->formulation)
+        b->formulation->release(b->formulation);
+    kmp_margin_free(&b->margin);
+    kmp_partition_free(&b->part);
+    b->solver = NULL;
+    b->formulation = NULL;
+    b->y = NULL;
+}
+
+/* Rows, formulation and integrator for the state at hand. */
+static bool set_up(bridge *b)
+{
+    kmp_runner *run = b->run;
+    kmp_plant_closure(run->plant, b->t, b->q);
+    if (kmp_partition_of_rank(&b->part, run->s, run->plant->jacobian, run->margin.r, NULL, 0) != KEMPE_OK ||
+        !kmp_margin_init(&b->margin, run->s, &b->part))
+        return false;
+    kmp_margin_ignore(&b->margin);
+    const kmp_formulation_start given = {.system = run->s,
+                                         .plant = run->plant,
+                                         .part = &b->part,
+                                         .margin = &b->margin,
+                                         .t = b->t,
+                                         .q = b->q,
+                                         .qd = b->qd,
+                                         .work = b->work,
+                                         .rtol = run->spec.rtol,
+                                         .atol = run->spec.atol,
+                                         .rate_scale = run->rate_scale,
+                                         .journal = run->journal};
+    b->formulation = kmp_formulation_projected.create(&kmp_formulation_projected, &given);
+    if (!b->formulation)
+        return false;
+    b->kind = kmp_solver_find("dop853");
+    b->y = KMP_ARENA_NEW(&b->formulation->arena, double, b->formulation->size);
+    b->solver = b->kind->create(b->kind, &(kmp_solver_setup){.context = run->s->context,
+                                                             .ode = &b->formulation->ode,
+                                                             .dae = &b->formulation->dae,
+                                                             .tolerance = {run->spec.rtol, b->formulation->atol}});
+    return b->solver && b->y && b->kind->start(b->solver, b->t, b->formulation->y, NULL, b->end, 0) == KEMPE_OK;
+}
+
+/* Whether steps until the end, or until other rows are wanted, could be made. */
+static bool march(bridge *b)
+{
+    bool good = true, stays = true;
+    while (good && stays && b->t < b->end) {
+        good = b->steps++ < MOST_STEPS && b->kind->step(b->solver) == KEMPE_OK;
+        b->t = b->solver->t;
+        if (!good || b->part.r == b->part.m)
+            continue;
+        (void)kmp_margin_after_step(&b->margin, b->run->plant, b->t);
+        kmp_margin_stand(&b->margin);
+        stays = b->margin.rows <= KMP_ROWS_OUT;
+    }
+    return good;
+}
+
+bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work)
+{
+    int n = run->s->n;
+    double *state = KMP_NEW(double, 3 * n + run->s->m), start = kmp_runner_t_old(run);
+    kmp_text why = run->formulation->reason;
+    run->formulation->reason = (kmp_text){0};
+    bool by_bodies = run->plant->by_bodies, found = state && start < t;
+    found = found && kmp_formulation_find(run->way->formulation, run->way->form) ==
+                         run->way; /* no other has the same unknowns */
+    bridge b = {.run = run, .t = start, .end = t, .q = state, .qd = state ? state + n : NULL};
+    found = found && run->kind->dense(run->solver, start, run->y, run->yp) == KEMPE_OK &&
+            run->formulation->row(run->formulation, start, run->y, run->yp, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
+    kmp_plant_take(run->plant, false);
+    while (found && b.t < t) {
+        double *other = state + 2 * n, *multipliers = state + 3 * n;
+        found = set_up(&b) && march(&b) && b.kind->dense(b.solver, b.t, b.y, NULL) == KEMPE_OK &&
+                b.formulation->row(b.formulation, b.t, b.y, NULL, b.q, b.qd, other, multipliers, &b.work) == KMP_GO;
+        if (found && !(b.t < t)) {
+            memcpy(q, b.q, (size_t)n * sizeof *q);
+            if (qd)
+                memcpy(qd, b.qd, (size_t)n * sizeof *qd);
+            if (qdd)
+                memcpy(qdd, other, (size_t)n * sizeof *qdd);
+            if (qdd)
+                memcpy(lambda, multipliers, (size_t)run->s->m * sizeof *lambda);
+            *work = b.work;
+        }
+        tear_down(&b);
+    }
+    kmp_plant_take(run->plant, by_bodies);
+    kmp_free(state);
+    kmp_text_free(&run->formulation->reason);
+    if (!found) {
+        run->formulation->reason = why;
+        return false;
+    }
+    kmp_context_clear(run->s->context);
+    kmp_journal_note(run->journal, "row", t, NAN, NAN,
+                     "%s: the step from t = %.9g was made again up to there along the projected formulation",
+                     why.length ? why.s : "the state could not be completed", start);
+    kmp_text_free(&why);
+    return true;
+}

@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Spherical joints between steps: centred before their angles become singular, and followed in the user's coordinates,
+ * which go on continuously whatever the charts do. */
+#include "constraints/closing/charts.h"
+#include "constraints/tolerances.h"
+#include "integrators/run/runner.h"
+#include <math.h>
+#include <string.h>
+
+/* Centred along with one that has to be: this has the integrator start anew less often. */
+#define ALONG 0.8
+/* Of the largest rate: rounding of the same state. */
+#define SAME 1e-7
+/* rad: angles that change by less are the same ones gone on. */
+#define NEAR_BY 1.0
+/* How often the way to a row is halved to find out how angles went on; where they do not then, they went through their
+ * singular position. */
+enum { MOST_HALVINGS = 24 };
+
+static bool has_moved(const kmp_runner *run)
+{
+    return run->plant->chart_version > 0 && kmp_charts_count(run->s) > 0;
+}
+
+/* -- what the user sees ------------------------------------------------------------------------------ */
+
+/* Takes what the user sees on from run->seen to q of the charts. false, with nothing changed: it went too far to tell
+ * how, and `anyhow` was not said. */
+static bool look(kmp_runner *run, const double *q, bool anyhow)
+{
+    const kempe_system *s = run->s;
+    double *seen = run->seen, *next = run->next_seen;
+    memcpy(next, q, (size_t)s->n * sizeof *next);
+    for (int c = 0; c < kmp_charts_count(s); c++) {
+        int first = s->chart_first[c];
+        if (!kmp_chart_is_own(run->plant->chart, c) &&
+            kmp_chart_follow(s, c, run->plant->chart, seen + first, !anyhow, q, next + first) > NEAR_BY && !anyhow)
+            return false;
+    }
+    memcpy(seen, next, (size_t)s->n * sizeof *seen);
+    return true;
+}
+
+static bool position_at(kmp_runner *run, double t, double *q)
+{
+    if (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return false;
+    run->formulation->position(run->formulation, t, run->y, q);
+    return true;
+}
+
+void kmp_runner_follow(kmp_runner *run, double t)
+{
+    double *q = run->state, from = run->seen_t, end = t;
+    if (!has_moved(run))
+        return;
+    for (int halvings = 0; run->seen_t < t;) {
+        if (!position_at(run, end, q))
+            return;
+        if (!look(run, q, halvings >= MOST_HALVINGS)) {
+            end = from + (end - from) / 2;
+            halvings++;
+            continue;
+        }
+        run->seen_t = from = end;
+        end = t;
+        halvings = 0;
+    }
+}
+
+void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd)
+{
+    for (int c = 0; has_moved(run) && c < kmp_charts_count(run->s); c++)
+        if (!kmp_chart_is_own(run->plant->chart, c))
+            (void)kmp_chart_show(run->s, c, run->plant->chart, run->seen + run->s->chart_first[c], q, qd, qdd);
+}
+
+/* -- centring ---------------------------------------------------------------------------------------- */
+
+static void note(const kmp_runner *run, int c, double t, double regular)
+{
+    const kempe_model *model = run->s->model;
+    kmp_journal_note(run->journal, "centring", t, regular, 1,
+                     "joint '%s' is centred, its angles came near to their singular position: determinant of the axes "
+                     "%.3g -> 1",
+                     model->bodies[model->motions[run->s->chart_first[c]].body].joint, regular);
+}
+
+void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start)
+{
+    size_t n = (size_t)run->s->n;
+    double *q = run->state, *qd = q + n;
+    memcpy(run->seen, start->q, n * sizeof *q);
+    memcpy(q, start->inner_q ? start->inner_q : start->q, n * sizeof *q);
+    memcpy(qd, start->inner_q ? start->inner_qd : start->qd, n * sizeof *qd);
+    run->seen_t = run->spec.t_start;
+    if (start->inner_q)
+        kmp_plant_set_charts(run->plant, start->chart);
+    for (int c = 0; c < kmp_charts_count(run->s); c++)
+        if (!kmp_chart_is_own(run->plant->chart, c) ||
+            (!run->spec.own_angles && kmp_chart_regular(run->s, c, q) < KMP_AXES_CENTRED)) {
+            kmp_chart_center(run->s, c, run->plant->chart, q, qd, NULL);
+            run->centrings++;
+            note(run, c, run->spec.t_start, kmp_chart_regular(run->s, c, start->q));
+        }
+    if (run->centrings > 0)
+        kmp_plant_set_charts(run->plant, run->plant->chart);
+}
+
+/* Whether joint c may be centred: not where one of its coordinates has to stay independent. */
+static bool may_center(const kmp_runner *run, int c)
+{
+    int first = run->s->chart_first[c];
+    for (int k = 0; run->spec.keep_independent && k < run->part.p; k++)
+        if (run->part.u[k] >= first && run->part.u[k] < first + 3)
+            return false;
+    return true;
+}
+
+static bool is_due(const kmp_runner *run, const double *q)
+{
+    for (int c = 0; c < kmp_charts_count(run->s); c++)
+        if (may_center(run, c) && kmp_chart_regular(run->s, c, q) < KMP_AXES_CENTRED)
+            return true;
+    return false;
+}
+
+/* Centres what is due and what goes along with it, from q, qd, qdd on. */
+static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd)
+{
+    for (int c = 0; c < kmp_charts_count(run->s); c++) {
+        double regular = kmp_chart_regular(run->s, c, q);
+        if (!may_center(run, c) || regular > ALONG)
+            continue;
+        kmp_chart_center(run->s, c, run->plant->chart, q, qd, qdd);
+        run->centrings++;
+        note(run, c, t, regular);
+    }
+    kmp_plant_set_charts(run->plant, run->plant->chart);
+}
+
+/* Whether the formulation has understood the state: its rates are those given. */
+static bool is_same(const kmp_runner *run, const double *qd, const double *given)
+{
+    double most = 0, off = 0;
+    for (int i = 0; i < run->s->n; i++) {
+        most = fmax(most, fabs(given[i]) / run->s->scale[i]);
+        off = fmax(off, isfinite(qd[i]) ? fabs(qd[i] - given[i]) / run->s->scale[i] : INFINITY);
+    }
+    return off <= SAME * most;
+}
+
+/* The formulation's unknowns from the mapped state in run->state, run->qdd and run->lambda; once more from the row that
+ * it completes, which leaves its predictions right. false: it does not go on from there. */
+static bool resume(kmp_runner *run, double t)
+{
+    int n = run->s->n;
+    double *q = run->state, *qd = q + n, *row = run->moved, work;
+    for (int pass = 0; pass < 2; pass++)
+        if (run->formulation->resume(run->formulation, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO ||
+            run->formulation->row(run->formulation, t, run->y, run->yp, row, row + n, row + 2 * n, row + 3 * n,
+                                  &work) != KMP_GO ||
+            !is_same(run, row + n, qd))
+            return false;
+    return true;
+}
+
+/* As after an exchange: a one-step method goes on with the step it had, others start anew. Where the present choice of
+ * coordinates does not go on in the new charts, another is made. */
+kempe_status kmp_runner_center(kmp_runner *run, double t)
+{
+    double h = t - kmp_runner_t_old(run), *q = run->state, *qd = q + run->s->n, work;
+    if (kmp_charts_count(run->s) == 0 || run->spec.own_angles || !(h > 0) || !position_at(run, t, q) || !is_due(run, q))
+        return KEMPE_OK;
+    KMP_TRY(kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work));
+    if (!has_moved(run))
+        memcpy(run->seen, q, (size_t)run->s->n * sizeof *q);
+    run->seen_t = t;
+    center(run, t, q, qd, run->qdd);
+    kmp_plant_closure(run->plant, t, q);
+    kmp_margin_stand_anew(&run->margin, run->plant);
+    if (!resume(run, t))
+        return kmp_runner_take_up(run, t, run->in_zone, work, h);
+    return kmp_runner_start(run, t, run->y, run->yp, h);
+}

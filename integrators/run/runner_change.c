@@ -1,0 +1,462 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What happens between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator.
+ */
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "integrators/run/runner.h"
+#include "integrators/steppers/leap.h"
+#include <float.h>
+#include <math.h>
+
+/* Looks for a change point ahead of where it seems to be. */
+enum { PROBES = 10 };
+/* Steps that must lie between two rescues of an implicit integrator. */
+enum { RESCUE_WAY = 100 };
+
+static void release_formulation(kmp_runner *run)
+{
+    kmp_runner_add_report(run, &run->before);
+    run->brief = run->solver->work.steps < KMP_FORMULATION_BRIEF;
+    run->kind->release(run->solver);
+    run->formulation->release(run->formulation);
+    run->solver = NULL;
+    run->formulation = NULL;
+    run->y = run->yp = NULL;
+}
+
+/* Rows and coordinates anew at q, as many as at the start; a fixed u stays. Bvu is that of any independent rows. */
+static kempe_status choose_again(kmp_runner *run, double t, const double *q)
+{
+    kmp_partition before = run->part;
+    run->has_part = false;
+    kempe_status status =
+        kmp_runner_choose(run, t, q, run->margin.r, before.u, run->spec.keep_independent ? before.p : 0);
+    kmp_partition_free(&before);
+    if (status != KEMPE_OK || run->margin.r == 0)
+        return status;
+    if (!kmp_margin_choose(&run->margin, &run->part) || !kmp_margin_exchange_rows(&run->margin, run->plant))
+        return kmp_fail_memory(run->s->context);
+    kmp_partition_take_rows(&run->part, &run->margin.part);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step)
+{
+    double *q = run->state, *qd = q + run->s->n;
+    if (run->formulation->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
+                                   run->formulation->keep(run->formulation, t, run->y) != KMP_GO))
+        return KEMPE_E_FAILED;
+    release_formulation(run);
+    run->zone_t = run->in_zone ? run->zone_t : t;
+    run->in_zone = to_zone;
+    kempe_status status = choose_again(run, t, q);
+    bool meets = status == KEMPE_OK && ((run->way->dae && !to_zone) || kmp_runner_is_off(run, t, q));
+    if (meets)
+        status = kmp_runner_project(run, t, q, qd);
+    if (status == KEMPE_OK && meets)
+        status = kmp_runner_accelerate(run, t, q, qd);
+    if (status == KEMPE_OK)
+        status = kmp_runner_make_formulation(run, to_zone ? kmp_runner_zone(run) : run->way, t, q, qd, work);
+    if (status == KEMPE_OK)
+        status = kmp_runner_make_solver(run);
+    run->work = work;
+    run->work_t = t;
+    if (status != KEMPE_OK)
+        return status;
+    return kmp_runner_start(run, t, run->formulation->y, run->formulation->yp, first_step);
+}
+
+/* first_step: as for an integrator's start. */
+static kempe_status change_formulation(kmp_runner *run, double t, bool to_zone, double first_step)
+{
+    double *q = run->state, work;
+    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, first_step) : status;
+}
+
+kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool to_zone)
+{
+    return change_formulation(run, t, to_zone, 0);
+}
+
+/* Where a dropped row needs too much of a kept one they change places. */
+static kempe_status change_rows(kmp_runner *run, double t)
+{
+    double before = run->margin.rows, h = run->solver->h;
+    kempe_status status = change_formulation(run, t, false, h);
+    if (status == KEMPE_OK)
+        kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
+                         "other closure rows are taken as the independent ones: the dropped ones took %.2g times one "
+                         "of them, now %.2g",
+                         before, run->margin.rows);
+    return status;
+}
+
+/* The plant's closure at the end of the last step, unless its formulation has asked for the margin there. */
+static kempe_status come_to(kmp_runner *run, double t)
+{
+    if (kmp_margin_knows(&run->margin, t))
+        return KEMPE_OK;
+    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
+    run->formulation->position(run->formulation, t, run->y, run->state);
+    kmp_plant_closure(run->plant, t, run->state);
+    return KEMPE_OK;
+}
+
+/* Rates of the accelerations into `jerk`, by those in the middle of the last step; none where these are not to be had.
+ */
+static void find_jerk(kmp_runner *run, double t, double *jerk)
+{
+    int n = run->s->n;
+    double *q = run->moved, *qdd = q + 2 * n, work, back = 0.5 * (t - kmp_runner_t_old(run));
+    bool found =
+        back > 0 && run->kind->dense(run->solver, t - back, run->y, run->yp) == KEMPE_OK &&
+        run->formulation->row(run->formulation, t - back, run->y, run->yp, q, q + n, qdd, q + 3 * n, &work) == KMP_GO;
+    for (int i = 0; i < n; i++)
+        jerk[i] = found ? (run->qdd[i] - qdd[i]) / back : 0;
+}
+
+/* Whether a change point lies ahead of the closed state at t, about tau later: J along the way that the state leads,
+ * again and again where the line from the place before comes nearest to zero. */
+static bool lies_ahead(kmp_runner *run, double t, double tau)
+{
+    int n = run->s->n;
+    const double *q = run->state, *qd = q + n, tried = run->margin.tried;
+    double *way = run->moved, *jerk = way + 2 * n, before = 0, farthest = 0;
+    const double there = KMP_MARGIN_THERE * run->margin.last / run->margin.usual;
+    bool found = false;
+    find_jerk(run, t, jerk);
+    double size = run->margin.last, last = INFINITY;
+    for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found && size < KMP_MARGIN_AHEAD * last; k++) {
+        double when, next;
+        for (int i = 0; i < n; i++)
+            way[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
+        kmp_plant_closure(run->plant, t + tau, way);
+        found = kmp_margin_at(&run->margin, run->plant) < there;
+        when = kmp_margin_when(&run->margin);
+        kmp_margin_stand(&run->margin);
+        farthest = fmax(farthest, tau);
+        last = size;
+        size = run->margin.last;
+        next = tau + when * (tau - before);
+        before = tau;
+        tau = next;
+    }
+    kmp_plant_closure(run->plant, t, q);
+    (void)kmp_margin_at(&run->margin, run->plant);
+    kmp_margin_stand(&run->margin);
+    run->margin.tried = tried; /* probes do not leave the surroundings */
+    run->margin.clear_t = found ? t : t + 0.5 * farthest;
+    return found;
+}
+
+/* Into the zone when the margin leads to a change point. */
+static kempe_status enter_zone(kmp_runner *run, double t, double tau)
+{
+    double *q = run->state, work;
+    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    if (status != KEMPE_OK || !lies_ahead(run, t, tau))
+        return status;
+    return kmp_runner_change_formulation(run, t, true);
+}
+
+/* A leap is one step long; steps across a zone go on until its surroundings are left. */
+static kempe_status leave_zone(kmp_runner *run, double t)
+{
+    if (run->walks && run->margin.tried > 0)
+        return KEMPE_OK;
+    if (run->walks) {
+        double since = run->zone_t;
+        run->walks = false;
+        kempe_status status = kmp_runner_change_formulation(run, t, false);
+        if (status == KEMPE_OK)
+            kmp_journal_note(run->journal, "change point", t, NAN, NAN,
+                             "the integrator stopped beside a change point; the projected formulation led on from "
+                             "t = %.9g to here in steps of dop853",
+                             since);
+        return status;
+    }
+    double from = kmp_runner_t_old(run), at, size;
+    kmp_leap_nearest(run->solver, &at, &size);
+    kempe_status status = kmp_runner_change_formulation(run, t, false);
+    bool through = at > from || from == run->spec.t_start;
+    if (status == KEMPE_OK && through && size < KMP_ZONE_IN)
+        kmp_journal_note(run->journal, "change point", at, size, run->margin.last / run->margin.usual,
+                         "passed a change point between t = %.9g and %.9g, straight on in one step, where the closures "
+                         "come within %.2g of losing a row",
+                         from, t, size);
+    return status;
+}
+
+/* The motion turns before the place that it seemed to lead to: the formulation takes it from there, and is not asked
+ * about change points until it has left the surroundings. */
+static kempe_status quit_zone(kmp_runner *run, double t)
+{
+    kempe_status status = kmp_runner_change_formulation(run, t, false);
+    run->margin.tried = run->margin.last; /* of t again: the leap has looked elsewhere */
+    return status == KEMPE_OK ? run->kind->step(run->solver) : status;
+}
+
+/* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
+ * while all rows together do not, others are taken. */
+static kempe_status watch_margin(kmp_runner *run, double t)
+{
+    if (kmp_margin_unwatched(&run->margin) || !(t > kmp_runner_t_old(run)))
+        return KEMPE_OK;
+    KMP_TRY(come_to(run, t));
+    (void)kmp_margin_after_step(&run->margin, run->plant, t);
+    double when;
+    bool enters = kmp_margin_leads_on(&run->margin, &when);
+    kmp_margin_stand(&run->margin);
+    if (run->in_zone)
+        return run->margin.last > KMP_ZONE_OUT * run->margin.usual ? leave_zone(run, t) : KEMPE_OK;
+    if (run->margin.rows > KMP_ROWS_OUT)
+        return change_rows(run, t);
+    return enters ? enter_zone(run, t, when * (t - kmp_runner_t_old(run))) : KEMPE_OK;
+}
+
+/* By articulated bodies accelerations are those with the loops open and what the closure forces add: where the former
+ * are so large that rounding of them shows, because a joint comes to move next to nothing, M and C go on. */
+static kempe_status watch_bodies(kmp_runner *run, double t)
+{
+    const double *open = run->plant->by_bodies && run->margin.r > 0 ? run->plant->free_qdd : NULL;
+    double most = 0;
+    for (int i = 0; open && i < run->s->n; i++)
+        most = isfinite(open[i]) ? fmax(most, fabs(open[i]) / run->s->scale[i]) : INFINITY;
+    double size = run->rate_scale * run->rate_scale;
+    if (DBL_EPSILON * most <= KMP_MARGIN_CANCELLED * run->spec.rtol * size || !(t > kmp_runner_t_old(run)))
+        return KEMPE_OK;
+    run->by_bodies = false;
+    kempe_status status = kmp_runner_change_formulation(run, t, false);
+    if (status == KEMPE_OK)
+        kmp_journal_note(run->journal, "dynamics", t, most, size,
+                         "with the loops open some joint moves next to no inertia: by M and C from there, not by "
+                         "articulated bodies");
+    return status;
+}
+
+/* Lets the formulation re-arrange its unknowns at the end of the last step; an integrator is then started anew, a
+ * one-step method with the step it had. */
+static kempe_status renew(kmp_runner *run, double t)
+{
+    double h = t - kmp_runner_t_old(run);
+    if (!run->formulation->renew || !(h > 0))
+        return KEMPE_OK;
+    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
+    switch (run->formulation->renew(run->formulation, t, run->y, run->yp)) {
+    case KMP_GO:
+        return KEMPE_OK;
+    case KMP_CHANGED:
+        h = run->solver->h > 0 ? run->solver->h : h;
+        return kmp_runner_start(run, t, run->y, run->yp, h);
+    default:
+        return KEMPE_E_FAILED;
+    }
+}
+
+/* Rates that fit the closures as they are now: of all that do the nearest ones in the kinetic energy, which is what
+ * impulses along the rows' forces leave that take no energy but what they must: a plastic impact. Conditions may hang
+ * on rates, so that these change some more. *energy: kinetic, J, gained. */
+static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
+{
+    double *q = run->state, *qd = q + run->s->n, before = 0;
+    kempe_status status = KEMPE_OK;
+    bool changed = true;
+    kmp_plant_take(run->plant, false);
+    for (int pass = 0; status == KEMPE_OK && changed; pass++) { /* each changes once at most */
+        status = kmp_crossing_change(run->crossing, t, q, qd, pass > 0, &changed);
+        if (status == KEMPE_OK && (changed || pass == 0))
+            status = choose_again(run, t, q);
+        if (status == KEMPE_OK && pass == 0) {
+            kmp_plant_mass(run->plant);
+            before = kmp_plant_kinetic(run->plant, qd);
+        }
+        if (status == KEMPE_OK && changed)
+            status = kmp_runner_project(run, t, q, qd);
+    }
+    if (status == KEMPE_OK)
+        status = kmp_runner_accelerate(run, t, q, qd);
+    if (status == KEMPE_OK)
+        *energy = kmp_plant_kinetic(run->plant, qd) - before;
+    return status;
+}
+
+/* Closures switch: the state as it was, then the rates that fit. What the impact takes is work. */
+static kempe_status pass_switch(kmp_runner *run, double t)
+{
+    double *q = run->state, h = t - run->solver->t_old, work, energy = 0;
+    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    if (status == KEMPE_OK)
+        status = meet_closures(run, t, &energy);
+    if (status != KEMPE_OK)
+        return status;
+    double after = kmp_plant_kinetic(run->plant, q + run->s->n), before = after - energy;
+    if (-energy > run->spec.rtol * before)
+        kmp_journal_note(run->journal, "impact", t, before, after,
+                         "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
+    return kmp_runner_take_up(run, t, false, work + energy, h);
+}
+
+/* What a condition says that ends the run. */
+static kempe_status end_run(kmp_runner *run, double t, int condition)
+{
+    const char *advice = run->s->events.condition[condition].advice;
+    kmp_text text = {0};
+    run->ended = true;
+    if (run->reason)
+        return KEMPE_STOPPED;
+    kmp_text_printf(&text, "%s at t = %.9g s%s%s", run->s->event_text[condition], t, advice ? ": " : "",
+                    advice ? advice : "");
+    run->reason = kmp_text_take(&text);
+    return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
+}
+
+/* Conditions change, and the integrator starts anew, a one-step method with the step it had. */
+static kempe_status pass_event(kmp_runner *run, double t)
+{
+    double h = run->solver->t - run->solver->t_old;
+    if (!run->at_event)
+        return KEMPE_OK;
+    if (run->crossing->end >= 0)
+        return end_run(run, t, run->crossing->end);
+    if (run->s->switches) {
+        kempe_status passed = pass_switch(run, t);
+        run->at_event = passed != KEMPE_OK;
+        return passed;
+    }
+    kempe_status status = kmp_crossing_pass(run->crossing, t, run->y, run->yp);
+    if (status == KEMPE_OK)
+        status = kmp_runner_start(run, t, run->y, run->yp, h);
+    run->at_event = status != KEMPE_OK;
+    return status;
+}
+
+/* The step that a one-step method had, that of before if the last ones were cut short. */
+static double step_it_had(const kmp_runner *run, double t)
+{
+    double last = t - kmp_runner_t_old(run);
+    return fmax(run->solver->h > 0 ? run->solver->h : last, run->pace);
+}
+
+kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
+{
+    double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
+    KMP_TRY(kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work));
+    if (run->formulation->resume(run->formulation, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO)
+        return KEMPE_E_FAILED;
+    if (run->crossing)
+        run->crossing->search.ready = false; /* accelerations are others */
+    run->anew = false;
+    run->pace = h;
+    return kmp_runner_start(run, t, run->y, run->yp, h);
+}
+
+kempe_status kmp_runner_change(kmp_runner *run, double t)
+{
+    kmp_runner_follow(run, t);
+    kempe_status status = pass_event(run, t);
+    if (status == KEMPE_OK)
+        status = kmp_runner_center(run, t);
+    if (status == KEMPE_OK)
+        status = watch_margin(run, t);
+    if (status == KEMPE_OK)
+        status = watch_bodies(run, t);
+    if (status == KEMPE_OK)
+        status = renew(run, t);
+    return status == KEMPE_OK && run->anew ? kmp_runner_begin_anew(run, t) : status;
+}
+
+/* Whether the projected formulation may go on: nobody asked for this one, and the integrator fits both. */
+static bool may_project(const kmp_runner *run)
+{
+    const kmp_formulation_kind *projected = kmp_formulation_find("projected", NULL);
+    const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
+    bool out_of_memory = kmp_memory_failures() != run->memory_failures;
+    return run->spec.open && !out_of_memory && run->way != projected && solver->corrects && !solver->implicit;
+}
+
+/* A reduced formulation that stopped goes on from the last accepted step along the projected one, which needs no u. */
+static kempe_status take_projected(kmp_runner *run, double t)
+{
+    kmp_text why = {0};
+    if (kmp_runner_reason(run, "the step size became too small", t, &why)) {
+        kmp_text_free(&why);
+        return KEMPE_E_FAILED;
+    }
+    run->way = kmp_formulation_find("projected", NULL);
+    run->spec.keep_independent = false;
+    kmp_context_clear(run->s->context);
+    kempe_status status = kmp_runner_change_formulation(run, t, false);
+    if (status == KEMPE_OK)
+        status = run->kind->step(run->solver);
+    if (status == KEMPE_OK)
+        kmp_journal_note(
+            run->journal, "formulation", t, NAN, NAN,
+            "no choice of independent coordinates leads on (%s); the projected formulation, which needs none, "
+            "goes on from there",
+            why.s ? why.s : "");
+    kmp_text_free(&why);
+    return status;
+}
+
+/* The first step of the zone, a leap or one of many. */
+static kempe_status step_in_zone(kmp_runner *run, double t, bool walks)
+{
+    run->walks = walks;
+    kmp_text_free(&run->formulation->reason);
+    kmp_context_clear(run->s->context);
+    kempe_status status = kmp_runner_change_formulation(run, t, true);
+    return status == KEMPE_OK ? run->kind->step(run->solver) : status;
+}
+
+/* Where a formulation cannot go on near a singular place the zone takes over: by a leap, unless none led across before;
+ * else in steps, which begin anew where they have come to an end. */
+static kempe_status take_zone(kmp_runner *run, double t)
+{
+    bool leaps = !(run->margin.tried > 0);
+    kempe_status status = leaps ? step_in_zone(run, t, false) : KEMPE_E_FAILED;
+    if (status != KEMPE_E_FAILED)
+        return status;
+    run->margin.tried = run->margin.last;
+    return step_in_zone(run, t, true);
+}
+
+/* True if the zone may take over: J is near to losing a row, and change points are not ignored. */
+static bool is_near_zone(kmp_runner *run, double t)
+{
+    if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||
+        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return false;
+    run->formulation->position(run->formulation, t, run->y, run->state);
+    kmp_plant_closure(run->plant, t, run->state);
+    return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN;
+}
+
+/* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
+ * past steps left may be all that was wrong. */
+kempe_status kmp_runner_rescue(kmp_runner *run, double t)
+{
+    kempe_status quitted = run->in_zone && !run->walks ? quit_zone(run, t) : KEMPE_E_FAILED;
+    if (quitted != KEMPE_E_FAILED)
+        return quitted;
+    if (run->in_zone && run->walks)
+        return take_zone(run, t);
+    if (may_project(run))
+        return take_projected(run, t);
+    if (kmp_runner_lock(run, t) >= 0)
+        return KEMPE_E_FAILED;
+    if (is_near_zone(run, t))
+        return take_zone(run, t);
+    if (!run->yp || run->formulation->reason.length > 0 ||
+        (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
+        return KEMPE_E_FAILED;
+    run->rescued_at = kmp_runner_tried(run);
+    kmp_context_clear(run->s->context); /* of the integrator that is given up */
+    kempe_status status = kmp_runner_change_formulation(run, t, false);
+    if (status == KEMPE_OK)
+        status = run->kind->step(run->solver);
+    if (status == KEMPE_OK)
+        kmp_journal_note(run->journal, "restart", t, NAN, NAN,
+                         "the integrator stopped and went on from the same state");
+    return status;
+}

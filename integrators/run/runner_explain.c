@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Why a run ended, in a sentence. */
+#include "base/memory.h"
+#include "constraints/closing/angles.h"
+#include "constraints/closing/not_finite.h"
+#include "constraints/evaluation/pressing.h"
+#include "constraints/tolerances.h"
+#include "integrators/run/runner.h"
+
+/* The coordinate that a row alone prescribes, NULL when it has several. */
+const char *kmp_runner_driven_by(const kempe_system *s, int row)
+{
+    const char *name = NULL;
+    int count = 0;
+    for (int e = 0; e < s->jacobian.count; e++)
+        if (s->jacobian.row[e] == row && ++count)
+            name = s->model->motions[s->jacobian.col[e]].name;
+    return count == 1 ? name : NULL;
+}
+
+/* Whatever was complained of on the way. */
+static kempe_status fail_memory(const kmp_runner *run)
+{
+    kmp_context_clear(run->s->context);
+    return kmp_fail_memory(run->s->context);
+}
+
+void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text)
+{
+    if (!run->formulation || !run->solver)
+        return;
+    double t = run->solver->t;
+    if (!(t > run->spec.t_start) || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return;
+    run->formulation->position(run->formulation, t, run->y, run->state);
+    kmp_angles_explain(run->s->model, run->state, text);
+}
+
+int kmp_runner_lock(kmp_runner *run, double t)
+{
+    if (!run->formulation || !run->solver || !run->s->rheonomic ||
+        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return -1;
+    run->formulation->position(run->formulation, t, run->y, run->state);
+    kmp_plant_closure(run->plant, t, run->state);
+    bool open = kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH; /* behind a dead centre no motion closes it */
+    bool been = run->margin.tried > 0 && open;
+    return kmp_margin_lock(&run->margin, run->plant, been);
+}
+
+/* A drive that asks for more than the mechanism can do; false when that is not the trouble. Integrators stop up to some
+ * 1e-7 of the time before a dead centre. */
+static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
+{
+    int row = kmp_runner_lock(run, t);
+    if (row < 0)
+        return false;
+    const char *name = kmp_runner_driven_by(run->s, row);
+    kmp_text_printf(text, "the mechanism locks at t = %.7g: it is at a dead centre, beyond which ", t);
+    if (name)
+        kmp_text_printf(text, "the driven coordinate '%s' (row '%s') cannot move on", name, run->s->row_names[row]);
+    else
+        kmp_text_printf(text, "closure row '%s' cannot follow its prescribed motion", run->s->row_names[row]);
+    return true;
+}
+
+/* A condition that ends runs and holds at the state: what it says. */
+static bool explain_end(kmp_runner *run, double t, const double *q, const double *qd, kmp_text *text)
+{
+    const kempe_system *s = run->s;
+    const double *change = kmp_plant_changes(run->plant, t, q, qd);
+    for (int k = 0; change && k < s->events.count; k++) {
+        const kmp_condition *condition = &s->events.condition[k];
+        if (!condition->ends || condition->late || !(change[k] < 0))
+            continue;
+        kmp_text_printf(text, "%s at t = %.9g s%s%s", s->event_text[k], t, condition->advice ? ": " : "",
+                        condition->advice ? condition->advice : "");
+        return true;
+    }
+    return false;
+}
+
+kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    kmp_text text = {0};
+    if (!explain_end(run, t, q, qd, &text))
+        return kmp_fail_unsettled(run->plant);
+    kempe_status status =
+        text.failed ? kmp_fail_memory(run->s->context) : kmp_fail(run->s->context, KEMPE_E_FAILED, "%s", text.s);
+    kmp_text_free(&text);
+    return status;
+}
+
+/* Where equations of the model's unknowns have no solution nothing can be evaluated. */
+static void name_unknowns(const kmp_runner *run, kmp_text *text)
+{
+    const kempe_model *model = run->s->model;
+    const char *before = "; it may be that unknowns of the model have no solution there: ";
+    for (int k = 0; k < model->unknowns_count; k++)
+        if (model->unknowns[k].count > 0) {
+            kmp_text_printf(text, "%s'%s'", before, model->unknowns[k].name);
+            before = ", ";
+        }
+}
+
+bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text)
+{
+    const char *said = kempe_context_message(run->s->context);
+    if (run->formulation && run->formulation->explain && run->formulation->reason.length == 0 && !*said)
+        run->formulation->explain(run->formulation);
+    const double *begin = run->state; /* nothing has moved yet */
+    if (t == run->spec.t_start && begin && run->plant && explain_end(run, t, begin, begin + run->s->n, text))
+        return false;
+    bool prepared = run->solver || !*said; /* what ended the preparation has said so itself */
+    if (t == run->spec.t_start && begin && run->plant && prepared &&
+        kmp_put_not_finite(run->plant, t, begin, begin + run->s->n, text)) {
+        name_unknowns(run, text);
+        return false;
+    }
+    bool locks = explain_lock(run, text, t);
+    if (!locks && run->formulation && run->formulation->reason.length)
+        kmp_text_put(text, run->formulation->reason.s);
+    else if (!locks && *said)
+        kmp_text_put(text, said);
+    else if (!locks && kmp_is_unsettled(run->plant))
+        kmp_put_unsettled(run->plant, text);
+    else if (!locks)
+        kmp_text_printf(text, "%s at t = %.9g", otherwise, t);
+    if (!locks && run->formulation && !kmp_is_unsettled(run->plant) && !(run->crossing && run->crossing->stuck))
+        name_unknowns(run, text);
+    kmp_runner_explain_angles(run, text);
+    return locks;
+}
+
+kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t)
+{
+    kmp_text text = {0};
+    if (status != KEMPE_E_FAILED)
+        return status;
+    if (run->reason)
+        return run->locks ? KEMPE_STOPPED : KEMPE_E_FAILED;
+    if (kmp_memory_failures() != run->memory_failures)
+        return fail_memory(run);
+    run->locks = kmp_runner_reason(run, otherwise, t, &text);
+    run->reason = kmp_text_take(&text);
+    if (!run->reason)
+        return kmp_fail_memory(run->s->context);
+    return run->locks ? KEMPE_STOPPED : KEMPE_E_FAILED;
+}

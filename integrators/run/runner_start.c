@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The start of a run: independent rows and coordinates, rates and accelerations that fit, a formulation and an
+ * integrator. */
+#include "base/memory.h"
+#include "constraints/evaluation/pressing.h"
+#include "constraints/partition/massless.h"
+#include "constraints/rounding/rounding.h"
+#include "constraints/tolerances.h"
+#include "integrators/run/runner.h"
+#include "integrators/steppers/leap.h"
+#include <math.h>
+#include <string.h>
+
+/* 1/s: the largest of the initial rates, the roots of the initial accelerations, and 1 / t_end, all scaled. */
+static double rate_scale_of(const kmp_runner *run, const double *qd)
+{
+    double scale = 1 / run->spec.t_end;
+    for (int i = 0; i < run->s->n; i++) {
+        scale = fmax(scale, fabs(qd[i]) / run->s->scale[i]);
+        scale = fmax(scale, sqrt(fabs(run->qdd[i]) / run->s->scale[i]));
+    }
+    return scale;
+}
+
+/* rank < 0: as the pivots say. */
+kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)
+{
+    const kempe_system *s = run->s;
+    kmp_plant_closure(run->plant, t, q);
+    kempe_status status = kmp_partition_of_rank(&run->part, s, run->plant->jacobian, rank, wish, wish_count);
+    run->has_part = status == KEMPE_OK;
+    if (run->has_part)
+        kmp_plant_drop(run->plant, run->part.m - run->part.r, run->part.redundant);
+    return status == KEMPE_OK ? kmp_pressing_check(run->plant, &run->part) : status;
+}
+
+/* Brings q and qd onto the rows that are now independent: those before closed their own alone, and what that left of
+ * the others a DAE integrator would take for a jump. */
+kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)
+{
+    kmp_saddle saddle = {0};
+    kempe_status status =
+        kmp_saddle_init(&saddle, run->plant, &run->part) ? KEMPE_OK : kmp_fail_memory(run->s->context);
+    const kmp_closer closer = kmp_saddle_closer(&saddle, run->moved);
+    if (status == KEMPE_OK && !kmp_close_state(&closer, run->lambda, t, q, qd))
+        status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
+    kmp_saddle_free(&saddle);
+    return status;
+}
+
+/* Of rounded numbers, whose dropped rows are open: q is closed on others than those that are kept now. */
+bool kmp_runner_is_off(kmp_runner *run, double t, const double *q)
+{
+    if (!kmp_rounding_of(run->s))
+        return false;
+    kmp_plant_closure(run->plant, t, q);
+    return kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH;
+}
+
+/* The closures must allow the rates that they ask for: a coordinate cannot be driven at its dead centre. */
+static kempe_status check_rates(kmp_runner *run, const double *qd)
+{
+    const kempe_system *s = run->s;
+    double *rate = run->lambda, size = 1 / run->spec.t_end, worst = 0;
+    int row = 0;
+    if (!s->rheonomic)
+        return KEMPE_OK; /* the assembly has seen to it */
+    for (int r = 0; r < s->m; r++) {
+        rate[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
+        size = fmax(size, fabs(rate[r]) / s->row_scale[r]);
+        row = fabs(rate[r]) > 0 ? r : row; /* what moves is to blame */
+    }
+    for (int i = 0; i < s->n; i++)
+        size = fmax(size, fabs(qd[i]) / s->scale[i]);
+    kmp_plant_rates(run->plant, qd, rate);
+    for (int r = 0; r < s->m; r++)
+        worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
+    if (worst <= KMP_CLOSED_START * size)
+        return KEMPE_OK;
+    const char *name = kmp_runner_driven_by(s, row);
+    return kmp_fail(
+        s->context, KEMPE_E_FAILED,
+        "the rate asked for by closure row '%s'%s%s%s cannot be had at the start: %.3g of it is left over; the "
+        "mechanism is at a dead centre there",
+        s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
+}
+
+/* Consistent accelerations and multipliers of the chosen rows at the plant's last closure. */
+kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    kmp_saddle saddle = {0};
+    kempe_status status = KEMPE_OK;
+    kmp_plant_mass(run->plant);
+    kmp_plant_bias(run->plant, qd);
+    if (!kmp_saddle_init(&saddle, run->plant, &run->part))
+        status = kmp_fail_memory(run->s->context);
+    else if (kmp_saddle_factor(&saddle))
+        status = kmp_explain_massless(run->plant, &run->part, t, q);
+    else
+        kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
+    if (status == KEMPE_OK && kmp_is_unsettled(run->plant))
+        status = kmp_runner_fail_unsettled(run, t, q, qd);
+    kmp_saddle_free(&saddle);
+    return status;
+}
+
+const kmp_formulation_kind *kmp_runner_zone(const kmp_runner *run)
+{
+    return run->way->zone ? run->way->zone : &kmp_formulation_zone;
+}
+
+kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
+                                         const double *qd, double work)
+{
+    kmp_formulation_start given = {.system = run->s,
+                                   .plant = run->plant,
+                                   .part = &run->part,
+                                   .margin = &run->margin,
+                                   .t = t,
+                                   .q = q,
+                                   .qd = qd,
+                                   .qdd = run->qdd,
+                                   .lambda = run->lambda,
+                                   .work = work,
+                                   .rtol = run->spec.rtol,
+                                   .atol = run->spec.atol,
+                                   .rate_scale = run->rate_scale,
+                                   .brief = run->brief,
+                                   .journal = run->journal,
+                                   .fixed = run->spec.keep_independent,
+                                   .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
+                                   .implicit = kmp_solver_find(run->spec.integrator)->implicit,
+                                   .dae = kmp_solver_find(run->spec.integrator)->dae,
+                                   .user = run->spec.user};
+    kmp_plant_take(run->plant, run->by_bodies && way->by_bodies && !given.implicit && !given.dae);
+    run->before.by_bodies = run->before.by_bodies || run->plant->by_bodies;
+    run->formulation = way->create(way, &given);
+    return run->formulation ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+/* How far the accelerations at the start come out otherwise by articulated bodies, as part of their size. */
+static kempe_status compare_bodies(kmp_runner *run, const double *q, const double *qd, double *off)
+{
+    const kempe_system *s = run->s;
+    kmp_saddle saddle = {0};
+    double *qdd = run->moved, size = run->rate_scale * run->rate_scale;
+    kmp_plant_take(run->plant, true);
+    kmp_plant_closure(run->plant, run->spec.t_start, q);
+    kmp_plant_mass(run->plant);
+    kmp_plant_bias(run->plant, qd);
+    bool made = kmp_saddle_init(&saddle, run->plant, &run->part);
+    *off = INFINITY;
+    if (made && !kmp_saddle_factor(&saddle)) {
+        kmp_saddle_accelerations(&saddle, qdd, NULL);
+        *off = 0;
+        for (int i = 0; i < s->n; i++)
+            *off = isfinite(qdd[i]) ? fmax(*off, fabs(qdd[i] - run->qdd[i]) / (s->scale[i] * size)) : INFINITY;
+    }
+    kmp_saddle_free(&saddle);
+    return made ? KEMPE_OK : kmp_fail_memory(s->context);
+}
+
+/* Articulated bodies divide by what each joint moves with the loops open. Where the loops alone make the accelerations
+ * definite, M and C are taken instead. */
+static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
+{
+    double off;
+    if (!run->s->articulated || !run->way->by_bodies)
+        return KEMPE_OK;
+    kempe_status status = kmp_plant_add_articulated(run->plant);
+    if (status == KEMPE_OK)
+        status = compare_bodies(run, q, qd, &off);
+    run->by_bodies = status == KEMPE_OK && off <= KMP_ARTICULATED_AGREE;
+    if (status != KEMPE_OK || run->by_bodies || run->s->dynamics == KMP_DYNAMICS_AUTO)
+        return status;
+    return kmp_fail(
+        run->s->context, KEMPE_E_FAILED,
+        "dynamics articulated: with the loops open some motion has next to no inertia at the start, and the "
+        "accelerations come out otherwise by %.3g of their size; take dynamics composite",
+        off);
+}
+
+/* The zone has its own. A mechanism without a freedom is followed along its closures, which corrects every step. */
+static const kmp_solver_kind *integrator_of(const kmp_runner *run)
+{
+    const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
+    bool cannot = !asked->dae && (asked->implicit || !asked->corrects) && run->part.p == 0;
+    if (run->in_zone && !run->walks)
+        return &kmp_solver_leap;
+    return cannot || run->in_zone ? kmp_solver_find("dop853") : asked;
+}
+
+kempe_status kmp_runner_make_solver(kmp_runner *run)
+{
+    kmp_formulation *formulation = run->formulation;
+    kmp_solver_setup setup = {
+        .context = run->s->context,
+        .ode = &formulation->ode,
+        .dae = &formulation->dae,
+        .tolerance = {formulation->rtol > 0 ? formulation->rtol : run->spec.rtol, formulation->atol},
+        .linear = run->spec.linear};
+    run->kind = integrator_of(run);
+    run->y = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
+    run->yp = formulation->yp ? KMP_ARENA_NEW(&formulation->arena, double, formulation->size) : NULL;
+    if (formulation->arena.failed)
+        return kmp_fail_memory(run->s->context);
+    run->solver = run->kind->create(run->kind, &setup);
+    if (!run->solver || !run->s->changes)
+        return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
+    if (!run->crossing)
+        run->crossing = kmp_crossing_new(run->s, run->plant, run->spec.t_end - run->spec.t_start,
+                                         run->kind->corrects && !run->spec.kind ? run->spec.rtol : 0, run->spec.closely,
+                                         run->journal);
+    return run->crossing && kmp_crossing_move(run->crossing, formulation, run->kind, run->solver)
+               ? KEMPE_OK
+               : kmp_fail_memory(run->s->context);
+}
+
+/* The first step of an implicit method is of order 1; its error is of the order of the tolerance for this length. */
+static double first_step_of(const kmp_runner *run)
+{
+    return fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
+}
+
+kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h)
+{
+    double first = run->kind->corrects ? fmin(h, run->stop - t) : first_step_of(run);
+    return run->kind->start(run->solver, t, y, yp, run->stop, first);
+}
+
+/* How near the start is to a change point, if anybody asks. */
+static kempe_status look_at_margin(kmp_runner *run, const double *q)
+{
+    const char *word = run->spec.change_points;
+    bool made = kmp_margin_init(&run->margin, run->s, &run->part);
+    if (made && word && strcmp(word, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0)
+        kmp_margin_ignore(&run->margin);
+    if (made)
+        kmp_plant_closure(run->plant, run->spec.t_start, q);
+    made = made && kmp_margin_begin(&run->margin, run->plant, run->spec.t_start, q);
+    return made ? KEMPE_OK : kmp_fail_memory(run->s->context);
+}
+
+kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
+{
+    int n = run->s->n, m = run->s->m;
+    if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
+        return kmp_fail_memory(run->s->context);
+    run->plant = kmp_plant_new_shared(run->s, run->spec.backend, run->team);
+    const kmp_arena_group groups[] = {
+        {n, {&run->qdd, &run->seen, &run->next_seen}}, {m, {&run->lambda}}, {3 * n + m, {&run->moved, &run->state}}};
+    if (!run->plant || !kmp_arena_make_groups(&run->arena, sizeof groups / sizeof *groups, groups))
+        return kmp_fail_memory(run->s->context);
+    kmp_runner_center_start(run, start);
+    double *q = run->state, *qd = q + n;
+    kmp_plant_freeze(run->plant, run->spec.t_start, q, qd);
+    kempe_status status = kmp_runner_choose(run, run->spec.t_start, q, -1, run->spec.u, run->spec.u_count);
+    if (status == KEMPE_OK && kmp_runner_is_off(run, run->spec.t_start, q))
+        status = kmp_runner_project(run, run->spec.t_start, q, qd);
+    if (status == KEMPE_OK)
+        status = check_rates(run, qd);
+    if (status == KEMPE_OK)
+        status = kmp_runner_accelerate(run, run->spec.t_start, q, qd);
+    if (status == KEMPE_OK)
+        status = look_at_margin(run, q);
+    if (status != KEMPE_OK)
+        return status;
+    if (run->part.p == 0 && !run->s->rheonomic)
+        kmp_journal_note(run->journal, "rest", run->spec.t_start, NAN, NAN,
+                         "nothing can move: the closures leave no degree of freedom and none of them moves in time; "
+                         "'kempe check' says which rows hold it");
+    if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */
+        kmp_log(
+            run->s->context, KEMPE_LOG_WARNING,
+            "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "
+            "the last digits");
+    run->rate_scale = rate_scale_of(run, qd);
+    run->way = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
+    run->in_zone = run->margin.near;
+    KMP_TRY(choose_dynamics(run, q, qd));
+    status = kmp_runner_make_formulation(run, run->in_zone ? kmp_runner_zone(run) : run->way, run->spec.t_start, q, qd,
+                                         run->spec.work_start);
+    return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Work of non-conservative forces where it is not an unknown of the formulation. */
+#include "integrators/run/runner.h"
+
+/* At the dense state in run->y; closures that move do work too. Where multipliers are asked for the row brings them. */
+static double power_at(kmp_runner *run, double t)
+{
+    int n = run->s->n;
+    double *q = run->moved, *lambda = run->moved + 3 * n, work;
+    bool asked = run->s->rheonomic || run->s->pressed_count > 0;
+    asked = asked &&
+            run->formulation->row(run->formulation, t, run->y, run->yp, q, q + n, q + 2 * n, lambda, &work) == KMP_GO;
+    double power = kmp_plant_power(run->plant, t, run->y, run->y + n);
+    if (!asked || !run->s->rheonomic)
+        return power;
+    kmp_plant_closure(run->plant, t, run->y);
+    return power + kmp_plant_drive_power(run->plant, lambda);
+}
+
+/* Gauss's three points on the integrator's polynomial, from work_t to t within the last step. */
+kempe_status kmp_runner_add_work(kmp_runner *run, double t)
+{
+    static const double node[3] = {-0.7745966692414834, 0, 0.7745966692414834};
+    static const double weight[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+    double a = run->work_t, h = t - a;
+    if (!run->yp || !run->way->dae || !run->s->dissipative || !(h > 0))
+        return KEMPE_OK;
+    for (int k = 0; k < 3; k++) {
+        double at = a + 0.5 * h * (1 + node[k]);
+        KMP_TRY(run->kind->dense(run->solver, at, run->y, run->yp));
+        run->work += 0.5 * h * weight[k] * power_at(run, at);
+    }
+    run->work_t = t;
+    return KEMPE_OK;
+}

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The default goes by progress over the last window, not by a total: a run may be as long as it likes while it gets on,
+ * and a phase of short steps passes unnoticed unless it fills a window. */
+#include "integrators/run/work_bound.h"
+
+/* Steps of a window: half a second or so of a small mechanism. Short phases, as swings of microseconds, take a tenth of
+ * it even at the finest tolerances (bench/results/light_carriage.txt). */
+enum { WINDOW = 100000 };
+/* Steps that a run may still need at the pace of the last window: some minutes of the smallest mechanism. The longest
+ * runs of the examples and benchmarks take 1e6. */
+static const double MOST_TO_COME = 1e8;
+
+static bool has_reached(const kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why)
+{
+    if (tried < bound->most || !(t < t_end))
+        return false;
+    if (why)
+        kmp_text_printf(why, "the bound of %ld steps (max_steps) is reached at t = %.9g s of %.9g s", bound->most, t,
+                        t_end);
+    return true;
+}
+
+bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why)
+{
+    if (bound->most != 0)
+        return bound->most > 0 && has_reached(bound, tried, t, t_end, why);
+    if (bound->has_looked && tried - bound->seen < WINDOW)
+        return false;
+    double made = t - bound->seen_t, taken = (double)(tried - bound->seen), left = t_end - t;
+    bool slow = bound->has_looked && left * taken > MOST_TO_COME * made;
+    bound->has_looked = true;
+    bound->seen = tried;
+    bound->seen_t = t;
+    if (!slow || !why)
+        return slow;
+    kmp_text_printf(
+        why,
+        "too much work: at t = %.9g s the last %.0f steps gained %.3g s. To reach t_end = %.9g s would take "
+        "about %.1g more. The motion is very fast or nearly singular: check start, masses and forces, or "
+        "allow more steps (max_steps)",
+        t, taken, made, t_end, made > 0 ? left * taken / made : 1e300);
+    return true;
+}

@@ -1,0 +1,446 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Across a singular place in one step. The solution is smooth there, only its right-hand side is 0/0: so dy/dt is taken
+ * as a polynomial through Gauss's nodes, none of which lies at the place, and the solution is its integral,
+ *
+ *     dy/dt (x) = sum a_k P_k(x),   y(x) = y0 + h/2 sum a_k I_k(x),   I_k = (P_k+1 - P_k-1) / (2 k + 1),  I_0 = x + 1
+ *
+ * for x from -1 to 1, the nodes evaluated on what the solution keeps to and the polynomial found by Picard's iteration
+ * (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.7: collocation of order 2 s). The
+ * last coefficients tell whether the solution is smooth: where it turns close by instead of going straight on they do
+ * not vanish, and where a node is too near to the place they are noise; then nothing is leapt over.
+ */
+#include "integrators/steppers/leap.h"
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include <math.h>
+#include <string.h>
+
+enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, VERTICES = 12 };
+#define DOUBLING 2.0
+
+/* Distance, of the usual one, at which a leap is to land; landings tried in turn. */
+static const double LANDINGS[] = {0.25, 0.06, 0.5};
+
+typedef struct leap {
+    kmp_solver base; /* first */
+    kmp_ode ode;
+    kmp_tolerance tolerance;
+    double nearest, nearest_t;
+    double *y;        /* n */
+    double *y0, *dy0; /* n: start of the leap */
+    double *trial;    /* n */
+    double *node;     /* NODES x n: y there, as the polynomial has it */
+    double *slope;    /* NODES x n: dy/dt there */
+    double *a;        /* NODES x n: coefficients */
+    double h;
+    double x[NODES], weight[NODES];
+    double p[NODES][NODES];        /* P_k at node j: p[k][j] */
+    double integral[NODES][NODES]; /* I_k at node j */
+    double *memory;
+} leap;
+
+/* -- Legendre's polynomials ------------------------------------------------------------------------- */
+
+/* P_0 .. P_count-1 at x. */
+static void legendre(int count, double x, double *p)
+{
+    p[0] = 1;
+    p[1] = x;
+    for (int k = 2; k < count; k++)
+        p[k] = ((2 * k - 1) * x * p[k - 1] - (k - 1) * p[k - 2]) / k;
+}
+
+/* I_0 .. I_NODES-1 at x. */
+static void integrals(double x, double *i)
+{
+    double p[NODES + 1];
+    legendre(NODES + 1, x, p);
+    i[0] = x + 1;
+    for (int k = 1; k < NODES; k++)
+        i[k] = (p[k + 1] - p[k - 1]) / (2 * k + 1);
+}
+
+/* Roots of P_NODES by Newton's method, ascending, and Gauss's weights. */
+static void find_nodes(leap *s)
+{
+    const double pi = 3.14159265358979323846;
+    for (int j = 0; j < NODES; j++) {
+        double p[NODES + 1], i[NODES], x = -cos(pi * (j + 0.75) / (NODES + 0.5)), slope = 1;
+        for (int pass = 0; pass < 8; pass++) {
+            legendre(NODES + 1, x, p);
+            slope = NODES * (x * p[NODES] - p[NODES - 1]) / (x * x - 1);
+            x -= p[NODES] / slope;
+        }
+        s->x[j] = x;
+        s->weight[j] = 2 / ((1 - x * x) * slope * slope);
+        legendre(NODES + 1, x, p);
+        integrals(x, i);
+        for (int k = 0; k < NODES; k++) {
+            s->p[k][j] = p[k];
+            s->integral[k][j] = i[k];
+        }
+    }
+}
+
+/* The coefficients from the slopes. */
+static void fit(leap *s)
+{
+    int n = s->ode.n;
+    memset(s->a, 0, (size_t)(NODES * n) * sizeof *s->a);
+    for (int k = 0; k < NODES; k++)
+        for (int j = 0; j < NODES; j++) {
+            double part = 0.5 * (2 * k + 1) * s->weight[j] * s->p[k][j];
+            for (int i = 0; i < n; i++)
+                s->a[k * n + i] += part * s->slope[j * n + i];
+        }
+}
+
+/* y = y0 + h/2 sum a_k integral_k */
+static void combine(const leap *s, const double *integral, double *y)
+{
+    int n = s->ode.n;
+    for (int i = 0; i < n; i++) {
+        double sum = 0;
+        for (int k = NODES - 1; k >= 0; k--)
+            sum += integral[k] * s->a[k * n + i];
+        y[i] = s->y0[i] + 0.5 * s->h * sum;
+    }
+}
+
+static void at(const leap *s, double t, double *y)
+{
+    double integral[NODES];
+    integrals(2 * (t - s->base.t_old) / s->h - 1, integral);
+    combine(s, integral, y);
+}
+
+/* -- where to --------------------------------------------------------------------------------------- */
+
+/* Largest |x| in error weights. */
+static double weighted(const leap *s, const double *x)
+{
+    double most = 0;
+    for (int i = 0; i < s->ode.n; i++) {
+        double w = (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y0[i])) * KMP_LEAP_SMOOTH / s->tolerance.rtol;
+        most = isfinite(x[i]) ? fmax(most, fabs(x[i]) / w) : INFINITY;
+    }
+    return most;
+}
+
+/* y a time after (q, qd): along the slope and its change. */
+static void extrapolate(const leap *s, const double *y, const double *dy, double tau, double *to)
+{
+    int n = s->ode.n, m = s->ode.positions;
+    for (int i = 0; i < n; i++)
+        to[i] = y[i] + tau * (dy[i] + (i < m ? 0.5 * tau * dy[i + m] : 0));
+}
+
+static double distance(leap *s, double t, double *y)
+{
+    double d = 0;
+    return s->ode.closed(s->ode.self, t, y, true, NULL, &d) == KMP_GO ? d : INFINITY;
+}
+
+/* Along the extrapolation. */
+static double ahead(leap *s, double tau)
+{
+    extrapolate(s, s->y0, s->dy0, tau, s->trial);
+    return distance(s, s->base.t + tau, s->trial);
+}
+
+/* Along the polynomial. */
+static double within(leap *s, double tau)
+{
+    at(s, s->base.t_old + tau, s->trial);
+    return distance(s, s->base.t_old + tau, s->trial);
+}
+
+/* The place of the least distance between two times. Its square is a parabola as far as what is left of the lost row
+ * changes evenly, so the vertex of the one through three places is taken for the worst of them, again and again. */
+static double least(leap *s, double (*of)(leap *, double), double from, double to, double *size)
+{
+    double x[3] = {from, 0.5 * (from + to), to}, d[3];
+    int best = 0;
+    for (int k = 0; k < 3; k++) {
+        d[k] = of(s, x[k]) * of(s, x[k]);
+        best = d[k] < d[best] ? k : best;
+    }
+    for (int pass = 0; pass < VERTICES && isfinite(d[0] + d[1] + d[2]); pass++) {
+        int worst = d[0] > d[1] ? (d[0] > d[2] ? 0 : 2) : (d[1] > d[2] ? 1 : 2);
+        double left = (d[1] - d[0]) / (x[1] - x[0]), right = (d[2] - d[1]) / (x[2] - x[1]);
+        double bend = (right - left) / (x[2] - x[0]), vertex = 0.5 * (x[0] + x[1] - left / bend);
+        if (!(bend > 0) || !(vertex >= from && vertex <= to) || vertex == x[0] || vertex == x[1] || vertex == x[2])
+            break;
+        x[worst] = vertex;
+        d[worst] = of(s, vertex) * of(s, vertex);
+        best = d[worst] < d[best] ? worst : best;
+    }
+    *size = sqrt(d[best]);
+    return x[best];
+}
+
+/* The time after which the distance has grown to `landing`, at most to the end; the singular place lies `place` after
+ * the start (0: behind it). 0 when the way does not lead from below to the landing. */
+static double look_ahead(leap *s, double now, double landing, double *place)
+{
+    double left = s->base.t_end - s->base.t, tau = 1e-7 * left, low = now, lowest = 0, before = 0, d = now, size = now;
+    for (int k = 0; k < PROBES && before < left && !(d > low && d > 1.01 * now); k++) { /* until it grows */
+        d = ahead(s, tau);
+        lowest = d < low ? tau : lowest;
+        low = fmin(low, d);
+        before = tau;
+        tau = fmin(DOUBLING * tau, left);
+    }
+    *place = lowest > 0 ? least(s, ahead, lowest / DOUBLING, fmin(DOUBLING * lowest, left), &size) : 0;
+    if (fmin(low, size) >= landing)
+        return 0;
+    double from = *place, least_d = fmin(low, size);
+    for (; d < landing && before < left; before = fmin(DOUBLING * before, left)) {
+        from = before;
+        least_d = d;
+        d = ahead(s, fmin(DOUBLING * before, left));
+    }
+    return d > landing ? from + (before - from) * (landing - least_d) / (d - least_d) : before;
+}
+
+/* A length near the one wanted, at most `most`, such that the singular place falls between nodes. */
+static double length_of(const leap *s, double wanted, double most, double place)
+{
+    double best = fmin(wanted, most), miss = INFINITY;
+    if (place <= 0.25 * (1 + s->x[0]) * best)
+        return best;
+    for (int j = 0; j < NODES - 1; j++) {
+        double h = place / (0.25 * (2 + s->x[j] + s->x[j + 1])), off = fabs(log(h / wanted));
+        if (h <= fmin(KMP_LEAP_BEYOND * wanted, most) && off < miss) {
+            miss = off;
+            best = h;
+        }
+    }
+    return best;
+}
+
+/* -- the leap --------------------------------------------------------------------------------------- */
+
+static int evaluate(leap *s, int j)
+{
+    int n = s->ode.n;
+    s->base.work.rhs++;
+    memcpy(s->trial, s->node + j * n, (size_t)n * sizeof *s->trial);
+    return s->ode.closed(s->ode.self, s->base.t + 0.5 * s->h * (1 + s->x[j]), s->trial, false, s->slope + j * n, NULL);
+}
+
+/* Nodes one after the other, each from the one before. */
+static int predict(leap *s)
+{
+    int n = s->ode.n, said = KMP_GO;
+    const double *y = s->y0, *dy = s->dy0;
+    for (int j = 0; said == KMP_GO && j < NODES; j++) {
+        extrapolate(s, y, dy, 0.5 * s->h * (s->x[j] - (j ? s->x[j - 1] : -1)), s->node + j * n);
+        said = evaluate(s, j);
+        y = s->node + j * n;
+        dy = s->slope + j * n;
+    }
+    return said;
+}
+
+/* One Picard iteration; *change: of the nodes, in error weights. */
+static int sweep(leap *s, double *change)
+{
+    int n = s->ode.n, said = KMP_GO;
+    *change = 0;
+    fit(s);
+    for (int j = 0; said == KMP_GO && j < NODES; j++) {
+        double integral[NODES];
+        for (int k = 0; k < NODES; k++)
+            integral[k] = s->integral[k][j];
+        combine(s, integral, s->trial);
+        for (int i = 0; i < n; i++) {
+            double moved = s->trial[i] - s->node[j * n + i];
+            s->node[j * n + i] = s->trial[i];
+            s->trial[i] = moved;
+        }
+        *change = fmax(*change, weighted(s, s->trial));
+        said = evaluate(s, j);
+    }
+    return said;
+}
+
+/* The last terms of the polynomial, in error weights. */
+static double roughness(leap *s)
+{
+    int n = s->ode.n;
+    for (int i = 0; i < n; i++)
+        s->trial[i] =
+            0.5 * s->h *
+            (fabs(s->a[(NODES - 2) * n + i]) / (2 * NODES - 3) + fabs(s->a[(NODES - 1) * n + i]) / (2 * NODES - 1));
+    return weighted(s, s->trial);
+}
+
+/* What became of the polynomial. */
+typedef enum outcome { SMOOTHLY, TURNS, UNSETTLED } outcome;
+
+/* Picard's iteration to its end. */
+static outcome settle(leap *s)
+{
+    double change = INFINITY, last = INFINITY;
+    if (predict(s) != KMP_GO)
+        return UNSETTLED;
+    for (int k = 0; k < MOST_SWEEPS && !(change <= KMP_LEAP_SETTLED); k++) {
+        if (sweep(s, &change) != KMP_GO)
+            return UNSETTLED;
+        if (k > 2 && change > KMP_LEAP_SHRINKS * last)
+            break; /* noise, or no convergence */
+        if (k > 1 && roughness(s) > KMP_LEAP_ROUGH * fmax(1, change * change / last))
+            return TURNS; /* more than what is still to come may mend */
+        last = change;
+    }
+    fit(s);
+    return change > KMP_LEAP_NOISE ? UNSETTLED : roughness(s) > fmax(1, change) ? TURNS : SMOOTHLY;
+}
+
+/* The singular place as the polynomial at hand sees it: a node that lies on it spoils the last digits of the slope, not
+ * the way. */
+static double place_within(leap *s)
+{
+    double size, t_old = s->base.t_old;
+    s->base.t_old = s->base.t;
+    double place = least(s, within, 0, s->h, &size);
+    s->base.t_old = t_old;
+    return place;
+}
+
+/* From the start with its slope at hand to a landing. The place ahead is known roughly at first; where the nodes beside
+ * it turn out to be too near, it is looked for again on the way that was found. */
+static outcome leap_to(leap *s, double now, double landing)
+{
+    int n = s->ode.n;
+    double place, end = s->base.t, left = s->base.t_end - s->base.t, wanted = look_ahead(s, now, landing, &place),
+                  ones[NODES] = {2};
+    outcome what = UNSETTLED;
+    for (int k = 0; k < MOST_PLACES && what == UNSETTLED; k++) {
+        double h = length_of(s, wanted, left, k > 0 ? place_within(s) : place);
+        if (k > 0 && fabs(h - s->h) < KMP_LEAP_SAME * h)
+            break;
+        s->h = h;
+        end = h == left ? s->base.t_end : s->base.t + h;
+        what = end > s->base.t ? settle(s) : UNSETTLED;
+        if (!(end > s->base.t) || place <= 0)
+            break;
+    }
+    if (what != SMOOTHLY)
+        return what;
+    combine(s, ones, s->y); /* I_k(1) = 0 but for k = 0 */
+    s->base.work.rhs++;
+    if (s->ode.closed(s->ode.self, end, s->y, false, s->slope, NULL) != KMP_GO) {
+        memcpy(s->y, s->y0, (size_t)n * sizeof *s->y);
+        return UNSETTLED;
+    }
+    s->base.t_old = s->base.t;
+    s->base.t = end;
+    return SMOOTHLY;
+}
+
+/* From where the closures are at a distance of `now` from the place. */
+static bool try(leap *s)
+{
+    size_t size = (size_t)s->ode.n * sizeof *s->y0;
+    double now = 0;
+    outcome what = UNSETTLED;
+    memcpy(s->y0, s->y, size);
+    memcpy(s->trial, s->y, size);
+    s->base.work.rhs++;
+    if (s->ode.closed(s->ode.self, s->base.t, s->trial, true, s->dy0, &now) != KMP_GO)
+        return false;
+    for (size_t k = 0; k < sizeof LANDINGS / sizeof *LANDINGS && what != SMOOTHLY && (k < 2 || what == UNSETTLED); k++)
+        what = leap_to(s, now, LANDINGS[k]);
+    s->base.work.refused += what != SMOOTHLY;
+    return what == SMOOTHLY;
+}
+
+/* -- behind the socket ------------------------------------------------------------------------------ */
+
+static void release(void *solver)
+{
+    leap *s = solver;
+    if (!s)
+        return;
+    kmp_free(s->memory);
+    kmp_free(s);
+}
+
+static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
+{
+    (void)kind;
+    enum { SINGLE = 4, VECTORS = SINGLE + 3 * NODES };
+    int n = setup->ode->n;
+    leap *s = KMP_NEW(leap, 1);
+    if (s) {
+        s->ode = *setup->ode;
+        s->tolerance = setup->tolerance;
+        s->memory = KMP_NEW(double, VECTORS *n);
+    }
+    if (!s || !s->memory) {
+        (void)kmp_fail_memory(setup->context);
+        release(s);
+        return NULL;
+    }
+    double **vector[SINGLE] = {&s->y, &s->y0, &s->dy0, &s->trial};
+    for (int k = 0; k < SINGLE; k++)
+        *vector[k] = s->memory + k * n;
+    s->node = s->memory + SINGLE * n;
+    s->slope = s->node + NODES * n;
+    s->a = s->slope + NODES * n;
+    find_nodes(s);
+    return s;
+}
+
+static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    leap *s = solver;
+    (void)yp, (void)h0;
+    s->base.t = s->base.t_old = t;
+    s->base.t_end = t_end;
+    s->nearest = INFINITY;
+    memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
+    return KEMPE_OK;
+}
+
+static kempe_status step(void *solver)
+{
+    leap *s = solver;
+    if (!(s->base.t < s->base.t_end))
+        return KEMPE_OK;
+    if (!try(s))
+        return KEMPE_E_FAILED;
+    s->base.work.steps++;
+    double size, tau = least(s, within, 0, s->h, &size);
+    s->nearest_t = size < s->nearest ? s->base.t_old + tau : s->nearest_t;
+    s->nearest = fmin(s->nearest, size);
+    return KEMPE_OK;
+}
+
+static kempe_status dense(void *solver, double time, double *y, double *yp)
+{
+    leap *s = solver;
+    (void)yp;
+    if (time == s->base.t)
+        memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
+    else
+        at(s, time, y);
+    return KEMPE_OK;
+}
+
+void kmp_leap_nearest(const void *solver, double *time, double *size)
+{
+    const leap *s = solver;
+    *time = s->nearest_t;
+    *size = s->nearest;
+}
+
+const kmp_solver_kind kmp_solver_leap = {.name = "leap",
+                                         .corrects = true,
+                                         .create = create,
+                                         .release = release,
+                                         .start = start,
+                                         .step = step,
+                                         .dense = dense};

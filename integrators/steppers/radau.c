@@ -1,0 +1,377 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Radau IIA of 3 and 5 stages (orders 5 and 9) for stiff systems: a filtered error of the order of the stages, the next
+ * step by its prediction, stages begun on the last step's polynomial, dense output by that polynomial (Hairer, Wanner,
+ * Solving Ordinary Differential Equations II, 2nd ed., IV.8; with more stages, J. Comput. Appl. Math. 111 (1999) 93).
+ *
+ * A one-step method: the formulation corrects y between steps. */
+#include "integrators/steppers/radau.h"
+#include "base/memory.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MAX_REJECT = 1000, FIRST_TRIES = 10 };
+
+/* Safety, least and largest quotient of two steps. Hairer lets them grow eightfold: the leading coefficients of two
+ * such steps would not tell much. */
+static const double SAFETY = 0.9, SHRINK = 0.2, GROW = 4;
+/* The Jacobian is kept while Newton contracts by this. */
+static const double KEEP_JACOBIAN = 1e-3;
+/* The step, and the factors with it, is kept where the next one would be longer by no more than this. */
+static const double KEEP_STEP = 1.2;
+static const double ERROR_FLOOR = 1e-10, OLD_ERROR_FLOOR = 1e-2;
+/* Size of the system of all stages beyond which there is none. */
+enum { MOST_COUPLED = 240 };
+/* It is taken where the error would allow steps that are longer by this than those by one Jacobian, and more where it
+ * is larger than that; for so many steps at first. */
+static const double WORTH = 1.4, CHEAP = 60;
+enum { PATIENCE = 20, MOST_PATIENCE = 5000 };
+
+/* -- creation ---------------------------------------------------------------------------------------- */
+
+static bool allocate(kmp_radau *s)
+{
+    int n = s->n, inner = s->inner, square = inner * inner, all = inner * s->s;
+    bool coupled = s->ode.jacobian && all <= MOST_COUPLED;
+    kmp_arena *a = &s->arena;
+    const kmp_arena_group vectors = {
+        n, {&s->y, &s->y_old, &s->dy, &s->trial, &s->scale, &s->w, &s->error, &s->bend, &s->lead, &s->lead_old}};
+    (void)kmp_arena_make_groups(a, 1, &vectors);
+    for (int i = 0; i < s->s; i++) {
+        const kmp_arena_group stage = {n, {&s->z[i], &s->z_old[i], &s->u[i], &s->f[i], &s->change[i]}};
+        (void)kmp_arena_make_groups(a, 1, &stage);
+        if (i == 0 || coupled)
+            s->jacobian[i] = KMP_ARENA_NEW(a, double, n *n);
+    }
+    s->real = (kmp_radau_block){.re = KMP_ARENA_NEW(a, double, square), .pivot = KMP_ARENA_NEW(a, int, inner)};
+    for (int i = 0; i < s->method.pairs; i++)
+        s->complex[i] = (kmp_radau_block){.re = KMP_ARENA_NEW(a, double, square),
+                                          .im = KMP_ARENA_NEW(a, double, square),
+                                          .pivot = KMP_ARENA_NEW(a, int, inner)};
+    if (coupled) {
+        s->coupled = KMP_ARENA_NEW(a, double, all *all);
+        s->joint = KMP_ARENA_NEW(a, double, all);
+        s->coupled_pivot = KMP_ARENA_NEW(a, int, all);
+    }
+    return !a->failed;
+}
+
+static void release(void *solver)
+{
+    kmp_radau *s = solver;
+    kmp_arena_free(&s->arena);
+    kmp_free(s);
+}
+
+/* The estimate is of order s while the method has order 2 s - 1: at its weights the tolerance is met by a part
+ * rtol^((s + 1) / (2 s)) of the values (Hairer's choice); Newton goes on to what the tolerance itself asks for. */
+static void choose_limits(kmp_radau *s)
+{
+    double part = (s->s + 1) / (2.0 * s->s);
+    double rtol = 0.1 * pow(s->tolerance.rtol, part);
+    s->widen = rtol / s->tolerance.rtol;
+    s->limit = fmax(10 * DBL_EPSILON / rtol, fmin(0.03, pow(rtol, 1 / part - 1)));
+    s->most_iterations = 7 + (s->s - 3) * 5 / 2;
+}
+
+static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
+{
+    int stages = *(const int *)kind->method;
+    kmp_radau *s = KMP_NEW(kmp_radau, 1);
+    if (s) {
+        s->ode = *setup->ode;
+        s->tolerance = setup->tolerance;
+        s->n = s->ode.n;
+        s->s = stages;
+        s->p = s->ode.positions;
+        s->inner = s->n - s->p - s->ode.quadratures;
+        kmp_radau_method_derive(&s->method, stages);
+        choose_limits(s);
+        if (allocate(s))
+            return s;
+        release(s);
+    }
+    (void)kmp_fail_memory(setup->context);
+    return NULL;
+}
+
+/* -- start ------------------------------------------------------------------------------------------- */
+
+static void weigh(kmp_radau *s)
+{
+    for (int i = 0; i < s->n; i++)
+        s->scale[i] = s->widen * (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y[i]));
+}
+
+/* Of (a - b) in the weights; b NULL: of a. */
+static double norm(const kmp_radau *s, const double *a, const double *b)
+{
+    double sum = 0;
+    for (int i = 0; i < s->n; i++) {
+        double e = (b ? a[i] - b[i] : a[i]) / s->scale[i];
+        sum += e * e;
+    }
+    return sqrt(sum / s->n);
+}
+
+/* As for explicit methods (Hairer, Norsett, Wanner, I, II.4), of the order of the estimate. */
+static int choose_first_step(kmp_radau *s)
+{
+    double longest = s->base.t_end - s->base.t;
+    weigh(s);
+    double slope = norm(s, s->dy, NULL), size = norm(s, s->y, NULL);
+    double h = fmin(slope <= 1e-5 || size <= 1e-5 ? 1e-6 : 0.01 * size / slope, longest);
+    int said = KMP_RETRY;
+    for (int attempt = 0; said == KMP_RETRY && attempt < FIRST_TRIES; attempt++) {
+        h = attempt ? h / 4 : h;
+        for (int i = 0; i < s->n; i++)
+            s->trial[i] = s->y[i] + h * s->dy[i];
+        said = kmp_radau_call(s, s->base.t + h, s->trial, s->f[0]);
+        s->base.work.refused += said == KMP_RETRY;
+    }
+    double most = fmax(said == KMP_GO ? norm(s, s->f[0], s->dy) / h : 0, slope);
+    double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / (s->s + 1));
+    s->base.h = fmin(fmin(100 * h, h1), longest);
+    return said == KMP_HALT ? KMP_HALT : KMP_GO;
+}
+
+static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    kmp_radau *s = solver;
+    (void)yp;
+    s->base.t = s->base.t_old = t;
+    s->base.t_end = t_end;
+    s->base.h = h0;
+    s->first = true;
+    s->rejected = s->has_step = s->has_jacobian = s->fresh = s->factored = s->collapsed = false;
+    s->base.hopeless = 0;
+    s->together = s->held = false;
+    s->patience = PATIENCE;
+    memcpy(s->y, y, (size_t)s->n * sizeof *y);
+    int said = kmp_radau_call(s, t, s->y, s->dy);
+    if (said == KMP_GO && h0 == 0 && t_end > t)
+        said = choose_first_step(s);
+    return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+/* -- one attempt ------------------------------------------------------------------------------------- */
+
+/* (g/h - J)^-1 (f - p'(0) / h) into `error`: its size. */
+static double defect(kmp_radau *s, double h, const double *f)
+{
+    const double *slope = s->method.slope;
+    for (int k = 0; k < s->n; k++) {
+        double sum = 0;
+        for (int j = 0; j < s->s; j++)
+            sum += slope[j] * s->z[j][k];
+        s->error[k] = f[k] - sum / h;
+    }
+    kmp_radau_filter(s, s->error);
+    return norm(s, s->error, NULL);
+}
+
+/* How far a polynomial of one degree more lies from this one, by the leading coefficients of two steps: the filter
+ * lets nothing of the stiff part through, of which dense output shows as much as of the rest. */
+static double misfit(kmp_radau *s, double h)
+{
+    const double *weight = s->method.node_weight + 1;
+    double ratio = h / s->taken, power = pow(ratio, s->s);
+    double by = s->method.gap / ((s->s + 1) * (s->method.centre + (1 - s->method.centre) / ratio)), sum = 0;
+    memset(s->lead, 0, (size_t)s->n * sizeof *s->lead);
+    for (int j = 0; j < s->s; j++)
+        for (int k = 0; k < s->n; k++)
+            s->lead[k] += weight[j] * s->z[j][k];
+    if (!s->has_step)
+        return 0;
+    for (int k = 0; k < s->n; k++) {
+        double e = by * (s->lead[k] - power * s->lead_old[k]) / s->scale[k];
+        sum += e * e;
+    }
+    return sqrt(sum / s->n);
+}
+
+/* The estimate (IV.8.19, 20); a second filter where the first leaves the stiff part of a start or of a rejected step.
+ */
+static kmp_radau_outcome estimate(kmp_radau *s, double h, double *error)
+{
+    *error = defect(s, h, s->dy);
+    if (*error >= 1 && (s->first || s->rejected)) {
+        for (int k = 0; k < s->n; k++)
+            s->trial[k] = s->y[k] + s->error[k];
+        int said = kmp_radau_call(s, s->base.t, s->trial, s->f[0]);
+        if (said == KMP_HALT)
+            return KMP_RADAU_HALTED;
+        if (said == KMP_GO)
+            *error = defect(s, h, s->f[0]);
+    }
+    double gap = misfit(s, h);
+    *error = isfinite(*error + gap) ? fmax(fmax(*error, gap), ERROR_FLOOR) : INFINITY;
+    return *error < 1 ? KMP_RADAU_TAKEN : KMP_RADAU_BAD_ERROR;
+}
+
+/* The formulation's say about the step's end, which is left in y_old, its derivative in f[0]. */
+static kmp_radau_outcome finish(kmp_radau *s, double t_new)
+{
+    const double *end = s->z[s->s - 1];
+    for (int k = 0; k < s->n; k++) {
+        s->y_old[k] = s->y[k] + end[k];
+        s->w[k] = s->tolerance.atol[k] + s->tolerance.rtol * fmax(fabs(s->y[k]), fabs(s->y_old[k]));
+    }
+    int said = kmp_radau_call(s, t_new, s->y_old, s->f[0]);
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? KMP_RADAU_BAD_STAGE : KMP_RADAU_HALTED;
+    said = s->ode.accept ? s->ode.accept(s->ode.self, t_new, s->y_old, s->f[0], s->w) : KMP_GO;
+    return said == KMP_GO ? KMP_RADAU_TAKEN : said == KMP_RETRY ? KMP_RADAU_BAD_STEP : KMP_RADAU_HALTED;
+}
+
+static kmp_radau_outcome attempt(kmp_radau *s, double h, double t_new, double *error, double *shorter)
+{
+    kmp_radau_outcome what = kmp_radau_find_stages(s, h, shorter);
+    if (what == KMP_RADAU_TAKEN)
+        what = estimate(s, h, error);
+    return what == KMP_RADAU_TAKEN ? finish(s, t_new) : what;
+}
+
+/* -- control ----------------------------------------------------------------------------------------- */
+
+/* What the error asks for; Newton's work makes it careful (IV.8). */
+static double after_error(const kmp_radau *s, double h, double error, int iterations)
+{
+    double work = (2.0 * s->most_iterations + 1) / (2 * s->most_iterations + iterations);
+    double quotient = SAFETY * work * pow(error, -1.0 / (s->s + 1));
+    return h * fmax(SHRINK, fmin(GROW, quotient));
+}
+
+/* Gustafsson's prediction, ACM TOMS 20 (1994) 496. */
+static double predict(const kmp_radau *s, double h, double error)
+{
+    double quotient = SAFETY * h / s->h_old * pow(s->error_old / (error * error), 1.0 / (s->s + 1));
+    return h * fmax(SHRINK, fmin(GROW, quotient));
+}
+
+static void swap(double **a, double **b)
+{
+    double *t = *a;
+    *a = *b;
+    *b = t;
+}
+
+/* Steps that Newton holds far below what the error allows are worth the Jacobians of all stages, for a while. */
+static void choose_newton(kmp_radau *s, double h, double error)
+{
+    double size = (double)s->inner * s->s / CHEAP;
+    if (s->together && --s->trust <= 0)
+        s->together = s->has_jacobian = false;
+    else if (!s->together && s->coupled && s->held && after_error(s, h, error, 1) >= (WORTH + size * size) * h) {
+        s->together = true;
+        s->trust = s->patience;
+        s->patience = s->patience < MOST_PATIENCE ? 2 * s->patience : MOST_PATIENCE;
+    }
+    s->held = false;
+}
+
+static void take(kmp_radau *s, double h, double t_new, double error, int iterations)
+{
+    double next = after_error(s, h, error, iterations), *end = s->z[s->s - 1];
+    if (!s->first)
+        next = fmin(next, predict(s, h, error));
+    if (s->rejected)
+        next = fmin(next, h);
+    s->base.work.steps++;
+    s->error_old = fmax(OLD_ERROR_FLOOR, error);
+    s->h_old = h;
+    /* the formulation's correction belongs to the polynomial's end */
+    for (int k = 0; k < s->n; k++) {
+        end[k] = s->y_old[k] - s->y[k];
+        s->bend[k] = s->error[k] * s->method.g;
+    }
+    swap(&s->y, &s->y_old);
+    swap(&s->dy, &s->f[0]);
+    swap(&s->lead, &s->lead_old);
+    for (int i = 0; i < s->s; i++)
+        swap(&s->z[i], &s->z_old[i]);
+    s->has_step = true;
+    s->first = s->rejected = s->fresh = false;
+    s->taken = h;
+    s->base.t = t_new;
+    s->has_jacobian = s->has_jacobian && !s->together && s->contraction <= KEEP_JACOBIAN;
+    s->base.h = s->has_jacobian && next >= h && next <= KEEP_STEP * h ? h : next;
+    choose_newton(s, h, error);
+}
+
+/* Shorter, or with another Jacobian. */
+static void refuse(kmp_radau *s, kmp_radau_outcome what, double h, double error, double shorter, int iterations)
+{
+    bool stale = s->has_jacobian && !s->fresh && !s->together;
+    if (what == KMP_RADAU_BAD_ERROR)
+        s->base.work.rejected++;
+    else
+        s->base.work.refused++;
+    if (what == KMP_RADAU_BAD_ERROR)
+        s->base.h = s->first ? 0.1 * h : after_error(s, h, error, iterations);
+    else if (what == KMP_RADAU_BAD_NEWTON)
+        s->base.h = stale ? h : shorter * h;
+    else
+        s->base.h = what == KMP_RADAU_BAD_STAGE ? h / 4 : h / 2;
+    s->held = s->held || (what == KMP_RADAU_BAD_NEWTON && !stale);
+    if (what != KMP_RADAU_BAD_ERROR || s->contraction > KEEP_JACOBIAN)
+        s->has_jacobian = s->has_jacobian && !stale;
+    s->rejected = true;
+}
+
+static kempe_status step(void *solver)
+{
+    kmp_radau *s = solver;
+    if (!(s->base.t < s->base.t_end))
+        return KEMPE_OK;
+    weigh(s);
+    for (int tries = 0; tries < MAX_REJECT; tries++) {
+        double t_new, error = 0, shorter = 0.5, h = kmp_solver_next_step(s->base.t, s->base.t_end, s->base.h, &t_new);
+        if (!(h > 0) || s->collapsed)
+            return KEMPE_E_FAILED;
+        long newton = s->base.work.newton;
+        kmp_radau_outcome what = attempt(s, h, t_new, &error, &shorter);
+        int iterations = (int)(s->base.work.newton - newton);
+        if (what == KMP_RADAU_HALTED)
+            return KEMPE_E_FAILED;
+        if (what == KMP_RADAU_TAKEN) {
+            s->collapsed = kmp_solver_collapsed(&s->base.hopeless, h, t_new);
+            s->base.t_old = s->base.t;
+            take(s, h, t_new, error, iterations);
+            return KEMPE_OK;
+        }
+        refuse(s, what, h, error, shorter, iterations);
+    }
+    return KEMPE_E_FAILED;
+}
+
+/* -- behind the socket ------------------------------------------------------------------------------- */
+
+static kempe_status dense(void *solver, double t, double *y, double *yp)
+{
+    kmp_radau *s = solver;
+    (void)yp;
+    memcpy(y, s->y, (size_t)s->n * sizeof *y);
+    if (t == s->base.t || !(s->base.t > s->base.t_old))
+        return KEMPE_OK;
+    kmp_radau_extrapolate(s, (t - s->base.t_old) / s->taken, s->trial);
+    for (int k = 0; k < s->n; k++)
+        y[k] += s->trial[k];
+    return KEMPE_OK;
+}
+
+#define RADAU(order)                                                                                                   \
+    static const int stages_##order = ((order) + 1) / 2;                                                               \
+    const kmp_solver_kind kmp_solver_radau##order = {.name = "radau" #order,                                           \
+                                                     .corrects = true,                                                 \
+                                                     .implicit = true,                                                 \
+                                                     .method = &stages_##order,                                        \
+                                                     .create = create,                                                 \
+                                                     .release = release,                                               \
+                                                     .start = start,                                                   \
+                                                     .step = step,                                                     \
+                                                     .dense = dense}
+
+RADAU(5);
+RADAU(9);

@@ -1,0 +1,226 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One driver for explicit Runge-Kutta methods: first step, attempts, step-size control, the formulation's say, dense
+ * output on demand. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4; Hairer, Wanner,
+ * II, IV.2.
+ */
+#include "integrators/steppers/rk.h"
+#include "base/memory.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_REJECT = 1000 };
+
+/* -- creation -------------------------------------------------------------------------------------- */
+
+void *kmp_rk_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
+{
+    enum { OWN = 4, MOST = OWN + KMP_RK_MAX_STAGES + KMP_RK_MAX_INTERPOLANTS };
+    const kmp_rk_method *method = kind->method;
+    int n = setup->ode->n, vectors = OWN + method->stages + method->interpolants;
+    kmp_rk *s = KMP_NEW(kmp_rk, 1);
+    double *v = s ? KMP_NEW(double, (size_t)vectors *(size_t)n) : NULL;
+    if (!v) {
+        kmp_free(s);
+        (void)kmp_fail_memory(setup->context);
+        return NULL;
+    }
+    double **vector[MOST] = {&s->y, &s->y_old, &s->stage, &s->w};
+    for (int i = 0; i < method->stages; i++)
+        vector[OWN + i] = &s->k[1 + i];
+    for (int i = 0; i < method->interpolants; i++)
+        vector[OWN + method->stages + i] = &s->interpolant[i];
+    for (int i = 0; i < vectors; i++)
+        *vector[i] = v + (size_t)i * (size_t)n;
+    s->memory = v;
+    s->method = method;
+    s->dy = s->k[method->end];
+    s->ode = *setup->ode;
+    s->tolerance = setup->tolerance;
+    return s;
+}
+
+void kmp_rk_release(void *solver)
+{
+    kmp_rk *s = solver;
+    kmp_free(s->memory);
+    kmp_free(s);
+}
+
+/* -- start ----------------------------------------------------------------------------------------- */
+
+int kmp_rk_call(kmp_rk *s, double t, const double *y, double *dy)
+{
+    s->base.work.rhs++;
+    return s->ode.rhs(s->ode.self, t, y, dy);
+}
+
+/* sum of ((a - b) / w)^2; b NULL: 0 */
+static double weighted_square(int n, const double *a, const double *b, const double *w)
+{
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) {
+        double e = (b ? a[i] - b[i] : a[i]) / w[i];
+        sum += e * e;
+    }
+    return sum;
+}
+
+/* Hairer's hinit (II.4): a step such that an explicit Euler step would err by 1e-2 of the solution's size, then
+ * one from the second derivative seen over it. */
+static int choose_first_step(kmp_rk *s)
+{
+    int n = s->ode.n;
+    double longest = s->base.t_end - s->base.t;
+    for (int i = 0; i < n; i++)
+        s->w[i] = s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y[i]);
+    double slope = weighted_square(n, s->dy, NULL, s->w), size = weighted_square(n, s->y, NULL, s->w);
+    double h = slope <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope);
+    h = fmin(h, longest);
+    int said = KMP_RETRY;
+    for (int attempt = 0; said == KMP_RETRY && attempt < 10; attempt++) {
+        h = attempt ? h / 4 : h;
+        for (int i = 0; i < n; i++)
+            s->stage[i] = s->y[i] + h * s->dy[i];
+        said = kmp_rk_call(s, s->base.t + h, s->stage, s->k[2]);
+        s->base.work.refused += said == KMP_RETRY;
+    }
+    double bend = sqrt(weighted_square(n, s->k[2], s->dy, s->w)) / h, most = fmax(bend, sqrt(slope));
+    double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / s->method->order);
+    s->base.h = fmin(fmin(100 * h, h1), longest);
+    return said == KMP_HALT ? KMP_HALT : KMP_GO;
+}
+
+kempe_status kmp_rk_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    kmp_rk *s = solver;
+    (void)yp;
+    s->base.t = s->base.t_old = t;
+    s->base.t_end = t_end;
+    s->base.h = h0;
+    s->error_old = KMP_RK_ERROR_FLOOR;
+    s->rejected = s->dense_ready = false;
+    s->base.hopeless = 0;
+    s->collapsed = false;
+    s->dy = s->k[s->method->end];
+    memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
+    int said = kmp_rk_call(s, t, s->y, s->dy);
+    if (said == KMP_GO && h0 == 0.0 && t_end > t)
+        said = choose_first_step(s);
+    return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+/* -- one attempt ----------------------------------------------------------------------------------- */
+
+static void swap(double **a, double **b)
+{
+    double *t = *a;
+    *a = *b;
+    *b = t;
+}
+
+/* What became of an attempt. */
+typedef enum outcome { TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP, HALTED } outcome;
+
+/* Stages, error test, derivative at the end, the formulation's consent. The new y is left in y_old. */
+static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
+{
+    const kmp_rk_method *method = s->method;
+    int said = method->run(s, h, t_new);
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? BAD_STAGE : HALTED;
+    *error = method->error(s, h);
+    if (!(*error <= 1.0))
+        return BAD_ERROR;
+    if (!method->ends_with_derivative)
+        said = kmp_rk_call(s, t_new, s->y_old, s->k[method->end]);
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? BAD_STAGE : HALTED;
+    said = s->ode.accept ? s->ode.accept(s->ode.self, t_new, s->y_old, s->k[method->end], s->w) : KMP_GO;
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? BAD_STEP : HALTED;
+    return TAKEN;
+}
+
+/* -- step-size control ------------------------------------------------------------------------------ */
+
+static void take(kmp_rk *s, double h, double t_new, double error)
+{
+    s->base.work.steps++;
+    s->base.h = kmp_rk_after_accepted(s->method, h, error, s->error_old, s->rejected);
+    s->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
+    s->rejected = false;
+    s->taken = h;
+    s->base.t = t_new;
+    s->dy = s->k[s->method->end];
+    swap(&s->y, &s->y_old);
+}
+
+static void refuse(kmp_rk *s, outcome what, double h, double error)
+{
+    if (what == BAD_ERROR)
+        s->base.work.rejected++;
+    else
+        s->base.work.refused++;
+    s->base.h = what == BAD_ERROR ? kmp_rk_after_rejected(s->method, h, error) : what == BAD_STAGE ? h / 4 : h / 2;
+    s->rejected = true;
+}
+
+kempe_status kmp_rk_step(void *solver)
+{
+    kmp_rk *s = solver;
+    s->base.t_old = s->base.t;
+    s->dense_ready = false;
+    if (!(s->base.t < s->base.t_end))
+        return KEMPE_OK;
+    if (s->dy == s->k[s->method->end]) {
+        swap(&s->k[1], &s->k[s->method->end]);
+        s->dy = s->k[1];
+    }
+    for (int tries = 0; tries < MAX_REJECT; tries++) {
+        double t_new, error = 0.0, h = kmp_solver_next_step(s->base.t, s->base.t_end, s->base.h, &t_new);
+        if (!(h > 0) || s->collapsed)
+            break;
+        outcome what = attempt(s, h, t_new, &error);
+        if (what == HALTED)
+            break;
+        if (what == TAKEN) {
+            s->collapsed = kmp_solver_collapsed(&s->base.hopeless, h, t_new);
+            take(s, h, t_new, error);
+            return KEMPE_OK;
+        }
+        refuse(s, what, h, error);
+    }
+    return KEMPE_E_FAILED;
+}
+
+/* -- dense output ---------------------------------------------------------------------------------- */
+
+void kmp_rk_begin_dense(kmp_rk *s)
+{
+    double h = s->taken, **r = s->interpolant;
+    const double *begin = s->k[1], *end = s->k[s->method->end];
+    for (int i = 0; i < s->ode.n; i++) {
+        double rise = s->y[i] - s->y_old[i], bend = h * begin[i] - rise;
+        r[0][i] = s->y_old[i];
+        r[1][i] = rise;
+        r[2][i] = bend;
+        r[3][i] = rise - h * end[i] - bend;
+    }
+}
+
+kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
+{
+    kmp_rk *s = solver;
+    (void)yp;
+    bool at_end = t == s->base.t || !(s->base.t > s->base.t_old); /* no step yet, or the last one failed */
+    if (at_end || !(t > s->base.t_old)) {                         /* needs no stages, which may fail */
+        memcpy(y, at_end ? s->y : s->y_old, (size_t)s->ode.n * sizeof *y);
+        return KEMPE_OK;
+    }
+    s->dense_ready = s->dense_ready || s->method->prepare_dense(s) == KMP_GO;
+    if (!s->dense_ready)
+        return KEMPE_E_FAILED;
+    s->method->interpolate(s, (t - s->base.t_old) / s->taken, y);
+    return KEMPE_OK;
+}

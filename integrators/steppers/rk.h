@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Explicit Runge-Kutta methods with error control, dense output and a say of the formulation at every step: what a
+ * method tells the driver (rk.c), and the driver's inside for its stages. A new method is one file with a
+ * kmp_rk_method, a KMP_RK_SOLVER line and a row in integrators.def. */
+#ifndef KMP_INTEGRATORS_STEPPERS_RK_H
+#define KMP_INTEGRATORS_STEPPERS_RK_H
+
+#include "integrators/steppers/solver.h"
+
+#include <float.h>
+#include <math.h>
+
+enum { KMP_RK_MAX_STAGES = 16, KMP_RK_MAX_INTERPOLANTS = 8 };
+
+/* Stabilising exponent of the step-size control (Gustafsson's PI). */
+#define KMP_RK_BETA 0.04
+/* Against 0.9, at a given tolerance: half the error for 4 % more evaluations with DOP853, for 10 % more with DOPRI5; at
+ * equal error 2 to 4 % fewer (docs/decisions/safety.md). */
+#define KMP_RK_SAFETY 0.8
+/* The error of the last step counts as no less. */
+#define KMP_RK_ERROR_FLOOR 1e-4
+
+typedef struct kmp_rk kmp_rk;
+
+typedef struct kmp_rk_method {
+    int stages;                /* derivatives k[1] .. k[stages], numbered as published */
+    int end;                   /* k[end] is the one at the step's end */
+    bool ends_with_derivative; /* run computes it; else the driver does, after the error test */
+    int interpolants;          /* vectors of the dense output */
+    int order;
+    double exponent; /* of the error in the next step's size */
+    double shrink, grow;
+
+    /* Stages of a step h from (t, y) with k[1] given, ending at t_new. KMP_GO, or what the right-hand side said. */
+    int (*run)(kmp_rk *s, double h, double t_new);
+
+    /* The new y in y_old (for the time being), the weights w, and the error: 1 is at the tolerance. */
+    double (*error)(kmp_rk *s, double h);
+
+    /* The interpolant of the last step, and its value at t_old + x taken. */
+    int (*prepare_dense)(kmp_rk *s);
+    void (*interpolate)(const kmp_rk *s, double x, double *y);
+} kmp_rk_method;
+
+extern const kmp_rk_method kmp_dop853; /* order 8, dense output of order 7 */
+extern const kmp_rk_method kmp_dopri5; /* order 5, dense output of order 4 */
+
+struct kmp_rk {
+    kmp_solver base; /* first */
+    const kmp_rk_method *method;
+    kmp_ode ode;
+    kmp_tolerance tolerance;
+    double taken;     /* the last step */
+    double error_old; /* of the last accepted one */
+    bool rejected;    /* the last attempt was: no growth */
+    bool collapsed;
+    bool dense_ready;
+    double *y, *y_old, *dy; /* dy is k[end] after a step, k[1] within one */
+    double *stage, *w;
+    double *k[KMP_RK_MAX_STAGES + 1];
+    double *interpolant[KMP_RK_MAX_INTERPOLANTS];
+    double *memory;
+};
+
+/** dy = f(t, y), counted. */
+int kmp_rk_call(kmp_rk *s, double t, const double *y, double *dy);
+
+/** The first four vectors of the interpolant: a cubic by the values and slopes at both ends of the last step. */
+void kmp_rk_begin_dense(kmp_rk *s);
+
+#define KMP_INLINE static inline __attribute__((always_inline))
+
+/* -- step-size control ------------------------------------------------------------------------------- */
+
+/* The next step after an accepted one (Hairer, Wanner, II, IV.2, with the published bounds); none grows after a
+ * rejection. */
+KMP_INLINE double kmp_rk_after_accepted(const kmp_rk_method *method, double h, double error, double error_old,
+                                        bool rejected)
+{
+    double factor = pow(error, method->exponent) / pow(error_old, KMP_RK_BETA) / KMP_RK_SAFETY;
+    double next = h / fmax(1.0 / method->grow, fmin(method->shrink, factor));
+    return rejected ? fmin(next, h) : next;
+}
+
+KMP_INLINE double kmp_rk_after_rejected(const kmp_rk_method *method, double h, double error)
+{
+    if (!(error <= DBL_MAX))
+        return h / method->shrink;
+    return h / fmin(method->shrink, pow(error, method->exponent) / KMP_RK_SAFETY);
+}
+
+/* -- stages ------------------------------------------------------------------------------------------ */
+
+/* out = y + h sum a[j] k[j]; unrolled over the terms, of which there are a fixed number at each use. */
+KMP_INLINE void kmp_rk_combine(int n, const double *y, double h, int terms, const double *a, const double *const *k,
+                               double *restrict out)
+{
+    for (int i = 0; i < n; i++) {
+        double sum = a[0] * k[0][i];
+        for (int j = 1; j < terms; j++)
+            sum += a[j] * k[j][i];
+        out[i] = y[i] + h * sum;
+    }
+}
+
+#define KMP_TERMS(a) ((int)(sizeof(a) / sizeof *(a)))
+
+/* k[stage] = f(t + c h, y + h sum a k), within a function that has n, y, h, t, k and C. */
+#define KMP_STAGE(stage_number, a, ...)                                                                                \
+    do {                                                                                                               \
+        kmp_rk_combine(n, y, h, KMP_TERMS(a), a, (const double *const[]){__VA_ARGS__}, s->stage);                      \
+        int said = kmp_rk_call(s, t + C[stage_number] * h, s->stage, k[stage_number]);                                 \
+        if (said != KMP_GO)                                                                                            \
+            return said;                                                                                               \
+    } while (0)
+
+/* -- behind the socket ----------------------------------------------------------------------------- */
+
+void *kmp_rk_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup);
+void kmp_rk_release(void *solver);
+kempe_status kmp_rk_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0);
+kempe_status kmp_rk_step(void *solver);
+
+/** The first call within a step may evaluate the right-hand side: a formulation that remembers its last evaluation must
+ * not rely on it being the step's end after this. */
+kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp);
+
+#define KMP_RK_SOLVER(id, is_standard)                                                                                 \
+    const kmp_solver_kind kmp_solver_##id = {.name = #id,                                                              \
+                                             .corrects = true,                                                         \
+                                             .standard = is_standard,                                                  \
+                                             .method = &kmp_##id,                                                      \
+                                             .create = kmp_rk_create,                                                  \
+                                             .release = kmp_rk_release,                                                \
+                                             .start = kmp_rk_start,                                                    \
+                                             .step = kmp_rk_step,                                                      \
+                                             .dense = kmp_rk_dense}
+
+#endif

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Direct linear solvers for IDA, one file each: SUNLinearSolvers for compressed-column matrices of one pattern. A
+ * singular matrix is a recoverable failure (SUNLS_LUFACT_FAIL), so that the integrator tries a smaller step. */
+#ifndef KMP_INTEGRATORS_SUNDIALS_LINEAR_H
+#define KMP_INTEGRATORS_SUNDIALS_LINEAR_H
+
+#include "constraints/sundials_compat.h"
+
+#include <sundials/sundials_linearsolver.h>
+#include <sunmatrix/sunmatrix_sparse.h>
+
+/** For matrices like a by the name of a row of linear.def, or "auto": dense below 10 x 10, else KLU. The pattern of the
+ * first matrix it meets must be that of all. NULL when the name is unknown or there is no memory. Freed by
+ * SUNLinSolFree. */
+SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context);
+
+/* What one of them is made of. */
+typedef struct kmp_linear_ops {
+    int (*setup)(SUNLinearSolver s, SUNMatrix a);
+    int (*solve)(SUNLinearSolver s, SUNMatrix a, N_Vector x, N_Vector b, sunrealtype tolerance);
+    void (*release)(void *content);
+} kmp_linear_ops;
+
+/** `content` begins with a kmp_linear_head and is released with the solver, or at once when there is no memory. */
+typedef struct kmp_linear_head {
+    const kmp_linear_ops *ops;
+    int last;
+} kmp_linear_head;
+SUNLinearSolver kmp_linear_wrap(kmp_linear_head *content, const kmp_linear_ops *ops, SUNContext context);
+
+#define KMP_LINEAR(name) SUNLinearSolver kmp_linear_##name(SUNMatrix a, SUNContext context);
+#include "integrators/sundials/linear.def"
+#undef KMP_LINEAR
+
+#endif

@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/sundials/sundials_host.h"
+#include "base/memory.h"
+#include "integrators/sundials/host_vector.h"
+#include "integrators/sundials/linear.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+
+/* Attempts at one step that may be shortened. */
+enum { MAX_TRIES = 100 };
+
+static void put(const kmp_sun *s, N_Vector to, const double *from)
+{
+    memcpy(kmp_sun_data(to), from, (size_t)s->n * sizeof *from);
+}
+
+static void get(const kmp_sun *s, N_Vector from, double *to)
+{
+    memcpy(to, kmp_sun_data(from), (size_t)s->n * sizeof *to);
+}
+
+/* -- creation -------------------------------------------------------------------------------------- */
+
+static bool make_arrays(kmp_sun *s)
+{
+    N_Vector (*make)(sunindextype, SUNContext) = s->kind->dae ? kmp_vector_new : N_VNew_Serial;
+    s->y = make(s->n, s->sun);
+    s->yp = s->kind->dae ? make(s->n, s->sun) : NULL;
+    s->out = make(s->n, s->sun);
+    s->y_old = KMP_NEW(double, 4 * s->n);
+    if (!s->y || !s->out || !s->y_old || (s->kind->dae && !s->yp))
+        return false;
+    s->yp_old = s->y_old + s->n;
+    s->dy = s->yp_old + s->n;
+    s->w = s->dy + s->n;
+    put(s, s->y, s->y_old); /* zeros */
+    if (s->yp)
+        put(s, s->yp, s->yp_old);
+    return true;
+}
+
+static bool make_linear_solver(kmp_sun *s, const char *name)
+{
+    int n = s->n;
+    s->matrix = s->kind->dae ? SUNSparseMatrix(n, n, s->dae.nz, CSC_MAT, s->sun) : SUNDenseMatrix(n, n, s->sun);
+    if (s->matrix)
+        s->linear = s->kind->dae ? kmp_linear_new(name, s->matrix, s->sun) : SUNLinSol_Dense(s->y, s->matrix, s->sun);
+    return s->linear;
+}
+
+void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
+{
+    if (kind->dae && !kmp_linear_known(setup->linear)) {
+        (void)kmp_fail(setup->context, KEMPE_E_ARGUMENT, "linear solver '%s': there is none of that name",
+                       setup->linear);
+        return NULL;
+    }
+    int bad = 0;
+    kmp_sun *s = KMP_NEW(kmp_sun, 1);
+    if (s) {
+        s->kind = kind;
+        s->package = kind->method;
+        s->context = setup->context;
+        s->tolerance = setup->tolerance;
+        if (kind->dae)
+            s->dae = *setup->dae;
+        else
+            s->ode = *setup->ode;
+        s->n = kind->dae ? s->dae.n : s->ode.n;
+        s->sun = kmp_sun_context();
+        if (s->sun && make_arrays(s) && (!(kind->dae || kind->implicit) || make_linear_solver(s, setup->linear)))
+            bad = s->package->configure(s);
+        if (s->memory && !bad)
+            return s;
+    }
+    if (bad)
+        (void)kmp_fail(setup->context, KEMPE_E_BUG, "%s refused its settings (flag %d)", s->package->name, bad);
+    else
+        (void)kmp_fail_memory(setup->context);
+    kmp_sun_release(s);
+    return NULL;
+}
+
+void kmp_sun_release(void *solver)
+{
+    kmp_sun *s = solver;
+    if (!s)
+        return;
+    if (s->memory)
+        s->package->release(&s->memory);
+    if (s->iteration)
+        SUNNonlinSolFree(s->iteration);
+    if (s->linear)
+        SUNLinSolFree(s->linear);
+    if (s->matrix)
+        SUNMatDestroy(s->matrix);
+    N_Vector vectors[] = {s->y, s->yp, s->out};
+    for (int i = 0; i < 3; i++)
+        if (vectors[i])
+            N_VDestroy(vectors[i]);
+    if (s->sun)
+        SUNContext_Free(&s->sun);
+    kmp_free(s->y_old);
+    kmp_free(s);
+}
+
+/* -- callbacks ------------------------------------------------------------------------------------- */
+
+int kmp_sun_rhs(sunrealtype t, N_Vector y, N_Vector dy, void *user)
+{
+    kmp_sun *s = user;
+    s->base.work.rhs = ++s->more.rhs; /* between two steps, too: an interpolant may evaluate */
+    int said = s->ode.rhs(s->ode.self, t, kmp_sun_data(y), kmp_sun_data(dy));
+    s->halted = s->halted || said == KMP_HALT;
+    return said;
+}
+
+int kmp_sun_jacobian(sunrealtype t, N_Vector y, N_Vector dy, SUNMatrix j, void *user, N_Vector w1, N_Vector w2,
+                     N_Vector w3)
+{
+    (void)dy, (void)w1, (void)w2, (void)w3;
+    kmp_sun *s = user;
+    SUNMatZero(j);
+    int said = s->ode.jacobian(s->ode.self, t, kmp_sun_data(y), SUNDenseMatrix_Data(j));
+    s->halted = s->halted || said == KMP_HALT;
+    return said;
+}
+
+N_Vector kmp_sun_atol(kmp_sun *s)
+{
+    put(s, s->out, s->tolerance.atol);
+    return s->out;
+}
+
+/* -- failures and counters ------------------------------------------------------------------------- */
+
+/* The row of a flag, or the last one, which has no meaning. */
+static const kmp_sun_flag *row_of(const kmp_sun *s, int flag)
+{
+    const kmp_sun_flag *row = s->package->flags;
+    while (row->meaning && row->flag != flag)
+        row++;
+    return row;
+}
+
+static kempe_status complain(const kmp_sun *s, int flag)
+{
+    if (s->halted) /* the formulation has its own reason */
+        return KEMPE_E_FAILED;
+    const char *meaning = row_of(s, flag)->meaning;
+    char *name = s->package->flag_name(flag);
+    kempe_status status = kmp_fail(s->context, KEMPE_E_FAILED, "%s stopped at t = %.9g: %s (%s)", s->package->name,
+                                   s->base.t, meaning ? meaning : "an unforeseen failure", name);
+    free(name);
+    return status;
+}
+
+/* Over all starts. */
+static kmp_solver_work count(const kmp_sun *s)
+{
+    kmp_solver_work w = s->more;
+    long own[KMP_SUN_COUNTERS] = {0};
+    for (int k = 0; k < KMP_SUN_COUNTERS; k++)
+        if (s->counter[k])
+            (void)s->counter[k](s->memory, &own[k]);
+    w.steps += own[0];
+    w.rejected += own[1];
+    w.refused += own[2];
+    w.rhs += own[3];
+    w.newton += own[4];
+    w.matrices += own[5];
+    w.factorizations += own[6];
+    return w;
+}
+
+/* -- steps ----------------------------------------------------------------------------------------- */
+
+/* From (t, y[, y']) on with a first step h, 0: the package's own choice, negative: the one that it has. `anew`: nothing
+ * is left of what was before, though there be a way to keep some of it. */
+static int restart(kmp_sun *s, bool anew, const double *y, const double *yp, double h)
+{
+    const kmp_sun_package *package = s->package;
+    int bad;
+    put(s, s->y, y);
+    if (s->yp)
+        put(s, s->yp, yp);
+    if (anew || !package->reset) {
+        s->more = count(s);
+        bad = package->begin(s, s->base.t);
+    } else {
+        bad = package->reset(s->memory, s->base.t, s->y);
+    }
+    bad = bad || h < 0 ? bad : package->set_first_step(s->memory, h);
+    return bad || !(s->base.t_end > s->base.t) ? bad : package->set_end(s->memory, s->base.t_end);
+}
+
+kempe_status kmp_sun_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    kmp_sun *s = solver;
+    s->base.t = s->base.t_old = t;
+    s->base.t_end = t_end;
+    s->base.hopeless = 0;
+    s->halted = s->moved = false;
+    int bad = restart(s, true, y, yp, h0);
+    s->base.work = count(s);
+    return bad ? complain(s, bad) : KEMPE_OK;
+}
+
+/* The formulation's say about the step that ended at t; what it makes of y, of an ODE, is left in out. */
+static int consent(kmp_sun *s, double t)
+{
+    double *y = kmp_sun_data(s->out);
+    int said = KMP_GO;
+    if (s->dae.accept)
+        said = s->dae.accept(s->dae.self, t, kmp_sun_data(s->y), kmp_sun_data(s->yp));
+    if (!s->kind->dae)
+        get(s, s->y, y);
+    if (s->ode.accept) {
+        s->more.rhs++;
+        said = s->ode.rhs(s->ode.self, t, y, s->dy);
+        for (int i = 0; i < s->n; i++)
+            s->w[i] = s->tolerance.atol[i] + s->tolerance.rtol * fmax(fabs(s->y_old[i]), fabs(y[i]));
+        if (said == KMP_GO)
+            said = s->ode.accept(s->ode.self, t, y, s->dy, s->w);
+    }
+    s->halted = s->halted || said == KMP_HALT;
+    return said;
+}
+
+/* The step that was made, with the formulation's corrections, which wait until the next step: they take the
+ * interpolant. */
+static void take(kmp_sun *s, double t)
+{
+    size_t size = (size_t)s->n * sizeof(double);
+    s->moved = s->kind->corrects && memcmp(kmp_sun_data(s->y), kmp_sun_data(s->out), size) != 0;
+    if (s->moved)
+        memcpy(kmp_sun_data(s->y), kmp_sun_data(s->out), size);
+    s->base.t_old = s->base.t;
+    s->base.t = t;
+}
+
+/* 0 with the new state at *t, 1 to try a shorter step, of that part of it, negative to give up. */
+static int attempt(kmp_sun *s, double *t, double *shorter)
+{
+    int flag = s->package->advance(s, t);
+    *shorter = flag < 0 ? 0.25 : 0.5;
+    if (flag < 0)
+        return row_of(s, flag)->shorter && !s->halted ? KMP_RETRY : flag;
+    int said = consent(s, *t);
+    if (said != KMP_RETRY)
+        take(s, *t);
+    return said;
+}
+
+/* The length that is about to be tried; infinite where it need not be known. */
+static double planned(const kmp_sun *s)
+{
+    double h = 0, left = s->base.t_end - s->base.t;
+    if (!s->package->planned)
+        return INFINITY;
+    (void)s->package->planned(s->memory, &h);
+    return h > 0 ? fmin(h, left) : 1e-3 * left;
+}
+
+static kempe_status make_step(kmp_sun *s)
+{
+    double t = s->base.t, shorter;
+    get(s, s->y, s->y_old);
+    if (s->yp)
+        get(s, s->yp, s->yp_old);
+    int bad = s->moved ? restart(s, false, s->y_old, s->yp_old, -1) : 0;
+    s->moved = false;
+    double h = planned(s), most = h;
+    for (int tries = 0; bad == 0 && tries < MAX_TRIES; tries++) {
+        bad = attempt(s, &t, &shorter);
+        if (bad == 0 && !kmp_solver_collapsed(&s->base.hopeless, s->base.t - s->base.t_old, s->base.t))
+            return KEMPE_OK;
+        if (bad == 0)
+            return kmp_fail(s->context, KEMPE_E_FAILED, "%s stopped at t = %.9g: " KMP_SOLVER_COLLAPSED,
+                            s->package->name, s->base.t);
+        if (bad < 0)
+            break;
+        h = shorter * (t > s->base.t ? fmin(most, t - s->base.t) : h);
+        most = s->package->planned ? h : INFINITY;
+        s->more.refused++;
+        s->more.steps -= t > s->base.t;
+        bad = h > kmp_solver_least_step(s->base.t) ? restart(s, false, s->y_old, s->yp_old, h) : s->package->refused;
+        t = s->base.t;
+    }
+    return complain(s, bad ? bad : s->package->refused);
+}
+
+kempe_status kmp_sun_step(void *solver)
+{
+    kmp_sun *s = solver;
+    kempe_status status = s->base.t < s->base.t_end ? make_step(s) : KEMPE_OK;
+    s->base.work = count(s);
+    return status;
+}
+
+/* -- dense output ---------------------------------------------------------------------------------- */
+
+/* Up to rounding. */
+static bool is_within(const kmp_solver *s, double t)
+{
+    double slack = 1e-12 * (fabs(s->t) + s->t - s->t_old);
+    return t >= s->t_old - slack && t <= s->t + slack;
+}
+
+kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp)
+{
+    kmp_sun *s = solver;
+    bool at_end = t == s->base.t || !(s->base.t > s->base.t_old);
+    N_Vector end[] = {s->y, s->yp};
+    double *to[] = {y, yp};
+    for (int k = 0; k < 2 && end[k] && to[k]; k++) {
+        if (!at_end && (!is_within(&s->base, t) || s->package->derivative(s->memory, t, k, s->out)))
+            return kmp_fail(s->context, KEMPE_E_BUG, "%s has no value at t = %.9g: its last step is %.9g to %.9g",
+                            s->package->name, t, s->base.t_old, s->base.t);
+        get(s, at_end ? end[k] : s->out, to[k]);
+    }
+    return KEMPE_OK;
+}

@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "backend/compiled.h"
+#include "backend/x86/pages.h"
+#include "base/memory.h"
+#include <string.h>
+
+bool kmp_code_is_straight(const kmp_instruction *in)
+{
+    return in->op == KMP_OP_ADD || in->op == KMP_OP_MUL || in->op == KMP_OP_DIV ||
+           (in->op == KMP_OP_SQRT && !(in->a & 1));
+}
+
+/* -- the operations ---------------------------------------------------------------------------------- */
+
+/* What listing needs, by instruction. */
+typedef struct lister {
+    kmp_code *code;
+    const kmp_layout *layout;
+    uint32_t *segment_of;
+    uint8_t *kept; /* read outside its segment's arithmetic */
+    uint32_t count;
+} lister;
+
+static void note_segment(void *self, uint32_t segment, int i)
+{
+    lister *b = self;
+    b->segment_of[i] = segment;
+}
+
+/* Values that are read by functions, by other segments, or at the end. */
+static void find_kept(lister *b)
+{
+    const kmp_layout *l = b->layout;
+    const kmp_program *p = l->program;
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        const kmp_instruction *in = &p->instruction[i];
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+            int j = kmp_layout_instruction(l, kmp_instruction_operand(in, k));
+            if (j >= 0 && (!kmp_code_is_straight(in) || b->segment_of[i] != b->segment_of[j]))
+                b->kept[j] = 1;
+        }
+    }
+    for (int k = 0; k < p->outputs[p->stages]; k++)
+        if (kmp_layout_instruction(l, p->output[k]) >= 0)
+            b->kept[kmp_layout_instruction(l, p->output[k])] = 1;
+}
+
+static void add_operation(void *self, uint32_t segment, int i)
+{
+    lister *b = self;
+    const kmp_layout *l = b->layout;
+    const kmp_instruction *in = &l->program->instruction[i];
+    bool unary = in->op == KMP_OP_SQRT;
+    kmp_x86_op op = in->op == KMP_OP_MUL   ? KMP_X86_MUL
+                    : in->op == KMP_OP_DIV ? KMP_X86_DIV
+                    : unary                ? KMP_X86_SQRT
+                    : in->b & 1            ? KMP_X86_SUB
+                                           : KMP_X86_ADD;
+    b->code->operations[b->count++] = (kmp_straight){.op = op,
+                                                     .d = kmp_layout_target(l, i),
+                                                     .x = unary ? 0 : kmp_layout_slot(l, in->a),
+                                                     .y = kmp_layout_slot(l, unary ? in->a : in->b),
+                                                     .kept = b->kept[i]};
+    b->code->start[segment + 1] = b->count;
+}
+
+bool kmp_code_list(kmp_code *code, const kmp_layout *l)
+{
+    int count = l->program->code[l->program->stages];
+    uint32_t segments = l->frame->segment_count;
+    *code = (kmp_code){.operations = KMP_NEW(kmp_straight, count), .start = KMP_NEW(uint32_t, segments + 1)};
+    lister b = {.code = code, .layout = l, .segment_of = KMP_NEW(uint32_t, count), .kept = KMP_NEW(uint8_t, count)};
+    bool ok = code->operations && code->start && b.segment_of && b.kept;
+    if (ok) {
+        kmp_layout_visit(l, note_segment, &b);
+        find_kept(&b);
+        kmp_layout_visit(l, add_operation, &b);
+        for (uint32_t g = 0; g < segments; g++) /* segments without an operation */
+            if (code->start[g + 1] < code->start[g])
+                code->start[g + 1] = code->start[g];
+    }
+    kmp_free(b.segment_of);
+    kmp_free(b.kept);
+    return ok;
+}
+
+/* -- machine code ------------------------------------------------------------------------------------ */
+
+static bool write_segments(const kmp_code *code, uint32_t slots, uint32_t segments, kmp_x86 *x86, size_t *offset)
+{
+    kmp_registers registers = {0};
+    uint32_t longest = 0;
+    for (uint32_t g = 0; g < segments; g++)
+        longest = code->start[g + 1] - code->start[g] > longest ? code->start[g + 1] - code->start[g] : longest;
+    bool ok = kmp_registers_init(&registers, slots, longest);
+    for (uint32_t g = 0; ok && g < segments; g++) {
+        offset[g] = x86->size;
+        if (code->start[g + 1] > code->start[g])
+            kmp_registers_write(&registers, x86, code->start[g + 1] - code->start[g],
+                                code->operations + code->start[g]);
+    }
+    kmp_registers_free(&registers);
+    return ok && !x86->failed;
+}
+
+/* C has no way to make a function of an object's address but copying. */
+static kmp_routine *routine_at(const kmp_code *code, uint32_t segment, size_t offset)
+{
+    kmp_routine *routine = NULL;
+    const char *at = (const char *)code->pages + offset;
+    if (code->start[segment + 1] > code->start[segment])
+        memcpy(&routine, &at, sizeof routine);
+    return routine;
+}
+
+bool kmp_code_write(kmp_code *code, const kmp_layout *l, kmp_x86_form form)
+{
+    uint32_t segments = l->frame->segment_count;
+    kmp_x86 x86 = {.form = form};
+    size_t *offset = KMP_NEW(size_t, segments);
+    code->segment = KMP_NEW(kmp_routine *, segments);
+    bool ok = offset && code->segment && write_segments(code, l->frame->slots, segments, &x86, offset);
+    if (ok && x86.size > 0) {
+        code->size = x86.size;
+        code->pages = kmp_pages_new(x86.code, x86.size);
+    }
+    for (uint32_t g = 0; ok && code->pages && g < segments; g++)
+        code->segment[g] = routine_at(code, g, offset[g]);
+    kmp_x86_free(&x86);
+    kmp_free(offset);
+    return ok;
+}
+
+void kmp_code_drop_list(kmp_code *code)
+{
+    kmp_free(code->operations);
+    kmp_free(code->start);
+    code->operations = NULL;
+    code->start = NULL;
+}
+
+void kmp_code_free(kmp_code *code)
+{
+    kmp_code_drop_list(code);
+    kmp_pages_free(code->pages, code->size);
+    kmp_free(code->segment);
+    *code = (kmp_code){0};
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The straight arithmetic of a layout: as a list of operations a segment, and as machine code in one of the forms. */
+#ifndef KMP_BACKEND_COMPILED_H
+#define KMP_BACKEND_COMPILED_H
+
+#include "backend/layout.h"
+#include "backend/x86/registers.h"
+
+/** A segment's arithmetic on all slots, of which each has as many doubles as the form. */
+typedef void kmp_routine(double *v);
+
+typedef struct kmp_code {
+    kmp_straight *operations;
+    uint32_t *start; /* first operation of each segment, and the end */
+    void *pages;     /* NULL: the system does not let code run */
+    size_t size;
+    kmp_routine **segment; /* NULL: it has no arithmetic */
+} kmp_code;
+
+/** Whether an instruction is such arithmetic: for kmp_layout_init. */
+bool kmp_code_is_straight(const kmp_instruction *in);
+
+/** Lists the operations, of a layout made with that. false: no memory; kmp_code_free in any case. */
+bool kmp_code_list(kmp_code *code, const kmp_layout *l);
+
+/** Writes them as machine code; where it cannot run, `pages` stays NULL. false: no memory. */
+bool kmp_code_write(kmp_code *code, const kmp_layout *l, kmp_x86_form form);
+
+/** The list is not needed once the code is written. */
+void kmp_code_drop_list(kmp_code *code);
+
+void kmp_code_free(kmp_code *code);
+
+#endif

@@ -1,0 +1,440 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "backend/program_parts.h"
+#include "base/memory.h"
+#include "base/union_find.h"
+#include <string.h>
+
+/* Nanoseconds, roughly: of a stage that is worth a look, alone; of a call. */
+enum { LEAST = 10000, CALL = 2000 };
+enum { SOLVING = 1500 }; /* the same, of a block: 0.7 us near the last solution, up to 4 us further on */
+enum { SEEDS = 64, BEFORE = 0, FREE = 255 };
+
+typedef uint64_t seeds; /* a set of them */
+
+typedef struct finder {
+    const kmp_layout *l;
+    int from, count; /* instructions of the stage */
+    int seed_count;
+    seeds *reads, *feeds; /* by instruction of the stage */
+    seeds *earlier;       /* by instruction of the stages before: what it feeds here */
+    double share[SEEDS][SEEDS];
+    int up[SEEDS], part_of[SEEDS]; /* the tree of those that go together; the part */
+    int parts;
+    uint8_t *part, *best; /* by instruction of the stage */
+    uint8_t *wish;
+    int *root; /* of what hangs together and touches no block */
+    double *weight;
+    double *price; /* nanoseconds, by instruction of the stage */
+    double cost[KMP_PARTS_MOST + 2];
+} finder;
+
+static const kmp_instruction *instruction(const finder *f, int i)
+{
+    return &f->l->program->instruction[f->from + i];
+}
+
+static int operands(const finder *f, int i)
+{
+    return kmp_op_arity((kmp_op)instruction(f, i)->op);
+}
+
+/* Operand k by its place in the stage; -1: it is none of the stage. */
+static int operand(const finder *f, int i, int k)
+{
+    int j = kmp_layout_instruction(f->l, kmp_instruction_operand(instruction(f, i), k)) - f->from;
+    return j >= 0 ? j : -1;
+}
+
+static double price_of(kmp_op op)
+{
+    switch (op) {
+    case KMP_OP_ADD:
+    case KMP_OP_MUL:
+    case KMP_OP_IMPLICIT:
+        return 1;
+    case KMP_OP_DIV:
+    case KMP_OP_SQRT:
+        return 5;
+    default:
+        return 15;
+    }
+}
+
+/* All unknowns of a block are solved for where the first one is asked for with a list of arguments, in this stage or
+ * before. `first`: where, of those found so far. */
+static bool is_solved(const kmp_instruction *all, int i, int *first, int *count)
+{
+    for (int b = 0; b < *count; b++)
+        if (all[first[b]].a == all[i].a && all[first[b]].b == all[i].b)
+            return true;
+    first[(*count)++] = i;
+    return false;
+}
+
+static bool find_prices(finder *f)
+{
+    const kmp_instruction *all = f->l->program->instruction;
+    int end = f->from + f->count, most = 0, count = 0;
+    for (int i = 0; i < end; i++)
+        most += all[i].op == KMP_OP_IMPLICIT;
+    int *first = KMP_NEW(int, most);
+    f->price = KMP_NEW(double, f->count);
+    bool ok = first && f->price;
+    for (int i = 0; ok && i < end; i++) {
+        bool solves = all[i].op == KMP_OP_IMPLICIT && !is_solved(all, i, first, &count);
+        if (i >= f->from)
+            f->price[i - f->from] = solves ? SOLVING : price_of((kmp_op)all[i].op);
+    }
+    kmp_free(first);
+    return ok;
+}
+
+/* -- seeds ------------------------------------------------------------------------------------------- */
+
+/* Blocks with one list of arguments are one seed. They are numbered as they come; where there are too many, neighbours
+ * are one. */
+static bool number_seeds(finder *f)
+{
+    uint32_t *list = KMP_NEW(uint32_t, f->count);
+    int count = 0;
+    for (int i = 0; list && i < f->count; i++) {
+        int b = 0;
+        if (instruction(f, i)->op != KMP_OP_IMPLICIT)
+            continue;
+        while (b < count && list[b] != instruction(f, i)->a)
+            b++;
+        if (b == count)
+            list[count++] = instruction(f, i)->a;
+        f->root[i] = b;
+    }
+    f->seed_count = count < SEEDS ? count : SEEDS;
+    for (int i = 0; list && i < f->count; i++)
+        if (instruction(f, i)->op == KMP_OP_IMPLICIT)
+            f->reads[i] = f->feeds[i] = (seeds)1 << (count > SEEDS ? (long)f->root[i] * SEEDS / count : f->root[i]);
+    kmp_free(list);
+    return list;
+}
+
+static void spread_seeds(finder *f)
+{
+    for (int i = 0; i < f->count; i++)
+        for (int k = 0; k < operands(f, i); k++)
+            if (operand(f, i, k) >= 0)
+                f->reads[i] |= f->reads[operand(f, i, k)];
+    for (int i = f->count; i-- > 0;)
+        for (int k = 0; k < operands(f, i); k++) {
+            int j = kmp_layout_instruction(f->l, kmp_instruction_operand(instruction(f, i), k));
+            if (j >= f->from)
+                f->feeds[j - f->from] |= f->feeds[i];
+            else if (j >= 0)
+                f->earlier[j] |= f->feeds[i];
+        }
+}
+
+/* Of a set that is not empty. */
+static int first_of(seeds s)
+{
+    int k = 0;
+    for (int step = SEEDS / 2; step > 0; step /= 2)
+        if (!(s & (((seeds)1 << step) - 1))) {
+            s >>= step;
+            k += step;
+        }
+    return k;
+}
+
+/* Ascending; how many. */
+static int list_members(seeds s, int *member)
+{
+    int size = 0;
+    for (; s; s &= s - 1)
+        member[size++] = first_of(s);
+    return size;
+}
+
+/* What is computed for a few seeds makes them belong together, what is for many says little. */
+static void add_share(finder *f, seeds s, double cost)
+{
+    int member[SEEDS], size = list_members(s, member);
+    double share = size > 1 ? cost / size / size : 0;
+    for (int a = 0; a < size; a++)
+        for (int b = a + 1; b < size; b++)
+            f->share[member[a]][member[b]] += share;
+}
+
+/* What feeds blocks says more than what adds up their results. */
+static void find_shares(finder *f)
+{
+    for (int i = 0; i < f->from; i++)
+        add_share(f, f->earlier[i], 1);
+    for (int i = 0; i < f->count; i++)
+        add_share(f, f->feeds[i] | f->reads[i], (f->feeds[i] ? 1 : 0.05) * f->price[i]);
+    for (int a = 0; a < f->seed_count; a++)
+        for (int b = 0; b < a; b++)
+            f->share[a][b] = f->share[b][a];
+}
+
+/* Blocks of which one reads another. */
+static void tie_chains(finder *f)
+{
+    for (int k = 0; k < f->seed_count; k++)
+        f->up[k] = k;
+    for (int i = 0; i < f->count; i++)
+        if (f->reads[i] && f->feeds[i])
+            for (seeds s = f->reads[i] | f->feeds[i], a = s; a; a &= a - 1)
+                f->up[kmp_root_of(f->up, first_of(a))] = kmp_root_of(f->up, first_of(s));
+}
+
+/* The two groups that share most, for their size. */
+static bool join_nearest(finder *f)
+{
+    static const double NONE = -1;
+    int size[SEEDS] = {0}, x = 0, y = 0;
+    double sum[SEEDS][SEEDS], most = NONE;
+    memset(sum, 0, sizeof sum);
+    for (int a = 0; a < f->seed_count; a++) {
+        size[kmp_root_of(f->up, a)]++;
+        for (int b = 0; b < f->seed_count; b++)
+            sum[kmp_root_of(f->up, a)][kmp_root_of(f->up, b)] += f->share[a][b];
+    }
+    for (int a = 0; a < f->seed_count; a++)
+        for (int b = 0; b < a; b++)
+            if (size[a] > 0 && size[b] > 0 && sum[a][b] / (size[a] * size[b]) > most) {
+                most = sum[a][b] / (size[a] * size[b]);
+                x = a;
+                y = b;
+            }
+    f->up[x] = y;
+    return most > NONE;
+}
+
+static void join_seeds(finder *f, int parts)
+{
+    int groups = 0;
+    tie_chains(f);
+    for (int k = 0; k < f->seed_count; k++)
+        groups += kmp_root_of(f->up, k) == k;
+    while (groups > parts && join_nearest(f))
+        groups--;
+    f->parts = f->seed_count > 0 ? 0 : parts;
+    for (int k = 0; k < f->seed_count; k++)
+        if (kmp_root_of(f->up, k) == k)
+            f->part_of[k] = ++f->parts;
+    for (int k = 0; k < f->seed_count; k++)
+        f->part_of[k] = f->part_of[kmp_root_of(f->up, k)];
+}
+
+/* -- parts ------------------------------------------------------------------------------------------- */
+
+/* By the blocks that an instruction feeds or reads. */
+static void place_by_seeds(finder *f)
+{
+    seeds of[KMP_PARTS_MOST + 2] = {0}; /* each part's */
+    for (int k = 0; k < f->seed_count; k++)
+        of[f->part_of[k]] |= (seeds)1 << k;
+    for (int i = 0; i < f->count; i++) {
+        seeds s = f->reads[i] | f->feeds[i];
+        int part = s ? f->part_of[first_of(s)] : FREE;
+        bool several = s && (s & ~of[part]);
+        f->part[i] = (uint8_t)(!several ? part : f->reads[i] ? f->parts + 1 : BEFORE);
+    }
+}
+
+/* Who is free goes to the part that alone reads it, or before all. */
+static void place_by_readers(finder *f)
+{
+    memset(f->wish, FREE, (size_t)f->count);
+    for (int i = f->count; i-- > 0;) {
+        if (f->part[i] == FREE)
+            f->part[i] = f->wish[i];
+        if (f->part[i] == FREE || f->part[i] > f->parts)
+            continue;
+        for (int k = 0; k < operands(f, i); k++) {
+            int j = operand(f, i, k);
+            if (j >= 0)
+                f->wish[j] = f->wish[j] == FREE || f->wish[j] == f->part[i] ? f->part[i] : BEFORE;
+        }
+    }
+}
+
+/* Or to the one that it reads alone, or after all. */
+static void place_by_operands(finder *f)
+{
+    for (int i = 0; i < f->count; i++)
+        for (int k = 0; k < operands(f, i); k++) {
+            int j = operand(f, i, k), of = j >= 0 ? f->part[j] : FREE;
+            if (j < 0 || of == BEFORE || of == FREE || (f->part[i] != FREE && (f->reads[i] | f->feeds[i])))
+                continue;
+            if (f->part[i] == FREE || f->part[i] == of)
+                f->part[i] = (uint8_t)of;
+            else if (f->part[i] != BEFORE)
+                f->part[i] = (uint8_t)(f->parts + 1);
+        }
+}
+
+static int lightest(const finder *f)
+{
+    int part = 1;
+    for (int k = 2; k <= f->parts; k++)
+        part = f->cost[k] < f->cost[part] ? k : part;
+    return part;
+}
+
+/* What has nothing to do with blocks, as it hangs together: each piece to the part with the least to do. */
+static void place_the_rest(finder *f)
+{
+    for (int i = 0; i < f->count; i++) {
+        f->root[i] = i;
+        f->weight[i] = 0;
+    }
+    for (int i = 0; i < f->count; i++)
+        for (int k = 0; k < operands(f, i) && f->part[i] == FREE; k++) {
+            int j = operand(f, i, k);
+            if (j >= 0 && f->part[j] == FREE)
+                f->root[kmp_root_of(f->root, i)] = kmp_root_of(f->root, j);
+        }
+    memset(f->cost, 0, sizeof f->cost);
+    for (int i = 0; i < f->count; i++) {
+        if (f->part[i] == FREE)
+            f->weight[kmp_root_of(f->root, i)] += f->price[i];
+        else
+            f->cost[f->part[i]] += f->price[i];
+    }
+    for (int i = 0; i < f->count; i++)
+        if (f->part[i] == FREE && f->root[i] == i) {
+            f->wish[i] = (uint8_t)lightest(f);
+            f->cost[f->wish[i]] += f->weight[i];
+        }
+    for (int i = 0; i < f->count; i++)
+        if (f->part[i] == FREE)
+            f->part[i] = f->wish[kmp_root_of(f->root, i)];
+}
+
+/* Whatever was thought above: who reads another part comes after all. The costs that follow. */
+static void settle(finder *f)
+{
+    memset(f->cost, 0, sizeof f->cost);
+    for (int i = 0; i < f->count; i++) {
+        for (int k = 0; k < operands(f, i); k++) {
+            int j = operand(f, i, k);
+            if (j >= 0 && f->part[j] != BEFORE && f->part[j] != f->part[i])
+                f->part[i] = (uint8_t)(f->parts + 1);
+        }
+        f->cost[f->part[i]] += f->price[i];
+    }
+}
+
+/* What it takes until all is done, the parts by so many threads. */
+static double duration(const finder *f, int threads)
+{
+    double sum = 0, most = 0;
+    for (int k = 1; k <= f->parts; k++) {
+        sum += f->cost[k];
+        most = f->cost[k] > most ? f->cost[k] : most;
+    }
+    double rounds = sum / threads > most ? sum / threads : most;
+    return f->cost[BEFORE] + f->cost[f->parts + 1] + rounds + CALL;
+}
+
+static double try_parts(finder *f, int parts, int threads)
+{
+    join_seeds(f, parts);
+    place_by_seeds(f);
+    place_by_readers(f);
+    place_by_operands(f);
+    place_by_readers(f);
+    place_the_rest(f);
+    settle(f);
+    return duration(f, threads);
+}
+
+static bool begin(finder *f)
+{
+    size_t count = (size_t)f->count;
+    f->reads = KMP_NEW(seeds, count);
+    f->feeds = KMP_NEW(seeds, count);
+    f->earlier = KMP_NEW(seeds, f->from);
+    f->part = KMP_NEW(uint8_t, count);
+    f->best = KMP_NEW(uint8_t, count);
+    f->wish = KMP_NEW(uint8_t, count);
+    f->root = KMP_NEW(int, count);
+    f->weight = KMP_NEW(double, count);
+    return f->reads && f->feeds && f->earlier && f->part && f->best && f->wish && f->root && f->weight &&
+           number_seeds(f);
+}
+
+static void end(finder *f)
+{
+    kmp_free(f->reads);
+    kmp_free(f->feeds);
+    kmp_free(f->earlier);
+    kmp_free(f->part);
+    kmp_free(f->best);
+    kmp_free(f->wish);
+    kmp_free(f->root);
+    kmp_free(f->weight);
+    kmp_free(f->price);
+    kmp_free(f);
+}
+
+/* Numbers the best parts anew, the costliest first: who begins with it last makes all wait. */
+static void put_costliest_first(finder *f, int parts)
+{
+    double cost[KMP_PARTS_MOST + 2] = {0};
+    int number[KMP_PARTS_MOST + 2] = {0};
+    for (int i = 0; i < f->count; i++)
+        cost[f->best[i]] += f->price[i];
+    number[parts + 1] = parts + 1;
+    for (int k = 1; k <= parts; k++) {
+        number[k] = 1;
+        for (int other = 1; other <= parts; other++)
+            number[k] += cost[other] > cost[k] || (cost[other] == cost[k] && other < k);
+    }
+    for (int i = 0; i < f->count; i++)
+        f->best[i] = (uint8_t)number[f->best[i]];
+}
+
+/* As many parts as threads, or some times as many where they are of unequal size. */
+static int choose_parts(finder *f, int threads, double alone)
+{
+    int best = 0;
+    double least = alone / 1.2;
+    for (int parts = threads; parts <= 4 * threads && parts <= KMP_PARTS_MOST; parts += threads) {
+        double time = try_parts(f, parts, threads);
+        if (time < 0.95 * least && f->parts > 1) {
+            least = time;
+            best = f->parts;
+            memcpy(f->best, f->part, (size_t)f->count);
+        }
+    }
+    return best;
+}
+
+int kmp_parts_find(kmp_layout *layout, int stage, int threads)
+{
+    const int *code = layout->program->code;
+    double alone = 0;
+    finder *f = KMP_NEW(finder, 1);
+    if (!f)
+        return -1;
+    f->l = layout;
+    f->from = code[stage];
+    f->count = code[stage + 1] - code[stage];
+    bool priced = find_prices(f);
+    for (int i = 0; priced && i < f->count; i++)
+        alone += f->price[i];
+    int parts = priced ? 0 : -1;
+    if (alone >= LEAST && begin(f)) {
+        spread_seeds(f);
+        find_shares(f);
+        parts = choose_parts(f, threads, alone);
+        if (parts > 0) {
+            put_costliest_first(f, parts);
+            memcpy(layout->part + f->from, f->best, (size_t)f->count);
+        }
+    } else if (alone >= LEAST) {
+        parts = -1;
+    }
+    end(f);
+    return parts;
+}

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "backend/x86/frame.h"
+#include "base/memory.h"
+#include "symbolic/table.h"
+
+void kmp_frame_free(kmp_frame *f)
+{
+    kmp_free(f->memory);
+    kmp_free(f->specials);
+    kmp_free(f->angle);
+    kmp_free(f->sine);
+    kmp_free(f->cosine);
+    kmp_free(f->segments);
+    kmp_free(f->stage);
+    kmp_free(f->copies);
+    kmp_free(f->copy_start);
+    kmp_free(f->feeds);
+    for (uint32_t k = 0; k < f->solving_count; k++)
+        kmp_solving_free(f->solving[k]);
+    kmp_free(f->solving);
+    kmp_free(f->items);
+    for (int s = 0; f->parting && s < f->program->stages; s++)
+        kmp_free(f->parting[s].first);
+    kmp_free(f->parting);
+    *f = (kmp_frame){0};
+}
+
+void kmp_frame_set(void *code, kmp_input_kind kind, const double *values)
+{
+    const kmp_frame *f = code;
+    const kmp_feed *feed = f->feeds + f->feed_start[kind], *end = f->feeds + f->feed_start[kind + 1];
+    double *restrict v = f->v;
+    for (; feed < end; feed++)
+        v[feed->slot] = values[feed->index];
+}
+
+const double *kmp_frame_outputs(const void *code, int stage)
+{
+    const kmp_frame *f = code;
+    return f->out + f->program->outputs[stage];
+}
+
+static double run_implicit(const kmp_frame *f, const kmp_special *s)
+{
+    const kmp_instruction *in = &f->program->instruction[s->instruction];
+    kmp_solving *solving = f->solving[s->operand[1]];
+    double *p = kmp_solving_arguments(solving);
+    for (int l = 0; l < f->program->block[in->b].arguments; l++) {
+        const kmp_list_item *a = &f->items[s->operand[0] + (uint32_t)l];
+        p[l] = f->v[a->slot] * a->factor;
+    }
+    return kmp_solving_value(solving, (int)in->c);
+}
+
+/* Operands that an operation has not are the slot of 1. */
+static void run_special(const kmp_frame *f, const kmp_special *s, double *v)
+{
+    double x[3];
+    if (s->op == KMP_OP_DIV) { /* carries no signs */
+        v[s->d] = v[s->operand[0]] / v[s->operand[1]];
+        return;
+    }
+    if (s->op == KMP_OP_IMPLICIT) {
+        v[s->d] = run_implicit(f, s);
+        return;
+    }
+    if (s->op == KMP_OP_TABLE) {
+        const kmp_instruction *in = &f->program->instruction[s->instruction];
+        v[s->d] =
+            kmp_table_value(f->program->table[in->b], (int)in->c, s->minus[0] ? -v[s->operand[0]] : v[s->operand[0]]);
+        return;
+    }
+    for (int k = 0; k < 3; k++)
+        x[k] = s->minus[k] ? -v[s->operand[k]] : v[s->operand[k]];
+    v[s->d] = kmp_program_value(f->program, (int)s->instruction, x[0], x[1], x[2]);
+}
+
+void kmp_frame_specials(kmp_frame *f, uint32_t segment)
+{
+    const kmp_special *special = f->specials + f->segments[segment].special;
+    const kmp_special *end = f->specials + f->segments[segment + 1].special;
+    for (; special < end; special++)
+        run_special(f, special, f->v);
+}
+
+void kmp_frame_copies(kmp_frame *f, int stage)
+{
+    const kmp_copy *copy = f->copies + f->copy_start[stage], *end = f->copies + f->copy_start[stage + 1];
+    double *v = f->v;
+    for (; copy < end; copy++)
+        v[copy->to] = v[copy->from] * copy->factor;
+}

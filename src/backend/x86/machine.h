@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A program made ready to run, with its workspace: one a thread. The back end is a row of backends.def and five
+ * functions; nobody outside sees which. */
+#ifndef KMP_BACKEND_X86_MACHINE_H
+#define KMP_BACKEND_X86_MACHINE_H
+
+#include "base/thread_pool.h"
+#include "symbolic/program/program.h"
+
+typedef struct kmp_machine kmp_machine;
+
+typedef struct kmp_backend {
+    const char *name;
+    void *(*prepare)(const kmp_program *program); /* NULL: no memory */
+    void (*release)(void *code);
+    void (*set)(void *code, kmp_input_kind kind, const double *values);
+    void (*run)(void *code, int stage);
+    const double *(*outputs)(const void *code, int stage);
+    void *(*share)(const kmp_program *program, kmp_team *team); /* `prepare` for a team; NULL: it has no use for one */
+    kmp_team *team; /* who shares the work of what is made ready: NULL in the table, set in a copy; outlives it */
+} kmp_backend;
+
+/** NULL when there is no such back end. */
+const kmp_backend *kmp_backend_find(const char *name);
+/** The name of that for many runs of one program: the first row. */
+const char *kmp_backend_default(void);
+/** All names, with commas between. */
+const char *kmp_backend_names(void);
+
+/** The program must outlive the machine. NULL: no memory. Stage 0 must be run after the parameters are set. */
+kmp_machine *kmp_machine_new(const kmp_program *program, const kmp_backend *backend);
+void kmp_machine_free(kmp_machine *machine);
+
+/** Gives the values of one input vector; what the program does not read is ignored. */
+void kmp_machine_set(kmp_machine *machine, kmp_input_kind kind, const double *values);
+
+/** Runs one stage, whose earlier stages are up to date, and returns its outputs in order (owned by the machine, valid
+ * until the stage runs again). No allocation. */
+const double *kmp_machine_run(kmp_machine *machine, int stage);
+
+#define KMP_BACKEND(name) extern const kmp_backend kmp_backend_##name;
+#include "backend/backends.def"
+#undef KMP_BACKEND
+
+#endif

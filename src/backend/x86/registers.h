@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Straight-line code over slots as machine code: which values stand in registers when. A register that is wanted is
+ * taken from the value whose next use is furthest away (Belady 1966). */
+#ifndef KMP_BACKEND_X86_REGISTERS_H
+#define KMP_BACKEND_X86_REGISTERS_H
+
+#include "backend/x86/x86.h"
+
+/** slot d = slot x op slot y. SQRT: of y. LOAD: a copy of y. No slot is written twice. */
+typedef struct kmp_straight {
+    kmp_x86_op op;
+    uint32_t d, x, y;
+    bool kept; /* what follows the code reads d, too */
+} kmp_straight;
+
+/** What allocating needs by slot: one for all pieces of code. */
+typedef struct kmp_registers {
+    uint32_t *next;   /* next use, as a position */
+    int16_t *in;      /* register, -1: none */
+    uint8_t *missing; /* its slot in memory has not got it yet */
+    uint32_t *after;  /* by operation: next uses of x and y after it */
+    uint32_t capacity;
+    uint32_t holds[KMP_X86_REGISTERS]; /* slot + 1 in each register, 0: none */
+} kmp_registers;
+
+/** false: no memory. kmp_registers_free in any case. */
+bool kmp_registers_init(kmp_registers *r, uint32_t slots, uint32_t longest);
+void kmp_registers_free(kmp_registers *r);
+
+/** Appends the code of the operations, in their order, and a return. Slot k is at byte 8 k width of the form. */
+void kmp_registers_write(kmp_registers *r, kmp_x86 *c, uint32_t count, const kmp_straight *operations);
+
+#endif

@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "backend/x86/x86.h"
+#include "base/memory.h"
+
+enum { LONGEST = 16, BASE = 7 /* rdi */ };
+
+/* Room for one more instruction. */
+static uint8_t *room(kmp_x86 *c)
+{
+    if (c->size + LONGEST > c->capacity) {
+        size_t capacity = c->capacity ? 2 * c->capacity : 4096;
+        uint8_t *code = c->failed ? NULL : kmp_realloc(c->code, capacity, 1);
+        if (!code) {
+            c->failed = true;
+            return NULL;
+        }
+        c->code = code;
+        c->capacity = capacity;
+    }
+    return c->code + c->size;
+}
+
+static void put(kmp_x86 *c, int byte)
+{
+    c->code[c->size++] = (uint8_t)byte;
+}
+
+static void put_32(kmp_x86 *c, int32_t x)
+{
+    uint32_t u = (uint32_t)x;
+    for (int k = 0; k < 4; k++, u >>= 8)
+        put(c, (int)(u & 255));
+}
+
+/* Loads and stores have no second source; a packed square root has none either. */
+static bool has_source(const kmp_x86 *c, kmp_x86_op op)
+{
+    return op != KMP_X86_LOAD && op != KMP_X86_STORE && !(op == KMP_X86_SQRT && c->form != KMP_X86_ONE);
+}
+
+/* Prefix for registers d (ModRM.reg), x (vvvv) and y (ModRM.rm), the opcode behind it. Bits of registers are inverted.
+ */
+static void put_prefix(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
+{
+    int r = d < 8, b = y < 8, v = has_source(c, op) ? ~x & 15 : 15;
+    int packed = c->form != KMP_X86_ONE, pp = packed ? 1 : 3;
+    if (c->form == KMP_X86_EIGHT) {
+        put(c, 0x62);
+        put(c, r << 7 | 1 << 6 | b << 5 | 1 << 4 | 1);
+        put(c, 1 << 7 | v << 3 | 1 << 2 | pp);
+        put(c, 2 << 5 | 1 << 3);
+    } else if (b) {
+        put(c, 0xc5);
+        put(c, r << 7 | v << 3 | packed << 2 | pp);
+    } else {
+        put(c, 0xc4);
+        put(c, r << 7 | 1 << 6 | b << 5 | 1);
+        put(c, v << 3 | packed << 2 | pp);
+    }
+    put(c, (int)op);
+}
+
+void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
+{
+    if (!room(c))
+        return;
+    if ((op == KMP_X86_ADD || op == KMP_X86_MUL) && x < 8 && y >= 8) { /* a byte less */
+        int z = x;
+        x = y;
+        y = z;
+    }
+    put_prefix(c, op, d, x, y);
+    put(c, 3 << 6 | (d & 7) << 3 | (y & 7));
+}
+
+void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int32_t y)
+{
+    int32_t unit = c->form == KMP_X86_EIGHT ? 64 : 1; /* short distances count in these */
+    bool is_short = y % unit == 0 && y / unit >= -128 && y / unit <= 127;
+    if (!room(c))
+        return;
+    put_prefix(c, op, d, x, BASE);
+    put(c, (is_short ? 1 : 2) << 6 | (d & 7) << 3 | BASE);
+    if (is_short)
+        put(c, (int)(y / unit) & 255);
+    else
+        put_32(c, y);
+}
+
+void kmp_x86_return(kmp_x86 *c)
+{
+    if (!room(c))
+        return;
+    if (c->form != KMP_X86_ONE) { /* vzeroupper */
+        put(c, 0xc5);
+        put(c, 0xf8);
+        put(c, 0x77);
+    }
+    put(c, 0xc3);
+}
+
+bool kmp_x86_runs(kmp_x86_form form)
+{
+#if defined(__x86_64__) && defined(__GNUC__) && defined(__unix__)
+    return form == KMP_X86_ONE    ? __builtin_cpu_supports("avx")
+           : form == KMP_X86_FOUR ? __builtin_cpu_supports("avx")
+                                  : __builtin_cpu_supports("avx512f");
+#else
+    (void)form;
+    return false;
+#endif
+}
+
+int kmp_x86_width(kmp_x86_form form)
+{
+    return form == KMP_X86_ONE ? 1 : form == KMP_X86_FOUR ? 4 : 8;
+}
+
+void kmp_x86_free(kmp_x86 *c)
+{
+    kmp_free(c->code);
+    *c = (kmp_x86){.form = c->form};
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A way from 0 to 1 in parts: all at once if that can be done, half as much after a part that cannot, twice as much
+ * after one that can.
+ *
+ *     kmp_parts way = KMP_PARTS;
+ *     while (kmp_parts_next(&way, 1e-7))
+ *         kmp_parts_take(&way, go_to(way.next));
+ *     if (way.done < 1) ...
+ */
+#ifndef KMP_BASE_SHARE_H
+#define KMP_BASE_SHARE_H
+
+#include <stdbool.h>
+
+typedef struct kmp_parts {
+    double done, part, next;
+} kmp_parts;
+
+#define KMP_PARTS ((kmp_parts){0, 1, 0})
+
+/** Where to go next. false: it is done, or parts have become shorter than `least`. */
+static inline bool kmp_parts_next(kmp_parts *way, double least)
+{
+    double next = way->done + way->part;
+    way->next = next >= 1 - least ? 1 : next;
+    return way->done < 1 && way->part >= least;
+}
+
+static inline void kmp_parts_take(kmp_parts *way, bool reached)
+{
+    way->done = reached ? way->next : way->done;
+    way->part *= reached ? 2 : 0.5;
+}
+
+#endif

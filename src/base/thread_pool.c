@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One number says which work is on, how many pieces it has and which one is next: who changes it takes that piece.
+ * Nobody has to answer a call: where the processors are busy elsewhere, the one that asks does all of it. */
+#include "base/thread_pool.h"
+#include "base/clock.h"
+#include "base/memory.h"
+
+#if defined(__unix__) || defined(__APPLE__)
+#include <pthread.h>
+#include <sched.h>
+#include <stdatomic.h>
+#include <stdint.h>
+#include <time.h>
+
+/* Calls that are done alone after one that came late: at first, and twice as many each time; fewer again where all goes
+ * well. */
+enum { FIRST_REST = 16, LONGEST_REST = 4096 };
+static const double LATE = 50e-6;      /* s */
+enum { AWAKE = 4000, PATIENT = 2000 }; /* looks, some 50 ns each: before sleeping; before giving the processor away */
+
+struct kmp_team {
+    char before[64];         /* so that each stands in a line of the cache alone */
+    _Atomic uint64_t ticket; /* work << 32 | pieces << 16 | the next one */
+    char between[64];
+    atomic_int done;
+    char after[64];
+    atomic_int sleepers;
+    atomic_bool ends;
+    atomic_bool stolen; /* a processor was, from another thread than the one that asks, during this call */
+    kmp_team_work *work;
+    void *self;
+    int rest, longest;    /* calls that are not shared for now; of the last such rest */
+    int threads, started; /* asked for; that run besides the one that asks */
+    pthread_t thread[KMP_TEAM_MOST];
+    pthread_mutex_t lock;
+    pthread_cond_t called;
+};
+
+static void pause_a_moment(void)
+{
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#endif
+}
+
+static bool has_more(uint64_t ticket)
+{
+    return (ticket & 0xffff) < (ticket >> 16 & 0xffff);
+}
+
+/* A piece by another thread than the one that asks. What the clock on the wall says and that of the processor does not
+ * is time without a processor: an unequal piece takes long by both. */
+static void help_with(kmp_team *team, int piece)
+{
+    double wall = kmp_wall_now(), cpu = kmp_cpu_now();
+    team->work(team->self, piece);
+    cpu = kmp_cpu_now() - cpu;
+    if (kmp_wall_now() - wall - cpu > LATE)
+        atomic_store_explicit(&team->stolen, true, memory_order_relaxed);
+}
+
+/* false: there was none. */
+static bool do_one(kmp_team *team, bool helps)
+{
+    uint64_t ticket = atomic_load_explicit(&team->ticket, memory_order_acquire);
+    while (has_more(ticket))
+        if (atomic_compare_exchange_weak_explicit(&team->ticket, &ticket, ticket + 1, memory_order_acq_rel,
+                                                  memory_order_acquire)) {
+            if (helps)
+                help_with(team, (int)(ticket & 0xffff));
+            else
+                team->work(team->self, (int)(ticket & 0xffff));
+            atomic_fetch_add_explicit(&team->done, 1, memory_order_release);
+            return true;
+        }
+    return false;
+}
+
+static void sleep_until_called(kmp_team *team)
+{
+    (void)pthread_mutex_lock(&team->lock);
+    atomic_fetch_add(&team->sleepers, 1);
+    while (!has_more(atomic_load(&team->ticket)) && !atomic_load(&team->ends))
+        (void)pthread_cond_wait(&team->called, &team->lock);
+    atomic_fetch_sub(&team->sleepers, 1);
+    (void)pthread_mutex_unlock(&team->lock);
+}
+
+static void *help(void *self)
+{
+    kmp_team *team = self;
+    for (int looks = 0; !atomic_load_explicit(&team->ends, memory_order_relaxed); looks++) {
+        if (do_one(team, true))
+            looks = 0;
+        else if (looks < AWAKE)
+            pause_a_moment();
+        else {
+            sleep_until_called(team);
+            looks = 0;
+        }
+    }
+    return NULL;
+}
+
+kmp_team *kmp_team_new(int threads)
+{
+    kmp_team *team = KMP_NEW(kmp_team, 1);
+    if (!team)
+        return NULL;
+    team->threads = threads < 1 ? 1 : threads > KMP_TEAM_MOST ? KMP_TEAM_MOST : threads;
+    if (pthread_mutex_init(&team->lock, NULL)) {
+        kmp_free(team);
+        return NULL;
+    }
+    if (pthread_cond_init(&team->called, NULL)) {
+        (void)pthread_mutex_destroy(&team->lock);
+        kmp_free(team);
+        return NULL;
+    }
+    while (team->started < team->threads - 1 && pthread_create(&team->thread[team->started], NULL, help, team) == 0)
+        team->started++;
+    return team;
+}
+
+static void wake(kmp_team *team)
+{
+    (void)pthread_mutex_lock(&team->lock);
+    (void)pthread_cond_broadcast(&team->called);
+    (void)pthread_mutex_unlock(&team->lock);
+}
+
+void kmp_team_free(kmp_team *team)
+{
+    if (!team)
+        return;
+    atomic_store(&team->ends, true);
+    wake(team);
+    for (int k = 0; k < team->started; k++)
+        (void)pthread_join(team->thread[k], NULL);
+    (void)pthread_cond_destroy(&team->called);
+    (void)pthread_mutex_destroy(&team->lock);
+    kmp_free(team);
+}
+
+/* A processor that was taken away in the middle of a piece keeps this one waiting for milliseconds. Where others want
+ * the processors that happens again and again: then it is quicker alone. */
+static void judge(kmp_team *team, double waited)
+{
+    if (waited > LATE && atomic_load_explicit(&team->stolen, memory_order_relaxed)) {
+        int rest = 2 * team->longest > FIRST_REST ? 2 * team->longest : FIRST_REST;
+        team->rest = team->longest = rest < LONGEST_REST ? rest : LONGEST_REST;
+    } else {
+        team->longest -= (team->longest + 15) / 16;
+    }
+}
+
+/* A sleeper looks at the ticket after it has counted itself, this looks at the count after it has set the ticket: one
+ * of them sees the other. */
+void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
+{
+    uint64_t last = atomic_load_explicit(&team->ticket, memory_order_relaxed);
+    if (team->started == 0 || team->rest > 0) {
+        team->rest -= team->rest > 0;
+        for (int k = 0; k < count; k++)
+            work(self, k);
+        return;
+    }
+    team->work = work;
+    team->self = self;
+    atomic_store_explicit(&team->done, 0, memory_order_relaxed);
+    atomic_store_explicit(&team->stolen, false, memory_order_relaxed);
+    atomic_store(&team->ticket, ((last >> 32) + 1) << 32 | (uint64_t)count << 16);
+    if (atomic_load(&team->sleepers) > 0)
+        wake(team);
+    while (do_one(team, false))
+        ;
+    double from = kmp_wall_now();
+    for (int looks = 0; atomic_load_explicit(&team->done, memory_order_acquire) < count; looks++)
+        if (looks % PATIENT < PATIENT - 1)
+            pause_a_moment();
+        else
+            (void)sched_yield();
+    judge(team, kmp_wall_now() - from);
+}
+
+static double time_of(pthread_t thread)
+{
+#if defined(__APPLE__)
+    (void)thread;
+    return 0;
+#else
+    clockid_t clock;
+    struct timespec t;
+    if (pthread_getcpuclockid(thread, &clock) || clock_gettime(clock, &t))
+        return 0;
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+#endif
+}
+
+double kmp_team_cpu(const kmp_team *team)
+{
+    double sum = 0;
+    for (int k = 0; team && k < team->started; k++)
+        sum += time_of(team->thread[k]);
+    return sum;
+}
+
+bool kmp_team_rests(const kmp_team *team)
+{
+    return team->rest > 0;
+}
+
+#else
+
+struct kmp_team {
+    int threads;
+};
+
+kmp_team *kmp_team_new(int threads)
+{
+    kmp_team *team = KMP_NEW(kmp_team, 1);
+    if (team)
+        team->threads = threads;
+    return team;
+}
+
+void kmp_team_free(kmp_team *team)
+{
+    kmp_free(team);
+}
+
+void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
+{
+    (void)team;
+    for (int k = 0; k < count; k++)
+        work(self, k);
+}
+
+double kmp_team_cpu(const kmp_team *team)
+{
+    (void)team;
+    return 0;
+}
+
+bool kmp_team_rests(const kmp_team *team)
+{
+    (void)team;
+    return false;
+}
+
+#endif
+
+int kmp_team_threads(const kmp_team *team)
+{
+    return team->threads;
+}

@@ -1,0 +1,343 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "derivatives/linearized.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "constraints/rounding/rounding.h"
+#include "linalg/dense/dense.h"
+#include "linalg/dot.h"
+#include "model/check_mass.h"
+#include <string.h>
+
+static bool make_room(kmp_linear *l)
+{
+    const kmp_arena_group groups[] = {
+        {l->n, {&l->q, &l->qd, &l->qdd, &l->force, &l->unit}}, {l->m, {&l->lambda}}, {5 * l->n + l->m, {&l->work}}};
+    return kmp_arena_make_groups(&l->arena, sizeof groups / sizeof *groups, groups);
+}
+
+kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
+{
+    *linear = (kmp_linear){.system = system, .n = system->n, .m = system->m};
+    linear->plant = kmp_plant_new(system, backend);
+    if (!linear->plant)
+        return KEMPE_E_MEMORY;
+    kempe_status status = make_room(linear) ? KEMPE_OK : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = kmp_tangents_init_few(&linear->tangents, system, linear->plant->backend);
+    if (status != KEMPE_OK)
+        kmp_linear_free(linear);
+    return status;
+}
+
+static void forget_choice(kmp_linear *l)
+{
+    kmp_arena_free(&l->choice);
+    l->inertia = l->pressed = NULL;
+    if (l->chosen)
+        kmp_reduction_free(&l->red);
+    kmp_partition_free(&l->part);
+    l->part = (kmp_partition){0};
+    l->chosen = false;
+}
+
+void kmp_linear_free(kmp_linear *linear)
+{
+    forget_choice(linear);
+    kmp_tangents_free(&linear->tangents);
+    kmp_plant_free(linear->plant);
+    kmp_arena_free(&linear->arena);
+    *linear = (kmp_linear){0};
+}
+
+void kmp_linear_renew_parameters(kmp_linear *linear)
+{
+    kmp_plant_renew_parameters(linear->plant);
+    kmp_tangents_renew_parameters(&linear->tangents, linear->system->parameters);
+}
+
+kempe_status kmp_linear_vary(kmp_linear *linear, kempe_system *system, kmp_variant *variant, const double *values)
+{
+    kmp_text why = {0};
+    kempe_status status = kmp_variant_set(variant, values, &why);
+    if (status == KEMPE_OK && !kmp_system_rescale(system))
+        status = kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = kmp_check_masses(kmp_variant_model(variant));
+    if (status == KEMPE_E_INPUT)
+        status = why.s ? kmp_fail(system->context, KEMPE_E_FAILED, "%s", why.s) : KEMPE_E_FAILED;
+    kmp_text_free(&why);
+    if (status == KEMPE_OK && linear->plant)
+        kmp_linear_renew_parameters(linear);
+    return status;
+}
+
+kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, const int *wish, int wish_count)
+{
+    kmp_partition part;
+    forget_choice(linear);
+    kmp_plant_closure(linear->plant, t, q);
+    kempe_status status = kmp_partition_init(&part, linear->system, linear->plant->jacobian, wish, wish_count);
+    return status == KEMPE_OK ? kmp_linear_take(linear, &part) : status;
+}
+
+int kmp_linear_place(const kmp_linear *linear, int coordinate)
+{
+    for (int k = 0; k < linear->p; k++)
+        if (linear->part.u[k] == coordinate)
+            return k;
+    return -1;
+}
+
+void kmp_linear_lend(kmp_linear *linear, kmp_plant *plant)
+{
+    forget_choice(linear);
+    linear->plant = plant;
+}
+
+kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
+{
+    const kempe_system *s = linear->system;
+    forget_choice(linear);
+    linear->part = *part;
+    *part = (kmp_partition){0};
+    int p = linear->p = linear->part.p;
+    kmp_arena *a = &linear->choice;
+    bool pressed = s->pressed_count > 0;
+    const kmp_arena_group groups[] = {{p, {&linear->residual}},
+                                      {p * p, {&linear->mass, &linear->damping, &linear->stiffness}},
+                                      {p * p, {&linear->pressed, &linear->inertia}}};
+    (void)kmp_arena_make_groups(a, pressed ? 3 : 2, groups);
+    if (pressed)
+        linear->pivot = KMP_ARENA_NEW(a, int, p);
+    if (a->failed)
+        return kmp_fail_memory(s->context);
+    kempe_status status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
+    linear->chosen = status == KEMPE_OK;
+    return status;
+}
+
+/* -- the state --------------------------------------------------------------------------------------- */
+
+/* q closed, qd, M and C there, and conditions as they hold. */
+static kempe_status place(kmp_linear *l, double t, const double *q, const double *ud)
+{
+    kmp_plant *plant = l->plant;
+    l->t = t;
+    memcpy(l->q, q, (size_t)l->n * sizeof *q);
+    memset(l->qd, 0, (size_t)l->n * sizeof *l->qd);
+    if (!l->held)
+        plant->frozen = false;
+    if (kmp_reduction_close(&l->red, t, l->q, NULL, 0))
+        return KEMPE_E_FAILED;
+    kmp_plant_closure(plant, t, l->q);
+    if (!kmp_rounding_closed(plant) || kmp_reduction_factor(&l->red))
+        return KEMPE_E_FAILED;
+    kmp_reduction_tangent(&l->red);
+    memset(l->work, 0, (size_t)l->p * sizeof *l->work);
+    kmp_reduction_rates(&l->red, ud ? ud : l->work, l->qd);
+    if (!l->held) {
+        kmp_plant_freeze(plant, t, l->q, l->qd);
+        kmp_plant_closure(plant, t, l->q);
+    }
+    kmp_plant_mass(plant);
+    kmp_plant_bias(plant, l->qd);
+    return KEMPE_OK;
+}
+
+void kmp_linear_derive(kmp_linear *linear)
+{
+    kmp_tangents derived;
+    if (!linear->tangents.numbers)
+        return;
+    if (kmp_tangents_init(&derived, linear->system, linear->plant->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
+        kmp_context_clear(linear->system->context);
+        return;
+    }
+    kmp_tangents_free(&linear->tangents);
+    linear->tangents = derived;
+}
+
+kmp_instant kmp_linear_instant(const kmp_linear *linear)
+{
+    const kmp_linear *l = linear;
+    return kmp_instant_of(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
+}
+
+/* Deriving the tangents takes as long as some hundred evaluations number by number. */
+enum { WORTH = 200 };
+
+/* What follows from qdd, and the tangents. */
+static void complete(kmp_linear *l)
+{
+    kmp_reduction_multipliers(&l->red, l->qdd, l->lambda);
+    memcpy(l->force, l->red.force, (size_t)l->n * sizeof *l->force);
+    if (l->plain)
+        return;
+    if (++l->looks == WORTH)
+        kmp_linear_derive(l);
+    (void)kmp_reduction_press_factor(&l->red, false); /* the state was come to with the same */
+    kmp_instant at = kmp_linear_instant(l);
+    l->d = kmp_tangents_derivatives(&l->tangents, &at);
+    l->factored = false;
+}
+
+kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const double *ud, const double *udd)
+{
+    KMP_TRY(place(linear, t, q, ud));
+    double *rest = linear->work; /* zero, if asked for */
+    memset(rest, 0, (size_t)linear->p * sizeof *rest);
+    kmp_reduction_residual(&linear->red, udd ? udd : rest, linear->residual);
+    kmp_reduction_accelerations(&linear->red, udd ? udd : rest, linear->qdd);
+    complete(linear);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q, const double *ud)
+{
+    kempe_status status = place(linear, t, q, ud);
+    if (status == KEMPE_OK && kmp_reduction_accelerate(&linear->red, linear->residual))
+        status = KEMPE_E_FAILED;
+    if (status != KEMPE_OK)
+        return status;
+    kmp_reduction_accelerations(&linear->red, linear->residual, linear->qdd);
+    memset(linear->residual, 0, (size_t)linear->p * sizeof *linear->residual);
+    complete(linear);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_linear_at_rates(kmp_linear *linear, double t, const double *q, const double *qd, bool motion)
+{
+    double *ud = linear->unit;
+    for (int k = 0; k < linear->p; k++)
+        ud[k] = qd[linear->part.u[k]];
+    return motion ? kmp_linear_at_motion(linear, t, q, ud) : kmp_linear_at(linear, t, q, ud, NULL);
+}
+
+/* -- small changes ----------------------------------------------------------------------------------- */
+
+void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_response *response)
+{
+    kmp_follow(&linear->red, &linear->tangents, linear->d, false, change, response, linear->work);
+}
+
+/* Factors of Mr with what accelerations make of the multipliers. */
+static void press(kmp_linear *l)
+{
+    int p = l->p;
+    memset(l->unit, 0, (size_t)l->n * sizeof *l->unit);
+    for (int k = 0; k < p; k++) {
+        l->unit[k] = 1;
+        kmp_linear_follow(l, &(kmp_change){.udd = l->unit}, &(kmp_response){.residual = l->pressed + k * p});
+        l->unit[k] = 0;
+    }
+    if (kmp_lu_factor(p, l->pressed, l->pivot)) /* such a state has no accelerations */
+        for (int k = 0; k < p; k++)
+            l->pivot[k] = k;
+    l->factored = true;
+}
+
+void kmp_linear_accelerate(kmp_linear *linear, const double *residual, double *udd)
+{
+    for (int k = 0; k < linear->p; k++)
+        udd[k] = -residual[k];
+    if (linear->pressed && !linear->factored)
+        press(linear);
+    if (linear->pressed)
+        kmp_lu_solve(linear->p, linear->pressed, linear->pivot, 1, udd);
+    else
+        kmp_reduction_solve_mass(&linear->red, udd);
+}
+
+/* -- backwards --------------------------------------------------------------------------------------- */
+
+/* Weights on out = X du - (0; Jv^-1 rows), as those on du and rows (all m, of which others are zero). */
+static void gather(kmp_linear *l, const double *w, double *du, double *rows)
+{
+    kmp_reduction *red = &l->red;
+    for (int k = 0; k < l->p; k++)
+        du[k] = kmp_dot(l->n, red->x + k * l->n, w);
+    kmp_reduction_pull(red, w, rows);
+    for (int r = 0; r < l->m; r++)
+        rows[r] = -rows[r];
+}
+
+/* On the force M qdd + C - J' lambda, from those on R = X' force and on lambda = Jv'^-1 force_v. */
+static void weigh_force(kmp_linear *l, const kmp_weights *w, double *force)
+{
+    kmp_reduction *red = &l->red;
+    memset(force, 0, (size_t)l->n * sizeof *force);
+    for (int k = 0; w->residual && k < l->p; k++)
+        for (int i = 0; i < l->n; i++)
+            force[i] += red->x[i + k * l->n] * w->residual[k];
+    if (w->lambda)
+        kmp_reduction_push(red, 1, w->lambda, force);
+}
+
+void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back)
+{
+    int n = linear->n;
+    const kmp_tangents *t = &linear->tangents;
+    const double *d = linear->d;
+    double *q = linear->work + n, *qd = linear->work + 2 * n, *qdd = linear->work + 3 * n;
+    kmp_copy_or_zero(n, weights->q, q);
+    kmp_copy_or_zero(n, weights->qd, qd);
+    kmp_copy_or_zero(n, weights->qdd, qdd);
+    weigh_force(linear, weights, back->force);
+    kmp_tangents_add_transposed(t, KMP_M, d, 1, back->force, qdd);
+    kmp_tangents_add_transposed(t, KMP_R_QD, d, 1, back->force, qd);
+    kmp_tangents_add_transposed(t, KMP_R_Q, d, 1, back->force, q);
+    gather(linear, qdd, back->udd, back->curve);
+    kmp_tangents_add_transposed(t, KMP_CURVE_QD, d, 1, back->curve, qd);
+    kmp_tangents_add_transposed(t, KMP_CURVE_Q, d, 1, back->curve, q);
+    gather(linear, qd, back->ud, back->rate);
+    kmp_tangents_add_transposed(t, KMP_RATE_Q, d, 1, back->rate, q);
+    gather(linear, q, back->u, back->h);
+}
+
+void kmp_linear_inertia(kmp_linear *linear)
+{
+    kmp_linear *l = linear;
+    int n = l->n, p = l->p;
+    for (int k = 0; l->inertia && k < p; k++) {
+        memset(l->work, 0, (size_t)n * sizeof *l->work);
+        kmp_tangents_add(&l->tangents, KMP_M, l->d, 1, l->red.x + k * n, l->work);
+        for (int i = 0; i < p; i++)
+            l->inertia[i + k * p] = kmp_dot(n, l->red.x + i * n, l->work);
+    }
+}
+
+void kmp_linear_matrices(kmp_linear *linear)
+{
+    int p = linear->p;
+    double *unit = linear->unit;
+    memset(unit, 0, (size_t)linear->n * sizeof *unit);
+    for (int k = 0; k < p; k++) {
+        unit[k] = 1;
+        kmp_linear_follow(linear, &(kmp_change){.u = unit}, &(kmp_response){.residual = linear->stiffness + k * p});
+        kmp_linear_follow(linear, &(kmp_change){.ud = unit}, &(kmp_response){.residual = linear->damping + k * p});
+        kmp_linear_follow(linear, &(kmp_change){.udd = unit}, &(kmp_response){.residual = linear->mass + k * p});
+        unit[k] = 0;
+    }
+    kmp_linear_inertia(linear);
+}
+
+kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum)
+{
+    const kmp_linear *l = linear;
+    kempe_context *context = l->system->context;
+    unsigned long failures = kmp_memory_failures();
+    int info = l->inertia ? kmp_spectrum_init_led(spectrum, l->p, l->inertia, l->mass, l->damping, l->stiffness)
+                          : kmp_spectrum_init(spectrum, l->p, l->mass, l->damping, l->stiffness, false);
+    if (info == 0)
+        return KEMPE_OK;
+    if (kmp_memory_failures() != failures)
+        return kmp_fail_memory(context);
+    if (info > 0)
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "the reduced mass is not positive for '%s': something that moves along it has no mass",
+                        l->system->model->motions[l->part.u[info - 1]].name);
+    return kmp_fail(context, KEMPE_E_FAILED,
+                    info == -2 ? "accelerations do not follow from the state: forces that depend on multipliers take "
+                                 "all inertia away from some motion, and there are no modes"
+                               : "the iteration for the eigenvalues does not converge");
+}

@@ -1,0 +1,388 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The parameters are inputs of the graph; those that follow from others are inputs of their own, along with which the
+ * direction of a named one moves: d(follower) = its expression, differentiated. */
+#include "derivatives/parameter_slopes.h"
+#include "base/arena.h"
+#include "base/memory.h"
+#include "model/variant.h"
+#include "symbolic/derivative.h"
+#include "symbolic/partials.h"
+#include <string.h>
+
+/* -- entries ----------------------------------------------------------------------------------------- */
+
+/* Expressions of one program while its entries are found. */
+typedef struct gather {
+    kmp_slopes *s;
+    kmp_slope_matrix *x; /* that they become */
+    kmp_arena arena;
+    kmp_equations eq;
+    kmp_derivative *along;     /* of one parameter after the other */
+    kmp_ref *leaf, *direction; /* room for all parameters */
+    const int *named;          /* which parameters the names are */
+    kmp_ref *of;               /* what is differentiated */
+    int of_count;
+    kmp_listing list;
+} gather;
+
+/* The outputs so far that stand in the next column are all of it. */
+static void end_column(gather *g)
+{
+    g->x->start[++g->x->columns] = g->list.count;
+}
+
+/* -- directions of parameters ------------------------------------------------------------------------ */
+
+int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction)
+{
+    const kempe_model *m = tree->model;
+    kmp_derivative *along = kmp_derivative_new(tree->graph, count, leaf, direction);
+    bool ok = along;
+    for (int i = 0; ok && i < m->led_count; i++) {
+        kmp_ref value = kmp_tree_expression(tree, m->parameters[m->led[i]].number.expr);
+        ok = kmp_derivative_restart(along, count, leaf, direction);
+        direction[count] = ok ? kmp_derivative_of(along, value) : KMP_ZERO;
+        leaf[count++] = kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)m->led[i]);
+    }
+    kmp_derivative_free(along);
+    return ok ? count : -1;
+}
+
+/* A column for each parameter. */
+static bool add_parameters(gather *g)
+{
+    bool ok = true;
+    for (int p = 0; ok && p < g->s->count; p++) {
+        g->leaf[0] = kmp_input(g->eq.graph, KMP_IN_PARAMETER, (uint32_t)g->named[p]);
+        g->direction[0] = KMP_ONE;
+        int leaves = kmp_slopes_lead(&g->eq.tree, 1, g->leaf, g->direction);
+        ok = leaves > 0 && kmp_derivative_restart(g->along, leaves, g->leaf, g->direction);
+        for (int i = 0; ok && i < g->of_count; i++)
+            kmp_listing_put(&g->list, 0, i, g->x->columns, kmp_derivative_of(g->along, g->of[i]));
+        end_column(g);
+    }
+    return ok;
+}
+
+/* -- the equations ----------------------------------------------------------------------------------- */
+
+void kmp_slopes_collect(const kmp_equations *eq, kmp_ref *of)
+{
+    int n = eq->n, m = eq->m;
+    for (int i = 0; i < m; i++) {
+        of[i] = eq->h[i];
+        of[m + i] = eq->hdot[i];
+        of[2 * m + i] = kmp_equations_curve(eq, i);
+    }
+    memcpy(of + 3 * m, eq->residual, (size_t)n * sizeof *of);
+}
+
+/* The characteristic length: of the lever that is the longest with the values at hand. */
+static kmp_ref length(const gather *g)
+{
+    kmp_graph *graph = g->eq.graph;
+    const kmp_lever lever = kmp_system_lever(g->eq.model);
+    kmp_ref square = KMP_ZERO;
+    for (int i = 0; i < 3; i++) {
+        kmp_ref d =
+            kmp_sub(graph, kmp_tree_number(&g->eq.tree, &lever.to[i]), kmp_tree_number(&g->eq.tree, &lever.from[i]));
+        square = kmp_add(graph, square, kmp_mul(graph, d, d));
+    }
+    return lever.length > 0 ? kmp_sqrt(graph, square) : KMP_ONE;
+}
+
+static bool add_equations(gather *g)
+{
+    int n = g->s->n, m = g->s->m;
+    const kmp_start *start = &g->eq.model->start;
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, 3 * m + 3 * n + 1);
+    if (!g->of)
+        return false;
+    kmp_slopes_collect(&g->eq, g->of);
+    for (int i = 0; i < n; i++) {
+        g->of[3 * m + n + i] = kmp_tree_number(&g->eq.tree, &start->q[i]);
+        g->of[3 * m + 2 * n + i] = kmp_tree_number(&g->eq.tree, &start->qd[i]);
+    }
+    g->of[3 * m + 3 * n] = length(g);
+    g->of_count = 3 * m + 3 * n + 1;
+    return add_parameters(g);
+}
+
+/* -- the outputs ------------------------------------------------------------------------------------- */
+
+static const kmp_input_kind columns[] = {KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD, KMP_IN_QDD, KMP_IN_LAMBDA};
+enum { COLUMN_KINDS = sizeof columns / sizeof *columns };
+
+static int size_of(const kmp_slopes *s, int kind)
+{
+    return columns[kind] == KMP_IN_TIME ? 1 : columns[kind] == KMP_IN_LAMBDA ? s->m : s->n;
+}
+
+static bool add_column(gather *g, kmp_partials *partials, kmp_ref leaf)
+{
+    const int *which;
+    const kmp_ref *value;
+    int count = kmp_partials_along(partials, leaf, &which, &value);
+    for (int i = 0; i < count; i++)
+        kmp_listing_put(&g->list, 0, which[i], g->x->columns, value[i]);
+    end_column(g);
+    return count >= 0;
+}
+
+static bool add_state(gather *g)
+{
+    kmp_graph *graph = g->eq.graph;
+    for (int c = 0; c < COLUMN_KINDS; c++)
+        for (int k = 0; k < size_of(g->s, c); k++)
+            (void)kmp_input(graph, columns[c], (uint32_t)k);
+    kmp_partials *partials = kmp_partials_new(graph, g->of_count, g->of);
+    bool ok = partials;
+    for (int c = 0; c < COLUMN_KINDS; c++)
+        for (int k = 0; ok && k < size_of(g->s, c); k++)
+            ok = add_column(g, partials, kmp_input(graph, columns[c], (uint32_t)k));
+    kmp_partials_free(partials);
+    return ok;
+}
+
+/* The values come first. */
+static bool add_values(gather *g)
+{
+    for (int i = 0; g->of && i < g->of_count; i++)
+        (void)kmp_listing_add(&g->list, g->of[i]);
+    return g->of && add_state(g) && add_parameters(g);
+}
+
+static bool add_outputs(gather *g)
+{
+    g->s->shown = g->of_count = g->eq.shown_count;
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
+    for (int i = 0; g->of && i < g->of_count; i++)
+        g->of[i] = g->eq.shown[i];
+    return add_values(g);
+}
+
+static bool add_events(gather *g)
+{
+    g->of_count = g->s->system->events.count;
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
+    for (int i = 0; g->of && i < g->of_count; i++)
+        if (!g->s->system->events.condition[i].ends && !kmp_tree_event(&g->eq.tree, i, &g->of[i]))
+            return false;
+    return add_values(g);
+}
+
+/* -- programs ---------------------------------------------------------------------------------------- */
+
+static bool make_machine(gather *g, const kmp_backend *backend)
+{
+    const kmp_listing *list = &g->list;
+    kmp_slope_matrix *x = g->x;
+    if (kmp_graph_failed(g->eq.graph) || list->failed)
+        return false;
+    x->count = list->count;
+    x->rows = g->of_count;
+    x->entry = list->entry;
+    g->list.entry = NULL;
+    return list->output_count == 0 || kmp_formulas_init(&x->formulas, g->eq.graph, list->output_count, list->output,
+                                                        backend, g->s->system->parameters);
+}
+
+static bool make_room(gather *g)
+{
+    int parameters = g->eq.model->parameter_count, width = 1 + 3 * g->s->n + g->s->m + g->s->count;
+    g->x->start = KMP_NEW(int, width + 1);
+    g->leaf = KMP_ARENA_NEW(&g->arena, kmp_ref, parameters + 1);
+    g->direction = KMP_ARENA_NEW(&g->arena, kmp_ref, parameters + 1);
+    g->along = g->arena.failed ? NULL : kmp_derivative_new(g->eq.graph, 0, g->leaf, g->direction);
+    return g->along && g->x->start;
+}
+
+kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system, kmp_events *events, unsigned sets)
+{
+    *events = system->events;
+    const kmp_scene scene = {.sets = sets, .scheme = KMP_SCHEME_COMPOSITE, .events = events, .charted = true};
+    return kmp_equations_derive(eq, system->model, &scene);
+}
+
+static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g), kmp_slope_matrix *x, const int *named,
+                           const kmp_backend *backend)
+{
+    gather g = {.s = s, .x = x, .named = named};
+    kmp_events events;
+    KMP_TRY(kmp_slopes_equations(&g.eq, s->system, &events, sets));
+    bool ok = make_room(&g) && add(&g) && make_machine(&g, backend);
+    kmp_derivative_free(g.along);
+    kmp_arena_free(&g.arena);
+    kmp_free(g.list.output);
+    kmp_free(g.list.entry);
+    kmp_equations_free(&g.eq);
+    return ok ? KEMPE_OK : kmp_fail_memory(s->system->context);
+}
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *const *names, int *parameter)
+{
+    const kempe_model *m = system->model;
+    for (int p = 0; p < count; p++) {
+        int k = kmp_parameter_find(m, names[p]);
+        if (k < 0 || !m->parameters[k].varies)
+            return kmp_fail(system->context, KEMPE_E_ARGUMENT,
+                            "parameter '%s' is not among those that the equations keep open", names[p]);
+        parameter[p] = k;
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *names, bool with_outputs)
+{
+    kempe_context *c = s->system->context;
+    const kmp_backend *found = kmp_backend_find(backend);
+    if (!found)
+        return kmp_fail(c, KEMPE_E_ARGUMENT, "there is no back end '%s': there are %s", backend, kmp_backend_names());
+    int *named = KMP_NEW(int, s->count);
+    kempe_status status = named ? kmp_slopes_find(s->system, s->count, names, named) : kmp_fail_memory(c);
+    if (status == KEMPE_OK)
+        status =
+            derive(s, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL, add_equations, &s->equations, named, found);
+    if (status == KEMPE_OK && with_outputs)
+        status = derive(s, KMP_SET_CLOSURE | KMP_SET_OUTPUT, add_outputs, &s->outputs, named, found);
+    if (status == KEMPE_OK && s->system->events.count > 0) /* all laws and rows: conditions of elements */
+        status = derive(s, KMP_SET_CLOSURE | KMP_SET_ENERGY, add_events, &s->events, named, found);
+    kmp_free(named);
+    return status;
+}
+
+kempe_status kmp_slopes_new(const kempe_system *system, const char *backend, int count, const char *const *names,
+                            bool with_outputs, kmp_slopes **slopes)
+{
+    kmp_slopes *s = KMP_NEW(kmp_slopes, 1);
+    if (!s)
+        return kmp_fail_memory(system->context);
+    *s = (kmp_slopes){.system = system, .n = system->n, .m = system->m, .count = count};
+    kempe_status status = fill(s, backend, names, with_outputs);
+    if (status != KEMPE_OK) {
+        kmp_slopes_free(s);
+        return status;
+    }
+    *slopes = s;
+    return KEMPE_OK;
+}
+
+static void free_matrix(kmp_slope_matrix *x)
+{
+    kmp_formulas_free(&x->formulas);
+    kmp_free(x->entry);
+    kmp_free(x->start);
+}
+
+void kmp_slopes_free(kmp_slopes *slopes)
+{
+    if (!slopes)
+        return;
+    free_matrix(&slopes->equations);
+    free_matrix(&slopes->outputs);
+    free_matrix(&slopes->events);
+    kmp_free(slopes);
+}
+
+void kmp_slopes_renew_parameters(kmp_slopes *slopes)
+{
+    kmp_slope_matrix *const of[] = {&slopes->equations, &slopes->outputs, &slopes->events};
+    for (int k = 0; k < 3; k++)
+        if (of[k]->formulas.machine)
+            kmp_formulas_renew(&of[k]->formulas, slopes->system->parameters);
+}
+
+/* -- numbers ----------------------------------------------------------------------------------------- */
+
+const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at)
+{
+    if (of->formulas.machine)
+        of->value = kmp_formulas_at(&of->formulas, at);
+    return of->value;
+}
+
+void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at)
+{
+    (void)kmp_slopes_values(&slopes->equations, at);
+}
+
+/* Rows first .. first + count - 1 of column k. */
+static void take_rows(const kmp_slopes *s, int k, int first, int count, double *out)
+{
+    const kmp_slope_matrix *x = &s->equations;
+    memset(out, 0, (size_t)count * sizeof *out);
+    for (int e = x->start[k]; e < x->start[k + 1]; e++)
+        if (x->entry[e].row >= first && x->entry[e].row < first + count)
+            out[x->entry[e].row - first] = x->value[x->entry[e].source];
+}
+
+kmp_change kmp_slopes_change(const kmp_slopes *slopes, int k, double *room)
+{
+    int m = slopes->m;
+    take_rows(slopes, k, 0, 3 * m + slopes->n, room);
+    return (kmp_change){.h = room, .rate = room + m, .curve = room + 2 * m, .force = room + 3 * m};
+}
+
+double kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd)
+{
+    int n = slopes->n, first = 3 * slopes->m + n;
+    double length;
+    take_rows(slopes, k, first, n, q);
+    take_rows(slopes, k, first + n, n, qd);
+    take_rows(slopes, k, first + 2 * n, 1, &length);
+    return length;
+}
+
+void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,
+                         const double *force, double *out)
+{
+    int m = slopes->m;
+    const double *part[] = {h, rate, curve};
+    for (int e = 0; e < slopes->equations.count; e++) {
+        const kmp_tangent *x = &slopes->equations.entry[e];
+        if (x->row >= 3 * m + slopes->n)
+            continue;
+        const double *w = x->row < 3 * m ? part[x->row / m] : force;
+        int i = x->row < 3 * m ? x->row % m : x->row - 3 * m;
+        out[x->col] += w ? w[i] * slopes->equations.value[x->source] : 0;
+    }
+}
+
+/* A part of a direction for each kind of columns, parameters behind them. */
+static void parts_of(const kmp_direction *d, double *part[COLUMN_KINDS + 1])
+{
+    double *const all[] = {d->t, d->q, d->qd, d->qdd, d->lambda, d->parameters};
+    memcpy(part, all, sizeof all);
+}
+
+static int part_size(const kmp_slopes *s, int part)
+{
+    return part < COLUMN_KINDS ? size_of(s, part) : s->count;
+}
+
+void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction, int k,
+                      double *out)
+{
+    double *part[COLUMN_KINDS + 1];
+    parts_of(direction, part);
+    memset(out, 0, (size_t)of->rows * sizeof *out);
+    for (int c = 0, column = 0; of->rows > 0 && c <= COLUMN_KINDS; c++)
+        for (int i = 0; i < part_size(slopes, c); i++, column++) {
+            double by = c == COLUMN_KINDS ? i == k : part[c] ? part[c][i] : 0;
+            for (int e = of->start[column]; by != 0 && e < of->start[column + 1]; e++)
+                out[of->entry[e].row] += of->value[of->entry[e].source] * by;
+        }
+}
+
+void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, const double *w,
+                         const kmp_direction *gradient)
+{
+    double *part[COLUMN_KINDS + 1];
+    parts_of(gradient, part);
+    for (int c = 0, column = 0; of->rows > 0 && c <= COLUMN_KINDS; c++)
+        for (int k = 0; k < part_size(slopes, c); k++, column++)
+            for (int e = of->start[column]; part[c] && e < of->start[column + 1]; e++)
+                part[c][k] += of->value[of->entry[e].source] * w[of->entry[e].row];
+}

@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "derivatives/second_derivatives.h"
+#include "base/arena.h"
+#include "base/memory.h"
+#include "derivatives/parameter_slopes.h"
+#include "linalg/dot.h"
+#include "symbolic/derivative.h"
+#include <string.h>
+
+/* Leaves and where each moves. */
+typedef struct motion {
+    kmp_ref *leaf, *direction;
+    int count;
+} motion;
+
+static motion motion_of(kmp_arena *arena, int most)
+{
+    return (motion){KMP_ARENA_NEW(arena, kmp_ref, most), KMP_ARENA_NEW(arena, kmp_ref, most), 0};
+}
+
+/* An input along which another one goes. */
+static void move(motion *x, kmp_graph *g, kmp_input_kind kind, int index, int along)
+{
+    x->leaf[x->count] = kmp_input(g, kind, (uint32_t)index);
+    x->direction[x->count++] = kmp_input(g, KMP_IN_ALONG, (uint32_t)along);
+}
+
+/* q, qd, qdd and lambda along inputs from `at` on. */
+static void move_state(motion *x, const kmp_equations *eq, int at)
+{
+    static const kmp_input_kind kind[] = {KMP_IN_Q, KMP_IN_QD, KMP_IN_QDD, KMP_IN_LAMBDA};
+    int n = eq->n;
+    for (int k = 0; k < 3 * n + eq->m; k++)
+        move(x, eq->graph, kind[k < 3 * n ? k / n : 3], k < 3 * n ? k % n : k - 3 * n, at + k);
+}
+
+/* -- the program ------------------------------------------------------------------------------------- */
+
+static bool differentiate(const motion *x, kmp_graph *g, int count, kmp_ref *of)
+{
+    kmp_derivative *d = kmp_derivative_new(g, x->count, x->leaf, x->direction);
+    for (int k = 0; d && k < count; k++)
+        of[k] = kmp_derivative_of(d, of[k]);
+    kmp_derivative_free(d);
+    return d && !kmp_graph_failed(g);
+}
+
+/* Parameters go along b as given, and with them those that follow. */
+static bool derive(kmp_bend *bend, const kmp_equations *eq, const kmp_backend *backend, const int *parameter,
+                   const double *values)
+{
+    int state = 3 * eq->n + eq->m, count = eq->n + 3 * eq->m;
+    kmp_arena arena = {0};
+    kmp_ref *of = KMP_ARENA_NEW(&arena, kmp_ref, count);
+    motion a = motion_of(&arena, state), b = motion_of(&arena, state + eq->model->parameter_count);
+    bool ok = !arena.failed;
+    if (ok) {
+        kmp_slopes_collect(eq, of);
+        move_state(&a, eq, 0);
+        move_state(&b, eq, state);
+        for (int i = 0; i < bend->count; i++)
+            move(&b, eq->graph, KMP_IN_PARAMETER, parameter[i], 2 * state + i);
+        b.count = kmp_slopes_lead(&eq->tree, b.count, b.leaf, b.direction);
+        ok = b.count >= 0 && differentiate(&a, eq->graph, count, of) && differentiate(&b, eq->graph, count, of) &&
+             kmp_formulas_init(&bend->bent, eq->graph, count, of, backend, values);
+    }
+    kmp_arena_free(&arena);
+    return ok;
+}
+
+static kempe_status derive_all(kmp_bend *bend, const kempe_system *system, const kmp_backend *backend,
+                               const int *parameter)
+{
+    kmp_equations eq;
+    kmp_events events;
+    KMP_TRY(kmp_slopes_equations(&eq, system, &events, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL));
+    bool ok = derive(bend, &eq, backend, parameter, system->parameters);
+    kmp_equations_free(&eq);
+    return ok ? KEMPE_OK : kmp_fail_memory(system->context);
+}
+
+kempe_status kmp_bend_init(kmp_bend *bend, const kempe_system *system, const kmp_backend *backend, int count,
+                           const char *const *names)
+{
+    *bend = (kmp_bend){.n = system->n, .m = system->m, .count = count};
+    if (system->force)
+        return kmp_fail(system->context, KEMPE_E_FAILED,
+                        "second derivatives are wanted, and the force of the caller's own has none that are known: "
+                        "write it as a force of the model");
+    int *parameter = KMP_NEW(int, count);
+    bend->along = KMP_NEW(double, 2 * (3 * system->n + system->m) + count);
+    kempe_status status =
+        parameter && bend->along ? kmp_slopes_find(system, count, names, parameter) : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = derive_all(bend, system, backend, parameter);
+    kmp_free(parameter);
+    if (status != KEMPE_OK)
+        kmp_bend_free(bend);
+    return status;
+}
+
+void kmp_bend_free(kmp_bend *bend)
+{
+    kmp_formulas_free(&bend->bent);
+    kmp_free(bend->along);
+    *bend = (kmp_bend){0};
+}
+
+/* -- numbers ----------------------------------------------------------------------------------------- */
+
+static double *put(double *to, int count, const double *from)
+{
+    kmp_copy_or_zero(count, from, to);
+    return to + count;
+}
+
+kmp_bent kmp_bend_along(kmp_bend *bend, const kmp_course *a, const kmp_course *b, const double *parameter)
+{
+    const kmp_course *course[] = {a, b};
+    double *to = bend->along;
+    for (int k = 0; k < 2; k++) {
+        to = put(to, bend->n, course[k]->q);
+        to = put(to, bend->n, course[k]->qd);
+        to = put(to, bend->n, course[k]->qdd);
+        to = put(to, bend->m, course[k]->lambda);
+    }
+    (void)put(to, bend->count, parameter);
+    kmp_machine_set(bend->bent.machine, KMP_IN_ALONG, bend->along);
+    const double *out = kmp_machine_run(bend->bent.machine, 1);
+    int m = bend->m;
+    return (kmp_bent){out + 3 * m, out, out + m, out + 2 * m};
+}

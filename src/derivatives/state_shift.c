@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Differentiated, R(u, p) = 0 is Kr du = -dR, with dR what a parameter changes while u stays. Kr is scaled by the sizes
+ * of coordinates before its rank is decided. */
+#include "derivatives/state_shift.h"
+#include "linalg/dense/dense.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int count, const char *const *names)
+{
+    int n = system->n, m = system->m;
+    kmp_shift *s = shift;
+    *s = (kmp_shift){.system = system, .n = n, .m = m, .count = count, .names = names};
+    const kmp_arena_group groups[] = {{n * count, {&s->q, &s->qd, &s->qdd, &s->residual}},
+                                      {m * count, {&s->lambda}},
+                                      {3 * m + n, {&s->part}},
+                                      {n, {&s->u, &s->ud, &s->pivots}},
+                                      {n * n, {&s->matrix}},
+                                      {2 * n, {&s->side}}};
+    s->r = KMP_ARENA_NEW(&s->arena, int, n);
+    s->c = KMP_ARENA_NEW(&s->arena, int, n);
+    return kmp_arena_make_groups(&s->arena, sizeof groups / sizeof *groups, groups) ? KEMPE_OK
+                                                                                    : kmp_fail_memory(system->context);
+}
+
+void kmp_shift_free(kmp_shift *shift)
+{
+    kmp_arena_free(&shift->arena);
+    *shift = (kmp_shift){0};
+}
+
+/* -- what follows from R = 0 --------------------------------------------------------------------------- */
+
+static double scale_of(const kmp_linear *l, int k)
+{
+    return l->system->scale[l->part.u[k]];
+}
+
+/* What is zero but for rounding: of the largest that Kr is the sum of. */
+static double rounding(const kmp_linear *l)
+{
+    double largest = 0;
+    const kmp_tangents *t = &l->tangents;
+    for (int e = t->start[KMP_R_Q]; e < t->start[KMP_R_Q + 1]; e++)
+        largest = fmax(largest, fabs(l->d[t->entry[e].source]) * l->system->scale[t->entry[e].row] *
+                                    l->system->scale[t->entry[e].col]);
+    return 64 * l->n * DBL_EPSILON * largest;
+}
+
+/* Factors the matrix (p x p) that u or udd follows by; its rank. */
+static int factor(kmp_shift *s, const kmp_linear *l, const double *matrix, double zero)
+{
+    int p = l->p, rank = 0;
+    for (int j = 0; j < p; j++)
+        for (int i = 0; i < p; i++)
+            s->matrix[i + j * p] = matrix[i + j * p] * scale_of(l, i) * scale_of(l, j);
+    kmp_lu_complete(p, p, s->matrix, NULL, s->r, s->c, s->pivots);
+    while (rank < p && s->pivots[rank] > fmax(zero, 64 * p * DBL_EPSILON * s->pivots[0]))
+        rank++;
+    return rank;
+}
+
+/* x of matrix x = -b, zero where the matrix leaves it open; b by u. false: the equations contradict each other. */
+static bool solve(kmp_shift *s, const kmp_linear *l, int rank, const double *b, double *x)
+{
+    int p = l->p;
+    double *y = s->side, size = 0, rest = 0;
+    for (int i = 0; i < s->n; i++)
+        size = fmax(size, fabs(s->part[3 * s->m + i]) * s->system->scale[i]);
+    for (int i = 0; i < p; i++) {
+        y[i] = -b[s->r[i]] * scale_of(l, s->r[i]);
+        size = fmax(size, fabs(y[i]));
+    }
+    for (int k = 0; k < rank; k++)
+        for (int i = k + 1; i < p; i++)
+            y[i] -= s->matrix[i + k * p] * y[k];
+    for (int i = rank; i < p; i++)
+        rest = fmax(rest, fabs(y[i]));
+    for (int i = rank; i < p; i++)
+        y[i] = 0;
+    for (int k = rank - 1; k >= 0; k--) {
+        y[k] /= s->matrix[k + k * p];
+        for (int i = 0; i < k; i++)
+            y[i] -= s->matrix[i + k * p] * y[k];
+    }
+    for (int k = 0; k < p; k++)
+        x[s->c[k]] = y[k] * scale_of(l, s->c[k]);
+    return rest <= sqrt(DBL_EPSILON) * size;
+}
+
+static kempe_status tell_open(const kmp_shift *s, const kmp_linear *l, int rank, int k)
+{
+    const char *name = l->system->model->motions[l->part.u[s->c[rank]]].name;
+    return kmp_fail(
+        l->system->context, KEMPE_E_FAILED,
+        "the equilibrium has no derivative by '%s': nothing holds '%s' there (of %d independent coordinates "
+        "%d are held, the last by %.3g of the stiffest), while the parameter pushes along it; take a "
+        "parameter value off this point, or lock the coordinate",
+        s->names[k], name, l->p, rank, s->pivots[0] > 0 ? s->pivots[rank] / s->pivots[0] : 0.0);
+}
+
+/* -- one parameter ----------------------------------------------------------------------------------- */
+
+static kmp_response column(const kmp_shift *s, int k)
+{
+    return (kmp_response){s->q + k * s->n, s->qd + k * s->n, s->qdd + k * s->n, s->lambda + k * s->m,
+                          s->residual + k * s->n};
+}
+
+/* Rows u of a column; NULL where there is none. */
+static const double *gather(const kmp_linear *l, const double *column, double *out)
+{
+    for (int i = 0; column && i < l->p; i++)
+        out[i] = column[l->part.u[i]];
+    return column ? out : NULL;
+}
+
+kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slopes, kmp_keeping keeping,
+                          const double *q, const double *qd)
+{
+    kmp_instant at = kmp_linear_instant(linear);
+    kmp_slopes_at(slopes, &at);
+    kmp_linear_matrices(linear);
+    bool equilibrium = keeping == KMP_KEEP_EQUILIBRIUM;
+    int rank =
+        factor(shift, linear, equilibrium ? linear->stiffness : linear->mass, equilibrium ? rounding(linear) : 0);
+    for (int k = 0; k < shift->count; k++) {
+        kmp_change change = kmp_slopes_change(slopes, k, shift->part);
+        kmp_response response = column(shift, k);
+        change.u = gather(linear, q ? q + k * shift->n : NULL, shift->u);
+        change.ud = gather(linear, qd ? qd + k * shift->n : NULL, shift->ud);
+        kmp_linear_follow(linear, &change, &response);
+        double *x = shift->side + shift->n;
+        if (!solve(shift, linear, rank, response.residual, x))
+            return tell_open(shift, linear, rank, k);
+        *(equilibrium ? &change.u : &change.udd) = x;
+        kmp_linear_follow(linear, &change, &response);
+    }
+    return KEMPE_OK;
+}

@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "derivatives/varied.h"
+#include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include "constraints/tolerances.h"
+#include <math.h>
+#include <string.h>
+
+static bool make_room(kmp_varied *v)
+{
+    int n = v->n;
+    const kmp_arena_group groups[] = {{n, {&v->q, &v->udd, &v->residual, &v->anchor[0].q, &v->anchor[1].q}},
+                                      {n * (2 + n), {&v->anchor[0].drift, &v->anchor[1].drift}},
+                                      {3 * v->m + n, {&v->part}},
+                                      {v->slopes->shown, {&v->shown}}};
+    return kmp_arena_make_groups(&v->arena, sizeof groups / sizeof *groups, groups);
+}
+
+kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, const char *backend, kmp_slopes *slopes)
+{
+    *varied = (kmp_varied){.system = system, .slopes = slopes, .n = system->n, .m = system->m, .count = slopes->count};
+    kempe_status status = kmp_linear_init(&varied->linear, system, backend);
+    if (status == KEMPE_OK && !make_room(varied))
+        status = kmp_fail_memory(system->context);
+    if (status != KEMPE_OK)
+        kmp_varied_free(varied);
+    return status;
+}
+
+void kmp_varied_free(kmp_varied *varied)
+{
+    kmp_linear_free(&varied->linear);
+    kmp_arena_free(&varied->arena);
+    *varied = (kmp_varied){0};
+}
+
+/* -- the state --------------------------------------------------------------------------------------- */
+
+/* Anchors without a tangent. */
+static void stand_alone(kmp_varied *v, double t, const double *q)
+{
+    for (int k = 0; k < 2; k++) {
+        kmp_varied_place *at = &v->anchor[k];
+        at->t = t;
+        memcpy(at->q, q, (size_t)v->n * sizeof *q);
+        memset(at->drift, 0, (size_t)(v->n * (2 + v->linear.p)) * sizeof *q);
+    }
+}
+
+kempe_status kmp_varied_choose(kmp_varied *varied, double t, const double *q, const double *qd, const int *wish,
+                               int wish_count)
+{
+    kmp_linear *l = &varied->linear;
+    KMP_TRY(kmp_linear_choose(l, t, q, wish, wish_count));
+    if (!l->held)
+        kmp_plant_freeze(l->plant, t, q, qd);
+    l->held = true;
+    stand_alone(varied, t, q);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_varied_take(kmp_varied *varied, double t, const double *q, kmp_partition *part)
+{
+    kempe_status status = kmp_linear_take(&varied->linear, part);
+    if (status == KEMPE_OK)
+        stand_alone(varied, t, q);
+    return status;
+}
+
+void kmp_varied_anchor(kmp_varied *varied)
+{
+    const kmp_linear *l = &varied->linear;
+    kmp_varied_place *at = varied->anchor, last = at[0];
+    at[0] = at[1];
+    at[1] = last;
+    memcpy(at->q, l->q, (size_t)varied->n * sizeof *l->q);
+    memcpy(at->drift, l->red.x_t, (size_t)varied->n * sizeof *l->q);
+    memcpy(at->drift + varied->n, l->red.a0, (size_t)varied->n * sizeof *l->q);
+    memcpy(at->drift + 2 * varied->n, l->red.x, (size_t)(varied->n * l->p) * sizeof *l->q);
+    at->t = l->t;
+}
+
+/* Along the tangent, and what it bends by itself. */
+static void predict_from(kmp_varied *v, const kmp_varied_place *at, double t, const double *u)
+{
+    const kmp_partition *part = &v->linear.part;
+    const double *curve = at->drift + v->n, *x = curve + v->n;
+    double tau = t - at->t;
+    for (int i = 0; i < v->n; i++)
+        v->q[i] = at->q[i] + tau * (at->drift[i] + 0.5 * tau * curve[i]);
+    for (int k = 0; k < part->p; k++) {
+        double du = u[k] - at->q[part->u[k]];
+        for (int i = 0; i < v->n; i++)
+            v->q[i] += x[i + k * v->n] * du;
+    }
+    for (int k = 0; k < part->p; k++)
+        v->q[part->u[k]] = u[k];
+}
+
+/* From the nearer anchor. */
+static void predict(kmp_varied *v, double t, const double *u)
+{
+    predict_from(v, &v->anchor[fabs(t - v->anchor[1].t) < fabs(t - v->anchor[0].t)], t, u);
+}
+
+double kmp_varied_miss(kmp_varied *varied, const double *u)
+{
+    const kmp_linear *l = &varied->linear;
+    double most = 0;
+    predict_from(varied, &varied->anchor[0], l->t, u);
+    for (int i = 0; i < varied->n; i++)
+        most = fmax(most, fabs(l->q[i] - varied->q[i]) / varied->system->scale[i]);
+    return most;
+}
+
+int kmp_varied_position(kmp_varied *varied, double t, const double *u, double *q)
+{
+    predict(varied, t, u);
+    if (kmp_reduction_close(&varied->linear.red, t, varied->q, NULL, 0))
+        return KMP_RETRY;
+    memcpy(q, varied->q, (size_t)varied->n * sizeof *q);
+    return KMP_GO;
+}
+
+int kmp_varied_at(kmp_varied *varied, double t, const double *u, const double *ud)
+{
+    predict(varied, t, u);
+    return kmp_varied_near(varied, t, varied->q, ud);
+}
+
+int kmp_varied_near(kmp_varied *varied, double t, const double *q, const double *ud)
+{
+    kmp_linear *l = &varied->linear;
+    if (kmp_linear_at_motion(l, t, q, ud) != KEMPE_OK)
+        return KMP_RETRY;
+    for (int i = 0; i < varied->n; i++)
+        if (!isfinite(l->qdd[i]))
+            return KMP_RETRY;
+    if (l->plain || varied->count == 0)
+        return KMP_GO;
+    kmp_instant at = kmp_linear_instant(l);
+    kmp_slopes_at(varied->slopes, &at);
+    return KMP_GO;
+}
+
+void kmp_varied_matrix(kmp_varied *varied, double *matrix)
+{
+    kmp_linear *l = &varied->linear;
+    int p = l->p;
+    double *unit = varied->udd;
+    memset(unit, 0, (size_t)p * sizeof *unit);
+    for (int c = 0; c < 2 * p; c++) {
+        double *column = matrix + c * p;
+        unit[c % p] = 1;
+        kmp_change change = {.u = c < p ? unit : NULL, .ud = c < p ? NULL : unit};
+        kmp_linear_follow(l, &change, &(kmp_response){.residual = column});
+        kmp_linear_accelerate(l, column, column);
+        unit[c % p] = 0;
+    }
+}
+
+const char *kmp_varied_singular(const kmp_varied *varied)
+{
+    const kempe_system *s = varied->system;
+    for (int c = 0; c < kmp_charts_count(s); c++)
+        if (kmp_chart_regular(s, c, varied->linear.q) < KMP_AXES_LOST)
+            return s->model->bodies[s->model->motions[s->chart_first[c]].body].joint;
+    return NULL;
+}
+
+/* -- parameters -------------------------------------------------------------------------------------- */
+
+static kmp_change change_by(kmp_varied *v, int k, const double *u, const double *ud)
+{
+    kmp_change change = kmp_slopes_change(v->slopes, k, v->part);
+    change.u = u;
+    change.ud = ud;
+    return change;
+}
+
+static void accelerate(kmp_varied *v, const kmp_change *change, double *sudd)
+{
+    kmp_linear_follow(&v->linear, change, &(kmp_response){.residual = v->residual});
+    kmp_linear_accelerate(&v->linear, v->residual, sudd);
+}
+
+void kmp_varied_accelerate(kmp_varied *varied, int k, const double *su, const double *sud, double *sudd)
+{
+    kmp_change change = change_by(varied, k, su, sud);
+    accelerate(varied, &change, sudd);
+}
+
+void kmp_varied_follow(kmp_varied *varied, int k, const double *su, const double *sud, double *q, double *qd,
+                       double *qdd, double *lambda)
+{
+    kmp_change change = change_by(varied, k, su, sud);
+    if (qdd || lambda) {
+        accelerate(varied, &change, varied->udd);
+        change.udd = varied->udd;
+    }
+    kmp_linear_follow(&varied->linear, &change, &(kmp_response){q, qd, qdd, lambda, NULL});
+}

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The model's unknowns as nodes: an implicit block each group, made when the first of it is asked for. */
+#include "dynamics/kinematics/kinematics.h"
+#include "symbolic/enclose.h"
+
+/* What a name stands for, or the unknowns: as many values as there are. */
+static void solve(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_ref *value)
+{
+    kmp_tree inner = *tree; /* kept for all that ask: kinks are what they are */
+    kmp_ref residual[KMP_UNKNOWNS_MOST], guess[KMP_UNKNOWNS_MOST];
+    inner.kinks = false;
+    if (u->count == 0) {
+        value[0] = kmp_tree_expression(&inner, u->zero[0]);
+        return;
+    }
+    inner.solving = index + 1;
+    for (int k = 0; k < u->count; k++) {
+        residual[k] = kmp_tree_expression(&inner, u->zero[k]);
+        guess[k] = kmp_tree_number(tree, &u->guess[k]);
+    }
+    kmp_enclose(tree->graph, u->count, residual, guess, value);
+}
+
+kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_ref value[KMP_UNKNOWNS_MOST];
+    const kmp_unknowns *u = &tree->model->unknowns[e->index];
+    if (tree->solving == e->index + 1)
+        return kmp_unknown(tree->graph, e->number);
+    /* Before the closures' rows are known, multipliers are not yet what they will be. */
+    if (!tree->unknown || (!tree->row && u->late)) {
+        solve(tree, e->index, u, value);
+        return value[e->number];
+    }
+    kmp_ref *kept = tree->unknown + KMP_UNKNOWNS_MOST * e->index;
+    if (!tree->solved[e->index])
+        solve(tree, e->index, u, kept);
+    tree->solved[e->index] = true;
+    return kept[e->number];
+}

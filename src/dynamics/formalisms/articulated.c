@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The articulated inertia of link i is what its joint's parts outward put up against an acceleration of the link when
+ * all joints outward are free. About the link's origin, link axes:
+ *
+ *     moment = K wd + H a      force = H' wd + A a
+ *
+ * Unlike a rigid body's its A is no multiple of 1 and its H is not skew. With U = its column along the joint,
+ * I - U U' / S.U is what passes on to the parent; the row along the joint is then exactly zero. Velocities and
+ * gravity enter through the wrenches that the links need at qdd = 0 (Newton/Euler forward), so that the accelerations
+ * of the second sweep are those beyond. */
+#include "dynamics/formalisms/articulated.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+typedef struct inertia {
+    kmp_tensor k, a;
+    kmp_matrix h;
+} inertia;
+
+static kmp_vec tensor_column(kmp_tensor t, int j)
+{
+    return (kmp_vec){{t.x[kmp_tensor_at[0][j]], t.x[kmp_tensor_at[1][j]], t.x[kmp_tensor_at[2][j]]}};
+}
+
+static kmp_vec matrix_row(kmp_matrix m, int i)
+{
+    return (kmp_vec){{m.x[i][0], m.x[i][1], m.x[i][2]}};
+}
+
+static kmp_vec matrix_column(kmp_matrix m, int j)
+{
+    return (kmp_vec){{m.x[0][j], m.x[1][j], m.x[2][j]}};
+}
+
+/* K, H = b~, A = m 1 with the first moment b. */
+static inertia own_inertia(const kmp_tree *tree, int i)
+{
+    const kmp_composite *own = &tree->links[i].own;
+    inertia r = {.k = own->inertia};
+    for (int n = 0; n < 3; n++) {
+        r.a.x[n] = own->mass;
+        r.h.x[(n + 1) % 3][(n + 2) % 3] = kmp_neg(own->moment.x[n]);
+        r.h.x[(n + 2) % 3][(n + 1) % 3] = own->moment.x[n];
+    }
+    return r;
+}
+
+/* t - u v' for the entries of a tensor; row and column `free` are zero (-1: none). */
+static void reduce_tensor(kmp_graph *g, kmp_tensor *t, kmp_vec u, kmp_vec v, int free)
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = i; j < 3; j++) {
+            kmp_ref *x = &t->x[kmp_tensor_at[i][j]];
+            *x = i == free || j == free ? KMP_ZERO : kmp_sub(g, *x, kmp_mul(g, u.x[i], v.x[j]));
+        }
+}
+
+/* U of the joint and what is left of the inertia without its motion: I - U U' / S.U. Returns S.U. */
+static kmp_ref release(const kmp_tree *tree, int i, inertia *r, kmp_wrench *passed)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    int e = link->axis;
+    kmp_wrench u;
+    u.moment = link->rotation ? tensor_column(r->k, e) : matrix_column(r->h, e);
+    u.force = link->rotation ? matrix_row(r->h, e) : tensor_column(r->a, e);
+    kmp_ref along = link->rotation ? u.moment.x[e] : u.force.x[e];
+    if (along == KMP_ZERO)
+        return along;
+    kmp_ref inverse = kmp_div(g, KMP_ONE, along);
+    passed->moment = kmp_vec_scale(g, inverse, u.moment);
+    passed->force = kmp_vec_scale(g, inverse, u.force);
+    reduce_tensor(g, &r->k, u.moment, passed->moment, link->rotation ? e : -1);
+    reduce_tensor(g, &r->a, u.force, passed->force, link->rotation ? -1 : e);
+    for (int p = 0; p < 3; p++)
+        for (int q = 0; q < 3; q++) {
+            bool gone = link->rotation ? p == e : q == e;
+            kmp_ref uv = kmp_mul(g, u.moment.x[p], passed->force.x[q]);
+            r->h.x[p][q] = gone ? KMP_ZERO : kmp_sub(g, r->h.x[p][q], uv);
+        }
+    *(link->rotation ? &passed->moment.x[e] : &passed->force.x[e]) = KMP_ZERO;
+    return inverse;
+}
+
+/* The same inertia about a point d before its origin: H + d~ A, K + d~ H' - (H + d~ A) d~. */
+static inertia shifted(kmp_graph *g, inertia r, kmp_vec d)
+{
+    if (kmp_vec_is_zero(d))
+        return r;
+    kmp_vec dh[3]; /* columns of d~ H' */
+    for (int j = 0; j < 3; j++)
+        dh[j] = kmp_vec_cross(g, d, matrix_row(r.h, j));
+    for (int j = 0; j < 3; j++) {
+        kmp_vec da = kmp_vec_cross(g, d, tensor_column(r.a, j));
+        for (int i = 0; i < 3; i++)
+            r.h.x[i][j] = kmp_add(g, r.h.x[i][j], da.x[i]);
+    }
+    for (int i = 0; i < 3; i++) {
+        kmp_vec hd = kmp_vec_cross(g, d, matrix_row(r.h, i)); /* - (H d~)' by rows */
+        for (int j = i; j < 3; j++) {
+            kmp_ref *x = &r.k.x[kmp_tensor_at[i][j]];
+            *x = kmp_add(g, *x, kmp_add(g, dh[j].x[i], hd.x[j]));
+        }
+    }
+    return r;
+}
+
+static void add_to_parent(const kmp_tree *tree, int i, inertia r, inertia *parent)
+{
+    kmp_graph *g = tree->graph;
+    r = shifted(g, r, kmp_link_slide(tree, i));
+    r.k = kmp_link_tensor_to_parent(tree, i, r.k);
+    r.a = kmp_link_tensor_to_parent(tree, i, r.a);
+    r.h = kmp_link_matrix_to_parent(tree, i, r.h);
+    r = shifted(g, r, tree->links[i].p);
+    parent->k = kmp_tensor_add(g, parent->k, r.k);
+    parent->a = kmp_tensor_add(g, parent->a, r.a);
+    for (int p = 0; p < 3; p++)
+        for (int q = 0; q < 3; q++)
+            parent->h.x[p][q] = kmp_add(g, parent->h.x[p][q], r.h.x[p][q]);
+}
+
+static kempe_status refuse(const kmp_tree *tree, int i)
+{
+    const kempe_model *model = tree->model;
+    const kmp_motion *motion = &model->motions[i - 1];
+    return kmp_fail(model->context, KEMPE_E_FAILED,
+                    "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate '%s' of body '%s' "
+                    "moves none; give the bodies behind it %s, or take M and C",
+                    motion->name, model->bodies[motion->body].name,
+                    motion->rotation ? "an inertia about its axis" : "a mass");
+}
+
+kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree)
+{
+    inertia *r = KMP_NEW(inertia, tree->count);
+    *a = (kmp_articulated){.tree = tree,
+                           .inverse = KMP_NEW(kmp_ref, tree->count),
+                           .passed = KMP_NEW(kmp_wrench, tree->count),
+                           .down = KMP_NEW(kmp_wrench, tree->count)};
+    if (!r || !a->inverse || !a->passed || !a->down) {
+        kmp_free(r);
+        kmp_articulated_free(a);
+        return kmp_fail_memory(tree->model->context);
+    }
+    kempe_status status = KEMPE_OK;
+    for (int i = 1; i < tree->count; i++)
+        r[i] = own_inertia(tree, i);
+    for (int i = tree->count - 1; status == KEMPE_OK && i > 0; i--) {
+        a->inverse[i] = release(tree, i, &r[i], &a->passed[i]);
+        if (kmp_graph_failed(tree->graph))
+            status = kmp_fail_memory(tree->model->context);
+        else if (a->inverse[i] == KMP_ZERO)
+            status = refuse(tree, i);
+        else if (tree->links[i].parent > 0)
+            add_to_parent(tree, i, r[i], &r[tree->links[i].parent]);
+    }
+    kmp_free(r);
+    if (status != KEMPE_OK)
+        kmp_articulated_free(a);
+    return status;
+}
+
+void kmp_articulated_free(kmp_articulated *a)
+{
+    kmp_free(a->inverse);
+    kmp_free(a->passed);
+    kmp_free(a->down);
+    *a = (kmp_articulated){0};
+}
+
+static kmp_ref *component(const kmp_link *link, kmp_wrench *w)
+{
+    return link->rotation ? &w->moment.x[link->axis] : &w->force.x[link->axis];
+}
+
+/* Inwards: the effort that is left to accelerate the joint itself; what the parent has to bear. */
+static void solve_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *left)
+{
+    const kmp_tree *tree = a->tree;
+    kmp_graph *g = tree->graph;
+    for (int i = tree->count - 1; i > 0; i--) {
+        const kmp_link *link = &tree->links[i];
+        kmp_wrench w = a->down[i], *passed = &a->passed[i];
+        kmp_ref own = effort ? effort[i - 1] : KMP_ZERO, *along = component(link, &w);
+        own = link->reversed ? kmp_neg(own) : own;
+        left[i - 1] = kmp_sub(g, own, *along);
+        w.moment = kmp_vec_add(g, w.moment, kmp_vec_scale(g, left[i - 1], passed->moment));
+        w.force = kmp_vec_add(g, w.force, kmp_vec_scale(g, left[i - 1], passed->force));
+        *along = own;
+        if (link->parent > 0)
+            kmp_wrench_to_parent(tree, i, w, &a->down[link->parent]);
+    }
+}
+
+/* Outwards: accelerations beyond those of qdd = 0; `moment` is the angular one, `force` that of the origin. */
+static void solve_outwards(kmp_articulated *a, kmp_ref *qdd)
+{
+    const kmp_tree *tree = a->tree;
+    kmp_graph *g = tree->graph;
+    kmp_wrench *m = a->down;
+    m[0] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+    for (int i = 1; i < tree->count; i++) {
+        const kmp_link *link = &tree->links[i];
+        const kmp_wrench *h = &m[link->parent], *passed = &a->passed[i];
+        m[i].moment = kmp_link_to_child(tree, i, h->moment);
+        m[i].force = kmp_link_to_child(tree, i, kmp_vec_add(g, h->force, kmp_vec_cross(g, h->moment, link->p)));
+        m[i].force = kmp_vec_add(g, m[i].force, kmp_vec_cross(g, m[i].moment, kmp_link_slide(tree, i)));
+        kmp_ref along =
+            kmp_add(g, kmp_vec_dot(g, passed->moment, m[i].moment), kmp_vec_dot(g, passed->force, m[i].force));
+        kmp_ref total = kmp_sub(g, kmp_mul(g, a->inverse[i], qdd[i - 1]), along), *x = component(link, &m[i]);
+        qdd[i - 1] = kmp_sub(g, total, *x);
+        *x = total;
+        if (link->reversed)
+            qdd[i - 1] = kmp_neg(qdd[i - 1]);
+    }
+}
+
+void kmp_articulated_solve(kmp_articulated *a, const kmp_ref *effort, const kmp_wrench *share, kmp_ref *qdd)
+{
+    for (int i = 0; i < a->tree->count; i++)
+        a->down[i] = share ? share[i] : (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+    solve_inwards(a, effort, qdd);
+    solve_outwards(a, qdd);
+}

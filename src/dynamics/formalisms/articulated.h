@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Accelerations in O(N): articulated bodies, x = M^-1 f without M (Featherstone 1983; the "O(N) scheme" that Fisette
+ * and Samin 1996 compare with, section 2.3). */
+#ifndef KMP_DYNAMICS_FORMALISMS_ARTICULATED_H
+#define KMP_DYNAMICS_FORMALISMS_ARTICULATED_H
+
+#include "dynamics/formalisms/newton_euler.h"
+
+/** What the recursion keeps of each joint: its inertia S.U and U / S.U, the wrench that a unit effort passes on. */
+typedef struct kmp_articulated {
+    const kmp_tree *tree;
+    kmp_ref *inverse;   /* 1 / S.U of each link */
+    kmp_wrench *passed; /* U / S.U; the component along the joint is 1 and is not stored */
+    kmp_wrench *down;   /* work space of a solve */
+} kmp_articulated;
+
+/** Articulated inertias from the leaves inwards. KEMPE_E_FAILED: a joint that moves no mass, S.U = 0, by name;
+ *  KEMPE_E_MEMORY. */
+kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree);
+void kmp_articulated_free(kmp_articulated *a);
+
+/** The accelerations (n) that the efforts (n, NULL: none) give where link i needs share[i] to go on with qdd = 0 (NULL:
+ *  nothing): M qdd = effort - C. With shares alone missing, qdd = M^-1 effort. */
+void kmp_articulated_solve(kmp_articulated *a, const kmp_ref *effort, const kmp_wrench *share, kmp_ref *qdd);
+
+#endif

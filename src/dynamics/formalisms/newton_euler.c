@@ -1,0 +1,350 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* All quantities of link i are in its own axes. p_z^{hi} is the joint's offset p plus, for a translation, its slide.
+ * Applied forces enter with their moment about the link's origin instead of the centre of mass. */
+#include "dynamics/formalisms/newton_euler.h"
+#include "base/memory.h"
+#include "dynamics/naming.h"
+#include "dynamics/shorten/pseudo_inertia.h"
+
+/* (13) */
+static void set_beta(kmp_graph *g, kmp_movement *m)
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        kmp_ref wj = m->w.x[j], wk = m->w.x[k];
+        m->beta[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
+        kmp_ref ww = kmp_mul(g, m->w.x[i], wj);
+        m->beta[i][j] = kmp_sub(g, ww, m->wd.x[k]);
+        m->beta[j][i] = kmp_add(g, ww, m->wd.x[k]);
+    }
+}
+
+static kmp_vec apply_beta(kmp_graph *g, const kmp_movement *m, kmp_vec v)
+{
+    kmp_vec r = kmp_vec_zero();
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, m->beta[i][j], v.x[j]));
+    return r;
+}
+
+static kmp_ref signed_for(const kmp_link *link, kmp_ref r)
+{
+    return link->reversed ? kmp_neg(r) : r;
+}
+
+/* Recursion (11)-(14) from link h to i. */
+static void forward(const kmp_tree *tree, int i, kmp_ref qdd, kmp_movement *m)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    const kmp_movement *h = &m[link->parent];
+    kmp_movement *mi = &m[i];
+    kmp_ref acceleration = signed_for(link, qdd);
+    kmp_vec rate = kmp_vec_axis(link->qd, link->axis);
+    mi->w = kmp_link_to_child(tree, i, h->w);
+    mi->wd = kmp_link_to_child(tree, i, h->wd);
+    mi->alpha = kmp_link_to_child(tree, i, kmp_vec_add(g, h->alpha, apply_beta(g, h, link->p)));
+    if (link->rotation) {
+        mi->w = kmp_vec_add(g, mi->w, rate);                            /* (11) */
+        mi->wd = kmp_vec_add(g, mi->wd, kmp_vec_cross(g, mi->w, rate)); /* (12) */
+        mi->wd.x[link->axis] = kmp_add(g, mi->wd.x[link->axis], acceleration);
+        set_beta(g, mi);
+        return;
+    }
+    set_beta(g, mi);
+    kmp_vec coriolis = kmp_vec_cross(g, mi->w, kmp_vec_scale(g, kmp_const(g, 2), rate));
+    mi->alpha = kmp_vec_add(g, mi->alpha, apply_beta(g, mi, kmp_link_slide(tree, i))); /* (14) */
+    mi->alpha = kmp_vec_add(g, mi->alpha, coriolis);
+    mi->alpha.x[link->axis] = kmp_add(g, mi->alpha.x[link->axis], acceleration);
+}
+
+static void name_motion(kmp_graph *g, int i, const kmp_movement *m)
+{
+    kmp_name_vector(g, &kmp_name_rate, m->w, i, 0);
+    kmp_name_vector(g, &kmp_name_acceleration, m->wd, i, 0);
+    kmp_name_vector(g, &kmp_name_linear, m->alpha, i, 0);
+    for (int k = 0; k < 9; k++)
+        kmp_name_entry(g, &kmp_name_beta, m->beta[k / 3][k % 3], k + 1, i, 0);
+}
+
+/* I wd + w x (I w), written with beta, whose products of rates are there already:
+ *     x: Ixx wd_x + (Izz - Iyy) wy wz - Ixy beta_zx + Ixz beta_yx + Iyz (wy^2 - wz^2), and so on around. */
+static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const kmp_movement *m)
+{
+    kmp_vec r;
+    for (int x = 0; x < 3; x++) {
+        int y = (x + 1) % 3, z = (x + 2) % 3;
+        kmp_ref wy = m->w.x[y], wz = m->w.x[z];
+        kmp_ref xy = inertia.x[kmp_tensor_at[x][y]], xz = inertia.x[kmp_tensor_at[x][z]];
+        kmp_ref squares = kmp_sub(g, kmp_mul(g, wy, wy), kmp_mul(g, wz, wz));
+        kmp_ref difference = kmp_sub(g, inertia.x[z], inertia.x[y]);
+        kmp_ref sum = kmp_add(g, kmp_mul(g, inertia.x[x], m->wd.x[x]), kmp_mul(g, difference, kmp_mul(g, wy, wz)));
+        sum = kmp_sub(g, sum, kmp_mul(g, xy, m->beta[z][x]));
+        sum = kmp_add(g, sum, kmp_mul(g, xz, m->beta[y][x]));
+        r.x[x] = kmp_add(g, sum, kmp_mul(g, inertia.x[kmp_tensor_at[y][z]], squares));
+    }
+    return r;
+}
+
+/* Own share of (25) and (27): with f = m (alpha + beta l) - F and l x f, or by the first moment b = m l and the second
+ * moments about the origin with f = m alpha + beta b - F and b x alpha - l x F. */
+static void body_wrench(const kmp_tree *tree, int i, const kmp_movement *m, const kmp_wrench *applied, kmp_wrench *w)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    kmp_vec f, moment;
+    if (link->about) {
+        const kmp_composite *own = &link->own;
+        f = kmp_vec_add(g, kmp_vec_scale(g, own->mass, m->alpha), apply_beta(g, m, own->moment));
+        moment = kmp_vec_add(g, kmp_vec_cross(g, own->moment, m->alpha), gyroscopic(g, own->inertia, m));
+        moment = kmp_vec_sub(g, moment, kmp_vec_cross(g, link->com, link->push));
+    } else {
+        f = kmp_vec_scale(g, link->mass, kmp_vec_add(g, m->alpha, apply_beta(g, m, link->com)));
+        moment = kmp_vec_cross(g, link->com, kmp_vec_sub(g, f, link->push));
+        moment = kmp_vec_add(g, moment, gyroscopic(g, link->inertia, m));
+    }
+    f = kmp_vec_sub(g, f, link->push);
+    moment = kmp_vec_sub(g, moment, link->twist);
+    w->force = kmp_vec_add(g, w->force, kmp_vec_sub(g, f, applied->force));
+    w->moment = kmp_vec_add(g, w->moment, kmp_vec_sub(g, moment, applied->moment));
+}
+
+void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent)
+{
+    kmp_graph *g = tree->graph;
+    w.moment = kmp_vec_add(g, w.moment, kmp_vec_cross(g, kmp_link_slide(tree, i), w.force));
+    kmp_vec force = kmp_link_to_parent(tree, i, w.force);
+    parent->force = kmp_vec_add(g, parent->force, force);
+    kmp_vec moment = kmp_vec_cross(g, tree->links[i].p, force);
+    moment = kmp_vec_add(g, kmp_link_to_parent(tree, i, w.moment), moment);
+    parent->moment = kmp_vec_add(g, parent->moment, moment);
+}
+
+/* (37), (38): the component along the joint's motion, signed like q. */
+static kmp_ref project(const kmp_link *link, const kmp_wrench *w)
+{
+    return signed_for(link, link->rotation ? w->moment.x[link->axis] : w->force.x[link->axis]);
+}
+
+bool kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)
+{
+    kmp_movement *m = KMP_NEW(kmp_movement, tree->count);
+    if (m) {
+        m[0].alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity);
+        for (int i = 1; i < tree->count; i++) {
+            share[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+            forward(tree, i, KMP_ZERO, m);
+            body_wrench(tree, i, &m[i], &applied[i], &share[i]);
+        }
+    }
+    kmp_free(m);
+    return m && !kmp_graph_failed(tree->graph);
+}
+
+void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_movement *m,
+                            kmp_wrench *w, kmp_ref *effort)
+{
+    m[0] = (kmp_movement){.alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity)};
+    for (int i = 0; i < tree->count; i++)
+        w[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+    for (int i = 1; i < tree->count; i++) {
+        forward(tree, i, qdd[i - 1], m);
+        name_motion(tree->graph, i, &m[i]);
+    }
+    for (int i = 1; i < tree->count; i++)
+        body_wrench(tree, i, &m[i], &applied[i], &w[i]);
+    for (int i = tree->count - 1; i > 0; i--) {
+        effort[i - 1] = project(&tree->links[i], &w[i]);
+        kmp_name_vector(tree->graph, &kmp_name_force, w[i].force, i, 0);
+        kmp_name_vector(tree->graph, &kmp_name_moment, w[i].moment, i, 0);
+        kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
+    }
+}
+
+bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort)
+{
+    kmp_movement *m = KMP_NEW(kmp_movement, tree->count);
+    kmp_wrench *w = KMP_NEW(kmp_wrench, tree->count);
+    bool ok = m && w;
+    if (ok)
+        kmp_newton_euler_whole(tree, qdd, applied, m, w, effort);
+    kmp_free(m);
+    kmp_free(w);
+    return ok && !kmp_graph_failed(tree->graph);
+}
+
+/* -- M by columns ------------------------------------------------------------------------------------ */
+
+/* (22), (23): what a unit acceleration of motion k - 1 does to link i. */
+typedef struct column {
+    kmp_vec o, a;
+} column;
+
+static column forward_column(const kmp_tree *tree, int i, int k, column h)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    kmp_ref unit = signed_for(link, KMP_ONE);
+    column c;
+    c.o = kmp_link_to_child(tree, i, h.o);
+    c.a = kmp_link_to_child(tree, i, kmp_vec_add(g, h.a, kmp_vec_cross(g, h.o, link->p)));
+    c.a = kmp_vec_add(g, c.a, kmp_vec_cross(g, c.o, kmp_link_slide(tree, i)));
+    if (i == k && link->rotation)
+        c.o = kmp_vec_add(g, c.o, kmp_vec_axis(unit, link->axis));
+    else if (i == k)
+        c.a = kmp_vec_add(g, c.a, kmp_vec_axis(unit, link->axis));
+    return c;
+}
+
+/* (34) and the body's own share of (35), (36). */
+static kmp_wrench column_wrench(const kmp_tree *tree, int i, column c)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    kmp_wrench w;
+    if (link->about) {
+        const kmp_composite *own = &link->own;
+        w.force = kmp_vec_add(g, kmp_vec_scale(g, own->mass, c.a), kmp_vec_cross(g, c.o, own->moment));
+        w.moment = kmp_vec_add(g, kmp_vec_cross(g, own->moment, c.a), kmp_tensor_apply(g, own->inertia, c.o));
+        return w;
+    }
+    w.force = kmp_vec_scale(g, link->mass, kmp_vec_add(g, c.a, kmp_vec_cross(g, c.o, link->com)));
+    w.moment = kmp_vec_add(g, kmp_vec_cross(g, link->com, w.force), kmp_tensor_apply(g, link->inertia, c.o));
+    return w;
+}
+
+/* One column: forward through the subtree of k, backward with the sums of (35), (36), then on to the ancestors, whose
+ * entries M[k, h] are the same numbers as M[h, k]. */
+static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, kmp_ref *m)
+{
+    int n = tree->count - 1;
+    const column still = {kmp_vec_zero(), kmp_vec_zero()};
+    for (int i = k; i < tree->count; i++) {
+        w[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+        if (kmp_tree_is_above(tree, k, i))
+            c[i] = forward_column(tree, i, k, i == k ? still : c[tree->links[i].parent]);
+    }
+    for (int i = tree->count - 1; i >= k; i--) {
+        if (!kmp_tree_is_above(tree, k, i))
+            continue;
+        kmp_wrench own = column_wrench(tree, i, c[i]);
+        w[i].force = kmp_vec_add(tree->graph, w[i].force, own.force);
+        w[i].moment = kmp_vec_add(tree->graph, w[i].moment, own.moment);
+        m[(i - 1) * n + k - 1] = project(&tree->links[i], &w[i]); /* (38) */
+        kmp_name_vector(tree->graph, &kmp_name_column_rate, c[i].o, i, k);
+        kmp_name_vector(tree->graph, &kmp_name_column_linear, c[i].a, i, k);
+        kmp_name_vector(tree->graph, &kmp_name_column_force, w[i].force, i, k);
+        kmp_name_vector(tree->graph, &kmp_name_column_moment, w[i].moment, i, k);
+        if (i > k)
+            kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
+    }
+}
+
+static void clear(kmp_ref *m, int count)
+{
+    for (int k = 0; k < count; k++)
+        m[k] = KMP_ZERO;
+}
+
+bool kmp_mass_ner(const kmp_tree *tree, kmp_ref *m)
+{
+    int n = tree->count - 1;
+    column *c = KMP_NEW(column, tree->count);
+    kmp_wrench *w = KMP_NEW(kmp_wrench, tree->count);
+    clear(m, n * n);
+    for (int k = 1; c && w && k < tree->count; k++)
+        mass_column(tree, k, c, w, m);
+    bool ok = c && w && !kmp_graph_failed(tree->graph);
+    kmp_free(c);
+    kmp_free(w);
+    return ok;
+}
+
+/* -- M by composite bodies --------------------------------------------------------------------------- */
+
+kmp_composite kmp_composite_at_joint(const kmp_tree *tree, int i, kmp_composite c)
+{
+    c = kmp_composite_shifted(tree->graph, c, kmp_link_slide(tree, i));
+    c.moment = kmp_link_to_parent(tree, i, c.moment);
+    c.inertia = kmp_link_tensor_to_parent(tree, i, c.inertia);
+    return c;
+}
+
+void kmp_composite_to_parent(const kmp_tree *tree, int i, kmp_composite c, kmp_composite *parent)
+{
+    kmp_graph *g = tree->graph;
+    c = kmp_composite_shifted(g, kmp_composite_at_joint(tree, i, c), tree->links[i].p);
+    *parent = kmp_composite_add(g, *parent, c);
+}
+
+static kmp_composite shifted(const kmp_tree *tree, kmp_composite c, kmp_vec d)
+{
+    return tree->spread ? kmp_spread_shifted(tree->graph, c, d) : kmp_composite_shifted(tree->graph, c, d);
+}
+
+/* The same about the parent's origin, with second moments as the tree has them and what is lumped there already. */
+static kmp_composite lumped_to_parent(const kmp_tree *tree, int i, kmp_composite c)
+{
+    c = shifted(tree, c, kmp_link_slide(tree, i));
+    c.moment = kmp_link_to_parent(tree, i, c.moment);
+    c.inertia = kmp_link_tensor_to_parent(tree, i, c.inertia);
+    kmp_ref mass = c.mass;
+    if (tree->links[i].lumped)
+        c.mass = KMP_ZERO;
+    c = shifted(tree, c, tree->links[i].p);
+    c.mass = mass;
+    return c;
+}
+
+static void name_composite(kmp_graph *g, int i, const kmp_composite *c)
+{
+    static const int entry[6] = {1, 5, 9, 2, 3, 6};
+    kmp_name_entry(g, &kmp_name_mass, c->mass, 0, i, 0);
+    kmp_name_vector(g, &kmp_name_first, c->moment, i, 0);
+    for (int k = 0; k < 6; k++)
+        kmp_name_entry(g, &kmp_name_second, c->inertia.x[k], entry[k], i, 0);
+}
+
+/* The wrench about the origin that accelerates the composite body of link i along its own joint. */
+static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const kmp_composite *c)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    kmp_vec e = kmp_vec_axis(signed_for(link, KMP_ONE), link->axis);
+    if (link->rotation && tree->spread)
+        return (kmp_wrench){kmp_vec_cross(g, e, c->moment),
+                            kmp_vec_scale(g, e.x[link->axis], kmp_spread_column(g, c->inertia, link->axis))};
+    if (link->rotation)
+        return (kmp_wrench){kmp_vec_cross(g, e, c->moment), kmp_tensor_apply(g, c->inertia, e)};
+    return (kmp_wrench){kmp_vec_scale(g, c->mass, e), kmp_vec_cross(g, c->moment, e)};
+}
+
+bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
+{
+    int n = tree->count - 1;
+    kmp_composite *c = KMP_NEW(kmp_composite, tree->count);
+    clear(m, n * n);
+    for (int i = 1; c && i < tree->count; i++)
+        c[i] = tree->links[i].base;
+    for (int i = tree->count - 1; c && i > 0; i--) {
+        name_composite(tree->graph, i, &c[i]);
+        kmp_wrench w = unit_wrench(tree, i, &c[i]);
+        m[(i - 1) * n + i - 1] = project(&tree->links[i], &w);
+        for (int k = i; tree->links[k].parent > 0; k = tree->links[k].parent) {
+            kmp_wrench below = {kmp_vec_zero(), kmp_vec_zero()};
+            int h = tree->links[k].parent;
+            kmp_wrench_to_parent(tree, k, w, &below);
+            w = below;
+            m[(i - 1) * n + h - 1] = project(&tree->links[h], &w);
+            kmp_name_vector(tree->graph, &kmp_name_column_force, w.force, h, i);
+            kmp_name_vector(tree->graph, &kmp_name_column_moment, w.moment, h, i);
+        }
+        int h = tree->links[i].parent;
+        if (h > 0)
+            c[h] = kmp_composite_add(tree->graph, c[h], lumped_to_parent(tree, i, c[i]));
+    }
+    bool ok = c && !kmp_graph_failed(tree->graph);
+    kmp_free(c);
+    return ok;
+}

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The recursive Newton/Euler scheme of Fisette and Samin 1996, implicit and semi-explicit. */
+#ifndef KMP_DYNAMICS_FORMALISMS_NEWTON_EULER_H
+#define KMP_DYNAMICS_FORMALISMS_NEWTON_EULER_H
+
+#include "dynamics/kinematics/kinematics.h"
+
+/** An applied wrench on each link (F_ext and its moment about the link's origin, link axes). */
+typedef struct kmp_wrench {
+    kmp_vec force, moment;
+} kmp_wrench;
+
+/** Motion of a link: omega, omega dot, beta = omega dot~ + omega~ omega~ (13), alpha = acceleration - g (10) of its
+ *  origin. */
+typedef struct kmp_movement {
+    kmp_vec w, wd, alpha;
+    kmp_ref beta[3][3];
+} kmp_movement;
+
+/** The joint forces that give the accelerations qdd[k] (motion k; all zero: the bias C): eqs. (11)-(14), (25), (27),
+ * and (18)-(21), (31)-(33), (37). applied[link] for every link. Signed like q. false: no memory. */
+bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort);
+
+/** The same, with the movement of every link and the wrench about its origin that it takes to move its subtree: both
+ *  arrays of tree->count. */
+void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_movement *m,
+                            kmp_wrench *w, kmp_ref *effort);
+
+/** Each link's own share of (25) and (27) with the coordinates at rest in their rates (qdd = 0), about its origin. */
+bool kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share);
+
+/** Adds link i's wrench about its origin to its parent's: the sums of (25) and (27). */
+void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent);
+
+/** M[i, k] for k <= i as m[i * n + k]; entries off the tree are zero. */
+typedef bool kmp_mass_scheme(const kmp_tree *tree, kmp_ref *m);
+
+/** Column by column as the paper: eqs. (22), (23), (34)-(36), (38). */
+kmp_mass_scheme kmp_mass_ner;
+
+/** With composite bodies: the sums over the subtree in (35), (36) made once. The same values from half the operations.
+ */
+kmp_mass_scheme kmp_mass_composite;
+
+/** Link i's composite in the axes of its parent about where the joint is at rest there; added to its parent's. */
+kmp_composite kmp_composite_at_joint(const kmp_tree *tree, int i, kmp_composite c);
+void kmp_composite_to_parent(const kmp_tree *tree, int i, kmp_composite c, kmp_composite *parent);
+
+#endif

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Positions that goals of the start are about, with their first and second derivatives. */
+#ifndef KMP_DYNAMICS_GOAL_EQUATIONS_H
+#define KMP_DYNAMICS_GOAL_EQUATIONS_H
+
+#include "dynamics/equations.h"
+#include "symbolic/program/program.h"
+
+/* Stages; each point with a goal has three values x, y, z. */
+enum {
+    KMP_STAGE_PLACE = 1, /* q: the values of all points, then each value's derivative along all n coordinates */
+    KMP_STAGE_BEND       /* qd: each value's second derivative along qd */
+};
+
+/** How many values the goals of points have. */
+int kmp_goals_place_count(const kempe_model *model);
+
+/** The program of these; *program stays NULL when no goal is about a point. false: no memory. */
+bool kmp_goals_program(kmp_equations *eq, kmp_program **program);
+
+#endif

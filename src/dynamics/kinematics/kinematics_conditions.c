@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Conditions: of expressions, and of elements, whose value in a graph is noted when their law or residual is derived
+ * there. */
+#include "base/memory.h"
+#include "base/text.h"
+#include "dynamics/kinematics/kinematics.h"
+#include <stdarg.h>
+
+void kmp_events_free(kmp_events *events)
+{
+    for (int k = 0; k < events->count; k++)
+        kmp_free(events->condition[k].text);
+    kmp_free(events->condition);
+    *events = (kmp_events){0};
+}
+
+void kmp_noted_free(kmp_noted *noted)
+{
+    if (!noted)
+        return;
+    kmp_free(noted->note);
+    kmp_free(noted);
+}
+
+/* -- numbers of conditions --------------------------------------------------------------------------- */
+
+static int find(const kmp_events *events, const void *of, int number)
+{
+    for (int k = 0; k < events->count; k++)
+        if (events->condition[k].of == of && events->condition[k].number == number)
+            return k;
+    return -1;
+}
+
+/* Takes the text; -1 when there is no memory. */
+static int add(kmp_events *events, kmp_condition condition)
+{
+    kmp_condition *grown = kmp_realloc(events->condition, (size_t)events->count + 1, sizeof *grown);
+    if (!grown || (!condition.expr && !condition.text)) {
+        events->condition = grown ? grown : events->condition;
+        kmp_free(condition.text);
+        return -1;
+    }
+    events->condition = grown;
+    events->condition[events->count] = condition;
+    return events->count++;
+}
+
+static bool moves(const kmp_graph *g, kmp_ref value)
+{
+    return kmp_graph_node(g, kmp_id(value))->depends & ~(1u << KMP_IN_PARAMETER);
+}
+
+/* Whether an input may stand for it: not where multipliers or accelerations decide. Once the events are settled only
+ * for one of them: a condition that no equation of motion has changes nothing there, and is evaluated at each row. */
+static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref less)
+{
+    const unsigned late = 1u << KMP_IN_LAMBDA | 1u << KMP_IN_QDD;
+    unsigned depends = kmp_graph_node(tree->graph, kmp_id(less))->depends;
+    return tree->events && moves(tree->graph, less) && !(depends & late) &&
+           (!tree->settled || find(tree->events, of, number) >= 0);
+}
+
+/* -- of expressions ---------------------------------------------------------------------------------- */
+
+/* What stands for the condition of e, or `otherwise`. */
+static kmp_ref stand_in(const kmp_tree *tree, const kmp_expr *e, bool kink, kmp_ref otherwise)
+{
+    int k = find(tree->events, e, 0);
+    if (k < 0)
+        k = add(tree->events, (kmp_condition){.of = e, .expr = e, .kink = kink});
+    if (k < 0)
+        kmp_graph_fail(tree->graph);
+    return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : otherwise;
+}
+
+kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
+{
+    kmp_ref less = kmp_less(tree->graph, a, b);
+    return can_stand(tree, e, 0, less) ? stand_in(tree, e, false, less) : less;
+}
+
+static kmp_op kink_of(const kmp_expr *e)
+{
+    return e->function == KMP_FUNCTION_abs ? KMP_OP_ABS : e->function == KMP_FUNCTION_min ? KMP_OP_MIN : KMP_OP_MAX;
+}
+
+kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
+{
+    kmp_graph *g = tree->graph;
+    kmp_op op = kink_of(e);
+    kmp_ref whole = op == KMP_OP_ABS ? kmp_unary(g, op, a) : kmp_binary(g, op, a, b);
+    if (!tree->kinks || !can_stand(tree, e, 0, kmp_less(g, a, b)))
+        return whole;
+    kmp_ref side = stand_in(tree, e, true, KMP_ZERO), below = kmp_less(g, KMP_ZERO, side);
+    kmp_ref branch = op == KMP_OP_ABS   ? kmp_neg(kmp_mul(g, side, a))
+                     : op == KMP_OP_MIN ? kmp_select(g, below, a, b)
+                                        : kmp_select(g, below, b, a);
+    return kmp_select(g, side, branch, whole);
+}
+
+/* -- of elements ------------------------------------------------------------------------------------- */
+
+static bool note(kmp_noted *noted, int k, kmp_ref value)
+{
+    if (k >= noted->count) {
+        kmp_noted_value *grown = kmp_realloc(noted->note, (size_t)k + 1, sizeof *grown);
+        if (!grown)
+            return false;
+        for (int i = noted->count; i <= k; i++)
+            grown[i] = (kmp_noted_value){.known = false};
+        noted->note = grown;
+        noted->count = k + 1;
+    }
+    noted->note[k] = (kmp_noted_value){value, true};
+    return true;
+}
+
+/* The number of a condition whose value is noted; -1 when there is no memory. */
+static int meet(const kmp_tree *tree, kmp_condition condition, kmp_ref value, const char *format, va_list arguments)
+{
+    int k = find(tree->events, condition.of, condition.number);
+    if (k < 0) {
+        kmp_text text = {0};
+        kmp_text_vprintf(&text, format, arguments);
+        condition.text = kmp_text_take(&text);
+        k = add(tree->events, condition);
+    }
+    if (k >= 0 && note(tree->noted, k, value))
+        return k;
+    kmp_graph_fail(tree->graph);
+    return -1;
+}
+
+/* The value of condition k, for which `holds` stands, is the difference with its lag. */
+static void note_lagging(const kmp_tree *tree, int k, kmp_ref holds, kmp_ref difference, double lag)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref by = kmp_const(g, lag);
+    if (!note(tree->noted, k, kmp_add(g, difference, kmp_select(g, holds, kmp_neg(by), by))))
+        kmp_graph_fail(g);
+}
+
+kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, double lag,
+                           const char *advice, const char *format, ...)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref less = kmp_less(g, difference, KMP_ZERO);
+    if (!can_stand(tree, of, number, less))
+        return less;
+    const kmp_condition condition = {.of = of, .number = number, .lag = lag, .advice = advice};
+    va_list arguments;
+    va_start(arguments, format);
+    int k = meet(tree, condition, difference, format, arguments);
+    va_end(arguments);
+    if (k < 0)
+        return less;
+    kmp_ref holds = kmp_input(g, KMP_IN_MODE, (uint32_t)k);
+    if (lag > 0)
+        note_lagging(tree, k, holds, difference, lag);
+    return holds;
+}
+
+void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref value, const char *advice,
+                  const char *format, ...)
+{
+    double constant;
+    bool always = kmp_is_const(tree->graph, value, &constant) && constant < 0; /* from the start */
+    if (!tree->events || !(always || moves(tree->graph, value)))
+        return;
+    const kmp_condition condition = {.of = of, .number = number, .ends = true, .advice = advice};
+    va_list arguments;
+    va_start(arguments, format);
+    (void)meet(tree, condition, value, format, arguments);
+    va_end(arguments);
+}
+
+bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
+{
+    const kmp_expr *e = tree->events->condition[k].expr;
+    if (!e) {
+        bool known = k < tree->noted->count && tree->noted->note[k].known;
+        *difference = known ? tree->noted->note[k].value : KMP_ZERO;
+        return known;
+    }
+    kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
+    bool turned = e->kind == KMP_EXPR_GREATER || e->kind == KMP_EXPR_AT_MOST;
+    *difference = turned ? kmp_sub(tree->graph, b, a) : kmp_sub(tree->graph, a, b);
+    return true;
+}

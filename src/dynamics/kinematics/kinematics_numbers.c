@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Numbers and expressions of the model as nodes of the graph. */
+#include "dynamics/kinematics/kinematics.h"
+#include "model/variant.h"
+#include "symbolic/table.h"
+#include <math.h>
+
+static kmp_ref call(kmp_graph *g, kmp_function f, kmp_ref a, kmp_ref b, kmp_ref c)
+{
+    (void)b, (void)c;
+    switch (f) {
+#define KMP_FUNCTION(name, arity, value, node)                                                                         \
+    case KMP_FUNCTION_##name:                                                                                          \
+        return node;
+#include "model/expressions/functions.def"
+#undef KMP_FUNCTION
+    case KMP_FUNCTION_COUNT:
+        break;
+    }
+    return KMP_ZERO;
+}
+
+static double parameter_value(const kmp_tree *tree, int index)
+{
+    return tree->model->parameters[index].number.value;
+}
+
+/* Whether an expression follows from parameters that can be kept as symbols. An exact zero stays a zero: the zero
+ * pattern of the data is part of a program's identity. What shapes the equations is as it was read in all of them. */
+static bool follows(const kempe_model *model, const kmp_expr *e)
+{
+    if (!e)
+        return false;
+    if (e->kind == KMP_EXPR_PARAMETER) {
+        const kmp_parameter *p = &model->parameters[e->index];
+        return !p->shapes && (p->number.value != 0 || follows(model, p->number.expr));
+    }
+    return follows(model, e->a) || follows(model, e->b) || follows(model, e->c);
+}
+
+/* One that follows from others is no symbol of its own. What varies has no value yet. */
+static kmp_ref parameter(const kmp_tree *tree, int index)
+{
+    const kmp_parameter *p = &tree->model->parameters[index];
+    if (p->varies)
+        return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
+    if (tree->keep == KMP_KEEP_NOTHING || p->shapes)
+        return kmp_const(tree->graph, p->number.value);
+    if (follows(tree->model, p->number.expr))
+        return kmp_tree_expression(tree, p->number.expr);
+    return p->number.value == 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
+}
+
+static kmp_ref symbol(const kmp_tree *tree, int number, double value)
+{
+    int index = tree->model->parameter_count + number - 1;
+    if (value == 0)
+        return KMP_ZERO;
+    tree->symbols[index] = value;
+    return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
+}
+
+static double constant_value(const kmp_tree *tree, const kmp_expr *e);
+
+kmp_ref kmp_tree_multiplier(const kmp_tree *tree, int closure, int component)
+{
+    int row = tree->row && component >= 0 ? tree->row[KMP_CLOSURE_ROWS * closure + component] : -1;
+    return row < 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_LAMBDA, (uint32_t)row);
+}
+
+int kmp_tree_kept(const kmp_tree *tree, int closure, int k)
+{
+    for (int i = 0; tree->row && i < KMP_CLOSURE_ROWS; i++)
+        if (tree->row[KMP_CLOSURE_ROWS * closure + i] >= 0 && k-- == 0)
+            return i;
+    return -1;
+}
+
+/* A law that is one number. */
+static bool is_symbol(const kmp_tree *tree, const kmp_expr *e)
+{
+    return e->symbol && tree->keep == KMP_KEEP_NUMBERS && !follows(tree->model, e);
+}
+
+/* Powers of what is a number whatever the parameters do are cheaper. */
+static bool has_variable_exponent(const kmp_tree *tree, const kmp_expr *e)
+{
+    bool kept = tree->keep != KMP_KEEP_NOTHING && follows(tree->model, e->b);
+    return kept || kmp_expr_varies(tree->model, e->b);
+}
+
+static bool is_function(const kmp_expr *e, kmp_function function)
+{
+    return e->kind == KMP_EXPR_CALL && e->function == function;
+}
+
+static bool is_kink(const kmp_expr *e)
+{
+    return is_function(e, KMP_FUNCTION_abs) || is_function(e, KMP_FUNCTION_min) || is_function(e, KMP_FUNCTION_max);
+}
+
+/* Bounds see the kinks of what is compared: they need not be conditions. */
+static bool is_compared(const kmp_expr *e)
+{
+    return e->kind == KMP_EXPR_LESS || e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_GREATER ||
+           e->kind == KMP_EXPR_AT_LEAST || is_function(e, KMP_FUNCTION_sign);
+}
+
+/* A branch that is held goes on beyond its kink for a part of a step: not into what is not defined there. */
+static bool has_limits(const kmp_expr *e)
+{
+    return e->kind == KMP_EXPR_DIV || is_function(e, KMP_FUNCTION_pow) || is_function(e, KMP_FUNCTION_sqrt) ||
+           is_function(e, KMP_FUNCTION_log) || is_function(e, KMP_FUNCTION_asin) || is_function(e, KMP_FUNCTION_acos) ||
+           is_function(e, KMP_FUNCTION_atan2);
+}
+
+static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_graph *g = tree->graph;
+    kmp_tree within = *tree;
+    double exponent = has_variable_exponent(tree, e) ? NAN : constant_value(tree, e->b);
+    within.kinks = tree->kinks && exponent >= 0 && exponent == floor(exponent);
+    kmp_ref base = kmp_tree_expression(&within, e->a);
+    return isnan(exponent) ? kmp_binary(g, KMP_OP_POW, base, kmp_tree_expression(&within, e->b))
+                           : kmp_power(g, base, exponent);
+}
+
+static kmp_ref operation(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_graph *g = tree->graph;
+    kmp_tree within = *tree;
+    within.kinks = tree->kinks && !is_compared(e) && !has_limits(e);
+    kmp_ref a = kmp_tree_expression(e->kind == KMP_EXPR_DIV ? tree : &within, e->a);
+    kmp_ref b = e->b ? kmp_tree_expression(&within, e->b) : KMP_ZERO;
+    switch (e->kind) {
+    case KMP_EXPR_ADD:
+        return kmp_add(g, a, b);
+    case KMP_EXPR_SUB:
+        return kmp_sub(g, a, b);
+    case KMP_EXPR_MUL:
+        return kmp_mul(g, a, b);
+    case KMP_EXPR_LESS:
+        return kmp_tree_stated(tree, e, a, b);
+    case KMP_EXPR_GREATER:
+        return kmp_tree_stated(tree, e, b, a);
+    case KMP_EXPR_AT_MOST:
+        return kmp_select(g, kmp_tree_stated(tree, e, b, a), KMP_ZERO, KMP_ONE);
+    case KMP_EXPR_AT_LEAST:
+        return kmp_select(g, kmp_tree_stated(tree, e, a, b), KMP_ZERO, KMP_ONE);
+    case KMP_EXPR_CALL:
+        if (e->function == KMP_FUNCTION_sign)
+            return kmp_select(g, kmp_tree_stated(tree, e, a, KMP_ZERO), kmp_neg(KMP_ONE), KMP_ONE);
+        if (is_kink(e))
+            return kmp_tree_kink(tree, e, a, b);
+        return call(g, e->function, a, b, e->c ? kmp_tree_expression(tree, e->c) : KMP_ZERO);
+    default:
+        return kmp_div(g, a, b);
+    }
+}
+
+kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_graph *g = tree->graph;
+    if (is_symbol(tree, e))
+        return symbol(tree, e->symbol, constant_value(tree, e));
+    switch (e->kind) {
+    case KMP_EXPR_NUMBER:
+        return kmp_const(g, e->value);
+    case KMP_EXPR_PARAMETER:
+        return parameter(tree, e->index);
+    case KMP_EXPR_TIME:
+        return kmp_input(g, KMP_IN_TIME, 0);
+    case KMP_EXPR_Q:
+        return kmp_input(g, KMP_IN_Q, (uint32_t)e->index);
+    case KMP_EXPR_QD:
+        return kmp_input(g, KMP_IN_QD, (uint32_t)e->index);
+    case KMP_EXPR_LAMBDA:
+        return kmp_tree_multiplier(tree, e->index, kmp_tree_kept(tree, e->index, e->number));
+    case KMP_EXPR_UNKNOWN:
+        return kmp_tree_unknown(tree, e);
+    case KMP_EXPR_PLACE:
+        return tree->place[e->index];
+    case KMP_EXPR_TABLE:
+        return kmp_table_at(g, kmp_graph_add_table(g, e->table->table), kmp_tree_expression(tree, e->a));
+    case KMP_EXPR_NEG:
+        return kmp_neg(kmp_tree_expression(tree, e->a));
+    case KMP_EXPR_POW:
+        return power(tree, e);
+    default:
+        return operation(tree, e);
+    }
+}
+
+/* Exponents are numbers of the program, whatever the parameters do. */
+static double constant_value(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_tree folded = *tree;
+    double value = NAN;
+    folded.keep = KMP_KEEP_NOTHING;
+    folded.unknown = NULL;
+    kmp_ref r = kmp_tree_expression(&folded, e);
+    return kmp_is_const(tree->graph, r, &value) ? value : NAN;
+}
+
+kmp_ref kmp_tree_number(const kmp_tree *tree, const kmp_number *number)
+{
+    const kmp_expr *e = number->expr;
+    if (e && kmp_expr_varies(tree->model, e))
+        return kmp_tree_expression(tree, e);
+    if (tree->keep != KMP_KEEP_NOTHING && follows(tree->model, e))
+        return kmp_tree_expression(tree, e);
+    if (tree->keep != KMP_KEEP_NUMBERS || !number->symbol)
+        return kmp_const(tree->graph, number->value);
+    return symbol(tree, number->symbol, number->value);
+}
+
+int kmp_tree_symbol_count(const kmp_tree *tree)
+{
+    return tree->model->parameter_count + (tree->keep == KMP_KEEP_NUMBERS ? tree->model->symbol_count : 0);
+}
+
+void kmp_tree_symbol_values(const kmp_tree *tree, double *value)
+{
+    for (int k = 0; k < kmp_tree_symbol_count(tree); k++)
+        value[k] = k < tree->model->parameter_count ? parameter_value(tree, k) : tree->symbols[k];
+}
+
+kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3])
+{
+    kmp_vec v;
+    for (int k = 0; k < 3; k++)
+        v.x[k] = kmp_tree_number(tree, &number[k]);
+    return v;
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Symmetric tensors and matrices in turned axes: R t R'. */
+#ifndef KMP_DYNAMICS_KINEMATICS_TENSOR_H
+#define KMP_DYNAMICS_KINEMATICS_TENSOR_H
+
+#include "dynamics/kinematics/vector.h"
+
+/** A 3 x 3 matrix without symmetry, by rows. */
+typedef struct kmp_matrix {
+    kmp_ref x[3][3];
+} kmp_matrix;
+
+/** Where entry (i, j) of a tensor stands. */
+extern const int kmp_tensor_at[3][3];
+
+/** R about a coordinate axis by an angle. */
+kmp_tensor kmp_tensor_turn(kmp_graph *g, int axis, kmp_ref angle, kmp_tensor t);
+kmp_matrix kmp_matrix_turn(kmp_graph *g, int axis, kmp_ref angle, kmp_matrix m);
+
+/** R as it is given. */
+kmp_tensor kmp_tensor_turn_by(kmp_graph *g, kmp_matrix r, kmp_tensor t);
+kmp_matrix kmp_matrix_turn_by(kmp_graph *g, kmp_matrix r, kmp_matrix m);
+
+#endif

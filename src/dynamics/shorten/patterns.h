@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Ways taken at many motions at once, as they follow from the tree: what the search for the shortest equations tries.
+ */
+#ifndef KMP_DYNAMICS_SHORTEN_PATTERNS_H
+#define KMP_DYNAMICS_SHORTEN_PATTERNS_H
+
+#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/shorten/variants.h"
+
+typedef struct kmp_cost_pattern {
+    void (*apply)(const kmp_tree *tree, kmp_ways *ways); /* on top of what the ways have */
+    enum {
+        KMP_PATTERN_EVER,
+        KMP_PATTERN_SMALL,
+        KMP_PATTERN_OPTIMIZE
+    } when; /* of any model; of small ones; on demand */
+} kmp_cost_pattern;
+
+/** In the order in which they are tried. */
+const kmp_cost_pattern *kmp_patterns(int *count);
+
+#endif

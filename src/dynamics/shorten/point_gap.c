@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which closures are written again from their points, and which way for either point: the cheapest single way for all,
+ * then closure by closure. */
+#include "base/memory.h"
+#include "constraints/kinds/kind.h"
+#include "dynamics/shorten/point_gap_inside.h"
+#include "symbolic/program/cost.h"
+#include "symbolic/substitute.h"
+#include <string.h>
+
+/* The search takes about the square of their number: larger mechanisms are derived. */
+enum { MOST_CLOSURES = 64 };
+
+/* -- which closures ---------------------------------------------------------------------------------- */
+
+static void add_gap(kmp_gaps *s, int row, int count)
+{
+    kmp_equations *eq = s->eq;
+    const kmp_closure *closure = &eq->model->closures[eq->rows[row].closure];
+    kmp_gap p = {.closure = eq->rows[row].closure, .row = row, .count = count};
+    int ancestor;
+    if (closure->point[0] < 0 || closure->point[1] < 0)
+        return;
+    p.d = kmp_point_difference(&eq->tree, closure->point[0], closure->point[1], &ancestor);
+    for (int k = 0; k < 3; k++)
+        p.moves[k] = kmp_graph_node(eq->graph, kmp_id(p.d.x[k]))->depends & (1u << KMP_IN_Q);
+    if (!kmp_gap_is_seen_through(s, &p, eq->h + row))
+        return;
+    for (int k = 0; k < 2; k++) {
+        kmp_gap_side *point = &p.side[k];
+        *point = (kmp_gap_side){.ancestor = ancestor,
+                                .link = kmp_point_link(&eq->tree, closure->point[k]),
+                                .local = kmp_point_local(&eq->tree, closure->point[k])};
+        point->by[KMP_GAP_DERIVED].x = kmp_point_position(&eq->tree, closure->point[k], ancestor);
+        point->by[KMP_GAP_INWARD] = kmp_gap_move_inward(s, point);
+        point->by[KMP_GAP_OUTWARD] = kmp_gap_move_outward(s, point);
+        point->column = KMP_NEW(kmp_vec, eq->n);
+        s->failed = s->failed || !point->column;
+    }
+    s->list[s->count++] = p;
+}
+
+static void free_gap(kmp_gap *p)
+{
+    for (kmp_gap_way a = KMP_GAP_DERIVED; a < KMP_GAP_WAYS; a++)
+        for (kmp_gap_way b = KMP_GAP_DERIVED; b < KMP_GAP_WAYS; b++) {
+            kmp_free(p->version[a][b].place);
+            kmp_free(p->version[a][b].rate);
+        }
+    kmp_free(p->side[0].column);
+    kmp_free(p->side[1].column);
+}
+
+/* -- the choice -------------------------------------------------------------------------------------- */
+
+static bool is_asked(const kmp_gaps *s, kmp_gap_part what)
+{
+    const unsigned sets[KMP_GAP_PARTS] = {KMP_SET_CLOSURE | KMP_SET_RESIDUAL, KMP_SET_JDQD | KMP_SET_RESIDUAL};
+    return s->sets & sets[what];
+}
+
+static void count_part(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost, bool add)
+{
+    void (*count)(kmp_cost *, int, const kmp_ref *) = add ? kmp_cost_add : kmp_cost_remove;
+    const kmp_gap_version *v = is_asked(s, what) ? kmp_gap_version_of(s, p, what, p->chosen[what]) : NULL;
+    if (!v)
+        return;
+    if (what == KMP_GAP_PLACE && s->sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL))
+        count(cost, kmp_gap_place_count(s, p), v->place);
+    if (what == KMP_GAP_RATE && s->sets & KMP_SET_RESIDUAL)
+        count(cost, p->count, v->rate);
+    if (what == KMP_GAP_RATE && s->sets & KMP_SET_JDQD)
+        count(cost, p->count, v->rate + p->count);
+}
+
+static void set_way(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost, const kmp_gap_way by[2])
+{
+    count_part(s, p, what, cost, false);
+    memcpy(p->chosen[what], by, sizeof p->chosen[what]);
+    count_part(s, p, what, cost, true);
+}
+
+static void choose_all(kmp_gaps *s, kmp_cost *cost, kmp_gap_way w)
+{
+    const kmp_gap_way by[2] = {w, w};
+    for (int i = 0; i < s->count; i++)
+        for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++)
+            set_way(s, &s->list[i], what, cost, by);
+}
+
+/* Takes the cheapest way for either point of one part of one closure, the others as they are. */
+static bool choose_one(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost)
+{
+    kmp_gap_way best[2];
+    long least = cost->operations;
+    bool better = false;
+    memcpy(best, p->chosen[what], sizeof best);
+    for (int k = 0; k < 2 * KMP_GAP_WAYS; k++) {
+        kmp_gap_way by[2] = {best[0], best[1]};
+        by[k / KMP_GAP_WAYS] = (kmp_gap_way)(k % KMP_GAP_WAYS);
+        if (by[k / KMP_GAP_WAYS] == best[k / KMP_GAP_WAYS])
+            continue;
+        set_way(s, p, what, cost, by);
+        if (cost->operations < least) {
+            least = cost->operations;
+            memcpy(best, by, sizeof best);
+            better = true;
+        }
+    }
+    set_way(s, p, what, cost, best);
+    return better;
+}
+
+/* The best single way for all, then closure by closure while it helps, a few times at most. */
+static bool choose(kmp_gaps *s)
+{
+    kmp_cost cost;
+    if (!kmp_cost_init(&cost, s->eq->graph, KMP_COST_ADDITION))
+        return false;
+    for (int i = 0; i < s->count; i++)
+        for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++)
+            count_part(s, &s->list[i], what, &cost, true);
+    long least = cost.operations;
+    kmp_gap_way best = KMP_GAP_DERIVED;
+    for (kmp_gap_way w = KMP_GAP_INWARD; w < KMP_GAP_WAYS; w++) {
+        choose_all(s, &cost, w);
+        if (cost.operations < least) {
+            least = cost.operations;
+            best = w;
+        }
+    }
+    choose_all(s, &cost, best);
+    bool better = true;
+    for (int pass = 0; better && pass < 3; pass++) {
+        better = false;
+        for (int i = 0; i < s->count; i++)
+            for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++)
+                better = (is_asked(s, what) && choose_one(s, &s->list[i], what, &cost)) || better;
+    }
+    bool ok = !cost.failed && !s->failed;
+    kmp_cost_free(&cost);
+    return ok;
+}
+
+/* All rows as they are, those of gaps with both sides derived: eq->derived. */
+static bool keep_derived(kmp_gaps *s)
+{
+    static const kmp_gap_way by[2] = {KMP_GAP_DERIVED, KMP_GAP_DERIVED};
+    kmp_equations *eq = s->eq;
+    size_t m = (size_t)eq->m, n = (size_t)eq->n;
+    kmp_ref *to = KMP_NEW(kmp_ref, m * (n + 3));
+    eq->derived = to;
+    if (!to)
+        return false;
+    memcpy(to, eq->h, m * sizeof *to);
+    memcpy(to + m, eq->hdot, m * sizeof *to);
+    memcpy(to + 2 * m, eq->jdqd, m * sizeof *to);
+    memcpy(to + 3 * m, eq->jacobian, m * n * sizeof *to);
+    for (int i = 0; i < s->count; i++) {
+        kmp_gap *p = &s->list[i];
+        const kmp_gap_version *place = is_asked(s, KMP_GAP_PLACE) ? kmp_gap_version_of(s, p, KMP_GAP_PLACE, by) : NULL;
+        const kmp_gap_version *rate = is_asked(s, KMP_GAP_RATE) ? kmp_gap_version_of(s, p, KMP_GAP_RATE, by) : NULL;
+        size_t row = (size_t)p->row, rows = (size_t)p->count;
+        if (place) {
+            memcpy(to + row, place->place, rows * sizeof *to);
+            memcpy(to + 3 * m + row * n, place->place + rows, rows * n * sizeof *to);
+        }
+        if (rate) {
+            memcpy(to + m + row, rate->rate, rows * sizeof *to);
+            memcpy(to + 2 * m + row, rate->rate + rows, rows * sizeof *to);
+        }
+    }
+    return !s->failed;
+}
+
+/* Both parts are derived from h as it was before either is put in its place. */
+static bool take(kmp_gaps *s, kmp_gap *p)
+{
+    kmp_equations *eq = s->eq;
+    size_t rows = (size_t)p->count * sizeof(kmp_ref);
+    const kmp_gap_version *v[KMP_GAP_PARTS] = {NULL, NULL};
+    for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++) {
+        v[what] = is_asked(s, what) ? kmp_gap_version_of(s, p, what, p->chosen[what]) : NULL;
+        if (is_asked(s, what) && !v[what])
+            return false;
+    }
+    if (v[KMP_GAP_PLACE]) {
+        memcpy(eq->h + p->row, v[KMP_GAP_PLACE]->place, rows);
+        memcpy(eq->jacobian + p->row * eq->n, v[KMP_GAP_PLACE]->place + p->count, (size_t)eq->n * rows);
+    }
+    if (v[KMP_GAP_RATE]) {
+        memcpy(eq->hdot + p->row, v[KMP_GAP_RATE]->rate, rows);
+        memcpy(eq->jdqd + p->row, v[KMP_GAP_RATE]->rate + p->count, rows);
+    }
+    return true;
+}
+
+/* -- all together ------------------------------------------------------------------------------------ */
+
+static void collect(kmp_gaps *s)
+{
+    kmp_equations *eq = s->eq;
+    for (int r = 0, count; r < eq->m; r += count) {
+        for (count = 1; r + count < eq->m && eq->rows[r + count].closure == eq->rows[r].closure;)
+            count++;
+        add_gap(s, r, count);
+    }
+    s->failed = s->failed || kmp_graph_failed(eq->graph) || !kmp_gap_derive_sides(s);
+}
+
+/* The ways as numbers: of h and J for either point, then of the rates. */
+static uint8_t *ways_of(kmp_gaps *s, const kmp_gap *p)
+{
+    return s->eq->ways.way + 4 * p->closure;
+}
+
+static void recall(kmp_gaps *s)
+{
+    for (int i = 0; i < 4 * s->count; i++) {
+        kmp_gap *p = &s->list[i / 4];
+        p->chosen[i % 4 / 2][i % 2] = (kmp_gap_way)ways_of(s, p)[i % 4];
+    }
+}
+
+static void note(kmp_gaps *s)
+{
+    for (int i = 0; i < 4 * s->count; i++) {
+        const kmp_gap *p = &s->list[i / 4];
+        ways_of(s, p)[i % 4] = (uint8_t)p->chosen[i % 4 / 2][i % 2];
+    }
+}
+
+bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
+{
+    kmp_gaps s = {.eq = eq, .sets = sets, .view = -1};
+    if (eq->model->closure_count > MOST_CLOSURES)
+        return true;
+    s.list = KMP_NEW(kmp_gap, eq->model->closure_count);
+    s.seen = KMP_NEW(kmp_gap_seen, eq->tree.count);
+    s.arm = KMP_NEW(kmp_vec, eq->tree.count);
+    s.path = KMP_NEW(int, eq->tree.count);
+    bool ok = s.list && s.seen && s.arm && s.path;
+    if (ok)
+        collect(&s);
+    ok = ok && !s.failed && !kmp_graph_failed(eq->graph);
+    if (ok && search) {
+        ok = s.count == 0 || (choose(&s) && keep_derived(&s));
+        note(&s);
+    }
+    if (ok)
+        recall(&s);
+    for (int i = 0; i < s.count; i++) {
+        ok = ok && take(&s, &s.list[i]);
+        free_gap(&s.list[i]);
+    }
+    kmp_derivative_free(s.derivative);
+    kmp_free(s.list);
+    kmp_free(s.seen);
+    kmp_free(s.arm);
+    kmp_free(s.path);
+    return ok;
+}

@@ -1,0 +1,298 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The same equations can be written in many ways (ways.h). Which is shortest shows by counting: patterns that follow
+ * from the tree are tried one after the other, each on top of what is best so far; with `optimize` also each joint and
+ * body by itself. The closures' ways are found once, and the dynamics are written anew beside them in one graph, so
+ * that a trial costs what it changes; what is found is derived once more in a graph of its own, as small ones are at
+ * each trial. */
+#include "base/context.h"
+#include "base/memory.h"
+#include "dynamics/equations.h"
+#include "dynamics/shorten/origins.h"
+#include "dynamics/shorten/patterns.h"
+#include "dynamics/shorten/regroup.h"
+#include "symbolic/passes/trig.h"
+#include "symbolic/program/cost.h"
+
+/* Larger mechanisms are derived as they are; above LARGE motions fewer patterns are tried; the passes run in trials of
+ * graphs of fewer than SMALL nodes. */
+enum { MOST_MOTIONS = 128, LARGE = 40, ROUNDS = 4, SMALL = 3000 };
+
+typedef struct search {
+    const kempe_model *model;
+    kmp_scene scene; /* with the ways that are tried */
+    kmp_ways best, tried;
+    kmp_equations *work; /* the closures, and the dynamics by the ways tried last */
+    uint32_t fresh;      /* nodes of its graph when it was new */
+    bool passes;         /* run before counting */
+    bool shares;         /* trials are written into one graph */
+    long least;
+} search;
+
+/* -- counting ---------------------------------------------------------------------------------------- */
+
+int kmp_equations_most_outputs(const kmp_equations *eq)
+{
+    int n = eq->n, m = eq->m;
+    return n * (4 * n + 6) + m * (2 * n + m + 4);
+}
+
+int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out)
+{
+    int n = eq->n, m = eq->m, total = 0;
+    const struct {
+        unsigned set;
+        int count;
+        const kmp_ref *of;
+    } list[] = {{KMP_SET_MASS, n * n, eq->mass},
+                {KMP_SET_BIAS, n, eq->bias},
+                {KMP_SET_CLOSURE | KMP_SET_RESIDUAL, m, eq->h},
+                {KMP_SET_CLOSURE | KMP_SET_RESIDUAL, m * n, eq->jacobian},
+                {KMP_SET_JDQD, m, eq->jdqd},
+                {KMP_SET_RESIDUAL, n, eq->residual},
+                {KMP_SET_RESIDUAL, n, eq->jt_mu},
+                {KMP_SET_RESIDUAL, m, eq->hdot},
+                {KMP_SET_INVERSE, n, eq->inverse},
+                {KMP_SET_INVERSE_Q, n * n, eq->inverse_q},
+                {KMP_SET_INVERSE_QD, n * n, eq->inverse_qd},
+                {KMP_SET_CLOSED, n, eq->closed},
+                {KMP_SET_CLOSED_Q, n * n, eq->closed_q},
+                {KMP_SET_ACCELERATION, n, eq->free_qdd},
+                {KMP_SET_ACCELERATION, m * n, eq->compliance},
+                {KMP_SET_ACCELERATION, m * m, eq->mobility},
+                {KMP_SET_ACCELERATION, m, eq->drift}};
+    for (size_t k = 0; k < sizeof list / sizeof *list; k++)
+        for (int i = 0; sets & list[k].set && i < list[k].count; i++)
+            if (list[k].of[i] != KMP_ZERO)
+                out[total++] = list[k].of[i];
+    return total;
+}
+
+/* Operations of parameters alone are made once, and count less than others; not at all where the shortest is looked for
+ * longer. */
+static long price(const search *s, const kmp_cost *cost)
+{
+    enum { EACH = 4, ONCE = 3 };
+    return EACH * (cost->operations - cost->once) + (s->scene.optimize ? 0 : ONCE * cost->once);
+}
+
+/* What all that was asked for takes as a program, together; -1: no memory. */
+static long price_of(const search *s, const kmp_equations *eq)
+{
+    kmp_ref *out = KMP_NEW(kmp_ref, kmp_equations_most_outputs(eq));
+    kmp_cost cost = {0};
+    long found = -1;
+    if (out) {
+        int total = kmp_equations_outputs(eq, s->scene.sets, out);
+        if ((!s->passes || (kmp_equations_shorten(eq, total, out) && kmp_trig_sums(eq->graph, total, out))) &&
+            kmp_cost_init(&cost, eq->graph, s->passes ? 0 : KMP_COST_ADDITION)) {
+            kmp_cost_add(&cost, total, out);
+            found = cost.failed ? -1 : price(s, &cost);
+        }
+    }
+    kmp_cost_free(&cost);
+    kmp_free(out);
+    return found;
+}
+
+/* -- trials ------------------------------------------------------------------------------------------ */
+
+/* In a graph of its own. */
+static kempe_status derive_work(search *s, const kmp_ways *ways)
+{
+    kmp_equations_free(s->work);
+    s->scene.ways = ways;
+    kempe_status status = kmp_equations_derive_once(s->work, s->model, &s->scene);
+    s->scene.ways = &s->tried;
+    return status;
+}
+
+/* What passes find depends a little on what else is in the graph. One that is mostly what trials have left is given up.
+ */
+static kempe_status write_tried(search *s)
+{
+    kempe_status status = KEMPE_OK;
+    if (!s->shares)
+        return derive_work(s, &s->tried);
+    if (kmp_graph_count(s->work->graph) / 2 >= s->fresh) {
+        status = derive_work(s, &s->best);
+        s->fresh = status == KEMPE_OK ? kmp_graph_count(s->work->graph) : 0;
+    }
+    return status == KEMPE_OK ? kmp_equations_derive_again(s->work, &s->scene) : status;
+}
+
+static void begin(search *s)
+{
+    kmp_ways_copy(&s->tried, &s->best, s->model);
+}
+
+/* Takes what is tried for the best when it takes less. */
+static kempe_status judge(search *s, bool *better)
+{
+    long found = price_of(s, s->work);
+    if (found < 0)
+        return kmp_fail_memory(s->model->context);
+    if (found < s->least) {
+        s->least = found;
+        kmp_ways_copy(&s->best, &s->tried, s->model);
+        *better = true;
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status try_it(search *s, bool *better)
+{
+    if (kmp_ways_same(&s->tried, &s->best, s->model))
+        return KEMPE_OK;
+    kempe_status status = write_tried(s);
+    return status == KEMPE_OK ? judge(s, better) : status;
+}
+
+/* The closures' ways were found without the dynamics, which share more with derived rows in the plane. */
+static kempe_status try_plain_closures(search *s)
+{
+    bool better = false;
+    if (!(s->scene.sets & (KMP_SET_MASS | KMP_SET_BIAS)) || s->model->closure_count == 0)
+        return KEMPE_OK;
+    begin(s);
+    for (int k = 0; k < 4 * s->model->closure_count; k++)
+        s->tried.way[k] = 0;
+    if (!s->shares || !s->work->derived)
+        return s->shares ? KEMPE_OK : try_it(s, &better);
+    kmp_equations_swap_derived(s->work);
+    kempe_status status = judge(s, &better);
+    if (!better)
+        kmp_equations_swap_derived(s->work);
+    return status;
+}
+
+static kempe_status try_patterns(search *s, bool *better)
+{
+    int count;
+    const kmp_cost_pattern *patterns = kmp_patterns(&count);
+    kempe_status status = KEMPE_OK;
+    bool large = s->model->motion_count > LARGE;
+    for (int k = 0; k < count && status == KEMPE_OK; k++) {
+        bool asked = s->scene.optimize || patterns[k].when == KMP_PATTERN_EVER;
+        if (!asked && (large || patterns[k].when != KMP_PATTERN_SMALL))
+            continue;
+        begin(s);
+        patterns[k].apply(&s->work->tree, &s->tried);
+        status = try_it(s, better);
+    }
+    return status;
+}
+
+/* -- joint by joint ---------------------------------------------------------------------------------- */
+
+static const uint8_t gifts[] = {0, KMP_GIVE_MASS, KMP_GIVE_INERTIA, KMP_GIVE_MASS | KMP_GIVE_INERTIA, KMP_GIVE_ALL};
+enum { GIFTS = sizeof gifts / sizeof *gifts };
+
+static kempe_status try_flags(search *s, int k, bool *better)
+{
+    kempe_status status = KEMPE_OK;
+    if (s->model->motions[k].rotation) {
+        begin(s);
+        s->tried.stay[k] = !s->tried.stay[k];
+        status = try_it(s, better);
+    }
+    if (status == KEMPE_OK && s->work->tree.links[k + 1].mass != KMP_ZERO) {
+        begin(s);
+        s->tried.about[k] = !s->tried.about[k];
+        status = try_it(s, better);
+    }
+    for (int o = 0; o < KMP_ORIGINS && status == KEMPE_OK; o++) {
+        begin(s);
+        s->tried.origin[k] = (uint8_t)o;
+        status = try_it(s, better);
+    }
+    return status;
+}
+
+/* The same gift of `count` motions, to wrenches and to composite bodies. */
+static kempe_status try_gifts(search *s, int first, int count, bool *better)
+{
+    kempe_status status = KEMPE_OK;
+    for (int to = 0; to < 2; to++)
+        for (int v = 0; v < GIFTS && status == KEMPE_OK; v++) {
+            begin(s);
+            for (int k = first; k < first + count; k++)
+                *(to ? &s->tried.lump[k] : &s->tried.give[k]) = gifts[v];
+            if (s->scene.sets & KMP_SET_MASS || !to)
+                status = try_it(s, better);
+        }
+    return status;
+}
+
+static kempe_status try_joints(search *s, bool *better)
+{
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < s->model->motion_count && status == KEMPE_OK; k++) {
+        status = try_flags(s, k, better);
+        if (status == KEMPE_OK && s->work->tree.links[k + 1].parent > 0)
+            status = try_gifts(s, k, 1, better);
+    }
+    for (int b = 1; b < s->model->body_count && status == KEMPE_OK; b++)
+        if (s->model->bodies[b].motion_count > 1)
+            status = try_gifts(s, s->model->bodies[b].first_motion, s->model->bodies[b].motion_count, better);
+    return status;
+}
+
+/* -- all together ------------------------------------------------------------------------------------ */
+
+/* Whether nothing is asked for but what may be written anew beside closures that stay, and so much that the passes are
+ * left out of the count. */
+static bool can_share(const search *s)
+{
+    const unsigned sets = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_CLOSURE |
+                          KMP_SET_JDQD | KMP_SET_POWER;
+    return !(s->scene.sets & ~sets) && kmp_graph_count(s->work->graph) >= SMALL;
+}
+
+/* From equations as they come to the best ones found. */
+static kempe_status find(search *s)
+{
+    bool any = true;
+    bool ok = kmp_ways_init(&s->best, s->model);
+    ok = kmp_ways_init(&s->tried, s->model) && ok;
+    s->scene.ways = &s->tried;
+    s->fresh = kmp_graph_count(s->work->graph);
+    s->passes = s->fresh < SMALL;
+    s->shares = can_share(s);
+    s->least = price_of(s, s->work);
+    if (!ok || s->least < 0)
+        return kmp_fail_memory(s->model->context);
+    kmp_ways_copy(&s->best, &s->work->ways, s->model);
+    kempe_status status = try_plain_closures(s);
+    for (int round = 0; any && status == KEMPE_OK && round < ROUNDS; round++) {
+        any = false;
+        status = try_patterns(s, &any);
+        if (status == KEMPE_OK && s->scene.optimize)
+            status = try_joints(s, &any);
+        any = any && s->scene.optimize;
+    }
+    return status;
+}
+
+kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
+{
+    kempe_status status = kmp_equations_derive_once(eq, model, scene);
+    const unsigned dynamic = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_INVERSE_Q |
+                             KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q;
+    if (status != KEMPE_OK || scene->plain || scene->ways || !(scene->sets & dynamic) ||
+        scene->sets & KMP_SET_RESIDUAL || model->motion_count > MOST_MOTIONS)
+        return status;
+    kmp_equations work = *eq;
+    search s = {.model = model, .scene = *scene, .work = &work};
+    status = find(&s);
+    if (status == KEMPE_OK) {
+        s.scene.ways = &s.best;
+        s.best.by_q = s.best.by_qd = scene->tangents; /* once more, with the axes that were chosen */
+        status = kmp_equations_derive_once(eq, model, &s.scene);
+    }
+    if (status != KEMPE_OK)
+        *eq = (kmp_equations){0};
+    kmp_equations_free(&work);
+    kmp_ways_free(&s.best);
+    kmp_ways_free(&s.tried);
+    return status;
+}

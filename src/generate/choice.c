@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "generate/choice.h"
+#include "base/context.h"
+#include <string.h>
+
+static const char *const schemes[] = {[KMP_SCHEME_COMPOSITE] = "composite", [KMP_SCHEME_NER] = "ner"};
+
+static kempe_status refuse_set(kempe_context *context, const char *name, size_t length)
+{
+    kmp_text list = {0};
+    kmp_sets_list(&list);
+    kempe_status status = list.failed
+                              ? kmp_fail_memory(context)
+                              : kmp_fail(context, KEMPE_E_ARGUMENT,
+                                         "there is no set '%.*s'; sets are %s, and several together with + between",
+                                         (int)length, name, list.s);
+    kmp_text_free(&list);
+    return status;
+}
+
+/* The sets of a name, or of several with + between. */
+static kempe_status read_sum(kempe_context *context, const char *name, size_t length, unsigned *sets)
+{
+    *sets = 0;
+    for (size_t at = 0; at <= length;) {
+        size_t part = strcspn(name + at, "+,");
+        part = at + part > length ? length - at : part;
+        unsigned found = kmp_sets_find(name + at, part);
+        if (!found)
+            return refuse_set(context, name + at, part);
+        *sets |= found;
+        at += part + 1;
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status add(kempe_context *context, kmp_set_choice *choice, const char *name, size_t length)
+{
+    unsigned sets;
+    KMP_TRY(read_sum(context, name, length, &sets));
+    for (int k = 0; k < choice->count; k++)
+        if (choice->chosen[k].sets == sets)
+            return KEMPE_OK;
+    if (length >= KMP_CHOICE_NAME || choice->count == KMP_MOST_CHOSEN)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "--sets: at most %d sets or sums of them, each of fewer than %d characters", KMP_MOST_CHOSEN,
+                        KMP_CHOICE_NAME);
+    kmp_chosen *c = &choice->chosen[choice->count++];
+    memcpy(c->name, name, length);
+    c->sets = sets;
+    choice->all |= sets;
+    return KEMPE_OK;
+}
+
+static kempe_status read_scheme(kempe_context *context, const char *name, kmp_set_choice *choice)
+{
+    for (int k = 0; name && k < (int)(sizeof schemes / sizeof *schemes); k++)
+        if (strcmp(schemes[k], name) == 0)
+            choice->scene.scheme = (kmp_scheme)k;
+    choice->scheme = schemes[choice->scene.scheme];
+    if (name && strcmp(choice->scheme, name) != 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "there is no scheme '%s'; schemes are composite, ner", name);
+    return KEMPE_OK;
+}
+
+/* Bodies without inputs have to exist, but may have no motion, and then no inputs anyway. */
+static kempe_status check_bodies(const kempe_model *model, const char *names)
+{
+    size_t length = 0;
+    for (const char *name = names; name && *name; name += length + (name[length] == ',')) {
+        bool found = false;
+        length = strcspn(name, ",");
+        for (int b = 1; b < model->body_count && !found; b++)
+            found = strlen(model->bodies[b].name) == length && strncmp(model->bodies[b].name, name, length) == 0;
+        if (!found)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT, "--no-inputs: there is no body '%.*s' in '%s'",
+                            (int)length, name, model->name);
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_options *g, kmp_set_choice *choice)
+{
+    kempe_context *context = model->context;
+    *choice = (kmp_set_choice){.scene = {.scheme = KMP_SCHEME_COMPOSITE,
+                                         .keep = g->keep_parameters ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING,
+                                         .body_inputs = g->body_inputs,
+                                         .no_inputs = g->no_inputs,
+                                         .optimize = g->optimize,
+                                         .loops_alone = !g->drives}};
+    kempe_status status = read_scheme(context, g->scheme, choice);
+    for (const char *s = g->sets ? g->sets : "M_C,invdyn,h_J,jdqd"; s && status == KEMPE_OK; s = strchr(s, ',')) {
+        s += *s == ',';
+        status = add(context, choice, s, strcspn(s, ","));
+    }
+    return status == KEMPE_OK ? check_bodies(model, g->no_inputs) : status;
+}

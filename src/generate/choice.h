@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which sets of equations are asked for, and how they are to be derived: kempe_generate_options, read. */
+#ifndef KMP_GENERATE_CHOICE_H
+#define KMP_GENERATE_CHOICE_H
+
+#include "generate/sets.h"
+
+enum { KMP_MOST_CHOSEN = 32, KMP_CHOICE_NAME = 40 };
+
+typedef struct kmp_chosen {
+    char name[KMP_CHOICE_NAME]; /* as it was asked for: "M_C", "M_C+h_J" */
+    unsigned sets;
+} kmp_chosen;
+
+typedef struct kmp_set_choice {
+    kmp_chosen chosen[KMP_MOST_CHOSEN];
+    int count;
+    unsigned all;       /* the union */
+    kmp_scene scene;    /* all but its sets */
+    const char *scheme; /* its name */
+} kmp_set_choice;
+
+/** KEMPE_E_ARGUMENT: a set, scheme or body that does not exist. The choice lives no longer than the generation. */
+kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_options *generation,
+                             kmp_set_choice *choice);
+
+#endif

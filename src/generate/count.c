@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* `generate --count`: what each asked set of equations takes when it is derived alone, and all as one program. */
+#include "base/clock.h"
+#include "base/memory.h"
+#include "generate/choice.h"
+#include "output/print.h"
+#include <string.h>
+
+struct kempe_count {
+    kempe_context *context;
+    char *model;
+    kmp_set_choice choice;
+    kmp_tally tally[KMP_MOST_CHOSEN], all;
+    double cpu_s;
+};
+
+/* -- counting ---------------------------------------------------------------------------------------- */
+
+static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_generate_options *generation)
+{
+    kmp_set_choice *choice = &c->choice;
+    double begin = kmp_cpu_now();
+    kempe_status status = kmp_choice_read(model, generation, choice);
+    for (int k = 0; k < choice->count && status == KEMPE_OK; k++)
+        status = kmp_tally_sets(model, &choice->scene, choice->chosen[k].sets, &c->tally[k]);
+    if (status == KEMPE_OK)
+        status = kmp_tally_sets(model, &choice->scene, choice->all, &c->all);
+    c->cpu_s = kmp_cpu_now() - begin;
+    return status;
+}
+
+kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_options *generation, kempe_count **out)
+{
+    KMP_WANTED(NULL, model, "model");
+    generation = generation ? generation : &(const kempe_generate_options){0};
+    KMP_WANTED(model->context, out, "count");
+    kmp_context_clear(model->context);
+    KMP_TRY(kmp_model_check_finished(model));
+    kempe_count *c = KMP_NEW(kempe_count, 1);
+    if (!c)
+        return kmp_fail_memory(model->context);
+    c->context = model->context;
+    c->model = kmp_strdup(model->name);
+    kempe_status status = c->model ? count(c, model, generation) : kmp_fail_memory(model->context);
+    if (status == KEMPE_OK)
+        *out = c;
+    else
+        kempe_count_free(c);
+    return status;
+}
+
+void kempe_count_free(kempe_count *c)
+{
+    if (!c)
+        return;
+    kmp_free(c->model);
+    kmp_free(c);
+}
+
+/* -- printing ---------------------------------------------------------------------------------------- */
+
+static void show_entry(kmp_text *text, int width, const char *name, const kmp_tally *t)
+{
+    const kmp_counts *c = &t->counts;
+    kmp_text_printf(text, "  %-*s %7ld %8ld | %7ld %7ld %6ld %6ld %6ld %6ld | %8ld %8ld | %7ld %7ld | %6ld %6ld\n",
+                    width, name, c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other,
+                    t->runtime.paper, t->runtime.robotran, t->operations, t->useless, t->steps.serial, t->steps.vector);
+}
+
+static int longest_name(const kempe_count *c)
+{
+    size_t longest = 8;
+    for (int k = 0; k < c->choice.count; k++)
+        longest = strlen(c->choice.chosen[k].name) > longest ? strlen(c->choice.chosen[k].name) : longest;
+    return (int)longest;
+}
+
+static void show_count(kmp_text *text, const kempe_count *c)
+{
+    int width = longest_name(c);
+    kmp_text_printf(text, "%s: M by scheme %s, numbers %s%s\n\n", c->model, c->choice.scheme,
+                    c->choice.scene.keep ? "kept as symbols" : "folded",
+                    c->choice.scene.body_inputs ? ", forces and torques on bodies as inputs" : "");
+    kmp_text_printf(text, "  %-*s %7s %8s | %7s %7s %6s %6s %6s %6s | %8s %8s | %7s %7s | %6s %6s\n", width, "set",
+                    "paper", "robotran", "+ -", "*", "/", "neg", "trig", "other", "runtime", "robotran", "kept",
+                    "removed", "serial", "vector");
+    for (int k = 0; k < c->choice.count; k++)
+        show_entry(text, width, c->choice.chosen[k].name, &c->tally[k]);
+    show_entry(text, width, "all", &c->all);
+    kmp_text_put(text,
+                 "\npaper: + - * /   robotran: those, unary minus and functions   runtime: without what depends on "
+                 "numbers alone\nkept, removed: operations that the set needs, and others that were made on the "
+                 "way   serial, vector: assignments, and steps when all that can be is done at once\nall: the sets "
+                 "above as one program\n");
+}
+
+static void json_entry(kmp_json *json, const char *name, const kmp_tally *t)
+{
+    kmp_json_object(json, name);
+    kmp_json_whole(json, "paper", t->counts.paper);
+    kmp_json_whole(json, "robotran", t->counts.robotran);
+    kmp_json_whole(json, "add", t->counts.add);
+    kmp_json_whole(json, "mul", t->counts.mul);
+    kmp_json_whole(json, "div", t->counts.div);
+    kmp_json_whole(json, "neg", t->counts.neg);
+    kmp_json_whole(json, "trig", t->counts.trig);
+    kmp_json_whole(json, "other", t->counts.other);
+    kmp_json_whole(json, "kept", t->operations);
+    kmp_json_whole(json, "removed", t->useless);
+    kmp_json_whole(json, "serial_steps", t->steps.serial);
+    kmp_json_whole(json, "vsi_steps", t->steps.vector);
+    kmp_json_object(json, "runtime");
+    kmp_json_whole(json, "paper", t->runtime.paper);
+    kmp_json_whole(json, "robotran", t->runtime.robotran);
+    kmp_json_end(json);
+    kmp_json_end(json);
+}
+
+static void json_count(kmp_text *text, const kempe_count *c)
+{
+    kmp_json json = kmp_json_begin(text);
+    kmp_json_object(&json, NULL);
+    kmp_json_string(&json, "model", c->model);
+    kmp_json_string(&json, "status", kmp_status_word(KEMPE_OK));
+    kmp_json_string(&json, "reason", "");
+    kmp_json_number(&json, "build_s", c->cpu_s);
+    kmp_json_string(&json, "scheme", c->choice.scheme);
+    kmp_json_object(&json, "sets");
+    for (int k = 0; k < c->choice.count; k++)
+        json_entry(&json, c->choice.chosen[k].name, &c->tally[k]);
+    json_entry(&json, "all", &c->all);
+    kmp_json_end(&json);
+    kmp_json_number(&json, "cpu_s", c->cpu_s);
+    kmp_json_end(&json);
+}
+
+kempe_status kempe_count_print(const kempe_count *c, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, c, "count");
+    KMP_WANTED(c->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(c->context);
+    if (format == KEMPE_JSON)
+        json_count(&out, c);
+    else
+        show_count(&out, c);
+    return kmp_print_finish(c->context, &out, text);
+}

@@ -1,0 +1,218 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Equations written in a language: all texts are made before the first file is written. */
+#include "base/clock.h"
+#include "base/context.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "generate/source.h"
+#include "output/print.h"
+#include <string.h>
+
+struct kempe_code {
+    kempe_context *context;
+    kmp_code_source source;
+    const kmp_language *language;
+    kmp_code_files files;
+    double cpu_s;
+};
+
+static const kmp_language *const languages[] = {
+#define KMP_LANGUAGE(name) &kmp_language_##name,
+#include "generate/languages/languages.def"
+#undef KMP_LANGUAGE
+};
+
+enum { LANGUAGES = sizeof languages / sizeof *languages };
+
+/* -- what is asked ----------------------------------------------------------------------------------- */
+
+static kempe_status refuse_language(kempe_context *context, const char *name)
+{
+    kmp_text list = {0};
+    for (int k = 0; k < LANGUAGES; k++)
+        kmp_text_printf(&list, "%s%s", k ? ", " : "", languages[k]->name);
+    kempe_status status =
+        list.failed ? kmp_fail_memory(context)
+                    : kmp_fail(context, KEMPE_E_ARGUMENT, "there is no language '%s'; languages are %s", name, list.s);
+    kmp_text_free(&list);
+    return status;
+}
+
+static kempe_status read_language(kempe_code *code, const kempe_generate_options *g)
+{
+    const char *name = g->language ? g->language : "c";
+    for (int k = 0; k < LANGUAGES; k++)
+        if (strcmp(languages[k]->name, name) == 0)
+            code->language = languages[k];
+    if (!code->language)
+        return refuse_language(code->context, name);
+    if (g->vectorised && !code->language->vectorises)
+        return kmp_fail(code->context, KEMPE_E_ARGUMENT,
+                        "%s has no vectorised form: leave --vectorised out, or take an array language", name);
+    return KEMPE_OK;
+}
+
+/* An operation that a language has not is named before anything is written. */
+static kempe_status check_operations(const kempe_code *code)
+{
+    for (int k = 0; k < code->source.count; k++) {
+        const kmp_routine *r = &code->source.routines[k];
+        for (int i = 0; i < r->program->code[r->program->stages]; i++) {
+            kmp_op op = (kmp_op)r->program->instruction[i].op;
+            if (op == KMP_OP_IMPLICIT || op == KMP_OP_LIST)
+                return kmp_fail(
+                    code->context, KEMPE_E_ARGUMENT,
+                    "set '%s' solves equations on the way (unknowns, or where wheels touch), which cannot be "
+                    "written in a language; leave the set out with --sets",
+                    r->name);
+            if (!code->language->says(op))
+                return kmp_fail(code->context, KEMPE_E_ARGUMENT,
+                                "set '%s' needs the function '%s', which %s has not; leave the set out with --sets",
+                                r->name, kmp_op_text(op), code->language->name);
+        }
+    }
+    return KEMPE_OK;
+}
+
+/* -- making ------------------------------------------------------------------------------------------ */
+
+static kempe_status make(kempe_code *code, const kempe_model *model, const kempe_generate_options *g)
+{
+    kempe_status status = read_language(code, g);
+    if (status == KEMPE_OK)
+        status = kmp_source_init(&code->source, model, g);
+    if (status == KEMPE_OK)
+        status = check_operations(code);
+    if (status != KEMPE_OK)
+        return status;
+    bool ok = code->language->write(&code->source, &code->files);
+    for (int k = 0; k < code->files.count; k++)
+        ok = ok && !code->files.file[k].text.failed && code->files.file[k].text.s;
+    return ok ? KEMPE_OK : kmp_fail_memory(code->context);
+}
+
+kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_options *generation, kempe_code **out)
+{
+    KMP_WANTED(NULL, model, "model");
+    generation = generation ? generation : &(const kempe_generate_options){0};
+    KMP_WANTED(model->context, out, "code");
+    double begin = kmp_cpu_now();
+    kmp_context_clear(model->context);
+    KMP_TRY(kmp_model_check_finished(model));
+    kempe_code *code = KMP_NEW(kempe_code, 1);
+    if (!code)
+        return kmp_fail_memory(model->context);
+    code->context = model->context;
+    kempe_status status = make(code, model, generation);
+    code->cpu_s = kmp_cpu_now() - begin;
+    if (status == KEMPE_OK)
+        *out = code;
+    else
+        kempe_code_free(code);
+    return status;
+}
+
+void kempe_code_free(kempe_code *code)
+{
+    if (!code)
+        return;
+    kmp_code_files_free(&code->files);
+    kmp_source_free(&code->source);
+    kmp_free(code);
+}
+
+int kempe_code_file_count(const kempe_code *code)
+{
+    KMP_GIVEN(code, 0);
+    return code->files.count;
+}
+
+const char *kempe_code_file_name(const kempe_code *code, int k)
+{
+    KMP_GIVEN(code, "");
+    return k >= 0 && k < code->files.count ? code->files.file[k].name : "";
+}
+
+const char *kempe_code_file_text(const kempe_code *code, int k)
+{
+    KMP_GIVEN(code, "");
+    return k >= 0 && k < code->files.count ? code->files.file[k].text.s : "";
+}
+
+kempe_status kempe_code_write(const kempe_code *code, const char *folder)
+{
+    KMP_WANTED(NULL, code, "code");
+    KMP_WANTED(code->context, folder, "folder");
+    kmp_context_clear(code->context);
+    kempe_status status = kmp_folder_make(code->context, folder);
+    for (int k = 0; k < code->files.count && status == KEMPE_OK; k++) {
+        kmp_text path = {0};
+        kmp_text_printf(&path, "%s/%s", folder, code->files.file[k].name);
+        status = path.failed ? kmp_fail_memory(code->context)
+                             : kempe_write_file(code->context, path.s, code->files.file[k].text.s);
+        kmp_text_free(&path);
+    }
+    return status;
+}
+
+/* -- printing ---------------------------------------------------------------------------------------- */
+
+static void show(kmp_text *text, const kempe_code *code)
+{
+    const kmp_code_source *source = &code->source;
+    kmp_text_printf(text, "%s (model %s) in %s\n\n  %-24s %8s %8s %8s\n", source->title, source->hash,
+                    code->language->name, "routine", "paper", "robotran", "prepare");
+    for (int k = 0; k < source->count; k++) {
+        const kmp_tally *t = &source->routines[k].tally;
+        kmp_text_printf(text, "  %-24s %8ld %8ld %8ld\n", source->routines[k].name, t->counts.paper, t->counts.robotran,
+                        t->counts.robotran - t->runtime.robotran);
+    }
+    kmp_text_put(text, "\n");
+    for (int k = 0; k < code->files.count; k++)
+        kmp_text_printf(text, "  %-24s %8zu bytes\n", code->files.file[k].name, code->files.file[k].text.length);
+    kmp_text_put(text,
+                 "\npaper: + - * /   robotran: those, unary minus and functions   prepare: of these, what depends "
+                 "on parameters alone\n");
+}
+
+static void write_json(kmp_text *text, const kempe_code *code)
+{
+    const kmp_code_source *source = &code->source;
+    kmp_json json = kmp_json_begin(text);
+    kmp_json_object(&json, NULL);
+    kmp_json_string(&json, "model", source->title);
+    kmp_json_string(&json, "status", kmp_status_word(KEMPE_OK));
+    kmp_json_string(&json, "reason", "");
+    kmp_json_number(&json, "build_s", code->cpu_s);
+    kmp_json_string(&json, "language", code->language->name);
+    kmp_json_string(&json, "hash", source->hash);
+    kmp_json_object(&json, "routines");
+    for (int k = 0; k < source->count; k++) {
+        const kmp_tally *t = &source->routines[k].tally;
+        kmp_json_object(&json, source->routines[k].name);
+        kmp_json_whole(&json, "paper", t->counts.paper);
+        kmp_json_whole(&json, "robotran", t->counts.robotran);
+        kmp_json_whole(&json, "prepare", t->counts.robotran - t->runtime.robotran);
+        kmp_json_end(&json);
+    }
+    kmp_json_end(&json);
+    kmp_json_array(&json, "files");
+    for (int k = 0; k < code->files.count; k++)
+        kmp_json_string(&json, NULL, code->files.file[k].name);
+    kmp_json_end(&json);
+    kmp_json_number(&json, "cpu_s", code->cpu_s);
+    kmp_json_end(&json);
+}
+
+kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, code, "code");
+    KMP_WANTED(code->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(code->context);
+    if (format == KEMPE_JSON)
+        write_json(&out, code);
+    else
+        show(&out, code);
+    return kmp_print_finish(code->context, &out, text);
+}

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What each simplification gains on a model: M, C, h, J and jdqd as one program, numbers kept as symbols. */
+#ifndef KMP_GENERATE_GAINS_H
+#define KMP_GENERATE_GAINS_H
+
+#include "dynamics/system.h"
+
+enum { KMP_GAINS_MOST = 16, KMP_GAINS_WAYS = 7 };
+
+typedef struct kmp_gain {
+    const char *name;
+    long operations; /* + - * / after it, with those before it; -1: not tried, the model is too large */
+    long runtime;    /* of these, those of more than parameters */
+} kmp_gain;
+
+typedef struct kmp_gains {
+    kmp_gain steps[KMP_GAINS_MOST];
+    int count;
+    kmp_gain ways[KMP_GAINS_WAYS]; /* as a program after all passes without each, and with all */
+    kmp_gain all;
+    long made, needed; /* operations of the graph, of the program */
+} kmp_gains;
+
+kempe_status kmp_gains_find(const kempe_model *model, kmp_gains *gains);
+
+#endif

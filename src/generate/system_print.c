@@ -1,0 +1,348 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Looking into a system: its equations, its program, its operation counts. */
+#include "base/memory.h"
+#include "generate/gains.h"
+#include "generate/sets.h"
+#include "output/print.h"
+#include "symbolic/passes/shorten.h"
+#include <math.h>
+#include <string.h>
+
+/* What a mechanism's motion needs. */
+static const unsigned shown = 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_JDQD;
+
+static const char *const stage_names[2][6] = {
+    {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd", "bias under loads: C", "power"},
+    {"parameters", "closure: h, J, h_t", "bodies: X, J X", "accelerations: a, d", "loads: none", "power"}};
+
+/* That of the formulations which can go by articulated bodies. */
+static const kmp_program *program_of(const kempe_system *system, const char *const **names)
+{
+    *names = stage_names[system->articulated != NULL];
+    return system->articulated ? system->articulated : system->motion;
+}
+
+/* -- equations --------------------------------------------------------------------------------------- */
+
+/* What the indices mean. */
+static void legend(kmp_text *text, const kempe_system *system)
+{
+    kmp_text_printf(text, "# %s: M qdd + C = J' lambda, h = 0, J qdd + jdqd = 0; entries not shown are zero\n# q:",
+                    system->model->name);
+    for (int k = 0; k < system->n; k++)
+        kmp_text_printf(text, " %d %s", k + 1, system->model->motions[k].name);
+    kmp_text_put(text, system->m ? "\n# h:" : "");
+    for (int r = 0; r < system->m; r++)
+        kmp_text_printf(text, " %d %s", r + 1, system->row_names[r]);
+    kmp_text_put(text, "\n");
+}
+
+static bool put_equations(kmp_text *text, const kmp_equations *eq, int count, kmp_assignment *assignments,
+                          const kmp_ref *value)
+{
+    for (int k = 0; value && k < count; k++)
+        assignments[k].value = value[k];
+    return kmp_assignments_print(eq, count, assignments, text);
+}
+
+/* After each pass that changed something, with what it took and takes. */
+static bool put_passes(kmp_text *text, kmp_equations *eq, int count, kmp_assignment *assignments)
+{
+    const kmp_parallel parallel = {eq->run, eq->n};
+    int pass_count;
+    const kmp_pass *pass = kmp_passes(&pass_count);
+    kmp_ref *now = KMP_NEW(kmp_ref, count), *before = KMP_NEW(kmp_ref, count);
+    bool ok = now && before;
+    for (int k = 0; ok && k < count; k++)
+        now[k] = assignments[k].value;
+    for (int p = 0; ok && p < pass_count; p++) {
+        if (count)
+            memcpy(before, now, (size_t)count * sizeof *now);
+        ok = pass[p].run(eq->graph, &parallel, count, now);
+        if (!ok || count == 0 || memcmp(before, now, (size_t)count * sizeof *now) == 0)
+            continue;
+        kmp_text_printf(text, "\n# after '%s'\n", pass[p].name);
+        ok = put_equations(text, eq, count, assignments, now);
+    }
+    kmp_free(now);
+    kmp_free(before);
+    return ok;
+}
+
+static kempe_status show_equations(kmp_text *text, const kempe_system *system, bool passes)
+{
+    kmp_equations eq;
+    kempe_status status = kmp_equations_init(&eq, system->model, kmp_sets_derive(shown), KMP_SCHEME_COMPOSITE, false);
+    if (status != KEMPE_OK)
+        return status;
+    int count = kmp_sets_size(&eq, shown);
+    kmp_assignment *assignments = KMP_NEW(kmp_assignment, count);
+    if (assignments)
+        kmp_sets_put(&eq, shown, assignments);
+    legend(text, system);
+    if (!assignments || !put_equations(text, &eq, count, assignments, NULL) ||
+        (passes && !put_passes(text, &eq, count, assignments)))
+        status = kmp_fail_memory(system->context);
+    kmp_free(assignments);
+    kmp_equations_free(&eq);
+    return status;
+}
+
+/* -- program ----------------------------------------------------------------------------------------- */
+
+static kempe_status show_program(kmp_text *text, const kempe_system *system)
+{
+    const char *const *names;
+    const kmp_program *p = program_of(system, &names);
+    kmp_program_print(p, names, text);
+    return KEMPE_OK;
+}
+
+/* -- counts ------------------------------------------------------------------------------------------ */
+
+static kempe_status tally_sets(const kempe_system *system, kmp_tally t[KMP_EQ_SETS])
+{
+    const kmp_scene scene = {.scheme = KMP_SCHEME_COMPOSITE};
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < KMP_EQ_SETS && status == KEMPE_OK; k++)
+        if (shown & 1u << k)
+            status = kmp_tally_sets(system->model, &scene, 1u << k, &t[k]);
+    return status;
+}
+
+static void show_counts(kmp_text *text, const char *name, const kmp_counts *c)
+{
+    kmp_text_printf(text, "  %-20s %7ld %7ld %7ld %7ld %7ld | %8ld %8ld", name, c->add, c->mul, c->div, c->trig,
+                    c->other, c->paper, c->robotran);
+}
+
+static void show_header(kmp_text *text, const char *what, bool nodes)
+{
+    kmp_text_printf(text, "%-22s %7s %7s %7s %7s %7s | %8s %8s", what, "+ -", "*", "/", "sin cos", "other", "paper",
+                    "robotran");
+    kmp_text_printf(text, nodes ? " | %8s %8s\n" : "\n", "created", "kept");
+}
+
+static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS])
+{
+    const char *const *names;
+    const kmp_program *p = program_of(system, &names);
+    int last = p->stages > KMP_STAGE_WORKING ? KMP_STAGE_PRESSING : p->stages - 1; /* of what moves */
+    kmp_tally whole = kmp_tally_program(p, 0, last);
+    show_header(text, "stage of the program", false);
+    for (int s = 0; s < p->stages; s++) {
+        if (s == KMP_STAGE_PRESSING && p->outputs[s] == p->outputs[s + 1])
+            continue;
+        kmp_counts c = kmp_program_count(p, s, s);
+        show_counts(text, names[s], &c);
+        kmp_text_put(text, "\n");
+    }
+    kmp_text_put(text, "\n");
+    show_header(text, "set", true);
+    for (int k = 0; k < KMP_EQ_SETS; k++)
+        if (shown & 1u << k) {
+            show_counts(text, kmp_set_name((kmp_eq_set)k), &t[k].counts);
+            kmp_text_printf(text, " | %8ld %8ld\n", t[k].created, t[k].kept);
+        }
+    show_counts(text, "all in one program", &whole.counts);
+    kmp_text_printf(text, " | %8ld %8ld\n\n", whole.created, whole.kept);
+    if (system->articulated)
+        kmp_text_put(text,
+                     "by articulated bodies: qdd = a + X' lambda, J X lambda = -d, X = M^-1 J', d = J a + jdqd\n");
+    kmp_text_put(text, "paper: + - * /   robotran: those and functions   created: nodes of the graph   kept: what the "
+                       "program needs\n");
+}
+
+/* Percent of what it was before. */
+/* In %. */
+static double gain_of(long before, long after)
+{
+    return before ? 100.0 * (double)(before - after) / (double)before : 0;
+}
+
+static void show_amount(kmp_text *text, long before, long after)
+{
+    if (after < 0)
+        kmp_text_printf(text, " %10s %10s", "-", "");
+    else if (before < 0)
+        kmp_text_printf(text, " %10ld %10s", after, "");
+    else
+        kmp_text_printf(text, " %10ld %8.1f %%", after, gain_of(before, after));
+}
+
+static double useless_share(const kmp_gains *gains)
+{
+    return gains->made ? 100.0 * (double)(gains->made - gains->needed) / (double)gains->made : 0;
+}
+
+static void show_gains(kmp_text *text, const kmp_gains *gains)
+{
+    kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "simplification", "+ - * /", "gain", "run time", "gain");
+    for (int k = 0; k < gains->count; k++) {
+        const kmp_gain *gain = &gains->steps[k], *before = k ? gain - 1 : NULL;
+        kmp_text_printf(text, "  %-25s", gain->name);
+        show_amount(text, before ? before->operations : -1, gain->operations);
+        show_amount(text, before ? before->runtime : -1, gain->runtime);
+        kmp_text_put(text, "\n");
+    }
+    kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "without one of the ways", "+ - * /", "gain", "run time",
+                    "gain");
+    for (int k = 0; k < KMP_GAINS_WAYS; k++) {
+        const kmp_gain *without = &gains->ways[k];
+        kmp_text_printf(text, "  %-25s %10ld %8.1f %% %10ld %8.1f %%\n", without->name, without->operations,
+                        gain_of(without->operations, gains->all.operations), without->runtime,
+                        gain_of(without->runtime, gains->all.runtime));
+    }
+    kmp_text_printf(text, "  %-25s %10ld %10s %10ld\n\n", gains->all.name, gains->all.operations, "",
+                    gains->all.runtime);
+    kmp_text_printf(text, "useless equations: %ld of %ld operations made are not needed, %.0f %%\n",
+                    gains->made - gains->needed, gains->made, useless_share(gains));
+    kmp_text_put(text,
+                 "M, C, h, J, jdqd as one program, numbers kept as symbols; each with those before it, ways as they "
+                 "were chosen together\nrun time: without what depends on numbers alone\n");
+}
+
+static void json_gain(kmp_json *json, const kmp_gain *gain)
+{
+    kmp_json_object(json, NULL);
+    kmp_json_string(json, "name", gain->name);
+    kmp_json_whole(json, "operations", gain->operations);
+    kmp_json_whole(json, "runtime", gain->runtime);
+    kmp_json_end(json);
+}
+
+static void json_gains(kmp_json *json, const kmp_gains *gains)
+{
+    kmp_json_array(json, "simplifications");
+    for (int k = 0; k < gains->count; k++)
+        json_gain(json, &gains->steps[k]);
+    kmp_json_end(json);
+    kmp_json_array(json, "without_ways");
+    for (int k = 0; k < KMP_GAINS_WAYS; k++)
+        json_gain(json, &gains->ways[k]);
+    json_gain(json, &gains->all);
+    kmp_json_end(json);
+    kmp_json_whole(json, "made", gains->made);
+    kmp_json_whole(json, "needed", gains->needed);
+}
+
+static void json_counts(kmp_json *json, const char *key, const kmp_counts *c)
+{
+    kmp_json_object(json, key);
+    kmp_json_whole(json, "paper", c->paper);
+    kmp_json_whole(json, "robotran", c->robotran);
+    kmp_json_whole(json, "add", c->add);
+    kmp_json_whole(json, "mul", c->mul);
+    kmp_json_whole(json, "div", c->div);
+    kmp_json_whole(json, "trig", c->trig);
+    kmp_json_whole(json, "other", c->other);
+}
+
+static void json_tally(kmp_json *json, const char *key, const kmp_tally *t)
+{
+    json_counts(json, key, &t->counts);
+    kmp_json_whole(json, "created", t->created);
+    kmp_json_whole(json, "kept", t->kept);
+    kmp_json_end(json);
+}
+
+static void json_stats(kmp_json *json, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS])
+{
+    const char *const *names;
+    const kmp_program *p = program_of(system, &names);
+    kmp_tally whole = kmp_tally_program(p, 0, p->stages - 1);
+    kmp_json_object(json, "stages");
+    for (int s = 0; s < p->stages; s++) {
+        kmp_counts c = kmp_program_count(p, s, s);
+        json_counts(json, names[s], &c);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+    kmp_json_object(json, "sets");
+    for (int k = 0; k < KMP_EQ_SETS; k++)
+        if (shown & 1u << k)
+            json_tally(json, kmp_set_name((kmp_eq_set)k), &t[k]);
+    json_tally(json, "all", &whole);
+    kmp_json_end(json);
+}
+
+/* -- views ------------------------------------------------------------------------------------------- */
+
+/* Each line of a view as one string. */
+static void json_lines(kmp_json *json, kmp_text *view)
+{
+    kmp_json_array(json, "lines");
+    for (char *s = view->s; s && *s;) {
+        char *end = strchr(s, '\n');
+        if (end)
+            *end = '\0';
+        kmp_json_string(json, NULL, s);
+        s = end ? end + 1 : s + strlen(s);
+    }
+    kmp_json_end(json);
+}
+
+static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe_format format)
+{
+    kmp_tally t[KMP_EQ_SETS];
+    kmp_gains gains;
+    kempe_status status = tally_sets(system, t);
+    if (status == KEMPE_OK)
+        status = kmp_gains_find(system->model, &gains);
+    if (status != KEMPE_OK)
+        return status;
+    if (format == KEMPE_TEXT) {
+        show_stats(out, system, t);
+        show_gains(out, &gains);
+        return KEMPE_OK;
+    }
+    kmp_json json = kmp_json_begin(out);
+    kmp_print_head(&json, system, KEMPE_OK, "", system->build_s, NULL);
+    kmp_json_string(&json, "view", "stats");
+    json_stats(&json, system, t);
+    json_gains(&json, &gains);
+    kmp_json_end(&json);
+    return KEMPE_OK;
+}
+
+static const char *const view_names[] = {[KEMPE_VIEW_EQUATIONS] = "equations",
+                                         [KEMPE_VIEW_PROGRAM] = "program",
+                                         [KEMPE_VIEW_STATS] = "stats",
+                                         [KEMPE_VIEW_PASSES] = "passes"};
+
+static kempe_status write_lines(kmp_text *out, const kempe_system *system, kempe_view view, kempe_format format)
+{
+    kmp_text lines = {0};
+    kempe_status status = view == KEMPE_VIEW_PROGRAM ? show_program(&lines, system)
+                                                     : show_equations(&lines, system, view == KEMPE_VIEW_PASSES);
+    if (status == KEMPE_OK && format == KEMPE_TEXT) {
+        kmp_text_put(out, lines.s ? lines.s : "");
+    } else if (status == KEMPE_OK) {
+        kmp_json json = kmp_json_begin(out);
+        kmp_print_head(&json, system, KEMPE_OK, "", system->build_s, NULL);
+        kmp_json_string(&json, "view", view_names[view]);
+        json_lines(&json, &lines);
+        kmp_json_end(&json);
+    }
+    out->failed = out->failed || lines.failed;
+    kmp_text_free(&lines);
+    if (status == KEMPE_OK && view == KEMPE_VIEW_PASSES && format == KEMPE_TEXT) {
+        kmp_text_put(out, "\n");
+        status = write_stats(out, system, format);
+    }
+    return status;
+}
+
+kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(system->context);
+    kempe_status status =
+        view == KEMPE_VIEW_STATS ? write_stats(&out, system, format) : write_lines(&out, system, view, format);
+    if (status == KEMPE_OK)
+        return kmp_print_finish(system->context, &out, text);
+    kmp_text_free(&out);
+    return status;
+}

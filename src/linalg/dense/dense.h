@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Small dense linear algebra, column-major, no allocation: what the hot path of a small mechanism needs.
+ * Larger or general tasks use LAPACK (linalg/least.h), KLU or UMFPACK (integrators/sundials/linear.def). */
+#ifndef KMP_LINALG_DENSE_DENSE_H
+#define KMP_LINALG_DENSE_DENSE_H
+
+/* a is n x n with leading dimension n throughout; element (i, j) is a[i + j*n]. */
+
+/** LU with partial pivoting in place; pivot[k] is the row exchanged with row k. Returns 0, or k + 1 when
+ *  pivot k is zero or not finite (the factors are then unusable). */
+int kmp_lu_factor(int n, double *a, int *pivot);
+
+/** b <- A^-1 b and b <- A^-T b from the factors; b is n x m, leading dimension n. */
+void kmp_lu_solve(int n, const double *lu, const int *pivot, int m, double *b);
+void kmp_lu_solve_transposed(int n, const double *lu, const int *pivot, int m, double *b);
+
+/** The same of a complex matrix, whose parts stand apart, and of one right-hand side. */
+int kmp_lu_complex_factor(int n, double *re, double *im, int *pivot);
+void kmp_lu_complex_solve(int n, const double *re, const double *im, const int *pivot, double *b_re, double *b_im);
+
+/** Cholesky of the lower triangle in place. Returns 0, or k + 1 when minor k is not positive. */
+int kmp_cholesky_factor(int n, double *a);
+void kmp_cholesky_solve(int n, const double *l, double *b);
+
+/** Its halves: b <- L^-1 b and b <- L^-T b. */
+void kmp_cholesky_forward(int n, const double *l, double *b);
+void kmp_cholesky_backward(int n, const double *l, double *b);
+
+/** Arithmetic of one call; comparisons, signs and moves are none. */
+typedef struct kmp_flops {
+    long add, mul, div, root;
+} kmp_flops;
+
+kmp_flops kmp_lu_flops(int n);
+kmp_flops kmp_cholesky_factor_flops(int n);
+kmp_flops kmp_cholesky_solve_flops(int n);
+
+/** Rank-revealing LU with complete pivoting of an m x n matrix in place (leading dimension m): row r[k] and
+ *  column c[k] of the original are the k-th pivot's; r and c are permutations of all rows and columns.
+ *  pivots[0 .. min(m, n)) are the absolute pivots, in order. Ties are broken by the smaller index, columns
+ *  first. Columns with fixed[j] true are pivoted last of all (NULL: none). Returns nothing about rank: that
+ *  is the caller's decision, relative to pivots[0]. */
+void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, double *pivots);
+
+/** x (n) with A x = 0 as far as the first `rank` pivots of kmp_lu_complete go: 1 in the column of pivot `one` (>=
+ * rank), 0 in those of the others behind `rank`. */
+void kmp_lu_null_vector(int m, int n, const double *lu, const int *c, int rank, int one, double *x);
+
+/** The same r, c and pivots to the last bit where no column is fixed, quicker: `a` is left as scratch, and so is
+ * `largest` (n). */
+void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);
+
+#endif

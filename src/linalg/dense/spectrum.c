@@ -1,0 +1,365 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "linalg/dense/spectrum.h"
+#include "base/memory.h"
+#include "linalg/dense/dense.h"
+#include "linalg/dense/eigen.h"
+#include "linalg/dense/spectrum_inside.h"
+#include <stdlib.h>
+#include <string.h>
+
+/* -- one at work ------------------------------------------------------------------------------------- */
+
+static double **rooms(kmp_pencil *w, int k)
+{
+    double **all[] = {&w->l,       &w->g,       &w->k,       &w->t,       &w->h,       &w->a,
+                      &w->s,       &w->vector,  &w->part[0], &w->part[1], &w->part[2], &w->part[3],
+                      &w->part[4], &w->part[5], &w->row,     &w->noise,   &w->apart};
+    return k < (int)(sizeof all / sizeof *all) ? all[k] : NULL;
+}
+
+static bool make_rooms(kmp_pencil *w)
+{
+    bool ok = true;
+    for (int k = 0; rooms(w, k); k++)
+        ok = (*rooms(w, k) = KMP_NEW(double, w->n * w->n + 1)) && ok;
+    return (w->pivot = KMP_NEW(int, w->n)) && ok;
+}
+
+static void free_rooms(kmp_pencil *w)
+{
+    for (int k = 0; rooms(w, k); k++)
+        kmp_free(*rooms(w, k));
+    kmp_free(w->pivot);
+}
+
+/* out = L^-1 a L^-T; `row` has room for n. */
+static void congruence(int n, const double *l, const double *a, double *out, double *row)
+{
+    memcpy(out, a, kmp_bytes(n * n));
+    for (int j = 0; j < n; j++)
+        kmp_cholesky_forward(n, l, out + j * n);
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++)
+            row[j] = out[i + j * n];
+        kmp_cholesky_forward(n, l, row);
+        for (int j = 0; j < n; j++)
+            out[i + j * n] = row[j];
+    }
+}
+
+static bool is_symmetric(int n, const double *a, double size)
+{
+    double difference = 0;
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < j; i++)
+            difference = fmax(difference, fabs(a[i + j * n] - a[j + i * n]));
+    return difference <= kmp_rounding(n) * size;
+}
+
+/* -- vectors ----------------------------------------------------------------------------------------- */
+
+/* a^H (z M + G) b of parts, z complex; without G: a^H z M b with the mass in place of M. */
+static void form(const kmp_pencil *w, const double *a_re, const double *a_im, double z_re, double z_im,
+                 bool with_damping, const double *b_re, const double *b_im, double out[2])
+{
+    const double *mass = with_damping && w->led ? w->led : w->mass;
+    out[0] = out[1] = 0;
+    for (int j = 0; j < w->p; j++)
+        for (int i = 0; i < w->p; i++) {
+            double m = mass[i + j * w->p], g = with_damping ? w->damping[i + j * w->p] : 0;
+            double re = z_re * m + g, im = z_im * m;
+            double c_re = re * b_re[j] - im * b_im[j], c_im = re * b_im[j] + im * b_re[j];
+            out[0] += a_re[i] * c_re + a_im[i] * c_im;
+            out[1] += a_re[i] * c_im - a_im[i] * c_re;
+        }
+}
+
+/* (re, im) <- (re, im) / (d_re + i d_im) */
+static void divide(int n, double *re, double *im, double d_re, double d_im)
+{
+    double size = d_re * d_re + d_im * d_im;
+    for (int i = 0; i < n; i++) {
+        double kept = (re[i] * d_re + im[i] * d_im) / size;
+        im[i] = (im[i] * d_re - re[i] * d_im) / size;
+        re[i] = kept;
+    }
+}
+
+/* The first of those that are as large as any. */
+static int largest_part(const kmp_pencil *w, const double *re, const double *im)
+{
+    int best = 0;
+    double most = 0;
+    for (int i = 0; i < w->p; i++) {
+        double size = hypot(re[i], im[i]) * sqrt(w->mass[i + i * w->p]);
+        if (size > most * (1 + 1e-6)) {
+            best = i;
+            most = size;
+        }
+    }
+    return best;
+}
+
+static void normalise(const kmp_pencil *w, kmp_spectrum *s, int c)
+{
+    int p = s->p;
+    double *x_re = s->x_re + c * p, *x_im = s->x_im + c * p, *y_re = s->y_re + c * p, *y_im = s->y_im + c * p, f[2];
+    form(w, x_re, x_im, 1, 0, false, x_re, x_im, f);
+    int i = largest_part(w, x_re, x_im);
+    double size = sqrt(fmax(f[0], DBL_MIN)), turn = hypot(x_re[i], x_im[i]);
+    divide(p, x_re, x_im, size * x_re[i] / turn, size * x_im[i] / turn);
+    x_im[i] = 0;
+    double length = hypot(kmp_norm_of(p, y_re), kmp_norm_of(p, y_im));
+    divide(p, y_re, y_im, length, 0);
+    form(w, y_re, y_im, 2 * s->re[c], 2 * s->im[c], true, x_re, x_im, f);
+    if (hypot(f[0], f[1]) > kmp_rounding(w->n) * w->rate)
+        divide(p, y_re, y_im, f[0], -f[1]);
+}
+
+static void conjugate(kmp_spectrum *s, int from, int to)
+{
+    int p = s->p;
+    s->re[to] = s->re[from];
+    s->im[to] = -s->im[from];
+    for (int i = 0; i < p; i++) {
+        s->x_re[i + to * p] = s->x_re[i + from * p];
+        s->x_im[i + to * p] = -s->x_im[i + from * p];
+        s->y_re[i + to * p] = s->y_re[i + from * p];
+        s->y_im[i + to * p] = -s->y_im[i + from * p];
+    }
+}
+
+/* -- order ------------------------------------------------------------------------------------------- */
+
+typedef struct place {
+    double re, im, size;
+    int from;
+} place;
+
+static int compare(const void *a, const void *b)
+{
+    const place *x = a, *y = b;
+    if (x->size != y->size)
+        return x->size < y->size ? -1 : 1;
+    if (x->re != y->re)
+        return x->re > y->re ? -1 : 1;
+    return (x->from > y->from) - (x->from < y->from);
+}
+
+/* Those that are no zeros, of each pair the upper one, by modulus; count of them. */
+static int order(int count, const double *re, const double *im, place *out)
+{
+    int kept = 0;
+    for (int k = 0; k < count; k++)
+        if (im[k] >= 0)
+            out[kept++] = (place){re[k], im[k], hypot(re[k], im[k]), k};
+    if (kept > 0)
+        qsort(out, (size_t)kept, sizeof *out, compare);
+    return kept;
+}
+
+/* -- the symmetric way ------------------------------------------------------------------------------- */
+
+static int by_symmetry(kmp_pencil *w, kmp_spectrum *s)
+{
+    int p = s->p, still = 0, at = 0;
+    double *mu = w->s, most = 0, *basis = w->h;
+    for (int j = 0; j < p; j++)
+        for (int i = 0; i < p; i++)
+            w->vector[i + j * p] = (w->stiffness[i + j * p] + w->stiffness[j + i * p]) / 2;
+    memcpy(w->a, w->mass, kmp_bytes(p * p));
+    int info = kmp_eigen_symmetric(p, w->vector, w->a, mu);
+    place *places = KMP_NEW(place, 2 * p);
+    if (info || !places) {
+        kmp_free(places);
+        return info ? info : -1;
+    }
+    for (int i = 0; i < p; i++)
+        most = fmax(most, fabs(mu[i]));
+    double *re = w->part[0], *im = w->part[1]; /* two an eigenvalue, those with a vector first */
+    for (int i = 0; i < p; i++) {
+        bool zero = fabs(mu[i]) <= kmp_rounding(p) * most;
+        if (zero)
+            memcpy(basis + still++ * p, w->vector + i * p, kmp_bytes(p));
+        double root = zero ? 0 : sqrt(fabs(mu[i]));
+        re[i] = mu[i] < 0 ? root : 0;
+        im[i] = mu[i] < 0 ? 0 : root;
+        re[p + i] = -re[i];
+        im[p + i] = root == 0 ? -1 : -im[i]; /* a zero is put elsewhere */
+        if (root == 0)
+            im[i] = -1;
+    }
+    s->still = still;
+    s->zeros = 2 * still;
+    int count = order(2 * p, re, im, places);
+    at = s->zeros;
+    for (int k = 0; k < count; k++) {
+        int from = places[k].from % p;
+        s->re[at] = places[k].re;
+        s->im[at] = places[k].im;
+        memcpy(s->x_re + at * p, w->vector + from * p, kmp_bytes(p));
+        memcpy(s->y_re + at * p, w->vector + from * p, kmp_bytes(p));
+        normalise(w, s, at++);
+        if (places[k].im > 0) {
+            conjugate(s, at - 1, at);
+            at++;
+        }
+    }
+    kmp_free(places);
+    return kmp_pencil_put_still(w, s, basis);
+}
+
+/* -- the companion ----------------------------------------------------------------------------------- */
+
+/* Vectors of eigenvalue k of the trailing block, in the pencil's coordinates. */
+static void lift(kmp_pencil *w, kmp_spectrum *s, int done, int k, double re, double im, int to)
+{
+    int p = w->p, n = w->n, rest = n - done;
+    double *c_re = w->a, *c_im = w->a + n, *x[2] = {s->x_re + to * p, s->x_im + to * p};
+    double *y[2] = {s->y_re + to * p, s->y_im + to * p};
+    memcpy(c_re + done, w->part[2] + k * rest, kmp_bytes(rest));
+    memcpy(c_im + done, w->part[3] + k * rest, kmp_bytes(rest));
+    for (int i = done - 1; i >= 0; i--) { /* s c = N c + B y, N above its diagonal */
+        c_re[i] = c_im[i] = 0;
+        for (int j = i + 1; j < n; j++) {
+            c_re[i] += w->h[i + j * n] * c_re[j];
+            c_im[i] += w->h[i + j * n] * c_im[j];
+        }
+        divide(1, c_re + i, c_im + i, re, im);
+    }
+    for (int part = 0; part < 2; part++)
+        for (int i = 0; i < p; i++) {
+            const double *c = part ? c_im : c_re, *left = w->part[4 + part] + k * rest;
+            x[part][i] = y[part][i] = 0;
+            for (int j = 0; j < n; j++)
+                x[part][i] += w->t[i + j * n] * c[j];
+            for (int j = 0; j < rest; j++)
+                y[part][i] += w->t[p + i + (done + j) * n] * left[j];
+        }
+    for (int part = 0; part < 2; part++) {
+        if (w->led)
+            kmp_lu_solve_transposed(p, w->apart, w->pivot, 1, y[part]);
+        kmp_cholesky_backward(p, w->l, x[part]);
+        kmp_cholesky_backward(p, w->l, y[part]);
+    }
+}
+
+static int by_companion(kmp_pencil *w, kmp_spectrum *s)
+{
+    int p = s->p, n = w->n, done = kmp_pencil_deflate(w, s);
+    if (done < 0)
+        return -1;
+    int rest = n - done, at = s->zeros = done;
+    for (int j = 0; j < rest; j++)
+        memcpy(w->a + j * rest, w->h + done + (done + j) * n, kmp_bytes(rest));
+    double *re = w->part[0], *im = w->part[1];
+    place *places = KMP_NEW(place, n);
+    if (!places || kmp_eigen_general(rest, w->a, re, im, w->part[2], w->part[3], w->part[4], w->part[5])) {
+        kmp_free(places);
+        return -1;
+    }
+    int count = order(rest, re, im, places);
+    for (int k = 0; k < count; k++) {
+        s->re[at] = places[k].re * w->rate;
+        s->im[at] = places[k].im * w->rate;
+        lift(w, s, done, places[k].from, places[k].re, places[k].im, at);
+        normalise(w, s, at++);
+        if (places[k].im > 0) {
+            conjugate(s, at - 1, at);
+            at++;
+        }
+    }
+    kmp_free(places);
+    for (int j = 0; j < s->still; j++) {
+        memcpy(w->h + j * p, w->t + j * n, kmp_bytes(p)); /* h is no longer needed */
+        kmp_cholesky_backward(p, w->l, w->h + j * p);
+    }
+    return kmp_pencil_put_still(w, s, w->h);
+}
+
+/* -- the whole --------------------------------------------------------------------------------------- */
+
+/* What is led before s^2, where the mass is 1: E. (s^2 E + s g + k) x = 0 is (s^2 + s E^-1 g + E^-1 k) x = 0, in which
+ * the mass is 1 again; its left vectors are E' times those of the former. */
+static int divide_led(kmp_pencil *w)
+{
+    int p = w->p;
+    double off = 0;
+    congruence(p, w->l, w->led, w->apart, w->row);
+    for (int i = 0; i < p; i++)
+        for (int j = 0; j < p; j++)
+            off = fmax(off, fabs(w->apart[i + j * p] - (i == j)));
+    if (off <= kmp_rounding(p)) {
+        w->led = NULL;
+        return 0;
+    }
+    if (kmp_lu_factor(p, w->apart, w->pivot))
+        return -2;
+    kmp_lu_solve(p, w->apart, w->pivot, p, w->g);
+    kmp_lu_solve(p, w->apart, w->pivot, p, w->k);
+    return 0;
+}
+
+static int solve(kmp_pencil *w, kmp_spectrum *s, bool companion)
+{
+    int p = w->p;
+    memcpy(w->l, w->mass, kmp_bytes(p * p));
+    int info = kmp_cholesky_factor(p, w->l);
+    if (info)
+        return info;
+    congruence(p, w->l, w->damping, w->g, w->row);
+    congruence(p, w->l, w->stiffness, w->k, w->row);
+    if (w->led && (info = divide_led(w)) != 0)
+        return info;
+    double k_norm = kmp_norm_of(p * p, w->k), g_norm = kmp_norm_of(p * p, w->g);
+    w->rate = k_norm > 0 ? sqrt(k_norm) : g_norm > 0 ? g_norm : 1;
+    s->conservative = !w->led && g_norm <= kmp_rounding(p) * w->rate && is_symmetric(p, w->k, k_norm);
+    return s->conservative && !companion ? by_symmetry(w, s) : by_companion(w, s);
+}
+
+static int init(kmp_spectrum *spectrum, kmp_pencil *w, bool companion)
+{
+    int p = w->p;
+    kmp_spectrum s = {.p = p, .count = 2 * p};
+    s.re = KMP_NEW(double, s.count);
+    s.im = KMP_NEW(double, s.count);
+    s.x_re = KMP_NEW(double, p *s.count);
+    s.x_im = KMP_NEW(double, p *s.count);
+    s.y_re = KMP_NEW(double, p *s.count);
+    s.y_im = KMP_NEW(double, p *s.count);
+    bool ok = make_rooms(w) && s.re && s.im && s.x_re && s.x_im && s.y_re && s.y_im;
+    int info = ok ? p > 0 ? solve(w, &s, companion) : 0 : -1;
+    free_rooms(w);
+    if (info)
+        kmp_spectrum_free(&s);
+    else
+        *spectrum = s;
+    return info;
+}
+
+int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *damping, const double *stiffness,
+                      bool companion)
+{
+    kmp_pencil w = {.p = p, .n = 2 * p, .mass = mass, .damping = damping, .stiffness = stiffness};
+    return init(spectrum, &w, companion);
+}
+
+int kmp_spectrum_init_led(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
+                          const double *stiffness)
+{
+    kmp_pencil w = {.p = p, .n = 2 * p, .mass = mass, .led = led, .damping = damping, .stiffness = stiffness};
+    return init(spectrum, &w, false);
+}
+
+void kmp_spectrum_free(kmp_spectrum *spectrum)
+{
+    double *all[] = {spectrum->re, spectrum->im, spectrum->x_re, spectrum->x_im, spectrum->y_re, spectrum->y_im};
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        kmp_free(all[k]);
+    *spectrum = (kmp_spectrum){0};
+}
+
+int kmp_spectrum_conjugate(const kmp_spectrum *spectrum, int k)
+{
+    return spectrum->im[k] > 0 ? k + 1 : spectrum->im[k] < 0 ? k - 1 : k;
+}

@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What spectrum.c and spectrum_zeros.c share: a pencil at work. */
+#ifndef KMP_LINALG_DENSE_SPECTRUM_INSIDE_H
+#define KMP_LINALG_DENSE_SPECTRUM_INSIDE_H
+
+#include "linalg/dense/spectrum.h"
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
+
+typedef struct kmp_pencil {
+    int p, n; /* n = 2 p */
+    const double *mass, *damping, *stiffness;
+    const double *led; /* what stands before s^2 instead of the mass; NULL: the mass itself */
+    double *apart;     /* LU of it where the mass is 1 */
+    int *pivot;
+    double *l;      /* Cholesky factor of the mass */
+    double *g, *k;  /* G and K where M is 1 */
+    double rate;    /* of the time in which K has norm 1 */
+    double *t, *h;  /* n x n: orthogonal, and t' A t */
+    double *a, *s;  /* n x n, n: scratch */
+    double *vector; /* n x n: of an iteration */
+    double *part[6];
+    double *row;   /* n */
+    double *noise; /* n: what rounding in a row of h is relative to */
+} kmp_pencil;
+
+static inline size_t kmp_bytes(int count)
+{
+    return (size_t)count * sizeof(double);
+}
+
+static inline double kmp_norm_of(int count, const double *a)
+{
+    double sum = 0, largest = 0;
+    for (int i = 0; i < count; i++)
+        largest = fmax(largest, fabs(a[i]));
+    for (int i = 0; largest > 0 && i < count; i++)
+        sum += a[i] / largest * (a[i] / largest);
+    return largest * sqrt(sum);
+}
+
+/* What is zero but for rounding, of matrices of size n and norm 1. */
+static inline double kmp_rounding(int n)
+{
+    return 64 * n * DBL_EPSILON;
+}
+
+/** Zeros: of the companion matrix A of w->g, w->k and w->rate, t orthogonal and h = t' A t with zeros in front, first
+ *  the null space of K, then what of its chains is zero as well. Zeros in all, and s->still; -1: no memory or no
+ *  convergence. */
+int kmp_pencil_deflate(kmp_pencil *w, kmp_spectrum *s);
+
+/** Still vectors as columns of `basis` (p x still): the identity in as many coordinates, those that move most. The
+ *  basis is one of very many, x' M x = 1; its rows, each times the root of its mass, have singular values of 1/sqrt(p)
+ *  and more, so that no row chosen is a small one. 0; -1: no memory. */
+int kmp_pencil_put_still(const kmp_pencil *w, kmp_spectrum *s, double *basis);
+
+#endif

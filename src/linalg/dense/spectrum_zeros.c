@@ -1,0 +1,211 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Zeros of pencils, and the shapes that stand still. */
+#include "base/memory.h"
+#include "linalg/dense/dense.h"
+#include "linalg/dense/spectrum_inside.h"
+#include "linalg/lapack.h"
+#include <string.h>
+
+/* -- still shapes ------------------------------------------------------------------------------------ */
+
+/* The first of the rows (p x n) that are as long as any. */
+static int longest_row(int p, int n, const double *rows, double *row, double *length)
+{
+    int best = 0;
+    *length = 0;
+    for (int i = 0; i < p; i++) {
+        for (int j = 0; j < n; j++)
+            row[j] = rows[i + j * p];
+        double size = kmp_norm_of(n, row);
+        if (size > *length * (1 + 1e-6)) {
+            best = i;
+            *length = size;
+        }
+    }
+    return best;
+}
+
+/* As many rows (p x n, lost) as there are columns, ascending: each the longest beside those before it (Gram, Schmidt).
+ * Lengths and products of rows are the same however the columns are turned, and so is what is chosen. */
+static void choose_rows(int p, int n, double *rows, double *row, int *chosen)
+{
+    for (int k = 0; k < n; k++) {
+        double length;
+        int best = longest_row(p, n, rows, row, &length), at = k;
+        for (int j = 0; j < n; j++)
+            row[j] = rows[best + j * p] / length;
+        for (int i = 0; i < p; i++) {
+            double along = 0;
+            for (int j = 0; j < n; j++)
+                along += rows[i + j * p] * row[j];
+            for (int j = 0; j < n; j++)
+                rows[i + j * p] = i == best ? 0 : rows[i + j * p] - along * row[j];
+        }
+        for (; at > 0 && chosen[at - 1] > best; at--)
+            chosen[at] = chosen[at - 1];
+        chosen[at] = best;
+    }
+}
+
+int kmp_pencil_put_still(const kmp_pencil *w, kmp_spectrum *s, double *basis)
+{
+    int p = s->p, still = s->still, *chosen = KMP_NEW(int, p), *pivot = KMP_NEW(int, p);
+    double *a = w->a, *scaled = w->vector;
+    bool ok = chosen && pivot;
+    for (int j = 0; ok && j < still; j++)
+        for (int i = 0; i < p; i++)
+            scaled[i + j * p] = basis[i + j * p] * sqrt(w->mass[i + i * p]);
+    if (ok)
+        choose_rows(p, still, scaled, w->row, chosen);
+    for (int j = 0; ok && j < still; j++) /* a = chosen rows transposed */
+        for (int i = 0; i < still; i++)
+            a[j + i * still] = basis[chosen[i] + j * p];
+    ok = ok && kmp_lu_factor(still, a, pivot) == 0;
+    for (int i = 0; ok && i < p; i++) {
+        for (int j = 0; j < still; j++)
+            w->row[j] = basis[i + j * p];
+        kmp_lu_solve(still, a, pivot, 1, w->row);
+        for (int j = 0; j < still; j++)
+            s->x_re[i + j * p] = w->row[j];
+    }
+    for (int j = 0; ok && j < still; j++)
+        for (int i = 0; i < still; i++)
+            s->x_re[chosen[i] + j * p] = i == j;
+    for (int j = still; j < s->zeros; j++) /* what repeats them */
+        memcpy(s->x_re + j * p, s->x_re + (j - still) % (still > 0 ? still : 1) * p, kmp_bytes(p));
+    kmp_free(chosen);
+    kmp_free(pivot);
+    return ok ? 0 : -1;
+}
+
+/* -- chains of zeros --------------------------------------------------------------------------------- */
+
+/* Right singular vectors of a (n x n, lost) as columns, singular values descending. */
+static int singular(int n, double *a, double *values, double *v)
+{
+    int lwork = 5 * n + 1, one = 1, info = -1;
+    double none, *work = KMP_NEW(double, lwork);
+    if (work)
+        dgesvd_("N", "A", &n, &n, a, &n, values, &none, &one, v, &n, work, &lwork, &info);
+    kmp_free(work);
+    for (int i = 0; info == 0 && i < n; i++)
+        for (int j = 0; j < i; j++) {
+            double kept = v[i + j * n];
+            v[i + j * n] = v[j + i * n];
+            v[j + i * n] = kept;
+        }
+    return info == 0 ? 0 : -1;
+}
+
+/* columns (rows x n) <- columns b, b n x n; `row` has room for n. */
+static void times(int rows, int n, double *columns, const double *b, double *row)
+{
+    for (int i = 0; i < rows; i++) {
+        for (int j = 0; j < n; j++) {
+            row[j] = 0;
+            for (int k = 0; k < n; k++)
+                row[j] += columns[i + k * rows] * b[k + j * n];
+        }
+        for (int j = 0; j < n; j++)
+            columns[i + j * rows] = row[j];
+    }
+}
+
+/* Noise of the rows of the trailing block, of `rest`, as w->a turns them. */
+static void turn_noise(kmp_pencil *w, int rest)
+{
+    double *noise = w->noise + w->n - rest;
+    for (int i = 0; i < rest; i++) {
+        for (int k = 0; k < rest; k++)
+            w->s[k] = w->a[k + i * rest] * noise[k];
+        w->row[i] = kmp_norm_of(rest, w->s);
+    }
+    memcpy(noise, w->row, kmp_bytes(rest));
+}
+
+/* How many of the trailing block's singular values are zero, its vectors turned so that they come first. -1: failed.
+ * Zero is what is so in each row, beside the row: the friction of a light part is no measure of what the others do. */
+static int separate(kmp_pencil *w, int done)
+{
+    int n = w->n, rest = n - done, zeros = 0;
+    for (int j = 0; j < rest; j++)
+        for (int i = 0; i < rest; i++) {
+            double noise = w->noise[done + i], x = w->h[done + i + (done + j) * n];
+            w->a[i + j * rest] = noise > 0 ? x / noise : x;
+        }
+    if (singular(rest, w->a, w->s, w->vector))
+        return -1;
+    while (zeros < rest && w->s[rest - 1 - zeros] <= kmp_rounding(n))
+        zeros++;
+    if (zeros == 0)
+        return 0;
+    for (int j = 0; j < rest; j++) /* the last ones first */
+        memcpy(w->a + j * rest, w->vector + (rest - 1 - j) * rest, kmp_bytes(rest));
+    times(n, rest, w->t + done * n, w->a, w->row);
+    times(n, rest, w->h + done * n, w->a, w->row);
+    for (int j = 0; j < n; j++) { /* rows of h */
+        for (int i = 0; i < rest; i++) {
+            w->row[i] = 0;
+            for (int k = 0; k < rest; k++)
+                w->row[i] += w->a[k + i * rest] * w->h[done + k + j * n];
+        }
+        memcpy(w->h + done + j * n, w->row, kmp_bytes(rest));
+    }
+    turn_noise(w, rest);
+    for (int j = done; j < done + zeros; j++)
+        memset(w->h + done + j * n, 0, kmp_bytes(rest));
+    return zeros;
+}
+
+int kmp_pencil_deflate(kmp_pencil *w, kmp_spectrum *s)
+{
+    int p = w->p, n = w->n, done = 0;
+    memset(w->t, 0, kmp_bytes(n * n));
+    memset(w->h, 0, kmp_bytes(n * n));
+    for (int i = 0; i < n; i++)
+        w->t[i + i * n] = 1;
+    for (int j = 0; j < p; j++) {
+        w->h[j + (p + j) * n] = 1;
+        for (int i = 0; i < p; i++) {
+            w->h[p + i + j * n] = -w->k[i + j * p] / (w->rate * w->rate);
+            w->h[p + i + (p + j) * n] = -w->g[i + j * p] / w->rate;
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++)
+            w->row[j] = w->h[i + j * n];
+        w->noise[i] = kmp_norm_of(n, w->row);
+    }
+    /* of K alone: its size is 1, or it is all zero */
+    memcpy(w->a, w->k, kmp_bytes(p * p));
+    if (singular(p, w->a, w->s, w->vector))
+        return -1;
+    while (done < p && w->s[p - 1 - done] <= kmp_rounding(p) * w->s[0])
+        done++;
+    s->still = done;
+    if (done == 0)
+        return 0;
+    memcpy(w->part[0], w->vector, kmp_bytes(p * p));
+    double *turn = w->part[1]; /* n x n */
+    memset(turn, 0, kmp_bytes(n * n));
+    for (int j = 0; j < p; j++) {
+        memcpy(turn + j * n, w->part[0] + (p - 1 - j) * p, kmp_bytes(p));
+        turn[p + j + (p + j) * n] = 1;
+    }
+    times(n, n, w->t, turn, w->row);
+    times(n, n, w->h, turn, w->row);
+    for (int j = 0; j < n; j++) {
+        for (int i = 0; i < p; i++) {
+            w->row[i] = 0;
+            for (int k = 0; k < p; k++)
+                w->row[i] += turn[k + i * n] * w->h[k + j * n];
+        }
+        memcpy(w->h + j * n, w->row, kmp_bytes(p));
+    }
+    for (int j = 0; j < done; j++)
+        memset(w->h + j * n, 0, kmp_bytes(n));
+    for (int more = done; more > 0 && done < n; done += more)
+        if ((more = separate(w, done)) < 0)
+            return -1;
+    return done;
+}

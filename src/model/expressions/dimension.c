@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/expressions/dimension.h"
+#include <math.h>
+#include <string.h>
+
+static const struct {
+    const char *name;
+    kmp_unit unit;
+} units[] = {
+#define KMP_UNIT(name, factor, divisor, m, kg, s) {#name, {factor, divisor, {KMP_DIMENSION_KNOWN, {m, kg, s}}}},
+#include "model/expressions/units.def"
+#undef KMP_UNIT
+};
+
+enum { UNITS = sizeof units / sizeof units[0] };
+
+/* -- dimensions ---------------------------------------------------------------------------------- */
+
+kmp_dimension kmp_dimension_times(kmp_dimension a, kmp_dimension b, double sign)
+{
+    if (a.kind == KMP_DIMENSION_FREE || b.kind == KMP_DIMENSION_FREE)
+        return KMP_DIM_ANY;
+    for (int i = 0; i < 3; i++)
+        a.power[i] += sign * b.power[i];
+    if (b.kind == KMP_DIMENSION_KNOWN)
+        a.kind = KMP_DIMENSION_KNOWN;
+    return a;
+}
+
+kmp_dimension kmp_dimension_power(kmp_dimension a, double exponent)
+{
+    for (int i = 0; i < 3; i++)
+        a.power[i] *= exponent;
+    return a;
+}
+
+/* Powers may come from roots: compared as numbers, not to the bit. */
+static bool same_powers(const double a[3], const double b[3])
+{
+    return fabs(a[0] - b[0]) < 1e-6 && fabs(a[1] - b[1]) < 1e-6 && fabs(a[2] - b[2]) < 1e-6;
+}
+
+bool kmp_dimension_fits(kmp_dimension a, kmp_dimension b)
+{
+    return a.kind != KMP_DIMENSION_KNOWN || b.kind != KMP_DIMENSION_KNOWN || same_powers(a.power, b.power);
+}
+
+bool kmp_dimension_is_physical(kmp_dimension a)
+{
+    return !kmp_dimension_fits(a, KMP_DIM_NUMBER);
+}
+
+void kmp_dimension_print(kmp_text *text, kmp_dimension a)
+{
+    static const struct {
+        const char *name;
+        double power[3];
+    } known[] = {{"a plain number", {0, 0, 0}}, {"1/s", {0, 0, -1}},    {"m/s", {1, 0, -1}},    {"m/s^2", {1, 0, -2}},
+                 {"kg*m^2", {2, 1, 0}},         {"N", {1, 1, -2}},      {"N*m", {2, 1, -2}},    {"N/m", {0, 1, -2}},
+                 {"N*s/m", {0, 1, -1}},         {"N*m*s", {2, 1, -1}},  {"Pa", {-1, 1, -2}},    {"W", {2, 1, -3}},
+                 {"kg/m", {-1, 1, 0}},          {"kg/m^3", {-3, 1, 0}}, {"m^2/s^2", {2, 0, -2}}};
+    static const char *const base[3] = {"m", "kg", "s"};
+    static const int order[3] = {1, 0, 2};
+    bool first = true;
+    for (size_t k = 0; k < sizeof known / sizeof known[0]; k++)
+        if (same_powers(a.power, known[k].power)) {
+            kmp_text_put(text, known[k].name);
+            return;
+        }
+    for (int k = 0; k < 3; k++) {
+        double power = a.power[order[k]];
+        if (fabs(power) < 1e-6)
+            continue;
+        kmp_text_printf(text, "%s%s", first ? "" : "*", base[order[k]]);
+        if (power != 1)
+            kmp_text_printf(text, "^%.6g", power);
+        first = false;
+    }
+}
+
+/* -- units --------------------------------------------------------------------------------------- */
+
+bool kmp_unit_find(const char *name, size_t length, kmp_unit *unit)
+{
+    for (int i = 0; i < UNITS; i++)
+        if (strlen(units[i].name) == length && strncmp(units[i].name, name, length) == 0) {
+            *unit = units[i].unit;
+            return true;
+        }
+    return false;
+}
+
+void kmp_unit_multiply(kmp_unit *unit, const kmp_unit *other, int power)
+{
+    for (int k = 0; k < (power < 0 ? -power : power); k++) {
+        unit->factor *= power < 0 ? other->divisor : other->factor;
+        unit->divisor *= power < 0 ? other->factor : other->divisor;
+    }
+    unit->dimension = kmp_dimension_times(unit->dimension, other->dimension, power);
+}
+
+const char *kmp_unit_name(int k)
+{
+    return k < UNITS ? units[k].name : NULL;
+}

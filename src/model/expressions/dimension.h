@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Physical dimensions: exponents of m, kg and s; and the units that numbers may carry (units.def). */
+#ifndef KMP_MODEL_EXPRESSIONS_DIMENSION_H
+#define KMP_MODEL_EXPRESSIONS_DIMENSION_H
+
+#include "base/text.h"
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef enum kmp_dimension_kind {
+    KMP_DIMENSION_BARE,  /* a number without unit: a plain factor, and fits any dimension where it stands alone */
+    KMP_DIMENSION_FREE,  /* cannot be told: fits any dimension, and so does whatever it is a factor of */
+    KMP_DIMENSION_KNOWN, /* power */
+} kmp_dimension_kind;
+
+typedef struct kmp_dimension {
+    kmp_dimension_kind kind;
+    double power[3]; /* of m, kg, s */
+} kmp_dimension;
+
+/* What the keys of the language want. */
+#define KMP_DIM(m, kg, s) ((kmp_dimension){KMP_DIMENSION_KNOWN, {(m), (kg), (s)}})
+#define KMP_DIM_ANY       ((kmp_dimension){KMP_DIMENSION_FREE, {0, 0, 0}})
+#define KMP_DIM_NUMBER    KMP_DIM(0, 0, 0)
+#define KMP_DIM_LENGTH    KMP_DIM(1, 0, 0)
+#define KMP_DIM_MASS      KMP_DIM(0, 1, 0)
+#define KMP_DIM_TIME      KMP_DIM(0, 0, 1)
+#define KMP_DIM_INERTIA   KMP_DIM(2, 1, 0)
+#define KMP_DIM_FORCE     KMP_DIM(1, 1, -2)
+#define KMP_DIM_TORQUE    KMP_DIM(2, 1, -2)
+#define KMP_DIM_GRAVITY   KMP_DIM(1, 0, -2)
+
+/** a * b^sign */
+kmp_dimension kmp_dimension_times(kmp_dimension a, kmp_dimension b, double sign);
+kmp_dimension kmp_dimension_power(kmp_dimension a, double exponent);
+
+/** False only when both are known and differ. */
+bool kmp_dimension_fits(kmp_dimension a, kmp_dimension b);
+
+/** True when it is known and not that of a plain number. */
+bool kmp_dimension_is_physical(kmp_dimension a);
+
+/** In units: "kg", "N*m", "kg*m^-1", "a plain number". */
+void kmp_dimension_print(kmp_text *text, kmp_dimension a);
+
+typedef struct kmp_unit {
+    double factor, divisor; /* a number in this unit, times factor, by divisor, is in SI */
+    kmp_dimension dimension;
+} kmp_unit;
+
+/** False when the first `length` characters of `name` are no unit. */
+bool kmp_unit_find(const char *name, size_t length, kmp_unit *unit);
+
+/** unit = unit * other^power */
+void kmp_unit_multiply(kmp_unit *unit, const kmp_unit *other, int power);
+
+/** The k-th unit's name, NULL after the last. */
+const char *kmp_unit_name(int k);
+
+#endif

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Expressions of the model language as trees: parsed once, evaluated as numbers (parameters only) or built
+ * into a graph by src/dynamics. Grammar: docs/model_format.md. */
+#ifndef KMP_MODEL_EXPRESSIONS_EXPRESSION_H
+#define KMP_MODEL_EXPRESSIONS_EXPRESSION_H
+
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/text.h"
+#include "model/expressions/dimension.h"
+
+typedef enum kmp_expr_kind {
+    KMP_EXPR_NUMBER,    /* value */
+    KMP_EXPR_PARAMETER, /* index of the parameter */
+    KMP_EXPR_TIME,      /* t */
+    KMP_EXPR_Q,         /* index of the coordinate: q(NAME) */
+    KMP_EXPR_QD,        /* index of the coordinate: qd(NAME) */
+    KMP_EXPR_LAMBDA,    /* index of the closure, number among its multipliers: lambda(LOOP), lambda(LOOP.k) */
+    KMP_EXPR_NEG,       /* a */
+    KMP_EXPR_ADD,       /* a, b */
+    KMP_EXPR_SUB,
+    KMP_EXPR_MUL,
+    KMP_EXPR_DIV,
+    KMP_EXPR_POW,      /* a ^ b; b must be a number or an expression of parameters */
+    KMP_EXPR_CALL,     /* function, a [, b [, c]] */
+    KMP_EXPR_LESS,     /* a < b: 1 or 0; comparisons stand in the first argument of `if` */
+    KMP_EXPR_AT_MOST,  /* a <= b */
+    KMP_EXPR_GREATER,  /* a > b */
+    KMP_EXPR_AT_LEAST, /* a >= b */
+    KMP_EXPR_TABLE,    /* table(a) */
+    KMP_EXPR_UNKNOWN,  /* index of the model's unknowns, number among them; a: what its value depends on */
+    KMP_EXPR_PLACE     /* x, y, z: index 0, 1, 2 of a place that its user gives */
+} kmp_expr_kind;
+
+/* Functions of the language, one row each. */
+typedef enum kmp_function {
+#define KMP_FUNCTION(name, arity, value, node) KMP_FUNCTION_##name,
+#include "model/expressions/functions.def"
+#undef KMP_FUNCTION
+    KMP_FUNCTION_COUNT
+} kmp_function;
+
+/** A function given by points, under the name that expressions use. */
+typedef struct kmp_named_table {
+    const char *name;
+    struct kmp_table *table; /* NULL while something is wrong with it */
+} kmp_named_table;
+
+const char *kmp_function_name(kmp_function function);
+
+typedef struct kmp_expr {
+    kmp_expr_kind kind;
+    kmp_function function;
+    int index, number; /* number: from 0 */
+    double value;
+    kmp_dimension unit; /* of a number */
+    const kmp_named_table *table;
+    const struct kmp_unknowns *unknowns;
+    int symbol; /* of a law that is constant, like that of a kmp_number */
+    int column; /* where it stands; of an operation, its sign */
+    const struct kmp_expr *a, *b, *c;
+} kmp_expr;
+
+/** A number of the model: its value with the model's parameters, and the expression it came from (NULL for
+ *  a plain literal). */
+typedef struct kmp_number {
+    double value;
+    const kmp_expr *expr;
+    int symbol; /* what it is called where numbers are kept as symbols: 1, 2, ... as they were read; 0: nothing */
+} kmp_number;
+
+/** What a name in an expression may be of. */
+typedef enum kmp_expr_symbol { KMP_SYMBOL_PARAMETER, KMP_SYMBOL_COORDINATE, KMP_SYMBOL_CLOSURE } kmp_expr_symbol;
+
+/** Where an expression stands in its file, and how its symbols are resolved. A NULL resolver, or -1 from
+ *  one, means that such a symbol is not known here. `suggest`, if not NULL, ends the sentence that says so
+ *  (with the nearest known name). */
+typedef struct kmp_expr_scope {
+    kempe_context *context;
+    kmp_arena *arena;
+    const char *file;
+    int line, column; /* of the expression's first character */
+    void *user;
+    int (*parameter)(void *user, const char *name);
+    int (*coordinate)(void *user, const char *name);
+    int (*closure)(void *user, const char *name);                  /* whose multipliers may stand here */
+    const kmp_named_table *(*table)(void *user, const char *name); /* NULL: there is none */
+    /* The unknowns that a name is one of: their index, and which; -1: there are none. */
+    int (*unknown)(void *user, const char *name, const struct kmp_unknowns **unknowns, int *number);
+    void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
+    bool time;     /* t is allowed */
+    bool compares; /* a comparison is wanted: a < b */
+    int place;     /* so many of x, y, z mean a place, whatever parameters are called */
+} kmp_expr_scope;
+
+/** How the symbols of an expression are called. */
+typedef struct kmp_expr_names {
+    const void *user;
+    const char *(*parameter)(const void *user, int index);
+    const char *(*coordinate)(const void *user, int index);
+    const char *(*closure)(const void *user, int index);
+} kmp_expr_names;
+
+/** NULL after a complaint (with the column inside the expression), or when the arena has failed for want of
+ *  memory. */
+const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
+
+/** Value with the given parameter values; t, q, qd and lambda must not occur (NaN then). */
+double kmp_expr_value(const kmp_expr *expr, const double *parameters);
+
+/** The same at a time. */
+double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t);
+
+/** Appends the expression as it can be read again, with as few parentheses as keep its tree. */
+void kmp_expr_print(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names);
+
+/** What is wrong with the dimensions of an expression: the node at which they do not fit, and two that differ. */
+typedef struct kmp_expr_fault {
+    const kmp_expr *at; /* NULL: nothing is wrong */
+    kmp_dimension a, b;
+} kmp_expr_fault;
+
+/** Its dimension, given those and the values of the parameters (the values are needed in exponents alone). The first
+ *  fault is kept. */
+kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dimensions, const double *values,
+                                 kmp_expr_fault *fault);
+
+/** Appends the sentence that belongs to a fault. */
+void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault);
+
+/** The first lambda(..) in an expression, NULL when there is none; NULL has none. */
+const kmp_expr *kmp_expr_lambda(const kmp_expr *expr);
+
+/** True when only numbers and parameters occur. */
+bool kmp_expr_is_constant(const kmp_expr *expr);
+
+#endif

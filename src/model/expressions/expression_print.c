@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Expressions as text that reads back to the same tree, with no more parentheses than that takes. */
+#include "model/algebraic.h"
+#include "model/expressions/expression.h"
+#include <math.h>
+
+/* How tightly a node binds: what binds less than its place asks for is put in parentheses. */
+enum { BIND_COMPARISON, BIND_SUM, BIND_PRODUCT, BIND_NEGATIVE, BIND_POWER, BIND_PRIMARY };
+
+static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place);
+
+static void print_binary(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place)
+{
+    static const struct {
+        const char *sign;
+        int bind, left, right;
+    } operators[] = {
+        [KMP_EXPR_ADD] = {" + ", BIND_SUM, BIND_SUM, BIND_PRODUCT},
+        [KMP_EXPR_SUB] = {" - ", BIND_SUM, BIND_SUM, BIND_PRODUCT},
+        [KMP_EXPR_MUL] = {"*", BIND_PRODUCT, BIND_PRODUCT, BIND_NEGATIVE},
+        [KMP_EXPR_DIV] = {"/", BIND_PRODUCT, BIND_PRODUCT, BIND_NEGATIVE},
+        [KMP_EXPR_POW] = {"^", BIND_POWER, BIND_PRIMARY, BIND_NEGATIVE},
+        [KMP_EXPR_LESS] = {" < ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+        [KMP_EXPR_AT_MOST] = {" <= ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+        [KMP_EXPR_GREATER] = {" > ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+        [KMP_EXPR_AT_LEAST] = {" >= ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+    };
+    bool open = operators[expr->kind].bind < place;
+    kmp_text_put(text, open ? "(" : "");
+    print_within(text, expr->a, names, operators[expr->kind].left);
+    kmp_text_put(text, operators[expr->kind].sign);
+    print_within(text, expr->b, names, operators[expr->kind].right);
+    kmp_text_put(text, open ? ")" : "");
+}
+
+static void print_call(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names)
+{
+    kmp_text_printf(text, "%s(", kmp_function_name(expr->function));
+    const kmp_expr *arguments[] = {expr->a, expr->b, expr->c};
+    for (int k = 0; k < 3 && arguments[k]; k++) {
+        kmp_text_put(text, k ? ", " : "");
+        print_within(text, arguments[k], names, k ? BIND_SUM : BIND_COMPARISON);
+    }
+    kmp_text_put(text, ")");
+}
+
+static void print_negative(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place)
+{
+    kmp_text_put(text, place > BIND_NEGATIVE ? "(-" : "-");
+    print_within(text, expr->a, names, BIND_NEGATIVE);
+    kmp_text_put(text, place > BIND_NEGATIVE ? ")" : "");
+}
+
+static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place)
+{
+    switch (expr->kind) {
+    case KMP_EXPR_NUMBER:
+        kmp_text_number(text, expr->value);
+        break;
+    case KMP_EXPR_PARAMETER:
+        kmp_text_put(text, names->parameter(names->user, expr->index));
+        break;
+    case KMP_EXPR_PLACE:
+        kmp_text_printf(text, "%c", "xyz"[expr->index]);
+        break;
+    case KMP_EXPR_TIME:
+        kmp_text_put(text, "t");
+        break;
+    case KMP_EXPR_Q:
+        kmp_text_printf(text, "q(%s)", names->coordinate(names->user, expr->index));
+        break;
+    case KMP_EXPR_QD:
+        kmp_text_printf(text, "qd(%s)", names->coordinate(names->user, expr->index));
+        break;
+    case KMP_EXPR_LAMBDA:
+        kmp_text_printf(text, "lambda(%s.%d)", names->closure(names->user, expr->index), expr->number + 1);
+        break;
+    case KMP_EXPR_UNKNOWN:
+        kmp_text_put(text, expr->unknowns->count ? expr->unknowns->unknown[expr->number] : expr->unknowns->name);
+        break;
+    case KMP_EXPR_NEG:
+        print_negative(text, expr, names, place);
+        break;
+    case KMP_EXPR_TABLE:
+        kmp_text_printf(text, "%s(", expr->table->name);
+        print_within(text, expr->a, names, BIND_SUM);
+        kmp_text_put(text, ")");
+        break;
+    case KMP_EXPR_CALL:
+        print_call(text, expr, names);
+        break;
+    default:
+        print_binary(text, expr, names, place);
+    }
+}
+
+void kmp_expr_print(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names)
+{
+    print_within(text, expr, names, BIND_COMPARISON);
+}

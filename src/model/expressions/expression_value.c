@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The numbers of expressions. */
+#include "model/expressions/expression.h"
+#include "symbolic/table.h"
+#include <math.h>
+
+static double call(kmp_function function, double a, double b, double c)
+{
+    switch (function) {
+#define KMP_FUNCTION(name, arity, value, node)                                                                         \
+    case KMP_FUNCTION_##name:                                                                                          \
+        return value;
+#include "model/expressions/functions.def"
+#undef KMP_FUNCTION
+    case KMP_FUNCTION_COUNT:
+        break;
+    }
+    return NAN;
+}
+
+double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t)
+{
+    double a = expr->a ? kmp_expr_value_at(expr->a, parameters, t) : 0;
+    double b = expr->b ? kmp_expr_value_at(expr->b, parameters, t) : 0;
+    double c = expr->c ? kmp_expr_value_at(expr->c, parameters, t) : 0;
+    switch (expr->kind) {
+    case KMP_EXPR_NUMBER:
+        return expr->value;
+    case KMP_EXPR_PARAMETER:
+        return parameters[expr->index];
+    case KMP_EXPR_NEG:
+        return -a;
+    case KMP_EXPR_ADD:
+        return a + b;
+    case KMP_EXPR_SUB:
+        return a - b;
+    case KMP_EXPR_MUL:
+        return a * b;
+    case KMP_EXPR_DIV:
+        return a / b;
+    case KMP_EXPR_POW:
+        return pow(a, b);
+    case KMP_EXPR_CALL:
+        return call(expr->function, a, b, c);
+    case KMP_EXPR_LESS:
+        return a < b;
+    case KMP_EXPR_AT_MOST:
+        return a <= b;
+    case KMP_EXPR_GREATER:
+        return a > b;
+    case KMP_EXPR_AT_LEAST:
+        return a >= b;
+    case KMP_EXPR_TABLE: /* one that could not be read is complained of already */
+        return expr->table->table ? kmp_table_value(expr->table->table, 0, a) : 0;
+    case KMP_EXPR_TIME:
+        return t;
+    case KMP_EXPR_Q:
+    case KMP_EXPR_QD:
+    case KMP_EXPR_LAMBDA:
+    case KMP_EXPR_UNKNOWN:
+    case KMP_EXPR_PLACE:
+        break;
+    }
+    return NAN;
+}
+
+double kmp_expr_value(const kmp_expr *expr, const double *parameters)
+{
+    return kmp_expr_value_at(expr, parameters, NAN);
+}
+
+const kmp_expr *kmp_expr_lambda(const kmp_expr *expr)
+{
+    if (!expr || expr->kind == KMP_EXPR_LAMBDA)
+        return expr;
+    const kmp_expr *found = kmp_expr_lambda(expr->a);
+    found = found ? found : kmp_expr_lambda(expr->b);
+    return found ? found : kmp_expr_lambda(expr->c);
+}
+
+bool kmp_expr_is_constant(const kmp_expr *expr)
+{
+    if (expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD ||
+        expr->kind == KMP_EXPR_LAMBDA || expr->kind == KMP_EXPR_UNKNOWN || expr->kind == KMP_EXPR_PLACE)
+        return false;
+    const kmp_expr *operands[] = {expr->a, expr->b, expr->c};
+    for (int k = 0; k < 3; k++)
+        if (operands[k] && !kmp_expr_is_constant(operands[k]))
+            return false;
+    return true;
+}

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The files that a model is read from, and complaints in their order: each is `label:line:column: sentence`, which is
+ * taken apart again to be sorted. */
+#include "model/read/reading.h"
+#include <stdlib.h>
+#include <string.h>
+
+int kmp_reader_add_file(kmp_reader *r, const char *label)
+{
+    kempe_model *model = r->model;
+    int count = model->file_count;
+    const char **files = KMP_ARENA_NEW(&model->arena, const char *, count + 1);
+    const char *kept = kmp_arena_strdup(&model->arena, label);
+    if (!files || !kept)
+        return -1;
+    if (count > 0)
+        memcpy(files, model->files, (size_t)count * sizeof *files);
+    files[count] = kept;
+    model->files = files;
+    return model->file_count++;
+}
+
+typedef struct complaint {
+    int file, line, column, order;
+    const char *text;
+} complaint;
+
+static int compare(const void *a, const void *b)
+{
+    const complaint *x = a, *y = b;
+    if (x->file != y->file)
+        return x->file < y->file ? -1 : 1;
+    if (x->line != y->line)
+        return x->line < y->line ? -1 : 1;
+    if (x->column != y->column)
+        return x->column < y->column ? -1 : 1;
+    return x->order < y->order ? -1 : x->order > y->order;
+}
+
+static int count_lines(const char *s)
+{
+    int n = 1;
+    for (; *s; s++)
+        n += *s == '\n';
+    return n;
+}
+
+/* The first file whose label and a colon begin `text`: files of the same label count as one. */
+static int find_file(const kempe_model *model, const char *text)
+{
+    for (int k = 0; k < model->file_count; k++) {
+        size_t length = strlen(model->files[k]);
+        if (strncmp(text, model->files[k], length) == 0 && text[length] == ':')
+            return k;
+    }
+    return -1;
+}
+
+static complaint take_apart(const kempe_model *model, char *text, int order)
+{
+    complaint c = {.file = find_file(model, text), .order = order, .text = text};
+    char *rest = text;
+    if (c.file < 0)
+        return c;
+    rest += strlen(model->files[c.file]) + 1;
+    if (*rest == ' ') { /* no line: of a model built in code */
+        c.text = rest + 1;
+        return c;
+    }
+    c.line = (int)strtol(rest, &rest, 10);
+    if (*rest == ':')
+        c.column = (int)strtol(rest + 1, &rest, 10);
+    c.text = strncmp(rest, ": ", 2) == 0 ? rest + 2 : rest;
+    return c;
+}
+
+static void split(const kempe_model *model, char *text, complaint *list, int count)
+{
+    for (int i = 0; i < count; i++) {
+        char *end = text + strcspn(text, "\n");
+        bool last = *end == '\0';
+        *end = '\0';
+        list[i] = take_apart(model, text, i);
+        text = last ? end : end + 1;
+    }
+}
+
+static bool is_repeated(const complaint *list, int i)
+{
+    for (int k = i - 1; k >= 0 && list[k].file == list[i].file && list[k].line == list[i].line; k--)
+        if (list[k].column == list[i].column && strcmp(list[k].text, list[i].text) == 0)
+            return true;
+    return false;
+}
+
+/* In a model built in code a file is one call, without lines; its name is not said twice. */
+static kempe_status say_again(kmp_reader *r, const complaint *c)
+{
+    if (c->file < 0 || (c->line == 0 && strstr(c->text, r->model->files[c->file])))
+        return kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text);
+    return kmp_complain(r->context, r->model->files[c->file], c->line, c->column, "%s", c->text);
+}
+
+/* Of what was not kept, at the last place of what was. */
+static kempe_status say_rest(kmp_reader *r, const complaint *last, int rest)
+{
+    const char *file = last->file >= 0 ? r->model->files[last->file] : r->file;
+    kmp_text place = {0};
+    kmp_text_put(&place, file);
+    if (last->line > 0)
+        kmp_text_printf(&place, ":%d:%d", last->line, last->column);
+    kempe_status status =
+        place.failed ? KEMPE_E_MEMORY
+                     : kmp_fail(r->context, KEMPE_E_INPUT, "%s: at least %d more mistakes: the first %d are listed",
+                                place.s, rest, KMP_MOST_COMPLAINTS);
+    kmp_text_free(&place);
+    return status;
+}
+
+kempe_status kmp_reader_sort_complaints(kmp_reader *r)
+{
+    kempe_status status = KEMPE_E_INPUT;
+    char *text = kmp_arena_strdup(&r->scratch, kempe_context_message(r->context));
+    int count = text ? count_lines(text) : 0, rest = kmp_context_complaints(r->context) - KMP_MOST_COMPLAINTS;
+    complaint *list = KMP_ARENA_NEW(&r->scratch, complaint, count);
+    if (!text || !list)
+        return KEMPE_E_MEMORY;
+    split(r->model, text, list, count);
+    qsort(list, (size_t)count, sizeof *list, compare);
+    kmp_context_clear(r->context);
+    for (int i = 0; i < count && status == KEMPE_E_INPUT; i++)
+        if (!is_repeated(list, i))
+            status = say_again(r, &list[i]);
+    if (rest > 0 && status == KEMPE_E_INPUT)
+        status = say_rest(r, &list[count - 1], rest);
+    return status;
+}

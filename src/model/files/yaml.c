@@ -1,0 +1,236 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* libyaml's document, node by node, into an arena. Nodes are numbered by libyaml, so that references become
+ * pointers without recursion, also when an alias makes a cycle. */
+#include "model/files/yaml.h"
+#include "model/limits.h"
+#include <stdint.h>
+#include <string.h>
+#include <yaml.h>
+
+typedef struct loader {
+    kempe_context *context;
+    kmp_arena *arena;
+    const char *file;
+    int number; /* of the file, for places */
+    yaml_document_t document;
+    kmp_yaml *nodes;
+    kempe_status status;
+} loader;
+
+static kmp_place place_of(yaml_mark_t mark)
+{
+    return (kmp_place){.line = (int)mark.line + 1, .column = (int)mark.column + 1};
+}
+
+static void complain(loader *l, kmp_place place, const char *sentence, const char *name)
+{
+    l->status = kmp_complain(l->context, l->file, place.line, place.column, "%s%s", sentence, name);
+}
+
+/* -- syntax -------------------------------------------------------------------------------------- */
+
+/* Place of a byte, for complaints about the encoding, which come without one. */
+static kmp_place place_at(const char *text, size_t length, size_t offset)
+{
+    kmp_place place = {.line = 1, .column = 1};
+    for (size_t i = 0; i < offset && i < length; i++) {
+        if (text[i] == '\n') {
+            place.line++;
+            place.column = 1;
+        } else {
+            place.column += ((unsigned char)text[i] & 0xc0) != 0x80;
+        }
+    }
+    return place;
+}
+
+static void complain_syntax(loader *l, const yaml_parser_t *parser, const char *text, size_t length)
+{
+    if (parser->error == YAML_MEMORY_ERROR) {
+        l->status = kmp_fail_memory(l->context);
+        return;
+    }
+    const char *problem = parser->problem ? parser->problem : "not readable";
+    kmp_place place = parser->error == YAML_READER_ERROR ? place_at(text, length, parser->problem_offset)
+                                                         : place_of(parser->problem_mark);
+    if (parser->context)
+        l->status = kmp_complain(l->context, l->file, place.line, place.column, "YAML: %s (%s that begins at line %zu)",
+                                 problem, parser->context, parser->context_mark.line + 1);
+    else
+        complain(l, place, "YAML: ", problem);
+}
+
+/* -- nodes --------------------------------------------------------------------------------------- */
+
+static void copy_scalar(loader *l, const yaml_node_t *from, kmp_yaml *to)
+{
+    size_t length = from->data.scalar.length;
+    yaml_scalar_style_t style = from->data.scalar.style;
+    char *text = kmp_arena_alloc(l->arena, length + 1, 1);
+    if (!text)
+        return;
+    /* a zero inside would hide what follows it: put a character that no name or number has */
+    for (size_t i = 0; i < length; i++)
+        text[i] = from->data.scalar.value[i] ? (char)from->data.scalar.value[i] : '?';
+    to->text = text;
+    to->empty = length == 0 && style == YAML_PLAIN_SCALAR_STYLE;
+    to->text_place.column += style == YAML_SINGLE_QUOTED_SCALAR_STYLE || style == YAML_DOUBLE_QUOTED_SCALAR_STYLE;
+}
+
+static void copy_list(loader *l, const yaml_node_t *from, kmp_yaml *to)
+{
+    const yaml_node_item_t *item = from->data.sequence.items.start;
+    int count = (int)(from->data.sequence.items.top - item);
+    to->kind = KMP_YAML_LIST;
+    to->items = KMP_ARENA_NEW(l->arena, const kmp_yaml *, count);
+    for (int i = 0; to->items && i < count; i++)
+        to->items[to->count++] = &l->nodes[item[i] - 1];
+}
+
+static void copy_map(loader *l, const yaml_node_t *from, kmp_yaml *to)
+{
+    const yaml_node_pair_t *pair = from->data.mapping.pairs.start;
+    int count = (int)(from->data.mapping.pairs.top - pair);
+    to->kind = KMP_YAML_MAP;
+    to->keys = KMP_ARENA_NEW(l->arena, const kmp_yaml *, count);
+    to->items = KMP_ARENA_NEW(l->arena, const kmp_yaml *, count);
+    for (int i = 0; to->keys && to->items && i < count; i++) {
+        const yaml_node_t *key = yaml_document_get_node(&l->document, pair[i].key);
+        if (key->type != YAML_SCALAR_NODE) {
+            complain(l, place_of(key->start_mark), "a key must be a name", "");
+            continue;
+        }
+        to->keys[to->count] = &l->nodes[pair[i].key - 1];
+        to->items[to->count++] = &l->nodes[pair[i].value - 1];
+    }
+}
+
+static size_t hash_of(const char *text)
+{
+    uint32_t hash = 0x811c9dc5u; /* FNV-1a (Fowler, Noll, Vo) */
+    for (; *text; text++)
+        hash = (hash ^ (unsigned char)*text) * 0x01000193u;
+    return hash ^ hash >> 15;
+}
+
+/* The place in a table of `size` (a power of two) where key i of the map is, or where it belongs. An entry is the
+ * number of a key, from 1 on. */
+static size_t find_slot(const kmp_yaml *map, const int *slots, size_t size, int i)
+{
+    size_t k = hash_of(map->keys[i]->text) & (size - 1);
+    while (slots[k] && strcmp(map->keys[slots[k] - 1]->text, map->keys[i]->text) != 0)
+        k = (k + 1) & (size - 1);
+    return k;
+}
+
+static void check_duplicates(loader *l, const kmp_yaml *map)
+{
+    size_t size = 4;
+    while (size < 2 * (size_t)map->count)
+        size *= 2;
+    int *slots = KMP_ARENA_NEW(l->arena, int, size);
+    for (int i = 0; slots && i < map->count; i++) {
+        int *slot = &slots[find_slot(map, slots, size, i)];
+        if (*slot)
+            l->status = kmp_complain(l->context, l->file, map->keys[i]->place.line, map->keys[i]->place.column,
+                                     "duplicate key '%s': it stands already in line %d", map->keys[i]->text,
+                                     map->keys[*slot - 1]->place.line);
+        else
+            *slot = i + 1;
+    }
+}
+
+static const kmp_yaml *copy_document(loader *l)
+{
+    const yaml_node_t *from = l->document.nodes.start;
+    int count = (int)(l->document.nodes.top - from);
+    l->nodes = KMP_ARENA_NEW(l->arena, kmp_yaml, count);
+    if (!l->nodes || count == 0)
+        return NULL;
+    for (int i = 0; i < count; i++) {
+        kmp_yaml *to = &l->nodes[i];
+        to->place = to->text_place = place_of(from[i].start_mark);
+        to->place.file = to->text_place.file = l->number;
+        to->text = "";
+        if (from[i].type == YAML_SCALAR_NODE)
+            copy_scalar(l, &from[i], to);
+        else if (from[i].type == YAML_SEQUENCE_NODE)
+            copy_list(l, &from[i], to);
+        else
+            copy_map(l, &from[i], to);
+    }
+    for (int i = 0; i < count; i++)
+        if (l->nodes[i].kind == KMP_YAML_MAP)
+            check_duplicates(l, &l->nodes[i]);
+    return &l->nodes[0];
+}
+
+/* What libyaml would take long for. Brackets and anchors in comments count too, which does no harm at these limits. */
+static bool check_size(loader *l, const char *text, size_t length)
+{
+    int depth = 0, anchors = 0;
+    for (size_t i = 0; i < length; i++) {
+        depth += (text[i] == '[' || text[i] == '{') - (text[i] == ']' || text[i] == '}');
+        anchors += text[i] == '&';
+        if (depth <= KMP_MOST_BRACKETS && anchors <= KMP_MOST_ANCHORS)
+            continue;
+        complain(l, place_at(text, length, i),
+                 depth > KMP_MOST_BRACKETS ? "the brackets are nested too deeply" : "there are too many anchors '&'",
+                 "");
+        return false;
+    }
+    return true;
+}
+
+/* -- documents ----------------------------------------------------------------------------------- */
+
+static void check_end(loader *l, yaml_parser_t *parser, const char *text, size_t length)
+{
+    yaml_document_t next;
+    if (!yaml_parser_load(parser, &next)) {
+        complain_syntax(l, parser, text, length);
+        return;
+    }
+    const yaml_node_t *root = yaml_document_get_root_node(&next);
+    if (root)
+        complain(l, place_of(root->start_mark), "a second document begins here: a model is one document", "");
+    yaml_document_delete(&next);
+}
+
+kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
+                           size_t length, const kmp_yaml **root)
+{
+    loader l = {.context = context, .arena = arena, .file = file, .number = number};
+    yaml_parser_t parser;
+    *root = NULL;
+    if (!check_size(&l, text, length))
+        return l.status;
+    if (!yaml_parser_initialize(&parser))
+        return kmp_fail_memory(context);
+    yaml_parser_set_input_string(&parser, (const unsigned char *)text, length);
+    if (yaml_parser_load(&parser, &l.document)) {
+        *root = copy_document(&l);
+        bool empty = !yaml_document_get_root_node(&l.document);
+        yaml_document_delete(&l.document);
+        if (empty)
+            complain(&l, (kmp_place){.line = 1, .column = 1}, "the file is empty: a model begins with 'kempe: 1'", "");
+        else
+            check_end(&l, &parser, text, length);
+    } else {
+        complain_syntax(&l, &parser, text, length);
+    }
+    yaml_parser_delete(&parser);
+    if (arena->failed)
+        l.status = kmp_fail_memory(context);
+    return l.status;
+}
+
+const kmp_yaml *kmp_yaml_get(const kmp_yaml *map, const char *key)
+{
+    if (!map || map->kind != KMP_YAML_MAP)
+        return NULL;
+    for (int i = 0; i < map->count; i++)
+        if (strcmp(map->keys[i]->text, key) == 0)
+            return map->items[i];
+    return NULL;
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A YAML document as a tree of nodes with their places: a thin layer that hides libyaml. An alias is the node
+ * it names; a duplicate key is complained of here, once for all mappings. */
+#ifndef KMP_MODEL_FILES_YAML_H
+#define KMP_MODEL_FILES_YAML_H
+
+#include "base/arena.h"
+#include "base/context.h"
+#include "model/model.h"
+
+typedef enum kmp_yaml_kind { KMP_YAML_SCALAR, KMP_YAML_LIST, KMP_YAML_MAP } kmp_yaml_kind;
+
+typedef struct kmp_yaml {
+    kmp_yaml_kind kind;
+    kmp_place place;
+    kmp_place text_place;         /* scalar: of its first character, inside the quotes */
+    const char *text;             /* scalar; "" otherwise */
+    bool empty;                   /* nothing was written: `key:` */
+    int count;                    /* items of a list or a mapping */
+    const struct kmp_yaml **keys; /* mapping: scalars */
+    const struct kmp_yaml **items;
+} kmp_yaml;
+
+/** Reads the one document of `text`. `*root` lives in `arena`; it is NULL when there is no document to go on
+ *  with, and may be given together with KEMPE_E_INPUT. `number` is that of the file in the places of its nodes. */
+kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
+                           size_t length, const kmp_yaml **root);
+
+/** The value of a key, NULL when it is absent or `map` is no mapping. */
+const kmp_yaml *kmp_yaml_get(const kmp_yaml *map, const char *key);
+
+#endif

@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The model as it was understood: what its summary and its JSON share, and the choice of one. */
+#include "model/print/model_print.h"
+
+static const char *parameter_name(const void *user, int index)
+{
+    const kempe_model *model = user;
+    return model->parameters[index].name;
+}
+
+static const char *coordinate_name(const void *user, int index)
+{
+    const kempe_model *model = user;
+    return model->motions[index].name;
+}
+
+static const char *closure_name(const void *user, int index)
+{
+    const kempe_model *model = user;
+    return model->closures[index].name;
+}
+
+void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
+{
+    const kmp_expr_names names = {model, parameter_name, coordinate_name, closure_name};
+    kmp_expr_print(text, expr, &names);
+}
+
+void kmp_model_put_quoted_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
+{
+    kmp_text inner = {0};
+    kmp_model_put_expr(&inner, model, expr);
+    if (inner.failed)
+        text->failed = true;
+    else
+        kmp_text_quote(text, inner.s);
+    kmp_text_free(&inner);
+}
+
+void kmp_model_put_vector(kmp_text *text, const kmp_number vector[3])
+{
+    kmp_text_put(text, "[");
+    for (int i = 0; i < 3; i++) {
+        kmp_text_put(text, i > 0 ? ", " : "");
+        kmp_text_number(text, vector[i].value);
+    }
+    kmp_text_put(text, "]");
+}
+
+/* BODY.POINT */
+void kmp_model_put_point(kmp_text *text, const kempe_model *model, int index)
+{
+    const kmp_point *point = &model->points[index];
+    kmp_text_printf(text, "%s.%s", model->bodies[point->body].name, point->name);
+}
+
+void kmp_model_put_goal(kmp_text *text, const kempe_model *model, const kmp_goal *goal)
+{
+    if (goal->motion >= 0) {
+        kmp_text_put(text, model->motions[goal->motion].name);
+        return;
+    }
+    kmp_text_put(text, "position(");
+    kmp_model_put_point(text, model, goal->point);
+    kmp_text_put(text, ")");
+}
+
+void kmp_model_put_axis(kmp_text *text, const double axis[3])
+{
+    kmp_text_put(text, "[");
+    for (int i = 0; i < 3; i++) {
+        kmp_text_put(text, i > 0 ? ", " : "");
+        kmp_text_number(text, axis[i]);
+    }
+    kmp_text_put(text, "]");
+}
+
+bool kmp_closure_has_axes(const kmp_closure *closure)
+{
+    const double *a = closure->axis[0];
+    return a[0] != 0 || a[1] != 0 || a[2] != 0;
+}
+
+const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
+
+kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(model->context);
+    KMP_TRY(kmp_model_check_finished(model));
+    if (format == KEMPE_JSON)
+        kmp_model_json(&out, model);
+    else
+        kmp_model_show(&out, model);
+    char *s = kmp_text_take(&out);
+    if (!s)
+        return kmp_fail_memory(model->context);
+    *text = s;
+    return KEMPE_OK;
+}

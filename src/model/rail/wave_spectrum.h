@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Irregularities of a track from their spectral densities: sums of harmonics with random phases, kept as tables. */
+#ifndef KMP_MODEL_RAIL_WAVE_SPECTRUM_H
+#define KMP_MODEL_RAIL_WAVE_SPECTRUM_H
+
+#include "model/rail/wheels.h"
+
+/** The k-th word of spectra.def, NULL after the last. */
+const char *kmp_wave_spectrum_word(int k);
+
+/** Density of alignment, level or cross level at an angular frequency over the length, rad/m, in m^2/(rad/m): the
+ *  variance is its integral over the frequencies from the longest wavelength to the shortest one. 0 of others. */
+double kmp_wave_spectrum_density(int kind, kmp_irregularity what, double frequency);
+
+/** Knots of what is made. */
+double kmp_wave_spectrum_knots(const kmp_wave_spectrum *spectrum);
+
+/** What a spectrum makes of one irregularity, zero at its ends and beyond. The seed decides. NULL: no memory. */
+struct kmp_table *kmp_wave_spectrum_make(const kmp_wave_spectrum *spectrum, kmp_irregularity what);
+
+#endif

@@ -1,0 +1,362 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Zones by trying out: the wheel without yaw is put over the rail at many places, at a few rolls, and comes down until
+ * it touches. Heights of both stand on fine even grids. */
+#include "model/rail/zones.h"
+#include "base/memory.h"
+#include "symbolic/table.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Lengths are in m and those of a wheel of that radius: times kmp_wheel.scale. */
+#define USUAL  0.46
+#define GRID   2.5e-4 /* of the wheel's points */
+#define FINE   1e-4   /* of the rail's */
+#define MARGIN 1e-2   /* beside the rail */
+#define SHIFT  2.5e-4 /* from one place of the wheel to the next */
+#define JUMP   2e-3   /* shorter ones are none */
+#define BEYOND 2e-3   /* a zone goes on so far after the last point that touches */
+#define FAR    1.0    /* below the rail's top, where there is no rail */
+#define TURN   0.3    /* rad: contacts of an elastic wheel whose normals are nearer are in one zone */
+enum { BISECTIONS = 10, FEWEST_POINTS = 40, MOST_POINTS = 4000 };
+
+static const double rolls[] = {-0.01, 0, 0.01};
+
+/* From one point of the wheel to another one, with nothing that touches between them. */
+typedef struct jump {
+    int first, last;
+} jump;
+
+typedef struct scan {
+    double scale;
+    int count; /* points of the wheel */
+    double first, step;
+    double *radius;
+    int lowest, highest; /* of those that touch anywhere */
+    int jump_count, jump_room;
+    jump *jump;
+    bool failed; /* no memory for one more */
+    int rail_count;
+    double rail_first, rail_step;
+    double *rail;
+    double cosine, sine;
+    bool elastic;
+} scan;
+
+static double end_of(const kmp_table *table)
+{
+    return table->x[table->count - 1];
+}
+
+static double *sample(const kmp_table *table, double first, double step, int count)
+{
+    double *y = KMP_NEW(double, count);
+    for (int k = 0; y && k < count; k++)
+        y[k] = kmp_table_value(table, 0, first + step * k);
+    return y;
+}
+
+/* A length of whole steps has as many of them on each scale, however it is rounded. */
+static int points_of(double length, double step)
+{
+    return (int)fmin(MOST_POINTS, fmax(1, ceil(length / step - 1e-6))) + 1;
+}
+
+double kmp_zones_scale(const kmp_wheel *wheel)
+{
+    const kmp_table *height = wheel->profile->height;
+    double width = (end_of(height) - height->x[0]) / GRID;
+    return fmin(fmax(wheel->radius.value / USUAL, width / MOST_POINTS), width / FEWEST_POINTS);
+}
+
+static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
+{
+    const kmp_table *height = wheel->profile->height;
+    double length = end_of(height) - height->x[0], margin = MARGIN * wheel->scale;
+    *s = (scan){.scale = wheel->scale,
+                .first = height->x[0],
+                .rail_first = track->rail->x[0] - margin,
+                .elastic = wheel->form == KMP_CONTACT_ELASTIC};
+    s->count = points_of(length, GRID * s->scale);
+    s->step = length / (s->count - 1);
+    double head = end_of(track->rail) + margin - s->rail_first;
+    s->rail_count = points_of(head, FINE * s->scale);
+    s->rail_step = head / (s->rail_count - 1);
+    s->radius = sample(height, s->first, s->step, s->count);
+    s->rail = sample(track->rail, s->rail_first, s->rail_step, s->rail_count);
+    s->lowest = s->count - 1;
+    for (int k = 0; s->radius && k < s->count; k++)
+        s->radius[k] = wheel->radius.value - s->radius[k];
+    return s->radius && s->rail;
+}
+
+/* The rail's height; far away a slope that nothing touches. */
+static double rail_at(const scan *s, double y)
+{
+    double x = (y - s->rail_first) / s->rail_step;
+    if (!(x >= 0 && x < s->rail_count - 1))
+        return -FAR * s->scale;
+    int k = (int)x;
+    return s->rail[k] + (x - k) * (s->rail[k + 1] - s->rail[k]);
+}
+
+/* The point that touches with the wheel's centre there. */
+static int touching(const scan *s, double out)
+{
+    int best = 0;
+    double least = INFINITY;
+    for (int k = 0; k < s->count; k++) {
+        double along = s->first + s->step * k, r = s->radius[k];
+        double y = out + along * s->cosine + r * s->sine, z = along * s->sine - r * s->cosine;
+        double gap = z - rail_at(s, y);
+        if (gap < least) {
+            least = gap;
+            best = k;
+        }
+    }
+    return best;
+}
+
+/* Angle of the profile at a point, between its neighbours. */
+static double angle_at(const scan *s, int k)
+{
+    int before = k > 0 ? k - 1 : k, after = k < s->count - 1 ? k + 1 : k;
+    return atan((s->radius[before] - s->radius[after]) / (s->step * (after - before)));
+}
+
+/* The average over a zone goes over smoothly from one place to another whose normal is nearly the same. */
+static void note_jump(scan *s, int a, int b)
+{
+    if (s->elastic && fabs(angle_at(s, a) - angle_at(s, b)) < TURN)
+        return;
+    if (s->jump_count == s->jump_room) {
+        int room = s->jump_room ? 2 * s->jump_room : 16;
+        jump *grown = kmp_realloc(s->jump, (size_t)room, sizeof *grown);
+        if (!grown) {
+            s->failed = true;
+            return;
+        }
+        s->jump = grown;
+        s->jump_room = room;
+    }
+    s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
+}
+
+/* From one place, where k touches, to the next one, where l does: what stays a jump however near both places are. */
+static void follow(scan *s, double out, int k, double next, int l, int depth)
+{
+    s->lowest = k < s->lowest ? k : s->lowest;
+    s->highest = k > s->highest ? k : s->highest;
+    if (abs(l - k) * s->step <= JUMP * s->scale * (1 + 1e-9))
+        return;
+    if (depth == 0) {
+        note_jump(s, k, l);
+        return;
+    }
+    double middle = (out + next) / 2;
+    int m = touching(s, middle);
+    follow(s, out, k, middle, m, depth - 1);
+    follow(s, middle, m, next, l, depth - 1);
+}
+
+/* What the wheel stands on goes under it from one end of its profile to the other. */
+static void roll_over(scan *s, double middle, double roll)
+{
+    s->cosine = cos(roll);
+    s->sine = sin(roll);
+    double reach = s->first + s->step * (s->count - 1), lean = s->radius[s->count / 2] * s->sine;
+    double out = middle - reach - lean, last = middle - s->first - lean, shift = SHIFT * s->scale;
+    int k = touching(s, out);
+    while (out < last) {
+        int l = touching(s, out + shift);
+        follow(s, out, k, out + shift, l, BISECTIONS);
+        out += shift;
+        k = l;
+    }
+}
+
+static int by_end(const void *a, const void *b)
+{
+    const jump *x = a, *y = b;
+    return x->last != y->last ? (x->last > y->last) - (x->last < y->last)
+                              : (x->first > y->first) - (x->first < y->first);
+}
+
+/* What jumps have in common that overlap becomes one: as few borders as leave none without one. */
+static int join_jumps(scan *s)
+{
+    int count = 0;
+    if (s->jump_count > 1)
+        qsort(s->jump, (size_t)s->jump_count, sizeof(jump), by_end);
+    for (int k = 0; k < s->jump_count; k++) {
+        jump next = s->jump[k], *before = count > 0 ? &s->jump[count - 1] : NULL;
+        if (before && next.first < before->last)
+            before->first = next.first > before->first ? next.first : before->first;
+        else
+            s->jump[count++] = next;
+    }
+    return count;
+}
+
+/* Of more than there is room for the smallest are passed over. */
+static int drop_smallest(scan *s, int count)
+{
+    while (count > KMP_WHEEL_ZONES - 1) {
+        int least = 0;
+        for (int k = 1; k < count; k++)
+            if (s->jump[k].last - s->jump[k].first < s->jump[least].last - s->jump[least].first)
+                least = k;
+        memmove(s->jump + least, s->jump + least + 1, (size_t)(--count - least) * sizeof(jump));
+    }
+    return count;
+}
+
+/* How many zones there would be with room for all. */
+static int collect(scan *s, kmp_wheel *wheel)
+{
+    int all = join_jumps(s), borders = drop_smallest(s, all);
+    double end = s->first + s->step * (s->count - 1), beyond = BEYOND * s->scale;
+    wheel->zone[0][0] = fmax(s->first, s->first + s->step * s->lowest - beyond);
+    for (int k = 0; k < borders; k++)
+        wheel->zone[k][1] = wheel->zone[k + 1][0] = s->first + s->step * (s->jump[k].first + s->jump[k].last) / 2;
+    wheel->zone[borders][1] = fmin(end, s->first + s->step * s->highest + beyond);
+    wheel->zone_count = borders + 1;
+    return all + 1;
+}
+
+double kmp_zones_stand(const kmp_track *track, const kmp_wheel *wheel)
+{
+    const kmp_table *rail = track->rail;
+    double slope = kmp_table_value(wheel->profile->height, 1, 0), best = rail->x[0], most = -INFINITY;
+    int count = points_of(end_of(rail) - rail->x[0], FINE * wheel->scale);
+    for (int k = 0; k < count; k++) {
+        double y = rail->x[0] + (end_of(rail) - rail->x[0]) * k / (count - 1);
+        double over = kmp_table_value(rail, 0, y) - slope * y;
+        if (over > most) {
+            most = over;
+            best = y;
+        }
+    }
+    return best;
+}
+
+int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
+{
+    scan s;
+    bool ok = begin(&s, track, wheel);
+    for (size_t k = 0; ok && k < sizeof rolls / sizeof rolls[0]; k++)
+        roll_over(&s, wheel->stands, rolls[k]);
+    int zones = ok && !s.failed ? collect(&s, wheel) : 0;
+    kmp_free(s.jump);
+    kmp_free(s.radius);
+    kmp_free(s.rail);
+    return zones;
+}
+
+/* -- places ------------------------------------------------------------------------------------------- */
+
+/* A Gaussian of standard deviation sigma is summed up to 1e-6 of itself at places 1.2 sigma apart. */
+#define RESOLVED   1.2
+#define LEAST      8e-6 /* spread, over the radius */
+#define MOST_LEAST 5e-5 /* likewise: an edge, which no places resolve, is not to blur its whole zone */
+#define NARROWEST  1e-4 /* from place to place */
+#define WIDEST     1e-3
+#define GROWING    0.12   /* of spacings, from each to the next */
+#define ALIKE      0.05   /* rad: of the normals of points that may touch, with what the wheel rolls */
+#define OUTSIDE    2.5e-3 /* of places beyond a zone: what pair.c adds to the gap there lets nothing farther */
+
+/* Curvatures of the gap where a point of the wheel touches, the greatest, by point; by those of the rail whose normals
+ * are nearly the same. */
+static bool find_bends(const scan *s, const kmp_track *track, const kmp_wheel *wheel, double *bend)
+{
+    double *angle = KMP_NEW(double, s->rail_count);
+    for (int l = 0; angle && l < s->rail_count; l++)
+        angle[l] = atan(kmp_table_value(track->rail, 1, s->rail_first + s->rail_step * l));
+    for (int k = 0; angle && k < s->count; k++) {
+        const kmp_table *height = wheel->profile->height;
+        double at = s->first + s->step * k, slope = atan(kmp_table_value(height, 1, at)), least = 0;
+        for (int l = 0; l < s->rail_count; l += 2)
+            if (fabs(angle[l] - slope) <= ALIKE)
+                least = fmin(least, kmp_table_value(track->rail, 2, s->rail_first + s->rail_step * l));
+        bend[k] = kmp_table_value(height, 2, at) - least;
+    }
+    kmp_free(angle);
+    return angle;
+}
+
+/* What resolves the least spread at each point, growing slowly from there. */
+static void find_spacing(const scan *s, double radius, const double *bend, double *spacing)
+{
+    for (int k = 0; k < s->count; k++) {
+        double widest = WIDEST * s->scale, wanted = bend[k] > 0 ? RESOLVED * sqrt(LEAST * radius / bend[k]) : widest;
+        spacing[k] = fmin(fmax(wanted, NARROWEST * s->scale), widest);
+    }
+    for (int k = 1; k < s->count; k++)
+        spacing[k] = fmin(spacing[k], spacing[k - 1] + GROWING * s->step);
+    for (int k = s->count - 1; k-- > 0;)
+        spacing[k] = fmin(spacing[k], spacing[k + 1] + GROWING * s->step);
+}
+
+static int point_near(const scan *s, double at)
+{
+    return (int)fmin(fmax(round((at - s->first) / s->step), 0), s->count - 1);
+}
+
+/* Places from one end of the zone to the other, `wider` than they should be, if there is room for them. */
+static bool put_places(const scan *s, kmp_wheel *wheel, int zone, double wider, const double *spacing)
+{
+    int *end = &wheel->nodes_end[zone];
+    double outside = OUTSIDE * s->scale, at = wheel->zone[zone][0] - outside, last = wheel->zone[zone][1] + outside;
+    *end = zone > 0 ? wheel->nodes_end[zone - 1] : 0;
+    while (*end < KMP_WHEEL_PLACES) {
+        wheel->node[(*end)++] = at;
+        if (at >= last)
+            return true;
+        double way = spacing[point_near(s, at)] * wider;
+        at += spacing[point_near(s, at + way / 2)] * wider;
+    }
+    return false;
+}
+
+/* The spread that all places of a zone resolve; where curvatures come to more than 3300 1/m (of a wheel of 0.46 m) they
+ * do not, and contact there is where a place is. */
+static double resolved(const scan *s, const kmp_wheel *wheel, int zone, const double *bend)
+{
+    double least = LEAST * wheel->radius.value;
+    for (int k = 0; k < s->count; k++) {
+        double at = s->first + s->step * k;
+        if (at < wheel->zone[zone][0] || at > wheel->zone[zone][1])
+            continue;
+        int place = zone > 0 ? wheel->nodes_end[zone - 1] : 0;
+        while (place + 1 < wheel->nodes_end[zone] - 1 && wheel->node[place + 1] < at)
+            place++;
+        double spacing = wheel->node[place + 1] - wheel->node[place];
+        least = fmax(least, bend[k] * spacing * spacing / (RESOLVED * RESOLVED));
+    }
+    return fmin(least, MOST_LEAST * wheel->radius.value);
+}
+
+bool kmp_zones_space(const kmp_track *track, kmp_wheel *wheel)
+{
+    scan s;
+    bool ok = begin(&s, track, wheel);
+    double *bend = ok ? KMP_NEW(double, 2 * s.count) : NULL, *spacing = bend ? bend + s.count : NULL;
+    ok = bend && find_bends(&s, track, wheel, bend);
+    if (ok)
+        find_spacing(&s, wheel->radius.value, bend, spacing);
+    int zone = 0;
+    for (double wider = 1; ok && zone < wheel->zone_count; wider *= 1.25)
+        for (zone = 0; zone < wheel->zone_count && put_places(&s, wheel, zone, wider, spacing);)
+            zone++;
+    for (zone = 0; ok && zone < wheel->zone_count; zone++)
+        wheel->least_spread[zone] = resolved(&s, wheel, zone, bend);
+    kmp_free(bend);
+    kmp_free(s.radius);
+    kmp_free(s.rail);
+    return ok;
+}
+
+int kmp_wheel_contacts(const kmp_wheel *wheel)
+{
+    return wheel->form == KMP_CONTACT_RIGID ? 1 : wheel->zone_count;
+}

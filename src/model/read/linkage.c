@@ -1,0 +1,315 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The spanning tree of the graph of bodies, by Prim's algorithm (Bell System Technical Journal 36 (1957) 1389-1401)
+ * from the ground: of all joints that lead on from what is reached, the one first in rank, then the one nearest to the
+ * ground, then the file's order. The rank is by the rows that a cut would have, so that the rows of all cuts together
+ * are fewest (a spanning tree of greatest weight); what must stay is first of all. */
+#include "model/read/linkage.h"
+#include <string.h>
+
+static const struct {
+    const char *name, *chain;
+} joints[] = {
+#define KMP_JOINT(name, chain) {#name, chain},
+#include "model/tables/joints.def"
+#undef KMP_JOINT
+};
+
+static const struct {
+    const char *joint, *closure;
+    int rows;
+    kmp_cut_axes axes;
+} cuts[] = {
+#define KMP_CUT(joint, closure, rows, axes) {#joint, #closure, rows, KMP_CUT_##axes},
+#include "model/tables/cuts.def"
+#undef KMP_CUT
+};
+
+enum { JOINTS = sizeof joints / sizeof joints[0], CUTS = sizeof cuts / sizeof cuts[0] };
+
+bool kmp_joint_kind_at(int k, kmp_joint_kind *kind)
+{
+    if (k >= JOINTS)
+        return false;
+    *kind = (kmp_joint_kind){.name = joints[k].name, .chain = joints[k].chain};
+    for (int i = 0; i < CUTS; i++)
+        if (strcmp(cuts[i].joint, kind->name) == 0) {
+            kind->closure = cuts[i].closure;
+            kind->rows = cuts[i].rows;
+            kind->axes = cuts[i].axes;
+        }
+    return true;
+}
+
+bool kmp_edge_must_stay(const kmp_edge *edge)
+{
+    return edge->own || edge->wish == KMP_CUT_NO || !edge->kind.closure || edge->need;
+}
+
+/* -- paths --------------------------------------------------------------------------------------- */
+
+static int other_end(const kmp_edge *edge, int body)
+{
+    return edge->body[0] == body ? edge->body[1] : edge->body[0];
+}
+
+/* In the tree, by the edges on which both bodies hang. */
+static int path_in_tree(kmp_linkage *g, int from, int to)
+{
+    int count = 0, tail = 0, *down = g->path + g->body_count;
+    int *place = g->group; /* of a body in the order reached */
+    for (int k = 0; k < g->body_count; k++)
+        place[g->order[k]] = k;
+    while (from != to)
+        if (place[from] > place[to]) {
+            g->path[count++] = g->by[from];
+            from = other_end(&g->edges[g->by[from]], from);
+        } else {
+            down[tail++] = g->by[to];
+            to = other_end(&g->edges[g->by[to]], to);
+        }
+    while (tail > 0)
+        g->path[count++] = down[--tail];
+    return count;
+}
+
+/* Among what stays, breadth first; `by` and `order` are free for it until there is a tree. */
+static int path_among_staying(kmp_linkage *g, int from, int to)
+{
+    int count = 1, length = 0;
+    for (int b = 0; b < g->body_count; b++)
+        g->by[b] = -1;
+    g->order[0] = to;
+    for (int k = 0; k < count; k++)
+        for (int e = 0; e < g->edge_count; e++) {
+            const kmp_edge *edge = &g->edges[e];
+            int here = g->order[k], there;
+            if (!edge->stays || (edge->body[0] != here && edge->body[1] != here))
+                continue;
+            there = other_end(edge, here);
+            if (there == to || g->by[there] >= 0)
+                continue;
+            g->by[there] = e;
+            g->order[count++] = there;
+        }
+    for (int b = from; b != to; b = other_end(&g->edges[g->by[b]], b))
+        g->path[length++] = g->by[b];
+    return length;
+}
+
+int kmp_linkage_path(kmp_linkage *g, int from, int to)
+{
+    return g->depth[0] < 0 ? path_among_staying(g, from, to) : path_in_tree(g, from, to);
+}
+
+/* -- what stays ---------------------------------------------------------------------------------- */
+
+static int root_of(const kmp_linkage *g, int body)
+{
+    while (g->group[body] != body)
+        body = g->group[body];
+    return body;
+}
+
+static bool join(kmp_linkage *g, const kmp_edge *edge)
+{
+    int a = root_of(g, edge->body[0]), b = root_of(g, edge->body[1]);
+    g->group[a > b ? a : b] = a > b ? b : a;
+    return a != b;
+}
+
+static void complain_loop(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
+{
+    int count = kmp_linkage_path(g, edge->body[0], edge->body[1]);
+    kmp_text reasons = {0};
+    const char *bodies = kmp_linkage_bodies(r, g, edge->body[0], count);
+    kmp_text_printf(&reasons, "%s (%s)", edge->name, kmp_edge_reason(r, edge));
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&reasons, ", %s (%s)", g->edges[g->path[k]].name, kmp_edge_reason(r, &g->edges[g->path[k]]));
+    if (reasons.failed)
+        r->scratch.failed = true;
+    kmp_reader_complain(r, edge->key->place,
+                        "%s: none of the joints of the loop %s may be cut: %s; one of them has to be let go",
+                        kmp_edge_what(r, edge), bodies, reasons.failed ? "" : reasons.s);
+    kmp_text_free(&reasons);
+    edge->faulty = true;
+}
+
+/* The place of a key of the joint, or of the joint. */
+static kmp_place place_of(const kmp_edge *edge, const char *key)
+{
+    const kmp_yaml *node = kmp_yaml_get(edge->map, key);
+    return node ? node->place : edge->key->place;
+}
+
+/* What is to be cut and cannot be. */
+static void check_wish(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
+{
+    if (edge->faulty || edge->wish != KMP_CUT_YES || !kmp_edge_must_stay(edge))
+        return;
+    if (!edge->kind.closure)
+        kmp_reader_complain(r, place_of(edge, "cut"),
+                            "%s: a %s cannot be cut, for no closure says what it does: cut another joint of its loop",
+                            kmp_edge_what(r, edge), edge->kind.name);
+    else
+        kmp_reader_complain(r, place_of(edge, "cut"),
+                            "%s: a cut joint has no coordinate, but %s: one of the two has to be left out",
+                            kmp_edge_what(r, edge), edge->need);
+    edge->faulty = g->broken = true;
+}
+
+/* Bodies' own joints first, then what the user wants, then what could not be otherwise. */
+static int rank_of_staying(const kmp_edge *edge)
+{
+    return edge->own ? 0 : edge->wish == KMP_CUT_NO ? 1 : !edge->kind.closure ? 2 : 3;
+}
+
+static void join_staying(kmp_reader *r, kmp_linkage *g)
+{
+    for (int rank = 0; rank < 4; rank++)
+        for (int e = 0; e < g->edge_count; e++) {
+            kmp_edge *edge = &g->edges[e];
+            if (edge->faulty || !kmp_edge_must_stay(edge) || rank_of_staying(edge) != rank)
+                continue;
+            if (join(g, edge))
+                edge->stays = true;
+            else
+                complain_loop(r, g, edge);
+        }
+}
+
+/* -- the tree ------------------------------------------------------------------------------------ */
+
+/* -1: not of its own accord. */
+static int rank_of(const kmp_edge *edge)
+{
+    if (edge->faulty || edge->wish == KMP_CUT_YES)
+        return -1;
+    if (edge->stays)
+        return 1000;
+    return edge->asked ? 0 : 2 * edge->kind.rows + (edge->start != NULL);
+}
+
+static bool is_reached(const kmp_linkage *g, int body)
+{
+    return g->depth[body] >= 0;
+}
+
+/* Both ends are reached, or neither is: it leads nowhere. */
+static bool leads_on(const kmp_linkage *g, const kmp_edge *edge)
+{
+    return is_reached(g, edge->body[0]) != is_reached(g, edge->body[1]);
+}
+
+static int depth_beyond(const kmp_linkage *g, const kmp_edge *edge)
+{
+    int from = edge->body[is_reached(g, edge->body[0]) ? 0 : 1];
+    return g->depth[from] + edge->freedoms;
+}
+
+/* The edge by which the tree grows, -1: none does. */
+static int next_edge(const kmp_linkage *g)
+{
+    int best = -1, best_rank = -1, best_depth = 0;
+    for (int e = 0; e < g->edge_count; e++) {
+        int rank = rank_of(&g->edges[e]);
+        if (rank < 0 || rank < best_rank || !leads_on(g, &g->edges[e]))
+            continue;
+        int depth = depth_beyond(g, &g->edges[e]);
+        if (rank == best_rank && depth >= best_depth)
+            continue;
+        best = e;
+        best_rank = rank;
+        best_depth = depth;
+    }
+    return best;
+}
+
+static void hang_by(kmp_linkage *g, int e, int *reached)
+{
+    kmp_edge *edge = &g->edges[e];
+    int depth = depth_beyond(g, edge);
+    edge->tree = true;
+    edge->reversed = is_reached(g, edge->body[1]);
+    int body = edge->body[edge->reversed ? 0 : 1];
+    g->depth[body] = depth;
+    g->by[body] = e;
+    g->order[(*reached)++] = body;
+}
+
+/* A joint that is to be cut but leads on from all that is reached, -1: none. */
+static int bridge(const kmp_linkage *g)
+{
+    for (int e = 0; e < g->edge_count; e++)
+        if (g->edges[e].wish == KMP_CUT_YES && !g->edges[e].faulty && leads_on(g, &g->edges[e]))
+            return e;
+    return -1;
+}
+
+static void complain_bridge(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
+{
+    const char *body = g->body_names[edge->body[is_reached(g, edge->body[0]) ? 1 : 0]];
+    kmp_reader_complain(r, place_of(edge, "cut"), "%s: it cannot be cut: nothing else joins body '%s' to the ground",
+                        kmp_edge_what(r, edge), body);
+    edge->wish = KMP_CUT_CHOICE;
+}
+
+/* The bodies that are joined to `body` and not to the ground, which count as reached from now on. */
+static const char *lost_with(kmp_reader *r, kmp_linkage *g, int body, int *reached)
+{
+    int first = *reached;
+    const char *names = g->body_names[body];
+    g->depth[body] = 0;
+    g->order[(*reached)++] = body;
+    for (int e = next_edge(g); e >= 0; e = next_edge(g)) {
+        hang_by(g, e, reached);
+        names = kmp_reader_say(r, "%s, %s", names, g->body_names[g->order[*reached - 1]]);
+    }
+    return *reached - first > 1 ? names : NULL;
+}
+
+static void complain_lost(kmp_reader *r, kmp_linkage *g, int body, int *reached)
+{
+    bool named = false;
+    for (int e = 0; e < g->edge_count; e++)
+        named = named || g->edges[e].body[0] == body || g->edges[e].body[1] == body;
+    const char *names = lost_with(r, g, body, reached);
+    if (g->broken)
+        return;
+    if (!named)
+        kmp_reader_complain(r, g->body_maps[body]->place,
+                            "body '%s' lacks the key 'joint', and no joint of 'joints' is on it", g->body_names[body]);
+    else
+        kmp_reader_complain(r, g->body_keys[body]->place,
+                            "body '%s' hangs on nothing: no joint leads from %s to the ground", g->body_names[body],
+                            names ? names : "it");
+}
+
+static void grow(kmp_reader *r, kmp_linkage *g)
+{
+    int reached = 1;
+    for (int b = 0; b < g->body_count; b++) {
+        g->depth[b] = g->by[b] = -1;
+        g->group[b] = b;
+    }
+    g->depth[0] = g->order[0] = 0;
+    for (int e = next_edge(g); e >= 0 || (e = bridge(g)) >= 0; e = next_edge(g)) {
+        if (g->edges[e].wish == KMP_CUT_YES)
+            complain_bridge(r, g, &g->edges[e]);
+        hang_by(g, e, &reached);
+    }
+    for (int b = 1; b < g->body_count; b++)
+        if (!is_reached(g, b))
+            complain_lost(r, g, b, &reached);
+}
+
+void kmp_linkage_choose(kmp_reader *r, kmp_linkage *g)
+{
+    for (int b = 0; b < g->body_count; b++) {
+        g->depth[b] = -1;
+        g->group[b] = b;
+    }
+    for (int e = 0; e < g->edge_count; e++)
+        check_wish(r, g, &g->edges[e]);
+    join_staying(r, g);
+    grow(r, g);
+}

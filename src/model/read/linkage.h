@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The graph of bodies and joints: which joints make the tree, and which are cut. Body 0 is the ground. */
+#ifndef KMP_MODEL_READ_LINKAGE_H
+#define KMP_MODEL_READ_LINKAGE_H
+
+#include "model/read/reading.h"
+
+typedef enum kmp_cut_axes { KMP_CUT_NONE, KMP_CUT_SAME, KMP_CUT_BOTH } kmp_cut_axes;
+
+/** A kind of joint: its rows of joints.def and of cuts.def. */
+typedef struct kmp_joint_kind {
+    const char *name, *chain;
+    const char *closure; /* NULL: it cannot be cut */
+    int rows;
+    kmp_cut_axes axes;
+} kmp_joint_kind;
+
+/** The k-th of all kinds; false after the last one. */
+bool kmp_joint_kind_at(int k, kmp_joint_kind *kind);
+
+typedef enum kmp_cut_wish { KMP_CUT_CHOICE, KMP_CUT_YES, KMP_CUT_NO } kmp_cut_wish;
+
+/** A joint between two bodies. Those that stand in a body are there to stay. */
+typedef struct kmp_edge {
+    const char *name; /* as the model has it */
+    const kmp_yaml *key, *map;
+    bool own;                 /* it stands in its second body */
+    int body[2];              /* the first and the second, as the joint's coordinates are counted */
+    const kmp_yaml *point[2]; /* BODY.POINT; of an own joint `at` and `to`, which may be absent */
+    kmp_joint_kind kind;      /* without a name: unknown, or motions */
+    int freedoms;
+    kmp_cut_wish wish;
+    const char *need;      /* why it must have a coordinate, NULL: it need not */
+    const char *asked;     /* the output that asks for its multipliers, NULL: none */
+    const kmp_yaml *start; /* a start value of it */
+    bool stays;            /* in the tree whatever else would be better (while choosing: joined to its group) */
+    bool tree, reversed;   /* chosen: in the tree; its second body carries the first */
+    bool faulty;           /* complained of: neither in the tree nor cut */
+    const kmp_yaml *made;  /* what stands for it: a joint, or a closure */
+} kmp_edge;
+
+struct kmp_linkage {
+    int body_count; /* ground included */
+    const char **body_names;
+    const kmp_yaml **body_keys, **body_maps; /* NULL for the ground */
+    kmp_edge *edges;
+    int edge_count;
+    bool broken;   /* an edge could not be read: what hangs on nothing is not complained of */
+    int *by;       /* edge by which a body hangs, -1 */
+    int *depth;    /* coordinates between the ground and a body */
+    int *order;    /* bodies in the order in which they were reached */
+    int *group;    /* bodies that what stays joins */
+    int *path;     /* edges of the last path found */
+    kmp_yaml cuts; /* the cut joints as a mapping of closures */
+};
+
+/** Whether a joint has to stay in the tree. */
+bool kmp_edge_must_stay(const kmp_edge *edge);
+
+/** Why: "force 'motor' acts on it". */
+const char *kmp_edge_reason(kmp_reader *r, const kmp_edge *edge);
+
+/** "joint 'A'", or "the joint of body 'a'". */
+const char *kmp_edge_what(kmp_reader *r, const kmp_edge *edge);
+
+/** Chooses the tree: the joints that must stay, then those whose cut has most rows, those with a start value before
+ *  others, those near the ground, the file's order. Complains of what is impossible. */
+void kmp_linkage_choose(kmp_reader *r, kmp_linkage *g);
+
+/** The edges between two bodies in order, of the tree or, while there is none, of what stays: g->path; their number. */
+int kmp_linkage_path(kmp_linkage *g, int from, int to);
+
+/** Sets need, asked and start of the edges by what stands elsewhere in the model. */
+void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g);
+
+/** Why a joint is cut, in words. */
+const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut);
+
+/** "ground, crank, rocker": the bodies of the path found from `from`. */
+const char *kmp_linkage_bodies(kmp_reader *r, const kmp_linkage *g, int from, int count);
+
+#endif

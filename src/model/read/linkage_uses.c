@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which joints must have a coordinate: what the rest of the model says of them. Expressions are only looked through for
+ * `q(JOINT)` and the like here; they are read when there are coordinates. */
+#include "model/read/linkage.h"
+#include <ctype.h>
+#include <string.h>
+
+typedef struct search {
+    kmp_reader *r;
+    kmp_linkage *g;
+    const char *reason; /* of what is found */
+} search;
+
+/* The joint that a coordinate `JOINT` or `JOINT.k` of a file belongs to; NULL: none of `joints`. */
+static kmp_edge *find_edge(const search *s, int file, const char *text, size_t length)
+{
+    const char *dot = memchr(text, '.', length);
+    const char *said = kmp_reader_say(s->r, "%.*s", (int)(dot ? dot - text : (ptrdiff_t)length), text);
+    const char *name = kmp_reader_name(s->r, file, said);
+    for (int e = 0; e < s->g->edge_count; e++)
+        if (!s->g->edges[e].own && strcmp(s->g->edges[e].name, name) == 0)
+            return &s->g->edges[e];
+    return NULL;
+}
+
+static void need(const search *s, int file, const char *text, size_t length)
+{
+    kmp_edge *edge = find_edge(s, file, text, length);
+    if (edge && !edge->need)
+        edge->need = s->reason;
+}
+
+static void need_node(const search *s, const kmp_yaml *node)
+{
+    if (node && node->kind == KMP_YAML_SCALAR)
+        need(s, node->place.file, node->text, strlen(node->text));
+}
+
+/* -- expressions and outputs ----------------------------------------------------------------------- */
+
+static bool in_name(char c)
+{
+    return isalnum((unsigned char)c) || c == '_' || c == '.' || (c & 0x80);
+}
+
+static bool is_word(const char *text, size_t length, const char *const *words)
+{
+    for (int k = 0; words[k]; k++)
+        if (strlen(words[k]) == length && strncmp(words[k], text, length) == 0)
+            return true;
+    return false;
+}
+
+static const char *skip_spaces(const char *s)
+{
+    return s + strspn(s, " \t");
+}
+
+/* Every WORD(NAME) of a text. */
+static void look_through(const search *s, const kmp_yaml *node)
+{
+    static const char *const coordinates[] = {"q", "qd", "qdd", "angle", NULL};
+    static const char *const multipliers[] = {"lambda", "reaction", "moment", NULL};
+    for (const char *at = node->text; *at;) {
+        if (!in_name(*at)) {
+            at++;
+            continue;
+        }
+        const char *word = at;
+        while (in_name(*at))
+            at++;
+        size_t length = (size_t)(at - word), count = 0;
+        const char *name = skip_spaces(at);
+        if (*name != '(')
+            continue;
+        name = skip_spaces(name + 1);
+        while (in_name(name[count]))
+            count++;
+        if (count == 0)
+            continue;
+        if (is_word(word, length, coordinates))
+            need(s, node->text_place.file, name, count);
+        kmp_edge *edge = is_word(word, length, multipliers) ? find_edge(s, node->text_place.file, name, count) : NULL;
+        if (edge && !edge->asked)
+            edge->asked = node->text;
+    }
+}
+
+static void look_into(const search *s, const kmp_yaml *node)
+{
+    if (node->kind == KMP_YAML_SCALAR)
+        look_through(s, node);
+    for (int k = 0; k < node->count; k++)
+        look_into(s, node->items[k]);
+}
+
+/* -- sections -------------------------------------------------------------------------------------- */
+
+/* Entries whose `joint` is a coordinate, and which may hold expressions. */
+static void search_entries(search *s, const char *section, const char *acts, const char *depends)
+{
+    const kmp_yaml *map = kmp_yaml_get(s->r->root, section);
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++) {
+        s->reason = kmp_reader_say(s->r, acts, map->keys[k]->text);
+        need_node(s, kmp_yaml_get(map->items[k], "joint"));
+        s->reason = kmp_reader_say(s->r, depends, map->keys[k]->text);
+        look_into(s, map->items[k]);
+        const kmp_yaml *coupler = kmp_yaml_get(map->items[k], "coupler");
+        for (int i = 0; coupler && coupler->kind == KMP_YAML_MAP && i < coupler->count; i++)
+            need_node(s, coupler->keys[i]);
+    }
+}
+
+static void search_list(search *s, const char *section, const char *key, const char *reason)
+{
+    const kmp_yaml *list = kmp_yaml_get(kmp_yaml_get(s->r->root, section), key);
+    s->reason = reason;
+    for (int k = 0; list && list->kind == KMP_YAML_LIST && k < list->count; k++)
+        need_node(s, list->items[k]);
+}
+
+static void search_keys(search *s, const char *section, const char *key, const char *reason)
+{
+    const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, section), key);
+    s->reason = reason;
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++)
+        need_node(s, map->keys[k]);
+}
+
+static void search_outputs(search *s)
+{
+    const kmp_yaml *list = kmp_yaml_get(kmp_yaml_get(s->r->root, "run"), "outputs");
+    for (int k = 0; list && list->kind == KMP_YAML_LIST && k < list->count; k++) {
+        s->reason = kmp_reader_say(s->r, "output %s asks for it", list->items[k]->text);
+        look_into(s, list->items[k]);
+    }
+}
+
+static void find_start(const search *s, const char *key)
+{
+    const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, "start"), key);
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++) {
+        const kmp_yaml *name = map->keys[k];
+        kmp_edge *edge = find_edge(s, name->place.file, name->text, strlen(name->text));
+        if (edge && !edge->start)
+            edge->start = name;
+    }
+}
+
+void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
+{
+    search s = {r, g, ""};
+    search_list(&s, "start", "hold", "the start holds it");
+    search_keys(&s, "start", "goals", "the start has a goal for it");
+    search_list(&s, "run", "independent", "it is asked for as independent");
+    search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
+    search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");
+    search_entries(&s, "loops", "loop '%s' depends on it", "loop '%s' depends on it");
+    search_entries(&s, "sensors", "sensor '%s' shows it", "sensor '%s' shows it");
+    search_outputs(&s);
+    find_start(&s, "q");
+    find_start(&s, "qd");
+}

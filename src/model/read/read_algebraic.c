@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Unknowns of equations, and expressions under a name. Each may use those before it. What depends on multipliers waits
+ * until the closures are read; closures cannot depend on it. */
+#include "model/read/reading.h"
+#include <ctype.h>
+#include <string.h>
+
+/* -- what depends on multipliers ---------------------------------------------------------------------- */
+
+static bool is_letter(char c)
+{
+    return isalnum((unsigned char)c) || c == '_' || (unsigned char)c >= 0x80;
+}
+
+/* Whether a text has a word. */
+static bool has_word(const char *text, const char *word)
+{
+    size_t length = strlen(word);
+    for (const char *s = strstr(text, word); s; s = strstr(s + 1, word))
+        if ((s == text || !is_letter(s[-1])) && !is_letter(s[length]))
+            return true;
+    return false;
+}
+
+/* The name that a file knows another one by; what that file does not know is long enough to be no word of it. */
+static const char *name_in(const kmp_reader *r, int file, const char *name)
+{
+    const kmp_include_instance *instance = kmp_reader_instance(r, file);
+    size_t length = instance ? strlen(instance->prefix) : 0;
+    return length > 0 && strncmp(name, instance->prefix, length) == 0 ? name + length : name;
+}
+
+/* Under a name, and with lambda in it or another one that waits. */
+static bool waits(const kmp_reader *r, const kmp_yaml *map, int i)
+{
+    const kmp_yaml *node = map->items[i];
+    if (node->kind != KMP_YAML_SCALAR || node->empty)
+        return false;
+    bool found = has_word(node->text, "lambda");
+    for (int k = 0; k < i && !found; k++) {
+        const kmp_unknowns *other = &r->model->unknowns[k];
+        found = other->late && has_word(node->text, name_in(r, node->text_place.file, other->name));
+    }
+    return found;
+}
+
+/* -- what occurs in them ------------------------------------------------------------------------------ */
+
+static bool is_same(const kmp_expr *a, const kmp_expr *b)
+{
+    return a->kind == b->kind && a->index == b->index && a->number == b->number;
+}
+
+/* Adds a leaf to a sum that has it not yet. */
+static void add_leaf(kmp_reader *r, const kmp_expr *leaf, const kmp_expr **sum)
+{
+    for (const kmp_expr *e = *sum; e; e = e->kind == KMP_EXPR_ADD ? e->b : NULL)
+        if (is_same(e->kind == KMP_EXPR_ADD ? e->a : e, leaf))
+            return;
+    kmp_expr *more = *sum ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
+    if (more)
+        *more = (kmp_expr){.kind = KMP_EXPR_ADD, .a = leaf, .b = *sum};
+    *sum = more ? more : leaf;
+}
+
+/* Of unknowns what they depend on stands below them. */
+static void add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum)
+{
+    if (!e)
+        return;
+    if (!e->a && e->kind != KMP_EXPR_NUMBER && e->kind != KMP_EXPR_UNKNOWN)
+        add_leaf(r, e, sum);
+    add_leaves(r, e->a, sum);
+    add_leaves(r, e->b, sum);
+    add_leaves(r, e->c, sum);
+}
+
+static bool occurs(const kmp_expr *e, int index, int number)
+{
+    return e && ((e->kind == KMP_EXPR_UNKNOWN && e->index == index && e->number == number) ||
+                 (e->kind != KMP_EXPR_UNKNOWN &&
+                  (occurs(e->a, index, number) || occurs(e->b, index, number) || occurs(e->c, index, number))));
+}
+
+/* -- reading ------------------------------------------------------------------------------------------ */
+
+static bool is_known_name(const kmp_reader *r, const char *name)
+{
+    const kempe_model *model = r->model;
+    for (int i = 0; i < model->table_count; i++)
+        if (strcmp(model->tables[i].name, name) == 0)
+            return true;
+    for (int i = 0; i < model->unknowns_count; i++) {
+        const kmp_unknowns *u = &model->unknowns[i];
+        if (u->count == 0 && strcmp(u->name, name) == 0)
+            return true;
+        for (int k = 0; k < u->count; k++)
+            if (strcmp(u->unknown[k], name) == 0)
+                return true;
+    }
+    return kmp_name_means_something(r, name);
+}
+
+static const char *read_new_name(kmp_reader *r, const kmp_yaml *key, const char *what, const char *name)
+{
+    if (kmp_read_name(r, key, what) && is_known_name(r, name))
+        kmp_reader_complain(r, key->place, "%s cannot be called '%s', which has a meaning already", what, name);
+    return kmp_arena_strdup(&r->model->arena, name);
+}
+
+/* The names come first, so that the equations know them. */
+static bool read_guesses(kmp_reader *r, const kmp_yaml *of, const char *what, kmp_unknowns *u)
+{
+    if (!kmp_read_map(r, of, what, NULL))
+        return false;
+    if (of->count < 1 || of->count > KMP_UNKNOWNS_MOST) {
+        kmp_reader_complain(r, of->place, "%s has %d names, and may have 1 to %d", what, of->count, KMP_UNKNOWNS_MOST);
+        return false;
+    }
+    for (int k = 0; k < of->count; k++) {
+        const kmp_yaml *key = of->keys[k];
+        const char *name = kmp_reader_name(r, key->place.file, key->text);
+        u->unknown[k] = read_new_name(r, key, "an unknown", name);
+        if (!u->unknown[k])
+            return false;
+        u->count = k + 1;
+        (void)kmp_read_number(r, of->items[k], kmp_reader_say(r, "the first guess of unknown '%s'", name), KMP_DIM_ANY,
+                              &u->guess[k]);
+    }
+    return true;
+}
+
+static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what, int index)
+{
+    kmp_unknowns *u = &r->model->unknowns[index];
+    const kmp_expr *leaves = NULL;
+    bool list = zero->kind == KMP_YAML_LIST, good = true;
+    int count = list ? zero->count : 1;
+    if (count != u->count) {
+        kmp_reader_complain(r, zero->place, "%s: %d unknown%s want%s as many expressions that are zero, not %d", what,
+                            u->count, u->count == 1 ? "" : "s", u->count == 1 ? "s" : "", count);
+        return;
+    }
+    for (int k = 0; k < count; k++) {
+        const char *which = kmp_reader_say(r, "%s, expression %d,", what, k + 1);
+        u->zero[k] = kmp_read_state(r, list ? zero->items[k] : zero, which, KMP_DIM_ANY);
+        good = good && u->zero[k];
+        add_leaves(r, u->zero[k], &leaves);
+    }
+    u->leaves = leaves;
+    for (int j = 0; good && j < u->count; j++) {
+        bool found = false;
+        for (int k = 0; k < count; k++)
+            found = found || occurs(u->zero[k], index, j);
+        if (!found)
+            kmp_reader_complain(r, zero->place, "%s: unknown '%s' does not occur in what is to be zero", what,
+                                u->unknown[j]);
+    }
+}
+
+static void read_entry(kmp_reader *r, const kmp_yaml *node, int index)
+{
+    static const char *const keys[] = {"of", "zero", NULL};
+    kmp_unknowns *u = &r->model->unknowns[index];
+    const char *what = kmp_reader_say(r, "algebraic '%s'", u->name);
+    if (node->kind == KMP_YAML_SCALAR) {
+        u->zero[0] = kmp_read_effort(r, node, what, KMP_DIM_ANY);
+        add_leaves(r, u->zero[0], &u->leaves);
+        return;
+    }
+    if (!kmp_read_map(r, node, what, keys))
+        return;
+    const kmp_yaml *of = kmp_read_required(r, node, what, "of"), *zero = kmp_read_required(r, node, what, "zero");
+    if (of && zero && read_guesses(r, of, kmp_reader_say(r, "%s: of", what), u))
+        read_equations(r, zero, what, index);
+}
+
+void kmp_read_unknowns(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    const kmp_yaml *map = kmp_yaml_get(r->root, "algebraic");
+    if (!map || !kmp_read_map(r, map, "algebraic", NULL))
+        return;
+    model->unknowns = KMP_ARENA_NEW(&model->arena, kmp_unknowns, map->count);
+    for (int i = 0; model->unknowns && i < map->count; i++) {
+        bool name = map->items[i]->kind == KMP_YAML_SCALAR;
+        const char *text = map->keys[i]->text;
+        model->unknowns[i].name = name ? read_new_name(r, map->keys[i], "a name of an expression", text)
+                                       : kmp_arena_strdup(&model->arena, text);
+        if (!model->unknowns[i].name)
+            return;
+        if (!name)
+            (void)kmp_read_name(r, map->keys[i], "a group of unknowns");
+        model->unknowns_count = i + !name; /* a name does not know itself */
+        model->unknowns[i].late = waits(r, map, i);
+        if (!model->unknowns[i].late)
+            read_entry(r, map->items[i], i);
+        model->unknowns_count = i + 1;
+    }
+}
+
+void kmp_read_late_unknowns(kmp_reader *r)
+{
+    const kmp_yaml *map = kmp_yaml_get(r->root, "algebraic");
+    for (int i = 0; i < r->model->unknowns_count; i++) {
+        if (r->model->unknowns[i].late)
+            read_entry(r, map->items[i], i);
+    }
+}

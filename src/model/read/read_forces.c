@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Force elements: the rows of forces.def. */
+#include "model/read/reading.h"
+#include "model/tables/force_table.h"
+#include <string.h>
+
+static const char *const force_keys[] = {"joint",
+                                         "spring",
+                                         "bushing",
+                                         "at",
+                                         "on",
+                                         "torque",
+                                         "force",
+                                         "stops",
+                                         "friction",
+                                         "stiffness",
+                                         "damping",
+                                         "free_length",
+                                         "rotational_stiffness",
+                                         "rotational_damping",
+                                         "preload",
+                                         NULL};
+
+static const char *const places[] = {"joint", "spring", "bushing", "at", "on"};
+
+enum { PLACES = sizeof places / sizeof places[0] };
+
+/* An element being read. */
+typedef struct element {
+    kmp_reader *r;
+    const kmp_yaml *map;
+    const char *what;
+    kmp_force *force;
+} element;
+
+/* -- which one ----------------------------------------------------------------------------------- */
+
+/* The key that says where it acts; `spring` says what it is when there is a joint. */
+static const char *find_place(const element *e)
+{
+    const char *place = NULL;
+    int found = 0;
+    bool joint = kmp_yaml_get(e->map, "joint");
+    for (int k = 0; k < PLACES; k++)
+        if (kmp_yaml_get(e->map, places[k]) && !(joint && strcmp(places[k], "spring") == 0)) {
+            place = places[k];
+            found++;
+        }
+    if (found == 1)
+        return place;
+    kmp_reader_complain(e->r, e->map->place,
+                        "%s: exactly one of the keys joint, spring, bushing, at, on is wanted, not %d", e->what, found);
+    return NULL;
+}
+
+static bool has_word(const element *e, const char *word)
+{
+    if (!word)
+        return true;
+    if (strcmp(word, "effort") == 0)
+        return kmp_yaml_get(e->map, "torque") || kmp_yaml_get(e->map, "force");
+    return kmp_yaml_get(e->map, word);
+}
+
+static void complain_words(const element *e, const char *place, int found)
+{
+    if (strcmp(place, "joint") == 0)
+        kmp_reader_complain(e->r, e->map->place,
+                            "%s: exactly one of the keys torque, force, spring, stops, friction is wanted beside "
+                            "'joint', not %d",
+                            e->what, found);
+    else
+        kmp_read_required(e->r, e->map, e->what, strcmp(place, "at") == 0 ? "force" : "torque");
+}
+
+static int find_kind(const element *e, const char *place)
+{
+    int kind = -1, found = 0;
+    for (int k = 0; k < KMP_FORCE_KINDS; k++)
+        if (strcmp(kmp_force_rows[k].place, place) == 0 && has_word(e, kmp_force_rows[k].word)) {
+            kind = k;
+            found++;
+        }
+    if (kind == KMP_FORCE_JOINT && kmp_yaml_get(e->map, "torque") && kmp_yaml_get(e->map, "force"))
+        found++;
+    if (found == 1)
+        return kind;
+    complain_words(e, place, found);
+    return -1;
+}
+
+/* -- numbers ------------------------------------------------------------------------------------- */
+
+static kmp_dimension dimension_of(const element *e, const kmp_force_field *field)
+{
+    bool rotation = e->force->motion >= 0 && e->r->model->motions[e->force->motion].rotation;
+    kmp_dimension d = kmp_dimension_power(rotation ? KMP_DIM_TORQUE : KMP_DIM_FORCE, field->effort);
+    d = kmp_dimension_times(d, rotation ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, field->coordinate);
+    return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
+}
+
+static void check_rule(const element *e, const kmp_yaml *node, const char *what, int k)
+{
+    kmp_field_rule rule = kmp_force_fields[k].rule;
+    for (int i = 0; i < kmp_force_fields[k].size; i++) {
+        double value = kmp_force_get(e->force, k)[i].value;
+        if (rule == KMP_FIELD_POSITIVE && !(value > 0))
+            kmp_reader_complain(e->r, node->place, "%s is %.6g: it must be positive", what, value);
+        if (rule == KMP_FIELD_NOT_NEGATIVE && value < 0)
+            kmp_reader_complain(e->r, node->place, "%s is %.6g: it must not be negative", what, value);
+    }
+}
+
+/* One number, or three: a list of them, or one for all. */
+static bool read_field(const element *e, const kmp_yaml *node, const char *what, int k)
+{
+    const kmp_force_field *field = &kmp_force_fields[k];
+    kmp_number *number = kmp_force_number(e->force, k);
+    if (field->size == 3 && node->kind == KMP_YAML_LIST)
+        return kmp_read_vector(e->r, node, what, dimension_of(e, field), number);
+    if (!kmp_read_number(e->r, node, what, dimension_of(e, field), number))
+        return false;
+    for (int i = 1; i < field->size; i++)
+        number[i] = number[0];
+    return true;
+}
+
+/* The numbers of the element, keys of `map`. */
+static void read_fields(const element *e, const kmp_yaml *map, const char *what)
+{
+    for (int k = 0; k < kmp_force_field_count; k++) {
+        const kmp_force_field *field = &kmp_force_fields[k];
+        if (field->kind != e->force->kind)
+            continue;
+        const char *key = e->force->motion < 0 ? field->key : kmp_force_key(e->r->model, e->force->motion, field->key);
+        const kmp_yaml *node = kmp_yaml_get(map, key);
+        if (!node && field->required)
+            kmp_read_required(e->r, map, what, key);
+        if (!node)
+            continue;
+        const char *name = kmp_reader_say(e->r, "the %s of %s", key, e->what);
+        if (read_field(e, node, name, k))
+            check_rule(e, node, name, k);
+    }
+}
+
+/* The keys of an element's own mapping. */
+static const char *const *keys_of(const element *e)
+{
+    const char **keys = KMP_ARENA_NEW(&e->r->scratch, const char *, kmp_force_field_count + 1);
+    int count = 0;
+    for (int k = 0; keys && k < kmp_force_field_count; k++)
+        if (kmp_force_fields[k].kind == e->force->kind)
+            keys[count++] = kmp_force_key(e->r->model, e->force->motion, kmp_force_fields[k].key);
+    return keys;
+}
+
+static void check_stops(const element *e, const kmp_yaml *map)
+{
+    kmp_force *force = e->force;
+    force->has_lower = kmp_yaml_get(map, "lower");
+    force->has_upper = kmp_yaml_get(map, "upper");
+    if (!force->has_lower && !force->has_upper)
+        kmp_reader_complain(e->r, map->place, "%s: at least one of the keys lower, upper is wanted", e->what);
+    else if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !e->r->wrong)
+        kmp_reader_complain(e->r, map->place, "%s: lower is %.6g, which is not below upper, %.6g", e->what,
+                            force->lower.value, force->upper.value);
+}
+
+/* -- elements ------------------------------------------------------------------------------------ */
+
+/* A rotation has a torque, a translation a force: the other word shows that another motion is meant. */
+static void read_effort(const element *e)
+{
+    kmp_reader *r = e->r;
+    const kmp_yaml *torque = kmp_yaml_get(e->map, "torque"), *effort = torque ? torque : kmp_yaml_get(e->map, "force");
+    int motion = e->force->motion;
+    kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_effort_dimension(r->model, motion);
+    if (effort && motion >= 0 && r->model->motions[motion].rotation != (effort == torque)) {
+        const kmp_motion *m = &r->model->motions[motion];
+        kmp_reader_complain(r, effort->place, "%s: '%s' is a %s, which takes a '%s', not a '%s'", e->what, m->name,
+                            m->rotation ? "rotation" : "translation", m->rotation ? "torque" : "force",
+                            m->rotation ? "force" : "torque");
+        wanted = KMP_DIM_ANY;
+    }
+    e->force->effort = kmp_read_effort(r, effort, e->what, wanted);
+}
+
+static void read_in_joint(const element *e)
+{
+    e->force->motion = kmp_read_motion(e->r, kmp_yaml_get(e->map, "joint"), e->what);
+    if (e->force->kind == KMP_FORCE_JOINT) {
+        read_effort(e);
+        return;
+    }
+    const kmp_yaml *map = kmp_yaml_get(e->map, kmp_force_rows[e->force->kind].word);
+    const char *what = kmp_reader_say(e->r, "%s of %s", kmp_force_rows[e->force->kind].word, e->what);
+    const char *const *keys = e->force->motion < 0 ? NULL : keys_of(e);
+    if (!keys || !kmp_read_map(e->r, map, what, keys))
+        return;
+    read_fields(e, map, what);
+    if (e->force->kind == KMP_FORCE_STOPS)
+        check_stops(e, map);
+}
+
+static void read_components(const element *e, const kmp_yaml *list, kmp_dimension wanted)
+{
+    if (!kmp_read_list(e->r, list, e->what, 3))
+        return;
+    for (int i = 0; i < 3; i++)
+        e->force->vector[i] =
+            kmp_read_effort(e->r, list->items[i], kmp_reader_say(e->r, "%s, component %d,", e->what, i + 1), wanted);
+}
+
+static void read_at_point(const element *e)
+{
+    const kmp_yaml *at = kmp_yaml_get(e->map, "at");
+    e->force->point[0] = kmp_read_point(e->r, at, e->what);
+    if (e->force->point[0] >= 0 && e->r->model->points[e->force->point[0]].body == 0)
+        kmp_reader_complain(e->r, at->place, "%s: the ground does not move: a force on it does nothing", e->what);
+    read_components(e, kmp_yaml_get(e->map, "force"), KMP_DIM_FORCE);
+}
+
+static void read_on_body(const element *e)
+{
+    const kmp_yaml *on = kmp_yaml_get(e->map, "on");
+    e->force->body = kmp_read_body(e->r, on, e->what);
+    if (e->force->body == 0)
+        kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it does nothing", e->what);
+    read_components(e, kmp_yaml_get(e->map, "torque"), KMP_DIM_TORQUE);
+}
+
+/* Keys that are known but belong to another kind. */
+static void refuse_others(const element *e, const char *place)
+{
+    const kmp_force_row *row = &kmp_force_rows[e->force->kind];
+    for (int i = 0; i < e->map->count; i++) {
+        const kmp_yaml *key = e->map->keys[i];
+        bool good = strcmp(key->text, place) == 0 || (row->word && strcmp(key->text, row->word) == 0);
+        if (row->word && strcmp(row->word, "effort") == 0)
+            good = good || strcmp(key->text, "torque") == 0 || strcmp(key->text, "force") == 0;
+        for (int k = 0; !row->word && k < kmp_force_field_count; k++)
+            good =
+                good || (kmp_force_fields[k].kind == e->force->kind && strcmp(key->text, kmp_force_fields[k].key) == 0);
+        for (int k = 0; force_keys[k] && !good; k++)
+            if (strcmp(force_keys[k], key->text) == 0)
+                kmp_reader_complain(e->r, e->map->items[i]->place,
+                                    "%s: the key '%s' does not belong to a force with the key '%s'", e->what, key->text,
+                                    place);
+    }
+}
+
+static void read_force(const element *e)
+{
+    if (!kmp_read_map(e->r, e->map, e->what, force_keys))
+        return;
+    const char *place = find_place(e);
+    int kind = place ? find_kind(e, place) : -1;
+    if (kind < 0)
+        return;
+    e->force->kind = (kmp_force_kind)kind;
+    if (strcmp(place, "joint") == 0) {
+        read_in_joint(e);
+    } else if (strcmp(place, "at") == 0) {
+        read_at_point(e);
+    } else if (strcmp(place, "on") == 0) {
+        read_on_body(e);
+    } else {
+        kmp_read_two_points(e->r, kmp_yaml_get(e->map, place), e->what, e->force->point);
+        read_fields(e, e->map, e->what);
+    }
+    refuse_others(e, place);
+}
+
+void kmp_read_forces(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    const kmp_yaml *map = kmp_yaml_get(r->root, "forces");
+    int count = map && kmp_read_map(r, map, "forces", NULL) ? map->count : 0;
+    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force, count + model->wheel_count);
+    if (!model->forces)
+        return;
+    for (int i = 0; i < count; i++) {
+        kmp_force *force = &model->forces[i];
+        kmp_read_name(r, map->keys[i], "a force");
+        force->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
+        if (!force->name)
+            return;
+        force->place = map->keys[i]->place;
+        force->motion = -1;
+        model->force_count++;
+        element e = {r, map->items[i], kmp_reader_say(r, "force '%s'", force->name), force};
+        read_force(&e);
+    }
+    kmp_add_wheel_forces(r);
+}

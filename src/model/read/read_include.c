@@ -1,0 +1,320 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Included models. The mappings of an included file are joined to those of the file that includes it before anything
+ * is read: the names that its keys give are prefixed here, names that it refers to where they are looked up
+ * (kmp_reader_name), by the file of the node that refers. Its ground is a point of the body that it is put on. */
+#include "base/file.h"
+#include "base/memory.h"
+#include "model/files/document.h"
+#include "model/limits.h"
+#include "model/read/reading.h"
+#include <string.h>
+
+static const char *const include_keys[] = {"file", "prefix", "at", "offset", "set", NULL};
+
+/* Parts that are joined, and whether their keys are new names (those of `start` are references). */
+static const char *const joined_parts[] = {"parameters", "tables", "profiles", "tracks", "algebraic", "bodies",
+                                           "wheels",     "joints", "loops",    "drives", "forces",    "sensors"};
+
+enum { JOINED_PARTS = sizeof joined_parts / sizeof joined_parts[0] };
+
+const kmp_include_instance *kmp_reader_instance(const kmp_reader *r, int file)
+{
+    for (int k = 0; k < r->instance_count; k++)
+        if (r->instances[k].file == file)
+            return &r->instances[k];
+    return NULL;
+}
+
+const char *kmp_reader_name(kmp_reader *r, int file, const char *name)
+{
+    const kmp_include_instance *instance = kmp_reader_instance(r, file);
+    if (!instance || !instance->prefix[0])
+        return name;
+    return kmp_reader_say(r, "%s%s", instance->prefix, name);
+}
+
+const char *kmp_reader_body_name(kmp_reader *r, int file, const char *name)
+{
+    const kmp_include_instance *instance = kmp_reader_instance(r, file);
+    if (!instance || strcmp(name, "ground") != 0)
+        return kmp_reader_name(r, file, name);
+    const char *at = instance->at ? instance->at->text : "ground";
+    return kmp_reader_body_name(r, instance->parent, kmp_reader_say(r, "%.*s", (int)strcspn(at, "."), at));
+}
+
+static bool includes(const kmp_reader *r, int outer, int file)
+{
+    const kmp_include_instance *up = kmp_reader_instance(r, file);
+    while (up && up->parent != outer)
+        up = kmp_reader_instance(r, up->parent);
+    return up;
+}
+
+bool kmp_reader_said(kmp_reader *r, const char *what, const kmp_yaml *again, kmp_place before)
+{
+    if (includes(r, before.file, again->place.file))
+        return true;
+    if (before.file == again->place.file)
+        kmp_reader_complain(r, again->place, "%s: '%s' is given twice", what, again->text);
+    else
+        kmp_reader_complain(r, again->place,
+                            "%s: '%s' is given twice, in %s:%d too, and neither file includes the other: say it in one "
+                            "that includes both",
+                            what, again->text, r->model->files[before.file], before.line);
+    return false;
+}
+
+/* -- loading ------------------------------------------------------------------------------------- */
+
+static const char *path_beside(kmp_reader *r, int file, const char *name)
+{
+    const char *from = r->model->files[file], *slash = strrchr(from, '/');
+    return name[0] == '/' || !slash ? name : kmp_reader_say(r, "%.*s%s", (int)(slash - from) + 1, from, name);
+}
+
+/* A file that is being included already, further up. */
+static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, const char *path)
+{
+    const kmp_include_instance *up;
+    int depth = 0;
+    for (int file = parent; file >= 0; file = up ? up->parent : -1, depth++) {
+        up = kmp_reader_instance(r, file);
+        if (strcmp(r->model->files[file], path) == 0 || depth > KMP_MOST_INCLUDE_LEVELS) {
+            kmp_reader_complain(r, node->place, "include: '%s' goes in a circle: it is being included already", path);
+            return true;
+        }
+    }
+    return false;
+}
+
+static const kmp_yaml *load(kmp_reader *r, const kmp_yaml *node, const char *path, int file)
+{
+    kempe_context *aside = kempe_context_new();
+    const kmp_yaml *root = NULL;
+    char *text = NULL;
+    size_t length;
+    kempe_status status = aside ? kmp_file_read(aside, path, &text, &length) : KEMPE_E_MEMORY;
+    if (status == KEMPE_E_MEMORY) {
+        r->scratch.failed = true;
+    } else if (status != KEMPE_OK) {
+        kmp_reader_complain(r, node->place, "include: %s", kempe_context_message(aside));
+    } else if (kmp_document_load(r->context, &r->scratch, path, file, text, length, &root) != KEMPE_OK) {
+        r->wrong = true;
+    }
+    kmp_free(text);
+    kempe_context_free(aside);
+    return root;
+}
+
+static bool check_root(kmp_reader *r, const kmp_yaml *root)
+{
+    if (root->kind != KMP_YAML_MAP) {
+        kmp_reader_complain(r, root->place, "a model is a mapping that begins with 'kempe: 1'");
+        return false;
+    }
+    const kmp_yaml *version = kmp_read_required(r, root, "the included model", "kempe");
+    if (version && strcmp(version->text, "1") != 0)
+        kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model language, not '%s'",
+                            version->text);
+    return kmp_read_map(r, root, "the included model", kmp_model_keys);
+}
+
+static kmp_include_instance *add_instance(kmp_reader *r)
+{
+    kmp_include_instance *list = KMP_ARENA_NEW(&r->scratch, kmp_include_instance, r->instance_count + 1);
+    if (!list)
+        return NULL;
+    if (r->instance_count > 0)
+        memcpy(list, r->instances, (size_t)r->instance_count * sizeof *list);
+    r->instances = list;
+    return &list[r->instance_count++];
+}
+
+/* -- joining ------------------------------------------------------------------------------------- */
+
+static const kmp_yaml *find_key(const kmp_yaml *map, const char *text)
+{
+    for (int i = 0; map && i < map->count; i++)
+        if (strcmp(map->keys[i]->text, text) == 0)
+            return map->keys[i];
+    return NULL;
+}
+
+static const kmp_yaml *rename_key(kmp_reader *r, const kmp_yaml *key, int file)
+{
+    kmp_yaml *copy = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
+    if (!copy)
+        return key;
+    *copy = *key;
+    copy->text = kmp_reader_name(r, file, key->text);
+    return copy;
+}
+
+/* Both maps in one; either may be NULL. `file`: of `more`, whose keys are new names; -1: they are references. */
+static const kmp_yaml *join_maps(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *more, int file)
+{
+    if (!more || more->kind != KMP_YAML_MAP || (map && map->kind != KMP_YAML_MAP && !map->empty))
+        return map ? map : more;
+    int count = map ? map->count : 0;
+    kmp_yaml *joined = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
+    const kmp_yaml **keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, count + more->count);
+    const kmp_yaml **items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, count + more->count);
+    if (!joined || !keys || !items)
+        return map;
+    *joined = map ? *map : *more;
+    joined->kind = KMP_YAML_MAP;
+    joined->empty = false;
+    joined->keys = keys;
+    joined->items = items;
+    joined->count = 0;
+    for (int i = 0; i < count; i++, joined->count++) {
+        keys[i] = map->keys[i];
+        items[i] = map->items[i];
+    }
+    for (int i = 0; i < more->count; i++) {
+        const kmp_yaml *key = file < 0 ? more->keys[i] : rename_key(r, more->keys[i], file);
+        const kmp_yaml *there = file < 0 ? NULL : find_key(map, key->text);
+        if (there) {
+            kmp_reader_complain(r, key->place, "the name '%s' stands already in %s:%d: another prefix is wanted",
+                                key->text, r->model->files[there->place.file], there->place.line);
+            continue;
+        }
+        keys[joined->count] = key;
+        items[joined->count++] = more->items[i];
+    }
+    return joined;
+}
+
+static const kmp_yaml *join_lists(kmp_reader *r, const kmp_yaml *list, const kmp_yaml *more)
+{
+    if (!list || !more || list->kind != KMP_YAML_LIST || more->kind != KMP_YAML_LIST)
+        return list ? list : more;
+    kmp_yaml *joined = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
+    const kmp_yaml **items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, list->count + more->count);
+    if (!joined || !items)
+        return list;
+    *joined = *list;
+    memcpy(items, list->items, (size_t)list->count * sizeof *items);
+    if (more->count > 0)
+        memcpy(items + list->count, more->items, (size_t)more->count * sizeof *items);
+    joined->items = items;
+    joined->count = list->count + more->count;
+    return joined;
+}
+
+/* `map` with another value of `key`. */
+static const kmp_yaml *with_item(kmp_reader *r, const kmp_yaml *map, const char *key, const kmp_yaml *item)
+{
+    kmp_yaml *changed = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1), *name = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
+    const kmp_yaml **keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, map->count + 1);
+    const kmp_yaml **items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, map->count + 1);
+    if (!item || !changed || !name || !keys || !items)
+        return map;
+    *changed = *map;
+    changed->keys = keys;
+    changed->items = items;
+    changed->count = 0;
+    *name = (kmp_yaml){.place = item->place, .text = key};
+    bool there = false;
+    for (int i = 0; i < map->count; i++) {
+        bool same = strcmp(map->keys[i]->text, key) == 0;
+        there = there || same;
+        keys[changed->count] = map->keys[i];
+        items[changed->count++] = same ? item : map->items[i];
+    }
+    if (!there) {
+        keys[changed->count] = name;
+        items[changed->count++] = item;
+    }
+    return changed;
+}
+
+/* The parameters of an included file, some of them set by who includes it. */
+static const kmp_yaml *set_parameters(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
+{
+    const kmp_yaml *parameters = kmp_yaml_get(root, "parameters");
+    if (!set || !kmp_read_map(r, set, "include set", NULL))
+        return root;
+    for (int i = 0; i < set->count; i++) {
+        const kmp_yaml *there = find_key(parameters, set->keys[i]->text);
+        kmp_nearest nearest = kmp_nearest_begin(set->keys[i]->text);
+        for (int k = 0; parameters && k < parameters->count; k++)
+            kmp_nearest_offer(&nearest, parameters->keys[k]->text);
+        if (parameters && there)
+            parameters = with_item(r, parameters, there->text, set->items[i]);
+        else
+            kmp_reader_complain_near(r, set->keys[i]->place, &nearest, "include set: '%s' has no parameter '%s'",
+                                     r->model->files[root->place.file], set->keys[i]->text);
+    }
+    return with_item(r, root, "parameters", parameters);
+}
+
+static const kmp_yaml *join_start(kmp_reader *r, const kmp_yaml *start, const kmp_yaml *more)
+{
+    if (!start || !more || start->kind != KMP_YAML_MAP || more->kind != KMP_YAML_MAP)
+        return start ? start : more;
+    start = with_item(r, start, "q", join_maps(r, kmp_yaml_get(start, "q"), kmp_yaml_get(more, "q"), -1));
+    start = with_item(r, start, "qd", join_maps(r, kmp_yaml_get(start, "qd"), kmp_yaml_get(more, "qd"), -1));
+    start = with_item(r, start, "goals", join_maps(r, kmp_yaml_get(start, "goals"), kmp_yaml_get(more, "goals"), -1));
+    return with_item(r, start, "hold", join_lists(r, kmp_yaml_get(start, "hold"), kmp_yaml_get(more, "hold")));
+}
+
+static void join(kmp_reader *r, const kmp_yaml *root, int file)
+{
+    for (int k = 0; k < JOINED_PARTS; k++) {
+        const char *part = joined_parts[k];
+        r->root =
+            with_item(r, r->root, part, join_maps(r, kmp_yaml_get(r->root, part), kmp_yaml_get(root, part), file));
+    }
+    r->root =
+        with_item(r, r->root, "start", join_start(r, kmp_yaml_get(r->root, "start"), kmp_yaml_get(root, "start")));
+}
+
+/* -- includes ------------------------------------------------------------------------------------ */
+
+static void include_all(kmp_reader *r, const kmp_yaml *root, int parent);
+
+static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
+{
+    if (node->kind != KMP_YAML_MAP) {
+        kmp_reader_complain(r, node->place, "an include is a mapping such as {file: leg.yaml, prefix: left_}");
+        return;
+    }
+    kmp_read_map(r, node, "an include", include_keys);
+    const kmp_yaml *name = kmp_read_required(r, node, "an include", "file"), *prefix = kmp_yaml_get(node, "prefix");
+    const char *word = name ? kmp_read_word(r, name, "file of an include") : NULL;
+    const char *own = prefix ? kmp_read_name(r, prefix, "the prefix of an include") : "";
+    const char *path = word ? path_beside(r, parent, word) : NULL;
+    if (!path || !own || goes_in_circle(r, name, parent, path))
+        return;
+    int file = kmp_reader_add_file(r, path);
+    const kmp_yaml *root = file < 0 ? NULL : load(r, name, path, file);
+    const char *whole = kmp_reader_say(r, "%s", kmp_reader_name(r, parent, own));
+    kmp_include_instance *instance = root && check_root(r, root) ? add_instance(r) : NULL;
+    if (!instance)
+        return;
+    *instance =
+        (kmp_include_instance){file, parent, whole, kmp_yaml_get(node, "at"), kmp_yaml_get(node, "offset"), root, -1};
+    join(r, set_parameters(r, root, kmp_yaml_get(node, "set")), file);
+    include_all(r, root, file);
+}
+
+static void include_all(kmp_reader *r, const kmp_yaml *root, int parent)
+{
+    const kmp_yaml *list = kmp_yaml_get(root, "include");
+    if (!list || !kmp_read_list(r, list, "include", -1))
+        return;
+    for (int i = 0; i < list->count; i++) {
+        if (r->instance_count == KMP_MOST_INCLUDES) {
+            kmp_reader_complain(r, list->items[i]->place, "include: more than %d files are included",
+                                KMP_MOST_INCLUDES);
+            return;
+        }
+        include_one(r, list->items[i], parent);
+    }
+}
+
+void kmp_read_includes(kmp_reader *r)
+{
+    include_all(r, r->root, 0);
+}

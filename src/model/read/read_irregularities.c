@@ -1,0 +1,182 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Irregularities of a track: tables over the arc length, or made of a spectrum. */
+#include "model/limits.h"
+#include "model/rail/wave_spectrum.h"
+#include "model/read/reading.h"
+#include "symbolic/table.h"
+#include <math.h>
+#include <string.h>
+
+/* The first ones name tables, in the order of kmp_irregularity. */
+static const char *const irregularity_keys[] = {"alignment", "level", "cross",       "gauge", "spectrum", "seed",
+                                                "from",      "to",    "wavelengths", "scale", NULL};
+static const char *const spectrum_keys[] = {"seed", "from", "to", "wavelengths", "scale"};
+
+static const double farthest = 1e6, finest = 1e-3; /* m */
+static const double largest_scale = 1000;
+
+typedef struct reading {
+    kmp_reader *r;
+    const kmp_yaml *map;
+    const char *what;
+    kmp_wave_spectrum *spectrum;
+} reading;
+
+static bool read_value(const reading *c, const kmp_yaml *node, const char *key, kmp_dimension wanted, double *value)
+{
+    kmp_number number;
+    if (!kmp_read_number(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), wanted, &number))
+        return false;
+    kmp_reader_fix(c->r, &number);
+    *value = number.value;
+    return true;
+}
+
+static bool read_kind(const reading *c, const kmp_yaml *node)
+{
+    const char *word = kmp_read_word(c->r, node, kmp_reader_say(c->r, "spectrum of %s", c->what));
+    if (!word)
+        return false;
+    kmp_nearest nearest = kmp_nearest_begin(word);
+    kmp_text words = {0};
+    for (int k = 0; kmp_wave_spectrum_word(k); k++) {
+        kmp_nearest_offer(&nearest, kmp_wave_spectrum_word(k));
+        kmp_text_printf(&words, "%s%s", k > 0 ? ", " : "", kmp_wave_spectrum_word(k));
+        if (strcmp(kmp_wave_spectrum_word(k), word) == 0)
+            c->spectrum->kind = k;
+    }
+    if (c->spectrum->kind < 0)
+        kmp_reader_complain_near(c->r, node->place, &nearest, "%s: spectra are %s, not '%s'", c->what,
+                                 words.failed ? "" : words.s, word);
+    c->r->scratch.failed = c->r->scratch.failed || words.failed;
+    kmp_text_free(&words);
+    return c->spectrum->kind >= 0;
+}
+
+static bool read_seed(const reading *c)
+{
+    const kmp_yaml *node = kmp_read_required(c->r, c->map, c->what, "seed");
+    double seed;
+    if (!node || !read_value(c, node, "seed", KMP_DIM_NUMBER, &seed))
+        return false;
+    if (seed >= 0 && seed <= 1e9 && seed == floor(seed)) {
+        c->spectrum->seed = seed;
+        return true;
+    }
+    kmp_reader_complain(c->r, node->place, "seed of %s is a whole number up to 1e9, not %.9g", c->what, seed);
+    return false;
+}
+
+static bool read_stretch(const reading *c)
+{
+    const kmp_yaml *from = kmp_yaml_get(c->map, "from"), *to = kmp_read_required(c->r, c->map, c->what, "to");
+    bool good = !from || read_value(c, from, "from", KMP_DIM_LENGTH, &c->spectrum->from);
+    if (!to || !read_value(c, to, "to", KMP_DIM_LENGTH, &c->spectrum->to) || !good)
+        return false;
+    if (fmax(fabs(c->spectrum->from), fabs(c->spectrum->to)) <= farthest)
+        return true;
+    kmp_reader_complain(c->r, to->place,
+                        "%s are made within %.9g m of the track's beginning, not from %.9g m to %.9g m", c->what,
+                        farthest, c->spectrum->from, c->spectrum->to);
+    return false;
+}
+
+static bool read_wavelengths(const reading *c)
+{
+    const kmp_yaml *list = kmp_yaml_get(c->map, "wavelengths");
+    double value[2];
+    if (!list)
+        return true;
+    const char *what = kmp_reader_say(c->r, "wavelengths of %s", c->what);
+    if (!kmp_read_list(c->r, list, what, 2) ||
+        !read_value(c, list->items[0], "wavelengths", KMP_DIM_LENGTH, &value[0]) ||
+        !read_value(c, list->items[1], "wavelengths", KMP_DIM_LENGTH, &value[1]))
+        return false;
+    if (value[0] >= finest && value[1] > value[0]) {
+        c->spectrum->shortest = value[0];
+        c->spectrum->longest = value[1];
+        return true;
+    }
+    kmp_reader_complain(c->r, list->place,
+                        "%s are the shortest and the longest one, at least %.9g m, not %.9g and %.9g", what, finest,
+                        value[0], value[1]);
+    return false;
+}
+
+static bool check_size(const reading *c)
+{
+    const kmp_wave_spectrum *s = c->spectrum;
+    bool waves = s->longest / s->shortest <= KMP_MOST_SPECTRUM_KNOTS, lasts = s->to - s->from >= s->shortest;
+    if (waves && lasts && kmp_wave_spectrum_knots(s) <= KMP_MOST_SPECTRUM_KNOTS)
+        return true;
+    if (!lasts)
+        kmp_reader_complain(c->r, c->map->place, "%s go from %.9g m to %.9g m, which is no wave of %.9g m", c->what,
+                            s->from, s->to, s->shortest);
+    else
+        kmp_reader_complain(c->r, c->map->place,
+                            "%s: too many waves of %.9g m to %.9g m over %.9g m; at most %d points are made, 16 a wave",
+                            c->what, s->shortest, s->longest, s->to - s->from, KMP_MOST_SPECTRUM_KNOTS);
+    return false;
+}
+
+static bool read_scale(const reading *c)
+{
+    const kmp_yaml *node = kmp_yaml_get(c->map, "scale");
+    double scale;
+    if (!node)
+        return true;
+    if (!read_value(c, node, "scale", KMP_DIM_NUMBER, &scale))
+        return false;
+    if (scale >= 0 && scale <= largest_scale) {
+        c->spectrum->scale = scale;
+        return true;
+    }
+    kmp_reader_complain(c->r, node->place, "scale of %s is a factor from 0 to %.9g, not %.9g", c->what, largest_scale,
+                        scale);
+    return false;
+}
+
+static bool read_spectrum(const reading *c)
+{
+    bool good = read_kind(c, kmp_yaml_get(c->map, "spectrum"));
+    good = read_seed(c) && good;
+    good = read_stretch(c) && good;
+    good = read_wavelengths(c) && good;
+    good = read_scale(c) && good;
+    return good && check_size(c);
+}
+
+static void make(const reading *c, kmp_irregularities *all)
+{
+    for (int k = 0; k < KMP_IRREGULARITIES; k++) {
+        if (all->named[k] || kmp_wave_spectrum_density(c->spectrum->kind, (kmp_irregularity)k, 1) == 0)
+            continue;
+        all->made[k] = kmp_wave_spectrum_make(c->spectrum, (kmp_irregularity)k);
+        if (!all->made[k])
+            c->r->scratch.failed = true;
+    }
+}
+
+void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track)
+{
+    kmp_irregularities *all = &track->irregularities;
+    all->spectrum = (kmp_wave_spectrum){.kind = -1, .shortest = 3, .longest = 100, .scale = 1};
+    reading c = {r, map, kmp_reader_say(r, "the irregularities of %s", what), &all->spectrum};
+    if (!map || !kmp_read_map(r, map, c.what, irregularity_keys))
+        return;
+    for (int k = 0; k < KMP_IRREGULARITIES; k++) {
+        const kmp_yaml *node = kmp_yaml_get(map, irregularity_keys[k]);
+        if (node)
+            all->named[k] = kmp_read_table_name(r, node, kmp_reader_say(r, "%s of %s", irregularity_keys[k], c.what));
+    }
+    if (kmp_yaml_get(map, "spectrum")) {
+        if (read_spectrum(&c) && !r->wrong)
+            make(&c, all);
+        return;
+    }
+    for (size_t k = 0; k < sizeof spectrum_keys / sizeof *spectrum_keys; k++) {
+        const kmp_yaml *node = kmp_yaml_get(map, spectrum_keys[k]);
+        if (node)
+            kmp_reader_complain(r, node->place, "%s have no spectrum, which %s belongs to", c.what, spectrum_keys[k]);
+    }
+}

@@ -1,0 +1,454 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Joints between two bodies. They are written out as what the rest of the reader knows, joints in bodies and closures,
+ * once it is chosen which of them make the tree. */
+#include "base/context.h"
+#include "model/read/linkage.h"
+#include <string.h>
+
+static const char *const edge_keys[] = {
+#define KMP_JOINT(name, chain) #name,
+#include "model/tables/joints.def"
+#undef KMP_JOINT
+    "axis", "axes", "pitch", "cut", NULL};
+
+/* -- nodes --------------------------------------------------------------------------------------- */
+
+static kmp_yaml *new_node(kmp_reader *r, kmp_yaml_kind kind, const kmp_yaml *place, int room)
+{
+    kmp_yaml *node = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
+    if (!node)
+        return NULL;
+    *node = (kmp_yaml){.kind = kind, .place = place->place, .text_place = place->text_place, .text = ""};
+    if (room > 0) {
+        node->keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, room);
+        node->items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, room);
+        if (!node->keys || !node->items)
+            return NULL;
+    }
+    return node;
+}
+
+static const kmp_yaml *word(kmp_reader *r, const char *text, const kmp_yaml *place)
+{
+    kmp_yaml *node = new_node(r, KMP_YAML_SCALAR, place, 0);
+    if (node)
+        node->text = text;
+    return node;
+}
+
+/* `map` has room. */
+static void put(kmp_reader *r, kmp_yaml *map, const char *key, const kmp_yaml *item)
+{
+    const kmp_yaml *name = map && map->keys && item ? word(r, key, item) : NULL;
+    if (!name)
+        return;
+    map->keys[map->count] = name;
+    map->items[map->count++] = item;
+}
+
+static const kmp_yaml *pair(kmp_reader *r, const kmp_yaml *a, const kmp_yaml *b, const kmp_yaml *place)
+{
+    kmp_yaml *list = new_node(r, KMP_YAML_LIST, place, 2);
+    if (!list)
+        return NULL;
+    list->items[0] = a;
+    list->items[1] = b;
+    list->count = 2;
+    return list;
+}
+
+static const kmp_yaml *direction(kmp_reader *r, const double axis[3], const kmp_yaml *place)
+{
+    kmp_yaml *list = new_node(r, KMP_YAML_LIST, place, 3);
+    for (int k = 0; list && k < 3; k++) {
+        kmp_text text = {0};
+        kmp_text_number(&text, axis[k]);
+        if (text.failed)
+            r->scratch.failed = true;
+        list->items[k] = word(r, text.failed ? "0" : kmp_reader_say(r, "%s", text.s), place);
+        list->count += list->items[k] != NULL;
+        kmp_text_free(&text);
+    }
+    return list;
+}
+
+/* -- bodies -------------------------------------------------------------------------------------- */
+
+/* Body of a point BODY.POINT, or of a body's name; -1 after a complaint. */
+static int find_body(kmp_reader *r, const kmp_linkage *g, const kmp_yaml *node, const char *what)
+{
+    const char *said = kmp_reader_say(r, "%.*s", (int)strcspn(node->text, "."), node->text);
+    const char *name = kmp_reader_body_name(r, node->place.file, said);
+    for (int b = 0; b < g->body_count; b++)
+        if (strcmp(g->body_names[b], name) == 0)
+            return b;
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int b = 0; b < g->body_count; b++)
+        kmp_nearest_offer(&nearest, g->body_names[b]);
+    if (strcmp(said, "ground") != 0)
+        kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown body '%s'", what, said);
+    return -1;
+}
+
+static int count_motions(const char *chain)
+{
+    return (int)strcspn(chain, "=") / 2;
+}
+
+/* The joint in a body; what is wrong with it is said when it is read. */
+static void take_own_joint(kmp_reader *r, kmp_linkage *g, int body)
+{
+    const kmp_yaml *joint = kmp_yaml_get(g->body_maps[body], "joint");
+    const kmp_yaml *at = kmp_yaml_get(joint, "at"), *name = kmp_yaml_get(joint, "name");
+    if (!joint)
+        return;
+    kmp_edge *edge = &g->edges[g->edge_count++];
+    *edge =
+        (kmp_edge){.name = g->body_names[body], .key = g->body_keys[body], .map = joint, .own = true, .made = joint};
+    edge->body[1] = body;
+    edge->point[0] = at;
+    edge->point[1] = kmp_yaml_get(joint, "to");
+    if (name && name->kind == KMP_YAML_SCALAR)
+        edge->name = kmp_reader_name(r, name->place.file, name->text);
+    const char *said = at && at->kind == KMP_YAML_SCALAR ? at->text : "ground";
+    said = kmp_reader_body_name(r, joint->place.file, kmp_reader_say(r, "%.*s", (int)strcspn(said, "."), said));
+    for (int b = 0; b < g->body_count; b++)
+        if (strcmp(g->body_names[b], said) == 0)
+            edge->body[0] = b;
+    edge->faulty = edge->body[0] == body;
+    const kmp_yaml *motions = kmp_yaml_get(joint, "motions");
+    edge->freedoms = motions ? motions->count : 0;
+    kmp_joint_kind kind;
+    for (int k = 0; kmp_joint_kind_at(k, &kind); k++)
+        if (kmp_yaml_get(joint, kind.name)) {
+            edge->kind = kind;
+            edge->freedoms = count_motions(kind.chain);
+        }
+}
+
+/* -- joints -------------------------------------------------------------------------------------- */
+
+static bool read_kind(kmp_reader *r, kmp_edge *edge, const char *what)
+{
+    int found = 0;
+    const char *names = NULL;
+    kmp_joint_kind kind;
+    for (int k = 0; kmp_joint_kind_at(k, &kind); k++) {
+        if (kmp_yaml_get(edge->map, kind.name) && found++ == 0)
+            edge->kind = kind;
+        if (strcmp(kind.name, "free") != 0)
+            names = names ? kmp_reader_say(r, "%s, %s", names, kind.name) : kind.name;
+    }
+    if (found == 1 && strcmp(edge->kind.name, "free") != 0)
+        return true;
+    if (found == 1)
+        kmp_reader_complain(r, edge->key->place,
+                            "%s: a free joint joins nothing: leave it out, or let a body without other joints hang by "
+                            "its own: joint: {free: x, at: ground}",
+                            what);
+    else
+        kmp_reader_complain(r, edge->map->place, "%s: exactly one of the keys %s is wanted, not %d", what, names,
+                            found);
+    return false;
+}
+
+/* What does not go with the kind. */
+static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *what)
+{
+    const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
+    const kmp_yaml *pitch = kmp_yaml_get(edge->map, "pitch");
+    const char *chain = edge->kind.chain;
+    if (axis && axes)
+        kmp_reader_complain(r, edge->map->place, "%s: 'axis' and 'axes' exclude each other", what);
+    else if (axis && !chain[0])
+        kmp_reader_complain(r, axis->place, "%s: a %s has no axis", what, edge->kind.name);
+    else if (axes && !strchr(chain, 'b'))
+        kmp_reader_complain(r, axes->place, "%s: a %s has no two axes: turn the axes of one of the points instead",
+                            what, edge->kind.name);
+    else if (axes)
+        kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2);
+    if (pitch && !strchr(chain, '='))
+        kmp_reader_complain(r, pitch->place, "%s: only a screw has a pitch", what);
+}
+
+static void read_wish(kmp_reader *r, kmp_edge *edge, const char *what)
+{
+    const kmp_yaml *cut = kmp_yaml_get(edge->map, "cut");
+    if (!cut)
+        return;
+    edge->wish = strcmp(cut->text, "yes") == 0  ? KMP_CUT_YES
+                 : strcmp(cut->text, "no") == 0 ? KMP_CUT_NO
+                                                : KMP_CUT_CHOICE;
+    if (edge->wish == KMP_CUT_CHOICE)
+        kmp_reader_complain(r, cut->place, "%s: cut is 'yes', 'no' or absent", what);
+}
+
+static bool read_ends(kmp_reader *r, const kmp_linkage *g, kmp_edge *edge, const char *what)
+{
+    const kmp_yaml *points = kmp_yaml_get(edge->map, edge->kind.name);
+    bool good = kmp_read_list(r, points, what, 2);
+    for (int k = 0; k < 2 && good; k++) {
+        edge->point[k] = points->items[k];
+        const char *text = kmp_read_word(r, edge->point[k], what);
+        if (text && !strchr(text, '.'))
+            kmp_reader_complain(r, edge->point[k]->place, "%s: a point is written BODY.POINT, not '%s'", what, text);
+        edge->body[k] = text && strchr(text, '.') ? find_body(r, g, edge->point[k], what) : -1;
+    }
+    if (!good || edge->body[0] < 0 || edge->body[1] < 0)
+        return false;
+    if (edge->body[0] != edge->body[1])
+        return true;
+    kmp_reader_complain(r, points->place, "%s: both points are on body '%s'", what, g->body_names[edge->body[0]]);
+    return false;
+}
+
+/* A joint is called like nothing that it could become. */
+static void check_name(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge)
+{
+    static const char *const sections[][2] = {{"loops", "loop"}, {"drives", "drive"}};
+    kmp_read_name(r, edge->key, "a joint");
+    for (int k = 0; k < 2; k++)
+        if (kmp_yaml_get(kmp_yaml_get(r->root, sections[k][0]), edge->name))
+            kmp_reader_complain(r, edge->key->place,
+                                "a joint cannot be called '%s', like a %s: when it is cut, lambda(%s) is one of them",
+                                edge->name, sections[k][1], edge->name);
+    for (const kmp_edge *other = g->edges; other < edge; other++)
+        if (other->own && strcmp(other->name, edge->name) == 0)
+            kmp_reader_complain(r, edge->key->place, "duplicate joint '%s': it is also the joint of body '%s'",
+                                edge->name, other->key->text);
+}
+
+static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const kmp_yaml *map)
+{
+    kmp_edge *edge = &g->edges[g->edge_count++];
+    *edge = (kmp_edge){.name = kmp_arena_strdup(&r->model->arena, key->text), .key = key, .map = map, .faulty = true};
+    edge->body[0] = edge->body[1] = -1;
+    if (!edge->name)
+        edge->name = "";
+    const char *what = kmp_edge_what(r, edge);
+    check_name(r, g, edge);
+    bool good = map->kind == KMP_YAML_MAP;
+    if (!good)
+        kmp_reader_complain(r, map->place, "%s must be a mapping such as {revolute: [ground.O, crank.O]}", what);
+    if (good) {
+        kmp_read_map(r, map, what, edge_keys);
+        read_wish(r, edge, what);
+    }
+    if (good && read_kind(r, edge, what)) {
+        check_edge_keys(r, edge, what);
+        edge->freedoms = count_motions(edge->kind.chain);
+        edge->faulty = !read_ends(r, g, edge, what);
+    }
+    g->broken = g->broken || edge->faulty;
+}
+
+/* -- what stands for them -------------------------------------------------------------------------- */
+
+/* The value of the joint's kind as it stands in a body. */
+static const kmp_yaml *axis_of(kmp_reader *r, const kmp_edge *edge)
+{
+    const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
+    if (!edge->kind.chain[0])
+        return word(r, "yes", edge->key);
+    return axes ? axes : axis ? axis : word(r, "z", edge->key);
+}
+
+static const kmp_yaml *make_joint(kmp_reader *r, const kmp_edge *edge)
+{
+    kmp_yaml *joint = new_node(r, KMP_YAML_MAP, edge->map, 5);
+    const kmp_yaml *pitch = kmp_yaml_get(edge->map, "pitch");
+    put(r, joint, edge->kind.name, axis_of(r, edge));
+    put(r, joint, "at", edge->point[edge->reversed ? 1 : 0]);
+    put(r, joint, "to", edge->point[edge->reversed ? 0 : 1]);
+    if (pitch)
+        put(r, joint, "pitch", pitch);
+    if (edge->reversed)
+        put(r, joint, "reversed", word(r, "yes", edge->key));
+    return joint;
+}
+
+/* A body's name in its own file. */
+static const char *name_in_file(kmp_reader *r, const kmp_linkage *g, int body)
+{
+    if (body == 0)
+        return "ground";
+    const kmp_include_instance *instance = kmp_reader_instance(r, g->body_keys[body]->place.file);
+    return g->body_names[body] + (instance ? strlen(instance->prefix) : 0);
+}
+
+/* A body's own joint, by which the body now carries what it hung on. */
+static const kmp_yaml *turn_own_joint(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge)
+{
+    static const char *const ends[] = {"at", "to", "reversed", NULL};
+    kmp_yaml *joint = new_node(r, KMP_YAML_MAP, edge->map, edge->map->count + 3);
+    const char *name = name_in_file(r, g, edge->body[1]);
+    const kmp_yaml *to = edge->point[1], *at = edge->point[0];
+    for (int k = 0; joint && k < edge->map->count; k++) {
+        bool end = false;
+        for (int i = 0; ends[i]; i++)
+            end = end || strcmp(edge->map->keys[k]->text, ends[i]) == 0;
+        if (!end)
+            put(r, joint, edge->map->keys[k]->text, edge->map->items[k]);
+    }
+    if (to)
+        name = strchr(to->text, '.') ? to->text : kmp_reader_say(r, "%s.%s", name, to->text);
+    put(r, joint, "at", word(r, name, to ? to : edge->key));
+    if (at && (strchr(at->text, '.') || strcmp(at->text, "ground") == 0))
+        put(r, joint, "to", at);
+    if (!kmp_yaml_get(edge->map, "reversed"))
+        put(r, joint, "reversed", word(r, "yes", edge->key));
+    return joint;
+}
+
+/* Both axes of a joint with two: of the first point, and of the second. */
+static const kmp_yaml *both_axes(kmp_reader *r, const kmp_edge *edge)
+{
+    double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+    const kmp_yaml *axes = kmp_yaml_get(edge->map, "axes"), *axis = axis_of(r, edge);
+    if (axes || !axis)
+        return axes;
+    kmp_read_chain_axes(r, edge->kind.chain, axis, kmp_edge_what(r, edge), m);
+    const double b[3] = {m[0][1], m[1][1], m[2][1]};
+    return pair(r, axis, direction(r, b, axis), axis);
+}
+
+static const kmp_yaml *make_closure(kmp_reader *r, const kmp_edge *edge)
+{
+    kmp_yaml *closure = new_node(r, KMP_YAML_MAP, edge->map, 2);
+    const kmp_yaml *axes = kmp_yaml_get(edge->map, "axes");
+    put(r, closure, edge->kind.closure, kmp_yaml_get(edge->map, edge->kind.name));
+    if (edge->kind.axes == KMP_CUT_BOTH)
+        put(r, closure, "axes", both_axes(r, edge));
+    if (edge->kind.axes == KMP_CUT_SAME)
+        put(r, closure, "axis", axes && axes->count > 0 ? axes->items[0] : axis_of(r, edge));
+    return closure;
+}
+
+static void add_cut(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
+{
+    kempe_model *model = r->model;
+    kmp_cut *cut = &model->cuts[model->cut_count];
+    const char *why = r->wrong ? "" : kmp_linkage_why(r, g, edge);
+    const char *bodies =
+        kmp_linkage_bodies(r, g, edge->body[0], r->wrong ? 0 : kmp_linkage_path(g, edge->body[0], edge->body[1]));
+    *cut =
+        (kmp_cut){.joint = edge->name, .kind = edge->kind.name, .closure = edge->kind.closure, .rows = edge->kind.rows};
+    cut->loop = kmp_arena_strdup(&model->arena, bodies);
+    cut->why = kmp_arena_strdup(&model->arena, why);
+    cut->start_unused = edge->start != NULL;
+    if (!cut->loop || !cut->why)
+        return;
+    model->cut_count++;
+    if (edge->start && !r->wrong)
+        kmp_log(r->context, KEMPE_LOG_WARNING,
+                "joint '%s' is cut and has no coordinate: its start value is not used (cut: no keeps the joint)",
+                edge->name);
+    edge->made = make_closure(r, edge);
+    g->cuts.keys[g->cuts.count] = edge->key;
+    g->cuts.items[g->cuts.count++] = edge->made;
+}
+
+static void make_all(kmp_reader *r, kmp_linkage *g)
+{
+    r->model->cuts = KMP_ARENA_NEW(&r->model->arena, kmp_cut, g->edge_count);
+    g->cuts = (kmp_yaml){.kind = KMP_YAML_MAP,
+                         .text = "",
+                         .keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, g->edge_count),
+                         .items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, g->edge_count)};
+    if (!r->model->cuts || !g->cuts.keys || !g->cuts.items)
+        return;
+    for (int e = 0; e < g->edge_count; e++) {
+        kmp_edge *edge = &g->edges[e];
+        if (edge->tree && edge->own)
+            edge->made = edge->reversed ? turn_own_joint(r, g, edge) : edge->map;
+        else if (edge->tree)
+            edge->made = make_joint(r, edge);
+        else if (!edge->faulty && !edge->own)
+            add_cut(r, g, edge);
+    }
+}
+
+/* -- all ----------------------------------------------------------------------------------------- */
+
+static kmp_linkage *new_linkage(kmp_reader *r, int bodies, int joints)
+{
+    kmp_linkage *g = KMP_ARENA_NEW(&r->scratch, kmp_linkage, 1);
+    int n = bodies + 1;
+    if (!g)
+        return NULL;
+    g->body_names = KMP_ARENA_NEW(&r->scratch, const char *, n);
+    g->body_keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, n);
+    g->body_maps = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, n);
+    g->edges = KMP_ARENA_NEW(&r->scratch, kmp_edge, bodies + joints);
+    g->by = KMP_ARENA_NEW(&r->scratch, int, n);
+    g->depth = KMP_ARENA_NEW(&r->scratch, int, n);
+    g->order = KMP_ARENA_NEW(&r->scratch, int, n);
+    g->group = KMP_ARENA_NEW(&r->scratch, int, n);
+    g->path = KMP_ARENA_NEW(&r->scratch, int, 2 * n);
+    return r->scratch.failed ? NULL : g;
+}
+
+void kmp_read_linkage(kmp_reader *r, const kmp_yaml *bodies)
+{
+    const kmp_yaml *map = kmp_yaml_get(r->root, "joints");
+    if (!map || !kmp_read_map(r, map, "joints", NULL) || map->count == 0)
+        return;
+    kmp_linkage *g = new_linkage(r, bodies->count, map->count);
+    if (!g)
+        return;
+    g->body_count = bodies->count + 1;
+    g->body_names[0] = "ground";
+    for (int b = 1; b < g->body_count; b++) {
+        g->body_keys[b] = bodies->keys[b - 1];
+        g->body_maps[b] = bodies->items[b - 1];
+        g->body_names[b] = g->body_keys[b]->text;
+    }
+    for (int b = 1; b < g->body_count; b++)
+        take_own_joint(r, g, b);
+    for (int k = 0; k < map->count; k++)
+        take_edge(r, g, map->keys[k], map->items[k]);
+    kmp_linkage_find_uses(r, g);
+    kmp_linkage_choose(r, g);
+    make_all(r, g);
+    r->linkage = g;
+}
+
+const kmp_yaml *kmp_linkage_joint(const kmp_linkage *g, int body)
+{
+    int e = g->by[body];
+    if (e >= 0)
+        return g->edges[e].made;
+    return NULL;
+}
+
+const kmp_yaml *kmp_linkage_cuts(const kmp_reader *r)
+{
+    return r->linkage ? &r->linkage->cuts : NULL;
+}
+
+const char *kmp_linkage_name(const kmp_reader *r, const kmp_yaml *made)
+{
+    for (int e = 0; r->linkage && made && e < r->linkage->edge_count; e++)
+        if (r->linkage->edges[e].made == made)
+            return r->linkage->edges[e].name;
+    return NULL;
+}
+
+const char *kmp_linkage_what(kmp_reader *r, const kmp_yaml *made)
+{
+    for (int e = 0; r->linkage && made && e < r->linkage->edge_count; e++)
+        if (r->linkage->edges[e].made == made)
+            return kmp_edge_what(r, &r->linkage->edges[e]);
+    return NULL;
+}
+
+kmp_linked kmp_linkage_find(const kmp_reader *r, const char *coordinate)
+{
+    size_t length = strcspn(coordinate, ".");
+    for (int e = 0; r->linkage && e < r->linkage->edge_count; e++) {
+        const kmp_edge *edge = &r->linkage->edges[e];
+        if (!edge->own && strlen(edge->name) == length && strncmp(edge->name, coordinate, length) == 0)
+            return edge->tree ? KMP_LINKED_TREE : KMP_LINKED_CUT;
+    }
+    return KMP_LINKED_NOT;
+}

@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Mass, centre of mass and inertia, and whether a body can have them. */
+#include "model/read/reading.h"
+#include <math.h>
+#include <string.h>
+
+static const char *const inertia_keys[] = {"xx", "yy", "zz", "xy", "xz", "yz", "as_given", NULL};
+
+/* Published data is rounded: a flat body's xx + yy may fall short of zz by that much. */
+static const double slack = 1e-4;
+
+/* A body's second moments P = tr(I)/2 - I are a sum of m r r' and so have no negative principal minor; then I
+ * has none either, and its principal moments fulfil the triangle inequality. P is scaled to trace 1. */
+static bool is_possible(const kmp_number inertia[6])
+{
+    double half = (inertia[0].value + inertia[1].value + inertia[2].value) / 2;
+    double p[6];
+    bool nothing = true;
+    for (int i = 0; i < 6; i++)
+        nothing = nothing && inertia[i].value == 0;
+    if (!(half > 0))
+        return nothing;
+    for (int i = 0; i < 6; i++)
+        p[i] = ((i < 3 ? half : 0) - inertia[i].value) / half;
+    double xx = p[0], yy = p[1], zz = p[2], xy = p[3], xz = p[4], yz = p[5];
+    double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+    return xx >= -slack && yy >= -slack && zz >= -slack && xx * yy - xy * xy >= -slack && xx * zz - xz * xz >= -slack &&
+           yy * zz - yz * yz >= -slack && determinant >= -slack;
+}
+
+static bool is_as_given(kmp_reader *r, const kmp_yaml *node)
+{
+    const kmp_yaml *word = kmp_yaml_get(node, "as_given");
+    if (word && (word->kind != KMP_YAML_SCALAR || strcmp(word->text, "yes") != 0))
+        kmp_reader_complain(r, word->place, "an inertia that is taken as it stands says 'as_given: yes'");
+    return word;
+}
+
+static void say_impossible(kmp_reader *r, const kmp_yaml *node, kmp_place place, const char *sentence)
+{
+    if (is_as_given(r, node))
+        kmp_log(r->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s; it is taken as given", r->model->files[place.file],
+                place.line, place.column, sentence);
+    else
+        kmp_reader_complain(r, place, "%s", sentence);
+}
+
+static bool check_diagonal(kmp_reader *r, const kmp_yaml *node, const kmp_body *body)
+{
+    bool good = true;
+    for (int i = 0; i < 3; i++)
+        if (body->inertia[i].value < 0) {
+            say_impossible(r, node, kmp_yaml_get(node, inertia_keys[i])->place,
+                           kmp_reader_say(r, "the inertia of body '%s' is impossible: %s = %.6g is negative",
+                                          body->name, inertia_keys[i], body->inertia[i].value));
+            good = false;
+        }
+    return good;
+}
+
+static void check_tensor(kmp_reader *r, const kmp_yaml *node, const kmp_body *body)
+{
+    double scale = 0;
+    for (int i = 0; i < 3; i++)
+        scale = fmax(scale, body->inertia[i].value);
+    for (int i = 0; i < 3; i++) {
+        double two = body->inertia[(i + 1) % 3].value + body->inertia[(i + 2) % 3].value;
+        if (body->inertia[i].value <= two + slack * scale)
+            continue;
+        say_impossible(r, node, node->place,
+                       kmp_reader_say(r,
+                                      "the inertia of body '%s' is impossible: %s = %.6g is more than %s + %s = %.6g",
+                                      body->name, inertia_keys[i], body->inertia[i].value, inertia_keys[(i + 1) % 3],
+                                      inertia_keys[(i + 2) % 3], two));
+        return;
+    }
+    if (!is_possible(body->inertia))
+        say_impossible(r, node, node->place,
+                       kmp_reader_say(r,
+                                      "the inertia of body '%s' is impossible: its products xy, xz, yz are too large "
+                                      "for its moments (no distribution of mass has them)",
+                                      body->name));
+}
+
+static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
+{
+    const char *what = kmp_reader_say(r, "the inertia of body '%s'", body->name);
+    bool good = true, complete = true;
+    if (!kmp_read_map(r, node, what, inertia_keys))
+        return;
+    (void)is_as_given(r, node);
+    for (int i = 0; i < 6; i++) {
+        const kmp_yaml *entry = kmp_yaml_get(node, inertia_keys[i]);
+        if (entry &&
+            !kmp_read_number(r, entry, kmp_reader_say(r, "inertia %s of body '%s'", inertia_keys[i], body->name),
+                             KMP_DIM_INERTIA, &body->inertia[i]))
+            good = false;
+        if (!entry && i < 3)
+            complete = false;
+    }
+    /* plane data gives zz alone: what is absent can then not be judged */
+    if (good && check_diagonal(r, node, body) && complete)
+        check_tensor(r, node, body);
+}
+
+void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, kmp_body *body)
+{
+    const kmp_yaml *mass = kmp_yaml_get(map, "mass");
+    const kmp_yaml *com = kmp_yaml_get(map, "com");
+    const kmp_yaml *inertia = kmp_yaml_get(map, "inertia");
+    if (mass &&
+        kmp_read_number(r, mass, kmp_reader_say(r, "the mass of body '%s'", body->name), KMP_DIM_MASS, &body->mass) &&
+        body->mass.value < 0)
+        kmp_reader_complain(r, mass->place, "the mass of body '%s' is negative: %.6g", body->name, body->mass.value);
+    if (com)
+        kmp_read_vector(r, com, kmp_reader_say(r, "the com of body '%s'", body->name), KMP_DIM_LENGTH, body->com);
+    if (inertia)
+        read_inertia(r, inertia, body);
+}

@@ -1,0 +1,197 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Points of a curve: two lists in the file, or two columns of a CSV file beside it. */
+#include "base/file.h"
+#include "base/memory.h"
+#include "model/read/reading.h"
+#include <string.h>
+
+typedef kmp_points points;
+
+static bool make_room(points *p, int count)
+{
+    p->x = KMP_ARENA_NEW(&p->r->scratch, double, count);
+    p->y = KMP_ARENA_NEW(&p->r->scratch, double, count);
+    p->place = KMP_ARENA_NEW(&p->r->scratch, kmp_place, count);
+    return p->x && p->y && p->place;
+}
+
+/* -- points in the file -------------------------------------------------------------------------- */
+
+static bool read_numbers(points *p, const kmp_yaml *list, const char *key, double *values)
+{
+    bool good = true;
+    for (int i = 0; i < list->count; i++) {
+        kmp_number number;
+        const char *what = kmp_reader_say(p->r, "%s, %s %d,", p->what, key, i + 1);
+        if (kmp_read_number(p->r, list->items[i], what, p->dimension, &number)) {
+            values[i] = number.value;
+            kmp_reader_fix(p->r, &number);
+        } else {
+            good = false;
+        }
+    }
+    return good;
+}
+
+static bool read_lists(points *p)
+{
+    const kmp_yaml *x = kmp_read_required(p->r, p->map, p->what, p->key[0]),
+                   *y = kmp_read_required(p->r, p->map, p->what, p->key[1]);
+    if (!x || !y || !kmp_read_list(p->r, x, kmp_reader_say(p->r, "%s of %s", p->key[0], p->what), -1) ||
+        !kmp_read_list(p->r, y, kmp_reader_say(p->r, "%s of %s", p->key[1], p->what), -1))
+        return false;
+    if (x->count != y->count) {
+        kmp_reader_complain(p->r, y->place, "%s: %s has %d numbers, %s has %d", p->what, p->key[0], x->count, p->key[1],
+                            y->count);
+        return false;
+    }
+    if (!make_room(p, x->count))
+        return false;
+    p->count = x->count;
+    for (int i = 0; i < x->count; i++)
+        p->place[i] = x->items[i]->place;
+    bool good = read_numbers(p, x, p->key[0], p->x);
+    return read_numbers(p, y, p->key[1], p->y) && good;
+}
+
+/* -- points in a CSV file ------------------------------------------------------------------------ */
+
+typedef struct sheet {
+    points *p;
+    const kmp_yaml *column[2]; /* the names of both */
+    int index[2];              /* their columns */
+    int file;
+} sheet;
+
+/* The k-th field of a line, without spaces around it; NULL when there are fewer. */
+static const char *field_of(const char *line, int k, size_t *length)
+{
+    for (; k > 0; k--) {
+        line += strcspn(line, ",\n");
+        if (*line != ',')
+            return NULL;
+        line++;
+    }
+    line += strspn(line, " \t\"");
+    *length = strcspn(line, ",\n");
+    while (*length > 0 && strchr(" \t\r\"", line[*length - 1]))
+        --*length;
+    return line;
+}
+
+static bool is_comment(const char *line)
+{
+    line += strspn(line, " \t\r");
+    return *line == '#' || *line == '\n' || *line == '\0';
+}
+
+static bool find_columns(sheet *s, const char *header, int line)
+{
+    bool good = true;
+    for (int c = 0; c < 2; c++) {
+        const char *field, *wanted = s->column[c]->text;
+        size_t length = 0;
+        kmp_nearest nearest = kmp_nearest_begin(wanted);
+        s->index[c] = -1;
+        for (int k = 0; (field = field_of(header, k, &length)); k++) {
+            kmp_nearest_offer(&nearest, kmp_reader_say(s->p->r, "%.*s", (int)length, field));
+            if (strlen(wanted) == length && strncmp(field, wanted, length) == 0)
+                s->index[c] = k;
+        }
+        good = good && s->index[c] >= 0;
+        if (s->index[c] < 0)
+            kmp_reader_complain_near(s->p->r, s->column[c]->place, &nearest, "%s: line %d of '%s' names no column '%s'",
+                                     s->p->what, line, s->p->r->model->files[s->file], wanted);
+    }
+    return good;
+}
+
+static bool read_cell(sheet *s, const char *line, int number, int column, double *value)
+{
+    size_t length = 0;
+    const char *field = field_of(line, column, &length);
+    kmp_place place = {.line = number, .column = field ? (int)(field - line) + 1 : 1, .file = s->file};
+    bool negative = field && length > 0 && *field == '-';
+    size_t sign = field && length > 0 && (*field == '-' || *field == '+');
+    size_t taken = field ? kmp_text_to_number(field + sign, value) : 0;
+    if (field && taken > 0 && taken + sign == length) {
+        *value = negative ? -*value : *value;
+        return true;
+    }
+    if (field)
+        kmp_reader_complain(s->p->r, place, "a number is wanted here, not '%.*s'", (int)length, field);
+    else
+        kmp_reader_complain(s->p->r, place, "column %d is missing in this line", column + 1);
+    return false;
+}
+
+static int count_lines(const char *text)
+{
+    int n = 1;
+    for (; *text; text++)
+        n += *text == '\n';
+    return n;
+}
+
+static bool read_sheet(sheet *s, const char *text)
+{
+    points *p = s->p;
+    bool header = true, good = true;
+    if (!make_room(p, count_lines(text)))
+        return false;
+    for (int line = 1; *text; line++) {
+        if (!is_comment(text) && header) {
+            header = false;
+            if (!find_columns(s, text, line))
+                return false;
+        } else if (!is_comment(text)) {
+            bool x = read_cell(s, text, line, s->index[0], &p->x[p->count]);
+            good = read_cell(s, text, line, s->index[1], &p->y[p->count]) && x && good;
+            p->place[p->count++] = (kmp_place){.line = line, .column = 1, .file = s->file};
+        }
+        text += strcspn(text, "\n");
+        text += *text == '\n';
+    }
+    return good;
+}
+
+/* Beside the file that names it. */
+static const char *path_beside(const points *p, const kmp_yaml *csv)
+{
+    const char *from = p->r->model->files[csv->place.file], *slash = strrchr(from, '/');
+    if (csv->text[0] == '/' || !slash)
+        return csv->text;
+    return kmp_reader_say(p->r, "%.*s%s", (int)(slash - from) + 1, from, csv->text);
+}
+
+static bool read_csv(points *p)
+{
+    sheet s = {.p = p};
+    const kmp_yaml *csv = kmp_yaml_get(p->map, "csv");
+    s.column[0] = kmp_read_required(p->r, p->map, p->what, p->key[0]);
+    s.column[1] = kmp_read_required(p->r, p->map, p->what, p->key[1]);
+    if (!s.column[0] || !s.column[1] || !kmp_read_word(p->r, csv, p->what) ||
+        !kmp_read_word(p->r, s.column[0], kmp_reader_say(p->r, "%s of %s", p->key[0], p->what)) ||
+        !kmp_read_word(p->r, s.column[1], kmp_reader_say(p->r, "%s of %s", p->key[1], p->what)))
+        return false;
+    const char *path = path_beside(p, csv);
+    kempe_context *aside = kempe_context_new(); /* its message becomes part of ours */
+    char *text = NULL;
+    size_t length;
+    bool good = false;
+    s.file = kmp_reader_add_file(p->r, path);
+    if (aside && s.file >= 0 && kmp_file_read(aside, path, &text, &length) == KEMPE_OK)
+        good = read_sheet(&s, text);
+    else if (aside)
+        kmp_reader_complain(p->r, csv->place, "%s: %s", p->what, kempe_context_message(aside));
+    else
+        p->r->scratch.failed = true;
+    kmp_free(text);
+    kempe_context_free(aside);
+    return good;
+}
+
+bool kmp_read_points(kmp_points *p)
+{
+    return kmp_yaml_get(p->map, "csv") ? read_csv(p) : read_lists(p);
+}

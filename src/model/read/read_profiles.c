@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Profiles: cross-sections of wheels and rails, by points. */
+#include "model/read/reading.h"
+#include "symbolic/table.h"
+#include <math.h>
+#include <string.h>
+
+enum { LEAST_POINTS = 4 };
+
+static bool read_unit(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_unit *unit)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "unit");
+    *unit = (kmp_unit){1, 1, KMP_DIM_LENGTH};
+    if (!node)
+        return true;
+    const char *word = kmp_read_word(r, node, kmp_reader_say(r, "unit of %s", what));
+    if (word && !kmp_yaml_get(map, "csv")) {
+        kmp_reader_complain(r, node->place,
+                            "%s: a unit is of the columns of a CSV file; numbers in the file carry theirs", what);
+        return false;
+    }
+    if (word && (!kmp_unit_find(word, strlen(word), unit) || !kmp_dimension_fits(unit->dimension, KMP_DIM_LENGTH))) {
+        kmp_reader_complain(r, node->place, "%s: the unit is one of length such as mm, not '%s'", what, word);
+        return false;
+    }
+    return word;
+}
+
+static void reverse(kmp_points *p)
+{
+    for (int i = 0, k = p->count - 1; i < k; i++, k--) {
+        double x = p->x[i], y = p->y[i];
+        kmp_place place = p->place[i];
+        p->x[i] = p->x[k];
+        p->y[i] = p->y[k];
+        p->place[i] = p->place[k];
+        p->x[k] = x;
+        p->y[k] = y;
+        p->place[k] = place;
+    }
+}
+
+/* A height over each y: y ascends, or descends, from the first point to the last. */
+static bool check_order(const kmp_points *p)
+{
+    double sense = p->x[p->count - 1] - p->x[0];
+    for (int k = 1; k < p->count; k++) {
+        double step = p->x[k] - p->x[k - 1];
+        if (step == 0) {
+            kmp_reader_complain(
+                p->r, p->place[k],
+                "%s: y = %.9g stands twice: a profile has one height over each y; leave out one of both "
+                "points, what is vertical cannot bear a wheel",
+                p->what, p->x[k]);
+            return false;
+        }
+        if ((step > 0) != (sense > 0)) {
+            kmp_reader_complain(
+                p->r, p->place[k],
+                "%s: y goes back from %.9g to %.9g: a profile has one height over each y; leave out what "
+                "overhangs",
+                p->what, p->x[k - 1], p->x[k]);
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool check_points(const kmp_points *p)
+{
+    if (p->count < LEAST_POINTS) {
+        kmp_reader_complain(p->r, p->map->place, "%s: a profile has at least four points, not %d", p->what, p->count);
+        return false;
+    }
+    return check_order(p);
+}
+
+/* How far a piece of the spline is from the line between its points, at most about. */
+static double swing(const kmp_table *t, int k)
+{
+    double h = t->x[k + 1] - t->x[k], worst = 0;
+    for (int i = 1; i < 8; i++) {
+        double u = i / 8.0, line = (1 - u) * t->y[k] + u * t->y[k + 1];
+        worst = fmax(worst, fabs(kmp_table_value(t, 0, t->x[k] + u * h) - line));
+    }
+    return worst;
+}
+
+/* A spline that swings out between its points is no cross-section. */
+static bool check_spline(const kmp_points *p, const kmp_table *t)
+{
+    for (int k = 0; k + 1 < t->count; k++) {
+        double apart = hypot(t->x[k + 1] - t->x[k], t->y[k + 1] - t->y[k]), off = swing(t, k);
+        if (off <= apart / 4)
+            continue;
+        kmp_reader_complain(
+            p->r, p->place[k + 1],
+            "%s: between y = %.9g m and %.9g m the spline swings out, by %.3g m: more points are wanted there", p->what,
+            t->x[k], t->x[k + 1], off);
+        return false;
+    }
+    return true;
+}
+
+static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profile)
+{
+    static const char *const keys[] = {"y", "z", "csv", "unit", NULL};
+    kmp_points p = {.r = r,
+                    .map = map,
+                    .what = kmp_reader_say(r, "profile '%s'", profile->name),
+                    .key = {"y", "z"},
+                    .dimension = KMP_DIM_LENGTH};
+    kmp_unit unit;
+    if (!kmp_read_map(r, map, p.what, keys))
+        return;
+    bool good = read_unit(r, map, p.what, &unit);
+    if (!kmp_read_points(&p) || !good || !check_points(&p))
+        return;
+    if (p.x[0] > p.x[1])
+        reverse(&p);
+    for (int k = 0; k < p.count; k++) {
+        p.x[k] = p.x[k] * unit.factor / unit.divisor;
+        p.y[k] = p.y[k] * unit.factor / unit.divisor;
+    }
+    int bad = kmp_table_check(p.count, p.x, p.y);
+    if (bad >= 0)
+        kmp_reader_complain(r, p.place[bad], "%s: (%.9g, %.9g) m is not finite or not apart from the point before it",
+                            p.what, p.x[bad], p.y[bad]);
+    kmp_table *height = bad >= 0 ? NULL : kmp_table_new(KMP_TABLE_CUBIC, p.count, p.x, p.y);
+    if (bad < 0 && !height)
+        r->scratch.failed = true;
+    if (height && check_spline(&p, height))
+        profile->height = height;
+    else
+        kmp_table_free(height);
+}
+
+void kmp_read_profiles(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    const kmp_yaml *map = kmp_yaml_get(r->root, "profiles");
+    if (!map || !kmp_read_map(r, map, "profiles", NULL))
+        return;
+    model->profiles = KMP_ARENA_NEW(&model->arena, kmp_profile, map->count);
+    for (int i = 0; model->profiles && i < map->count; i++) {
+        kmp_profile *profile = &model->profiles[i];
+        (void)kmp_read_name(r, map->keys[i], "a profile");
+        profile->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
+        if (!profile->name)
+            return;
+        model->profile_count++;
+        read_profile(r, map->items[i], profile);
+    }
+}
+
+const kmp_profile *kmp_read_profile(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    const char *word = kmp_read_word(r, node, what);
+    if (!word)
+        return NULL;
+    const char *name = kmp_reader_name(r, node->place.file, word);
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int k = 0; k < r->model->profile_count; k++) {
+        kmp_nearest_offer(&nearest, r->model->profiles[k].name);
+        if (strcmp(r->model->profiles[k].name, name) == 0)
+            return &r->model->profiles[k];
+    }
+    kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown profile '%s'", what, word);
+    return NULL;
+}

@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where a run starts and how it goes. */
+#include "model/limits.h"
+#include "model/read/reading.h"
+#include "model/tables/rows.h"
+#include <math.h>
+#include <string.h>
+
+/* -- start --------------------------------------------------------------------------------------- */
+
+static const char *const start_keys[] = {"q", "qd", "hold", "goals", NULL};
+
+/* `power` of s: 0 for coordinates, -1 for rates. */
+static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, double power, kmp_number *values,
+                        bool *given)
+{
+    if (!map || !kmp_read_map(r, map, what, NULL))
+        return;
+    kmp_place *said = KMP_ARENA_NEW(&r->scratch, kmp_place, r->model->motion_count);
+    for (int i = 0; said && i < map->count; i++) {
+        const kmp_yaml *key = map->keys[i];
+        const char *name = kmp_reader_name(r, key->place.file, key->text);
+        if (kmp_linkage_find(r, name) == KMP_LINKED_CUT) /* a warning of its own says so */
+            continue;
+        int motion = kmp_read_motion(r, key, what);
+        kmp_number value = {0};
+        kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_motion_dimension(r->model, motion, power);
+        bool good = kmp_read_number(r, map->items[i], kmp_reader_say(r, "%s: '%s'", what, key->text), wanted, &value);
+        if (motion < 0)
+            continue;
+        if (given[motion] && kmp_reader_said(r, what, key, said[motion]))
+            continue;
+        said[motion] = key->place;
+        given[motion] = true;
+        if (good)
+            values[motion] = value;
+    }
+}
+
+static void read_hold(kmp_reader *r, const kmp_yaml *list)
+{
+    if (!list || !kmp_read_list(r, list, "start hold", -1))
+        return;
+    for (int i = 0; i < list->count; i++) {
+        int motion = kmp_read_motion(r, list->items[i], "start hold");
+        if (motion >= 0)
+            r->model->start.hold[motion] = true;
+    }
+}
+
+void kmp_read_start(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    kmp_start *start = &model->start;
+    int n = model->motion_count;
+    start->q = KMP_ARENA_NEW(&model->arena, kmp_number, n);
+    start->qd = KMP_ARENA_NEW(&model->arena, kmp_number, n);
+    start->q_given = KMP_ARENA_NEW(&model->arena, bool, n);
+    start->qd_given = KMP_ARENA_NEW(&model->arena, bool, n);
+    start->hold = KMP_ARENA_NEW(&model->arena, bool, n);
+    const kmp_yaml *map = kmp_yaml_get(r->root, "start");
+    if (model->arena.failed || !map || !kmp_read_map(r, map, "start", start_keys))
+        return;
+    read_values(r, kmp_yaml_get(map, "q"), "start q", 0, start->q, start->q_given);
+    read_values(r, kmp_yaml_get(map, "qd"), "start qd", -1, start->qd, start->qd_given);
+    read_hold(r, kmp_yaml_get(map, "hold"));
+    kmp_read_goals(r, kmp_yaml_get(map, "goals"));
+}
+
+/* -- settings ------------------------------------------------------------------------------------ */
+
+static const char *const run_keys[] = {
+    "t_end",     "rtol",          "atol",        "output_step", "formulation", "form",      "integrator",
+    "algorithm", "change_points", "independent", "outputs",     "until",       "max_steps", NULL};
+
+static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_dimension wanted, double *value)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    const char *what = kmp_reader_say(r, "run %s", key);
+    kmp_number number;
+    if (!node || !kmp_read_number(r, node, what, wanted, &number))
+        return;
+    kmp_reader_fix_setting(r, &number);
+    if (number.value > 0)
+        *value = number.value;
+    else
+        kmp_reader_complain(r, node->place, "%s is %.6g: it must be positive", what, number.value);
+}
+
+static void read_every(kmp_reader *r, const kmp_yaml *map)
+{
+    kmp_run_settings *run = &r->model->run;
+    const kmp_yaml *node = kmp_yaml_get(map, "output_step");
+    kmp_text complaint = {0};
+    read_positive(r, map, "output_step", KMP_DIM_TIME, &run->output_step);
+    if (!(run->output_step > 0))
+        return;
+    run->every_place = node->place;
+    if (!kmp_rows_fit(run->output_step, run->t_end, &complaint))
+        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "");
+    kmp_text_free(&complaint);
+}
+
+static void read_max_steps(kmp_reader *r, const kmp_yaml *map)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "max_steps");
+    double steps = 0;
+    read_positive(r, map, "max_steps", KMP_DIM_NUMBER, &steps);
+    if (steps > 0 && steps <= KMP_MOST_STEPS && steps == floor(steps))
+        r->model->run.max_steps = (long)steps;
+    else if (steps > 0)
+        kmp_reader_complain(r, node->place, "run max_steps is %.6g: it must be a whole number from 1 to %.0e", steps,
+                            KMP_MOST_STEPS);
+}
+
+static void read_choice(kmp_reader *r, const kmp_yaml *map, const char *key, const char **choice)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    const char *word = node ? kmp_read_word(r, node, kmp_reader_say(r, "run %s", key)) : NULL;
+    if (word)
+        *choice = kmp_arena_strdup(&r->model->arena, word);
+}
+
+static void read_dynamics(kmp_reader *r, const kmp_yaml *node)
+{
+    const char *word = node ? kmp_read_word(r, node, "run algorithm") : NULL;
+    kmp_text complaint = {0};
+    kmp_dynamics dynamics = word ? kmp_dynamics_find(word, &complaint) : KMP_DYNAMICS_COUNT;
+    if (dynamics < KMP_DYNAMICS_COUNT)
+        r->model->run.dynamics = dynamics;
+    else if (word)
+        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "run algorithm");
+    kmp_text_free(&complaint);
+}
+
+static void read_change_points(kmp_reader *r, const kmp_yaml *node)
+{
+    const char *word = node ? kmp_read_word(r, node, "run change_points") : NULL;
+    kmp_text complaint = {0};
+    kmp_change_points what = word ? kmp_change_points_find(word, &complaint) : KMP_CHANGE_POINTS_COUNT;
+    if (what < KMP_CHANGE_POINTS_COUNT)
+        r->model->run.change_points = what;
+    else if (word)
+        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "run change_points");
+    kmp_text_free(&complaint);
+}
+
+static void read_u(kmp_reader *r, const kmp_yaml *list)
+{
+    kmp_run_settings *run = &r->model->run;
+    if (!list || !kmp_read_list(r, list, "run independent", -1))
+        return;
+    run->independent = KMP_ARENA_NEW(&r->model->arena, int, list->count);
+    for (int i = 0; run->independent && i < list->count; i++) {
+        int motion = kmp_read_motion(r, list->items[i], "run independent");
+        bool twice = false;
+        for (int k = 0; k < run->independent_count; k++)
+            twice = twice || run->independent[k] == motion;
+        if (motion >= 0 && twice)
+            kmp_reader_complain(r, list->items[i]->place, "run independent: '%s' is given twice", list->items[i]->text);
+        else if (motion >= 0)
+            run->independent[run->independent_count++] = motion;
+    }
+}
+
+/* One condition, or a list of them. */
+static void read_until(kmp_reader *r, const kmp_yaml *node)
+{
+    kmp_run_settings *run = &r->model->run;
+    bool several = node && node->kind == KMP_YAML_LIST;
+    int count = !node ? 0 : several ? node->count : 1;
+    if (node)
+        run->until_place = node->place;
+    run->until = KMP_ARENA_NEW(&r->model->arena, const kmp_expr *, count);
+    for (int i = 0; run->until && i < count; i++) {
+        const kmp_yaml *item = several ? node->items[i] : node;
+        const kmp_expr *e = kmp_read_comparison(r, item, "run until");
+        if (e)
+            run->until[run->until_count++] = e;
+    }
+}
+
+void kmp_read_run(kmp_reader *r)
+{
+    kmp_run_settings *run = &r->model->run;
+    const kmp_yaml *map = kmp_yaml_get(r->root, "run");
+    kmp_read_outputs(r, kmp_yaml_get(map, "outputs"));
+    if (!map || !kmp_read_map(r, map, "run", run_keys))
+        return;
+    read_positive(r, map, "t_end", KMP_DIM_TIME, &run->t_end);
+    read_positive(r, map, "rtol", KMP_DIM_NUMBER, &run->rtol);
+    read_positive(r, map, "atol", KMP_DIM_NUMBER, &run->atol);
+    read_every(r, map);
+    read_max_steps(r, map);
+    read_choice(r, map, "formulation", &run->formulation);
+    read_choice(r, map, "form", &run->form);
+    read_choice(r, map, "integrator", &run->integrator);
+    read_dynamics(r, kmp_yaml_get(map, "algorithm"));
+    read_change_points(r, kmp_yaml_get(map, "change_points"));
+    read_u(r, kmp_yaml_get(map, "independent"));
+    read_until(r, kmp_yaml_get(map, "until"));
+}

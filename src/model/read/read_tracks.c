@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tracks: two rails, and where they lie. */
+#include "model/rail/rail.h"
+#include "model/read/reading.h"
+#include <math.h>
+
+static const char *const track_keys[] = {"at",          "rail",   "gauge",          "gauge_depth",
+                                         "inclination", "course", "irregularities", NULL};
+
+static const double usual_depth = 0.014; /* m below the top of the rails, where a gauge is measured (EN 13848-1) */
+
+/* A number that no equation has: what it is made of cannot vary. */
+static bool read_size(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value)
+{
+    kmp_number number;
+    if (!kmp_read_number(r, node, what, wanted, &number))
+        return false;
+    kmp_reader_fix(r, &number);
+    *value = number.value;
+    return true;
+}
+
+static bool read_length(kmp_reader *r, const kmp_yaml *node, const char *what, double *value)
+{
+    double read;
+    if (!read_size(r, node, what, KMP_DIM_LENGTH, &read))
+        return false;
+    if (read > 0) {
+        *value = read;
+        return true;
+    }
+    kmp_reader_complain(r, node->place, "%s must be positive, not %.9g", what, read);
+    return false;
+}
+
+static bool read_inclination(kmp_reader *r, const kmp_yaml *node, const char *what, double *value)
+{
+    double read;
+    if (!read_size(r, node, what, KMP_DIM_NUMBER, &read))
+        return false;
+    if (fabs(read) < 1) {
+        *value = read;
+        return true;
+    }
+    kmp_reader_complain(r, node->place, "%s is a slope such as 1/40, not %.9g", what, read);
+    return false;
+}
+
+static bool read_at(kmp_reader *r, const kmp_yaml *node, const char *what, int *point)
+{
+    int read = kmp_read_point(r, node, what);
+    if (read < 0)
+        return false;
+    if (r->model->points[read].body == 0) {
+        *point = read;
+        return true;
+    }
+    kmp_reader_complain(r, node->place, "%s begins at a point of the ground, not of body '%s'", what,
+                        r->model->bodies[r->model->points[read].body].name);
+    return false;
+}
+
+static bool read_rails(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track)
+{
+    const kmp_yaml *rail = kmp_read_required(r, map, what, "rail"), *gauge = kmp_read_required(r, map, what, "gauge"),
+                   *depth = kmp_yaml_get(map, "gauge_depth"), *inclination = kmp_yaml_get(map, "inclination");
+    track->gauge_depth = usual_depth;
+    track->profile = rail ? kmp_read_profile(r, rail, what) : NULL;
+    bool good = track->profile && gauge;
+    if (gauge && !read_length(r, gauge, kmp_reader_say(r, "gauge of %s", what), &track->gauge))
+        good = false;
+    if (depth && !read_length(r, depth, kmp_reader_say(r, "gauge_depth of %s", what), &track->gauge_depth))
+        good = false;
+    if (inclination &&
+        !read_inclination(r, inclination, kmp_reader_say(r, "inclination of %s", what), &track->inclination))
+        good = false;
+    return good && track->profile->height;
+}
+
+static void place_rails(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track)
+{
+    kmp_rail_place place = {track->gauge, track->gauge_depth, track->inclination, 0, 0, true, true};
+    track->rail = kmp_rail_new(track->profile->height, &place);
+    track->rail_at = place.at;
+    const kmp_yaml *depth = kmp_yaml_get(map, "gauge_depth"), *rail = kmp_yaml_get(map, "rail");
+    if (!place.reaches)
+        kmp_reader_complain(
+            r, depth ? depth->place : rail->place,
+            "%s: the gauge is measured %.9g m below the top of the rails, but the inner side of profile "
+            "'%s', where y is negative, ends %.9g m below it: another gauge_depth, or a profile that goes "
+            "on",
+            what, track->gauge_depth, track->profile->name, place.depth_given);
+    else if (!place.resolved)
+        kmp_reader_complain(r, rail->place,
+                            "%s: the points of profile '%s' cannot be told from each other in its place", what,
+                            track->profile->name);
+    else if (!track->rail)
+        r->scratch.failed = true;
+}
+
+static void read_track(kmp_reader *r, const kmp_yaml *map, kmp_track *track)
+{
+    const char *what = kmp_reader_say(r, "track '%s'", track->name);
+    if (!kmp_read_map(r, map, what, track_keys))
+        return;
+    const kmp_yaml *at = kmp_read_required(r, map, what, "at");
+    track->point = -1;
+    if (at)
+        (void)read_at(r, at, what, &track->point);
+    if (read_rails(r, map, what, track))
+        place_rails(r, map, what, track);
+    const kmp_yaml *course = kmp_yaml_get(map, "course");
+    if (course)
+        kmp_read_course(r, course, what, track);
+    kmp_read_irregularities(r, kmp_yaml_get(map, "irregularities"), what, track);
+}
+
+void kmp_read_tracks(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    const kmp_yaml *map = kmp_yaml_get(r->root, "tracks");
+    if (!map || !kmp_read_map(r, map, "tracks", NULL))
+        return;
+    model->tracks = KMP_ARENA_NEW(&model->arena, kmp_track, map->count);
+    for (int i = 0; model->tracks && i < map->count; i++) {
+        kmp_track *track = &model->tracks[i];
+        (void)kmp_read_name(r, map->keys[i], "a track");
+        track->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
+        if (!track->name)
+            return;
+        model->track_count++;
+        read_track(r, map->items[i], track);
+    }
+}

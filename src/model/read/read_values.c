@@ -1,0 +1,517 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Numbers, vectors and the names that refer to bodies, points and motions. */
+#include "model/read/reading.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* -- symbols of expressions ------------------------------------------------------------------------ */
+
+static int find_parameter(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    name = kmp_reader_name(r, r->scope, name);
+    for (int i = 0; i < r->model->parameter_count; i++)
+        if (strcmp(r->model->parameters[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+static const kmp_body *find_joint(const kempe_model *model, const char *name)
+{
+    for (int i = 1; i < model->body_count; i++)
+        if (strcmp(model->bodies[i].joint, name) == 0)
+            return &model->bodies[i];
+    return NULL;
+}
+
+static bool is_number(const char *text, int number)
+{
+    char digits[16];
+    snprintf(digits, sizeof digits, "%d", number);
+    return strcmp(text, digits) == 0;
+}
+
+/* joint.k, and the bare name of a joint with one motion: of one with several it would be ambiguous. */
+static int find_numbered(const kempe_model *model, const char *name)
+{
+    const kmp_body *body = find_joint(model, name);
+    const char *dot = strrchr(name, '.');
+    if (body)
+        return body->motion_count == 1 ? body->first_motion : -1;
+    for (int i = 1; dot && i < model->body_count; i++) {
+        body = &model->bodies[i];
+        if (strlen(body->joint) != (size_t)(dot - name) || strncmp(body->joint, name, (size_t)(dot - name)) != 0)
+            continue;
+        for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
+            if (is_number(dot + 1, model->motions[k].number))
+                return k;
+    }
+    return -1;
+}
+
+static int find_coordinate(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    name = kmp_reader_name(r, r->scope, name);
+    for (int i = 0; i < r->model->motion_count; i++)
+        if (strcmp(r->model->motions[i].name, name) == 0)
+            return i;
+    return find_numbered(r->model, name);
+}
+
+/* A coordinate of a joint between bodies that was complained of stands for itself no more: any other does. */
+static int find_in_expression(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    int motion = find_coordinate(r, name);
+    bool said = r->wrong && kmp_linkage_find(r, kmp_reader_name(r, r->scope, name)) == KMP_LINKED_CUT;
+    return motion < 0 && said && r->model->motion_count > 0 ? 0 : motion;
+}
+
+static void suggest_coordinate(const kmp_reader *r, const char *name, kmp_text *sentence)
+{
+    const kmp_body *body = find_joint(r->model, name);
+    if (body && body->motion_count > 1) {
+        kmp_text_printf(sentence, "; joint '%s' has %d motions: %s.1 to %s.%d", name, body->motion_count, name, name,
+                        body->motion_count);
+        return;
+    }
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int i = 0; i < r->model->motion_count; i++)
+        kmp_nearest_offer(&nearest, r->model->motions[i].name);
+    kmp_nearest_suggest(&nearest, sentence);
+}
+
+static const kmp_named_table *find_table(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    const kempe_model *model = r->model;
+    name = kmp_reader_name(r, r->scope, name);
+    for (int k = 0; k < model->table_count; k++)
+        if (strcmp(model->tables[k].name, name) == 0)
+            return &model->tables[k];
+    return NULL;
+}
+
+static int find_unknown(void *user, const char *name, const kmp_unknowns **unknowns, int *number)
+{
+    kmp_reader *r = user;
+    const kempe_model *model = r->model;
+    name = kmp_reader_name(r, r->scope, name);
+    for (int i = 0; i < model->unknowns_count; i++) {
+        const kmp_unknowns *u = *unknowns = &model->unknowns[i];
+        *number = 0;
+        if (u->count == 0 && strcmp(u->name, name) == 0)
+            return i;
+        for (int k = 0; k < u->count; k++)
+            if (u->unknown[k] && strcmp(u->unknown[k], name) == 0) {
+                *number = k;
+                return i;
+            }
+    }
+    return -1;
+}
+
+static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *sentence)
+{
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    kmp_nearest_offer(&nearest, "pi");
+    for (int i = 0; i < r->model->parameter_count; i++)
+        kmp_nearest_offer(&nearest, r->model->parameters[i].name);
+    for (int i = 0; i < r->model->unknowns_count; i++) {
+        const kmp_unknowns *u = &r->model->unknowns[i];
+        for (int k = 0; k < u->count; k++)
+            kmp_nearest_offer(&nearest, u->unknown[k]);
+        if (u->count == 0)
+            kmp_nearest_offer(&nearest, u->name);
+    }
+    if (!nearest.best && find_joint(r->model, name))
+        kmp_text_printf(sentence, "; the coordinate of joint '%s' is q(%s)", name, name);
+    else
+        kmp_nearest_suggest(&nearest, sentence);
+}
+
+/* Drives among them. */
+static int find_closure(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    name = kmp_reader_name(r, r->scope, name);
+    for (int k = 0; k < r->model->closure_count; k++)
+        if (strcmp(r->model->closures[k].name, name) == 0)
+            return k;
+    return -1;
+}
+
+static void suggest_closure(const kmp_reader *r, const char *name, kmp_text *sentence)
+{
+    if (kmp_linkage_find(r, name) == KMP_LINKED_TREE || find_joint(r->model, name)) {
+        kmp_text_printf(sentence,
+                        "; joint '%s' is in the tree and has no multipliers: only a loop, a cut joint or a "
+                        "drive has",
+                        name);
+        return;
+    }
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int k = 0; k < r->model->closure_count; k++)
+        kmp_nearest_offer(&nearest, r->model->closures[k].name);
+    kmp_nearest_suggest(&nearest, sentence);
+}
+
+static void suggest(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence)
+{
+    if (symbol == KMP_SYMBOL_COORDINATE)
+        suggest_coordinate(user, name, sentence);
+    else if (symbol == KMP_SYMBOL_CLOSURE)
+        suggest_closure(user, name, sentence);
+    else
+        suggest_parameter(user, name, sentence);
+}
+
+/* What may stand in an expression beside parameters. */
+typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_LOADS, COMPARISON_OF_LOADS, OF_X, OF_PLACE } symbols;
+
+static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
+{
+    if (kmp_context_complaints(r->context) > KMP_MOST_COMPLAINTS) /* no more would be said of it */
+        return NULL;
+    if (node->kind != KMP_YAML_SCALAR || node->empty) {
+        kmp_reader_complain(r, node->place, "%s must be a number or an expression, not %s", what,
+                            node->empty                   ? "nothing"
+                            : node->kind == KMP_YAML_LIST ? "a list"
+                                                          : "a mapping");
+        return NULL;
+    }
+    bool of_loads = allowed == OF_LOADS || allowed == COMPARISON_OF_LOADS;
+    kmp_expr_scope scope = {.context = r->context,
+                            .arena = &r->model->arena,
+                            .file = r->model->files[node->text_place.file],
+                            .line = node->text_place.line,
+                            .column = node->text_place.column,
+                            .user = r,
+                            .parameter = find_parameter,
+                            .coordinate = allowed == OF_STATE || of_loads ? find_in_expression : NULL,
+                            .closure = of_loads ? find_closure : NULL,
+                            .table = find_table,
+                            .unknown = find_unknown,
+                            .suggest = suggest,
+                            .time = allowed != CONSTANT,
+                            .compares = allowed == COMPARISON_OF_LOADS,
+                            .place = allowed == OF_X       ? 1
+                                     : allowed == OF_PLACE ? 3
+                                                           : 0};
+    r->scope = node->text_place.file;
+    const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
+    if (!expr)
+        r->wrong = true;
+    return expr;
+}
+
+static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
+{
+    const kmp_expr *expr = parse_unused(r, node, what, allowed);
+    kmp_reader_use(r, expr);
+    return expr;
+}
+
+/* -- numbers ------------------------------------------------------------------------------------- */
+
+static bool is_known(const kmp_reader *r, const kmp_expr *expr)
+{
+    if (expr->kind == KMP_EXPR_PARAMETER)
+        return r->parameter_known[expr->index];
+    return (!expr->a || is_known(r, expr->a)) && (!expr->b || is_known(r, expr->b)) &&
+           (!expr->c || is_known(r, expr->c));
+}
+
+static bool check_finite(kmp_reader *r, const kmp_yaml *node, const char *what, double value)
+{
+    if (!isfinite(value))
+        kmp_reader_complain(r, node->place, "%s is '%s', which is %s: a finite number is wanted", what, node->text,
+                            isnan(value) ? "not a number" : "infinite");
+    return isfinite(value);
+}
+
+bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_expr *expr,
+                         kmp_dimension wanted, kmp_dimension *dimension)
+{
+    kmp_expr_fault fault = {0};
+    kmp_text sentence = {0};
+    kmp_place place = node->place;
+    kmp_dimension found = kmp_expr_dimension(expr, r->parameter_dimensions, r->parameter_values, &fault);
+    if (!fault.at && kmp_dimension_fits(found, wanted)) {
+        *dimension = found;
+        return true;
+    }
+    if (fault.at) {
+        kmp_expr_print_fault(&sentence, &fault);
+        place = (kmp_place){node->text_place.line, fault.at->column, node->text_place.file};
+    } else {
+        kmp_text_put(&sentence, "expected ");
+        kmp_dimension_print(&sentence, wanted);
+        kmp_text_put(&sentence, ", got ");
+        kmp_dimension_print(&sentence, found);
+    }
+    if (sentence.failed)
+        r->scratch.failed = true;
+    kmp_reader_complain(r, place, "%s: %s", what, sentence.failed ? "" : sentence.s);
+    kmp_text_free(&sentence);
+    return false;
+}
+
+kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power)
+{
+    return KMP_DIM(motion >= 0 && !model->motions[motion].rotation ? 1 : 0, 0, power);
+}
+
+kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion)
+{
+    return model->motions[motion].rotation ? KMP_DIM_TORQUE : KMP_DIM_FORCE;
+}
+
+const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    return parse_unused(r, node, what, CONSTANT);
+}
+
+kmp_number kmp_number_of(const kmp_expr *expr, double value)
+{
+    bool literal = expr->kind == KMP_EXPR_NUMBER || (expr->kind == KMP_EXPR_NEG && expr->a->kind == KMP_EXPR_NUMBER);
+    return (kmp_number){.value = value, .expr = literal ? NULL : expr, .symbol = expr->symbol};
+}
+
+bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number)
+{
+    const kmp_expr *expr = parse(r, node, what, CONSTANT);
+    if (!expr || !is_known(r, expr))
+        return false;
+    double value = kmp_expr_value(expr, r->parameter_values);
+    kmp_dimension dimension;
+    if (!check_finite(r, node, what, value) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
+        return false;
+    *number = kmp_number_of(expr, value);
+    number->symbol = ++r->model->symbol_count;
+    return true;
+}
+
+bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3])
+{
+    kmp_number read[3];
+    bool good = kmp_read_list(r, node, what, 3);
+    for (int i = 0; i < 3 && node->kind == KMP_YAML_LIST && i < node->count; i++)
+        if (!kmp_read_number(r, node->items[i], kmp_reader_say(r, "%s, component %d,", what, i + 1), wanted, &read[i]))
+            good = false;
+    if (good)
+        memcpy(vector, read, sizeof read);
+    return good;
+}
+
+/* Sets the flags of the parameters in an expression, and of those that they follow from. */
+static void mark(const kempe_model *model, const kmp_expr *expr, bool *flags)
+{
+    if (!expr)
+        return;
+    if (expr->kind != KMP_EXPR_PARAMETER) {
+        mark(model, expr->a, flags);
+        mark(model, expr->b, flags);
+        mark(model, expr->c, flags);
+    } else if (!flags[expr->index]) {
+        flags[expr->index] = true;
+        mark(model, model->parameters[expr->index].number.expr, flags);
+    }
+}
+
+void kmp_reader_use(kmp_reader *r, const kmp_expr *expr)
+{
+    mark(r->model, expr, r->parameter_used);
+}
+
+void kmp_reader_fix_setting(kmp_reader *r, const kmp_number *number)
+{
+    mark(r->model, number->expr, r->parameter_fixed);
+}
+
+void kmp_reader_fix(kmp_reader *r, const kmp_number *number)
+{
+    kmp_reader_fix_setting(r, number);
+    mark(r->model, number->expr, r->parameter_shapes);
+}
+
+/* A constant law is a number of the model. */
+static const kmp_expr *name_constant(kmp_reader *r, const kmp_expr *expr)
+{
+    kmp_expr *named = kmp_expr_is_constant(expr) ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
+    if (!named)
+        return expr;
+    *named = *expr;
+    named->symbol = ++r->model->symbol_count;
+    return named;
+}
+
+/* What is constant must be finite, and what is known have the dimension. */
+static const kmp_expr *read_variable(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                                     symbols allowed)
+{
+    kmp_dimension dimension;
+    const kmp_expr *expr = parse(r, node, what, allowed);
+    if (expr && kmp_expr_is_constant(expr) && is_known(r, expr) &&
+        !check_finite(r, node, what, kmp_expr_value(expr, r->parameter_values)))
+        return NULL;
+    if (expr && is_known(r, expr) && !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
+        return NULL;
+    return expr ? name_constant(r, expr) : NULL;
+}
+
+const kmp_expr *kmp_read_state(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
+{
+    return read_variable(r, node, what, wanted, OF_STATE);
+}
+
+const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
+{
+    return read_variable(r, node, what, wanted, OF_LOADS);
+}
+
+const kmp_expr *kmp_read_comparison(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    return read_variable(r, node, what, KMP_DIM_ANY, COMPARISON_OF_LOADS);
+}
+
+const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, int place)
+{
+    return read_variable(r, node, what, wanted, place == 1 ? OF_X : OF_PLACE);
+}
+
+const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                                  double *first)
+{
+    kmp_dimension dimension;
+    const kmp_expr *expr = parse(r, node, what, OF_TIME);
+    if (!expr || !is_known(r, expr) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
+        return NULL;
+    double value = kmp_expr_value_at(expr, r->parameter_values, 0);
+    if (!check_finite(r, node, what, value))
+        return NULL;
+    *first = value;
+    return name_constant(r, expr);
+}
+
+/* -- references ---------------------------------------------------------------------------------- */
+
+int kmp_find_body(const kempe_model *model, const char *name, size_t length)
+{
+    for (int i = 0; i < model->body_count; i++)
+        if (strlen(model->bodies[i].name) == length && strncmp(model->bodies[i].name, name, length) == 0)
+            return i;
+    return -1;
+}
+
+static int find_point(const kempe_model *model, int body, const char *name)
+{
+    for (int i = 0; i < model->point_count; i++)
+        if (model->points[i].body == body && strcmp(model->points[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+static void complain_body(kmp_reader *r, kmp_place place, const char *text, size_t length, const char *what)
+{
+    const char *name = kmp_reader_say(r, "%.*s", (int)length, text);
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int i = 0; i < r->model->body_count; i++)
+        kmp_nearest_offer(&nearest, r->model->bodies[i].name);
+    kmp_reader_complain_near(r, place, &nearest, "%s: unknown body '%s'", what, name);
+}
+
+static void complain_point(kmp_reader *r, kmp_place place, int body, const char *name, const char *what)
+{
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int i = 0; i < r->model->point_count; i++)
+        if (r->model->points[i].body == body)
+            kmp_nearest_offer(&nearest, r->model->points[i].name);
+    kmp_reader_complain_near(r, place, &nearest, "%s: body '%s' has no point '%s'", what, r->model->bodies[body].name,
+                             name);
+}
+
+int kmp_read_point_of(kmp_reader *r, kmp_place place, int body, const char *name, const char *what)
+{
+    int point = find_point(r->model, body, name);
+    if (point < 0)
+        complain_point(r, place, body, name, what);
+    return point;
+}
+
+int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what)
+{
+    const char *dot = strchr(text, '.');
+    if (!dot || dot == text || !dot[1]) {
+        kmp_reader_complain(r, place, "%s: a point is written BODY.POINT, not '%s'", what, text);
+        return -1;
+    }
+    size_t length = (size_t)(dot - text);
+    const char *name = kmp_reader_body_name(r, place.file, kmp_reader_say(r, "%.*s", (int)length, text));
+    int body = kmp_find_body(r->model, name, strlen(name));
+    bool ground = length == strlen("ground") && strncmp(text, "ground", length) == 0;
+    if (body < 0 && !ground) /* an included ground on no body is complained of at its include */
+        complain_body(r, place, text, length, what);
+    if (body < 0)
+        return -1;
+    int point = find_point(r->model, body, ground ? kmp_reader_name(r, place.file, dot + 1) : dot + 1);
+    if (point < 0)
+        complain_point(r, place, body, dot + 1, what);
+    return point;
+}
+
+int kmp_read_body(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    const char *text = kmp_read_word(r, node, what);
+    const char *name = text ? kmp_reader_body_name(r, node->place.file, text) : NULL;
+    int body = name ? kmp_find_body(r->model, name, strlen(name)) : -1;
+    if (text && body < 0)
+        complain_body(r, node->place, text, strlen(text), what);
+    return body;
+}
+
+int kmp_read_point(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    const char *text = kmp_read_word(r, node, what);
+    return text ? kmp_read_point_text(r, node->place, text, what) : -1;
+}
+
+bool kmp_read_two_points(kmp_reader *r, const kmp_yaml *node, const char *what, int point[2])
+{
+    int read[2] = {-1, -1};
+    bool good = kmp_read_list(r, node, what, 2);
+    for (int i = 0; i < 2 && node->kind == KMP_YAML_LIST && i < node->count; i++)
+        read[i] = kmp_read_point(r, node->items[i], what);
+    if (!good || read[0] < 0 || read[1] < 0)
+        return false;
+    int body = r->model->points[read[0]].body;
+    if (body == r->model->points[read[1]].body) {
+        kmp_reader_complain(r, node->place, "%s: both points are on body '%s'", what, r->model->bodies[body].name);
+        return false;
+    }
+    memcpy(point, read, sizeof read);
+    return true;
+}
+
+int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const char *what)
+{
+    r->scope = place.file;
+    int motion = find_coordinate(r, name);
+    if (motion < 0 && !(r->wrong && kmp_linkage_find(r, kmp_reader_name(r, place.file, name)) == KMP_LINKED_CUT)) {
+        kmp_text rest = {0};
+        suggest_coordinate(r, name, &rest);
+        if (rest.failed)
+            r->scratch.failed = true;
+        kmp_reader_complain(r, place, "%s: unknown joint '%s'%s", what, name, rest.s ? rest.s : "");
+        kmp_text_free(&rest);
+    }
+    return motion;
+}
+
+int kmp_read_motion(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    const char *name = kmp_read_word(r, node, what);
+    return name ? kmp_read_motion_text(r, node->place, name, what) : -1;
+}

@@ -1,0 +1,339 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Wheels on rails: each becomes a force, and where its contact is rigid a closure, of its name. */
+#include "model/rail/zones.h"
+#include "model/read/reading.h"
+#include <string.h>
+
+static const char *const wheel_keys[] = {"on",      "at",       "profile",       "radius",  "contact",
+                                         "creep",   "friction", "shear_modulus", "poisson", "stiffness",
+                                         "damping", "speed",    "zones",         NULL};
+
+/* A wheel being read. */
+typedef struct reading {
+    kmp_reader *r;
+    const kmp_yaml *map;
+    const char *what;
+    kmp_wheel *wheel;
+} reading;
+
+/* -- words --------------------------------------------------------------------------------------- */
+
+/* One of a list's words; `number` stays after a complaint. */
+static bool read_choice(const reading *w, const char *key, const char *const *words, int *number)
+{
+    const kmp_yaml *node = kmp_yaml_get(w->map, key);
+    const char *word = node ? kmp_read_word(w->r, node, kmp_reader_say(w->r, "%s of %s", key, w->what)) : NULL;
+    kmp_text all = {0};
+    if (!word)
+        return !node;
+    kmp_nearest nearest = kmp_nearest_begin(word);
+    for (int k = 0; words[k]; k++) {
+        if (strcmp(words[k], word) == 0) {
+            *number = k;
+            kmp_text_free(&all);
+            return true;
+        }
+        kmp_nearest_offer(&nearest, words[k]);
+        kmp_text_printf(&all, "%s%s", k == 0 ? "" : words[k + 1] ? ", " : " or ", words[k]);
+    }
+    kmp_reader_complain_near(w->r, node->place, &nearest, "%s: %s is %s, not '%s'", w->what, key, all.s ? all.s : "",
+                             word);
+    kmp_text_free(&all);
+    return false;
+}
+
+/* TRACK.left or TRACK.right */
+static bool read_rail(const reading *w, const kmp_yaml *node)
+{
+    kmp_reader *r = w->r;
+    const char *word = kmp_read_word(r, node, w->what), *dot = word ? strrchr(word, '.') : NULL;
+    int side = -1;
+    for (int k = 0; dot && kmp_track_side_words[k]; k++)
+        if (strcmp(kmp_track_side_words[k], dot + 1) == 0)
+            side = k;
+    if (!word)
+        return false;
+    if (side < 0) {
+        kmp_reader_complain(r, node->place, "%s: a rail is TRACK.left or TRACK.right, not '%s'", w->what, word);
+        return false;
+    }
+    const char *name = kmp_reader_name(r, node->place.file, kmp_reader_say(r, "%.*s", (int)(dot - word), word));
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    w->wheel->side = (kmp_track_side)side;
+    for (int k = 0; k < r->model->track_count; k++) {
+        w->wheel->track = k;
+        if (strcmp(r->model->tracks[k].name, name) == 0)
+            return true;
+        kmp_nearest_offer(&nearest, r->model->tracks[k].name);
+    }
+    kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown track '%s'", w->what, name);
+    return false;
+}
+
+static bool read_centre(const reading *w, const kmp_yaml *node)
+{
+    w->wheel->point = kmp_read_point(w->r, node, w->what);
+    if (w->wheel->point < 0)
+        return false;
+    if (w->r->model->points[w->wheel->point].body > 0)
+        return true;
+    kmp_reader_complain(w->r, node->place, "%s: a wheel is at a point of a body that turns with it, not of the ground",
+                        w->what);
+    return false;
+}
+
+/* -- numbers ------------------------------------------------------------------------------------- */
+
+/* A positive one, or with `zero` one that is not negative. */
+static bool read_number(const reading *w, const char *key, kmp_dimension dimension, bool zero, kmp_number *number)
+{
+    const kmp_yaml *node = kmp_yaml_get(w->map, key);
+    const char *name = kmp_reader_say(w->r, "the %s of %s", key, w->what);
+    if (!node)
+        return true;
+    if (!kmp_read_number(w->r, node, name, dimension, number))
+        return false;
+    if (number->value > 0 || (zero && number->value == 0))
+        return true;
+    kmp_reader_complain(w->r, node->place, "%s is %.6g: it must %s", name, number->value,
+                        zero ? "not be negative" : "be positive");
+    return false;
+}
+
+static bool read_poisson(const reading *w)
+{
+    kmp_number number = {.value = w->wheel->poisson};
+    const kmp_yaml *node = kmp_yaml_get(w->map, "poisson");
+    if (!node)
+        return true;
+    if (!kmp_read_number(w->r, node, kmp_reader_say(w->r, "poisson of %s", w->what), KMP_DIM_NUMBER, &number))
+        return false;
+    kmp_reader_fix(w->r, &number);
+    w->wheel->poisson = number.value;
+    if (number.value >= 0 && number.value <= 0.5)
+        return true;
+    kmp_reader_complain(w->r, node->place, "%s: poisson is between 0 and 0.5, not %.6g", w->what, number.value);
+    return false;
+}
+
+static bool read_numbers(const reading *w)
+{
+    kmp_wheel *wheel = w->wheel;
+    const kmp_dimension pressure = KMP_DIM(-1, 1, -2), hertz = KMP_DIM(-0.5, 1, -2), rate = KMP_DIM(-1, 0, 1);
+    bool radius = kmp_read_required(w->r, w->map, w->what, "radius");
+    wheel->friction.value = 0.3;
+    wheel->shear_modulus.value = 82e9;
+    wheel->poisson = 0.28;
+    wheel->speed.value = 0.01;
+    wheel->has_stiffness = kmp_yaml_get(w->map, "stiffness");
+    bool good = read_number(w, "radius", KMP_DIM_LENGTH, false, &wheel->radius) && radius;
+    good = read_number(w, "friction", KMP_DIM_NUMBER, true, &wheel->friction) && good;
+    good = read_number(w, "shear_modulus", pressure, false, &wheel->shear_modulus) && good;
+    good = read_number(w, "stiffness", hertz, false, &wheel->stiffness) && good;
+    good = read_number(w, "damping", rate, true, &wheel->damping) && good;
+    good = read_number(w, "speed", KMP_DIM(1, 0, -1), false, &wheel->speed) && good;
+    return read_poisson(w) && good;
+}
+
+/* What a rigid wheel has no use for. */
+static bool check_form(const reading *w)
+{
+    static const char *const elastic[] = {"stiffness", "damping"};
+    bool good = true;
+    for (int k = 0; k < 2 && w->wheel->form == KMP_CONTACT_RIGID; k++) {
+        const kmp_yaml *node = kmp_yaml_get(w->map, elastic[k]);
+        if (node)
+            kmp_reader_complain(w->r, node->place, "%s: the key '%s' belongs to an elastic contact", w->what,
+                                elastic[k]);
+        good = good && !node;
+    }
+    return good;
+}
+
+/* -- zones --------------------------------------------------------------------------------------- */
+
+static bool read_zone(const reading *w, const kmp_yaml *node, int k, double (*zone)[2])
+{
+    const char *what = kmp_reader_say(w->r, "zone %d of %s", k + 1, w->what);
+    if (!kmp_read_list(w->r, node, what, 2))
+        return false;
+    for (int i = 0; i < 2; i++) {
+        kmp_number number;
+        if (!kmp_read_number(w->r, node->items[i], what, KMP_DIM_LENGTH, &number))
+            return false;
+        kmp_reader_fix(w->r, &number);
+        zone[k][i] = number.value;
+    }
+    if (zone[k][0] < zone[k][1] && (k == 0 || zone[k][0] >= zone[k - 1][1]))
+        return true;
+    kmp_reader_complain(w->r, node->place, "%s is from %.6g to %.6g: zones ascend, one after the other", what,
+                        zone[k][0], zone[k][1]);
+    return false;
+}
+
+static bool read_zones(const reading *w)
+{
+    kmp_wheel *wheel = w->wheel;
+    const kmp_yaml *list = kmp_yaml_get(w->map, "zones");
+    if (!list)
+        return true;
+    if (!kmp_read_list(w->r, list, kmp_reader_say(w->r, "zones of %s", w->what), -1))
+        return false;
+    if (list->count < 1 || list->count > KMP_WHEEL_ZONES) {
+        kmp_reader_complain(w->r, list->place, "%s: a wheel has 1 to %d zones, not %d", w->what, KMP_WHEEL_ZONES,
+                            list->count);
+        return false;
+    }
+    bool good = true;
+    for (int k = 0; k < list->count; k++)
+        good = read_zone(w, list->items[k], k, wheel->zone) && good;
+    wheel->zone_count = list->count;
+    return good;
+}
+
+static void say_left_out(const reading *w, int zones)
+{
+    const kmp_place place = w->wheel->place;
+    kmp_log(
+        w->r->context, KEMPE_LOG_WARNING,
+        "%s:%d:%d: %s would touch its rail in %d zones, and a wheel has %d at most: borders of the smallest jumps are "
+        "left out, and there contact may jump; a smoother profile has fewer, and 'zones' says which",
+        w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
+}
+
+/* Those of an earlier wheel that is the same, or found anew. */
+static void find_zones(const reading *w)
+{
+    const kempe_model *model = w->r->model;
+    kmp_wheel *wheel = w->wheel;
+    for (const kmp_wheel *other = model->wheels; other < wheel; other++)
+        if (other->track == wheel->track && other->profile == wheel->profile && other->zone_count > 0 &&
+            other->radius.value == wheel->radius.value && other->form == wheel->form && !other->zones_given) {
+            wheel->zone_count = other->zone_count;
+            memcpy(wheel->zone, other->zone, sizeof wheel->zone);
+            return;
+        }
+    int zones = kmp_zones_find(&model->tracks[wheel->track], wheel);
+    if (zones == 0)
+        w->r->scratch.failed = true;
+    if (zones > KMP_WHEEL_ZONES)
+        say_left_out(w, zones);
+}
+
+/* Likewise the places of each. */
+static void space_zones(const reading *w)
+{
+    const kempe_model *model = w->r->model;
+    kmp_wheel *wheel = w->wheel;
+    for (const kmp_wheel *other = model->wheels; other < wheel; other++)
+        if (other->track == wheel->track && other->profile == wheel->profile && other->form == wheel->form &&
+            other->radius.value == wheel->radius.value && other->zone_count == wheel->zone_count &&
+            memcmp(other->zone, wheel->zone, sizeof wheel->zone) == 0) {
+            memcpy(wheel->node, other->node, sizeof wheel->node);
+            memcpy(wheel->nodes_end, other->nodes_end, sizeof wheel->nodes_end);
+            memcpy(wheel->least_spread, other->least_spread, sizeof wheel->least_spread);
+            return;
+        }
+    if (!kmp_zones_space(&model->tracks[wheel->track], wheel))
+        w->r->scratch.failed = true;
+}
+
+/* -- all ----------------------------------------------------------------------------------------- */
+
+static void read_wheel(const reading *w)
+{
+    kmp_reader *r = w->r;
+    kmp_wheel *wheel = w->wheel;
+    int form = KMP_CONTACT_ELASTIC, law = KMP_CREEP_POLACH;
+    if (!kmp_read_map(r, w->map, w->what, wheel_keys))
+        return;
+    const kmp_yaml *on = kmp_read_required(r, w->map, w->what, "on"), *at = kmp_read_required(r, w->map, w->what, "at"),
+                   *profile = kmp_read_required(r, w->map, w->what, "profile");
+    bool good = on && read_rail(w, on);
+    good = at && read_centre(w, at) && good;
+    wheel->profile = profile ? kmp_read_profile(r, profile, w->what) : NULL;
+    good = wheel->profile && wheel->profile->height && good;
+    good = read_choice(w, "contact", kmp_contact_form_words, &form) && good;
+    good = read_choice(w, "creep", kmp_creep_law_words, &law) && good;
+    wheel->form = (kmp_contact_form)form;
+    wheel->law = (kmp_creep_law)law;
+    good = check_form(w) && good;
+    good = read_numbers(w) && good;
+    wheel->zones_given = kmp_yaml_get(w->map, "zones");
+    good = read_zones(w) && good;
+    if (!good || !r->model->tracks[wheel->track].rail)
+        return;
+    wheel->scale = kmp_zones_scale(wheel);
+    wheel->stands = kmp_zones_stand(&r->model->tracks[wheel->track], wheel);
+    if (!wheel->zones_given)
+        find_zones(w);
+    if (wheel->form == KMP_CONTACT_ELASTIC)
+        space_zones(w);
+}
+
+void kmp_read_wheels(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    const kmp_yaml *map = kmp_yaml_get(r->root, "wheels");
+    if (!map || !kmp_read_map(r, map, "wheels", NULL))
+        return;
+    model->wheels = KMP_ARENA_NEW(&model->arena, kmp_wheel, map->count);
+    for (int i = 0; model->wheels && i < map->count; i++) {
+        kmp_wheel *wheel = &model->wheels[i];
+        (void)kmp_read_name(r, map->keys[i], "a wheel");
+        *wheel = (kmp_wheel){.name = kmp_arena_strdup(&model->arena, map->keys[i]->text),
+                             .place = map->keys[i]->place,
+                             .point = -1,
+                             .closure = -1,
+                             .force = -1};
+        if (!wheel->name)
+            return;
+        model->wheel_count++;
+        const reading w = {r, map->items[i], kmp_reader_say(r, "wheel '%s'", wheel->name), wheel};
+        read_wheel(&w);
+    }
+}
+
+int kmp_count_rigid_wheels(const kempe_model *model)
+{
+    int count = 0;
+    for (int k = 0; k < model->wheel_count; k++)
+        count += model->wheels[k].form == KMP_CONTACT_RIGID;
+    return count;
+}
+
+static void complain_name(kmp_reader *r, const kmp_wheel *wheel, const char *other)
+{
+    kmp_reader_complain(r, wheel->place, "a wheel cannot be called '%s', like a %s: its own has the wheel's name",
+                        wheel->name, other);
+}
+
+void kmp_add_wheel_closures(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    for (int k = 0; k < model->wheel_count; k++) {
+        kmp_wheel *wheel = &model->wheels[k];
+        if (wheel->form != KMP_CONTACT_RIGID)
+            continue;
+        for (int c = 0; c < model->closure_count; c++)
+            if (strcmp(model->closures[c].name, wheel->name) == 0)
+                complain_name(r, wheel, "loop");
+        wheel->closure = model->closure_count++;
+        model->closures[wheel->closure] = (kmp_closure){
+            .name = wheel->name, .kind = "wheel", .place = wheel->place, .point = {-1, -1}, .motion = -1, .wheel = k};
+    }
+}
+
+void kmp_add_wheel_forces(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    for (int k = 0; k < model->wheel_count; k++) {
+        kmp_wheel *wheel = &model->wheels[k];
+        for (int f = 0; f < model->force_count; f++)
+            if (strcmp(model->forces[f].name, wheel->name) == 0)
+                complain_name(r, wheel, "force");
+        wheel->force = model->force_count++;
+        model->forces[wheel->force] =
+            (kmp_force){.name = wheel->name, .kind = KMP_FORCE_WHEEL, .place = wheel->place, .motion = -1, .wheel = k};
+    }
+}

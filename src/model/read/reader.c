@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Reading a model: the parts of the file in the order in which they refer to each other. No mistake ends the
+ * reading; what depends on something wrong is passed over, and the complaints are sorted by place at the end.
+ * The language: docs/model_format.md. */
+#include "base/file.h"
+#include "base/memory.h"
+#include "model/build.h"
+#include "model/files/document.h"
+#include "model/rail/rail.h"
+#include "model/read/reading.h"
+#include "model/tables/named_table.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *const kmp_model_keys[] = {
+    "kempe",     "include",           "name",   "gravity", "parameters", "tables", "profiles", "tracks",
+    "algebraic", "closure_tolerance", "ground", "bodies",  "wheels",     "joints", "loops",    "drives",
+    "forces",    "sensors",           "start",  "run",     NULL};
+
+/* -- the file's own keys --------------------------------------------------------------------------- */
+
+/* False when the rest means something else in this version. */
+static bool read_version(kmp_reader *r)
+{
+    const kmp_yaml *version = kmp_read_required(r, r->root, "the model", "kempe");
+    if (!version || strcmp(version->text, "1") == 0)
+        return true;
+    kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model language, not '%s'",
+                        version->text);
+    return false;
+}
+
+/* The file's name without folders and ending. */
+static const char *name_of_file(kmp_reader *r)
+{
+    const char *slash = strrchr(r->file, '/');
+    const char *base = slash ? slash + 1 : r->file;
+    const char *dot = strrchr(base, '.');
+    size_t length = dot && dot != base ? (size_t)(dot - base) : strlen(base);
+    return kmp_reader_say(r, "%.*s", (int)length, base);
+}
+
+static void read_head(kmp_reader *r)
+{
+    const kmp_yaml *name = kmp_yaml_get(r->root, "name");
+    const kmp_yaml *gravity = kmp_yaml_get(r->root, "gravity");
+    const char *given = name ? kmp_read_word(r, name, "name") : name_of_file(r);
+    r->model->name = given ? kmp_arena_strdup(&r->model->arena, given) : "";
+    if (gravity)
+        kmp_read_vector(r, gravity, "gravity", KMP_DIM_GRAVITY, r->model->gravity);
+}
+
+static void read_closure_tolerance(kmp_reader *r)
+{
+    const kmp_yaml *node = kmp_yaml_get(r->root, "closure_tolerance");
+    kmp_number *tolerance = &r->model->closure_tolerance;
+    if (!node || !kmp_read_number(r, node, "closure_tolerance", KMP_DIM_LENGTH, tolerance))
+        return;
+    r->model->closure_tolerance_given = tolerance->value >= 0;
+    if (!r->model->closure_tolerance_given)
+        kmp_reader_complain(r, node->place, "closure_tolerance: %g m is negative; 0 asks for closed loops without one",
+                            tolerance->value);
+}
+
+static void read_parts(kmp_reader *r)
+{
+    if (r->root->kind != KMP_YAML_MAP) {
+        kmp_reader_complain(r, r->root->place, "a model is a mapping that begins with 'kempe: 1'");
+        return;
+    }
+    if (!read_version(r))
+        return;
+    kmp_read_map(r, r->root, "the model", kmp_model_keys);
+    kmp_read_includes(r);
+    kmp_read_parameters(r);
+    kmp_read_tables(r);
+    kmp_read_profiles(r);
+    read_head(r);
+    kmp_read_bodies(r);
+    kmp_read_tracks(r);
+    kmp_read_wheels(r);
+    kmp_read_unknowns(r);
+    kmp_read_closures(r);
+    read_closure_tolerance(r);
+    kmp_read_late_unknowns(r);
+    kmp_read_forces(r);
+    kmp_read_start(r);
+    kmp_read_sensors(r);
+    kmp_read_run(r);
+    kmp_settle_parameters(r);
+}
+
+/* -- reading ------------------------------------------------------------------------------------- */
+
+static kempe_model *new_model(kempe_context *context, const char *label)
+{
+    kempe_model *model = KMP_NEW(kempe_model, 1);
+    if (!model)
+        return NULL;
+    model->context = context;
+    model->file = kmp_arena_strdup(&model->arena, label);
+    if (model->file)
+        return model;
+    kempe_model_free(model);
+    return NULL;
+}
+
+static kempe_status fail_memory(kempe_context *context)
+{
+    kmp_context_clear(context);
+    return kmp_fail_memory(context);
+}
+
+/* `status`: of loading the document. */
+static kempe_status read_document(kmp_reader *r, kempe_status status)
+{
+    if (r->root && status != KEMPE_E_MEMORY)
+        read_parts(r);
+    bool memory = status != KEMPE_E_MEMORY && !r->scratch.failed && !r->model->arena.failed;
+    if (memory && (status != KEMPE_OK || r->wrong)) {
+        status = kmp_reader_sort_complaints(r);
+        memory = status != KEMPE_E_MEMORY;
+    }
+    return memory ? status : fail_memory(r->context);
+}
+
+typedef struct settings {
+    const kempe_setting *list;
+    int count;
+} settings;
+
+static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_model **model)
+{
+    kempe_status status = read_document(r, loaded);
+    kmp_arena_free(&r->scratch);
+    if (status == KEMPE_OK)
+        *model = r->model;
+    else
+        kempe_model_free(r->model);
+    return status;
+}
+
+static kempe_status read_model(kempe_context *context, const char *text, size_t length, const char *label,
+                               settings given, kempe_model **model)
+{
+    kmp_reader r = {
+        .context = context, .model = new_model(context, label), .settings = given.list, .setting_count = given.count};
+    if (!r.model || kmp_reader_add_file(&r, label) < 0) {
+        kempe_model_free(r.model);
+        return kmp_fail_memory(context);
+    }
+    r.file = r.model->file;
+    return finish_reading(&r, kmp_document_load(context, &r.scratch, r.file, 0, text, length, &r.root), model);
+}
+
+kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,
+                              kempe_model **model)
+{
+    kmp_reader r = {.context = context, .model = new_model(context, label), .root = builder->root};
+    if (!r.model)
+        return kmp_fail_memory(context);
+    r.model->files = builder->calls;
+    r.model->file_count = builder->call_count;
+    r.file = r.model->file;
+    return finish_reading(&r, KEMPE_OK, model);
+}
+
+static bool are_settings(const kempe_setting *list, int count)
+{
+    bool all = list || count <= 0;
+    for (int k = 0; all && k < count; k++)
+        all = list[k].name && list[k].value;
+    return all;
+}
+
+kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *list, int count,
+                                  kempe_model **model)
+{
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, path, "path");
+    KMP_WANTED(context, model, "model");
+    KMP_WANTED(context, are_settings(list, count), "a setting");
+    char *text;
+    size_t length;
+    kmp_context_begin(context);
+    KMP_TRY(kmp_file_read(context, path, &text, &length));
+    kempe_status status = read_model(context, text, length, path, (settings){list, count}, model);
+    kmp_free(text);
+    return status;
+}
+
+kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,
+                                       const kempe_setting *list, int count, kempe_model **model)
+{
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, text, "text");
+    KMP_WANTED(context, label, "label");
+    KMP_WANTED(context, model, "model");
+    KMP_WANTED(context, are_settings(list, count), "a setting");
+    kmp_context_begin(context);
+    return read_model(context, text, strlen(text), label, (settings){list, count}, model);
+}
+
+kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model)
+{
+    return kempe_model_read_set(context, path, NULL, 0, model);
+}
+
+kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label, kempe_model **model)
+{
+    return kempe_model_read_text_set(context, text, label, NULL, 0, model);
+}
+
+/* -- the frozen model ---------------------------------------------------------------------------- */
+
+void kempe_model_free(kempe_model *model)
+{
+    if (!model)
+        return;
+    for (int k = 0; k < model->table_count; k++)
+        kmp_named_table_free(&model->tables[k]);
+    for (int k = 0; k < model->profile_count; k++)
+        kmp_profile_free(&model->profiles[k]);
+    for (int k = 0; k < model->track_count; k++)
+        kmp_track_free(&model->tracks[k]);
+    kmp_builder_free(model->builder);
+    kmp_arena_free(&model->arena);
+    kmp_free(model);
+}
+
+kempe_status kempe_model_set_closure_tolerance(kempe_model *model, double metres)
+{
+    KMP_GIVEN(model, KEMPE_E_ARGUMENT);
+    kmp_context_clear(model->context);
+    if (!(metres >= 0) || !isfinite(metres))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "the closure tolerance is a length, 0 or more, not %g",
+                        metres);
+    model->closure_tolerance = (kmp_number){.value = metres};
+    model->closure_tolerance_given = true;
+    return KEMPE_OK;
+}
+
+const char *kempe_model_name(const kempe_model *model)
+{
+    KMP_GIVEN(model, "");
+    return model->name;
+}
+
+int kempe_model_coordinate_count(const kempe_model *model)
+{
+    KMP_GIVEN(model, 0);
+    return model->motion_count;
+}
+
+const char *kempe_model_coordinate_name(const kempe_model *model, int k)
+{
+    KMP_GIVEN(model && k >= 0 && k < model->motion_count, "");
+    return model->motions[k].name;
+}

@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/tables/asked.h"
+#include "base/memory.h"
+#include "model/read/reading.h"
+#include "model/tables/output_table.h"
+#include <string.h>
+
+/* A reader of words that stand in no file: the list's name takes its place. */
+typedef struct asking {
+    kmp_reader r;
+    kempe_model model; /* as it is, but for the names of its files, and its arena */
+    const char *label[1];
+    int count;
+    char **word;
+} asking;
+
+static const kmp_place nowhere = {0, 0, 0};
+
+static kempe_status begin(asking *a, const kempe_model *model, const char *what, const char *words)
+{
+    kempe_status status = kmp_model_check_finished(model);
+    *a = (asking){.model = *model, .label = {what}};
+    a->model.arena = (kmp_arena){0};
+    a->model.files = a->label;
+    a->model.file_count = 1;
+    a->r = (kmp_reader){.context = model->context, .model = &a->model, .file = what};
+    if (status != KEMPE_OK)
+        return status;
+    a->count = kmp_text_words(&a->r.scratch, words, &a->word);
+    return a->r.scratch.failed ? kmp_fail_memory(model->context) : KEMPE_OK;
+}
+
+/* Complaints have been made; what they are here. */
+static kempe_status end(asking *a, kempe_status status)
+{
+    bool memory = !a->r.scratch.failed && !a->model.arena.failed;
+    if (status == KEMPE_OK && a->r.wrong)
+        status = KEMPE_E_ARGUMENT;
+    kmp_arena_free(&a->r.scratch);
+    kmp_arena_free(&a->model.arena);
+    return memory ? status : kmp_fail_memory(a->r.context);
+}
+
+/* -- outputs ----------------------------------------------------------------------------------------- */
+
+/* Cuts ".x" off "position(b.P).x", ".total" off "energy.total". The component, -1 for all of them. */
+static int cut_component(char *word)
+{
+    static const char *const energies[] = {"kinetic", "potential", "total"};
+    static const char *const axes[] = {"x", "y", "z", "mx", "my", "mz"}; /* as kmp_output_column calls them */
+    char *dot = strrchr(word, '.');
+    bool energy = strncmp(word, "energy.", 7) == 0, bracket = dot && dot > word && dot[-1] == ')';
+    for (int k = 0; dot && (energy || bracket) && k < (energy ? 3 : 6); k++)
+        if (strcmp(dot + 1, energy ? energies[k] : axes[k]) == 0) {
+            *dot = '\0';
+            return k;
+        }
+    return -1;
+}
+
+/* The words as the list of the file that they might be, and the component of each. */
+static bool list_words(asking *a, kmp_yaml *list, int *component)
+{
+    kmp_yaml *node = KMP_ARENA_NEW(&a->r.scratch, kmp_yaml, a->count);
+    const kmp_yaml **items = KMP_ARENA_NEW(&a->r.scratch, const kmp_yaml *, a->count);
+    for (int k = 0; node && items && k < a->count; k++) {
+        char *word = kmp_arena_strdup(&a->r.scratch, a->word[k]);
+        if (!word)
+            return false;
+        component[k] = cut_component(word);
+        node[k] = (kmp_yaml){.kind = KMP_YAML_SCALAR, .text = word};
+        items[k] = &node[k];
+    }
+    *list = (kmp_yaml){.kind = KMP_YAML_LIST, .count = a->count, .items = items, .text = ""};
+    return node && items;
+}
+
+static void check_components(asking *a, const int *component)
+{
+    for (int k = 0; k < a->count && !a->r.wrong; k++) {
+        const kmp_output *output = &a->model.outputs[k];
+        if (component[k] >= kmp_output_width(&a->model, output))
+            kmp_reader_complain(&a->r, nowhere, "'%s': %s has no components", a->word[k],
+                                kmp_output_rows[output->kind].word);
+    }
+}
+
+/* Each output once, in the order in which it was asked for, with all parts that were. */
+static bool gather(kempe_model *model, const int *component, unsigned **parts)
+{
+    int count = model->output_count, kept = 0;
+    *parts = KMP_ARENA_NEW(&model->arena, unsigned, count);
+    for (int k = 0; *parts && k < count; k++) {
+        kmp_output output = model->outputs[k];
+        int at = 0;
+        while (at < kept && (model->outputs[at].kind != output.kind || model->outputs[at].index != output.index))
+            at++;
+        kept += at == kept;
+        model->outputs[at] = output;
+        (*parts)[at] |= component[k] < 0 ? ~0u : 1u << component[k];
+    }
+    model->output_count = kept;
+    return *parts;
+}
+
+kempe_status kmp_asked_outputs(kempe_model *copy, const char *words, unsigned **parts)
+{
+    asking a;
+    kmp_yaml list;
+    int *component = NULL;
+    kempe_status status = begin(&a, copy, "outputs", words);
+    if (status != KEMPE_OK)
+        return end(&a, status);
+    component = KMP_ARENA_NEW(&a.r.scratch, int, a.count);
+    a.model.outputs = NULL;
+    a.model.output_count = 0;
+    a.model.arena = copy->arena;
+    if (component && list_words(&a, &list, component))
+        kmp_read_outputs(&a.r, &list);
+    if (a.model.output_count == a.count)
+        check_components(&a, component);
+    copy->arena = a.model.arena;
+    a.model.arena = (kmp_arena){.failed = copy->arena.failed};
+    if (a.r.wrong || a.r.scratch.failed || copy->arena.failed)
+        return end(&a, status);
+    copy->outputs = a.model.outputs;
+    copy->output_count = a.model.output_count;
+    return end(&a, gather(copy, component, parts) ? KEMPE_OK : kmp_fail_memory(copy->context));
+}
+
+int kmp_asked_position(kempe_model *copy, int point, unsigned **parts)
+{
+    int count = copy->output_count;
+    kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, count + 1);
+    unsigned *bits = KMP_ARENA_NEW(&copy->arena, unsigned, count + 1);
+    if (!outputs || !bits)
+        return -1;
+    for (int k = 0; k < count; k++) {
+        outputs[k] = copy->outputs[k];
+        bits[k] = *parts ? (*parts)[k] : ~0u;
+    }
+    outputs[count] = (kmp_output){KMP_OUTPUT_POSITION, point};
+    copy->outputs = outputs;
+    *parts = bits;
+    return copy->output_count++;
+}
+
+/* -- inputs ------------------------------------------------------------------------------------------ */
+
+/* The NAME of "head(NAME)" as a text of its own; NULL when `word` is not of that form. */
+static char *argument_of(asking *a, const char *word, const char *head)
+{
+    size_t length = strlen(word), from = strlen(head);
+    if (length < from + 3 || strncmp(word, head, from) != 0 || word[from] != '(' || word[length - 1] != ')')
+        return NULL;
+    const char *argument = kmp_reader_say(&a->r, "%.*s", (int)(length - from - 2), word + from + 1);
+    return kmp_arena_strdup(&a->r.scratch, argument);
+}
+
+static int find_drive(asking *a, const char *name)
+{
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int k = 0; k < a->model.closure_count; k++) {
+        if (strcmp(a->model.closures[k].kind, "drive") != 0)
+            continue;
+        if (strcmp(a->model.closures[k].name, name) == 0)
+            return k;
+        kmp_nearest_offer(&nearest, a->model.closures[k].name);
+    }
+    kmp_reader_complain_near(&a->r, nowhere, &nearest, "the model has no drive '%s'", name);
+    return -1;
+}
+
+static bool add(asking *a, kmp_asked_inputs *inputs, kmp_asked_input input, const char *name)
+{
+    for (int k = 0; k < inputs->count; k++)
+        if (strcmp(inputs->input[k].name, name) == 0) {
+            kmp_reader_complain(&a->r, nowhere, "'%s' is given twice", name);
+            return true;
+        }
+    input.name = kmp_strdup(name);
+    inputs->input[inputs->count] = input;
+    inputs->count += input.name != NULL;
+    return input.name;
+}
+
+/* BODY.POINT.x, or BODY.POINT for all three. */
+static bool add_force(asking *a, kmp_asked_inputs *inputs, char *argument)
+{
+    size_t length = strlen(argument);
+    char *dot = strrchr(argument, '.');
+    bool three = !dot || dot == strchr(argument, '.');
+    int only = -1, point;
+    if (!three && length - (size_t)(dot - argument) == 2)
+        only = dot[1] == 'x' ? 0 : dot[1] == 'y' ? 1 : dot[1] == 'z' ? 2 : -1;
+    if (only >= 0)
+        *dot = '\0';
+    point = kmp_read_point_text(&a->r, nowhere, argument, "force");
+    bool ok = true;
+    for (int axis = 0; point >= 0 && ok && axis < 3; axis++)
+        if (only < 0 || only == axis)
+            ok = add(a, inputs, (kmp_asked_input){KMP_ASKED_FORCE, point, axis, NULL},
+                     kmp_reader_say(&a->r, "force(%s.%c)", argument, "xyz"[axis]));
+    return ok;
+}
+
+static bool add_word(asking *a, kmp_asked_inputs *inputs, const char *word)
+{
+    char *argument = argument_of(a, word, "force");
+    if (argument)
+        return add_force(a, inputs, argument);
+    kmp_asked_input input = {KMP_ASKED_PARAMETER, -1, 0, NULL};
+    if ((argument = argument_of(a, word, "effort"))) {
+        input.kind = KMP_ASKED_EFFORT;
+        input.index = kmp_read_motion_text(&a->r, nowhere, argument, "effort");
+    } else if ((argument = argument_of(a, word, "drive"))) {
+        input.kind = KMP_ASKED_DRIVE;
+        input.index = find_drive(a, argument);
+    } else if (strchr(word, '(')) {
+        kmp_reader_complain(&a->r, nowhere,
+                            "unknown input '%s'; there are effort(JOINT), force(BODY.POINT.x), force(BODY.POINT), "
+                            "drive(DRIVE), and the names of parameters",
+                            word);
+        return true;
+    }
+    return input.kind != KMP_ASKED_PARAMETER && input.index < 0 ? true : add(a, inputs, input, word);
+}
+
+kempe_status kmp_asked_inputs_read(const kempe_model *model, const char *words, kmp_asked_inputs *inputs)
+{
+    asking a;
+    kmp_asked_inputs read = {0};
+    kempe_status status = begin(&a, model, "inputs", words);
+    if (status == KEMPE_OK) {
+        read.input = KMP_NEW(kmp_asked_input, 3 * a.count);
+        bool ok = read.input;
+        for (int k = 0; ok && k < a.count; k++)
+            ok = add_word(&a, &read, a.word[k]);
+        status = ok ? KEMPE_OK : kmp_fail_memory(model->context);
+    }
+    status = end(&a, status);
+    if (status == KEMPE_OK)
+        *inputs = read;
+    else
+        kmp_asked_inputs_free(&read);
+    return status;
+}
+
+void kmp_asked_inputs_free(kmp_asked_inputs *inputs)
+{
+    for (int k = 0; k < inputs->count; k++)
+        kmp_free(inputs->input[k].name);
+    kmp_free(inputs->input);
+    *inputs = (kmp_asked_inputs){0};
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The words for how the dynamics of a run are written. */
+#ifndef KMP_MODEL_TABLES_DYNAMICS_H
+#define KMP_MODEL_TABLES_DYNAMICS_H
+
+#include "model/tables/nearest.h"
+
+typedef enum kmp_dynamics {
+#define KMP_DYNAMICS(id, word) KMP_DYNAMICS_##id,
+#include "model/tables/dynamics.def"
+#undef KMP_DYNAMICS
+    KMP_DYNAMICS_COUNT
+} kmp_dynamics;
+
+const char *kmp_dynamics_word(kmp_dynamics dynamics);
+
+/** KMP_DYNAMICS_COUNT when there is none of that name. The sentence about it is appended to `complaint` then: what the
+ *  word was, what there is and which may be meant. */
+kmp_dynamics kmp_dynamics_find(const char *word, kmp_text *complaint);
+
+#endif

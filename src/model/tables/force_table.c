@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/tables/force_table.h"
+#include <stddef.h>
+#include <string.h>
+
+const kmp_force_row kmp_force_rows[KMP_FORCE_KINDS] = {
+#define KMP_FORCE(kind, name, place, word, width) {#name, place, word, width},
+#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
+#include "model/force_kinds.def"
+#undef KMP_FORCE
+#undef KMP_FIELD
+};
+
+const kmp_force_field kmp_force_fields[] = {
+#define KMP_FORCE(kind, name, place, word, width)
+#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)                                   \
+    {KMP_FORCE_##kind, key, offsetof(kmp_force, member), size, effort, coordinate, time, required, KMP_FIELD_##rule},
+#include "model/force_kinds.def"
+#undef KMP_FORCE
+#undef KMP_FIELD
+};
+
+const int kmp_force_field_count = sizeof kmp_force_fields / sizeof kmp_force_fields[0];
+
+kmp_number *kmp_force_number(kmp_force *force, int field)
+{
+    return (kmp_number *)(void *)((char *)force + kmp_force_fields[field].offset);
+}
+
+const kmp_number *kmp_force_get(const kmp_force *force, int field)
+{
+    return (const kmp_number *)(const void *)((const char *)force + kmp_force_fields[field].offset);
+}
+
+const char *kmp_force_key(const kempe_model *model, int motion, const char *key)
+{
+    if (!key || strcmp(key, "effort") != 0)
+        return key;
+    return model->motions[motion].rotation ? "torque" : "force";
+}
+
+bool kmp_force_has(const kmp_force *force, int field)
+{
+    const kmp_number *number = kmp_force_get(force, field);
+    return !(number == &force->lower && !force->has_lower) && !(number == &force->upper && !force->has_upper);
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The rows of forces.def, for those who read, print or describe force elements. */
+#ifndef KMP_MODEL_TABLES_FORCE_TABLE_H
+#define KMP_MODEL_TABLES_FORCE_TABLE_H
+
+#include "model/model.h"
+
+typedef enum kmp_field_rule { KMP_FIELD_ANY, KMP_FIELD_NOT_NEGATIVE, KMP_FIELD_POSITIVE } kmp_field_rule;
+
+typedef struct kmp_force_row {
+    const char *name, *place, *word;
+    int width;
+} kmp_force_row;
+
+typedef struct kmp_force_field {
+    kmp_force_kind kind;
+    const char *key;
+    size_t offset; /* of its numbers in kmp_force */
+    int size;
+    double effort, coordinate, time;
+    bool required;
+    kmp_field_rule rule;
+} kmp_force_field;
+
+extern const kmp_force_row kmp_force_rows[KMP_FORCE_KINDS];
+extern const kmp_force_field kmp_force_fields[];
+extern const int kmp_force_field_count;
+
+/** The numbers of a field in a force, `size` of them. */
+kmp_number *kmp_force_number(kmp_force *force, int field);
+const kmp_number *kmp_force_get(const kmp_force *force, int field);
+
+/** `key` as the file has it: "effort" is `torque` for a rotation, `force` for a translation. */
+const char *kmp_force_key(const kempe_model *model, int motion, const char *key);
+
+/** False for an end that a stop does not have. */
+bool kmp_force_has(const kmp_force *force, int field);
+
+#endif

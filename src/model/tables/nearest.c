@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Edit distance with transpositions of neighbours (optimal string alignment), three rows of the table kept. */
+#include "model/tables/nearest.h"
+#include <string.h>
+#include <strings.h>
+
+enum { LONGEST = 48 };
+
+static int smaller(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+static int distance(const char *a, const char *b)
+{
+    int rows[3][LONGEST + 1];
+    int *before = rows[0], *last = rows[1], *now = rows[2];
+    int la = (int)strlen(a), lb = (int)strlen(b);
+    for (int j = 0; j <= lb; j++)
+        before[j] = last[j] = j;
+    for (int i = 1; i <= la; i++) {
+        now[0] = i;
+        for (int j = 1; j <= lb; j++) {
+            int change = last[j - 1] + (a[i - 1] != b[j - 1]);
+            now[j] = smaller(change, smaller(last[j], now[j - 1]) + 1);
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                now[j] = smaller(now[j], before[j - 2] + 1);
+        }
+        int *free_row = before;
+        before = last;
+        last = now;
+        now = free_row;
+    }
+    return last[lb];
+}
+
+/* Words of one letter have no near ones, long words several letters off. */
+static int reach(size_t length)
+{
+    return length < 2 ? 0 : length < 4 ? 1 : length < 7 ? 2 : 3;
+}
+
+kmp_nearest kmp_nearest_begin(const char *word)
+{
+    return (kmp_nearest){.word = word, .distance = reach(strlen(word)) + 1};
+}
+
+void kmp_nearest_offer(kmp_nearest *nearest, const char *known)
+{
+    size_t length = strlen(nearest->word), other = strlen(known);
+    size_t more = length > other ? length - other : other - length; /* so far apart at least */
+    if (other > LONGEST || length > LONGEST || more >= (size_t)nearest->distance)
+        return;
+    int d = strcasecmp(known, nearest->word) == 0 ? 0 : distance(nearest->word, known);
+    if (d < nearest->distance) {
+        nearest->distance = d;
+        nearest->best = known;
+    }
+}
+
+void kmp_nearest_suggest(const kmp_nearest *nearest, kmp_text *sentence)
+{
+    if (nearest->best)
+        kmp_text_printf(sentence, "; did you mean '%s'?", nearest->best);
+}

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/tables/output_table.h"
+#include "model/tables/force_table.h"
+
+const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
+#define KMP_OUTPUT(kind, word, argument, width) {word, KMP_OUTPUT_OF_##argument, width},
+#include "model/output_kinds.def"
+#undef KMP_OUTPUT
+};
+
+int kmp_output_width(const kempe_model *model, const kmp_output *output)
+{
+    if (output->kind == KMP_OUTPUT_CONTACT)
+        return KMP_CONTACT_SHOWN * kmp_wheel_contacts(&model->wheels[output->index]);
+    return output->kind == KMP_OUTPUT_FORCE ? kmp_force_rows[model->forces[output->index].kind].width
+                                            : kmp_output_rows[output->kind].width;
+}
+
+int kmp_outputs_width(const kempe_model *model)
+{
+    int width = 0;
+    for (int k = 0; k < model->output_count; k++)
+        width += kmp_output_width(model, &model->outputs[k]);
+    return width;
+}
+
+/* What stands in the parentheses; false when there is nothing. */
+static bool put_argument(kmp_text *text, const kempe_model *model, const kmp_output *output)
+{
+    if (output->index < 0)
+        return false;
+    switch (kmp_output_rows[output->kind].argument) {
+    case KMP_OUTPUT_OF_NOTHING:
+        return false;
+    case KMP_OUTPUT_OF_MAYBE_COORDINATE:
+        kmp_text_put(text, model->motions[output->index].name);
+        break;
+    case KMP_OUTPUT_OF_MAYBE_LOOP:
+    case KMP_OUTPUT_OF_LOOP:
+        kmp_text_put(text, model->closures[output->index].name);
+        break;
+    case KMP_OUTPUT_OF_POINT:
+        kmp_text_printf(text, "%s.%s", model->bodies[model->points[output->index].body].name,
+                        model->points[output->index].name);
+        break;
+    case KMP_OUTPUT_OF_FORCE:
+        kmp_text_put(text, model->forces[output->index].name);
+        break;
+    case KMP_OUTPUT_OF_SENSOR:
+        kmp_text_put(text, model->sensors[output->index].name);
+        break;
+    case KMP_OUTPUT_OF_WHEEL:
+        kmp_text_put(text, model->wheels[output->index].name);
+        break;
+    }
+    return true;
+}
+
+void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output *output)
+{
+    kmp_text argument = {0};
+    bool any = put_argument(&argument, model, output);
+    if (argument.failed)
+        text->failed = true;
+    kmp_text_printf(text, any ? "%s(%s)" : "%s", kmp_output_rows[output->kind].word,
+                    any && argument.s ? argument.s : "");
+    kmp_text_free(&argument);
+}
+
+void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k)
+{
+    static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
+    static const char *const energies[] = {"kinetic", "potential", "total"};
+    static const char *const contact[KMP_CONTACT_SHOWN] = {
+        "s",     "y",      "angle",  "N", "creep_along", "creep_across", "spin",
+        "along", "across", "moment", "a", "b",           "ellipse"};
+    kmp_text_printf(text, "%s.", kmp_output_rows[output->kind].word);
+    (void)put_argument(text, model, output);
+    if (output->kind == KMP_OUTPUT_ENERGY)
+        kmp_text_put(text, energies[k]);
+    else if (output->kind == KMP_OUTPUT_CONTACT)
+        kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact[k % KMP_CONTACT_SHOWN]);
+    else if (kmp_output_width(model, output) > 1)
+        kmp_text_printf(text, ".%s", components[k]);
+}

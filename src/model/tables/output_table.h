@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The rows of outputs.def, and how an output and its columns are called. */
+#ifndef KMP_MODEL_TABLES_OUTPUT_TABLE_H
+#define KMP_MODEL_TABLES_OUTPUT_TABLE_H
+
+#include "model/model.h"
+
+typedef enum kmp_output_argument {
+    KMP_OUTPUT_OF_NOTHING,
+    KMP_OUTPUT_OF_MAYBE_COORDINATE,
+    KMP_OUTPUT_OF_MAYBE_LOOP,
+    KMP_OUTPUT_OF_LOOP,
+    KMP_OUTPUT_OF_POINT,
+    KMP_OUTPUT_OF_FORCE,
+    KMP_OUTPUT_OF_SENSOR,
+    KMP_OUTPUT_OF_WHEEL
+} kmp_output_argument;
+
+typedef struct kmp_output_row {
+    const char *word;
+    kmp_output_argument argument;
+    int width;
+} kmp_output_row;
+
+extern const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS];
+
+/** Values a row that are computed for an output; 0: it is in the table of every run. */
+int kmp_output_width(const kempe_model *model, const kmp_output *output);
+
+/** Values a row that are computed for the outputs of a model beside its table. */
+int kmp_outputs_width(const kempe_model *model);
+
+/** "velocity(crank.B)" */
+void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output *output);
+
+/** Name of the column of computed value k: "velocity.crank.B.x", "energy.kinetic". */
+void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k);
+
+#endif

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Ranges of named quantities as users write them: "crank=0.28:0.32", "A=-30 deg:30 deg:61", "k=2 kN/m". */
+#ifndef KMP_MODEL_TABLES_RANGES_H
+#define KMP_MODEL_TABLES_RANGES_H
+
+#include "base/context.h"
+#include "model/expressions/dimension.h"
+
+typedef struct kmp_range {
+    char *name;
+    double from, to;         /* in SI; the same where one value stands */
+    int count;               /* how many values, ends included; 1 where one stands, 0: not said */
+    kmp_dimension dimension; /* of the units; bare where none stands */
+} kmp_range;
+
+typedef struct kmp_ranges {
+    int count;
+    kmp_range *range;
+} kmp_ranges;
+
+/** Reads NAME=A, NAME=A:B or NAME=A:B:N, with commas between several; a number may have a sign and a unit ("N/m",
+ * "m/s^2"), both ends of a range or none but for 0. Names are not looked up. KEMPE_E_ARGUMENT: what is written
+ * otherwise. */
+kempe_status kmp_ranges_read(kempe_context *context, const char *text, kmp_ranges *ranges);
+void kmp_ranges_free(kmp_ranges *ranges);
+
+/** Whether the units fit what the quantity is measured in. KEMPE_E_ARGUMENT, with a sentence that begins with `what`.
+ */
+kempe_status kmp_range_fits(kempe_context *context, const char *what, const kmp_range *range, kmp_dimension wanted);
+
+/** The same of a coordinate, an angle or a length (order 0), or of its rate (1). */
+kempe_status kmp_range_fits_motion(kempe_context *context, const char *what, const kmp_range *range, bool rotation,
+                                   int order);
+
+/** Whether it is one value. KEMPE_E_ARGUMENT, with a sentence that begins with `what`. */
+kempe_status kmp_range_is_value(kempe_context *context, const char *what, const kmp_range *range);
+
+/** Value k of `count` evenly from one end to the other. */
+double kmp_range_value(const kmp_range *range, int k, int count);
+
+#endif

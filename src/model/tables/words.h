@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Settings that are one word of a few, in models and as options. */
+#ifndef KMP_MODEL_TABLES_WORDS_H
+#define KMP_MODEL_TABLES_WORDS_H
+
+#include "model/tables/nearest.h"
+
+/** Place of a word among `count`; `count` when it is none of them. The sentence that is
+ * appended to `complaint` then has the word between `before` and `after`, what there is and which may be meant. */
+int kmp_word_find(const char *word, const char *const *words, int count, const char *before, const char *after,
+                  kmp_text *complaint);
+
+#endif

@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "output/convergence.h"
+#include "base/memory.h"
+#include "integrators/steppers/solver.h"
+#include <math.h>
+
+/* The first other run is coarser by this factor, and cheaper; one that is coarse itself is held against a finer one. */
+#define OTHER  100.0
+#define COARSE 2e-6
+/* Differences to a coarser run in units of its tolerance: below CLEAR all is well, since an error falls by five and
+ * more from one to the other; above LOST nothing is. Between them a finer run decides, and ORDERLY where there is none.
+ */
+#define CLEAR   1e2
+#define LOST    1e4
+#define ORDERLY 1e3
+/* Differences to a finer run in units of the tolerance: what errors of steps add up to where nothing amplifies them. */
+#define PROMISED 2e3
+/* The same where conditions change on the way: an integrator begins anew behind each, a multistep method at order one,
+ * and grazing a condition amplifies errors. More than a hundred is told; the difference lacks the finer run's own
+ * error, which is the larger with a multistep method. */
+#define AT_EVENTS        7e1
+#define AT_EVENTS_UNEVEN 5e1
+/* An error falls by five and more from the coarser run, which differs then by this many errors at least. */
+#define APART 4.0
+/* No run is made finer than this, nor one that is not finer by FINER. */
+#define FINEST 1e-13
+#define FINER  5.0
+
+void kmp_convergence_row(kmp_convergence *found, double t, int count, const double *first, const double *other,
+                         const double *size)
+{
+    for (int k = 0; k < count; k++) {
+        bool neither = isnan(first[k]) && isnan(other[k]);
+        double e = neither ? 0 : fabs(other[k] - first[k]) / fmax(fabs(first[k]), size[k]);
+        if (e <= found->difference)
+            continue;
+        found->difference = isnan(e) ? INFINITY : e;
+        found->index = k;
+        found->t = t;
+    }
+    if (found->difference <= found->limit)
+        found->until = t;
+}
+
+/* -- cases ------------------------------------------------------------------------------------------- */
+
+/* Cases which[0 .. count-1], at a tolerance. */
+static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, double told, int count, const int *which,
+                               kmp_convergence *convergence)
+{
+    kmp_convergence *found = KMP_NEW(kmp_convergence, count);
+    if (!found)
+        return kmp_fail_memory(r->context);
+    for (int k = 0; k < count; k++)
+        found[k] = (kmp_convergence){.known = true,
+                                     .rtol = rtol,
+                                     .limit = limit,
+                                     .told = told,
+                                     .t = r->t_start,
+                                     .until = r->t_start,
+                                     .stopped = NAN};
+    kmp_context_quiet(r->context, true);
+    kempe_status status = r->run(r->user, rtol, count, which, found);
+    kmp_context_quiet(r->context, false);
+    if (status != KEMPE_E_MEMORY)
+        kmp_context_clear(r->context); /* of what the other run complained */
+    for (int k = 0; status == KEMPE_OK && k < count; k++)
+        convergence[which[k]] = found[k];
+    kmp_free(found);
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+/* Cases that a finer run has to decide, into which; how many. */
+static int find_doubtful(int cases, const kmp_convergence *convergence, double clear, int *which)
+{
+    int count = 0;
+    for (int k = 0; k < cases; k++) {
+        const kmp_convergence *c = &convergence[k];
+        bool clearly = c->difference > c->limit || (c->difference <= clear && isnan(c->stopped));
+        if (c->known && !clearly)
+            which[count++] = k;
+    }
+    return count;
+}
+
+kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_convergence *convergence)
+{
+    double rtol = repeat->rtol, finer = fmax(rtol / OTHER, FINEST), coarser = OTHER * rtol;
+    double told = repeat->promised * rtol, clear = told > 0 ? (repeat->uneven ? 0 : APART * told) : CLEAR * coarser;
+    bool can_be_finer = FINER * finer < rtol;
+    int *which = KMP_NEW(int, cases);
+    kempe_status status = which ? KEMPE_OK : kmp_fail_memory(repeat->context);
+    for (int k = 0; which && k < cases; k++) {
+        convergence[k] = (kmp_convergence){0};
+        which[k] = k;
+    }
+    int count = cases;
+    if (status == KEMPE_OK && rtol <= COARSE) {
+        double limit = (can_be_finer ? LOST : ORDERLY) * coarser;
+        status = run_beside(repeat, coarser, limit, 0, cases, which, convergence);
+        count = status == KEMPE_OK && can_be_finer ? find_doubtful(cases, convergence, clear, which) : 0;
+    }
+    if (status == KEMPE_OK && count > 0)
+        status = run_beside(repeat, finer, PROMISED * rtol, told, count, which, convergence);
+    kmp_free(which);
+    return status;
+}
+
+/* -- a run ------------------------------------------------------------------------------------------- */
+
+typedef struct beside {
+    const kempe_system *system;
+    const kmp_run_spec *spec;
+    const kempe_assembly *start;
+    const kmp_samples *table;
+    int row;
+    kmp_convergence *found;
+} beside;
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    beside *b = user;
+    (void)qd, (void)qdd, (void)lambda, (void)work;
+    if (t != kmp_samples_time(b->table, b->row))
+        return 0; /* where a condition ends it */
+    kmp_convergence_row(b->found, t, b->system->n, kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row++), q,
+                        b->system->scale);
+    return 0;
+}
+
+static kempe_status run_again(void *user, double rtol, int count, const int *which, kmp_convergence *found)
+{
+    beside *b = user;
+    kmp_run_spec other = *b->spec;
+    kmp_run_report report = {0};
+    (void)count, (void)which;
+    other.journal = NULL; /* the first run's */
+    other.closely = true; /* no event is missed by both for the same reason */
+    other.rtol = rtol;
+    other.atol *= rtol / b->spec->rtol;
+    b->row = b->table->rows - b->spec->time_count;
+    b->found = found;
+    kempe_status status = kmp_run(b->system, &other, b->start, take_row, b, &report);
+    kmp_free(report.reason);
+    if (status == KEMPE_E_MEMORY || (status == KEMPE_STOPPED && !report.ended))
+        return status;
+    if (status != KEMPE_OK)
+        found->stopped = report.t;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
+                                    const kmp_samples *table, kmp_convergence *convergence)
+{
+    beside b = {.system = system, .spec = spec, .start = start, .table = table};
+    bool uneven = !kmp_solver_find(spec->integrator)->corrects;
+    const kmp_repeat repeat = {.context = system->context,
+                               .rtol = spec->rtol,
+                               .t_start = spec->t_start,
+                               .promised = !system->changes ? 0
+                                           : uneven         ? AT_EVENTS_UNEVEN
+                                                            : AT_EVENTS,
+                               .uneven = uneven,
+                               .user = &b,
+                               .run = run_again};
+    return kmp_convergence_of(&repeat, 1, convergence);
+}
+
+/* -- telling ----------------------------------------------------------------------------------------- */
+
+bool kmp_convergence_holds(const kmp_convergence *c)
+{
+    return !c->known || (!(c->difference > c->limit) && isnan(c->stopped));
+}
+
+const char *kmp_convergence_word(const kmp_convergence *c)
+{
+    const char *failing = c->difference > c->limit ? "not converged" : "the other run did not come to its end";
+    return !c->known ? "" : kmp_convergence_holds(c) ? "converged" : failing;
+}
+
+void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, const char *name, const char *advice)
+{
+    if (kmp_convergence_holds(c)) {
+        if (c->told > 0 && c->difference > c->told)
+            kmp_log(context, KEMPE_LOG_WARNING,
+                    "'%s' has an error of %.2g of its size at t = %.6g s, as a run at rtol %.3g shows; %s", name,
+                    c->difference, c->t, c->rtol, advice);
+        return;
+    }
+    if (c->difference > c->limit)
+        kmp_log(context, KEMPE_LOG_WARNING,
+                "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' comes out otherwise by %.2g at t = %.6g s, "
+                "so the motion amplifies errors or takes another branch; %s",
+                c->until, c->rtol, name, c->difference, c->t, advice);
+    else
+        kmp_log(context, KEMPE_LOG_WARNING, "this run could not be checked: at rtol %.3g it ends at t = %.6g s; %s",
+                c->rtol, c->stopped, advice);
+}
+
+void kmp_convergence_show(kmp_text *text, const kmp_convergence *c, const char *what, const char *name)
+{
+    if (!c->known)
+        return;
+    kmp_text_printf(text, "again     at rtol %.3g %s %s by %.2e", c->rtol, what,
+                    kmp_convergence_holds(c) ? "differs at most" : "DIFFERS", c->difference);
+    if (c->difference > 0)
+        kmp_text_printf(text, ", '%s' at t = %.6g s", name, c->t);
+    if (!isnan(c->stopped))
+        kmp_text_printf(text, "; it ended at t = %.6g s", c->stopped);
+    kmp_text_put(text, "\n");
+}
+
+void kmp_convergence_json(kmp_json *json, const kmp_convergence *c, const char *name)
+{
+    if (!c->known) {
+        kmp_json_string(json, "convergence", NULL);
+        return;
+    }
+    kmp_json_object(json, "convergence");
+    kmp_json_number(json, "rtol", c->rtol);
+    kmp_json_number(json, "difference", c->difference);
+    kmp_json_number(json, "limit", c->limit);
+    kmp_json_string(json, "coordinate", name);
+    kmp_json_number(json, "t", c->t);
+    kmp_json_number(json, "trusted_until", c->until);
+    kmp_json_string(json, "result", kmp_convergence_word(c));
+    kmp_json_end(json);
+}

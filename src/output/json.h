@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A JSON writer over growing text: one member a line, two spaces a level. Keys come out in the order of the calls,
+ * numbers with the digits that read back to the same double, null where they are not finite. */
+#ifndef KMP_OUTPUT_JSON_H
+#define KMP_OUTPUT_JSON_H
+
+#include "base/text.h"
+
+enum { KMP_JSON_DEPTH = 16 };
+
+typedef struct kmp_json {
+    kmp_text *text;
+    int depth;
+    bool filled; /* something stands in the open object or array already */
+    char close[KMP_JSON_DEPTH];
+} kmp_json;
+
+kmp_json kmp_json_begin(kmp_text *text);
+
+/** Each of these writes one member: `key` is NULL inside an array and for the outermost value. */
+void kmp_json_object(kmp_json *json, const char *key);
+void kmp_json_array(kmp_json *json, const char *key);
+void kmp_json_number(kmp_json *json, const char *key, double x);
+void kmp_json_whole(kmp_json *json, const char *key, long x);
+void kmp_json_string(kmp_json *json, const char *key, const char *s); /* null for NULL */
+void kmp_json_true(kmp_json *json, const char *key);
+void kmp_json_boolean(kmp_json *json, const char *key, bool x);
+
+/** An array of numbers on one line. */
+void kmp_json_numbers(kmp_json *json, const char *key, int count, const double *x);
+
+/** Closes the innermost object or array; the outermost one with a newline. */
+void kmp_json_end(kmp_json *json);
+
+#endif

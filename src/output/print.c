@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "output/print.h"
+#include "constraints/rounding/mend.h"
+#include <math.h>
+#include <string.h>
+
+const char *kmp_status_word(kempe_status status)
+{
+    return status == KEMPE_OK ? "ok" : status == KEMPE_STOPPED ? "stopped" : "failed";
+}
+
+/* Closures that stay open as drawn, where there are any. */
+static void json_rounding(kmp_json *json, const kempe_system *system)
+{
+    bool some = false;
+    for (int c = 0; c < system->model->closure_count; c++)
+        some = some || system->misfit[c] > 0;
+    if (!some)
+        return;
+    kmp_json_object(json, "rounding");
+    kmp_json_object(json, "misfit");
+    for (int c = 0; c < system->model->closure_count; c++)
+        if (system->misfit[c] > 0)
+            kmp_json_number(json, system->model->closures[c].name, system->misfit[c] * system->length);
+    kmp_json_end(json);
+    kmp_json_number(json, "closure_tolerance", system->closure_tolerance);
+    kmp_json_boolean(json, "corrected", system->mended);
+    kmp_json_number(json, "moved", system->mended_by * system->length);
+    kmp_json_number(json, "length", system->length);
+    kmp_json_end(json);
+}
+
+void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more)
+{
+    for (int c = 0, told = 0; c < system->model->closure_count; c++) {
+        kmp_text line = {0};
+        kmp_put_misfit(&line, system, c);
+        if (line.s && line.length > 0)
+            kmp_text_printf(text, "%s%s\n", told++ > 0 ? more : label, line.s);
+        kmp_text_free(&line);
+    }
+}
+
+static void print_lines(kmp_json *json, const char *key, const char *lines)
+{
+    kmp_text line = {0};
+    kmp_json_array(json, key);
+    for (; *lines; lines += strcspn(lines, "\n") + 1) {
+        kmp_text_printf(&line, "%.*s", (int)strcspn(lines, "\n"), lines);
+        kmp_json_string(json, NULL, line.s ? line.s : "");
+        json->text->failed = json->text->failed || line.failed;
+        kmp_text_free(&line);
+    }
+    kmp_json_end(json);
+}
+
+void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason, double build_s,
+                    const char *warnings)
+{
+    kmp_json_object(json, NULL);
+    kmp_json_string(json, "model", system->model->name);
+    kmp_json_string(json, "status", kmp_status_word(status));
+    kmp_json_string(json, "reason", reason ? reason : "");
+    kmp_json_number(json, "build_s", build_s);
+    json_rounding(json, system);
+    if (warnings)
+        print_lines(json, "warnings", warnings);
+}
+
+void kmp_print_unused(kmp_text *text, const kempe_model *model)
+{
+    const char *before = "";
+    for (int k = 0; k < model->parameter_count; k++)
+        if (model->parameters[k].unused) {
+            kmp_text_printf(text, "%s%s", before, model->parameters[k].name);
+            before = ", ";
+        }
+}
+
+void kmp_print_unused_json(kmp_json *json, const kempe_model *model)
+{
+    kmp_json_array(json, "unused_parameters");
+    for (int k = 0; k < model->parameter_count; k++)
+        if (model->parameters[k].unused)
+            kmp_json_string(json, NULL, model->parameters[k].name);
+    kmp_json_end(json);
+}
+
+void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
+                       const double *values)
+{
+    kmp_json_object(json, key);
+    for (int k = 0; k < kmp_quantity_size(system, quantity); k++)
+        kmp_json_number(json, kmp_quantity_name(system, quantity, k), values ? values[k] : NAN);
+    kmp_json_end(json);
+}
+
+void kmp_print_coordinates(kmp_json *json, const char *key, const kempe_system *system, int count,
+                           const int *coordinates)
+{
+    kmp_json_array(json, key);
+    for (int k = 0; k < count; k++)
+        kmp_json_string(json, NULL, system->model->motions[coordinates[k]].name);
+    kmp_json_end(json);
+}
+
+void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict)
+{
+    kmp_json_object(json, "residual");
+    kmp_json_number(json, "h_max", verdict->h_max);
+    kmp_json_number(json, "hdot_max", verdict->hdot_max);
+    if (verdict->misfit_row >= 0)
+        kmp_json_number(json, "misfit", verdict->misfit);
+    kmp_json_end(json);
+    kmp_json_object(json, "energy");
+    kmp_json_number(json, "drift_rel", verdict->drift_rel);
+    kmp_json_end(json);
+}
+
+void kmp_print_errors(kmp_json *json, const kmp_verdict *verdict)
+{
+    kmp_json_object(json, "error");
+    kmp_json_number(json, "q", verdict->error[KMP_QUANTITY_Q]);
+    kmp_json_number(json, "qd", verdict->error[KMP_QUANTITY_QD]);
+    kmp_json_number(json, "lambda", verdict->error[KMP_QUANTITY_LAMBDA]);
+    kmp_json_end(json);
+}
+
+void kmp_print_work(kmp_json *json, const kmp_run_report *report)
+{
+    kmp_json_object(json, "work");
+    kmp_json_whole(json, "steps", report->steps);
+    kmp_json_whole(json, "rejected", report->rejected);
+    kmp_json_whole(json, "refused", report->refused);
+    kmp_json_whole(json, "rhs", report->rhs);
+    kmp_json_whole(json, "newton", report->newton);
+    kmp_json_whole(json, "jacobians", report->jacobians);
+    kmp_json_whole(json, "factorizations", report->factorizations);
+    kmp_json_whole(json, "exchanges", report->exchanges);
+    kmp_json_whole(json, "centrings", report->centrings);
+    kmp_json_whole(json, "events", report->events);
+    kmp_json_end(json);
+}
+
+void kmp_print_cell(kmp_text *text, int width, int digits, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "%*.*e", width, digits, x);
+    else
+        kmp_text_printf(text, "%*s", width, "-");
+}
+
+int kmp_print_width(const kempe_system *system, kmp_quantity quantity)
+{
+    int width = 0;
+    for (int k = 0; k < kmp_quantity_size(system, quantity); k++) {
+        int length = (int)strlen(kmp_quantity_name(system, quantity, k));
+        width = length > width ? length : width;
+    }
+    return width;
+}
+
+const char *kmp_print_unit(const kempe_system *system, int coordinate)
+{
+    return system->model->motions[coordinate].rotation ? "rad" : "m";
+}
+
+kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out)
+{
+    char *s = kmp_text_take(text);
+    if (!s)
+        return kmp_fail_memory(context);
+    *out = s;
+    return KEMPE_OK;
+}

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What all reports share: the head of a JSON object, numbers in columns, and handing the text over. */
+#ifndef KMP_OUTPUT_PRINT_H
+#define KMP_OUTPUT_PRINT_H
+
+#include "base/context.h"
+#include "integrators/run/run.h"
+#include "output/json.h"
+#include "output/verdict.h"
+
+/** "ok", "stopped" or "failed". */
+const char *kmp_status_word(kempe_status status);
+
+/** Opens the outermost object: model, status, reason, build_s, and the warnings, one a line (kmp_context_warnings);
+ * NULL: the object has them elsewhere. */
+void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason, double build_s,
+                    const char *warnings);
+
+/** Names of the parameters that nothing uses: "a, b" (nothing when there are none), and the array unused_parameters. */
+void kmp_print_unused(kmp_text *text, const kempe_model *model);
+void kmp_print_unused_json(kmp_json *json, const kempe_model *model);
+
+/** An object of named numbers: entries of `quantity`. */
+void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
+                       const double *values);
+
+/** An array of coordinate names. */
+void kmp_print_coordinates(kmp_json *json, const char *key, const kempe_system *system, int count,
+                           const int *coordinates);
+
+/** residual{} and energy{} of a verdict. */
+void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict);
+
+/** error{} of a verdict, and work{} of a run. */
+void kmp_print_errors(kmp_json *json, const kmp_verdict *verdict);
+void kmp_print_work(kmp_json *json, const kmp_run_report *report);
+
+/** Right-aligned in `width` with `digits` after the point, "-" where not finite. */
+void kmp_print_cell(kmp_text *text, int width, int digits, double x);
+
+/** The longest name of `count` coordinates or of a quantity's entries, for columns. */
+int kmp_print_width(const kempe_system *system, kmp_quantity quantity);
+
+/** "rad" or "m". */
+const char *kmp_print_unit(const kempe_system *system, int coordinate);
+
+/** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
+kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
+
+/** Closures that stay open as drawn, a line each: behind `label`, the next ones behind `more`. Nothing where all close.
+ */
+void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more);
+
+#endif

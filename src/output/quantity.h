@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The quantities of a state that tables, references and errors are about, and how their columns are called. */
+#ifndef KMP_OUTPUT_QUANTITY_H
+#define KMP_OUTPUT_QUANTITY_H
+
+#include "dynamics/system.h"
+
+typedef enum kmp_quantity {
+    KMP_QUANTITY_Q,
+    KMP_QUANTITY_QD,
+    KMP_QUANTITY_QDD,
+    KMP_QUANTITY_LAMBDA,
+    KMP_QUANTITIES
+} kmp_quantity;
+
+/** "q", "qd", "qdd", "lambda": what stands before the dot of a column. */
+const char *kmp_quantity_prefix(kmp_quantity quantity);
+
+/** Number of entries (n or m) and the name of entry k: a coordinate's or a closure row's. */
+int kmp_quantity_size(const kempe_system *system, kmp_quantity quantity);
+const char *kmp_quantity_name(const kempe_system *system, kmp_quantity quantity, int k);
+
+#endif

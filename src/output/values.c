@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tables of values: from memory, and at random. */
+#include "output/values.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "model/tables/ranges.h"
+#include "model/variant.h"
+#include <limits.h>
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+kempe_values *kmp_values_new(int columns, const char *const *names)
+{
+    kempe_values *values = KMP_NEW(kempe_values, 1);
+    if (!values)
+        return NULL;
+    values->columns = columns;
+    values->name = KMP_NEW(char *, columns);
+    bool ok = values->name;
+    for (int k = 0; ok && k < columns; k++)
+        ok = (values->name[k] = kmp_strdup(names[k]));
+    if (ok)
+        return values;
+    kempe_values_free(values);
+    return NULL;
+}
+
+double *kmp_values_add(kempe_values *values)
+{
+    if (values->count == values->room) {
+        if (values->room > INT_MAX / 2)
+            return NULL;
+        int room = values->room ? 2 * values->room : 64;
+        size_t width = values->columns > 0 ? (size_t)values->columns : 1;
+        double *rows = kmp_realloc(values->rows, (size_t)room * width, sizeof *rows);
+        if (!rows)
+            return NULL;
+        values->rows = rows;
+        values->room = room;
+    }
+    return values->rows + (size_t)values->count++ * (size_t)values->columns;
+}
+
+void kempe_values_free(kempe_values *values)
+{
+    if (!values)
+        return;
+    for (int k = 0; values->name && k < values->columns; k++)
+        kmp_free(values->name[k]);
+    kmp_free(values->name);
+    kmp_free(values->rows);
+    kmp_free(values);
+}
+
+int kempe_values_count(const kempe_values *values)
+{
+    KMP_GIVEN(values, 0);
+    return values->count;
+}
+
+int kempe_values_column_count(const kempe_values *values)
+{
+    KMP_GIVEN(values, 0);
+    return values->columns;
+}
+
+const char *kempe_values_name(const kempe_values *values, int column)
+{
+    KMP_GIVEN(values, "");
+    return column >= 0 && column < values->columns ? values->name[column] : "";
+}
+
+const double *kempe_values_row(const kempe_values *values, int k)
+{
+    KMP_GIVEN(values, NULL);
+    return k >= 0 && k < values->count ? values->rows + (size_t)k * (size_t)values->columns : NULL;
+}
+
+/* What the model does not have, or not twice. */
+static kempe_status check_names(const kempe_model *model, int columns, const char *const *names)
+{
+    kempe_status status = kmp_model_check_finished(model);
+    for (int k = 0; status == KEMPE_OK && k < columns; k++) {
+        kmp_text why = {0};
+        KMP_WANTED(model->context, names && names[k], "a name of a column");
+        bool may = kmp_variant_may(model, names[k], &why);
+        for (int i = 0; may && i < k; i++)
+            if (strcmp(names[i], names[k]) == 0) {
+                kmp_text_printf(&why, "'%s' is given twice", names[k]);
+                may = false;
+            }
+        if (!may)
+            status =
+                why.failed ? kmp_fail_memory(model->context) : kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s", why.s);
+        kmp_text_free(&why);
+    }
+    return status;
+}
+
+kempe_status kempe_values_new(const kempe_model *model, int columns, const char *const *names, int count,
+                              const double *rows, kempe_values **values)
+{
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, values, "values");
+    kmp_context_clear(model->context);
+    if (columns < 0 || count < 0)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table has no negative number of columns or rows");
+    KMP_TRY(check_names(model, columns, names));
+    KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
+    kempe_values *made = kmp_values_new(columns, names);
+    if (!made)
+        return kmp_fail_memory(model->context);
+    for (int i = 0; i < count; i++) {
+        double *row = kmp_values_add(made);
+        if (!row) {
+            kempe_values_free(made);
+            return kmp_fail_memory(model->context);
+        }
+        for (int k = 0; k < columns; k++)
+            row[k] = rows[(size_t)i * (size_t)columns + (size_t)k];
+    }
+    *values = made;
+    return KEMPE_OK;
+}
+
+/* -- at random --------------------------------------------------------------------------------------- */
+
+/* Knuth's MMIX generator. */
+static double chance(uint64_t *state)
+{
+    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    return (double)(*state >> 11) * 0x1p-53;
+}
+
+static kempe_status draw(const kempe_model *model, const kmp_ranges *ranges, int count, int seed, kempe_values **values)
+{
+    int columns = ranges->count;
+    const char **names = KMP_NEW(const char *, columns);
+    uint64_t state = (uint64_t)seed * 2862933555777941757u + 3037000493u;
+    kempe_status status = names ? KEMPE_OK : kmp_fail_memory(model->context);
+    for (int k = 0; names && k < columns; k++)
+        names[k] = ranges->range[k].name;
+    kempe_values *made = NULL;
+    if (status == KEMPE_OK)
+        status = kempe_values_new(model, columns, names, 0, NULL, &made);
+    for (int i = 0; made && i < count; i++) {
+        double *row = kmp_values_add(made);
+        for (int k = 0; row && k < columns; k++)
+            row[k] = ranges->range[k].from + (ranges->range[k].to - ranges->range[k].from) * chance(&state);
+        if (!row) {
+            kempe_values_free(made);
+            made = NULL;
+            status = kmp_fail_memory(model->context);
+        }
+    }
+    kmp_free(names);
+    if (made)
+        *values = made;
+    return status;
+}
+
+kempe_status kempe_values_sample(const kempe_model *model, const char *text, int count, int seed, kempe_values **values)
+{
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, text, "ranges");
+    KMP_WANTED(model->context, values, "values");
+    kmp_ranges ranges;
+    kmp_context_clear(model->context);
+    if (count < 1)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "how many instances? at least one is wanted");
+    kempe_status status = kmp_ranges_read(model->context, text, &ranges);
+    if (status != KEMPE_OK)
+        return status;
+    for (int k = 0; k < ranges.count && status == KEMPE_OK; k++)
+        if (ranges.range[k].count != 0)
+            status = kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                              "to sample '%s' a range is wanted, NAME=A:B, with commas between several",
+                              ranges.range[k].name);
+    kempe_values *made = NULL;
+    if (status == KEMPE_OK)
+        status = draw(model, &ranges, count, seed, &made);
+    if (status == KEMPE_OK)
+        *values = made;
+    kmp_ranges_free(&ranges);
+    return status;
+}

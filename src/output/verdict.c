@@ -1,0 +1,189 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "output/verdict.h"
+#include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include <math.h>
+#include <string.h>
+
+/* Less energy than this part of the potential's value is what is left of a mechanism at rest: rounding. */
+#define AT_REST 1e-9
+
+/* The sums over rows that the energy's drift is made of. */
+typedef struct balance {
+    double first;           /* E - work of the first row */
+    double drift;           /* max |E - work - first| */
+    double kinetic;         /* max */
+    double lowest, highest; /* potential energy */
+    double value;           /* max |potential energy|, whatever its zero */
+} balance;
+
+kmp_verdict kmp_verdict_none(void)
+{
+    return (kmp_verdict){
+        .h_max = NAN, .hdot_max = NAN, .misfit_row = -1, .drift_rel = NAN, .error = {NAN, NAN, NAN, NAN}};
+}
+
+/* fmax that keeps what is not a number. */
+static double larger(double a, double b)
+{
+    return a > b || isnan(a) ? a : b;
+}
+
+static void add_energy(balance *b, double kinetic, double potential, double work, bool is_first)
+{
+    double left = kinetic + potential - work;
+    if (is_first)
+        *b = (balance){.first = left, .lowest = potential, .highest = potential};
+    b->drift = larger(b->drift, fabs(left - b->first));
+    b->kinetic = larger(b->kinetic, kinetic);
+    b->lowest = fmin(b->lowest, potential);
+    b->highest = fmax(b->highest, potential);
+    b->value = fmax(b->value, fabs(potential));
+}
+
+/* Of the rows that are open widest, as many as are dropped. */
+static void judge_misfit(kmp_verdict *verdict, double t, kmp_plant *plant)
+{
+    int row;
+    kmp_plant_drop_widest(plant);
+    double misfit = kmp_plant_misfit(plant, &row);
+    if (row < 0 || misfit <= verdict->misfit)
+        return;
+    verdict->misfit = misfit;
+    verdict->misfit_row = row;
+    verdict->misfit_t = t;
+}
+
+static void judge_row(kmp_verdict *verdict, balance *b, const kmp_samples *table, int row, kmp_plant *plant)
+{
+    double t = kmp_samples_time(table, row);
+    const double *q = kmp_samples_get(table, KMP_QUANTITY_Q, row), *qd = kmp_samples_get(table, KMP_QUANTITY_QD, row);
+    kmp_plant_closure(plant, t, q);
+    kmp_plant_mass(plant);
+    judge_misfit(verdict, t, plant);
+    verdict->h_max = larger(verdict->h_max, kmp_plant_residual(plant));
+    verdict->hdot_max = larger(verdict->hdot_max, kmp_plant_rate_residual(plant, qd));
+    double kinetic = kmp_plant_kinetic(plant, qd), potential = kmp_plant_potential(plant, t, q);
+    add_energy(b, kinetic, potential, kmp_samples_work(table, row), row == 0);
+}
+
+static void compare_entries(double *error, int count, const double *x, const double *ref)
+{
+    for (int k = 0; k < count; k++) {
+        if (isnan(ref[k]))
+            continue;
+        double e = fabs(x[k] - ref[k]) / fmax(fabs(ref[k]), 1);
+        *error = isnan(*error) ? e : larger(*error, e);
+    }
+}
+
+/* What a multiplier does along the size of its row, J. */
+static double effort(const kempe_system *system, const kmp_reference *reference, int row, double lambda)
+{
+    return reference->shared && reference->shared[row] ? NAN : fabs(lambda) * system->row_scale[row];
+}
+
+/* The largest of the reference: forces that are small beside it are not held against themselves. 0: there is none. */
+static double load_of(const kempe_system *system, const kmp_reference *reference)
+{
+    const double *lambda = reference->value[KMP_QUANTITY_LAMBDA];
+    double load = 0;
+    for (int row = 0; lambda && row < reference->rows; row++)
+        for (int k = 0; k < system->m; k++)
+            load = fmax(load, effort(system, reference, k, lambda[(size_t)row * (size_t)system->m + (size_t)k]));
+    return load;
+}
+
+static void compare_loads(double *error, const kempe_system *system, const kmp_reference *reference, const double *x,
+                          const double *ref, double load)
+{
+    for (int k = 0; k < system->m; k++) {
+        double e = effort(system, reference, k, x[k] - ref[k]) / (load > 0 ? load : 1);
+        if (!isnan(ref[k]) && !(reference->shared && reference->shared[k]))
+            *error = isnan(*error) ? e : larger(*error, e);
+    }
+}
+
+static bool same(double a, double b)
+{
+    return a <= b && a >= b;
+}
+
+/* Angles of spherical joints that differ by more are other words for some orientation. */
+#define OTHER_WORDS 1.0
+
+/* q, qd, qdd of a row (3 n, copied into `row`), with the angles of spherical joints in the words of the reference: that
+ * two runs went round a singular position on either side is no error of theirs. */
+static void use_words_of(const kempe_system *system, const double *ref, double *own, double *row)
+{
+    int n = system->n;
+    kmp_charts_reset(system, own);
+    for (int c = 0; c < system->chart_count; c++) {
+        int first = system->chart_first[c];
+        double off = 0; /* stays 0 where the reference has not all three */
+        for (int k = first; k < first + 3; k++)
+            off = isnan(ref[k]) || isnan(off) ? NAN : fmax(off, fabs(row[k] - ref[k]));
+        if (off > OTHER_WORDS)
+            (void)kmp_chart_show(system, c, own, ref + first, row, row + n, row + 2 * n);
+    }
+}
+
+static void compare_row(double *error, const kmp_samples *table, int row, const kmp_reference *reference, int r,
+                        const double *values)
+{
+    for (int k = 0; k < KMP_QUANTITY_LAMBDA; k++) {
+        const double *x = values ? values + (ptrdiff_t)k * table->n : kmp_samples_get(table, (kmp_quantity)k, row);
+        compare_entries(&error[k], table->n, x, reference->value[k] + (size_t)r * (size_t)table->n);
+    }
+}
+
+/* Both tables ascend: one walk along the two. `room`: for a row and the charts, NULL where there are none. */
+static void compare_rows(double *error, const kmp_samples *table, const kmp_reference *reference, double until,
+                         const kempe_system *system, double *room)
+{
+    size_t n = (size_t)table->n, m = (size_t)table->m;
+    double load = load_of(system, reference);
+    for (int row = 0, r = 0; row < table->rows; row++) {
+        double t = kmp_samples_time(table, row);
+        while (r < reference->rows && reference->t[r] < t)
+            r++;
+        if (r == reference->rows || t > until || !same(reference->t[r], t))
+            continue;
+        if (room) {
+            memcpy(room, kmp_samples_get(table, KMP_QUANTITY_Q, row), 3 * n * sizeof *room);
+            use_words_of(system, reference->value[KMP_QUANTITY_Q] + (size_t)r * n, room + 3 * n, room);
+        }
+        compare_row(error, table, row, reference, r, room);
+        if (m > 0)
+            compare_loads(&error[KMP_QUANTITY_LAMBDA], system, reference,
+                          kmp_samples_get(table, KMP_QUANTITY_LAMBDA, row),
+                          reference->value[KMP_QUANTITY_LAMBDA] + (size_t)r * m, load);
+    }
+}
+
+void kmp_verdict_errors(const kmp_samples *table, const kempe_system *system, const kmp_reference *reference,
+                        double until, double error[KMP_QUANTITIES])
+{
+    int charts = kmp_charts_count(system);
+    double *room = charts > 0 ? KMP_NEW(double, 3 * system->n + KMP_CHART_SIZE * charts) : NULL;
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        error[k] = NAN;
+    compare_rows(error, table, reference, until, system, room);
+    kmp_free(room);
+}
+
+kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_plant *plant, const kmp_reference *reference)
+{
+    kmp_verdict verdict = kmp_verdict_none();
+    balance b = {0};
+    if (table->rows == 0)
+        return verdict;
+    verdict.h_max = verdict.hdot_max = 0;
+    for (int row = 0; row < table->rows; row++)
+        judge_row(&verdict, &b, table, row, plant);
+    double size = fmax(fmax(b.kinetic, b.highest - b.lowest), AT_REST * b.value);
+    verdict.drift_rel = size > 0 ? b.drift / size : 0;
+    if (reference)
+        kmp_verdict_errors(table, plant->system, reference, INFINITY, verdict.error);
+    return verdict;
+}

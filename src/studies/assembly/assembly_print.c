@@ -1,0 +1,211 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What `assemble` says, for a person and as JSON. */
+#include "constraints/closing/assemble.h"
+#include "model/print/model_print.h"
+#include "output/print.h"
+#include <math.h>
+#include <string.h>
+
+/* "" when closed; else the loops that stay open, widest first. */
+static void write_reason(kmp_text *reason, const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    kmp_text_put(reason, "");
+    for (int k = 0; !a->closed && k < a->culprit_count; k++) {
+        int c = a->culprits[k];
+        kmp_text_printf(reason, "%sloop '%s' stays open by %.3g", k ? ", " : "", model->closures[c].name, a->gaps[c]);
+    }
+    if (!a->closed && a->culprit_count == 0)
+        kmp_text_printf(reason, "the loops do not close to the wanted precision: |h| = %.3g", a->residual);
+    if (a->closed && a->goals.end == KMP_GOALS_SINGULAR)
+        kmp_text_printf(
+            reason,
+            "the way to the goals ends after %d steps, where the closures lose rank (slope %.2g): no nearest "
+            "position is found",
+            a->goals.steps, a->goals.slope);
+}
+
+static bool is_done(const kempe_assembly *a)
+{
+    return a->closed && a->goals.end != KMP_GOALS_SINGULAR;
+}
+
+/* "B", "position(coupler.P).x" */
+static void put_goal(kmp_text *text, const kempe_model *model, const kmp_goal *goal, int i)
+{
+    kmp_model_put_goal(text, model, goal);
+    if (goal->width == 3)
+        kmp_text_printf(text, ".%c", "xyz"[i]);
+}
+
+static int goal_width(const kempe_model *model)
+{
+    size_t width = 4;
+    for (int k = 0; k < model->start.goal_count; k++) {
+        kmp_text name = {0};
+        put_goal(&name, model, &model->start.goals[k], 0);
+        width = name.s && name.length > width ? name.length : width;
+        kmp_text_free(&name);
+    }
+    return (int)width;
+}
+
+static void show_goals(kmp_text *text, const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    int width = goal_width(model);
+    if (model->start.goal_count == 0)
+        return;
+    kmp_text_printf(text, "\n  %-*s  unit  %10s  %22s  %22s  %14s\n", width, "", "weight", "goal", "reached",
+                    "remains");
+    for (int k = 0, at = 0; k < model->start.goal_count; k++) {
+        const kmp_goal *goal = &model->start.goals[k];
+        for (int i = 0; i < goal->width; i++, at++) {
+            kmp_text name = {0};
+            put_goal(&name, model, goal, i);
+            text->failed = text->failed || name.failed;
+            kmp_text_printf(text, "  %-*s  %-4s  %10.6g  %22.15g  %22.15g  %14.6g\n", width, name.s ? name.s : "",
+                            goal->motion < 0 ? "m" : kmp_print_unit(a->system, goal->motion), goal->weight[i].value,
+                            goal->value[i].value, a->goals.value[at], a->goals.value[at] - goal->value[i].value);
+            kmp_text_free(&name);
+        }
+    }
+}
+
+static void show_coordinates(kmp_text *text, const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    int width = kmp_print_width(a->system, KMP_QUANTITY_Q);
+    kmp_text_printf(text, "  %-*s  unit  %22s  %22s  %22s\n", width, "", "guess", "q", "qd");
+    for (int k = 0; k < a->system->n; k++)
+        kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g%s\n", width, model->motions[k].name,
+                        kmp_print_unit(a->system, k), model->start.q[k].value, a->q[k], a->qd[k],
+                        model->start.hold && model->start.hold[k] ? "  held" : "");
+}
+
+static void show_assembly(kmp_text *text, const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    kmp_text_printf(text, "%s: %s after %d iteration%s\n\n", model->name, is_done(a) ? "assembled" : "not assembled",
+                    a->iterations, a->iterations == 1 ? "" : "s");
+    show_coordinates(text, a);
+    show_goals(text, a);
+    kmp_text_put(text, "\nresidual  |h| ");
+    kmp_print_cell(text, 0, 2, a->residual);
+    kmp_text_put(text, " scaled, widest gap ");
+    kmp_print_cell(text, 0, 2, a->gap);
+    kmp_text_put(text, "\n");
+    for (int k = 0; !a->closed && k < a->culprit_count; k++)
+        kmp_text_printf(text, "open      loop '%s', gap %.6g\n", model->closures[a->culprits[k]].name,
+                        a->gaps[a->culprits[k]]);
+    if (a->goals.end != KMP_GOALS_NONE) {
+        kmp_text_put(text, "goals     distance ");
+        kmp_print_cell(text, 0, 6, a->goals.distance);
+        kmp_text_printf(text, ", %s after %d step%s, slope ",
+                        a->goals.end == KMP_GOALS_MINIMUM ? "a minimum" : "no minimum", a->goals.steps,
+                        a->goals.steps == 1 ? "" : "s");
+        kmp_print_cell(text, 0, 2, a->goals.slope);
+        kmp_text_put(text, "\n");
+    }
+    kmp_print_rounding(text, a->system, "rounding  ", "          ");
+    kmp_text changed = {0};
+    kmp_assembly_put_rates(&changed, a);
+    for (const char *at = changed.s ? changed.s : ""; *at; at += strcspn(at, "\n") + 1)
+        kmp_text_printf(text, "note      %.*s\n", (int)strcspn(at, "\n"), at);
+    text->failed = text->failed || changed.failed;
+    kmp_text_free(&changed);
+    if (a->rates_left > 0)
+        kmp_text_printf(
+            text,
+            "note      prescribed motions ask for rates that the closures do not allow here: %.2g of them is "
+            "left over\n",
+            a->rates_left);
+}
+
+static void json_goals(kmp_json *j, const kempe_assembly *a)
+{
+    static const char *const ends[] = {
+        [KMP_GOALS_NONE] = "open", [KMP_GOALS_MINIMUM] = "minimum", [KMP_GOALS_SINGULAR] = "singular"};
+    const kempe_model *model = a->system->model;
+    kmp_json_object(j, "goals");
+    kmp_json_string(j, "end", ends[a->goals.end]);
+    kmp_json_number(j, "distance", a->goals.distance);
+    kmp_json_number(j, "slope", a->goals.slope);
+    kmp_json_whole(j, "steps", a->goals.steps);
+    kmp_json_object(j, "values");
+    for (int k = 0, at = 0; k < model->start.goal_count; k++) {
+        const kmp_goal *goal = &model->start.goals[k];
+        for (int i = 0; i < goal->width; i++, at++) {
+            kmp_text name = {0};
+            put_goal(&name, model, goal, i);
+            j->text->failed = j->text->failed || name.failed;
+            kmp_json_object(j, name.s ? name.s : "");
+            kmp_json_number(j, "goal", goal->value[i].value);
+            kmp_json_number(j, "weight", goal->weight[i].value);
+            kmp_json_number(j, "reached", a->goals.value[at]);
+            kmp_json_number(j, "remains", a->goals.value[at] - goal->value[i].value);
+            kmp_json_end(j);
+            kmp_text_free(&name);
+        }
+    }
+    kmp_json_end(j);
+    kmp_json_end(j);
+}
+
+/* Rates that were given and could not be kept. */
+static void json_rates(kmp_json *j, const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    kmp_json_object(j, "rates_changed");
+    for (int k = 0; k < a->system->n; k++) {
+        if (!kmp_assembly_changed_rate(a, k))
+            continue;
+        kmp_json_object(j, model->motions[k].name);
+        kmp_json_number(j, "given", model->start.qd[k].value);
+        kmp_json_number(j, "taken", a->qd[k]);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+    kmp_json_number(j, "rates_left", a->rates_left);
+}
+
+static void json_assembly(kmp_text *text, const kempe_assembly *a, const char *reason)
+{
+    const kempe_model *model = a->system->model;
+    kmp_json j = kmp_json_begin(text);
+    kmp_text warnings = {0};
+    kmp_text_put(&warnings, "");
+    kmp_assembly_put_rates(&warnings, a);
+    kmp_print_head(&j, a->system, is_done(a) ? KEMPE_OK : KEMPE_E_FAILED, reason, a->system->build_s, warnings.s);
+    text->failed = text->failed || warnings.failed;
+    kmp_text_free(&warnings);
+    kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);
+    kmp_print_entries(&j, "qd", a->system, KMP_QUANTITY_QD, a->qd);
+    json_rates(&j, a);
+    kmp_json_number(&j, "residual", a->residual);
+    kmp_json_number(&j, "gap", a->gap);
+    kmp_json_array(&j, "culprits");
+    for (int k = 0; k < a->culprit_count; k++)
+        kmp_json_string(&j, NULL, model->closures[a->culprits[k]].name);
+    kmp_json_end(&j);
+    kmp_json_whole(&j, "iterations", a->iterations);
+    if (model->start.goal_count > 0)
+        json_goals(&j, a);
+    kmp_json_end(&j);
+}
+
+kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, assembly, "assembly");
+    KMP_WANTED(assembly->system->context, text, "text");
+    kmp_text out = {0}, reason = {0};
+    kmp_context_clear(assembly->system->context);
+    write_reason(&reason, assembly);
+    if (format == KEMPE_JSON)
+        json_assembly(&out, assembly, reason.s);
+    else
+        show_assembly(&out, assembly);
+    out.failed = out.failed || reason.failed;
+    kmp_text_free(&reason);
+    return kmp_print_finish(assembly->system->context, &out, text);
+}

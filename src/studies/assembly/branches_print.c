@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What `assemble --branches` says: each assembly mode, and the start values that select it. */
+#include "constraints/closing/branches.h"
+#include "output/print.h"
+#include <math.h>
+#include <string.h>
+
+static void list_kept(kmp_text *text, const kempe_branches *b)
+{
+    int listed = 0;
+    for (int k = 0; k < b->system->n; k++)
+        if (b->kept[k])
+            kmp_text_printf(text, "%s%s", listed++ ? ", " : "", b->system->model->motions[k].name);
+    kmp_text_put(text, listed ? "" : "nothing");
+}
+
+/* The lines to write into the model, numbers in rad and m, nine digits: enough to assemble there. */
+static void show_start(kmp_text *text, const kempe_branches *b, const kmp_branch *branch)
+{
+    kmp_text_put(text, "  start: {q: {");
+    for (int k = 0; k < b->system->n; k++)
+        kmp_text_printf(text, "%s%s: %.9g", k ? ", " : "", b->system->model->motions[k].name, branch->q[k]);
+    kmp_text_put(text, "}, hold: [");
+    list_kept(text, b);
+    kmp_text_put(text, "]}\n");
+}
+
+static void show_branch(kmp_text *text, const kempe_branches *b, int k)
+{
+    const kmp_branch *branch = &b->branch[k];
+    int width = kmp_print_width(b->system, KMP_QUANTITY_Q);
+    kmp_text_printf(text, "\nbranch %d%s", k + 1, k ? "" : " (the model's)");
+    if (branch->sign[0])
+        kmp_text_printf(text, "  sign %s", branch->sign);
+    kmp_text_printf(text, "  |h| %.2e\n", branch->residual);
+    for (int c = 0; c < b->system->n; c++)
+        kmp_text_printf(text, "  %-*s  %-4s  %22.15g%s\n", width, b->system->model->motions[c].name,
+                        kmp_print_unit(b->system, c), branch->q[c], b->kept[c] ? "  kept" : "");
+    show_start(text, b, branch);
+}
+
+static void show_branches(kmp_text *text, const kempe_branches *b)
+{
+    kmp_text_printf(text, "%s: %s%d assembly mode%s found, keeping ", b->system->model->name,
+                    b->many ? "more than " : "", b->count, b->count == 1 ? "" : "s");
+    list_kept(text, b);
+    kmp_text_printf(text, "\n%d random starts, of which %d closed; sampling may miss some\n", b->starts, b->closed);
+    for (int k = 0; k < b->count; k++)
+        show_branch(text, b, k);
+    if (b->many)
+        kmp_text_put(text, "\nnote  so many: the kept coordinates may leave a motion open\n");
+}
+
+static void json_branches(kmp_text *text, const kempe_branches *b)
+{
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, b->system, KEMPE_OK, "", b->system->build_s, b->warnings);
+    kmp_json_array(&j, "kept");
+    for (int k = 0; k < b->system->n; k++)
+        if (b->kept[k])
+            kmp_json_string(&j, NULL, b->system->model->motions[k].name);
+    kmp_json_end(&j);
+    kmp_json_whole(&j, "starts", b->starts);
+    kmp_json_whole(&j, "closed", b->closed);
+    kmp_json_whole(&j, "more", b->many);
+    kmp_json_array(&j, "branches");
+    for (int k = 0; k < b->count; k++) {
+        kmp_json_object(&j, NULL);
+        kmp_print_entries(&j, "q", b->system, KMP_QUANTITY_Q, b->branch[k].q);
+        kmp_json_number(&j, "residual", b->branch[k].residual);
+        kmp_json_string(&j, "sign", b->branch[k].sign);
+        kmp_json_whole(&j, "hits", b->branch[k].hits);
+        kmp_json_end(&j);
+    }
+    kmp_json_end(&j);
+    kmp_json_end(&j);
+}
+
+kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, branches, "branches");
+    KMP_WANTED(branches->system->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(branches->system->context);
+    if (format == KEMPE_JSON)
+        json_branches(&out, branches);
+    else
+        show_branches(&out, branches);
+    return kmp_print_finish(branches->system->context, &out, text);
+}

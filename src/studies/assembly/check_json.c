@@ -1,0 +1,261 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* `check` as one object. Keys of the contract first; numbers that are not known are null. */
+#include "studies/assembly/check_print.h"
+#include <math.h>
+
+typedef void writer(kmp_text *text, const kempe_check *check);
+
+static const char *closure_name(const kempe_check *check, int c)
+{
+    return check->system->model->closures[c].name;
+}
+
+static const char *motion_name(const kempe_check *check, int k)
+{
+    return k < 0 ? NULL : check->system->model->motions[k].name;
+}
+
+static void json_flag(kmp_json *json, const char *key, bool value)
+{
+    kmp_json_whole(json, key, value);
+}
+
+static void json_rows(kmp_json *json, const char *key, const kempe_check *check, int count, const int *rows)
+{
+    kmp_json_array(json, key);
+    for (int k = 0; k < count; k++)
+        kmp_json_string(json, NULL, check->system->row_names[rows[k]]);
+    kmp_json_end(json);
+}
+
+/* The text of a sentence, null when there is nothing to say. */
+static void json_sentence(kmp_json *json, const char *key, const kempe_check *check, writer *write)
+{
+    kmp_text line = {0};
+    write(&line, check);
+    kmp_json_string(json, key, line.s && line.length > 0 ? line.s : NULL);
+    json->text->failed = json->text->failed || line.failed;
+    kmp_text_free(&line);
+}
+
+static void json_partition(kmp_json *json, const kempe_check *check)
+{
+    const kmp_partition *part = &check->part;
+    kmp_json_whole(json, "rank", part->r);
+    kmp_json_whole(json, "dof", part->p);
+    kmp_json_whole(json, "driven", check->driven);
+    kmp_json_string(json, "undetermined", check->undetermined);
+    json_rows(json, "redundant", check, part->m - part->r, part->redundant);
+    kmp_print_coordinates(json, "u", check->system, part->p, part->u);
+    kmp_print_coordinates(json, "v", check->system, part->r, part->v);
+    kmp_json_number(json, "cond_Jv", part->cond);
+    kmp_json_number(json, "max_B", part->max_b);
+    kmp_json_whole(json, "exchanges", part->exchanges);
+    kmp_json_numbers(json, "pivots", part->m < part->n ? part->m : part->n, part->pivots);
+}
+
+static void json_blocks(kmp_json *json, const kempe_check *check)
+{
+    const kmp_doctor *d = &check->doctor;
+    kmp_json_array(json, "blocks");
+    for (int b = 0; b < d->block_count; b++)
+        kmp_print_coordinates(json, NULL, check->system, d->blocks[b].size, d->blocks[b].columns);
+    kmp_json_end(json);
+    kmp_json_array(json, "block_closures");
+    for (int b = 0; b < d->block_count; b++) {
+        kmp_json_array(json, NULL);
+        for (int k = 0; k < d->blocks[b].closure_count; k++)
+            kmp_json_string(json, NULL, closure_name(check, d->blocks[b].closures[k]));
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void json_mobility(kmp_json *json, const kempe_check *check)
+{
+    static const char *const words[] = {NULL, "real", "branches", "shaky", "conditions"};
+    const kmp_doctor *d = &check->doctor;
+    kmp_json_object(json, "mobility");
+    kmp_json_whole(json, "dof", check->part.p);
+    kmp_json_whole(json, "driven", check->driven);
+    kmp_json_whole(json, "counted", check->part.n - check->part.m);
+    kmp_json_number(json, "generic_dof",
+                    d->moved || check->part.p == 0 ? (double)(check->part.n - d->generic_rank) : (double)NAN);
+    kmp_json_whole(json, "declared_rows", d->declared);
+    kmp_json_number(json, "margin", d->margin);
+    json_sentence(json, "explanation", check, kmp_check_mobility);
+    kmp_json_string(json, "second_order", words[d->second]);
+    kmp_json_number(json, "branches", d->second == KMP_SECOND_BRANCHES ? (double)d->branches : (double)NAN);
+    kmp_json_end(json);
+}
+
+static void json_redundancy(kmp_json *json, const kempe_check *check)
+{
+    const kmp_doctor *d = &check->doctor;
+    kmp_json_array(json, "dependent");
+    for (int k = 0; k < d->set_count; k++) {
+        kmp_json_object(json, NULL);
+        json_rows(json, "rows", check, d->sets[k].count, d->sets[k].rows);
+        kmp_json_string(json, "when", !d->moved ? NULL : d->sets[k].always ? "always" : "here");
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+    json_rows(json, "reactions_not_unique", check, d->shared_count, d->shared_rows);
+    kmp_json_array(json, "repairs");
+    for (int k = 0; k < d->repair_count; k++) {
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "closure", closure_name(check, d->repairs[k].closure));
+        kmp_json_whole(json, "may_lose", d->repairs[k].count);
+        kmp_json_whole(json, "of", d->repairs[k].of);
+        json_rows(json, "rows", check, d->repairs[k].count, d->repairs[k].rows);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void json_alternatives(kmp_json *json, const kempe_check *check)
+{
+    kmp_json_array(json, "alternatives");
+    for (int k = 0; k < check->doctor.alternative_count; k++) {
+        const kmp_alternative *a = &check->doctor.alternatives[k];
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "coordinate", motion_name(check, a->coordinate));
+        kmp_json_string(json, "instead_of", motion_name(check, a->instead));
+        kmp_json_number(json, "max_B", a->max_b);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void json_landmarks(kmp_json *json, const kempe_check *check)
+{
+    const kmp_limits *l = &check->doctor.limits;
+    kmp_json_array(json, "met");
+    for (int i = 0; i < l->landmark_count; i++) {
+        const kmp_landmark *mark = &l->landmark[i];
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "what", mark->coordinate >= 0 ? "dead centre" : "change point");
+        kmp_json_string(json, "coordinate", motion_name(check, mark->coordinate));
+        kmp_json_number(json, "margin", mark->margin);
+        kmp_print_entries(json, "q", check->system, KMP_QUANTITY_Q, mark->q);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void json_limits(kmp_json *json, const kempe_check *check)
+{
+    const kmp_limits *l = &check->doctor.limits;
+    kmp_json_object(json, "limits");
+    json_flag(json, "walked", l->walked);
+    json_flag(json, "cycle", l->cycle);
+    kmp_json_string(json, "reason", l->walked ? l->ended : l->why_not);
+    kmp_json_object(json, "range");
+    for (int k = 0; l->walked && k < check->system->n; k++) {
+        kmp_json_object(json, motion_name(check, k));
+        kmp_json_number(json, "low", l->swing[k].low);
+        kmp_json_number(json, "high", l->swing[k].high);
+        kmp_json_whole(json, "turns", l->swing[k].turns);
+        json_flag(json, "low_dead_centre", l->swing[k].low_dead);
+        json_flag(json, "high_dead_centre", l->swing[k].high_dead);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+    json_landmarks(json, check);
+    kmp_json_end(json);
+}
+
+static void json_assembled(kmp_json *json, const kempe_check *check)
+{
+    kmp_json_whole(json, "nbody", check->body_count);
+    kmp_json_whole(json, "nq", check->part.n);
+    kmp_json_whole(json, "nh", check->part.m);
+    json_partition(json, check);
+    json_blocks(json, check);
+    kmp_json_whole(json, "loops", check->loop_count);
+    json_mobility(json, check);
+    json_redundancy(json, check);
+    json_alternatives(json, check);
+    json_limits(json, check);
+}
+
+/* -- what does not assemble -------------------------------------------------------------------------- */
+
+static void json_releases(kmp_json *json, const kempe_check *check)
+{
+    const kmp_obstacle *o = &check->obstacle;
+    kmp_json_array(json, "releases");
+    for (int k = 0; k < o->release_count; k++) {
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "coordinate", motion_name(check, o->releases[k].coordinate));
+        json_flag(json, "closes", o->releases[k].closes);
+        kmp_json_number(json, "to", o->releases[k].closes ? o->releases[k].to : NAN);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void json_obstacle(kmp_json *json, const kempe_check *check)
+{
+    const kempe_assembly *a = check->assembly;
+    static const char *const unknown[] = {"rank", "dof", "cond_Jv", "max_B"};
+    static const char *const empty[] = {"redundant", "u", "v", "blocks"};
+    kmp_json_whole(json, "nbody", check->body_count);
+    kmp_json_whole(json, "nq", check->system->n);
+    kmp_json_whole(json, "nh", check->system->m);
+    kmp_json_whole(json, "loops", check->loop_count);
+    for (int k = 0; k < 4; k++)
+        kmp_json_number(json, unknown[k], NAN);
+    for (int k = 0; k < 4; k++) {
+        kmp_json_array(json, empty[k]);
+        kmp_json_end(json);
+    }
+    kmp_json_number(json, "gap", a->gap);
+    kmp_json_array(json, "culprits");
+    for (int k = 0; k < a->culprit_count; k++)
+        kmp_json_string(json, NULL, closure_name(check, a->culprits[k]));
+    kmp_json_end(json);
+    json_releases(json, check);
+    kmp_json_array(json, "too_short");
+    for (int k = 0; k < check->obstacle.reach_count; k++) {
+        const kmp_reach *reach = &check->obstacle.reaches[k];
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "closure", closure_name(check, reach->closure));
+        kmp_json_number(json, "longest", reach->longest);
+        kmp_json_number(json, "others", reach->others);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void json_cuts(kmp_json *json, const kempe_model *model)
+{
+    kmp_json_array(json, "cuts");
+    for (int k = 0; k < model->cut_count; k++) {
+        const kmp_cut *cut = &model->cuts[k];
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "joint", cut->joint);
+        kmp_json_string(json, "kind", cut->kind);
+        kmp_json_string(json, "closure", cut->closure);
+        kmp_json_whole(json, "rows", cut->rows);
+        kmp_json_string(json, "loop", cut->loop);
+        kmp_json_string(json, "reason", cut->why);
+        json_flag(json, "start_unused", cut->start_unused);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+void kmp_check_json(kmp_text *text, const kempe_check *check)
+{
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, check->system, check->assembled ? KEMPE_OK : KEMPE_E_FAILED, check->reason,
+                   check->system->build_s, check->warnings);
+    if (check->assembled)
+        json_assembled(&j, check);
+    else
+        json_obstacle(&j, check);
+    json_cuts(&j, check->system->model);
+    kmp_print_unused_json(&j, check->system->model);
+    kmp_json_end(&j);
+}

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The two halves of the report of `check`. */
+#ifndef KMP_STUDIES_ASSEMBLY_CHECK_PRINT_H
+#define KMP_STUDIES_ASSEMBLY_CHECK_PRINT_H
+
+#include "constraints/diagnosis/diagnose.h"
+#include "output/print.h"
+
+/** For a person. */
+void kmp_check_text(kmp_text *text, const kempe_check *check);
+
+/** One object. */
+void kmp_check_json(kmp_text *text, const kempe_check *check);
+
+/** The sentence that says why the degrees of freedom are not what counting gives; "" when they are. */
+void kmp_check_mobility(kmp_text *text, const kempe_check *check);
+
+/** How the second-order test came out, "" when it was not needed. */
+void kmp_check_second(kmp_text *text, const kempe_check *check);
+
+/** What may be left out of a closure. */
+void kmp_check_repair(kmp_text *text, const kempe_check *check, const kmp_repair *repair);
+
+/** Why a loop is too short for every configuration; what a release does. */
+void kmp_check_reach(kmp_text *text, const kempe_check *check, const kmp_reach *reach);
+void kmp_check_release(kmp_text *text, const kempe_check *check, const kmp_release *release);
+
+/** The motion of coordinate k: "turns fully", "swings between .. and ..". */
+void kmp_check_swing(kmp_text *text, const kempe_check *check, int k);
+
+/** Names with commas between. */
+void kmp_list_rows(kmp_text *text, const kempe_system *system, int count, const int *rows);
+void kmp_list_coordinates(kmp_text *text, const kempe_system *system, int count, const int *coordinates);
+void kmp_list_closures(kmp_text *text, const kempe_system *system, int count, const int *closures);
+
+#endif

@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The sentences of `check`. */
+#include "studies/assembly/check_print.h"
+#include <math.h>
+
+enum { MOST_LISTED = 24 };
+
+static const char *closure_name(const kempe_check *check, int c)
+{
+    return check->system->model->closures[c].name;
+}
+
+static const char *ending(int count)
+{
+    return count == 1 ? "" : "s";
+}
+
+void kmp_list_rows(kmp_text *text, const kempe_system *system, int count, const int *rows)
+{
+    for (int k = 0; k < count && k < MOST_LISTED; k++)
+        kmp_text_printf(text, "%s%s", k ? ", " : "", system->row_names[rows[k]]);
+    if (count > MOST_LISTED)
+        kmp_text_printf(text, " and %d more", count - MOST_LISTED);
+    kmp_text_put(text, count ? "" : "none");
+}
+
+void kmp_list_coordinates(kmp_text *text, const kempe_system *system, int count, const int *coordinates)
+{
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(text, "%s%s", k ? ", " : "", system->model->motions[coordinates[k]].name);
+    kmp_text_put(text, count ? "" : "none");
+}
+
+void kmp_list_closures(kmp_text *text, const kempe_system *system, int count, const int *closures)
+{
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(text, "%s%s", k ? ", " : "", system->model->closures[closures[k]].name);
+}
+
+void kmp_check_mobility(kmp_text *text, const kempe_check *check)
+{
+    const kmp_partition *part = &check->part;
+    int all = part->m - part->r, always = part->m - check->doctor.generic_rank, here = all - always;
+    kmp_text_put(text, "");
+    if (all == 0)
+        return;
+    kmp_text_printf(text, "counting gives %d - %d = %d: ", part->n, part->m, part->n - part->m);
+    if (!check->doctor.moved) {
+        kmp_text_printf(text, "%d row%s say%s what others say already", all, ending(all), all == 1 ? "s" : "");
+        return;
+    }
+    if (always > 0)
+        kmp_text_printf(text, "%d row%s say%s what others say already, wherever it moves", always, ending(always),
+                        always == 1 ? "s" : "");
+    if (here > 0)
+        kmp_text_printf(text, "%s%d row%s say%s %s only in this position", always > 0 ? ", and " : "", here,
+                        ending(here), here == 1 ? "s" : "", always > 0 ? "so" : "what others say already, but");
+}
+
+void kmp_check_second(kmp_text *text, const kempe_check *check)
+{
+    const kmp_doctor *d = &check->doctor;
+    int p = check->part.p, general = check->part.n - d->generic_rank;
+    kmp_text_put(text, "");
+    switch (d->second) {
+    case KMP_SECOND_UNTRIED:
+        return;
+    case KMP_SECOND_REAL:
+        kmp_text_put(text, "second-order test: every direction goes on at second order");
+        break;
+    case KMP_SECOND_BRANCHES:
+        kmp_text_printf(text,
+                        "a change point: first order leaves a plane of directions, second order %d branch%s in it",
+                        d->branches, d->branches == 1 ? "" : "es");
+        break;
+    case KMP_SECOND_NONE:
+        kmp_text_put(text, "shaky: it gives at first order, but second order forbids every motion");
+        break;
+    case KMP_SECOND_CONDITIONS:
+        kmp_text_printf(text, "a change point: second order puts %d condition%s on %d first-order directions",
+                        d->conditions, ending(d->conditions), p);
+        break;
+    }
+    if (d->moved && general < p)
+        kmp_text_printf(text, "; elsewhere it has %d degree%s of freedom", general, ending(general));
+}
+
+void kmp_check_repair(kmp_text *text, const kempe_check *check, const kmp_repair *repair)
+{
+    const char *name = closure_name(check, repair->closure),
+               *kind = check->system->model->closures[repair->closure].kind;
+    if (repair->count == repair->of) {
+        kmp_text_printf(text, "leave out %s '%s': the others hold it already", kind, name);
+        return;
+    }
+    kmp_text_printf(text, "let %s '%s' free in %d of its %d directions (", kind, name, repair->count, repair->of);
+    kmp_list_rows(text, check->system, repair->count, repair->rows);
+    kmp_text_put(text, ")");
+}
+
+void kmp_check_reach(kmp_text *text, const kempe_check *check, const kmp_reach *reach)
+{
+    const char *name = closure_name(check, reach->closure);
+    if (!reach->body)
+        kmp_text_printf(text, "loop '%s' can never close: its rod is %.6g m long, the points come at most %.6g m apart",
+                        name, reach->longest, reach->others);
+    else
+        kmp_text_printf(text,
+                        "loop '%s' can never close: on '%s' it is %.6g m from %s to %s, the other links reach at most "
+                        "%.6g m: %.4g m are missing",
+                        name, reach->body, reach->longest, reach->from, reach->to, reach->others,
+                        reach->longest - reach->others);
+}
+
+void kmp_check_release(kmp_text *text, const kempe_check *check, const kmp_release *release)
+{
+    if (release->coordinate < 0) {
+        kmp_text_put(text, release->closes ? "it closes once several held coordinates are free"
+                                           : "it does not close with all held coordinates free either");
+        return;
+    }
+    const kmp_motion *motion = &check->system->model->motions[release->coordinate];
+    if (release->closes)
+        kmp_text_printf(text, "it closes when '%s' is not held: it then goes to %.6g %s", motion->name, release->to,
+                        kmp_print_unit(check->system, release->coordinate));
+    else
+        kmp_text_printf(text, "it does not close when only '%s' is not held", motion->name);
+}
+
+static int dead_centres(const kmp_limits *l, int k)
+{
+    int count = 0;
+    for (int i = 0; i < l->landmark_count; i++)
+        count += l->landmark[i].coordinate == k;
+    return count;
+}
+
+/* Zero but for rounding, of lengths and angles that matter, reads as zero. */
+static double clean(double x)
+{
+    return fabs(x) < 1e-12 ? 0 : x;
+}
+
+void kmp_check_swing(kmp_text *text, const kempe_check *check, int k)
+{
+    const kmp_limits *l = &check->doctor.limits;
+    const kmp_swing *s = &l->swing[k];
+    const char *unit = kmp_print_unit(check->system, k);
+    int dead = dead_centres(l, k);
+    if (!s->moves) {
+        kmp_text_put(text, "does not move");
+        return;
+    }
+    if (s->unseen) {
+        kmp_text_put(text, "moves; begin where the joint's angles are not singular to see how far");
+        return;
+    }
+    if (s->turns != 0) {
+        int times = s->turns < 0 ? -s->turns : s->turns;
+        kmp_text_put(text, "turns fully");
+        if (times > 1)
+            kmp_text_printf(text, ", %d times in a cycle", times);
+        if (dead > 0)
+            kmp_text_printf(text, ", turning back %d times on the way", dead);
+        return;
+    }
+    if (!l->cycle && !s->low_dead && !s->high_dead) {
+        kmp_text_printf(text, "was followed from %.6g to %.6g %s", clean(s->low), clean(s->high), unit);
+        return;
+    }
+    kmp_text_printf(text, "swings between %.6g and %.6g %s (", clean(s->low), clean(s->high), unit);
+    if (s->low_dead && s->high_dead)
+        kmp_text_printf(text, "dead centres%s)", dead > 2 ? ", and others between" : "");
+    else if (s->low_dead || s->high_dead)
+        kmp_text_printf(text, "the %s a dead centre)", s->low_dead ? "first" : "second");
+    else
+        kmp_text_put(text, "no dead centre)");
+}

@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Many ways and tolerances on one scene, judged against one reference. */
+#ifndef KMP_STUDIES_COMPARE_COMPARE_H
+#define KMP_STUDIES_COMPARE_COMPARE_H
+
+#include "integrators/run/run.h"
+#include "output/times.h"
+#include "output/verdict.h"
+
+/** One way at one tolerance. What is not known (a failed run) is NaN. */
+typedef struct kmp_compared {
+    const kmp_method *way;
+    double rtol;
+    kempe_status status;
+    char *reason; /* "" when ok */
+    kmp_verdict verdict;
+    kmp_run_report report;
+    double cpu_s;  /* median of the repeats */
+    double apart;  /* how far q comes out otherwise at the next tighter tolerance that was run */
+    bool left_out; /* not run, or given up, for want of time: the reason says why */
+} kmp_compared;
+
+/** Which ways and tolerances. */
+typedef struct kmp_compare_choice {
+    int way_count;
+    kmp_method *ways;
+    int rtol_count;
+    double *rtols;
+} kmp_compare_choice;
+
+enum { KMP_MOST_LEVELS = 9 };
+
+/** What each way needs for an error of q: the table at equal error. A run counts for a level when it and all runs of
+ * its way at tighter tolerances that came to their end are within it. Runs are indices into `runs`. */
+typedef struct kmp_levels {
+    int count;                     /* 0: there is no reference to tell */
+    double level[KMP_MOST_LEVELS]; /* descending */
+    bool blank[KMP_MOST_LEVELS];   /* below ten times the reference's uncertainty: nothing can be said */
+    int best[KMP_MOST_LEVELS];     /* the cheapest run of all that counts, -1: none */
+    int *run;                      /* way_count x count: the cheapest of the way, -1: none, or blank */
+} kmp_levels;
+
+typedef struct kmp_sentences {
+    int count;
+    char **s;
+} kmp_sentences;
+
+/** Which way to take, and why. */
+typedef struct kmp_advice {
+    int run;      /* index into `runs`; -1: nothing can be advised */
+    double level; /* the error of q that it is for; NaN where errors are not known */
+    bool stiff;   /* explicit steps follow the fastest decay, not the motion */
+    kmp_sentences because;
+} kmp_advice;
+
+enum { KMP_MOST_SOURCES = 4 };
+
+/** One of the runs that the own reference is made from. */
+typedef struct kmp_source {
+    const char *formulation, *form, *integrator;
+    double rtol;
+    double own;      /* how far q comes out otherwise at a tenfold tolerance */
+    double distance; /* of q from the reference; 0 for the reference itself */
+} kmp_source;
+
+struct kempe_comparison {
+    const kempe_system *system;
+    kempe_status status;
+    char *reason; /* "" when ok */
+    char *source; /* what the reference is */
+    bool has_reference;
+    double uncertainty[KMP_QUANTITIES]; /* of the reference; 0 for a given one, NaN when not known */
+    int source_count;                   /* of an own reference */
+    kmp_source sources[KMP_MOST_SOURCES];
+    int instants;         /* at which errors are judged, of the whole time; 0: there is no reference */
+    bool *shared;         /* m: multipliers that redundant rows leave open, which are not judged */
+    double amplification; /* of a small change of the start, at worst, in q; NaN when not known */
+    double until;         /* errors are judged up to this time */
+    double t_end, budget_s;
+    int way_count, rtol_count;
+    kmp_method *ways; /* those run, taken over from the choice */
+    int count;
+    kmp_compared *runs; /* by way, then by tolerance as asked: rtol_count each */
+    kmp_levels levels;
+    kmp_advice advice;
+    kmp_sentences failures; /* runs that did not come to their end, in groups, with the reason */
+    kmp_sentences warnings; /* of the reference, and of runs that came to their end */
+};
+
+/** Reads the lists of the options; those of ways that nobody asked for by name hold the standard ones.
+ * KEMPE_E_ARGUMENT: which name is unknown, and what there is. */
+kempe_status kmp_choice_init(kmp_compare_choice *choice, kempe_context *context, const kempe_compare_options *options);
+
+/** Adds the ways of implicit integrators, for a stiff model. */
+kempe_status kmp_choice_add_implicit(kmp_compare_choice *choice, kempe_context *context,
+                                     const kempe_compare_options *options);
+void kmp_choice_free(kmp_compare_choice *choice);
+
+/** What a comparison works with until it is done. */
+typedef struct kmp_compare_job {
+    kempe_comparison *comparison;
+    kempe_context *context;
+    kmp_compare_choice choice;
+    kempe_assembly *start;
+    kmp_plant *plant;
+    kmp_reference reference;
+    kmp_times times; /* of rows that are judged */
+    kmp_times few;   /* of rows in runs whose time counts */
+    double left_s;   /* of the processor, for what is still to be run */
+    bool quiet;      /* what the runs say is said: the first one speaks for all */
+} kmp_compare_job;
+
+/** Runs a way once, given up after limit_s; its time is taken from what is left. The rows are put into `table` in place
+ * of those there. The caller frees report->reason. */
+kempe_status kmp_compare_once(kmp_compare_job *job, const kmp_method *way, double rtol, const kmp_times *times,
+                              double limit_s, kmp_samples *table, kmp_run_report *report);
+
+/** Whether a status comes with a result: done, stopped or failed with a reason. */
+bool kmp_compare_has_result(kempe_status status);
+
+/** Whether the model is stiff, by a few coarse runs. */
+kempe_status kmp_compare_probe(kmp_compare_job *job, bool *stiff);
+
+/** Makes the comparison's own reference from several formulations and integrators, in at most `budget_s` of what is
+ * left. Without one, has_reference stays false and `source` says why. */
+kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s);
+
+/** All ways at all tolerances, from coarse ones to fine ones. */
+kempe_status kmp_compare_run_all(kmp_compare_job *job);
+
+/** Fill `levels`; `failures` and `warnings`; `advice` from the runs. KEMPE_E_MEMORY. */
+kempe_status kmp_compare_levels(kempe_comparison *comparison);
+kempe_status kmp_compare_remark(kempe_comparison *comparison);
+kempe_status kmp_compare_advise(kempe_comparison *comparison);
+
+/** What explicit steps at two tolerances and implicit ones at the coarser say. */
+typedef struct kmp_stiffness {
+    int loose, tight, implicit; /* runs; -1: none that says anything */
+    bool stiff;
+} kmp_stiffness;
+
+bool kmp_is_implicit(const kmp_method *way);
+bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit);
+kmp_stiffness kmp_compare_stiffness(const kempe_comparison *comparison);
+
+/** "reduced integrated dop853", "projected dop853". */
+void kmp_compare_name(kmp_text *text, const char *formulation, const char *form, const char *integrator);
+
+/** Adds one; false: no memory. */
+bool kmp_sentences_add(kmp_sentences *list, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/** Adds what was written, and empties it. */
+bool kmp_sentences_take(kmp_sentences *list, kmp_text *text);
+void kmp_sentences_free(kmp_sentences *list);
+
+/** True when an error is too near to the reference's own uncertainty to say anything: below ten times it. */
+bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
+
+#endif

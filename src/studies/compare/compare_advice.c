@@ -1,0 +1,276 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which way to take, by rules that docs/compare.md states, and the measurements that speak for it. */
+#include "base/memory.h"
+#include "studies/compare/compare.h"
+#include <math.h>
+#include <string.h>
+
+/* The errors of q that most users mean. */
+static const double usual[] = {1e-6, 1e-8};
+
+enum { USUAL = sizeof usual / sizeof *usual };
+
+/* What a way without failures may cost more than the cheapest that has some. */
+#define ROBUST 2.0
+
+/* Levels that advice goes by, coarse first. */
+typedef struct aims {
+    int count, level[USUAL];
+} aims;
+
+static bool is_told(const kempe_comparison *c, int l)
+{
+    return !c->levels.blank[l] && c->levels.best[l] >= 0;
+}
+
+/* The usual ones that can be told; where none can, the finest that can. */
+static aims choose_aims(const kempe_comparison *c)
+{
+    aims a = {0};
+    int finest = -1;
+    for (int l = 0; l < c->levels.count; l++) {
+        if (!is_told(c, l))
+            continue;
+        finest = l;
+        for (int k = 0; k < USUAL; k++)
+            if (fabs(log10(c->levels.level[l] / usual[k])) < 0.01)
+                a.level[a.count++] = l;
+    }
+    if (a.count == 0 && finest >= 0)
+        a = (aims){1, {finest}};
+    return a;
+}
+
+/* -- the choice -------------------------------------------------------------------------------------- */
+
+static int run_at(const kempe_comparison *c, int way, int level)
+{
+    return c->levels.run[way * c->levels.count + level];
+}
+
+/* How many times as long as the cheapest; infinite where it is not reached. */
+static double ratio_at(const kempe_comparison *c, int way, int level)
+{
+    int run = run_at(c, way, level);
+    return run < 0 ? INFINITY : c->runs[run].cpu_s / c->runs[c->levels.best[level]].cpu_s;
+}
+
+static double worst_ratio(const kempe_comparison *c, const aims *a, int way)
+{
+    double worst = 0;
+    for (int k = 0; k < a->count; k++)
+        worst = fmax(worst, ratio_at(c, way, a->level[k]));
+    return worst;
+}
+
+static int failed_of(const kempe_comparison *c, int way)
+{
+    int failed = 0;
+    for (int k = 0; k < c->rtol_count; k++)
+        failed += c->runs[way * c->rtol_count + k].status == KEMPE_E_FAILED;
+    return failed;
+}
+
+/* The least of the worst ratios, of ways without failures only where asked; -1: none reaches all aims. */
+static int cheapest(const kempe_comparison *c, const aims *a, bool robust, int but)
+{
+    int found = -1;
+    for (int w = 0; w < c->way_count; w++)
+        if (w != but && isfinite(worst_ratio(c, a, w)) && (!robust || failed_of(c, w) == 0) &&
+            (found < 0 || worst_ratio(c, a, w) < worst_ratio(c, a, found)))
+            found = w;
+    return found;
+}
+
+/* Where no way reaches all aims the coarser one alone counts. */
+static int choose_way(const kempe_comparison *c, aims *a)
+{
+    int way = cheapest(c, a, false, -1);
+    while (way < 0 && a->count > 1) {
+        a->count--;
+        way = cheapest(c, a, false, -1);
+    }
+    int robust = cheapest(c, a, true, -1);
+    if (robust >= 0 && worst_ratio(c, a, robust) <= ROBUST * worst_ratio(c, a, way))
+        way = robust;
+    return way;
+}
+
+/* -- why --------------------------------------------------------------------------------------------- */
+
+static void name(kmp_text *text, const kmp_method *way)
+{
+    kmp_compare_name(text, way->formulation, way->form, way->integrator);
+}
+
+/* "4.3", with "and 4.5" where there are two aims. */
+static void ratios(kmp_text *text, const kempe_comparison *c, const aims *a, int way)
+{
+    for (int k = 0; k < a->count; k++)
+        kmp_text_printf(text, ratio_at(c, way, a->level[k]) < 9.95 ? "%s%.1f" : "%s%.0f", k > 0 ? " and " : "",
+                        ratio_at(c, way, a->level[k]));
+}
+
+static void tell_cost(kmp_text *text, const kempe_comparison *c, const aims *a, int way)
+{
+    int next = cheapest(c, a, false, way);
+    bool best = worst_ratio(c, a, way) <= 1;
+    if (!best)
+        ratios(text, c, a, way);
+    kmp_text_printf(text, "%s at error %g", best ? "the cheapest" : " times the cheapest",
+                    c->levels.level[a->level[0]]);
+    if (a->count > 1)
+        kmp_text_printf(text, " and at %g", c->levels.level[a->level[1]]);
+    if (next < 0)
+        return;
+    kmp_text_put(text, "; next comes ");
+    name(text, &c->ways[next]);
+    kmp_text_put(text, ", ");
+    ratios(text, c, a, next);
+    kmp_text_put(text, best ? " times as long" : " times");
+}
+
+static void tell_tighter(kmp_text *text, const kempe_comparison *c, const aims *a, int way)
+{
+    int finest = a->level[a->count - 1];
+    const kmp_compared *run = &c->runs[run_at(c, way, finest)];
+    if (a->count > 1)
+        kmp_text_printf(text, "for an error of %g take rtol %g: %.3g ms", c->levels.level[finest], run->rtol,
+                        1e3 * run->cpu_s);
+}
+
+static void tell_ends(kmp_text *text, const kempe_comparison *c, int way)
+{
+    int failed = failed_of(c, way), done = 0;
+    double open = NAN;
+    for (int k = 0; k < c->rtol_count; k++) {
+        const kmp_compared *run = &c->runs[way * c->rtol_count + k];
+        if (run->status != KEMPE_OK)
+            continue;
+        done++;
+        open = fmax(open, run->verdict.h_max);
+    }
+    if (failed > 0)
+        kmp_text_printf(text, "%d of its %d runs failed", failed, done + failed);
+    else if (done > 1)
+        kmp_text_printf(text, "all %d of its runs came to their end", done);
+    else
+        kmp_text_put(text, "its run came to its end");
+    if (c->system->m > 0)
+        kmp_text_printf(text, "; loops closed to %.0e", open);
+}
+
+static void tell_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_stiffness *s)
+{
+    if (s->implicit < 0)
+        return;
+    const kmp_compared *implicit = &c->runs[s->implicit];
+    if (s->loose < 0) {
+        kmp_text_printf(text, "stiff: no explicit run came to its end; %s takes %ld steps at rtol %g",
+                        implicit->way->integrator, implicit->report.steps, implicit->rtol);
+        return;
+    }
+    const kmp_compared *loose = &c->runs[s->loose], *tight = &c->runs[s->tight];
+    kmp_text_printf(text, "%s: %s takes %ld steps at rtol %g and %ld at %g", s->stiff ? "stiff" : "not stiff",
+                    loose->way->integrator, loose->report.steps, loose->rtol, tight->report.steps, tight->rtol);
+    if (s->stiff)
+        kmp_text_printf(text, ", bound by stability, not by accuracy; %s takes %ld", implicit->way->integrator,
+                        implicit->report.steps);
+    else
+        kmp_text_put(text, ", as accuracy asks");
+}
+
+/* The dae way that is best at the aims, and what it is good for. */
+static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, int advised)
+{
+    int dae = -1, tried = -1;
+    for (int w = 0; w < c->way_count; w++) {
+        if (strcmp(c->ways[w].formulation, "dae") != 0)
+            continue;
+        tried = w;
+        if (isfinite(worst_ratio(c, a, w)) && (dae < 0 || worst_ratio(c, a, w) < worst_ratio(c, a, dae)))
+            dae = w;
+    }
+    if (tried < 0 || dae == advised)
+        return;
+    if (dae < 0) {
+        kmp_text_printf(text, "the formulation dae does not hold error %g at these tolerances",
+                        c->levels.level[a->level[a->count - 1]]);
+        return;
+    }
+    name(text, &c->ways[dae]);
+    kmp_text_put(text, " needs ");
+    ratios(text, c, a, dae);
+    kmp_text_put(text, " times as long");
+    if (c->system->m > 0)
+        kmp_text_printf(text, ", its loops open by %.0e", c->runs[run_at(c, dae, a->level[0])].verdict.h_max);
+    kmp_text_put(text, worst_ratio(c, a, dae) < ROBUST ? ": a second choice, which solves for no coordinates"
+                                                       : ": here it is a check, which shares no reduction");
+}
+
+static kempe_status add(kempe_comparison *c, kmp_text *text)
+{
+    if (!text->failed && text->length == 0)
+        return KEMPE_OK;
+    return kmp_sentences_take(&c->advice.because, text) ? KEMPE_OK : kmp_fail_memory(c->system->context);
+}
+
+static kempe_status explain(kempe_comparison *c, const aims *a, int way, const kmp_stiffness *stiffness)
+{
+    kmp_text lines[5] = {{0}};
+    kempe_status status = KEMPE_OK;
+    tell_cost(&lines[0], c, a, way);
+    tell_tighter(&lines[1], c, a, way);
+    tell_ends(&lines[2], c, way);
+    tell_stiffness(&lines[3], c, stiffness);
+    tell_dae(&lines[4], c, a, way);
+    for (int k = 0; k < 5; k++)
+        if (status == KEMPE_OK)
+            status = add(c, &lines[k]);
+        else
+            kmp_text_free(&lines[k]);
+    return status;
+}
+
+/* The cheapest run that the next tolerance of its way agrees with as usual; -1: none. */
+static int steadiest(const kempe_comparison *c)
+{
+    int found = -1;
+    for (int k = 0; k < c->count; k++)
+        if (c->runs[k].status == KEMPE_OK && c->runs[k].apart <= usual[0] &&
+            (found < 0 || c->runs[k].cpu_s < c->runs[found].cpu_s))
+            found = k;
+    return found;
+}
+
+/* Why nothing is advised. */
+static kempe_status refrain(kempe_comparison *c)
+{
+    kmp_text text = {0};
+    int steady = c->has_reference ? -1 : steadiest(c);
+    if (!c->has_reference)
+        kmp_text_put(&text, "without a reference errors are not known, and nothing is advised");
+    if (steady >= 0) {
+        kmp_text_put(&text, "; the cheapest run whose own next tolerance agrees with it to ");
+        kmp_text_printf(&text, "%g in q is ", usual[0]);
+        name(&text, c->runs[steady].way);
+        kmp_text_printf(&text, " at rtol %g: %.3g ms", c->runs[steady].rtol, 1e3 * c->runs[steady].cpu_s);
+    }
+    if (c->has_reference)
+        kmp_text_printf(&text, "no run is within an error of %g, so nothing is advised",
+                        c->levels.count > 0 ? c->levels.level[0] : NAN);
+    return add(c, &text);
+}
+
+kempe_status kmp_compare_advise(kempe_comparison *c)
+{
+    kmp_stiffness stiffness = kmp_compare_stiffness(c);
+    aims a = choose_aims(c);
+    int way = a.count > 0 ? choose_way(c, &a) : -1;
+    c->advice = (kmp_advice){.run = -1, .level = NAN, .stiff = stiffness.stiff};
+    if (way < 0)
+        return refrain(c);
+    c->advice.run = run_at(c, way, a.level[0]);
+    c->advice.level = c->levels.level[a.level[0]];
+    return explain(c, &a, way, &stiffness);
+}

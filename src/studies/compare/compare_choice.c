@@ -1,0 +1,186 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Comma-separated lists of formulations, forms, integrators and tolerances, against the table of ways. */
+#include "base/memory.h"
+#include "integrators/steppers/solver.h"
+#include "studies/compare/compare.h"
+#include <math.h>
+#include <string.h>
+
+static const char default_rtols[] = "1e-3,1e-4,1e-5,1e-6,1e-7,1e-8,1e-9,1e-10,1e-11,1e-12,1e-13";
+
+typedef enum part { PART_FORMULATION, PART_FORM, PART_INTEGRATOR, PARTS } part;
+
+static const char *const part_name[PARTS] = {"formulation", "form", "integrator"};
+
+static const char *part_of(const kmp_method *way, part p)
+{
+    const char *name = p == PART_FORMULATION ? way->formulation : p == PART_FORM ? way->form : way->integrator;
+    return name ? name : "";
+}
+
+/* -- names ------------------------------------------------------------------------------------------- */
+
+static bool word_is(const char *s, size_t length, const char *name)
+{
+    return strlen(name) == length && memcmp(s, name, length) == 0;
+}
+
+/* An absent list holds everything. */
+static bool list_has(const char *list, const char *name)
+{
+    if (!list)
+        return true;
+    for (const char *s = list;; s++) {
+        size_t length = strcspn(s, ",");
+        if (word_is(s, length, name))
+            return true;
+        s += length;
+        if (!*s)
+            return false;
+    }
+}
+
+static bool is_known(const char *s, size_t length, part p)
+{
+    kmp_method way;
+    for (int k = 0; kmp_way_get(k, &way); k++)
+        if (length > 0 && word_is(s, length, part_of(&way, p)))
+            return true;
+    return false;
+}
+
+/* Each name of the table once. */
+static void list_known(kmp_text *text, part p)
+{
+    kmp_method way, before;
+    for (int k = 0, said = 0; kmp_way_get(k, &way); k++) {
+        const char *name = part_of(&way, p);
+        bool again = !*name;
+        for (int i = 0; i < k && kmp_way_get(i, &before); i++)
+            again = again || strcmp(part_of(&before, p), name) == 0;
+        if (!again)
+            kmp_text_printf(text, "%s%s", said++ ? ", " : "", name);
+    }
+}
+
+static kempe_status check_names(kempe_context *context, const char *list, part p)
+{
+    for (const char *s = list; s;) {
+        size_t length = strcspn(s, ",");
+        if (!is_known(s, length, p)) {
+            kmp_text known = {0};
+            list_known(&known, p);
+            kempe_status status = kmp_fail(context, KEMPE_E_ARGUMENT, "there is no %s '%.*s'; there are %s",
+                                           part_name[p], (int)length, s, known.failed || !known.s ? "none" : known.s);
+            kmp_text_free(&known);
+            return status;
+        }
+        s = s[length] ? s + length + 1 : NULL;
+    }
+    return KEMPE_OK;
+}
+
+/* -- ways and tolerances ----------------------------------------------------------------------------- */
+
+/* What is run besides the standard ways when neither a form nor an integrator is asked for. */
+static const kmp_method besides[] = {{.formulation = "reduced", .form = "integrated", .integrator = "dopri5"}};
+
+static bool is_beside(const kmp_method *way)
+{
+    for (size_t k = 0; k < sizeof besides / sizeof *besides; k++) {
+        bool same = true;
+        for (part p = PART_FORMULATION; p < PARTS; p++)
+            same = same && strcmp(part_of(way, p), part_of(&besides[k], p)) == 0;
+        if (same)
+            return true;
+    }
+    return false;
+}
+
+/* Forms and integrators that are not asked for by name must be standard ones. */
+static bool is_chosen(const kmp_method *way, const char *const list[PARTS])
+{
+    return list_has(list[PART_FORMULATION], way->formulation) && list_has(list[PART_FORM], way->form) &&
+           list_has(list[PART_INTEGRATOR], way->integrator) && (list[PART_FORM] || way->standard_form) &&
+           (list[PART_INTEGRATOR] || way->standard_integrator ||
+            (!list[PART_FORM] && !list[PART_INTEGRATOR] && is_beside(way)));
+}
+
+bool kmp_is_implicit(const kmp_method *way)
+{
+    const kmp_solver_kind *solver = kmp_solver_find(way->integrator);
+    return solver->dae || solver->implicit;
+}
+
+/* With `implicit` integrators that are so are standard. */
+static kempe_status choose_ways(kmp_compare_choice *choice, kempe_context *context, const char *const list[PARTS],
+                                bool implicit)
+{
+    kmp_method way;
+    int count = 0;
+    while (kmp_way_get(count, &way))
+        count++;
+    kmp_free(choice->ways);
+    choice->way_count = 0;
+    choice->ways = KMP_NEW(kmp_method, count);
+    if (!choice->ways)
+        return kmp_fail_memory(context);
+    for (int k = 0; kmp_way_get(k, &way); k++) {
+        way.standard_integrator = way.standard_integrator || (implicit && kmp_is_implicit(&way));
+        if (is_chosen(&way, list))
+            choice->ways[choice->way_count++] = way;
+    }
+    if (choice->way_count > 0)
+        return KEMPE_OK;
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "no formulation, form and integrator of those asked for go together");
+}
+
+static kempe_status choose_rtols(kmp_compare_choice *choice, kempe_context *context, const char *list)
+{
+    size_t commas = 0;
+    for (const char *s = list; *s; s++)
+        commas += *s == ',';
+    choice->rtols = KMP_NEW(double, commas + 1);
+    if (!choice->rtols)
+        return kmp_fail_memory(context);
+    for (const char *s = list; s;) {
+        double *rtol = &choice->rtols[choice->rtol_count++];
+        size_t length = strcspn(s, ","), blank = strspn(s, " "), read = kmp_text_to_number(s + blank, rtol);
+        size_t tail = strspn(s + blank + read, " ");
+        if (read == 0 || blank + read + tail != length || !(*rtol > 0) || !(*rtol < 1))
+            return kmp_fail(context, KEMPE_E_ARGUMENT, "rtol '%.*s': numbers between 0 and 1, separated by commas",
+                            (int)length, s);
+        s = s[length] ? s + length + 1 : NULL;
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kmp_choice_init(kmp_compare_choice *choice, kempe_context *context, const kempe_compare_options *options)
+{
+    const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
+    kempe_status status = KEMPE_OK;
+    *choice = (kmp_compare_choice){0};
+    for (part p = PART_FORMULATION; p < PARTS && status == KEMPE_OK; p++)
+        status = check_names(context, list[p], p);
+    if (status == KEMPE_OK)
+        status = choose_ways(choice, context, list, false);
+    if (status == KEMPE_OK)
+        status = choose_rtols(choice, context, options->rtols ? options->rtols : default_rtols);
+    if (status != KEMPE_OK)
+        kmp_choice_free(choice);
+    return status;
+}
+
+kempe_status kmp_choice_add_implicit(kmp_compare_choice *choice, kempe_context *context,
+                                     const kempe_compare_options *options)
+{
+    const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
+    return choose_ways(choice, context, list, true);
+}
+
+void kmp_choice_free(kmp_compare_choice *choice)
+{
+    kmp_free(choice->ways);
+    kmp_free(choice->rtols);
+    *choice = (kmp_compare_choice){0};
+}

@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The comparison as one JSON object. */
+#include "studies/compare/compare_print.h"
+#include <math.h>
+
+static void json_source(kmp_json *json, const kmp_source *source)
+{
+    kmp_json_object(json, NULL);
+    kmp_json_string(json, "formulation", source->formulation);
+    kmp_json_string(json, "form", source->form);
+    kmp_json_string(json, "integrator", source->integrator);
+    kmp_json_number(json, "rtol", source->rtol);
+    kmp_json_number(json, "own_difference", source->own);
+    kmp_json_number(json, "distance", source->distance);
+    kmp_json_end(json);
+}
+
+static void json_reference(kmp_json *json, const kempe_comparison *c)
+{
+    kmp_json_object(json, "reference");
+    kmp_json_string(json, "source", c->source);
+    kmp_json_number(json, "uncertainty", c->has_reference ? c->uncertainty[KMP_QUANTITY_Q] : NAN);
+    kmp_json_number(json, "uncertainty_qd", c->has_reference ? c->uncertainty[KMP_QUANTITY_QD] : NAN);
+    kmp_json_number(json, "uncertainty_lambda", c->has_reference ? c->uncertainty[KMP_QUANTITY_LAMBDA] : NAN);
+    kmp_json_number(json, "until", c->has_reference ? c->until : NAN);
+    kmp_json_whole(json, "instants", c->instants);
+    kmp_json_number(json, "amplification", c->amplification);
+    kmp_json_array(json, "runs");
+    for (int k = 0; k < c->source_count; k++)
+        json_source(json, &c->sources[k]);
+    kmp_json_end(json);
+    kmp_json_end(json);
+}
+
+static void json_error(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
+{
+    kmp_verdict verdict = run->verdict;
+    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
+        if (kmp_compared_is_below(c, run, kmp_compare_shown[k]))
+            verdict.error[kmp_compare_shown[k]] = NAN;
+    kmp_print_errors(json, &verdict);
+    if (kmp_compared_is_below(c, run, KMP_QUANTITY_Q))
+        kmp_json_true(json, "below_reference");
+}
+
+static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
+{
+    kmp_json_object(json, NULL);
+    kmp_json_string(json, "formulation", run->way->formulation);
+    kmp_json_string(json, "form", run->way->form);
+    kmp_json_string(json, "integrator", run->way->integrator);
+    kmp_json_number(json, "rtol", run->rtol);
+    kmp_json_string(json, "status", kmp_status_word(run->status));
+    kmp_json_string(json, "reason", run->reason);
+    json_error(json, c, run);
+    kmp_print_verdict(json, &run->verdict);
+    kmp_print_work(json, &run->report);
+    kmp_json_number(json, "cpu_s", run->cpu_s);
+    kmp_json_number(json, "difference", run->apart);
+    if (run->left_out)
+        kmp_json_true(json, "left_out");
+    kmp_json_end(json);
+}
+
+static void json_names(kmp_json *json, const kmp_method *way)
+{
+    kmp_json_string(json, "formulation", way->formulation);
+    kmp_json_string(json, "form", way->form);
+    kmp_json_string(json, "integrator", way->integrator);
+}
+
+static void json_sentences(kmp_json *json, const char *key, const kmp_sentences *list)
+{
+    kmp_json_array(json, key);
+    for (int k = 0; k < list->count; k++)
+        kmp_json_string(json, NULL, list->s[k]);
+    kmp_json_end(json);
+}
+
+/* What a way needs for a level; null where it does not reach it. */
+static void json_reached(kmp_json *json, const kempe_comparison *c, int way, int l)
+{
+    int k = c->levels.run[way * c->levels.count + l], best = c->levels.best[l];
+    kmp_json_object(json, NULL);
+    json_names(json, &c->ways[way]);
+    kmp_json_number(json, "rtol", k >= 0 ? c->runs[k].rtol : NAN);
+    kmp_json_number(json, "cpu_s", k >= 0 ? c->runs[k].cpu_s : NAN);
+    kmp_json_number(json, "ratio", k >= 0 ? c->runs[k].cpu_s / c->runs[best].cpu_s : NAN);
+    kmp_json_end(json);
+}
+
+static void json_levels(kmp_json *json, const kempe_comparison *c)
+{
+    kmp_json_array(json, "equal_error");
+    for (int l = 0; l < c->levels.count; l++) {
+        kmp_json_object(json, NULL);
+        kmp_json_number(json, "error", c->levels.level[l]);
+        if (c->levels.blank[l])
+            kmp_json_true(json, "below_reference");
+        kmp_json_array(json, "methods");
+        for (int w = 0; w < c->way_count && !c->levels.blank[l]; w++)
+            json_reached(json, c, w, l);
+        kmp_json_end(json);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+/* null when nothing can be advised. */
+static void json_advice(kmp_json *json, const kempe_comparison *c)
+{
+    const kmp_advice *advice = &c->advice;
+    const kmp_compared *run = advice->run >= 0 ? &c->runs[advice->run] : NULL;
+    kmp_json_object(json, "advice");
+    kmp_json_string(json, "formulation", run ? run->way->formulation : NULL);
+    kmp_json_string(json, "form", run ? run->way->form : NULL);
+    kmp_json_string(json, "integrator", run ? run->way->integrator : NULL);
+    kmp_json_number(json, "rtol", run ? run->rtol : NAN);
+    kmp_json_number(json, "error", advice->level);
+    if (advice->stiff)
+        kmp_json_true(json, "stiff");
+    json_sentences(json, "reasons", &advice->because);
+    kmp_json_end(json);
+}
+
+void kmp_compare_json(kmp_text *text, const kempe_comparison *c)
+{
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, c->system, c->status, c->reason, c->system->build_s, NULL);
+    json_reference(&j, c);
+    kmp_json_number(&j, "t_end", c->t_end);
+    kmp_json_array(&j, "runs");
+    for (int k = 0; k < c->count; k++)
+        json_run(&j, c, &c->runs[k]);
+    kmp_json_end(&j);
+    json_levels(&j, c);
+    json_advice(&j, c);
+    json_sentences(&j, "failures", &c->failures);
+    json_sentences(&j, "warnings", &c->warnings);
+    kmp_json_end(&j);
+}

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The comparison as text: all runs, the table at equal error, what went wrong, and the verdict, which ends it so that a
+ * terminal shows it. */
+#include "studies/compare/compare_print.h"
+#include "base/memory.h"
+#include <math.h>
+#include <string.h>
+
+const kmp_quantity kmp_compare_shown[KMP_COMPARE_SHOWN] = {KMP_QUANTITY_Q, KMP_QUANTITY_QD, KMP_QUANTITY_LAMBDA};
+
+enum { LINE = 100, TABLE = 120, RUN = 40, INDENT = 4 };
+
+static const char *form_of(const kmp_method *way)
+{
+    return way->form ? way->form : "-";
+}
+
+/* A sentence, broken between words; lines after the first are indented. */
+static void show_wrapped(kmp_text *text, const char *first, const char *sentence)
+{
+    int column = INDENT;
+    kmp_text_put(text, first);
+    while (*sentence) {
+        int word = (int)strcspn(sentence, " \n");
+        bool breaks = column > INDENT && column + 1 + word > LINE;
+        if (breaks)
+            kmp_text_printf(text, "\n%*s", INDENT, "");
+        kmp_text_printf(text, "%s%.*s", column > INDENT && !breaks ? " " : "", word, sentence);
+        column = breaks ? INDENT + word : column + word + (column > INDENT);
+        sentence += word + (sentence[word] != '\0');
+    }
+    kmp_text_put(text, "\n");
+}
+
+static void show_list(kmp_text *text, const char *title, const kmp_sentences *list)
+{
+    if (list->count > 0)
+        kmp_text_printf(text, "\n%s\n", title);
+    for (int k = 0; k < list->count; k++)
+        show_wrapped(text, "  - ", list->s[k]);
+}
+
+/* -- the reference ----------------------------------------------------------------------------------- */
+
+static void show_uncertainty(kmp_text *text, const kempe_comparison *c)
+{
+    const double *u = c->uncertainty;
+    if (!(u[KMP_QUANTITY_Q] > 0))
+        return;
+    kmp_text_printf(text, "its own error: at most about %.0e in q, %.0e in qd", u[KMP_QUANTITY_Q], u[KMP_QUANTITY_QD]);
+    if (u[KMP_QUANTITY_LAMBDA] > 0)
+        kmp_text_printf(text, ", %.0e in lambda", u[KMP_QUANTITY_LAMBDA]);
+    kmp_text_put(text, "; what is below ten times that is left blank\n");
+}
+
+static void show_instants(kmp_text *text, const kempe_comparison *c)
+{
+    kmp_text_printf(text, "errors: the largest at %d instants; of lambda in parts of the largest load\n", c->instants);
+}
+
+static void show_head(kmp_text *text, const kempe_comparison *c)
+{
+    kmp_text_printf(text, "%s, 0 to %g s\n", c->system->model->name, c->t_end);
+    show_wrapped(text, "reference: ", c->source);
+    if (c->has_reference)
+        show_uncertainty(text, c);
+    if (c->has_reference)
+        show_instants(text, c);
+}
+
+/* -- runs -------------------------------------------------------------------------------------------- */
+
+static void show_titles(kmp_text *text)
+{
+    kmp_text_printf(text, "\n%-9s %-7s %-10s %6s | %8s %8s %8s | %8s %8s | %8s %9s %9s\n", "formulation", "form",
+                    "integrator", "rtol", "error q", "qd", "lambda", "|h|", "energy", "steps", "rhs", "cpu ms");
+}
+
+static void show_rule(kmp_text *text)
+{
+    kmp_text_put(text, "------------------------------------+----------------------------+-------------------+---------"
+                       "-------------------\n");
+}
+
+/* The first line of a reason, as far as the table is wide. */
+static void show_reason(kmp_text *text, const kmp_compared *run)
+{
+    int room = TABLE - RUN, length = (int)strcspn(run->reason, "\n");
+    kmp_text_put(text, " | ");
+    if (!run->left_out)
+        room -= (int)strlen(kmp_status_word(run->status)) + 2;
+    if (!run->left_out)
+        kmp_text_printf(text, "%s: ", kmp_status_word(run->status));
+    kmp_text_printf(text, "%.*s%s\n", length > room ? room - 3 : length, run->reason, length > room ? "..." : "");
+}
+
+static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compared *run)
+{
+    kmp_text_printf(text, "%-9s %-7s %-10s %6.0e", run->way->formulation, form_of(run->way), run->way->integrator,
+                    run->rtol);
+    if (run->status != KEMPE_OK) {
+        show_reason(text, run);
+        return;
+    }
+    kmp_text_put(text, " |");
+    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
+        if (kmp_compared_is_below(c, run, kmp_compare_shown[k]))
+            kmp_text_printf(text, " %8s", "");
+        else
+            kmp_print_cell(text, 9, 1, run->verdict.error[kmp_compare_shown[k]]);
+    kmp_text_put(text, " |");
+    kmp_print_cell(text, 9, 1, run->verdict.h_max);
+    kmp_print_cell(text, 9, 1, run->verdict.drift_rel);
+    kmp_text_printf(text, " | %8ld %9ld %9.4g\n", run->report.steps, run->report.rhs, 1e3 * run->cpu_s);
+}
+
+static void show_runs(kmp_text *text, const kempe_comparison *c)
+{
+    if (c->count > 0)
+        show_titles(text);
+    for (int k = 0; k < c->count; k++) {
+        bool first = k % c->rtol_count == 0;
+        if (first)
+            show_rule(text);
+        if (first || !c->runs[k].left_out || strcmp(c->runs[k].reason, c->runs[k - 1].reason) != 0)
+            show_run(text, c, &c->runs[k]);
+    }
+}
+
+/* -- at equal error ---------------------------------------------------------------------------------- */
+
+static void show_best(kmp_text *text, const kempe_comparison *c)
+{
+    kmp_text_printf(text, "%-28s", "the cheapest, ms");
+    for (int l = 0; l < c->levels.count; l++)
+        if (c->levels.blank[l])
+            kmp_text_printf(text, " %7s", "");
+        else if (c->levels.best[l] < 0)
+            kmp_text_printf(text, " %7s", "-");
+        else
+            kmp_text_printf(text, " %7.3g", 1e3 * c->runs[c->levels.best[l]].cpu_s);
+    kmp_text_put(text, "\n");
+}
+
+static void show_ratios(kmp_text *text, const kempe_comparison *c, int way)
+{
+    const kmp_method *w = &c->ways[way];
+    kmp_text_printf(text, "%-9s %-7s %-10s", w->formulation, form_of(w), w->integrator);
+    for (int l = 0; l < c->levels.count; l++) {
+        int run = c->levels.run[way * c->levels.count + l];
+        double ratio = run >= 0 ? c->runs[run].cpu_s / c->runs[c->levels.best[l]].cpu_s : NAN;
+        if (c->levels.blank[l])
+            kmp_text_printf(text, " %7s", "");
+        else if (run < 0)
+            kmp_text_printf(text, " %7s", "-");
+        else
+            kmp_text_printf(text, ratio < 9.95 ? " %7.2f" : " %7.0f", ratio);
+    }
+    kmp_text_put(text, "\n");
+}
+
+static void show_levels(kmp_text *text, const kempe_comparison *c)
+{
+    bool blank = false;
+    if (c->levels.count == 0)
+        return;
+    kmp_text_put(text, "\ntime to an error of q, as a multiple of the cheapest\n");
+    kmp_text_printf(text, "%-28s", "error q at most");
+    for (int l = 0; l < c->levels.count; l++) {
+        kmp_text_printf(text, " %7.0e", c->levels.level[l]);
+        blank = blank || c->levels.blank[l];
+    }
+    kmp_text_put(text, "\n");
+    show_best(text, c);
+    for (int w = 0; w < c->way_count; w++)
+        show_ratios(text, c, w);
+    kmp_text_printf(text, "-: not reached%s\n", blank ? "; blank: too near to the reference's own error" : "");
+}
+
+/* -- the verdict ------------------------------------------------------------------------------------- */
+
+static void show_advice(kmp_text *text, const kempe_comparison *c)
+{
+    kmp_text_put(text, "\n");
+    if (c->advice.run < 0) {
+        kmp_text_put(text, "no advice\n");
+    } else {
+        const kmp_compared *run = &c->runs[c->advice.run];
+        kmp_text_put(text, "use ");
+        kmp_compare_name(text, run->way->formulation, run->way->form, run->way->integrator);
+        kmp_text_printf(text, " at rtol %g for this model: error q at most %g in %.3g ms\n", run->rtol, c->advice.level,
+                        1e3 * run->cpu_s);
+    }
+    for (int k = 0; k < c->advice.because.count; k++)
+        show_wrapped(text, "  - ", c->advice.because.s[k]);
+}
+
+static void show(kmp_text *text, const kempe_comparison *c)
+{
+    show_head(text, c);
+    show_runs(text, c);
+    show_levels(text, c);
+    show_list(text, "not done", &c->failures);
+    show_list(text, "warnings", &c->warnings);
+    if (c->status == KEMPE_OK || c->advice.run >= 0)
+        show_advice(text, c);
+    if (c->status != KEMPE_OK)
+        kmp_text_printf(text, "%s: %s\n", kmp_status_word(c->status), c->reason);
+}
+
+kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, comparison, "comparison");
+    KMP_WANTED(comparison->system->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(comparison->system->context);
+    if (format == KEMPE_JSON)
+        kmp_compare_json(&out, comparison);
+    else
+        show(&out, comparison);
+    return kmp_print_finish(comparison->system->context, &out, text);
+}

@@ -1,0 +1,478 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The reference that Kempe makes itself: runs near rounding on several formulations with several integrators, which
+ * share neither the choice of coordinates nor the closing nor the formulas of a step. The one that says of itself that
+ * it is the best is the reference; its uncertainty is how far the others are from it, and what its own tolerances and
+ * rounding leave open (docs/compare.md). */
+#include "base/memory.h"
+#include "studies/compare/compare.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Instants at which errors are judged, one within each of so many equal parts, at places that no period of a motion
+ * meets. Of eight examples eleven even instants saw 0.36 to 1 of the largest error, 100 of these 0.75, 400 of them 0.82
+ * and mostly more than 0.95. Where the reference ends early is looked for at every STRIDE-th. */
+enum { ROWS = 400, STRIDE = ROWS / 10, MOST_CUT = 2 };
+
+static const kmp_source rows[] = {
+#define KMP_SOURCE(formulation, form, integrator) {formulation, form, integrator, 0, 0, 0},
+#include "studies/compare/sources.def"
+#undef KMP_SOURCE
+};
+
+/* The tightest that comes to the end is taken: after many turns rounding alone may exceed the first. */
+static const double tight[] = {1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7};
+
+enum { TIGHT = sizeof tight / sizeof *tight };
+
+#define GOLDEN 0.6180339887498949 /* (sqrt(5) - 1) / 2 */
+
+/* A way is tried at this one first. Its time grows by at most GROWTH for a tenth of the tolerance with high orders:
+ * what would take too long by that is not begun. */
+#define COARSE 1e-5
+#define GROWTH 1.4
+/* Parts of the time for the reference: of one run, and of this first one. */
+#define RUN_PART    0.125
+#define COARSE_PART 0.06
+/* An error at a tenfold tolerance is this many times larger, at least. */
+#define FALL 5.0
+/* The reference may be as far off as what it is held against. */
+#define BOTH 2.0
+/* Where the uncertainty of q is beyond LOST at the end, errors are judged as long as it is below the first of these
+ * that some rows keep. */
+#define LOST 1e-5
+static const double kept[] = {1e-8, 1e-6, 1e-4};
+
+enum { KEPT = sizeof kept / sizeof *kept };
+/* Of a state, relative: some operations make a row from it. */
+#define ROUNDING (16 * DBL_EPSILON)
+/* How far a start is changed to see what becomes of it. */
+#define NUDGE 1e-7
+/* The part of that that must be left once the loops are closed. */
+#define MOVED 1e-2
+
+typedef struct maker_source {
+    kmp_source said;
+    kmp_samples table, beside; /* its rows, and those at a tenfold tolerance: none when that did not come to its end */
+    double own[KMP_QUANTITIES];
+} maker_source;
+
+typedef struct maker {
+    kmp_compare_job *job;
+    kempe_comparison *comparison;
+    const kempe_system *system;
+    kmp_times times;
+    double at[ROWS + 1];
+    double budget_s, least_left_s;
+    int count, first; /* sources; the one that is the reference */
+    maker_source sources[KMP_MOST_SOURCES];
+    kmp_samples moved; /* the rows from a start that was changed a little; none when that cannot be had */
+    char *reason;      /* why the first run failed that was not for want of time */
+} maker;
+
+typedef enum ending { DONE, CUT, FAILED } ending;
+
+/* -- runs -------------------------------------------------------------------------------------------- */
+
+static double allowed(const maker *m, double part)
+{
+    return fmin(part * m->budget_s, m->job->left_s - m->least_left_s);
+}
+
+static kempe_status attempt(maker *m, const kmp_source *way, double rtol, double part, kmp_samples *table, ending *how,
+                            double *cpu_s)
+{
+    kmp_run_report report = {0};
+    kmp_method asked = {.formulation = way->formulation, .form = way->form, .integrator = way->integrator};
+    double limit_s = allowed(m, part);
+    *how = CUT;
+    if (!(limit_s > 0))
+        return KEMPE_OK;
+    kmp_log(m->job->context, KEMPE_LOG_PROGRESS, "reference: %s %s %s at rtol %g", way->formulation, way->form,
+            way->integrator, rtol);
+    kempe_status status = kmp_compare_once(m->job, &asked, rtol, &m->times, limit_s, table, &report);
+    *how = status == KEMPE_OK ? DONE : report.cut ? CUT : FAILED;
+    *cpu_s = report.cpu_s;
+    if (status == KEMPE_STOPPED || status == KEMPE_E_FAILED) {
+        const char *reason = report.reason ? report.reason : kempe_context_message(m->job->context);
+        kmp_log(m->job->context, KEMPE_LOG_NOTE, "reference: %s %s %s at rtol %g: %s", way->formulation, way->form,
+                way->integrator, rtol, reason);
+        if (!m->reason && !report.cut)
+            m->reason = kmp_strdup(reason);
+        status = kmp_interrupted(m->job->context) ? KEMPE_STOPPED : KEMPE_OK;
+    }
+    kmp_free(report.reason);
+    return status;
+}
+
+/* The tightest run of a way that comes to its end in time; said.rtol stays 0 when there is none. */
+static kempe_status run_tight(maker *m, maker_source *s)
+{
+    ending how;
+    double cpu_s = 0;
+    int cut = 0;
+    kempe_status status = attempt(m, &s->said, COARSE, COARSE_PART, &s->table, &how, &cpu_s);
+    if (status != KEMPE_OK || how == CUT)
+        return status;
+    double coarse_s = how == DONE ? cpu_s : 0;
+    for (int k = 0; k < TIGHT && cut < MOST_CUT && !(s->said.rtol > 0) && status == KEMPE_OK; k++) {
+        if (coarse_s * pow(GROWTH, log10(COARSE / tight[k])) > allowed(m, RUN_PART))
+            continue;
+        status = attempt(m, &s->said, tight[k], RUN_PART, &s->table, &how, &cpu_s);
+        if (status == KEMPE_OK && how == DONE)
+            s->said.rtol = tight[k];
+        if (how == CUT) {
+            cut++;
+            k += 2; /* a little more tolerance would not help */
+        }
+    }
+    return status;
+}
+
+/* How far its rows are from another's. */
+static kempe_status differ(const maker *m, const kmp_samples *table, const kmp_samples *other, double until,
+                           double difference[KMP_QUANTITIES])
+{
+    kmp_reference reference;
+    if (!kmp_reference_from_table(&reference, other))
+        return kmp_fail_memory(m->job->context);
+    reference.shared = m->comparison->shared;
+    kmp_verdict_errors(table, m->system, &reference, until, difference);
+    kmp_reference_free(&reference);
+    return KEMPE_OK;
+}
+
+/* The same at a tenfold tolerance. */
+static kempe_status run_beside(maker *m, maker_source *s)
+{
+    ending how;
+    double cpu_s;
+    kempe_status status = attempt(m, &s->said, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
+    if (how != DONE)
+        s->beside.rows = 0;
+    return status;
+}
+
+/* What the two differ by up to a time; NaN when there is one alone. */
+static kempe_status judge_own(const maker *m, maker_source *s, double until)
+{
+    kempe_status status = differ(m, &s->beside, &s->table, until, s->own);
+    s->said.own = s->own[KMP_QUANTITY_Q];
+    return status;
+}
+
+static bool exists(const kmp_source *row)
+{
+    kmp_method way;
+    for (int k = 0; kmp_way_get(k, &way); k++)
+        if (strcmp(way.formulation, row->formulation) == 0 && strcmp(way.form, row->form) == 0 &&
+            strcmp(way.integrator, row->integrator) == 0)
+            return true;
+    return false;
+}
+
+static void release(maker_source *s)
+{
+    kmp_samples_free(&s->table);
+    kmp_samples_free(&s->beside);
+}
+
+static kempe_status gather(maker *m)
+{
+    kempe_status status = KEMPE_OK;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows && m->count < KMP_MOST_SOURCES && status == KEMPE_OK; k++) {
+        if (!exists(&rows[k]))
+            continue;
+        maker_source *s = &m->sources[m->count];
+        *s = (maker_source){.said = rows[k]};
+        kmp_samples_init(&s->table, m->system->n, m->system->m);
+        kmp_samples_init(&s->beside, m->system->n, m->system->m);
+        status = run_tight(m, s);
+        if (status == KEMPE_OK && s->said.rtol > 0)
+            status = run_beside(m, s);
+        if (status == KEMPE_OK && s->said.rtol > 0)
+            m->count++;
+        else
+            release(s);
+    }
+    return status;
+}
+
+/* -- what a small change of the start becomes -------------------------------------------------------- */
+
+/* The assembled start with all coordinates moved by NUDGE of their size, to this side and that, and closed again.
+ * NULL: it cannot be had. */
+static kempe_status nudge(const maker *m, kempe_assembly **start)
+{
+    int n = m->system->n;
+    double *q = KMP_NEW(double, n);
+    bool *hold = KMP_NEW(bool, n);
+    kempe_status status = q && hold ? KEMPE_OK : kmp_fail_memory(m->job->context);
+    for (int k = 0; k < n && status == KEMPE_OK; k++)
+        q[k] = m->job->start->q[k] + (k % 2 ? -NUDGE : NUDGE) * (1 + 0.1 * (k % 7)) * m->system->scale[k];
+    kmp_guess guess = {.q = q, .hold = hold};
+    if (status == KEMPE_OK)
+        status = kmp_assemble_from(m->system, &guess, start);
+    if (status == KEMPE_OK && !(*start)->closed) {
+        kempe_assembly_free(*start);
+        *start = NULL;
+    }
+    kmp_free(q);
+    kmp_free(hold);
+    return status;
+}
+
+static kempe_status run_nudged(maker *m)
+{
+    const maker_source *first = &m->sources[m->first];
+    kempe_assembly *start = m->job->start, *moved = NULL;
+    ending how = FAILED;
+    double cpu_s;
+    kempe_status status = nudge(m, &moved);
+    if (status == KEMPE_OK && moved) {
+        m->job->start = moved;
+        status = attempt(m, &first->said, fmax(first->said.rtol, 1e-10), RUN_PART, &m->moved, &how, &cpu_s);
+        m->job->start = start;
+    }
+    if (how != DONE)
+        m->moved.rows = 0;
+    kempe_assembly_free(moved);
+    return status;
+}
+
+/* What rounding becomes up to a time, by the change at the start and that of all rows. */
+static kempe_status amplify(maker *m, double until, double rounding[KMP_QUANTITIES])
+{
+    const kmp_samples *table = &m->sources[m->first].table;
+    double at_start[KMP_QUANTITIES] = {0}, all[KMP_QUANTITIES] = {0};
+    kempe_status status = differ(m, &m->moved, table, 0, at_start);
+    if (status == KEMPE_OK)
+        status = differ(m, &m->moved, table, until, all);
+    if (status != KEMPE_OK)
+        return status;
+    bool moved = at_start[KMP_QUANTITY_Q] > MOVED * NUDGE; /* drives and locks undo it all */
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        rounding[k] = ROUNDING * (moved ? fmax(all[k] / at_start[KMP_QUANTITY_Q], 1) : 1);
+    m->comparison->amplification = moved ? all[KMP_QUANTITY_Q] / at_start[KMP_QUANTITY_Q] : NAN;
+    return KEMPE_OK;
+}
+
+/* -- the best, and how good it is -------------------------------------------------------------------- */
+
+/* The one whose own tolerances agree best up to a time; a later one must be clearly better. */
+static kempe_status choose_until(maker *m, double until)
+{
+    kempe_status status = KEMPE_OK;
+    m->first = 0;
+    for (int k = 0; k < m->count && status == KEMPE_OK; k++) {
+        status = judge_own(m, &m->sources[k], until);
+        double best = m->sources[m->first].said.own, own = m->sources[k].said.own;
+        if ((isnan(best) && !isnan(own)) || 3 * own < best)
+            m->first = k;
+    }
+    return status;
+}
+
+/* Where all come out otherwise at the end, the beginning tells. */
+static kempe_status choose(maker *m)
+{
+    kempe_status status = choose_until(m, INFINITY);
+    return status == KEMPE_OK && m->sources[m->first].said.own > LOST ? choose_until(m, m->at[STRIDE]) : status;
+}
+
+static void take_least(double *least, const double *difference)
+{
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        least[k] = fmin(least[k], difference[k]); /* of NaN and a number it is the number */
+}
+
+/* The distances of the nearest run along another formulation, and of the nearest with another integrator. */
+static kempe_status judge_others(maker *m, double until, double *formulation, double *integrator)
+{
+    const maker_source *first = &m->sources[m->first];
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        formulation[k] = integrator[k] = NAN;
+    for (int k = 0; k < m->count && status == KEMPE_OK; k++) {
+        maker_source *s = &m->sources[k];
+        double difference[KMP_QUANTITIES] = {NAN, NAN, NAN, NAN};
+        if (k != m->first)
+            status = differ(m, &s->table, &first->table, until, difference);
+        s->said.distance = k == m->first ? 0 : difference[KMP_QUANTITY_Q];
+        if (strcmp(s->said.formulation, first->said.formulation) != 0)
+            take_least(formulation, difference);
+        if (strcmp(s->said.integrator, first->said.integrator) != 0)
+            take_least(integrator, difference);
+    }
+    return status;
+}
+
+/* Of the reference's rows up to a time: the largest of these, of what the own tolerances differ by, and of rounding. */
+static kempe_status judge(maker *m, double until)
+{
+    maker_source *first = &m->sources[m->first];
+    double formulation[KMP_QUANTITIES], integrator[KMP_QUANTITIES], rounding[KMP_QUANTITIES];
+    kempe_status status = judge_others(m, until, formulation, integrator);
+    for (int k = 0; k < m->count && status == KEMPE_OK; k++)
+        status = judge_own(m, &m->sources[k], until);
+    if (status == KEMPE_OK)
+        status = amplify(m, until, rounding);
+    for (int k = 0; k < KMP_QUANTITIES && status == KEMPE_OK; k++) {
+        double own = first->own[k] / (m->count > 1 ? FALL : 1), others = fmax(formulation[k], integrator[k]);
+        bool known = !isnan(own) || !isnan(others);
+        m->comparison->uncertainty[k] = known ? BOTH * fmax(fmax(own, rounding[k]), others) : NAN;
+    }
+    return status;
+}
+
+/* Where the motion amplifies all differences, the reference ends before they show. */
+static kempe_status keep_good(maker *m, double *at_end, double *bound)
+{
+    kempe_comparison *c = m->comparison;
+    kempe_status status = judge(m, INFINITY);
+    *at_end = c->uncertainty[KMP_QUANTITY_Q];
+    *bound = LOST;
+    if (!(*at_end > LOST)) {
+        c->has_reference = status == KEMPE_OK && !isnan(*at_end);
+        return status;
+    }
+    for (int k = 0; k < KEPT && !c->has_reference; k++)
+        for (int row = ROWS - STRIDE; row > 0 && status == KEMPE_OK && !c->has_reference; row -= STRIDE) {
+            status = judge(m, m->at[row]);
+            c->has_reference = status == KEMPE_OK && c->uncertainty[KMP_QUANTITY_Q] <= kept[k];
+            c->until = m->at[row];
+            *bound = kept[k];
+        }
+    return status;
+}
+
+/* -- what is said of it ------------------------------------------------------------------------------ */
+
+static void name(kmp_text *text, const kmp_source *s)
+{
+    kmp_compare_name(text, s->formulation, s->form, s->integrator);
+}
+
+/* Whether a source is as near to the reference as the tolerances of both explain. */
+static bool confirms(const maker *m, int k)
+{
+    const kmp_source *s = &m->sources[k].said;
+    double promised = 10 * (s->own + m->sources[m->first].said.own) + m->comparison->uncertainty[KMP_QUANTITY_Q];
+    return k != m->first && !(s->distance > promised);
+}
+
+static void describe(const maker *m, kmp_text *text)
+{
+    int count = 0, said = 0;
+    kmp_text_put(text, "own: ");
+    name(text, &m->sources[m->first].said);
+    kmp_text_printf(text, " at rtol %g, ", m->sources[m->first].said.rtol);
+    for (int k = 0; k < m->count; k++)
+        count += confirms(m, k);
+    if (count == 0)
+        kmp_text_put(text, "not confirmed by a second one");
+    for (int k = 0; k < m->count; k++) {
+        if (!confirms(m, k))
+            continue;
+        kmp_text_put(text, said == 0 ? "confirmed by " : said == count - 1 ? " and " : ", ");
+        name(text, &m->sources[k].said);
+        said++;
+    }
+}
+
+static void describe_nothing(const maker *m, double at_end, kmp_text *text)
+{
+    kmp_text_put(text, "none: ");
+    if (m->count > 1)
+        kmp_text_printf(text,
+                        "the tightest runs that could be made differ by %.1g in q from the beginning on; a shorter "
+                        "time or --reference CSV would give one",
+                        at_end);
+    else if (m->count == 1)
+        kmp_text_put(text,
+                     "one run alone came to its end near rounding, and nothing confirms it; --reference CSV would "
+                     "give one");
+    else if (m->reason)
+        kmp_text_printf(text, "no run at a tight tolerance came to its end: %s", m->reason);
+    else
+        kmp_text_printf(text,
+                        "no run at a tight tolerance came to its end within %.3g s of the processor; a larger --budget "
+                        "or --reference CSV would give one",
+                        m->budget_s);
+}
+
+static bool warn(const maker *m, double at_end, double bound)
+{
+    kempe_comparison *c = m->comparison;
+    bool ok = true;
+    if (c->has_reference && c->until < c->t_end)
+        ok = kmp_sentences_add(&c->warnings,
+                               "the runs that the reference is made from differ by %.1g in q at the end, and by less "
+                               "than %.0g up to t = %g s alone: errors are judged up to there",
+                               at_end, bound, c->until);
+    for (int k = 0; k < m->count && c->has_reference; k++) {
+        const maker_source *s = &m->sources[k];
+        if (k == m->first || confirms(m, k))
+            continue;
+        kmp_text text = {0};
+        name(&text, &s->said);
+        kmp_text_printf(&text,
+                        " at rtol %g is %.1g in q from the reference, though its own tolerances agree to %.1g: one of "
+                        "the two takes another way",
+                        s->said.rtol, s->said.distance, s->said.own);
+        ok = kmp_sentences_take(&c->warnings, &text) && ok;
+    }
+    return ok;
+}
+
+static kempe_status settle(maker *m, double at_end, double bound)
+{
+    kempe_comparison *c = m->comparison;
+    kmp_text text = {0};
+    for (int k = 0; k < m->count; k++)
+        c->sources[k] = m->sources[k].said;
+    c->source_count = m->count;
+    if (c->has_reference)
+        describe(m, &text);
+    else
+        describe_nothing(m, at_end, &text);
+    kmp_free(c->source);
+    c->source = kmp_text_take(&text);
+    if (!c->source || !warn(m, at_end, bound))
+        return kmp_fail_memory(m->job->context);
+    if (!c->has_reference)
+        return KEMPE_OK;
+    if (!kmp_reference_from_table(&m->job->reference, &m->sources[m->first].table))
+        return kmp_fail_memory(m->job->context);
+    m->job->reference.shared = c->shared;
+    kmp_reference_limit(&m->job->reference, c->until);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s)
+{
+    kempe_comparison *c = job->comparison;
+    maker m = {.job = job, .comparison = c, .system = c->system, .budget_s = budget_s};
+    double at_end = NAN, bound = NAN;
+    m.times = (kmp_times){ROWS + 1, m.at};
+    m.least_left_s = job->left_s - budget_s;
+    for (int k = 0; k <= ROWS; k++)
+        m.at[k] = k == ROWS ? c->t_end : c->t_end * (k + fmod(k * GOLDEN, 1)) / ROWS;
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        c->uncertainty[k] = NAN;
+    kmp_samples_init(&m.moved, c->system->n, c->system->m);
+    kempe_status status = gather(&m);
+    if (status == KEMPE_OK && m.count > 0)
+        status = choose(&m);
+    if (status == KEMPE_OK && m.count > 0)
+        status = run_nudged(&m);
+    if (status == KEMPE_OK && m.count > 0)
+        status = keep_good(&m, &at_end, &bound);
+    if (status == KEMPE_OK)
+        status = settle(&m, at_end, bound);
+    for (int k = 0; k < m.count; k++)
+        release(&m.sources[k]);
+    kmp_samples_free(&m.moved);
+    kmp_free(m.reason);
+    return status == KEMPE_STOPPED ? KEMPE_OK : status; /* interrupted: the runs will say so */
+}

@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What went wrong, a line for each way and kind of trouble: runs that did not come to their end, and what is suspicious
+ * about those that did. */
+#include "base/memory.h"
+#include "studies/compare/compare.h"
+#include <math.h>
+#include <string.h>
+
+/* In units of the tolerance: what is beyond is no error of steps. Nor is a difference beyond ANYWAY, which goes without
+ * saying where there are errors to be seen. */
+#define LOST   1e4
+#define ANYWAY 0.1
+/* Closures open by more than this many tolerances drift. */
+#define OPEN 1e2
+
+/* -- sentences --------------------------------------------------------------------------------------- */
+
+bool kmp_sentences_take(kmp_sentences *list, kmp_text *text)
+{
+    char *sentence = kmp_text_take(text);
+    char **grown = sentence ? kmp_realloc(list->s, (size_t)list->count + 1, sizeof *list->s) : NULL;
+    if (!grown) {
+        kmp_free(sentence);
+        return false;
+    }
+    list->s = grown;
+    list->s[list->count++] = sentence;
+    return true;
+}
+
+bool kmp_sentences_add(kmp_sentences *list, const char *format, ...)
+{
+    kmp_text text = {0};
+    va_list arguments;
+    va_start(arguments, format);
+    kmp_text_vprintf(&text, format, arguments);
+    va_end(arguments);
+    return kmp_sentences_take(list, &text);
+}
+
+void kmp_sentences_free(kmp_sentences *list)
+{
+    for (int k = 0; k < list->count; k++)
+        kmp_free(list->s[k]);
+    kmp_free(list->s);
+    *list = (kmp_sentences){0};
+}
+
+void kmp_compare_name(kmp_text *text, const char *formulation, const char *form, const char *integrator)
+{
+    bool formless = !form || strcmp(form, "none") == 0;
+    kmp_text_printf(text, "%s %s%s%s", formulation, formless ? "" : form, formless ? "" : " ", integrator);
+}
+
+/* -- groups ------------------------------------------------------------------------------------------ */
+
+/* Whether a run has the trouble; *how much of it, where that is a number. */
+typedef bool trouble_fn(const kempe_comparison *c, const kmp_compared *run, double *how);
+
+/* The runs of one way that have it. */
+typedef struct group {
+    int count;
+    const kmp_compared *first, *last; /* by tolerance, coarse first */
+    const kmp_compared *worst;
+    double how;
+} group;
+
+static group find(const kempe_comparison *c, int way, trouble_fn *has)
+{
+    group g = {0};
+    for (int k = 0; k < c->rtol_count; k++) {
+        const kmp_compared *run = &c->runs[way * c->rtol_count + k];
+        double how = 0;
+        if (!has(c, run, &how))
+            continue;
+        g.count++;
+        g.first = !g.first || run->rtol > g.first->rtol ? run : g.first;
+        g.last = !g.last || run->rtol < g.last->rtol ? run : g.last;
+        if (!g.worst || how > g.how) {
+            g.worst = run;
+            g.how = how;
+        }
+    }
+    return g;
+}
+
+static void begin(kmp_text *text, const kempe_comparison *c, const group *g)
+{
+    const kmp_method *way = g->first->way;
+    kmp_compare_name(text, way->formulation, way->form, way->integrator);
+    if (g->count == c->rtol_count && g->count > 1)
+        kmp_text_put(text, " at every rtol");
+    else if (g->count == 1)
+        kmp_text_printf(text, " at rtol %g", g->first->rtol);
+    else
+        kmp_text_printf(text, " %s rtol %g %s %g", g->count == 2 ? "at" : "from", g->first->rtol,
+                        g->count == 2 ? "and" : "to", g->last->rtol);
+}
+
+/* -- runs that did not come to their end ------------------------------------------------------------- */
+
+static bool has_failed(const kempe_comparison *c, const kmp_compared *run, double *how)
+{
+    (void)c, (void)how;
+    return run->status == KEMPE_E_FAILED;
+}
+
+static bool has_stopped(const kempe_comparison *c, const kmp_compared *run, double *how)
+{
+    (void)c, (void)how;
+    return run->status == KEMPE_STOPPED && !run->left_out;
+}
+
+static bool is_left_out(const kempe_comparison *c, const kmp_compared *run, double *how)
+{
+    (void)c, (void)how;
+    return run->left_out;
+}
+
+static bool add_reason(kempe_comparison *c, const group *g)
+{
+    const char *reason = g->first->reason;
+    kmp_text text = {0};
+    begin(&text, c, g);
+    if (!g->first->left_out)
+        kmp_text_printf(&text, " %s", g->first->status == KEMPE_E_FAILED ? "failed" : "stopped");
+    kmp_text_printf(&text, ": %.*s", (int)strcspn(reason, "\n"), reason);
+    return kmp_sentences_take(&c->failures, &text);
+}
+
+/* Whatever the way and the tolerance: the model is to blame. */
+static bool all_end_alike(const kempe_comparison *c)
+{
+    for (int k = 0; k < c->count; k++)
+        if (c->runs[k].status == KEMPE_OK || c->runs[k].status != c->runs[0].status || c->runs[k].left_out)
+            return false;
+    return true;
+}
+
+/* -- runs that did ----------------------------------------------------------------------------------- */
+
+static bool is_apart(const kempe_comparison *c, const kmp_compared *run, double *how)
+{
+    *how = run->apart;
+    return run->status == KEMPE_OK && run->apart > fmin(LOST * run->rtol, c->has_reference ? INFINITY : ANYWAY);
+}
+
+/* Its own tolerances agree, with something else. */
+static bool is_elsewhere(const kempe_comparison *c, const kmp_compared *run, double *how)
+{
+    *how = run->verdict.error[KMP_QUANTITY_Q];
+    return run->status == KEMPE_OK && *how > fmin(LOST * run->rtol, ANYWAY) && *how > 10 * run->apart &&
+           !kmp_compared_is_below(c, run, KMP_QUANTITY_Q);
+}
+
+static bool is_open(const kempe_comparison *c, const kmp_compared *run, double *how)
+{
+    (void)c;
+    *how = run->verdict.h_max;
+    return run->status == KEMPE_OK && *how > OPEN * run->rtol;
+}
+
+static bool is_unbalanced(const kempe_comparison *c, const kmp_compared *run, double *how)
+{
+    (void)c;
+    *how = run->verdict.drift_rel;
+    return run->status == KEMPE_OK && *how > LOST * run->rtol;
+}
+
+typedef struct warning {
+    trouble_fn *has;
+    const char *before, *between, *after; /* of how much, and of the tolerance */
+} warning;
+
+static const warning warnings[] = {
+    {is_apart, ": q comes out otherwise by ", " at the tolerance after rtol ",
+     ": the motion amplifies errors, or takes another branch"},
+    {is_elsewhere, ": its tolerances agree with each other, but not with the reference, by ", " at rtol ",
+     ": it takes another branch"},
+    {is_open, ": the loops open by up to ", ", at rtol ", ""},
+    {is_unbalanced, ": the energy balance is off by up to ", " of its size, at rtol ", ""}};
+
+static bool add_warning(kempe_comparison *c, const group *g, const warning *w)
+{
+    kmp_text text = {0};
+    begin(&text, c, g);
+    kmp_text_printf(&text, "%s%.1e%s%g%s", w->before, g->how, w->between, g->worst->rtol, w->after);
+    return kmp_sentences_take(&c->warnings, &text);
+}
+
+kempe_status kmp_compare_remark(kempe_comparison *c)
+{
+    static trouble_fn *const ends[] = {has_failed, has_stopped, is_left_out};
+    bool ok = true;
+    if (c->count > 1 && all_end_alike(c)) {
+        ok = kmp_sentences_add(&c->failures, "every run %s: %s",
+                               c->runs[0].status == KEMPE_E_FAILED ? "failed" : "stopped", c->runs[0].reason);
+        return ok ? KEMPE_OK : kmp_fail_memory(c->system->context);
+    }
+    for (int w = 0; w < c->way_count && ok; w++) {
+        for (size_t k = 0; k < sizeof ends / sizeof *ends && ok; k++) {
+            group g = find(c, w, ends[k]);
+            bool told = g.count == 0 || (ends[k] == is_left_out && kmp_interrupted(c->system->context));
+            ok = told || add_reason(c, &g);
+        }
+        for (size_t k = 0; k < sizeof warnings / sizeof *warnings && ok; k++) {
+            group g = find(c, w, warnings[k].has);
+            ok = g.count == 0 || add_warning(c, &g, &warnings[k]);
+        }
+    }
+    return ok ? KEMPE_OK : kmp_fail_memory(c->system->context);
+}

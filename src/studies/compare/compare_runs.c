@@ -1,0 +1,302 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The runs of a comparison: every way at every tolerance, coarse ones first, each judged at the reference's times. What
+ * would take hopelessly long beside the fastest way is given up, and what there is no time for is left out. */
+#include "base/memory.h"
+#include "studies/compare/compare.h"
+#include <math.h>
+
+/* Repeats of runs shorter than this, s. */
+enum { MOST_REPEATS = 5, SOME_REPEATS = 3 };
+#define SHORT    0.02
+#define NOT_LONG 0.1
+/* A run may take this many times as long as the fastest at its tolerance, and SHORT in any case; but for the fastest
+ * itself a part of what is left. */
+#define HOPELESS  100.0
+#define FREE      0.25
+#define MOST_PART 0.125
+/* Rows beside right-hand sides whose time may be neglected. */
+#define ROW_PART 0.02
+
+/* -- one run ----------------------------------------------------------------------------------------- */
+
+bool kmp_compare_has_result(kempe_status status)
+{
+    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
+}
+
+kempe_status kmp_compare_once(kmp_compare_job *j, const kmp_method *way, double rtol, const kmp_times *times,
+                              double limit_s, kmp_samples *table, kmp_run_report *report)
+{
+    const kempe_system *system = j->comparison->system;
+    kmp_run_spec spec = {.formulation = way->formulation,
+                         .form = way->form,
+                         .integrator = way->integrator,
+                         .rtol = rtol,
+                         .atol = rtol,
+                         .t_end = j->comparison->t_end,
+                         .time_count = times->count,
+                         .times = times->t,
+                         .limit_s = limit_s};
+    table->rows = 0;
+    *report = (kmp_run_report){0};
+    kempe_status status = kmp_run_resolve(system, &spec);
+    kmp_context_quiet(j->context, j->quiet);
+    if (status == KEMPE_OK)
+        status = kmp_run(system, &spec, j->start, kmp_samples_add, table, report);
+    kmp_context_quiet(j->context, false);
+    j->quiet = true;
+    j->left_s -= report->cpu_s + report->build_s;
+    return status;
+}
+
+static double median(int count, double *x)
+{
+    for (int i = 1; i < count; i++)
+        for (int k = i; k > 0 && x[k] < x[k - 1]; k--) {
+            double swap = x[k];
+            x[k] = x[k - 1];
+            x[k - 1] = swap;
+        }
+    return x[count / 2];
+}
+
+/* The repeats take the same steps, and only their time counts: rows that are judged take time, which nobody asked for.
+ * Of a long run it is nothing, unless there are as many rows as right-hand sides. */
+static kempe_status time_run(kmp_compare_job *j, kmp_compared *run)
+{
+    double first = run->report.cpu_s, cpu_s[MOST_REPEATS] = {first};
+    bool many = j->times.count > ROW_PART * (double)run->report.rhs;
+    int wanted = first < SHORT ? MOST_REPEATS : first < NOT_LONG ? SOME_REPEATS : 1, count = wanted == 1 && !many;
+    kmp_samples rows;
+    kempe_status status = KEMPE_OK;
+    kmp_samples_init(&rows, j->comparison->system->n, j->comparison->system->m);
+    while (count < wanted && status == KEMPE_OK) {
+        kmp_free(run->report.reason);
+        status = kmp_compare_once(j, run->way, run->rtol, &j->few, 0, &rows, &run->report);
+        cpu_s[count++] = run->report.cpu_s;
+    }
+    kmp_samples_free(&rows);
+    run->cpu_s = median(count, cpu_s);
+    return status;
+}
+
+static void tell(const kmp_compare_job *j, const kmp_compared *run)
+{
+    kmp_text text = {0};
+    kmp_compare_name(&text, run->way->formulation, run->way->form, run->way->integrator);
+    const char *name = text.s ? text.s : "";
+    if (run->status == KEMPE_OK)
+        kmp_log(j->context, KEMPE_LOG_PROGRESS, "%s, rtol %g: error q %.1e, %.3g ms", name, run->rtol,
+                run->verdict.error[KMP_QUANTITY_Q], 1e3 * run->cpu_s);
+    else
+        kmp_log(j->context, KEMPE_LOG_PROGRESS, "%s, rtol %g: %s", name, run->rtol, run->reason);
+    kmp_text_free(&text);
+}
+
+static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_s, kmp_samples *table)
+{
+    kempe_status status = kmp_compare_once(j, run->way, run->rtol, &j->times, limit_s, table, &run->report);
+    bool cut = run->report.cut;
+    if (status == KEMPE_OK) {
+        run->verdict = kmp_verdict_of(table, j->plant, j->comparison->has_reference ? &j->reference : NULL);
+        status = time_run(j, run);
+    }
+    if (!kmp_compare_has_result(status))
+        return status;
+    if (status != KEMPE_OK)
+        run->verdict = kmp_verdict_none();
+    const char *reason = run->report.reason ? run->report.reason : kempe_context_message(j->context);
+    run->status = status;
+    run->left_out = cut;
+    run->reason = kmp_strdup(status == KEMPE_OK ? "" : reason);
+    kmp_context_clear(j->context);
+    return run->reason ? KEMPE_OK : kmp_fail_memory(j->context);
+}
+
+/* -- all runs ---------------------------------------------------------------------------------------- */
+
+typedef struct grid {
+    kmp_compare_job *job;
+    kempe_comparison *comparison;
+    kmp_samples table;
+    kmp_samples *before; /* of each way: the rows at the last tolerance that came to its end */
+    int *before_run;     /* that run, -1: none */
+    double *cpu_s;       /* of each way so far */
+    bool *out;           /* ways that are given up */
+    int *ways, *rtols;   /* in the order in which they are run */
+} grid;
+
+static kmp_compared *run_of(const grid *g, int way, int rtol)
+{
+    return &g->comparison->runs[way * g->comparison->rtol_count + rtol];
+}
+
+static kempe_status leave_out(const grid *g, kmp_compared *run, const char *reason)
+{
+    run->status = KEMPE_STOPPED;
+    run->left_out = true;
+    kmp_free(run->reason);
+    run->reason = kmp_strdup(reason);
+    return run->reason ? KEMPE_OK : kmp_fail_memory(g->job->context);
+}
+
+static kempe_status leave_out_spent(const grid *g, kmp_compared *run)
+{
+    kmp_text reason = {0};
+    kmp_text_printf(&reason,
+                    "left out: the %.3g s of the processor for all runs are spent; a larger --budget gives more",
+                    g->comparison->budget_s);
+    kempe_status status = reason.failed ? kmp_fail_memory(g->job->context) : leave_out(g, run, reason.s);
+    kmp_text_free(&reason);
+    return status;
+}
+
+/* A way that was given up is so at all tighter tolerances. */
+static kempe_status give_up(const grid *g, int way, int rtol, double limit_s, double fastest)
+{
+    double bound = run_of(g, way, rtol)->rtol;
+    kmp_text reason = {0};
+    kmp_text_printf(&reason, "left out: at rtol %g it is not done after %.3g s", bound, limit_s);
+    if (limit_s >= fmax(FREE, HOPELESS * fastest))
+        kmp_text_printf(&reason, ", beside %.3g s of the fastest", fastest);
+    else
+        kmp_text_printf(&reason, " of the %.3g s for all; a larger --budget gives more", g->comparison->budget_s);
+    kempe_status status = reason.failed ? kmp_fail_memory(g->job->context) : KEMPE_OK;
+    for (int k = 0; k < g->comparison->rtol_count && status == KEMPE_OK; k++)
+        if (run_of(g, way, k)->rtol <= bound)
+            status = leave_out(g, run_of(g, way, k), reason.s);
+    kmp_text_free(&reason);
+    g->out[way] = true;
+    return status;
+}
+
+/* How far q of the run before comes out otherwise in this one, which is tighter. */
+static kempe_status compare_before(grid *g, int way, int run)
+{
+    kempe_comparison *c = g->comparison;
+    kmp_reference tighter;
+    double error[KMP_QUANTITIES];
+    kempe_status status = KEMPE_OK;
+    if (g->before_run[way] >= 0) {
+        if (!kmp_reference_from_table(&tighter, &g->table))
+            return kmp_fail_memory(g->job->context);
+        tighter.shared = c->shared;
+        kmp_verdict_errors(&g->before[way], c->system, &tighter, INFINITY, error);
+        c->runs[g->before_run[way]].apart = error[KMP_QUANTITY_Q];
+        kmp_reference_free(&tighter);
+    }
+    kmp_samples swap = g->before[way];
+    g->before[way] = g->table;
+    g->table = swap;
+    g->before_run[way] = run;
+    return status;
+}
+
+static double limit_of(const grid *g, double fastest)
+{
+    double left = MOST_PART * g->job->left_s;
+    return isinf(fastest) ? left : fmin(fmax(FREE, HOPELESS * fastest), fmax(left, 2 * fastest));
+}
+
+static kempe_status run_cell(grid *g, int way, int rtol, double *fastest)
+{
+    kmp_compared *run = run_of(g, way, rtol);
+    double limit_s = limit_of(g, *fastest);
+    if (g->out[way])
+        return KEMPE_OK;
+    if (kmp_interrupted(g->job->context))
+        return leave_out(g, run, "interrupted");
+    if (!(g->job->left_s > 0))
+        return leave_out_spent(g, run);
+    kempe_status status = run_one(g->job, run, limit_s, &g->table);
+    if (status == KEMPE_OK && run->left_out)
+        status = give_up(g, way, rtol, limit_s, *fastest);
+    if (status != KEMPE_OK)
+        return status;
+    tell(g->job, run);
+    g->cpu_s[way] = run->report.cpu_s;
+    if (run->status != KEMPE_OK)
+        return KEMPE_OK;
+    *fastest = fmin(*fastest, run->cpu_s);
+    return compare_before(g, way, way * g->comparison->rtol_count + rtol);
+}
+
+/* The ways that were fast so far come first, so that time is spent on them and the others are held against them. */
+static void sort_ways(const grid *g)
+{
+    for (int i = 1; i < g->comparison->way_count; i++)
+        for (int k = i; k > 0 && g->cpu_s[g->ways[k]] < g->cpu_s[g->ways[k - 1]]; k--) {
+            int swap = g->ways[k];
+            g->ways[k] = g->ways[k - 1];
+            g->ways[k - 1] = swap;
+        }
+}
+
+static void sort_rtols(const grid *g)
+{
+    const double *rtol = g->job->choice.rtols;
+    for (int i = 0; i < g->comparison->rtol_count; i++) {
+        g->rtols[i] = i;
+        for (int k = i; k > 0 && rtol[g->rtols[k]] > rtol[g->rtols[k - 1]]; k--) {
+            int swap = g->rtols[k];
+            g->rtols[k] = g->rtols[k - 1];
+            g->rtols[k - 1] = swap;
+        }
+    }
+}
+
+static bool begin(grid *g)
+{
+    kempe_comparison *c = g->comparison;
+    kmp_samples_init(&g->table, c->system->n, c->system->m);
+    c->runs = KMP_NEW(kmp_compared, c->way_count * c->rtol_count);
+    g->before = KMP_NEW(kmp_samples, c->way_count);
+    g->before_run = KMP_NEW(int, c->way_count);
+    g->cpu_s = KMP_NEW(double, c->way_count);
+    g->out = KMP_NEW(bool, c->way_count);
+    g->ways = KMP_NEW(int, c->way_count);
+    g->rtols = KMP_NEW(int, c->rtol_count);
+    if (!c->runs || !g->before || !g->before_run || !g->cpu_s || !g->out || !g->ways || !g->rtols)
+        return false;
+    c->count = c->way_count * c->rtol_count;
+    for (int w = 0; w < c->way_count; w++) {
+        kmp_samples_init(&g->before[w], c->system->n, c->system->m);
+        g->before_run[w] = -1;
+        g->ways[w] = w;
+    }
+    for (int k = 0; k < c->count; k++)
+        c->runs[k] = (kmp_compared){.way = &c->ways[k / c->rtol_count],
+                                    .rtol = g->job->choice.rtols[k % c->rtol_count],
+                                    .verdict = kmp_verdict_none(),
+                                    .cpu_s = NAN,
+                                    .apart = NAN};
+    sort_rtols(g);
+    return true;
+}
+
+static void end(grid *g)
+{
+    for (int w = 0; g->before && w < g->comparison->way_count; w++)
+        kmp_samples_free(&g->before[w]);
+    kmp_samples_free(&g->table);
+    kmp_free(g->before);
+    kmp_free(g->before_run);
+    kmp_free(g->cpu_s);
+    kmp_free(g->out);
+    kmp_free(g->ways);
+    kmp_free(g->rtols);
+}
+
+kempe_status kmp_compare_run_all(kmp_compare_job *j)
+{
+    grid g = {.job = j, .comparison = j->comparison};
+    kempe_status status = begin(&g) ? KEMPE_OK : kmp_fail_memory(j->context);
+    for (int k = 0; status == KEMPE_OK && k < g.comparison->rtol_count; k++) {
+        double fastest = INFINITY;
+        sort_ways(&g);
+        for (int w = 0; status == KEMPE_OK && w < g.comparison->way_count; w++)
+            status = run_cell(&g, g.ways[w], g.rtols[k], &fastest);
+    }
+    end(&g);
+    return status;
+}

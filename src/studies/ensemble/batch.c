@@ -1,0 +1,565 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What an ensemble leaves: the state of each instance, told as a summary, as JSON and as a table. */
+#include "base/clock.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "integrators/lanes/ensemble.h"
+#include "output/convergence.h"
+#include "output/print.h"
+#include "output/values.h"
+#include "studies/simulate/trajectory.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_TOLD = 5 };
+
+struct kempe_ensemble {
+    const kempe_values *values;
+    kmp_ensemble *inner;
+    const kempe_model *model;
+};
+
+struct kempe_batch {
+    const kempe_ensemble *ensemble;
+    kempe_status status;
+    int count, n;
+    kmp_ensemble_result *results;
+    double *q, *qd;         /* count x n */
+    kmp_convergence *again; /* count */
+    double rtol, atol, t_end, cpu_s;
+    kmp_ensemble_work work;
+    char *warnings; /* of the computation, one a line */
+};
+
+/* -- running ----------------------------------------------------------------------------------------- */
+
+kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *values, kempe_ensemble **ensemble)
+{
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, values, "values");
+    KMP_WANTED(model->context, ensemble, "ensemble");
+    kmp_context_clear(model->context);
+    kempe_ensemble *e = KMP_NEW(kempe_ensemble, 1);
+    if (!e)
+        return kmp_fail_memory(model->context);
+    e->values = values;
+    e->model = model;
+    kempe_status status = kmp_ensemble_new(model, values->columns, (const char *const *)values->name, &e->inner);
+    if (status == KEMPE_OK)
+        *ensemble = e;
+    else
+        kempe_ensemble_free(e);
+    return status;
+}
+
+void kempe_ensemble_free(kempe_ensemble *ensemble)
+{
+    if (ensemble)
+        kmp_ensemble_free(ensemble->inner);
+    kmp_free(ensemble);
+}
+
+void kempe_batch_free(kempe_batch *batch)
+{
+    if (!batch)
+        return;
+    kmp_free(batch->warnings);
+    for (int k = 0; batch->results && k < batch->count; k++)
+        kmp_free(batch->results[k].reason);
+    kmp_free(batch->results);
+    kmp_free(batch->q);
+    kmp_free(batch->qd);
+    kmp_free(batch->again);
+    kmp_free(batch);
+}
+
+static kempe_batch *new_batch(const kempe_ensemble *e)
+{
+    kempe_batch *b = KMP_NEW(kempe_batch, 1);
+    if (!b)
+        return NULL;
+    b->ensemble = e;
+    b->count = e->values->count;
+    b->n = kmp_ensemble_system(e->inner)->n;
+    b->results = KMP_NEW(kmp_ensemble_result, b->count);
+    b->q = KMP_NEW(double, (size_t)b->count *(size_t)b->n);
+    b->qd = KMP_NEW(double, (size_t)b->count *(size_t)b->n);
+    b->again = KMP_NEW(kmp_convergence, b->count);
+    if (b->results && b->q && b->qd && b->again)
+        return b;
+    kempe_batch_free(b);
+    return NULL;
+}
+
+static int count_of(const kempe_batch *b, const char *word)
+{
+    int count = 0;
+    for (int k = 0; k < b->count; k++)
+        count += strcmp(kempe_batch_status(b, k), word) == 0;
+    return count;
+}
+
+/* What each start would have said by itself. */
+static void warn_of_rates(const kempe_batch *b)
+{
+    int changed = 0, first = -1;
+    for (int k = 0; k < b->count; k++)
+        if (b->results[k].rates_changed && ++changed == 1)
+            first = k;
+    if (changed > 0)
+        kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
+                "start: the given rates contradict the closures in %d of %d instances, first in number %d: other rates "
+                "are taken there",
+                changed, b->count, first + 1);
+}
+
+/* -- whether they hold ------------------------------------------------------------------------------- */
+
+/* Instances as cases, those alone that came to their end. */
+typedef struct repeat {
+    kempe_batch *b;
+    const kmp_run_spec *spec;
+    const kmp_ensemble_way *way;
+    int *instance; /* of a case */
+} repeat;
+
+/* What came out of some instances run again, beside the first time. */
+static void compare_ends(const repeat *r, int count, const int *which, const kmp_ensemble_result *results,
+                         const double *q, kmp_convergence *found)
+{
+    const kempe_batch *b = r->b;
+    const double *size = kmp_ensemble_system(b->ensemble->inner)->scale;
+    for (int k = 0; k < count; k++) {
+        const double *first = kempe_batch_q(b, r->instance[which[k]]);
+        if (results[k].status == KEMPE_OK)
+            kmp_convergence_row(&found[k], results[k].t, b->n, first, q + (size_t)k * (size_t)b->n, size);
+        else
+            found[k].stopped = results[k].t;
+    }
+}
+
+static kempe_status run_again(void *user, double rtol, int count, const int *which, kmp_convergence *found)
+{
+    const repeat *r = user;
+    const kempe_values *values = r->b->ensemble->values;
+    size_t columns = (size_t)values->columns, n = (size_t)r->b->n, many = (size_t)count;
+    kmp_run_spec other = *r->spec;
+    double *rows = KMP_NEW(double, many *columns), *q = KMP_NEW(double, many *n), *qd = KMP_NEW(double, many *n);
+    kmp_ensemble_result *results = KMP_NEW(kmp_ensemble_result, count);
+    kempe_context *context = r->b->ensemble->model->context;
+    kempe_status status = rows && q && qd && results ? KEMPE_OK : kmp_fail_memory(context);
+    other.rtol = rtol;
+    other.atol *= rtol / r->spec->rtol;
+    for (int k = 0; status == KEMPE_OK && k < count; k++)
+        memcpy(rows + (size_t)k * columns, kempe_values_row(values, r->instance[which[k]]), columns * sizeof *rows);
+    if (status == KEMPE_OK)
+        status = kmp_ensemble_run(r->b->ensemble->inner, &other, r->way, count, rows, results, q, qd);
+    if (status == KEMPE_OK && kmp_interrupted(context))
+        status = KEMPE_STOPPED;
+    if (status == KEMPE_OK)
+        compare_ends(r, count, which, results, q, found);
+    for (int k = 0; results && k < count; k++)
+        kmp_free(results[k].reason);
+    kmp_free(rows);
+    kmp_free(q);
+    kmp_free(qd);
+    kmp_free(results);
+    return status;
+}
+
+/* The instance that differs most in parts of its limit, or whose other run did not come to its end; how many do not
+ * hold. */
+static int worst_of(const kempe_batch *b, int *failing)
+{
+    int worst = -1;
+    double most = 0;
+    *failing = 0;
+    for (int k = 0; k < b->count; k++) {
+        const kmp_convergence *c = &b->again[k];
+        double part = !c->known ? 0 : isnan(c->stopped) ? c->difference / c->limit : INFINITY;
+        *failing += !kmp_convergence_holds(c);
+        if (c->known && (worst < 0 || part > most)) {
+            worst = k;
+            most = part;
+        }
+    }
+    return worst;
+}
+
+static const char *again_name(const kempe_batch *b, int k)
+{
+    return b->n > 0 ? b->ensemble->model->motions[b->again[k].index].name : "";
+}
+
+static void warn_again(const kempe_batch *b)
+{
+    int failing, worst = worst_of(b, &failing);
+    if (failing > 0)
+        kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
+                "do not trust %d of %d instances: at rtol %.3g '%s' of instance %d comes out otherwise by %.2g; take a "
+                "smaller rtol",
+                failing, b->count, b->again[worst].rtol, again_name(b, worst), worst + 1, b->again[worst].difference);
+}
+
+static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const kmp_ensemble_way *way)
+{
+    kempe_context *context = b->ensemble->model->context;
+    int cases = 0, *instance = KMP_NEW(int, b->count);
+    kmp_convergence *found = KMP_NEW(kmp_convergence, b->count);
+    kempe_status status = instance && found ? KEMPE_OK : kmp_fail_memory(context);
+    for (int k = 0; status == KEMPE_OK && k < b->count; k++)
+        if (b->results[k].status == KEMPE_OK)
+            instance[cases++] = k;
+    repeat r = {b, spec, way, instance};
+    if (status == KEMPE_OK && cases > 0)
+        status = kmp_convergence_of(&(kmp_repeat){context, spec->rtol, 0, 0, false, &r, run_again}, cases, found);
+    for (int k = 0; status == KEMPE_OK && k < cases; k++)
+        b->again[instance[k]] = found[k];
+    kmp_free(instance);
+    kmp_free(found);
+    if (status == KEMPE_OK)
+        warn_again(b);
+    return status;
+}
+
+/* -- a whole run ------------------------------------------------------------------------------------- */
+
+static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lanes, bool once)
+{
+    const kempe_ensemble *e = b->ensemble;
+    const kmp_ensemble_way way = {.width = lanes > 0 ? lanes : 0, .alone = lanes < 0};
+    double begin = kmp_cpu_now();
+    kempe_status status = kmp_ensemble_run(e->inner, spec, &way, b->count, e->values->rows, b->results, b->q, b->qd);
+    b->cpu_s = kmp_cpu_now() - begin;
+    b->work = kmp_ensemble_get_work(e->inner);
+    b->rtol = spec->rtol;
+    b->atol = spec->atol;
+    b->t_end = spec->t_end;
+    if (status != KEMPE_OK)
+        return status;
+    warn_of_rates(b);
+    b->status = kmp_interrupted(e->model->context) ? KEMPE_STOPPED : KEMPE_OK;
+    if (b->count > 0 && count_of(b, "failed") == b->count)
+        b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance came to its end; the first: %s",
+                             kempe_batch_reason(b, 0));
+    return b->status == KEMPE_OK && !once ? check_again(b, spec, &way) : KEMPE_OK;
+}
+
+kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run, int lanes, kempe_batch **batch)
+{
+    KMP_WANTED(NULL, e, "ensemble");
+    run = run ? run : &(const kempe_run_options){0};
+    KMP_WANTED(e->model->context, batch, "batch");
+    kempe_context *context = e->model->context;
+    kmp_run_spec spec;
+    int *u = NULL;
+    kmp_context_begin(context);
+    if (lanes < -1 || lanes > 8)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "%d lanes are not possible: 1 to 8, 0 for the best, -1 for none",
+                        lanes);
+    KMP_TRY(kmp_spec_of(kmp_ensemble_system(e->inner), run, &spec, &u));
+    kempe_batch *b = new_batch(e);
+    kempe_status status = b ? run_batch(b, &spec, lanes, run->no_convergence_check != 0) : kmp_fail_memory(context);
+    kmp_free(u);
+    if (status != KEMPE_OK) {
+        kempe_batch_free(b);
+        return status;
+    }
+    b->warnings = kmp_context_warnings(context);
+    *batch = b;
+    return b->status;
+}
+
+/* -- queries ----------------------------------------------------------------------------------------- */
+
+int kempe_batch_count(const kempe_batch *b)
+{
+    KMP_GIVEN(b, 0);
+    return b->count;
+}
+
+static const kmp_ensemble_result *result_of(const kempe_batch *b, int k)
+{
+    return k >= 0 && k < b->count ? &b->results[k] : NULL;
+}
+
+const char *kempe_batch_status(const kempe_batch *b, int k)
+{
+    KMP_GIVEN(b, "");
+    const kmp_ensemble_result *result = result_of(b, k);
+    return result ? kmp_status_word(result->status) : "";
+}
+
+const char *kempe_batch_reason(const kempe_batch *b, int k)
+{
+    KMP_GIVEN(b, "");
+    const kmp_ensemble_result *result = result_of(b, k);
+    return result && result->reason ? result->reason : "";
+}
+
+double kempe_batch_t(const kempe_batch *b, int k)
+{
+    KMP_GIVEN(b, NAN);
+    const kmp_ensemble_result *result = result_of(b, k);
+    return result ? result->t : NAN;
+}
+
+const double *kempe_batch_q(const kempe_batch *b, int k)
+{
+    KMP_GIVEN(b, NULL);
+    return result_of(b, k) ? b->q + (size_t)k * (size_t)b->n : NULL;
+}
+
+const double *kempe_batch_qd(const kempe_batch *b, int k)
+{
+    KMP_GIVEN(b, NULL);
+    return result_of(b, k) ? b->qd + (size_t)k * (size_t)b->n : NULL;
+}
+
+const char *kempe_batch_verdict(const kempe_batch *b, int k)
+{
+    KMP_GIVEN(b, "");
+    return result_of(b, k) ? kmp_convergence_word(&b->again[k]) : "";
+}
+
+static const char *alone_of(const kmp_ensemble_result *r)
+{
+    return r->alone && r->why ? r->why : "";
+}
+
+kempe_ensemble_stats kempe_batch_effort(const kempe_batch *b, int k)
+{
+    KMP_GIVEN(b, ((kempe_ensemble_stats){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN}));
+    const kmp_ensemble_result *r = result_of(b, k);
+    if (!r)
+        return (kempe_ensemble_stats){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN};
+    return (kempe_ensemble_stats){alone_of(r),  r->steps, r->rejected, r->refused, r->rhs,
+                                  r->exchanges, r->h,     r->hdot,     r->drift};
+}
+
+/* -- telling ----------------------------------------------------------------------------------------- */
+
+typedef struct totals {
+    int ok, stopped, failed;
+    long steps, rejected, refused, rhs, exchanges;
+    double h, hdot, drift;
+} totals;
+
+static totals sum_up(const kempe_batch *b)
+{
+    totals s = {.ok = count_of(b, "ok"), .stopped = count_of(b, "stopped"), .failed = count_of(b, "failed")};
+    for (int k = 0; k < b->count; k++) {
+        const kmp_ensemble_result *r = &b->results[k];
+        s.steps += r->steps;
+        s.rejected += r->rejected;
+        s.refused += r->refused;
+        s.rhs += r->rhs;
+        s.exchanges += r->exchanges;
+        s.h = fmax(s.h, r->h);
+        s.hdot = fmax(s.hdot, r->hdot);
+        s.drift = fmax(s.drift, r->drift);
+    }
+    return s;
+}
+
+/* Why instances were run by themselves, each reason once, in the order of the first. */
+static void put_alone(const kempe_batch *b, kmp_text *text)
+{
+    for (int k = 0; k < b->count; k++) {
+        const char *why = alone_of(&b->results[k]);
+        int before = 0, after = 0;
+        for (int i = 0; *why && i < b->count && before == 0; i++)
+            if (strcmp(alone_of(&b->results[i]), why) == 0) {
+                before += i < k;
+                after++;
+            }
+        if (after > 0 && before == 0)
+            kmp_text_printf(text, "alone     %d because of %s\n", after, why);
+    }
+}
+
+static void put_again(const kempe_batch *b, kmp_text *text)
+{
+    int failing, worst = worst_of(b, &failing), known = 0;
+    for (int k = 0; k < b->count; k++)
+        known += b->again[k].known;
+    if (known > 0)
+        kmp_text_printf(text,
+                        "again     at another rtol %d of %d hold; worst: instance %d, '%s' %s by %.2e at rtol %.3g\n",
+                        known - failing, known, worst + 1, again_name(b, worst),
+                        kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS", b->again[worst].difference,
+                        b->again[worst].rtol);
+}
+
+static void put_text(const kempe_batch *b, kmp_text *text)
+{
+    totals s = sum_up(b);
+    int told = 0;
+    kmp_text_printf(text, "%s: %d instances, %d ok, %d stopped, %d failed\n\n", b->ensemble->model->name, b->count,
+                    s.ok, s.stopped, s.failed);
+    kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", b->t_end, b->rtol, b->atol);
+    if (b->work.lane_steps > 0)
+        kmp_text_printf(text,
+                        "lanes     %d, by %s; %d choice%s of independent coordinates; %.1f lanes at work; %d by "
+                        "themselves\n",
+                        b->work.width, b->work.native ? "machine code" : "loops", b->work.pools,
+                        b->work.pools == 1 ? "" : "s", (double)b->work.lane_steps / (double)b->work.sweeps,
+                        b->work.alone);
+    else
+        kmp_text_printf(text, "lanes     none; every instance by itself\n");
+    put_alone(b, text);
+    kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
+                    s.h, s.hdot);
+    kmp_text_printf(text, "energy    drift %.3g of its size (worst)\n", s.drift);
+    put_again(b, text);
+    kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, exchanges %ld\n",
+                    s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
+    kmp_text_printf(text, "cpu       %.3f s, %.2f us an instance\n", b->cpu_s,
+                    b->count > 0 ? 1e6 * b->cpu_s / b->count : 0.0);
+    for (int k = 0; k < b->count && told < MOST_TOLD; k++)
+        if (b->results[k].reason) {
+            kmp_text_printf(text, "%s %d %s: %s\n", told ? "         " : "\ninstance ", k + 1, kempe_batch_status(b, k),
+                            b->results[k].reason);
+            told++;
+        }
+    if (s.failed + s.stopped > told)
+        kmp_text_printf(text, "           and %d more\n", s.failed + s.stopped - told);
+}
+
+static void put_instance(const kempe_batch *b, kmp_json *json, int k)
+{
+    const kmp_ensemble_result *r = &b->results[k];
+    kmp_json_object(json, NULL);
+    kmp_json_numbers(json, "values", b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k));
+    kmp_json_string(json, "status", kempe_batch_status(b, k));
+    kmp_json_string(json, "reason", kempe_batch_reason(b, k));
+    kmp_json_number(json, "t", r->t);
+    kmp_json_numbers(json, "q", b->n, kempe_batch_q(b, k));
+    kmp_json_numbers(json, "qd", b->n, kempe_batch_qd(b, k));
+    kmp_json_whole(json, "steps", r->steps);
+    kmp_json_whole(json, "rejected", r->rejected);
+    kmp_json_whole(json, "refused", r->refused);
+    kmp_json_whole(json, "rhs", r->rhs);
+    kmp_json_whole(json, "exchanges", r->exchanges);
+    kmp_json_number(json, "h", r->h);
+    kmp_json_number(json, "hdot", r->hdot);
+    kmp_json_number(json, "drift", r->drift);
+    kmp_json_string(json, "single_run", alone_of(r));
+    kmp_convergence_json(json, &b->again[k], again_name(b, k));
+    kmp_json_end(json);
+}
+
+static void put_json(const kempe_batch *b, kmp_text *text)
+{
+    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
+    kmp_json json = kmp_json_begin(text);
+    totals s = sum_up(b);
+    int failing;
+    kmp_print_head(&json, system, b->status, b->status == KEMPE_OK ? "" : "not every instance came to its end",
+                   system->build_s, b->warnings);
+    kmp_json_whole(&json, "count", b->count);
+    kmp_json_whole(&json, "ok", s.ok);
+    kmp_json_whole(&json, "stopped", s.stopped);
+    kmp_json_whole(&json, "failed", s.failed);
+    (void)worst_of(b, &failing);
+    kmp_json_whole(&json, "not_converged", failing);
+    kmp_json_whole(&json, "lanes", b->work.lane_steps > 0 ? b->work.width : 0);
+    kmp_json_whole(&json, "single_run", b->work.alone);
+    kmp_json_number(&json, "rtol", b->rtol);
+    kmp_json_number(&json, "atol", b->atol);
+    kmp_json_number(&json, "t_end", b->t_end);
+    kmp_json_number(&json, "cpu_s", b->cpu_s);
+    kmp_json_array(&json, "columns");
+    for (int k = 0; k < b->ensemble->values->columns; k++)
+        kmp_json_string(&json, NULL, b->ensemble->values->name[k]);
+    kmp_json_end(&json);
+    kmp_json_array(&json, "coordinates");
+    for (int k = 0; k < b->n; k++)
+        kmp_json_string(&json, NULL, system->model->motions[k].name);
+    kmp_json_end(&json);
+    kmp_json_array(&json, "instances");
+    for (int k = 0; k < b->count; k++)
+        put_instance(b, &json, k);
+    kmp_json_end(&json);
+    kmp_json_end(&json);
+}
+
+kempe_status kempe_batch_print(const kempe_batch *b, kempe_format format, char **out)
+{
+    KMP_WANTED(NULL, b, "batch");
+    KMP_WANTED(b->ensemble->model->context, out, "text");
+    kmp_text text = {0};
+    if (format == KEMPE_JSON)
+        put_json(b, &text);
+    else
+        put_text(b, &text);
+    return kmp_print_finish(b->ensemble->model->context, &text, out);
+}
+
+/* -- as a table -------------------------------------------------------------------------------------- */
+
+static void put_header(const kempe_batch *b, kmp_text *text)
+{
+    const kempe_model *model = b->ensemble->model;
+    for (int k = 0; k < b->ensemble->values->columns; k++)
+        kmp_text_printf(text, "%s,", b->ensemble->values->name[k]);
+    kmp_text_put(text, "status,t");
+    for (int k = 0; k < b->n; k++)
+        kmp_text_printf(text, ",q.%s", model->motions[k].name);
+    for (int k = 0; k < b->n; k++)
+        kmp_text_printf(text, ",qd.%s", model->motions[k].name);
+    kmp_text_put(text, ",steps,rejected,refused,rhs,exchanges,h,hdot,drift,difference,verdict,single_run,reason\n");
+}
+
+static void put_numbers(kmp_text *text, int count, const double *x, const char *before, const char *after)
+{
+    for (int k = 0; k < count; k++) {
+        kmp_text_put(text, before);
+        if (isfinite(x[k]))
+            kmp_text_number(text, x[k]);
+        kmp_text_put(text, after);
+    }
+}
+
+/* In quotes, which are doubled within; line ends are blanks. */
+static void put_quoted(kmp_text *text, const char *s)
+{
+    if (!*s)
+        return;
+    kmp_text_put(text, "\"");
+    for (; *s; s++)
+        kmp_text_printf(text, *s == '"' ? "\"\"" : "%c", *s == '\n' ? ' ' : *s);
+    kmp_text_put(text, "\"");
+}
+
+static void put_row(const kempe_batch *b, kmp_text *text, int k)
+{
+    const kmp_ensemble_result *r = &b->results[k];
+    const kmp_convergence *again = &b->again[k];
+    const double ends[] = {r->h, r->hdot, r->drift, again->known ? again->difference : NAN};
+    put_numbers(text, b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k), "", ",");
+    kmp_text_put(text, kempe_batch_status(b, k));
+    put_numbers(text, 1, &r->t, ",", "");
+    put_numbers(text, b->n, kempe_batch_q(b, k), ",", "");
+    put_numbers(text, b->n, kempe_batch_qd(b, k), ",", "");
+    kmp_text_printf(text, ",%ld,%ld,%ld,%ld,%ld", r->steps, r->rejected, r->refused, r->rhs, r->exchanges);
+    put_numbers(text, 4, ends, ",", "");
+    kmp_text_printf(text, ",%s,", kempe_batch_verdict(b, k));
+    put_quoted(text, alone_of(r));
+    kmp_text_put(text, ",");
+    put_quoted(text, kempe_batch_reason(b, k));
+    kmp_text_put(text, "\n");
+}
+
+kempe_status kempe_batch_write_csv(const kempe_batch *b, const char *path)
+{
+    KMP_WANTED(NULL, b, "batch");
+    KMP_WANTED(b->ensemble->model->context, path, "path");
+    kempe_context *context = b->ensemble->model->context;
+    kmp_text text = {0};
+    kmp_context_clear(context);
+    put_header(b, &text);
+    for (int k = 0; k < b->count; k++)
+        put_row(b, &text, k);
+    return kmp_file_write(context, path, &text);
+}

@@ -1,0 +1,382 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/equilibrium/balances.h"
+#include "backend/x86/machine.h"
+#include "base/memory.h"
+#include "constraints/closing/branches.h"
+#include "constraints/closing/charts.h"
+#include "constraints/tolerances.h"
+#include "studies/equilibrium/descent.h"
+#include "studies/equilibrium/operating.h"
+#include <math.h>
+#include <string.h>
+
+enum { STARTS = 100, STARTS_OF_LARGE = 25, LARGE = 40 };
+#define TWO_PI 6.283185307179586
+#define FAR    1.0 /* a translation is sampled within so many characteristic lengths */
+
+/* -- what is kept ------------------------------------------------------------------------------------ */
+
+static double *copy(kempe_equilibrium *e, int count, const double *from)
+{
+    double *to = KMP_ARENA_NEW(&e->arena, double, count);
+    for (int k = 0; to && from && k < count; k++)
+        to[k] = from[k];
+    return to;
+}
+
+/* The state in the user's coordinates. */
+static void show(const kmp_linear *l, const double *near, double *q, double *qd)
+{
+    const kempe_system *s = l->system;
+    memcpy(q, l->q, (size_t)l->n * sizeof *q);
+    memcpy(qd, l->qd, (size_t)l->n * sizeof *qd);
+    if (s->chart_count > 0)
+        kmp_charts_show(s, l->plant->chart, near, q, qd);
+}
+
+static void keep_history(kempe_equilibrium *e, const kmp_search *search, kmp_balance *b)
+{
+    b->iterations = search->iterations;
+    b->exchanges = search->exchanges;
+    b->history = KMP_ARENA_NEW(&e->arena, kmp_iteration, b->iterations);
+    b->residuals = KMP_ARENA_NEW(&e->arena, double, b->iterations);
+    for (int k = 0; b->history && b->residuals && k < b->iterations; k++) {
+        b->history[k] = search->history[k];
+        b->residuals[k] = search->history[k].residual;
+    }
+}
+
+/* Keeps l's state, in its charts, if it is another one. `near` (n): angles are told within half a turn of these. */
+static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near)
+{
+    const kempe_system *s = e->system;
+    int n = s->n, closures = s->model->closure_count;
+    double *q = KMP_ARENA_NEW(&e->arena, double, n), *qd = KMP_ARENA_NEW(&e->arena, double, n);
+    if (!q || !qd)
+        return kmp_fail_memory(s->context);
+    show(linear, near, q, qd);
+    for (int k = 0; k < e->count; k++)
+        if (kmp_state_same(s, KMP_SAME_STATE, e->balance[k].idle_count, e->balance[k].idle, e->balance[k].q, q)) {
+            e->balance[k].hits++;
+            return KEMPE_OK;
+        }
+    if (e->count == KMP_MOST_BALANCES) {
+        e->many = true;
+        return KEMPE_OK;
+    }
+    kmp_balance *b = &e->balance[e->count];
+    *b = (kmp_balance){.q = q, .qd = qd, .residual = search->residual, .hits = 1};
+    for (int k = 0; e->count > 0 && k < n; k++)
+        if (s->model->motions[k].rotation && kmp_chart_of(s, k) < 0)
+            q[k] = near[k] + remainder(q[k] - near[k], TWO_PI);
+    b->lambda = copy(e, s->m, linear->lambda);
+    b->potential = kmp_plant_potential(linear->plant, linear->t, linear->q);
+    b->reaction = copy(e, 3 * closures,
+                       closures > 0 ? kmp_plant_reactions(linear->plant, linear->t, linear->q, linear->lambda) : NULL);
+    b->freed = copy(e, e->freed_count, e->exchange ? e->exchange->value : NULL);
+    for (int i = 0, f = 0; !e->exchange && b->freed && i < e->rate_count; i++)
+        if (e->rates[i].how == KMP_RATE_FREED)
+            b->freed[f++] = e->rates[i].rate;
+    b->stability.along = KMP_ARENA_NEW(&e->arena, int, linear->p);
+    keep_history(e, search, b);
+    b->idle = KMP_ARENA_NEW(&e->arena, int, linear->p);
+    b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
+    if (b->idle_count < 0 || e->arena.failed)
+        return kmp_fail_memory(s->context);
+    e->count++;
+    return kmp_stability_judge(linear, &b->stability);
+}
+
+/* -- what is asked ----------------------------------------------------------------------------------- */
+
+static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_options *ask)
+{
+    e->newton = ask->newton;
+    e->all = ask->global;
+    kempe_status status = kmp_steady_read(e->asked->model, ask->rates, &e->rate_count, &e->rates);
+    if (status != KEMPE_OK || !(ask->hold || ask->target || ask->solve_for))
+        return status;
+    status = kmp_exchange_new(e->asked, ask->hold, ask->target, ask->solve_for, e->rates, e->rate_count, &e->exchange);
+    if (status == KEMPE_OK)
+        e->system = e->exchange->system;
+    if (status == KEMPE_OK && e->all)
+        status = kmp_fail(e->asked->context, KEMPE_E_ARGUMENT,
+                          "all equilibria are looked for with the unknowns as they are: leave fix, require and free "
+                          "out, or all");
+    return status;
+}
+
+/* What is found beside the state, by its names. */
+static kempe_status name_freed(kempe_equilibrium *e)
+{
+    if (e->exchange) {
+        e->freed_count = e->exchange->free_count;
+        e->freed_name = e->exchange->name;
+        return KEMPE_OK;
+    }
+    e->freed_name = KMP_ARENA_NEW(&e->arena, const char *, e->rate_count);
+    for (int k = 0; e->freed_name && k < e->rate_count; k++) {
+        kmp_text name = {0};
+        if (e->rates[k].how != KMP_RATE_FREED)
+            continue;
+        kmp_text_printf(&name, "qd(%s)", e->system->model->motions[e->rates[k].coordinate].name);
+        e->freed_name[e->freed_count++] = name.s ? kmp_arena_strdup(&e->arena, name.s) : NULL;
+        e->arena.failed = e->arena.failed || name.failed;
+        kmp_text_free(&name);
+    }
+    return e->arena.failed ? kmp_fail_memory(e->system->context) : KEMPE_OK;
+}
+
+/* -- finding ----------------------------------------------------------------------------------------- */
+
+static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
+                                kmp_search *search)
+{
+    memcpy(q, start->inner_q ? start->inner_q : start->q, (size_t)e->system->n * sizeof *q);
+    if (start->chart)
+        kmp_plant_set_charts(linear->plant, start->chart);
+    kempe_status status = kmp_equilibrium_or_steady(linear, 0, q, start->inner_q ? start->inner_qd : start->qd, search);
+    if (search->rates != e->rates) {
+        kmp_free(e->rates);
+        e->rates = search->rates;
+        e->rate_count = search->rate_count;
+    }
+    return status;
+}
+
+/* With unknowns exchanged: first from the equilibrium without, if there is one; else from the start. */
+static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
+                                   kmp_search *search)
+{
+    kmp_search plain = {.rates = e->rates, .rate_count = e->rate_count, .quiet = true};
+    kempe_status status = search_from(e, linear, start, q, &plain);
+    if (status == KEMPE_OK)
+        status = kmp_equilibrium_find(linear, 0, q, search);
+    if (status != KEMPE_E_FAILED)
+        return status;
+    kmp_context_clear(e->system->context);
+    kmp_exchange_begin(e->exchange, linear, e->rates);
+    return search_from(e, linear, start, q, search);
+}
+
+static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start)
+{
+    kmp_search search = {.rates = e->rates, .rate_count = e->rate_count, .newton = e->newton, .exchange = e->exchange};
+    double *q = KMP_ARENA_NEW(&e->arena, double, e->system->n);
+    if (!q)
+        return kmp_fail_memory(e->system->context);
+    kempe_status status =
+        e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, start, q, &search);
+    if (status == KEMPE_OK)
+        status = name_freed(e);
+    if (status == KEMPE_OK)
+        status = keep(e, linear, &search, start->q);
+    if (status == KEMPE_OK && search.rate_count > 0)
+        status = kmp_operating_check(linear, &search);
+    e->from_start = status == KEMPE_OK;
+    return status;
+}
+
+/* -- from random starts ------------------------------------------------------------------------------- */
+
+/* Coordinates that nothing depends on, at the equilibrium at hand, and those that move steadily. */
+static void find_still(const kempe_equilibrium *e, bool *still)
+{
+    for (int k = 0; e->count > 0 && k < e->balance[0].idle_count; k++)
+        still[e->balance[0].idle[k]] = true;
+    for (int k = 0; k < e->rate_count; k++)
+        still[e->rates[k].coordinate] = true;
+}
+
+/* From the closed state of a random start. Every other one by Newton's method alone: unstable ones are found as well.
+ */
+static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_assembly *a, double *q,
+                              const double *near)
+{
+    kmp_search search = {.rates = e->rates, .rate_count = e->rate_count, .newton = e->starts % 2 == 0, .quiet = true};
+    kmp_charts_reset(e->system, l->plant->chart);
+    if (a->chart)
+        memcpy(l->plant->chart, a->chart, (size_t)(KMP_CHART_SIZE * e->system->chart_count) * sizeof(double));
+    kmp_plant_set_charts(l->plant, l->plant->chart);
+    memcpy(q, a->inner_q ? a->inner_q : a->q, (size_t)e->system->n * sizeof *q);
+    kempe_status status = kmp_equilibrium_find(l, 0, q, &search);
+    if (status == KEMPE_OK) {
+        e->found++;
+        return keep(e, l, &search, near);
+    }
+    if (status != KEMPE_E_FAILED && status != KEMPE_STOPPED)
+        return status;
+    kmp_context_clear(e->system->context); /* what is found stays */
+    return KEMPE_OK;
+}
+
+static void sort(kempe_equilibrium *e)
+{
+    int first = e->from_start ? 1 : 0;
+    for (int i = first + 1; i < e->count; i++) {
+        kmp_balance moved = e->balance[i];
+        int k = i;
+        for (; k > first && kmp_state_before(e->system, KMP_SAME_STATE, moved.q, e->balance[k - 1].q); k--)
+            e->balance[k] = e->balance[k - 1];
+        e->balance[k] = moved;
+    }
+}
+
+/* Others from random starts; coordinates that nothing depends on, and those that move steadily, as at the start. */
+static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, int seed)
+{
+    int n = e->system->n, starts = n > LARGE ? STARTS_OF_LARGE : STARTS;
+    double *guess = KMP_ARENA_NEW(&e->arena, double, n);
+    bool *still = KMP_ARENA_NEW(&e->arena, bool, n);
+    if (!guess || !still)
+        return kmp_fail_memory(e->system->context);
+    find_still(e, still);
+    kmp_scatter scatter = {e->system, start->q, still, FAR, guess, (unsigned)seed, 0, 0};
+    while (e->starts < starts && !e->many && !kmp_interrupted(e->system->context)) {
+        kempe_assembly *a = NULL;
+        kempe_status status = kmp_scatter_next(&scatter, &a);
+        e->starts = scatter.starts;
+        e->closed = scatter.closed;
+        if (a)
+            status = try_start(e, linear, a, guess, start->q);
+        kempe_assembly_free(a);
+        if (status != KEMPE_OK)
+            return status;
+    }
+    sort(e);
+    return KEMPE_OK;
+}
+
+/* -- together ---------------------------------------------------------------------------------------- */
+
+static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *ask)
+{
+    kempe_assembly *start = NULL;
+    kmp_linear linear = {0};
+    kempe_status status = kempe_assemble(e->system, &start);
+    if (status == KEMPE_OK)
+        status = kmp_linear_init(&linear, e->system, kmp_backend_default());
+    if (status == KEMPE_OK)
+        status = find_first(e, &linear, start);
+    if (e->all && (status == KEMPE_OK || (status == KEMPE_E_FAILED && linear.plant))) {
+        char *why = kmp_strdup(kempe_context_message(e->system->context));
+        status = why ? sample(e, &linear, start, ask->seed > 0 ? ask->seed : 1) : kmp_fail_memory(e->system->context);
+        if (status == KEMPE_OK && e->count == 0)
+            status = kmp_fail(e->system->context, KEMPE_E_FAILED, "%s; and none is found from %d random starts", why,
+                              e->starts);
+        kmp_free(why);
+    }
+    kmp_linear_free(&linear);
+    kempe_assembly_free(start);
+    return status;
+}
+
+kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_options *ask,
+                                   kempe_equilibrium **equilibrium)
+{
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_equilibrium_options){0};
+    KMP_WANTED(system->context, equilibrium, "equilibrium");
+    kmp_context_begin(system->context);
+    kempe_equilibrium *e = KMP_NEW(kempe_equilibrium, 1);
+    if (!e)
+        return kmp_fail_memory(system->context);
+    e->asked = e->system = system;
+    kempe_status status = read_ask(e, ask);
+    if (status == KEMPE_OK)
+        status = find(e, ask);
+    e->warnings = kmp_context_warnings(system->context);
+    if (status == KEMPE_OK)
+        *equilibrium = e;
+    else
+        kempe_equilibrium_free(e);
+    return status;
+}
+
+void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
+{
+    if (!equilibrium)
+        return;
+    kmp_exchange_free(equilibrium->exchange);
+    kmp_free(equilibrium->warnings);
+    kmp_free(equilibrium->rates);
+    kmp_arena_free(&equilibrium->arena);
+    kmp_free(equilibrium);
+}
+
+/* -- what the caller sees ---------------------------------------------------------------------------- */
+
+int kempe_equilibrium_count(const kempe_equilibrium *equilibrium)
+{
+    KMP_GIVEN(equilibrium, 0);
+    return equilibrium->count;
+}
+
+const double *kempe_equilibrium_q(const kempe_equilibrium *equilibrium, int k)
+{
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
+    return equilibrium->balance[k].q;
+}
+
+const double *kempe_equilibrium_qd(const kempe_equilibrium *equilibrium, int k)
+{
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
+    return equilibrium->balance[k].qd;
+}
+
+const double *kempe_equilibrium_lambda(const kempe_equilibrium *equilibrium, int k)
+{
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
+    return equilibrium->balance[k].lambda;
+}
+
+int kempe_equilibrium_stable(const kempe_equilibrium *equilibrium, int k)
+{
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, -1);
+    kmp_stability_word word = equilibrium->balance[k].stability.word;
+    return word == KMP_UNDECIDED ? -1 : word != KMP_UNSTABLE;
+}
+
+const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k)
+{
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, "");
+    return kmp_stability_text(equilibrium->balance[k].stability.word);
+}
+
+double kempe_equilibrium_residual(const kempe_equilibrium *equilibrium, int k)
+{
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NAN);
+    return equilibrium->balance[k].residual;
+}
+
+int kempe_equilibrium_iterations(const kempe_equilibrium *equilibrium, int k)
+{
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, 0);
+    return equilibrium->balance[k].iterations;
+}
+
+const double *kempe_equilibrium_history(const kempe_equilibrium *equilibrium, int k)
+{
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
+    return equilibrium->balance[k].residuals;
+}
+
+int kempe_equilibrium_freed_count(const kempe_equilibrium *equilibrium)
+{
+    KMP_GIVEN(equilibrium, 0);
+    return equilibrium->freed_count;
+}
+
+const char *kempe_equilibrium_freed_name(const kempe_equilibrium *equilibrium, int i)
+{
+    KMP_GIVEN(equilibrium && i >= 0 && i < kempe_equilibrium_freed_count(equilibrium), "");
+    return equilibrium->freed_name[i];
+}
+
+double kempe_equilibrium_freed(const kempe_equilibrium *equilibrium, int k, int i)
+{
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count && i >= 0 &&
+                  i < kempe_equilibrium_freed_count(equilibrium),
+              NAN);
+    return equilibrium->balance[k].freed[i];
+}

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The equilibria that were found, each with all that is told about it. */
+#ifndef KMP_STUDIES_EQUILIBRIUM_BALANCES_H
+#define KMP_STUDIES_EQUILIBRIUM_BALANCES_H
+
+#include "studies/equilibrium/exchange.h"
+#include "studies/equilibrium/stability.h"
+
+enum { KMP_MOST_BALANCES = 64 };
+
+typedef struct kmp_balance {
+    double *q, *qd;   /* n, as the user counts them */
+    double *lambda;   /* m */
+    double *reaction; /* 3 a closure */
+    double *freed;    /* what is free */
+    double residual, potential;
+    kmp_stability stability;
+    int *idle; /* coordinates that nothing depends on: they stayed where they were */
+    int idle_count;
+    kmp_iteration *history;
+    double *residuals; /* those of the history */
+    int iterations, exchanges;
+    int hits; /* starts that ended here */
+} kmp_balance;
+
+struct kempe_equilibrium {
+    const kempe_system *asked, *system; /* of the caller; the one that was worked with */
+    kmp_exchange *exchange;             /* NULL: none */
+    kmp_steady *rates;
+    int rate_count;
+    int freed_count; /* what is free: parameters, and rates as "qd(NAME)" */
+    const char **freed_name;
+    bool newton, all, many; /* many: ended before its time, more than KMP_MOST_BALANCES */
+    bool from_start;        /* the first is what the start leads to */
+    int starts, closed, found;
+    kmp_balance balance[KMP_MOST_BALANCES];
+    int count;
+    kmp_arena arena;
+    char *warnings; /* of the computation, one a line */
+};
+
+#endif

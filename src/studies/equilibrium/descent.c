@@ -1,0 +1,346 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/equilibrium/descent.h"
+#include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include "constraints/tolerances.h"
+#include "linalg/dot.h"
+#include <math.h>
+#include <string.h>
+
+#define ELSEWHERE 0.3  /* rad, or characteristic lengths */
+#define UNCHANGED 1e-9 /* of R there, in parts of what acts */
+#define SLACK     1e-4 /* in parts of the largest work: what rounds among others is not asked for */
+
+bool kmp_way_init(kmp_descent *w)
+{
+    int n = w->n;
+    const kmp_arena_group groups[] = {{n,
+                                       {&w->q, &w->begin, &w->rates, &w->work, &w->size, &w->values, &w->right,
+                                        &w->step, &w->force, &w->move, &w->trial}},
+                                      {n * n, {&w->matrix, &w->vectors, &w->factors}}};
+    (void)kmp_arena_make_groups(&w->arena, 2, groups);
+    w->pivot = KMP_ARENA_NEW(&w->arena, int, n);
+    w->place = KMP_ARENA_NEW(&w->arena, int, n);
+    w->rate = KMP_ARENA_NEW(&w->arena, int, n);
+    w->given = KMP_ARENA_NEW(&w->arena, double, w->search->rate_count);
+    for (int k = 0; w->given && k < w->search->rate_count; k++)
+        w->given[k] = w->search->rates[k].rate;
+    size_t charts = KMP_CHART_SIZE * (size_t)w->l->system->chart_count;
+    if (charts > 0)
+        w->given_chart = KMP_ARENA_NEW(&w->arena, double, charts);
+    if (w->given_chart)
+        memcpy(w->given_chart, w->l->plant->chart, charts * sizeof *w->given_chart);
+    return !w->arena.failed;
+}
+
+void kmp_way_give_up(kmp_descent *w)
+{
+    for (int k = 0; w->given && k < w->search->rate_count; k++)
+        w->search->rates[k].rate = w->given[k];
+    if (w->given_chart)
+        kmp_plant_set_charts(w->l->plant, w->given_chart);
+}
+
+/* -- the measure of R -------------------------------------------------------------------------------- */
+
+double kmp_way_scale(const kmp_linear *l, int k)
+{
+    return l->system->scale[l->part.u[k]];
+}
+
+/* What acts along u_k, and what a unit of each coordinate and each rate as it is change there, as work. */
+static double work_of(const kmp_linear *l, int k)
+{
+    double acting = 0, row = 0, column = 0, s = kmp_way_scale(l, k);
+    for (int i = 0; i < l->n; i++)
+        acting += fabs(l->red.x[i + k * l->n] * l->force[i]) * s;
+    for (int j = 0; j < l->p; j++) {
+        acting += fabs(l->damping[k + j * l->p] * l->qd[l->part.u[j]]) * s;
+        row += fabs(l->stiffness[k + j * l->p]) * s * kmp_way_scale(l, j);
+        column += fabs(l->stiffness[j + k * l->p]) * s * kmp_way_scale(l, j);
+    }
+    return acting + fmax(row, column);
+}
+
+double kmp_way_measure(const kmp_linear *l, double *work, double *most)
+{
+    double worst = 0;
+    *most = 0;
+    for (int k = 0; k < l->p; k++) {
+        work[k] = work_of(l, k);
+        *most = fmax(*most, work[k]);
+    }
+    for (int k = 0; k < l->p; k++) {
+        work[k] += SLACK * *most;
+        if (*most > 0)
+            worst = fmax(worst, fabs(l->residual[k]) * kmp_way_scale(l, k) / work[k]);
+    }
+    return worst;
+}
+
+double kmp_equilibrium_residual(const kmp_linear *linear)
+{
+    double most;
+    return kmp_way_measure(linear, linear->unit, &most);
+}
+
+bool kmp_way_is_idle(const kmp_linear *l, int k, const double *work)
+{
+    for (int i = 0; i < l->p; i++)
+        if (fabs(l->stiffness[i + k * l->p]) * kmp_way_scale(l, i) * kmp_way_scale(l, k) > KMP_WAY_FLAT * work[i])
+            return false;
+    return true;
+}
+
+/* Whether R is the same with u_k elsewhere: q and ud are the state's. */
+static bool stays(kmp_linear *l, const double *q, const double *ud, int k, const double *work, double *moved)
+{
+    int c = l->part.u[k];
+    memcpy(moved, q, (size_t)l->n * sizeof *moved);
+    moved[c] += ELSEWHERE * l->system->scale[c];
+    bool same = kmp_linear_at(l, l->t, moved, ud, NULL) == KEMPE_OK;
+    for (int i = 0; same && i < l->p; i++)
+        same = fabs(l->residual[i]) * kmp_way_scale(l, i) <= UNCHANGED * work[i];
+    return same;
+}
+
+int kmp_equilibrium_idle(kmp_linear *linear, int *idle)
+{
+    kmp_linear *l = linear;
+    int n = l->n, count = 0, candidates = 0;
+    double *q = KMP_NEW(double, 4 * n), most;
+    if (!q)
+        return -1;
+    double *ud = q + n, *work = ud + n, *moved = work + n;
+    (void)kmp_way_measure(l, work, &most);
+    memcpy(q, l->q, (size_t)n * sizeof *q);
+    for (int k = 0; k < l->p; k++) {
+        ud[k] = l->qd[l->part.u[k]];
+        if (kmp_way_is_idle(l, k, work))
+            idle[candidates++] = k;
+    }
+    for (int i = 0; i < candidates; i++)
+        if (stays(l, q, ud, idle[i], work, moved))
+            idle[count++] = l->part.u[idle[i]];
+    bool back = candidates == 0 || kmp_linear_at(l, l->t, q, ud, NULL) == KEMPE_OK;
+    if (candidates > 0)
+        kmp_linear_matrices(l);
+    kmp_free(q);
+    return back ? count : -1;
+}
+
+/* -- unknowns ---------------------------------------------------------------------------------------- */
+
+double kmp_way_unit(const kmp_descent *w, int i)
+{
+    double scale = kmp_way_scale(w->l, w->place[i]);
+    return w->rate[i] < 0 ? scale : fmax(scale, fabs(w->search->rates[w->rate[i]].rate));
+}
+
+double kmp_way_entry(const kmp_descent *w, int row, int column)
+{
+    const double *from = w->rate[column] < 0 ? w->l->stiffness : w->l->damping;
+    return from[w->place[row] + w->place[column] * w->l->p];
+}
+
+/* Which of the steady coordinates u_k is; -1: none. */
+static int steady_of(const kmp_descent *w, int k)
+{
+    for (int i = 0; i < w->search->rate_count; i++)
+        if (w->search->rates[i].coordinate == w->l->part.u[k])
+            return i;
+    return -1;
+}
+
+/* Those of the state at hand; what rates change counts as work, too. The residual of their equations, infinite where
+ * something there changes without bound. */
+static double take_unknowns(kmp_descent *w)
+{
+    const kmp_linear *l = w->l;
+    double worst = 0;
+    w->count = 0;
+    for (int k = 0; k < l->p; k++) {
+        int steady = steady_of(w, k);
+        if (steady >= 0 && w->search->rates[steady].how == KMP_RATE_HELD)
+            continue;
+        w->place[w->count] = k;
+        w->rate[w->count++] = steady >= 0 && w->search->rates[steady].how == KMP_RATE_FREED ? steady : -1;
+    }
+    for (int i = 0; i < w->count; i++) {
+        int k = w->place[i];
+        double scale = kmp_way_scale(l, k);
+        for (int j = 0; j < w->count; j++) {
+            double changed = fabs(kmp_way_entry(w, i, j)) * scale * kmp_way_unit(w, j);
+            if (!isfinite(changed))
+                return INFINITY;
+            if (w->rate[j] >= 0)
+                w->work[k] = fmax(w->work[k], changed);
+        }
+        if (w->work[k] > 0)
+            worst = fmax(worst, fabs(l->residual[k]) * scale / w->work[k]);
+    }
+    return worst;
+}
+
+/* -- one state --------------------------------------------------------------------------------------- */
+
+void kmp_way_take_rates(kmp_descent *w)
+{
+    for (int k = 0; k < w->l->p; k++) {
+        int i = steady_of(w, k);
+        w->rates[k] = i < 0 ? 0 : w->search->rates[i].rate;
+    }
+}
+
+/* A choice with the steady coordinates in it: those columns of J are pivoted last. */
+static kempe_status choose_with_steady(kmp_descent *w)
+{
+    const kempe_system *s = w->l->system;
+    bool *liked = KMP_NEW(bool, s->n);
+    for (int k = 0; liked && k < w->search->rate_count; k++)
+        liked[w->search->rates[k].coordinate] = true;
+    int count = liked ? kmp_partition_prefer(s, w->l->plant->jacobian, liked, w->pivot) : -1;
+    kmp_free(liked);
+    return count < 0 ? kmp_fail_memory(s->context) : kmp_linear_choose(w->l, w->t, w->q, w->pivot, count);
+}
+
+/* The first of the steady coordinates that is not independent; -1: all are. */
+static int find_dependent(const kmp_descent *w)
+{
+    for (int k = 0; k < w->search->rate_count; k++)
+        if (kmp_linear_place(w->l, w->search->rates[k].coordinate) < 0)
+            return w->search->rates[k].coordinate;
+    return -1;
+}
+
+kempe_status kmp_way_choose(kmp_descent *w)
+{
+    kempe_status status = kmp_linear_choose(w->l, w->t, w->q, NULL, 0);
+    if (status == KEMPE_OK && find_dependent(w) >= 0)
+        status = choose_with_steady(w);
+    if (status != KEMPE_OK)
+        return status;
+    int dependent = find_dependent(w);
+    if (dependent >= 0)
+        return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
+                        "the closures decide the rate of '%s': it cannot be prescribed with the others",
+                        w->l->system->model->motions[dependent].name);
+    kmp_way_take_rates(w);
+    return KEMPE_OK;
+}
+
+bool kmp_way_at(kmp_descent *w, const double *q)
+{
+    return kmp_linear_at(w->l, w->t, q, w->rates, NULL) == KEMPE_OK &&
+           isfinite(kmp_dot(w->l->p, w->l->residual, w->l->residual));
+}
+
+/* Joints whose angles come near to their singular position begin in the middle of other charts. */
+bool kmp_way_center(kmp_descent *w)
+{
+    const kempe_system *s = w->l->system;
+    bool any = false;
+    for (int c = 0; c < kmp_charts_count(s); c++)
+        if (kmp_chart_regular(s, c, w->q) < KMP_AXES_CENTRED) {
+            kmp_chart_center(s, c, w->l->plant->chart, w->q, NULL, NULL);
+            any = true;
+        }
+    if (any)
+        kmp_plant_set_charts(w->l->plant, w->l->plant->chart);
+    return any;
+}
+
+/* The state at hand is l's: taken over, with its matrices; u anew where it has become bad. */
+bool kmp_way_arrive(kmp_descent *w)
+{
+    kmp_linear *l = w->l;
+    int v, u;
+    memcpy(w->q, l->q, (size_t)w->n * sizeof *w->q);
+    for (int k = 0; k < l->p; k++) {
+        int steady = steady_of(w, k);
+        if (steady >= 0)
+            w->search->rates[steady].rate = w->rates[k];
+    }
+    if (kmp_way_center(w) || kmp_reduction_growth(&l->red, &v, &u) > KMP_EXCHANGE_STILL) {
+        w->status = kmp_way_choose(w);
+        w->search->exchanges++;
+        if (w->status != KEMPE_OK || !kmp_way_at(w, w->q))
+            return false;
+        memcpy(w->q, l->q, (size_t)w->n * sizeof *w->q);
+    }
+    kmp_linear_matrices(l);
+    (void)kmp_way_measure(l, w->work, &w->most);
+    w->residual = take_unknowns(w);
+    memcpy(w->force, l->residual, (size_t)l->p * sizeof *w->force);
+    return isfinite(w->residual);
+}
+
+void kmp_way_note(kmp_descent *w, double residual)
+{
+    kmp_search *s = w->search;
+    if (s->iterations < KMP_MOST_ITERATIONS)
+        s->history[s->iterations++] = (kmp_iteration){.residual = residual};
+    w->told = residual;
+}
+
+void kmp_way_note_step(kmp_descent *w, double step)
+{
+    if (w->search->iterations > 0)
+        w->search->history[w->search->iterations - 1].step = step;
+}
+
+/* -- steps ------------------------------------------------------------------------------------------- */
+
+/* dq of the step, and how far it goes. */
+double kmp_way_spread(kmp_descent *w)
+{
+    const kmp_linear *l = w->l;
+    double far = 0;
+    memset(w->move, 0, (size_t)w->n * sizeof *w->move);
+    for (int k = 0; k < w->count; k++) {
+        for (int i = 0; w->rate[k] < 0 && i < w->n; i++)
+            w->move[i] += l->red.x[i + w->place[k] * w->n] * w->step[k];
+        far = fmax(far, w->rate[k] < 0 ? 0 : fabs(w->step[k]) / kmp_way_unit(w, k));
+    }
+    for (int i = 0; i < w->n; i++) {
+        double size = fabs(w->move[i]) / l->system->scale[i];
+        far = size > far || !isfinite(size) ? size : far;
+    }
+    return far;
+}
+
+bool kmp_way_try(kmp_descent *w, double part)
+{
+    for (int i = 0; i < w->n; i++)
+        w->trial[i] = w->q[i] + part * w->move[i];
+    for (int k = 0; k < w->count; k++)
+        if (w->rate[k] >= 0)
+            w->rates[w->place[k]] = w->search->rates[w->rate[k]].rate + part * w->step[k];
+    return kmp_way_at(w, w->trial);
+}
+
+/* -- complaints ------------------------------------------------------------------------------------------ */
+
+kempe_status kmp_way_complain(const kmp_descent *w, const char *why)
+{
+    const kmp_linear *l = w->l;
+    int worst = -1;
+    double most = -1;
+    for (int i = 0; i < w->count; i++) {
+        int k = w->place[i];
+        double size = fabs(w->force[k]) * kmp_way_scale(l, k) / w->work[k];
+        if (size > most) {
+            most = size;
+            worst = k;
+        }
+    }
+    const kmp_motion *m = worst >= 0 ? &l->system->model->motions[l->part.u[worst]] : NULL;
+    return kmp_fail(l->system->context, KEMPE_E_FAILED,
+                    "no equilibrium is found: after %d iterations a residual of %.2e is left (wanted %.0e), most of it "
+                    "along '%s', %.3g %s: %s; %s",
+                    w->search->iterations, w->residual, KMP_WAY_BALANCED, m ? m->name : "", m ? w->force[worst] : 0,
+                    m && m->rotation ? "N m" : "N", why,
+                    w->search->balanced ? "what is held may push it over: hold it too, or begin where what carries it "
+                                          "is near"
+                                        : "start from another position");
+}

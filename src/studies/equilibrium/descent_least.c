@@ -1,0 +1,496 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Newton's method on R, and on what is fixed and required, over the unknowns of the way and what is released. By least
+ * squares, damped as far as a bound on the step asks for (Levenberg, Marquardt): rows may be more than unknowns where R
+ * says the same twice, and coordinates that nothing depends on stay where they are. Derivatives are exact. */
+#include "base/memory.h"
+#include "base/share.h"
+#include "constraints/tolerances.h"
+#include "linalg/dense/least.h"
+#include "linalg/dot.h"
+#include "studies/equilibrium/descent.h"
+#include "studies/equilibrium/exchange.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_STEPS = 100, MOST_OF_PART = 25, MOST_DAMPINGS = 60, MOST_POLISH = 6, CLOSINGS = 2 };
+
+#define FIRST_BOUND   0.3
+#define LARGEST       1.0 /* rad, or characteristic lengths */
+#define SMALLEST      1e-7
+#define SMALLEST_PART 1e-3
+#define DEPENDENT     1e-8
+
+typedef struct solver {
+    kmp_descent *w;
+    kmp_exchange *x;
+    int p, rows, columns, shown; /* p: unknowns of the way */
+    double *jacobian;            /* rows x columns, scaled */
+    double *value, *row_size;    /* rows */
+    double *column_size;         /* columns */
+    double *damped, *right;      /* (rows + columns) x columns; rows + columns */
+    double *step;                /* columns, scaled */
+    double *moves;               /* n x columns: dq of each */
+    double *unit;                /* n: a change of u or ud */
+    double *dqd, *dqdd;          /* n */
+    double *dlambda;             /* m */
+    double *partial;             /* 3 m + n */
+    double *along;               /* shown */
+    double *dr;                  /* p */
+    double *kept, *good;         /* states to come back to: before a step; the last that met its targets */
+    double *from, *to;           /* targets */
+} solver;
+
+static bool make_room(solver *s)
+{
+    int n = s->w->n, m = s->w->l->m, f = s->x->free_count, t = s->x->target_count, r = s->w->search->rate_count;
+    int rows = n + t, columns = n + f;
+    const kmp_arena_group groups[] = {{n, {&s->unit, &s->dqd, &s->dqdd, &s->dr}},
+                                      {m, {&s->dlambda}},
+                                      {3 * m + n, {&s->partial}},
+                                      {rows, {&s->value, &s->row_size}},
+                                      {columns, {&s->column_size, &s->step}},
+                                      {rows * columns, {&s->jacobian}},
+                                      {(rows + columns) * columns, {&s->damped}},
+                                      {rows + columns, {&s->right}},
+                                      {n * columns, {&s->moves}},
+                                      {s->shown, {&s->along}},
+                                      {n + f + r, {&s->kept, &s->good}},
+                                      {t, {&s->from, &s->to}}};
+    return kmp_arena_make_groups(&s->w->arena, sizeof groups / sizeof *groups, groups);
+}
+
+/* -- the equations ----------------------------------------------------------------------------------- */
+
+/* All rows at l's state, in the sizes at hand; the largest. */
+static double evaluate(solver *s, double *value)
+{
+    const kmp_linear *l = s->w->l;
+    kmp_instant at = kmp_linear_instant(l);
+    const double *shown = s->shown > 0 ? kmp_slopes_values(&s->x->slopes->outputs, &at) : NULL;
+    double worst = 0;
+    for (int k = 0; k < s->p; k++)
+        value[k] = l->residual[s->w->place[k]] / s->row_size[k];
+    for (int k = 0; k < s->x->target_count; k++) {
+        const kmp_exchange_target *t = &s->x->target[k];
+        double reached = t->coordinate >= 0 ? l->q[t->coordinate] : shown ? shown[t->shown] : NAN;
+        value[s->p + k] = (reached - t->value) / s->row_size[s->p + k];
+    }
+    for (int k = 0; k < s->rows; k++)
+        worst = fabs(value[k]) > worst || !isfinite(value[k]) ? fabs(value[k]) : worst;
+    return isfinite(worst) ? worst : INFINITY;
+}
+
+/* What one unit of unknown j changes, of a position or a rate. */
+static kmp_change position_or_rate(solver *s, int j)
+{
+    const kmp_descent *w = s->w;
+    s->unit[w->place[j]] = kmp_way_unit(w, j);
+    return w->rate[j] < 0 ? (kmp_change){.u = s->unit} : (kmp_change){.ud = s->unit};
+}
+
+/* The same of what is free. */
+static kmp_change freed(solver *s, int f)
+{
+    const kmp_linear *l = s->w->l;
+    if (f < s->x->parameter_count)
+        return kmp_slopes_change(s->x->slopes, f, s->partial);
+    int c = s->w->search->rates[s->x->rate[f - s->x->parameter_count]].coordinate;
+    for (int k = 0; k < l->p; k++)
+        s->unit[k] = l->part.u[k] == c;
+    return (kmp_change){.ud = s->unit};
+}
+
+static void fill_column(solver *s, int j)
+{
+    kmp_linear *l = s->w->l;
+    double *move = s->moves + j * l->n, *column = s->jacobian + j * s->rows;
+    memset(s->unit, 0, (size_t)l->n * sizeof *s->unit);
+    kmp_change change = j < s->p ? position_or_rate(s, j) : freed(s, j - s->p);
+    kmp_linear_follow(l, &change, &(kmp_response){move, s->dqd, s->dqdd, s->dlambda, s->dr});
+    if (s->shown > 0)
+        kmp_slopes_along(s->x->slopes, &s->x->slopes->outputs,
+                         &(kmp_direction){NULL, move, s->dqd, s->dqdd, s->dlambda, NULL},
+                         j < s->p + s->x->parameter_count ? j - s->p : -1, s->along);
+    for (int k = 0; k < s->p; k++)
+        column[k] = s->dr[s->w->place[k]];
+    for (int k = 0; k < s->x->target_count; k++) {
+        const kmp_exchange_target *t = &s->x->target[k];
+        column[s->p + k] = t->coordinate >= 0 ? move[t->coordinate] : s->along[t->shown];
+    }
+}
+
+/* A target by what the coordinates change of it. */
+static double target_size(const solver *s, int row)
+{
+    const kmp_exchange_target *t = &s->x->target[row - s->p];
+    double sum = 0;
+    if (t->coordinate >= 0)
+        return s->w->l->system->scale[t->coordinate];
+    for (int j = 0; j < s->p; j++)
+        sum += fabs(s->jacobian[row + j * s->rows]);
+    return sum > 0 ? sum : t->value != 0 ? fabs(t->value) : 1;
+}
+
+static void linearise(solver *s)
+{
+    kmp_linear *l = s->w->l;
+    kmp_instant at = kmp_linear_instant(l);
+    s->p = s->w->count;
+    s->rows = s->p + s->x->target_count;
+    s->columns = s->p + s->x->free_count;
+    if (s->x->slopes)
+        kmp_slopes_at(s->x->slopes, &at);
+    if (s->shown > 0)
+        (void)kmp_slopes_values(&s->x->slopes->outputs, &at);
+    for (int j = 0; j < s->columns; j++)
+        fill_column(s, j);
+    for (int i = 0; i < s->rows; i++) {
+        int k = i < s->p ? s->w->place[i] : 0;
+        s->row_size[i] = i >= s->p ? target_size(s, i) : s->w->work[k] > 0 ? s->w->work[k] / kmp_way_scale(l, k) : 1;
+    }
+    for (int j = 0; j < s->columns; j++) {
+        double most = 0, *column = s->jacobian + j * s->rows;
+        for (int i = 0; i < s->rows; i++) {
+            column[i] /= s->row_size[i];
+            most = fmax(most, fabs(column[i]));
+        }
+        s->column_size[j] = j < s->p || most == 0 ? 1 : 1 / most;
+        for (int i = 0; i < s->rows; i++)
+            column[i] *= s->column_size[j];
+        for (int i = 0; i < l->n; i++)
+            s->moves[i + j * l->n] *= s->column_size[j];
+    }
+}
+
+/* -- steps ------------------------------------------------------------------------------------------- */
+
+static double norm(int n, const double *x)
+{
+    return sqrt(kmp_dot(n, x, x));
+}
+
+/* The step of least |J s + f|^2 + |damping s|^2. false: no memory. */
+static bool damped_step(solver *s, double damping)
+{
+    int rows = s->rows, all = rows + s->columns;
+    memset(s->damped, 0, (size_t)(all * s->columns) * sizeof *s->damped);
+    memset(s->right, 0, (size_t)all * sizeof *s->right);
+    for (int j = 0; j < s->columns; j++) {
+        memcpy(s->damped + j * all, s->jacobian + j * rows, (size_t)rows * sizeof *s->damped);
+        s->damped[rows + j + j * all] = damping;
+    }
+    for (int i = 0; i < rows; i++)
+        s->right[i] = -s->value[i];
+    return kmp_least_squares(all, s->columns, s->damped, s->right, KMP_RANK, s->step) >= 0;
+}
+
+/* The step as the way has it, and how far it goes: what is free counts in parts of its value. */
+static double spread(solver *s)
+{
+    kmp_descent *w = s->w;
+    double far = 0;
+    for (int j = 0; j < s->p; j++) {
+        w->step[j] = s->step[j] * kmp_way_unit(w, j);
+        far = fmax(far, w->rate[j] < 0 ? 0 : FIRST_BOUND * fabs(s->step[j]));
+    }
+    for (int i = 0; i < w->n; i++) {
+        w->move[i] = 0;
+        for (int j = 0; j < s->columns; j++)
+            w->move[i] += s->moves[i + j * w->n] * s->step[j];
+        double size = fabs(w->move[i]) / w->l->system->scale[i];
+        far = size > far || !isfinite(size) ? size : far;
+    }
+    for (int f = 0; f < s->x->free_count; f++) {
+        double value = fabs(s->x->value[f]), change = fabs(s->column_size[s->p + f] * s->step[s->p + f]);
+        if (value > 0)
+            far = fmax(far, FIRST_BOUND * change / value);
+    }
+    return far;
+}
+
+static bool bounded_step(solver *s, double bound, double *far)
+{
+    double damping = 0;
+    for (int k = 0; k < MOST_DAMPINGS; k++) {
+        if (!damped_step(s, damping))
+            return false;
+        *far = spread(s);
+        if (*far <= bound)
+            return true;
+        damping = damping > 0 ? 3 * damping : 1e-8;
+    }
+    return true;
+}
+
+/* What a step promises to leave. */
+static double promise(const solver *s)
+{
+    double sum = 0;
+    for (int i = 0; i < s->rows; i++) {
+        double left = s->value[i];
+        for (int j = 0; j < s->columns; j++)
+            left += s->jacobian[i + j * s->rows] * s->step[j];
+        sum += left * left;
+    }
+    return sqrt(sum);
+}
+
+static bool set_free(solver *s, const double *value)
+{
+    bool set = kmp_exchange_set(s->x, value, s->w->l, s->w->search->rates);
+    if (set)
+        kmp_way_take_rates(s->w);
+    return set;
+}
+
+/* Takes l to the end of the step; the values there in s->right. */
+static double try_step(solver *s)
+{
+    for (int k = 0; k < s->x->free_count; k++)
+        s->x->trial[k] = s->x->value[k] + s->column_size[s->p + k] * s->step[s->p + k];
+    if (!set_free(s, s->x->trial) || !kmp_way_try(s->w, 1))
+        return INFINITY;
+    double worst = evaluate(s, s->right);
+    return worst < INFINITY ? norm(s->rows, s->right) : INFINITY;
+}
+
+static bool accept(solver *s)
+{
+    for (int k = 0; k < s->x->free_count; k++)
+        s->x->value[k] = s->x->trial[k];
+    return kmp_way_arrive(s->w);
+}
+
+static bool go_back(solver *s)
+{
+    return set_free(s, s->x->value) && kmp_way_at(s->w, s->w->q) && kmp_way_arrive(s->w);
+}
+
+/* The state at hand into `to`: q, what is free, rates. */
+static void save(const solver *s, double *to)
+{
+    const kmp_search *search = s->w->search;
+    memcpy(to, s->w->q, (size_t)s->w->n * sizeof *to);
+    to += s->w->n;
+    for (int k = 0; k < s->x->free_count; k++)
+        *to++ = s->x->value[k];
+    for (int k = 0; k < search->rate_count; k++)
+        *to++ = search->rates[k].rate;
+}
+
+static bool restore(solver *s, const double *from)
+{
+    kmp_search *search = s->w->search;
+    memcpy(s->w->q, from, (size_t)s->w->n * sizeof *from);
+    from += s->w->n;
+    for (int k = 0; k < s->x->free_count; k++)
+        s->x->value[k] = *from++;
+    for (int k = 0; k < search->rate_count; k++)
+        search->rates[k].rate = *from++;
+    return go_back(s);
+}
+
+static bool step_down(solver *s, double *bound)
+{
+    double before = norm(s->rows, s->value), far;
+    for (; *bound > SMALLEST; *bound *= 0.4) {
+        if (!bounded_step(s, *bound, &far)) {
+            s->w->status = kmp_fail_memory(s->w->l->system->context);
+            return false;
+        }
+        double promised = before - promise(s), gained = before - try_step(s);
+        if (promised > 0 && gained > 0.1 * promised) {
+            if (gained > 0.6 * promised)
+                *bound = fmin(2 * *bound, LARGEST);
+            kmp_way_note_step(s->w, far);
+            return accept(s);
+        }
+        if (!go_back(s) || !(promised > 0))
+            return false;
+    }
+    return false;
+}
+
+/* -- all of it --------------------------------------------------------------------------------------- */
+
+static double take(solver *s)
+{
+    linearise(s);
+    return s->w->residual = evaluate(s, s->value);
+}
+
+static kempe_status complain(const solver *s)
+{
+    const kmp_descent *w = s->w;
+    int worst = 0;
+    if (!w->search->exchange)
+        return kmp_way_complain(w, "Newton's method does not get nearer");
+    for (int k = 0; k < s->rows; k++)
+        if (fabs(s->value[k]) > fabs(s->value[worst]))
+            worst = k;
+    bool target = worst >= s->p;
+    return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
+                    "no equilibrium is found with the unknowns exchanged: after %d iterations %s '%s' is still off by "
+                    "%.2e (relative, wanted %.0e)%s%s: check that what is fixed or required can be reached, that what "
+                    "is free acts on it, or start nearer",
+                    w->search->iterations, target ? "the value of" : "the balance along",
+                    target ? s->x->target[worst - s->p].name
+                           : w->l->system->model->motions[w->l->part.u[w->place[worst]]].name,
+                    fabs(s->value[worst]), KMP_WAY_BALANCED, s->x->why.s ? "; the way is barred: " : "",
+                    s->x->why.s ? s->x->why.s : "");
+}
+
+/* What is free has to be determined: no combination of the other unknowns does the same. */
+static kempe_status check_determined(solver *s)
+{
+    kempe_context *context = s->w->l->system->context;
+    for (int f = 0; f < s->x->free_count; f++) {
+        int others = 0;
+        const double *own = s->jacobian + (s->p + f) * s->rows;
+        for (int j = 0; j < s->columns; j++)
+            if (j != s->p + f)
+                memcpy(s->damped + others++ * s->rows, s->jacobian + j * s->rows, (size_t)s->rows * sizeof *s->damped);
+        if (kmp_least_squares(s->rows, others, s->damped, own, KMP_RANK, s->step) < 0)
+            return kmp_fail_memory(context);
+        double left = 0;
+        for (int i = 0; i < s->rows; i++) {
+            double sum = own[i];
+            for (int j = 0; j < others; j++)
+                sum -= s->damped[i + j * s->rows] * s->step[j];
+            left = fmax(left, fabs(sum));
+        }
+        if (left <= DEPENDENT)
+            return kmp_fail(context, KEMPE_E_FAILED,
+                            "free: '%s' is not determined: %s; fix or require something more, or do not free it",
+                            s->x->name[f],
+                            norm(s->rows, own) == 0 ? "it changes nothing here" : "other unknowns do the same");
+    }
+    return KEMPE_OK;
+}
+
+static bool polish(solver *s)
+{
+    for (int k = 0; k < MOST_POLISH && s->w->residual > 0; k++) {
+        double before = s->w->residual;
+        save(s, s->kept);
+        if (!damped_step(s, 0))
+            return false;
+        double far = spread(s);
+        if (!(try_step(s) < INFINITY && accept(s) && take(s) < 0.5 * before)) {
+            if (!restore(s, s->kept))
+                return false;
+            (void)take(s);
+            return true;
+        }
+        kmp_way_note_step(s->w, far);
+        kmp_way_note(s->w, s->w->residual);
+    }
+    return true;
+}
+
+/* As many equations as unknowns: R of a coordinate that nothing depends on is one more. */
+static kempe_status check_counts(const solver *s)
+{
+    const kmp_descent *w = s->w;
+    int idle = 0, most;
+    for (int k = 0; k < w->l->p; k++)
+        idle += kmp_way_is_idle(w->l, k, w->work);
+    most = s->x->target_count + idle;
+    if (s->x->free_count <= most)
+        return KEMPE_OK;
+    return kmp_fail(w->l->system->context, KEMPE_E_ARGUMENT,
+                    "free: %d unknown%s more, but %d equation%s more: fix or require something for each, or free "
+                    "less",
+                    s->x->free_count, s->x->free_count == 1 ? "" : "s", most, most == 1 ? "" : "s");
+}
+
+/* From the state at hand to the targets as they are. */
+static kempe_status solve(solver *s, int most)
+{
+    kmp_descent *w = s->w;
+    double bound = FIRST_BOUND;
+    for (int k = 0;; k++) {
+        bool told = k == 0 && w->told == w->residual;
+        if (kmp_interrupted(w->l->system->context))
+            return w->status = kmp_way_complain(w, "interrupted");
+        double residual = take(s);
+        if (!told)
+            kmp_way_note(w, residual);
+        if (residual <= KMP_WAY_BALANCED)
+            return KEMPE_OK;
+        if (k == most || !step_down(s, &bound))
+            return w->status != KEMPE_OK ? w->status : KEMPE_E_FAILED;
+    }
+}
+
+static void put_targets(solver *s, double part)
+{
+    for (int k = 0; k < s->x->target_count; k++)
+        s->x->target[k].value = s->from[k] + part * (s->to[k] - s->from[k]);
+}
+
+/* The targets go from what they are at the state at hand to what they shall be: at once, or where that fails by smaller
+ * and smaller parts. From a state that is no equilibrium the first part only succeeds by luck. */
+static kempe_status follow(solver *s)
+{
+    kmp_parts way = KMP_PARTS;
+    kempe_status status = KEMPE_OK;
+    (void)take(s);
+    for (int k = 0; k < s->x->target_count; k++) {
+        s->to[k] = s->x->target[k].value;
+        s->from[k] = s->to[k] + s->value[s->p + k] * s->row_size[s->p + k];
+    }
+    save(s, s->good);
+    while (kmp_parts_next(&way, s->x->target_count > 0 ? SMALLEST_PART : 1)) {
+        if (status == KEMPE_E_FAILED && !restore(s, s->good))
+            return status;
+        put_targets(s, way.next);
+        if (s->x->target_count > 0)
+            s->w->search->iterations = 0;
+        status = solve(s, way.next == 1 && way.done == 0 ? MOST_STEPS : MOST_OF_PART);
+        if (status != KEMPE_OK && (status != KEMPE_E_FAILED || s->w->status != KEMPE_OK))
+            return status;
+        kmp_parts_take(&way, status == KEMPE_OK);
+        if (status == KEMPE_OK)
+            save(s, s->good);
+    }
+    return status;
+}
+
+static kempe_status run(solver *s)
+{
+    KMP_TRY(check_counts(s));
+    kempe_status status = follow(s);
+    if (status == KEMPE_E_FAILED && s->w->status == KEMPE_OK)
+        (void)complain(s);
+    for (int k = 0; k < s->x->target_count; k++)
+        s->x->target[k].value = s->to[k];
+    if (status == KEMPE_OK)
+        status = check_determined(s);
+    if (status == KEMPE_OK && !polish(s))
+        status = s->w->status != KEMPE_OK ? s->w->status : kmp_fail_memory(s->w->l->system->context);
+    return status;
+}
+
+/* Loops are closed to round-off, so that what is computed there is the same whatever coordinates are chosen: of poor
+ * ones each correction is rounded by as much as they move the others. */
+static bool close_well(kmp_descent *w)
+{
+    for (int k = 0; k < CLOSINGS && w->l->m > 0; k++) {
+        memcpy(w->trial, w->l->q, (size_t)w->n * sizeof *w->trial);
+        if (!kmp_way_at(w, w->trial))
+            return false;
+    }
+    return w->l->m == 0 || kmp_way_arrive(w);
+}
+
+kempe_status kmp_way_least(kmp_descent *w)
+{
+    kmp_exchange none = {0};
+    solver s = {.w = w, .x = w->search->exchange ? w->search->exchange : &none};
+    s.shown = s.x->slopes ? s.x->slopes->shown : 0;
+    kempe_status status = make_room(&s) ? run(&s) : kmp_fail_memory(w->l->system->context);
+    if (status == KEMPE_OK && !close_well(w))
+        status = w->status != KEMPE_OK ? w->status : kmp_way_complain(w, "the state is lost");
+    return status;
+}

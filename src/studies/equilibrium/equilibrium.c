@@ -1,0 +1,367 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* From afar: Newton's direction with the symmetric part of Kr made positive, its eigenvalues taken by their size (as by
+ * Dauphin et al., NIPS 27 (2014) 2933), so that s'R < 0: of a conservative mechanism the way down its potential, of any
+ * other that of a heavily damped motion. A step is bounded, and as long as the work s'R along it has fallen to half at
+ * its end or still goes down (Matthies and Strang, IJNME 14 (1979) 1613): no potential has to be known. Where R = 0 and
+ * Kr still falls in some direction the state is pushed aside along it. Newton's steps by least squares end it. */
+#include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include "linalg/dense/dense.h"
+#include "linalg/dense/symmetric.h"
+#include "linalg/dot.h"
+#include "studies/equilibrium/descent.h"
+#include "studies/equilibrium/load_path.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_HALVINGS = 40, MOST_PUSHES = 12, MOST_DOWN = KMP_MOST_ITERATIONS - 40 };
+
+enum { MOST_TOLD = 12 };
+#define NEAR          0.003 /* Newton's step at a stable equilibrium, rad or characteristic lengths */
+#define STILL         1e-6  /* at any other */
+#define FIRST_BOUND   0.3   /* rad, or characteristic lengths */
+#define SHORT_BOUND   1e-3
+#define LONGEST       0.3
+#define PUSH          0.05
+#define FARTHEST      1e4  /* what moves as far never stops */
+#define RUNAWAY_TURNS 20.0 /* rad: what went as far without an end runs away */
+
+/* -- directions -------------------------------------------------------------------------------------- */
+
+/* The scaled Kr, of what is unknown, and the eigenvectors and values of its symmetric part. false: no memory. */
+static bool decompose(kmp_descent *w)
+{
+    int p = w->count;
+    for (int k = 0; k < p; k++)
+        w->size[k] = kmp_way_unit(w, k) / (w->most > 0 ? sqrt(w->work[w->place[k]]) : 1);
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            w->matrix[i + k * p] = kmp_way_entry(w, i, k) * w->size[i] * w->size[k];
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            w->vectors[i + k * p] = (w->matrix[i + k * p] + w->matrix[k + i * p]) / 2;
+    if (p > 0 && kmp_symmetric_eigen(p, w->vectors, w->values) != 0) {
+        w->status = kmp_fail_memory(w->l->system->context);
+        return false;
+    }
+    w->least = p > 0 ? w->values[0] : 1;
+    w->flat = false;
+    for (int k = 0; k < p; k++)
+        w->flat = w->flat || fabs(w->values[k]) <= KMP_WAY_FLAT;
+    return true;
+}
+
+/* The step in w->step, of what the matrix says. false: it says none. */
+static bool solve(kmp_descent *w)
+{
+    int p = w->count;
+    double *factors = w->factors;
+    memcpy(factors, w->matrix, (size_t)(p * p) * sizeof *factors);
+    if (p > 0 && kmp_lu_factor(p, factors, w->pivot))
+        return false;
+    for (int k = 0; k < p; k++)
+        w->step[k] = -w->right[k];
+    kmp_lu_solve(p, factors, w->pivot, 1, w->step);
+    return true;
+}
+
+/* Makes the symmetric part positive; along flat directions that nothing pulls the step stands still. */
+static void make_positive(kmp_descent *w)
+{
+    int p = w->count;
+    for (int k = 0; k < p; k++) {
+        const double *v = w->vectors + k * p;
+        double value = w->values[k], pull = fabs(kmp_dot(p, v, w->right)), wanted = value;
+        if (value < -KMP_WAY_FLAT)
+            wanted = -value;
+        else if (fabs(value) <= KMP_WAY_FLAT)
+            wanted = pull > KMP_WAY_BALANCED ? KMP_WAY_FLAT : 1;
+        for (int j = 0; wanted != value && j < p; j++)
+            for (int i = 0; i < p; i++)
+                w->matrix[i + j * p] += (wanted - value) * v[i] * v[j];
+    }
+}
+
+/* The step in w->step that leads down: Newton's where the symmetric part of Kr is positive or, to what is balanced
+ * alone, where that leads down; otherwise that of a heavily damped motion. */
+static bool find_direction(kmp_descent *w)
+{
+    for (int k = 0; k < w->count; k++)
+        w->right[k] = w->force[w->place[k]] * w->size[k];
+    if (!w->search->balanced || w->flat || !solve(w) || !(kmp_dot(w->count, w->step, w->right) < 0)) {
+        make_positive(w);
+        if (!solve(w))
+            return false;
+    }
+    for (int k = 0; k < w->count; k++)
+        w->step[k] *= w->size[k];
+    return true;
+}
+
+/* -- steps ----------------------------------------------------------------------------------------------- */
+
+static void shorten(kmp_descent *w, double factor)
+{
+    for (int i = 0; i < w->n; i++)
+        w->move[i] *= factor;
+    for (int k = 0; k < w->count; k++)
+        w->step[k] *= factor;
+}
+
+/* s'R of the step, of some R. */
+static double work_along(const kmp_descent *w, const double *residual)
+{
+    double sum = 0;
+    for (int k = 0; k < w->count; k++)
+        sum += w->step[k] * residual[w->place[k]];
+    return sum;
+}
+
+/* So far along the step that the work has fallen to half or goes on down. 0: nowhere. */
+static double search_line(kmp_descent *w)
+{
+    double first = work_along(w, w->force), part = 1;
+    for (int k = 0; k < MOST_HALVINGS; k++) {
+        if (!kmp_way_try(w, part)) {
+            part /= 2;
+            continue;
+        }
+        double last = work_along(w, w->l->residual);
+        if (last <= 0.5 * fabs(first))
+            return part;
+        part *= fmax(0.1, fmin(0.8, first / (first - last)));
+    }
+    return 0;
+}
+
+/* -- from afar --------------------------------------------------------------------------------------- */
+
+/* The coordinate that went farthest, and how far. */
+static int farthest(const kmp_descent *w, double *far)
+{
+    int best = 0;
+    *far = 0;
+    for (int k = 0; k < w->l->p; k++) {
+        int c = w->l->part.u[k];
+        double size = fabs(w->q[c] - w->begin[c]) / w->l->system->scale[c];
+        if (size > *far) {
+            *far = size;
+            best = k;
+        }
+    }
+    return best;
+}
+
+/* Who pulls at the start along the coordinate u[k], which has gone so far since. */
+static kempe_status complain_runaway(kmp_descent *w, int k, double far)
+{
+    kmp_linear *l = w->l;
+    int coordinate = l->part.u[k], place = -1;
+    const kmp_motion *motion = &l->system->model->motions[coordinate];
+    kmp_text pulls = {0};
+    if (!w->search->quiet && kmp_way_at(w, w->begin))
+        place = kmp_linear_place(l, coordinate);
+    KMP_TRY(place >= 0 ? kmp_load_path_tell(&pulls, l, place) : KEMPE_OK);
+    (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
+                   "no equilibrium: nothing holds '%s', which runs away by %.3g %s%s%s; no spring, stop or closure "
+                   "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead",
+                   motion->name, far * l->system->scale[coordinate], motion->rotation ? "rad" : "m",
+                   pulls.s ? "; along it pull, at the start: " : "", pulls.s ? pulls.s : "");
+    kmp_text_free(&pulls);
+    return KEMPE_E_FAILED;
+}
+
+/* Aside along the direction in which Kr falls most. */
+static bool push_aside(kmp_descent *w)
+{
+    int largest = 0;
+    for (int k = 0; k < w->count; k++) {
+        w->step[k] = w->vectors[k] * w->size[k];
+        if (fabs(w->vectors[k]) > fabs(w->vectors[largest]))
+            largest = k;
+    }
+    double far = kmp_way_spread(w);
+    shorten(w, (w->vectors[largest] < 0 ? -PUSH : PUSH) / far);
+    for (int k = 0; k < MOST_HALVINGS; k++)
+        if (kmp_way_try(w, ldexp(1, -k)))
+            return kmp_way_arrive(w);
+    return false;
+}
+
+/* The direction at hand leads so far. */
+static bool step_down(kmp_descent *w, double far)
+{
+    double wanted = far;
+    if (!(far < HUGE_VAL))
+        return false;
+    if (far > w->bound) {
+        shorten(w, w->bound / far);
+        far = w->bound;
+    }
+    double part = search_line(w);
+    if (part == 0) {
+        kmp_way_take_rates(w);
+        (void)kmp_way_at(w, w->q);
+        return false;
+    }
+    if (part == 1 && wanted > w->bound)
+        w->bound = w->search->balanced ? fmin(2 * w->bound, LONGEST) : 2 * w->bound;
+    else if (part < 1)
+        w->bound = fmax(0.5 * w->bound, part * far);
+    kmp_way_note_step(w, part * far);
+    return kmp_way_arrive(w);
+}
+
+/* Whether it has come to its end. Springs that are stiff beside others make every residual small: the step is what
+ * tells how far it is. A start that is balanced already is told about, whatever it is. */
+static bool is_there(const kmp_descent *w, double far)
+{
+    if (w->residual > KMP_WAY_BALANCED)
+        return false;
+    if (w->search->balanced)
+        return true;
+    bool stable = w->least >= -KMP_WAY_FLAT;
+    return stable ? far <= (w->flat ? STILL : NEAR) : far <= STILL && w->search->iterations == 1;
+}
+
+static kempe_status descend(kmp_descent *w)
+{
+    int pushes = 0;
+    double far;
+    while (w->search->iterations < MOST_DOWN) {
+        if (kmp_interrupted(w->l->system->context))
+            return kmp_way_complain(w, "interrupted");
+        if (!decompose(w))
+            return w->status;
+        kmp_way_note(w, w->residual);
+        far = find_direction(w) ? kmp_way_spread(w) : HUGE_VAL;
+        if (is_there(w, far))
+            return KEMPE_OK;
+        bool balanced = w->residual <= KMP_WAY_BALANCED && far <= STILL;
+        bool gone = balanced && pushes < MOST_PUSHES ? push_aside(w) : step_down(w, far);
+        pushes += balanced;
+        if (!gone)
+            return w->status != KEMPE_OK ? w->status : kmp_way_complain(w, "no step leads further down");
+        int k = farthest(w, &far);
+        if (far > FARTHEST)
+            return complain_runaway(w, k, far);
+    }
+    int k = farthest(w, &far);
+    return far > RUNAWAY_TURNS ? complain_runaway(w, k, far) : kmp_way_complain(w, "too many iterations");
+}
+
+static kempe_status find(kmp_descent *w)
+{
+    kempe_status status = KEMPE_OK;
+    memcpy(w->begin, w->q, (size_t)w->n * sizeof *w->q);
+    (void)kmp_way_center(w);
+    status = kmp_way_choose(w);
+    if (status != KEMPE_OK)
+        return status;
+    if (!kmp_way_at(w, w->q) || !kmp_way_arrive(w))
+        return w->status != KEMPE_OK ? w->status
+                                     : kmp_fail(w->l->system->context, KEMPE_E_FAILED,
+                                                "the equations cannot be evaluated at the start: loops that do not "
+                                                "close, or numbers that are not finite");
+    if (!w->search->newton && !w->search->exchange)
+        status = descend(w);
+    return status == KEMPE_OK ? kmp_way_least(w) : status;
+}
+
+kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search)
+{
+    kmp_descent w = {.l = linear, .search = search, .t = t, .n = linear->n, .told = NAN};
+    w.bound = search->balanced ? SHORT_BOUND : FIRST_BOUND;
+    search->iterations = search->exchanges = 0;
+    kempe_status status = kmp_way_init(&w) ? KEMPE_OK : kmp_fail_memory(linear->system->context);
+    if (status == KEMPE_OK) {
+        memcpy(w.q, q, (size_t)w.n * sizeof *q);
+        status = find(&w);
+        if (status == KEMPE_E_FAILED && kmp_interrupted(linear->system->context))
+            status = KEMPE_STOPPED;
+        search->residual = w.residual;
+    }
+    if (status == KEMPE_OK)
+        memcpy(q, w.q, (size_t)w.n * sizeof *q);
+    else
+        kmp_way_give_up(&w);
+    kmp_arena_free(&w.arena);
+    return status;
+}
+
+/* -- steady motion -------------------------------------------------------------------------------------- */
+
+/* What may go on steadily at rates that are found, at first those of the start (n): nothing depends on where it is,
+ * and something that resists on how fast it goes. */
+static kempe_status find_going_on(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *search)
+{
+    double *work = KMP_NEW(double, l->n), most;
+    search->rates = KMP_NEW(kmp_steady, l->n);
+    kempe_status status =
+        work && search->rates ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
+    if (status == KEMPE_OK && kmp_linear_at_rates(l, t, q, qd, false) == KEMPE_OK) {
+        kmp_linear_matrices(l);
+        (void)kmp_way_measure(l, work, &most);
+        for (int k = 0; k < l->p; k++)
+            if (kmp_way_is_idle(l, k, work) && l->damping[k + k * l->p] > 0)
+                search->rates[search->rate_count++] = (kmp_steady){l->part.u[k], qd[l->part.u[k]], KMP_RATE_FREED};
+    }
+    kmp_free(work);
+    return status;
+}
+
+static void tell_names(const kempe_model *model, const kmp_search *search, kmp_text *text)
+{
+    for (int k = 0; k < search->rate_count && k < MOST_TOLD; k++)
+        kmp_text_printf(text, "%s%s", k ? ", " : "", model->motions[search->rates[k].coordinate].name);
+    if (search->rate_count > MOST_TOLD)
+        kmp_text_printf(text, " and %d more", search->rate_count - MOST_TOLD);
+}
+
+/* Where rest is not found, for `why`. */
+static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady, const char *why)
+{
+    kempe_context *context = l->system->context;
+    kmp_text names = {0};
+    tell_names(l->system->model, steady, &names);
+    kempe_status status = kmp_equilibrium_find(l, t, q, steady);
+    if (status == KEMPE_OK)
+        kmp_log(context, KEMPE_LOG_NOTE, "nothing holds it at rest: a steady motion is found, by the rates of %s",
+                names.s);
+    else if (status == KEMPE_E_FAILED) {
+        char *last = kmp_strdup(kempe_context_message(context));
+        kmp_context_clear(context);
+        (void)kmp_fail(context, status,
+                       "%s; and no steady motion is found from the start with the rates of %s unknown: %s; give rates "
+                       "that are nearer (--rates 'NAME=RATE,..', --solve-for 'qd(NAME),..')",
+                       why, names.s, last ? last : "no memory");
+        kmp_free(last);
+    }
+    kmp_text_free(&names);
+    return status;
+}
+
+kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search)
+{
+    if (search->rate_count > 0 || search->newton || search->quiet || search->exchange)
+        return kmp_equilibrium_find(linear, t, q, search);
+    kmp_search steady = {.newton = true};
+    kempe_context *context = linear->system->context;
+    kempe_status status = find_going_on(linear, t, q, qd, &steady);
+    bool goes_on = steady.rate_count > 0;
+    search->quiet = goes_on;
+    if (status == KEMPE_OK)
+        status = kmp_equilibrium_find(linear, t, q, search);
+    if (status == KEMPE_E_FAILED && goes_on) {
+        char *why = kmp_strdup(kempe_context_message(context));
+        kmp_context_clear(context);
+        status = why ? go_on(linear, t, q, &steady, why) : kmp_fail_memory(context);
+        kmp_free(why);
+        if (status == KEMPE_OK) {
+            *search = steady;
+            return status;
+        }
+    }
+    kmp_free(steady.rates);
+    return status;
+}

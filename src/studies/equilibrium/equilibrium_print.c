@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What `equilibrium` says, for a person and as JSON. */
+#include "output/print.h"
+#include "studies/equilibrium/balances.h"
+#include <math.h>
+#include <string.h>
+
+static void list(kmp_text *text, const kempe_system *system, int count, const int *coordinates)
+{
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(text, "%s'%s'", k ? ", " : "", system->model->motions[coordinates[k]].name);
+}
+
+static bool moves(const kempe_equilibrium *e, const kmp_balance *b)
+{
+    for (int k = 0; k < e->system->n; k++)
+        if (b->qd[k] != 0)
+            return true;
+    return false;
+}
+
+static void show_coordinates(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    const kempe_model *model = e->system->model;
+    int width = kmp_print_width(e->system, KMP_QUANTITY_Q);
+    bool rates = moves(e, b);
+    kmp_text_printf(text, "  %-*s  unit  %22s%s\n", width, "", "q", rates ? "                      qd" : "");
+    for (int k = 0; k < e->system->n; k++) {
+        kmp_text_printf(text, "  %-*s  %-4s  %22.15g", width, model->motions[k].name, kmp_print_unit(e->system, k),
+                        b->q[k]);
+        if (rates)
+            kmp_text_printf(text, "  %22.15g", b->qd[k]);
+        kmp_text_put(text, "\n");
+    }
+}
+
+static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    const kempe_model *model = e->system->model;
+    int width = 0;
+    if (model->closure_count == 0)
+        return;
+    for (int c = 0; c < model->closure_count; c++)
+        width = (int)strlen(model->closures[c].name) > width ? (int)strlen(model->closures[c].name) : width;
+    kmp_text_printf(text, "\n  %-*s  %16s  %16s  %16s  N, axes of the nearest common ancestor\n", width, "",
+                    "reaction x", "y", "z");
+    for (int c = 0; c < model->closure_count; c++)
+        kmp_text_printf(text, "  %-*s  %16.9g  %16.9g  %16.9g\n", width, model->closures[c].name, b->reaction[3 * c],
+                        b->reaction[3 * c + 1], b->reaction[3 * c + 2]);
+}
+
+static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    const kmp_stability *s = &b->stability;
+    kmp_text_printf(text, "\nstability  %s", kmp_stability_text(s->word));
+    if (s->still > 0) {
+        kmp_text_put(text, s->word == KMP_NEUTRAL ? " along " : ", and neutral along ");
+        list(text, e->system, s->still, s->along);
+    }
+    if (s->growing > 0)
+        kmp_text_printf(text, ": %d motion%s, the fastest as exp(%.6g t)%s", s->growing,
+                        s->growing == 1 ? " grows" : "s grow", s->re, s->im != 0 ? ", swinging" : "");
+    else if (s->word == KMP_UNDECIDED)
+        kmp_text_put(text, ": the reduced mass is not positive");
+    else if (isfinite(s->re))
+        kmp_text_printf(text, ": %s",
+                        s->re < 0 ? "every motion about it dies away, or stays where it is put"
+                                  : "undamped motions about it go on");
+    kmp_text_put(text, "\n");
+    if (b->idle_count > 0) {
+        kmp_text_put(text, "left out   ");
+        list(text, e->system, b->idle_count, b->idle);
+        kmp_text_put(text, b->idle_count == 1 ? ": nothing depends on it\n" : ": nothing depends on them\n");
+    }
+}
+
+static void show_way(kmp_text *text, const kmp_balance *b)
+{
+    kmp_text_printf(text, "\n  iteration    residual   way to the next\n");
+    for (int k = 0; k < b->iterations; k++) {
+        if (k == 8 && b->iterations > 20) {
+            kmp_text_printf(text, "  ... %d more\n", b->iterations - 16);
+            k = b->iterations - 8;
+        }
+        kmp_text_printf(text, "  %9d  %10.2e", k, b->history[k].residual);
+        if (b->history[k].step > 0)
+            kmp_text_printf(text, "  %16.2e", b->history[k].step);
+        kmp_text_put(text, "\n");
+    }
+}
+
+static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
+{
+    const kmp_balance *b = &e->balance[k];
+    if (e->all)
+        kmp_text_printf(text, "\nequilibrium %d%s: %s, reached from %d start%s\n", k + 1,
+                        k == 0 && e->from_start ? " (the start's)" : "", kmp_stability_text(b->stability.word), b->hits,
+                        b->hits == 1 ? "" : "s");
+    else
+        kmp_text_put(text, "\n");
+    show_coordinates(text, e, b);
+    for (int i = 0; i < e->freed_count; i++)
+        kmp_text_printf(text, "%s%s = %.15g\n", i ? "           " : "\nfound      ", e->freed_name[i], b->freed[i]);
+    if (e->freed_count > 0 && !e->exchange)
+        kmp_text_put(text,
+                     "           nothing holds it at rest; it goes on at these rates, found from those of the start\n");
+    show_reactions(text, e, b);
+    show_stability(text, e, b);
+    kmp_text_put(text, "residual   ");
+    kmp_print_cell(text, 0, 2, b->residual);
+    kmp_text_printf(text, " relative, after %d iteration%s", b->iterations, b->iterations == 1 ? "" : "s");
+    if (b->exchanges > 0)
+        kmp_text_printf(text, ", independent coordinates chosen anew %d time%s", b->exchanges,
+                        b->exchanges == 1 ? "" : "s");
+    kmp_text_put(text, "\npotential  ");
+    kmp_text_printf(text, "%.9g J\n", b->potential + 0.0);
+    if (k == 0)
+        show_way(text, b);
+}
+
+static void show_equilibrium(kmp_text *text, const kempe_equilibrium *e)
+{
+    kmp_text_printf(text, "%s: %s%d %s found", e->system->model->name, e->many ? "more than " : "", e->count,
+                    e->count == 1 ? "equilibrium" : "equilibria");
+    if (!e->all && e->count == 1)
+        kmp_text_printf(text, ", %s", kmp_stability_text(e->balance[0].stability.word));
+    kmp_text_put(text, "\n");
+    if (e->all)
+        kmp_text_printf(text, "%d random starts, of which %d closed and %d led to one; sampling may miss some%s\n",
+                        e->starts, e->closed, e->found, e->from_start ? "" : "; the model's own start leads to none");
+    for (int k = 0; k < e->count; k++)
+        show_balance(text, e, k);
+}
+
+static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    const kempe_model *model = e->system->model;
+    kmp_print_entries(j, "q", e->system, KMP_QUANTITY_Q, b->q);
+    kmp_print_entries(j, "qd", e->system, KMP_QUANTITY_QD, b->qd);
+    kmp_print_entries(j, "lambda", e->system, KMP_QUANTITY_LAMBDA, b->lambda);
+    kmp_json_number(j, "residual", b->residual);
+    if (b->stability.word == KMP_UNDECIDED)
+        kmp_json_string(j, "stable", NULL);
+    else
+        kmp_json_boolean(j, "stable", b->stability.word != KMP_UNSTABLE);
+    kmp_json_string(j, "stability", kmp_stability_text(b->stability.word));
+    kmp_json_whole(j, "growing", b->stability.growing);
+    kmp_print_coordinates(j, "neutral", e->system, b->stability.still, b->stability.along);
+    kmp_print_coordinates(j, "left_out", e->system, b->idle_count, b->idle);
+    kmp_json_object(j, "free");
+    for (int i = 0; i < e->freed_count; i++)
+        kmp_json_number(j, e->freed_name[i], b->freed[i]);
+    kmp_json_end(j);
+    kmp_json_object(j, "reaction");
+    for (int c = 0; c < model->closure_count; c++)
+        kmp_json_numbers(j, model->closures[c].name, 3, b->reaction + 3 * c);
+    kmp_json_end(j);
+    kmp_json_number(j, "potential", b->potential);
+    kmp_json_whole(j, "iterations", b->iterations);
+    kmp_json_whole(j, "exchanges", b->exchanges);
+    kmp_json_numbers(j, "history", b->iterations, b->residuals);
+    kmp_json_whole(j, "hits", b->hits);
+}
+
+static void json_equilibrium(kmp_text *text, const kempe_equilibrium *e)
+{
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, e->system, KEMPE_OK, "", e->system->build_s, e->warnings);
+    json_balance(&j, e, &e->balance[0]);
+    kmp_json_whole(&j, "count", e->count);
+    kmp_json_whole(&j, "starts", e->starts);
+    kmp_json_array(&j, "others");
+    for (int k = 1; k < e->count; k++) {
+        kmp_json_object(&j, NULL);
+        json_balance(&j, e, &e->balance[k]);
+        kmp_json_end(&j);
+    }
+    kmp_json_end(&j);
+    kmp_json_end(&j);
+}
+
+kempe_status kempe_equilibrium_print(const kempe_equilibrium *equilibrium, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, equilibrium, "equilibrium");
+    KMP_WANTED(equilibrium->system->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(equilibrium->system->context);
+    if (format == KEMPE_JSON)
+        json_equilibrium(&out, equilibrium);
+    else
+        show_equilibrium(&out, equilibrium);
+    return kmp_print_finish(equilibrium->system->context, &out, text);
+}

@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/equilibrium/exchange.h"
+#include "backend/x86/machine.h"
+#include "base/memory.h"
+#include "constraints/rounding/mend.h"
+#include "model/tables/asked.h"
+#include "model/tables/coordinates.h"
+#include "model/tables/output_table.h"
+#include "model/tables/ranges.h"
+#include <string.h>
+
+/* -- what is released -------------------------------------------------------------------------------- */
+
+/* "qd(shaft)" */
+static bool is_rate(const char *word)
+{
+    size_t length = strlen(word);
+    return length > 4 && strncmp(word, "qd(", 3) == 0 && word[length - 1] == ')';
+}
+
+static kempe_status add_rate(kmp_exchange *x, const kempe_model *model, const char *word, const kmp_steady *rates,
+                             int rate_count)
+{
+    int c = -1, at = 0;
+    KMP_TRY(kmp_coordinate_find(model, "free", word + 3, strlen(word) - 4, &c));
+    while (at < rate_count && rates[at].coordinate != c)
+        at++;
+    if (at == rate_count)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "free: the rate of '%s' can be found from one to begin with: give it (--rates %s=..)",
+                        model->motions[c].name, model->motions[c].name);
+    x->rate[x->free_count - x->parameter_count] = at;
+    x->value[x->free_count] = rates[at].rate;
+    x->name[x->free_count++] = word;
+    return KEMPE_OK;
+}
+
+static kempe_status read_release(kmp_exchange *x, const kempe_model *model, const char *list, const kmp_steady *rates,
+                                 int rate_count)
+{
+    char **word;
+    int count = kmp_text_words(&x->arena, list, &word);
+    x->name = KMP_ARENA_NEW(&x->arena, const char *, count);
+    x->value = KMP_ARENA_NEW(&x->arena, double, count);
+    x->trial = KMP_ARENA_NEW(&x->arena, double, count);
+    x->given = KMP_ARENA_NEW(&x->arena, double, count);
+    x->rate = KMP_ARENA_NEW(&x->arena, int, count);
+    if (x->arena.failed)
+        return kmp_fail_memory(model->context);
+    for (int k = 0; k < count; k++)
+        if (!is_rate(word[k])) {
+            int at = kmp_parameter_find(model, word[k]);
+            x->value[x->free_count] = at < 0 ? 0 : model->parameters[at].number.value;
+            x->name[x->free_count++] = word[k];
+        }
+    x->parameter_count = x->free_count;
+    kempe_status status = kmp_variant_new(model, x->parameter_count, x->name, &x->variant);
+    for (int k = 0; status == KEMPE_OK && k < count; k++)
+        if (is_rate(word[k]))
+            status = add_rate(x, model, word[k], rates, rate_count);
+    memcpy(x->given, x->value, (size_t)x->free_count * sizeof *x->given);
+    return status;
+}
+
+/* -- what is fixed and required ---------------------------------------------------------------------- */
+
+static kmp_exchange_target *add_target(kmp_exchange *x, const kmp_range *range)
+{
+    kmp_exchange_target *target = &x->target[x->target_count++];
+    *target = (kmp_exchange_target){.coordinate = -1, .value = range->from};
+    target->name = kmp_arena_strdup(&x->arena, range->name);
+    return target;
+}
+
+static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const kmp_ranges *fix)
+{
+    for (int k = 0; k < fix->count; k++) {
+        KMP_TRY(kmp_range_is_value(model->context, "fix", &fix->range[k]));
+        kmp_exchange_target *target = add_target(x, &fix->range[k]);
+        kempe_status status =
+            target->name ? kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate)
+                         : kmp_fail_memory(model->context);
+        if (status == KEMPE_OK)
+            status = kmp_range_fits_motion(model->context, "fix", &fix->range[k],
+                                           model->motions[target->coordinate].rotation, 0);
+        if (status != KEMPE_OK)
+            return status;
+    }
+    return KEMPE_OK;
+}
+
+/* The place of output `of`, component `part`, among the values shown. */
+static int place_of(const kempe_model *model, kmp_output of, int part)
+{
+    int at = 0;
+    for (int k = 0; k < model->output_count; k++) {
+        if (model->outputs[k].kind == of.kind && model->outputs[k].index == of.index)
+            return at + part;
+        at += kmp_output_width(model, &model->outputs[k]);
+    }
+    return -1;
+}
+
+/* The one component that a word asks for; -1 after a sentence. */
+static int single_part(const kempe_model *model, const kmp_output *of, unsigned parts, const char *word)
+{
+    int width = kmp_output_width(model, of);
+    if (width == 1)
+        return 0;
+    for (int k = 0; k < width; k++)
+        if (parts == 1u << k)
+            return k;
+    if (width == 0)
+        (void)kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                       "require: '%s' is none of the outputs that can be required: hold coordinates by fix", word);
+    else
+        (void)kmp_fail(model->context, KEMPE_E_ARGUMENT, "require: '%s' is %d values: say which, as in '%s%s'", word,
+                       width, word, of->kind == KMP_OUTPUT_ENERGY ? ".potential" : ".x");
+    return -1;
+}
+
+/* Each word alone, to know what it means; then all of them, for the system. */
+static kempe_status add_required(kmp_exchange *x, const kmp_ranges *require)
+{
+    kempe_model *copy = kmp_variant_model(x->variant);
+    kmp_output *of = KMP_ARENA_NEW(&x->arena, kmp_output, require->count);
+    kmp_text all = {0};
+    unsigned *parts = NULL;
+    int from = x->target_count;
+    kempe_status status = of ? KEMPE_OK : kmp_fail_memory(copy->context);
+    copy->output_count = 0;
+    for (int k = 0; status == KEMPE_OK && k < require->count; k++) {
+        status = kmp_range_is_value(copy->context, "require", &require->range[k]);
+        if (status != KEMPE_OK)
+            break;
+        kmp_exchange_target *target = add_target(x, &require->range[k]);
+        status = target->name ? kmp_asked_outputs(copy, target->name, &parts) : kmp_fail_memory(copy->context);
+        if (status != KEMPE_OK || !parts)
+            break;
+        of[k] = copy->outputs[0];
+        target->shown = single_part(copy, &of[k], parts[0], target->name);
+        if (target->shown < 0)
+            status = KEMPE_E_ARGUMENT;
+        kmp_text_printf(&all, "%s%s", k ? "," : "", target->name);
+    }
+    if (status == KEMPE_OK && all.s)
+        status = kmp_asked_outputs(copy, all.s, &parts);
+    for (int k = 0; status == KEMPE_OK && k < require->count; k++)
+        x->target[from + k].shown = place_of(copy, of[k], x->target[from + k].shown);
+    if (all.failed && status == KEMPE_OK)
+        status = kmp_fail_memory(copy->context);
+    kmp_text_free(&all);
+    return status;
+}
+
+static kempe_status read_targets(kmp_exchange *x, const kempe_model *model, const char *fix, const char *require)
+{
+    kmp_ranges fixed = {0}, required = {0};
+    kempe_status status = fix ? kmp_ranges_read(model->context, fix, &fixed) : KEMPE_OK;
+    if (status == KEMPE_OK && require)
+        status = kmp_ranges_read(model->context, require, &required);
+    x->target = KMP_ARENA_NEW(&x->arena, kmp_exchange_target, fixed.count + required.count);
+    if (status == KEMPE_OK && !x->target)
+        status = kmp_fail_memory(model->context);
+    if (status == KEMPE_OK)
+        status = add_fixed(x, model, &fixed);
+    if (status == KEMPE_OK)
+        status = add_required(x, &required);
+    kmp_ranges_free(&fixed);
+    kmp_ranges_free(&required);
+    return status;
+}
+
+/* -- all of it --------------------------------------------------------------------------------------- */
+
+kempe_status kmp_exchange_new(const kempe_system *system, const char *fix, const char *require, const char *release,
+                              const kmp_steady *rates, int rate_count, kmp_exchange **exchange)
+{
+    kmp_exchange *x = KMP_NEW(kmp_exchange, 1);
+    if (!x)
+        return kmp_fail_memory(system->context);
+    kempe_status status = read_release(x, system->model, release, rates, rate_count);
+    if (status == KEMPE_OK)
+        status = read_targets(x, system->model, fix, require);
+    if (status == KEMPE_OK)
+        status = kmp_system_of_variant(x->variant, &x->system);
+    if (status == KEMPE_OK)
+        status = kmp_slopes_new(x->system, kmp_backend_default(), x->parameter_count, x->name, x->target_count > 0,
+                                &x->slopes);
+    if (status == KEMPE_OK)
+        *exchange = x;
+    else
+        kmp_exchange_free(x);
+    return status;
+}
+
+void kmp_exchange_free(kmp_exchange *exchange)
+{
+    if (!exchange)
+        return;
+    kmp_slopes_free(exchange->slopes);
+    kempe_system_free(exchange->system);
+    kmp_text_free(&exchange->why);
+    kmp_variant_free(exchange->variant);
+    kmp_arena_free(&exchange->arena);
+    kmp_free(exchange);
+}
+
+void kmp_exchange_begin(kmp_exchange *exchange, kmp_linear *linear, kmp_steady *rates)
+{
+    memcpy(exchange->value, exchange->given, (size_t)exchange->free_count * sizeof *exchange->value);
+    (void)kmp_exchange_set(exchange, exchange->value, linear, rates);
+}
+
+bool kmp_exchange_set(kmp_exchange *exchange, const double *values, kmp_linear *linear, kmp_steady *rates)
+{
+    for (int k = exchange->parameter_count; k < exchange->free_count; k++)
+        rates[exchange->rate[k - exchange->parameter_count]].rate = values[k];
+    if (exchange->parameter_count == 0)
+        return true;
+    if (kmp_linear_vary(linear, exchange->system, exchange->variant, values) != KEMPE_OK) {
+        kmp_text_free(&exchange->why);
+        kmp_text_put(&exchange->why, kempe_context_message(exchange->system->context));
+        kmp_context_clear(exchange->system->context);
+        return false;
+    }
+    kmp_slopes_renew_parameters(exchange->slopes);
+    return true;
+}

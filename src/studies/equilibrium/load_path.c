@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/equilibrium/load_path.h"
+#include "base/arena.h"
+#include "linalg/dot.h"
+#include <math.h>
+#include <string.h>
+
+#define NOTHING 1e-14 /* in parts of the largest */
+
+enum { GRAVITY = -1, MOTION = -2, USER = -3 };
+
+typedef struct pull {
+    int force;     /* of the model, or one of those above */
+    double effort; /* N m or N, in the direction of the coordinate */
+} pull;
+
+typedef struct load_path {
+    pull *pull; /* those that are not zero, largest first */
+    int count;
+    double sum;
+} load_path;
+
+/* C (n) of a model with some of its forces alone, at the state of `l`. */
+static bool evaluate(const kmp_linear *l, const kempe_model *model, double *bias)
+{
+    kmp_equations eq;
+    kmp_formulas force = {0};
+    kmp_instant at = kmp_linear_instant(l);
+    const kmp_scene scene = {.sets = KMP_SET_BIAS, .scheme = KMP_SCHEME_COMPOSITE, .charted = true};
+    if (kmp_equations_derive(&eq, model, &scene) != KEMPE_OK)
+        return false;
+    bool ok = kmp_formulas_init(&force, eq.graph, l->n, eq.bias, kmp_backend_find("tape"), l->system->parameters);
+    if (ok)
+        memcpy(bias, kmp_formulas_at(&force, &at), (size_t)l->n * sizeof *bias);
+    kmp_formulas_free(&force);
+    kmp_equations_free(&eq);
+    return ok;
+}
+
+/* The model without what acts on it. */
+static kempe_model bare(const kempe_model *model)
+{
+    kempe_model part = *model;
+    for (int i = 0; i < 3; i++)
+        part.gravity[i] = (kmp_number){0};
+    part.force_count = part.output_count = 0;
+    return part;
+}
+
+static void add(load_path *path, int force, double effort)
+{
+    int k = path->count++;
+    for (; k > 0 && fabs(path->pull[k - 1].effort) < fabs(effort); k--)
+        path->pull[k] = path->pull[k - 1];
+    path->pull[k] = (pull){force, effort};
+    path->sum += effort;
+}
+
+/* What `with` does more than `without`, along the column x of N. */
+static double difference(int n, const double *x, const double *with, const double *without)
+{
+    return kmp_dot(n, x, without) - kmp_dot(n, x, with);
+}
+
+static bool find(const kmp_linear *l, const double *x, load_path *path, double *with, double *without)
+{
+    const kempe_model *model = l->system->model;
+    kempe_model part = bare(model);
+    if (!evaluate(l, &part, without))
+        return false;
+    add(path, MOTION, -kmp_dot(l->n, x, without));
+    memcpy(part.gravity, model->gravity, sizeof part.gravity);
+    if (!evaluate(l, &part, with))
+        return false;
+    add(path, GRAVITY, difference(l->n, x, with, without));
+    for (int k = 0; k < model->force_count; k++) {
+        part = bare(model);
+        part.forces = &model->forces[k];
+        part.force_count = 1;
+        if (!evaluate(l, &part, with))
+            return false;
+        add(path, k, difference(l->n, x, with, without));
+    }
+    const double *effort = kmp_plant_effort(l->plant, l->t, l->q, l->qd);
+    if (effort)
+        add(path, USER, kmp_dot(l->n, x, effort));
+    while (path->count > 0 && fabs(path->pull[path->count - 1].effort) <= NOTHING * fabs(path->pull[0].effort))
+        path->count--;
+    return true;
+}
+
+static void tell(kmp_text *text, const kempe_model *model, int coordinate, const load_path *path)
+{
+    const char *unit = model->motions[coordinate].rotation ? "N m" : "N";
+    for (int i = 0; i < path->count; i++) {
+        int force = path->pull[i].force;
+        kmp_text_put(text, i ? ", " : "");
+        if (force >= 0)
+            kmp_text_printf(text, "'%s'", model->forces[force].name);
+        else
+            kmp_text_put(text, force == GRAVITY  ? "gravity"
+                               : force == MOTION ? "its motion"
+                                                 : "the force of the caller");
+        kmp_text_printf(text, " %.6g %s", path->pull[i].effort, unit);
+    }
+    if (path->count > 1)
+        kmp_text_printf(text, ", together %.6g %s", path->sum, unit);
+}
+
+kempe_status kmp_load_path_tell(kmp_text *text, const kmp_linear *linear, int k)
+{
+    int n = linear->n;
+    const kempe_model *model = linear->system->model;
+    kmp_arena arena = {0};
+    load_path path = {.pull = KMP_ARENA_NEW(&arena, pull, model->force_count + 3)};
+    double *with = KMP_ARENA_NEW(&arena, double, n), *without = KMP_ARENA_NEW(&arena, double, n);
+    bool ok = !arena.failed && find(linear, linear->red.x + k * n, &path, with, without);
+    if (ok)
+        tell(text, model, linear->part.u[k], &path);
+    kmp_arena_free(&arena);
+    return ok ? KEMPE_OK : kmp_fail_memory(linear->system->context);
+}

@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/equilibrium/operating.h"
+#include "base/memory.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/closing/charts.h"
+#include "constraints/tolerances.h"
+#include "model/model.h"
+#include "studies/equilibrium/exchange.h"
+#include <math.h>
+#include <string.h>
+
+static bool make_room(kmp_operating *o)
+{
+    int n = o->system->n, charts = o->system->chart_count;
+    const kmp_arena_group groups[] = {{n, {&o->q, &o->qd, &o->inner_q, &o->inner_qd}},
+                                      {KMP_CHART_SIZE * charts, {&o->chart}}};
+    return kmp_arena_make_groups(&o->arena, charts > 0 ? 2 : 1, groups);
+}
+
+/* The assembled start in the charts that it was found in, none of them singular. */
+static void begin(kmp_operating *o, const kempe_assembly *a)
+{
+    const kempe_system *s = o->system;
+    size_t n = (size_t)s->n * sizeof(double);
+    memcpy(o->q, a->q, n);
+    memcpy(o->qd, a->qd, n);
+    memcpy(o->inner_q, a->inner_q ? a->inner_q : a->q, n);
+    memcpy(o->inner_qd, a->inner_q ? a->inner_qd : a->qd, n);
+    if (!o->chart)
+        return;
+    kmp_charts_reset(s, o->chart);
+    if (a->chart)
+        memcpy(o->chart, a->chart, (size_t)(KMP_CHART_SIZE * s->chart_count) * sizeof *o->chart);
+    for (int c = 0; c < kmp_charts_count(s); c++)
+        if (kmp_chart_regular(s, c, o->inner_q) < KMP_AXES_CENTRED)
+            kmp_chart_center(s, c, o->chart, o->inner_q, o->inner_qd, NULL);
+}
+
+kempe_status kmp_operating_check(kmp_linear *l, const kmp_search *search)
+{
+    kempe_status status = KEMPE_OK;
+    int *idle = KMP_NEW(int, l->p), count = idle ? kmp_equilibrium_idle(l, idle) : -1;
+    if (count < 0)
+        status = kmp_fail_memory(l->system->context);
+    for (int i = 0; status == KEMPE_OK && i < search->rate_count; i++) {
+        bool goes_on = search->rates[i].rate == 0;
+        for (int k = 0; k < count; k++)
+            goes_on = goes_on || idle[k] == search->rates[i].coordinate;
+        for (int k = 0; search->exchange && k < search->exchange->target_count; k++)
+            goes_on = goes_on || search->exchange->target[k].coordinate == search->rates[i].coordinate;
+        if (!goes_on)
+            status = kmp_steady_complain(l->system->model, &search->rates[i]);
+    }
+    kmp_free(idle);
+    return status;
+}
+
+/* With what parameters and rates hold now. */
+static kempe_status close_loops(const kmp_operating *o, kmp_linear *l, double *q)
+{
+    kempe_status status = kmp_linear_choose(l, o->t, q, NULL, 0);
+    if (status == KEMPE_OK)
+        status = kmp_linear_at(l, o->t, q, NULL, NULL);
+    if (status == KEMPE_OK)
+        memcpy(q, l->q, (size_t)l->n * sizeof *q);
+    return status;
+}
+
+/* A failure that has no sentence yet gets one. */
+static kempe_status say_why(kempe_context *context, kempe_status status)
+{
+    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
+        return kmp_fail(
+            context, status,
+            "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' says "
+            "which closures lose rank");
+    return status;
+}
+
+kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *search)
+{
+    size_t n = (size_t)l->n * sizeof(double);
+    double *q = KMP_NEW(double, l->n);
+    if (!q)
+        return kmp_fail_memory(l->system->context);
+    memcpy(q, o->inner_q, n);
+    if (o->chart)
+        kmp_plant_set_charts(l->plant, o->chart);
+    kempe_status status = search->newton ? close_loops(o, l, q) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = kmp_equilibrium_or_steady(l, o->t, q, o->inner_qd, search);
+    if (status == KEMPE_OK)
+        status = kmp_operating_check(l, search);
+    if (status == KEMPE_OK) {
+        memcpy(o->inner_q, q, n);
+        memcpy(o->inner_qd, l->qd, n);
+        memcpy(o->q, q, n);
+        memcpy(o->qd, l->qd, n);
+        o->equilibrium = true;
+        o->residual = search->residual;
+    }
+    if (status == KEMPE_OK && o->chart) {
+        memcpy(o->chart, l->plant->chart, (size_t)(KMP_CHART_SIZE * l->system->chart_count) * sizeof *o->chart);
+        kmp_charts_show(l->system, o->chart, q, o->q, o->qd);
+    }
+    kmp_free(q);
+    return say_why(l->system->context, status);
+}
+
+/* `linear`: NULL, one is made. */
+static kempe_status settle(kmp_operating *o, kmp_linear *linear, kmp_steady *rates, int rate_count)
+{
+    kmp_linear own;
+    kmp_search search = {.rates = rates, .rate_count = rate_count};
+    KMP_TRY(linear ? KEMPE_OK : kmp_linear_init(&own, o->system, kmp_backend_default()));
+    kempe_status status = kmp_operating_settle(o, linear ? linear : &own, &search);
+    if (!linear)
+        kmp_linear_free(&own);
+    if (search.rates != rates)
+        kmp_free(search.rates);
+    return status;
+}
+
+/* What stands behind "equilibrium" and a space; NULL: it is another word. */
+static const char *rates_of(const char *word)
+{
+    size_t length = strlen("equilibrium");
+    if (!word)
+        return "";
+    if (strncmp(word, "equilibrium", length) != 0 || (word[length] && word[length] != ' '))
+        return NULL;
+    return word + length + (word[length] == ' ');
+}
+
+kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp_linear *linear,
+                               kmp_operating **operating)
+{
+    bool start = word && strcmp(word, "start") == 0;
+    const char *list = rates_of(word);
+    kmp_steady *rates = NULL;
+    int rate_count = 0;
+    if (!start && !list)
+        return kmp_fail(
+            system->context, KEMPE_E_ARGUMENT,
+            "there is no state '%s' to look from: 'start', 'equilibrium', or 'equilibrium NAME=RATE,..', a steady "
+            "motion",
+            word);
+    kempe_assembly *a = NULL;
+    kmp_operating *o = KMP_NEW(kmp_operating, 1);
+    kempe_status status = o ? kempe_assemble(system, &a) : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK && list && *list)
+        status = kmp_steady_read(system->model, list, &rate_count, &rates);
+    if (status == KEMPE_OK) {
+        o->system = system;
+        status = make_room(o) ? KEMPE_OK : kmp_fail_memory(system->context);
+    }
+    if (status == KEMPE_OK) {
+        begin(o, a);
+        status = start ? KEMPE_OK : settle(o, linear, rates, rate_count);
+    }
+    kempe_assembly_free(a);
+    kmp_free(rates);
+    if (status == KEMPE_OK)
+        *operating = o;
+    else
+        kmp_operating_free(o);
+    return status;
+}
+
+void kmp_operating_free(kmp_operating *operating)
+{
+    if (!operating)
+        return;
+    kmp_arena_free(&operating->arena);
+    kmp_free(operating);
+}
+
+/* A coordinate along which something that is no number acts, or changes with the state; -1: none. */
+static int find_no_number(const kmp_linear *l)
+{
+    const kmp_tangents *t = &l->tangents;
+    for (int k = 0; k < l->n; k++)
+        if (!isfinite(l->force[k]))
+            return k;
+    static const kmp_tangent_block blocks[] = {KMP_R_Q, KMP_R_QD};
+    for (size_t b = 0; !l->plain && b < sizeof blocks / sizeof *blocks; b++)
+        for (int e = t->start[blocks[b]]; e < t->start[blocks[b] + 1]; e++)
+            if (!isfinite(l->d[t->entry[e].source]))
+                return t->entry[e].row;
+    return -1;
+}
+
+/* What stands where the state was taken has its sentence. */
+static kempe_status explain(const kmp_linear *l, kempe_status status)
+{
+    kempe_context *context = l->system->context;
+    int k = status == KEMPE_OK ? find_no_number(l) : -1;
+    if (k >= 0)
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "what acts along '%s' is not finite at the state, or changes without bound: a spring that has "
+                        "no length there, a bushing "
+                        "turned by half a turn, or an expression beyond its range; begin elsewhere",
+                        l->system->model->motions[k].name);
+    return say_why(context, status);
+}
+
+kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count)
+{
+    if (operating->chart)
+        kmp_plant_set_charts(linear->plant, operating->chart);
+    kempe_status status = kmp_linear_choose(linear, operating->t, operating->inner_q, wish, wish_count);
+    if (status != KEMPE_OK)
+        return status;
+    status =
+        kmp_linear_at_rates(linear, operating->t, operating->inner_q, operating->inner_qd, !operating->equilibrium);
+    return explain(linear, status);
+}

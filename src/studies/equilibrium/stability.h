@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Whether small motions about an equilibrium grow: the eigenvalues of Mr s^2 + Gr s + Kr, zeros separated. It is judged
+ * to first order, of the mechanism as it is: what keeps a rate constant has to be in the model. */
+#ifndef KMP_STUDIES_EQUILIBRIUM_STABILITY_H
+#define KMP_STUDIES_EQUILIBRIUM_STABILITY_H
+
+#include "derivatives/linearized.h"
+
+typedef enum kmp_stability_word {
+    KMP_STABLE,  /* nothing grows and nothing stays */
+    KMP_NEUTRAL, /* nothing grows, some motions stay where they are put, or go on */
+    KMP_UNSTABLE,
+    KMP_UNDECIDED /* the reduced mass is not positive, or singular by forces of multipliers */
+} kmp_stability_word;
+
+typedef struct kmp_stability {
+    kmp_stability_word word;
+    int growing;   /* eigenvalues with a positive real part */
+    double re, im; /* the eigenvalue whose real part is largest, zeros left out; NaN: there is none */
+    int still;     /* directions in which R does not change */
+    int *along;    /* the coordinates that move most in each */
+} kmp_stability;
+
+/** At the last state, its matrices made. `along`: room for p. KEMPE_E_MEMORY. */
+kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stability);
+
+/** "stable", "neutral", "unstable", "undecided". */
+const char *kmp_stability_text(kmp_stability_word word);
+
+#endif

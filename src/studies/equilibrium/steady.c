@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/equilibrium/steady.h"
+#include "base/memory.h"
+#include "model/tables/coordinates.h"
+#include <string.h>
+
+static kempe_status take(const kempe_model *model, const kmp_range *range, int count, kmp_steady *rates)
+{
+    int c = -1;
+    kempe_status status = kmp_coordinate_find(model, "rates", range->name, strlen(range->name), &c);
+    if (status == KEMPE_OK)
+        status = kmp_range_fits_motion(model->context, "rates", range, model->motions[c].rotation, 1);
+    for (int i = 0; status == KEMPE_OK && i < count; i++)
+        if (rates[i].coordinate == c)
+            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' stands twice", range->name);
+    rates[count] = (kmp_steady){.coordinate = c, .rate = range->from};
+    return status;
+}
+
+kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, int *varies, kmp_steady **rates)
+{
+    kempe_status status = KEMPE_OK;
+    int open = -1;
+    kmp_steady *read = KMP_NEW(kmp_steady, ranges->count);
+    if (!read)
+        return kmp_fail_memory(model->context);
+    for (int k = 0; status == KEMPE_OK && k < ranges->count; k++) {
+        const kmp_range *range = &ranges->range[k];
+        status = take(model, range, k, read);
+        if (status != KEMPE_OK || range->count == 1)
+            continue;
+        if (!varies)
+            status = kmp_range_is_value(model->context, "rates", range);
+        else if (open >= 0)
+            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: one of them can vary at a time");
+        open = k;
+    }
+    if (status != KEMPE_OK) {
+        kmp_free(read);
+        return status;
+    }
+    *rates = read;
+    if (varies)
+        *varies = open;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_steady_read(const kempe_model *model, const char *text, int *count, kmp_steady **rates)
+{
+    kmp_ranges list = {0};
+    kempe_status status = text ? kmp_ranges_read(model->context, text, &list) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = kmp_steady_take(model, &list, NULL, rates);
+    if (status == KEMPE_OK)
+        *count = list.count;
+    kmp_ranges_free(&list);
+    return status;
+}
+
+kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *steady)
+{
+    const kmp_motion *motion = &model->motions[steady->coordinate];
+    return kmp_fail(model->context, KEMPE_E_FAILED,
+                    "no steady motion: '%s' shall go on at %.6g %s/s, but the forces change as it goes; hold it (fix) "
+                    "and let a load be free, to have the balance of one moment",
+                    motion->name, steady->rate, motion->rotation ? "rad" : "m");
+}

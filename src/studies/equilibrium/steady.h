@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Coordinates that keep on moving at constant rates, as users name them: "shaft=60 rpm,belt=2". */
+#ifndef KMP_STUDIES_EQUILIBRIUM_STEADY_H
+#define KMP_STUDIES_EQUILIBRIUM_STEADY_H
+
+#include "model/model.h"
+#include "model/tables/ranges.h"
+
+typedef enum kmp_steady_how {
+    KMP_RATE_GIVEN, /* and R = 0 along it */
+    KMP_RATE_HELD,  /* given, by whatever load that takes; it stays where it is */
+    KMP_RATE_FREED  /* found, so that R = 0 along it; it stays where it is */
+} kmp_steady_how;
+
+typedef struct kmp_steady {
+    int coordinate;
+    double rate;
+    kmp_steady_how how;
+} kmp_steady;
+
+/** Reads a list (NULL: an empty one), to be freed by kmp_free. KEMPE_E_ARGUMENT: what in it is wrong. */
+kempe_status kmp_steady_read(const kempe_model *model, const char *text, int *count, kmp_steady **rates);
+
+/** The same of a list that is read: an entry of `rates` for each range, which begins there. `*varies`: the one that
+ * goes on from there to an end, -1: none; NULL: none may. */
+kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, int *varies, kmp_steady **rates);
+
+/** KEMPE_E_FAILED: something depends on a coordinate that shall go on at a rate. */
+kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *steady);
+
+#endif

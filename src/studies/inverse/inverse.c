@@ -1,0 +1,600 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Inverse dynamics as asked for: what is given is read, the mechanism led along it, the rows kept and judged. */
+#include "studies/inverse/inverse.h"
+#include "base/clock.h"
+#include "base/memory.h"
+#include "constraints/closing/assemble.h"
+#include "dynamics/closures.h"
+#include "model/tables/coordinates.h"
+#include "model/tables/ranges.h"
+#include "output/print.h"
+#include "output/times.h"
+#include "studies/inverse/inverse_dynamics.h"
+#include "studies/inverse/prescribed_motion.h"
+#include <math.h>
+#include <string.h>
+
+/* What actuators may leave of a motion, in parts of the largest effort that it wants: rounding of states that came from
+ * a file. */
+#define LEFT_BY_ROUNDING 1e-9
+enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9 };
+/* How far efforts may differ when every other row is left out, of the largest. The error of a spline's slopes falls
+ * with the fourth power of the distance: with all rows it is a fifteenth of this. */
+#define DERIVATIVES_HOLD 0.02
+
+/* All that it takes until it is done. */
+typedef struct job {
+    kempe_inverse *r;
+    const kempe_system *system;
+    kempe_context *context;
+    const kempe_inverse_options *ask;
+    kmp_reference reference;
+    kmp_prescribed table;
+    kmp_times times;
+    double t_first; /* added to the times */
+    kmp_guide guide;
+    kmp_inverse inverse;
+    kmp_formulas reactions;
+} job;
+
+/* -- new and free ------------------------------------------------------------------------------------ */
+
+static bool find_loops(kempe_inverse *r)
+{
+    const kempe_model *model = r->system->model;
+    r->loop = KMP_NEW(int, model->closure_count);
+    for (int c = 0; r->loop && c < model->closure_count; c++)
+        if (!kmp_closure_is_drive(&model->closures[c]))
+            r->loop[r->loops++] = c;
+    return r->loop;
+}
+
+static kempe_inverse *result_new(const kempe_system *s)
+{
+    kempe_inverse *r = KMP_NEW(kempe_inverse, 1);
+    if (!r)
+        return NULL;
+    *r = (kempe_inverse){.system = s, .n = s->n, .m = s->m, .off_coordinate = -1, .build_s = s->build_s};
+    r->actuator = KMP_NEW(int, s->n);
+    r->weight = KMP_NEW(double, s->n);
+    r->left_u = KMP_NEW(int, s->n);
+    r->left = KMP_NEW(double, s->n);
+    r->start_u = KMP_NEW(int, s->n);
+    r->redundant = KMP_NEW(bool, s->m);
+    if (find_loops(r) && r->actuator && r->weight && r->left_u && r->left && r->start_u && r->redundant)
+        return r;
+    kempe_inverse_free(r);
+    return NULL;
+}
+
+void kempe_inverse_free(kempe_inverse *inverse)
+{
+    if (!inverse)
+        return;
+    void *rooms[] = {inverse->reason,  inverse->source,    inverse->loop,     inverse->actuator, inverse->weight,
+                     inverse->t,       inverse->q,         inverse->qd,       inverse->qdd,      inverse->tau,
+                     inverse->power,   inverse->lambda,    inverse->reaction, inverse->left_u,   inverse->left,
+                     inverse->start_u, inverse->redundant, inverse->warnings};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    kmp_free(inverse);
+}
+
+static bool make_rows(kempe_inverse *r, int rows)
+{
+    size_t count = (size_t)rows, n = (size_t)r->n, a = (size_t)r->a;
+    r->room = rows;
+    r->t = KMP_NEW(double, count);
+    r->q = KMP_NEW(double, count *n);
+    r->qd = KMP_NEW(double, count *n);
+    r->qdd = KMP_NEW(double, count *n);
+    r->tau = KMP_NEW(double, count *a);
+    r->power = KMP_NEW(double, count *a);
+    r->lambda = KMP_NEW(double, count *(size_t)r->m);
+    r->reaction = KMP_NEW(double, count *(size_t)r->loops *KMP_REACTION);
+    return r->t && r->q && r->qd && r->qdd && r->tau && r->power && r->lambda && r->reaction;
+}
+
+/* -- what is asked for ------------------------------------------------------------------------------- */
+
+static kempe_status check_numbers(const job *j)
+{
+    const double numbers[] = {j->ask->t_end, j->ask->output_step};
+    static const char *const names[] = {"t_end", "output_step"};
+    for (int k = 0; k < 2; k++)
+        if (!(numbers[k] >= 0 && isfinite(numbers[k])))
+            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is wanted", names[k], numbers[k]);
+    return KEMPE_OK;
+}
+
+static bool has_drives(const kempe_model *model)
+{
+    for (int c = 0; c < model->closure_count; c++)
+        if (kmp_closure_is_drive(&model->closures[c]))
+            return true;
+    return false;
+}
+
+static void take_drives(kempe_inverse *r)
+{
+    const kempe_model *model = r->system->model;
+    for (int c = 0; c < model->closure_count; c++)
+        if (kmp_closure_is_drive(&model->closures[c]))
+            r->actuator[r->a++] = model->closures[c].motion;
+}
+
+/* Some that would do, as "a,b", and how many; -1 where the loops do not close. false: no memory. */
+static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
+{
+    const kempe_system *s = j->system;
+    kempe_context *context = j->context;
+    kempe_assembly *a = NULL;
+    kmp_partition part = {0};
+    kmp_plant *plant = kmp_plant_new(s, kmp_backend_default());
+    kempe_status status = plant ? kempe_assemble(s, &a) : KEMPE_E_MEMORY;
+    if (status == KEMPE_OK) {
+        kmp_plant_closure(plant, 0, a->q);
+        status = kmp_partition_init(&part, s, plant->jacobian, NULL, 0);
+    }
+    *freedoms = status == KEMPE_OK ? part.p : -1;
+    for (int k = 0; k < *freedoms && k < MOST_CANDIDATES; k++)
+        kmp_text_printf(text, "%s%s", k ? "," : "", s->model->motions[part.u[k]].name);
+    kmp_context_clear(context);
+    kmp_partition_free(&part);
+    kempe_assembly_free(a);
+    kmp_plant_free(plant);
+    return status != KEMPE_E_MEMORY && !text->failed;
+}
+
+static kempe_status fail_without_actuators(const job *j)
+{
+    kmp_text text = {0};
+    int freedoms;
+    kempe_status status = KEMPE_E_ARGUMENT;
+    if (!print_candidates(j, &freedoms, &text))
+        status = kmp_fail_memory(j->context);
+    else if (freedoms == 0)
+        status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                          "which coordinates are actuated? The mechanism has no degree of freedom, and needs none");
+    else if (freedoms > 0)
+        status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                          "which coordinates are actuated? The mechanism has %d degree%s of freedom: actuators %s%s "
+                          "would move it; 'kempe show --model' lists all coordinates",
+                          freedoms, freedoms == 1 ? "" : "s", text.s, freedoms > MOST_CANDIDATES ? ",.." : "");
+    else
+        status =
+            kmp_fail(j->context, KEMPE_E_ARGUMENT, "which coordinates are actuated? 'kempe show --model' lists all");
+    kmp_text_free(&text);
+    return status;
+}
+
+static kempe_status read_weights(job *j)
+{
+    kempe_inverse *r = j->r;
+    kmp_ranges weights = {0};
+    for (int k = 0; k < r->a; k++)
+        r->weight[k] = 1;
+    if (!j->ask->weights)
+        return KEMPE_OK;
+    kempe_status status = kmp_ranges_read(j->context, j->ask->weights, &weights);
+    for (int w = 0; w < weights.count && status == KEMPE_OK; w++) {
+        const kmp_range *range = &weights.range[w];
+        int k = 0, coordinate;
+        status = kmp_coordinate_find(j->system->model, "weights", range->name, strlen(range->name), &coordinate);
+        while (status == KEMPE_OK && k < r->a && r->actuator[k] != coordinate)
+            k++;
+        if (status == KEMPE_OK && k == r->a)
+            status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: '%s' is no actuator", range->name);
+        else if (status == KEMPE_OK &&
+                 (range->count != 1 || !(range->from > 0) || range->dimension.kind != KMP_DIMENSION_BARE))
+            status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                              "weights: a positive number without unit is wanted for '%s'", range->name);
+        else if (status == KEMPE_OK)
+            r->weight[k] = range->from;
+    }
+    r->weighted = weights.count > 0;
+    kmp_ranges_free(&weights);
+    return status;
+}
+
+static kempe_status read_actuators(job *j)
+{
+    kempe_inverse *r = j->r;
+    kempe_status status = kmp_coordinates_read(j->system->model, "actuators", j->ask->actuators, r->actuator, &r->a);
+    if (status == KEMPE_OK && r->a == 0)
+        take_drives(r);
+    if (status == KEMPE_OK && r->a == 0)
+        status = fail_without_actuators(j);
+    return status == KEMPE_OK ? read_weights(j) : status;
+}
+
+static kempe_status choose_motion(job *j)
+{
+    kempe_inverse *r = j->r;
+    const kempe_model *model = j->system->model;
+    r->motion = j->ask->motion ? KMP_INVERSE_TABLE : has_drives(model) ? KMP_INVERSE_DRIVES : KMP_INVERSE_START;
+    r->source = j->ask->motion ? kmp_strdup(j->ask->motion) : NULL;
+    if (j->ask->motion && !r->source)
+        return kmp_fail_memory(j->context);
+    if (r->motion == KMP_INVERSE_START && (j->ask->t_end > 0 || j->ask->output_step > 0))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                        "%s: the start alone is one instant; a motion is a table of it, or what the model's drives do",
+                        j->ask->t_end > 0 ? "t_end" : "output_step");
+    kempe_status status =
+        kmp_coordinates_read(j->system->model, "u", j->ask->independent, r->start_u, &r->start_u_count);
+    if (status == KEMPE_OK && r->start_u_count == 0 && model->run.independent_count > 0) {
+        r->start_u_count = model->run.independent_count;
+        memcpy(r->start_u, model->run.independent, (size_t)r->start_u_count * sizeof *r->start_u);
+    }
+    return status;
+}
+
+/* -- the motion -------------------------------------------------------------------------------------- */
+
+static kempe_status fail_gap(const job *j, const kmp_gap_in_table *gap)
+{
+    if (gap->coordinate < 0)
+        return kmp_fail_memory(j->context);
+    return kmp_complain(j->context, j->ask->motion, 0, 0,
+                        "column %s.%s has no value at t = %.9g s: give all of it, or leave the column out",
+                        kmp_quantity_prefix((kmp_quantity)gap->order), j->system->model->motions[gap->coordinate].name,
+                        j->reference.t[gap->row]);
+}
+
+static kempe_status read_table(job *j)
+{
+    kmp_gap_in_table gap;
+    KMP_TRY(kmp_reference_read(j->system, j->ask->motion, &j->reference));
+    kmp_reference *x = &j->reference;
+    if (j->ask->t_end > 0)
+        kmp_reference_limit(x, j->ask->t_end);
+    if (x->rows == 0)
+        return kmp_complain(j->context, j->ask->motion, 0, 0, "there are no rows to follow");
+    if (!kmp_prescribed_init(&j->table, x->rows, x->t, j->system->n, x->value[KMP_QUANTITY_Q],
+                             x->value[KMP_QUANTITY_QD], x->value[KMP_QUANTITY_QDD], &gap))
+        return fail_gap(j, &gap);
+    if (j->table.count == 0)
+        return kmp_complain(j->context, j->ask->motion, 0, 0, "there is no column q.NAME: positions are wanted");
+    return KEMPE_OK;
+}
+
+/* Rows of the table, or evenly from its first to its last. */
+static kempe_status table_times(job *j)
+{
+    const kmp_reference *x = &j->reference;
+    double every = 0, span = x->t[x->rows - 1] - x->t[0];
+    j->t_first = x->t[0];
+    if (j->ask->output_step > 0 && span > 0) {
+        KMP_TRY(kmp_times_spacing(j->system, j->ask->output_step, span, &every));
+        return kmp_times_init(&j->times, every, span, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
+    }
+    j->times = (kmp_times){.count = x->rows, .t = KMP_NEW(double, x->rows)};
+    if (!j->times.t)
+        return kmp_fail_memory(j->context);
+    memcpy(j->times.t, x->t, (size_t)x->rows * sizeof *x->t);
+    j->t_first = 0;
+    return KEMPE_OK;
+}
+
+static kempe_status drive_times(job *j)
+{
+    double every, t_end = j->ask->t_end > 0 ? j->ask->t_end : j->system->model->run.t_end;
+    if (!(t_end > 0))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end: say how long to go, in the model or as an option");
+    KMP_TRY(kmp_times_spacing(j->system, j->ask->output_step, t_end, &every));
+    return kmp_times_init(&j->times, every, t_end, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
+}
+
+static kempe_status prepare_motion(job *j)
+{
+    if (j->ask->motion) {
+        kempe_status status = read_table(j);
+        return status == KEMPE_OK ? table_times(j) : status;
+    }
+    if (j->r->motion == KMP_INVERSE_DRIVES)
+        return drive_times(j);
+    j->times = (kmp_times){.count = 1, .t = KMP_NEW(double, 1)};
+    return j->times.t ? KEMPE_OK : kmp_fail_memory(j->context);
+}
+
+static kempe_status prepare_numbers(job *j)
+{
+    kempe_inverse *r = j->r;
+    const char *backend = j->ask->backend ? j->ask->backend : kmp_backend_default();
+    bool at_rest = r->motion == KMP_INVERSE_START;
+    kempe_status status = kmp_guide_init(&j->guide, j->system, backend, j->ask->motion ? &j->table : NULL, at_rest,
+                                         r->start_u, r->start_u_count);
+    if (status == KEMPE_OK)
+        status = kmp_inverse_init(&j->inverse, j->guide.plant, r->a, r->actuator, r->weight);
+    if (status == KEMPE_OK)
+        status = kmp_reactions_init(&j->reactions, j->system);
+    if (status == KEMPE_OK && !make_rows(r, j->times.count))
+        status = kmp_fail_memory(j->context);
+    return status;
+}
+
+static kempe_status prepare(job *j)
+{
+    kempe_status (*const steps[])(job *) = {choose_motion, read_actuators, prepare_motion, prepare_numbers};
+    kempe_status status = check_numbers(j);
+    for (size_t k = 0; k < sizeof steps / sizeof *steps && status == KEMPE_OK; k++)
+        status = steps[k](j);
+    return status;
+}
+
+static void release(job *j)
+{
+    kmp_formulas_free(&j->reactions);
+    kmp_inverse_free(&j->inverse);
+    kmp_guide_free(&j->guide);
+    kmp_times_free(&j->times);
+    kmp_prescribed_free(&j->table);
+    kmp_reference_free(&j->reference);
+}
+
+/* -- rows -------------------------------------------------------------------------------------------- */
+
+static void note_singular(kempe_inverse *r, double t)
+{
+    if (r->singular++ == 0)
+        r->singular_t = t;
+}
+
+/* What is said of all rows together. Rows where the loops are singular, with more freedoms than elsewhere, are counted
+ * and not judged: the first ones may turn out to be such. */
+static void note_row(job *j, double t)
+{
+    kempe_inverse *r = j->r;
+    const kmp_inverse *v = &j->inverse;
+    bool first = r->rows == r->singular;
+    r->size = fmax(r->size, v->size);
+    if (!first && v->p > r->freedoms) {
+        note_singular(r, t);
+        return;
+    }
+    if (!first && v->p < r->freedoms) {
+        r->singular_t = r->t[0];
+        r->singular = r->rows;
+        memset(r->redundant, 0, (size_t)r->m * sizeof *r->redundant);
+        first = true;
+    }
+    r->freedoms = v->p;
+    r->rank = first || v->rank < r->rank ? v->rank : r->rank;
+    if (first || v->hold < r->hold) {
+        r->hold = v->hold;
+        r->hold_t = t;
+    }
+    if (first || v->residual > r->residual) {
+        r->residual = v->residual;
+        r->residual_t = t;
+    }
+    if (first || v->unmet > r->unmet) {
+        r->unmet = v->unmet;
+        r->unmet_t = t;
+        r->left_count = v->p;
+        memcpy(r->left_u, v->part.u, (size_t)v->p * sizeof *r->left_u);
+        memcpy(r->left, v->left, (size_t)v->p * sizeof *r->left);
+    }
+    for (int k = 0; k < v->part.m - v->part.r; k++)
+        r->redundant[v->part.redundant[k]] = r->redundant[v->part.redundant[k]] || !v->left_out[v->part.redundant[k]];
+}
+
+static void keep_reactions(job *j, const double *all)
+{
+    kempe_inverse *r = j->r;
+    double *row = r->reaction + (size_t)r->rows * (size_t)r->loops * KMP_REACTION;
+    for (int l = 0; l < r->loops; l++)
+        memcpy(row + l * KMP_REACTION, all + r->loop[l] * KMP_REACTION, KMP_REACTION * sizeof *row);
+}
+
+static void keep_row(job *j)
+{
+    kempe_inverse *r = j->r;
+    const kmp_guide *g = &j->guide;
+    const kmp_inverse *v = &j->inverse;
+    size_t row = (size_t)r->rows, n = (size_t)r->n, a = (size_t)r->a, m = (size_t)r->m;
+    r->t[row] = g->t;
+    memcpy(r->q + row * n, g->q, n * sizeof(double));
+    memcpy(r->qd + row * n, g->qd, n * sizeof(double));
+    memcpy(r->qdd + row * n, g->qdd, n * sizeof(double));
+    memcpy(r->tau + row * a, v->tau, a * sizeof(double));
+    if (m > 0)
+        memcpy(r->lambda + row * m, v->lambda, m * sizeof(double));
+    for (size_t k = 0; k < a; k++)
+        r->power[row * a + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
+    if (r->loops > 0)
+        keep_reactions(j, kmp_formulas_at(&j->reactions, &(kmp_instant){.t = g->t, .q = g->q, .lambda = v->lambda}));
+    note_row(j, g->t);
+    r->rows++;
+}
+
+static kempe_status follow(job *j)
+{
+    kmp_guide *g = &j->guide;
+    kempe_status status = kmp_guide_start(g, j->times.t[0] + j->t_first);
+    for (int k = 0; k < j->times.count && status == KEMPE_OK; k++) {
+        if (kmp_interrupted(j->context))
+            return kmp_fail(j->context, KEMPE_STOPPED, "interrupted at t = %.9g s", g->t);
+        if (k > 0)
+            status = kmp_guide_advance(g, j->times.t[k] + j->t_first);
+        if (status == KEMPE_OK)
+            status = kmp_inverse_at(&j->inverse, g->t, g->q, g->qd, g->qdd);
+        if (status == KEMPE_OK)
+            keep_row(j);
+    }
+    return status;
+}
+
+/* -- whether derivatives of the table hold ------------------------------------------------------------ */
+
+static bool is_differentiated(const kmp_prescribed *table)
+{
+    bool any = false;
+    for (int k = 0; k < table->count; k++)
+        any = any || !table->given[1][k] || !table->given[2][k];
+    return any && table->rows >= FEWEST_ROWS;
+}
+
+/* The table with every other row. false: no memory. */
+static bool thin_out(const job *j, kmp_prescribed *thin)
+{
+    const kmp_reference *x = &j->reference;
+    size_t rows = (size_t)(x->rows + 1) / 2, n = (size_t)j->system->n;
+    double *t = KMP_NEW(double, rows), *value[3] = {NULL};
+    kmp_gap_in_table gap;
+    bool ok = t;
+    for (int v = 0; v < 3; v++) {
+        ok = (value[v] = KMP_NEW(double, rows *n)) && ok;
+        for (size_t r = 0; ok && r < rows; r++) {
+            t[r] = x->t[2 * r];
+            memcpy(value[v] + r * n, x->value[KMP_QUANTITY_Q + v] + 2 * r * n, n * sizeof(double));
+        }
+    }
+    ok = ok && kmp_prescribed_init(thin, (int)rows, t, (int)n, value[0], value[1], value[2], &gap);
+    kmp_free(t);
+    for (int v = 0; v < 3; v++)
+        kmp_free(value[v]);
+    return ok;
+}
+
+/* The rows once more along the thin table, as far as it goes. */
+static kempe_status follow_again(job *j, kmp_inverse *inverse, const double *size, double end)
+{
+    kempe_inverse *r = j->r;
+    kmp_guide *g = &j->guide;
+    kempe_status status = kmp_guide_start(g, r->t[0]);
+    for (int k = 0; k < r->rows && r->t[k] <= end && status == KEMPE_OK; k++) {
+        if (k > 0)
+            status = kmp_guide_advance(g, r->t[k]);
+        if (status == KEMPE_OK)
+            status = kmp_inverse_at(inverse, g->t, g->q, g->qd, g->qdd);
+        if (status == KEMPE_OK)
+            kmp_convergence_row(&r->again, r->t[k], r->a, r->tau + (size_t)k * (size_t)r->a, inverse->tau, size);
+    }
+    if (status != KEMPE_OK)
+        r->again.stopped = g->t;
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+static void warn_again(const kempe_inverse *r)
+{
+    if (!kmp_convergence_holds(&r->again))
+        kmp_log(r->system->context, KEMPE_LOG_WARNING,
+                "do not trust these efforts: with half the rows of the table that of '%s' differs by %.2g of its "
+                "largest at t = %.6g s; give rates and accelerations too, or rows that are finer or less noisy",
+                r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
+}
+
+/* Where rates or accelerations are slopes of splines through the rows: once more with every other row. */
+static kempe_status check_again(job *j)
+{
+    kempe_inverse *r = j->r;
+    job again = {.r = r, .system = j->system, .context = j->context, .ask = j->ask};
+    kmp_inverse inverse = {0};
+    double *size = KMP_NEW(double, r->a);
+    bool ready = size && thin_out(j, &again.table);
+    kempe_status status = ready ? KEMPE_OK : kmp_fail_memory(j->context);
+    for (int k = 0; ready && k < r->a; k++)
+        size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), LEFT_BY_ROUNDING * r->size);
+    r->again = (kmp_convergence){.known = ready, .rtol = NAN, .limit = DERIVATIVES_HOLD, .stopped = NAN};
+    if (status == KEMPE_OK)
+        status = kmp_guide_init(&again.guide, j->system, j->guide.plant->backend->name, &again.table, false, NULL, 0);
+    if (status == KEMPE_OK)
+        status = kmp_inverse_init(&inverse, again.guide.plant, r->a, r->actuator, r->weight);
+    kmp_context_quiet(j->context, true);
+    if (status == KEMPE_OK)
+        status = follow_again(&again, &inverse, size, again.table.t[again.table.rows - 1]);
+    kmp_context_quiet(j->context, false);
+    if (status == KEMPE_OK) {
+        kmp_context_clear(j->context);
+        warn_again(r);
+    }
+    kmp_inverse_free(&inverse);
+    kmp_guide_free(&again.guide);
+    kmp_prescribed_free(&again.table);
+    kmp_free(size);
+    return status;
+}
+
+/* -- the verdict ------------------------------------------------------------------------------------- */
+
+/* The independent coordinate with most of what is left, scaled. */
+static int most_left(const kempe_inverse *r)
+{
+    int most = 0;
+    for (int k = 1; k < r->left_count; k++)
+        if (fabs(r->left[k]) * r->system->scale[r->left_u[k]] > fabs(r->left[most]) * r->system->scale[r->left_u[most]])
+            most = k;
+    return most;
+}
+
+static kempe_status judge(const kempe_inverse *r)
+{
+    const kempe_model *model = r->system->model;
+    if (r->rows == 0 || kmp_inverse_unmet(r) <= LEFT_BY_ROUNDING)
+        return KEMPE_OK;
+    int k = most_left(r), u = r->left_u[k];
+    return kmp_fail(r->system->context, KEMPE_E_FAILED,
+                    "the actuators cannot produce this motion: at t = %.9g s %.6g %s on '%s' are left, and all that is "
+                    "left is %.2g of the efforts that it wants; they reach %d of %d degrees of freedom",
+                    r->unmet_t, r->left[k], model->motions[u].rotation ? "N m" : "N", model->motions[u].name,
+                    kmp_inverse_unmet(r), r->rank, r->freedoms);
+}
+
+static kempe_status settle_reason(kempe_inverse *r)
+{
+    r->reason = kmp_strdup(r->status == KEMPE_OK ? "" : kempe_context_message(r->system->context));
+    return r->reason ? r->status : kmp_fail_memory(r->system->context);
+}
+
+static bool has_result(kempe_status status)
+{
+    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
+}
+
+static kempe_status run(job *j)
+{
+    kempe_inverse *r = j->r;
+    double begin = kmp_cpu_now();
+    r->status = follow(j);
+    r->cpu_s = kmp_cpu_now() - begin;
+    if (r->status == KEMPE_OK)
+        r->status = judge(r);
+    if (!has_result(r->status))
+        return r->status;
+    r->off = j->guide.off;
+    r->off_t = j->guide.off_t;
+    r->off_coordinate = j->guide.off_coordinate;
+    if (r->motion == KMP_INVERSE_START && j->guide.red.plant) {
+        r->start_u_count = j->guide.part.p;
+        memcpy(r->start_u, j->guide.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
+    }
+    kempe_status status = settle_reason(r);
+    if (status == KEMPE_OK && !j->ask->no_convergence_check && is_differentiated(&j->table))
+        status = check_again(j);
+    return status;
+}
+
+kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *ask, kempe_inverse **inverse)
+{
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_inverse_options){0};
+    KMP_WANTED(system->context, inverse, "inverse");
+    double begin = kmp_cpu_now();
+    kmp_context_begin(system->context);
+    job j = {.system = system, .context = system->context, .ask = ask, .r = result_new(system)};
+    if (!j.r)
+        return kmp_fail_memory(system->context);
+    kempe_status status = prepare(&j);
+    j.r->build_s += kmp_cpu_now() - begin;
+    bool ready = status == KEMPE_OK;
+    if (ready)
+        status = run(&j);
+    release(&j);
+    j.r->warnings = kmp_context_warnings(j.context);
+    if (ready && has_result(status))
+        *inverse = j.r;
+    else
+        kempe_inverse_free(j.r);
+    return status;
+}

@@ -1,0 +1,343 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* An inverse dynamics as a report and as one JSON object. */
+#include "output/print.h"
+#include "studies/inverse/inverse.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_TOLD = 8 };
+
+static const char *name_of(const kempe_inverse *r, int coordinate)
+{
+    return r->system->model->motions[coordinate].name;
+}
+
+static const char *unit_of(const kempe_inverse *r, int coordinate)
+{
+    return r->system->model->motions[coordinate].rotation ? "N m" : "N";
+}
+
+static bool is_redundant(const kempe_inverse *r)
+{
+    for (int k = 0; k < r->m; k++)
+        if (r->redundant[k])
+            return true;
+    return false;
+}
+
+/* Which of the efforts that would do these are. */
+static const char *kind_of(const kempe_inverse *r)
+{
+    if (r->rank < r->freedoms)
+        return "least squares";
+    return r->a > r->freedoms ? "least norm" : "definite";
+}
+
+/* The largest force (which 0) or moment (3) of a loop, and when. */
+static double largest(const kempe_inverse *r, int loop, int which, double *t)
+{
+    double most = -1;
+    *t = NAN;
+    for (int row = 0; row < r->rows; row++) {
+        const double *x = r->reaction + ((size_t)row * (size_t)r->loops + (size_t)loop) * KMP_REACTION + which;
+        double size = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+        if (size > most) {
+            most = size;
+            *t = r->t[row];
+        }
+    }
+    return most < 0 ? NAN : most;
+}
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static void show_head(kmp_text *text, const kempe_inverse *r)
+{
+    kmp_text_printf(text, "%s: inverse dynamics ", r->system->model->name);
+    if (r->motion == KMP_INVERSE_TABLE)
+        kmp_text_printf(text, "along %s", r->source);
+    else
+        kmp_text_put(text, r->motion == KMP_INVERSE_DRIVES ? "along the drives" : "at the start");
+    if (r->rows > 1)
+        kmp_text_printf(text, ", t = %.9g .. %.9g s, %d rows", r->t[0], r->t[r->rows - 1], r->rows);
+    kmp_text_printf(text, "\n%s%s%s\n\n", kmp_status_word(r->status), r->status == KEMPE_OK ? "" : ": ", r->reason);
+}
+
+static void show_kind(kmp_text *text, const kempe_inverse *r)
+{
+    kmp_text_printf(text, "%d actuator%s, %d degree%s of freedom", r->a, r->a == 1 ? "" : "s", r->freedoms,
+                    r->freedoms == 1 ? "" : "s");
+    if (r->rank < r->freedoms)
+        kmp_text_printf(text, ", of which %d within reach: the efforts are those of least squares\n", r->rank);
+    else if (r->a > r->freedoms)
+        kmp_text_printf(text,
+                        ": more than are needed; of all efforts that do, those of the least sum of %stau^2 (a force "
+                        "times %.6g m)\n",
+                        r->weighted ? "weight*" : "", r->system->length);
+    else
+        kmp_text_put(text, ": the efforts are definite\n");
+}
+
+static int name_width(const kempe_inverse *r)
+{
+    int width = 4;
+    for (int k = 0; k < r->a; k++) {
+        int length = (int)strlen(name_of(r, r->actuator[k]));
+        width = length > width ? length : width;
+    }
+    for (int l = 0; l < r->loops; l++) {
+        int length = (int)strlen(r->system->model->closures[r->loop[l]].name);
+        width = length > width ? length : width;
+    }
+    return width;
+}
+
+static void show_one_row(kmp_text *text, const kempe_inverse *r, int width)
+{
+    kmp_text_printf(text, "  %-*s  unit  %22s  %22s\n", width, "", "effort", "power, W");
+    for (int k = 0; k < r->a; k++)
+        kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g\n", width, name_of(r, r->actuator[k]),
+                        unit_of(r, r->actuator[k]), r->tau[k], r->power[k]);
+}
+
+static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
+{
+    if (r->rows == 1) {
+        show_one_row(text, r, width);
+        return;
+    }
+    kmp_text_printf(text, "  %-*s  unit  %13s  %9s  %13s  %13s  %9s  %13s\n", width, "", "largest", "at t", "rms",
+                    "power, W", "at t", "work, J");
+    for (int k = 0; k < r->a; k++) {
+        kmp_inverse_summary s = kmp_inverse_summarise(r, k);
+        kmp_text_printf(text, "  %-*s  %-4s  %13.6g  %9.6g  %13.6g  %13.6g  %9.6g  %13.6g\n", width,
+                        name_of(r, r->actuator[k]), unit_of(r, r->actuator[k]), s.peak, s.peak_t, s.rms, s.power,
+                        s.power_t, s.work);
+    }
+}
+
+static void show_loops(kmp_text *text, const kempe_inverse *r, int width)
+{
+    if (r->loops == 0)
+        return;
+    kmp_text_printf(text, "\n  %-*s  %13s  %9s  %13s  %9s\n", width, "", "force, N", "at t", "moment, N m", "at t");
+    for (int l = 0; l < r->loops; l++) {
+        double force_t, moment_t, force = largest(r, l, 0, &force_t), moment = largest(r, l, 3, &moment_t);
+        kmp_text_printf(text, "  %-*s  %13.6g  %9.6g  %13.6g  ", width, r->system->model->closures[r->loop[l]].name,
+                        force, force_t, moment);
+        if (moment > 0)
+            kmp_text_printf(text, "%9.6g\n", moment_t);
+        else
+            kmp_text_printf(text, "%9s\n", "");
+    }
+}
+
+static void show_redundant(kmp_text *text, const kempe_inverse *r)
+{
+    int told = 0;
+    if (!is_redundant(r))
+        return;
+    kmp_text_put(text, "closures  redundant: forces are those of independent rows, zero of");
+    for (int k = 0; k < r->m; k++)
+        if (r->redundant[k] && told++ < MOST_TOLD)
+            kmp_text_printf(text, " %s", r->system->row_names[k]);
+    if (told > MOST_TOLD)
+        kmp_text_printf(text, " and %d more", told - MOST_TOLD);
+    kmp_text_put(text, "\n");
+}
+
+static void show_singular(kmp_text *text, const kempe_inverse *r)
+{
+    if (r->singular > 0)
+        kmp_text_printf(text,
+                        "singular  %d row%s, the first at t = %.6g s: the loops have more freedoms there, efforts are "
+                        "those of least squares\n",
+                        r->singular, r->singular == 1 ? "" : "s", r->singular_t);
+}
+
+static void show_verdict(kmp_text *text, const kempe_inverse *r)
+{
+    kmp_text_printf(text, "\nresidual  %.2e of the terms of M qdd + C - J' lambda - S tau\n", r->residual);
+    kmp_text_printf(
+        text, "reach     %.3g at t = %.6g s (1: actuators act straight on every freedom, 0: one is out of reach)\n",
+        r->hold, r->hold_t);
+    if (r->rank < r->freedoms)
+        kmp_text_printf(text, "left      %.2e of the efforts that the motion wants\n", kmp_inverse_unmet(r));
+    show_redundant(text, r);
+    show_singular(text, r);
+    if (r->off_coordinate >= 0)
+        kmp_text_printf(text, "table     off the closures by %.2e at most (%s, t = %.6g s)\n", r->off,
+                        name_of(r, r->off_coordinate), r->off_t);
+    if (r->again.known)
+        kmp_text_printf(
+            text,
+            "again     with every other row of the table an effort %s by %.2e of its largest, '%s' at t = %.6g s\n",
+            kmp_convergence_holds(&r->again) ? "differs at most" : "DIFFERS", r->again.difference,
+            name_of(r, r->actuator[r->again.index]), r->again.t);
+    if (r->motion == KMP_INVERSE_START && r->start_u_count > 0) {
+        kmp_text_put(text, "start     without acceleration of");
+        for (int k = 0; k < r->start_u_count; k++)
+            kmp_text_printf(text, "%s %s", k ? "," : "", name_of(r, r->start_u[k]));
+        kmp_text_put(text, "\n");
+    }
+    kmp_text_printf(text, "cpu       %.4g ms following, %.4g ms preparing\n", 1e3 * r->cpu_s, 1e3 * r->build_s);
+}
+
+static void show(kmp_text *text, const kempe_inverse *r)
+{
+    int width = name_width(r);
+    show_head(text, r);
+    if (r->rows == 0)
+        return;
+    show_kind(text, r);
+    show_actuators(text, r, width);
+    show_loops(text, r, width);
+    show_verdict(text, r);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void json_motion(kmp_json *json, const kempe_inverse *r)
+{
+    static const char *const words[] = {"drives", "table", "start"};
+    kmp_json_string(json, "motion", words[r->motion]);
+    kmp_json_string(json, "source", r->source);
+    kmp_json_whole(json, "rows", r->rows);
+    if (r->off_coordinate >= 0) {
+        kmp_json_object(json, "off");
+        kmp_json_number(json, "largest", r->off);
+        kmp_json_string(json, "coordinate", name_of(r, r->off_coordinate));
+        kmp_json_number(json, "t", r->off_t);
+        kmp_json_end(json);
+    }
+    if (r->motion == KMP_INVERSE_START)
+        kmp_print_coordinates(json, "u", r->system, r->start_u_count, r->start_u);
+}
+
+static void json_actuators(kmp_json *json, const kempe_inverse *r)
+{
+    kmp_json_object(json, "actuators");
+    for (int k = 0; k < r->a; k++) {
+        kmp_inverse_summary s = kmp_inverse_summarise(r, k);
+        kmp_json_object(json, name_of(r, r->actuator[k]));
+        kmp_json_string(json, "unit", unit_of(r, r->actuator[k]));
+        kmp_json_number(json, "weight", r->weight[k]);
+        kmp_json_number(json, "largest", r->rows ? s.peak : NAN);
+        kmp_json_number(json, "largest_t", r->rows ? s.peak_t : NAN);
+        kmp_json_number(json, "rms", r->rows ? s.rms : NAN);
+        kmp_json_number(json, "power", r->rows ? s.power : NAN);
+        kmp_json_number(json, "power_t", r->rows ? s.power_t : NAN);
+        kmp_json_number(json, "work", r->rows ? s.work : NAN);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void json_kind(kmp_json *json, const kempe_inverse *r)
+{
+    kmp_json_whole(json, "freedoms", r->freedoms);
+    kmp_json_whole(json, "rank", r->rank);
+    kmp_json_string(json, "efforts", r->rows ? kind_of(r) : NULL);
+    kmp_json_string(json, "norm", "sum of weight*tau^2, a force times length");
+    kmp_json_number(json, "length", r->system->length);
+    kmp_json_number(json, "transmission", r->rows ? r->hold : NAN);
+    kmp_json_number(json, "transmission_t", r->rows ? r->hold_t : NAN);
+    kmp_json_number(json, "residual", r->rows ? r->residual : NAN);
+    kmp_json_number(json, "residual_t", r->rows ? r->residual_t : NAN);
+    kmp_json_whole(json, "singular", r->singular);
+    kmp_json_object(json, "left");
+    kmp_json_number(json, "largest", r->rows ? kmp_inverse_unmet(r) : NAN);
+    kmp_json_number(json, "t", r->rows ? r->unmet_t : NAN);
+    kmp_json_object(json, "efforts");
+    for (int k = 0; k < r->left_count; k++)
+        kmp_json_number(json, name_of(r, r->left_u[k]), r->left[k]);
+    kmp_json_end(json);
+    kmp_json_end(json);
+    kmp_json_array(json, "redundant");
+    for (int k = 0; k < r->m; k++)
+        if (r->redundant[k])
+            kmp_json_string(json, NULL, r->system->row_names[k]);
+    kmp_json_end(json);
+}
+
+/* Entry `at` of each row of a table with `width` entries, `count` of them as one array each. */
+static void json_column(kmp_json *json, const char *key, const kempe_inverse *r, const double *table, int width, int at,
+                        int count)
+{
+    kmp_json_array(json, key);
+    for (int row = 0; row < r->rows; row++) {
+        const double *x = table + (size_t)row * (size_t)width + at;
+        if (count == 1)
+            kmp_json_number(json, NULL, x[0]);
+        else
+            kmp_json_numbers(json, NULL, count, x);
+    }
+    kmp_json_end(json);
+}
+
+/* The rows of closure c, which stand together. */
+static void json_multipliers(kmp_json *json, const kempe_inverse *r, int c)
+{
+    const kempe_system *s = r->system;
+    int first = 0, count = 0;
+    while (first < s->m && s->rows[first].closure < c)
+        first++;
+    while (first + count < s->m && s->rows[first + count].closure == c)
+        count++;
+    kmp_json_array(json, s->model->closures[c].name);
+    for (int row = 0; row < r->rows; row++)
+        kmp_json_numbers(json, NULL, count, r->lambda + (size_t)row * (size_t)s->m + first);
+    kmp_json_end(json);
+}
+
+static void json_rows(kmp_json *json, const kempe_inverse *r)
+{
+    const kempe_model *model = r->system->model;
+    int width = r->loops * KMP_REACTION;
+    kmp_json_numbers(json, "t", r->rows, r->t);
+    kmp_json_object(json, "tau");
+    for (int k = 0; k < r->a; k++)
+        json_column(json, name_of(r, r->actuator[k]), r, r->tau, r->a, k, 1);
+    kmp_json_end(json);
+    kmp_json_object(json, "power");
+    for (int k = 0; k < r->a; k++)
+        json_column(json, name_of(r, r->actuator[k]), r, r->power, r->a, k, 1);
+    kmp_json_end(json);
+    kmp_json_object(json, "lambda");
+    for (int l = 0; l < r->loops; l++)
+        json_multipliers(json, r, r->loop[l]);
+    kmp_json_end(json);
+    for (int moment = 0; moment < 2; moment++) {
+        kmp_json_object(json, moment ? "moment" : "reaction");
+        for (int l = 0; l < r->loops; l++)
+            json_column(json, model->closures[r->loop[l]].name, r, r->reaction, width, l * KMP_REACTION + 3 * moment,
+                        3);
+        kmp_json_end(json);
+    }
+}
+
+static void json(kmp_text *text, const kempe_inverse *r)
+{
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, r->system, r->status, r->reason, r->build_s, r->warnings);
+    json_motion(&j, r);
+    json_kind(&j, r);
+    json_actuators(&j, r);
+    json_rows(&j, r);
+    kmp_convergence_json(&j, &r->again, r->a > 0 ? name_of(r, r->actuator[r->again.index]) : NULL);
+    kmp_json_number(&j, "cpu_s", r->cpu_s);
+    kmp_json_end(&j);
+}
+
+kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, inverse, "inverse");
+    KMP_WANTED(inverse->system->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(inverse->system->context);
+    if (format == KEMPE_JSON)
+        json(&out, inverse);
+    else
+        show(&out, inverse);
+    return kmp_print_finish(inverse->system->context, &out, text);
+}

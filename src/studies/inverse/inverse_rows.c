@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The rows of an inverse dynamics, and what is said of all of them. */
+#include "output/print.h"
+#include "studies/inverse/inverse.h"
+#include <math.h>
+
+double kmp_inverse_unmet(const kempe_inverse *inverse)
+{
+    return inverse->size > 0 ? inverse->unmet / inverse->size : 0;
+}
+
+kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
+{
+    const kempe_inverse *r = inverse;
+    kmp_inverse_summary s = {0};
+    double squares = 0;
+    for (int row = 0; row < r->rows; row++) {
+        size_t at = (size_t)row * (size_t)r->a + (size_t)k;
+        double tau = r->tau[at], power = r->power[at];
+        if (row == 0 || fabs(tau) > fabs(s.peak)) {
+            s.peak = tau;
+            s.peak_t = r->t[row];
+        }
+        if (row == 0 || fabs(power) > fabs(s.power)) {
+            s.power = power;
+            s.power_t = r->t[row];
+        }
+        if (row > 0) {
+            double h = r->t[row] - r->t[row - 1], before = r->tau[at - (size_t)r->a];
+            squares += h / 2 * (tau * tau + before * before);
+            s.work += h / 2 * (power + r->power[at - (size_t)r->a]);
+        }
+    }
+    s.rms = r->rows > 1 ? sqrt(squares / (r->t[r->rows - 1] - r->t[0])) : fabs(s.peak);
+    return s;
+}
+
+const char *kempe_inverse_status(const kempe_inverse *inverse)
+{
+    KMP_GIVEN(inverse, "");
+    return kmp_status_word(inverse->status);
+}
+
+const char *kempe_inverse_reason(const kempe_inverse *inverse)
+{
+    KMP_GIVEN(inverse, "");
+    return inverse->reason;
+}
+
+int kempe_inverse_actuator_count(const kempe_inverse *inverse)
+{
+    KMP_GIVEN(inverse, 0);
+    return inverse->a;
+}
+
+int kempe_inverse_actuator(const kempe_inverse *inverse, int k)
+{
+    KMP_GIVEN(inverse, -1);
+    return k >= 0 && k < inverse->a ? inverse->actuator[k] : -1;
+}
+
+int kempe_inverse_freedoms(const kempe_inverse *inverse)
+{
+    KMP_GIVEN(inverse, 0);
+    return inverse->freedoms;
+}
+
+int kempe_inverse_rank(const kempe_inverse *inverse)
+{
+    KMP_GIVEN(inverse, 0);
+    return inverse->rank;
+}
+
+double kempe_inverse_residual(const kempe_inverse *inverse)
+{
+    KMP_GIVEN(inverse, NAN);
+    return inverse->residual;
+}
+
+int kempe_inverse_row_count(const kempe_inverse *inverse)
+{
+    KMP_GIVEN(inverse, 0);
+    return inverse->rows;
+}
+
+double kempe_inverse_time(const kempe_inverse *inverse, int row)
+{
+    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NAN);
+    return inverse->t[row];
+}
+
+static const double *row_of(const double *table, int row, int width)
+{
+    return table + (size_t)row * (size_t)width;
+}
+
+const double *kempe_inverse_q(const kempe_inverse *inverse, int row)
+{
+    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
+    return row_of(inverse->q, row, inverse->n);
+}
+
+const double *kempe_inverse_qd(const kempe_inverse *inverse, int row)
+{
+    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
+    return row_of(inverse->qd, row, inverse->n);
+}
+
+const double *kempe_inverse_qdd(const kempe_inverse *inverse, int row)
+{
+    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
+    return row_of(inverse->qdd, row, inverse->n);
+}
+
+const double *kempe_inverse_tau(const kempe_inverse *inverse, int row)
+{
+    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
+    return row_of(inverse->tau, row, inverse->a);
+}
+
+const double *kempe_inverse_power(const kempe_inverse *inverse, int row)
+{
+    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
+    return row_of(inverse->power, row, inverse->a);
+}
+
+const double *kempe_inverse_lambda(const kempe_inverse *inverse, int row)
+{
+    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
+    return row_of(inverse->lambda, row, inverse->m);
+}

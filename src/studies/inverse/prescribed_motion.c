@@ -1,0 +1,399 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/inverse/prescribed_motion.h"
+#include "base/memory.h"
+#include "base/share.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/rounding/rounding.h"
+#include "constraints/tolerances.h"
+#include "dynamics/closures.h"
+#include "linalg/dense/dense.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* What Newton's method may leave of h where rows beside the closed position make its matrix a bad one: two digits below
+ * what the rank that is then decided asks for. */
+#define STALLED (KMP_RANK / 100)
+/* What Newton may add to a prediction: a part of the way, or so little at any rate; and how long the way may be (rad,
+ * or characteristic lengths). */
+#define TRUSTED_PART 0.1
+#define TRUSTED_MOVE 1e-3
+#define LONGEST_MOVE 0.3
+/* Of the whole way: no step is shorter. */
+#define SHORTEST 1e-7
+
+/* -- new and free ------------------------------------------------------------------------------------ */
+
+static bool make_room(kmp_guide *g)
+{
+    ptrdiff_t n = g->n, entries = g->system->jacobian.count;
+    const kmp_arena_group groups[] = {
+        {n,
+         {&g->q, &g->qd, &g->qdd, &g->trial, &g->move, &g->ud, &g->udd, &g->rest, &g->from, &g->tq, &g->tqd, &g->tqdd}},
+        {entries, {&g->masked}}};
+    g->sign = KMP_ARENA_NEW(&g->arena, int, n);
+    g->u = KMP_ARENA_NEW(&g->arena, int, n);
+    g->left_out = KMP_ARENA_NEW(&g->arena, bool, g->m);
+    g->given = KMP_ARENA_NEW(&g->arena, bool, n);
+    return kmp_arena_make_groups(&g->arena, sizeof groups / sizeof *groups, groups);
+}
+
+/* Drives of coordinates that the table has say nothing. */
+static void leave_out(kmp_guide *g)
+{
+    for (int r = 0; r < g->m; r++) {
+        const kmp_closure *closure = &g->system->model->closures[g->system->rows[r].closure];
+        g->left_out[r] = kmp_closure_is_drive(closure) && g->given[closure->motion];
+    }
+}
+
+kempe_status kmp_guide_init(kmp_guide *guide, const kempe_system *system, const char *backend,
+                            const kmp_prescribed *motion, bool at_rest, const int *wish, int wish_count)
+{
+    kmp_guide *g = guide;
+    *g = (kmp_guide){.system = system,
+                     .motion = motion,
+                     .at_rest = at_rest,
+                     .wish = wish,
+                     .wish_count = wish_count,
+                     .n = system->n,
+                     .m = system->m,
+                     .off_coordinate = -1};
+    unsigned long failures = kmp_memory_failures();
+    g->plant = kmp_plant_new(system, backend);
+    if (!g->plant)
+        return kmp_memory_failures() != failures ? KEMPE_E_MEMORY : KEMPE_E_ARGUMENT;
+    if (!make_room(g)) {
+        kmp_guide_free(g);
+        return kmp_fail_memory(system->context);
+    }
+    for (int k = 0; motion && k < motion->count; k++)
+        g->given[motion->coordinate[k]] = true;
+    leave_out(g);
+    g->plant->left_out = g->left_out;
+    return KEMPE_OK;
+}
+
+static void forget_choice(kmp_guide *g)
+{
+    kmp_reduction_free(&g->red);
+    kmp_partition_free(&g->part);
+}
+
+void kmp_guide_free(kmp_guide *guide)
+{
+    kmp_guide *g = guide;
+    forget_choice(g);
+    kmp_arena_free(&g->arena);
+    kmp_plant_free(g->plant);
+    *g = (kmp_guide){0};
+}
+
+/* -- the choice of independent coordinates ----------------------------------------------------------- */
+
+static const char *name_of(const kmp_guide *g, int coordinate)
+{
+    return g->system->model->motions[coordinate].name;
+}
+
+static kempe_status fail_undetermined(const kmp_guide *g, int count, const int *free_ones)
+{
+    kempe_context *context = g->system->context;
+    kmp_text names = {0};
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&names, "%s'%s'", k ? ", " : "", name_of(g, free_ones[k]));
+    kempe_status status = KEMPE_E_FAILED;
+    if (names.failed)
+        status = kmp_fail_memory(context);
+    else if (g->motion)
+        (void)kmp_fail(context, status,
+                       "the coordinates of the motion do not say how all others move: %d more %s wanted, such as %s",
+                       count, count == 1 ? "is" : "are", names.s);
+    else
+        (void)kmp_fail(context, status,
+                       "the drives do not say how all coordinates move: %s %s free; drive %s too, or give a motion "
+                       "that was simulated",
+                       names.s, count == 1 ? "is" : "are", count == 1 ? "it" : "them");
+    kmp_text_free(&names);
+    return status;
+}
+
+/* u among the coordinates of the table: all others must be determined by them. */
+static kempe_status choose_among_given(kmp_guide *g, int *count)
+{
+    int missing = 0, *u = g->u;
+    *count = kmp_partition_prefer(g->system, g->masked, g->given, u);
+    if (*count < 0)
+        return kmp_fail_memory(g->system->context);
+    for (int k = 0; k < *count; k++)
+        if (!g->given[u[k]])
+            u[missing++] = u[k];
+    return missing ? fail_undetermined(g, missing, u) : KEMPE_OK;
+}
+
+/* Which are independent at (t, q). */
+static kempe_status choose(kmp_guide *g, double t, const double *q)
+{
+    bool some = g->motion && g->motion->count < g->n;
+    int count = g->at_rest ? g->wish_count : 0;
+    forget_choice(g);
+    kmp_plant_closure(g->plant, t, q);
+    kmp_plant_mask(g->plant, g->left_out, g->masked);
+    if (count > 0)
+        memcpy(g->u, g->wish, (size_t)count * sizeof *g->u);
+    kempe_status status = some ? choose_among_given(g, &count) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = kmp_partition_init(&g->part, g->system, g->masked, g->u, count);
+    if (status != KEMPE_OK)
+        return status;
+    if (!g->motion && !g->at_rest && g->part.p > 0)
+        return fail_undetermined(g, g->part.p, g->part.u);
+    status = kmp_reduction_init(&g->red, g->plant, &g->part);
+    if (status == KEMPE_OK && g->red.block && kmp_reduction_factor(&g->red) == 0)
+        kmp_block_take_signs(g->red.block, g->sign);
+    return status;
+}
+
+/* -- one state --------------------------------------------------------------------------------------- */
+
+/* What the table says at t. */
+static void read_table(kmp_guide *g, double t)
+{
+    if (g->motion)
+        kmp_prescribed_at(g->motion, t, g->tq, g->tqd, g->tqdd);
+}
+
+/* Closes `trial` on its u; rows that were dropped as redundant must close with it. */
+static bool close_trial(kmp_guide *g, double t)
+{
+    return kmp_reduction_close(&g->red, t, g->trial, NULL, 0) == 0 && kmp_rounding_closed(g->plant);
+}
+
+/* Rates and accelerations of q = trial at t, where it becomes the state. KEMPE_E_FAILED: Jv is singular. */
+static kempe_status settle(kmp_guide *g, double t)
+{
+    kmp_plant *plant = g->plant;
+    kmp_reduction *red = &g->red;
+    kmp_plant_closure(plant, t, g->trial);
+    if (kmp_reduction_factor(red))
+        return KEMPE_E_FAILED;
+    kmp_reduction_tangent(red);
+    for (int k = 0; k < g->part.p; k++) {
+        g->ud[k] = g->at_rest ? g->qd[g->part.u[k]] : g->tqd[g->part.u[k]];
+        g->udd[k] = g->at_rest ? 0 : g->tqdd[g->part.u[k]];
+    }
+    kmp_reduction_rates(red, g->ud, g->qd);
+    kmp_plant_mass(plant);
+    kmp_plant_bias(plant, g->qd);
+    kmp_reduction_residual(red, g->udd, g->rest);
+    kmp_reduction_accelerations(red, g->udd, g->qdd);
+    for (int k = 0; k < g->n; k++)
+        if (!isfinite(g->qd[k]) || !isfinite(g->qdd[k]))
+            return KEMPE_E_FAILED;
+    memcpy(g->q, g->trial, (size_t)g->n * sizeof *g->q);
+    g->t = t;
+    return KEMPE_OK;
+}
+
+/* Closes `trial` by a choice that is made there, and once more by one at what is closed, u by the table: rows that are
+ * redundant where the loops are closed look independent beside it. */
+static kempe_status close_anew(kmp_guide *g, double t, bool *closed)
+{
+    kempe_status status = choose(g, t, g->trial);
+    *closed = status == KEMPE_OK && (close_trial(g, t) || kmp_plant_residual(g->plant) <= STALLED);
+    if (!*closed)
+        return status;
+    status = choose(g, t, g->trial);
+    for (int k = 0; status == KEMPE_OK && k < g->part.p; k++)
+        if (g->given[g->part.u[k]])
+            g->trial[g->part.u[k]] = g->tq[g->part.u[k]];
+    *closed = status == KEMPE_OK && close_trial(g, t);
+    return status;
+}
+
+/* How far what is given and not independent is from where the closures put it. */
+static void note_off(kmp_guide *g)
+{
+    for (int i = 0; i < g->part.r; i++) {
+        int k = g->part.v[i];
+        double off = g->given[k] ? fabs(g->q[k] - g->tq[k]) / g->system->scale[k] : 0;
+        if (off > g->off) {
+            g->off = off;
+            g->off_coordinate = k;
+            g->off_t = g->t;
+        }
+    }
+}
+
+/* Chooses anew where another choice would be better: there is one, and |Bvu| has grown. */
+static kempe_status renew(kmp_guide *g)
+{
+    int v, u;
+    if (g->part.p == 0 || g->at_rest || (g->motion && g->motion->count == g->part.p) ||
+        kmp_reduction_growth(&g->red, &v, &u) < KMP_EXCHANGE_LED)
+        return KEMPE_OK;
+    return choose(g, g->t, g->q);
+}
+
+/* -- the way ----------------------------------------------------------------------------------------- */
+
+/* Closes the prediction q + move, u as it must be, and judges whether it is the same branch. */
+static bool follow(kmp_guide *g, double t)
+{
+    double way = 0, added = 0;
+    for (int k = 0; k < g->n; k++) {
+        way = fmax(way, fabs(g->move[k]) / g->system->scale[k]);
+        g->trial[k] = g->q[k] + g->move[k];
+    }
+    if (!(way <= LONGEST_MOVE) || !close_trial(g, t))
+        return false;
+    for (int k = 0; k < g->n; k++)
+        added = fmax(added, fabs(g->trial[k] - g->q[k] - g->move[k]) / g->system->scale[k]);
+    return added <= fmax(TRUSTED_MOVE, TRUSTED_PART * way) &&
+           (!g->red.block || kmp_block_has_signs(g->red.block, g->sign));
+}
+
+static kempe_status fail_beyond(const kmp_guide *g, double t)
+{
+    int fast = 0;
+    for (int k = 1; k < g->n; k++)
+        if (fabs(g->qd[k]) / g->system->scale[k] > fabs(g->qd[fast]) / g->system->scale[fast])
+            fast = k;
+    return kmp_fail(g->system->context, KEMPE_E_FAILED,
+                    "the loops cannot be closed on this motion beyond t = %.9g s (towards %.9g s): it asks for a place "
+                    "that is out of reach, or leads through a dead centre; '%s' is fastest there",
+                    g->t, t, name_of(g, fast));
+}
+
+static bool is_all_given(const kmp_guide *g)
+{
+    return g->motion && g->motion->count == g->n;
+}
+
+/* A step to t, where the table says all or predicted from the state by Taylor's series. */
+static bool step(kmp_guide *g, double t)
+{
+    double h = t - g->t;
+    if (is_all_given(g)) {
+        memcpy(g->trial, g->tq, (size_t)g->n * sizeof *g->trial);
+        return close_trial(g, t);
+    }
+    for (int k = 0; k < g->n; k++)
+        g->move[k] = h * (g->qd[k] + h / 2 * g->qdd[k]);
+    for (int k = 0; k < g->part.p; k++)
+        g->move[g->part.u[k]] = g->tq[g->part.u[k]] - g->q[g->part.u[k]];
+    return follow(g, t);
+}
+
+/* To `next`. Where the table says all, once more with a choice that is made there. */
+static kempe_status try_step(kmp_guide *g, double next, bool *done)
+{
+    read_table(g, next);
+    *done = step(g, next) && settle(g, next) == KEMPE_OK;
+    if (*done || !is_all_given(g))
+        return KEMPE_OK;
+    memcpy(g->trial, g->tq, (size_t)g->n * sizeof *g->trial);
+    kempe_status status = close_anew(g, next, done);
+    *done = *done && settle(g, next) == KEMPE_OK;
+    return status;
+}
+
+kempe_status kmp_guide_advance(kmp_guide *guide, double t)
+{
+    kmp_guide *g = guide;
+    kmp_parts way = KMP_PARTS;
+    double from = g->t;
+    while (g->t < t && kmp_parts_next(&way, SHORTEST)) {
+        bool done = false;
+        kempe_status status = try_step(g, way.next < 1 ? from + way.next * (t - from) : t, &done);
+        if (status == KEMPE_OK && done) {
+            note_off(g);
+            status = renew(g);
+        }
+        if (status != KEMPE_OK)
+            return status;
+        kmp_parts_take(&way, done);
+    }
+    return g->t < t ? fail_beyond(g, t) : KEMPE_OK;
+}
+
+/* -- the beginning ----------------------------------------------------------------------------------- */
+
+/* The assembled start, at t = 0. */
+static kempe_status take_start(kmp_guide *g)
+{
+    kempe_assembly *a = NULL;
+    kempe_status status = kempe_assemble(g->system, &a);
+    if (status == KEMPE_OK) {
+        memcpy(g->q, a->q, (size_t)g->n * sizeof *g->q);
+        memcpy(g->qd, a->qd, (size_t)g->n * sizeof *g->qd);
+    }
+    kempe_assembly_free(a);
+    g->t = 0;
+    return status;
+}
+
+/* From the start to where the motion begins: u along a straight line while time goes on to t, v along the tangent. */
+static kempe_status approach(kmp_guide *g, double t)
+{
+    kmp_parts way = KMP_PARTS;
+    memcpy(g->from, g->q, (size_t)g->n * sizeof *g->q);
+    while (kmp_parts_next(&way, SHORTEST)) {
+        kmp_plant_closure(g->plant, way.done * t, g->q);
+        if (kmp_reduction_factor(&g->red))
+            break;
+        kmp_reduction_tangent(&g->red);
+        for (int k = 0; k < g->n; k++)
+            g->move[k] = (way.next - way.done) * t * g->red.x_t[k];
+        for (int i = 0; i < g->part.p; i++) {
+            int u = g->part.u[i];
+            double end = way.next < 1 ? way.next * g->tq[u] + (1 - way.next) * g->from[u] : g->tq[u];
+            for (int k = 0; k < g->n; k++)
+                g->move[k] += g->red.x[k + i * g->n] * (end - g->q[u]);
+        }
+        bool there = follow(g, way.next * t);
+        if (there)
+            memcpy(g->q, g->trial, (size_t)g->n * sizeof *g->q);
+        kmp_parts_take(&way, there);
+    }
+    if (way.done >= 1)
+        return KEMPE_OK;
+    return kmp_fail(g->system->context, KEMPE_E_FAILED,
+                    "the loops cannot be closed where the motion begins, at t = %.9g s, coming from the model's start: "
+                    "%.3g of the way is possible; a start that is nearer helps, or a motion that gives all coordinates",
+                    t, way.done);
+}
+
+/* q where the motion begins, as far as it can be known before the loops are closed there. */
+static kempe_status find_beginning(kmp_guide *g, double t)
+{
+    if (is_all_given(g)) {
+        memcpy(g->q, g->tq, (size_t)g->n * sizeof *g->q);
+        return KEMPE_OK;
+    }
+    kempe_status status = take_start(g);
+    if (status != KEMPE_OK || g->at_rest)
+        return status;
+    status = choose(g, 0, g->q);
+    return status == KEMPE_OK ? approach(g, t) : status;
+}
+
+kempe_status kmp_guide_start(kmp_guide *guide, double t)
+{
+    kmp_guide *g = guide;
+    bool closed = false;
+    read_table(g, t);
+    kempe_status status = find_beginning(g, t);
+    if (status == KEMPE_OK) {
+        memcpy(g->trial, g->q, (size_t)g->n * sizeof *g->q);
+        status = close_anew(g, t, &closed);
+    }
+    if (status != KEMPE_OK)
+        return status;
+    if (!closed || settle(g, t) != KEMPE_OK)
+        return kmp_fail(g->system->context, KEMPE_E_FAILED,
+                        "the loops cannot be closed where the motion begins, at t = %.9g s: |h| stays at %.3g (scaled)",
+                        t, kmp_plant_residual(g->plant));
+    note_off(g);
+    return KEMPE_OK;
+}

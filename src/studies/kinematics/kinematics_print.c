@@ -1,0 +1,320 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A sweep told as text and JSON, and its rows as CSV. */
+#include "base/file.h"
+#include "model/tables/output_table.h"
+#include "output/print.h"
+#include "studies/kinematics/position_sweep.h"
+#include "studies/simulate/columns.h"
+#include <math.h>
+
+/* -- parts ------------------------------------------------------------------------------------------- */
+
+static const char *unit_of(const kempe_kinematics *k, const kmp_lead *lead)
+{
+    return lead->coordinate < 0 ? "s" : kmp_print_unit(k->system, lead->coordinate);
+}
+
+static double value_at(const kempe_kinematics *k, double s)
+{
+    return kmp_lead_value(&k->lead[k->first], s);
+}
+
+/* An output of the model that is in no row: it needs multipliers. */
+static bool is_left_out(const kempe_model *model, int output)
+{
+    return kmp_output_has_loads(model, &model->outputs[output]);
+}
+
+/* Least and greatest of entry i of a table, finite values alone. */
+typedef struct span {
+    double least, most;
+} span;
+
+static span span_of(const kempe_kinematics *k, const double *table, int width, int i)
+{
+    span r = {INFINITY, -INFINITY};
+    for (int row = 0; row < k->count; row++) {
+        double x = table[(size_t)row * (size_t)width + (size_t)i];
+        r.least = x < r.least ? x : r.least;
+        r.most = x > r.most ? x : r.most;
+    }
+    return r.least <= r.most ? r : (span){NAN, NAN};
+}
+
+static double largest(span r)
+{
+    return fmax(fabs(r.least), fabs(r.most));
+}
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static void say_leads(kmp_text *text, const kempe_kinematics *k)
+{
+    for (int i = 0; i < k->lead_count; i++) {
+        const kmp_lead *lead = &k->lead[i];
+        if (lead->from != lead->to)
+            kmp_text_printf(text, "  %s goes from %.9g to %.9g %s", kmp_kinematics_name(k, lead), lead->from, lead->to,
+                            unit_of(k, lead));
+        else
+            kmp_text_printf(text, "  %s stays at %.9g %s", kmp_kinematics_name(k, lead), lead->from, unit_of(k, lead));
+        if (i == k->first && isfinite(k->speed))
+            kmp_text_printf(text, ", at %.6g %s/s", k->speed, unit_of(k, lead));
+        kmp_text_put(text, "\n");
+    }
+    for (int c = 0; c < k->system->model->closure_count; c++)
+        if (k->released[c])
+            kmp_text_printf(text, "  '%s' of the model is left aside\n", k->system->model->closures[c].name);
+}
+
+static void show_table(kmp_text *text, const kempe_kinematics *k)
+{
+    int n = k->system->n, width = kmp_print_width(k->system, KMP_QUANTITY_Q);
+    width = width > 10 ? width : 10;
+    kmp_text_printf(text, "\n%-*s  %-4s  %13s  %13s  %13s  %13s\n", width, "coordinate", "unit", "least", "greatest",
+                    "max |qd|", "max |qdd|");
+    for (int i = 0; i < n; i++) {
+        span q = span_of(k, k->q, n, i);
+        kmp_text_printf(text, "%-*s  %-4s", width, k->system->model->motions[i].name, kmp_print_unit(k->system, i));
+        kmp_text_printf(text, "  %13.6g  %13.6g  %13.6g  %13.6g\n", q.least, q.most, largest(span_of(k, k->qd, n, i)),
+                        largest(span_of(k, k->qdd, n, i)));
+    }
+}
+
+static void show_dead(kmp_text *text, const kempe_kinematics *k)
+{
+    for (int d = 0; d < k->dead_count; d++) {
+        const kempe_dead_centre *c = &k->dead[d];
+        const kmp_lead *lead = &k->lead[k->first];
+        kmp_text_printf(text, "\ndead centre at %s = %.15g %s, its %s value on this branch\n", c->coordinate, c->value,
+                        unit_of(k, lead), c->largest > 0 ? "greatest" : "least");
+        for (int i = 0; i < k->lead_count; i++)
+            if (i != k->first && k->lead[i].from != k->lead[i].to)
+                kmp_text_printf(text, "  with %s = %.15g %s\n", kmp_kinematics_name(k, &k->lead[i]),
+                                kmp_lead_value(&k->lead[i], c->s), unit_of(k, &k->lead[i]));
+        kmp_text_printf(text,
+                        "  two branches meet there; against it the others become infinitely fast\n"
+                        "  what is driven determines the rest to %.1e, margin of the closures %.2g\n",
+                        c->determined, c->margin);
+        if (*c->instead)
+            kmp_text_printf(text, "  could drive on: %s\n", c->instead);
+        for (int i = 0; i < k->system->n; i++)
+            kmp_text_printf(text, "    %s = %.15g %s\n", k->system->model->motions[i].name, k->dead_q[d][i],
+                            kmp_print_unit(k->system, i));
+    }
+}
+
+static void show_changes(kmp_text *text, const kempe_kinematics *k)
+{
+    for (int c = 0; c < k->change_count; c++)
+        kmp_text_printf(text,
+                        "\nchange point at %s = %.8g %s: branches meet there (margin of the closures below %.1e); the "
+                        "sweep goes straight on\n",
+                        kmp_kinematics_name(k, &k->lead[k->first]), value_at(k, k->change[c].s),
+                        unit_of(k, &k->lead[k->first]), k->change[c].margin);
+}
+
+static void show_left_out(kmp_text *text, const kempe_kinematics *k)
+{
+    const kempe_model *model = k->system->model;
+    int listed = 0;
+    for (int o = 0; o < model->output_count; o++)
+        if (is_left_out(model, o)) {
+            kmp_text_put(text, listed++ ? ", " : "\nleft out, for they need forces: ");
+            kmp_output_print(text, model, &model->outputs[o]);
+        }
+    kmp_text_put(text, listed ? "\n" : "");
+}
+
+static void show_all(kmp_text *text, const kempe_kinematics *k)
+{
+    kmp_text_printf(text, "%s: %s, %d of %d rows\n", k->system->model->name, kmp_status_word(k->status), k->count,
+                    k->asked);
+    say_leads(text, k);
+    if (k->reason)
+        kmp_text_printf(text, "  %s\n", k->reason);
+    if (k->count > 0)
+        show_table(text, k);
+    show_dead(text, k);
+    show_changes(text, k);
+    show_left_out(text, k);
+    kmp_text_printf(text, "\n%ld steps, %ld tried again, %ld corrections, u chosen anew %ld times, %.2g s\n",
+                    k->effort.steps, k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void json_leads(kmp_json *j, const kempe_kinematics *k)
+{
+    kmp_json_array(j, "driven");
+    for (int i = 0; i < k->lead_count; i++) {
+        const kmp_lead *lead = &k->lead[i];
+        kmp_json_object(j, NULL);
+        kmp_json_string(j, "name", kmp_kinematics_name(k, lead));
+        kmp_json_string(j, "unit", unit_of(k, lead));
+        kmp_json_number(j, "from", lead->from);
+        kmp_json_number(j, "to", lead->to);
+        kmp_json_whole(j, "held", i >= k->driven);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+    kmp_json_number(j, "speed", k->speed);
+    kmp_json_array(j, "released");
+    for (int c = 0; c < k->system->model->closure_count; c++)
+        if (k->released[c])
+            kmp_json_string(j, NULL, k->system->model->closures[c].name);
+    kmp_json_end(j);
+}
+
+static void json_ranges(kmp_json *j, const kempe_kinematics *k)
+{
+    int n = k->system->n;
+    kmp_json_object(j, "coordinates");
+    for (int i = 0; i < n; i++) {
+        span q = span_of(k, k->q, n, i);
+        kmp_json_object(j, k->system->model->motions[i].name);
+        kmp_json_number(j, "least", q.least);
+        kmp_json_number(j, "greatest", q.most);
+        kmp_json_number(j, "qd_max", largest(span_of(k, k->qd, n, i)));
+        kmp_json_number(j, "qdd_max", largest(span_of(k, k->qdd, n, i)));
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+    kmp_json_object(j, "outputs");
+    for (int c = 0; c < k->width; c++) {
+        span x = span_of(k, k->shown, k->width, c);
+        kmp_json_object(j, k->column[c].name);
+        kmp_json_number(j, "least", x.least);
+        kmp_json_number(j, "greatest", x.most);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+}
+
+static void json_dead(kmp_json *j, const kempe_kinematics *k)
+{
+    kmp_json_array(j, "dead_centres");
+    for (int d = 0; d < k->dead_count; d++) {
+        const kempe_dead_centre *c = &k->dead[d];
+        kmp_json_object(j, NULL);
+        kmp_json_number(j, "s", c->s);
+        kmp_json_string(j, "coordinate", c->coordinate);
+        kmp_json_number(j, "value", c->value);
+        kmp_json_string(j, "extreme", c->largest > 0 ? "greatest" : "least");
+        kmp_json_number(j, "determined", c->determined);
+        kmp_json_number(j, "margin", c->margin);
+        kmp_json_string(j, "instead", c->instead);
+        kmp_print_entries(j, "q", k->system, KMP_QUANTITY_Q, k->dead_q[d]);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+    kmp_json_array(j, "change_points");
+    for (int c = 0; c < k->change_count; c++) {
+        kmp_json_object(j, NULL);
+        kmp_json_number(j, "s", k->change[c].s);
+        kmp_json_number(j, "value", value_at(k, k->change[c].s));
+        kmp_json_number(j, "margin", k->change[c].margin);
+        kmp_print_entries(j, "q", k->system, KMP_QUANTITY_Q, k->change[c].q);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+}
+
+static void json_left_out(kmp_json *j, const kempe_model *model)
+{
+    kmp_json_array(j, "left_out");
+    for (int o = 0; o < model->output_count; o++) {
+        kmp_text name = {0};
+        if (!is_left_out(model, o))
+            continue;
+        kmp_output_print(&name, model, &model->outputs[o]);
+        if (name.failed)
+            j->text->failed = true;
+        kmp_json_string(j, NULL, name.s);
+        kmp_text_free(&name);
+    }
+    kmp_json_end(j);
+}
+
+static void json_all(kmp_text *text, const kempe_kinematics *k)
+{
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, k->system, k->status, k->reason, k->system->build_s, k->warnings);
+    json_leads(&j, k);
+    kmp_json_whole(&j, "rows", k->count);
+    kmp_json_whole(&j, "rows_asked", k->asked);
+    json_ranges(&j, k);
+    json_dead(&j, k);
+    json_left_out(&j, k->system->model);
+    kmp_json_object(&j, "work");
+    kmp_json_whole(&j, "steps", k->effort.steps);
+    kmp_json_whole(&j, "rejected", k->effort.rejected);
+    kmp_json_whole(&j, "newton", k->effort.newton);
+    kmp_json_whole(&j, "exchanges", k->effort.exchanges);
+    kmp_json_number(&j, "cpu_s", k->cpu_s);
+    kmp_json_end(&j);
+    kmp_json_end(&j);
+}
+
+kempe_status kempe_kinematics_print(const kempe_kinematics *k, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, k, "kinematics");
+    KMP_WANTED(k->system->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(k->system->context);
+    if (format == KEMPE_JSON)
+        json_all(&out, k);
+    else
+        show_all(&out, k);
+    return kmp_print_finish(k->system->context, &out, text);
+}
+
+/* -- CSV --------------------------------------------------------------------------------------------- */
+
+static const kmp_quantity quantities[] = {KMP_QUANTITY_Q, KMP_QUANTITY_QD, KMP_QUANTITY_QDD};
+
+static void write_head(kmp_text *text, const kempe_kinematics *k)
+{
+    const kempe_system *s = k->system;
+    kmp_text_put(text, "# units: ,s");
+    for (int kind = 0; kind < 3; kind++)
+        for (int i = 0; i < s->n; i++)
+            kmp_text_printf(text, ",%s", kmp_columns_unit(s, quantities[kind], i));
+    for (int c = 0; c < k->width; c++)
+        kmp_text_printf(text, ",%s", kmp_columns_unit_shown(s->model->outputs[k->column[c].output].kind));
+    kmp_text_put(text, "\ns,t");
+    for (int kind = 0; kind < 3; kind++)
+        for (int i = 0; i < s->n; i++)
+            kmp_text_printf(text, ",%s.%s", kmp_quantity_prefix(quantities[kind]), s->model->motions[i].name);
+    for (int c = 0; c < k->width; c++)
+        kmp_text_printf(text, ",%s", k->column[c].name);
+    kmp_text_put(text, "\n");
+}
+
+static void write_values(kmp_text *text, int count, const double *x)
+{
+    for (int i = 0; i < count; i++) {
+        kmp_text_put(text, ",");
+        if (isfinite(x[i]))
+            kmp_text_number(text, x[i]);
+    }
+}
+
+kempe_status kempe_kinematics_write_csv(const kempe_kinematics *k, const char *path)
+{
+    KMP_WANTED(NULL, k, "kinematics");
+    KMP_WANTED(k->system->context, path, "path");
+    kempe_context *context = k->system->context;
+    kmp_text text = {0};
+    kmp_context_clear(context);
+    write_head(&text, k);
+    for (int row = 0; row < k->count; row++) {
+        kmp_text_number(&text, k->s[row]);
+        write_values(&text, 1, (double[]){kempe_kinematics_t(k, row)});
+        write_values(&text, k->system->n, kempe_kinematics_q(k, row));
+        write_values(&text, k->system->n, kempe_kinematics_qd(k, row));
+        write_values(&text, k->system->n, kempe_kinematics_qdd(k, row));
+        write_values(&text, k->width, kempe_kinematics_outputs(k, row));
+        kmp_text_put(&text, "\n");
+    }
+    return kmp_file_write(context, path, &text);
+}

@@ -1,0 +1,557 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/kinematics/position_sweep.h"
+#include "base/clock.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "constraints/closing/angles.h"
+#include "constraints/closing/assemble.h"
+#include "model/tables/output_table.h"
+#include "studies/kinematics/sweep_options.h"
+#include <math.h>
+#include <string.h>
+
+/* Coordinates with at least this share of the motion in a dead centre could drive on. */
+#define SHARE 0.25
+
+/* -- outputs ----------------------------------------------------------------------------------------- */
+
+/* An output that there are columns of. */
+static bool is_shown(const kempe_model *model, int output)
+{
+    const kmp_output *o = &model->outputs[output];
+    if (kmp_output_width(model, o) == 0 || kmp_output_has_loads(model, o))
+        return false;
+    for (int k = 0; k < output; k++)
+        if (model->outputs[k].kind == o->kind && model->outputs[k].index == o->index)
+            return false;
+    return true;
+}
+
+static char *keep_text(kempe_kinematics *k, kmp_text *text)
+{
+    char *kept = text->failed ? NULL : kmp_arena_strdup(&k->arena, text->s ? text->s : "");
+    k->arena.failed = k->arena.failed || !kept;
+    kmp_text_free(text);
+    return kept;
+}
+
+static kempe_status take_columns(kempe_kinematics *k)
+{
+    const kempe_model *model = k->system->model;
+    k->column = KMP_ARENA_NEW(&k->arena, kmp_shown_column, kmp_outputs_width(model));
+    for (int o = 0, at = 0; o < model->output_count; o++) {
+        int width = kmp_output_width(model, &model->outputs[o]);
+        for (int c = 0; k->column && c < width && is_shown(model, o); c++) {
+            kmp_text name = {0};
+            kmp_output_column(&name, model, &model->outputs[o], c);
+            k->column[k->width++] = (kmp_shown_column){o, c, at + c, keep_text(k, &name)};
+        }
+        at += width;
+    }
+    return k->arena.failed ? kmp_fail_memory(k->system->context) : KEMPE_OK;
+}
+
+static bool make_room(kempe_kinematics *k)
+{
+    ptrdiff_t rows = k->asked, size = rows * k->system->n;
+    const kmp_arena_group groups[] = {
+        {size, {&k->q, &k->qd, &k->qdd}}, {rows, {&k->asked_s, &k->s}}, {rows * k->width, {&k->shown}}};
+    bool made = kmp_arena_make_groups(&k->arena, sizeof groups / sizeof *groups, groups);
+    for (int i = 0; made && i < k->asked; i++)
+        k->asked_s[i] = i == k->asked - 1 ? 1 : (double)i / (k->asked - 1);
+    return made;
+}
+
+/* -- what the sweep delivers ------------------------------------------------------------------------- */
+
+typedef struct job {
+    kempe_kinematics *k;
+    kmp_sweep sweep;
+    double *zero;  /* m multipliers */
+    double *start; /* n: the leads' assembled values */
+    kmp_text reason;
+} job;
+
+/* ds/dt */
+static double rate_of_s(const kempe_kinematics *k)
+{
+    const kmp_lead *lead = &k->lead[isnan(k->speed) ? k->time : k->first];
+    double range = lead->to - lead->from;
+    return isnan(k->speed) ? 1 / range : k->speed / fabs(range);
+}
+
+static void show(job *j, double s, const double *q, const double *qd, const double *qdd, double *out)
+{
+    const kempe_kinematics *k = j->k;
+    double t = k->time < 0 ? 0 : kmp_lead_value(&k->lead[k->time], s);
+    if (k->width == 0)
+        return;
+    const double *all = kmp_plant_shown(j->sweep.plant, t, q, qd, qdd, j->zero);
+    for (int c = 0; c < k->width; c++)
+        out[c] = all[k->column[c].at];
+}
+
+static void take_row(void *user, double s, const double *q, const double *qs, const double *qss)
+{
+    job *j = user;
+    kempe_kinematics *k = j->k;
+    size_t at = (size_t)k->count++, n = (size_t)k->system->n;
+    double rate = rate_of_s(k), *qd = k->qd + at * n, *qdd = k->qdd + at * n;
+    k->s[at] = s;
+    memcpy(k->q + at * n, q, n * sizeof *q);
+    for (size_t i = 0; i < n; i++) {
+        qd[i] = qs ? qs[i] * rate : NAN;
+        qdd[i] = qss ? qss[i] * rate * rate : NAN;
+    }
+    show(j, s, q, qd, qdd, k->shown + at * (size_t)k->width);
+}
+
+static void take_change(void *user, const kmp_sweep_pose *pose, double margin)
+{
+    kempe_kinematics *k = ((job *)user)->k;
+    size_t n = (size_t)k->system->n;
+    kmp_change_point *more = kmp_realloc(k->change, (size_t)k->change_count + 1, sizeof *more);
+    double *q = KMP_ARENA_NEW(&k->arena, double, n);
+    k->change = more ? more : k->change;
+    k->arena.failed = k->arena.failed || !more;
+    if (!k->arena.failed)
+        k->change[k->change_count++] = (kmp_change_point){pose->x[n], margin, memcpy(q, pose->x, n * sizeof *q)};
+}
+
+/* -- dead centres ------------------------------------------------------------------------------------ */
+
+static bool leads(const kempe_kinematics *k, int coordinate)
+{
+    for (int i = 0; i < k->lead_count; i++)
+        if (k->lead[i].coordinate == coordinate)
+            return true;
+    return false;
+}
+
+static double speed_here(const job *j, int coordinate)
+{
+    return fabs(j->sweep.here.dx[coordinate]) / j->sweep.unit[coordinate];
+}
+
+/* Coordinates that move most there, the best first. */
+static char *list_instead(const job *j)
+{
+    const kempe_system *s = j->k->system;
+    kmp_text text = {0};
+    int count = 0, *best = KMP_ARENA_NEW(&j->k->arena, int, s->n);
+    for (int c = 0; best && c < s->n; c++) {
+        if (leads(j->k, c) || speed_here(j, c) <= SHARE * kmp_sweep_fastest(&j->sweep, &j->sweep.here))
+            continue;
+        int at = count++;
+        for (; at > 0 && speed_here(j, best[at - 1]) < speed_here(j, c); at--)
+            best[at] = best[at - 1];
+        best[at] = c;
+    }
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&text, "%s%s", k ? ", " : "", s->model->motions[best[k]].name);
+    return keep_text(j->k, &text);
+}
+
+static double s_here(const job *j)
+{
+    return j->sweep.here.x[j->sweep.n];
+}
+
+static double value_here(const job *j, const kmp_lead *lead)
+{
+    return lead->coordinate < 0 ? kmp_lead_value(lead, s_here(j)) : j->sweep.here.x[lead->coordinate];
+}
+
+/* Where the sweep stands; `up`: s was growing. */
+static bool take_dead(job *j, bool up)
+{
+    kempe_kinematics *k = j->k;
+    kmp_sweep_pose *here = &j->sweep.here;
+    const kmp_lead *lead = &k->lead[k->first];
+    size_t n = (size_t)k->system->n, width = (size_t)k->width;
+    int d = k->dead_count++;
+    double *nothing = KMP_ARENA_NEW(&k->arena, double, n);
+    k->dead_q[d] = KMP_ARENA_NEW(&k->arena, double, n);
+    k->dead_shown[d] = KMP_ARENA_NEW(&k->arena, double, width);
+    char *instead = list_instead(j);
+    if (k->arena.failed)
+        return false;
+    memcpy(k->dead_q[d], here->x, n * sizeof *here->x);
+    show(j, s_here(j), here->x, nothing, nothing, k->dead_shown[d]);
+    k->dead[d] = (kempe_dead_centre){s_here(j),
+                                     kmp_kinematics_name(k, lead),
+                                     value_here(j, lead),
+                                     up == (lead->to > lead->from) ? 1 : -1,
+                                     kmp_sweep_hold(&j->sweep, here),
+                                     kmp_sweep_margin(&j->sweep, here),
+                                     instead};
+    return true;
+}
+
+/* -- the way ----------------------------------------------------------------------------------------- */
+
+/* Values of s of the first row that was reached, for the count of those before it. */
+static int first_row_from(const kempe_kinematics *k, double s)
+{
+    int row = 0;
+    while (row < k->asked && k->asked_s[row] < s - 1e-12)
+        row++;
+    return row;
+}
+
+static const char *unit_of(const kempe_kinematics *k, const kmp_lead *lead)
+{
+    return lead->coordinate < 0 ? "s" : k->system->model->motions[lead->coordinate].rotation ? "rad" : "m";
+}
+
+static void say_dead(job *j, int d)
+{
+    const kempe_kinematics *k = j->k;
+    const kempe_dead_centre *dead = &k->dead[d];
+    int moving = 0;
+    for (int i = 0; i < k->lead_count; i++)
+        moving += k->lead[i].from != k->lead[i].to;
+    kmp_text_printf(&j->reason, "%sdead centre: %s'%s' goes no %s than %.15g %s on this branch",
+                    j->reason.length ? "; " : "", moving > 1 ? "what is driven goes on no longer together: " : "",
+                    dead->coordinate, dead->largest > 0 ? "farther" : "lower", dead->value,
+                    unit_of(k, &k->lead[k->first]));
+    if (k->first == k->time)
+        kmp_text_put(&j->reason, ", where what moves in time is locked");
+    if (*dead->instead)
+        kmp_text_printf(&j->reason, ", there %s could drive on", dead->instead);
+}
+
+static void say_lost(job *j)
+{
+    const kempe_kinematics *k = j->k;
+    const kmp_lead *lead = &k->lead[k->first];
+    const kmp_sweep_pose *here = &j->sweep.here;
+    kmp_text_printf(&j->reason, "steps come to nothing at %s = %.9g %s (margin of the closures %.1e)",
+                    kmp_kinematics_name(k, lead), value_here(j, lead), unit_of(k, lead),
+                    kmp_sweep_margin(&j->sweep, here));
+    kmp_angles_explain(k->system->model, here->x, &j->reason);
+}
+
+static kempe_status end_of(job *j, kmp_sweep_end end)
+{
+    if (end == KMP_SWEEP_NO_MEMORY || j->k->arena.failed)
+        return kmp_fail_memory(j->k->system->context);
+    if (end == KMP_SWEEP_INTERRUPTED)
+        kmp_text_put(&j->reason, "interrupted");
+    if (end == KMP_SWEEP_LOST)
+        say_lost(j);
+    return end == KMP_SWEEP_LOST ? KEMPE_E_FAILED : end == KMP_SWEEP_INTERRUPTED ? KEMPE_STOPPED : KEMPE_OK;
+}
+
+/* Where the leads are, on their own line: s of it. false: they are not on it. */
+static bool on_line(const job *j, double *s)
+{
+    const kempe_kinematics *k = j->k;
+    const kmp_lead *first = &k->lead[k->first];
+    *s = (j->start[k->first] - first->from) / (first->to - first->from);
+    for (int i = 0; i < k->lead_count; i++)
+        if (i != k->first && (k->lead[i].from != k->lead[i].to || k->lead[i].from != j->start[i]))
+            return false;
+    return true;
+}
+
+/* The given leads take over where s is as given. */
+static kempe_status lead(job *j, const kmp_lead *leads, double s)
+{
+    const kempe_kinematics *k = j->k;
+    kempe_status status = kmp_sweep_lead(&j->sweep, k->lead_count, leads, s);
+    return status != KEMPE_E_FAILED
+               ? status
+               : kmp_fail(k->system->context, status,
+                          "what is driven does not determine the rest where the sweep begins: a dead centre of '%s'",
+                          kmp_kinematics_name(k, &k->lead[k->first]));
+}
+
+/* Goes to s_end, where so many rows are wanted. */
+static kempe_status go(job *j, double s_end, int rows, kmp_sweep_end *end)
+{
+    kempe_kinematics *k = j->k;
+    const kmp_sweep_task task = {s_end, rows, k->asked_s + k->begin, take_row, take_change, j};
+    *end = kmp_sweep_go(&j->sweep, &task);
+    if (rows == 0)
+        k->change_count = 0; /* not of the range, or told again on the way back */
+    return end_of(j, *end);
+}
+
+/* From the assembled state to A, along a line of its own. */
+static kempe_status approach_aside(job *j)
+{
+    kempe_kinematics *k = j->k;
+    kmp_lead *way = KMP_ARENA_NEW(&k->arena, kmp_lead, k->lead_count);
+    kmp_sweep_end end;
+    bool moves = false;
+    if (!way)
+        return kmp_fail_memory(k->system->context);
+    for (int i = 0; i < k->lead_count; i++) {
+        way[i] = (kmp_lead){k->lead[i].coordinate, j->start[i], k->lead[i].from};
+        moves = moves || way[i].from != way[i].to;
+    }
+    kempe_status status = moves ? lead(j, way, 0) : KEMPE_OK;
+    if (!moves || status != KEMPE_OK || (status = go(j, 1, 0, &end)) != KEMPE_OK)
+        return status;
+    if (end == KMP_SWEEP_DEAD)
+        return kmp_fail(k->system->context, KEMPE_E_FAILED,
+                        "the beginning of the ranges cannot be reached from where the model assembles: on the "
+                        "way there is a dead centre at '%s' = %.9g",
+                        kmp_kinematics_name(k, &k->lead[k->first]), value_here(j, &k->lead[k->first]));
+    return s_here(j) == 1
+               ? KEMPE_OK
+               : kmp_fail(k->system->context, KEMPE_E_FAILED,
+                          "the beginning of the ranges is a change point, where branches meet: begin elsewhere");
+}
+
+/* Along the line of the range itself; where that ends in a dead centre within the range, the rows begin there. */
+static kempe_status approach_along(job *j, double s)
+{
+    kempe_kinematics *k = j->k;
+    kmp_sweep_end end;
+    kempe_status status = lead(j, k->lead, s);
+    if (status != KEMPE_OK || (status = go(j, 0, 0, &end)) != KEMPE_OK || end != KMP_SWEEP_DEAD)
+        return status;
+    if (!take_dead(j, s < 0))
+        return kmp_fail_memory(k->system->context);
+    k->begin = first_row_from(k, s_here(j));
+    bool reached = s > 0 && k->begin < k->asked;
+    if (k->begin > 0 || !reached)
+        say_dead(j, 0);
+    return reached ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+static kempe_status go_through(job *j)
+{
+    kempe_kinematics *k = j->k;
+    int rows = k->asked - k->begin;
+    kmp_sweep_end end;
+    kempe_status status = go(j, 1, rows, &end);
+    if (status == KEMPE_OK && end == KMP_SWEEP_DEAD) {
+        if (!take_dead(j, true))
+            return kmp_fail_memory(k->system->context);
+        if (k->count < rows)
+            say_dead(j, k->dead_count - 1);
+    }
+    return status == KEMPE_OK && k->count < k->asked ? KEMPE_STOPPED : status;
+}
+
+static kempe_status follow(job *j)
+{
+    kempe_kinematics *k = j->k;
+    double s;
+    kempe_status status = KEMPE_OK;
+    if (on_line(j, &s)) {
+        status = s != 0 ? approach_along(j, s) : lead(j, k->lead, 0);
+    } else {
+        status = approach_aside(j);
+        if (status == KEMPE_OK)
+            status = lead(j, k->lead, 0);
+    }
+    return status == KEMPE_OK ? go_through(j) : status;
+}
+
+/* -- all of it --------------------------------------------------------------------------------------- */
+
+/* From the assembled state q. */
+static kempe_status sweep_from(job *j, const double *q)
+{
+    kempe_kinematics *k = j->k;
+    for (int i = 0; i < k->lead_count; i++) {
+        int c = k->lead[i].coordinate;
+        j->start[i] = c < 0 ? 0 : q[c];
+        if (i >= k->driven)
+            k->lead[i].from = k->lead[i].to = q[c];
+    }
+    bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
+    const kmp_lead from_zero = {-1, 0, timed ? k->lead[k->time].to : 0};
+    kempe_status status = kmp_sweep_stand(&j->sweep, 0, q);
+    if (status == KEMPE_OK)
+        status = kmp_kinematics_check_leads(k, &j->sweep);
+    if (status == KEMPE_OK && timed)
+        status = kmp_sweep_let_move(&j->sweep, &from_zero, 0, q);
+    if (status == KEMPE_OK)
+        status = follow(j);
+    k->effort = j->sweep.effort;
+    return status;
+}
+
+static kempe_status run(job *j, const kempe_kinematics_options *ask)
+{
+    const kempe_system *s = j->k->system;
+    const char *backend = ask->backend ? ask->backend : kmp_backend_default();
+    kempe_assembly *assembly = NULL;
+    if (!kmp_backend_find(backend))
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", backend,
+                        kmp_backend_names());
+    kempe_status status = kempe_assemble(s, &assembly);
+    j->zero = KMP_ARENA_NEW(&j->k->arena, double, s->m);
+    j->start = KMP_ARENA_NEW(&j->k->arena, double, j->k->lead_count);
+    if (status == KEMPE_OK && j->k->arena.failed)
+        status = kmp_fail_memory(s->context);
+    if (status == KEMPE_OK)
+        status = kmp_sweep_init(&j->sweep, s, backend, j->k->released);
+    if (status == KEMPE_OK) {
+        status = sweep_from(j, assembly->q);
+        kmp_sweep_free(&j->sweep);
+    }
+    kempe_assembly_free(assembly);
+    return status;
+}
+
+static kempe_status finish(job *j, kempe_status status)
+{
+    kempe_kinematics *k = j->k;
+    k->status = status;
+    if (j->reason.length == 0)
+        return status;
+    if (status == KEMPE_E_FAILED && !j->reason.failed)
+        (void)kmp_fail(k->system->context, status, "%s", j->reason.s);
+    k->reason = keep_text(k, &j->reason);
+    return k->reason ? status : kmp_fail_memory(k->system->context);
+}
+
+kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_options *ask,
+                                  kempe_kinematics **kinematics)
+{
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_kinematics_options){0};
+    KMP_WANTED(system->context, kinematics, "kinematics");
+    kmp_context_begin(system->context);
+    double begin = kmp_cpu_now();
+    kempe_kinematics *k = KMP_NEW(kempe_kinematics, 1);
+    if (!k)
+        return kmp_fail_memory(system->context);
+    k->system = system;
+    job j = {.k = k};
+    kempe_status status = kmp_kinematics_ask(k, ask);
+    if (status == KEMPE_OK)
+        status = take_columns(k);
+    if (status == KEMPE_OK && !make_room(k))
+        status = kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = finish(&j, run(&j, ask));
+    k->cpu_s = kmp_cpu_now() - begin;
+    k->warnings = kmp_context_warnings(system->context);
+    bool something = k->count > 0 || k->dead_count > 0; /* to be told even of a failure */
+    if (status >= 0 || (status == KEMPE_E_FAILED && something))
+        *kinematics = k;
+    else
+        kempe_kinematics_free(k);
+    return status;
+}
+
+void kempe_kinematics_free(kempe_kinematics *k)
+{
+    if (!k)
+        return;
+    kmp_free(k->warnings);
+    kmp_free(k->change);
+    kmp_arena_free(&k->arena);
+    kmp_free(k);
+}
+
+/* -- queries ----------------------------------------------------------------------------------------- */
+
+const char *kempe_kinematics_status(const kempe_kinematics *k)
+{
+    KMP_GIVEN(k, "");
+    return k->status == KEMPE_OK ? "ok" : k->status == KEMPE_STOPPED ? "stopped" : "failed";
+}
+
+const char *kempe_kinematics_reason(const kempe_kinematics *k)
+{
+    KMP_GIVEN(k, "");
+    return k->reason ? k->reason : "";
+}
+
+int kempe_kinematics_count(const kempe_kinematics *k)
+{
+    KMP_GIVEN(k, 0);
+    return k->count;
+}
+
+double kempe_kinematics_s(const kempe_kinematics *k, int row)
+{
+    KMP_GIVEN(k, NAN);
+    return row >= 0 && row < k->count ? k->s[row] : NAN;
+}
+
+double kempe_kinematics_t(const kempe_kinematics *k, int row)
+{
+    KMP_GIVEN(k, NAN);
+    double s = kempe_kinematics_s(k, row);
+    return k->time < 0 ? s / rate_of_s(k) : kmp_lead_value(&k->lead[k->time], s);
+}
+
+static const double *row_of(const kempe_kinematics *k, const double *table, int width, int row)
+{
+    return row >= 0 && row < k->count ? table + (size_t)row * (size_t)width : NULL;
+}
+
+const double *kempe_kinematics_q(const kempe_kinematics *k, int row)
+{
+    KMP_GIVEN(k, NULL);
+    return row_of(k, k->q, k->system->n, row);
+}
+
+const double *kempe_kinematics_qd(const kempe_kinematics *k, int row)
+{
+    KMP_GIVEN(k, NULL);
+    return row_of(k, k->qd, k->system->n, row);
+}
+
+const double *kempe_kinematics_qdd(const kempe_kinematics *k, int row)
+{
+    KMP_GIVEN(k, NULL);
+    return row_of(k, k->qdd, k->system->n, row);
+}
+
+int kempe_kinematics_output_count(const kempe_kinematics *k)
+{
+    KMP_GIVEN(k, 0);
+    return k->width;
+}
+
+const char *kempe_kinematics_output_name(const kempe_kinematics *k, int column)
+{
+    KMP_GIVEN(k, NULL);
+    return column >= 0 && column < k->width ? k->column[column].name : NULL;
+}
+
+const double *kempe_kinematics_outputs(const kempe_kinematics *k, int row)
+{
+    KMP_GIVEN(k, NULL);
+    return row_of(k, k->shown, k->width, row);
+}
+
+int kempe_kinematics_dead_count(const kempe_kinematics *k)
+{
+    KMP_GIVEN(k, 0);
+    return k->dead_count;
+}
+
+const kempe_dead_centre *kempe_kinematics_dead(const kempe_kinematics *k, int d)
+{
+    KMP_GIVEN(k, NULL);
+    return d >= 0 && d < k->dead_count ? &k->dead[d] : NULL;
+}
+
+const double *kempe_kinematics_dead_q(const kempe_kinematics *k, int d)
+{
+    KMP_GIVEN(k, NULL);
+    return d >= 0 && d < k->dead_count ? k->dead_q[d] : NULL;
+}
+
+int kempe_kinematics_change_count(const kempe_kinematics *k)
+{
+    KMP_GIVEN(k, 0);
+    return k->change_count;
+}
+
+double kempe_kinematics_change(const kempe_kinematics *k, int c)
+{
+    KMP_GIVEN(k, NAN);
+    return c >= 0 && c < k->change_count ? k->change[c].s : NAN;
+}

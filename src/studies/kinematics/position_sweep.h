@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a sweep leaves (analysis/sweep.h): rows, dead centres, change points. */
+#ifndef KMP_STUDIES_KINEMATICS_POSITION_SWEEP_H
+#define KMP_STUDIES_KINEMATICS_POSITION_SWEEP_H
+
+#include "studies/kinematics/sweep.h"
+
+enum { KMP_MOST_DEAD = 2 }; /* one at either end */
+
+typedef struct kmp_change_point {
+    double s, margin;
+    double *q; /* n */
+} kmp_change_point;
+
+/** A column of outputs: of which of the model's, which component of it, where among all that are computed. */
+typedef struct kmp_shown_column {
+    int output, component, at;
+    char *name;
+} kmp_shown_column;
+
+struct kempe_kinematics {
+    const kempe_system *system;
+    kmp_arena arena; /* of all but warnings and change points */
+    kempe_status status;
+    char *reason;   /* NULL: none */
+    char *warnings; /* of the computation, one a line */
+    int lead_count, driven;
+    kmp_lead *lead; /* what is driven, then what is held */
+    int first;      /* the first that moves */
+    int time;       /* the time's, -1 */
+    double speed;   /* of the first, NaN with the time */
+    bool *released; /* closures of the model that were */
+    int asked;      /* rows */
+    double *asked_s;
+    int begin, count;         /* the first row that was reached, how many were */
+    double *s, *q, *qd, *qdd; /* asked, and n each */
+    int width;
+    kmp_shown_column *column; /* width */
+    double *shown;            /* width a row */
+    kempe_dead_centre dead[KMP_MOST_DEAD];
+    double *dead_q[KMP_MOST_DEAD]; /* n each */
+    double *dead_shown[KMP_MOST_DEAD];
+    int dead_count;
+    kmp_change_point *change;
+    int change_count;
+    kmp_sweep_effort effort;
+    double cpu_s;
+};
+
+/** "crank", or "t". */
+const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_lead *lead);
+
+#endif

@@ -1,0 +1,259 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/kinematics/sweep_options.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "model/tables/nearest.h"
+#include "model/tables/ranges.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { DEFAULT_ROWS = 361, MOST_NAME = 256, MOST_ROWS = 1000000 };
+
+static bool is_coordinate(const kempe_model *model, int k, const char *name)
+{
+    char numbered[MOST_NAME];
+    const kmp_motion *m = &model->motions[k];
+    int length = snprintf(numbered, sizeof numbered, "%s.%d", model->bodies[m->body].joint, m->number);
+    return strcmp(m->name, name) == 0 || (length > 0 && length < MOST_NAME && strcmp(numbered, name) == 0);
+}
+
+/* A drive or lock of the model; -1: none is called so. */
+static int find_drive(const kempe_model *model, const char *name)
+{
+    for (int c = 0; c < model->closure_count; c++)
+        if (kmp_closure_is_drive(&model->closures[c]) && strcmp(model->closures[c].name, name) == 0)
+            return c;
+    return -1;
+}
+
+/* Says that a name is no such word, and which one may have been meant. */
+static kempe_status refuse_name(const kempe_model *model, const char *name, bool coordinates, const char *word)
+{
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    kmp_text hint = {0};
+    for (int k = 0; coordinates && k < model->motion_count; k++)
+        kmp_nearest_offer(&nearest, model->motions[k].name);
+    for (int c = 0; c < model->closure_count; c++)
+        if (kmp_closure_is_drive(&model->closures[c]))
+            kmp_nearest_offer(&nearest, model->closures[c].name);
+    kmp_nearest_suggest(&nearest, &hint);
+    kempe_status status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is no %s of '%s'%s%s", name, word,
+                                   model->name, coordinates ? ", and not t" : "", hint.s ? hint.s : "");
+    kmp_text_free(&hint);
+    return status;
+}
+
+/* The coordinate of a name, which may be that of its drive; -1: the time. */
+static kempe_status find(const kempe_model *model, const char *name, int *coordinate)
+{
+    int drive = find_drive(model, name);
+    *coordinate = drive >= 0 ? model->closures[drive].motion : -2;
+    for (int k = 0; k < model->motion_count; k++)
+        if (is_coordinate(model, k, name))
+            *coordinate = k;
+    if (*coordinate == -2 && strcmp(name, "t") == 0)
+        *coordinate = -1;
+    return *coordinate == -2 ? refuse_name(model, name, true, "coordinate and no drive") : KEMPE_OK;
+}
+
+const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_lead *lead)
+{
+    return lead->coordinate < 0 ? "t" : k->system->model->motions[lead->coordinate].name;
+}
+
+static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
+{
+    const char *name = range->name;
+    kmp_lead lead = {0, range->from, range->to};
+    kempe_status status = find(k->system->model, name, &lead.coordinate);
+    if (status == KEMPE_OK && lead.coordinate < 0)
+        status = kmp_range_fits(k->system->context, "drive", range, KMP_DIM_TIME);
+    else if (status == KEMPE_OK)
+        status = kmp_range_fits_motion(k->system->context, "drive", range,
+                                       k->system->model->motions[lead.coordinate].rotation, 0);
+    if (status != KEMPE_OK)
+        return status;
+    for (int i = 0; i < k->lead_count; i++)
+        if (k->lead[i].coordinate == lead.coordinate)
+            return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "'%s' is driven or held twice", name);
+    if (lead.coordinate < 0)
+        k->time = k->lead_count;
+    k->lead[k->lead_count++] = lead;
+    return KEMPE_OK;
+}
+
+/* One count for all, from wherever it is given. */
+static kempe_status count_rows(kempe_kinematics *k, const kmp_ranges *ranges, int points)
+{
+    int count = points;
+    for (int i = 0; i < ranges->count; i++) {
+        int here = ranges->range[i].count;
+        if (here < 2)
+            continue;
+        if (count > 0 && count != here)
+            return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
+                            "what is driven goes together, with one number of rows: %d or %d?", count, here);
+        count = here;
+    }
+    k->asked = count > 0 ? count : DEFAULT_ROWS;
+    if (k->asked < 2 || k->asked > MOST_ROWS)
+        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "%d rows are not possible: 2 to %d", k->asked, MOST_ROWS);
+    return KEMPE_OK;
+}
+
+static kempe_status add_ranges(kempe_kinematics *k, const kmp_ranges *ranges)
+{
+    kempe_status status = KEMPE_OK;
+    for (int i = 0; i < ranges->count && status == KEMPE_OK; i++)
+        status = add_lead(k, &ranges->range[i]);
+    k->driven = k->lead_count;
+    k->first = -1;
+    for (int i = k->driven - 1; i >= 0; i--)
+        if (k->lead[i].from != k->lead[i].to)
+            k->first = i;
+    if (status == KEMPE_OK && k->first < 0)
+        status = kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
+                          "nothing moves: give at least one range from a value to another, NAME=A:B");
+    return status;
+}
+
+static kempe_status add_held(kempe_kinematics *k, char *name)
+{
+    kempe_status status = add_lead(k, &(kmp_range){.name = name});
+    if (status == KEMPE_OK && k->time == k->lead_count - 1)
+        status = kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time is not held: it stays 0 by itself");
+    return status;
+}
+
+/* Drives and locks of what is driven by the user, and those that are named. */
+static kempe_status release(kempe_kinematics *k, int count, char *const *names)
+{
+    const kempe_model *model = k->system->model;
+    for (int c = 0; c < model->closure_count; c++)
+        for (int i = 0; i < k->driven; i++)
+            if (k->lead[i].coordinate >= 0 && kmp_closure_is_drive(&model->closures[c]) &&
+                model->closures[c].motion == k->lead[i].coordinate)
+                k->released[c] = true;
+    for (int i = 0; i < count; i++) {
+        int drive = find_drive(model, names[i]);
+        if (drive < 0)
+            return refuse_name(model, names[i], false, "drive and no lock");
+        k->released[drive] = true;
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status take_speed(kempe_kinematics *k, double speed)
+{
+    if (k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to) {
+        k->speed = NAN;
+        return speed > 0 ? kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
+                                    "a speed and a range of t contradict each other: the time has its own")
+                         : KEMPE_OK;
+    }
+    k->speed = speed > 0 ? speed : 1;
+    return KEMPE_OK;
+}
+
+static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options *ask, const kmp_ranges *ranges)
+{
+    char **held, **released;
+    int hold_count = kmp_text_words(&k->arena, ask->hold, &held);
+    int release_count = kmp_text_words(&k->arena, ask->release, &released);
+    k->lead = KMP_ARENA_NEW(&k->arena, kmp_lead, ranges->count + hold_count);
+    k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
+    if (k->arena.failed)
+        return kmp_fail_memory(k->system->context);
+    kempe_status status = add_ranges(k, ranges);
+    for (int i = 0; status == KEMPE_OK && i < hold_count; i++)
+        status = add_held(k, held[i]);
+    if (status == KEMPE_OK)
+        status = count_rows(k, ranges, ask->points);
+    if (status == KEMPE_OK)
+        status = take_speed(k, ask->speed);
+    return status == KEMPE_OK ? release(k, release_count, released) : status;
+}
+
+kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_options *ask)
+{
+    kmp_ranges ranges;
+    k->time = k->first = -1;
+    if (!ask->sweep || !*ask->sweep)
+        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "what is to be driven? 'NAME=A:B'");
+    KMP_TRY(kmp_ranges_read(k->system->context, ask->sweep, &ranges));
+    kempe_status status = take_all(k, ask, &ranges);
+    kmp_ranges_free(&ranges);
+    return status;
+}
+
+/* -- whether it determines the rest ------------------------------------------------------------------ */
+
+static kempe_status too_few(const kempe_model *model, int p, int have, const char *names)
+{
+    return kmp_fail(model->context, KEMPE_E_FAILED,
+                    "the mechanism has %d degree%s of freedom and %d coordinate%s driven or held: drive or hold %d "
+                    "more, for instance %s ('--hold %s' keeps %s as assembled)",
+                    p, p == 1 ? "" : "s", have, have == 1 ? " is" : "s are", p - have, names, names,
+                    p - have == 1 ? "it" : "them");
+}
+
+static kempe_status too_many(const kempe_model *model, int p, int have)
+{
+    if (p == 0)
+        return kmp_fail(model->context, KEMPE_E_FAILED,
+                        "the mechanism has no degree of freedom beside its own drives and locks: drive one of them by "
+                        "its name, leave one aside ('--release NAME'), or lead the time, t=A:B");
+    return kmp_fail(model->context, KEMPE_E_FAILED,
+                    "the mechanism has %d degree%s of freedom, but %d coordinates are driven or held: %d too many, "
+                    "which the closures would contradict",
+                    p, p == 1 ? "" : "s", have, have - p);
+}
+
+static kempe_status contradiction(const kempe_model *model, int follows, int p, const char *names)
+{
+    const char *name = model->motions[follows].name;
+    if (p == 1)
+        return kmp_fail(model->context, KEMPE_E_FAILED,
+                        "'%s' cannot lead where the model assembles: it is a dead centre of it, or it never moves; "
+                        "begin elsewhere ('start:'), or drive %s",
+                        name, names);
+    return kmp_fail(model->context, KEMPE_E_FAILED,
+                    "'%s' follows from the others that are driven or held, or stands in a dead centre where the model "
+                    "assembles: they contradict each other; drive or hold %s instead",
+                    name, names);
+}
+
+kempe_status kmp_kinematics_check_leads(const kempe_kinematics *k, kmp_sweep *sweep)
+{
+    const kempe_model *model = k->system->model;
+    int have = 0, follows = -1, p = sweep->p, *order = KMP_NEW(int, sweep->n + sweep->p);
+    bool *given = KMP_NEW(bool, sweep->n);
+    kmp_text names = {0};
+    for (int i = 0; given && i < k->lead_count; i++)
+        if (k->lead[i].coordinate >= 0) {
+            given[k->lead[i].coordinate] = true;
+            have++;
+        }
+    int rank = given && order ? kmp_sweep_order(sweep, given, order) : -1;
+    for (int i = 0; i < rank; i++)
+        given[order[i]] = false;
+    for (int c = 0; rank >= 0 && c < sweep->n && follows < 0; c++)
+        follows = given[c] ? c : -1;
+    for (int i = rank; rank >= 0 && i < p; i++)
+        kmp_text_printf(&names, "%s%s", i > rank ? "," : "", model->motions[order[i]].name);
+    const char *would = names.s ? names.s : "nothing";
+    kempe_status status = KEMPE_OK;
+    if (rank < 0 || names.failed)
+        status = kmp_fail_memory(model->context);
+    else if (have > p)
+        status = too_many(model, p, have);
+    else if (follows >= 0)
+        status = contradiction(model, follows, p, would);
+    else if (have < p)
+        status = too_few(model, p, have, would);
+    kmp_text_free(&names);
+    kmp_free(given);
+    kmp_free(order);
+    return status;
+}

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What `linearize` says: the state, names, the matrices that are small enough to be read. */
+#include "base/memory.h"
+#include "output/print.h"
+#include "studies/linearize/linearize.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_COLUMNS = 8, MOST_ROWS = 24 };
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static const char *state_sentence(const kmp_channels *c)
+{
+    return c->at->equilibrium ? (c->goes_on ? "about the steady motion" : "at the equilibrium")
+           : c->goes_on       ? "at the start, which is a steady motion"
+           : c->rests         ? "at the start, which is an equilibrium"
+                              : "at the start, which moves on: the matrices hold at this instant";
+}
+
+static void list(kmp_text *text, const char *what, const kmp_names *names)
+{
+    if (names->count == 0)
+        return;
+    kmp_text_printf(text, "  %-8s ", what);
+    for (int k = 0; k < names->count; k++)
+        kmp_text_printf(text, "%s%s%s%s%s", k ? ", " : "", names->name[k], names->unit[k][0] ? " [" : "",
+                        names->unit[k], names->unit[k][0] ? "]" : "");
+    kmp_text_put(text, "\n");
+}
+
+static void show_matrix(kmp_text *text, const kmp_matrix_row *row)
+{
+    if (row->rows == 0 || row->columns == 0)
+        return;
+    bool fits = row->columns <= MOST_COLUMNS && row->rows <= MOST_ROWS;
+    kmp_text_printf(text, "\n%s  %d x %d%s%s%s\n", row->name, row->rows, row->columns, row->meaning[0] ? "   " : "",
+                    row->meaning, fits ? "" : "   (in -o FILE.npz and --json)");
+    for (int i = 0; fits && i < row->rows; i++) {
+        for (int k = 0; k < row->columns; k++)
+            kmp_text_printf(text, " %13.6g", row->values[i + k * row->rows] + 0.0);
+        kmp_text_put(text, "\n");
+    }
+}
+
+static void show(kmp_text *text, const kempe_linearization *l)
+{
+    const kmp_channels *c = &l->channels;
+    kmp_text_printf(text, "%s: linear %s (t = 0), %d degree%s of freedom\n", c->system->model->name, state_sentence(c),
+                    c->linear.p, c->linear.p == 1 ? "" : "s");
+    list(text, "states", &c->states);
+    list(text, "inputs", &c->loads);
+    list(text, "outputs", &c->outputs);
+    for (int k = 0; k < KMP_MATRICES; k++) {
+        kmp_matrix_row row = kmp_linearization_row(l, k);
+        show_matrix(text, &row);
+    }
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void json_names(kmp_json *j, const char *key, const kmp_names *names)
+{
+    kmp_json_array(j, key);
+    for (int k = 0; k < names->count; k++) {
+        kmp_json_object(j, NULL);
+        kmp_json_string(j, "name", names->name[k]);
+        kmp_json_string(j, "unit", names->unit[k]);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+}
+
+/* One array a row. A row has at most `most` numbers, room for which is given. */
+static void json_matrix(kmp_json *j, const kmp_matrix_row *row, double *room)
+{
+    kmp_json_array(j, row->name);
+    for (int i = 0; i < row->rows; i++) {
+        for (int k = 0; k < row->columns; k++)
+            room[k] = row->values[i + k * row->rows] + 0.0;
+        kmp_json_numbers(j, NULL, row->columns, room);
+    }
+    kmp_json_end(j);
+}
+
+static void json(kmp_text *text, const kempe_linearization *l, double *room)
+{
+    const kmp_channels *c = &l->channels;
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, c->system, KEMPE_OK, "", c->build_s, c->warnings);
+    kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
+    kmp_json_string(&j, "state", c->goes_on ? "steady" : c->rests ? "rests" : "moves");
+    kmp_json_number(&j, "residual", c->residual);
+    kmp_print_coordinates(&j, "u", c->system, c->linear.p, c->linear.part.u);
+    kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
+    kmp_print_entries(&j, "qd", c->system, KMP_QUANTITY_QD, c->at->qd);
+    json_names(&j, "states", &c->states);
+    json_names(&j, "inputs", &c->loads);
+    json_names(&j, "outputs", &c->outputs);
+    kmp_json_numbers(&j, "y", c->outputs.count, c->transfer.value);
+    for (int k = 0; k < KMP_MATRICES; k++) {
+        kmp_matrix_row row = kmp_linearization_row(l, k);
+        json_matrix(&j, &row, room);
+    }
+    kmp_json_end(&j);
+}
+
+kempe_status kempe_linearization_print(const kempe_linearization *linearization, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, linearization, "linearization");
+    KMP_WANTED(linearization->channels.linear.system->context, text, "text");
+    kempe_context *context = linearization->channels.system->context;
+    kmp_text out = {0};
+    int most = 1;
+    kmp_context_clear(context);
+    for (int k = 0; k < KMP_MATRICES; k++) {
+        int columns = kmp_linearization_row(linearization, k).columns;
+        most = columns > most ? columns : most;
+    }
+    double *room = KMP_NEW(double, most);
+    if (!room)
+        return kmp_fail_memory(context);
+    if (format == KEMPE_JSON)
+        json(&out, linearization, room);
+    else
+        show(&out, linearization);
+    kmp_free(room);
+    return kmp_print_finish(context, &out, text);
+}

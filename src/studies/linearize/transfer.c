@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/linearize/transfer.h"
+#include "base/memory.h"
+#include "linalg/dense/dense.h"
+#include <string.h>
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+/* A drive's function acts with its rates; everything else as it is. */
+static int orders(kmp_asked_kind kind)
+{
+    return kind == KMP_ASKED_DRIVE ? 3 : 1;
+}
+
+static void list_loads(kmp_transfer *t, const int *place)
+{
+    int at = 0;
+    for (int i = 0; i < t->inputs->count; i++) {
+        kmp_asked_kind kind = t->inputs->input[i].kind;
+        for (int order = 0; order < orders(kind); order++)
+            t->load[at++] = (kmp_load){.input = i,
+                                       .order = order,
+                                       .parameter = kind == KMP_ASKED_PARAMETER ? place[i] : -1,
+                                       .place = kind == KMP_ASKED_FORCE ? place[i] : -1};
+    }
+}
+
+kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
+                               const kmp_asked_inputs *inputs, const int *place, int outputs, const kmp_seen *seen)
+{
+    ptrdiff_t n = linear->n, m = linear->m, p = linear->p, columns = 0;
+    for (int i = 0; i < inputs->count; i++)
+        columns += orders(inputs->input[i].kind);
+    kmp_transfer *t = transfer;
+    *t = (kmp_transfer){.linear = linear,
+                        .slopes = slopes,
+                        .n = linear->n,
+                        .m = linear->m,
+                        .p = linear->p,
+                        .inputs = inputs,
+                        .outputs = outputs,
+                        .columns = (int)columns};
+    const kmp_arena_group groups[] = {{n * p, {&t->map, &t->map_rate}},
+                                      {p * columns, {&t->loads}},
+                                      {outputs * p, {&t->by_u, &t->by_ud, &t->by_udd}},
+                                      {outputs * columns, {&t->direct}},
+                                      {outputs, {&t->value}},
+                                      {3 * m + n, {&t->side}},
+                                      {3 * n + m, {&t->moved}},
+                                      {p, {&t->unit}},
+                                      {slopes->shown, {&t->shown}}};
+    t->seen = KMP_ARENA_NEW(&t->arena, kmp_seen, outputs);
+    t->load = KMP_ARENA_NEW(&t->arena, kmp_load, columns);
+    if (!kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups))
+        return kmp_fail_memory(linear->system->context);
+    memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
+    list_loads(t, place);
+    return KEMPE_OK;
+}
+
+void kmp_transfer_free(kmp_transfer *transfer)
+{
+    kmp_arena_free(&transfer->arena);
+    *transfer = (kmp_transfer){0};
+}
+
+/* -- at a state -------------------------------------------------------------------------------------- */
+
+static void see(const kmp_transfer *t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                const double *shown, double *out)
+{
+    const double *in[] = {q, qd, qdd, lambda, shown};
+    for (int k = 0; k < t->outputs; k++)
+        out[k] = in[t->seen[k].in][t->seen[k].index];
+}
+
+/* What follows of a change, of parameter k with it (-1: none): dR, and the outputs into out. */
+static void follow(kmp_transfer *t, const kmp_change *change, int k, double *residual, double *out)
+{
+    double *q = t->moved, *qd = q + t->n, *qdd = qd + t->n, *lambda = qdd + t->n;
+    kmp_linear_follow(t->linear, change, &(kmp_response){q, qd, qdd, lambda, residual});
+    kmp_slopes_along(t->slopes, &t->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, NULL}, k, t->shown);
+    see(t, q, qd, qdd, lambda, t->shown, out);
+}
+
+/* d(position of the point)/dq along the axis, less: what the force takes from R. */
+static void push(kmp_transfer *t, const kmp_load *load, double *force)
+{
+    kmp_direction by = {.q = force};
+    memset(t->shown, 0, (size_t)t->slopes->shown * sizeof *t->shown);
+    t->shown[load->place + t->inputs->input[load->input].axis] = -1;
+    kmp_slopes_gradient(t->slopes, &t->slopes->outputs, t->shown, &by);
+}
+
+/* h = q - f(t) of a drive, f with a little more. */
+static void drive(const kmp_transfer *t, const kmp_load *load, double *rows)
+{
+    for (int r = 0; r < t->m; r++)
+        if (t->linear->system->rows[r].closure == t->inputs->input[load->input].index)
+            rows[r] = -1;
+}
+
+static void follow_load(kmp_transfer *t, const kmp_load *load, double *residual, double *out)
+{
+    int m = t->m;
+    double *h = t->side, *force = h + 3 * m;
+    memset(h, 0, (size_t)(3 * m + t->n) * sizeof *h);
+    switch (t->inputs->input[load->input].kind) {
+    case KMP_ASKED_EFFORT:
+        force[t->inputs->input[load->input].index] = -1;
+        break;
+    case KMP_ASKED_FORCE:
+        push(t, load, force);
+        break;
+    case KMP_ASKED_DRIVE:
+        drive(t, load, h + load->order * m);
+        break;
+    case KMP_ASKED_PARAMETER:
+        (void)kmp_slopes_change(t->slopes, load->parameter, h);
+        break;
+    }
+    follow(t, &(kmp_change){.h = h, .rate = h + m, .curve = h + 2 * m, .force = force}, load->parameter, residual, out);
+}
+
+static void take_values(kmp_transfer *t)
+{
+    const kmp_linear *l = t->linear;
+    kmp_instant at = kmp_linear_instant(l);
+    kmp_slopes_at(t->slopes, &at);
+    see(t, l->q, l->qd, l->qdd, l->lambda, kmp_slopes_values(&t->slopes->outputs, &at), t->value);
+}
+
+void kmp_transfer_eval(kmp_transfer *transfer)
+{
+    kmp_transfer *t = transfer;
+    int n = t->n, p = t->p, outputs = t->outputs;
+    double *unit = t->unit;
+    take_values(t);
+    for (int k = 0; k < p; k++) {
+        unit[k] = 1;
+        follow(t, &(kmp_change){.u = unit}, -1, t->linear->stiffness + k * p, t->by_u + k * outputs);
+        memcpy(t->map + k * n, t->moved, (size_t)n * sizeof *unit);
+        memcpy(t->map_rate + k * n, t->moved + n, (size_t)n * sizeof *unit);
+        follow(t, &(kmp_change){.ud = unit}, -1, t->linear->damping + k * p, t->by_ud + k * outputs);
+        follow(t, &(kmp_change){.udd = unit}, -1, t->linear->mass + k * p, t->by_udd + k * outputs);
+        unit[k] = 0;
+    }
+    kmp_linear_inertia(t->linear);
+    for (int k = 0; k < t->columns; k++)
+        follow_load(t, &t->load[k], t->loads + k * p, t->direct + k * outputs);
+}
+
+bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input)
+{
+    const kmp_slope_matrix *x = &transfer->slopes->equations;
+    for (int c = 0; c < transfer->columns; c++) {
+        const kmp_load *load = &transfer->load[c];
+        if (load->input != input || load->parameter < 0)
+            continue;
+        for (int e = x->start[load->parameter]; e < x->start[load->parameter + 1]; e++)
+            if (x->entry[e].row < transfer->m)
+                return true;
+    }
+    return false;
+}
+
+/* -- first order ------------------------------------------------------------------------------------- */
+
+/* to (rows x count) += left (rows x p) right (p x count, leading dimension ld). */
+static void add_product(int rows, int p, int count, const double *left, const double *right, int ld, double *to)
+{
+    for (int j = 0; j < count; j++)
+        for (int k = 0; k < p; k++)
+            for (int i = 0; i < rows; i++)
+                to[i + j * rows] += left[i + k * rows] * right[k + j * ld];
+}
+
+/* LU of Mr, where N' M N is positive. */
+static int factor_mass(const kmp_linear *l, double *factor, int *pivot)
+{
+    size_t size = (size_t)l->p * (size_t)l->p * sizeof *factor;
+    int failed = kmp_cholesky_factor(l->p, memcpy(factor, l->inertia ? l->inertia : l->mass, size));
+    return failed ? failed : kmp_lu_factor(l->p, memcpy(factor, l->mass, size), pivot) ? -2 : 0;
+}
+
+/* The lower half of a column: -Mr^-1 of the column of a p x count matrix. */
+static void put_accelerations(int p, const double *factor, const int *pivot, int count, const double *from, double *to)
+{
+    for (int j = 0; j < count; j++) {
+        double *column = to + j * 2 * p + p;
+        for (int i = 0; i < p; i++)
+            column[i] = -from[i + j * p];
+        kmp_lu_solve(p, factor, pivot, 1, column);
+    }
+}
+
+int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d)
+{
+    const kmp_transfer *t = transfer;
+    size_t p = (size_t)t->p, outputs = (size_t)t->outputs, columns = (size_t)t->columns;
+    double *mass = KMP_NEW(double, p *p);
+    int *pivot = KMP_NEW(int, p), failed = mass && pivot ? factor_mass(t->linear, mass, pivot) : -1;
+    if (failed == 0) {
+        memset(a, 0, 4 * p * p * sizeof *a);
+        memset(b, 0, 2 * p * columns * sizeof *b);
+        for (size_t k = 0; k < p; k++)
+            a[k + (p + k) * 2 * p] = 1;
+        put_accelerations(t->p, mass, pivot, t->p, t->linear->stiffness, a);
+        put_accelerations(t->p, mass, pivot, t->p, t->linear->damping, a + 2 * p * p);
+        put_accelerations(t->p, mass, pivot, t->columns, t->loads, b);
+        memcpy(c, t->by_u, outputs * p * sizeof *c);
+        memcpy(c + outputs * p, t->by_ud, outputs * p * sizeof *c);
+        memcpy(d, t->direct, outputs * columns * sizeof *d);
+        add_product(t->outputs, t->p, 2 * t->p, t->by_udd, a + p, 2 * t->p, c);
+        add_product(t->outputs, t->p, t->columns, t->by_udd, b + p, 2 * t->p, d);
+    }
+    kmp_free(mass);
+    kmp_free(pivot);
+    return failed;
+}

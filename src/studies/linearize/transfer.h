@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* From inputs to outputs near a state, linear: with du the change of the independent coordinates and w that of the
+ * inputs
+ *
+ *     Mr dudd + Gr dud + Kr du + L w = 0,     dy = Yu du + Yud dud + Yudd dudd + Yw w,
+ *
+ * everything exact: the state moves with u and the inputs by kmp_linear_follow, the outputs with it by their own
+ * derivatives. From there either x = (du, dud), xd = A x + B w, y = C x + D w, which wants the inverse of Mr, or the
+ * answer to w e^(i omega t) by one complex solution, which does not. */
+#ifndef KMP_STUDIES_LINEARIZE_TRANSFER_H
+#define KMP_STUDIES_LINEARIZE_TRANSFER_H
+
+#include "base/arena.h"
+#include "derivatives/linearized.h"
+#include "derivatives/parameter_slopes.h"
+#include "model/tables/asked.h"
+
+/** Where the value of an output is: number `index` of q, qd, qdd, lambda, or of what is shown beside them. */
+typedef enum kmp_seen_in { KMP_SEEN_Q, KMP_SEEN_QD, KMP_SEEN_QDD, KMP_SEEN_LAMBDA, KMP_SEEN_SHOWN } kmp_seen_in;
+
+typedef struct kmp_seen {
+    kmp_seen_in in;
+    int index;
+} kmp_seen;
+
+/** A column of L: an input, or its `order`-th time derivative, which acts by itself where the input moves a closure. */
+typedef struct kmp_load {
+    int input, order;
+    int parameter; /* of the slopes; -1: it is none */
+    int place;     /* of a force: first of the three shown values that are its point's position */
+} kmp_load;
+
+typedef struct kmp_transfer {
+    kmp_arena arena;    /* of all arrays */
+    kmp_linear *linear; /* not owned, and where it stands */
+    kmp_slopes *slopes; /* not owned */
+    int n, m, p;
+    const kmp_asked_inputs *inputs;
+    int outputs, columns;
+    kmp_seen *seen;                /* outputs */
+    kmp_load *load;                /* columns */
+    double *map, *map_rate;        /* n x p: dq = N du, dqd = N dud + Nd du */
+    double *loads;                 /* p x columns: L */
+    double *by_u, *by_ud, *by_udd; /* outputs x p */
+    double *direct;                /* outputs x columns: Yw */
+    double *value;                 /* outputs: y at the state */
+    double *side, *moved, *shown;  /* work: of a change of the equations, of a kmp_response, of what is shown */
+    double *unit;                  /* p: zeros */
+} kmp_transfer;
+
+/** Makes room. `linear` has chosen its u; `place`: of each input, where the position of its point is shown (forces
+ *  alone), or which parameter of the slopes it is (parameters alone). KEMPE_E_MEMORY. */
+kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
+                               const kmp_asked_inputs *inputs, const int *place, int outputs, const kmp_seen *seen);
+void kmp_transfer_free(kmp_transfer *transfer);
+
+/** All of it at the state where the linear equations stand, Mr, Gr and Kr in them. No allocation. */
+void kmp_transfer_eval(kmp_transfer *transfer);
+
+/** Whether a parameter among the inputs moves closures: with its rate, too, which no column has. */
+bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input);
+
+/** A (2p x 2p), B (2p x columns), C (outputs x 2p) and D (outputs x columns), column-major. 0; 1 + k: the reduced mass
+ *  is not positive for u[k]; -1: no memory; -2: Mr is singular. */
+int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d);
+
+#endif

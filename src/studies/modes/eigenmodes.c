@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/modes/eigenmodes.h"
+#include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include "model/model.h"
+#include <math.h>
+#include <string.h>
+
+static bool make_room(kmp_modes *s)
+{
+    ptrdiff_t size = (ptrdiff_t)s->n * s->count;
+    kmp_arena *a = &s->arena;
+    const kmp_arena_group groups[] = {{size, {&s->re, &s->im, &s->kinetic, &s->potential}}};
+    s->u = KMP_ARENA_NEW(a, int, s->p);
+    (void)kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
+    bool charts = s->system->chart_count > 0;
+    s->shown_re = charts ? KMP_ARENA_NEW(a, double, size) : s->re;
+    s->shown_im = charts ? KMP_ARENA_NEW(a, double, size) : s->im;
+    return !a->failed;
+}
+
+void kmp_modes_free(kmp_modes *modes)
+{
+    kmp_spectrum_free(&modes->spectrum);
+    kmp_arena_free(&modes->arena);
+    *modes = (kmp_modes){0};
+}
+
+/* -- shapes ------------------------------------------------------------------------------------------ */
+
+/* N x, the first of its largest entries made real and one size of its coordinate. */
+static void shape(kmp_modes *s, const kmp_linear *l, int c)
+{
+    int n = s->n, p = s->p, best = 0;
+    const double *scale = s->system->scale;
+    double *re = s->re + (ptrdiff_t)c * n, *im = s->im + (ptrdiff_t)c * n, most = 0;
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < n; i++) {
+            re[i] += l->red.x[i + k * n] * s->spectrum.x_re[k + c * p];
+            im[i] += l->red.x[i + k * n] * s->spectrum.x_im[k + c * p];
+        }
+    for (int i = 0; i < n; i++) {
+        double size = hypot(re[i], im[i]) / scale[i];
+        if (size > most * (1 + 1e-6)) {
+            best = i;
+            most = size;
+        }
+    }
+    if (most == 0)
+        return;
+    double a = re[best] / scale[best], b = im[best] / scale[best], square = a * a + b * b;
+    for (int i = 0; i < n; i++) {
+        double kept = (re[i] * a + im[i] * b) / square;
+        im[i] = (im[i] * a - re[i] * b) / square;
+        re[i] = kept;
+    }
+    re[best] = scale[best];
+    im[best] = 0;
+}
+
+/* Re of conj(shape_i) (A shape)_i over their sum. */
+static void shares(int n, const double *re, const double *im, const double *a_re, const double *a_im, double *out)
+{
+    double sum = 0, size = 0;
+    for (int i = 0; i < n; i++) {
+        out[i] = re[i] * a_re[i] + im[i] * a_im[i];
+        sum += out[i];
+        size += fabs(out[i]);
+    }
+    bool some = fabs(sum) > 1e-9 * size; /* what cancels to less has no shares */
+    for (int i = 0; i < n; i++)
+        out[i] = some ? out[i] / sum : 0;
+}
+
+/* Those of a conjugate are the same. */
+static void energies(kmp_modes *s, const kmp_linear *l, const double *mass, double *work)
+{
+    int n = s->n;
+    double *m_re = work, *m_im = work + n, *k_re = work + 2 * (ptrdiff_t)n, *k_im = work + 3 * (ptrdiff_t)n;
+    for (int c = 0; c < s->count; c++) {
+        const double *re = s->re + (ptrdiff_t)c * n, *im = s->im + (ptrdiff_t)c * n;
+        memset(work, 0, 4 * (size_t)n * sizeof *work);
+        for (int j = 0; j < n; j++)
+            for (int i = 0; i < n; i++) {
+                m_re[i] += mass[i + j * n] * re[j];
+                m_im[i] += mass[i + j * n] * im[j];
+            }
+        kmp_tangents_add(&l->tangents, KMP_R_Q, l->d, 1, re, k_re);
+        kmp_tangents_add(&l->tangents, KMP_R_Q, l->d, 1, im, k_im);
+        shares(n, re, im, m_re, m_im, s->kinetic + (ptrdiff_t)c * n);
+        if (c >= s->spectrum.zeros)
+            shares(n, re, im, k_re, k_im, s->potential + (ptrdiff_t)c * n);
+    }
+}
+
+/* Rates of a chart are linear in those of another. */
+static void show(kmp_modes *s, const kmp_linear *l, double *q)
+{
+    size_t n = (size_t)s->n * sizeof(double);
+    if (s->shown_re == s->re)
+        return;
+    for (int c = 0; c < s->count; c++)
+        for (int part = 0; part < 2; part++) {
+            const double *from = (part ? s->im : s->re) + (ptrdiff_t)c * s->n;
+            double *to = (part ? s->shown_im : s->shown_re) + (ptrdiff_t)c * s->n;
+            memcpy(q, l->q, n);
+            memcpy(to, from, n);
+            kmp_charts_show(s->system, l->plant->chart, q, q, to);
+        }
+}
+
+static kempe_status measure(kmp_modes *s, kmp_linear *l)
+{
+    double *mass = KMP_NEW(double, (size_t)s->n *(size_t)s->n), *work = KMP_NEW(double, 4 * (size_t)s->n);
+    bool ok = mass && work;
+    if (ok) {
+        kmp_plant_dense_mass(l->plant, mass);
+        for (int c = 0; c < s->count; c++)
+            shape(s, l, c);
+        energies(s, l, mass, work);
+        show(s, l, work);
+    }
+    kmp_free(mass);
+    kmp_free(work);
+    return ok ? KEMPE_OK : kmp_fail_memory(s->system->context);
+}
+
+kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
+{
+    const kempe_system *system = linear->system;
+    kmp_modes s = {.system = system, .n = linear->n, .p = linear->p, .count = 2 * linear->p};
+    if (!make_room(&s)) {
+        kmp_modes_free(&s);
+        return kmp_fail_memory(system->context);
+    }
+    memcpy(s.u, linear->part.u, (size_t)s.p * sizeof *s.u);
+    kempe_status status = kmp_linear_spectrum(linear, &s.spectrum);
+    if (status == KEMPE_OK)
+        status = measure(&s, linear);
+    if (status == KEMPE_OK)
+        *modes = s;
+    else
+        kmp_modes_free(&s);
+    return status;
+}
+
+/* -- comparing --------------------------------------------------------------------------------------- */
+
+double kmp_modes_size(const kmp_modes *modes)
+{
+    double most = 0;
+    for (int c = 0; c < modes->count; c++)
+        most = fmax(most, hypot(modes->spectrum.re[c], modes->spectrum.im[c]));
+    return most;
+}
+
+double kmp_modes_noise(const kmp_modes *modes)
+{
+    return 1e-11 * kmp_modes_size(modes);
+}
+
+double kmp_modes_likeness(const kmp_modes *first, int a, const kmp_modes *second, int b)
+{
+    int n = first->n;
+    const double *x_re = first->re + (ptrdiff_t)a * n, *x_im = first->im + (ptrdiff_t)a * n;
+    const double *y_re = second->re + (ptrdiff_t)b * n, *y_im = second->im + (ptrdiff_t)b * n;
+    double re = 0, im = 0, x = 0, y = 0;
+    for (int i = 0; i < n; i++) {
+        double weight = 1 / (first->system->scale[i] * first->system->scale[i]);
+        re += weight * (x_re[i] * y_re[i] + x_im[i] * y_im[i]);
+        im += weight * (x_re[i] * y_im[i] - x_im[i] * y_re[i]);
+        x += weight * (x_re[i] * x_re[i] + x_im[i] * x_im[i]);
+        y += weight * (y_re[i] * y_re[i] + y_im[i] * y_im[i]);
+    }
+    return x > 0 && y > 0 ? (re * re + im * im) / (x * y) : 0;
+}

@@ -1,0 +1,353 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/modes/locus.h"
+#include "base/bracket.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "linalg/assign.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_HALVINGS = 6 };
+
+/* A step is in doubt where a branch goes on with a shape less alike than this, or farther off than that. */
+#define ALIKE 0.8
+#define NEAR  0.25
+
+/* How well a critical value is known, in parts of it, and its real part in parts of the largest eigenvalue. */
+#define EXACT 1e-13
+
+typedef struct station {
+    double value;
+    kmp_modes modes;
+    int *at; /* count: where each branch stands in the spectrum; of the modes' arena */
+} station;
+
+typedef struct maker {
+    kempe_context *context;
+    kmp_station *visited; /* where all modes are found */
+    kmp_locus *l;
+    kmp_arena arena; /* of what follows */
+    double *cost;
+    int *column;
+} maker;
+
+static void leave(station *s)
+{
+    kmp_modes_free(&s->modes);
+}
+
+static kempe_status arrive(maker *m, double value, station *s)
+{
+    *s = (station){.value = value};
+    KMP_TRY(kmp_station_go(m->visited, value, &s->modes));
+    s->at = KMP_ARENA_NEW(&s->modes.arena, int, s->modes.count);
+    if (s->at)
+        return KEMPE_OK;
+    leave(s);
+    return kmp_fail_memory(m->context);
+}
+
+/* -- which goes with which --------------------------------------------------------------------------- */
+
+/* Distance of two eigenvalues in parts of their sizes, 0 to 1; what is small beside the largest counts less. */
+static double distance(double a_re, double a_im, double b_re, double b_im, double size)
+{
+    double away = hypot(a_re - b_re, a_im - b_im), sum = hypot(a_re, a_im) + hypot(b_re, b_im) + 1e-6 * size;
+    return sum > 0 ? away / sum : 0;
+}
+
+/* Branches of `from` go on in `to`. The largest doubt: 0 where all is clear. */
+static double follow(maker *m, const station *from, station *to)
+{
+    int n = from->modes.count;
+    const kmp_spectrum *a = &from->modes.spectrum, *b = &to->modes.spectrum;
+    double size = fmax(kmp_modes_size(&from->modes), kmp_modes_size(&to->modes)), doubt = 0;
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < n; i++) {
+            int k = from->at[i];
+            m->cost[i + (ptrdiff_t)j * n] = distance(a->re[k], a->im[k], b->re[j], b->im[j], size) + 1 -
+                                            kmp_modes_likeness(&from->modes, k, &to->modes, j);
+        }
+    if (kmp_assign(n, m->cost, m->column))
+        return -1;
+    for (int i = 0; i < n; i++) {
+        int k = from->at[i], j = m->column[i];
+        double away = distance(a->re[k], a->im[k], b->re[j], b->im[j], size);
+        double unlike = 1 - kmp_modes_likeness(&from->modes, k, &to->modes, j);
+        to->at[i] = j;
+        doubt = fmax(doubt, fmax(unlike / (1 - ALIKE), away / NEAR));
+    }
+    return doubt;
+}
+
+static kempe_status reach(maker *m, const station *from, double value, int halvings, station *to, double *doubt);
+
+/* From one to the next, by values between where it must be. `doubt`: the largest that remains. */
+static kempe_status advance(maker *m, const station *from, station *to, int halvings, double *doubt)
+{
+    station middle;
+    double here = follow(m, from, to);
+    if (here < 0)
+        return kmp_fail_memory(m->context);
+    kempe_status status = KEMPE_E_FAILED;
+    if (here > 1 && halvings < MOST_HALVINGS && !kmp_interrupted(m->context))
+        status = reach(m, from, (from->value + to->value) / 2, halvings + 1, &middle, doubt);
+    if (status == KEMPE_OK) {
+        status = advance(m, &middle, to, halvings + 1, doubt);
+        leave(&middle);
+        return status;
+    }
+    *doubt = fmax(*doubt, here); /* what is between cannot be reached: as good as it is */
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+/* The station at a value, its branches those of `from`. */
+static kempe_status reach(maker *m, const station *from, double value, int halvings, station *to, double *doubt)
+{
+    kempe_status status = arrive(m, value, to);
+    if (status != KEMPE_OK)
+        return status;
+    if (to->modes.count == from->modes.count)
+        status = advance(m, from, to, halvings, doubt);
+    else
+        status = kmp_fail(m->context, KEMPE_E_FAILED, "there are %d degrees of freedom at %g, and %d at %g",
+                          from->modes.p, from->value, to->modes.p, value);
+    if (status != KEMPE_OK)
+        leave(to);
+    return status;
+}
+
+/* -- critical values --------------------------------------------------------------------------------- */
+
+/* The eigenvalue of a branch at a value. */
+typedef struct place {
+    double value, re, im;
+    double size, noise; /* of the largest eigenvalue there, and what rounding makes of it */
+} place;
+
+static place place_at(const station *s, int branch)
+{
+    const kmp_spectrum *x = &s->modes.spectrum;
+    int k = s->at[branch];
+    return (place){s->value, x->re[k], x->im[k], kmp_modes_size(&s->modes), kmp_modes_noise(&s->modes)};
+}
+
+static bool grows(const place *at)
+{
+    return at->re > at->noise;
+}
+
+/* One end of the bracket of a critical value. */
+typedef struct end {
+    place there;
+    const station *at;
+    station own; /* when it has been replaced */
+} end;
+
+typedef struct bracket {
+    int branch;
+    end low, high;
+    bool crosses; /* the real part has both signs beyond rounding; otherwise it is zero on one side, and says nothing */
+} bracket;
+
+static end end_of(const station *at, int branch)
+{
+    return (end){.there = place_at(at, branch), .at = at};
+}
+
+static void replace(end *e, const station *by, int branch)
+{
+    leave(&e->own);
+    *e = (end){place_at(by, branch), &e->own, *by};
+}
+
+static double exactly(const bracket *b)
+{
+    return EXACT * fmax(fabs(b->low.there.value), fabs(b->high.there.value));
+}
+
+static bool is_found(const bracket *b)
+{
+    const place *low = &b->low.there, *high = &b->high.there;
+    return fabs(high->value - low->value) <= exactly(b) ||
+           (b->crosses && fmin(fabs(low->re), fabs(high->re)) <= EXACT * low->size);
+}
+
+static kempe_status refine(maker *m, bracket *b)
+{
+    const place *low = &b->low.there, *high = &b->high.there;
+    kmp_bracket search = kmp_bracket_of(low->value, b->crosses ? low->re : 0, high->value, b->crosses ? high->re : 0);
+    double at, doubt = 0;
+    while (!is_found(b) && !kmp_interrupted(m->context) && kmp_bracket_next(&search, exactly(b), &at)) {
+        station middle;
+        const end *nearest = fabs(at - low->value) <= fabs(at - high->value) ? &b->low : &b->high;
+        KMP_TRY(reach(m, nearest->at, at, MOST_HALVINGS, &middle, &doubt));
+        place there = place_at(&middle, b->branch);
+        bool is_low = b->crosses ? (there.re > 0) == (low->re > 0) : grows(&there) == grows(low);
+        kmp_bracket_take(&search, at, b->crosses ? there.re : 0, !is_low);
+        replace(is_low ? &b->low : &b->high, &middle, b->branch);
+    }
+    return KEMPE_OK;
+}
+
+/* Values on either side of an interval, NaN where there is none. */
+typedef struct around {
+    double before, behind;
+} around;
+
+/* An end that lies within rounding of the axis may be one where the branch passes, or rest there (as before a
+ * buckling load). Where it decays at the value beyond, it passes: that is the end then. */
+static kempe_status look_beyond(maker *m, bracket *b, const around *values)
+{
+    end *still = grows(&b->low.there) ? &b->high : &b->low;
+    double beyond = still == &b->low ? values->before : values->behind, doubt = 0;
+    station farther;
+    if (isnan(beyond))
+        return KEMPE_OK;
+    kempe_status status = reach(m, still->at, beyond, 0, &farther, &doubt);
+    if (status != KEMPE_OK) {
+        if (status != KEMPE_E_MEMORY)
+            kmp_context_clear(m->context);
+        return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+    }
+    place there = place_at(&farther, b->branch);
+    b->crosses = -there.re > there.noise;
+    if (b->crosses)
+        replace(still, &farther, b->branch);
+    else
+        leave(&farther);
+    return KEMPE_OK;
+}
+
+static kempe_status keep(maker *m, kmp_critical found)
+{
+    kmp_locus *l = m->l;
+    kmp_critical *grown = kmp_realloc(l->critical, (size_t)l->critical_count + 1, sizeof *grown);
+    if (!grown)
+        return kmp_fail_memory(m->context);
+    l->critical = grown;
+    l->critical[l->critical_count++] = found;
+    return KEMPE_OK;
+}
+
+static kempe_status find_critical(maker *m, const station *from, const station *to, const around *values, int branch)
+{
+    bracket b = {.branch = branch, .low = end_of(from, branch), .high = end_of(to, branch)};
+    const place *low = &b.low.there, *high = &b.high.there;
+    bool up = grows(high) == (to->value > from->value);
+    b.crosses = low->re * high->re < 0 && fabs(low->re) > low->noise && fabs(high->re) > high->noise;
+    kempe_status status = b.crosses ? KEMPE_OK : look_beyond(m, &b, values);
+    if (status == KEMPE_OK)
+        status = refine(m, &b);
+    const place *best = fabs(low->re) < fabs(high->re) ? low : high;
+    if (status == KEMPE_OK)
+        status = keep(m, (kmp_critical){best->value, best->re, fabs(best->im), branch, up});
+    leave(&b.low.own);
+    leave(&b.high.own);
+    return status;
+}
+
+/* Of a pair the one above the axis is asked; of two that are real at one end and a pair at the other, the one that
+ * grows. */
+static kempe_status look_between(maker *m, const station *from, const station *to, const around *values)
+{
+    for (int b = 0; b < from->modes.count; b++) {
+        place before = place_at(from, b), after = place_at(to, b);
+        if (grows(&before) == grows(&after) || (grows(&before) ? before.im : after.im) < 0)
+            continue;
+        KMP_TRY(find_critical(m, from, to, values, b));
+    }
+    return KEMPE_OK;
+}
+
+/* -- all values -------------------------------------------------------------------------------------- */
+
+static bool make_room(maker *m, int count)
+{
+    kmp_locus *l = m->l;
+    size_t all = (size_t)count * (size_t)l->values, square = (size_t)count * (size_t)count;
+    l->count = count;
+    l->re = KMP_ARENA_NEW(&l->arena, double, all);
+    l->im = KMP_ARENA_NEW(&l->arena, double, all);
+    m->cost = KMP_ARENA_NEW(&m->arena, double, square);
+    m->column = KMP_ARENA_NEW(&m->arena, int, count);
+    return !l->arena.failed && !m->arena.failed;
+}
+
+static void note(kmp_locus *l, const station *s, double doubt)
+{
+    int k = l->reached++;
+    for (int b = 0; b < l->count; b++) {
+        l->re[b + (ptrdiff_t)k * l->count] = s->modes.spectrum.re[s->at[b]];
+        l->im[b + (ptrdiff_t)k * l->count] = s->modes.spectrum.im[s->at[b]];
+    }
+    l->doubt[k] = doubt;
+}
+
+static kempe_status begin(maker *m, station *first)
+{
+    KMP_TRY(arrive(m, m->l->value[0], first));
+    if (!make_room(m, first->modes.count)) {
+        leave(first);
+        return kmp_fail_memory(m->context);
+    }
+    for (int b = 0; b < first->modes.count; b++)
+        first->at[b] = b;
+    note(m->l, first, 0);
+    return KEMPE_OK;
+}
+
+/* The stations stay until their critical values are found. */
+static kempe_status go(maker *m, station *here)
+{
+    kmp_locus *l = m->l;
+    for (int k = 1; k < l->values; k++) {
+        station next;
+        double doubt = 0;
+        if (kmp_interrupted(m->context))
+            return KEMPE_STOPPED;
+        KMP_TRY(reach(m, here, l->value[k], 0, &next, &doubt));
+        note(l, &next, doubt);
+        const around values = {k > 1 ? l->value[k - 2] : NAN, k + 1 < l->values ? l->value[k + 1] : NAN};
+        kempe_status status = look_between(m, here, &next, &values);
+        leave(here);
+        *here = next;
+        if (status != KEMPE_OK)
+            return status;
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kmp_locus_make(kmp_station *visited, int count, const double *values, kmp_locus *locus)
+{
+    kempe_context *context = visited->base->context;
+    kmp_locus l = {.values = count};
+    maker m = {.context = context, .visited = visited, .l = &l};
+    station here = {0};
+    l.value = KMP_ARENA_NEW(&l.arena, double, count);
+    l.doubt = KMP_ARENA_NEW(&l.arena, double, count);
+    kempe_status status = l.arena.failed ? kmp_fail_memory(context) : KEMPE_OK;
+    if (status == KEMPE_OK) {
+        memcpy(l.value, values, (size_t)count * sizeof *values);
+        status = begin(&m, &here);
+    }
+    if (status == KEMPE_OK) {
+        status = go(&m, &here);
+        if (status == KEMPE_E_FAILED)
+            status = KEMPE_STOPPED;
+        leave(&here);
+    }
+    kmp_arena_free(&m.arena);
+    if (status == KEMPE_OK || status == KEMPE_STOPPED)
+        *locus = l;
+    else
+        kmp_locus_free(&l);
+    return status;
+}
+
+void kmp_locus_free(kmp_locus *locus)
+{
+    kmp_arena_free(&locus->arena);
+    kmp_free(locus->critical);
+    *locus = (kmp_locus){0};
+}

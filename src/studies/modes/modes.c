@@ -1,0 +1,348 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes asked for by words, and what is asked of them. */
+#include "studies/modes/modes.h"
+#include "base/clock.h"
+#include "base/memory.h"
+#include "model/tables/coordinates.h"
+#include <math.h>
+#include <string.h>
+
+enum { USUAL_VALUES = 61, MOST_VALUES = 100000 };
+
+/* -- making them ------------------------------------------------------------------------------------- */
+
+static kempe_status read_orders(kempe_modes *m, const char *text)
+{
+    while (text && *text) {
+        double value;
+        size_t length = kmp_text_to_number(text, &value);
+        if (length == 0 || (text[length] && text[length] != ',') || !(value > 0))
+            return kmp_fail(m->system->context, KEMPE_E_ARGUMENT,
+                            "orders are positive numbers such as 1,2,0.5, not '%s'", text);
+        if (m->order_count == KMP_MOST_ORDERS)
+            return kmp_fail(m->system->context, KEMPE_E_ARGUMENT, "at most %d orders", KMP_MOST_ORDERS);
+        m->order[m->order_count++] = value;
+        text += length + (text[length] == ',');
+    }
+    return KEMPE_OK;
+}
+
+/* Rates that are kept; of the one that varies, if any, the range is given away. */
+static kempe_status read_rates(kempe_modes *m, const char *text, kmp_ranges *ranges, int *varies)
+{
+    kempe_status status = text ? kmp_ranges_read(m->system->context, text, ranges) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = kmp_steady_take(m->system->model, ranges, varies, &m->rates);
+    if (status == KEMPE_OK)
+        m->rate_count = ranges->count;
+    return status;
+}
+
+static kempe_status here(kempe_modes *m, const kmp_station_ask *ask)
+{
+    size_t n = (size_t)m->system->n;
+    kempe_status status = kmp_station_new(m->system, ask, &m->station);
+    if (status == KEMPE_OK)
+        status = kmp_station_go(m->station, 0, &m->modes);
+    if (status != KEMPE_OK)
+        return status;
+    m->q = KMP_NEW(double, n);
+    m->qd = KMP_NEW(double, n);
+    if (!m->q || !m->qd)
+        return kmp_fail_memory(m->system->context);
+    memcpy(m->q, m->station->state->q, n * sizeof *m->q);
+    memcpy(m->qd, m->station->state->qd, n * sizeof *m->qd);
+    return KEMPE_OK;
+}
+
+/* What is kept of a locus that did not come to its end. */
+static kempe_status give_reason(kempe_modes *m)
+{
+    kempe_context *context = m->system->context;
+    const kmp_locus *l = &m->locus;
+    kmp_text reason = {0};
+    kmp_text_printf(&reason, "'%s' came from %g to %g: %s", m->name, l->value[0],
+                    l->value[l->reached > 0 ? l->reached - 1 : 0],
+                    kmp_interrupted(context) ? "interrupted" : kempe_context_message(context));
+    m->reason = kmp_text_take(&reason);
+    return m->reason ? KEMPE_STOPPED : kmp_fail_memory(context);
+}
+
+static kempe_status sweep(kempe_modes *m, const kmp_station_ask *ask, const kmp_range *range)
+{
+    kempe_context *context = m->system->context;
+    int count = range->count > 0 ? range->count : USUAL_VALUES;
+    if (count < 2 || count > MOST_VALUES || range->from == range->to)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "what varies needs two ends and 2 to %d values, as in '%s=1:2:61'",
+                        MOST_VALUES, range->name);
+    double *values = KMP_NEW(double, count);
+    kmp_text name = {0};
+    kmp_text_printf(&name, "%s%s", ask->varies ? "qd." : "", range->name);
+    m->name = kmp_text_take(&name);
+    kempe_status status = values && m->name ? KEMPE_OK : kmp_fail_memory(context);
+    kmp_station *station = NULL;
+    kmp_station_ask own = *ask;
+    own.name = ask->varies ? NULL : m->name;
+    if (status == KEMPE_OK)
+        status = kmp_station_new(m->system, &own, &station);
+    for (int k = 0; status == KEMPE_OK && k < count; k++)
+        values[k] = kmp_range_value(range, k, count);
+    if (status == KEMPE_OK)
+        status = kmp_locus_make(station, count, values, &m->locus);
+    if (status == KEMPE_STOPPED)
+        status = give_reason(m);
+    kmp_station_free(station);
+    kmp_free(values);
+    return status;
+}
+
+static kempe_status vary(kempe_modes *m, const char *text, const kmp_station_ask *ask)
+{
+    kmp_ranges ranges;
+    kempe_status status = kmp_ranges_read(m->system->context, text, &ranges);
+    if (status != KEMPE_OK)
+        return status;
+    if (ranges.count != 1)
+        status = kmp_fail(m->system->context, KEMPE_E_ARGUMENT, "one thing can vary at a time, as in '%s=1:2:61'",
+                          ranges.range[0].name);
+    else
+        status = sweep(m, ask, &ranges.range[0]);
+    kmp_ranges_free(&ranges);
+    return status;
+}
+
+/* What goes together, and then all of it. */
+static kempe_status make_of(kempe_modes *m, const kempe_modes_options *ask, kmp_station_ask *at, const kmp_range *rate,
+                            int varies)
+{
+    kempe_context *context = m->system->context;
+    if (rate && ask->sweep)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "one thing can vary at a time: the rate of '%s', or what --sweep says", rate->name);
+    if (m->rate_count > 0 && at->word && strncmp(at->word, "equilibrium ", 12) == 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "rates are given twice: by the state '%s', and beside it", at->word);
+    if (m->rate_count > 0 && at->word && strcmp(at->word, "equilibrium") != 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "rates are kept by an equilibrium, not by '%s': a start has those of the model", at->word);
+    kempe_status status = here(m, at);
+    if (status == KEMPE_OK && ask->sweep)
+        return vary(m, ask->sweep, at);
+    if (status != KEMPE_OK || !rate)
+        return status;
+    at->varies = &m->rates[varies];
+    return sweep(m, at, rate);
+}
+
+/* "equilibrium NAME=RATE,.." names rates, too. */
+static const char *rates_of(const kempe_modes_options *ask, const char **word)
+{
+    static const char begin[] = "equilibrium ";
+    *word = ask->at;
+    if (ask->rates || !ask->at || strncmp(ask->at, begin, strlen(begin)) != 0)
+        return ask->rates;
+    *word = NULL;
+    return ask->at + strlen(begin);
+}
+
+static kempe_status make(kempe_modes *m, const kempe_modes_options *ask)
+{
+    kmp_station_ask at = {0};
+    const char *rates = rates_of(ask, &at.word);
+    kmp_ranges ranges = {0};
+    int varies = -1;
+    m->wish = KMP_NEW(int, m->system->n);
+    kempe_status status = m->wish ? KEMPE_OK : kmp_fail_memory(m->system->context);
+    if (status == KEMPE_OK)
+        status = kmp_coordinates_read(m->system->model, "--independent", ask->independent, m->wish, &at.wish_count);
+    if (status == KEMPE_OK)
+        status = read_orders(m, ask->orders);
+    if (status == KEMPE_OK)
+        status = read_rates(m, rates, &ranges, &varies);
+    if (status == KEMPE_OK) {
+        at.wish = m->wish;
+        at.rates = m->rates;
+        at.rate_count = m->rate_count;
+        status = make_of(m, ask, &at, varies >= 0 ? &ranges.range[varies] : NULL, varies);
+    }
+    kmp_ranges_free(&ranges);
+    return status;
+}
+
+kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_options *ask, kempe_modes **modes)
+{
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_modes_options){0};
+    KMP_WANTED(system->context, modes, "modes");
+    double begin = kmp_cpu_now();
+    kmp_context_begin(system->context);
+    kempe_modes *m = KMP_NEW(kempe_modes, 1);
+    if (!m)
+        return kmp_fail_memory(system->context);
+    m->system = system;
+    kempe_status status = make(m, ask);
+    m->status = status;
+    m->warnings = kmp_context_warnings(system->context);
+    m->cpu_s = kmp_cpu_now() - begin;
+    if (status == KEMPE_OK || (status == KEMPE_STOPPED && m->reason))
+        *modes = m;
+    else
+        kempe_modes_free(m);
+    return status;
+}
+
+void kempe_modes_free(kempe_modes *modes)
+{
+    if (!modes)
+        return;
+    kmp_modes_free(&modes->modes);
+    kmp_locus_free(&modes->locus);
+    kmp_station_free(modes->station);
+    kmp_free(modes->wish);
+    kmp_free(modes->rates);
+    kmp_free(modes->q);
+    kmp_free(modes->qd);
+    kmp_free(modes->name);
+    kmp_free(modes->warnings);
+    kmp_free(modes->reason);
+    kmp_free(modes);
+}
+
+/* -- queries ----------------------------------------------------------------------------------------- */
+
+double kmp_mode_frequency(double re, double im)
+{
+    return re == 0 && im == 0 ? NAN : fabs(im) / (2 * acos(-1));
+}
+
+double kmp_mode_damping(double re, double im)
+{
+    return re == 0 && im == 0 ? NAN : re == 0 ? 0 : -re / hypot(re, im);
+}
+
+double kmp_mode_time(double re, double im)
+{
+    (void)im;
+    return re == 0 ? NAN : -1 / re;
+}
+
+static bool has(const kempe_modes *m, int k)
+{
+    return k >= 0 && k < m->modes.count;
+}
+
+int kempe_modes_count(const kempe_modes *m)
+{
+    KMP_GIVEN(m, 0);
+    return m->modes.count;
+}
+
+int kempe_modes_zero_count(const kempe_modes *m)
+{
+    KMP_GIVEN(m, 0);
+    return m->modes.spectrum.zeros;
+}
+
+double kempe_modes_re(const kempe_modes *m, int k)
+{
+    KMP_GIVEN(m, NAN);
+    return has(m, k) ? m->modes.spectrum.re[k] : NAN;
+}
+
+double kempe_modes_im(const kempe_modes *m, int k)
+{
+    KMP_GIVEN(m, NAN);
+    return has(m, k) ? m->modes.spectrum.im[k] : NAN;
+}
+
+double kempe_modes_frequency(const kempe_modes *m, int k)
+{
+    KMP_GIVEN(m, NAN);
+    return has(m, k) ? kmp_mode_frequency(m->modes.spectrum.re[k], m->modes.spectrum.im[k]) : NAN;
+}
+
+double kempe_modes_damping(const kempe_modes *m, int k)
+{
+    KMP_GIVEN(m, NAN);
+    return has(m, k) ? kmp_mode_damping(m->modes.spectrum.re[k], m->modes.spectrum.im[k]) : NAN;
+}
+
+const double *kempe_modes_shape_re(const kempe_modes *m, int k)
+{
+    KMP_GIVEN(m, NULL);
+    return has(m, k) ? m->modes.shown_re + (ptrdiff_t)k * m->modes.n : NULL;
+}
+
+const double *kempe_modes_shape_im(const kempe_modes *m, int k)
+{
+    KMP_GIVEN(m, NULL);
+    return has(m, k) ? m->modes.shown_im + (ptrdiff_t)k * m->modes.n : NULL;
+}
+
+const double *kempe_modes_q(const kempe_modes *m)
+{
+    KMP_GIVEN(m, NULL);
+    return m->q;
+}
+
+const double *kempe_modes_qd(const kempe_modes *m)
+{
+    KMP_GIVEN(m, NULL);
+    return m->qd;
+}
+
+int kempe_modes_unstable(const kempe_modes *m)
+{
+    KMP_GIVEN(m, 0);
+    for (int k = 0; k < m->modes.count; k++)
+        if (m->modes.spectrum.re[k] > kmp_modes_noise(&m->modes))
+            return 1;
+    return 0;
+}
+
+int kempe_modes_value_count(const kempe_modes *m)
+{
+    KMP_GIVEN(m, 0);
+    return m->locus.reached;
+}
+
+double kempe_modes_value(const kempe_modes *m, int k)
+{
+    KMP_GIVEN(m, NAN);
+    return k >= 0 && k < m->locus.reached ? m->locus.value[k] : NAN;
+}
+
+static bool on_locus(const kempe_modes *m, int k, int branch)
+{
+    return k >= 0 && k < m->locus.reached && branch >= 0 && branch < m->locus.count;
+}
+
+double kempe_modes_locus_re(const kempe_modes *m, int k, int branch)
+{
+    KMP_GIVEN(m, NAN);
+    return on_locus(m, k, branch) ? m->locus.re[branch + (ptrdiff_t)k * m->locus.count] : NAN;
+}
+
+double kempe_modes_locus_im(const kempe_modes *m, int k, int branch)
+{
+    KMP_GIVEN(m, NAN);
+    return on_locus(m, k, branch) ? m->locus.im[branch + (ptrdiff_t)k * m->locus.count] : NAN;
+}
+
+int kempe_modes_critical_count(const kempe_modes *m)
+{
+    KMP_GIVEN(m, 0);
+    return m->locus.critical_count;
+}
+
+double kempe_modes_critical_value(const kempe_modes *m, int k)
+{
+    KMP_GIVEN(m, NAN);
+    return k >= 0 && k < m->locus.critical_count ? m->locus.critical[k].value : NAN;
+}
+
+double kempe_modes_critical_frequency(const kempe_modes *m, int k)
+{
+    KMP_GIVEN(m, NAN);
+    return k >= 0 && k < m->locus.critical_count ? kmp_mode_frequency(m->locus.critical[k].re, m->locus.critical[k].im)
+                                                 : NAN;
+}

@@ -1,0 +1,373 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes as text, JSON and CSV. */
+#include "base/file.h"
+#include "output/print.h"
+#include "studies/assembly/check_print.h"
+#include "studies/modes/modes.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_MOVERS = 4 };
+
+/* What is told of who moves, and what a coordinate must do to be told of in a zero. */
+#define LEAST_SHARE 0.02
+#define LEAST_PART  1e-9
+
+static const char *name_of(const kempe_modes *m, int coordinate)
+{
+    return m->system->model->motions[coordinate].name;
+}
+
+/* -- words ------------------------------------------------------------------------------------------- */
+
+void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
+{
+    const double *share = m->modes.kinetic + (ptrdiff_t)c * m->modes.n;
+    double last = INFINITY;
+    int last_k = -1;
+    for (int told = 0; told < MOST_MOVERS; told++) {
+        int best = -1;
+        for (int k = 0; k < m->modes.n; k++) { /* the next one in order: less, or the same and later */
+            bool later = share[k] < last || (share[k] == last && k > last_k);
+            if (later && share[k] >= LEAST_SHARE && (best < 0 || share[k] > share[best]))
+                best = k;
+        }
+        if (best < 0)
+            return;
+        kmp_text_printf(text, "%s%s %.2f", told ? ", " : "", name_of(m, best), share[best]);
+        last = share[best];
+        last_k = best;
+    }
+}
+
+void kmp_modes_put_along(kmp_text *text, const kempe_modes *m, int c)
+{
+    const double *re = m->modes.shown_re + (ptrdiff_t)c * m->modes.n, *scale = m->system->scale;
+    int first = -1, others = 0;
+    for (int k = 0; k < m->modes.n; k++)
+        if (fabs(re[k]) / scale[k] >= 1 - 1e-6 && first < 0)
+            first = k;
+    kmp_text_printf(text, "along %s", first >= 0 ? name_of(m, first) : "nothing");
+    for (int k = 0; k < m->modes.n; k++)
+        if (k != first && fabs(re[k]) > LEAST_PART * scale[k]) {
+            if (others < MOST_MOVERS)
+                kmp_text_printf(text, "%s%s (%.3g)", others ? ", " : " with ", name_of(m, k), re[k]);
+            others++;
+        }
+    if (others > MOST_MOVERS)
+        kmp_text_printf(text, " and %d more", others - MOST_MOVERS);
+}
+
+static int worst_of(const kempe_modes *m)
+{
+    int worst = 0;
+    for (int c = 1; c < m->modes.count; c++)
+        if (m->modes.spectrum.im[c] >= 0 && m->modes.spectrum.re[c] > m->modes.spectrum.re[worst])
+            worst = c;
+    return worst;
+}
+
+const char *kmp_modes_verdict(const kempe_modes *m)
+{
+    int worst = worst_of(m);
+    double noise = kmp_modes_noise(&m->modes), re = m->modes.spectrum.re[worst];
+    if (re > noise)
+        return "unstable";
+    return m->modes.spectrum.zeros > 0 ? "neutral" : re >= -noise ? "undamped" : "stable";
+}
+
+void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
+{
+    const char *word = kmp_modes_verdict(m);
+    const kmp_spectrum *s = &m->modes.spectrum;
+    int worst = worst_of(m);
+    if (strcmp(word, "unstable") == 0) {
+        kmp_text_printf(text, "unstable: e-fold in %.4g s", 1 / s->re[worst]);
+        if (s->im[worst] > 0)
+            kmp_text_printf(text, " at %.4g Hz", kmp_mode_frequency(s->re[worst], s->im[worst]));
+        kmp_text_put(text, " along ");
+        kmp_modes_put_movers(text, m, worst);
+    } else if (strcmp(word, "neutral") == 0) {
+        kmp_text_put(text, "neutral: free to move ");
+        for (int c = 0; c < s->still; c++) {
+            kmp_text_put(text, c ? "; " : "");
+            kmp_modes_put_along(text, m, c);
+        }
+        kmp_text_put(text, "; no mode grows");
+    } else if (strcmp(word, "undamped") == 0) {
+        kmp_text_put(text, "no mode grows, and not all decay");
+    } else {
+        kmp_text_put(text, "stable: every mode decays");
+    }
+}
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static void put_number(kmp_text *text, int width, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "  %*.6g", width, x);
+    else
+        kmp_text_printf(text, "  %*s", width, "-");
+}
+
+static void show_eigenvalue(kmp_text *text, double re, double im)
+{
+    kmp_text_printf(text, "  %13.8g", re);
+    if (im > 0)
+        kmp_text_printf(text, " +- %-13.8gi", im);
+    else
+        kmp_text_printf(text, "%18s", "");
+}
+
+static void show_modes(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_spectrum *s = &m->modes.spectrum;
+    int number = 0;
+    kmp_text_printf(text, "  %3s  %-31s  %12s  %9s  %11s  %s\n", "", "eigenvalue, 1/s", "frequency, Hz", "damping",
+                    "decay, s", "who moves: share of the kinetic energy");
+    for (int c = 0; c < s->still; c++) {
+        kmp_text_printf(text, "  %3d  %13s%18s  %13s  %9s  %11s  ", ++number, "0", "", "-", "-", "-");
+        kmp_modes_put_along(text, m, c);
+        kmp_text_put(text, "\n");
+    }
+    for (int c = s->zeros; c < s->count; c++) {
+        if (s->im[c] < 0)
+            continue;
+        kmp_text_printf(text, "  %3d", ++number);
+        show_eigenvalue(text, s->re[c], s->im[c]);
+        put_number(text, 13, s->im[c] > 0 ? kmp_mode_frequency(s->re[c], s->im[c]) : NAN);
+        put_number(text, 9, s->im[c] > 0 ? kmp_mode_damping(s->re[c], s->im[c]) : NAN);
+        put_number(text, 11, kmp_mode_time(s->re[c], s->im[c]));
+        kmp_text_put(text, "  ");
+        kmp_modes_put_movers(text, m, c);
+        kmp_text_put(text, "\n");
+    }
+    if (s->zeros > s->still)
+        kmp_text_printf(text, "\nzeros     %d eigenvalues are zero: what moves along %d of these keeps its rate\n",
+                        s->zeros, s->zeros - s->still);
+}
+
+static void show_locus(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    double doubt = 0;
+    if (!m->name || l->reached == 0)
+        return;
+    for (int k = 0; k < l->reached; k++)
+        doubt = fmax(doubt, l->doubt[k]);
+    kmp_text_printf(text, "\nvaried    %s from %.10g to %.10g, %d values\n", m->name, l->value[0],
+                    l->value[l->reached - 1], l->reached);
+    for (int k = 0; k < l->critical_count; k++) {
+        const kmp_critical *c = &l->critical[k];
+        kmp_text_printf(text, "critical  %s = %.12g: ", m->name, c->value);
+        if (c->im > 1e-6 * hypot(c->re, c->im) && c->im > 0)
+            kmp_text_printf(text, "a mode of %.10g Hz (%.10g rad/s)", c->im / (2 * acos(-1)), c->im);
+        else
+            kmp_text_put(text, "a mode that does not swing");
+        kmp_text_printf(text, " grows %s it\n", c->grows_above ? "above" : "below");
+    }
+    if (l->critical_count == 0)
+        kmp_text_put(text, "critical  none: no mode begins to grow or ceases to\n");
+    if (doubt > 1)
+        kmp_text_put(text, "note      which mode is which is not sure everywhere: two of them come too near, or more "
+                           "values are wanted\n");
+}
+
+static void show_state(kmp_text *text, const kempe_modes *m)
+{
+    kmp_text_printf(text, "%s: %d degree%s of freedom at %s: ", m->system->model->name, m->modes.p,
+                    m->modes.p == 1 ? "" : "s",
+                    m->station->state->equilibrium ? "the equilibrium" : "the assembled start");
+    kmp_list_coordinates(text, m->system, m->modes.p, m->modes.u);
+    kmp_text_put(text, "\n\n");
+}
+
+static void show_all(kmp_text *text, const kempe_modes *m)
+{
+    show_state(text, m);
+    show_modes(text, m);
+    kmp_text_put(text, "\nverdict   ");
+    kmp_modes_put_verdict(text, m);
+    kmp_text_put(text, "\n");
+    if (!m->station->state->equilibrium)
+        kmp_text_put(text,
+                     "note      the start need not be an equilibrium: this is how small changes of its motion go on "
+                     "at first\n");
+    show_locus(text, m);
+    if (m->reason)
+        kmp_text_printf(text, "stopped   %s\n", m->reason);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void json_pair(kmp_json *j, const char *key, double re, double im)
+{
+    const double pair[2] = {re, im};
+    kmp_json_numbers(j, key, 2, pair);
+}
+
+static void json_mode(kmp_json *j, const kempe_modes *m, int c)
+{
+    const kmp_spectrum *s = &m->modes.spectrum;
+    const double *re = m->modes.shown_re + (ptrdiff_t)c * m->modes.n,
+                 *im = m->modes.shown_im + (ptrdiff_t)c * m->modes.n;
+    kmp_text along = {0};
+    kmp_json_object(j, NULL);
+    kmp_json_whole(j, "index", c);
+    json_pair(j, "eigenvalue", s->re[c], s->im[c]);
+    kmp_json_number(j, "frequency", s->im[c] > 0 ? kmp_mode_frequency(s->re[c], s->im[c]) : NAN);
+    kmp_json_number(j, "damping", s->im[c] > 0 ? kmp_mode_damping(s->re[c], s->im[c]) : NAN);
+    kmp_json_number(j, "decay", kmp_mode_time(s->re[c], s->im[c]));
+    if (c < s->zeros)
+        kmp_modes_put_along(&along, m, c);
+    else
+        kmp_modes_put_movers(&along, m, c);
+    kmp_json_string(j, "moves", along.s ? along.s : "");
+    j->text->failed = j->text->failed || along.failed;
+    kmp_text_free(&along);
+    kmp_json_object(j, "shape");
+    for (int k = 0; k < m->modes.n; k++)
+        json_pair(j, name_of(m, k), re[k], im[k]);
+    kmp_json_end(j);
+    kmp_print_entries(j, "kinetic", m->system, KMP_QUANTITY_Q, m->modes.kinetic + (ptrdiff_t)c * m->modes.n);
+    kmp_print_entries(j, "potential", m->system, KMP_QUANTITY_Q, m->modes.potential + (ptrdiff_t)c * m->modes.n);
+    kmp_json_end(j);
+}
+
+static void json_critical(kmp_json *j, const kmp_critical *c)
+{
+    kmp_json_object(j, NULL);
+    kmp_json_number(j, "value", c->value);
+    json_pair(j, "eigenvalue", c->re, c->im);
+    kmp_json_number(j, "frequency", kmp_mode_frequency(c->re, c->im));
+    kmp_json_whole(j, "branch", c->branch);
+    kmp_json_string(j, "grows", c->grows_above ? "above" : "below");
+    kmp_json_end(j);
+}
+
+static void json_locus(kmp_json *j, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    kmp_json_object(j, "locus");
+    kmp_json_string(j, "name", m->name);
+    kmp_json_numbers(j, "values", l->reached, l->value);
+    kmp_json_array(j, "eigenvalues");
+    for (int k = 0; k < l->reached; k++) {
+        kmp_json_array(j, NULL);
+        for (int b = 0; b < l->count; b++)
+            json_pair(j, NULL, l->re[b + (ptrdiff_t)k * l->count], l->im[b + (ptrdiff_t)k * l->count]);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+    kmp_json_array(j, "critical");
+    for (int k = 0; k < l->critical_count; k++)
+        json_critical(j, &l->critical[k]);
+    kmp_json_end(j);
+    kmp_json_end(j);
+}
+
+static void json_all(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_spectrum *s = &m->modes.spectrum;
+    kmp_text verdict = {0};
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, m->system, m->status, m->reason, m->system->build_s, m->warnings);
+    kmp_json_string(&j, "at", m->station->state->equilibrium ? "equilibrium" : "start");
+    kmp_print_entries(&j, "q", m->system, KMP_QUANTITY_Q, m->q);
+    kmp_print_entries(&j, "qd", m->system, KMP_QUANTITY_QD, m->qd);
+    kmp_print_coordinates(&j, "u", m->system, m->modes.p, m->modes.u);
+    kmp_json_array(&j, "eigenvalues");
+    for (int c = 0; c < s->count; c++)
+        json_pair(&j, NULL, s->re[c], s->im[c]);
+    kmp_json_end(&j);
+    kmp_json_whole(&j, "zeros", s->zeros);
+    kmp_json_string(&j, "stability", kmp_modes_verdict(m));
+    kmp_modes_put_verdict(&verdict, m);
+    kmp_json_string(&j, "reasons", verdict.s);
+    text->failed = text->failed || verdict.failed;
+    kmp_text_free(&verdict);
+    kmp_json_array(&j, "modes");
+    for (int c = 0; c < s->count; c++)
+        if (c < s->still || (c >= s->zeros && s->im[c] >= 0))
+            json_mode(&j, m, c);
+    kmp_json_end(&j);
+    if (m->name)
+        json_locus(&j, m);
+    kmp_json_number(&j, "cpu_s", m->cpu_s);
+    kmp_json_end(&j);
+}
+
+kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, modes, "modes");
+    KMP_WANTED(modes->system->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(modes->system->context);
+    if (format == KEMPE_JSON)
+        json_all(&out, modes);
+    else
+        show_all(&out, modes);
+    return kmp_print_finish(modes->system->context, &out, text);
+}
+
+/* -- CSV --------------------------------------------------------------------------------------------- */
+
+static void put_cell(kmp_text *text, double x)
+{
+    kmp_text_put(text, ",");
+    if (isfinite(x))
+        kmp_text_number(text, x);
+}
+
+static void table_of_modes(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_spectrum *s = &m->modes.spectrum;
+    kmp_text_put(text, "index,re,im,frequency,damping,decay");
+    for (int k = 0; k < m->modes.n; k++)
+        kmp_text_printf(text, ",re.%s,im.%s", name_of(m, k), name_of(m, k));
+    kmp_text_put(text, "\n");
+    for (int c = 0; c < s->count; c++) {
+        kmp_text_printf(text, "%d", c);
+        put_cell(text, s->re[c]);
+        put_cell(text, s->im[c]);
+        put_cell(text, kmp_mode_frequency(s->re[c], s->im[c]));
+        put_cell(text, kmp_mode_damping(s->re[c], s->im[c]));
+        put_cell(text, kmp_mode_time(s->re[c], s->im[c]));
+        for (int k = 0; k < m->modes.n; k++) {
+            put_cell(text, m->modes.shown_re[k + (ptrdiff_t)c * m->modes.n]);
+            put_cell(text, m->modes.shown_im[k + (ptrdiff_t)c * m->modes.n]);
+        }
+        kmp_text_put(text, "\n");
+    }
+}
+
+static void table_of_values(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    kmp_text_printf(text, "%s", m->name);
+    for (int b = 1; b <= l->count; b++)
+        kmp_text_printf(text, ",re.%d,im.%d", b, b);
+    kmp_text_put(text, "\n");
+    for (int k = 0; k < l->reached; k++) {
+        kmp_text_number(text, l->value[k]);
+        for (int b = 0; b < l->count; b++) {
+            put_cell(text, l->re[b + (ptrdiff_t)k * l->count]);
+            put_cell(text, l->im[b + (ptrdiff_t)k * l->count]);
+        }
+        kmp_text_put(text, "\n");
+    }
+}
+
+kempe_status kempe_modes_write_csv(const kempe_modes *modes, const char *path)
+{
+    KMP_WANTED(NULL, modes, "modes");
+    KMP_WANTED(modes->system->context, path, "path");
+    kmp_text text = {0};
+    kmp_context_clear(modes->system->context);
+    if (modes->name)
+        table_of_values(&text, modes);
+    else
+        table_of_modes(&text, modes);
+    return kmp_file_write(modes->system->context, path, &text);
+}

@@ -1,0 +1,403 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/response/frequency.h"
+#include "base/bracket.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "linalg/dense/dense.h"
+#include <complex.h>
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double two_pi = 6.283185307179586476925286766559;
+
+/* A real part this small beside the modulus is rounding. */
+static const double on_axis = 1e-10;
+
+/* So is an answer at rest that is this small beside the largest one. */
+static const double no_answer = 1e-12;
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, int count)
+{
+    kmp_frequency *f = frequency;
+    ptrdiff_t p = transfer->p, block = (ptrdiff_t)transfer->inputs->count * transfer->outputs, all = block * count;
+    const kmp_arena_group groups[] = {{all, {&f->re, &f->im}},
+                                      {count, {&f->at}},
+                                      {block, {&f->still, &f->h_re, &f->h_im}},
+                                      {p * p, {&f->a_re, &f->a_im, &f->terms}},
+                                      {p, {&f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im}}};
+    *f = (kmp_frequency){
+        .transfer = transfer, .inputs = transfer->inputs->count, .outputs = transfer->outputs, .count = count};
+    f->pole = KMP_ARENA_NEW(&f->arena, bool, count);
+    f->pivot = KMP_ARENA_NEW(&f->arena, int, p);
+    return kmp_arena_make_groups(&f->arena, sizeof groups / sizeof *groups, groups)
+               ? KEMPE_OK
+               : kmp_fail_memory(transfer->linear->system->context);
+}
+
+void kmp_frequency_free(kmp_frequency *frequency)
+{
+    kmp_frequency *f = frequency;
+    kmp_arena_free(&f->arena);
+    kmp_free(f->peak);
+    if (f->has_spectrum)
+        kmp_spectrum_free(&f->poles);
+    *f = (kmp_frequency){0};
+}
+
+/* -- one frequency ----------------------------------------------------------------------------------- */
+
+/* S (-w^2 Mr + i w Gr + Kr) S, its diagonal of the size of one, in factors. false: singular. */
+static bool factor(kmp_frequency *f, double w)
+{
+    const kmp_linear *l = f->transfer->linear;
+    int p = f->transfer->p;
+    for (int k = 0; k < p; k++) {
+        double size = fmax(fabs(l->stiffness[k + k * p]), w * fabs(l->damping[k + k * p]));
+        size = fmax(size, w * w * fabs(l->mass[k + k * p]));
+        f->scale[k] = size > 0 ? 1 / sqrt(size) : 1;
+    }
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++) {
+            int e = i + k * p;
+            double s = f->scale[i] * f->scale[k];
+            f->a_re[e] = s * (l->stiffness[e] - w * w * l->mass[e]);
+            f->a_im[e] = s * w * l->damping[e];
+            f->terms[e] = s * (fabs(l->stiffness[e]) + w * fabs(l->damping[e]) + w * w * fabs(l->mass[e]));
+        }
+    if (kmp_lu_complex_factor(p, f->a_re, f->a_im, f->pivot) != 0)
+        return false;
+    for (int k = 0; k < p; k++) { /* pivots are kept as reciprocals: of singular matrices they are rounding */
+        double size = fabs(f->a_re[k + k * p]) + fabs(f->a_im[k + k * p]);
+        if (size * p * 32 * DBL_EPSILON > 1)
+            return false;
+    }
+    return true;
+}
+
+/* (i w)^order */
+static double complex power(double w, int order)
+{
+    return order == 0 ? 1 : order == 1 ? w * I : -w * w;
+}
+
+static double largest(int count, const double *re, const double *im)
+{
+    double most = 0;
+    for (int i = 0; i < count; i++)
+        most = fmax(most, hypot(re[i], im[i]));
+    return most;
+}
+
+/* What rounding of the equations' terms changes du by, which solves them. */
+static void note_rounding(kmp_frequency *f)
+{
+    int p = f->transfer->p;
+    memset(f->off_re, 0, (size_t)p * sizeof *f->off_re);
+    memset(f->off_im, 0, (size_t)p * sizeof *f->off_im);
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            f->off_re[i] += DBL_EPSILON * f->terms[i + k * p] * hypot(f->du_re[k], f->du_im[k]);
+    kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->off_re, f->off_im);
+    double size = largest(p, f->du_re, f->du_im), off = largest(p, f->off_re, f->off_im);
+    f->rounding = size > 0 ? fmax(f->rounding, off / size) : f->rounding;
+}
+
+static void solve(kmp_frequency *f, double w, int input)
+{
+    const kmp_transfer *t = f->transfer;
+    int p = t->p;
+    memset(f->du_re, 0, (size_t)p * sizeof *f->du_re);
+    memset(f->du_im, 0, (size_t)p * sizeof *f->du_im);
+    for (int c = 0; c < t->columns; c++) {
+        double complex swing = power(w, t->load[c].order);
+        for (int i = 0; t->load[c].input == input && i < p; i++) {
+            f->du_re[i] -= f->scale[i] * creal(swing) * t->loads[i + c * p];
+            f->du_im[i] -= f->scale[i] * cimag(swing) * t->loads[i + c * p];
+        }
+    }
+    kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->du_re, f->du_im);
+    note_rounding(f);
+    for (int i = 0; i < p; i++) {
+        f->du_re[i] *= f->scale[i];
+        f->du_im[i] *= f->scale[i];
+    }
+}
+
+static double size_of(double complex x)
+{
+    return fabs(creal(x)) + fabs(cimag(x));
+}
+
+/* What cancels to rounding is zero, and has no peaks. */
+static void put_output(kmp_frequency *f, double w, int output, int input)
+{
+    const kmp_transfer *t = f->transfer;
+    int e = output + input * f->outputs;
+    double complex sum = 0;
+    double size = 0; /* of its terms */
+    for (int k = 0; k < t->p; k++) {
+        int at = output + k * t->outputs;
+        double complex by = t->by_u[at] - w * w * t->by_udd[at] + w * t->by_ud[at] * I;
+        double complex du = f->du_re[k] + f->du_im[k] * I;
+        sum += by * du;
+        size += size_of(by) * size_of(du);
+    }
+    for (int c = 0; c < t->columns; c++)
+        if (t->load[c].input == input) {
+            double complex term = t->direct[output + c * t->outputs] * power(w, t->load[c].order);
+            sum += term;
+            size += size_of(term);
+        }
+    bool nothing = size_of(sum) <= 16 * (t->p + 1) * DBL_EPSILON * size;
+    f->h_re[e] = nothing ? 0 : creal(sum);
+    f->h_im[e] = nothing ? 0 : cimag(sum);
+}
+
+/* h_re and h_im at so many Hz. false: on a pole that nothing damps. */
+static bool evaluate(kmp_frequency *f, double hz)
+{
+    double w = two_pi * hz;
+    f->rounding = 0;
+    if (!factor(f, w))
+        return false;
+    for (int i = 0; i < f->inputs; i++) {
+        solve(f, w, i);
+        for (int o = 0; o < f->outputs; o++)
+            put_output(f, w, o, i);
+    }
+    return true;
+}
+
+/* -- peaks ------------------------------------------------------------------------------------------- */
+
+bool kmp_frequency_undamped(const kmp_frequency *frequency, int k)
+{
+    const kmp_spectrum *s = &frequency->poles;
+    return s->im[k] > 0 && fabs(s->re[k]) <= on_axis * hypot(s->re[k], s->im[k]);
+}
+
+static double amplitude(const kmp_frequency *f, int e)
+{
+    return hypot(f->h_re[e], f->h_im[e]);
+}
+
+/* NaN on a pole. */
+static double amplitude_at(kmp_frequency *f, double hz, int e)
+{
+    return evaluate(f, hz) ? amplitude(f, e) : NAN;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+/* Frequencies to look at: those asked for, and around each pole; without those on poles that nothing damps. NULL: no
+ * memory. */
+static double *places(const kmp_frequency *f, int *count)
+{
+    static const double aside[] = {-3, -1, -0.3, 0, 0.3, 1, 3};
+    enum { ASIDE = sizeof aside / sizeof *aside };
+    int poles = f->has_spectrum ? f->poles.count : 0, many = 0, kept = 0;
+    double *list = KMP_NEW(double, f->count + ASIDE * poles), first = f->at[0], last = f->at[f->count - 1];
+    if (!list)
+        return NULL;
+    for (int k = 0; k < f->count; k++)
+        if (!f->pole[k])
+            list[many++] = f->at[k];
+    for (int k = 0; k < poles; k++) {
+        double re = fabs(f->poles.re[k]), im = f->poles.im[k];
+        for (int j = 0; j < ASIDE && im > re && !kmp_frequency_undamped(f, k); j++) {
+            double hz = (sqrt((im - re) * (im + re)) + aside[j] * re) / two_pi;
+            if (hz > first && hz < last)
+                list[many++] = hz;
+        }
+    }
+    qsort(list, (size_t)many, sizeof *list, ascending);
+    for (int k = 0; k < many; k++)
+        if (k == 0 || list[k] > list[kept - 1])
+            list[kept++] = list[k];
+    *count = kept;
+    return list;
+}
+
+static bool add_peak(kmp_frequency *f, kmp_peak peak)
+{
+    kmp_peak *grown = kmp_realloc(f->peak, (size_t)f->peak_count + 1, sizeof *grown);
+    if (!grown)
+        return false;
+    f->peak = grown;
+    double still = f->still[peak.output + peak.input * f->outputs];
+    peak.gain = still > 0 ? peak.amplitude / still : NAN;
+    f->peak[f->peak_count++] = peak;
+    return true;
+}
+
+typedef struct pair {
+    kmp_frequency *f;
+    int e;
+} pair;
+
+static double less_at(void *self, double hz)
+{
+    const pair *x = self;
+    return -amplitude_at(x->f, hz, x->e);
+}
+
+/* Whether a pole that nothing damps is in this answer: near it the amplitude goes with the inverse of the distance. */
+static bool is_in(kmp_frequency *f, double hz, int e)
+{
+    double near = amplitude_at(f, hz * (1 + 1e-9), e), far = amplitude_at(f, hz * (1 + 1e-3), e);
+    return isnan(near) || near > 100 * far;
+}
+
+/* Between the places low and high there is a pole that nothing damps. */
+static bool parted(const kmp_frequency *f, double low, double high)
+{
+    for (int k = 0; f->has_spectrum && k < f->poles.count; k++) {
+        double hz = f->poles.im[k] / two_pi;
+        if (kmp_frequency_undamped(f, k) && hz > low && hz < high)
+            return true;
+    }
+    return false;
+}
+
+/* Places of maxima, as near as values tell a maximum. */
+static const double as_near = 1e-9;
+
+/* A maximum counts that rises and falls by more than rounding. */
+static const double risen = 1e-9;
+
+static bool add_maximum(kmp_frequency *f, const double *place, int k, int input, int output)
+{
+    int e = output + input * f->outputs;
+    pair x = {f, e};
+    double hz = kmp_bracket_least(less_at, &x, place[k - 1], place[k + 1], as_near * place[k + 1]);
+    (void)evaluate(f, hz);
+    return add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
+}
+
+/* values: amplitudes of all pairs at all places, none of them on a pole. */
+static bool find_maxima(kmp_frequency *f, int count, const double *place, const double *values, int input, int output)
+{
+    size_t block = (size_t)f->inputs * (size_t)f->outputs;
+    const double *v = values + output + input * f->outputs;
+    double low = INFINITY;
+    int best = -1; /* while it rises: the highest place so far */
+    bool ok = true;
+    for (int k = 0; ok && k < count; k++) {
+        double now = v[(size_t)k * block], most = best >= 0 ? v[(size_t)best * block] : 0;
+        if (k > 0 && parted(f, place[k - 1], place[k])) { /* it came from above */
+            best = -1;
+            low = now;
+        } else if (best < 0) {
+            best = now > low * (1 + risen) ? k : -1;
+            low = fmin(low, now);
+        } else if (now > most) {
+            best = k;
+        } else if (now < most * (1 - risen)) {
+            ok = add_maximum(f, place, best, input, output);
+            best = -1;
+            low = now;
+        }
+    }
+    return ok;
+}
+
+static bool find_poles(kmp_frequency *f, int input, int output)
+{
+    bool ok = true;
+    for (int k = 0; ok && f->has_spectrum && k < f->poles.count; k++) {
+        double hz = f->poles.im[k] / two_pi;
+        if (kmp_frequency_undamped(f, k) && hz >= f->at[0] && hz <= f->at[f->count - 1] &&
+            is_in(f, hz, output + input * f->outputs))
+            ok = add_peak(f, (kmp_peak){input, output, hz, INFINITY, NAN, 0});
+    }
+    return ok;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const kmp_peak *x = a, *y = b;
+    if (x->input != y->input)
+        return x->input - y->input;
+    if (x->output != y->output)
+        return x->output - y->output;
+    return ascending(&x->frequency, &y->frequency);
+}
+
+static kempe_status look_for_peaks(kmp_frequency *f)
+{
+    kempe_context *context = f->transfer->linear->system->context;
+    size_t block = (size_t)f->inputs * (size_t)f->outputs;
+    int count = 0;
+    double *place = places(f, &count), *values = place ? KMP_NEW(double, (size_t)count *block) : NULL;
+    bool ok = values;
+    for (int k = 0; ok && k < count; k++) {
+        bool there = evaluate(f, place[k]);
+        for (size_t e = 0; e < block; e++)
+            values[(size_t)k * block + e] = there ? amplitude(f, (int)e) : 0;
+    }
+    for (int i = 0; i < f->inputs; i++)
+        for (int o = 0; ok && o < f->outputs && !kmp_interrupted(context); o++)
+            ok = find_maxima(f, count, place, values, i, o) && find_poles(f, i, o);
+    if (f->peak_count > 0)
+        qsort(f->peak, (size_t)f->peak_count, sizeof *f->peak, by_place);
+    kmp_free(place);
+    kmp_free(values);
+    if (kmp_interrupted(context))
+        return KEMPE_STOPPED;
+    return ok ? KEMPE_OK : kmp_fail_memory(context);
+}
+
+/* -- all of it --------------------------------------------------------------------------------------- */
+
+static void take(kmp_frequency *f, int k)
+{
+    size_t block = (size_t)f->inputs * (size_t)f->outputs, first = (size_t)k * block;
+    f->pole[k] = !evaluate(f, f->at[k]);
+    if (!f->pole[k] && f->rounding > f->worst) {
+        f->worst = f->rounding;
+        f->worst_at = f->at[k];
+    }
+    for (size_t e = 0; e < block; e++) {
+        f->re[first + e] = f->pole[k] ? NAN : f->h_re[e];
+        f->im[first + e] = f->pole[k] ? NAN : f->h_im[e];
+    }
+}
+
+static void take_still(kmp_frequency *f)
+{
+    bool rests = evaluate(f, 0);
+    size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;
+    for (size_t e = 0; e < block; e++) {
+        double most = 0, still = rests ? amplitude(f, (int)e) : NAN;
+        for (size_t k = e; k < all; k += block)
+            most = fmax(most, hypot(f->re[k], f->im[k])); /* of a pole: NaN, which fmax passes over */
+        f->still[e] = still <= no_answer * most ? 0 : still;
+    }
+}
+
+kempe_status kmp_frequency_run(kmp_frequency *frequency)
+{
+    kmp_frequency *f = frequency;
+    const kmp_linear *l = f->transfer->linear;
+    kempe_context *context = l->system->context;
+    for (int k = 0; k < f->count; k++) {
+        take(f, k);
+        if (kmp_interrupted(context))
+            return KEMPE_STOPPED;
+    }
+    kempe_status status = kmp_linear_spectrum(l, &f->poles);
+    f->has_spectrum = status == KEMPE_OK;
+    if (status == KEMPE_E_MEMORY)
+        return status;
+    kmp_context_clear(context);
+    take_still(f);
+    return look_for_peaks(f);
+}

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What `response` says: poles that nothing damps, peaks, the answer at rest; as JSON every frequency. */
+#include "base/memory.h"
+#include "output/print.h"
+#include "studies/response/response.h"
+#include <math.h>
+#include <stdio.h>
+
+enum { MOST_PEAKS = 60 };
+
+static const double two_pi = 6.283185307179586476925286766559;
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static int name_width(const kempe_response *r)
+{
+    int width = 0;
+    for (int i = 0; i < r->frequency.inputs; i++)
+        for (int o = 0; o < r->frequency.outputs; o++) {
+            int length =
+                snprintf(NULL, 0, "%s / %s", kempe_response_output_name(r, o), kempe_response_input_name(r, i));
+            width = length > width ? length : width;
+        }
+    return width;
+}
+
+static void put_pair(kmp_text *text, const kempe_response *r, int input, int output, int width)
+{
+    int length =
+        snprintf(NULL, 0, "%s / %s", kempe_response_output_name(r, output), kempe_response_input_name(r, input));
+    kmp_text_printf(text, "  %s / %s%*s", kempe_response_output_name(r, output), kempe_response_input_name(r, input),
+                    width - length, "");
+}
+
+static void show_peaks(kmp_text *text, const kempe_response *r, int width)
+{
+    const kmp_frequency *f = &r->frequency;
+    kmp_text_printf(text, "\npeaks%s\n", f->peak_count ? "" : ": none inside the range");
+    if (f->peak_count)
+        kmp_text_printf(text, "  %-*s  %13s  %13s  %11s  %10s\n", width, "", "Hz", "amplitude", "phase, deg", "gain");
+    for (int k = 0; k < f->peak_count && k < MOST_PEAKS; k++) {
+        const kmp_peak *p = &f->peak[k];
+        put_pair(text, r, p->input, p->output, width);
+        kmp_text_printf(text, "  %13.8g", p->frequency);
+        if (isfinite(p->amplitude))
+            kmp_text_printf(text, "  %13.6g  %11.2f", p->amplitude, p->phase * (360 / two_pi));
+        else
+            kmp_text_printf(text, "  %13s  %11s", "no bound", "-");
+        if (isfinite(p->gain))
+            kmp_text_printf(text, "  %10.4g\n", p->gain);
+        else
+            kmp_text_printf(text, "  %10s\n", "-");
+    }
+    if (f->peak_count > MOST_PEAKS)
+        kmp_text_printf(text, "  and %d more, in --json\n", f->peak_count - MOST_PEAKS);
+}
+
+static void show_still(kmp_text *text, const kempe_response *r, int width)
+{
+    const kmp_frequency *f = &r->frequency;
+    kmp_text_put(text, "\nat rest (0 Hz)\n");
+    for (int i = 0; i < f->inputs; i++)
+        for (int o = 0; o < f->outputs; o++) {
+            double still = f->still[o + i * f->outputs];
+            put_pair(text, r, i, o, width);
+            if (isfinite(still))
+                kmp_text_printf(text, "  %13.6g", still);
+            else
+                kmp_text_printf(text, "  %13s", "no bound");
+            kmp_response_put_unit(text, r, i, o, "  ", " / ");
+            kmp_text_put(text, "\n");
+        }
+}
+
+static void list_poles(kmp_text *text, const kempe_response *r, bool unstable)
+{
+    const kmp_frequency *f = &r->frequency;
+    int count = 0;
+    for (int k = 0; f->has_spectrum && k < f->poles.count; k++) {
+        bool grows = f->poles.re[k] > 0 && !kmp_frequency_undamped(f, k) && f->poles.im[k] >= 0;
+        if (unstable ? !grows : !kmp_frequency_undamped(f, k))
+            continue;
+        if (count++ == 0)
+            kmp_text_put(text, unstable ? "note  the state is not stable, and answers of it never settle; what grows: "
+                                        : "note  nothing damps what swings at ");
+        else
+            kmp_text_put(text, ", ");
+        if (unstable)
+            kmp_text_printf(text, "e-fold in %.4g s at %.6g Hz", 1 / f->poles.re[k], f->poles.im[k] / two_pi);
+        else
+            kmp_text_printf(text, "%.8g Hz", f->poles.im[k] / two_pi);
+    }
+    kmp_text_put(text, count == 0 ? "" : unstable ? "\n" : ": there the answers have no bound\n");
+}
+
+static void show(kmp_text *text, const kempe_response *r)
+{
+    const kmp_frequency *f = &r->frequency;
+    int width = name_width(r);
+    kmp_text_printf(text, "%s: %d frequencies from %.6g to %.6g Hz, about %s\n", r->channels.system->model->name,
+                    f->count, f->at[0], f->at[f->count - 1],
+                    r->channels.at->equilibrium ? (r->channels.goes_on ? "the steady motion" : "the equilibrium")
+                    : r->channels.goes_on       ? "the start, which is a steady motion"
+                                                : "the start, which is an equilibrium");
+    list_poles(text, r, true);
+    list_poles(text, r, false);
+    kmp_text_printf(text, "\nrounding  changes the answers by %.1e of their size at most, at %.6g Hz\n", f->worst,
+                    f->worst_at);
+    show_still(text, r, width);
+    show_peaks(text, r, width);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void json_channels(kmp_json *j, const kempe_response *r)
+{
+    kmp_json_array(j, "inputs");
+    for (int i = 0; i < r->frequency.inputs; i++) {
+        kmp_json_object(j, NULL);
+        kmp_json_string(j, "name", kempe_response_input_name(r, i));
+        kmp_json_string(j, "unit", kempe_response_input_unit(r, i));
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+    kmp_json_array(j, "outputs");
+    for (int o = 0; o < r->frequency.outputs; o++) {
+        kmp_json_object(j, NULL);
+        kmp_json_string(j, "name", kempe_response_output_name(r, o));
+        kmp_json_string(j, "unit", kempe_response_output_unit(r, o));
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+}
+
+static void json_poles(kmp_json *j, const kempe_response *r)
+{
+    const kmp_frequency *f = &r->frequency;
+    kmp_json_array(j, "eigenvalues");
+    for (int k = 0; f->has_spectrum && k < f->poles.count; k++)
+        kmp_json_numbers(j, NULL, 2, (double[]){f->poles.re[k], f->poles.im[k]});
+    kmp_json_end(j);
+}
+
+static void json_peaks(kmp_json *j, const kempe_response *r)
+{
+    kmp_json_array(j, "peaks");
+    for (int k = 0; k < r->frequency.peak_count; k++) {
+        const kmp_peak *p = &r->frequency.peak[k];
+        kmp_json_object(j, NULL);
+        kmp_json_string(j, "input", kempe_response_input_name(r, p->input));
+        kmp_json_string(j, "output", kempe_response_output_name(r, p->output));
+        kmp_json_number(j, "frequency", p->frequency);
+        kmp_json_number(j, "amplitude", p->amplitude);
+        kmp_json_number(j, "phase_deg", p->phase * (360 / two_pi));
+        kmp_json_number(j, "gain", p->gain);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+}
+
+/* Amplitude and phase of one pair over all frequencies; null on poles. */
+static void json_pair(kmp_json *j, const kempe_response *r, int input, int output, double *room)
+{
+    int count = r->frequency.count;
+    kmp_json_object(j, NULL);
+    kmp_json_string(j, "input", kempe_response_input_name(r, input));
+    kmp_json_string(j, "output", kempe_response_output_name(r, output));
+    kmp_json_number(j, "still", r->frequency.still[output + input * r->frequency.outputs]);
+    for (int k = 0; k < count; k++) {
+        double re = NAN, im = NAN;
+        (void)kempe_response_at(r, k, input, output, &re, &im);
+        room[k] = hypot(re, im);
+        room[count + k] = atan2(im, re) * (360 / two_pi);
+    }
+    kmp_json_numbers(j, "amplitude", count, room);
+    kmp_json_numbers(j, "phase_deg", count, room + count);
+    kmp_json_end(j);
+}
+
+static void json(kmp_text *text, const kempe_response *r, double *room)
+{
+    const kmp_channels *c = &r->channels;
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, c->system, KEMPE_OK, "", c->build_s, c->warnings);
+    kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
+    kmp_print_coordinates(&j, "u", c->system, c->linear.p, c->linear.part.u);
+    kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
+    json_channels(&j, r);
+    json_poles(&j, r);
+    json_peaks(&j, r);
+    kmp_json_object(&j, "rounding");
+    kmp_json_number(&j, "difference", r->frequency.worst);
+    kmp_json_number(&j, "limit", KMP_RESPONSE_HOLDS);
+    kmp_json_number(&j, "frequency", r->frequency.worst_at);
+    kmp_json_string(&j, "result", r->frequency.worst > KMP_RESPONSE_HOLDS ? "not converged" : "converged");
+    kmp_json_end(&j);
+    kmp_json_numbers(&j, "frequency", r->frequency.count, r->frequency.at);
+    kmp_json_array(&j, "responses");
+    for (int i = 0; i < r->frequency.inputs; i++)
+        for (int o = 0; o < r->frequency.outputs; o++)
+            json_pair(&j, r, i, o, room);
+    kmp_json_end(&j);
+    kmp_json_end(&j);
+}
+
+kempe_status kempe_response_print(const kempe_response *response, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, response, "response");
+    KMP_WANTED(response->channels.linear.system->context, text, "text");
+    kempe_context *context = response->channels.system->context;
+    kmp_text out = {0};
+    kmp_context_clear(context);
+    double *room = KMP_NEW(double, 2 * response->frequency.count);
+    if (!room)
+        return kmp_fail_memory(context);
+    if (format == KEMPE_JSON)
+        json(&out, response, room);
+    else
+        show(&out, response);
+    kmp_free(room);
+    return kmp_print_finish(context, &out, text);
+}

@@ -1,0 +1,523 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters; their time is
+ * t_end - t. */
+#include "studies/sensitivity/adjoint.h"
+#include "base/memory.h"
+#include "dynamics/pressed.h"
+#include "integrators/steppers/solver.h"
+#include "linalg/dot.h"
+#include <math.h>
+#include <string.h>
+
+/* Values of u and ud in each step, at Chebyshev's points: their polynomial is that of the integrators' dense outputs,
+ * none of which has a higher degree. */
+enum { NODES = 8 };
+
+typedef struct kept_step {
+    struct kept_step *before, *behind;
+    double from, to;
+    double values[]; /* NODES x 2 p */
+} kept_step;
+
+typedef struct kept_mark {
+    struct kept_mark *before;
+    kmp_varied_mark of; /* its arrays are copies */
+    kept_step *last;    /* before it; NULL: none */
+} kept_mark;
+
+typedef struct adjoint {
+    kmp_arena arena;
+    kmp_varied *v;
+    const kmp_forward *ask;
+    const kmp_forward_target *target;
+    bool integral;
+    const double *sizes;
+    int n, m, p, count, size;
+    int steps;
+    kept_step *begin, *end; /* of the whole motion */
+    kept_mark *mark;        /* the last one */
+    const kmp_solver_kind *kind;
+    kmp_solver *solver;
+    kmp_ode ode;
+    kept_step *first, *last, *at;                 /* steps: of the segment at hand; the one looked at last */
+    double *y, *atol, *state, *gradient, value;   /* of the target at the end */
+    double *end_q;                                /* where the last step ends, n */
+    int *end_u;                                   /* independent there */
+    double *own_chart, *own_q, *own_qd, *own_qdd; /* the end in the user's coordinates: charts; n */
+    double *dq, *dqd, *dqdd;                      /* n: room */
+    double *wq, *wqd, *wqdd, *wlambda, *w, *wu;   /* n, n, n, m; n; p */
+    double *unit, *matrix;                        /* conditions; p x 2 p */
+    kmp_changes_weight back;
+} adjoint;
+
+/* -- the motion, kept -------------------------------------------------------------------------------- */
+
+static double node(int j)
+{
+    static const double pi = 3.14159265358979323846;
+    return 0.5 * (1 - cos(pi * j / (NODES - 1)));
+}
+
+static int keep_step(void *user, kmp_runner *runner, double from, double to)
+{
+    adjoint *a = user;
+    const kmp_linear *l = &a->v->linear;
+    size_t width = 2 * (size_t)(a->p = l->p);
+    memcpy(a->end_u, l->part.u, (size_t)a->p * sizeof *a->end_u);
+    kept_step *step = kmp_arena_alloc(&a->arena, 1, sizeof *step + NODES * width * sizeof *step->values);
+    if (!step)
+        return 1;
+    for (int j = 0; j < NODES; j++) {
+        const double *y = kmp_runner_unknowns(runner, j == NODES - 1 ? to : from + node(j) * (to - from));
+        if (!y)
+            return 1;
+        memcpy(step->values + (size_t)j * width, y, width * sizeof *y);
+    }
+    step->from = from;
+    step->to = to;
+    step->before = a->end;
+    *(a->end ? &a->end->behind : &a->begin) = step;
+    a->end = step;
+    a->steps++;
+    memcpy(a->end_q, l->q, (size_t)a->n * sizeof *l->q);
+    return 0;
+}
+
+static void *copy_of(adjoint *a, const void *from, size_t count, size_t size)
+{
+    void *to = from ? kmp_arena_alloc(&a->arena, count, size) : NULL;
+    if (to && count > 0)
+        memcpy(to, from, count * size);
+    return to;
+}
+
+static size_t chart_size(const adjoint *a)
+{
+    return KMP_CHART_SIZE * (size_t)a->v->system->chart_count;
+}
+
+static int keep_mark(void *user, const kmp_varied_mark *mark)
+{
+    adjoint *a = user;
+    kept_mark *kept_as = KMP_ARENA_NEW(&a->arena, kept_mark, 1);
+    if (!kept_as)
+        return 1;
+    size_t n = (size_t)a->n, p = (size_t)a->v->linear.p, conditions = (size_t)a->v->system->events.count;
+    kmp_varied_mark kept = *mark;
+    kept.u = copy_of(a, mark->u, p, sizeof(int));
+    kept.q = copy_of(a, mark->q, n, sizeof(double));
+    kept.y = copy_of(a, mark->y, 2 * p, sizeof(double));
+    kept.mode = copy_of(a, mark->mode, conditions, sizeof(double));
+    kept.chart = copy_of(a, mark->chart, chart_size(a), sizeof(double));
+    kept.next.chart = copy_of(a, mark->next.chart, chart_size(a), sizeof(double));
+    kept.next.q = copy_of(a, mark->next.q, n, sizeof(double));
+    kept.next.qd = copy_of(a, mark->next.qd, n, sizeof(double));
+    *kept_as = (kept_mark){a->mark, kept, a->end};
+    a->mark = kept_as;
+    return a->arena.failed;
+}
+
+/* The end as the user sees it. */
+static int keep_end(void *user, const kmp_varied_row *row)
+{
+    adjoint *a = user;
+    size_t bytes = (size_t)a->n * sizeof(double);
+    memcpy(a->own_q, row->q, bytes);
+    memcpy(a->own_qd, row->qd, bytes);
+    memcpy(a->own_qdd, row->qdd, bytes);
+    a->value = kmp_target_of_row(a->target, a->v, row);
+    return 0;
+}
+
+/* u and ud at t within a step, by the barycentric formula. */
+static void recall(const adjoint *a, const kept_step *step, double t, double *y)
+{
+    const double *values = step->values;
+    double x = (t - step->from) / (step->to - step->from), sum = 0;
+    memset(y, 0, (size_t)(2 * a->p) * sizeof *y);
+    for (int j = 0; j < NODES; j++) {
+        double off = x - node(j), weight = (j % 2 ? -1 : 1) * (j == 0 || j == NODES - 1 ? 0.5 : 1);
+        if (off == 0) {
+            memcpy(y, values + 2 * a->p * j, (size_t)(2 * a->p) * sizeof *y);
+            return;
+        }
+        weight /= off;
+        sum += weight;
+        for (int i = 0; i < 2 * a->p; i++)
+            y[i] += weight * values[2 * a->p * j + i];
+    }
+    for (int i = 0; i < 2 * a->p; i++)
+        y[i] /= sum;
+}
+
+/* The step of the segment at hand that t lies in. */
+static const kept_step *step_at(adjoint *a, double t)
+{
+    while (a->at != a->first && t < a->at->from)
+        a->at = a->at->before;
+    while (a->at != a->last && t > a->at->to)
+        a->at = a->at->behind;
+    return a->at;
+}
+
+/* -- gradients at a state ---------------------------------------------------------------------------- */
+
+/* Weights wq, wqd and, `whole`, wqdd on a motion in other charts as those on it in these: by the columns of what
+ * carries small changes from the one to the other. */
+static void carry_back(adjoint *a, const kmp_chart_motion *from, const kmp_chart_motion *to, bool whole)
+{
+    const kempe_system *s = a->v->system;
+    double *w[] = {a->wq, a->wqd, a->wqdd}, *d[] = {a->dq, a->dqd, a->dqdd};
+    int orders = whole ? 3 : 2;
+    for (int c = 0; c < s->chart_count; c++) {
+        int first = s->chart_first[c], chart = KMP_CHART_SIZE * c;
+        double back[9] = {0};
+        if (memcmp(from->chart + chart, to->chart + chart, KMP_CHART_SIZE * sizeof(double)) == 0)
+            continue;
+        for (int k = 0; k < 3 * orders; k++) {
+            for (int i = 0; i < 3 * orders; i++)
+                d[i / 3][first + i % 3] = i == k;
+            kmp_chart_carry(s, c, from, to, a->dq, a->dqd, whole ? a->dqdd : NULL);
+            for (int i = 0; i < 3 * orders; i++)
+                back[k] += w[i / 3][first + i % 3] * d[i / 3][first + i % 3];
+        }
+        for (int k = 0; k < 3 * orders; k++)
+            w[k / 3][first + k % 3] = back[k];
+    }
+}
+
+/* Weights on all that follows, and what the target has of its own by parameters, times `factor`, into out. */
+static void weigh_target(adjoint *a, double *out)
+{
+    kmp_varied *v = a->v;
+    const kmp_forward_target *x = a->target;
+    kmp_copy_or_zero(a->n, x->q, a->wq);
+    kmp_copy_or_zero(a->n, x->qd, a->wqd);
+    kmp_copy_or_zero(a->n, x->qdd, a->wqdd);
+    kmp_copy_or_zero(a->m, x->lambda, a->wlambda);
+    const kmp_linear *l = &v->linear;
+    if (!a->integral) /* else it has no angles that are others in other charts */
+        carry_back(a, &(kmp_chart_motion){l->plant->chart, l->q, l->qd, l->qdd},
+                   &(kmp_chart_motion){a->own_chart, a->own_q, a->own_qd, a->own_qdd}, true);
+    if (!x->shown)
+        return;
+    kmp_instant at = kmp_linear_instant(&v->linear);
+    (void)kmp_slopes_values(&v->slopes->outputs, &at);
+    kmp_slopes_gradient(v->slopes, &v->slopes->outputs, x->shown,
+                        &(kmp_direction){NULL, a->wq, a->wqd, a->wqdd, a->wlambda, out});
+}
+
+static void add_back(adjoint *a, double *u, double *ud, double *out)
+{
+    for (int i = 0; i < a->p; i++) {
+        u[i] += a->back.u[i];
+        ud[i] += a->back.ud[i];
+    }
+    kmp_slopes_weighted(a->v->slopes, a->back.h, a->back.rate, a->back.curve, a->back.force, out);
+}
+
+/* Adds to u, ud and out what weights on accelerations udd (p, into which those of the target go, when asked) make. */
+static void go_back(adjoint *a, bool with_target, double *udd, double *u, double *ud, double *out)
+{
+    kmp_linear *l = &a->v->linear;
+    if (with_target) {
+        weigh_target(a, out);
+        kmp_linear_back(l, &(kmp_weights){a->wq, a->wqd, a->wqdd, a->wlambda, NULL}, &a->back);
+        add_back(a, u, ud, out);
+        for (int i = 0; i < a->p; i++)
+            udd[i] += a->back.udd[i];
+    }
+    kmp_linear_accelerate(l, udd, a->w);
+    kmp_linear_back(l, &(kmp_weights){.residual = a->w}, &a->back);
+    add_back(a, u, ud, out);
+}
+
+/* -- the ODE ----------------------------------------------------------------------------------------- */
+
+static int place(adjoint *a, double back)
+{
+    double t = fmin(fmax(a->ask->spec->t_end - back, a->first->from), a->last->to);
+    recall(a, step_at(a, t), t, a->state);
+    return kmp_varied_at(a->v, t, a->state, a->state + a->p);
+}
+
+static int rhs(void *self, double t, const double *y, double *dy)
+{
+    adjoint *a = self;
+    int p = a->p;
+    if (place(a, t) != KMP_GO)
+        return KMP_RETRY;
+    memset(dy, 0, (size_t)a->size * sizeof *dy);
+    memcpy(dy + p, y, (size_t)p * sizeof *dy);
+    memcpy(a->wu, y + p, (size_t)p * sizeof *dy);
+    go_back(a, a->integral, a->wu, dy, dy + p, dy + 2 * p);
+    return KMP_GO;
+}
+
+static int accept(void *self, double t, double *y, const double *dy, const double *w)
+{
+    adjoint *a = self;
+    (void)t, (void)y, (void)dy, (void)w;
+    kmp_varied_anchor(a->v);
+    return KMP_GO;
+}
+
+/* Of the weights alone: the quadratures follow from them. */
+static int jacobian(void *self, double t, const double *y, double *j)
+{
+    adjoint *a = self;
+    int p = a->p;
+    (void)y;
+    if (place(a, t) != KMP_GO)
+        return KMP_RETRY;
+    kmp_varied_matrix(a->v, a->matrix);
+    for (int k = 0; k < p; k++) {
+        for (int i = 0; i < 2 * p; i++)
+            j[i + (p + k) * a->size] = a->matrix[k + i * p];
+        j[p + k + k * a->size] = 1;
+    }
+    return KMP_GO;
+}
+
+/* -- segments ---------------------------------------------------------------------------------------- */
+
+static kempe_status fail(adjoint *a, double t)
+{
+    return kmp_fail(a->v->system->context, KEMPE_E_FAILED, "backwards the state cannot be evaluated at t = %.9g", t);
+}
+
+/* The state (t, y) near q, of these independent coordinates. */
+static kempe_status stand(adjoint *a, double t, const double *q, const int *u, const double *y)
+{
+    KMP_TRY(kmp_varied_choose(a->v, t, q, q, u, a->p));
+    if (kmp_varied_at(a->v, t, y, y + a->p) != KMP_GO)
+        return fail(a, t);
+    kmp_varied_anchor(a->v);
+    return KEMPE_OK;
+}
+
+/* The state before a mark, in its own unknowns, charts and conditions. */
+static kempe_status stand_before(adjoint *a, const kmp_varied_mark *mark)
+{
+    kmp_plant *plant = a->v->linear.plant;
+    for (int k = 0; k < a->v->system->events.count; k++)
+        kmp_plant_set_mode(plant, k, mark->mode[k] != 0);
+    if (mark->next.chart)
+        kmp_plant_set_charts(plant, mark->chart);
+    return stand(a, mark->t, mark->q, mark->u, mark->y);
+}
+
+/* Weights of what became u behind the mark, as those of what was u before it. */
+static kempe_status pass_exchange(adjoint *a, const kmp_varied_mark *mark, const int *next_u)
+{
+    memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
+    memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
+    for (int i = 0; i < a->p; i++) {
+        a->wq[next_u[i]] = a->y[i];
+        a->wqd[next_u[i]] = a->y[a->p + i];
+    }
+    KMP_TRY(stand_before(a, mark));
+    const kmp_linear *l = &a->v->linear;
+    if (mark->next.chart)
+        carry_back(a, &(kmp_chart_motion){mark->chart, l->q, l->qd, NULL}, &mark->next, false);
+    kmp_linear_back(&a->v->linear, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
+    memset(a->y, 0, (size_t)(2 * a->p) * sizeof *a->y);
+    add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
+    return KEMPE_OK;
+}
+
+/* The weight of t_e: of the jump of accelerations, and of the integrand. */
+static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
+{
+    kmp_varied *v = a->v;
+    kmp_linear *l = &v->linear;
+    double one = 1, weight = 0;
+    if (kmp_varied_at(v, mark->t, mark->y, mark->y + a->p) != KMP_GO)
+        return fail(a, mark->t);
+    for (int i = 0; i < a->p; i++)
+        weight -= a->y[a->p + i] * l->qdd[l->part.u[i]];
+    weight -= a->integral ? kmp_target_value(a->target, v) : 0;
+    KMP_TRY(stand_before(a, mark));
+    for (int i = 0; i < a->p; i++)
+        weight += a->y[a->p + i] * l->qdd[l->part.u[i]];
+    weight += a->integral ? kmp_target_value(a->target, v) : 0;
+    kmp_instant at = kmp_linear_instant(&v->linear);
+    (void)kmp_slopes_values(&v->slopes->events, &at);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, -1,
+                     a->unit);
+    weight /= -a->unit[mark->condition];
+    memset(a->unit, 0, (size_t)v->system->events.count * sizeof *a->unit);
+    a->unit[mark->condition] = weight;
+    memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
+    memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
+    kmp_slopes_gradient(v->slopes, &v->slopes->events, a->unit,
+                        &(kmp_direction){NULL, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
+    kmp_linear_back(l, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
+    add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
+    return KEMPE_OK;
+}
+
+/* From the end of the step `last` to that of the step `before` (NULL: the start). */
+static kempe_status come_back(adjoint *a, kept_step *before, kept_step *last, double *h)
+{
+    kempe_context *context = a->v->system->context;
+    if (before == last)
+        return KEMPE_OK;
+    a->first = before ? before->behind : a->begin;
+    a->last = a->at = last;
+    double end = a->ask->spec->t_end - a->first->from;
+    kempe_status status = a->kind->start(a->solver, a->ask->spec->t_end - last->to, a->y, NULL, end, *h);
+    while (status == KEMPE_OK && a->solver->t < end) {
+        status = a->kind->step(a->solver);
+        if (status == KEMPE_OK && kmp_interrupted(context))
+            return kmp_fail(context, KEMPE_STOPPED, "interrupted");
+    }
+    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == '\0')
+        return kmp_fail(context, status, "backwards the step size became too small at t = %.9g",
+                        a->ask->spec->t_end - a->solver->t);
+    *h = a->solver->h;
+    return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
+}
+
+static kempe_status all_back(adjoint *a, double h)
+{
+    const int *next_u = a->v->linear.part.u;
+    kept_step *last = a->end;
+    int *behind = copy_of(a, next_u, (size_t)a->p, sizeof(int));
+    kempe_status status = behind ? KEMPE_OK : kmp_fail_memory(a->v->system->context);
+    for (const kept_mark *k = a->mark; status == KEMPE_OK && k; k = k->before) {
+        status = come_back(a, k->last, last, &h);
+        last = k->last;
+        if (status == KEMPE_OK)
+            status = k->of.condition < 0 ? pass_exchange(a, &k->of, behind) : pass_condition(a, &k->of);
+        memcpy(behind, k->of.u, (size_t)a->p * sizeof *behind);
+    }
+    return status == KEMPE_OK ? come_back(a, NULL, last, &h) : status;
+}
+
+/* -- the end ----------------------------------------------------------------------------------------- */
+
+static bool make_room(adjoint *a)
+{
+    int n = a->n, m = a->m, p = a->p;
+    a->size = 2 * p + a->count;
+    const kmp_arena_group groups[] = {
+        {a->size, {&a->y, &a->atol}},
+        {n, {&a->wq, &a->wqd, &a->wqdd, &a->w, &a->dq, &a->dqd, &a->dqdd, &a->back.force}},
+        {m, {&a->wlambda, &a->back.h, &a->back.rate, &a->back.curve}},
+        {p, {&a->wu, &a->back.u, &a->back.ud, &a->back.udd}},
+        {2 * p, {&a->state}},
+        {2 * p * p, {&a->matrix}},
+        {a->v->system->events.count, {&a->unit}}};
+    a->ode =
+        (kmp_ode){.n = a->size, .self = a, .rhs = rhs, .accept = accept, .jacobian = jacobian, .quadratures = a->count};
+    return kmp_arena_make_groups(&a->arena, sizeof groups / sizeof *groups, groups);
+}
+
+/* The weights at the end, in y; how large they are, for the tolerances. */
+static kempe_status set_end(adjoint *a, double rate_scale)
+{
+    kmp_varied *v = a->v;
+    int p = a->p;
+    double size = 0;
+    recall(a, a->end, a->ask->spec->t_end, a->state);
+    KMP_TRY(stand(a, a->ask->spec->t_end, a->end_q, a->end_u, a->state));
+    memset(a->wu, 0, (size_t)p * sizeof *a->wu);
+    go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
+    for (int i = 0; i < p; i++) {
+        double scale = v->system->scale[v->linear.part.u[i]];
+        size = fmax(size, fmax(fabs(a->y[i]) * scale, fabs(a->y[p + i]) * scale * rate_scale));
+    }
+    size = size > 0 ? size : 1;
+    if (a->integral) {
+        memset(a->y, 0, (size_t)a->size * sizeof *a->y);
+        size *= a->ask->spec->t_end;
+    }
+    for (int i = 0; i < p; i++) {
+        double scale = v->system->scale[v->linear.part.u[i]];
+        a->atol[i] = a->ask->spec->atol * size / scale;
+        a->atol[p + i] = a->ask->spec->atol * size / (scale * rate_scale);
+    }
+    for (int k = 0; k < a->count; k++)
+        a->atol[2 * p + k] = a->ask->spec->atol * size / a->sizes[k];
+    return KEMPE_OK;
+}
+
+static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
+{
+    kempe_context *context = a->v->system->context;
+    double rate_scale = report->forward.run.rate_scale;
+    if (a->steps == 0)
+        return fail(a, a->ask->spec->t_end);
+    if (!make_room(a))
+        return kmp_fail_memory(context);
+    kempe_status status = set_end(a, rate_scale);
+    report->value = a->integral ? report->forward.integral : a->value;
+    a->kind = kmp_solver_find(a->ask->spec->integrator);
+    if (status == KEMPE_OK)
+        a->solver = a->kind->create(a->kind, &(kmp_solver_setup){.context = context,
+                                                                 .ode = &a->ode,
+                                                                 .tolerance = {a->ask->spec->rtol, a->atol},
+                                                                 .linear = "auto"});
+    if (status == KEMPE_OK && !a->solver)
+        return KEMPE_E_MEMORY;
+    if (status == KEMPE_OK)
+        status = all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->ask->spec->t_end) : 0);
+    if (status != KEMPE_OK)
+        return status;
+    const int *u = a->v->linear.part.u;
+    for (int k = 0; k < a->count; k++) {
+        const double *q = a->ask->start_q + k * a->n, *qd = a->ask->start_qd + k * a->n;
+        a->gradient[k] = a->y[2 * a->p + k];
+        for (int i = 0; i < a->p; i++)
+            a->gradient[k] += a->y[i] * q[u[i]] + a->y[a->p + i] * qd[u[i]];
+    }
+    kmp_solver_work work = a->solver->work;
+    report->steps = work.steps;
+    report->rhs = work.rhs;
+    report->kept = (size_t)a->steps * NODES * 2 * (size_t)a->p * sizeof(double);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const kmp_forward_target *target,
+                             bool integral, const double *sizes, double *gradient, kmp_adjoint_report *report)
+{
+    adjoint a = {.v = varied,
+                 .target = target,
+                 .integral = integral,
+                 .sizes = sizes,
+                 .n = varied->n,
+                 .m = varied->m,
+                 .count = varied->count,
+                 .gradient = gradient};
+    kmp_run_spec spec = *ask->spec;
+    *report = (kmp_adjoint_report){0};
+    if (varied->system->pressed_count > 0)
+        return kmp_refuse_pressed(varied->system, "the adjoint method");
+    spec.times = &spec.t_end;
+    spec.time_count = 1;
+    const kmp_forward motion = {.spec = &spec,
+                                .alone = true,
+                                .integrand = integral ? target : NULL,
+                                .start_q = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
+                                .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
+                                .watch = {.user = &a, .row = keep_end, .step = keep_step, .mark = keep_mark}};
+    a.ask = &motion;
+    const kmp_arena_group groups[] = {{a.n, {&a.end_q, &a.own_q, &a.own_qd, &a.own_qdd}},
+                                      {(ptrdiff_t)chart_size(&a), {&a.own_chart}}};
+    (void)kmp_arena_make_groups(&a.arena, 2, groups);
+    a.end_u = KMP_ARENA_NEW(&a.arena, int, a.n);
+    if (!a.arena.failed)
+        kmp_charts_reset(varied->system, a.own_chart);
+    kempe_status status = a.arena.failed ? kmp_fail_memory(varied->system->context)
+                                         : kmp_forward_run(varied, &motion, sizes, NULL, &report->forward);
+    if (status == KEMPE_OK) {
+        status = run_back(&a, report);
+        if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
+            report->forward.run.reason = kmp_strdup(kempe_context_message(varied->system->context));
+    }
+    if (a.solver)
+        a.kind->release(a.solver);
+    kmp_arena_free(&a.arena);
+    return status;
+}

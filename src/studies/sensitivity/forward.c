@@ -1,0 +1,320 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "base/memory.h"
+#include "model/tables/change_points.h"
+#include "studies/sensitivity/forward_inside.h"
+#include <string.h>
+
+/* -- values of a scalar ------------------------------------------------------------------------------ */
+
+static double weighted(int count, const double *w, const double *x)
+{
+    double sum = 0;
+    for (int i = 0; w && i < count; i++)
+        sum += w[i] != 0 ? w[i] * x[i] : 0; /* what is not asked for may be no number */
+    return sum;
+}
+
+double kmp_target_of_row(const kmp_forward_target *target, const kmp_varied *varied, const kmp_varied_row *row)
+{
+    const kmp_forward_target *w = target;
+    int n = varied->n;
+    return weighted(n, w->q, row->q) + weighted(n, w->qd, row->qd) + weighted(n, w->qdd, row->qdd) +
+           weighted(varied->m, w->lambda, row->lambda) + weighted(varied->slopes->shown, w->shown, row->shown);
+}
+
+double kmp_target_value(const kmp_forward_target *target, kmp_varied *varied)
+{
+    const kmp_linear *l = &varied->linear;
+    kmp_instant at = kmp_linear_instant(&varied->linear);
+    const double *shown = target->shown ? kmp_slopes_values(&varied->slopes->outputs, &at) : NULL;
+    const kmp_varied_row here = {.q = l->q, .qd = l->qd, .qdd = l->qdd, .lambda = l->lambda, .shown = shown};
+    return kmp_target_of_row(target, varied, &here);
+}
+
+/* -- rows -------------------------------------------------------------------------------------------- */
+
+static void position(kmp_formulation *formulation, double t, const double *y, double *q)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    if (f->zone)
+        memcpy(q, y, (size_t)f->n * sizeof *q);
+    else if (kmp_varied_position(f->v, t, y, q) != KMP_GO)
+        memcpy(q, f->v->q, (size_t)f->n * sizeof *q);
+}
+
+static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
+               double *qdd, double *lambda, double *work)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    const kmp_linear *l = &f->v->linear;
+    (void)yp;
+    *work = 0;
+    int said = qd || f->zone ? kmp_forward_stand_at(f, t, y, qdd != NULL) : kmp_varied_position(f->v, t, y, q);
+    if (said != KMP_GO) {
+        if (formulation->reason.length == 0)
+            kmp_text_printf(&formulation->reason, "the closures could not be solved at the output time t = %.9g", t);
+        return KMP_HALT;
+    }
+    if (!qd && !f->zone)
+        return KMP_GO;
+    memcpy(q, l->q, (size_t)f->n * sizeof *q);
+    if (qd)
+        memcpy(qd, l->qd, (size_t)f->n * sizeof *qd);
+    if (!qdd)
+        return KMP_GO;
+    memcpy(qdd, l->qdd, (size_t)f->n * sizeof *qdd);
+    memcpy(lambda, l->lambda, (size_t)f->m * sizeof *lambda);
+    f->row_y = y;
+    return KMP_GO;
+}
+
+/* By parameter k what the last whole row makes: outputs, which see the charts there, and the user's coordinates. */
+static void follow(kmp_forward_formulation *f, int k, const kmp_chart_motion *user)
+{
+    kmp_varied *v = f->v;
+    const kmp_linear *l = &v->linear;
+    const kmp_chart_motion inner = {l->plant->chart, l->q, l->qd, l->qdd};
+    double *dq = f->dq + k * f->n, *dqd = f->dqd + k * f->n, *dqdd = f->dqdd + k * f->n;
+    double *dlambda = f->dlambda + k * f->m;
+    kmp_forward_follow(f, f->row_y, k, dq, dqd, dqdd, dlambda);
+    if (v->slopes->shown > 0)
+        kmp_slopes_along(v->slopes, &v->slopes->outputs, &(kmp_direction){NULL, dq, dqd, dqdd, dlambda, NULL}, k,
+                         f->dshown + k * v->slopes->shown);
+    for (int c = 0; c < f->system->chart_count; c++)
+        if (!kmp_chart_is_own(inner.chart, c))
+            kmp_chart_carry(f->system, c, &inner, user, dq, dqd, dqdd);
+}
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    kmp_forward_formulation *f = user;
+    kmp_varied *v = f->v;
+    const kmp_chart_motion own = {f->new_chart, q, qd, qdd};
+    (void)work;
+    if (!f->ask->watch.row)
+        return 0;
+    const kmp_instant at = kmp_linear_instant(&v->linear);
+    const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
+    kmp_charts_reset(f->system, f->new_chart);
+    for (int k = 0; k < f->count; k++)
+        follow(f, k, &own);
+    const kmp_varied_row row_of = {t, q, qd, qdd, lambda, shown, f->dq, f->dqd, f->dqdd, f->dlambda, f->dshown};
+    return f->ask->watch.row(f->ask->watch.user, &row_of);
+}
+
+static int take_step(void *user, kmp_runner *runner, double from, double to)
+{
+    kmp_forward_formulation *f = user;
+    const double *y = f->integrals ? kmp_runner_unknowns(runner, to) : NULL;
+    if (f->integrals && !y)
+        return 1;
+    if (y)
+        memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
+    return f->ask->watch.step && to > from ? f->ask->watch.step(f->ask->watch.user, runner, from, to) : 0;
+}
+
+/* -- the formulation ---------------------------------------------------------------------------------------- */
+
+/* v goes by another plant from now on. */
+static void go_by(kmp_forward_formulation *f, kmp_plant *plant)
+{
+    kmp_linear_lend(&f->v->linear, plant);
+    kmp_linear_renew_parameters(&f->v->linear);
+    kmp_slopes_renew_parameters(f->v->slopes);
+}
+
+/* The own plant has the charts and conditions of the runner's then. */
+static void release(kmp_formulation *formulation)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    const kmp_plant *plant = kmp_forward_plant(f);
+    kmp_arena_free(&formulation->arena);
+    if (plant == f->own)
+        return;
+    kmp_plant_set_charts(f->own, plant->chart);
+    for (int k = 0; k < f->system->events.count; k++)
+        kmp_plant_set_mode(f->own, k, plant->mode[k] != 0);
+    go_by(f, f->own);
+}
+
+static int keep(kmp_formulation *formulation, double t, const double *y)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
+    if (!(f->t >= t) && kmp_forward_spread(f, t, y) != KMP_GO) /* charts have changed, and the place with them */
+        return KMP_HALT;
+    kmp_forward_keep_old(f);
+    return KMP_GO;
+}
+
+/* A start that is neither the first one nor where the last formulation was left: what came between has changed rates.
+ */
+static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulation_start *start)
+{
+    int k = 0;
+    while (k < f->system->events.count && (f->mode[k] != 0) == (start->plant->mode[k] != 0))
+        k++;
+    if (k < f->system->events.count)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED,
+                        "closures switch where %s changes at t = %.9g: derivatives of rates that jump are not known",
+                        f->system->event_text[k], start->t);
+    if (start->part->p != f->p || start->t > f->t || start->t < f->t)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED,
+                        "derivatives by parameters do not go on at t = %.9g, where the freedoms are %d, not %d",
+                        start->t, start->part->p, f->p);
+    return KEMPE_OK;
+}
+
+static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_start *start)
+{
+    kmp_partition part;
+    KMP_TRY(f->begun ? check_place(f, start) : KEMPE_OK);
+    bool first = !f->begun;
+    f->begun = true;
+    f->p = start->part->p;
+    f->redundant = start->part->m - start->part->r;
+    if (!kmp_forward_make_unknowns(f) || !kmp_partition_copy(&part, start->part))
+        return kmp_fail_memory(f->system->context);
+    go_by(f, start->plant);
+    f->v->linear.held = true;
+    f->v->linear.plain = f->count == 0;
+    KMP_TRY(kmp_varied_take(f->v, start->t, start->q, &part));
+    kmp_forward_enter_charts(f, start->q, start->qd);
+    memcpy(f->formulation.y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
+    if (kmp_forward_take_up(f, start->t, f->formulation.y) != KMP_GO)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED,
+                        "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
+    bool marked = !first || kmp_forward_charts_differ(f, f->old_chart);
+    return !marked || kmp_forward_tell_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
+}
+
+static const kmp_formulation_kind varied_zone;
+
+static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
+{
+    kmp_forward_formulation *f = start->user;
+    f->zone = kind == &varied_zone;
+    f->start = *start;
+    f->formulation.exchanges = 0;
+    kmp_text_free(&f->formulation.reason);
+    if (begin(f, start) == KEMPE_OK)
+        return &f->formulation;
+    release(&f->formulation);
+    return NULL;
+}
+
+static const kmp_formulation_kind varied_zone = {
+    .formulation = "varied", .form = "zone", .corrected = true, .create = create};
+static const kmp_formulation_kind varied_formulation = {
+    .formulation = "varied", .form = "newton", .corrected = true, .zone = &varied_zone, .create = create};
+
+/* -- the run ----------------------------------------------------------------------------------------- */
+
+static bool make_room(kmp_forward_formulation *f)
+{
+    kmp_arena *a = &f->arena;
+    int n = f->n, count = f->v->count, conditions = f->system->events.count;
+    const kmp_arena_group groups[] = {
+        {n, {&f->q, &f->qd, &f->su, &f->sud, &f->ud, &f->before, &f->old_q}},
+        {n * count, {&f->dq, &f->dqd, &f->dqdd}},
+        {f->m * count, {&f->dlambda}},
+        {f->v->slopes->shown * count, {&f->dshown}},
+        {count, {&f->swing}},
+        {conditions, {&f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along}},
+        {KMP_CHART_SIZE * f->system->chart_count, {&f->chart, &f->new_chart, &f->old_chart}},
+        {2 * n, {&f->old_y}},
+        {2 * n * n, {&f->matrix}},
+        {f->integrals, {&f->tail}}};
+    (void)kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
+    f->signs = KMP_ARENA_NEW(a, int, n);
+    f->signs_now = KMP_ARENA_NEW(a, int, n);
+    f->old_u = KMP_ARENA_NEW(a, int, n);
+    f->every = KMP_ARENA_NEW(a, int, n);
+    f->cause = KMP_ARENA_NEW(a, bool, conditions);
+    for (int i = 0; !a->failed && i < f->n; i++)
+        f->every[i] = i;
+    return !a->failed;
+}
+
+/* The start and its slopes into the place. */
+static kempe_status prepare(kmp_forward_formulation *f)
+{
+    kmp_varied *v = f->v;
+    size_t slopes = (size_t)(f->n * v->count) * sizeof(double);
+    if (!make_room(f))
+        return kmp_fail_memory(f->system->context);
+    kmp_charts_reset(f->system, f->chart);
+    kmp_plant_set_charts(f->own, f->chart);
+    go_by(f, f->own);
+    v->linear.plain = false;
+    kempe_status status = kmp_varied_start(v, f->q, f->qd, f->dq, f->dqd);
+    if (status == KEMPE_OK && f->ask->start_q)
+        memcpy(f->ask->start_q, f->dq, slopes);
+    if (status == KEMPE_OK && f->ask->start_qd)
+        memcpy(f->ask->start_qd, f->dqd, slopes);
+    f->p = v->linear.p;
+    if (status == KEMPE_OK && v->linear.chosen)
+        kmp_forward_keep_old(f);
+    return status;
+}
+
+/* Whether it is of coordinates of spherical joints themselves, which are others in each chart. */
+static bool reads_angles(const kempe_system *s, const kmp_forward_target *target)
+{
+    const double *part[] = {target->q, target->qd, target->qdd};
+    bool reads = false;
+    for (int k = 0; k < 9 * s->chart_count; k++)
+        reads = reads || (part[k % 3] && part[k % 3][s->chart_first[k / 9] + k / 3 % 3] != 0);
+    return reads;
+}
+
+static kempe_status run(kmp_forward_formulation *f, kmp_forward_report *report)
+{
+    kmp_run_spec spec = *f->ask->spec;
+    kempe_status status = prepare(f);
+    const kempe_assembly start = {.system = f->system, .q = f->q, .qd = f->qd, .closed = true};
+    spec.kind = &varied_formulation;
+    spec.user = f;
+    spec.step = take_step;
+    spec.own_angles = f->own_angles = f->ask->integrand && reads_angles(f->system, f->ask->integrand);
+    if (f->ask->alone)
+        spec.change_points = kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE);
+    if (status == KEMPE_OK)
+        status = kmp_run(f->system, &spec, &start, take_row, f, &report->run);
+    report->integral = f->integrals && f->tail ? f->tail[0] : 0;
+    report->redundant = f->redundant;
+    if (report->run.reason || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
+        return status;
+    report->run.reason = kmp_strdup(kempe_context_message(f->system->context));
+    return report->run.reason ? status : kmp_fail_memory(f->system->context);
+}
+
+kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const double *sizes, double *integral,
+                             kmp_forward_report *report)
+{
+    kmp_forward_formulation f = {.formulation = {.release = release,
+                                                 .row = row,
+                                                 .position = position,
+                                                 .renew = kmp_forward_renew,
+                                                 .resume = kmp_forward_resume,
+                                                 .keep = keep,
+                                                 .explain = kmp_forward_explain},
+                                 .v = varied,
+                                 .own = varied->linear.plant,
+                                 .ask = ask,
+                                 .system = varied->system,
+                                 .sizes = sizes,
+                                 .n = varied->n,
+                                 .m = varied->m,
+                                 .count = ask->alone ? 0 : varied->count};
+    f.integrals = ask->integrand ? 1 + f.count : 0;
+    *report = (kmp_forward_report){0};
+    kempe_status status = run(&f, report);
+    for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)
+        integral[k] = f.tail[1 + k];
+    kmp_text_free(&f.formulation.reason);
+    kmp_arena_free(&f.arena);
+    varied->linear.plain = false;
+    return status;
+}

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A motion with the sensitivities of its state to each parameter, as a formulation of its own: a runner
+ * (integrators/run/run.h) integrates them together, with error control over all of them, and sees to events, exchanges
+ * and spherical joints. With no parameters it is the motion alone. Where u goes bad others are taken between steps, and
+ * the sensitivities go on as rows of the same dq/dp; where a joint is centred they are carried into its new angles.
+ * Where a condition of the model changes, at t_e(p) with g = 0, rates of the sensitivities jump by what the
+ * accelerations do:
+ *
+ *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp      dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)
+ *
+ * (Rozenvasser 1967; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47 (2000) 204, eqs. 36-38). */
+#ifndef KMP_STUDIES_SENSITIVITY_FORWARD_H
+#define KMP_STUDIES_SENSITIVITY_FORWARD_H
+
+#include "constraints/closing/charts.h"
+#include "derivatives/varied.h"
+#include "integrators/run/run.h"
+
+/** A row: the state, and what each parameter does to it (`count` times n, n, n, m, shown). */
+typedef struct kmp_varied_row {
+    double t;
+    const double *q, *qd, *qdd, *lambda, *shown;
+    const double *dq, *dqd, *dqdd, *dlambda, *dshown;
+} kmp_varied_row;
+
+/** A scalar: the sum of these weights times the values of a row; each NULL for none. */
+typedef struct kmp_forward_target {
+    const double *q, *qd, *qdd, *lambda, *shown;
+} kmp_forward_target;
+
+/** A place between steps where the unknowns or the equations change. */
+typedef struct kmp_varied_mark {
+    double t;
+    int condition;         /* that changes; -1: others become independent, or joints are centred */
+    const int *u;          /* before, p */
+    const double *q, *y;   /* before: n; u and ud, 2 p */
+    const double *mode;    /* of the conditions, before */
+    const double *chart;   /* of the spherical joints, before */
+    kmp_chart_motion next; /* the motion in their charts behind it; chart NULL: they stay */
+} kmp_varied_mark;
+
+/** Who looks on. Each may be NULL; nonzero ends the run with KEMPE_E_MEMORY. */
+typedef struct kmp_varied_watch {
+    void *user;
+    int (*row)(void *user, const kmp_varied_row *row);
+    /** A step, alone: the first of the runner's unknowns are u and ud (p each). */
+    kmp_step_fn *step;
+    int (*mark)(void *user, const kmp_varied_mark *mark);
+} kmp_varied_watch;
+
+typedef struct kmp_forward {
+    const kmp_run_spec *spec;            /* resolved; formulation and form do not count */
+    const kmp_forward_target *integrand; /* whose integral over time is wanted too; NULL: none */
+    bool alone;                          /* without sensitivities, but for those of the start */
+    double *start_q, *start_qd;          /* those, n x count; NULL: not wanted */
+    kmp_varied_watch watch;
+} kmp_forward;
+
+typedef struct kmp_forward_report {
+    kmp_run_report run; /* its reason is to be freed (kmp_free) */
+    double integral;    /* of the integrand up to where it came */
+    int redundant;      /* closure rows that are: multipliers are not unique */
+} kmp_forward_report;
+
+/** Runs. `sizes` (count): of the parameters, for the weights of their sensitivities; `integral` (count, may be NULL)
+ * receives the derivative of the integral. KEMPE_OK, KEMPE_STOPPED and KEMPE_E_FAILED with report->run.reason,
+ * other errors by message. */
+kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const double *sizes, double *integral,
+                             kmp_forward_report *report);
+
+/** Its value at the last state of a motion, in the charts there; that of a row. */
+double kmp_target_value(const kmp_forward_target *target, kmp_varied *varied);
+double kmp_target_of_row(const kmp_forward_target *target, const kmp_varied *varied, const kmp_varied_row *row);
+
+#endif

@@ -1,0 +1,248 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Between steps: other independent coordinates, conditions that change, spherical joints that are centred. The plant is
+ * the runner's: its conditions and charts say at a new start what has changed since the last one. */
+#include "studies/sensitivity/forward_inside.h"
+#include <math.h>
+#include <string.h>
+
+/* An event whose condition changes no faster than this part of its usual rate is touched, not passed. */
+#define GRAZING 1e-9
+
+/* -- the place --------------------------------------------------------------------------------------- */
+
+int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y)
+{
+    kmp_varied *v = f->v;
+    if (kmp_forward_stand_at(f, t, y, true) != KMP_GO)
+        return KMP_HALT;
+    f->t = t;
+    memcpy(f->q, v->linear.q, (size_t)f->n * sizeof *f->q);
+    memcpy(f->qd, v->linear.qd, (size_t)f->n * sizeof *f->qd);
+    memcpy(f->chart, v->linear.plant->chart, kmp_forward_chart_bytes(f));
+    for (int k = 0; k < f->count; k++)
+        kmp_forward_follow(f, y, k, f->dq + k * f->n, f->dqd + k * f->n, NULL, NULL);
+    return KMP_GO;
+}
+
+void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const double *qd)
+{
+    const kmp_chart_motion from = {f->chart, f->q, f->qd, NULL}, to = {kmp_forward_plant(f)->chart, q, qd, NULL};
+    for (int c = 0; c < f->system->chart_count; c++)
+        for (int k = 0; k < f->count && memcmp(from.chart + KMP_CHART_SIZE * c, to.chart + KMP_CHART_SIZE * c,
+                                               KMP_CHART_SIZE * sizeof(double)) != 0;
+             k++)
+            kmp_chart_carry(f->system, c, &from, &to, f->dq + k * f->n, f->dqd + k * f->n, NULL);
+    memcpy(f->chart, to.chart, kmp_forward_chart_bytes(f));
+    memcpy(f->q, q, (size_t)f->n * sizeof *q);
+    memcpy(f->qd, qd, (size_t)f->n * sizeof *qd);
+}
+
+bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart)
+{
+    return memcmp(chart, kmp_forward_plant(f)->chart, kmp_forward_chart_bytes(f)) != 0;
+}
+
+/* -- marks ------------------------------------------------------------------------------------------- */
+
+void kmp_forward_keep_old(kmp_forward_formulation *f)
+{
+    const int *u = f->v->linear.part.u;
+    for (int i = 0; i < f->p; i++) {
+        f->old_u[i] = u[i];
+        f->old_y[i] = f->q[u[i]];
+        f->old_y[f->p + i] = f->qd[u[i]];
+    }
+    memcpy(f->old_q, f->q, (size_t)f->n * sizeof *f->q);
+    memcpy(f->old_chart, f->chart, kmp_forward_chart_bytes(f));
+}
+
+int kmp_forward_tell_mark(kmp_forward_formulation *f, double t, int condition)
+{
+    kmp_varied_mark mark = {t, condition, f->old_u, f->old_q, f->old_y, f->mode, f->old_chart, {0}};
+    if (kmp_forward_charts_differ(f, f->old_chart))
+        mark.next = (kmp_chart_motion){f->chart, f->q, f->qd, NULL};
+    int said = f->ask->watch.mark ? f->ask->watch.mark(f->ask->watch.user, &mark) : 0;
+    if (said)
+        (void)kmp_fail_memory(f->system->context);
+    return said ? KMP_HALT : KMP_GO;
+}
+
+/* -- other coordinates ------------------------------------------------------------------------------- */
+
+/* Other coordinates of the place, where the plant is, as independent ones: as many, anew. */
+static int choose_anew(kmp_forward_formulation *f, double *y)
+{
+    kmp_linear *l = &f->v->linear;
+    kmp_partition part;
+    kempe_status status = kmp_partition_of_rank(&part, f->system, l->plant->jacobian, l->part.r, NULL, 0);
+    if (status != KEMPE_OK || kmp_varied_take(f->v, f->t, f->q, &part) != KEMPE_OK)
+        return KMP_HALT;
+    if (kmp_forward_take_up(f, f->t, y) != KMP_GO)
+        return KMP_HALT;
+    f->due = false; /* there is no better choice */
+    return KMP_GO;
+}
+
+int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double *yp)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    (void)yp;
+    if (!f->due)
+        return KMP_GO;
+    if (kmp_forward_spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    kmp_forward_keep_old(f);
+    if (choose_anew(f, y) != KMP_GO || kmp_forward_tell_mark(f, t, -1) != KMP_GO)
+        return KMP_HALT;
+    formulation->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
+    return KMP_CHANGED;
+}
+
+/* -- conditions -------------------------------------------------------------------------------------- */
+
+static void set_modes(const kmp_forward_formulation *f, const double *mode)
+{
+    for (int k = 0; k < f->system->events.count; k++)
+        if ((kmp_forward_plant(f)->mode[k] != 0) != (mode[k] != 0))
+            kmp_plant_set_mode(kmp_forward_plant(f), k, mode[k] != 0);
+}
+
+/* dt_e/dp of condition k at the place, which is the last state. false: it is not passed but touched. */
+static bool find_swing(kmp_forward_formulation *f, int k)
+{
+    kmp_varied *v = f->v;
+    kmp_linear *l = &v->linear;
+    double one = 1, *along = f->along, rate, faster;
+    kmp_instant at = kmp_linear_instant(&v->linear);
+    (void)kmp_slopes_values(&v->slopes->events, &at);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, -1, along);
+    rate = along[k];
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){.qd = l->qdd}, -1, along);
+    faster = fabs(along[k]) + fabs(rate - along[k]);
+    for (int i = 0; i < f->count; i++) {
+        kmp_slopes_along(v->slopes, &v->slopes->events,
+                         &(kmp_direction){.q = f->dq + i * f->n, .qd = f->dqd + i * f->n}, i, along);
+        f->swing[i] = -along[k] / rate;
+    }
+    return fabs(rate) > GRAZING * faster;
+}
+
+static double integrand_here(kmp_forward_formulation *f)
+{
+    return f->integrals ? kmp_target_value(f->ask->integrand, f->v) : 0;
+}
+
+/* What is before less what is behind, times dt_e/dp. */
+static void jump(kmp_forward_formulation *f, double integrand_before, double *y)
+{
+    const kmp_linear *l = &f->v->linear;
+    int half = kmp_forward_blocks(f);
+    double integrand = integrand_before - integrand_here(f);
+    for (int i = 0; i < f->width; i++)
+        f->before[i] -= l->qdd[kmp_forward_unknowns(f)[i]];
+    for (int k = 0; k < f->count; k++) {
+        for (int i = 0; i < f->width; i++)
+            y[half + (k + 1) * f->width + i] += f->before[i] * f->swing[k];
+        if (f->integrals)
+            y[2 * half + 1 + k] += integrand * f->swing[k];
+    }
+}
+
+static int fail_at(kmp_forward_formulation *f, const char *sentence, int k, double t)
+{
+    kmp_text_printf(&f->formulation.reason, sentence, f->system->event_text[k], t);
+    return KMP_HALT;
+}
+
+/* Condition k changes, and with it what `mode` says of others. */
+static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
+{
+    const kmp_linear *l = &f->v->linear;
+    if (kmp_forward_spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    if (f->count > 0 && !find_swing(f, k))
+        return fail_at(f,
+                       "the condition %s is touched at t = %.9g, not passed: the motion has no derivative by "
+                       "parameters there",
+                       k, t);
+    kmp_forward_keep_old(f);
+    memcpy(f->mode, l->plant->mode, kmp_forward_mode_bytes(f));
+    double integrand = integrand_here(f);
+    for (int i = 0; i < f->width; i++)
+        f->before[i] = l->qdd[kmp_forward_unknowns(f)[i]];
+    set_modes(f, mode);
+    if (kmp_forward_come_to(f, t, y) != KMP_GO)
+        return fail_at(f, "the motion cannot go on behind the condition %s at t = %.9g", k, t);
+    jump(f, integrand, y);
+    f->t = NAN; /* the place is that before */
+    return kmp_forward_tell_mark(f, t, k);
+}
+
+/* Conditions have changed since the last start: those that the motion itself has changed in turn, the last of them with
+ * all that follow. */
+static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
+{
+    const kmp_linear *l = &f->v->linear;
+    int count = f->system->events.count, last = -1, said = KMP_GO;
+    memcpy(f->new_mode, l->plant->mode, kmp_forward_mode_bytes(f));
+    memcpy(f->next_mode, f->mode, kmp_forward_mode_bytes(f));
+    set_modes(f, f->mode);
+    if (kmp_forward_stand_at(f, t, y, false) != KMP_GO)
+        return KMP_HALT;
+    kmp_plant_all_changes(l->plant, t, l->q, l->qd, l->qdd, l->lambda, f->changes);
+    for (int k = 0; k < count; k++) {
+        bool changes = (f->new_mode[k] != 0) != (f->mode[k] != 0);
+        f->cause[k] = changes && (f->changes[k] < 0) != (f->mode[k] != 0);
+        last = f->cause[k] || (changes && last < 0) ? k : last;
+    }
+    f->cause[last] = true;
+    for (int k = 0; said == KMP_GO && k <= last; k++)
+        if (f->cause[k]) {
+            f->next_mode[k] = f->new_mode[k];
+            said = pass(f, k, k == last ? f->new_mode : f->next_mode, t, y);
+        }
+    return said;
+}
+
+/* -- charts ------------------------------------------------------------------------------------------ */
+
+/* Joints have been centred: the place in the charts before, carried to where it is (q, qd) in those at hand. */
+static int pass_charts(kmp_forward_formulation *f, double t, const double *q, const double *qd, double *y)
+{
+    memcpy(f->new_chart, kmp_forward_plant(f)->chart, kmp_forward_chart_bytes(f));
+    kmp_plant_set_charts(kmp_forward_plant(f), f->chart);
+    if (kmp_forward_spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    kmp_plant_set_charts(kmp_forward_plant(f), f->new_chart);
+    kmp_forward_keep_old(f);
+    kmp_forward_enter_charts(f, q, qd);
+    if (kmp_forward_tell_mark(f, t, -1) != KMP_GO)
+        return KMP_HALT;
+    kmp_forward_keep_old(f);
+    kmp_plant_closure(kmp_forward_plant(f), t, q);
+    if (!f->start.fixed && !f->zone)
+        return choose_anew(f, y);
+    kmp_forward_pack(f, y);
+    return KMP_GO;
+}
+
+int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
+                       const double *lambda, double *y, double *yp)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    int half = kmp_forward_blocks(f);
+    (void)qdd, (void)lambda, (void)yp;
+    if (f->system->events.count > 0 && memcmp(f->mode, kmp_forward_plant(f)->mode, kmp_forward_mode_bytes(f)) != 0 &&
+        pass_conditions(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    if (kmp_forward_charts_differ(f, f->chart) && pass_charts(f, t, q, qd, y) != KMP_GO)
+        return KMP_HALT;
+    for (int i = 0; i < f->width; i++) {
+        y[i] = q[kmp_forward_unknowns(f)[i]];
+        y[half + i] = qd[kmp_forward_unknowns(f)[i]];
+    }
+    if (kmp_forward_stand_at(f, t, y, false) != KMP_GO)
+        return KMP_HALT;
+    kmp_forward_settle(f);
+    return KMP_GO;
+}

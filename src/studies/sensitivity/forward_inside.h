@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The formulation of a motion with sensitivities: its parts see one another here. forward.c makes it, gives its rows
+ * and runs it, forward_ode.c has its unknowns and their ODE, forward_change.c changes unknowns, conditions and charts.
+ *
+ * Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. The place is a state with all
+ * of its sensitivities, kept where the unknowns are about to mean something else. */
+#ifndef KMP_STUDIES_SENSITIVITY_FORWARD_INSIDE_H
+#define KMP_STUDIES_SENSITIVITY_FORWARD_INSIDE_H
+
+#include "base/arena.h"
+#include "integrators/formulations/formulation.h"
+#include "studies/sensitivity/forward.h"
+
+typedef struct kmp_forward_formulation {
+    kmp_formulation formulation; /* first */
+    kmp_arena arena;
+    kmp_varied *v;
+    kmp_plant *own; /* of v, while the runner's is lent */
+    const kmp_forward *ask;
+    const kempe_system *system;
+    const double *sizes;
+    kmp_formulation_start start;   /* of the formulation at hand */
+    int n, m, p, count, integrals; /* the last of the unknowns */
+    int redundant;                 /* rows */
+    int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
+    double growth;
+    bool begun, due, crossed, zone, own_angles;
+    double t;                        /* of the place that is kept between two formulations or charts: */
+    double *chart, *q, *qd;          /* all charts; n */
+    double *dq, *dqd;                /* count x n */
+    double *tail;                    /* integrals */
+    double *dqdd, *dlambda, *dshown; /* a row's, by all parameters */
+    const double *row_y;             /* unknowns of the last whole row */
+    double *matrix;                  /* 2 p x 2 p */
+    int *signs, *signs_now, *old_u;
+    double *old_q, *old_y, *old_chart; /* n; 2 p; charts: before a mark */
+    double *mode, *new_mode;           /* conditions: as they were, and behind */
+    double *next_mode;
+    bool *cause;
+    double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
+    double *before, *swing;              /* p; count: dt_e/dp */
+    double *changes, *along, *new_chart; /* conditions; charts */
+} kmp_forward_formulation;
+
+static inline int kmp_forward_blocks(const kmp_forward_formulation *f)
+{
+    return f->width * (1 + f->count);
+}
+
+/* The coordinates that are unknowns. */
+static inline const int *kmp_forward_unknowns(const kmp_forward_formulation *f)
+{
+    return f->zone ? f->every : f->v->linear.part.u;
+}
+
+static inline kmp_plant *kmp_forward_plant(const kmp_forward_formulation *f)
+{
+    return f->v->linear.plant;
+}
+
+static inline size_t kmp_forward_chart_bytes(const kmp_forward_formulation *f)
+{
+    return (size_t)(KMP_CHART_SIZE * f->system->chart_count) * sizeof(double);
+}
+
+static inline size_t kmp_forward_mode_bytes(const kmp_forward_formulation *f)
+{
+    return (size_t)f->system->events.count * sizeof(double);
+}
+
+/* -- unknowns (forward_ode.c) ------------------------------------------------------------------------ */
+
+/** Makes y, weights and the ODE of the formulation for the p or n unknowns at hand. false: no memory. */
+bool kmp_forward_make_unknowns(kmp_forward_formulation *f);
+
+/** The state at (t, y), with what small changes need unless linear.plain. KMP_GO or KMP_RETRY. */
+int kmp_forward_come_to(kmp_forward_formulation *f, double t, const double *y);
+
+/** The same, with or without what its small changes need. KMP_HALT: the reason is told. */
+int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, bool whole);
+
+/** By parameter k, what follows at the last state, of unknowns y: kmp_varied_follow. */
+void kmp_forward_follow(kmp_forward_formulation *f, const double *y, int k, double *dq, double *dqd, double *dqdd,
+                        double *dlambda);
+
+/** y, but for integrals, from the place. */
+void kmp_forward_pack(kmp_forward_formulation *f, double *y);
+
+/** Signs of Jv's blocks, predictions and conditions, from the last state on; whether u is still a good choice. */
+void kmp_forward_settle(kmp_forward_formulation *f);
+
+/** Goes on from the place at t with other unknowns: y, weights and the state. */
+int kmp_forward_take_up(kmp_forward_formulation *f, double t, double *y);
+
+void kmp_forward_explain(kmp_formulation *formulation);
+
+/* -- changes (forward_change.c) ---------------------------------------------------------------------- */
+
+/** The whole mechanism at (t, y) into the place. */
+int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y);
+
+/** Takes the place to the plant's charts, where it is (q, qd). */
+void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const double *qd);
+
+bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart);
+
+/** The place is that before a mark; that behind it. */
+void kmp_forward_keep_old(kmp_forward_formulation *f);
+int kmp_forward_tell_mark(kmp_forward_formulation *f, double t, int condition);
+
+int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double *yp);
+int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
+                       const double *lambda, double *y, double *yp);
+
+#endif

@@ -1,0 +1,460 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Hides how the mechanism is led from one set of parameters and driven coordinates to another: along the straight line
+ * between both, in steps of a tangent predictor and Newton's method, each so short that what Newton's method mends is
+ * little beside what moved: another assembly mode is not within reach then. */
+#include "base/arena.h"
+#include "base/memory.h"
+#include "base/share.h"
+#include "constraints/rounding/mend.h"
+#include "derivatives/state_shift.h"
+#include "model/tables/coordinates.h"
+#include "model/tables/output_table.h"
+#include "model/variant.h"
+#include "studies/equilibrium/operating.h"
+#include <math.h>
+#include <string.h>
+
+/* How far a step goes, in sizes of coordinates (angles: rad); what Newton's method may mend of it, beside what moved;
+ * the shortest one, of the way. */
+#define LONGEST    0.5
+#define MENDED     0.25
+#define LEAST_STEP 1e-7
+#define ROUNDING   1e-9
+
+struct kempe_gradient {
+    kempe_context *context;
+    kmp_arena arena; /* of all rooms */
+    kmp_variant *variant;
+    kempe_system *system;
+    kmp_linear linear;
+    kmp_slopes *slopes;
+    int n, m, count, driven, shown; /* parameters, driven coordinates, values */
+    bool deep;                      /* values depend on more than q */
+    int *order;                     /* position among u of a driven coordinate */
+    char **name;                    /* of the values */
+    double *wanted;                 /* count: parameters set */
+    double *value;                  /* driven + count: where it stands, driven coordinates by u, and the parameters */
+    double *q;                      /* n: closed there */
+    double *to, *from, *trial, *predicted; /* of the way */
+    double *slope;                         /* n x (driven + count): dq by each of them */
+    double *rates, *accelerations;         /* driven, by u */
+    double *part;                          /* 3 m + n: the change that one parameter makes of the equations */
+    double *dqd, *dqdd, *dlambda, *column;
+    double *unit; /* driven: zeros */
+    double *out, *jacobian, *by_driven, *q_jacobian;
+};
+
+/* -- the tangent ------------------------------------------------------------------------------------- */
+
+static double *slope_by(const kempe_gradient *g, int k)
+{
+    return g->slope + (size_t)k * (size_t)g->n;
+}
+
+static kmp_instant instant(const kempe_gradient *g)
+{
+    kmp_instant at = kmp_linear_instant(&g->linear);
+    at.q = g->q;
+    return at;
+}
+
+/* Closes q on its u; the factors and X there. */
+static bool close_loops(kempe_gradient *g, double *q)
+{
+    kmp_reduction *red = &g->linear.red;
+    kmp_plant *plant = g->linear.plant;
+    if (kmp_reduction_close(red, 0, q, NULL, 0))
+        return false;
+    kmp_plant_closure(plant, 0, q);
+    if (kmp_reduction_factor(red))
+        return false;
+    kmp_reduction_tangent(red);
+    return true;
+}
+
+/* At g->q, closed and factored: dq by all that may change. */
+static void find_slopes(kempe_gradient *g)
+{
+    kmp_instant at = instant(g);
+    kmp_slopes_at(g->slopes, &at);
+    memcpy(g->slope, g->linear.red.x, (size_t)(g->n * g->driven) * sizeof *g->slope);
+    for (int k = 0; k < g->count; k++) {
+        kmp_change change = kmp_slopes_change(g->slopes, k, g->part);
+        kmp_spread(&g->linear.red, NULL, change.h, slope_by(g, g->driven + k));
+    }
+}
+
+/* -- the way ----------------------------------------------------------------------------------------- */
+
+/* What the model cannot have is no place on the way. */
+static bool set_parameters(kempe_gradient *g, const double *values)
+{
+    if (kmp_linear_vary(&g->linear, g->system, g->variant, values) != KEMPE_OK) {
+        kmp_context_clear(g->context);
+        return false;
+    }
+    kmp_slopes_renew_parameters(g->slopes);
+    return true;
+}
+
+static double distance(const kempe_gradient *g, const double *a, const double *b)
+{
+    double most = 0;
+    for (int i = 0; i < g->n; i++)
+        most = fmax(most, fabs(a[i] - b[i]) / g->system->scale[i]);
+    return most;
+}
+
+/* From where it stands to `value`, in one step; false: it is too long. */
+static bool step_to(kempe_gradient *g, const double *value)
+{
+    memcpy(g->predicted, g->q, (size_t)g->n * sizeof *g->q);
+    for (int k = 0; k < g->driven + g->count; k++)
+        for (int i = 0; i < g->n; i++)
+            g->predicted[i] += slope_by(g, k)[i] * (value[k] - g->value[k]);
+    for (int k = 0; k < g->driven; k++)
+        g->predicted[g->linear.part.u[k]] = value[k];
+    if (distance(g, g->predicted, g->q) > LONGEST)
+        return false;
+    bool ok = !memcmp(value + g->driven, g->value + g->driven, (size_t)g->count * sizeof *value) ||
+              set_parameters(g, value + g->driven);
+    memcpy(g->trial, g->predicted, (size_t)g->n * sizeof *g->q);
+    ok = ok && close_loops(g, g->trial);
+    ok = ok && distance(g, g->trial, g->predicted) <= MENDED * distance(g, g->trial, g->q) + ROUNDING;
+    if (!ok) {
+        (void)set_parameters(g, g->value + g->driven); /* they held before */
+        return false;
+    }
+    memcpy(g->q, g->trial, (size_t)g->n * sizeof *g->q);
+    memcpy(g->value, value, (size_t)(g->driven + g->count) * sizeof *value);
+    find_slopes(g);
+    return true;
+}
+
+/* Of the straight way from `from` to `to`, how far it came. */
+static double lead(kempe_gradient *g)
+{
+    kmp_parts way = KMP_PARTS;
+    double *value = g->column;
+    while (kmp_parts_next(&way, LEAST_STEP)) {
+        for (int k = 0; k < g->driven + g->count; k++)
+            value[k] = way.next < 1 ? g->from[k] + way.next * (g->to[k] - g->from[k]) : g->to[k];
+        kmp_parts_take(&way, step_to(g, value));
+    }
+    return way.done;
+}
+
+/* Back to where it stood, by state and not by way. */
+static void go_back(kempe_gradient *g, const double *q)
+{
+    memcpy(g->value, g->from, (size_t)(g->driven + g->count) * sizeof *g->value);
+    memcpy(g->q, q, (size_t)g->n * sizeof *g->q);
+    (void)set_parameters(g, g->value + g->driven);
+    if (close_loops(g, g->q))
+        find_slopes(g);
+}
+
+static kempe_status tell_end(kempe_gradient *g, double done)
+{
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence,
+                    "the loops close along %.4g %% of the way to where they are asked for and no further:", 100 * done);
+    for (int k = 0; k < g->driven; k++)
+        kmp_text_printf(&sentence, "%s %s from %.6g to %.6g ends at %.6g", k ? "," : "",
+                        g->system->model->motions[g->linear.part.u[k]].name, g->from[k], g->to[k], g->value[k]);
+    kmp_text_put(&sentence, g->count ? ", parameters likewise; there the coordinates that are driven no longer decide "
+                                       "the others: other lengths, or another coordinate to drive"
+                                     : "; there the coordinates that are driven no longer decide the others");
+    kempe_status status =
+        sentence.failed ? kmp_fail_memory(g->context) : kmp_fail(g->context, KEMPE_E_FAILED, "%s", sentence.s);
+    kmp_text_free(&sentence);
+    return status;
+}
+
+/* -- values ------------------------------------------------------------------------------------------ */
+
+/* A column of a table that has `columns` a row. */
+static void put_column(int rows, int columns, int k, const double *column, double *table)
+{
+    for (int i = 0; i < rows; i++)
+        table[(size_t)i * (size_t)columns + (size_t)k] = column[i];
+}
+
+/* What variable k, a driven coordinate or behind them a parameter, changes of the values. */
+static void differentiate(kempe_gradient *g, int k)
+{
+    int parameter = k - g->driven; /* negative: none */
+    kmp_direction along = {.q = slope_by(g, k)};
+    if (g->deep) {
+        kmp_change change = {.u = g->unit};
+        if (parameter < 0)
+            g->unit[k] = 1;
+        else
+            change = kmp_slopes_change(g->slopes, parameter, g->part);
+        kmp_linear_follow(&g->linear, &change, &(kmp_response){along.q, g->dqd, g->dqdd, g->dlambda, NULL});
+        memset(g->unit, 0, (size_t)g->driven * sizeof *g->unit);
+        along = (kmp_direction){NULL, along.q, g->dqd, g->dqdd, g->dlambda, NULL};
+    }
+    kmp_slopes_along(g->slopes, &g->slopes->outputs, &along, parameter, g->column);
+    for (int d = 0; d < g->driven; d++)
+        if (g->order[d] == k)
+            put_column(g->shown, g->driven, d, g->column, g->by_driven);
+    if (parameter >= 0) {
+        put_column(g->n, g->count, parameter, along.q, g->q_jacobian);
+        put_column(g->shown, g->count, parameter, g->column, g->jacobian);
+    }
+}
+
+/* At the last state, whose dq are known. */
+static kempe_status evaluate(kempe_gradient *g)
+{
+    if (g->deep && kmp_linear_at(&g->linear, 0, g->q, g->rates, g->accelerations) != KEMPE_OK)
+        return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the coordinates that are asked for");
+    kmp_instant at = instant(g);
+    if (g->deep)
+        kmp_slopes_at(g->slopes, &at);
+    const double *shown = kmp_slopes_values(&g->slopes->outputs, &at);
+    if (g->shown)
+        memcpy(g->out, shown, (size_t)g->shown * sizeof *shown);
+    for (int k = 0; k < g->driven + g->count; k++)
+        differentiate(g, k);
+    return KEMPE_OK;
+}
+
+kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values)
+{
+    KMP_WANTED(NULL, gradient, "gradient");
+    KMP_WANTED(gradient->context, values || gradient->count == 0, "values");
+    kmp_text why = {0};
+    kmp_context_clear(gradient->context);
+    kempe_status status = kmp_variant_set(gradient->variant, values, &why);
+    if (status == KEMPE_OK)
+        memcpy(gradient->wanted, values, (size_t)gradient->count * sizeof *values);
+    else if (status == KEMPE_E_INPUT)
+        status = kmp_fail(gradient->context, status, "%s", why.s);
+    kmp_text_free(&why);
+    (void)kmp_variant_set(gradient->variant, gradient->value + gradient->driven, &why); /* the way begins there */
+    kmp_text_free(&why);
+    return status;
+}
+
+kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, const double *rates,
+                               const double *accelerations)
+{
+    KMP_WANTED(NULL, gradient, "gradient");
+    kempe_gradient *g = gradient;
+    KMP_WANTED(g->context, driven || g->driven == 0, "driven");
+    kmp_context_begin(g->context);
+    for (int d = 0; d < g->driven; d++) {
+        g->to[g->order[d]] = driven[d];
+        g->rates[g->order[d]] = rates ? rates[d] : 0;
+        g->accelerations[g->order[d]] = accelerations ? accelerations[d] : 0;
+        if (!isfinite(driven[d]))
+            return kmp_fail(g->context, KEMPE_E_ARGUMENT, "coordinate %d that is driven is not finite", d + 1);
+    }
+    memcpy(g->to + g->driven, g->wanted, (size_t)g->count * sizeof *g->to);
+    memcpy(g->from, g->value, (size_t)(g->driven + g->count) * sizeof *g->from);
+    double *q = g->to + g->driven + g->count;
+    memcpy(q, g->q, (size_t)g->n * sizeof *q);
+    double done = lead(g);
+    if (done == 1)
+        return evaluate(g);
+    kempe_status status = tell_end(g, done);
+    go_back(g, q);
+    return status;
+}
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+static bool make_room(kempe_gradient *g)
+{
+    int n = g->n, m = g->m, count = g->count, driven = g->driven, shown = g->shown, all = driven + count;
+    const kmp_arena_group groups[] = {{n, {&g->q, &g->trial, &g->predicted, &g->dqd, &g->dqdd}},
+                                      {m, {&g->dlambda}},
+                                      {3 * m + n, {&g->part}},
+                                      {driven, {&g->rates, &g->accelerations, &g->unit}},
+                                      {count, {&g->wanted}},
+                                      {all, {&g->value, &g->from}},
+                                      {all + n, {&g->to}},
+                                      {all + n + shown, {&g->column}},
+                                      {n * all, {&g->slope}},
+                                      {shown, {&g->out}},
+                                      {shown * count, {&g->jacobian}},
+                                      {shown * driven, {&g->by_driven}},
+                                      {n * count, {&g->q_jacobian}}};
+    (void)kmp_arena_make_groups(&g->arena, sizeof groups / sizeof *groups, groups);
+    g->order = KMP_ARENA_NEW(&g->arena, int, driven);
+    g->name = KMP_ARENA_NEW(&g->arena, char *, shown);
+    return !g->arena.failed;
+}
+
+static bool name_values(kempe_gradient *g)
+{
+    const kempe_model *m = g->system->model;
+    int k = 0;
+    for (int o = 0; o < m->output_count; o++)
+        for (int i = 0; i < kmp_output_rows[m->outputs[o].kind].width; i++) {
+            kmp_text text = {0};
+            kmp_output_column(&text, m, &m->outputs[o], i);
+            g->name[k++] = text.failed ? NULL : kmp_arena_strdup(&g->arena, text.s);
+            g->arena.failed = g->arena.failed || text.failed;
+            kmp_text_free(&text);
+        }
+    return !g->arena.failed;
+}
+
+static kempe_status tell_freedoms(const kempe_gradient *g)
+{
+    const kmp_partition *part = &g->linear.part;
+    kmp_text others = {0};
+    for (int k = 0; k < part->p; k++)
+        kmp_text_printf(&others, "%s'%s'", k ? ", " : "", g->system->model->motions[part->u[k]].name);
+    kempe_status status =
+        others.failed ? kmp_fail_memory(g->context)
+                      : kmp_fail(g->context, KEMPE_E_FAILED,
+                                 "the mechanism has %d degree%s of freedom, and %d coordinate%s driven: %s would do",
+                                 part->p, part->p == 1 ? "" : "s", g->driven, g->driven == 1 ? " is" : "s are",
+                                 part->p ? others.s : "none");
+    kmp_text_free(&others);
+    return status;
+}
+
+/* Of the model as it is read: assembled, with the driven coordinates as u. */
+static kempe_status stand(kempe_gradient *g, const int *driven)
+{
+    kmp_operating *start = NULL;
+    KMP_TRY(kmp_operating_new(g->system, "start", NULL, &start));
+    if (start->chart)
+        kmp_plant_set_charts(g->linear.plant, start->chart);
+    kempe_status status = kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven);
+    if (status == KEMPE_OK && g->linear.p != g->driven)
+        status = tell_freedoms(g);
+    if (status == KEMPE_OK && (!make_room(g) || !name_values(g)))
+        status = kmp_fail_memory(g->context);
+    if (status == KEMPE_OK) {
+        memcpy(g->q, start->inner_q, (size_t)g->n * sizeof *g->q);
+        for (int k = 0; k < g->driven; k++) {
+            g->value[k] = g->q[g->linear.part.u[k]];
+            for (int d = 0; d < g->driven; d++)
+                if (driven[d] == g->linear.part.u[k])
+                    g->order[d] = k;
+        }
+        if (!close_loops(g, g->q))
+            status = kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the model's start");
+    }
+    kmp_operating_free(start);
+    return status;
+}
+
+static bool is_deep(const kempe_gradient *g)
+{
+    const kmp_slope_matrix *x = &g->slopes->outputs;
+    return x->start && x->start[1 + g->n] < x->start[1 + 3 * g->n + g->m];
+}
+
+static kempe_status make(kempe_gradient *g, const kempe_model *model, const kempe_gradient_options *ask)
+{
+    const char *backend = ask->backend ? ask->backend : kmp_backend_default();
+    int *driven = KMP_NEW(int, model->motion_count);
+    kempe_status status = driven ? KEMPE_OK : kmp_fail_memory(g->context);
+    if (status == KEMPE_OK)
+        status = kmp_variant_new(model, g->count, ask->parameters, &g->variant);
+    if (status == KEMPE_OK)
+        status = kmp_system_of_variant(g->variant, &g->system);
+    if (status == KEMPE_OK)
+        status = kmp_coordinates_read(g->system->model, "driven", ask->driven, driven, &g->driven);
+    if (status == KEMPE_OK) {
+        g->n = g->system->n;
+        g->m = g->system->m;
+        status = kmp_linear_init(&g->linear, g->system, backend);
+    }
+    if (status == KEMPE_OK)
+        status = kmp_slopes_new(g->system, backend, g->count, ask->parameters, true, &g->slopes);
+    if (status == KEMPE_OK) {
+        g->shown = g->slopes->shown;
+        g->deep = is_deep(g);
+        status = stand(g, driven);
+    }
+    kmp_free(driven);
+    return status;
+}
+
+kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_options *ask, kempe_gradient **gradient)
+{
+    KMP_WANTED(NULL, model, "model");
+    ask = ask ? ask : &(const kempe_gradient_options){0};
+    KMP_WANTED(model->context, gradient, "gradient");
+    KMP_WANTED(model->context, ask->parameters || ask->parameter_count <= 0, "parameters");
+    kmp_context_begin(model->context);
+    kempe_gradient *g = KMP_NEW(kempe_gradient, 1);
+    if (!g)
+        return kmp_fail_memory(model->context);
+    g->context = model->context;
+    g->count = ask->parameter_count;
+    kempe_status status = make(g, model, ask);
+    if (status != KEMPE_OK) {
+        kempe_gradient_free(g);
+        return status;
+    }
+    for (int k = 0; k < ask->parameter_count; k++)
+        g->wanted[k] = g->value[g->driven + k] =
+            g->system->parameters[kmp_parameter_find(g->system->model, ask->parameters[k])];
+    find_slopes(g);
+    *gradient = g;
+    return KEMPE_OK;
+}
+
+void kempe_gradient_free(kempe_gradient *gradient)
+{
+    if (!gradient)
+        return;
+    kempe_gradient *g = gradient;
+    kmp_slopes_free(g->slopes);
+    kmp_linear_free(&g->linear);
+    kempe_system_free(g->system);
+    kmp_variant_free(g->variant);
+    kmp_arena_free(&g->arena);
+    kmp_free(g);
+}
+
+int kempe_gradient_count(const kempe_gradient *gradient)
+{
+    KMP_GIVEN(gradient, 0);
+    return gradient->shown;
+}
+
+const char *kempe_gradient_name(const kempe_gradient *gradient, int k)
+{
+    KMP_GIVEN(gradient, "");
+    return k >= 0 && k < gradient->shown ? gradient->name[k] : "";
+}
+
+const double *kempe_gradient_values(const kempe_gradient *gradient)
+{
+    KMP_GIVEN(gradient, NULL);
+    return gradient->out;
+}
+
+const double *kempe_gradient_jacobian(const kempe_gradient *gradient)
+{
+    KMP_GIVEN(gradient, NULL);
+    return gradient->jacobian;
+}
+
+const double *kempe_gradient_by_driven(const kempe_gradient *gradient)
+{
+    KMP_GIVEN(gradient, NULL);
+    return gradient->by_driven;
+}
+
+const double *kempe_gradient_q(const kempe_gradient *gradient)
+{
+    KMP_GIVEN(gradient, NULL);
+    return gradient->q;
+}
+
+const double *kempe_gradient_q_jacobian(const kempe_gradient *gradient)
+{
+    KMP_GIVEN(gradient, NULL);
+    return gradient->q_jacobian;
+}

@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Of modes: one row, with real and imaginary part, frequency and damping of each. */
+#include "base/memory.h"
+#include "dynamics/pressed.h"
+#include "studies/modes/mode_slopes.h"
+#include "studies/sensitivity/sensitivity_state.h"
+#include <math.h>
+#include <string.h>
+
+typedef struct work {
+    kempe_sensitivity *s;
+    const kmp_spectrum *spectrum;
+    const kmp_mode_slopes *slopes;
+    int *chosen, count; /* eigenvalues that are told: not exactly zero, of a pair the upper one */
+} work;
+
+enum { WORDS = 4 };
+
+static int words_of(const work *w, int i)
+{
+    return w->spectrum->im[i] > 0 ? WORDS : 1;
+}
+
+static bool add_columns(work *w)
+{
+    static const char *const words[WORDS] = {"re", "im", "frequency", "damping"}, *const units[] = {"1/s", "1/s", "Hz",
+                                                                                                    ""};
+    bool ok = true;
+    for (int k = 0; ok && k < w->count; k++)
+        for (int c = 0; ok && c < words_of(w, w->chosen[k]); c++) {
+            kmp_text name = {0};
+            kmp_text_printf(&name, "mode.%d.%s", k + 1, words[c]);
+            ok = !name.failed && kmp_sensitivity_add_column(w->s, name.s, units[c]);
+            kmp_text_free(&name);
+        }
+    return ok;
+}
+
+/* frequency = im/(2 pi), damping = -re/|s|. */
+static bool add_row(work *w)
+{
+    const double turn = 2 * acos(-1.0);
+    int count = w->s->count;
+    double *value, *slope;
+    if (!kmp_sensitivity_add_row(w->s, 0, &value, &slope))
+        return false;
+    for (int k = 0; k < w->count; k++) {
+        int i = w->chosen[k], words = words_of(w, i);
+        double re = w->spectrum->re[i], im = w->spectrum->im[i], size = hypot(re, im);
+        const double values[WORDS] = {re, im, im / turn, -re / size + 0};
+        for (int p = 0; p < count; p++) {
+            double dre = w->slopes->re[i * count + p], dim = w->slopes->im[i * count + p];
+            double turned = re / size * (dim / size) - im / size * (dre / size); /* of the angle of s */
+            const double d[WORDS] = {dre, dim, dim / turn, im / size * turned + 0};
+            for (int c = 0; c < words; c++)
+                slope[c * count + p] = d[c];
+        }
+        memcpy(value, values, (size_t)words * sizeof *value);
+        value += words;
+        slope += words * count;
+    }
+    return true;
+}
+
+/* "of modes 2, 3 .." */
+static void list(const work *w, kmp_mode_kind kind, const char *what, kmp_text *note)
+{
+    int listed = 0;
+    for (int k = 0; k < w->count; k++)
+        if (w->slopes->kind[w->chosen[k]] == kind)
+            kmp_text_printf(note, "%s%d", listed++ ? ", " : note->length ? "; of modes " : "of modes ", k + 1);
+    if (listed)
+        kmp_text_put(note, what);
+}
+
+static bool write_note(work *w)
+{
+    kmp_text note = {0};
+    int zeros = w->spectrum->zeros;
+    if (zeros)
+        kmp_text_printf(&note, "%d eigenvalue%s exactly zero, and left out", zeros, zeros == 1 ? " is" : "s are");
+    list(w, KMP_MODE_REPEATED, ", equal to others, the derivatives are those of all of them, by size", &note);
+    list(w, KMP_MODE_DEFECTIVE, ", equal to others with fewer vectors, there are no derivatives", &note);
+    bool ok = !note.failed;
+    w->s->note = note.length ? kmp_text_take(&note) : NULL;
+    kmp_text_free(&note);
+    return ok;
+}
+
+static kempe_status tell(work *w)
+{
+    const kmp_spectrum *sp = w->spectrum;
+    w->chosen = KMP_NEW(int, sp->count);
+    for (int i = sp->zeros; w->chosen && i < sp->count; i++)
+        if (sp->im[i] >= 0)
+            w->chosen[w->count++] = i;
+    bool ok = w->chosen && add_columns(w) && add_row(w) && write_note(w);
+    kmp_free(w->chosen);
+    return ok ? KEMPE_OK : kmp_fail_memory(w->s->context);
+}
+
+static kempe_status find(kempe_sensitivity *s)
+{
+    kmp_sensitivity_state x;
+    kmp_bend bend = {0};
+    kmp_spectrum spectrum = {0};
+    kmp_mode_slopes slopes = {0};
+    kempe_status status = s->ask->outputs ? kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                                                     "sensitivities of modes are those of their eigenvalues: no "
+                                                     "outputs are chosen there")
+                                          : KEMPE_OK;
+    x = (kmp_sensitivity_state){0};
+    if (status == KEMPE_OK)
+        status = kmp_refuse_pressed(s->system, "sensitivities of modes");
+    if (status == KEMPE_OK)
+        status = kmp_sensitivity_state_init(&x, s, false);
+    if (status == KEMPE_OK)
+        status = kmp_bend_init(&bend, s->system, kmp_backend_find(x.backend), s->count, (const char *const *)s->name);
+    if (status == KEMPE_OK)
+        status = kmp_linear_spectrum(&x.varied.linear, &spectrum);
+    if (status == KEMPE_OK)
+        status = kmp_mode_slopes_init(&slopes, &x.varied.linear, &bend, &x.shift, &spectrum);
+    if (status == KEMPE_OK)
+        status = tell(&(work){.s = s, .spectrum = &spectrum, .slopes = &slopes});
+    kmp_mode_slopes_free(&slopes);
+    kmp_spectrum_free(&spectrum);
+    kmp_bend_free(&bend);
+    kmp_sensitivity_state_free(&x);
+    return status;
+}
+
+const kmp_sensitivity_kind kmp_sensitivity_modes = {.name = "modes", .find = find};

@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "base/file.h"
+#include "output/print.h"
+#include "studies/sensitivity/sensitivity.h"
+#include <math.h>
+#include <string.h>
+
+enum { A_LINE = 5 }; /* parameters */
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static int longest(int count, char *const *names, int least)
+{
+    int width = least;
+    for (int k = 0; k < count; k++)
+        width = (int)strlen(names[k]) > width ? (int)strlen(names[k]) : width;
+    return width;
+}
+
+static void put_number(kmp_text *text, int width, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "  %*.8g", width, x);
+    else
+        kmp_text_printf(text, "  %*s", width, "-");
+}
+
+/* The last row by some of the parameters. */
+static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int name_width)
+{
+    int end = first + A_LINE < s->count ? first + A_LINE : s->count, row = s->rows - 1;
+    kmp_text_printf(text, "\n  %-*s  %15s", name_width, "", "value");
+    for (int k = first; k < end; k++)
+        kmp_text_printf(text, "  d/d %-*s", longest(1, &s->name[k], 11), s->name[k]);
+    kmp_text_put(text, "\n");
+    for (int c = 0; c < s->columns; c++) {
+        kmp_text_printf(text, "  %-*s", name_width, s->column[c]);
+        put_number(text, 15, kempe_sensitivity_value(s, row, c));
+        for (int k = first; k < end; k++)
+            put_number(text, longest(1, &s->name[k], 11) + 4, kempe_sensitivity_slope(s, row, c, k));
+        kmp_text_printf(text, "  %s\n", s->unit[c]);
+    }
+}
+
+static void put_run(const kempe_sensitivity *s, kmp_text *text)
+{
+    if (!(s->t_end > 0))
+        return;
+    kmp_text_printf(text, "run       %s, %s to t = %g s, rtol %g, atol %g\n", s->method, s->integrator, s->t_end,
+                    s->rtol, s->atol);
+    kmp_convergence_show(text, &s->again, "a number", s->again_name);
+    kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, exchanges %ld\n",
+                    s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges);
+    if (s->backwards > 0)
+        kmp_text_printf(text, "backwards steps %.0f, %.3g MB of the motion kept\n", s->backwards, s->kept * 1e-6);
+}
+
+static void put_text(const kempe_sensitivity *s, kmp_text *text)
+{
+    int name_width = longest(s->columns, s->column, 8);
+    kmp_text_printf(text, "%s: %s by %d parameter%s, %s\n\n", s->model->name, s->kind->name, s->count,
+                    s->count == 1 ? "" : "s", kmp_status_word(s->status));
+    if (s->reason[0])
+        kmp_text_printf(text, "reason    %s\n", s->reason);
+    put_run(s, text);
+    kmp_text_printf(text, "cpu       %.3f s, and %.3f s to derive the equations\n", s->cpu_s, s->build_s);
+    if (s->rows > 0 && s->kind->row)
+        kmp_text_printf(text, "rows      %d, the last one at %s = %.9g:\n", s->rows, s->kind->row, s->at[s->rows - 1]);
+    for (int first = 0; s->rows > 0 && first < s->count; first += A_LINE)
+        put_block(s, text, first, name_width);
+    if (s->note)
+        kmp_text_printf(text, "\nnote      %s\n", s->note);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void put_parameters(kmp_json *json, const kempe_sensitivity *s)
+{
+    kmp_json_object(json, "parameters");
+    for (int k = 0; k < s->count; k++)
+        kmp_json_number(json, s->name[k], s->parameter[k]);
+    kmp_json_end(json);
+}
+
+static void put_row(kmp_json *json, const kempe_sensitivity *s, int row)
+{
+    kmp_json_object(json, "end");
+    if (s->kind->row)
+        kmp_json_number(json, s->kind->row, kempe_sensitivity_at(s, row));
+    kmp_json_object(json, "values");
+    for (int c = 0; c < s->columns; c++)
+        kmp_json_number(json, s->column[c], kempe_sensitivity_value(s, row, c));
+    kmp_json_end(json);
+    kmp_json_object(json, "derivatives");
+    for (int c = 0; c < s->columns; c++) {
+        kmp_json_object(json, s->column[c]);
+        for (int k = 0; k < s->count; k++)
+            kmp_json_number(json, s->name[k], kempe_sensitivity_slope(s, row, c, k));
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+    kmp_json_end(json);
+}
+
+static void put_work(kmp_json *json, const kempe_sensitivity *s)
+{
+    kmp_json_string(json, "method", s->method);
+    kmp_json_string(json, "integrator", s->integrator);
+    kmp_json_number(json, "t_end", s->t_end);
+    kmp_json_number(json, "rtol", s->rtol);
+    kmp_json_number(json, "atol", s->atol);
+    kmp_convergence_json(json, &s->again, s->again_name);
+    kmp_json_object(json, "work");
+    kmp_json_whole(json, "steps", s->work.steps);
+    kmp_json_whole(json, "rejected", s->work.rejected);
+    kmp_json_whole(json, "refused", s->work.refused);
+    kmp_json_whole(json, "rhs", s->work.rhs);
+    kmp_json_whole(json, "exchanges", s->work.exchanges);
+    kmp_json_number(json, "backwards", s->backwards);
+    kmp_json_number(json, "kept_bytes", s->kept);
+    kmp_json_end(json);
+}
+
+static void put_json(const kempe_sensitivity *s, kmp_text *text)
+{
+    kmp_json json = kmp_json_begin(text);
+    kmp_print_head(&json, s->system, s->status, s->reason, s->build_s, s->warnings);
+    kmp_json_string(&json, "of", s->kind->name);
+    if (s->t_end > 0)
+        put_work(&json, s);
+    kmp_json_number(&json, "cpu_s", s->cpu_s);
+    put_parameters(&json, s);
+    if (s->note)
+        kmp_json_string(&json, "note", s->note);
+    kmp_json_whole(&json, "rows", s->rows);
+    if (s->rows > 0)
+        put_row(&json, s, s->rows - 1);
+    kmp_json_end(&json);
+}
+
+kempe_status kempe_sensitivity_print(const kempe_sensitivity *sensitivity, kempe_format format, char **out)
+{
+    KMP_WANTED(NULL, sensitivity, "sensitivity");
+    KMP_WANTED(sensitivity->context, out, "text");
+    kmp_text text = {0};
+    kmp_context_clear(sensitivity->context);
+    if (format == KEMPE_JSON)
+        put_json(sensitivity, &text);
+    else
+        put_text(sensitivity, &text);
+    return kmp_print_finish(sensitivity->context, &text, out);
+}
+
+/* -- CSV --------------------------------------------------------------------------------------------- */
+
+static void put_names(const kempe_sensitivity *s, kmp_text *text)
+{
+    kmp_text_put(text, s->kind->row ? s->kind->row : "row");
+    for (int c = 0; c < s->columns; c++) {
+        kmp_text_printf(text, ",%s", s->column[c]);
+        for (int k = 0; k < s->count; k++)
+            kmp_text_printf(text, ",%s/%s", s->column[c], s->name[k]);
+    }
+    kmp_text_put(text, "\n");
+}
+
+static void put_value(kmp_text *text, double x)
+{
+    kmp_text_put(text, ",");
+    if (isfinite(x))
+        kmp_text_number(text, x);
+}
+
+kempe_status kempe_sensitivity_write_csv(const kempe_sensitivity *s, const char *path)
+{
+    KMP_WANTED(NULL, s, "sensitivity");
+    KMP_WANTED(s->context, path, "path");
+    kmp_text text = {0};
+    kmp_context_clear(s->context);
+    put_names(s, &text);
+    for (int row = 0; row < s->rows; row++) {
+        kmp_text_number(&text, s->at[row]);
+        for (int c = 0; c < s->columns; c++) {
+            put_value(&text, kempe_sensitivity_value(s, row, c));
+            for (int k = 0; k < s->count; k++)
+                put_value(&text, kempe_sensitivity_slope(s, row, c, k));
+        }
+        kmp_text_put(&text, "\n");
+    }
+    return kmp_file_write(s->context, path, &text);
+}

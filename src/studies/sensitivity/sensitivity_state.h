@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Derivatives at one state: the equilibrium or the start, and how it moves with the parameters. */
+#ifndef KMP_STUDIES_SENSITIVITY_SENSITIVITY_STATE_H
+#define KMP_STUDIES_SENSITIVITY_SENSITIVITY_STATE_H
+
+#include "derivatives/state_shift.h"
+#include "derivatives/varied.h"
+#include "studies/equilibrium/operating.h"
+#include "studies/sensitivity/sensitivity.h"
+
+typedef struct kmp_sensitivity_state {
+    kempe_sensitivity *s;
+    const char *backend;
+    kmp_operating *at; /* NULL: the start */
+    kmp_slopes *slopes;
+    kmp_varied varied; /* its linear equations stand at the state, their matrices made */
+    kmp_shift shift;
+    double *q, *qd, *dq, *dqd; /* of the start: n, n, n x count */
+    double *shown, *by;        /* values, and count of them a parameter */
+} kmp_sensitivity_state;
+
+/** Finds the state that was asked for. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: there is no such state,
+ *  or it has no derivative, and why. */
+kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitivity *s, bool with_outputs);
+void kmp_sensitivity_state_free(kmp_sensitivity_state *x);
+
+#endif

@@ -1,0 +1,421 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Of trajectories: rows over time by forward sensitivities; the end, or integrals up to it, by either method. */
+#include "base/clock.h"
+#include "base/memory.h"
+#include "integrators/steppers/solver.h"
+#include "model/tables/output_table.h"
+#include "output/times.h"
+#include "studies/sensitivity/adjoint.h"
+#include "studies/sensitivity/sensitivity.h"
+#include "studies/simulate/trajectory.h"
+#include <math.h>
+#include <string.h>
+
+/* An adjoint run of one scalar takes about as long as forward ones with so many parameters (docs/sensitivity.md). */
+enum { WORTH_ADJOINT = 4 };
+
+/* Errors of more tolerances are told. */
+#define PROMISED 100.0
+
+typedef struct work {
+    kempe_sensitivity *s;
+    kmp_columns columns;
+    int *chosen; /* columns of these that were asked for */
+    kmp_slopes *slopes;
+    kmp_varied varied;
+    kmp_run_spec spec;
+    int *u;
+    kmp_times times;
+    kmp_forward ask;
+    double *w[KMP_QUANTITIES + 1], *gradient; /* weights of one column */
+    bool adjoint;
+    kmp_forward_report report;    /* of the last run */
+    double *first, *other, *size; /* a row: values, then their slopes; its sizes */
+    int row;                      /* to be compared next */
+    kmp_convergence *found;       /* of a run beside the first; NULL: it is the first */
+} work;
+
+/* -- what is asked ----------------------------------------------------------------------------------- */
+
+static bool carries(const kmp_solver_kind *kind)
+{
+    return kind->corrects && !kind->dae;
+}
+
+/* Of integrators with others of the same kind in their place where the model asks for those. */
+static kempe_status choose_integrator(work *w, kempe_run_options *run)
+{
+    const kempe_sensitivity *s = w->s;
+    const char *wished = s->model->run.integrator;
+    const kmp_solver_kind *kind = wished ? kmp_solver_find(wished) : NULL;
+    if (kind && !carries(kind))
+        wished = kind->implicit || kind->dae ? "radau9" : NULL;
+    run->integrator = s->ask->run.integrator ? s->ask->run.integrator : wished ? wished : "dop853";
+    kind = kmp_solver_find(run->integrator);
+    if (kind && carries(kind))
+        return KEMPE_OK;
+    kmp_text names = {0};
+    for (int k = 0; kmp_solver_get(k); k++)
+        if (carries(kmp_solver_get(k)))
+            kmp_text_printf(&names, "%s%s", names.length ? ", " : "", kmp_solver_get(k)->name);
+    kempe_status status =
+        kmp_fail(s->context, KEMPE_E_ARGUMENT, "integrator '%s' carries no sensitivities; there are: %s",
+                 run->integrator, names.s ? names.s : "");
+    kmp_text_free(&names);
+    return status;
+}
+
+static kempe_status choose_run(work *w)
+{
+    kempe_run_options run = w->s->ask->run;
+    double every;
+    run.formulation = "reduced";
+    run.form = "newton";
+    kempe_status status = choose_integrator(w, &run);
+    if (status == KEMPE_OK)
+        status = kmp_spec_of(w->s->system, &run, &w->spec, &w->u);
+    if (status == KEMPE_OK)
+        status = kmp_times_spacing(w->s->system, run.output_step, w->spec.t_end, &every);
+    if (status == KEMPE_OK && !kmp_times_init(&w->times, every, w->spec.t_end, NULL))
+        status = kmp_fail_memory(w->s->context);
+    return status;
+}
+
+static bool is_asked(const kempe_sensitivity *s, const kmp_column *of)
+{
+    return of->output >= 0 && (!s->parts || s->parts[of->output] >> of->component & 1u);
+}
+
+static kempe_status choose_columns(work *w)
+{
+    kempe_sensitivity *s = w->s;
+    if (!kmp_columns_init(&w->columns, s->system))
+        return kmp_fail_memory(s->context);
+    w->chosen = KMP_NEW(int, w->columns.count);
+    for (int k = 0; w->chosen && k < w->columns.count; k++) {
+        if (!is_asked(s, &w->columns.of[k]))
+            continue;
+        w->chosen[s->columns] = k;
+        if (!kmp_sensitivity_add_column(s, w->columns.name[k], w->columns.unit[k]))
+            return kmp_fail_memory(s->context);
+    }
+    return w->chosen ? KEMPE_OK : kmp_fail_memory(s->context);
+}
+
+static bool has_shown(const work *w)
+{
+    bool has = false;
+    for (int c = 0; c < w->s->columns; c++)
+        has = has || w->columns.of[w->chosen[c]].quantity == KMP_QUANTITIES;
+    return has;
+}
+
+static size_t row_width(const kempe_sensitivity *s)
+{
+    return (size_t)s->columns * (1 + (size_t)s->count);
+}
+
+static kempe_status prepare(work *w)
+{
+    kempe_sensitivity *s = w->s;
+    kempe_status status = choose_run(w);
+    if (status == KEMPE_OK)
+        status = choose_columns(w);
+    if (status == KEMPE_OK)
+        status = kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, has_shown(w),
+                                &w->slopes);
+    if (status == KEMPE_OK)
+        status = kmp_varied_init(&w->varied, s->system, w->spec.backend, w->slopes);
+    if (status != KEMPE_OK)
+        return status;
+    kmp_linear_derive(&w->varied.linear);
+    s->integrator = kmp_solver_find(w->spec.integrator)->name;
+    s->rtol = w->spec.rtol;
+    s->atol = w->spec.atol;
+    s->t_end = w->spec.t_end;
+    w->ask = (kmp_forward){.spec = &w->spec};
+    const int size[KMP_QUANTITIES + 1] = {s->system->n, s->system->n, s->system->n, s->system->m, w->slopes->shown};
+    w->gradient = KMP_NEW(double, s->count);
+    for (int k = 0; k <= KMP_QUANTITIES; k++)
+        if (!(w->w[k] = KMP_NEW(double, size[k])))
+            return kmp_fail_memory(s->context);
+    const size_t width = row_width(s);
+    w->first = KMP_NEW(double, width);
+    w->other = KMP_NEW(double, width);
+    w->size = KMP_NEW(double, width);
+    return w->gradient && w->first && w->other && w->size ? KEMPE_OK : kmp_fail_memory(s->context);
+}
+
+/* -- rows, kept or compared -------------------------------------------------------------------------- */
+
+/* Beside what is kept: numbers that were larger before count by that. */
+static void compare_row(work *w, double t)
+{
+    const kempe_sensitivity *s = w->s;
+    size_t columns = (size_t)s->columns, slopes = columns * (size_t)s->count, row = (size_t)w->row;
+    if (w->row >= s->rows || t > s->at[w->row] || t < s->at[w->row])
+        return; /* where a condition ends it */
+    w->row++;
+    memcpy(w->first, s->value + row * columns, columns * sizeof(double));
+    memcpy(w->first + columns, s->slope + row * slopes, slopes * sizeof(double));
+    for (size_t k = 0; k < columns + slopes; k++)
+        w->size[k] = fmax(w->size[k], fabs(w->first[k]));
+    kmp_convergence_row(w->found, t, (int)(columns + slopes), w->first, w->other, w->size);
+}
+
+/* The row in w->other. */
+static bool take(work *w, double t)
+{
+    kempe_sensitivity *s = w->s;
+    size_t columns = (size_t)s->columns;
+    double *value, *slope;
+    if (w->found) {
+        compare_row(w, t);
+        return true;
+    }
+    if (!kmp_sensitivity_add_row(s, t, &value, &slope))
+        return false;
+    memcpy(value, w->other, columns * sizeof *value);
+    memcpy(slope, w->other + columns, columns * (size_t)s->count * sizeof *slope);
+    return true;
+}
+
+/* -- rows over time ---------------------------------------------------------------------------------- */
+
+static int take_row(void *user, const kmp_varied_row *row)
+{
+    work *w = user;
+    kempe_sensitivity *s = w->s;
+    double *value = w->other, *slope = w->other + s->columns;
+    const double *values[] = {row->q, row->qd, row->qdd, row->lambda, row->shown};
+    const double *slopes[] = {row->dq, row->dqd, row->dqdd, row->dlambda, row->dshown};
+    const int size[] = {w->varied.n, w->varied.n, w->varied.n, w->varied.m, w->slopes->shown};
+    for (int c = 0; c < s->columns; c++) {
+        const kmp_column *of = &w->columns.of[w->chosen[c]];
+        value[c] = values[of->quantity][of->index];
+        for (int k = 0; k < s->count; k++)
+            slope[c * s->count + k] = slopes[of->quantity][k * size[of->quantity] + of->index];
+    }
+    return !take(w, row->t);
+}
+
+static kempe_status find_rows(work *w)
+{
+    w->spec.times = w->times.t;
+    w->spec.time_count = w->times.count;
+    w->ask.watch = (kmp_varied_watch){.user = w, .row = take_row};
+    return kmp_forward_run(&w->varied, &w->ask, w->s->size, NULL, &w->report);
+}
+
+/* -- one row ----------------------------------------------------------------------------------------- */
+
+/* The weights of column c alone. */
+static kmp_forward_target target_of(work *w, int c)
+{
+    const kmp_column *of = &w->columns.of[w->chosen[c]];
+    const int size[] = {w->varied.n, w->varied.n, w->varied.n, w->varied.m, w->slopes->shown};
+    const double *part[KMP_QUANTITIES + 1] = {NULL};
+    memset(w->w[of->quantity], 0, (size_t)size[of->quantity] * sizeof(double));
+    w->w[of->quantity][of->index] = 1;
+    part[of->quantity] = w->w[of->quantity];
+    return (kmp_forward_target){part[0], part[1], part[2], part[3], part[4]};
+}
+
+static kempe_status find_adjoint(work *w, const kmp_forward_target *target, double *value)
+{
+    kempe_sensitivity *s = w->s;
+    kmp_adjoint_report report;
+    kempe_status status =
+        kmp_adjoint_run(&w->varied, &w->ask, target, s->ask->integral != 0, s->size, w->gradient, &report);
+    *value = report.value;
+    w->report = report.forward;
+    w->report.run.rhs += report.rhs;
+    if (!w->found) {
+        s->backwards += (double)report.steps;
+        s->kept = fmax(s->kept, (double)report.kept);
+    }
+    return status;
+}
+
+static kempe_status find_integral(work *w, const kmp_forward_target *target, double *value)
+{
+    w->ask.integrand = target;
+    kempe_status status = kmp_forward_run(&w->varied, &w->ask, w->s->size, w->gradient, &w->report);
+    w->ask.integrand = NULL;
+    *value = w->report.integral;
+    return status;
+}
+
+static void add_work(work *w)
+{
+    kempe_slope_work *to = &w->s->work;
+    const kmp_run_report *report = &w->report.run;
+    to->steps += w->found ? 0 : report->steps;
+    to->rejected += w->found ? 0 : report->rejected;
+    to->refused += w->found ? 0 : report->refused;
+    to->rhs += w->found ? 0 : report->rhs;
+    to->exchanges += w->found ? 0 : report->exchanges;
+}
+
+/* A run a column; into w->other. */
+static kempe_status find_scalars(work *w)
+{
+    kempe_sensitivity *s = w->s;
+    kempe_status status = KEMPE_OK;
+    double *slopes = w->other + s->columns;
+    for (int c = 0; status == KEMPE_OK && c < s->columns; c++) {
+        kmp_forward_target target = target_of(w, c);
+        status = w->adjoint ? find_adjoint(w, &target, &w->other[c]) : find_integral(w, &target, &w->other[c]);
+        memcpy(slopes + c * s->count, w->gradient, (size_t)s->count * sizeof *slopes);
+        if (c + 1 < s->columns && status == KEMPE_OK)
+            add_work(w);
+    }
+    return status == KEMPE_OK && !take(w, s->t_end) ? kmp_fail_memory(s->context) : status;
+}
+
+static kempe_status find_once(work *w)
+{
+    kempe_status status = w->adjoint || w->s->ask->integral ? find_scalars(w) : find_rows(w);
+    add_work(w);
+    return status;
+}
+
+/* -- another time ------------------------------------------------------------------------------------ */
+
+static kempe_status find_again(void *user, double rtol, int count, const int *which, kmp_convergence *found)
+{
+    work *w = user;
+    kmp_run_spec first = w->spec;
+    (void)count, (void)which;
+    w->spec.rtol = rtol;
+    w->spec.atol *= rtol / first.rtol;
+    w->found = found;
+    w->row = 0;
+    kempe_status status = find_once(w);
+    w->found = NULL;
+    w->spec = first;
+    kmp_free(w->report.run.reason);
+    w->report.run.reason = NULL;
+    if (status == KEMPE_E_MEMORY || (status == KEMPE_STOPPED && !w->report.run.ended))
+        return status;
+    if (status != KEMPE_OK)
+        found->stopped = w->report.run.t;
+    return KEMPE_OK;
+}
+
+/* Whether it is another number with each choice among redundant rows. */
+static bool is_ambiguous(const work *w, int column)
+{
+    const kmp_column *of = &w->columns.of[w->chosen[column]];
+    kmp_output_kind kind = w->s->system->model->outputs[of->output].kind;
+    return w->report.redundant > 0 &&
+           (kind == KMP_OUTPUT_LAMBDA || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT);
+}
+
+/* Of a unit in this run, where the equations have one; otherwise the largest number with it. */
+static double size_of_unit(const work *w, int column)
+{
+    const kempe_sensitivity *s = w->s;
+    const char *unit = s->unit[column];
+    double rate = w->report.run.rate_scale, length = s->system->length, most = 0;
+    const struct {
+        const char *unit;
+        double size;
+    } known[] = {{"rad", 1},    {"rad/s", rate},        {"rad/s^2", rate * rate},
+                 {"m", length}, {"m/s", length * rate}, {"m/s^2", length * rate * rate}};
+    for (size_t k = 0; k < sizeof known / sizeof *known; k++)
+        if (strcmp(unit, known[k].unit) == 0)
+            return known[k].size;
+    for (int c = 0; c < s->columns; c++)
+        for (int row = 0; strcmp(unit, s->unit[c]) == 0 && row < s->rows; row++)
+            most = fmax(most, fabs(kempe_sensitivity_value(s, row, c)));
+    return most > 0 ? most : 1;
+}
+
+/* What a small derivative counts by is a value's size over the parameter's, as its error is controlled. */
+static void set_sizes(work *w)
+{
+    const kempe_sensitivity *s = w->s;
+    double integrated = s->ask->integral ? s->t_end : 1;
+    for (int c = 0; c < s->columns; c++) {
+        w->size[c] = is_ambiguous(w, c) ? INFINITY : integrated * size_of_unit(w, c);
+        for (int k = 0; k < s->count; k++)
+            w->size[s->columns + c * s->count + k] = w->size[c] / s->size[k];
+    }
+}
+
+/* "q.rocker", or "q.rocker/crank" as in the table. */
+static bool name_again(kempe_sensitivity *s)
+{
+    kmp_text text = {0};
+    int index = s->again.index, slope = index - s->columns;
+    kmp_text_put(&text, s->column[slope < 0 ? index : slope / s->count]);
+    if (slope >= 0)
+        kmp_text_printf(&text, "/%s", s->name[slope % s->count]);
+    s->again_name = kmp_text_take(&text);
+    return s->again_name;
+}
+
+static kempe_status check_again(work *w)
+{
+    kempe_sensitivity *s = w->s;
+    double begin = kmp_cpu_now();
+    set_sizes(w);
+    const kmp_repeat repeat = {s->context, w->spec.rtol, 0, PROMISED, false, w, find_again};
+    kempe_status status = kmp_convergence_of(&repeat, 1, &s->again);
+    if (status == KEMPE_OK && !name_again(s))
+        status = kmp_fail_memory(s->context);
+    if (status == KEMPE_OK)
+        kmp_convergence_warn(s->context, &s->again, s->again_name, "take a smaller rtol");
+    s->again_s = kmp_cpu_now() - begin;
+    return status;
+}
+
+/* -- together ---------------------------------------------------------------------------------------- */
+
+/* Takes the report's reason; the context's message is the same. */
+static kempe_status settle_reason(work *w, kempe_status status)
+{
+    kempe_sensitivity *s = w->s;
+    if (status == KEMPE_E_FAILED && w->report.run.reason)
+        (void)kmp_fail(s->context, status, "%s", w->report.run.reason);
+    s->reason = w->report.run.reason;
+    w->report.run.reason = NULL;
+    return status;
+}
+
+static void free_work(work *w)
+{
+    double *rooms[] = {w->gradient, w->first, w->other, w->size};
+    kmp_columns_free(&w->columns);
+    kmp_times_free(&w->times);
+    kmp_varied_free(&w->varied);
+    kmp_slopes_free(w->slopes);
+    kmp_free(w->chosen);
+    kmp_free(w->u);
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    for (int k = 0; k <= KMP_QUANTITIES; k++)
+        kmp_free(w->w[k]);
+}
+
+static kempe_status find(kempe_sensitivity *s)
+{
+    work w = {.s = s};
+    double begin = kmp_cpu_now();
+    kempe_status status = prepare(&w);
+    s->build_s += kmp_cpu_now() - begin;
+    const char *method = s->ask->method;
+    bool many = s->ask->integral && s->count >= WORTH_ADJOINT && s->system->pressed_count == 0;
+    w.adjoint = method ? strcmp(method, "adjoint") == 0 : many;
+    s->method = w.adjoint ? "adjoint" : "forward";
+    if (status == KEMPE_OK)
+        status = settle_reason(&w, find_once(&w));
+    if (status == KEMPE_OK && s->rows > 0 && s->columns > 0 && !s->ask->run.no_convergence_check)
+        status = check_again(&w);
+    free_work(&w);
+    return status;
+}
+
+const kmp_sensitivity_kind kmp_sensitivity_trajectory = {
+    .name = "trajectory", .row = "t", .integrals = true, .find = find};

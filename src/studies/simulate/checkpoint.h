@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a long run has so far, as a file from which it can go on: a line that names the model, a line of columns, and
+ * the rows in full digits, and the sum of all that. */
+#ifndef KMP_STUDIES_SIMULATE_CHECKPOINT_H
+#define KMP_STUDIES_SIMULATE_CHECKPOINT_H
+
+#include "base/text.h"
+#include "output/samples.h"
+
+/** Appends the lines that a checkpoint of this system begins with. */
+kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text);
+
+/** Appends the last line: the sum of `length` bytes that stand before it. */
+void kmp_checkpoint_end(kmp_text *text, const char *s, size_t length);
+
+/** Whole or not at all. */
+kempe_status kmp_checkpoint_write(const kempe_system *system, const kmp_samples *samples, const char *path);
+
+/** Replaces the samples by the rows of the file. KEMPE_E_IO; KEMPE_E_INPUT when it is of another model or spoilt, with
+ * file:line:column; samples are then as they were. */
+kempe_status kmp_checkpoint_read(const kempe_system *system, const char *path, kmp_samples *samples);
+
+#endif

@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The public stepper: a runner, and the row at which it stands. */
+#include "base/memory.h"
+#include "studies/simulate/trajectory.h"
+#include <kempe/stepper.h>
+#include <math.h>
+#include <string.h>
+
+struct kempe_stepper {
+    const kempe_system *system;
+    kmp_runner *runner;
+    kmp_run_spec spec;
+    int *u;
+    double t, stop;     /* it stands; no step goes beyond */
+    bool keeps;         /* what the user's force reads from outside stays */
+    double *row, *next; /* q, qd, qdd, lambda; the one being made */
+    char *reason;
+};
+
+/* Takes the row at t within the last step; the old one stays when it cannot be had. */
+static kempe_status stand_at(kempe_stepper *s, double t)
+{
+    int n = s->system->n;
+    double work, *row = s->next;
+    KMP_TRY(kmp_runner_row(s->runner, t, row, row + n, row + 2 * n, row + 3 * n, &work));
+    s->next = s->row;
+    s->row = row;
+    s->t = t;
+    return KEMPE_OK;
+}
+
+/* Keeps the sentence of a failure, and gives it to the context too. */
+static kempe_status settle(kempe_stepper *s, kempe_status status)
+{
+    kmp_run_report report;
+    if (status == KEMPE_OK || status == KEMPE_E_ARGUMENT || s->reason)
+        return status;
+    kmp_runner_report(s->runner, &report);
+    s->reason = report.reason;
+    if (status == KEMPE_E_FAILED && s->reason && !strstr(kempe_context_message(s->system->context), s->reason))
+        return kmp_fail(s->system->context, status, "%s", s->reason);
+    return status;
+}
+
+static kempe_status begin(kempe_stepper *s)
+{
+    int size = 3 * s->system->n + s->system->m;
+    s->row = KMP_NEW(double, size);
+    s->next = KMP_NEW(double, size);
+    if (!s->row || !s->next)
+        return kmp_fail_memory(s->system->context);
+    kempe_status status = kmp_runner_new(s->system, &s->spec, NULL, &s->runner);
+    s->stop = s->spec.t_end;
+    if (status == KEMPE_OK)
+        status = stand_at(s, 0);
+    return s->runner ? settle(s, status) : status;
+}
+
+kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_options *run, kempe_stepper **stepper)
+{
+    KMP_WANTED(NULL, system, "system");
+    run = run ? run : &(const kempe_run_options){0};
+    KMP_WANTED(system->context, stepper, "stepper");
+    kmp_context_begin(system->context);
+    kempe_stepper *s = KMP_NEW(kempe_stepper, 1);
+    if (!s)
+        return kmp_fail_memory(system->context);
+    s->system = system;
+    kempe_status status = kmp_spec_of(system, run, &s->spec, &s->u);
+    s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* the caller sees each step, and t_end is far */
+    if (status == KEMPE_OK)
+        status = begin(s);
+    if (status == KEMPE_OK)
+        *stepper = s;
+    else
+        kempe_stepper_free(s);
+    return status;
+}
+
+void kempe_stepper_free(kempe_stepper *stepper)
+{
+    if (!stepper)
+        return;
+    kmp_runner_free(stepper->runner);
+    kmp_free(stepper->u);
+    kmp_free(stepper->row);
+    kmp_free(stepper->next);
+    kmp_free(stepper->reason);
+    kmp_free(stepper);
+}
+
+void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep)
+{
+    if (stepper)
+        stepper->keeps = keep;
+}
+
+/* Inputs may have changed since the last call: they count from here on, and none later before it has been told. */
+static kempe_status follow_inputs(kempe_stepper *s, double until)
+{
+    bool changing = s->system->force && !s->keeps;
+    double stop = changing ? until : s->spec.t_end;
+    if (!changing && stop == s->stop)
+        return KEMPE_OK;
+    s->stop = stop;
+    return kmp_runner_cut(s->runner, s->t, stop);
+}
+
+kempe_status kempe_stepper_step(kempe_stepper *s)
+{
+    KMP_WANTED(NULL, s, "stepper");
+    kempe_status status = KEMPE_OK;
+    kmp_context_begin(s->system->context);
+    if (s->t >= s->spec.t_end)
+        return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "the run ends at t_end = %g s", s->spec.t_end);
+    status = follow_inputs(s, s->spec.t_end);
+    if (status == KEMPE_OK && s->t >= kmp_runner_t(s->runner))
+        status = kmp_runner_step(s->runner);
+    kempe_status stood = status == KEMPE_OK || status == KEMPE_STOPPED ? stand_at(s, kmp_runner_t(s->runner)) : status;
+    return settle(s, stood == KEMPE_OK ? status : stood);
+}
+
+kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
+{
+    KMP_WANTED(NULL, s, "stepper");
+    kempe_status status = KEMPE_OK;
+    kmp_context_begin(s->system->context);
+    if (!(t >= s->t) || t > s->spec.t_end)
+        return kmp_fail(s->system->context, KEMPE_E_ARGUMENT,
+                        "t = %.9g s is not between here (%.9g s) and t_end = %g s", t, s->t, s->spec.t_end);
+    if (t > s->t)
+        status = follow_inputs(s, t);
+    while (status == KEMPE_OK && kmp_runner_t(s->runner) < t)
+        status = kmp_runner_step(s->runner);
+    kempe_status stood = status == KEMPE_OK            ? stand_at(s, t)
+                         : kmp_runner_ended(s->runner) ? stand_at(s, kmp_runner_t(s->runner))
+                                                       : status;
+    return settle(s, status == KEMPE_OK || stood != KEMPE_OK ? stood : status);
+}
+
+double kempe_stepper_t(const kempe_stepper *stepper)
+{
+    KMP_GIVEN(stepper, NAN);
+    return stepper->t;
+}
+
+const double *kempe_stepper_q(const kempe_stepper *stepper)
+{
+    KMP_GIVEN(stepper, NULL);
+    return stepper->row;
+}
+
+const double *kempe_stepper_qd(const kempe_stepper *stepper)
+{
+    KMP_GIVEN(stepper, NULL);
+    return stepper->row + stepper->system->n;
+}
+
+const double *kempe_stepper_qdd(const kempe_stepper *stepper)
+{
+    KMP_GIVEN(stepper, NULL);
+    return stepper->row + 2 * stepper->system->n;
+}
+
+const double *kempe_stepper_lambda(const kempe_stepper *stepper)
+{
+    KMP_GIVEN(stepper, NULL);
+    return stepper->row + 3 * stepper->system->n;
+}
+
+kempe_work kempe_stepper_work(const kempe_stepper *stepper)
+{
+    KMP_GIVEN(stepper, (kempe_work){0});
+    kmp_run_report r;
+    kmp_runner_report(stepper->runner, &r);
+    kmp_free(r.reason);
+    return (kempe_work){.steps = r.steps,
+                        .rejected = r.rejected,
+                        .refused = r.refused,
+                        .rhs = r.rhs,
+                        .newton = r.newton,
+                        .factorizations = r.factorizations,
+                        .exchanges = r.exchanges,
+                        .centrings = r.centrings};
+}
+
+const char *kempe_stepper_reason(const kempe_stepper *stepper)
+{
+    KMP_GIVEN(stepper, "");
+    return stepper->reason ? stepper->reason : "";
+}

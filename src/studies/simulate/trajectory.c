@@ -1,0 +1,486 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Simulating: options to a run, a run to a trajectory. */
+#include "studies/simulate/trajectory.h"
+#include "base/memory.h"
+#include "constraints/evaluation/pressing.h"
+#include "model/tables/coordinates.h"
+#include "model/tables/output_table.h"
+#include "output/print.h"
+#include "output/times.h"
+#include "studies/simulate/checkpoint.h"
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+enum { CHECKPOINT_SECONDS = 10 };
+
+/* Part of the energy's size; coarse runs keep it too. */
+#define TRUSTED_DRIFT 0.05
+/* Times the tolerances; forms that let positions drift keep it. */
+#define TRUSTED_GAP 1e4
+
+/* All that a simulation needs until it is done. */
+typedef struct job {
+    const kempe_system *system;
+    kempe_context *context;
+    const kempe_run_options *run;
+    kmp_run_spec spec;
+    int *u;
+    kmp_reference reference;
+    bool has_reference;
+    kmp_times times;
+    kmp_samples before; /* rows of the checkpoint to go on from */
+    kempe_assembly start;
+} job;
+
+kempe_run_options kempe_run_options_default(void)
+{
+    return (kempe_run_options){0};
+}
+
+/* -- options ----------------------------------------------------------------------------------------- */
+
+static kempe_status check_number(kempe_context *context, const char *name, double x)
+{
+    if (x >= 0 && isfinite(x))
+        return KEMPE_OK;
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is wanted", name, x);
+}
+
+static kempe_status check_numbers(const job *j)
+{
+    const struct {
+        const char *name;
+        double value;
+    } numbers[] = {
+        {"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"every", j->run->output_step}};
+    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
+        KMP_TRY(check_number(j->context, numbers[k].name, numbers[k].value));
+    }
+    if (j->run->max_steps < 0)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is wanted",
+                        j->run->max_steps);
+    if (j->run->threads < 0 || j->run->threads > KMP_TEAM_MOST)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", j->run->threads,
+                        KMP_TEAM_MOST);
+    return KEMPE_OK;
+}
+
+static kempe_status read_wish(job *j)
+{
+    j->u = KMP_NEW(int, j->system->n);
+    if (!j->u)
+        return kmp_fail_memory(j->context);
+    kempe_status status = kmp_coordinates_read(j->system->model, "u", j->run->independent, j->u, &j->spec.u_count);
+    j->spec.u = j->spec.u_count ? j->u : NULL;
+    return status;
+}
+
+static kempe_status prepare_times(job *j)
+{
+    double every;
+    if (!(j->spec.t_end > 0))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end: say how long to run, in the model or as an option");
+    kempe_status status = KEMPE_OK;
+    if (j->run->reference) {
+        status = kmp_reference_read(j->system, j->run->reference, &j->reference);
+        j->has_reference = status == KEMPE_OK;
+    }
+    if (status == KEMPE_OK)
+        status = kmp_times_spacing(j->system, j->run->output_step, j->spec.t_end, &every);
+    if (status != KEMPE_OK)
+        return status;
+    kmp_reference_limit(&j->reference, j->spec.t_end);
+    if (!kmp_times_init(&j->times, every, j->spec.t_end, j->has_reference ? &j->reference : NULL))
+        return kmp_fail_memory(j->context);
+    j->spec.time_count = j->times.count;
+    j->spec.times = j->times.t;
+    return KEMPE_OK;
+}
+
+/* Goes on behind the last row of a checkpoint. */
+static kempe_status prepare_resume(job *j)
+{
+    if (!j->run->resume)
+        return KEMPE_OK;
+    KMP_TRY(kmp_checkpoint_read(j->system, j->run->resume, &j->before));
+    int last = j->before.rows - 1, n = j->system->n;
+    double *state = KMP_NEW(double, 2 * n);
+    if (!state)
+        return kmp_fail_memory(j->context);
+    memcpy(state, kmp_samples_get(&j->before, KMP_QUANTITY_Q, last), (size_t)n * sizeof *state);
+    memcpy(state + n, kmp_samples_get(&j->before, KMP_QUANTITY_QD, last), (size_t)n * sizeof *state);
+    j->start = (kempe_assembly){.system = j->system, .q = state, .qd = state + n, .closed = true};
+    j->spec.t_start = kmp_samples_time(&j->before, last);
+    j->spec.work_start = kmp_samples_work(&j->before, last);
+    if (!(j->spec.t_start < j->spec.t_end))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "the checkpoint stands at t = %g s already, t_end is %g s",
+                        j->spec.t_start, j->spec.t_end);
+    while (j->spec.time_count > 0 && *j->spec.times <= j->spec.t_start) {
+        j->spec.times++;
+        j->spec.time_count--;
+    }
+    return KEMPE_OK;
+}
+
+/* The run as asked for, resolved. */
+static kempe_status choose(job *j)
+{
+    const kempe_run_options *run = j->run;
+    j->spec = (kmp_run_spec){.formulation = run->formulation,
+                             .form = run->form,
+                             .integrator = run->integrator,
+                             .linear = run->linear,
+                             .backend = run->backend,
+                             .rtol = run->rtol,
+                             .atol = run->atol,
+                             .t_end = run->t_end,
+                             .keep_independent = run->keep_independent,
+                             .change_points = run->change_points,
+                             .max_steps = run->max_steps,
+                             .threads = run->threads};
+    kempe_status status = check_numbers(j);
+    if (status == KEMPE_OK)
+        status = read_wish(j);
+    return status == KEMPE_OK ? kmp_run_resolve(j->system, &j->spec) : status;
+}
+
+static kempe_status prepare(job *j)
+{
+    kempe_status status = choose(j);
+    if (status == KEMPE_OK)
+        status = prepare_times(j);
+    return status == KEMPE_OK ? prepare_resume(j) : status;
+}
+
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_run_spec *spec, int **u)
+{
+    job j = {.system = system, .context = system->context, .run = run};
+    kempe_status status = choose(&j);
+    if (status != KEMPE_OK) {
+        kmp_free(j.u);
+        return status;
+    }
+    *spec = j.spec;
+    *u = j.u;
+    return KEMPE_OK;
+}
+
+static void release(job *j)
+{
+    kmp_free(j->u);
+    kmp_reference_free(&j->reference);
+    kmp_times_free(&j->times);
+    kmp_samples_free(&j->before);
+    kmp_free(j->start.q);
+}
+
+/* -- the trajectory ---------------------------------------------------------------------------------- */
+
+static bool copy(char **to, const char *from)
+{
+    *to = from ? kmp_strdup(from) : NULL;
+    return *to || !from;
+}
+
+static kempe_trajectory *trajectory_new(const job *j)
+{
+    const kmp_run_spec *spec = &j->spec;
+    int reactions = 3 * j->system->model->closure_count, shown = kmp_outputs_width(j->system->model);
+    kempe_trajectory *t = KMP_NEW(kempe_trajectory, 1);
+    if (!t)
+        return NULL;
+    *t = (kempe_trajectory){.system = j->system, .rtol = spec->rtol, .atol = spec->atol, .t_end = spec->t_end};
+    t->verdict = kmp_verdict_none();
+    t->journal.context = j->context;
+    kmp_samples_init(&t->table, j->system->n, j->system->m);
+    t->reaction = KMP_NEW(double, reactions);
+    t->shown = KMP_NEW(double, shown);
+    if (!t->reaction || !t->shown || !copy(&t->formulation, spec->formulation) || !copy(&t->form, spec->form) ||
+        !copy(&t->integrator, spec->integrator) || !copy(&t->linear, spec->linear) ||
+        !copy(&t->change_points, spec->change_points) || !copy(&t->backend, spec->backend) ||
+        !copy(&t->source, j->run->reference)) {
+        kempe_trajectory_free(t);
+        return NULL;
+    }
+    for (int k = 0; k < reactions; k++)
+        t->reaction[k] = NAN;
+    for (int k = 0; k < shown; k++)
+        t->shown[k] = NAN;
+    return t;
+}
+
+void kempe_trajectory_free(kempe_trajectory *trajectory)
+{
+    if (!trajectory)
+        return;
+    char *names[] = {trajectory->formulation,   trajectory->form,    trajectory->integrator, trajectory->linear,
+                     trajectory->change_points, trajectory->backend, trajectory->source,     trajectory->reason,
+                     trajectory->report.reason, trajectory->warnings};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        kmp_free(names[k]);
+    kmp_journal_free(&trajectory->journal);
+    kmp_samples_free(&trajectory->table);
+    kmp_free(trajectory->reaction);
+    kmp_free(trajectory->shown);
+    kmp_free(trajectory);
+}
+
+/* -- running ----------------------------------------------------------------------------------------- */
+
+/* Moves the reason out of the report; a failure without one takes the context's message, and the other way round. */
+static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
+{
+    const char *message = kempe_context_message(context);
+    t->reason = t->report.reason ? t->report.reason : kmp_strdup(t->status == KEMPE_OK ? "" : message);
+    t->report.reason = NULL;
+    if (!t->reason)
+        return kmp_fail_memory(context);
+    if (t->status == KEMPE_E_FAILED && !strstr(message, t->reason)) {
+        if (strstr(t->reason, message)) /* what was said is part of it: not twice */
+            kmp_context_clear(context);
+        return kmp_fail(context, KEMPE_E_FAILED, "%s", t->reason);
+    }
+    return t->status;
+}
+
+const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, int row)
+{
+    return kmp_plant_shown(plant, kmp_samples_time(&t->table, row), kmp_samples_get(&t->table, KMP_QUANTITY_Q, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_QD, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_QDD, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, row));
+}
+
+static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
+{
+    const kempe_model *model = t->system->model;
+    int last = t->table.rows - 1, shown = kmp_outputs_width(model);
+    if (last < 0)
+        return;
+    double time = kmp_samples_time(&t->table, last);
+    const double *q = kmp_samples_get(&t->table, KMP_QUANTITY_Q, last);
+    if (model->closure_count > 0)
+        memcpy(t->reaction, kmp_plant_reactions(plant, time, q, kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
+               3 * (size_t)model->closure_count * sizeof(double));
+    if (shown > 0)
+        memcpy(t->shown, kmp_trajectory_shown(t, plant, last), (size_t)shown * sizeof(double));
+}
+
+/* A run may end well and be wrong: its closures and its energy balance know. */
+static void warn_of_verdict(const kempe_trajectory *t)
+{
+    if (t->verdict.h_max > TRUSTED_GAP * (t->rtol + t->atol))
+        kmp_log(t->system->context, KEMPE_LOG_WARNING,
+                "the closures are open by %.2g (scaled): do not trust this run; take a smaller rtol, or compare "
+                "formulations",
+                t->verdict.h_max);
+    if (t->verdict.misfit * t->system->length > t->system->closure_tolerance)
+        kmp_log(t->system->context, KEMPE_LOG_WARNING,
+                "closure row '%s', dropped as redundant but for rounding, came to be open by %.2g m at t = %.9g, more "
+                "than the closure_tolerance of %.2g m: it is not redundant there; check the lengths",
+                t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length, t->verdict.misfit_t,
+                t->system->closure_tolerance);
+    if (t->verdict.drift_rel > TRUSTED_DRIFT)
+        kmp_log(t->system->context, KEMPE_LOG_WARNING,
+                "the energy balance is off by %.2g of its size: do not trust this run; take a smaller rtol, or compare "
+                "formulations",
+                t->verdict.drift_rel);
+}
+
+/* Multipliers that redundant rows leave open have no error. */
+static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_plant *plant, bool **shared)
+{
+    int count;
+    *shared = KMP_NEW(bool, t->system->m);
+    if (!*shared)
+        return kmp_fail_memory(j->context);
+    if (t->table.rows == 0)
+        return KEMPE_OK;
+    kempe_status status = kmp_find_shared(plant, kmp_samples_time(&t->table, 0),
+                                          kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), *shared, &count);
+    j->reference.shared = *shared;
+    return status;
+}
+
+static kempe_status judge(kempe_trajectory *t, job *j)
+{
+    bool *shared = NULL;
+    kmp_plant *plant = kmp_plant_new(t->system, t->backend);
+    if (!plant)
+        return KEMPE_E_MEMORY;
+    kempe_status status = j->has_reference ? leave_out_shared(t, j, plant, &shared) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        t->verdict = kmp_verdict_of(&t->table, plant, j->has_reference ? &j->reference : NULL);
+    j->reference.shared = NULL;
+    kmp_free(shared);
+    warn_of_verdict(t);
+    judge_last_row(t, plant);
+    kmp_plant_free(plant);
+    return status;
+}
+
+static bool has_result(kempe_status status)
+{
+    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
+}
+
+/* Where rows go: into the table, and every few seconds the table into the checkpoint. */
+typedef struct sink {
+    kempe_trajectory *t;
+    const char *checkpoint;
+    time_t written;
+} sink;
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    sink *s = user;
+    if (kmp_samples_add(&s->t->table, t, q, qd, qdd, lambda, work))
+        return 1;
+    if (!s->checkpoint || time(NULL) - s->written < CHECKPOINT_SECONDS)
+        return 0;
+    s->written = time(NULL);
+    return kmp_checkpoint_write(s->t->system, &s->t->table, s->checkpoint) != KEMPE_OK;
+}
+
+static kempe_status integrate(job *j, kempe_trajectory *t)
+{
+    sink s = {t, j->run->checkpoint, time(NULL)};
+    if (j->before.rows > 0) {
+        kmp_samples_free(&t->table);
+        t->table = j->before;
+        kmp_samples_init(&j->before, j->system->n, j->system->m);
+    }
+    j->spec.journal = &t->journal;
+    kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
+    if (s.checkpoint && t->table.rows > 0) {
+        kempe_status written = kmp_checkpoint_write(j->system, &t->table, s.checkpoint);
+        status = written == KEMPE_OK ? status : written;
+    }
+    return status;
+}
+
+/* A wrong answer that ends well shows in another tolerance. */
+static kempe_status run_again(kempe_trajectory *t, const job *j)
+{
+    kempe_status status =
+        kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table, &t->again);
+    if (status == KEMPE_OK && j->system->n > 0)
+        kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
+                             "take a smaller rtol, or compare formulations");
+    return status;
+}
+
+static kempe_status run(job *j, kempe_trajectory **trajectory)
+{
+    kempe_trajectory *t = trajectory_new(j);
+    if (!t)
+        return kmp_fail_memory(j->context);
+    kempe_status status = integrate(j, t);
+    if (has_result(status)) {
+        t->status = status;
+        status = settle_reason(t, j->context);
+    }
+    kempe_status judged = has_result(status) ? judge(t, j) : KEMPE_OK;
+    status = judged == KEMPE_OK ? status : judged;
+    if (status == KEMPE_OK && !j->run->no_convergence_check)
+        status = run_again(t, j);
+    t->warnings = kmp_context_warnings(j->context);
+    if (has_result(status))
+        *trajectory = t;
+    else
+        kempe_trajectory_free(t);
+    return status;
+}
+
+kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *options, kempe_trajectory **trajectory)
+{
+    KMP_WANTED(NULL, system, "system");
+    options = options ? options : &(const kempe_run_options){0};
+    KMP_WANTED(system->context, trajectory, "trajectory");
+    job j = {.system = system, .context = system->context, .run = options};
+    kmp_context_begin(j.context);
+    kmp_samples_init(&j.before, system->n, system->m);
+    kempe_status status = prepare(&j);
+    if (status == KEMPE_OK)
+        status = run(&j, trajectory);
+    release(&j);
+    return status;
+}
+
+/* -- getters ----------------------------------------------------------------------------------------- */
+
+int kempe_trajectory_row_count(const kempe_trajectory *trajectory)
+{
+    KMP_GIVEN(trajectory, 0);
+    return trajectory->table.rows;
+}
+
+static bool has_row(const kempe_trajectory *trajectory, int row)
+{
+    return row >= 0 && row < trajectory->table.rows;
+}
+
+double kempe_trajectory_time(const kempe_trajectory *trajectory, int row)
+{
+    KMP_GIVEN(trajectory, NAN);
+    return has_row(trajectory, row) ? kmp_samples_time(&trajectory->table, row) : NAN;
+}
+
+static const double *get(const kempe_trajectory *trajectory, kmp_quantity quantity, int row)
+{
+    return has_row(trajectory, row) ? kmp_samples_get(&trajectory->table, quantity, row) : NULL;
+}
+
+const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row)
+{
+    KMP_GIVEN(trajectory, NULL);
+    return get(trajectory, KMP_QUANTITY_Q, row);
+}
+
+const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, int row)
+{
+    KMP_GIVEN(trajectory, NULL);
+    return get(trajectory, KMP_QUANTITY_QD, row);
+}
+
+const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row)
+{
+    KMP_GIVEN(trajectory, NULL);
+    return get(trajectory, KMP_QUANTITY_QDD, row);
+}
+
+const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int row)
+{
+    KMP_GIVEN(trajectory, NULL);
+    return get(trajectory, KMP_QUANTITY_LAMBDA, row);
+}
+
+int kempe_trajectory_note_count(const kempe_trajectory *trajectory)
+{
+    KMP_GIVEN(trajectory, 0);
+    return trajectory->journal.kept;
+}
+
+const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, double *t)
+{
+    KMP_GIVEN(trajectory, NULL);
+    if (k < 0 || k >= trajectory->journal.kept)
+        return NULL;
+    if (t)
+        *t = trajectory->journal.notes[k].t;
+    return trajectory->journal.notes[k].text;
+}
+
+const char *kempe_trajectory_status(const kempe_trajectory *trajectory)
+{
+    KMP_GIVEN(trajectory, "");
+    return kmp_status_word(trajectory->status);
+}
+
+const char *kempe_trajectory_reason(const kempe_trajectory *trajectory)
+{
+    KMP_GIVEN(trajectory, "");
+    return trajectory->reason;
+}

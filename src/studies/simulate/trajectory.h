@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What one run leaves: its table, its verdict, its work. */
+#ifndef KMP_STUDIES_SIMULATE_TRAJECTORY_H
+#define KMP_STUDIES_SIMULATE_TRAJECTORY_H
+
+#include "integrators/run/run.h"
+#include "output/convergence.h"
+#include "output/verdict.h"
+
+struct kempe_trajectory {
+    const kempe_system *system;
+    kempe_status status;
+    char *reason;                                             /* "" when ok */
+    char *warnings;                                           /* of the computation, one a line */
+    char *formulation, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
+    char *change_points;
+    double rtol, atol, t_end;
+    char *source; /* the reference's path, NULL when none was given */
+    kmp_samples table;
+    kmp_verdict verdict;
+    kmp_convergence again;
+    kmp_run_report report; /* its reason has moved to `reason` */
+    kmp_journal journal;   /* what happened on the way */
+    double *reaction;      /* 3 a closure, at the last row; NaN when there is none */
+    double *shown;         /* what outputs show beside the table, likewise */
+};
+
+/** What the outputs show beside the table (model/output_table.h) at a row; owned by the plant. */
+const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, int row);
+
+/** What a run asks for, with names and defaults resolved. `spec` points to `*u`, to be freed by the caller (kmp_free),
+ *  and to the strings of `run`. */
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_run_spec *spec, int **u);
+
+#endif

@@ -1,0 +1,318 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A trajectory as a report and as one JSON object. */
+#include "model/tables/output_table.h"
+#include "output/print.h"
+#include "studies/simulate/trajectory.h"
+#include <math.h>
+#include <string.h>
+
+/* Notes of the way in the text. */
+enum { MOST_SHOWN = 12 };
+
+static int last_row(const kempe_trajectory *t)
+{
+    return t->table.rows - 1;
+}
+
+static const double *at_end(const kempe_trajectory *t, kmp_quantity quantity)
+{
+    return t->table.rows > 0 ? kmp_samples_get(&t->table, quantity, last_row(t)) : NULL;
+}
+
+static double end_time(const kempe_trajectory *t)
+{
+    return t->table.rows > 0 ? kmp_samples_time(&t->table, last_row(t)) : NAN;
+}
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static bool ignores_change_points(const kempe_trajectory *t)
+{
+    return strcmp(t->change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0;
+}
+
+static void show_head(kmp_text *text, const kempe_trajectory *t)
+{
+    kmp_text_printf(text, "%s: formulation %s", t->system->model->name, t->formulation);
+    if (t->form)
+        kmp_text_printf(text, ", form %s", t->form);
+    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->rtol, t->atol,
+                    t->report.by_bodies ? ", by articulated bodies" : "",
+                    ignores_change_points(t) ? ", change points ignored" : "");
+    kmp_text_printf(text, "%s", kmp_status_word(t->status));
+    if (t->status != KEMPE_OK)
+        kmp_text_printf(text, " at t = %.9g s: %s", t->report.t, t->reason);
+    kmp_text_printf(text, "\n\n");
+}
+
+static void show_state(kmp_text *text, const kempe_trajectory *t)
+{
+    const double *q = at_end(t, KMP_QUANTITY_Q), *qd = at_end(t, KMP_QUANTITY_QD), *qdd = at_end(t, KMP_QUANTITY_QDD);
+    int width = kmp_print_width(t->system, KMP_QUANTITY_Q);
+    if (!q)
+        return;
+    kmp_text_printf(text, "at t = %.9g s\n", end_time(t));
+    kmp_text_printf(text, "  %-*s  unit  %22s  %22s  %22s\n", width, "", "q", "qd", "qdd");
+    for (int k = 0; k < t->system->n; k++)
+        kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g\n", width, t->system->model->motions[k].name,
+                        kmp_print_unit(t->system, k), q[k], qd[k], qdd[k]);
+    kmp_text_put(text, "\n");
+}
+
+static void show_multipliers(kmp_text *text, const kempe_trajectory *t)
+{
+    const double *lambda = at_end(t, KMP_QUANTITY_LAMBDA);
+    int width = kmp_print_width(t->system, KMP_QUANTITY_LAMBDA);
+    if (!lambda || t->system->m == 0)
+        return;
+    kmp_text_printf(text, "  %-*s  %28s\n", width, "", "lambda");
+    for (int r = 0; r < t->system->m; r++)
+        kmp_text_printf(text, "  %-*s  %28.15g\n", width, t->system->row_names[r], lambda[r]);
+    kmp_text_put(text, "\n");
+}
+
+static void show_outputs(kmp_text *text, const kempe_trajectory *t)
+{
+    const kempe_model *model = t->system->model;
+    const double *x = t->shown;
+    bool any = false;
+    for (int o = 0; t->table.rows > 0 && o < model->output_count; o++) {
+        int width = kmp_output_width(model, &model->outputs[o]);
+        if (width == 0)
+            continue;
+        kmp_text_put(text, "  ");
+        kmp_output_print(text, model, &model->outputs[o]);
+        for (int k = 0; k < width; k++)
+            kmp_text_printf(text, "  %.12g", x[k]);
+        kmp_text_put(text, "\n");
+        x += width;
+        any = true;
+    }
+    kmp_text_put(text, any ? "\n" : "");
+}
+
+static void show_error(kmp_text *text, const kempe_trajectory *t)
+{
+    if (!t->source)
+        return;
+    kmp_text_put(text, "error     ");
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        if (isfinite(t->verdict.error[k]))
+            kmp_text_printf(text, "%s %.2e  ", kmp_quantity_prefix((kmp_quantity)k), t->verdict.error[k]);
+    kmp_text_printf(text, "against %s\n", t->source);
+}
+
+static void show_unused(kmp_text *text, const kempe_model *model)
+{
+    kmp_text names = {0};
+    kmp_print_unused(&names, model);
+    if (names.length > 0)
+        kmp_text_printf(text, "unused    nothing of the model depends on these parameters: %s\n", names.s);
+    text->failed = text->failed || names.failed;
+    kmp_text_free(&names);
+}
+
+static const char *again_name(const kempe_trajectory *t)
+{
+    return t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
+}
+
+static void show_verdict(kmp_text *text, const kempe_trajectory *t)
+{
+    const kmp_run_report *r = &t->report;
+    kmp_text_put(text, "closure   |h| ");
+    kmp_print_cell(text, 0, 2, t->verdict.h_max);
+    kmp_text_put(text, "  |hdot| ");
+    kmp_print_cell(text, 0, 2, t->verdict.hdot_max);
+    kmp_text_printf(text, "  (scaled by the characteristic length, %.6g m)\n", t->system->length);
+    kmp_print_rounding(text, t->system, "rounding  ", "          ");
+    if (t->verdict.misfit_row >= 0)
+        kmp_text_printf(text, "rounding  rows dropped as redundant stay open by at most %.2e m ('%s' at t = %.6g)\n",
+                        t->verdict.misfit * t->system->length, t->system->row_names[t->verdict.misfit_row],
+                        t->verdict.misfit_t);
+    kmp_text_put(text, "energy    drift ");
+    kmp_print_cell(text, 0, 2, t->verdict.drift_rel);
+    kmp_text_put(text, " of its size\n");
+    show_error(text, t);
+    show_unused(text, t->system->model);
+    kmp_convergence_show(text, &t->again, "q", again_name(t));
+    kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, Newton %ld,\n",
+                    r->steps, r->rejected, r->refused, r->rhs, r->newton);
+    kmp_text_printf(text, "          factorizations %ld, exchanges %ld, ", r->factorizations, r->exchanges);
+    if (t->system->chart_count > 0)
+        kmp_text_printf(text, "centrings %ld, ", r->centrings);
+    kmp_text_printf(text, "events %ld; %d rows\n", r->events, t->table.rows);
+    kmp_text_printf(text, "cpu       %.4g ms integrating", 1e3 * r->cpu_s);
+    if (r->wall_s > 0)
+        kmp_text_printf(text, " by all threads, %.4g ms on the wall", 1e3 * r->wall_s);
+    kmp_text_printf(text, ", %.4g ms preparing\n", 1e3 * (r->build_s + t->system->build_s));
+}
+
+static void show_notes(kmp_text *text, const kempe_trajectory *t)
+{
+    const kmp_journal *journal = &t->journal;
+    int shown = journal->kept < MOST_SHOWN ? journal->kept : MOST_SHOWN;
+    for (int k = 0; k < shown; k++)
+        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "on the way", journal->notes[k].t,
+                        journal->notes[k].text);
+    if (journal->count > shown)
+        kmp_text_printf(text, "           and %ld more (--json)\n", journal->count - shown);
+}
+
+static void show(kmp_text *text, const kempe_trajectory *t)
+{
+    show_head(text, t);
+    show_state(text, t);
+    show_multipliers(text, t);
+    show_outputs(text, t);
+    show_verdict(text, t);
+    show_notes(text, t);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+/* As the run went, not as it was asked for. */
+static const char *dynamics_of(const kempe_trajectory *t)
+{
+    kmp_dynamics asked = t->system->dynamics;
+    kmp_dynamics by_mass = asked == KMP_DYNAMICS_NER || asked == KMP_DYNAMICS_PLAIN ? asked : KMP_DYNAMICS_COMPOSITE;
+    return kmp_dynamics_word(t->report.by_bodies ? KMP_DYNAMICS_ARTICULATED : by_mass);
+}
+
+static void json_settings(kmp_json *json, const kempe_trajectory *t)
+{
+    kmp_json_string(json, "formulation", t->formulation);
+    kmp_json_string(json, "form", t->form);
+    kmp_json_string(json, "integrator", t->integrator);
+    kmp_json_string(json, "algorithm", dynamics_of(t));
+    kmp_json_string(json, "change_points", t->change_points);
+    kmp_json_number(json, "rtol", t->rtol);
+    kmp_json_number(json, "atol", t->atol);
+    kmp_json_number(json, "length", t->system->length);
+    kmp_json_number(json, "rate_scale", t->report.rate_scale);
+    kmp_json_string(json, "tolerances",
+                    "absolute tolerance of an angle: atol; of a translation: atol * length; of their rates: that times "
+                    "rate_scale");
+}
+
+/* The kept rows of each closure. */
+static void json_multipliers(kmp_json *json, const kempe_trajectory *t)
+{
+    const kempe_system *s = t->system;
+    const double *lambda = at_end(t, KMP_QUANTITY_LAMBDA);
+    kmp_json_object(json, "lambda");
+    for (int c = 0; c < s->model->closure_count; c++) {
+        kmp_json_array(json, s->model->closures[c].name);
+        for (int r = 0; r < s->m; r++)
+            if (s->rows[r].closure == c)
+                kmp_json_number(json, NULL, lambda ? lambda[r] : NAN);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+    kmp_json_object(json, "reaction");
+    for (int c = 0; c < s->model->closure_count; c++)
+        kmp_json_numbers(json, s->model->closures[c].name, 3, t->reaction + 3 * c);
+    kmp_json_end(json);
+}
+
+/* True when an earlier output shows the same: a key must not stand twice. */
+static bool shown_before(const kempe_model *model, int output)
+{
+    for (int k = 0; k < output; k++)
+        if (model->outputs[k].kind == model->outputs[output].kind &&
+            model->outputs[k].index == model->outputs[output].index)
+            return true;
+    return false;
+}
+
+static void json_output(kmp_json *json, const char *key, int width, const double *x)
+{
+    if (width == 1)
+        kmp_json_number(json, key, x[0]);
+    else
+        kmp_json_numbers(json, key, width, x);
+}
+
+/* Positions by their points, all outputs by their own words. */
+static void json_outputs(kmp_json *json, const kempe_trajectory *t, bool positions)
+{
+    const kempe_model *model = t->system->model;
+    const double *x = t->shown;
+    kmp_json_object(json, positions ? "position" : "outputs");
+    for (int o = 0; o < model->output_count; o++) {
+        const kmp_output *output = &model->outputs[o];
+        int width = kmp_output_width(model, output);
+        kmp_text name = {0};
+        kmp_output_print(&name, model, output);
+        size_t head = positions ? strlen("position(") : 0;
+        if (positions && !name.failed)
+            name.s[name.length - 1] = '\0'; /* the closing parenthesis */
+        if (name.failed)
+            json->text->failed = true;
+        else if (width > 0 && !shown_before(model, o) && (!positions || output->kind == KMP_OUTPUT_POSITION))
+            json_output(json, name.s + head, width, x);
+        kmp_text_free(&name);
+        x += width;
+    }
+    kmp_json_end(json);
+}
+
+static void json_state(kmp_json *json, const kempe_trajectory *t)
+{
+    kmp_json_number(json, "t", end_time(t));
+    for (int k = KMP_QUANTITY_Q; k <= KMP_QUANTITY_QDD; k++)
+        kmp_print_entries(json, kmp_quantity_prefix((kmp_quantity)k), t->system, (kmp_quantity)k,
+                          at_end(t, (kmp_quantity)k));
+    json_multipliers(json, t);
+    json_outputs(json, t, true);
+    json_outputs(json, t, false);
+}
+
+static void json_notes(kmp_json *json, const kmp_journal *journal)
+{
+    kmp_json_whole(json, "note_count", journal->count);
+    kmp_json_array(json, "notes");
+    for (int k = 0; k < journal->kept; k++) {
+        const kmp_note *note = &journal->notes[k];
+        kmp_json_object(json, NULL);
+        kmp_json_number(json, "t", note->t);
+        kmp_json_string(json, "kind", note->kind);
+        kmp_json_string(json, "text", note->text);
+        kmp_json_number(json, "before", note->before);
+        kmp_json_number(json, "after", note->after);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void json(kmp_text *text, const kempe_trajectory *t)
+{
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, t->system, t->status, t->reason, t->system->build_s + t->report.build_s, t->warnings);
+    json_settings(&j, t);
+    json_state(&j, t);
+    kmp_print_verdict(&j, &t->verdict);
+    kmp_json_string(&j, "reference", t->source);
+    kmp_print_errors(&j, &t->verdict);
+    kmp_convergence_json(&j, &t->again, again_name(t));
+    kmp_print_work(&j, &t->report);
+    kmp_print_unused_json(&j, t->system->model);
+    json_notes(&j, &t->journal);
+    kmp_json_number(&j, "cpu_s", t->report.cpu_s);
+    if (t->report.wall_s > 0)
+        kmp_json_number(&j, "wall_s", t->report.wall_s);
+    kmp_json_end(&j);
+}
+
+kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, trajectory, "trajectory");
+    KMP_WANTED(trajectory->system->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(trajectory->system->context);
+    if (format == KEMPE_JSON)
+        json(&out, trajectory);
+    else
+        show(&out, trajectory);
+    return kmp_print_finish(trajectory->system->context, &out, text);
+}

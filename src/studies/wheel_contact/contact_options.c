@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What of a table of contacts is asked for by words. */
+#include "model/tables/coordinates.h"
+#include "studies/wheel_contact/contact_sweep.h"
+#include <string.h>
+
+enum { USUAL_VALUES = 21, MOST_VALUES = 100000 };
+
+static kempe_context *context_of(const kempe_contact_table *t)
+{
+    return t->given->context;
+}
+
+int kmp_contact_hold_of(const kempe_contact_table *t, int coordinate)
+{
+    for (int k = 0; k < t->hold_count; k++)
+        if (t->hold[k].coordinate == coordinate)
+            return k;
+    return -1;
+}
+
+/* -- what leads ---------------------------------------------------------------------------------------- */
+
+static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *range, kmp_contact_lead *lead)
+{
+    const kempe_model *model = t->given->model;
+    int c = -1;
+    kempe_status status = kmp_coordinate_find(model, "over", range->name, strlen(range->name), &c);
+    if (status == KEMPE_OK)
+        status = kmp_range_fits_motion(context_of(t), "over", range, model->motions[c].rotation, 0);
+    if (status == KEMPE_OK && kmp_contact_hold_of(t, c) >= 0)
+        status = kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "over: '%s' stands twice", range->name);
+    *lead = (kmp_contact_lead){-1, t->hold_count};
+    t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = KMP_RATE_HELD};
+    return status;
+}
+
+static kempe_status read_over(kempe_contact_table *t)
+{
+    kempe_status status = KEMPE_OK;
+    t->lead = KMP_ARENA_NEW(&t->arena, kmp_contact_lead, t->over.count);
+    if (!t->lead)
+        return kmp_fail_memory(context_of(t));
+    for (int k = 0; status == KEMPE_OK && k < t->over.count; k++) {
+        if (kmp_parameter_find(t->given->model, t->over.range[k].name) >= 0)
+            t->lead[k] = (kmp_contact_lead){t->parameter_count++, -1};
+        else
+            status = add_coordinate(t, &t->over.range[k], &t->lead[k]);
+    }
+    return status;
+}
+
+static kempe_status count_values(kempe_contact_table *t, int points)
+{
+    int count = points;
+    bool varies = false;
+    for (int k = 0; k < t->over.count; k++) {
+        const kmp_range *range = &t->over.range[k];
+        count = count == 0 && range->count > 1 ? range->count : count;
+        varies = varies || range->from != range->to;
+    }
+    t->asked = count != 0 ? count : varies ? USUAL_VALUES : 1;
+    if (t->asked < 1 || t->asked > MOST_VALUES || (t->asked == 1 && varies))
+        return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "over: %d values are not possible: 2 to %d", t->asked,
+                        MOST_VALUES);
+    return KEMPE_OK;
+}
+
+/* -- the rest ------------------------------------------------------------------------------------------ */
+
+static kempe_status read_hold(kempe_contact_table *t, const char *words)
+{
+    const kempe_model *model = t->given->model;
+    int *list = KMP_ARENA_NEW(&t->arena, int, t->given->n), count = 0;
+    kempe_status status =
+        list ? kmp_coordinates_read(model, "hold", words, list, &count) : kmp_fail_memory(context_of(t));
+    for (int k = 0; status == KEMPE_OK && k < count; k++) {
+        if (kmp_contact_hold_of(t, list[k]) >= 0)
+            status =
+                kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "hold: '%s' is led by over", model->motions[list[k]].name);
+        else
+            t->hold[t->hold_count++] = (kmp_steady){.coordinate = list[k], .how = KMP_RATE_HELD};
+    }
+    return status;
+}
+
+static kempe_status read_law(kempe_contact_table *t, const char *word)
+{
+    kmp_text all = {0};
+    const char *name;
+    for (int law = KEMPE_CREEP_NONE; word && (name = kempe_contact_law_name((kempe_creep_law)law)) != NULL; law++) {
+        if (strcmp(name, word) == 0) {
+            t->has_law = true;
+            t->law = (kempe_creep_law)law;
+        }
+        kmp_text_printf(&all, "%s%s", all.s ? ", " : "", name);
+    }
+    kempe_status status = !word || t->has_law ? KEMPE_OK
+                                              : kmp_fail(context_of(t), KEMPE_E_ARGUMENT,
+                                                         "law: there is no law '%s': %s", word, all.s ? all.s : "");
+    kmp_text_free(&all);
+    return status;
+}
+
+kempe_status kmp_contact_ask(kempe_contact_table *t, const kempe_contact_options *ask)
+{
+    kempe_context *context = context_of(t);
+    if (t->given->model->wheel_count == 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "the model has no wheels: its section 'wheels' puts some on rails (docs/model_format.md)");
+    if (!ask->sweep || !*ask->sweep)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "over what? a coordinate or a parameter with its range, as in 'y=0:10 mm:21'");
+    t->hold = KMP_ARENA_NEW(&t->arena, kmp_steady, t->given->n);
+    if (!t->hold)
+        return kmp_fail_memory(context);
+    kempe_status status = kmp_ranges_read(context, ask->sweep, &t->over);
+    if (status == KEMPE_OK && t->over.count > t->given->n + t->given->model->parameter_count)
+        status = kmp_fail(context, KEMPE_E_ARGUMENT, "over: more ranges than there are coordinates and parameters");
+    if (status == KEMPE_OK)
+        status = read_over(t);
+    if (status == KEMPE_OK)
+        status = count_values(t, ask->points);
+    if (status == KEMPE_OK)
+        status = read_hold(t, ask->hold);
+    return status == KEMPE_OK ? read_law(t, ask->law) : status;
+}

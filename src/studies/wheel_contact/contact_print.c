@@ -1,0 +1,240 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A table of contacts as text, JSON and CSV. */
+#include "base/file.h"
+#include "output/print.h"
+#include "studies/wheel_contact/contact_sweep.h"
+#include <math.h>
+#include <string.h>
+
+static const char *unit_of(const kempe_contact_table *t)
+{
+    return t->lead[0].hold < 0 ? "" : kmp_print_unit(t->system, t->hold[t->lead[0].hold].coordinate);
+}
+
+static const char *wheel_name(const kempe_contact_table *t, int wheel)
+{
+    return t->system->model->wheels[wheel].name;
+}
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static void say_leads(kmp_text *text, const kempe_contact_table *t)
+{
+    for (int k = 0; k < t->over.count; k++) {
+        const kmp_range *r = &t->over.range[k];
+        const char *unit = t->lead[k].hold < 0 ? "" : kmp_print_unit(t->system, t->hold[t->lead[k].hold].coordinate);
+        if (r->from != r->to)
+            kmp_text_printf(text, "  %s goes from %.9g to %.9g %s\n", r->name, r->from, r->to, unit);
+        else
+            kmp_text_printf(text, "  %s is %.9g %s\n", r->name, r->from, unit);
+    }
+}
+
+/* What else is held, and what goes on. */
+static void say_holds(kmp_text *text, const kempe_contact_table *t)
+{
+    const kempe_model *model = t->system->model;
+    for (int k = 0; k < t->hold_count; k++) {
+        int c = t->hold[k].coordinate;
+        const char *unit = kmp_print_unit(t->system, c);
+        const double *qd = kempe_contact_table_qd(t, 0);
+        if (t->hold[k].how == KMP_RATE_FREED)
+            kmp_text_printf(text, "  %s goes on so that nothing drives it, at %.6g %s/s first\n",
+                            model->motions[c].name, qd ? qd[c] : NAN, unit);
+        else if (t->hold[k].rate != 0)
+            kmp_text_printf(text, "  %s goes on at %.6g %s/s, whatever that takes\n", model->motions[c].name,
+                            t->hold[k].rate, unit);
+    }
+}
+
+static void put(kmp_text *text, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "  %10.5g", x);
+    else
+        kmp_text_printf(text, "  %10s", "-");
+}
+
+static void show_patch(kmp_text *text, const kempe_contact_table *t, const kempe_contact_patch *p)
+{
+    const double shown[] = {p->s * 1e3, p->y * 1e3, p->angle,    p->radius * 1e3, p->normal, p->slip[0],
+                            p->slip[1], p->spin,    p->force[0], p->force[1],     p->moment};
+    for (size_t k = 0; k < sizeof shown / sizeof *shown; k++)
+        put(text, shown[k]);
+    for (int k = 0; t->has_law && k < 2; k++)
+        put(text, p->by_law[k]);
+    kmp_text_put(text, p->one_ellipse ? "\n" : "  no ellipse\n");
+}
+
+static void show_rows(kmp_text *text, const kempe_contact_table *t)
+{
+    static const char *const heads[] = {"wheel, mm", "rail, mm",  "angle, rad", "radius, mm", "N",      "along",
+                                        "across",    "spin, 1/m", "Fx, N",      "Fy, N",      "Mz, N m"};
+    int width = 5;
+    for (int w = 0; w < t->wheel_count; w++)
+        width = (int)fmax(width, (double)strlen(wheel_name(t, w)));
+    kmp_text_printf(text, "\n%12s  %-*s %4s", t->over.range[0].name, width, "wheel", "zone");
+    for (size_t k = 0; k < sizeof heads / sizeof *heads; k++)
+        kmp_text_printf(text, "  %10s", heads[k]);
+    if (t->has_law)
+        kmp_text_printf(text, "  by %s: Fx, Fy", kempe_contact_law_name(t->law));
+    kmp_text_put(text, "\n");
+    for (int row = 0; row < t->count; row++)
+        for (int w = 0; w < t->wheel_count; w++) {
+            int touching = 0;
+            for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++) {
+                const kempe_contact_patch *p = kempe_contact_table_patch(t, row, w, z);
+                if (!p->touches)
+                    continue;
+                kmp_text_printf(text, "%12.6g  %-*s %4d", t->value[row], width, wheel_name(t, w), z + 1);
+                show_patch(text, t, p);
+                touching++;
+            }
+            if (touching == 0)
+                kmp_text_printf(text, "%12.6g  %-*s    -  touches nowhere\n", t->value[row], width, wheel_name(t, w));
+        }
+}
+
+static bool has_other_patches(const kempe_contact_table *t)
+{
+    for (int row = 0; row < t->count; row++)
+        for (int w = 0; w < t->wheel_count; w++)
+            for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++)
+                if (kempe_contact_table_patch(t, row, w, z)->one_ellipse == 0)
+                    return true;
+    return false;
+}
+
+static void show_all(kmp_text *text, const kempe_contact_table *t)
+{
+    kmp_text_printf(text, "%s: %s, %d of %d values\n", t->system->model->name, kmp_status_word(t->status), t->count,
+                    t->asked);
+    say_leads(text, t);
+    say_holds(text, t);
+    if (t->reason)
+        kmp_text_printf(text, "  %s\n", t->reason);
+    kmp_text_printf(text, "  the rest is in balance to %.1e, %d iterations\n", t->residual, t->iterations);
+    show_rows(text, t);
+    kmp_text_printf(
+        text,
+        "\nwheel, rail: lateral places, outwards, from the nominal radius and the track's middle; along, across:\n"
+        "creepages of the wheel, forwards and to the left; forces and moment on the wheel\n");
+    if (has_other_patches(t))
+        kmp_text_put(
+            text, "no ellipse: the patch is not the one ellipse that a, b and the creep forces are of; pressures may "
+                  "be several\ntimes 3 N / (2 pi a b) (docs/contact.md)\n");
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void put_patch(kmp_json *json, const kempe_contact_table *t, const kempe_contact_patch *p)
+{
+    kmp_json_object(json, NULL);
+    kmp_json_boolean(json, "touches", p->touches);
+    kmp_json_number(json, "s", p->s);
+    kmp_json_number(json, "y", p->y);
+    kmp_json_number(json, "angle", p->angle);
+    kmp_json_number(json, "radius", p->radius);
+    kmp_json_number(json, "normal", p->normal);
+    kmp_json_numbers(json, "slip", 2, p->slip);
+    kmp_json_number(json, "spin", p->spin);
+    kmp_json_numbers(json, "force", 2, p->force);
+    kmp_json_number(json, "moment", p->moment);
+    kmp_json_number(json, "a", p->a);
+    kmp_json_number(json, "b", p->b);
+    if (p->one_ellipse < 0)
+        kmp_json_string(json, "one_ellipse", NULL);
+    else
+        kmp_json_boolean(json, "one_ellipse", p->one_ellipse);
+    if (t->has_law)
+        kmp_json_numbers(json, "by_law", 2, p->by_law);
+    kmp_json_end(json);
+}
+
+static void put_row(kmp_json *json, const kempe_contact_table *t, int row)
+{
+    kmp_json_object(json, NULL);
+    kmp_json_number(json, "value", t->value[row]);
+    kmp_print_entries(json, "q", t->system, KMP_QUANTITY_Q, kempe_contact_table_q(t, row));
+    kmp_print_entries(json, "qd", t->system, KMP_QUANTITY_QD, kempe_contact_table_qd(t, row));
+    kmp_json_object(json, "wheels");
+    for (int w = 0; w < t->wheel_count; w++) {
+        kmp_json_array(json, wheel_name(t, w));
+        for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++)
+            put_patch(json, t, kempe_contact_table_patch(t, row, w, z));
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+    kmp_json_end(json);
+}
+
+static void show_json(kmp_text *text, const kempe_contact_table *t)
+{
+    kmp_json json = kmp_json_begin(text);
+    kmp_print_head(&json, t->system, t->status, t->reason, t->system->build_s, t->warnings);
+    kmp_json_string(&json, "over", t->over.range[0].name);
+    kmp_json_string(&json, "unit", unit_of(t));
+    kmp_json_string(&json, "law", t->has_law ? kempe_contact_law_name(t->law) : NULL);
+    kmp_json_number(&json, "residual", t->residual);
+    kmp_json_whole(&json, "iterations", t->iterations);
+    kmp_json_number(&json, "cpu_s", t->cpu_s);
+    kmp_json_array(&json, "rows");
+    for (int row = 0; row < t->count; row++)
+        put_row(&json, t, row);
+    kmp_json_end(&json);
+    kmp_json_end(&json);
+}
+
+kempe_status kempe_contact_table_print(const kempe_contact_table *t, kempe_format format, char **out)
+{
+    KMP_WANTED(NULL, t, "table");
+    KMP_WANTED(t->given->context, out, "text");
+    kmp_text text = {0};
+    if (format == KEMPE_JSON)
+        show_json(&text, t);
+    else
+        show_all(&text, t);
+    return kmp_print_finish(t->given->context, &text, out);
+}
+
+/* -- CSV --------------------------------------------------------------------------------------------- */
+
+static void put_cells(kmp_text *text, int count, const double *x)
+{
+    for (int k = 0; k < count; k++) {
+        kmp_text_put(text, ",");
+        if (isfinite(x[k]))
+            kmp_text_number(text, x[k]);
+    }
+}
+
+static void put_line(kmp_text *text, const kempe_contact_table *t, int row, int wheel, int zone)
+{
+    const kempe_contact_patch *p = kempe_contact_table_patch(t, row, wheel, zone);
+    const double cells[] = {p->s,       p->y,       p->angle, p->radius,    p->normal,
+                            p->slip[0], p->slip[1], p->spin,  p->force[0],  p->force[1],
+                            p->moment,  p->a,       p->b,     p->by_law[0], p->by_law[1]};
+    kmp_text_number(text, t->value[row]);
+    kmp_text_printf(text, ",%s,%d,%d", wheel_name(t, wheel), zone + 1, p->touches);
+    put_cells(text, (int)(sizeof cells / sizeof *cells) - (t->has_law ? 0 : 2), cells);
+    kmp_text_put(text, p->one_ellipse < 0 ? "," : p->one_ellipse ? ",1" : ",0");
+    kmp_text_put(text, "\n");
+}
+
+kempe_status kempe_contact_table_write_csv(const kempe_contact_table *t, const char *path)
+{
+    KMP_WANTED(NULL, t, "table");
+    KMP_WANTED(t->given->context, path, "path");
+    kmp_text text = {0};
+    kmp_context_clear(t->given->context);
+    kmp_text_printf(&text,
+                    "# %s: units m, rad, N, 1/m, N m; %s in %s\n%s,wheel,zone,touches,s,y,angle,radius,normal,slip.x,"
+                    "slip.y,spin,force.x,force.y,moment,a,b%s\n",
+                    t->system->model->name, t->over.range[0].name, *unit_of(t) ? unit_of(t) : "SI",
+                    t->over.range[0].name, t->has_law ? ",by_law.x,by_law.y,one_ellipse" : ",one_ellipse");
+    for (int row = 0; row < t->count; row++)
+        for (int w = 0; w < t->wheel_count; w++)
+            for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++)
+                put_line(&text, t, row, w, z);
+    return kmp_file_write(t->given->context, path, &text);
+}

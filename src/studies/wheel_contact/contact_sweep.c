@@ -1,0 +1,393 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* From value to value, each state from the last one; where that is too far, by parts of the way. */
+#include "studies/wheel_contact/contact_sweep.h"
+#include "backend/x86/machine.h"
+#include "base/clock.h"
+#include "base/memory.h"
+#include "base/share.h"
+#include "constraints/closing/charts.h"
+#include "constraints/rounding/mend.h"
+#include "model/tables/coordinates.h"
+#include "model/tables/output_table.h"
+#include <math.h>
+#include <string.h>
+
+#define LEAST_PART (1.0 / 64) /* of the way from value to value */
+
+typedef struct job {
+    kempe_contact_table *t;
+    kmp_arena arena;
+    kmp_linear linear;
+    kmp_operating *start;
+    double *q, *before;                    /* n: the last state, in the charts of the plant */
+    double *here, *there, *from, *between; /* values of what leads */
+    double *parameters;
+    int shown; /* where the outputs of wheels begin among all that are shown */
+} job;
+
+static kempe_context *context_of(const job *j)
+{
+    return j->t->given->context;
+}
+
+/* -- the system ---------------------------------------------------------------------------------------- */
+
+/* The model's outputs stay away: those of its wheels are all that is shown. */
+static kempe_status add_outputs(kempe_model *copy)
+{
+    kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, copy->wheel_count);
+    if (!outputs)
+        return kmp_fail_memory(copy->context);
+    for (int k = 0; k < copy->wheel_count; k++)
+        outputs[k] = (kmp_output){KMP_OUTPUT_CONTACT, k};
+    copy->outputs = outputs;
+    copy->output_count = copy->wheel_count;
+    return KEMPE_OK;
+}
+
+static kempe_status make_system(kempe_contact_table *t)
+{
+    const char **names = KMP_ARENA_NEW(&t->arena, const char *, t->over.count);
+    if (!names)
+        return kmp_fail_memory(t->given->context);
+    for (int k = 0; k < t->over.count; k++)
+        if (t->lead[k].parameter >= 0)
+            names[t->lead[k].parameter] = t->over.range[k].name;
+    kempe_status status = kmp_variant_new(t->given->model, t->parameter_count, names, &t->variant);
+    if (status == KEMPE_OK)
+        status = add_outputs(kmp_variant_model(t->variant));
+    if (status == KEMPE_OK)
+        status = kmp_system_of_variant(t->variant, &t->system);
+    return status;
+}
+
+static kempe_status make_table(kempe_contact_table *t)
+{
+    const kempe_model *model = t->system->model;
+    size_t rows = (size_t)t->asked, n = (size_t)t->system->n;
+    t->wheel_count = model->wheel_count;
+    t->first = KMP_ARENA_NEW(&t->arena, int, t->wheel_count + 1);
+    if (!t->first)
+        return kmp_fail_memory(t->given->context);
+    for (int k = 0; k < t->wheel_count; k++)
+        t->first[k + 1] = t->first[k] + kmp_wheel_contacts(&model->wheels[k]);
+    t->patch = KMP_ARENA_NEW(&t->arena, kempe_contact_patch, rows * (size_t)t->first[t->wheel_count]);
+    t->value = KMP_ARENA_NEW(&t->arena, double, rows);
+    t->q = KMP_ARENA_NEW(&t->arena, double, rows *n);
+    t->qd = KMP_ARENA_NEW(&t->arena, double, rows *n);
+    return t->arena.failed ? kmp_fail_memory(t->given->context) : KEMPE_OK;
+}
+
+/* -- the start ----------------------------------------------------------------------------------------- */
+
+static kempe_status set_parameters(job *j, const double *point)
+{
+    kempe_contact_table *t = j->t;
+    if (t->parameter_count == 0)
+        return KEMPE_OK;
+    for (int k = 0; k < t->over.count; k++)
+        if (t->lead[k].parameter >= 0)
+            j->parameters[t->lead[k].parameter] = point[k];
+    return kmp_linear_vary(&j->linear, t->system, t->variant, j->parameters);
+}
+
+/* What moves and is not decided by closures moves on; of what turns the rate is found. */
+static kempe_status hold_what_moves(job *j)
+{
+    kempe_contact_table *t = j->t;
+    kempe_status status = kmp_linear_choose(&j->linear, 0, j->q, NULL, 0);
+    for (int k = 0; status == KEMPE_OK && k < j->linear.p; k++) {
+        int c = j->linear.part.u[k];
+        bool turns = t->system->model->motions[c].rotation;
+        if (j->start->inner_qd[c] != 0 && kmp_contact_hold_of(t, c) < 0)
+            t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = turns ? KMP_RATE_FREED : KMP_RATE_HELD};
+    }
+    for (int k = 0; k < t->hold_count; k++)
+        t->hold[k].rate = j->start->inner_qd[t->hold[k].coordinate];
+    return status;
+}
+
+static kempe_status read_freed(job *j, const char *words)
+{
+    kempe_contact_table *t = j->t;
+    const kempe_model *model = t->system->model;
+    int *list = KMP_ARENA_NEW(&j->arena, int, t->system->n), count = 0;
+    if (!list)
+        return kmp_fail_memory(context_of(j));
+    kempe_status status =
+        strcmp(words, "-") == 0 ? KEMPE_OK : kmp_coordinates_read(model, "freed", words, list, &count);
+    for (int k = 0; status == KEMPE_OK && k < t->hold_count; k++)
+        t->hold[k].how = KMP_RATE_HELD;
+    for (int k = 0; status == KEMPE_OK && k < count; k++) {
+        int hold = kmp_contact_hold_of(t, list[k]);
+        if (hold < 0 || t->hold[hold].rate == 0)
+            status = kmp_fail(context_of(j), KEMPE_E_ARGUMENT,
+                              "freed: '%s' does not move at the start, or the closures move it: give it a rate there "
+                              "(start: qd)",
+                              model->motions[list[k]].name);
+        else
+            t->hold[hold].how = KMP_RATE_FREED;
+    }
+    return status;
+}
+
+static bool make_room(job *j)
+{
+    ptrdiff_t n = j->t->system->n, leads = j->t->over.count;
+    const kmp_arena_group groups[] = {{leads, {&j->here, &j->there, &j->from, &j->between, &j->parameters}},
+                                      {n, {&j->q, &j->before}}};
+    return kmp_arena_make_groups(&j->arena, sizeof groups / sizeof *groups, groups);
+}
+
+static kempe_status begin(job *j, const kempe_contact_options *ask)
+{
+    kempe_contact_table *t = j->t;
+    if (!make_room(j))
+        return kmp_fail_memory(context_of(j));
+    for (int k = 0; k < t->over.count; k++)
+        j->here[k] = t->over.range[k].from;
+    kempe_status status = set_parameters(j, j->here);
+    if (status == KEMPE_OK)
+        status = kmp_operating_new(t->system, "start", NULL, &j->start);
+    if (status == KEMPE_OK)
+        status = kmp_linear_init(&j->linear, t->system, ask->backend ? ask->backend : kmp_backend_default());
+    if (status != KEMPE_OK)
+        return status;
+    if (j->start->chart)
+        kmp_plant_set_charts(j->linear.plant, j->start->chart);
+    memcpy(j->q, j->start->inner_q, (size_t)t->system->n * sizeof *j->q);
+    status = hold_what_moves(j);
+    for (int k = 0; k < t->over.count; k++)
+        if (t->lead[k].hold >= 0)
+            j->here[k] = j->q[t->hold[t->lead[k].hold].coordinate];
+    return status == KEMPE_OK && ask->solve_for ? read_freed(j, ask->solve_for) : status;
+}
+
+/* -- from value to value --------------------------------------------------------------------------------- */
+
+static kempe_status try_point(job *j, const double *point)
+{
+    kempe_contact_table *t = j->t;
+    size_t size = (size_t)t->system->n * sizeof(double);
+    kmp_search search = {.rates = t->hold, .rate_count = t->hold_count, .balanced = true, .quiet = true};
+    kempe_status status = set_parameters(j, point);
+    memcpy(j->before, j->q, size);
+    for (int k = 0; k < t->over.count; k++)
+        if (t->lead[k].hold >= 0)
+            j->q[t->hold[t->lead[k].hold].coordinate] = point[k];
+    if (status == KEMPE_OK)
+        status = kmp_equilibrium_find(&j->linear, 0, j->q, &search);
+    t->iterations += search.iterations;
+    if (status == KEMPE_OK) {
+        t->residual = fmax(t->residual, search.residual);
+        memmove(j->here, point, (size_t)t->over.count * sizeof *point);
+    } else {
+        memcpy(j->q, j->before, size);
+    }
+    return status;
+}
+
+/* Straight on from where it is, by parts where that is too far. */
+static kempe_status go(job *j, const double *point)
+{
+    kmp_parts way = KMP_PARTS;
+    kempe_status status = KEMPE_OK;
+    size_t count = (size_t)j->t->over.count;
+    memcpy(j->from, j->here, count * sizeof *j->from);
+    double least = memcmp(j->from, point, count * sizeof *point) ? LEAST_PART : 1;
+    while (kmp_parts_next(&way, least)) {
+        for (size_t k = 0; k < count; k++)
+            j->between[k] = way.next < 1 ? j->from[k] + way.next * (point[k] - j->from[k]) : point[k];
+        kmp_context_clear(context_of(j));
+        status = try_point(j, j->between);
+        if (status != KEMPE_OK && status != KEMPE_E_FAILED)
+            return status;
+        kmp_parts_take(&way, status == KEMPE_OK);
+    }
+    return status;
+}
+
+/* A state at which a run would end, such as beside the rails, is none for a table. */
+static kempe_status check_ends(const job *j)
+{
+    const kempe_system *s = j->t->system;
+    const kmp_linear *l = &j->linear;
+    double *change = KMP_NEW(double, s->events.count);
+    kempe_status status = change ? KEMPE_OK : kmp_fail_memory(s->context);
+    if (status == KEMPE_OK && s->events.count > 0)
+        kmp_plant_all_changes(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda, change);
+    for (int k = 0; status == KEMPE_OK && k < s->events.count; k++)
+        if (s->events.condition[k].ends && change[k] < 0)
+            status = kmp_fail(s->context, KEMPE_E_FAILED, "%s%s%s", s->event_text[k],
+                              s->events.condition[k].advice ? ": " : "",
+                              s->events.condition[k].advice ? s->events.condition[k].advice : "");
+    kmp_free(change);
+    return status;
+}
+
+static kempe_status take_row(job *j)
+{
+    kempe_contact_table *t = j->t;
+    const kmp_linear *l = &j->linear;
+    KMP_TRY(check_ends(j));
+    size_t n = (size_t)t->system->n, row = (size_t)t->count++;
+    double *q = t->q + row * n, *qd = t->qd + row * n;
+    t->value[row] = j->here[0];
+    memcpy(q, l->q, n * sizeof *q);
+    memcpy(qd, l->qd, n * sizeof *qd);
+    if (t->system->chart_count > 0)
+        kmp_charts_show(t->system, l->plant->chart, l->q, q, qd);
+    const double *shown = kmp_plant_shown(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
+    kempe_contact_patch *patch = t->patch + row * (size_t)t->first[t->wheel_count];
+    for (int w = 0; w < t->wheel_count; w++)
+        for (int z = t->first[w]; z < t->first[w + 1]; z++)
+            kmp_contact_patch(t, w, shown + (ptrdiff_t)KMP_CONTACT_SHOWN * z, &patch[z]);
+    return KEMPE_OK;
+}
+
+/* What is kept of a table that did not come to its end. */
+static kempe_status give_reason(job *j, kempe_status status)
+{
+    kempe_contact_table *t = j->t;
+    kmp_text reason = {0};
+    if (t->count == 0 || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
+        return status;
+    kmp_text_printf(&reason, "'%s' came from %g to %g: %s", t->over.range[0].name, t->value[0], t->value[t->count - 1],
+                    status == KEMPE_STOPPED ? "interrupted" : kempe_context_message(context_of(j)));
+    t->reason = kmp_text_take(&reason);
+    return t->reason ? KEMPE_STOPPED : kmp_fail_memory(context_of(j));
+}
+
+static kempe_status run(job *j, const kempe_contact_options *ask)
+{
+    kempe_contact_table *t = j->t;
+    kempe_status status = begin(j, ask);
+    for (int row = 0; status == KEMPE_OK && row < t->asked; row++) {
+        for (int k = 0; k < t->over.count; k++)
+            j->there[k] = kmp_range_value(&t->over.range[k], row, t->asked);
+        status = go(j, j->there);
+        if (status == KEMPE_OK)
+            status = take_row(j);
+    }
+    return give_reason(j, status);
+}
+
+kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_options *ask,
+                                     kempe_contact_table **table)
+{
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_contact_options){0};
+    KMP_WANTED(system->context, table, "table");
+    double begun = kmp_cpu_now();
+    kempe_contact_table *t = KMP_NEW(kempe_contact_table, 1);
+    kmp_context_begin(system->context);
+    if (!t)
+        return kmp_fail_memory(system->context);
+    t->given = system;
+    job j = {.t = t};
+    kempe_status status = kmp_contact_ask(t, ask);
+    if (status == KEMPE_OK)
+        status = make_system(t);
+    if (status == KEMPE_OK)
+        status = make_table(t);
+    if (status == KEMPE_OK)
+        status = run(&j, ask);
+    kmp_arena_free(&j.arena);
+    kmp_operating_free(j.start);
+    kmp_linear_free(&j.linear);
+    t->status = status;
+    t->warnings = kmp_context_warnings(system->context);
+    t->cpu_s = kmp_cpu_now() - begun;
+    if (status >= 0)
+        *table = t;
+    else
+        kempe_contact_table_free(t);
+    return status;
+}
+
+void kempe_contact_table_free(kempe_contact_table *t)
+{
+    if (!t)
+        return;
+    kempe_system_free(t->system);
+    kmp_variant_free(t->variant);
+    kmp_ranges_free(&t->over);
+    kmp_arena_free(&t->arena);
+    kmp_free(t->reason);
+    kmp_free(t->warnings);
+    kmp_free(t);
+}
+
+/* -- queries ----------------------------------------------------------------------------------------- */
+
+const char *kempe_contact_table_status(const kempe_contact_table *t)
+{
+    KMP_GIVEN(t, "");
+    return t->status == KEMPE_OK ? "ok" : "stopped";
+}
+
+const char *kempe_contact_table_reason(const kempe_contact_table *t)
+{
+    KMP_GIVEN(t, "");
+    return t->reason ? t->reason : "";
+}
+
+int kempe_contact_table_count(const kempe_contact_table *t)
+{
+    KMP_GIVEN(t, 0);
+    return t->count;
+}
+
+static bool is_row(const kempe_contact_table *t, int k)
+{
+    return k >= 0 && k < t->count;
+}
+
+double kempe_contact_table_value(const kempe_contact_table *t, int k)
+{
+    KMP_GIVEN(t, NAN);
+    return is_row(t, k) ? t->value[k] : NAN;
+}
+
+const double *kempe_contact_table_q(const kempe_contact_table *t, int k)
+{
+    KMP_GIVEN(t, NULL);
+    return is_row(t, k) ? t->q + (ptrdiff_t)k * t->system->n : NULL;
+}
+
+const double *kempe_contact_table_qd(const kempe_contact_table *t, int k)
+{
+    KMP_GIVEN(t, NULL);
+    return is_row(t, k) ? t->qd + (ptrdiff_t)k * t->system->n : NULL;
+}
+
+int kempe_contact_table_wheel_count(const kempe_contact_table *t)
+{
+    KMP_GIVEN(t, 0);
+    return t->wheel_count;
+}
+
+static bool is_wheel(const kempe_contact_table *t, int wheel)
+{
+    return wheel >= 0 && wheel < t->wheel_count;
+}
+
+const char *kempe_contact_table_wheel(const kempe_contact_table *t, int wheel)
+{
+    KMP_GIVEN(t, NULL);
+    return is_wheel(t, wheel) ? t->system->model->wheels[wheel].name : NULL;
+}
+
+int kempe_contact_table_zone_count(const kempe_contact_table *t, int wheel)
+{
+    KMP_GIVEN(t, 0);
+    return is_wheel(t, wheel) ? t->first[wheel + 1] - t->first[wheel] : 0;
+}
+
+const kempe_contact_patch *kempe_contact_table_patch(const kempe_contact_table *t, int k, int wheel, int zone)
+{
+    KMP_GIVEN(t, NULL);
+    if (!is_row(t, k) || zone < 0 || zone >= kempe_contact_table_zone_count(t, wheel))
+        return NULL;
+    return t->patch + (ptrdiff_t)k * t->first[t->wheel_count] + t->first[wheel] + zone;
+}

@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Reference counts: a node costs while somebody uses it, and uses its operands as long. */
+#include "symbolic/program/cost.h"
+#include "base/memory.h"
+#include "symbolic/program/live.h"
+
+/* Room for the nodes that the graph has by now. */
+static bool reserve(kmp_cost *cost)
+{
+    uint32_t nodes = kmp_graph_count(cost->graph);
+    if (nodes <= cost->nodes)
+        return true;
+    uint32_t room = nodes + nodes / 2;
+    uint32_t *uses = kmp_realloc(cost->uses, room, sizeof *uses);
+    if (!uses) {
+        cost->failed = true;
+        return false;
+    }
+    for (uint32_t id = cost->nodes; id < room; id++)
+        uses[id] = 0;
+    cost->uses = uses;
+    cost->nodes = room;
+    return true;
+}
+
+bool kmp_cost_init(kmp_cost *cost, const kmp_graph *g, int sum_price)
+{
+    *cost = (kmp_cost){.graph = g, .sum_price = sum_price};
+    return reserve(cost);
+}
+
+void kmp_cost_free(kmp_cost *cost)
+{
+    kmp_free(cost->uses);
+    kmp_free(cost->stack);
+    *cost = (kmp_cost){0};
+}
+
+static long price(const kmp_graph *g, int sum_price, const kmp_node *n)
+{
+    switch ((kmp_op)n->op) {
+    case KMP_OP_ADD:
+    case KMP_OP_MUL:
+    case KMP_OP_DIV:
+        return 1;
+    case KMP_OP_SIN:
+    case KMP_OP_COS:
+        return kmp_graph_node(g, kmp_id(n->a))->op == KMP_OP_ADD ? sum_price : 0;
+    default:
+        return 0;
+    }
+}
+
+static void push(kmp_cost *cost, uint32_t *top, uint32_t id)
+{
+    if (*top == cost->capacity) {
+        uint32_t capacity = cost->capacity ? 2 * cost->capacity : 256;
+        uint32_t *stack = kmp_realloc(cost->stack, capacity, sizeof *stack);
+        if (!stack) {
+            cost->failed = true;
+            return;
+        }
+        cost->stack = stack;
+        cost->capacity = capacity;
+    }
+    cost->stack[(*top)++] = id;
+}
+
+/* Counts one use of r up or down, and those of its operands when it comes into use or goes out of it. */
+static void count_use(kmp_cost *cost, kmp_ref r, bool up)
+{
+    uint32_t top = 0;
+    if (!reserve(cost))
+        return;
+    push(cost, &top, kmp_id(r));
+    while (top) {
+        uint32_t id = cost->stack[--top];
+        bool turns = up ? cost->uses[id]++ == 0 : --cost->uses[id] == 0;
+        if (!turns)
+            continue;
+        const kmp_node *n = kmp_graph_node(cost->graph, id);
+        long own = price(cost->graph, cost->sum_price, n);
+        long paid = up ? own : -own;
+        cost->operations += paid;
+        cost->once += n->depends & ~(1u << KMP_IN_PARAMETER) ? 0 : paid;
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+            push(cost, &top, kmp_id(kmp_operand(n, k)));
+    }
+}
+
+void kmp_cost_add(kmp_cost *cost, int count, const kmp_ref *outputs)
+{
+    for (int k = 0; k < count && !cost->failed; k++)
+        count_use(cost, outputs[k], true);
+}
+
+void kmp_cost_remove(kmp_cost *cost, int count, const kmp_ref *outputs)
+{
+    for (int k = 0; k < count && !cost->failed; k++)
+        count_use(cost, outputs[k], false);
+}
+
+long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs)
+{
+    uint32_t nodes = kmp_graph_count(g);
+    uint8_t *live = KMP_NEW(uint8_t, nodes);
+    long operations = live ? 0 : -1;
+    if (live)
+        kmp_live_mark(g, count, outputs, live, 1);
+    for (uint32_t id = 0; live && id < nodes; id++)
+        if (live[id])
+            operations += price(g, sum_price, kmp_graph_node(g, id));
+    kmp_free(live);
+    return operations;
+}

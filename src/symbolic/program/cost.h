@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What outputs cost together, kept up to date while they are exchanged: nodes count once however many need them. */
+#ifndef KMP_SYMBOLIC_PROGRAM_COST_H
+#define KMP_SYMBOLIC_PROGRAM_COST_H
+
+#include "symbolic/graph.h"
+
+typedef struct kmp_cost {
+    const kmp_graph *graph;
+    uint32_t *uses; /* of each node by outputs and used nodes */
+    uint32_t nodes; /* that `uses` has room for */
+    uint32_t *stack, capacity;
+    int sum_price;   /* of the sine or cosine of a sum */
+    long operations; /* + - * / of the nodes in use */
+    long once;       /* of these, those of parameters alone */
+    bool failed;     /* no memory */
+} kmp_cost;
+
+/** The sine or cosine of a sum is half an addition theorem, KMP_COST_ADDITION, until those are written out
+ *  (symbolic/passes/trig.h); then it costs nothing. false: no memory. The graph may grow. */
+enum { KMP_COST_ADDITION = 3 };
+bool kmp_cost_init(kmp_cost *cost, const kmp_graph *g, int sum_price);
+void kmp_cost_free(kmp_cost *cost);
+
+/** Outputs come and go; each as often as it was added. */
+void kmp_cost_add(kmp_cost *cost, int count, const kmp_ref *outputs);
+void kmp_cost_remove(kmp_cost *cost, int count, const kmp_ref *outputs);
+
+/** What outputs cost together, once and for all; -1: no memory. */
+long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs);
+
+#endif

@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What outputs need: the removal of useless equations (Fisette and Samin 1996, section 3.2) is that nothing else is
+ * ever scheduled. */
+#ifndef KMP_SYMBOLIC_PROGRAM_LIVE_H
+#define KMP_SYMBOLIC_PROGRAM_LIVE_H
+
+#include "symbolic/graph.h"
+
+/** Sets mark[id] = value for every node that the outputs reach and that is not marked yet; an already marked node is
+ *  not looked into. mark has kmp_graph_count entries. */
+void kmp_live_mark(const kmp_graph *g, int count, const kmp_ref *outputs, uint8_t *mark, uint8_t value);
+
+#endif

@@ -1,0 +1,362 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Scheduling: mark what each stage needs, number it, write it down. */
+#include "symbolic/program/program.h"
+#include "base/memory.h"
+#include "symbolic/implicit.h"
+#include "symbolic/passes/trig.h"
+#include "symbolic/program/live.h"
+#include "symbolic/table.h"
+#include <string.h>
+
+enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */
+
+/* Nodes of what stands still during steps go to stage 0, whoever needs them. */
+static void hoist_parameters(const kmp_graph *g, uint8_t *mark)
+{
+    const unsigned still = 1u << KMP_IN_PARAMETER | 1u << KMP_IN_CHART;
+    for (uint32_t id = 0; id < kmp_graph_count(g); id++)
+        if (mark[id] && (kmp_graph_node(g, id)->depends & ~still) == 0)
+            mark[id] = PARAMETER_STAGE;
+}
+
+/* Numbers values: constants, inputs, then instructions stage by stage in id order. number[id] = value + 1. */
+static void number_nodes(const kmp_graph *g, const uint8_t *mark, kmp_program *p, uint32_t *number)
+{
+    uint32_t next = 0, nodes = kmp_graph_count(g);
+    for (int leaf = KMP_OP_CONST; leaf <= KMP_OP_INPUT; leaf++)
+        for (uint32_t id = 0; id < nodes; id++) {
+            const kmp_node *n = kmp_graph_node(g, id);
+            if (!mark[id] || n->op != leaf)
+                continue;
+            if (leaf == KMP_OP_CONST)
+                p->constant[p->constant_count++] = kmp_graph_value(g, id);
+            else
+                p->input[p->input_count++] = (kmp_program_input){(kmp_input_kind)n->a, n->b};
+            number[id] = ++next;
+        }
+    int code = 0;
+    for (int s = 0; s < p->stages; s++) {
+        p->code[s] = code;
+        for (uint32_t id = 0; id < nodes; id++)
+            if (mark[id] == s + 1 && kmp_op_arity((kmp_op)kmp_graph_node(g, id)->op) > 0) {
+                number[id] = ++next;
+                code++;
+            }
+    }
+    p->code[p->stages] = code;
+}
+
+static uint32_t operand(const uint32_t *number, kmp_ref r)
+{
+    return (number[kmp_id(r)] - 1) << 1 | (r & 1);
+}
+
+static void write_code(const kmp_graph *g, const uint8_t *mark, const uint32_t *number, kmp_program *p)
+{
+    int leaves = p->constant_count + p->input_count;
+    for (uint32_t id = 0; id < kmp_graph_count(g); id++) {
+        const kmp_node *n = kmp_graph_node(g, id);
+        int arity = kmp_op_arity((kmp_op)n->op);
+        if (!mark[id] || arity == 0)
+            continue;
+        kmp_instruction *in = &p->instruction[(int)number[id] - 1 - leaves];
+        *in = (kmp_instruction){.op = n->op, .a = operand(number, n->a)};
+        if (kmp_op_form_of((kmp_op)n->op) == KMP_FORM_APPLIED) {
+            in->b = n->b;
+            in->c = n->c;
+        }
+        if (arity > 1)
+            in->b = operand(number, n->b);
+        if (arity > 2)
+            in->c = operand(number, n->c);
+    }
+}
+
+static bool allocate(kmp_program *p, uint32_t nodes, int output_count)
+{
+    p->code = KMP_NEW(int, p->stages + 1);
+    p->outputs = KMP_NEW(int, p->stages + 1);
+    p->output = KMP_NEW(uint32_t, output_count);
+    p->instruction = KMP_NEW(kmp_instruction, nodes);
+    p->constant = KMP_NEW(double, nodes);
+    p->input = KMP_NEW(kmp_program_input, nodes);
+    return p->code && p->outputs && p->output && p->instruction && p->constant && p->input;
+}
+
+/* Copies the blocks that occur, numbered as they come. */
+static bool take_blocks(const kmp_graph *g, kmp_program *p)
+{
+    int blocks = 0, *number;
+    while (kmp_graph_implicit(g, blocks))
+        blocks++;
+    number = KMP_NEW(int, blocks); /* + 1, 0: not met */
+    bool ok = number;
+    for (int i = 0; ok && i < p->code[p->stages]; i++) {
+        kmp_instruction *in = &p->instruction[i];
+        if (in->op != KMP_OP_IMPLICIT)
+            continue;
+        if (number[in->b] == 0)
+            number[in->b] = 1 + kmp_program_add_block(p, kmp_implicit_block(kmp_graph_implicit(g, (int)in->b)));
+        ok = number[in->b] > 0;
+        in->b = (uint32_t)(number[in->b] - 1);
+    }
+    kmp_free(number);
+    return ok;
+}
+
+/* Copies the tables that occur, numbered as they come. */
+static bool take_tables(const kmp_graph *g, kmp_program *p)
+{
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        kmp_instruction *in = &p->instruction[i];
+        if (in->op != KMP_OP_TABLE)
+            continue;
+        int number = kmp_program_add_table(p, kmp_graph_table(g, (int)in->b));
+        if (number < 0)
+            return false;
+        in->b = (uint32_t)number;
+    }
+    return true;
+}
+
+static bool take_labels(const kmp_graph *g, const uint8_t *mark, const uint32_t *number, kmp_program *p)
+{
+    int leaves = p->constant_count + p->input_count;
+    if (!kmp_graph_has_labels(g))
+        return true;
+    p->label = KMP_NEW(kmp_label, p->code[p->stages]);
+    for (uint32_t id = 0; p->label && id < kmp_graph_count(g); id++) {
+        const kmp_label *label = mark[id] ? kmp_graph_label_of(g, id) : NULL;
+        if (label)
+            p->label[(int)number[id] - 1 - leaves] = *label;
+    }
+    return p->label;
+}
+
+static kmp_program *schedule(kmp_graph *g, int groups, const int *count, const kmp_ref *outputs)
+{
+    uint32_t nodes = kmp_graph_count(g);
+    kmp_program *p = KMP_NEW(kmp_program, 1);
+    uint8_t *mark = KMP_NEW(uint8_t, nodes);
+    uint32_t *number = KMP_NEW(uint32_t, nodes);
+    int total = 0;
+    for (int k = 0; k < groups; k++)
+        total += count[k];
+    bool ok = p && mark && number;
+    if (ok) {
+        p->stages = groups + 1;
+        p->graph_nodes = nodes;
+        ok = allocate(p, nodes, total);
+    }
+    if (ok) {
+        const kmp_ref *o = outputs;
+        for (int k = 0; k < groups; o += count[k], k++)
+            kmp_live_mark(g, count[k], o, mark, (uint8_t)(PARAMETER_STAGE + 1 + k));
+        hoist_parameters(g, mark);
+        number_nodes(g, mark, p, number);
+        write_code(g, mark, number, p);
+        for (int k = 0; k < groups; k++)
+            p->outputs[k + 2] = p->outputs[k + 1] + count[k];
+        for (int k = 0; k < total; k++)
+            p->output[k] = operand(number, outputs[k]);
+        ok = take_tables(g, p) && take_blocks(g, p) && take_labels(g, mark, number, p);
+    }
+    if (!ok) {
+        kmp_program_free(p);
+        p = NULL;
+    }
+    kmp_free(mark);
+    kmp_free(number);
+    return p;
+}
+
+kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs)
+{
+    int total = 0;
+    for (int k = 0; k < groups; k++)
+        total += count[k];
+    kmp_ref *all = KMP_NEW(kmp_ref, total);
+    kmp_program *p = NULL;
+    if (!all)
+        return NULL;
+    for (int k = 0, i = 0; k < groups; i += count[k], k++)
+        if (count[k])
+            memcpy(all + i, outputs[k], (size_t)count[k] * sizeof *all);
+    if (kmp_trig_sums(g, total, all))
+        p = schedule(g, groups, count, all);
+    kmp_free(all);
+    return p;
+}
+
+void kmp_program_free(kmp_program *p)
+{
+    if (!p)
+        return;
+    kmp_free(p->code);
+    kmp_free(p->outputs);
+    kmp_free(p->output);
+    kmp_free(p->instruction);
+    kmp_free(p->constant);
+    kmp_free(p->input);
+    kmp_free(p->label);
+    for (int k = 0; k < p->table_count; k++)
+        kmp_table_free(p->table[k]);
+    kmp_free(p->table);
+    for (int k = 0; k < p->block_count; k++) {
+        kmp_program_free(p->block[k].program);
+        kmp_free(p->block[k].candidate);
+    }
+    kmp_free(p->block);
+    kmp_free(p);
+}
+
+int kmp_program_add_table(kmp_program *p, const kmp_table *table)
+{
+    for (int k = 0; k < p->table_count; k++)
+        if (kmp_table_equal(p->table[k], table))
+            return k;
+    kmp_table **tables = kmp_realloc(p->table, (size_t)p->table_count + 1, sizeof(kmp_table *));
+    if (!tables)
+        return -1;
+    p->table = tables;
+    tables[p->table_count] = kmp_table_new(table->method, table->count, table->x, table->y);
+    return tables[p->table_count] ? p->table_count++ : -1;
+}
+
+static void *copy(const void *from, size_t count, size_t size)
+{
+    void *to = kmp_calloc(count, size);
+    if (to && count)
+        memcpy(to, from, count * size);
+    return to;
+}
+
+kmp_program *kmp_program_copy(const kmp_program *p)
+{
+    kmp_program *c = KMP_NEW(kmp_program, 1);
+    if (!c)
+        return NULL;
+    *c = (kmp_program){.stages = p->stages, .graph_nodes = p->graph_nodes};
+    c->constant_count = p->constant_count;
+    c->input_count = p->input_count;
+    c->code = copy(p->code, (size_t)p->stages + 1, sizeof *c->code);
+    c->outputs = copy(p->outputs, (size_t)p->stages + 1, sizeof *c->outputs);
+    c->output = copy(p->output, (size_t)p->outputs[p->stages], sizeof *c->output);
+    c->instruction = copy(p->instruction, (size_t)p->code[p->stages], sizeof *c->instruction);
+    c->constant = copy(p->constant, (size_t)p->constant_count, sizeof *c->constant);
+    c->input = copy(p->input, (size_t)p->input_count, sizeof *c->input);
+    if (p->label)
+        c->label = copy(p->label, (size_t)p->code[p->stages], sizeof *c->label);
+    bool ok = c->code && c->outputs && c->output && c->instruction && c->constant && c->input;
+    ok = ok && (c->label || !p->label);
+    for (int k = 0; ok && k < p->table_count; k++)
+        ok = kmp_program_add_table(c, p->table[k]) == k;
+    for (int k = 0; ok && k < p->block_count; k++)
+        ok = kmp_program_add_block(c, &p->block[k]) == k;
+    if (!ok) {
+        kmp_program_free(c);
+        return NULL;
+    }
+    return c;
+}
+
+static bool same(const void *a, const void *b, int count, size_t size)
+{
+    return count == 0 || memcmp(a, b, (size_t)count * size) == 0;
+}
+
+static bool same_code(const kmp_program *a, const kmp_program *b)
+{
+    for (int i = 0; i < a->code[a->stages]; i++) {
+        const kmp_instruction *x = &a->instruction[i], *y = &b->instruction[i];
+        if (x->op != y->op || x->a != y->a || x->b != y->b || x->c != y->c)
+            return false;
+    }
+    return true;
+}
+
+static bool same_leaves(const kmp_program *a, const kmp_program *b)
+{
+    if (a->constant_count != b->constant_count || a->input_count != b->input_count || a->table_count != b->table_count)
+        return false;
+    for (int k = 0; k < a->input_count; k++)
+        if (a->input[k].kind != b->input[k].kind || a->input[k].index != b->input[k].index)
+            return false;
+    for (int k = 0; k < a->table_count; k++)
+        if (!kmp_table_equal(a->table[k], b->table[k]))
+            return false;
+    return same(a->constant, b->constant, a->constant_count, sizeof *a->constant);
+}
+
+bool kmp_program_equal(const kmp_program *a, const kmp_program *b)
+{
+    int stages = a->stages;
+    return stages == b->stages && a->block_count == 0 && b->block_count == 0 &&
+           same(a->code, b->code, stages + 1, sizeof *a->code) &&
+           same(a->outputs, b->outputs, stages + 1, sizeof *a->outputs) &&
+           same(a->output, b->output, a->outputs[stages], sizeof *a->output) && same_leaves(a, b) && same_code(a, b);
+}
+
+int kmp_program_add_block(kmp_program *p, const kmp_program_block *block)
+{
+    kmp_program_block *blocks = kmp_realloc(p->block, (size_t)p->block_count + 1, sizeof *blocks);
+    if (!blocks)
+        return -1;
+    p->block = blocks;
+    kmp_program_block *added = &blocks[p->block_count];
+    *added = *block;
+    added->candidate = copy(block->candidate, (size_t)block->candidates, sizeof *block->candidate);
+    added->program = added->candidate ? kmp_program_copy(block->program) : NULL;
+    if (!added->program) {
+        kmp_free(added->candidate);
+        return -1;
+    }
+    return p->block_count++;
+}
+
+double kmp_program_value(const kmp_program *p, int i, double x, double y, double z)
+{
+    const kmp_instruction *in = &p->instruction[i];
+    if (in->op == KMP_OP_TABLE)
+        return kmp_table_value(p->table[in->b], (int)in->c, x);
+    return kmp_op_value((kmp_op)in->op, x, y, z);
+}
+
+/* Signs that an instruction asks for: a difference is none. */
+static int count_signs(const kmp_instruction *in)
+{
+    int signs = 0, arity = kmp_op_arity((kmp_op)in->op);
+    for (int k = 0; k < arity; k++)
+        signs += (int)(kmp_instruction_operand(in, k) & 1) && !(in->op == KMP_OP_ADD && k == 1);
+    return in->op == KMP_OP_LIST ? 0 : signs;
+}
+
+kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage)
+{
+    kmp_counts c = {0};
+    for (int i = p->code[first_stage]; i < p->code[last_stage + 1]; i++) {
+        c.neg += count_signs(&p->instruction[i]);
+        switch ((kmp_op)p->instruction[i].op) {
+        case KMP_OP_ADD:
+            c.add++;
+            break;
+        case KMP_OP_MUL:
+            c.mul++;
+            break;
+        case KMP_OP_DIV:
+            c.div++;
+            break;
+        case KMP_OP_LIST: /* computes nothing */
+            break;
+        case KMP_OP_SIN:
+        case KMP_OP_COS:
+            c.trig++;
+            break;
+        default:
+            c.other++;
+        }
+    }
+    c.paper = c.add + c.mul + c.div;
+    c.robotran = c.paper + c.neg + c.trig + c.other;
+    return c;
+}

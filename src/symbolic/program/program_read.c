@@ -1,0 +1,401 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Programs from their text: docs/program_format.md. One function a rule of its grammar, one line after another; the
+ * first mistake ends the reading. All arrays are as long as the text can ask for, so nothing grows. */
+#include "base/memory.h"
+#include "symbolic/implicit.h"
+#include "symbolic/program/program.h"
+#include "symbolic/program/program_words.h"
+#include "symbolic/table.h"
+#include <string.h>
+
+/* -- lines ------------------------------------------------------------------------------------------- */
+
+/* The function whose name stands here, KMP_OP_COUNT when it is none. */
+static kmp_op function_here(const kmp_program_reader *r)
+{
+    size_t n = kmp_words_letters(r->at);
+    while (n && r->at[n] >= '0' && r->at[n] <= '9')
+        n++;
+    for (int op = 0; op < KMP_OP_COUNT; op++) {
+        const char *text = kmp_op_text((kmp_op)op);
+        if (kmp_op_form_of((kmp_op)op) >= KMP_FORM_FUNCTION && strlen(text) == n && strncmp(text, r->at, n) == 0)
+            return (kmp_op)op;
+    }
+    return KMP_OP_COUNT;
+}
+
+static bool read_applied(kmp_program_reader *r, kmp_instruction *in)
+{
+    if (!(kmp_words_want(r, "[") && kmp_words_index(r, &in->b)))
+        return false;
+    bool block = in->op == KMP_OP_IMPLICIT;
+    if (in->b >= (uint32_t)(block ? r->p->block_count : r->p->table_count))
+        return kmp_words_complain(r, "there is no %s %u", block ? "implicit block" : "table", in->b);
+    if (!kmp_words_want(r, ",") || !kmp_words_index(r, &in->c))
+        return false;
+    if (block && in->c >= (uint32_t)r->p->block[in->b].unknowns)
+        return kmp_words_complain(r, "the block has no unknown %u", in->c);
+    return kmp_words_want(r, "]");
+}
+
+/* An implicit block takes a list of its arguments. */
+static bool check_list(kmp_program_reader *r, const kmp_instruction *in)
+{
+    uint32_t list = in->a;
+    for (int l = 0; l < r->p->block[in->b].arguments; l++) {
+        uint32_t at = (list >> 1) & (((uint32_t)1 << KMP_CLASS_SHIFT) - 1);
+        bool value = list >> 1 >> KMP_CLASS_SHIFT == KMP_OF_INSTRUCTION && !(list & 1);
+        if (!value || r->p->instruction[at].op != KMP_OP_LIST)
+            return kmp_words_complain(r, "a list of %d arguments is wanted", r->p->block[in->b].arguments);
+        list = r->p->instruction[at].b;
+    }
+    return true;
+}
+
+static bool read_function(kmp_program_reader *r, kmp_op op, kmp_instruction *in)
+{
+    uint32_t operand[3] = {0};
+    int arity = kmp_op_arity(op);
+    *in = (kmp_instruction){.op = (uint8_t)op};
+    r->at += strlen(kmp_op_text(op));
+    if (kmp_op_form_of(op) == KMP_FORM_APPLIED && !read_applied(r, in))
+        return false;
+    for (int k = 0; k < arity; k++)
+        if (!kmp_words_want(r, k ? "," : "(") || !kmp_words_operand(r, true, &operand[k]))
+            return false;
+    in->a = operand[0];
+    if (arity > 1)
+        in->b = operand[1];
+    if (arity > 2)
+        in->c = operand[2];
+    return (op != KMP_OP_IMPLICIT || check_list(r, in)) && kmp_words_want(r, ")");
+}
+
+static bool read_infix(kmp_program_reader *r, kmp_instruction *in)
+{
+    if (!kmp_words_operand(r, false, &in->a))
+        return false;
+    bool minus = kmp_words_take(r, "-");
+    if (minus || kmp_words_take(r, "+"))
+        in->op = KMP_OP_ADD;
+    else if (kmp_words_take(r, "*"))
+        in->op = KMP_OP_MUL;
+    else if (kmp_words_take(r, "/"))
+        in->op = KMP_OP_DIV;
+    else
+        return kmp_words_complain(r, "'+', '-', '*' or '/' is wanted here");
+    if (!kmp_words_operand(r, false, &in->b))
+        return false;
+    in->b |= minus;
+    return true;
+}
+
+static bool read_instruction(kmp_program_reader *r)
+{
+    uint32_t number = 0;
+    kmp_instruction in = {0};
+    const char *start = r->at;
+    if (!kmp_words_index(r, &number) || !kmp_words_want(r, "="))
+        return false;
+    if (number != (uint32_t)r->code) {
+        r->at = start;
+        return kmp_words_complain(r, "v%d comes next, not v%u", r->code, number);
+    }
+    kmp_words_skip(r);
+    kmp_op op = function_here(r);
+    if (op < KMP_OP_COUNT ? !read_function(r, op, &in) : !read_infix(r, &in))
+        return false;
+    r->p->instruction[r->code++] = in;
+    return kmp_words_next_line(r);
+}
+
+static bool read_output(kmp_program_reader *r, int first)
+{
+    uint32_t number = 0;
+    if (!kmp_words_want(r, "[") || !kmp_words_index(r, &number) || !kmp_words_want(r, "]") || !kmp_words_want(r, "="))
+        return false;
+    if (number != (uint32_t)(r->outputs - first))
+        return kmp_words_complain(r, "out[%d] comes next, not out[%u]", r->outputs - first, number);
+    if (!kmp_words_operand(r, true, &r->p->output[r->outputs]))
+        return false;
+    r->outputs++;
+    return kmp_words_next_line(r);
+}
+
+/* "stage" has been read. A name may follow the number. */
+static bool read_stage(kmp_program_reader *r)
+{
+    kmp_program *p = r->p;
+    uint32_t number = 0;
+    if (!kmp_words_index(r, &number))
+        return false;
+    if (number != (uint32_t)p->stages)
+        return kmp_words_complain(r, "stage %d comes next, not %u", p->stages, number);
+    r->at += strcspn(r->at, "\n");
+    p->code[p->stages] = r->code;
+    p->outputs[p->stages++] = r->outputs;
+    int first = r->outputs;
+    if (!kmp_words_next_line(r))
+        return false;
+    while (kmp_words_take_word(r, "v"))
+        if (!read_instruction(r))
+            return false;
+    while (kmp_words_take_word(r, "out"))
+        if (!read_output(r, first))
+            return false;
+    return true;
+}
+
+static bool starts_number(const kmp_program_reader *r)
+{
+    return *r->at == '-' || *r->at == '.' || (*r->at >= '0' && *r->at <= '9');
+}
+
+/* "table" has been read. */
+static bool read_table(kmp_program_reader *r)
+{
+    uint32_t number = 0;
+    int count = 0, method = 0;
+    if (!kmp_words_index(r, &number))
+        return false;
+    if (number != (uint32_t)r->p->table_count)
+        return kmp_words_complain(r, "table %d comes next, not %u", r->p->table_count, number);
+    while (method < KMP_TABLE_METHODS && !kmp_words_take_word(r, kmp_table_method_name((kmp_table_method)method)))
+        method++;
+    if (method == KMP_TABLE_METHODS)
+        return kmp_words_complain(r, "'linear' or 'cubic' is wanted here");
+    if (!kmp_words_next_line(r))
+        return false;
+    while (starts_number(r)) {
+        if (!kmp_words_number(r, &r->x[count]) || !kmp_words_number(r, &r->y[count]))
+            return false;
+        count++;
+        if (!kmp_words_next_line(r))
+            return false;
+    }
+    if (kmp_table_check(count, r->x, r->y) >= 0)
+        return kmp_words_complain(r, "a table has at least two finite points, with x increasing");
+    kmp_table *table = kmp_table_new((kmp_table_method)method, count, r->x, r->y);
+    int added = table ? kmp_program_add_table(r->p, table) : -1;
+    kmp_table_free(table);
+    if (added < 0)
+        return kmp_words_no_memory(r);
+    return added == (int)number || kmp_words_complain(r, "table %u is table %d again", number, added);
+}
+
+static kempe_status read_program(kmp_program_reader *r, kmp_program **program);
+
+/* Averages: the exponent and what is averaged, at the place q[0]. */
+static bool check_averages(kmp_program_reader *r, const kmp_program_block *block)
+{
+    const kmp_program *p = block->program;
+    if (block->candidates < 3)
+        return kmp_words_complain(r, "averages are over three places at least");
+    if (p->stages != 3 || p->outputs[1] != 0 || p->outputs[2] != 2 || p->outputs[3] != block->unknowns + 1)
+        return kmp_words_complain(r, "a block of averages has 2 outputs in stage 1 and %d in stage 2",
+                                  block->unknowns - 1);
+    return true;
+}
+
+static bool check_equations(kmp_program_reader *r, const kmp_program_block *block)
+{
+    const kmp_program *p = block->program;
+    int n = block->unknowns;
+    bool among = block->candidates > 0;
+    int last = n + n * n + (among && n == 1);
+    if (p->stages != 3 + among || p->outputs[1] != 0 || p->outputs[2] != n || (among && p->outputs[3] != n + 1) ||
+        p->outputs[p->stages] != n + among + last)
+        return kmp_words_complain(r, "an implicit block has %d outputs in stage 1%s and %d in stage %d", n,
+                                  among ? ", 1 in stage 2" : "", last, 2 + among);
+    return true;
+}
+
+/* Its program has a guess of each unknown, then residuals and slopes, and knows unknowns q and arguments p alone. */
+static bool check_block(kmp_program_reader *r, const kmp_program_block *block)
+{
+    const kmp_program *p = block->program;
+    int n = block->averages ? 1 : block->unknowns;
+    if (!(block->averages ? check_averages(r, block) : check_equations(r, block)))
+        return false;
+    for (int k = 0; k < p->input_count; k++) {
+        int count = p->input[k].kind == KMP_IN_Q ? n : p->input[k].kind == KMP_IN_PARAMETER ? block->arguments : 0;
+        if (p->input[k].index >= (uint32_t)count)
+            return kmp_words_complain(r, "an implicit block knows its unknowns q and arguments p alone");
+    }
+    return true;
+}
+
+/* Numbers, one a line, into x. */
+static bool read_candidates(kmp_program_reader *r, kmp_program_block *block)
+{
+    int *count = &block->candidates;
+    block->candidate = r->x;
+    while (starts_number(r)) {
+        const char *start = r->at;
+        if (!kmp_words_number(r, &r->x[*count]))
+            return false;
+        if (*count > 0 && !(r->x[*count] >= r->x[*count - 1])) {
+            r->at = start;
+            return kmp_words_complain(r, "candidates do not get smaller");
+        }
+        (*count)++;
+        if (!kmp_words_next_line(r))
+            return false;
+    }
+    return true;
+}
+
+/* "implicit" has been read. */
+static bool read_block(kmp_program_reader *r)
+{
+    uint32_t number = 0, unknowns = 0, arguments = 0;
+    if (r->around)
+        return kmp_words_complain(r, "an implicit block has no blocks in it");
+    if (!kmp_words_index(r, &number))
+        return false;
+    if (number != (uint32_t)r->p->block_count)
+        return kmp_words_complain(r, "implicit %d comes next, not %u", r->p->block_count, number);
+    bool averages = kmp_words_take_word(r, "averages");
+    if (!(averages || kmp_words_want(r, "unknowns")) || !kmp_words_index(r, &unknowns) ||
+        !kmp_words_want(r, "arguments") || !kmp_words_index(r, &arguments))
+        return false;
+    if (unknowns < 1 || (unknowns > KMP_IMPLICIT_MOST && !averages))
+        return kmp_words_complain(r, "an implicit block has 1 to %d unknowns", KMP_IMPLICIT_MOST);
+    kmp_program_block block = {.unknowns = (int)unknowns, .arguments = (int)arguments, .averages = averages};
+    if (!kmp_words_next_line(r) || !read_candidates(r, &block))
+        return false;
+    kmp_program_reader inner = {
+        .context = r->context, .file = r->file, .at = r->at, .line_start = r->line_start, .line = r->line};
+    inner.around = r;
+    r->status = read_program(&inner, &block.program);
+    if (r->status != KEMPE_OK)
+        return false;
+    r->at = inner.at;
+    r->line_start = inner.line_start;
+    r->line = inner.line;
+    bool ok = check_block(r, &block) && (kmp_program_add_block(r->p, &block) >= 0 || kmp_words_no_memory(r));
+    kmp_program_free(block.program);
+    return ok && kmp_words_next_line(r);
+}
+
+/* -- the whole --------------------------------------------------------------------------------------- */
+
+static void number_operand(const kmp_program *p, uint32_t *operand)
+{
+    static const uint32_t mask = ((uint32_t)1 << KMP_CLASS_SHIFT) - 1;
+    uint32_t value = *operand >> 1, class = value >> KMP_CLASS_SHIFT;
+    value &= mask;
+    if (class >= KMP_OF_INPUT)
+        value += (uint32_t)p->constant_count;
+    if (class == KMP_OF_INSTRUCTION)
+        value += (uint32_t)p->input_count;
+    *operand = value << 1 | (*operand & 1);
+}
+
+/* Constants first, then inputs, then instructions. */
+static void number_operands(kmp_program_reader *r)
+{
+    for (int i = 0; i < r->code; i++) {
+        kmp_instruction *in = &r->p->instruction[i];
+        int arity = kmp_op_arity((kmp_op)in->op);
+        number_operand(r->p, &in->a);
+        if (arity > 1)
+            number_operand(r->p, &in->b);
+        if (arity > 2)
+            number_operand(r->p, &in->c);
+    }
+    for (int k = 0; k < r->outputs; k++)
+        number_operand(r->p, &r->p->output[k]);
+}
+
+static bool read_body(kmp_program_reader *r)
+{
+    if (!kmp_words_want(r, "program 1") || !kmp_words_next_line(r))
+        return false;
+    while (kmp_words_take_word(r, "table"))
+        if (!read_table(r))
+            return false;
+    while (kmp_words_take_word(r, "implicit"))
+        if (!read_block(r))
+            return false;
+    while (kmp_words_take_word(r, "stage"))
+        if (!read_stage(r))
+            return false;
+    if (!kmp_words_take_word(r, "end"))
+        return kmp_words_complain(r,
+                                  r->p->stages ? "a value 'v%d', an output, 'stage' or 'end' is wanted here"
+                                               : "'table', 'implicit' or 'stage' is wanted here",
+                                  r->code);
+    if (r->p->stages == 0)
+        return kmp_words_complain(r, "a program has at least stage 0");
+    r->p->code[r->p->stages] = r->code;
+    r->p->outputs[r->p->stages] = r->outputs;
+    number_operands(r);
+    return true;
+}
+
+/* No line of an implicit block stands behind its "end"; one of the whole program may be anywhere. */
+static size_t count_lines(const kmp_program_reader *r, const char *text)
+{
+    size_t lines = 2;
+    for (const char *s = text; *s; s++) {
+        if (*s != '\n')
+            continue;
+        lines++;
+        const char *word = s + 1 + strspn(s + 1, " \t\r");
+        if (r->around && strncmp(word, "end", 3) == 0)
+            break;
+    }
+    return lines;
+}
+
+static bool begin(kmp_program_reader *r, const char *text)
+{
+    size_t lines = count_lines(r, text);
+    for (r->constant_size = 64; r->constant_size < 6 * lines + 2;)
+        r->constant_size *= 2;
+    r->constant = KMP_NEW(uint32_t, r->constant_size);
+    r->input = KMP_NEW(uint32_t, r->constant_size);
+    r->x = KMP_NEW(double, lines);
+    r->y = KMP_NEW(double, lines);
+    r->p = KMP_NEW(kmp_program, 1);
+    if (!r->constant || !r->input || !r->x || !r->y || !r->p)
+        return kmp_words_no_memory(r);
+    if (lines >= (size_t)1 << (KMP_CLASS_SHIFT - 3) || (!r->around && strlen(text) >= (size_t)1 << 30))
+        return kmp_words_complain(r, "the program is too long");
+    r->p->code = KMP_NEW(int, lines);
+    r->p->outputs = KMP_NEW(int, lines);
+    r->p->output = KMP_NEW(uint32_t, lines);
+    r->p->instruction = KMP_NEW(kmp_instruction, lines);
+    r->p->constant = KMP_NEW(double, 3 * lines);
+    r->p->input = KMP_NEW(kmp_program_input, 3 * lines);
+    bool ok = r->p->code && r->p->outputs && r->p->output && r->p->instruction && r->p->constant && r->p->input;
+    return ok || kmp_words_no_memory(r);
+}
+
+/* Up to and with its "end"; nothing may follow that of the whole text. */
+static kempe_status read_program(kmp_program_reader *r, kmp_program **program)
+{
+    if (begin(r, r->at) && read_body(r) && !r->around) {
+        kmp_words_skip(r);
+        if (*r->at == '\n')
+            kmp_words_skip_lines(r);
+        if (*r->at != '\0')
+            (void)kmp_words_complain(r, "nothing may follow 'end'");
+    }
+    kmp_free(r->constant);
+    kmp_free(r->input);
+    kmp_free(r->x);
+    kmp_free(r->y);
+    if (r->status == KEMPE_OK)
+        *program = r->p;
+    else
+        kmp_program_free(r->p);
+    return r->status;
+}
+
+kempe_status kmp_program_read(kempe_context *context, const char *file, const char *text, kmp_program **program)
+{
+    kmp_program_reader r = {.context = context, .file = file, .at = text, .line_start = text, .line = 1};
+    return read_program(&r, program);
+}

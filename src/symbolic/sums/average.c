@@ -1,0 +1,364 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Averages over places as a block of the graph, and their numbers. The largest exponent is taken out of all, so that
+ * nothing overflows. Sums run in four lanes, which are added at the end: the bits are the same with vectors and
+ * without. */
+#include "symbolic/sums/average.h"
+#include "base/clones.h"
+#include "base/memory.h"
+#include "base/simd4.h"
+#include "symbolic/blocks.h"
+#include "symbolic/derivative.h"
+#include "symbolic/sums/scan.h"
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+enum { LANES = KMP_SCAN_GROUP, EXPONENT = 1, AVERAGED = 2 }; /* stages */
+
+/* -- in the graph ------------------------------------------------------------------------------------ */
+
+static bool begin(kmp_implicit *b, kmp_ref exponent, kmp_ref needed, int count, const kmp_ref *averaged, int places,
+                  const double *place)
+{
+    b->row = KMP_NEW(kmp_ref, count + 2);
+    b->derived = KMP_NEW(int, 1);
+    if (!b->row || !b->derived || kmp_graph_failed(b->local) || kmp_graph_implicit(b->local, 0) ||
+        !kmp_block_candidates(&b->block, places, place))
+        return false;
+    *b->derived = -1;
+    b->row[0] = exponent;
+    memcpy(b->row + 1, averaged, (size_t)count * sizeof *averaged);
+    b->row[count + 1] = needed;
+    const kmp_ref first[2] = {exponent, needed}, *rows[2] = {first, b->row + 1};
+    const int counts[2] = {2, count};
+    b->block.program = kmp_program_new(b->local, 2, counts, rows);
+    return b->block.program;
+}
+
+kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
+                              const kmp_ref *averaged, int places, const double *place)
+{
+    kmp_implicit *b = KMP_NEW(kmp_implicit, 1);
+    if (!b) {
+        kmp_graph_free(local);
+        return NULL;
+    }
+    b->local = local;
+    b->block = (kmp_program_block){.unknowns = count + 1, .arguments = arguments, .averages = true};
+    if (begin(b, exponent, needed, count, averaged, places, place))
+        return b;
+    kmp_implicit_free(b);
+    return NULL;
+}
+
+/* The rows of a block in another graph, places and arguments being its inputs again. */
+static bool copy_rows(const kmp_implicit *b, kmp_graph *to, kmp_ref *argument, kmp_ref *row)
+{
+    kmp_ref place = kmp_input(to, KMP_IN_Q, 0);
+    for (int l = 0; l < b->block.arguments; l++)
+        argument[l] = kmp_input(to, KMP_IN_PARAMETER, (uint32_t)l);
+    memcpy(row, b->row, (size_t)(b->block.unknowns + 1) * sizeof *row);
+    const kmp_setting s = {to, &place, argument, NULL};
+    return kmp_local_import(&s, b->local, b->block.unknowns + 1, row);
+}
+
+/* Of each argument in turn: dE, then df_k + f_k dE for each k. */
+static bool derive_rows(kmp_graph *g, int rows, const kmp_ref *row, int arguments, const kmp_ref *argument,
+                        kmp_ref *slope)
+{
+    for (int l = 0; l < arguments; l++) {
+        kmp_ref one = KMP_ONE, *of = slope + l * rows;
+        kmp_derivative *d = kmp_derivative_new(g, 1, &argument[l], &one);
+        if (!d)
+            return false;
+        of[0] = kmp_derivative_of(d, row[0]);
+        for (int k = 1; k < rows; k++)
+            of[k] = kmp_add(g, kmp_derivative_of(d, row[k]), kmp_mul(g, row[k], of[0]));
+        kmp_derivative_free(d);
+    }
+    return true;
+}
+
+/* The block with the averages of derivatives: component 1 + l rows + k belongs to argument l and row k. */
+static kmp_implicit *derive(const kmp_implicit *b)
+{
+    int rows = b->block.unknowns, m = b->block.arguments;
+    kmp_graph *local = kmp_graph_new();
+    kmp_ref *argument = KMP_NEW(kmp_ref, m), *row = KMP_NEW(kmp_ref, rows + 1), *slope = KMP_NEW(kmp_ref, rows * m);
+    kmp_implicit *made = NULL;
+    if (local && argument && row && slope && copy_rows(b, local, argument, row) &&
+        derive_rows(local, rows, row, m, argument, slope))
+        made = kmp_average_new(local, m, row[0], row[rows], rows * m, slope, b->block.candidates, b->block.candidate);
+    else
+        kmp_graph_free(local);
+    kmp_free(argument);
+    kmp_free(row);
+    kmp_free(slope);
+    return made;
+}
+
+static int derived_block(kmp_graph *g, int block)
+{
+    const kmp_implicit *b = kmp_graph_implicit(g, block);
+    if (*b->derived < 0) {
+        kmp_implicit *made = derive(b);
+        int number = made ? kmp_graph_add_implicit(g, made) : -1;
+        *b->derived = number;
+    }
+    return *b->derived;
+}
+
+kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials)
+{
+    const kmp_program_block *b = &kmp_graph_implicit(g, block)->block;
+    int rows = b->unknowns, m = b->arguments, derived = -1;
+    kmp_ref sum = KMP_ZERO, *dp = KMP_NEW(kmp_ref, m);
+    if (dp && differentials != KMP_ZERO)
+        derived = derived_block(g, block);
+    if (derived >= 0)
+        kmp_list_items(g, differentials, m, dp);
+    else if (!dp || differentials != KMP_ZERO)
+        kmp_graph_fail(g);
+    for (int l = 0; derived >= 0 && l < m; l++) {
+        if (dp[l] == KMP_ZERO)
+            continue;
+        kmp_ref slope = kmp_implicit_component(g, derived, 1 + l * rows + component, list);
+        if (component > 0) {
+            kmp_ref average = kmp_implicit_component(g, block, component, list);
+            kmp_ref weight = kmp_implicit_component(g, derived, 1 + l * rows, list);
+            slope = kmp_sub(g, slope, kmp_mul(g, average, weight));
+        }
+        sum = kmp_add(g, sum, kmp_mul(g, slope, dp[l]));
+    }
+    kmp_free(dp);
+    return sum;
+}
+
+/* -- numbers ----------------------------------------------------------------------------------------- */
+
+/* Of exponents that are this much below the largest a sum keeps 1e-10; and what they may rise by within a group, over
+ * the line to the next one's middle: with places 1.2 standard deviations of the weights from each other, as far as four
+ * of them go. An edge of a profile, which its places do not resolve (model/zones.c), may rise by twice that, if it is
+ * one of 70 degrees: beside another place that counts a sum keeps 1e-5 then. */
+#define LOST   24.0
+#define RISING 12.0
+
+struct kmp_average {
+    const kmp_program_block *block;
+    kmp_scan *scan;  /* at all places, filled up to groups of eight, then one of each group */
+    size_t groups;   /* of all places */
+    double *place;   /* those */
+    double *spacing; /* by place, 0 where rows are filled up */
+    double *weight;  /* exp(E) times it */
+    double *middle;  /* E at the one of each group */
+    double *value;
+    size_t *first; /* groups that count, and how many; behind them those of the ones in the middle */
+    size_t count;
+};
+
+/* The place of a group that speaks for it. */
+static size_t middle_of(const kmp_average *a, size_t group)
+{
+    size_t first = group * LANES, last = first + LANES - 1, end = (size_t)a->block->candidates - 1;
+    return (first + (last < end ? last : end)) / 2;
+}
+
+/* What a place stands for, and the places in the middle of groups. */
+static void measure(kmp_average *a)
+{
+    const kmp_program_block *b = a->block;
+    size_t width = a->groups * LANES;
+    for (size_t k = 0; k < width; k++)
+        a->place[k] = b->candidate[k < (size_t)b->candidates ? k : 0];
+    for (int k = 0, last = b->candidates - 1; k <= last; k++) {
+        double before = b->candidate[k > 0 ? k - 1 : 0], after = b->candidate[k < last ? k + 1 : last];
+        a->spacing[k] = (after - before) / 2;
+    }
+    for (size_t k = 0; k < a->groups; k++)
+        a->place[width + k] = b->candidate[middle_of(a, k)];
+    for (size_t k = 0; k * LANES < a->groups; k++)
+        a->first[a->groups + k] = width + k * LANES;
+}
+
+kmp_average *kmp_average_room(const kmp_program_block *block)
+{
+    kmp_average *a = KMP_NEW(kmp_average, 1);
+    if (!a)
+        return NULL;
+    a->block = block;
+    a->groups = ((size_t)block->candidates + LANES - 1) / LANES;
+    size_t width = a->groups * LANES;
+    a->place = kmp_calloc(3 * width + 2 * a->groups + LANES, sizeof *a->place);
+    a->value = KMP_NEW(double, block->unknowns);
+    a->first = kmp_calloc(2 * a->groups, sizeof *a->first);
+    if (a->place && a->value && a->first) {
+        a->spacing = a->place + width + a->groups;
+        a->weight = a->spacing + width;
+        a->middle = a->weight + width;
+        measure(a);
+        a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place);
+    }
+    if (a->scan)
+        return a;
+    kmp_average_room_free(a);
+    return NULL;
+}
+
+void kmp_average_room_free(kmp_average *a)
+{
+    if (!a)
+        return;
+    kmp_scan_free(a->scan);
+    kmp_free(a->place);
+    kmp_free(a->value);
+    kmp_free(a->first);
+    kmp_free(a);
+}
+
+const double *kmp_average_values(const kmp_average *a)
+{
+    return a->value;
+}
+
+/* exp(x) for x not above 0: x = n log 2 + r, |r| <= log(2)/2, and the series of exp(r), whose rest is below 1e-17. What
+ * would not be a normal number is 0. */
+static KMP_INTO_CLONES void power_of_e(const kmp_four *x, kmp_four *power)
+{
+    static const double shift = 0x1.8p52, high = 0x1.62e42fefa3800p-1, low = 0x1.ef35793c76730p-45;
+    const kmp_four_mask gone = *x < -700;
+    const kmp_four least = KMP_FOUR_SELECT(gone, KMP_FOUR_ALL(-700.0), *x);
+    const kmp_four n = least * 0x1.71547652b82fep0 + shift, whole = n - shift;
+    const kmp_four r = (least - whole * high) - whole * low;
+    kmp_four sum = KMP_FOUR_ALL(1.0 / 6227020800);
+    sum = sum * r + 1.0 / 479001600;
+    sum = sum * r + 1.0 / 39916800;
+    sum = sum * r + 1.0 / 3628800;
+    sum = sum * r + 1.0 / 362880;
+    sum = sum * r + 1.0 / 40320;
+    sum = sum * r + 1.0 / 5040;
+    sum = sum * r + 1.0 / 720;
+    sum = sum * r + 1.0 / 120;
+    sum = sum * r + 1.0 / 24;
+    sum = sum * r + 1.0 / 6;
+    sum = sum * r + 0.5;
+    sum = sum * r + 1;
+    sum = sum * r + 1;
+    const kmp_four_mask bits = (kmp_four_mask)sum + ((kmp_four_mask)n << 52);
+    *power = (kmp_four)(bits & ~gone);
+}
+
+static KMP_INTO_CLONES double sum_of(const kmp_four *x)
+{
+    return ((*x)[0] + (*x)[1]) + ((*x)[2] + (*x)[3]);
+}
+
+/* By fours: all places of the groups that count. */
+#define EACH(a, at)                                                                                                    \
+    for (size_t group = 0; group < (a)->count; group++)                                                                \
+        for (size_t at = (a)->first[group], end = at + LANES; at < end; at += KMP_FOUR)
+
+/* Weights, and their sum. */
+KMP_CLONES static double weigh(const kmp_average *a, const kmp_scan_row *exponent, double most)
+{
+    kmp_four sum = {0}, power;
+    EACH(a, at)
+    {
+        const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at)) - most;
+        power_of_e(&x, &power);
+        const kmp_four weight = power * KMP_FOUR_CONST(a->spacing + at);
+        KMP_FOUR_AT(a->weight + at) = weight;
+        sum += weight;
+    }
+    return sum_of(&sum);
+}
+
+KMP_CLONES static double weighed(const kmp_average *a, const kmp_scan_row *row)
+{
+    kmp_four sum = {0};
+    EACH(a, at)
+    sum += KMP_FOUR_CONST(a->weight + at) * KMP_FOUR_CONST(kmp_scan_at(row, at));
+    return row->sign * sum_of(&sum);
+}
+
+static inline double larger(double x, double y)
+{
+    return y <= x || isnan(x) ? x : y; /* NaN stays */
+}
+
+/* Of the groups that count; NaN, where there is one. */
+KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *exponent)
+{
+    kmp_four most = KMP_FOUR_ALL(-INFINITY);
+    EACH(a, at)
+    {
+        const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at));
+        most = KMP_FOUR_SELECT((x <= most) | (most != most), most, x);
+    }
+    return larger(larger(most[0], most[1]), larger(most[2], most[3]));
+}
+
+/* The largest exponent in the middle of a group, and in which. */
+static double look_around(kmp_average *a, size_t *best)
+{
+    kmp_scan_groups(a->scan, EXPONENT, (a->groups + LANES - 1) / LANES, a->first + a->groups);
+    const kmp_scan_row e = kmp_scan_output(a->scan, EXPONENT, 0);
+    const size_t from = a->groups * LANES;
+    double most = e.sign * *kmp_scan_at(&e, from);
+    *best = 0;
+    for (size_t k = 0; k < a->groups; k++) {
+        a->middle[k] = e.sign * *kmp_scan_at(&e, from + k);
+        *best = a->middle[k] > most ? k : *best;
+        most = larger(most, a->middle[k]);
+    }
+    return most;
+}
+
+/* Chooses the groups that may count; where exponents are no numbers, all. Where less is needed none, and `best` is the
+ * one in whose middle the exponent is largest. */
+static void choose(kmp_average *a, size_t *best)
+{
+    const double *x = a->middle;
+    double most = look_around(a, best);
+    const kmp_scan_row needed = kmp_scan_output(a->scan, EXPONENT, 1);
+    a->count = 0;
+    if (most + 2 * RISING < needed.sign * *kmp_scan_at(&needed, a->groups * LANES))
+        return;
+    for (size_t k = 0; k < a->groups; k++) {
+        double before = k > 0 ? x[k - 1] - x[k] : 0, after = k + 1 < a->groups ? x[k + 1] - x[k] : 0;
+        double rising = larger(larger(before, after), 0) / 2 + RISING;
+        if (!(x[k] + rising < most - LOST))
+            a->first[a->count++] = k * LANES;
+    }
+}
+
+/* The values in the middle of a group. */
+static void take_one(kmp_average *a, size_t group)
+{
+    size_t at = a->groups * LANES + group;
+    kmp_scan_groups(a->scan, AVERAGED, 1, &a->first[a->groups + group / LANES]);
+    a->value[0] = a->middle[group] + log(a->spacing[middle_of(a, group)]);
+    for (int k = 1; k < a->block->unknowns; k++) {
+        const kmp_scan_row x = kmp_scan_output(a->scan, AVERAGED, k - 1);
+        a->value[k] = x.sign * *kmp_scan_at(&x, at);
+    }
+}
+
+void kmp_average_run(kmp_average *a, const double *arguments)
+{
+    size_t best;
+    kmp_scan_set(a->scan, arguments);
+    choose(a, &best);
+    if (a->count == 0) {
+        take_one(a, best);
+        return;
+    }
+    kmp_scan_groups(a->scan, EXPONENT, a->count, a->first);
+    kmp_scan_groups(a->scan, AVERAGED, a->count, a->first);
+    const kmp_scan_row exponent = kmp_scan_output(a->scan, EXPONENT, 0);
+    double most = largest(a, &exponent), all = weigh(a, &exponent, most);
+    a->value[0] = most + log(all);
+    for (int k = 1; k < a->block->unknowns; k++) {
+        const kmp_scan_row x = kmp_scan_output(a->scan, AVERAGED, k - 1);
+        a->value[k] = weighed(a, &x) / all;
+    }
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Averages over places, as a block of the graph (implicit.h), and their numbers. */
+#ifndef KMP_SYMBOLIC_SUMS_AVERAGE_H
+#define KMP_SYMBOLIC_SUMS_AVERAGE_H
+
+#include "symbolic/implicit.h"
+
+/** Averages over places: with E and f_1 .. f_count of arguments and of the place KMP_IN_Q[0], and Z the integral of
+ *  exp(E) over the places, component 0 is log Z and component k the integral of f_k exp(E), over Z. Places (three at
+ *  least, increasing) carry half the distance of their neighbours, so that what is smooth over two of them, and gone
+ *  before the ends, is integrated to many digits (Trefethen and Weideman, SIAM Review 56 (2014) 385). Derivatives are
+ *  averages again: d log Z = <dE>, d<f> = <df> + <f dE> - <f> <dE>. Where E is everywhere below `needed` (of arguments)
+ *  by more than log Z can make up for, nobody is to look at more than roughly: they are the values at one place near
+ *  the largest E. Owns `local` in any case. NULL: no memory, or the local graph has an implicit
+ *  block of its own. */
+kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
+                              const kmp_ref *averaged, int places, const double *place);
+
+/* Room to compute one in: one for each thread. */
+typedef struct kmp_average kmp_average;
+
+/** The block must outlive it. NULL: no memory. */
+kmp_average *kmp_average_room(const kmp_program_block *block);
+void kmp_average_room_free(kmp_average *average);
+
+/** The components for these arguments. No allocation. */
+void kmp_average_run(kmp_average *average, const double *arguments);
+/** As they were last computed. */
+const double *kmp_average_values(const kmp_average *average);
+
+#endif

@@ -1,0 +1,450 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A value is a row of doubles, one a place, filled up to a multiple of eight; one that is the same at all places is
+ * eight doubles alone. */
+#include "symbolic/sums/scan.h"
+#include "base/clones.h"
+#include "base/memory.h"
+#include "base/simd4.h"
+#include "symbolic/program/interpreter.h"
+#include "symbolic/table.h"
+#include <math.h>
+#include <string.h>
+
+enum { LANES = KMP_SCAN_GROUP, FIRST = 1, LAST = 2 }; /* stages that depend on places */
+
+/* What a value depends on: on nothing that changes, on the arguments alone, on both them and the place. */
+typedef enum need { STANDING, COMMON, MOVING } need;
+
+/* An instruction to be run, or to find the pieces of a table that a value is in, which all instructions that look it up
+ * there share. Operands that it has not are the first. */
+typedef struct step {
+    uint8_t op;
+    bool finds;
+    int instruction;
+    kmp_scan_row x, y, z;
+    double *to;
+    const kmp_table *table;
+    int *piece; /* by place */
+} step;
+
+struct kmp_scan {
+    const kmp_program *p;
+    size_t width;           /* places, filled up */
+    kmp_interpreter *first; /* stage 0 */
+    double *memory, *merit;
+    double **row;  /* by value */
+    uint8_t *need; /* by value */
+    int *common;   /* those that the stages read */
+    int common_count;
+    step *steps;
+    int step_start[LAST + 2]; /* by stage */
+    int *pieces;
+    size_t *every; /* first of each group of eight */
+};
+
+static int leaves(const kmp_program *p)
+{
+    return p->constant_count + p->input_count;
+}
+
+static double sign_of(uint32_t operand)
+{
+    return operand & 1 ? -1 : 1;
+}
+
+/* Of numbers and of what depends on arguments alone there are eight. */
+static bool is_short(const kmp_scan *s, uint32_t value)
+{
+    return s->need[value] == COMMON || (int)value < s->p->constant_count;
+}
+
+static kmp_scan_row row_of(const kmp_scan *s, uint32_t operand)
+{
+    return (kmp_scan_row){s->row[operand >> 1], is_short(s, operand >> 1) ? 0 : 1, sign_of(operand)};
+}
+
+/* -- running instructions ---------------------------------------------------------------------------- */
+
+/* The groups of eight that are run. */
+typedef struct groups {
+    size_t count;
+    const size_t *first;
+} groups;
+
+/* to = value of x, y, z in all groups, by fours. A sign is a factor, which changes no bit else. */
+#define ALONG(s, n, value)                                                                                             \
+    {                                                                                                                  \
+        const kmp_scan_row rows[3] = {(s)->x, (s)->y, (s)->z};                                                         \
+        const size_t count = (n)->count, *const first = (n)->first;                                                    \
+        double *const to = (s)->to;                                                                                    \
+        for (size_t group = 0; group < count; group++)                                                                 \
+            for (size_t half = 0, at = first[group]; half < 2; half++, at += KMP_FOUR) {                               \
+                const kmp_four x = KMP_FOUR_CONST(kmp_scan_at(&rows[0], at));                                          \
+                const kmp_four y = KMP_FOUR_CONST(kmp_scan_at(&rows[1], at));                                          \
+                const kmp_four z = KMP_FOUR_CONST(kmp_scan_at(&rows[2], at));                                          \
+                (void)y;                                                                                               \
+                (void)z;                                                                                               \
+                KMP_FOUR_AT(to + at) = (value);                                                                        \
+            }                                                                                                          \
+    }
+
+static KMP_INTO_CLONES void add(const step *s, const groups *n)
+{
+    if (s->x.sign > 0 && s->y.sign > 0)
+        ALONG(s, n, x + y)
+    else if (s->x.sign > 0)
+        ALONG(s, n, x - y)
+    else if (s->y.sign > 0)
+        ALONG(s, n, y - x)
+    else
+        ALONG(s, n, -x - y)
+}
+
+static KMP_INTO_CLONES void multiply(const step *s, const groups *n)
+{
+    if (s->x.sign == s->y.sign)
+        ALONG(s, n, x * y)
+    else
+        ALONG(s, n, -(x * y))
+}
+
+static KMP_INTO_CLONES void divide(const step *s, const groups *n)
+{
+    const double sign = s->x.sign * s->y.sign;
+    ALONG(s, n, sign * x / y)
+}
+
+static KMP_INTO_CLONES void larger(const step *s, const groups *n)
+{
+    const double sx = s->x.sign, sy = s->y.sign;
+    ALONG(s, n, KMP_FOUR_SELECT((sx * x > sy * y) | (x != x), sx * x, sy * y))
+}
+
+static KMP_INTO_CLONES void less(const step *s, const groups *n)
+{
+    const double sx = s->x.sign, sy = s->y.sign;
+    ALONG(s, n, KMP_FOUR_SELECT(sx * x < sy * y, KMP_FOUR_ALL(1.0), (kmp_four){0}))
+}
+
+static KMP_INTO_CLONES void choose(const step *s, const groups *n)
+{
+    const double sy = s->y.sign, sz = s->z.sign;
+    ALONG(s, n, KMP_FOUR_SELECT(x != 0, sy * y, sz * z))
+}
+
+static KMP_INTO_CLONES void root(const step *s, const groups *n)
+{
+    const kmp_scan_row x = s->x;
+    double *const to = s->to;
+    for (size_t group = 0; group < n->count; group++)
+        for (size_t at = n->first[group], end = at + LANES; at < end; at++)
+            to[at] = sqrt(x.sign * *kmp_scan_at(&x, at));
+}
+
+static double value_at(const kmp_scan_row *row, size_t place)
+{
+    return row->sign * *kmp_scan_at(row, place);
+}
+
+static void other(const kmp_program *p, const step *s, const groups *n)
+{
+    for (size_t group = 0; group < n->count; group++)
+        for (size_t at = n->first[group], end = at + LANES; at < end; at++)
+            s->to[at] =
+                kmp_program_value(p, s->instruction, value_at(&s->x, at), value_at(&s->y, at), value_at(&s->z, at));
+}
+
+static void look_up(const step *s, int order, const groups *n)
+{
+    for (size_t group = 0; group < n->count; group++) {
+        const size_t at = n->first[group];
+        const double *x = kmp_scan_at(&s->x, at);
+        if (s->finds)
+            kmp_table_find(s->table, LANES, s->x.sign, x, s->piece + at);
+        kmp_table_values(s->table, order, LANES, s->x.sign, x, s->piece + at, s->to + at);
+    }
+}
+
+KMP_CLONES static void run_steps(const kmp_program *p, const step *s, const step *end, const groups *n)
+{
+    for (; s < end; s++)
+        switch ((kmp_op)s->op) {
+        case KMP_OP_ADD:
+            add(s, n);
+            break;
+        case KMP_OP_MUL:
+            multiply(s, n);
+            break;
+        case KMP_OP_DIV:
+            divide(s, n);
+            break;
+        case KMP_OP_SQRT:
+            root(s, n);
+            break;
+        case KMP_OP_MAX:
+            larger(s, n);
+            break;
+        case KMP_OP_LESS:
+            less(s, n);
+            break;
+        case KMP_OP_SELECT:
+            choose(s, n);
+            break;
+        case KMP_OP_TABLE:
+            look_up(s, (int)p->instruction[s->instruction].c, n);
+            break;
+        default:
+            other(p, s, n);
+            break;
+        }
+}
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+static need need_of_input(const kmp_program_input *input)
+{
+    return input->kind == KMP_IN_PARAMETER ? COMMON : input->index == 0 ? STANDING : MOVING;
+}
+
+/* Two of which one is common and one standing make a moving one. */
+static need join(need a, need b)
+{
+    return a == b ? a : MOVING;
+}
+
+static bool is_number(const kmp_program *p, uint32_t operand)
+{
+    return (int)(operand >> 1) < p->constant_count;
+}
+
+/* Numbers go with either. What is common has been left to stage 0, but for programs from files. */
+static need need_of_instruction(const kmp_scan *s, int i)
+{
+    const kmp_instruction *in = &s->p->instruction[i];
+    need n = STANDING;
+    bool first = true;
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        uint32_t operand = kmp_instruction_operand(in, k);
+        if (is_number(s->p, operand))
+            continue;
+        n = first ? (need)s->need[operand >> 1] : join(n, (need)s->need[operand >> 1]);
+        first = false;
+    }
+    return n == COMMON ? MOVING : n;
+}
+
+static void find_needs(kmp_scan *s)
+{
+    const kmp_program *p = s->p;
+    for (int k = 0; k < p->constant_count; k++)
+        s->need[k] = STANDING;
+    for (int k = 0; k < p->input_count; k++)
+        s->need[p->constant_count + k] = (uint8_t)need_of_input(&p->input[k]);
+    for (int i = 0; i < p->code[LAST + 1]; i++)
+        s->need[leaves(p) + i] = (uint8_t)(i < p->code[FIRST] ? COMMON : need_of_instruction(s, i));
+}
+
+static void find_common(kmp_scan *s)
+{
+    const kmp_program *p = s->p;
+    uint8_t *seen = s->need + leaves(p) + p->code[LAST + 1]; /* as many as values */
+    for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
+        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+            seen[kmp_instruction_operand(&p->instruction[i], k) >> 1] = 1;
+    for (int k = p->outputs[FIRST]; k < p->outputs[LAST + 1]; k++)
+        seen[p->output[k] >> 1] = 1;
+    for (int value = 0; value < leaves(p) + p->code[LAST + 1]; value++)
+        if (seen[value] && s->need[value] == COMMON)
+            s->common[s->common_count++] = value;
+}
+
+/* Rows of all values, and of the merits. */
+static bool place_rows(kmp_scan *s)
+{
+    uint32_t values = (uint32_t)(leaves(s->p) + s->p->code[LAST + 1]);
+    size_t size = s->width;
+    for (uint32_t k = 0; k < values; k++)
+        size += is_short(s, k) ? LANES : s->width;
+    s->memory = kmp_calloc(size, sizeof *s->memory);
+    s->merit = s->memory;
+    double *at = s->memory ? s->memory + s->width : NULL;
+    for (uint32_t k = 0; at && k < values; k++) {
+        s->row[k] = at;
+        at += is_short(s, k) ? LANES : s->width;
+    }
+    return s->memory;
+}
+
+static void fill(double *to, size_t width, double value)
+{
+    for (size_t l = 0; l < width; l++)
+        to[l] = value;
+}
+
+static step step_of(const kmp_scan *s, int i)
+{
+    const kmp_instruction *in = &s->p->instruction[i];
+    int arity = kmp_op_arity((kmp_op)in->op);
+    step made = {.op = in->op, .instruction = i, .to = s->row[leaves(s->p) + i]};
+    made.x = row_of(s, in->a);
+    made.y = arity > 1 ? row_of(s, in->b) : made.x;
+    made.z = arity > 2 ? row_of(s, in->c) : made.x;
+    return made;
+}
+
+/* Numbers and places, and what follows from them. */
+static void put_standing(kmp_scan *s, int places, const double *place)
+{
+    const kmp_program *p = s->p;
+    const groups all = {s->width / LANES, s->every};
+    for (int k = 0; k < p->constant_count; k++)
+        fill(s->row[k], LANES, p->constant[k]);
+    for (int k = 0; k < p->input_count; k++)
+        if (s->need[p->constant_count + k] == STANDING) {
+            fill(s->row[p->constant_count + k], s->width, place[0]);
+            memcpy(s->row[p->constant_count + k], place, (size_t)places * sizeof *place);
+        }
+    for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
+        if (s->need[leaves(p) + i] == STANDING) {
+            const step made = step_of(s, i);
+            other(p, &made, &all);
+        }
+}
+
+/* A step that looks up a table: in the pieces that one before it found, or its own. */
+static void share_pieces(kmp_scan *s, step *made, int tables)
+{
+    const kmp_instruction *in = s->p->instruction, *here = &in[made->instruction];
+    made->table = s->p->table[here->b];
+    made->finds = true;
+    made->piece = s->pieces + (size_t)tables * s->width;
+    for (const step *before = s->steps; before < made; before++)
+        if (before->finds && in[before->instruction].a == here->a && in[before->instruction].b == here->b) {
+            made->finds = false;
+            made->piece = before->piece;
+        }
+}
+
+static void list_steps(kmp_scan *s)
+{
+    const kmp_program *p = s->p;
+    int count = 0, tables = 0;
+    for (int stage = FIRST; stage <= LAST; stage++) {
+        s->step_start[stage] = count;
+        for (int i = p->code[stage]; i < p->code[stage + 1]; i++) {
+            if (s->need[leaves(p) + i] != MOVING)
+                continue;
+            s->steps[count] = step_of(s, i);
+            if (p->instruction[i].op == KMP_OP_TABLE)
+                share_pieces(s, &s->steps[count], tables++);
+            count++;
+        }
+    }
+    s->step_start[LAST + 1] = count;
+}
+
+static bool allocate(kmp_scan *s)
+{
+    const kmp_program *p = s->p;
+    int code = p->code[LAST + 1], values = leaves(p) + code, tables = 0;
+    for (int i = p->code[FIRST]; i < code; i++)
+        tables += p->instruction[i].op == KMP_OP_TABLE;
+    s->row = KMP_NEW(double *, values);
+    s->need = KMP_NEW(uint8_t, 2 * values);
+    s->common = KMP_NEW(int, values);
+    s->steps = KMP_NEW(step, code);
+    s->pieces = kmp_calloc((size_t)tables * s->width, sizeof *s->pieces);
+    s->first = kmp_interpreter_new(p);
+    s->every = kmp_calloc(s->width / LANES, sizeof *s->every);
+    return s->row && s->need && s->common && s->steps && s->pieces && s->first && s->every;
+}
+
+kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place)
+{
+    kmp_scan *s = KMP_NEW(kmp_scan, 1);
+    if (!s)
+        return NULL;
+    s->p = block->program;
+    s->width = ((size_t)places + LANES - 1) / LANES * LANES;
+    if (!allocate(s)) {
+        kmp_scan_free(s);
+        return NULL;
+    }
+    for (size_t k = 0; k < s->width / LANES; k++)
+        s->every[k] = k * LANES;
+    find_needs(s);
+    find_common(s);
+    if (!place_rows(s)) {
+        kmp_scan_free(s);
+        return NULL;
+    }
+    put_standing(s, places, place);
+    list_steps(s);
+    return s;
+}
+
+void kmp_scan_free(kmp_scan *s)
+{
+    if (!s)
+        return;
+    kmp_interpreter_free(s->first);
+    kmp_free(s->memory);
+    kmp_free(s->row);
+    kmp_free(s->need);
+    kmp_free(s->common);
+    kmp_free(s->steps);
+    kmp_free(s->pieces);
+    kmp_free(s->every);
+    kmp_free(s);
+}
+
+/* -- running it -------------------------------------------------------------------------------------- */
+
+void kmp_scan_set(kmp_scan *s, const double *arguments)
+{
+    kmp_interpreter_set(s->first, KMP_IN_PARAMETER, arguments);
+    (void)kmp_interpreter_run(s->first, 0);
+    const double *values = kmp_interpreter_values(s->first);
+    for (int k = 0; k < s->common_count; k++)
+        fill(s->row[s->common[k]], LANES, values[s->common[k]]);
+}
+
+void kmp_scan_groups(kmp_scan *s, int stage, size_t count, const size_t *first)
+{
+    const groups n = {count, first};
+    run_steps(s->p, s->steps + s->step_start[stage], s->steps + s->step_start[stage + 1], &n);
+}
+
+kmp_scan_row kmp_scan_output(const kmp_scan *s, int stage, int k)
+{
+    return row_of(s, s->p->output[s->p->outputs[stage] + k]);
+}
+
+/* A whole row with its signs. */
+static void copy_row(const kmp_scan *s, const kmp_scan_row *from, double *to)
+{
+    for (size_t k = 0; k < s->width; k++)
+        to[k] = value_at(from, k);
+}
+
+/* The other unknowns are what was guessed. */
+static void put_guesses(kmp_scan *s)
+{
+    const kmp_program *p = s->p;
+    for (int k = 0; k < p->input_count; k++)
+        if (p->input[k].kind == KMP_IN_Q && p->input[k].index > 0) {
+            const kmp_scan_row from = kmp_scan_output(s, FIRST, (int)p->input[k].index);
+            copy_row(s, &from, s->row[p->constant_count + k]);
+        }
+}
+
+const double *kmp_scan_run(kmp_scan *s, const double *arguments)
+{
+    kmp_scan_set(s, arguments);
+    kmp_scan_groups(s, FIRST, s->width / LANES, s->every);
+    put_guesses(s);
+    kmp_scan_groups(s, LAST, s->width / LANES, s->every);
+    const kmp_scan_row merit = kmp_scan_output(s, LAST, 0);
+    copy_row(s, &merit, s->merit);
+    return s->merit;
+}

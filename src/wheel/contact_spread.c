@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where an elastic wheel lies on its rail.
+ *
+ * It lies there around the nearest point (pair.c), and where curvatures change its patch is not the one that they make
+ * at the nearest point; where two places are nearly as near it is on both. Its contact is taken at averages over the
+ * zone, <f> = integral of f exp(-D/e) over s, by that of exp(-D/e) (smoothed contact: Netter, Schupp, Rulka, Schroeder,
+ * "New aspects of contact modelling and validation within multibody system simulation of railway vehicles", Veh. Syst.
+ * Dyn. 29 Suppl. (1998) 246, with a fixed e there). With D a parabola of curvature D'' the variance of s is e/D'' and
+ *
+ *     log of the integral of exp(-D/e) = - least D / e + log(2 pi variance) / 2
+ *
+ * which are taken for the curvature and the least D whatever D is: of a parabola they are exact. The spread e is that
+ * of the load: Hertz' ellipse carries it over s with a variance of b^2/5, where a round patch has b^2 = d/D'' for a
+ * penetration d, so that e = d/5. d itself comes from averages of a fixed e. All of that is smooth where the nearest
+ * point jumps. Against solutions for the half-space it is nearer than the nearest point (examples/manchester). */
+#include "wheel/contact_spread.h"
+#include "symbolic/blocks.h"
+#include "symbolic/derivative.h"
+#include "symbolic/sums/average.h"
+#include "symbolic/table.h"
+#include <math.h>
+
+/* Of the fixed spread, in least spreads: as much as every other place resolves. */
+#define WIDER 4
+
+/* Least standard deviation of s, m of a wheel of 0.46 m: where all weight is on one place, in a profile that has an
+ * edge. */
+#define NARROW 2e-6
+
+/* Part of the penetration that is the spread: above. */
+#define LOADED 0.2
+
+/* Averages over a zone: of s, from its middle, of its square, and of the rail's slope; and the height of the wheel's
+ * centre at which it would touch. */
+typedef struct averages {
+    kmp_ref s, variance, slope, height;
+} averages;
+
+/* The zone's places; for the first, wider spread every other one. */
+static int places_of(const kmp_wheel *wheel, int zone, int step, double *place)
+{
+    int first = zone > 0 ? wheel->nodes_end[zone - 1] : 0, count = 0;
+    for (int k = first; k < wheel->nodes_end[zone]; k += step)
+        place[count++] = wheel->node[k];
+    return count;
+}
+
+/* The block of averages with e = 1 / sharp, which may be an argument. With the centre that high no farther than D says
+ * it does not touch. NULL: no memory. */
+static kmp_implicit *block_of(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref sharp,
+                              kmp_ref up, kmp_ref *list, int *count)
+{
+    double place[KMP_WHEEL_PLACES], middle = (wheel->zone[zone][0] + wheel->zone[zone][1]) / 2;
+    kmp_graph *local = kmp_graph_new();
+    if (!local)
+        return NULL;
+    kmp_wheel_pair in = kmp_pair_inside(p, local, list, count);
+    kmp_ref s = kmp_input(local, KMP_IN_Q, 0), from = kmp_sub(local, s, kmp_const(local, middle));
+    kmp_trace t = kmp_trace_at(&in, s);
+    kmp_ref gap = kmp_add(local, kmp_pair_drop(&in, &t), kmp_zone_penalty(local, wheel, zone, s));
+    kmp_ref by = kmp_pair_argument(p->g, local, sharp, list, count), exponent = kmp_neg(kmp_mul(local, gap, by));
+    kmp_ref needed = kmp_mul(local, kmp_pair_argument(p->g, local, up, list, count), by);
+    kmp_ref slope = kmp_table_derivative_at(local, in.rail, 1, kmp_add(local, in.out, t.y));
+    const kmp_ref averaged[] = {from, kmp_mul(local, from, from), slope};
+    return kmp_average_new(local, *count, exponent, needed, 3, averaged, places_of(wheel, zone, step, place), place);
+}
+
+/* The zone's averages for a spread e, at each `step` of its places. false: no memory. */
+static bool spread_by(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref e, kmp_ref up,
+                      averages *all)
+{
+    kmp_graph *g = p->g;
+    kmp_ref list[KMP_PAIR_ARGUMENTS], value[4];
+    int count = 0;
+    kmp_implicit *made = block_of(p, wheel, zone, step, kmp_div(g, KMP_ONE, e), up, list, &count);
+    int block = made ? kmp_graph_add_implicit(g, made) : -1;
+    if (block < 0)
+        return false;
+    kmp_implicit_at(g, block, list, value);
+    kmp_ref variance = kmp_sub(g, value[2], kmp_mul(g, value[1], value[1]));
+    double narrow = NARROW * wheel->scale;
+    all->variance = kmp_add(g, variance, kmp_const(g, narrow * narrow));
+    kmp_ref width = kmp_mul(g, kmp_const(g, 2 * acos(-1)), all->variance);
+    kmp_ref lost = kmp_mul(g, kmp_const(g, 0.5), kmp_unary(g, KMP_OP_LOG, width));
+    all->height = kmp_mul(g, e, kmp_sub(g, value[0], lost));
+    all->s = kmp_add(g, value[1], kmp_const(g, (wheel->zone[zone][0] + wheel->zone[zone][1]) / 2));
+    all->slope = value[3];
+    return true;
+}
+
+/* e of the penetration at hand, and not less than what the zone's places resolve. */
+static bool loaded_spread(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, kmp_ref up, kmp_ref *e)
+{
+    kmp_graph *g = p->g;
+    averages first;
+    if (!spread_by(p, wheel, zone, 2, kmp_const(g, WIDER * wheel->least_spread[zone]), up, &first))
+        return false;
+    kmp_ref deep = kmp_binary(g, KMP_OP_MAX, kmp_sub(g, first.height, up), KMP_ZERO);
+    kmp_ref loaded = kmp_mul(g, kmp_const(g, LOADED), deep), least = kmp_const(g, wheel->least_spread[zone]);
+    *e = kmp_sqrt(g, kmp_sqrt(g, kmp_add(g, kmp_power(g, loaded, 4), kmp_power(g, least, 4))));
+    return true;
+}
+
+/* With s held: dy/ds, and the rate of D without that of the centre's height. */
+typedef struct held {
+    kmp_ref way, rate;
+} held;
+
+/* In a graph of its own, where s and the arguments are inputs, and their rates. */
+static bool derive_held(const kmp_wheel_pair *in, int count, held *h)
+{
+    kmp_graph *local = in->g;
+    kmp_ref s = kmp_input(local, KMP_IN_Q, 0), argument[KMP_PAIR_ARGUMENTS], rate[KMP_PAIR_ARGUMENTS];
+    for (int l = 0; l < count; l++) {
+        argument[l] = kmp_input(local, KMP_IN_PARAMETER, (uint32_t)l);
+        rate[l] = kmp_input(local, KMP_IN_LAMBDA, (uint32_t)l);
+    }
+    kmp_trace t = kmp_trace_at(in, s);
+    kmp_derivative *d = kmp_derivative_new(local, count, argument, rate);
+    if (!d)
+        return false;
+    h->rate = kmp_derivative_of(d, kmp_pair_drop(in, &t));
+    kmp_derivative_free(d);
+    h->way = kmp_slope_of(local, t.y, s);
+    return !kmp_graph_failed(local);
+}
+
+static bool held_at(const kmp_wheel_pair *p, kmp_derivative *dt, kmp_ref s, held *h)
+{
+    kmp_ref list[KMP_PAIR_ARGUMENTS], rate[KMP_PAIR_ARGUMENTS];
+    int count = 0;
+    kmp_graph *local = kmp_graph_new();
+    bool ok = local;
+    if (ok) {
+        kmp_wheel_pair in = kmp_pair_inside(p, local, list, &count);
+        ok = derive_held(&in, count, h);
+    }
+    for (int l = 0; ok && l < count; l++)
+        rate[l] = kmp_derivative_of(dt, list[l]);
+    const kmp_setting setting = {p->g, &s, list, rate};
+    kmp_ref both[2] = {h->way, h->rate};
+    ok = ok && kmp_local_import(&setting, local, 2, both);
+    kmp_graph_free(local);
+    *h = (held){both[0], both[1]};
+    return ok;
+}
+
+/* What D'' is for the averages: e over the variance, along the slope. */
+static kmp_ref average_across(kmp_graph *g, const averages *all, kmp_ref way, kmp_ref e)
+{
+    kmp_ref steep = kmp_power(g, kmp_add(g, KMP_ONE, kmp_mul(g, all->slope, all->slope)), 1.5);
+    return kmp_div(g, e, kmp_mul(g, kmp_mul(g, all->variance, kmp_mul(g, way, way)), steep));
+}
+
+bool kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone,
+                     const kmp_wheel_pose *pose, kmp_spread *spread)
+{
+    kmp_graph *g = p->g;
+    kmp_ref e;
+    averages all;
+    held h = {0};
+    kmp_derivative *dt = kmp_time_derivative(tree);
+    bool ok = dt && loaded_spread(p, wheel, zone, pose->up, &e) && spread_by(p, wheel, zone, 1, e, pose->up, &all) &&
+              held_at(p, dt, all.s, &h);
+    if (ok) {
+        kmp_ref cosine = kmp_cosine_of(g, all.slope);
+        spread->s = all.s;
+        spread->slope = all.slope;
+        spread->depth = kmp_mul(g, cosine, kmp_sub(g, all.height, pose->up));
+        spread->across = average_across(g, &all, h.way, e);
+        spread->closing = kmp_mul(g, cosine, kmp_add(g, kmp_derivative_of(dt, pose->up), h.rate));
+    }
+    kmp_derivative_free(dt);
+    return ok && !kmp_graph_failed(g);
+}

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where an elastic wheel lies on its rail: averages over a zone. */
+#ifndef KMP_WHEEL_CONTACT_SPREAD_H
+#define KMP_WHEEL_CONTACT_SPREAD_H
+
+#include "wheel/pair.h"
+
+typedef struct kmp_spread {
+    kmp_ref s;       /* on the wheel's profile */
+    kmp_ref slope;   /* of the rail */
+    kmp_ref depth;   /* along the normal, m */
+    kmp_ref across;  /* relative curvature in the plane of the normals, 1/m */
+    kmp_ref closing; /* rate of the gap along the normal with s held, m/s */
+} kmp_spread;
+
+/** false: no memory. */
+bool kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *pair, const kmp_wheel *wheel, int zone,
+                     const kmp_wheel_pose *pose, kmp_spread *spread);
+
+#endif

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A contact of a wheel with its rail: geometry, slip and forces together, as expressions. */
+#ifndef KMP_WHEEL_WHEEL_CONTACT_H
+#define KMP_WHEEL_WHEEL_CONTACT_H
+
+#include "wheel/laws.h"
+#include "wheel/patch.h"
+
+typedef struct kmp_contact {
+    kmp_patch patch;
+    kmp_slip slip;
+    kmp_ref lateral; /* of the patch, outwards from the middle of the track: with what its rail is moved by */
+    kmp_ref normal;  /* N, along the normal */
+    kmp_creep_force creep;
+    kmp_vec force;   /* on the wheel at patch.point, N along the normal left out */
+    kmp_vec moment;  /* with it */
+    kmp_vec pressed; /* N along the normal */
+} kmp_contact;
+
+/** Number k of its contacts (kmp_wheel_contacts). false: no memory. */
+bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, int k,
+                       kmp_contact *contact);
+
+/** What an output shows of it (KMP_CONTACT_SHOWN values; names in model/output_table.c): place on wheel and track,
+ * angle, N, creepages and spin, forces along and across, moment, semi-axes of the patch and how far it is one ellipse
+ * (kmp_patch_fit). */
+void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose,
+                        const kmp_contact *contact, kmp_ref *value);
+
+#endif
