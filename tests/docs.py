@@ -83,7 +83,7 @@ class Tables(unittest.TestCase):
         self.assertEqual({(row[1], row[3], row[4].strip(" |")) for row in rows}, table)
 
     def test_closures(self):
-        kinds = {name for name, _ in generate.rows("closures.def", "KMP_CLOSURE")}
+        kinds = {name for name, _ in generate.rows("closure_kinds.def", "KMP_CLOSURE")}
         cells = first_cells(section("model_format.md", "Loops"))[1:]
         self.assertEqual({re.search(r"\{(\w+):", cell).group(1) for cell in cells}, kinds)
 
@@ -91,20 +91,20 @@ class Tables(unittest.TestCase):
         page = section("model_format.md", "Forces")
         cells = first_cells(page)[1:]
         self.assertEqual(len({re.search(r"`(\w+):", cell).group(1) for cell in cells}), len(cells))
-        for kind, name, place, word, *_ in generate.rows("forces.def", "KMP_FORCE"):
+        for kind, name, place, word, *_ in generate.rows("force_kinds.def", "KMP_FORCE"):
             if place == "wheel":
                 continue  # of a section of its own
             with self.subTest(name):
                 wanted = [place, *{"NULL": [], "effort": ["torque"]}.get(word, [word])]
                 self.assertTrue(any(all(f"{key}:" in cell for key in wanted) for cell in cells), wanted)
-        for kind, _, key, *_ in generate.rows("forces.def", "KMP_FIELD"):
+        for kind, _, key, *_ in generate.rows("force_kinds.def", "KMP_FIELD"):
             with self.subTest(f"{kind} {key}"):
                 self.assertTrue(any(f"{key}:" in cell for cell in cells) or key == "effort")
 
     def test_outputs(self):
         cells = words("".join(first_cells(section("model_format.md", "Run"))))
         names = {cell.split("(")[0] for cell in cells}
-        self.assertEqual({row[1] for row in generate.rows("outputs.def", "KMP_OUTPUT")} - names, set())
+        self.assertEqual({row[1] for row in generate.rows("output_kinds.def", "KMP_OUTPUT")} - names, set())
 
     def test_functions_and_units(self):
         page = section("model_format.md", "Expressions")

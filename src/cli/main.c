@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The command `kempe`: a table of commands, help and the choice of one. It sees the public header alone. */
+/* The command `kempe`: a table of commands, help and the choice of one. It includes the public header alone. */
 #include "command.h"
 
 #include <string.h>

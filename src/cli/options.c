@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The last ones are files, and what they are by the ends of their names. */
+/* Types of option values. The last ones are files, whose type follows from the ending of their names. */
 typedef enum option_kind {
     OPTION_FLAG,
     OPTION_TEXT,
@@ -36,7 +36,7 @@ typedef struct option {
     const char *name;
     char letter; /* short form, 0 for none */
     option_kind kind;
-    size_t offset; /* of its value in cli_settings */
+    size_t offset; /* of the value in cli_settings */
     const char *value, *help;
 } option;
 
@@ -228,7 +228,7 @@ static const option options[] = {
 
 enum { OPTION_COUNT = sizeof options / sizeof *options, WORD_MAX = 64 };
 
-/* -- complaints -------------------------------------------------------------------------------------- */
+/* -- error messages ---------------------------------------------------------------------------------- */
 
 static char last_complaint[512];
 
@@ -358,7 +358,7 @@ static bool has_ending(const option *o, const char *path)
     return !dot || !endings[o->kind];
 }
 
-/* The name is cut off at the sign, in place. */
+/* Splits NAME=VALUE at the sign, in place. */
 static bool store_setting(char *text, cli_settings *settings)
 {
     size_t length = strcspn(text, "=");
@@ -392,7 +392,7 @@ static bool store(const option *o, char *text, cli_settings *settings)
     return true;
 }
 
-/* One option at words[0]; returns how many words it took, 0 after a complaint. */
+/* Reads one option at words[0]; returns the number of words consumed, 0 after an error message. */
 static int read_option(unsigned command, const char *name, int count, char **words, cli_settings *settings)
 {
     size_t length = strcspn(words[0], "=");

@@ -1004,9 +1004,9 @@ class Check(Case):
 
 
 class Documents(Case):
-    def test_outputs_of_the_doctor_are_real(self):
-        """What docs/doctor.md shows is what the commands say, but for digits that are rounding."""
-        shown = self.shown("docs/doctor.md")
+    def test_outputs_of_the_page_are_real(self):
+        """What docs/diagnosis.md shows is what the commands say, but for digits that are rounding."""
+        shown = self.shown("docs/diagnosis.md")
         self.assertGreaterEqual(len(shown), 4)
         for words, output in shown:
             self.assertEqual(self.exact(kempe(*shlex.split(words), cwd=ROOT).stdout), output, words)
