@@ -83,7 +83,7 @@ static const option options[] = {
     {CLI_INVERSE, "motion", 0, OPTION_TEXT, AT(inverse.motion), "CSV",
      "t, q.NAME, qd.NAME, qdd.NAME (default: the drives, or else the start)"},
     {CLI_INVERSE, "weights", 0, OPTION_TEXT, AT(inverse.weights), "NAME=W,..",
-     "of efforts, where there are more actuators than freedoms"},
+     "of efforts, where there are more actuators than degrees of freedom"},
     {CLI_INVERSE, "independent", 0, OPTION_TEXT, AT(run.independent), "NAME,..",
      "of the start: coordinates that are not accelerated"},
     {CLI_INVERSE, "t-end", 0, OPTION_TIME, AT(run.t_end), "T", "end of the motion, s"},
@@ -468,8 +468,8 @@ void cli_options_print(unsigned command, FILE *out)
         char left[40];
         snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
         if (o->letter)
-            fprintf(out, "  -%c, %-21s%s\n", o->letter, left, o->help);
+            fprintf(out, "  -%c, %-25s%s\n", o->letter, left, o->help);
         else
-            fprintf(out, "      %-21s%s\n", left, o->help);
+            fprintf(out, "      %-25s%s\n", left, o->help);
     }
 }
