@@ -83,7 +83,7 @@ static const option options[] = {
     {CLI_INVERSE, "motion", 0, OPTION_TEXT, AT(inverse.motion), "CSV",
      "t, q.NAME, qd.NAME, qdd.NAME (default: the drives, or else the start)"},
     {CLI_INVERSE, "weights", 0, OPTION_TEXT, AT(inverse.weights), "NAME=W,..",
-     "of efforts, where there are more actuators than freedoms"},
+     "of efforts, where there are more actuators than degrees of freedom"},
     {CLI_INVERSE, "independent", 0, OPTION_TEXT, AT(run.independent), "NAME,..",
      "of the start: coordinates that are not accelerated"},
     {CLI_INVERSE, "t-end", 0, OPTION_TIME, AT(run.t_end), "T", "end of the motion, s"},
