@@ -186,6 +186,21 @@ class Pages(unittest.TestCase):
             subprocess.run([KEMPE, "new", "four_bar"], cwd=folder, check=True, capture_output=True)
             self.assertIn((pathlib.Path(folder) / "four_bar.yaml").read_text(), blocks(text))
 
+    def test_readme_has_the_figures_that_are_recorded(self):
+        text = re.sub(r"\s+", " ", (ROOT / "README.md").read_text())
+        record = lambda name, pattern: re.search(pattern, (ROOT / "bench" / name).read_text(), re.M).groups()
+        row = r"^\| {}.*\| ([\d.]+)(?: \((\d+)x\))? \|$"
+        peers = [record("README.md", row.format(name)) for name in ("Kempe, reduced", "Pinocchio", "SciPy DOP853", "MuJoCo, stiffest")]
+        self.assertIn(f"takes {peers[0][0]} ms. Pinocchio with an error-controlled integrator needs {peers[1][1]} times as long, "
+                      f"SciPy on the same equations {peers[2][1]} times, MuJoCo {peers[3][1]} times", text)
+        closed, = record("results/andrews.txt", r"loops closed to (\S+)$")
+        self.assertIn(f"at most {closed} of the characteristic length", text)
+        self.assertIn("{} of {} runs reach their end".format(*record("results/lamps.txt", r"^all: (\d+) of (\d+),")), text)
+        models, = record("results/oracle.txt", r"^(\d+) random models of seed \d+: 0 disagreements without a warning, 0 with one;")
+        self.assertIn(f"On [{models} random models]", text)
+        faster, = record("results/ensemble.txt", r"runs one by one: (\S+) times as fast")
+        self.assertIn(f"[{float(faster):.1f} times as fast]", text)
+
     def test_pictures(self):
         """Pictures are of the motions that the command computes now, to a fraction of a pixel."""
         number = re.compile(r"-?\d+\.\d+")
