@@ -4,7 +4,7 @@
  *     w = a q1' + R1 b q2' + R12 c q3'
  *     w' = a q1'' + R1 b q2'' + R12 c q3'' + (a q1') x R1 b q2' + (a q1' + R1 b q2') x R12 c q3'
  *
- * turned by C when C stands before (Davenport's angles: Shuster and Markley, J. Astronautical Sci. 51 (2003) 123, for
+ * turned by C when C comes first (Davenport's angles: Shuster and Markley, J. Astronautical Sci. 51 (2003) 123, for
  * axes across each other). The angles of a rotation R: v = R c makes the angle psi with a, and q2 = phi +- psi where
  * R_b(phi) c = a; then q1 turns R_b(q2) c onto v about a, and q3 is what is left about c. */
 #include "constraints/closing/charts.h"
@@ -282,7 +282,7 @@ static double angle_about(const double e[3], const double x[3], const double y[3
 
 /* Initial angles in a new chart. The second is in its middle. C absorbs one of the outer angles, chosen such that the
  * body now turns about a and c alone: the second angle then leaves its middle late. w: angular velocity in the axes on
- * C's far side, those of the body when C stands before. */
+ * C's far side, those of the body when C comes first. */
 static void begin_angles(const joint *j, const double w[3], double q[3])
 {
     double level[3], along = 0;
