@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Slots and segments of a program. An instruction belongs to the first segment in which its operands are available; a
+ * segment ends where sines, cosines or other functions are needed, which are then evaluated together. */
 #include "backend/layout.h"
 #include "backend/program_parts.h"
 #include "base/memory.h"

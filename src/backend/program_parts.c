@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A heuristic partition: implicit blocks are merged greedily by the cost of the instructions that feed both, other
+ * instructions follow their readers or operands. The number of parts with the shortest estimated duration wins. */
 #include "backend/program_parts.h"
 #include "base/memory.h"
 #include "base/union_find.h"

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Instructions are sorted by step index (Fisette and Samin 1996, section 3.2), then by kind of operation. Products with
+ * a single reader become part of the reader's sum. */
 #include "generate/levels.h"
 #include "base/memory.h"
 #include <stdlib.h>

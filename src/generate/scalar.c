@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Text of expressions with the fewest brackets that keep the order of operations. Values used more than once, or too
+ * long for a line, become variables; long routines are cut into chunks. */
 #include "generate/scalar.h"
 #include "base/memory.h"
 #include "generate/banner.h"

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Collects the input of a language: equations of the requested sets, one program for each routine, names of arguments
+ * and shapes of results. */
 #include "generate/source.h"
 #include "base/context.h"
 #include "base/memory.h"
