@@ -21,14 +21,12 @@ enum {
     KMP_SET_REACTION = 64,      /* closure forces from lambda */
     KMP_SET_OUTPUT = 128,       /* outputs in addition to the table */
     KMP_SET_ACCELERATION = 256, /* accelerations by the O(N) scheme, and their products with closures */
-    KMP_SET_INVERSE =
-        512, /* inverse dynamics: the generalized forces that give qdd, without those of the model's forces */
-    KMP_SET_INVERSE_Q = 1024, /* derivatives of the inverse dynamics by q, and by qd; by qdd it is M */
+    KMP_SET_INVERSE = 512,      /* inverse dynamics: efforts that give qdd, without the model's forces */
+    KMP_SET_INVERSE_Q = 1024,   /* derivatives of the inverse dynamics by q, and by qd; by qdd it is M */
     KMP_SET_INVERSE_QD = 2048,
-    KMP_SET_CLOSED = 4096, /* inverse dynamics less J' lambda */
-    KMP_SET_CLOSED_Q =
-        8192, /* derivatives of inverse dynamics less J' lambda by q; by qd it has those of the inverse dynamics */
-    KMP_SET_POWER = 16384 /* the power of non-conservative forces alone, in addition to other sets of dynamics */
+    KMP_SET_CLOSED = 4096,   /* inverse dynamics less J' lambda */
+    KMP_SET_CLOSED_Q = 8192, /* derivatives of KMP_SET_CLOSED by q; by qd it has those of the inverse dynamics */
+    KMP_SET_POWER = 16384    /* the power of non-conservative forces alone, in addition to other sets of dynamics */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
@@ -83,8 +81,7 @@ typedef struct kmp_equations {
     kmp_ref *inverse_q, *inverse_qd, *closed_q; /* n x n, row by row; NULL unless requested */
     kmp_ref *jt_mu;                             /* n */
     kmp_ref *hdot;                              /* m */
-    kmp_ref
-        *derived; /* h, hdot, jdqd (m each) and J with all points by differentiation; NULL: no variants were searched */
+    kmp_ref *derived; /* h, hdot, jdqd (m each) and J by differentiation; NULL: no search for variants */
     kmp_ref potential, power;
     kmp_ref *reaction; /* 3 a closure */
     kmp_ref *position; /* 3 a position output, in order */

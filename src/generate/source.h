@@ -29,9 +29,8 @@ typedef struct kmp_routine {
 typedef struct kmp_code_source {
     kempe_context *context;
     const kempe_model *model;
-    struct kmp_variant
-        *meant;         /* the variant of a rounded drawing, which owns the model; NULL: the model is the caller's */
-    char *title, *name; /* the model's name; as an identifier */
+    struct kmp_variant *meant; /* of a rounded drawing, owns the model; NULL: the model is the caller's */
+    char *title, *name;        /* the model's name; as an identifier */
     char hash[17];
     const char *scheme;
     bool parameters; /* numbers are kept as symbols: there are p and k */

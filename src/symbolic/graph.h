@@ -58,11 +58,9 @@ typedef struct kmp_graph kmp_graph;
 enum {
     KMP_RULE_ZERO = 1,   /* zeros and ones, arithmetic of numbers */
     KMP_RULE_CANCEL = 2, /* a - a, a + b - a, terms with the same base */
-    KMP_RULE_SHARE =
-        4,             /* equal nodes are one: repeated expressions become auxiliary variables; squares are collected */
-    KMP_RULE_TRIG = 8, /* cos^2 + sin^2, rotations of rotated pairs about the same axis */
-    KMP_RULE_RUNS =
-        16, /* of KMP_RULE_TRIG: rotations by the sum of both angles; without it only rotations back to the source */
+    KMP_RULE_SHARE = 4,  /* equal nodes are one, and become auxiliary variables; squares are collected */
+    KMP_RULE_TRIG = 8,   /* cos^2 + sin^2, rotations of rotated pairs about the same axis */
+    KMP_RULE_RUNS = 16,  /* rotations by the sum of both angles; without it only back to the source */
     KMP_RULE_ALL = 31
 };
 

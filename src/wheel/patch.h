@@ -11,8 +11,7 @@ typedef struct kmp_wheel_pose {
     kmp_track_place place;
     kmp_vec centre;  /* from the ground's origin, axes of the ground's link */
     kmp_vec axis[3]; /* forwards, outwards, up: unit vectors there (left-handed on the right side) */
-    kmp_ref out,
-        up; /* of the centre, from the track's middle on top of the rails, less the displacements by irregularities */
+    kmp_ref out, up; /* of the centre, from the track's middle at rail top, less irregularities */
     kmp_ref axle[3]; /* unit vector of the axle, outwards, in these axes */
 } kmp_wheel_pose;
 

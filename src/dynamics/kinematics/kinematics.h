@@ -48,8 +48,7 @@ typedef struct kmp_mount {
 
 /** A condition: a comparison or a sign in an expression, or one of an element. */
 typedef struct kmp_condition {
-    const void
-        *of; /* the expression, or the part of the model that has it: with the number it identifies the condition */
+    const void *of; /* the expression or part of the model that has it: `of` and number identify it */
     int number;
     const kmp_expr *expr; /* NULL: of an element */
     char *text;           /* of an element: its name in the journal */
