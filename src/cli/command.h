@@ -26,8 +26,7 @@ typedef struct cli_job {
 typedef struct cli_command {
     unsigned bit; /* of options.h */
     const char *name, *usage, *summary, *examples;
-    bool (*accepts)(
-        const cli_settings *settings); /* false after an error message on stderr; NULL: accepts any settings */
+    bool (*accepts)(const cli_settings *settings);     /* false after an error message; NULL: always */
     bool (*model_alone)(const cli_settings *settings); /* no equations are wanted; NULL: they are */
     bool without_model;                                /* FILE is not a model */
     const char *dynamics;                              /* the default algorithm of the equations; NULL: the model's */
