@@ -69,7 +69,8 @@ void kmp_plant_closure(kmp_plant *plant, double t, const double *q);
 void kmp_plant_mass(kmp_plant *plant);
 void kmp_plant_bias(kmp_plant *plant, const double *qd);
 
-/** Sets additional generalized forces (n, not owned; NULL: none) for later calls, and for M and C in the last kmp_plant_bias. */
+/** Sets additional generalized forces (n, not owned; NULL: none) for later calls, and for M and C in the last
+ * kmp_plant_bias. */
 void kmp_plant_give(kmp_plant *plant, const double *effort);
 
 /** Evaluates C again with other multipliers, after kmp_plant_bias, for systems with forces that depend on multipliers
