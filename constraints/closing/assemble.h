@@ -29,7 +29,7 @@ struct kempe_assembly {
     kmp_goals_verdict goals;
 };
 
-/* kempe_assemble and kempe_assembly_free are public (kempe.h). */
+/* kempe_assembly_new and kempe_assembly_free are public (kempe.h). */
 
 /** Start of an assembly and the fixed coordinates. */
 typedef struct kmp_guess {
@@ -43,7 +43,7 @@ typedef struct kmp_guess {
 /** Assembles from any guess without a message; the assembly says if it closed. Errors: memory alone. */
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly);
 
-/** Assembles as kempe_assemble, without a message; the assembly says if it closed. */
+/** Assembles as kempe_assembly_new, without a message; the assembly says if it closed. */
 kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly);
 
 /** True if the rate of coordinate k was given and could not be kept. */

@@ -247,7 +247,7 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
     return status;
 }
 
-kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
+kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, assembly, "assembly");

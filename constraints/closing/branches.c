@@ -254,7 +254,7 @@ kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_bran
     if (!b)
         return kmp_fail_memory(system->context);
     b->system = system;
-    kempe_status status = kempe_assemble(system, &b->assembly);
+    kempe_status status = kempe_assembly_new(system, &b->assembly);
     if (status == KEMPE_OK)
         status = find(b, seed);
     b->warnings = kmp_context_warnings(system->context);

@@ -85,7 +85,7 @@ static kempe_status explain(kempe_check *check)
 
 static kempe_status diagnose(kempe_check *check)
 {
-    kempe_status status = kempe_assemble(check->system, &check->assembly);
+    kempe_status status = kempe_assembly_new(check->system, &check->assembly);
     check->assembled = check->assembly && check->assembly->closed; /* also with goals that were not reached */
     if (check->assembled)
         return kmp_context_clear(check->system->context), examine(check);

@@ -96,7 +96,7 @@ kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **w
     ws->m = system->m;
     ws->plant = kmp_plant_new(system, kmp_backend_default());
     kempe_assembly *a = NULL;
-    kempe_status status = kempe_assemble(system, &a);
+    kempe_status status = kempe_assembly_new(system, &a);
     bool made = ws->plant && allocate(ws) && status != KEMPE_E_MEMORY;
     if (made && status == KEMPE_OK)
         made = choose(ws, a) != KEMPE_E_MEMORY;
@@ -175,7 +175,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
     return fail(ws, "the equations are not finite at t = %.9g", t);
 }
 
-kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const double *qd)
+kempe_status kempe_workspace_evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
     KMP_WANTED(NULL, ws, "workspace");
     return given(ws, "q", q) ? evaluate(ws, t, q, qd) : KEMPE_E_ARGUMENT;
@@ -240,8 +240,8 @@ double kempe_workspace_potential(const kempe_workspace *workspace)
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
-kempe_status kempe_inverse_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *qdd,
-                                    double *Q)
+kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd,
+                                              const double *qdd, double *Q)
 {
     KMP_WANTED(NULL, ws, "workspace");
     if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd) || !given(ws, "Q", Q))
@@ -369,7 +369,7 @@ static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
     kmp_plant_take(ws->plant, false);
     if (!made)
         return KEMPE_E_MEMORY;
-    bool good = kempe_forward_dynamics(ws, 0, a->q, a->qd, NULL, ws->trial, NULL) == KEMPE_OK &&
+    bool good = kempe_workspace_forward_dynamics(ws, 0, a->q, a->qd, NULL, ws->trial, NULL) == KEMPE_OK &&
                 by_bodies(ws, 0, a->q, a->qd, NULL);
     for (int i = 0; good && i < ws->n; i++) {
         size = fmax(size, fabs(ws->trial[i]) / s->scale[i]);
@@ -386,8 +386,8 @@ static void put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
         memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
 }
 
-kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
-                                    double *qdd, double *lambda)
+kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd,
+                                              const double *Q, double *qdd, double *lambda)
 {
     KMP_WANTED(NULL, ws, "workspace");
     if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd))
@@ -437,7 +437,7 @@ static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, d
     return KEMPE_OK;
 }
 
-kempe_status kempe_close(kempe_workspace *ws, double t, double *q, double *qd, const int *hold)
+kempe_status kempe_workspace_close(kempe_workspace *ws, double t, double *q, double *qd, const int *hold)
 {
     KMP_WANTED(NULL, ws, "workspace");
     if (!given(ws, "q", q))

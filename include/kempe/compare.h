@@ -24,9 +24,9 @@ typedef struct kempe_compare_options {
     double budget_s; /* processor time of all runs together; runs that exceed it are left out; 0: 60 */
 } kempe_compare_options;
 
-KEMPE_API kempe_compare_options kempe_compare_run_default(void);
-KEMPE_API kempe_status kempe_compare(const kempe_system *system, const kempe_compare_options *run,
-                                     kempe_comparison **comparison);
+KEMPE_API kempe_compare_options kempe_compare_options_default(void);
+KEMPE_API kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compare_options *run,
+                                            kempe_comparison **comparison);
 KEMPE_API void kempe_comparison_free(kempe_comparison *comparison);
 KEMPE_API kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text);
 KEMPE_API kempe_status kempe_comparison_write_csv(const kempe_comparison *comparison, const char *path);

@@ -7,7 +7,7 @@
  *     kempe_contact_options ask = {.sweep = "y=0:10 mm:21", .hold = "yaw"};
  *     kempe_contact_table *table;
  *     kempe_contact_table_new(system, &ask, &table);
- *     for (int k = 0; k < kempe_contact_table_count(table); k++)
+ *     for (int k = 0; k < kempe_contact_table_row_count(table); k++)
  *         show(kempe_contact_table_value(table, k), kempe_contact_table_patch(table, k, wheel, zone));
  *
  * The laws themselves, without a model, are in contact.h.
@@ -70,7 +70,7 @@ KEMPE_API const char *kempe_contact_table_reason(const kempe_contact_table *tabl
 
 /** The number of values reached; the k-th value of the first NAME in `sweep`, SI; q and qd at that value (n each, owned
  * by the table). NaN and NULL for a k that does not exist. */
-KEMPE_API int kempe_contact_table_count(const kempe_contact_table *table);
+KEMPE_API int kempe_contact_table_row_count(const kempe_contact_table *table);
 KEMPE_API double kempe_contact_table_value(const kempe_contact_table *table, int k);
 KEMPE_API const double *kempe_contact_table_q(const kempe_contact_table *table, int k);
 KEMPE_API const double *kempe_contact_table_qd(const kempe_contact_table *table, int k);

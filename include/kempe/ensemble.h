@@ -72,7 +72,7 @@ KEMPE_API const char *kempe_batch_status(const kempe_batch *batch, int k);
 KEMPE_API const char *kempe_batch_reason(const kempe_batch *batch, int k);
 
 /** The final state: t in s; q and qd (n values), owned by the batch, NaN if there is no state. */
-KEMPE_API double kempe_batch_t(const kempe_batch *batch, int k);
+KEMPE_API double kempe_batch_time(const kempe_batch *batch, int k);
 KEMPE_API const double *kempe_batch_q(const kempe_batch *batch, int k);
 KEMPE_API const double *kempe_batch_qd(const kempe_batch *batch, int k);
 

@@ -57,9 +57,9 @@ KEMPE_API int kempe_equilibrium_iterations(const kempe_equilibrium *equilibrium,
 KEMPE_API const double *kempe_equilibrium_history(const kempe_equilibrium *equilibrium, int k);
 
 /** The solved-for unknowns: their number, the name of the i-th, its value at the k-th equilibrium. */
-KEMPE_API int kempe_equilibrium_freed_count(const kempe_equilibrium *equilibrium);
-KEMPE_API const char *kempe_equilibrium_freed_name(const kempe_equilibrium *equilibrium, int i);
-KEMPE_API double kempe_equilibrium_freed(const kempe_equilibrium *equilibrium, int k, int i);
+KEMPE_API int kempe_equilibrium_solved_count(const kempe_equilibrium *equilibrium);
+KEMPE_API const char *kempe_equilibrium_solved_name(const kempe_equilibrium *equilibrium, int i);
+KEMPE_API double kempe_equilibrium_solved(const kempe_equilibrium *equilibrium, int k, int i);
 
 KEMPE_API kempe_status kempe_equilibrium_print(const kempe_equilibrium *equilibrium, kempe_format format, char **text);
 

@@ -53,7 +53,7 @@ KEMPE_API int kempe_inverse_actuator(const kempe_inverse *inverse, int k);
 
 /** Degrees of freedom to be actuated, and the rank of the actuators on them, both at the worst row. Rows with singular
  * loops, which have more degrees of freedom, do not count, here and below. */
-KEMPE_API int kempe_inverse_freedoms(const kempe_inverse *inverse);
+KEMPE_API int kempe_inverse_dof(const kempe_inverse *inverse);
 KEMPE_API int kempe_inverse_rank(const kempe_inverse *inverse);
 
 /** Largest |M qdd + C - J' lambda - S tau| of all rows, relative to the size of its terms. */

@@ -169,7 +169,7 @@ typedef struct kempe_assembly kempe_assembly;
 /** Closes the loops from the model's guess: held coordinates are fixed, rates are made consistent. KEMPE_E_FAILED: the
  * context's message has the loop that stays open and its gap. `*assembly` is then still given, with the best
  * configuration found. */
-KEMPE_API kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly);
+KEMPE_API kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly);
 KEMPE_API void kempe_assembly_free(kempe_assembly *assembly);
 
 /** q and qd of the assembled state, n values, owned by the assembly. */

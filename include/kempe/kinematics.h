@@ -6,7 +6,7 @@
  *     kempe_kinematics_options ask = {.sweep = "crank=0 deg:360 deg", .points = 361};
  *     kempe_kinematics *sweep;
  *     kempe_kinematics_new(system, &ask, &sweep);
- *     for (int k = 0; k < kempe_kinematics_count(sweep); k++)
+ *     for (int k = 0; k < kempe_kinematics_row_count(sweep); k++)
  *         show(kempe_kinematics_s(sweep, k), kempe_kinematics_q(sweep, k));
  */
 #ifndef KEMPE_KINEMATICS_H
@@ -44,9 +44,9 @@ KEMPE_API const char *kempe_kinematics_status(const kempe_kinematics *kinematics
 KEMPE_API const char *kempe_kinematics_reason(const kempe_kinematics *kinematics);
 
 /** The number of rows; the parameter of row k, 0 at A and 1 at B, and its time. */
-KEMPE_API int kempe_kinematics_count(const kempe_kinematics *kinematics);
+KEMPE_API int kempe_kinematics_row_count(const kempe_kinematics *kinematics);
 KEMPE_API double kempe_kinematics_s(const kempe_kinematics *kinematics, int k);
-KEMPE_API double kempe_kinematics_t(const kempe_kinematics *kinematics, int k);
+KEMPE_API double kempe_kinematics_time(const kempe_kinematics *kinematics, int k);
 
 /** One row, n values, owned by the sweep; rates are NaN in a row at a dead centre. NULL: the row does not exist. */
 KEMPE_API const double *kempe_kinematics_q(const kempe_kinematics *kinematics, int k);

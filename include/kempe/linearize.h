@@ -4,7 +4,7 @@
  *
  *     kempe_linearize_options ask = {.inputs = "effort(A)", .outputs = "position(coupler.P)"};
  *     kempe_linearization *linear;
- *     kempe_linearize(system, &ask, &linear);
+ *     kempe_linearization_new(system, &ask, &linear);
  *     int rows, columns;
  *     const double *a = kempe_linearization_matrix(linear, KEMPE_MATRIX_A, &rows, &columns);
  *
@@ -36,8 +36,8 @@ typedef struct kempe_linearization kempe_linearization;
 
 /** Linearises about the state in the options. KEMPE_E_ARGUMENT: a name is wrong; KEMPE_E_FAILED: the state does not
  * exist; the message has the reason. */
-KEMPE_API kempe_status kempe_linearize(const kempe_system *system, const kempe_linearize_options *ask,
-                                       kempe_linearization **linearization);
+KEMPE_API kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *ask,
+                                               kempe_linearization **linearization);
 KEMPE_API void kempe_linearization_free(kempe_linearization *linearization);
 
 typedef enum kempe_matrix {

@@ -8,7 +8,7 @@
  *     kempe_stepper_new(system, &run, &stepper);
  *     for (int k = 1; k <= 1000 && status == KEMPE_OK; k++) {
  *         status = kempe_stepper_advance(stepper, 0.01 * k);
- *         show(kempe_stepper_t(stepper), kempe_stepper_q(stepper));
+ *         show(kempe_stepper_time(stepper), kempe_stepper_q(stepper));
  *     }
  *
  * Error control chooses the steps, independent of the requested times: kempe_simulate gives the same numbers. A stepper
@@ -58,7 +58,7 @@ KEMPE_API void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep);
 
 /** The current state: t in s; q, qd, qdd (n values) and lambda (row_count of the system), owned by the stepper and
  * overwritten by the next step. */
-KEMPE_API double kempe_stepper_t(const kempe_stepper *stepper);
+KEMPE_API double kempe_stepper_time(const kempe_stepper *stepper);
 KEMPE_API const double *kempe_stepper_q(const kempe_stepper *stepper);
 KEMPE_API const double *kempe_stepper_qd(const kempe_stepper *stepper);
 KEMPE_API const double *kempe_stepper_qdd(const kempe_stepper *stepper);

@@ -4,11 +4,12 @@
  *
  *     kempe_workspace *ws;
  *     kempe_workspace_new(system, &ws);
- *     kempe_eval(ws, t, q, qd);
+ *     kempe_workspace_evaluate(ws, t, q, qd);
  *     const double *M = kempe_workspace_mass(ws);            n x n, column-major
- *     kempe_forward_dynamics(ws, t, q, qd, NULL, qdd, lambda);
+ *     kempe_workspace_forward_dynamics(ws, t, q, qd, NULL, qdd, lambda);
  *
- * If forces of the model depend on multipliers, C excludes that load until kempe_forward_dynamics has computed them.
+ * If forces of the model depend on multipliers, C excludes that load until kempe_workspace_forward_dynamics has
+ * computed them.
  *
  * The equations are M(q) qdd + C(q, qd, t) = Q + J' lambda, h(q, t) = 0; n coordinates (rad or m), m closure rows.
  *
@@ -41,10 +42,11 @@ KEMPE_API const char *kempe_workspace_message(const kempe_workspace *workspace);
 
 /** Evaluates everything below at t (s), q and qd (n values each; qd NULL: at rest). q need not close the loops.
  * KEMPE_E_FAILED: a value is not finite there. */
-KEMPE_API kempe_status kempe_eval(kempe_workspace *workspace, double t, const double *q, const double *qd);
+KEMPE_API kempe_status kempe_workspace_evaluate(kempe_workspace *workspace, double t, const double *q,
+                                                const double *qd);
 
-/** Values at the state of the last kempe_eval or call for dynamics. The workspace owns them, and the next call
- * overwrites them. M (n x n, symmetric), C (n: bias on the side of M qdd, applied forces included with their sign
+/** Values at the state of the last kempe_workspace_evaluate or call for dynamics. The workspace owns them, and the next
+ * call overwrites them. M (n x n, symmetric), C (n: bias on the side of M qdd, applied forces included with their sign
  * changed), h (m), J = dh/dq (m x n), jdqd (m): d2h/dt2 = J qdd + jdqd. Matrices are column-major. */
 KEMPE_API const double *kempe_workspace_mass(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_bias(const kempe_workspace *workspace);
@@ -58,17 +60,18 @@ KEMPE_API double kempe_workspace_potential(const kempe_workspace *workspace);
 
 /** Generalized forces that the tree needs for qdd: Q = M qdd + C (n; N m or N), in addition to the model's forces.
  * Loops count as open. */
-KEMPE_API kempe_status kempe_inverse_dynamics(kempe_workspace *workspace, double t, const double *q, const double *qd,
-                                              const double *qdd, double *Q);
+KEMPE_API kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *workspace, double t, const double *q,
+                                                        const double *qd, const double *qdd, double *Q);
 
 /** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; NULL: not wanted) under the model's forces
  * and the generalized forces Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: a motion carries no mass. */
-KEMPE_API kempe_status kempe_forward_dynamics(kempe_workspace *workspace, double t, const double *q, const double *qd,
-                                              const double *Q, double *qdd, double *lambda);
+KEMPE_API kempe_status kempe_workspace_forward_dynamics(kempe_workspace *workspace, double t, const double *q,
+                                                        const double *qd, const double *Q, double *qdd, double *lambda);
 
 /** Closes the loops at t: changes q, and then qd (NULL: not wanted), as little as possible. Coordinates with hold[i]
  * not 0 (n; NULL: none) keep q and qd. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */
-KEMPE_API kempe_status kempe_close(kempe_workspace *workspace, double t, double *q, double *qd, const int *hold);
+KEMPE_API kempe_status kempe_workspace_close(kempe_workspace *workspace, double t, double *q, double *qd,
+                                             const int *hold);
 
 #ifdef __cplusplus
 }

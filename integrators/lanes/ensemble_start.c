@@ -167,7 +167,7 @@ kempe_status kmp_instance_start(kmp_ensemble *e, int i)
         return status == KEMPE_E_INPUT ? KEMPE_OK : status;
     keep_constants(e, &e->instances[i]);
     kmp_plant_renew_parameters(e->plant);
-    status = kempe_assemble(e->s, &a);
+    status = kempe_assembly_new(e->s, &a);
     if (status == KEMPE_OK) {
         e->results[i].rates_changed = a->rates_changed;
         memcpy(e->state, kempe_assembly_q(a), (size_t)e->n * sizeof(double));
@@ -350,7 +350,7 @@ kempe_status kmp_instance_alone(kmp_ensemble *e, int i)
     if (status != KEMPE_OK)
         return status == KEMPE_E_INPUT ? KEMPE_OK : status;
     kmp_plant_renew_parameters(e->plant);
-    status = kempe_assemble(e->s, &a);
+    status = kempe_assembly_new(e->s, &a);
     if (status == KEMPE_OK) {
         e->results[i].rates_changed = a->rates_changed;
         measure_start(e, i, a);

@@ -76,7 +76,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->work_t = spec->t_start;
     run->bound.most = spec->max_steps;
     if (!start) {
-        status = kempe_assemble(system, &own);
+        status = kempe_assembly_new(system, &own);
         start = own;
     }
     if (status == KEMPE_OK)

@@ -438,7 +438,7 @@ const char *cli_json_word(int count, char **words)
 
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings)
 {
-    *settings = (cli_settings){.run = kempe_run_options_default(), .compare = kempe_compare_run_default()};
+    *settings = (cli_settings){.run = kempe_run_options_default(), .compare = kempe_compare_options_default()};
     bool names_only = false;
     for (int k = 0; k < count;) {
         if (!names_only && strcmp(words[k], "--") == 0) {
