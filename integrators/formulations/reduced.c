@@ -3,8 +3,7 @@
  * one state y = (u, ud[, v][, work]).
  *
  * - integrated: v is integrated by vd = Bvu ud + x_t; stages never iterate. At each accepted step one simplified Newton
- *   correction with the present factors returns v to the closure; a correction beyond one error weight rejects the
- * step.
+ *   correction with the present factors returns v to the closure; a larger one than the error weight rejects the step.
  * - newton: every evaluation closes v for its u by Newton's method, predicted along the tangent from the last accepted
  *   step only. An evaluation whose corrections stop contracting fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
