@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Many instances of one mechanism, each with values of its own for some parameters and start values, by DOP853 on the
- * reduced formulation in its integrated form: several at once, a lane each, every one with its own steps and its own
- * error.
+/* Many instances of one mechanism, each with its own values of some parameters and start values, by DOP853 on the
+ * reduced formulation in its integrated form. Several run at once, one in each lane, with their own steps and error
+ * control.
  *
- * Lanes make the same decisions as a run of one mechanism; what they cannot decide, a run of that instance does from
- * its start: change points, events, charts of spherical joints, drives, redundant rows, large systems, steps that fail.
- */
+ * Lanes make the decisions of a run of one mechanism. If a lane cannot decide, a separate run repeats that instance
+ * from its start: for change points, events, charts of spherical joints, drives, redundant rows, large systems, failed
+ * steps. */
 #ifndef KMP_INTEGRATORS_LANES_ENSEMBLE_H
 #define KMP_INTEGRATORS_LANES_ENSEMBLE_H
 

@@ -14,11 +14,7 @@
 #include "integrators/steppers/rk.h"
 #include "model/variant.h"
 
-enum {
-    KMP_POOLS_MOST = 64,
-    KMP_LANE_ROWS = 24
-}; /* bounds: further choices, and mechanisms with more rows, use
-    * separate runs */
+enum { KMP_POOLS_MOST = 64, KMP_LANE_ROWS = 24 }; /* bounds; beyond them: separate runs */
 
 /** An instance between its steps, outside the lanes. */
 typedef struct kmp_instance {
@@ -98,8 +94,7 @@ struct kmp_ensemble {
 /** Reason why lanes can run no instance; NULL: they can. */
 const char *kmp_ensemble_no_lanes(const kmp_ensemble *e);
 
-/** Assembles an instance and puts it into a pool, or leaves it to a separate run, or writes the failure to its
- * result. */
+/** Assembles an instance and puts it into a pool, or leaves it to a separate run, or writes its failure. */
 kempe_status kmp_instance_start(kmp_ensemble *e, int i);
 /** Makes the next choice of u of an instance, from t and y. */
 kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i);

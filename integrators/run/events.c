@@ -62,7 +62,6 @@ void kmp_crossing_free(kmp_crossing *c)
 
 /* -- evaluation ----------------------------------------------------------------------------------------- */
 
-/* The first changed condition that ends the run and that no other follows, -1: none. */
 int kmp_crossing_first_end(const kmp_crossing *c)
 {
     for (int k = 0; k < c->s->events.count; k++)

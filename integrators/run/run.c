@@ -129,7 +129,6 @@ double kmp_runner_t_old(const kmp_runner *run)
     return run->solver ? run->solver->t_old : run->work_t;
 }
 
-/* Adds the work of the present formulation and integrator. */
 void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
 {
     if (!run->solver)

@@ -23,11 +23,9 @@ struct kmp_runner {
     bool has_part;
     kmp_margin margin;
     kmp_formulation *formulation;
-    const kmp_formulation_kind *way; /* the chosen formulation; `formulation` may be the one across change points
-                                      * instead */
+    const kmp_formulation_kind *way; /* the chosen formulation, also near change points */
     bool in_zone;
-    bool walks;    /* crosses a change point in steps of dop853: no single step across succeeded, and the integrator
-                    * stopped */
+    bool walks;    /* crosses a change point in dop853 steps, after the integrator and all steps across failed */
     double zone_t; /* time of entry into the surroundings of a change point */
     bool brief;    /* the formulation before lasted for a few steps */
     const kmp_solver_kind *kind;
@@ -67,8 +65,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
 /** Chooses rows and coordinates at (t, q); rank < 0: by the pivots. */
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count);
 
-/** True for rounded numbers if q is not closed on the rows that are kept now. kmp_runner_project closes q and qd on
- * them. */
+/** True for rounded numbers if q is not closed on the rows kept now; kmp_runner_project closes q and qd on them. */
 bool kmp_runner_is_off(kmp_runner *run, double t, const double *q);
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd);
 
@@ -99,8 +96,8 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t);
 /** Continues at t with another formulation, from the state that the old one completes. */
 kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool to_zone);
 
-/** Continues with another formulation from a state in the present charts (q, qd, qdd in run->state); first_step: as for
- * an integrator's start. */
+/** Continues with another formulation from a state in the present charts (q, qd, qdd in run->state) with a first
+ * step. */
 kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step);
 
 /* runner_center.c */
@@ -136,8 +133,7 @@ kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char
 /** Fails without multipliers at a state: reports the condition that ends runs there, if there is one, or the force. */
 kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *q, const double *qd);
 
-/** Appends the sentence of a failure: that of a lock, the formulation, the integrator, or `otherwise`. True for a
- * lock. */
+/** Appends the sentence of a lock, the formulation, the integrator, or `otherwise`. True for a lock. */
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text);
 
 /** Appends to a reason the spherical joint with nearly singular angles at the last step, if there is one. */

@@ -23,8 +23,7 @@ static void release_formulation(kmp_runner *run)
     run->y = run->yp = NULL;
 }
 
-/* Chooses rows and coordinates again at q, the number of those at the start; a fixed u is kept. Bvu is that of any
- * independent rows. */
+/* Chooses rows and coordinates again at q, as many as at the start; a fixed u is kept. Bvu is that of any rows. */
 static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
     kmp_partition before = run->part;

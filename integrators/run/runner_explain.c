@@ -7,7 +7,6 @@
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 
-/* The coordinate that a row alone prescribes, NULL for several. */
 const char *kmp_runner_driven_by(const kempe_system *s, int row)
 {
     const char *name = NULL;

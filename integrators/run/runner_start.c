@@ -22,7 +22,6 @@ static double rate_scale_of(const kmp_runner *run, const double *qd)
     return scale;
 }
 
-/* Chooses rows and coordinates at (t, q); rank < 0: by the pivots. */
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)
 {
     const kempe_system *s = run->s;
@@ -85,7 +84,6 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
         s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
-/* Consistent accelerations and multipliers of the chosen rows at the plant's last closure. */
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd)
 {
     kmp_saddle saddle = {0};
