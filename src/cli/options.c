@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The last ones are files, and what they are by the ends of their names. */
+/* Types of option values. The last ones are files, whose type follows from the ending of their names. */
 typedef enum option_kind {
     OPTION_FLAG,
     OPTION_TEXT,
@@ -36,7 +36,7 @@ typedef struct option {
     const char *name;
     char letter; /* short form, 0 for none */
     option_kind kind;
-    size_t offset; /* of its value in cli_settings */
+    size_t offset; /* of the value in cli_settings */
     const char *value, *help;
 } option;
 
@@ -83,7 +83,7 @@ static const option options[] = {
     {CLI_INVERSE, "motion", 0, OPTION_TEXT, AT(inverse.motion), "CSV",
      "t, q.NAME, qd.NAME, qdd.NAME (default: the drives, or else the start)"},
     {CLI_INVERSE, "weights", 0, OPTION_TEXT, AT(inverse.weights), "NAME=W,..",
-     "of efforts, where there are more actuators than freedoms"},
+     "of efforts, where there are more actuators than degrees of freedom"},
     {CLI_INVERSE, "independent", 0, OPTION_TEXT, AT(run.independent), "NAME,..",
      "of the start: coordinates that are not accelerated"},
     {CLI_INVERSE, "t-end", 0, OPTION_TIME, AT(run.t_end), "T", "end of the motion, s"},
@@ -219,16 +219,16 @@ static const option options[] = {
     {CLI_GENERATE, "vectorised", 0, OPTION_FLAG, AT(vectorised), NULL,
      "array languages: one statement for all that can be done at once"},
     {CLI_GENERATE, "output", 'o', OPTION_TEXT, AT(output), "DIR", "where to write the files (default: here)"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT), "closure-tolerance", 0, OPTION_TEXT, AT(closure_tolerance),
-     "X", "m that closures which say what others say may stay open by, as rounding; 0: none"},
-    {CLI_ALL, "set", 0, OPTION_SETTING, 0, "NAME=VALUE", "another value of a parameter; may be given again"},
+    {CLI_ALL & ~(CLI_NEW | CLI_SHOW | CLI_GENERATE | CLI_CONTACT), "closure-tolerance", 0, OPTION_TEXT,
+     AT(closure_tolerance), "X", "m that closures which say what others say may stay open by, as rounding; 0: none"},
+    {CLI_ALL & ~CLI_NEW, "set", 0, OPTION_SETTING, 0, "NAME=VALUE", "another value of a parameter; may be given again"},
     {CLI_ALL, "json", 0, OPTION_TEXT, AT(json), "PATH|-", "write one JSON object; - for stdout, instead of text"},
     {CLI_ALL, "help", 'h', OPTION_FLAG, AT(help), NULL, "this text"},
 };
 
 enum { OPTION_COUNT = sizeof options / sizeof *options, WORD_MAX = 64 };
 
-/* -- complaints -------------------------------------------------------------------------------------- */
+/* -- error messages ---------------------------------------------------------------------------------- */
 
 static char last_complaint[512];
 
@@ -358,7 +358,7 @@ static bool has_ending(const option *o, const char *path)
     return !dot || !endings[o->kind];
 }
 
-/* The name is cut off at the sign, in place. */
+/* Splits NAME=VALUE at the sign, in place. */
 static bool store_setting(char *text, cli_settings *settings)
 {
     size_t length = strcspn(text, "=");
@@ -392,7 +392,7 @@ static bool store(const option *o, char *text, cli_settings *settings)
     return true;
 }
 
-/* One option at words[0]; returns how many words it took, 0 after a complaint. */
+/* Reads one option at words[0]; returns the number of words consumed, 0 after an error message. */
 static int read_option(unsigned command, const char *name, int count, char **words, cli_settings *settings)
 {
     size_t length = strcspn(words[0], "=");
@@ -454,7 +454,7 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
         }
     }
     if (!settings->file && !settings->help) {
-        cli_complain("which model? 'kempe %s FILE'", command_name);
+        cli_complain("which model? 'kempe %s %s'", command_name, command == CLI_NEW ? "NAME" : "FILE");
         return false;
     }
     return true;
@@ -468,8 +468,8 @@ void cli_options_print(unsigned command, FILE *out)
         char left[40];
         snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
         if (o->letter)
-            fprintf(out, "  -%c, %-21s%s\n", o->letter, left, o->help);
+            fprintf(out, "  -%c, %-25s%s\n", o->letter, left, o->help);
         else
-            fprintf(out, "      %-21s%s\n", left, o->help);
+            fprintf(out, "      %-25s%s\n", left, o->help);
     }
 }

@@ -24,7 +24,7 @@ static const kmp_language *const languages[] = {
 
 enum { LANGUAGES = sizeof languages / sizeof *languages };
 
-/* -- what is asked ----------------------------------------------------------------------------------- */
+/* -- request ----------------------------------------------------------------------------------------- */
 
 static kempe_status refuse_language(kempe_context *context, const char *name)
 {
