@@ -13,15 +13,13 @@
  * a change point. */
 #define KMP_RANK 1e-10
 /** The first pivot itself: of size 1, smaller if lengths differ much. A first pivot of the size of the root of rounding
- * belongs to closures that hold to second order alone, as of a rod across all motions of its end. Pivots then give no
- * rank. */
+ * belongs to closures that hold to second order alone, as of a rod across its end: pivots give no rank. */
 #define KMP_RANK_FIRST 1e-6
 /** Rows of a dependent set: their components in it, over the largest. */
 #define KMP_RANK_MEMBER 1e-6
 /** Least share of another row in a dropped row with which that other row's multiplier is not determined. */
 #define KMP_RANK_SHARED 1e-9
-/** Least component of a dropped row along free directions with which it is not redundant: a root of the rounding of
- * J. */
+/** Least component of a dropped row along free directions with which it is not redundant: root of rounding of J. */
 #define KMP_RANK_NOT_REDUNDANT 1e-8
 /** Effect of actuators on the reduced equations, over the largest: smaller ones have none. */
 #define KMP_RANK_ACTUATORS 1e-9
@@ -37,7 +35,7 @@
 #define KMP_ARTICULATED_AGREE 1e-9
 #define KMP_ARTICULATED_PIVOT 1e-8
 
-/** Two closed states at a smaller distance are the same: near a singular position states are closed to the root of
+/** Closed states at a smaller distance are equal: near a singular position states are closed to the root of
  * rounding. */
 #define KMP_SAME_STATE 1e-5
 
@@ -58,8 +56,7 @@
 #define KMP_MEND_AXES   1e-4
 /** A smaller shift is zero. */
 #define KMP_MEND_NO_SHIFT 1e-15
-/** Shift of a number in the difference quotient dh/dp, characteristic lengths or rad: the error of dh/dp is its
- * square. */
+/** Shift in the difference quotient dh/dp, characteristic lengths or rad: the error of dh/dp is its square. */
 #define KMP_MEND_DIFFERENCE 1e-4
 /** Rank of the conditions on the numbers: above the error of dh/dp. Near change points the error of the conditions is
  * OFF times the widest row, so that the rank tolerance grows up to MOST_RANK. */
@@ -133,26 +130,23 @@
 #define KMP_LEAST_DAMPING 1e-6
 /** A larger closure correction, in error weights, rejects a step. */
 #define KMP_CORRECTION_LIMIT 1.0
-/** A larger correction of integrated v rejects a step when rows are dropped. Each choice of rows has another motion off
- * the closures, and the error estimate of a step covers less of it. With 1 errors are 4 to 8 times as large, with 1e-2
- * twice. */
+/** A larger correction of integrated v rejects a step when rows are dropped: each choice of rows has another motion off
+ * the closures, of which the error estimate covers less. With 1 errors are 4 to 8 times as large, with 1e-2 twice. */
 #define KMP_CORRECTION_REDUNDANT 3e-3
 /** Smaller scaled corrections are compared with KMP_CORRECTION_LIMIT alone: some are due to rounding of h. */
 #define KMP_CORRECTION_ROUNDING 1e-13
 /** Newton in an evaluation stops at this fraction of the error weights. */
 #define KMP_CORRECTION_IN_STAGE 1e-2
-/** Newton's last correction of a state from which a step across a change point starts: the remaining error is its
- * square. */
+/** Last Newton correction of a state from which a step across a change point starts: the error is its square. */
 #define KMP_CORRECTION_LAST 1e-8
 
 /* -- growth: scaled |Bvu| ------------------------------------------------------------------------------ */
 
 /** Exchanges continue as long as they enlarge |det Jv| by this factor: 1 would never end on ties. */
 #define KMP_PICK_GROWTH 1.5
-/** Growth at which u and v are exchanged, for Kempe's own choice (GROWTH), in the newton form (CLOSED) and for a choice
- * of the user (WISH). In the newton form the right-hand side is a function of u alone, whose series converges only up
- * to u's dead centre: most of its error is made near it. An integrator that restarts at each exchange would lose more
- * than it gains, and takes GROWTH. */
+/** Growth at which u and v are exchanged: GROWTH for Kempe's choice, WISH for the user's, CLOSED in the newton form.
+ * Its right-hand side is a function of u alone, whose series converges only up to u's dead centre: most of its error is
+ * made near it. An integrator that restarts at each exchange takes GROWTH, since it would lose more than it gains. */
 #define KMP_EXCHANGE_GROWTH 1.5
 #define KMP_EXCHANGE_CLOSED 1.1
 #define KMP_EXCHANGE_WISH   10.0
@@ -173,16 +167,14 @@
 
 /* -- axes of three angles: their determinant, over its largest ----------------------------------------- */
 
-/** Below CENTRED, a joint's angles are centred before a run continues; below TURNED, assembly centres its angles. Below
- * WEAK, angles that stay fixed are reported as singular; below LOST, derivatives by its angles have lost too many
- * digits. */
+/** Below CENTRED, a joint's angles are centred before a run continues; below TURNED, assembly centres them. Below WEAK,
+ * fixed angles are reported as singular; below LOST, derivatives by the angles have lost too many digits. */
 #define KMP_AXES_CENTRED 0.4
 #define KMP_AXES_TURNED  0.1
 #define KMP_AXES_WEAK    0.05
 #define KMP_AXES_LOST    0.02
 /** Axes are dependent: rounding of their components. NO_ANGLE: the sine below which the first angle is not determined.
- * TOUCH: the distance (rad) within which an angle is set beyond its singular position instead of followed through
- * it. */
+ * TOUCH: the distance (rad) within which an angle is set beyond its singular position, not followed through it. */
 #define KMP_AXES_DEPENDENT 1e-14
 #define KMP_AXES_NO_ANGLE  1e-15
 #define KMP_AXES_TOUCH     1e-8
@@ -228,8 +220,7 @@
  * backwards ends below ENDS, which only a change point reaches. */
 #define KMP_MARGIN_EXPLAINS 0.02
 #define KMP_MARGIN_ENDS     1e-4
-/** Largest rounding of accelerations with the loops open, as a part of rtol, relative to the accelerations at the
- * start. */
+/** Largest rounding of accelerations with the loops open, as a part of rtol, over the accelerations at the start. */
 #define KMP_MARGIN_CANCELLED 1e-2
 /** The search for a change point farther ahead continues while each look reduces the margin by this factor. If the
  * motion comes to rest at one, the margin decreases as the square of time, and the line meets zero half-way. */
@@ -254,8 +245,7 @@
 #define KMP_LEAP_SHRINKS 0.7
 #define KMP_LEAP_NOISE   10.0
 #define KMP_LEAP_ROUGH   100.0
-/** Lengths of steps across that differ by a smaller relative amount are the same. A landing may be BEYOND times as far
- * as predicted. */
+/** Relative difference of equal lengths of steps across; a landing may be BEYOND times as far as predicted. */
 #define KMP_LEAP_SAME   1e-4
 #define KMP_LEAP_BEYOND 1.3
 /** Coefficients |T| of dropped rows in the kept ones. Beyond OUT (SWEEP in sweeps) a dropped row replaces a kept one,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The second-order test. A first-order motion qd continues only if J qdd + gamma(qd) = 0 has a solution qdd, that is if
- * w' gamma(qd) = 0 for every w of the left null space of J: quadratic conditions on the tangent space. Without a
- * binding condition the motion is finite. Without a common zero the mechanism is infinitesimally mobile. For two
+/* The second-order test. A first-order motion qd continues only if J qdd + gamma(qd) = 0 has a solution qdd. This
+ * requires w' gamma(qd) = 0 for every w of the left null space of J: quadratic conditions on the tangent space. Without
+ * a binding condition the motion is finite. Without a common zero the mechanism is infinitesimally mobile. For two
  * directions the common zeros are the branches that cross here. */
 #include "base/memory.h"
 #include "constraints/diagnosis/doctor.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The numbers of a mechanism at one state, from the motion program. One object per thread; no allocation after
+/* The numbers of a mechanism at one state, from the motion program. One per thread; no allocation after
  * kmp_plant_new. */
 #ifndef KMP_CONSTRAINTS_EVALUATION_PLANT_H
 #define KMP_CONSTRAINTS_EVALUATION_PLANT_H
@@ -27,8 +27,7 @@ typedef struct kmp_plant {
     const double *mass;       /* system->mass.count values, since kmp_plant_mass */
     const double *bias;       /* n, since kmp_plant_bias */
     const double *jdqd;       /* m */
-    const double *compliance; /* by articulated bodies, compliance to drift replace mass to jdqd:
-                               * system->compliance.count values */
+    const double *compliance; /* by bodies: compliance to drift replace mass to jdqd */
     const double *mobility;   /* system->mobility.count */
     const double *free_qdd;   /* n: accelerations without closure forces, since kmp_plant_bias */
     const double *drift;      /* m: J free_qdd + jdqd */
@@ -38,11 +37,9 @@ typedef struct kmp_plant {
                                * the last kmp_plant_all_changes */
     double t, *q;             /* n: of the last kmp_plant_closure, for the user-defined force */
     const double *own_bias;   /* n: C of the program alone */
-    const double *given;      /* n, not owned: generalized forces in addition to those of the model and of the user;
-                               * NULL: none */
+    const double *given;      /* n, not owned: further generalized forces; NULL: none */
     bool gave;                /* by articulated bodies: the machine still has such forces */
-    double *with_force;       /* n: bias minus all generalized forces outside the program; by articulated bodies the sum
-                               * of these */
+    double *with_force;       /* n: bias minus forces outside the program; by bodies their sum */
     double *effort;           /* n */
     double *nu;               /* m: multipliers in the last C (constraints/evaluation/pressing.h); NULL: C has none */
     const double *pressing;   /* system->pressing.count values: dC/dlambda, with C */
@@ -52,8 +49,7 @@ typedef struct kmp_plant {
 /** Makes a plant; NULL after a message (unknown back end, no memory). */
 kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend);
 
-/** Makes a plant with a thread pool that shares the work, if the back end can; NULL: none. The pool outlives the
- * plant. */
+/** Makes a plant with a thread pool (NULL: none), used if the back end can; the pool outlives the plant. */
 kmp_plant *kmp_plant_new_shared(const kempe_system *system, const char *backend, kmp_team *team);
 void kmp_plant_free(kmp_plant *plant);
 
@@ -96,8 +92,7 @@ void kmp_plant_drop_widest(kmp_plant *plant);
 /** Sets the charts of the spherical joints (constraints/closing/charts.h); earlier results are no longer valid. */
 void kmp_plant_set_charts(kmp_plant *plant, const double *chart);
 
-/** first - second of each condition at (t, q, qd); NULL if the model has none. A condition holds where this is
- * negative. */
+/** first - second of each condition at (t, q, qd); NULL without conditions. A condition holds if this is negative. */
 const double *kmp_plant_changes(kmp_plant *plant, double t, const double *q, const double *qd);
 
 /** Evaluates all conditions into `change`, one value per condition, including those that depend on accelerations and
@@ -110,12 +105,10 @@ void kmp_plant_all_changes(kmp_plant *plant, double t, const double *q, const do
 void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd);
 void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds);
 
-/** Selects the branch of a kink (kmp_tree_kink); 0, initially: the branch follows the state. kmp_plant_set_mode does
- * not change it. */
+/** Selects the branch of a kink (kmp_tree_kink); 0, initially: by the state. Not changed by kmp_plant_set_mode. */
 void kmp_plant_set_kink(kmp_plant *plant, int condition, int side);
 
-/** Generalized forces of the user-defined function at (t, q, qd), owned by the plant, not finite if it fails; NULL:
- * none. */
+/** User-defined generalized forces at (t, q, qd), owned by the plant, not finite on failure; NULL: none. */
 const double *kmp_plant_effort(kmp_plant *plant, double t, const double *q, const double *qd);
 
 /** Dense copies of the last values, column-major: J is m x n, M n x n and symmetric. */

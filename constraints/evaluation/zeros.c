@@ -74,7 +74,7 @@ static int size_of(sets s, int k, int most)
 
 /* -- X ------------------------------------------------------------------------------------------------- */
 
-/* For each v, the u that move it: those of its block's rows, and of the later blocks in these rows. */
+/* For each v, the u that move it: those of its block's rows, and of later blocks in these rows. */
 static bool find_reach(kmp_zeros *z, const kmp_reduction *red, sets reach, int *block_of_column)
 {
     sets of_block = sets_new(z, z->blocks + 1, z->p);

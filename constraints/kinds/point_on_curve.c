@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Point on curve: with x, y, z the position of Q in the axes of P, each row F(x, y, z, t) stays zero: y - f(x), z -
- * g(x), or an expression of all three. A second closure may fix the coordinates that the rows leave free. The force is
- * the sum of lambda grad F, normal to the curve; grad F is derived for symbols x, y, z, and the position then replaces
- * them. */
+/* Point on curve: each row F(x, y, z, t) stays zero for the position x, y, z of Q in the axes of P. Rows are y - f(x),
+ * z - g(x), or an expression of all three. A second closure may fix the coordinates that the rows leave free. The force
+ * is the sum of lambda grad F, normal to the curve; grad F is derived for symbols x, y, z, and the position then
+ * replaces them. */
 #include "constraints/kinds/kind_parts.h"
 #include "symbolic/derivative.h"
 

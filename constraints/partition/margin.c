@@ -377,8 +377,8 @@ bool kmp_margin_unwatched(const kmp_margin *margin)
     return margin->r == 0 || (margin->ignored && margin->r == margin->part.m);
 }
 
-/* The line of w from the last step's end to here: the point nearest to zero in step lengths from here, its distance
- * from zero, and the cosine of the angle by which w has turned. */
+/* The line of w from the last step's end to here. Its point nearest to zero in step lengths from here; the distance of
+ * that point from zero; the cosine of the angle by which w has turned. */
 typedef struct line {
     double before, when, closest, cosine; /* before: |w| at the last step's end */
     bool known;                           /* the null vector z is that of the last step's end */

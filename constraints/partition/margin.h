@@ -65,9 +65,9 @@ void kmp_margin_free(kmp_margin *margin);
 /** Takes other rows; earlier measurements are forgotten. false: no memory. */
 bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part);
 
-/** Measures at the start, (t, q), the place of the plant's last closure: sets the usual values, and `near` if a motion
- * along the closures reaches a change point in some thousandths of a radian. Restores the plant's last closure. false:
- * no memory. */
+/** Measures at the start, (t, q), the place of the plant's last closure, and sets the usual values. Sets `near` if a
+ * motion along the closures reaches a change point in some thousandths of a radian. Restores the plant's last closure.
+ * false: no memory. */
 bool kmp_margin_begin(kmp_margin *margin, kmp_plant *plant, double t, const double *q);
 
 /** |w| at the plant's last closure over its usual size; 1 without closures, 0 where they are singular. */

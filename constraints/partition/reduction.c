@@ -176,7 +176,6 @@ void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd)
     spread(red, ud, red->x_t, qd);
 }
 
-/* -Jv^-1 (Ju ud + h_t) */
 void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
 {
     const double *h_t = red->plant->h_t;

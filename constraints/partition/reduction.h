@@ -86,7 +86,7 @@ void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *la
 /** dv = -Jv^-1 h from the plant's last h and the present factors, in red->dv. */
 void kmp_reduction_correction(kmp_reduction *red);
 
-/** Closes v of q for its u by Newton's method from the given v, with a new Jacobian in each iteration, until a
+/** Closes v of q for its u by Newton's method from the given v, with a new Jacobian in each iteration. Ends when a
  * correction is within `fraction` of the weights w (n; NULL: to round-off). The plant's closure and the factors are
  * then those of q to that accuracy. 0; 1 when corrections no longer contract or Jv is singular. */
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);

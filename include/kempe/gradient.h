@@ -15,7 +15,6 @@
  *         add(kempe_gradient_values(gradient), kempe_gradient_jacobian(gradient));
  *     }
  *
- * The mechanism is led from where it was to where it is asked for, coordinates and parameters together, so that it
  * The mechanism moves continuously from its last configuration to the requested one, coordinates and parameters
  * together, so that it stays in its assembly mode.
  */

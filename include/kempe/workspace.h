@@ -18,9 +18,9 @@
  * or the start cannot be assembled, rows are chosen at each state. Near closed states, rows that are redundant at the
  * start count only if J exceeds the error of h.
  *
- * A workspace belongs to one thread at a time; any number of them may work on one system. Make and free them in the
- * thread of the system. After kempe_workspace_new nothing here allocates, and nothing touches the context: error
- * messages are in kempe_workspace_message.
+ * A workspace belongs to one thread at a time; any number of them may work on one system. Make and free workspaces in
+ * the thread that made the system. After kempe_workspace_new nothing here allocates, and nothing touches the context:
+ * error messages are in kempe_workspace_message.
  */
 #ifndef KEMPE_WORKSPACE_H
 #define KEMPE_WORKSPACE_H

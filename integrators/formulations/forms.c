@@ -8,8 +8,7 @@
  *   Gupta and Leimkuhler 1985; Hiller and Anantharaman)
  * - ggl: h and J v + h_t with lambda and mu as algebraic unknowns
  * - index2: J v + h_t = 0; positions drift slowly
- * - index1: hddot + 2 alpha (J v + h_t) + beta^2 h = 0 (Baumgarte 1972), alpha = beta = ten over the characteristic
- * time
+ * - index1: hddot + 2 alpha (J v + h_t) + beta^2 h = 0 (Baumgarte 1972), alpha = beta = 10 / characteristic time
  * - index3: h = 0, for teaching: accelerations and multipliers lose most digits, and below rtol 1e-10 it fails
  *
  * Weights exclude multipliers from every error norm: the first steps are tiny, the condition of the iteration matrix

@@ -3,8 +3,7 @@
  * one state y = (u, ud[, v][, work]).
  *
  * - integrated: v is integrated by vd = Bvu ud + x_t; stages never iterate. At each accepted step one simplified Newton
- *   correction with the present factors returns v to the closure; a correction beyond one error weight rejects the
- * step.
+ *   correction with the present factors returns v to the closure; a larger one than the error weight rejects the step.
  * - newton: every evaluation closes v for its u by Newton's method, predicted along the tangent from the last accepted
  *   step only. An evaluation whose corrections stop contracting fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
@@ -175,8 +174,6 @@ static int jacobian(void *self, double t, const double *y, double *j)
 
 /* -- end of a step ------------------------------------------------------------------------------------- */
 
-/* h, J, Bvu and the correction of v at the step's end, the last evaluation. `end`: values of the fused program, if that
- * made the evaluation. */
 int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused_end *end)
 {
     if (!is_fused(d)) { /* h and the factors are available */
@@ -347,7 +344,6 @@ static int row(kmp_formulation *formulation, double t, const double *y, const do
 
 /* -- new starts --------------------------------------------------------------------------------------- */
 
-/* Factors, tangent, sign and anchor of d->q with the present partition. */
 int kmp_reduced_settle(kmp_reduced *d, double t, const double *y)
 {
     kmp_plant_closure(d->plant, t, d->q);

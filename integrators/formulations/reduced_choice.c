@@ -33,7 +33,6 @@ static double exchange_growth(const kmp_reduced *d)
     return d->integrated || d->restarts ? KMP_EXCHANGE_GROWTH : KMP_EXCHANGE_CLOSED;
 }
 
-/* Computes |Bvu| of the present tangent, and decides if an exchange is due. */
 void kmp_reduced_judge(kmp_reduced *d)
 {
     if (d->r == 0)
@@ -54,7 +53,6 @@ static bool same_signs(const kmp_reduced *d, const int *signs)
     return memcmp(signs, d->signs, (size_t)kmp_block_count(d->red.block) * sizeof *signs) == 0;
 }
 
-/* Judges |Bvu| at the step's end. */
 int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs)
 {
     if (d->r == 0)
@@ -71,8 +69,6 @@ int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs)
     return crossed ? KMP_RETRY : KMP_GO;
 }
 
-/* Explains steps that shrink to nothing: at a dead centre that evaluations cannot pass, or where det Jv repeatedly
- * changes its sign. */
 void kmp_reduced_explain(kmp_formulation *formulation)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
@@ -100,7 +96,6 @@ static bool can_fuse(const kmp_reduced *d)
     return d->integrated && !d->by_saddle && !(d->has_work && d->s->rheonomic) && d->s->pressed_count == 0;
 }
 
-/* Makes the fused program for the present choice of u with its factors. */
 int kmp_reduced_fuse(kmp_reduced *d, bool worth)
 {
     kmp_fused_free(d->fused);
@@ -125,7 +120,7 @@ bool kmp_reduced_try_saddle(kmp_reduced *d)
     return true;
 }
 
-/* Makes the saddle system of the partition's rows; the plant already uses the formulation's dynamics. */
+/* The plant already uses the formulation's dynamics. */
 bool kmp_reduced_renew_saddle(kmp_reduced *d)
 {
     long factorizations = d->saddle.factorizations;
@@ -181,7 +176,6 @@ static int take_over(kmp_reduced *d, double t, double *y)
     return kmp_reduced_settle(d, t, y) == KMP_GO ? kmp_reduced_fuse(d, worth) : KMP_HALT;
 }
 
-/* Makes a due exchange at d->q and d->qd, the plant's place. */
 int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
 {
     kmp_partition before;

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The unreduced form of the equations of motion, for an integrator of F(t, y, y') = 0: no reduced mass is factored, and
- * a residual needs none. With y = (u, ud[, work]): */
+/* The reduced equations of motion in implicit form, for an integrator of F(t, y, y') = 0: no reduced mass is factored,
+ * and a residual needs none. With y = (u, ud[, work]):
+ *
+ *     u' - ud = 0      X' (M qdd + C) = 0, qdd = X ud' + a0      work' - power = 0 */
 #include "integrators/formulations/reduced.h"
 #include <math.h>
 #include <string.h>
