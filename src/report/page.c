@@ -100,7 +100,7 @@ static kempe_status make_page(const kempe_comparison *c, detail *d, const kmp_pa
     if (status == KEMPE_OK)
         status = record_picture(c, d, &picture);
     if (status == KEMPE_OK)
-        kmp_context_clear(c->system->context); /* of what a start that does not assemble says */
+        kmp_context_clear(c->system->context); /* errors of a start that cannot be assembled */
     if (status == KEMPE_OK && !kmp_page_data(&data, c, d->count, d->records, picture))
         status = kmp_fail_memory(c->system->context);
     if (status == KEMPE_OK)

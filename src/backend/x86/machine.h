@@ -16,8 +16,7 @@ typedef struct kmp_backend {
     void (*set)(void *code, kmp_input_kind kind, const double *values);
     void (*run)(void *code, int stage);
     const double *(*outputs)(const void *code, int stage);
-    void *(*share)(const kmp_program *program,
-                   kmp_team *team); /* `prepare` with a thread pool; NULL: without use for one */
+    void *(*share)(const kmp_program *program, kmp_team *team); /* for a thread pool; NULL: unused */
     kmp_team *team; /* the thread pool that shares the work of prepared programs: NULL in the table, set in a copy;
                        outlives it */
 } kmp_backend;
