@@ -2,6 +2,7 @@
 /* The rows of an inverse dynamics, and what is said of all of them. */
 #include "output/print.h"
 #include "studies/inverse/inverse.h"
+#include <kempe/inverse.h>
 #include <math.h>
 
 double kmp_inverse_unmet(const kempe_inverse *inverse)
