@@ -183,7 +183,7 @@ static void read_kind(list *l, const kmp_yaml *joint, const char *what, int body
         kmp_text_printf(&names, "%s, ", joints[i].name);
     if (names.failed)
         l->r->scratch.failed = true;
-    kmp_reader_complain(l->r, joint->place, "%s: exactly one of the keys %smotions is wanted, not %d", what,
+    kmp_reader_complain(l->r, joint->place, "%s: exactly one of the keys %smotions is expected, not %d", what,
                         names.failed ? "" : names.s, kinds);
     kmp_text_free(&names);
     if (kinds == 0)

@@ -153,7 +153,7 @@ static void show_notes(kmp_text *text, const kempe_trajectory *t)
     const kmp_journal *journal = &t->journal;
     int shown = journal->kept < MOST_SHOWN ? journal->kept : MOST_SHOWN;
     for (int k = 0; k < shown; k++)
-        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "on the way", journal->notes[k].t,
+        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "journal  ", journal->notes[k].t,
                         journal->notes[k].text);
     if (journal->count > shown)
         kmp_text_printf(text, "           and %ld more (--json)\n", journal->count - shown);
