@@ -4,6 +4,7 @@
  * and times of the implicit ways; errors against reference.csv where the governor is as it is, else against a run of
  * radau9 at rtol 1e-13. */
 #include "judged.h"
+#include <kempe/check.h>
 
 typedef struct mechanism {
     const char *path, *given;
@@ -77,7 +78,7 @@ static void scene(const mechanism *m, const char *stiffness, const char *digits)
     kempe_assembly *start = NULL;
     kmp_reference reference;
     if (kempe_model_read_text(b.context, model_text(m, stiffness), "model", &b.model) ||
-        kempe_system_new(b.model, &b.system) || kempe_assemble(b.system, &start))
+        kempe_system_new(b.model, &b.system) || kempe_assembly_new(b.system, &start))
         exit(1);
     if (!digits)
         refer(&b, m, start, &reference);

@@ -13,6 +13,7 @@
  *
  * A mechanism is assembled by construction: its tree is placed at random coordinates, and each closure joins the tip of
  * a chain to the point of another body where it lies. Coordinates are then disturbed for the guess. */
+#include <kempe/check.h>
 #include <kempe/kempe.h>
 #include <math.h>
 #include <stdarg.h>
@@ -332,7 +333,7 @@ static outcome judge(kempe_context *context, const kempe_system *system, const k
     kempe_trajectory *a = NULL, *b = NULL;
     outcome result;
     int a_warned = 0, b_warned = 0;
-    if (kempe_assemble(system, &assembly) != KEMPE_OK) {
+    if (kempe_assembly_new(system, &assembly) != KEMPE_OK) {
         snprintf(detail, size, "%.200s", kempe_context_message(context));
         kempe_assembly_free(assembly);
         return UNASSEMBLED;

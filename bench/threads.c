@@ -8,6 +8,7 @@
  * run's the least of a few. */
 #include "bench.h"
 #include "integrators/run/runner.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 
@@ -218,7 +219,7 @@ int main(int argc, char **argv)
     }
     bench b = bench_load(model);
     kempe_assembly *start = NULL;
-    if (kempe_assemble(b.system, &start)) {
+    if (kempe_assembly_new(b.system, &start)) {
         fprintf(stderr, "%s\n", kempe_context_message(b.context));
         return 1;
     }

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Interval arithmetic over the instructions of a program, with the chain rule along time (Moore 1966; Neumaier 1990).
+ * Each value has bounds of itself and of its rate; a program's constants are evaluated once. */
 #include "backend/bounds.h"
 #include "base/memory.h"
 #include "symbolic/table.h"
@@ -8,10 +10,10 @@
 struct kmp_bounds {
     const kmp_program *program;
     int inputs, first;   /* values: constants, inputs from `inputs` on, instructions from `first` on */
-    int *order;          /* instructions that known outputs need */
-    int constant, count; /* of these: that depend on parameters alone, all */
-    bool *known;         /* an output */
-    bool *given;         /* likewise: something given counts for it */
+    int *order;          /* instructions that computable outputs need */
+    int constant, count; /* of these instructions: those that depend on parameters alone, all */
+    bool *known;         /* by output */
+    bool *given;         /* by output: a given value is needed for it */
     kmp_bound *value;
 };
 
@@ -33,7 +35,7 @@ bool kmp_bounds_is_solved(const kmp_bounds *bounds, int k)
     return in && in->op == KMP_OP_IMPLICIT;
 }
 
-/* What is known of a value: whether it can be bounded, and whether something given counts for it. */
+/* Properties of a value: its bounds are computable, and a given value is needed for it. */
 typedef struct knowledge {
     bool known, given, needed;
 } knowledge;
@@ -60,7 +62,7 @@ static void find_known(const kmp_bounds *b, knowledge *value)
     }
 }
 
-/* What known outputs need, in order. */
+/* Lists the instructions that computable outputs need, in order. */
 static void find_order(kmp_bounds *b, knowledge *value)
 {
     const kmp_program *p = b->program;
@@ -145,7 +147,7 @@ typedef struct span {
 
 static const span whole = {-INFINITY, INFINITY};
 
-/* Bounds that are no numbers bound nothing. */
+/* Bounds that are NaN become infinite. */
 static span checked(double low, double high)
 {
     return low <= high ? (span){low, high} : whole;
@@ -210,7 +212,7 @@ static kmp_bound joined(span value, span rate)
 
 /* -- functions of one variable ------------------------------------------------------------------------ */
 
-/* Whether a + 2 pi k lies in the span for some k. */
+/* True if a + 2 pi k lies in the span for some k. */
 static bool meets(span x, double a)
 {
     return a + 2 * half_turn * ceil((x.low - a) / (2 * half_turn)) <= x.high;
@@ -229,7 +231,7 @@ static span cosine(span x)
     return sine((span){x.low + half_turn / 2, x.high + half_turn / 2});
 }
 
-/* That grows with x. */
+/* Bounds of a function that increases with x. */
 static span growing(double (*f)(double x), span x)
 {
     return checked(f(x.low), f(x.high));
@@ -259,7 +261,7 @@ static span sign_of(span x)
     return (span){x.low > 0 ? 1 : x.low == 0 ? 0 : -1, x.high < 0 ? -1 : x.high == 0 ? 0 : 1};
 }
 
-/* The value and the derivative by x. false: not known here. */
+/* The value and the derivative with respect to x. False if the function has no bounds here. */
 static bool function(kmp_op op, span x, span *f, span *slope)
 {
     const span one = {1, 1};
@@ -362,7 +364,7 @@ static kmp_bound power(kmp_bound x, kmp_bound y)
     return joined(f, product(f, rate));
 }
 
-/* The angle of (y, x), y first, whose values lie at corners but where the cut is met. */
+/* The angle of (y, x), y first: extreme at corners of the rectangle, unless it meets the branch cut. */
 static kmp_bound angle(kmp_bound y, kmp_bound x)
 {
     span by_y = square(value_of(y)), by_x = square(value_of(x)), f = {-half_turn, half_turn};

@@ -7,35 +7,35 @@
 
 #include "symbolic/program/program.h"
 
-/** A quantity over a piece of time: its values lie within [low, high], its rates within [down, up]. */
+/** A quantity during a time interval: its values lie within [low, high], its rates within [down, up]. */
 typedef struct kmp_bound {
     double low, high, down, up;
 } kmp_bound;
 
 typedef struct kmp_bounds kmp_bounds;
 
-/** Of a program that stays. NULL: no memory. */
+/** Bounds of a program, which must outlive them. NULL: no memory. */
 kmp_bounds *kmp_bounds_new(const kmp_program *program);
 void kmp_bounds_free(kmp_bounds *bounds);
 
-/** Whether bounds of output k (of all stages, in order) are known: what implicit blocks solve for has to be given, and
- * can be where it is an output by itself. */
+/** True if bounds of output k (of all stages, in order) can be computed. Unknowns of implicit blocks have to be given,
+ * which is possible where an unknown is itself an output. */
 bool kmp_bounds_know(const kmp_bounds *bounds, int k);
 
-/** Whether output k is what an implicit block solves for; and that it is given. */
+/** kmp_bounds_is_solved: true if output k is an unknown of an implicit block. kmp_bounds_give: gives its bounds. */
 bool kmp_bounds_is_solved(const kmp_bounds *bounds, int k);
 void kmp_bounds_give(kmp_bounds *bounds, int k, kmp_bound bound);
 
-/** Whether what is given counts for output k. */
+/** True if output k depends on given bounds. */
 bool kmp_bounds_need(const kmp_bounds *bounds, int k);
 
 /** Input k of the program. */
 void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound);
 
-/** With `constants`, what depends on parameters alone is evaluated too: it has changed. No allocation. */
+/** Computes all bounds. `constants`: values of parameters alone are evaluated again, after a change. No allocation. */
 void kmp_bounds_run(kmp_bounds *bounds, bool constants);
 
-/** Bounds of output k; infinite where nothing is known. */
+/** Bounds of output k; infinite where none are known. */
 kmp_bound kmp_bounds_get(const kmp_bounds *bounds, int k);
 
 #endif

@@ -12,7 +12,7 @@ bool kmp_code_is_straight(const kmp_instruction *in)
 
 /* -- the operations ---------------------------------------------------------------------------------- */
 
-/* What listing needs, by instruction. */
+/* Data by instruction for listing. */
 typedef struct lister {
     kmp_code *code;
     const kmp_layout *layout;
@@ -103,7 +103,7 @@ static bool write_segments(const kmp_code *code, uint32_t slots, uint32_t segmen
     return ok && !x86->failed;
 }
 
-/* C has no way to make a function of an object's address but copying. */
+/* C converts an object's address to a function pointer only by copying. */
 static kmp_routine *routine_at(const kmp_code *code, uint32_t segment, size_t offset)
 {
     kmp_routine *routine = NULL;

@@ -17,7 +17,7 @@ typedef struct kmp_code {
     kmp_routine **segment; /* NULL: it has no arithmetic */
 } kmp_code;
 
-/** Whether an instruction is such arithmetic: for kmp_layout_init. */
+/** True if an instruction is straight-line arithmetic of this back end: for kmp_layout_init. */
 bool kmp_code_is_straight(const kmp_instruction *in);
 
 /** Lists the operations, of a layout made with that. false: no memory; kmp_code_free in any case. */

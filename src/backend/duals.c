@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Forward-mode differentiation, instruction by instruction (Griewank and Walther 2008, ch. 3): each value has its
+ * derivatives along KMP_DUALS_WIDTH inputs. Values that no current input changes are skipped. */
 #include "backend/duals.h"
 #include "base/memory.h"
 
@@ -6,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-/* How an operation's result follows small changes of two of its operands: those that count. */
+/* Derivatives of an operation's result with respect to the two operands that matter. */
 typedef struct step {
     uint32_t from[2]; /* values; NOTHING: none */
     double by[2];
@@ -19,7 +21,7 @@ struct kmp_duals {
     int inputs, first, count; /* values: constants, inputs from `inputs` on, operations from `first` on */
     double *value;
     step *steps;     /* an operation */
-    bool *moves;     /* a value: along the inputs at hand */
+    bool *moves;     /* by value: it depends on the current inputs */
     double *slopes;  /* KMP_DUALS_WIDTH a value that moves */
     uint64_t *marks; /* a value */
 };
@@ -81,7 +83,7 @@ static double of(const double *value, uint32_t operand)
     return operand & 1 ? -value[operand >> 1] : value[operand >> 1];
 }
 
-/* The derivative of a function of one variable x, whose value is f; those of ops.def. */
+/* The derivative of a function of one variable x, whose value is f; functions of ops.def. */
 static double slope_of(kmp_op op, double x, double f)
 {
     switch (op) {
@@ -119,7 +121,7 @@ static double minus_of(uint32_t operand)
     return operand & 1 ? -1 : 1;
 }
 
-/* One operand is the result. */
+/* The step of a result that equals one operand. */
 static step follow(uint32_t operand)
 {
     return (step){{operand >> 1, NOTHING}, {minus_of(operand), 0}};
@@ -234,7 +236,7 @@ bool kmp_duals_get(const kmp_duals *duals, int k, double slope[KMP_DUALS_WIDTH])
     return true;
 }
 
-/* -- what depends on what ---------------------------------------------------------------------------- */
+/* -- dependences ------------------------------------------------------------------------------------- */
 
 void kmp_duals_mark(kmp_duals *duals, kmp_input_kind kind, uint32_t first)
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Derivatives of a program's outputs at one place, number by number: the chain rule runs forward through the program
- * along several inputs at a time (Griewank and Walther 2008, ch. 3). They are as exact as derived expressions, and cost
- * nothing before; where a program is looked at a few times only, deriving expressions takes longer. */
+/* Derivatives of a program's outputs at one point as numbers: forward-mode differentiation along several inputs at a
+ * time (Griewank and Walther 2008, ch. 3). They are as exact as derived expressions and need no preparation; deriving
+ * expressions pays only for many evaluations. */
 #ifndef KMP_BACKEND_DUALS_H
 #define KMP_BACKEND_DUALS_H
 
@@ -11,10 +11,10 @@ enum { KMP_DUALS_WIDTH = 8, KMP_DUALS_MARKED = 64 }; /* inputs at a time */
 
 typedef struct kmp_duals kmp_duals;
 
-/** Whether all operations of the program are known here: implicit blocks are not. */
+/** True if all operations of the program are supported here: implicit blocks are not. */
 bool kmp_duals_know(const kmp_program *program);
 
-/** Of a program that stays. NULL: no memory. */
+/** Derivatives of a program, which must outlive them. NULL: no memory. */
 kmp_duals *kmp_duals_new(const kmp_program *program);
 void kmp_duals_free(kmp_duals *duals);
 
@@ -30,11 +30,11 @@ double kmp_duals_value(const kmp_duals *duals, int k);
 /** Derivatives at the values along inputs `first` to `first` + KMP_DUALS_WIDTH - 1 of a kind. */
 void kmp_duals_along(kmp_duals *duals, kmp_input_kind kind, uint32_t first);
 
-/** Those of output k; false where it does not depend on any of these inputs. */
+/** The derivatives of output k; false where it does not depend on any of these inputs. */
 bool kmp_duals_get(const kmp_duals *duals, int k, double slope[KMP_DUALS_WIDTH]);
 
-/** What can depend on inputs `first` to `first` + KMP_DUALS_MARKED - 1 of a kind, at whatever values; of output k a bit
- *  for each. */
+/** Marks all values that depend on inputs `first` to `first` + KMP_DUALS_MARKED - 1 of a kind, at any values of them.
+ * Each output has a bit for each such input. */
 void kmp_duals_mark(kmp_duals *duals, kmp_input_kind kind, uint32_t first);
 uint64_t kmp_duals_moves(const kmp_duals *duals, int k);
 

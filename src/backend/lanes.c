@@ -9,7 +9,7 @@
 enum { ALIGNED = 64 }; /* bytes: a register of eight doubles */
 
 struct kmp_lanes {
-    kmp_frame frame; /* of one instance: where things are */
+    kmp_frame frame; /* of one instance: positions of values */
     kmp_code code;
     int width;
     double *memory, *v; /* slots x width */
@@ -115,7 +115,7 @@ void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const do
 
 /* -- running it -------------------------------------------------------------------------------------- */
 
-/* One operation on all lanes; the loops are over `w` alone, so that the compiler makes vectors of them. */
+/* One operation on all lanes; the loops run over `w` alone, so that the compiler vectorises them. */
 static void run_operation(const kmp_straight *s, size_t w, double *v)
 {
     double *d = v + s->d * w;
@@ -188,7 +188,7 @@ static double run_implicit(const kmp_lanes *lanes, const kmp_special *s, size_t 
     return kmp_solving_value(solving, (int)in->c);
 }
 
-/* Other functions lane by lane. Operands that one has not are the slot of 1. */
+/* Other functions lane by lane. An operand that a function does not have is the slot of 1. */
 static void run_special(const kmp_lanes *lanes, const kmp_special *s)
 {
     size_t w = (size_t)lanes->width;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A program made ready to run for several instances at once, one a lane: the same operations on inputs of their own.
- * Every value is `width` doubles next to each other, lane by lane. Each lane has the bits that a machine (machine.h)
- * has with its inputs. */
+/* A program prepared for several instances at once, one per lane: the same operations on inputs of their own. Every
+ * value is `width` adjacent doubles, one per lane. Each lane has the bits that a machine (machine.h) has with its
+ * inputs. */
 #ifndef KMP_BACKEND_LANES_H
 #define KMP_BACKEND_LANES_H
 
@@ -22,21 +22,21 @@ kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
 void kmp_lanes_free(kmp_lanes *lanes);
 
 int kmp_lanes_width(const kmp_lanes *lanes);
-/** Whether it runs as machine code. */
+/** True if it runs as machine code. */
 bool kmp_lanes_native(const kmp_lanes *lanes);
 
 /** Gives the values of one input vector: of all lanes, value k of lane l at k width + l; and of one lane. */
 void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values);
 void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const double *values);
 
-/** Runs one stage, whose earlier stages are up to date; output k of lane l is at k width + l, owned by the lanes, valid
+/** Runs one stage, whose earlier stages are up to date. Output k of lane l is at k width + l, owned by the lanes, valid
  * until the stage runs again. No allocation. */
 const double *kmp_lanes_run(kmp_lanes *lanes, int stage);
 
 /** Copies one value of all lanes. */
 static inline void kmp_lanes_copy(size_t width, double *to, const double *from)
 {
-    if (width == 8) /* known to the compiler: no call */
+    if (width == 8) /* a constant for the compiler: no call */
         memcpy(to, from, 8 * sizeof *to);
     else
         memcpy(to, from, width * sizeof *to);

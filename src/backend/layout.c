@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Slots and segments of a program. An instruction belongs to the first segment in which its operands are available; a
+ * segment ends where sines, cosines or other functions are needed, which are then evaluated together. */
 #include "backend/layout.h"
 #include "backend/program_parts.h"
 #include "base/memory.h"
 #include <string.h>
 
-/* Segment in which an operand is known, seen from an instruction: 0 for leaves, earlier stages and other parts. */
+/* Segment from which an operand is available to an instruction: 0 for leaves, earlier stages and other parts. */
 static uint32_t known(const kmp_layout *l, int from, uint32_t operand)
 {
     int i = kmp_layout_instruction(l, operand);
@@ -36,8 +38,8 @@ static void count_uses(kmp_layout *l)
             l->uses[kmp_layout_instruction(l, p->output[k])]++;
 }
 
-/* The parts of a stage one after another, each with segments of its own: depths within parts become those within the
- * stage. */
+/* Puts the parts of a stage one after another, each with segments of its own: depths within parts become depths within
+ * the stage. */
 static void line_up(kmp_layout *l, int stage)
 {
     const int *code = l->program->code;
@@ -88,7 +90,7 @@ static bool is_angle(const kmp_layout *l, int i)
     return l->program->instruction[i].op == KMP_OP_SIN || l->program->instruction[i].op == KMP_OP_COS;
 }
 
-/* One more angle; its sine and cosine have their slots by eights. */
+/* Adds an angle; its sine and cosine have their slots in groups of eight. */
 static void add_angle(kmp_layout *l, uint32_t x)
 {
     kmp_frame *f = l->frame;
@@ -187,7 +189,7 @@ static void write_segment(kmp_layout *l, uint32_t begin, uint32_t end)
         add_angle(l, KMP_SLOT_ONE);
 }
 
-/* Segments, and of each what is not straight. */
+/* Writes the segments, and the special functions of each. */
 static bool write_segments(kmp_layout *l)
 {
     kmp_frame *f = l->frame;
@@ -228,7 +230,7 @@ static uint32_t count_segments(const kmp_layout *l)
     return count;
 }
 
-/* Those that there are, and those that fill up the eights of the segments that have some. */
+/* The number of angles, and of those that fill the groups of eight in segments that have some. */
 static uint32_t most_angles(const kmp_layout *l, uint32_t segments)
 {
     uint32_t count = 0;
@@ -266,7 +268,7 @@ static bool allocate_blocks(kmp_layout *l)
     f->items = KMP_NEW(kmp_list_item, items);
     f->solving = KMP_NEW(kmp_solving *, count);
     l->solving_of = KMP_NEW(uint32_t, p->code[p->stages]);
-    const kmp_instruction **first = KMP_NEW(const kmp_instruction *, count); /* of each */
+    const kmp_instruction **first = KMP_NEW(const kmp_instruction *, count); /* of each segment */
     bool ok = f->items && f->solving && l->solving_of && first;
     for (int i = 0; ok && i < p->code[p->stages]; i++)
         if (p->instruction[i].op == KMP_OP_IMPLICIT)
@@ -308,9 +310,9 @@ static bool allocate(kmp_layout *l, uint32_t extra)
            f->copy_start && f->feeds && l->segment_start && l->angle_of;
 }
 
-/* Every value has its slot, sines and cosines only when segments are written; an instruction that is an output of its
- * own stage computes straight into its place among the outputs, the other outputs are copied at the end of the stage.
- */
+/* Gives every value its slot, except sines and cosines, which get theirs when segments are written. An instruction that
+ * is an output of its own stage computes straight into its place among the outputs. The other outputs are copied at the
+ * end of the stage. */
 static void place_values(kmp_layout *l)
 {
     kmp_frame *f = l->frame;

@@ -1,31 +1,31 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A frame from a program: values get slots, stages are cut into segments where functions stand between. */
+/* A frame from a program: values get slots, and stages are cut into segments at special functions. */
 #ifndef KMP_BACKEND_LAYOUT_H
 #define KMP_BACKEND_LAYOUT_H
 
 #include "backend/x86/frame.h"
 
-/** What preparing knows besides the frame. Arrays by instruction. */
+/** Data of the preparation in addition to the frame. Arrays by instruction. */
 typedef struct kmp_layout {
     kmp_frame *frame;
     const kmp_program *program;
-    bool (*straight)(const kmp_instruction *in); /* whether it is the back end's own arithmetic */
+    bool (*straight)(const kmp_instruction *in); /* true if it is the back end's own arithmetic */
     int leaves;                                  /* constants and inputs: values before the instructions */
     uint32_t *depth;                             /* segment, within the stage, in which a value appears */
     uint32_t *uses;                              /* by instructions and outputs */
     int *stage_of;
     uint32_t *slot;          /* by value */
-    uint32_t lanes;          /* the first of those of sines and cosines */
+    uint32_t lanes;          /* the first slot of sines and cosines */
     int *order;              /* instructions by segment, each segment's in the program's order */
-    uint32_t *segment_start; /* in `order`; the end stands behind */
-    uint32_t *angle_of;      /* by slot: where the angle in it stands in the frame, if there */
+    uint32_t *segment_start; /* in `order`; one more entry marks the end */
+    uint32_t *angle_of;      /* by slot: the position of its angle in the frame, if any */
     uint32_t *solving_of;    /* by instruction: where an implicit one is solved */
     uint8_t *part;           /* by instruction; 0 where the stage is in one */
 } kmp_layout;
 
-/** Fills the frame, in parts for a team (NULL: nobody shares the work); `extra` slots are the back end's own, from
- * frame->slots on, which grows as they are taken; `blocks` runs what implicit blocks have inside (NULL: it is
- * interpreted). false: no memory. kmp_layout_free and kmp_frame_free in any case. */
+/** Fills the frame, in parts for a thread pool (NULL: no sharing). `extra` slots from frame->slots on belong to the
+ * back end; frame->slots grows as they are taken. `blocks` runs the contents of implicit blocks (NULL: interpreted).
+ * False: no memory. kmp_layout_free and kmp_frame_free in any case. */
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
                      bool (*straight)(const kmp_instruction *in), uint32_t extra, const kmp_backend *blocks,
                      kmp_team *team);
@@ -35,7 +35,7 @@ void kmp_layout_free(kmp_layout *l);
 typedef void kmp_layout_write(void *self, uint32_t segment, int instruction);
 void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self);
 
-/** The instruction behind an operand, -1 for a leaf; the slot of an operand; that of an instruction's value. */
+/** The instruction behind an operand, -1 for a leaf; the slot of an operand; the slot of an instruction's value. */
 static inline int kmp_layout_instruction(const kmp_layout *l, uint32_t operand)
 {
     int i = (int)(operand >> 1) - l->leaves;

@@ -1,28 +1,30 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A heuristic partition: implicit blocks are merged greedily by the cost of the instructions that feed both, other
+ * instructions follow their readers or operands. The number of parts with the shortest estimated duration wins. */
 #include "backend/program_parts.h"
 #include "base/memory.h"
 #include "base/union_find.h"
 #include <string.h>
 
-/* Nanoseconds, roughly: of a stage that is worth a look, alone; of a call. */
+/* Times in nanoseconds, roughly: of a stage that is worth dividing; of a call. */
 enum { LEAST = 10000, CALL = 2000 };
-enum { SOLVING = 1500 }; /* the same, of a block: 0.7 us near the last solution, up to 4 us further on */
+enum { SOLVING = 1500 }; /* time of a block in nanoseconds: 0.7 us near the last solution, up to 4 us farther away */
 enum { SEEDS = 64, BEFORE = 0, FREE = 255 };
 
-typedef uint64_t seeds; /* a set of them */
+typedef uint64_t seeds; /* a set of seeds */
 
 typedef struct finder {
     const kmp_layout *l;
     int from, count; /* instructions of the stage */
     int seed_count;
     seeds *reads, *feeds; /* by instruction of the stage */
-    seeds *earlier;       /* by instruction of the stages before: what it feeds here */
+    seeds *earlier;       /* by instruction of the stages before: the seeds that it feeds here */
     double share[SEEDS][SEEDS];
-    int up[SEEDS], part_of[SEEDS]; /* the tree of those that go together; the part */
+    int up[SEEDS], part_of[SEEDS]; /* union-find of the seeds in one part; the part of each seed */
     int parts;
     uint8_t *part, *best; /* by instruction of the stage */
     uint8_t *wish;
-    int *root; /* of what hangs together and touches no block */
+    int *root; /* of each connected set that touches no block */
     double *weight;
     double *price; /* nanoseconds, by instruction of the stage */
     double cost[KMP_PARTS_MOST + 2];
@@ -38,7 +40,7 @@ static int operands(const finder *f, int i)
     return kmp_op_arity((kmp_op)instruction(f, i)->op);
 }
 
-/* Operand k by its place in the stage; -1: it is none of the stage. */
+/* Operand k as its index in the stage; -1: it is computed outside the stage. */
 static int operand(const finder *f, int i, int k)
 {
     int j = kmp_layout_instruction(f->l, kmp_instruction_operand(instruction(f, i), k)) - f->from;
@@ -60,8 +62,8 @@ static double price_of(kmp_op op)
     }
 }
 
-/* All unknowns of a block are solved for where the first one is asked for with a list of arguments, in this stage or
- * before. `first`: where, of those found so far. */
+/* True if the unknowns of this block with these arguments are solved for here. All of them are solved where the first
+ * one is read, in this stage or before. `first`: places of those found so far. */
 static bool is_solved(const kmp_instruction *all, int i, int *first, int *count)
 {
     for (int b = 0; b < *count; b++)
@@ -131,7 +133,7 @@ static void spread_seeds(finder *f)
         }
 }
 
-/* Of a set that is not empty. */
+/* The least member of a set that is not empty. */
 static int first_of(seeds s)
 {
     int k = 0;
@@ -143,7 +145,7 @@ static int first_of(seeds s)
     return k;
 }
 
-/* Ascending; how many. */
+/* Lists the members in ascending order; returns their number. */
 static int list_members(seeds s, int *member)
 {
     int size = 0;
@@ -152,7 +154,8 @@ static int list_members(seeds s, int *member)
     return size;
 }
 
-/* What is computed for a few seeds makes them belong together, what is for many says little. */
+/* Adds an instruction's cost to the affinity of the seeds that share it. Instructions of few seeds count more than
+ * those of many. */
 static void add_share(finder *f, seeds s, double cost)
 {
     int member[SEEDS], size = list_members(s, member);
@@ -162,7 +165,7 @@ static void add_share(finder *f, seeds s, double cost)
             f->share[member[a]][member[b]] += share;
 }
 
-/* What feeds blocks says more than what adds up their results. */
+/* Finds affinities. Instructions that feed blocks count more than those that add up the results of blocks. */
 static void find_shares(finder *f)
 {
     for (int i = 0; i < f->from; i++)
@@ -240,7 +243,7 @@ static void place_by_seeds(finder *f)
     }
 }
 
-/* Who is free goes to the part that alone reads it, or before all. */
+/* Gives a free instruction to the only part that reads it, or puts it before all parts. */
 static void place_by_readers(finder *f)
 {
     memset(f->wish, FREE, (size_t)f->count);
@@ -257,7 +260,7 @@ static void place_by_readers(finder *f)
     }
 }
 
-/* Or to the one that it reads alone, or after all. */
+/* Gives a free instruction to the only part whose values it reads, or puts it after all parts. */
 static void place_by_operands(finder *f)
 {
     for (int i = 0; i < f->count; i++)
@@ -280,7 +283,7 @@ static int lightest(const finder *f)
     return part;
 }
 
-/* What has nothing to do with blocks, as it hangs together: each piece to the part with the least to do. */
+/* Distributes connected sets that touch no block: each goes to the part with the least work. */
 static void place_the_rest(finder *f)
 {
     for (int i = 0; i < f->count; i++) {
@@ -310,7 +313,7 @@ static void place_the_rest(finder *f)
             f->part[i] = f->wish[kmp_root_of(f->root, i)];
 }
 
-/* Whatever was thought above: who reads another part comes after all. The costs that follow. */
+/* Corrects the assignment: an instruction that reads another part comes after all parts. Then computes the costs. */
 static void settle(finder *f)
 {
     memset(f->cost, 0, sizeof f->cost);
@@ -324,7 +327,7 @@ static void settle(finder *f)
     }
 }
 
-/* What it takes until all is done, the parts by so many threads. */
+/* The duration of the stage, with the parts shared among `threads` threads. */
 static double duration(const finder *f, int threads)
 {
     double sum = 0, most = 0;
@@ -377,7 +380,7 @@ static void end(finder *f)
     kmp_free(f);
 }
 
-/* Numbers the best parts anew, the costliest first: who begins with it last makes all wait. */
+/* Numbers the best parts by descending cost: a costly part that begins last would delay all. */
 static void put_costliest_first(finder *f, int parts)
 {
     double cost[KMP_PARTS_MOST + 2] = {0};

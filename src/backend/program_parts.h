@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Parts of a stage that do not read each other: the sub-systems of a vehicle, as far as its equations fall apart.
  *
- * Implicit blocks are the seeds: those that share most of what they are computed from go together. What feeds several
- * parts comes before all of them, what reads several comes after. The instructions are the same, and so are the bits.
+ * Implicit blocks are the seeds: blocks that share most of their inputs' computation go together. Values that several
+ * parts read come before all of them, values that read several parts come after. The instructions and their bits are
+ * unchanged.
  */
 #ifndef KMP_BACKEND_PROGRAM_PARTS_H
 #define KMP_BACKEND_PROGRAM_PARTS_H

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One clone of the lane loop a width of vectors, the same bits from each. */
+/* One clone of the lane loop for each width of vectors, with the same bits from each. */
 #include "backend/sincos.h"
 #include "base/clones.h"
 
@@ -20,7 +20,8 @@ typedef struct eight {
 } eight;
 #endif
 
-/* The arguments are put together in registers: a wide load of what was just stored piece by piece has to wait. */
+/* The arguments are combined in registers: a wide load of values that were just stored one by one would have to wait.
+ */
 KMP_CLONES static void slots_of_8(const uint32_t *angle, const double *v, double *out)
 {
     eight all = {v[angle[0]], v[angle[1]], v[angle[2]], v[angle[3]],

@@ -2,10 +2,10 @@
 /* The branch-free tape: every add, subtract and multiply is v[d] = v[a] * v[b] + v[c] with two roundings, so that there
  * is no opcode to mispredict:
  *
- *     x + y = x * 1 + y      x - y = y * (-1) + x      x * y = x * y + (-0)      x + p * q = p * q + x
+ *     x + y = x * 1 + y x - y = y * (-1) + x x * y = x * y + (-0) x + p * q = p * q + x
  *
- * all equal to the last bit. Products are fused into the sums that alone read them. Slots are 16 bits wide when they
- * suffice, 32 otherwise. */
+ * all equal to the last bit. Products with a single reader are fused into the sum that reads them. Slots are 16 bits
+ * wide when they suffice, 32 otherwise. */
 #include "backend/layout.h"
 #include "base/memory.h"
 
@@ -19,7 +19,7 @@ typedef struct record32 {
 
 typedef struct tape {
     kmp_frame frame;  /* first */
-    record16 *narrow; /* one of the two */
+    record16 *narrow; /* either this or `wide` is used */
     record32 *wide;
     uint32_t records, *start; /* first record of each segment, and the end */
 } tape;
@@ -45,8 +45,8 @@ static bool is_constant(const builder *b, uint32_t operand)
     return (int)(operand >> 1) < b->layout.program->constant_count;
 }
 
-/* Whether sum i may take over its operand, a product of its own segment that nobody else reads. A subtracted product
- * must have a constant factor, whose negative is then used. */
+/* True if sum i may absorb its operand, a product of its own segment without other readers. A subtracted product must
+ * have a constant factor, whose negative is then used. */
 static bool can_fuse(const builder *b, int i, uint32_t operand)
 {
     int k = kmp_layout_instruction(&b->layout, operand);
@@ -63,7 +63,7 @@ static void fuse(builder *b)
         const kmp_instruction *in = &p->instruction[i];
         if (in->op != KMP_OP_ADD)
             continue;
-        /* The other operand is added as it is: it must carry no sign. */
+        /* The other operand is added unchanged: it must have no sign. */
         if (can_fuse(b, i, in->b))
             b->fuse_b[i] = 2;
         else if (!(in->b & 1) && can_fuse(b, i, in->a))
@@ -82,7 +82,7 @@ static void put_record(tape *t, uint32_t d, uint32_t a, uint32_t b, uint32_t c)
     t->records++;
 }
 
-/* Slot of the negative of a constant, of those that are the tape's own. */
+/* Slot of the negative of a constant, among the tape's own slots. */
 static uint32_t negative_slot(builder *b, uint32_t operand)
 {
     uint32_t k = operand >> 1;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* An arena: many small blocks with one lifetime. Failure is sticky: kmp_arena_failed tells once at the end. */
+/* An arena: many small blocks with one lifetime. Failure is sticky: kmp_arena_failed reports it once at the end. */
 #ifndef KMP_BASE_ARENA_H
 #define KMP_BASE_ARENA_H
 
@@ -23,7 +23,7 @@ typedef struct kmp_arena_group {
     double **to[16];
 } kmp_arena_group;
 
-/** Makes all of them. Whether the arena has never failed. */
+/** Allocates all groups. True if the arena has never failed. */
 bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups);
 
 #define KMP_ARENA_NEW(arena, type, n) ((type *)kmp_arena_alloc((arena), (size_t)(n), sizeof(type)))

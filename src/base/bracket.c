@@ -9,7 +9,7 @@ kmp_bracket kmp_bracket_of(double near, double f_near, double far, double f_far)
     return (kmp_bracket){.near = near, .f_near = f_near, .far = far, .f_far = f_far, .width = 2 * fabs(far - near)};
 }
 
-/* Each third point halves it, unless it is a quarter of what it was three points ago. */
+/* True if a bisection is due: at each third point, unless the width is at most a quarter of that three points ago. */
 static bool is_slow(const kmp_bracket *b)
 {
     return b->points % 3 == 2 && fabs(b->far - b->near) > b->width / 4;

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Static functions of which the loader takes the one for the widest vectors of the machine, all with the same bits.
- * Sanitizers run before the loader may choose, so they get the plain function. */
+/* Static functions in several clones: the loader takes the clone for the widest vectors of the machine, all with the
+ * same bits. Sanitizers run before the loader may choose, so they get the plain function. */
 #ifndef KMP_BASE_CLONES_H
 #define KMP_BASE_CLONES_H
 
-#include <stdint.h> /* says __GLIBC__ */
+#include <stdint.h> /* defines __GLIBC__ */
 
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&                           \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -13,7 +13,7 @@
 #define KMP_CLONES
 #endif
 
-/** What clones call: it becomes part of each, for its vectors. */
+/** A function that clones call: it is inlined into each, for its vectors. */
 #define KMP_INTO_CLONES inline __attribute__((always_inline))
 
 #endif

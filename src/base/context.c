@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The context hides how messages are kept and how an interrupt is told. An interrupt ends the computation that
- * sees it, all parts of it; the next one begins without it. */
+/* The context hides how messages are kept and how an interrupt is signalled. An interrupt ends the computation that
+ * sees it, all parts of it; the next computation begins without it. */
 #include "base/context.h"
 #include "base/memory.h"
 #include <limits.h>
@@ -14,13 +14,19 @@ struct kempe_context {
     void *user;
     bool quiet;
     int complaints;    /* since the message was cleared */
-    kmp_text warnings; /* of the computation at hand, one a line */
+    kmp_text warnings; /* of the current computation, one per line */
     int warning_count;
     atomic_int interrupt;
 };
 
-/* Of the interrupt: an idle context, one that is asked to end what runs or comes next, one whose computation ends. */
+/* States of the interrupt: an idle context, a request to end the current or next computation, a computation that is
+ * ending. */
 enum { NONE, ASKED, TAKEN };
+
+const char *kempe_version(void)
+{
+    return KEMPE_VERSION;
+}
 
 const char *kempe_status_text(kempe_status status)
 {
@@ -77,7 +83,7 @@ void kempe_context_interrupt(kempe_context *context)
         atomic_store_explicit(&context->interrupt, ASKED, memory_order_relaxed);
 }
 
-/* Whoever asks once more while the computation ends has had what he wants. */
+/* A request made while the computation is ending has no further effect. */
 bool kmp_interrupted(kempe_context *context)
 {
     int state = ASKED;
@@ -102,7 +108,7 @@ void kmp_context_clear(kempe_context *context)
     context->complaints = 0;
 }
 
-/* A sentence is one line, whatever the names in it. */
+/* Makes a sentence one line, whatever the names in it. */
 static void flatten(kmp_text *text, size_t from)
 {
     for (size_t i = from; !text->failed && i < text->length; i++)
@@ -175,7 +181,7 @@ char *kmp_context_warnings(const kempe_context *context)
     return kmp_strdup(context->warnings.s ? context->warnings.s : "");
 }
 
-/* Whether it is new: a start that is assembled twice is warned of once. */
+/* True if the warning is new: a start that is assembled twice gives one warning. */
 static bool keep_warning(kempe_context *context, const char *line)
 {
     size_t length = strlen(line);

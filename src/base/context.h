@@ -18,7 +18,7 @@ void kmp_context_begin(kempe_context *context);
 kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/** Returns the status of `call` from the function that it stands in, unless that is KEMPE_OK. */
+/** Returns the status of `call` from the enclosing function, unless that is KEMPE_OK. */
 #define KMP_TRY(call)                                                                                                  \
     do {                                                                                                               \
         kempe_status kmp_tried = (call);                                                                               \
@@ -26,8 +26,8 @@ kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *f
             return kmp_tried;                                                                                          \
     } while (0)
 
-/* What is wanted of the caller of a public function. KMP_WANTED: KEMPE_E_ARGUMENT with a sentence where a context can
- * be reached (NULL: it cannot); KMP_GIVEN: of a getter, the value of what is not there. */
+/* Required arguments of public functions. KMP_WANTED: KEMPE_E_ARGUMENT with a sentence if a context can be reached
+ * (NULL: it cannot). KMP_GIVEN, in a getter: the value returned for a missing object. */
 #define KMP_MISSING "%s is NULL or missing"
 #define KMP_WANTED(context, thing, name)                                                                               \
     do {                                                                                                               \
@@ -44,16 +44,15 @@ kempe_status kmp_fail_missing(kempe_context *context, const char *name);
 /** KEMPE_E_MEMORY with its sentence. */
 kempe_status kmp_fail_memory(kempe_context *context);
 
-/** More complaints than these are counted and not kept: who has so many begins with the first. */
+/** Errors beyond this number are counted and not kept: a reader begins with the first ones. */
 enum { KMP_MOST_COMPLAINTS = 500 };
 
-/** Appends `file:line:column: sentence` (lines and columns count from 1; `file: sentence` for
- *  line 0, a model that was built in code) and returns KEMPE_E_INPUT
- *  (KEMPE_E_MEMORY when there is no memory to say it). */
+/** Appends `file:line:column: sentence`, lines and columns from 1; `file: sentence` for line 0, a model built in code.
+ * Returns KEMPE_E_INPUT, or KEMPE_E_MEMORY when there is no memory for the sentence. */
 kempe_status kmp_complain(kempe_context *context, const char *file, int line, int column, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 
-/** Complaints since the message was cleared, those that were not kept too. */
+/** Errors since the message was cleared, including those that were not kept. */
 int kmp_context_complaints(const kempe_context *context);
 
 /** While quiet nothing but progress is logged. */
@@ -66,7 +65,7 @@ char *kmp_context_warnings(const kempe_context *context);
 
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
-/** Whether the computation at hand is to end; it stays so until the next one begins. */
+/** True if the current computation is to end; it stays so until the next one begins. */
 bool kmp_interrupted(kempe_context *context);
 
 #endif

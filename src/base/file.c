@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Whole files: read at once, and written whole or not at all (a temporary beside the target, then renamed).
- * A device or a pipe cannot be replaced and is written to directly. */
+/* Whole files: read at once, and written whole or not at all (a temporary in the same folder, then renamed). A device
+ * or a pipe cannot be replaced and is written to directly. */
 #include "base/file.h"
 #include "base/memory.h"
 #include <errno.h>
@@ -23,7 +23,7 @@ static kempe_status read_stream(kempe_context *context, FILE *stream, const char
         n += fread(s + n, 1, capacity - 1 - n, stream);
         if (n < capacity - 1)
             break;
-        if (n >= MOST_BYTES) { /* a device without end, as it is likely */
+        if (n >= MOST_BYTES) { /* probably a device without end */
             kmp_free(s);
             return kmp_fail(context, KEMPE_E_IO, "cannot read '%s': it is longer than %d MiB", path, MOST_BYTES >> 20);
         }
@@ -81,7 +81,7 @@ static int write_in_place(const char *path, const char *text)
     return fd < 0 ? errno : write_and_close(fd, text);
 }
 
-/* A new file beside `path`, with its name in `temporary`; -1 and errno when there is none. */
+/* A new file in the folder of `path`, with its name in `temporary`; -1 and errno when there is none. */
 static int open_temporary(const char *path, kmp_text *temporary)
 {
     static atomic_uint counter;
@@ -99,7 +99,7 @@ static int open_temporary(const char *path, kmp_text *temporary)
     return -1;
 }
 
-/* `old`: what is there now, or NULL. */
+/* `old`: the existing file, or NULL. */
 static int write_by_rename(const char *path, const struct stat *old, const char *text)
 {
     kmp_text temporary = {0};

@@ -11,7 +11,7 @@ static _Thread_local unsigned long fail_at; /* 0: none */
 
 static _Thread_local unsigned long failures;
 
-/* Counts, and says whether this one is to fail. */
+/* Counts an allocation. True if it is to fail. */
 static bool refuse(void)
 {
     bool refused = ++allocations == fail_at;

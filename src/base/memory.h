@@ -20,10 +20,10 @@ char *kmp_strdup(const char *s);
 /** Allocations made by this thread so far. */
 unsigned long kmp_memory_count(void);
 
-/** Bytes that they asked for. */
+/** Bytes requested by all allocations so far. */
 unsigned long kmp_memory_bytes(void);
 
-/** Allocations that failed on this thread so far: who has nothing from below asks whether it was for want of memory. */
+/** Allocations that failed on this thread so far: they tell a NULL for want of memory from other NULLs. */
 unsigned long kmp_memory_failures(void);
 
 /** For tests: the n-th allocation from now on this thread fails, once; 0 takes that back. */

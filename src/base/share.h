@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A way from 0 to 1 in parts: all at once if that can be done, half as much after a part that cannot, twice as much
- * after one that can.
+/* A path from 0 to 1 in parts: all at once if possible, half as much after a failed part, twice as much after a
+ * successful one.
  *
  *     kmp_parts way = KMP_PARTS;
  *     while (kmp_parts_next(&way, 1e-7))
@@ -18,7 +18,7 @@ typedef struct kmp_parts {
 
 #define KMP_PARTS ((kmp_parts){0, 1, 0})
 
-/** Where to go next. false: it is done, or parts have become shorter than `least`. */
+/** Sets way->next, the end of the next part. False if the path is done, or parts have become shorter than `least`. */
 static inline bool kmp_parts_next(kmp_parts *way, double least)
 {
     double next = way->done + way->part;

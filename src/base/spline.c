@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The slopes come from one tridiagonal system (de Boor, A Practical Guide to Splines, 1978, chapter IV), which needs no
- * exchange of rows. */
+/* The derivatives at knots come from one tridiagonal system (de Boor, A Practical Guide to Splines, 1978, chapter IV),
+ * which needs no exchange of rows. */
 #include "base/spline.h"
 
 static double secant(const double *x, const double *y, int k)
@@ -8,14 +8,14 @@ static double secant(const double *x, const double *y, int k)
     return (y[k + 1] - y[k]) / (x[k + 1] - x[k]);
 }
 
-/* The end that begins with steps h, g and secants m, n: (g, h + g) slopes = *right. */
+/* The end condition at the end with steps h, g and secants m, n: (g, h + g) slopes = *right. */
 static double end_row(double h, double g, double m, double n)
 {
     double d = h + g;
     return ((h + 2 * d) * g * m + h * h * n) / d;
 }
 
-/* Of four or more. */
+/* A spline through four or more knots. */
 static void spline_slopes(int n, const double *x, const double *y, double *slope, double *pivot, double *upper)
 {
     pivot[0] = x[2] - x[1];

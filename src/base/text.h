@@ -21,21 +21,21 @@ void kmp_text_put(kmp_text *text, const char *s);
 /** Appends `s` as a JSON string, quotes included. */
 void kmp_text_quote(kmp_text *text, const char *s);
 
-/** Appends `s` as it stands in XML or HTML: <, > and & are escaped. */
+/** Appends `s` escaped for XML or HTML: <, > and & are replaced. */
 void kmp_text_escape(kmp_text *text, const char *s);
 
-/** Appends with the shortest digits (up to 17) that read back to the same double; "null" when not finite. */
+/** Appends a number with the shortest digits (up to 17) that read back to the same double; "null" when not finite. */
 void kmp_text_number(kmp_text *text, double x);
 
-/** The same rounded to so many digits (at most 17). */
+/** Appends a number rounded to `digits` digits (at most 17). */
 void kmp_text_rounded(kmp_text *text, double x, int digits);
 
 /** Reads a plain number (digits, point, exponent; no sign, hex, inf or nan) at the beginning of `s`, whatever
  *  the locale. Returns the characters read, 0 when there is no number. */
 size_t kmp_text_to_number(const char *s, double *value);
 
-/** The words of a list with commas between, without blanks around them, in `arena`; what is empty is none, and so is
- * NULL. Their number; 0 when there is no memory. */
+/** Splits a list at commas, without surrounding blanks, into `arena`. Empty words and a NULL list give none. The number
+ * of words; 0 when there is no memory. */
 int kmp_text_words(kmp_arena *arena, const char *list, char ***words);
 
 /** Gives the finished string to the caller (free with kmp_free) and empties `text`; NULL on failure. */

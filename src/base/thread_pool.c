@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One number says which work is on, how many pieces it has and which one is next: who changes it takes that piece.
- * Nobody has to answer a call: where the processors are busy elsewhere, the one that asks does all of it. */
+/* One atomic number holds the work's identity, its number of pieces and the next piece: a thread that changes it takes
+ * that piece. No thread is obliged to answer a call: where the processors are busy elsewhere, the caller does all. */
 #include "base/thread_pool.h"
 #include "base/clock.h"
 #include "base/memory.h"
@@ -12,25 +12,25 @@
 #include <stdint.h>
 #include <time.h>
 
-/* Calls that are done alone after one that came late: at first, and twice as many each time; fewer again where all goes
- * well. */
+/* Calls that run on the caller alone after a late piece: FIRST_REST at first, twice as many each time; fewer again
+ * after punctual calls. */
 enum { FIRST_REST = 16, LONGEST_REST = 4096 };
 static const double LATE = 50e-6;      /* s */
 enum { AWAKE = 4000, PATIENT = 2000 }; /* looks, some 50 ns each: before sleeping; before giving the processor away */
 
 struct kmp_team {
-    char before[64];         /* so that each stands in a line of the cache alone */
+    char before[64];         /* pads each to a cache line */
     _Atomic uint64_t ticket; /* work << 32 | pieces << 16 | the next one */
     char between[64];
     atomic_int done;
     char after[64];
     atomic_int sleepers;
     atomic_bool ends;
-    atomic_bool stolen; /* a processor was, from another thread than the one that asks, during this call */
+    atomic_bool stolen; /* a processor was taken from a thread other than the caller's during this call */
     kmp_team_work *work;
     void *self;
     int rest, longest;    /* calls that are not shared for now; of the last such rest */
-    int threads, started; /* asked for; that run besides the one that asks */
+    int threads, started; /* requested threads; threads that run in addition to the caller's */
     pthread_t thread[KMP_TEAM_MOST];
     pthread_mutex_t lock;
     pthread_cond_t called;
@@ -48,8 +48,8 @@ static bool has_more(uint64_t ticket)
     return (ticket & 0xffff) < (ticket >> 16 & 0xffff);
 }
 
-/* A piece by another thread than the one that asks. What the clock on the wall says and that of the processor does not
- * is time without a processor: an unequal piece takes long by both. */
+/* A piece by a thread other than the caller's. Wall-clock time minus processor time is time without a processor: an
+ * unequal piece takes long by both clocks. */
 static void help_with(kmp_team *team, int piece)
 {
     double wall = kmp_wall_now(), cpu = kmp_cpu_now();
@@ -142,8 +142,8 @@ void kmp_team_free(kmp_team *team)
     kmp_free(team);
 }
 
-/* A processor that was taken away in the middle of a piece keeps this one waiting for milliseconds. Where others want
- * the processors that happens again and again: then it is quicker alone. */
+/* A processor that was taken away in the middle of a piece keeps the caller waiting for milliseconds. Where other
+ * processes need the processors this recurs: then the caller alone is quicker. */
 static void judge(kmp_team *team, double waited)
 {
     if (waited > LATE && atomic_load_explicit(&team->stolen, memory_order_relaxed)) {
@@ -154,8 +154,8 @@ static void judge(kmp_team *team, double waited)
     }
 }
 
-/* A sleeper looks at the ticket after it has counted itself, this looks at the count after it has set the ticket: one
- * of them sees the other. */
+/* A sleeper reads the ticket after it has counted itself; the caller reads the count after it has set the ticket. So
+ * one of them sees the other. */
 void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
 {
     uint64_t last = atomic_load_explicit(&team->ticket, memory_order_relaxed);

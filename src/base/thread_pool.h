@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Threads that share small pieces of work with the one that asks: each takes the next piece that nobody has. They wait
- * awake for a while, then asleep; who asks never waits for one that has not begun. */
+/* Threads that share small pieces of work with the caller: each takes the next free piece. They wait actively for a
+ * while, then asleep; the caller never waits for a thread that has not begun. */
 #ifndef KMP_BASE_THREAD_POOL_H
 #define KMP_BASE_THREAD_POOL_H
 
@@ -11,21 +11,21 @@ typedef void kmp_team_work(void *self, int piece);
 
 enum { KMP_TEAM_MOST = 64 }; /* threads */
 
-/** So many threads, the one that asks included; fewer where the system gives no more. NULL: no memory. */
+/** A pool of `threads` threads, the caller included; fewer where the system gives no more. NULL: no memory. */
 kmp_team *kmp_team_new(int threads);
 void kmp_team_free(kmp_team *team);
 
-/** As many as were asked for. */
+/** The number of threads requested. */
 int kmp_team_threads(const kmp_team *team);
 
 /** Does pieces 0 .. count - 1 (count < 65536), in any order, and comes back when all are done. One at a time. */
 void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self);
 
-/** Seconds of processor time of all threads but the one that asks, waiting included; 0 without a team, or where the
- *  system does not tell. */
+/** Seconds of processor time of all threads but the caller's, waiting included; 0 without a pool, or where the system
+ * does not report it. */
 double kmp_team_cpu(const kmp_team *team);
 
-/** Whether the next call is not shared, because a processor was taken away in the middle of a piece. */
+/** True if the next call is not shared, because a processor was taken away in the middle of a piece. */
 bool kmp_team_rests(const kmp_team *team);
 
 #endif

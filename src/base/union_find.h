@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Things that hang together: each points to another of its group or, the root, to itself. */
+/* Disjoint sets (union-find): each element points to another of its group or, the root, to itself. */
 #ifndef KMP_BASE_UNION_FIND_H
 #define KMP_BASE_UNION_FIND_H
 
-/** The root of k's group; ways to it become shorter. Two groups become one when a root points to the other. */
+/** The root of k's group, with path compression. Two groups become one when a root points to the other. */
 static inline int kmp_root_of(int *up, int k)
 {
     while (up[k] != k)

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What all commands share. Each makes one result object and reports it: text on stdout, complaints on stderr, JSON
- * where
- * --json says. */
+/* Functions that all commands share. Each command makes one result object and reports it: text on stdout, errors on
+ * stderr, JSON at the path of --json. */
 #include "command.h"
 
+#include <kempe/settings.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -21,7 +21,7 @@ static void on_interrupt(int number)
         kempe_context_interrupt(interrupted_context);
 }
 
-/* The first Ctrl-C ends the run with what it has, the second one ends the process. */
+/* The first Ctrl-C ends the run with its results so far, the second one ends the process. */
 static void watch_interrupt(kempe_context *context)
 {
     struct sigaction action = {.sa_flags = (int)SA_RESETHAND};
@@ -77,7 +77,7 @@ static kempe_status report_as(const cli_job *j, cli_print_fn *print, const void 
     return status;
 }
 
-/* Text on stdout unless the JSON goes there; the JSON where it was asked for. */
+/* Prints text on stdout unless the JSON goes there, and the JSON where it was requested. */
 kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *object)
 {
     const char *json = j->settings->json;
@@ -115,8 +115,7 @@ static size_t escape(char *out, const char *s)
     return n;
 }
 
-/* A string literal of JSON; NULL when there is no memory. */
-static char *quoted(const char *s)
+char *cli_quoted(const char *s)
 {
     char *out = malloc(6 * strlen(s) + 3);
     if (!out)
@@ -131,7 +130,7 @@ static char *quoted(const char *s)
 static kempe_status report_failure(const cli_job *j, const char *word, const char *reason)
 {
     static const char *const format = "{\"model\": %s, \"status\": \"%s\", \"reason\": %s, \"build_s\": null}\n";
-    char *why = quoted(reason), *name = j->model ? quoted(kempe_model_name(j->model)) : NULL;
+    char *why = cli_quoted(reason), *name = j->model ? cli_quoted(kempe_model_name(j->model)) : NULL;
     size_t size = strlen(format) + strlen(word) + (why ? strlen(why) : 0) + (name ? strlen(name) : 4);
     char *text = malloc(size);
     kempe_status status = KEMPE_E_MEMORY;
@@ -147,7 +146,7 @@ static kempe_status report_failure(const cli_job *j, const char *word, const cha
     return status;
 }
 
-/* Says what went wrong, and leaves a JSON object also when there is no result to print. */
+/* Prints the error message, and writes a JSON object also when there is no result to print. */
 void cli_tell_failure(const cli_job *j, kempe_status status, bool has_result)
 {
     static const char stopped[] = "interrupted before a result was available";
@@ -170,7 +169,7 @@ kempe_status cli_tell_written(const cli_job *j, kempe_status written)
     return written;
 }
 
-/* The name's ending says the format. */
+/* Writes a trajectory; the file name's ending selects the format. */
 kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char *path)
 {
     size_t length = strlen(path);
@@ -191,6 +190,8 @@ static kempe_status set_closure_tolerance(const cli_job *j)
 
 static kempe_status prepare(cli_job *j, const cli_command *command)
 {
+    if (command->without_model)
+        return KEMPE_OK;
     bool equations = !command->model_alone || !command->model_alone(j->settings);
     const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;
     kempe_status status =

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The command `kempe`: a table of commands, help and the choice of one. It sees the public header alone. */
+/* The command `kempe`: a table of commands, help and the choice of one. It includes the public header alone. */
 #include "command.h"
 
 #include <string.h>
@@ -15,12 +15,13 @@ enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
 static void print_help(FILE *out)
 {
     fputs("kempe " KEMPE_VERSION ": dynamics of multibody systems with closed loops, by several formulations of the "
-                                 "same equations\n\nusage: kempe COMMAND FILE [options]\n\ncommands:\n",
+          "same equations\n\nusage: kempe COMMAND FILE [options]\n\ncommands:\n",
           out);
     for (int k = 0; k < COMMAND_COUNT; k++)
         fprintf(out, "  %-12s%s\n", commands[k]->name, commands[k]->summary);
     fputs("\n'kempe COMMAND --help' prints the options and examples of a command, 'kempe --version' the version.\nFILE "
           "is a model in YAML (docs/model_format.md) or a ROBOTRAN model, .mbs (docs/robotran.md).\n\nexamples:\n  "
+          "kempe new four_bar\n  "
           "kempe check examples/andrews/andrews.yaml\n  kempe compare examples/andrews/andrews.yaml --reference "
           "examples/andrews/reference.csv\n\nexit codes: 0 success, 1 failed computation, 2 error in the input, 3 "
           "wrong usage, 4 internal error of Kempe\n",
@@ -73,7 +74,7 @@ static int choose(int argc, char **argv)
         return CLI_DONE;
     }
     if (strcmp(argv[1], "--version") == 0) {
-        puts("kempe " KEMPE_VERSION);
+        printf("kempe %s\n", kempe_version());
         return CLI_DONE;
     }
     for (int k = 0; k < COMMAND_COUNT; k++)

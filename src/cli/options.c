@@ -3,13 +3,15 @@
  * Accepted: --name value, --name=value, -o value, and `--` before a file name that begins with a dash. */
 #include "options.h"
 
+#include <kempe/compare.h>
+#include <kempe/settings.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* The last ones are files, and what they are by the ends of their names. */
+/* Types of option values. The last ones are files, whose type follows from the ending of their names. */
 typedef enum option_kind {
     OPTION_FLAG,
     OPTION_TEXT,
@@ -42,7 +44,7 @@ typedef struct option {
     const char *name;
     char letter; /* short form, 0 for none */
     option_kind kind;
-    size_t offset; /* of its value in cli_settings */
+    size_t offset; /* of the value in cli_settings */
     const char *value, *help;
 } option;
 
@@ -264,7 +266,7 @@ static const option options[] = {
 
 enum { OPTION_COUNT = sizeof options / sizeof *options, WORD_MAX = 64 };
 
-/* -- complaints -------------------------------------------------------------------------------------- */
+/* -- error messages ---------------------------------------------------------------------------------- */
 
 static char last_complaint[512];
 
@@ -394,7 +396,7 @@ static bool has_ending(const option *o, const char *path)
     return !dot || !endings[o->kind];
 }
 
-/* The name is cut off at the sign, in place. */
+/* Splits NAME=VALUE at the sign, in place. */
 static bool store_setting(char *text, cli_settings *settings)
 {
     size_t length = strcspn(text, "=");
@@ -428,7 +430,7 @@ static bool store(const option *o, char *text, cli_settings *settings)
     return true;
 }
 
-/* One option at words[0]; returns how many words it took, 0 after a complaint. */
+/* Reads one option at words[0]; returns the number of words consumed, 0 after an error message. */
 static int read_option(unsigned command, const char *name, int count, char **words, cli_settings *settings)
 {
     size_t length = strcspn(words[0], "=");
@@ -474,7 +476,7 @@ const char *cli_json_word(int count, char **words)
 
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings)
 {
-    *settings = (cli_settings){.run = kempe_run_options_default(), .compare = kempe_compare_run_default()};
+    *settings = (cli_settings){.run = kempe_run_options_default(), .compare = kempe_compare_options_default()};
     bool names_only = false;
     for (int k = 0; k < count;) {
         if (!names_only && strcmp(words[k], "--") == 0) {

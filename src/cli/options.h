@@ -3,11 +3,20 @@
 #ifndef KEMPE_CLI_OPTIONS_H
 #define KEMPE_CLI_OPTIONS_H
 
+#include <kempe/compare.h>
+#include <kempe/contact_table.h>
+#include <kempe/equilibrium.h>
+#include <kempe/generate.h>
+#include <kempe/inverse.h>
 #include <kempe/kempe.h>
+#include <kempe/kinematics.h>
+#include <kempe/modes.h>
+#include <kempe/sensitivity.h>
+#include <kempe/settings.h>
 #include <stdbool.h>
 #include <stdio.h>
 
-/* Commands as bits, so that a row of the option table says whose option it is. */
+/* Commands as bits, so that a row of the option table lists its commands. */
 enum {
     CLI_CHECK = 1,
     CLI_ASSEMBLE = 2,
@@ -24,10 +33,11 @@ enum {
     CLI_RESPONSE = 4096,
     CLI_SENSITIVITY = 8192,
     CLI_CONTACT = 16384,
-    CLI_ALL = 32767
+    CLI_NEW = 32768,
+    CLI_ALL = 65535
 };
 
-/* What the user asked for. Texts point into argv; NULL and 0 mean not given. */
+/* The user's settings. Texts point into argv; NULL and 0 mean not given. */
 enum { CLI_MOST_SETS = 64 };
 
 typedef struct cli_settings {
@@ -42,7 +52,7 @@ typedef struct cli_settings {
     kempe_equilibrium_options equilibrium;
     kempe_kinematics_options kinematics;
     kempe_contact_options contact;
-    kempe_inverse_options inverse; /* beside what is in `run` */
+    kempe_inverse_options inverse; /* in addition to those in `run` */
     kempe_sensitivity_options sensitivity;
     kempe_modes_options modes;
     const char *at, *inputs, *outputs, *frequencies, *svg;
@@ -54,15 +64,15 @@ typedef struct cli_settings {
     bool help;
 } cli_settings;
 
-/** Reads the words after the command's name. False after a complaint on stderr. */
+/** Reads the words after the command's name. False after an error message on stderr. */
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings);
 
 /** The options of one command, one a line. */
-/** Says "kempe: .." on stderr, and keeps the sentence; the last one. */
+/** Prints "kempe: .." on stderr, and keeps this last sentence. */
 void cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
 const char *cli_complaint(void);
 
-/** Where the JSON shall go, of words that may be wrong otherwise; NULL: nowhere. */
+/** The value of --json in a command line that may otherwise be invalid; NULL: none. */
 const char *cli_json_word(int count, char **words);
 
 void cli_options_print(unsigned command, FILE *out);

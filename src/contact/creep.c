@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The laws that are formulas. All begin with the linear force over the greatest one, f = F / (friction N), f = -G a b
- * (C11 x, C22 y + sqrt(a b) C23 spin) / (friction N). */
+/* Creep laws in closed form. All begin with the linear force over the greatest one, f = F / (friction N):
+ *
+ *     f = -G a b (C11 x, C22 y + sqrt(a b) C23 spin) / (friction N). */
 #include "contact/creep.h"
 #include "base/context.h"
+#include <kempe/contact.h>
 #include <math.h>
 #include <stddef.h>
 
@@ -34,8 +36,8 @@ static void scale(kempe_creep_force *f, double by)
     f->moment *= by;
 }
 
-/* Vermeulen and Johnson 1964, for ellipses and spin Shen, Hedrick and Elkins 1983: |F| = bound (t - t^2/3 + t^3/27) up
- * to t = |linear F| / bound = 3. The moment is lessened as the force is. */
+/* Vermeulen and Johnson 1964; for ellipses and spin Shen, Hedrick and Elkins 1983: |F| = bound (t - t^2/3 + t^3/27) up
+ * to t = |linear F| / bound = 3. The moment is reduced by the same factor as the force. */
 static void shen(const kempe_creep *c, const kempe_kalker *k, kempe_creep_force *out)
 {
     linear(c, k, out);
@@ -53,7 +55,7 @@ static double over_tanh(double x)
     return fabs(x) < 1e-8 ? 1 : tanh(x) / x;
 }
 
-/* Jaschinski 1990: each component by itself; the moment with the size of the force. */
+/* Jaschinski 1990: each component is saturated separately; the moment with the magnitude of the force. */
 static void by_tanh(const kempe_creep *c, const kempe_kalker *k, kempe_creep_force *out)
 {
     linear(c, k, out);

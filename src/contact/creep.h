@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* FASTSIM for numbers that are known to be good. */
+/* FASTSIM for arguments that are already checked. */
 #ifndef KMP_CONTACT_CREEP_H
 #define KMP_CONTACT_CREEP_H
 
@@ -7,7 +7,7 @@
 
 void kmp_fastsim_flexibilities(const kempe_creep *creep, const kempe_kalker *coefficients, double flexibility[3]);
 
-/** The one that stands for the three. */
+/** The one flexibility that replaces the three of Kalker's theory. */
 double kmp_fastsim_flexibility(const kempe_creep *creep, const kempe_kalker *coefficients);
 
 /** *force is zero before. */

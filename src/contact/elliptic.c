@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Arithmetic and geometric means (Abramowitz and Stegun 17.6): K = pi / (2 m), m the common limit of a and b from 1 and
- * g, and D / K = (1 + sum 2^n c_n^2 / k^2)/2 over n >= 1, k^2 = 1 - g^2. The terms c_n^2 / k^2 follow each other
- * without k, so that the circle, g = 1, is no special case. */
+/* Arithmetic-geometric means (Abramowitz and Stegun 17.6): K = pi / (2 m), m the common limit of a and b from 1 and g.
+ * D / K = (1 + sum 2^n c_n^2 / k^2)/2 over n >= 1, k^2 = 1 - g^2. The terms c_n^2 / k^2 follow each other without k, so
+ * that the circle, g = 1, is no special case. */
 #include "contact/elliptic.h"
 #include <math.h>
 

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Kalker, A fast algorithm for the simplified theory of rolling contact, Vehicle System Dynamics 11, 1982: displacement
- * is flexibility times traction. In a strip along the direction of rolling, from its leading edge backwards, traction
- * grows by what the bodies slip, and is cut to friction times pressure where it exceeds that. The pressure is a
- * paraboloid, with which slip comes out right.
+ * is flexibility times traction. In a strip along the direction of rolling traction grows, from the leading edge
+ * backwards, by the slip of the bodies. It is cut to friction times pressure where it exceeds that. The pressure is a
+ * paraboloid, which gives the correct slip.
  *
- * Strips lie at y = b sin(angle), angles in even steps: what is summed is then smooth to the ends of the ellipse. In a
- * strip steps are even, and tractions those in their middles. */
+ * Strips lie at y = b sin(angle), angles in even steps: the summands are then smooth to the ends of the ellipse. In a
+ * strip steps are even, and tractions are those in the middle of each. */
 #include "base/context.h"
 #include "contact/creep.h"
+#include <kempe/contact.h>
 #include <math.h>
 
 static const double pi = 3.14159265358979323846;
@@ -33,7 +34,7 @@ double kmp_fastsim_flexibility(const kempe_creep *c, const kempe_kalker *k)
     return size > 0 ? mean : each[0];
 }
 
-/* What a strip adds to the sums over x of traction and its moment, and where it sticks. */
+/* A strip's contribution to the sums over x of traction and its moment, and the part of it that sticks. */
 typedef struct strip_sum {
     double traction[2], turn, sticking;
 } strip_sum;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hertz 1882, after Johnson, Contact Mechanics, 1985, section 4.2, and Kalker 1990, appendix E. With g the lesser over
- * the greater semi-axis, and B, D, E the elliptic integrals of it, c = sqrt(a b), S = along + across:
+/* Hertz 1882, after Johnson, Contact Mechanics, 1985, section 4.2, and Kalker 1990, appendix E. g is the lesser over
+ * the greater semi-axis, B, D, E are the elliptic integrals of g, c = sqrt(a b), S = along + across:
  *
- *     lesser / greater curvature = g^2 D / B,  c^3 = 3 N E / (pi G* S sqrt(g)),  approach = c^2 S g K / (2 E). */
+ *     lesser / greater curvature = g^2 D / B, c^3 = 3 N E / (pi G* S sqrt(g)), approach = c^2 S g K / (2 E). */
 #include "contact/hertz.h"
 #include "base/context.h"
 #include "contact/elliptic.h"
@@ -11,17 +11,19 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* d log(g^2 D / B) / d log g, from dB/dm = (D - B) / (2 m) and dD/dm = (B / g^2 - D) / (2 m), m = 1 - g^2. */
+/* The derivative d log(g^2 D / B) / d log g, from dB/dm = (D - B) / (2 m) and dD/dm = (B / g^2 - D) / (2 m). Here m = 1
+ * - g^2. */
 static double slope(double g, double B, double D)
 {
     double m = 1 - g * g;
     if (m < 1e-5)
-        return 1.5; /* that of a circle */
+        return 1.5; /* the limit at a circle */
     return 2 - (B - g * g * D) / (m * D) + g * g * (D - B) / (m * B);
 }
 
-/* log g of the ellipse whose curvatures are in the ratio e^-t, t >= 0: Newton from the slope of a circle, or, farther
- * on, that of a line. The function is concave between both slopes, 1.5 and 2: it comes from one side. */
+/* log g of the ellipse whose curvatures are in the ratio e^-t, t >= 0, by Newton's method. It starts from the
+ * derivative 1.5 of a circle or, farther on, from that of a line, 2. The function is concave between both: the iterates
+ * approach from one side. */
 static double axes_of(double t, double *B, double *D)
 {
     double log_g = -t / (t < 2 ? 1.5 : 1.9);

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hertz's contact without dimensions: what depends on the ratio of the curvatures alone. */
+/* Hertz's contact without dimensions: quantities that depend on the ratio of the curvatures alone. */
 #ifndef KMP_CONTACT_HERTZ_H
 #define KMP_CONTACT_HERTZ_H
 
-/** Of t = log(along / across), with G* = shear_modulus / (1 - poisson) and k = sqrt(along across):
- *  a = (N / (G* k))^(1/3) axis, approach = (N / (G* k))^(2/3) k approach, N = G* / sqrt(k) stiffness delta^1.5. b is a
- *  with -t; approach and stiffness are even in t. `ratio` is log(a/b). */
+/** Solution at t = log(along / across), with G* = shear_modulus / (1 - poisson) and k = sqrt(along across):
+ *
+ *     a = (N / (G* k))^(1/3) axis, approach = (N / (G* k))^(2/3) k approach, N = G* / sqrt(k) stiffness delta^1.5.
+ *
+ * b is a with -t; approach and stiffness are even in t. `ratio` is log(a/b). */
 typedef struct kmp_hertz {
     double ratio, axis, approach, stiffness;
 } kmp_hertz;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990, table E.3: coefficients at g = 0.1 to 1, the
- * lesser over the greater semi-axis, for Poisson's ratios 0, 1/4, 1/2; and what they tend to for slender ellipses.
+ * lesser over the greater semi-axis, for Poisson's ratios 0, 1/4, 1/2; and their asymptotes for slender ellipses.
  *
- * Over Poisson's ratio 1/C is a parabola through the three. Over log(a/b) log C is a cubic spline through the rows, and
- * beyond them through the asymptotes, times what the last row is above its asymptote, which fades with g. */
+ * Over Poisson's ratio 1/C is a parabola through the three. Over log(a/b) log C is a cubic spline through the rows.
+ * Beyond the rows it follows the asymptotes, times the last row's ratio to its asymptote, which fades with g. */
 #include "contact/kalker.h"
 #include "base/context.h"
 #include "base/spline.h"

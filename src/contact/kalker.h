@@ -10,8 +10,8 @@ enum {
     KMP_KALKER_COEFFICIENTS = 4 /* c11, c22, c23, c33 */
 };
 
-/** What a cubic spline goes through: x = log(a/b), increasing, and the logarithms of the coefficients. Poisson's ratio
- *  is from 0 to 0.5. */
+/** Knots of a cubic spline: x = log(a/b), increasing, and the logarithms of the coefficients. Poisson's ratio is from 0
+ * to 0.5. */
 void kmp_kalker_points(double poisson, double x[KMP_KALKER_POINTS],
                        double y[KMP_KALKER_COEFFICIENTS][KMP_KALKER_POINTS]);
 

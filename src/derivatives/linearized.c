@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Linearisation about a state by the chain rule: tangents of the equations along each change of u, ud and udd, reduced
+ * by N = dq/du (linearized.h). Tangents are evaluated as numbers, and derived as expressions once they are used often.
+ */
 #include "derivatives/linearized.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -118,7 +121,7 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
 
 /* -- the state --------------------------------------------------------------------------------------- */
 
-/* q closed, qd, M and C there, and conditions as they hold. */
+/* q closed, qd, M and C there, with the conditions of the state. */
 static kempe_status place(kmp_linear *l, double t, const double *q, const double *ud)
 {
     kmp_plant *plant = l->plant;
@@ -166,7 +169,7 @@ kmp_instant kmp_linear_instant(const kmp_linear *linear)
 /* Deriving the tangents takes as long as some hundred evaluations number by number. */
 enum { WORTH = 200 };
 
-/* What follows from qdd, and the tangents. */
+/* Quantities that follow from qdd, and the tangents. */
 static void complete(kmp_linear *l)
 {
     kmp_reduction_multipliers(&l->red, l->qdd, l->lambda);
@@ -175,7 +178,7 @@ static void complete(kmp_linear *l)
         return;
     if (++l->looks == WORTH)
         kmp_linear_derive(l);
-    (void)kmp_reduction_press_factor(&l->red, false); /* the state was come to with the same */
+    (void)kmp_reduction_press_factor(&l->red, false); /* the state was reached with this factorisation */
     kmp_instant at = kmp_linear_instant(l);
     l->d = kmp_tangents_derivatives(&l->tangents, &at);
     l->factored = false;
@@ -184,7 +187,7 @@ static void complete(kmp_linear *l)
 kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const double *ud, const double *udd)
 {
     KMP_TRY(place(linear, t, q, ud));
-    double *rest = linear->work; /* zero, if asked for */
+    double *rest = linear->work; /* set to zero, if requested */
     memset(rest, 0, (size_t)linear->p * sizeof *rest);
     kmp_reduction_residual(&linear->red, udd ? udd : rest, linear->residual);
     kmp_reduction_accelerations(&linear->red, udd ? udd : rest, linear->qdd);
@@ -220,7 +223,7 @@ void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_r
     kmp_follow(&linear->red, &linear->tangents, linear->d, false, change, response, linear->work);
 }
 
-/* Factors of Mr with what accelerations make of the multipliers. */
+/* Factors of Mr, including the response of the multipliers to accelerations. */
 static void press(kmp_linear *l)
 {
     int p = l->p;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The parameters are inputs of the graph; those that follow from others are inputs of their own, along with which the
- * direction of a named one moves: d(follower) = its expression, differentiated. */
+/* The parameters are inputs of the graph. Dependent parameters are inputs of their own, which the direction of a named
+ * one includes: d(dependent) = its expression, differentiated. */
 #include "derivatives/parameter_slopes.h"
 #include "base/arena.h"
 #include "base/memory.h"
@@ -14,18 +14,18 @@
 /* Expressions of one program while its entries are found. */
 typedef struct gather {
     kmp_slopes *s;
-    kmp_slope_matrix *x; /* that they become */
+    kmp_slope_matrix *x; /* target of the outputs */
     kmp_arena arena;
     kmp_equations eq;
     kmp_derivative *along;     /* of one parameter after the other */
     kmp_ref *leaf, *direction; /* room for all parameters */
-    const int *named;          /* which parameters the names are */
-    kmp_ref *of;               /* what is differentiated */
+    const int *named;          /* the named parameters, by number */
+    kmp_ref *of;               /* the expressions that are differentiated */
     int of_count;
     kmp_listing list;
 } gather;
 
-/* The outputs so far that stand in the next column are all of it. */
+/* Ends a column, which consists of the outputs since the last end. */
 static void end_column(gather *g)
 {
     g->x->start[++g->x->columns] = g->list.count;
@@ -77,7 +77,7 @@ void kmp_slopes_collect(const kmp_equations *eq, kmp_ref *of)
     memcpy(of + 3 * m, eq->residual, (size_t)n * sizeof *of);
 }
 
-/* The characteristic length: of the lever that is the longest with the values at hand. */
+/* The characteristic length: of the offset that is longest with the current values. */
 static kmp_ref length(const gather *g)
 {
     kmp_graph *graph = g->eq.graph;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Differentiated, R(u, p) = 0 is Kr du = -dR, with dR what a parameter changes while u stays. Kr is scaled by the sizes
+/* R(u, p) = 0 differentiated is Kr du = -dR, with dR the change by a parameter at constant u. Kr is scaled by the sizes
  * of coordinates before its rank is decided. */
 #include "derivatives/state_shift.h"
 #include "linalg/dense/dense.h"
@@ -30,14 +30,14 @@ void kmp_shift_free(kmp_shift *shift)
     *shift = (kmp_shift){0};
 }
 
-/* -- what follows from R = 0 --------------------------------------------------------------------------- */
+/* -- consequences of R = 0 ----------------------------------------------------------------------------- */
 
 static double scale_of(const kmp_linear *l, int k)
 {
     return l->system->scale[l->part.u[k]];
 }
 
-/* What is zero but for rounding: of the largest that Kr is the sum of. */
+/* The largest value that counts as rounding: relative to the largest summand of Kr. */
 static double rounding(const kmp_linear *l)
 {
     double largest = 0;

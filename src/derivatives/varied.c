@@ -80,7 +80,7 @@ void kmp_varied_anchor(kmp_varied *varied)
     at->t = l->t;
 }
 
-/* Along the tangent, and what it bends by itself. */
+/* Predicts along the tangent, with its curvature. */
 static void predict_from(kmp_varied *v, const kmp_varied_place *at, double t, const double *u)
 {
     const kmp_partition *part = &v->linear.part;

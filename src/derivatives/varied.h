@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A motion and what parameters do to it: evaluated at any (t, u, ud) with the loops closed, begun at the assembled
- * start. Sensitivities are those of q and qd, s = dq/dp and sd = dqd/dp; their rows of u and ud say all of them, by
+/* A motion and its sensitivities to parameters: evaluated at any (t, u, ud) with the loops closed, from the assembled
+ * start. Sensitivities are those of q and qd, s = dq/dp and sd = dqd/dp; their rows of u and ud determine all others by
  *
- *     s = N s_u - (0; Jv^-1 h_p)      dud_u/dt = -Mr^-1 (Kr s_u + Gr s_ud + N' R_p)
+ *     s = N s_u - (0; Jv^-1 h_p)
+ *     dud_u/dt = -Mr^-1 (Kr s_u + Gr s_ud + N' R_p)
  *
- * (analysis/linear.h, analysis/slopes.h), so that another choice of u is other rows of the same thing. */
+ * (derivatives/linearized.h, derivatives/parameter_slopes.h), so that another choice of u selects other rows of the
+ * same matrices. */
 #ifndef KMP_DERIVATIVES_VARIED_H
 #define KMP_DERIVATIVES_VARIED_H
 
@@ -24,51 +26,52 @@ typedef struct kmp_varied {
     kmp_linear linear;
     kmp_slopes *slopes; /* not owned */
     int n, m, count;
-    double *part;               /* 3 m + n: the change that one parameter makes of the equations */
+    double *part;               /* 3 m + n: the change of the equations by one parameter */
     double *q;                  /* n: where closing begins */
     kmp_varied_place anchor[2]; /* the last two of kmp_varied_anchor, the last one first */
     double *udd, *residual;     /* p; n: room */
-    double *shown;              /* of the slopes: room */
+    double *shown;              /* room for values of the outputs */
 } kmp_varied;
 
-/** The slopes are of the same system and have its outputs. KEMPE_E_MEMORY. */
+/** The parameter derivatives are of this system and include its outputs. KEMPE_E_MEMORY. */
 kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, const char *backend, kmp_slopes *slopes);
 void kmp_varied_free(kmp_varied *varied);
 
-/** The start that kempe_assemble makes and, for each parameter, its derivative: q, qd (n), dq, dqd (n x count).
- * KEMPE_E_FAILED: it cannot be assembled, or its derivative depends on more than the model says: what to hold. */
+/** The start of kempe_assembly_new and its derivative for each parameter: q, qd (n), dq, dqd (n x count).
+ * KEMPE_E_FAILED: it cannot be assembled, or its derivative depends on choices that the model leaves open; the message
+ * lists coordinates to hold. */
 kempe_status kmp_varied_start(kmp_varied *varied, double *q, double *qd, double *dq, double *dqd);
 
 /** Chooses u at a closed (t, q), from where positions are predicted. */
 kempe_status kmp_varied_choose(kmp_varied *varied, double t, const double *q, const double *qd, const int *wish,
                                int wish_count);
 
-/** Takes a choice made elsewhere at such a place (kmp_linear_take). */
+/** Takes a choice of u made elsewhere at such a state (kmp_linear_take). */
 kempe_status kmp_varied_take(kmp_varied *varied, double t, const double *q, kmp_partition *part);
 
 /** q (n) at (t, u), closed. KMP_GO or KMP_RETRY. */
 int kmp_varied_position(kmp_varied *varied, double t, const double *u, double *q);
 
-/** Takes the state (t, u, ud), with accelerations, multipliers and, unless linear.plain, all that small changes and
- *  slopes need there. KMP_GO, or KMP_RETRY where loops do not close. No allocation, as in what follows. */
+/** Takes the state (t, u, ud), with accelerations, multipliers and, unless linear.plain, tangents and parameter
+ * derivatives. KMP_GO, or KMP_RETRY where loops do not close. No allocation, also in the functions below. */
 int kmp_varied_at(kmp_varied *varied, double t, const double *u, const double *ud);
 
-/** The same with q (n) near the closed state in place of what is predicted. */
+/** Takes a state like kmp_varied_at, with q (n) near the closed state in place of the prediction. */
 int kmp_varied_near(kmp_varied *varied, double t, const double *q, const double *ud);
 
-/** dudd by u and by ud (p x 2 p) at the last state, whatever parameters do. */
+/** dudd by u and by ud (p x 2 p) at the last state, at constant parameters. */
 void kmp_varied_matrix(kmp_varied *varied, double *matrix);
 
 /** Predictions of positions begin at the last state from now on. */
 void kmp_varied_anchor(kmp_varied *varied);
 
-/** How far the last state is from where the last anchor predicts it, scaled: the largest of all coordinates. */
+/** The distance of the last state from the prediction of the last anchor, scaled: the largest of all coordinates. */
 double kmp_varied_miss(kmp_varied *varied, const double *u);
 
 /** dudd (p) by parameter k where (u, ud) have moved by (su, sud) (p each). */
 void kmp_varied_accelerate(kmp_varied *varied, int k, const double *su, const double *sud, double *sudd);
 
-/** What follows from that for the whole mechanism, each NULL when it is not wanted: n, n, n, m values. */
+/** The sensitivities of the whole mechanism that follow, each NULL when it is not needed: n, n, n, m values. */
 void kmp_varied_follow(kmp_varied *varied, int k, const double *su, const double *sud, double *q, double *qd,
                        double *qdd, double *lambda);
 

@@ -1,20 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The derivative of what assembly does (constraints/closing/assemble.c) at its solution. Positions: held coordinates
- * keep their start values, and so does, where these do not fix the position, what assembly leaves alone: it moves the
- * dependent coordinates of its choice when the guess is all but closed. From a guess farther away the position depends
- * on the way to it, and the derivative on what no model says. Rates: those given are kept, the others are corrected by
- * the least norm,
+/* The derivative of assembly (constraints/closing/assemble.c) at its solution.
  *
- *     d = S Jf' mu      Jf d = -(J qd_given + h_t)      S = scale^2 of the free coordinates,
+ * Positions: held coordinates keep their start values. Where these do not fix the position, so do the coordinates that
+ * assembly leaves unchanged: it moves the dependent coordinates of its choice when the guess is nearly closed. From a
+ * guess farther away the position depends on the iterations, and the model does not determine the derivative.
  *
- * whose derivative is  dd = dS Jf' mu + S (dJf' mu + Jf' dmu)  with  Jf dd  from the closures; dS from the
- * characteristic length. */
+ * Rates: given rates are kept, the others are corrected by the least norm,
+ *
+ *     d = S Jf' mu Jf d = -(J qd_given + h_t) S = scale^2 of the free coordinates,
+ *
+ * whose derivative is dd = dS Jf' mu + S (dJf' mu + Jf' dmu) with Jf dd from the closures; dS from the characteristic
+ * length. */
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "derivatives/varied.h"
 #include "linalg/dense/least.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 
@@ -117,8 +120,8 @@ static void scale_jacobian(beginning *b)
                 b->free[i] ? b->jacobian[r + i * b->m] * b->v->system->scale[i] / row_scale(b, r) : 0;
 }
 
-/* Rates that were kept, and mu / row scales of the correction that assembly made of the others: scale Jf' mu, of least
- * norm. false: no memory. */
+/* Finds the kept rates, and mu / row scales of the correction of the others by assembly: scale Jf' mu, of least norm.
+ * False: no memory. */
 static bool find_correction(beginning *b)
 {
     const kmp_start *start = &b->v->system->model->start;
@@ -140,8 +143,8 @@ static bool find_correction(beginning *b)
     return ok;
 }
 
-/* M qdd + C - J' lambda and its derivatives see lambda by J' lambda alone: (J' mu)_p and (J' mu)_q are what mu makes of
- * them. First the slopes with mu, into b->with. */
+/* M qdd + C - J' lambda and its derivatives depend on lambda by J' lambda alone: (J' mu)_p and (J' mu)_q are the
+ * differences due to mu. First the parameter derivatives with mu, into b->with. */
 static void look_with_mu(beginning *b, const double *lambda)
 {
     kmp_varied *v = b->v;
@@ -200,7 +203,8 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
     return true;
 }
 
-/* After this the slopes and tangents are those at the start, with its own rates. */
+/* Derivatives of the rates. Afterwards parameter derivatives and tangents are those at the start, with its own rates.
+ */
 static bool move_rates(beginning *b, const double *dq, double *dqd)
 {
     bool ok = b->m == 0 || find_correction(b);
@@ -226,7 +230,7 @@ static kempe_status check(const kempe_system *s, const kempe_assembly *a)
     return KEMPE_OK;
 }
 
-/* The linear state stands at the start, tangents and slopes with its rates. */
+/* Puts the linear state at the start, tangents and parameter derivatives with its rates. */
 static kempe_status stand(beginning *b)
 {
     kmp_varied *v = b->v;
@@ -257,7 +261,7 @@ kempe_status kmp_varied_start(kmp_varied *varied, double *q, double *qd, double 
 {
     kempe_assembly *a = NULL;
     beginning b = {.v = varied, .n = varied->n, .m = varied->m};
-    kempe_status status = kempe_assemble(varied->system, &a);
+    kempe_status status = kempe_assembly_new(varied->system, &a);
     if (status == KEMPE_OK && varied->count > 0)
         status = check(varied->system, a);
     b.a = a;

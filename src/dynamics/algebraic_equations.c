@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The model's unknowns as nodes: an implicit block each group, made when the first of it is asked for. */
+/* The model's algebraic variables as nodes: an implicit block for each group, made when its first variable is used. */
 #include "dynamics/kinematics/kinematics.h"
 #include "symbolic/enclose.h"
 
-/* What a name stands for, or the unknowns: as many values as there are. */
+/* The value of a name, or all variables of a group. */
 static void solve(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_ref *value)
 {
-    kmp_tree inner = *tree; /* kept for all that ask: kinks are what they are */
+    kmp_tree inner = *tree; /* shared by all users: kinks stay kinks */
     kmp_ref residual[KMP_UNKNOWNS_MOST], guess[KMP_UNKNOWNS_MOST];
     inner.kinks = false;
     if (u->count == 0) {
@@ -27,7 +27,7 @@ kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *e)
     const kmp_unknowns *u = &tree->model->unknowns[e->index];
     if (tree->solving == e->index + 1)
         return kmp_unknown(tree->graph, e->number);
-    /* Before the closures' rows are known, multipliers are not yet what they will be. */
+    /* Multipliers are not final before the closures' rows are. */
     if (!tree->unknown || (!tree->row && u->late)) {
         solve(tree, e->index, u, value);
         return value[e->number];

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Derives h, J, h_t, their rates and jdqd of all closures by differentiation in the graph. Rows that are zero or
+ * constant are removed; multipliers are numbered by the remaining rows. */
 #include "dynamics/closures.h"
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
@@ -12,7 +14,7 @@
 
 /* -- rows -------------------------------------------------------------------------------------------- */
 
-/* What the points' components, summed along the loops, may leave of a zero. */
+/* The largest coefficient that counts as zero after summation of the points' components along the loops. */
 #define ROUNDING 1e-13
 
 /* The largest component of any point of the model, or of an axis. */
@@ -25,14 +27,14 @@ static double size_of_points(const kempe_model *model)
     return size;
 }
 
-/* Those of what holds two points together are components of a vector. */
+/* The component of a row, for closures between two points, whose rows are components of a vector. */
 static const char *component_name(const kmp_closure *closure, int component)
 {
     static const char *const names[] = {"x", "y", "z"}, *const numbers[] = {"1", "2", "3", "4", "5", "6"};
     return strcmp(closure->kind, "ball") == 0 ? names[component] : numbers[component];
 }
 
-/* The value of what depends on no coordinate, at t = 0; NaN when there is no memory. */
+/* The value of an expression without coordinates, at t = 0; NaN when there is no memory. */
 static double constant_value(const kmp_equations *eq, kmp_ref h)
 {
     static const double start = 0;
@@ -125,7 +127,7 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
     return status;
 }
 
-/* -- multipliers that forces and sensors ask for ----------------------------------------------------- */
+/* -- multipliers that forces and sensors use --------------------------------------------------------- */
 
 /* The first one that is of no row, NULL when there is none. */
 static const kmp_expr *find_absent(const kmp_equations *eq, const kmp_expr *expr)
@@ -181,7 +183,7 @@ static kempe_status check_multipliers(const kmp_equations *eq)
     return status;
 }
 
-/* Of h along t. */
+/* The partial derivative of h with respect to t. */
 static kempe_status derive_time(kmp_equations *eq)
 {
     kmp_ref leaf = kmp_input(eq->graph, KMP_IN_TIME, 0), one = KMP_ONE;
@@ -229,7 +231,7 @@ static kempe_status derive_rates(kmp_equations *eq, bool second)
     return again ? KEMPE_OK : kmp_fail_memory(eq->context);
 }
 
-/* Rows stand in the order of closures. */
+/* The first row of a closure; rows are in the order of closures. */
 static int first_row(const kmp_equations *eq, int closure)
 {
     int low = 0, high = eq->m;

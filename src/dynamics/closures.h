@@ -5,13 +5,13 @@
 
 #include "dynamics/equations.h"
 
-/** Those that the scene asks for. KEMPE_E_INPUT when a closure can never be met, KEMPE_E_MEMORY. */
+/** Derives the sets that the scene requests. KEMPE_E_INPUT when a closure can never be met, KEMPE_E_MEMORY. */
 kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene);
 
 /** J' times the inputs of a kind, which has an entry a row: out (n). */
 void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out);
 
-/** The force, or the moment, that a closure's multipliers (inputs) stand for (constraints/kinds/kind.h). */
+/** The force, or the moment, of a closure's multipliers, which are inputs (constraints/kinds/kind.h). */
 kmp_vec kmp_closures_reaction(const kmp_equations *eq, int closure, bool moment);
 
 #endif

@@ -95,8 +95,8 @@ static kmp_ref row_times(const kmp_equations *eq, int r, const kmp_ref *x)
     return sum;
 }
 
-/* The closure forces J' lambda as efforts of the same recursion, one multiplier at a time: what a row asks of all
- * others. lambda = - mobility^-1 drift is left to the numbers. */
+/* Accelerations by the closure forces J' lambda as generalized forces in the recursion, one multiplier at a time,
+ * projected on all rows. lambda = - mobility^-1 drift is solved numerically. */
 static void derive_compliance(kmp_equations *eq, kmp_articulated *bodies)
 {
     int n = eq->n, m = eq->m;
@@ -230,7 +230,7 @@ static bool add_tree(kmp_equations *eq, const kmp_scene *scene)
     return true;
 }
 
-/* The links as the scene's ways have them. */
+/* Adds the links with the scene's variants. */
 static bool add_links(kmp_equations *eq, const kmp_scene *scene)
 {
     const kmp_ways *ways = scene->ways;
@@ -250,7 +250,7 @@ static bool add_links(kmp_equations *eq, const kmp_scene *scene)
     return true;
 }
 
-/* The ways of the dynamics, and a second tree when they are written otherwise. */
+/* Sets the variants of the dynamics, and makes a second tree when they differ from the model. */
 static bool set_frames(kmp_equations *eq, const kmp_scene *scene)
 {
     kmp_ways_copy(&eq->ways, scene->ways, eq->model);
@@ -263,7 +263,7 @@ static void set_rules(const kmp_equations *eq, const kmp_scene *scene)
     kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~without);
 }
 
-/* A copy of the scene's ways, or room for them. */
+/* A copy of the scene's variants, or room for them. */
 static bool add_ways(kmp_equations *eq, const kmp_scene *scene)
 {
     if (!kmp_ways_init(&eq->ways, eq->model))

@@ -9,7 +9,7 @@
 #include "dynamics/kinematics/kinematics.h"
 #include "dynamics/shorten/variants.h"
 
-/** What to derive. */
+/** The sets of equations to derive. */
 enum {
     KMP_SET_MASS = 1,    /* M */
     KMP_SET_BIAS = 2,    /* C, applied forces and efforts included */
@@ -19,19 +19,19 @@ enum {
         16, /* implicit dynamics of the dae formulation: R = Newton/Euler(q, qd, qdd) - J' lambda, J' mu, J qd + h_t */
     KMP_SET_ENERGY = 32,        /* potential energy and the power of non-conservative forces */
     KMP_SET_REACTION = 64,      /* closure forces from lambda */
-    KMP_SET_OUTPUT = 128,       /* what the model asks for beside the table */
-    KMP_SET_ACCELERATION = 256, /* accelerations by the O(N) scheme, and what closures need of it */
-    KMP_SET_INVERSE = 512,      /* inverse dynamics: the efforts that give qdd, those of the model's forces left out */
-    KMP_SET_INVERSE_Q = 1024,   /* its derivatives by q, and by qd; by qdd it is M */
+    KMP_SET_OUTPUT = 128,       /* outputs in addition to the table */
+    KMP_SET_ACCELERATION = 256, /* accelerations by the O(N) scheme, and their products with closures */
+    KMP_SET_INVERSE = 512,      /* inverse dynamics: efforts that give qdd, without the model's forces */
+    KMP_SET_INVERSE_Q = 1024,   /* derivatives of the inverse dynamics by q, and by qd; by qdd it is M */
     KMP_SET_INVERSE_QD = 2048,
-    KMP_SET_CLOSED = 4096,   /* the same with the closures' share: inverse dynamics less J' lambda */
-    KMP_SET_CLOSED_Q = 8192, /* its derivatives by q; by qd those of the inverse dynamics */
-    KMP_SET_POWER = 16384    /* the power of non-conservative forces alone, beside other sets of dynamics */
+    KMP_SET_CLOSED = 4096,   /* inverse dynamics less J' lambda */
+    KMP_SET_CLOSED_Q = 8192, /* derivatives of KMP_SET_CLOSED by q; by qd it has those of the inverse dynamics */
+    KMP_SET_POWER = 16384    /* the power of non-conservative forces alone, in addition to other sets of dynamics */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
 
-/** What of a model to derive, and how. */
+/** The sets to derive from a model, and the method. */
 typedef struct kmp_scene {
     unsigned sets;
     kmp_scheme scheme;
@@ -40,14 +40,14 @@ typedef struct kmp_scene {
     const char *no_inputs;    /* names of bodies without, with commas between; NULL: none */
     bool efforts;             /* efforts on the coordinates as inputs: of the accelerations */
     bool loops_alone;         /* no rows of drives */
-    bool labels;              /* nodes are called what they are */
+    bool labels;              /* nodes get names */
     bool charted;             /* spherical joints have charts as inputs (model/spherical.h) */
-    unsigned without;         /* rules of the graph that shall not hold (symbolic/graph.h) */
-    bool plain;               /* as derived: no shorter way is looked for */
+    unsigned without;         /* rules of the graph that are not applied (symbolic/graph.h) */
+    bool plain;               /* as derived: without search for shorter variants */
     bool optimize;            /* look longer for the choice with the fewest operations: joint by joint */
     const kmp_ways *ways;     /* NULL: the one with the fewest operations of some */
-    kmp_tangent_way tangents; /* without ways: how both derivatives of the inverse dynamics are made */
-    kmp_events *events;       /* conditions as inputs, added to what is there; NULL: evaluated where they stand */
+    kmp_tangent_way tangents; /* without ways: the method for both derivatives of the inverse dynamics */
+    kmp_events *events;       /* conditions as inputs, appended to those present; NULL: evaluated in place */
 } kmp_scene;
 
 /** A closure row that is kept. */
@@ -62,8 +62,8 @@ typedef struct kmp_equations {
     const kempe_model *model;
     kmp_graph *graph;
     kmp_noted *noted;
-    kmp_tree tree;  /* what closures, outputs and users see */
-    kmp_tree links; /* for the dynamics, when the ways have others */
+    kmp_tree tree;  /* for closures, outputs and users */
+    kmp_tree links; /* for the dynamics, when the variants have other links */
     kmp_ways ways;
     int *run; /* n: rotations about parallel axes */
     int n, m;
@@ -78,11 +78,10 @@ typedef struct kmp_equations {
     kmp_ref *residual; /* n */
     kmp_ref *inverse;  /* n */
     kmp_ref *closed;   /* n */
-    kmp_ref *inverse_q, *inverse_qd, *closed_q; /* n x n, row by row; NULL unless asked for */
+    kmp_ref *inverse_q, *inverse_qd, *closed_q; /* n x n, row by row; NULL unless requested */
     kmp_ref *jt_mu;                             /* n */
     kmp_ref *hdot;                              /* m */
-    kmp_ref *derived; /* h, hdot, jdqd (m each) and J with all points followed by differentiation; NULL: no way was
-                       * sought */
+    kmp_ref *derived; /* h, hdot, jdqd (m each) and J by differentiation; NULL: no search for variants */
     kmp_ref potential, power;
     kmp_ref *reaction; /* 3 a closure */
     kmp_ref *position; /* 3 a position output, in order */
@@ -91,30 +90,32 @@ typedef struct kmp_equations {
     kmp_ref *compliance; /* n a row: M^-1 J' of row r at r n, so that qdd = free_qdd + compliance' lambda */
     kmp_ref *mobility;   /* m x m: J M^-1 J', entry (r, s) at r m + s for s <= r */
     kmp_ref *drift;      /* m: J free_qdd + jdqd = - mobility lambda */
-    kmp_ref *shown;      /* all outputs beside the table, in order */
+    kmp_ref *shown;      /* all outputs in addition to the table, in order */
     int shown_count;
 } kmp_equations;
 
-/** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves), KEMPE_E_FAILED when accelerations
- *  are asked for and a coordinate moves no mass, KEMPE_E_MEMORY. */
+/** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves). KEMPE_E_FAILED when accelerations
+ * are requested and a coordinate moves no mass. KEMPE_E_MEMORY. */
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
-/** The same by the scene's ways; without them no axes stay, and closures are followed by the shortest ways. */
+/** Derives the equations by the scene's variants. Without variants all axes turn with their links, and closures use the
+ * shortest variants. Errors as kmp_equations_derive. */
 kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
 /** Exchanges the closures' rows for eq->derived, and back. */
 void kmp_equations_swap_derived(kmp_equations *eq);
-/** M, C, inverse dynamics and accelerations written anew by other axes and moments (scene->ways), in the same graph:
- * what was there is left in it, and the closures are as they were. */
+/** Derives M, C, inverse dynamics and accelerations again by other axes and moments (scene->ways), in the same graph.
+ * The earlier nodes remain in it, and the closures are unchanged. */
 kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene);
-/** The same for scenes that say no more. */
+/** Derives the equations of a scene with these members, all others zero. Errors as kmp_equations_derive. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);
 void kmp_equations_free(kmp_equations *eq);
 
-/** The outputs of sets that are not zero, into room for kmp_equations_most_outputs; how many. */
+/** kmp_equations_outputs: collects the nonzero outputs of sets, with room for kmp_equations_most_outputs; returns their
+ * number. */
 int kmp_equations_most_outputs(const kmp_equations *eq);
 int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out);
 
-/** The passes over outputs of these equations (symbolic/passes/shorten.h). false: no memory. */
+/** Runs the passes over outputs of these equations (symbolic/passes/shorten.h). False: no memory. */
 bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs);
 
 #endif

@@ -11,15 +11,15 @@ typedef struct kmp_forces {
     kmp_wrench *applied; /* a link: force and moment about its origin, its axes */
     kmp_ref *effort;     /* a motion */
     kmp_ref potential;   /* of gravity, springs, bushings, stops, constant efforts, J */
-    kmp_ref *value;      /* KMP_FORCE_WIDTH a force element, what an output force(NAME) shows: its tension, effort on
-                          * the joint, components */
-    kmp_ref power;       /* of everything else, W: zero when the model is conservative */
+    kmp_ref *value; /* KMP_FORCE_WIDTH per force element, shown by an output force(NAME): its tension, generalized force
+                       on the joint, components */
+    kmp_ref power;  /* of all other forces, W: zero when the model is conservative */
 } kmp_forces;
 
-/** What of the energy is derived beside the forces. */
+/** Parts of the energy that are derived in addition to the forces. */
 enum { KMP_ENERGY_POTENTIAL = 1, KMP_ENERGY_POWER = 2 };
 
-/** All force elements of the model, with what `energy` asks for; the rest of it is zero. false: no memory. */
+/** All force elements of the model, with the requested parts `energy`; other parts are zero. False: no memory. */
 bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy);
 void kmp_forces_free(kmp_forces *forces);
 

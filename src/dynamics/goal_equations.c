@@ -24,7 +24,7 @@ static void places(const kmp_equations *eq, kmp_ref *place)
     }
 }
 
-/* Along each coordinate, one value after the other. */
+/* Derivatives along each coordinate, for one value after the other. */
 static bool slopes(const kmp_equations *eq, int count, const kmp_ref *place, kmp_ref *slope)
 {
     static const kmp_ref one = KMP_ONE;
@@ -40,7 +40,7 @@ static bool slopes(const kmp_equations *eq, int count, const kmp_ref *place, kmp
     return true;
 }
 
-/* The second derivative along qd, which stands still. */
+/* The second derivative along qd at constant qd. */
 static bool bends(const kmp_equations *eq, int count, const kmp_ref *place, kmp_ref *bend)
 {
     for (int i = 0; i < count; i++)

@@ -12,10 +12,10 @@ enum {
     KMP_STAGE_BEND       /* qd: each value's second derivative along qd */
 };
 
-/** How many values the goals of points have. */
+/** The number of values of the goals of points. */
 int kmp_goals_place_count(const kempe_model *model);
 
-/** The program of these; *program stays NULL when no goal is about a point. false: no memory. */
+/** The program of these values; *program stays NULL when no goal concerns a point. False: no memory. */
 bool kmp_goals_program(kmp_equations *eq, kmp_program **program);
 
 #endif

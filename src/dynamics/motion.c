@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a right-hand side costs is counted as the reduced formulation makes it: the program, and what is solved with its
- * values. By M and C that is the mass of n - m independent coordinates and its Cholesky factors, or the
- * sparse saddle system where that costs less, by articulated bodies the m x m system of the multipliers, and nothing at
- * all on a tree. What both have to do, Jv and its tangent, is left out. bench/articulated.c measures where the one gets
- * ahead of the other. */
+/* The cost of a right-hand side is counted as in the reduced formulation: the program, and the solves with its values.
+ * By M and C these are the mass of n - m independent coordinates and its Cholesky factors, or the sparse saddle system
+ * where that costs less. By articulated bodies it is the m x m system of the multipliers, and none on a tree. The work
+ * common to both, Jv and its tangent, is left out. bench/articulated.c measures the size from which articulated bodies
+ * are faster. */
 #include "dynamics/motion.h"
 #include "base/memory.h"
 #include "dynamics/pressed.h"
@@ -15,8 +15,8 @@
 
 /* With fewer independent coordinates M and C cost less, in operations; nothing else is tried. */
 #define FEW 12
-/* Operations of a coordinate by articulated bodies, in the plane, and of an entry of M^-1 J', at the least: with fewer
- * by M and C already, nothing else is tried. */
+/* A lower bound of the operations per coordinate by articulated bodies, in the plane, and per entry of M^-1 J'. If M
+ * and C take fewer, articulated bodies are not tried. */
 #define LEAST_OF_COORDINATE 15
 #define LEAST_OF_ENTRY      8
 /* M^-1 J' has at most so many entries. */
@@ -80,7 +80,7 @@ static void finish_power(groups *g, const kmp_equations *eq)
         *out = eq->power;
 }
 
-/* Where J has entries, for both programs. */
+/* Finds the pattern of J, for both programs. */
 static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
 {
     kmp_ref *entry = KMP_NEW(kmp_ref, s->m * s->n);
@@ -124,8 +124,8 @@ static kmp_ref *find_pressing(kempe_system *s, const kmp_equations *eq)
     return NULL;
 }
 
-/* What expressions of multipliers are made from that does not depend on them, in the order of the graph: evaluated
- * once, while they are looked for. `to` has room for a node each. false: no memory. */
+/* Operands of expressions of multipliers that do not depend on multipliers, in the order of the graph: they are
+ * evaluated once, while the multipliers are solved for. `to` has room for one reference per node. False: no memory. */
 static bool list_unloaded(const kmp_graph *g, int count, const kmp_ref *of, kmp_ref *to, int *found)
 {
     enum { NEEDED = 1, LISTED = 2 };
@@ -261,7 +261,8 @@ static bool saddle_entry(const kempe_system *s, int k, int *row, int *col)
     return true;
 }
 
-/* Of the saddle system's sparse factors, in operations of dense ones; infinite when there is no memory or no pattern.
+/* Cost of the saddle system's sparse factors, in operations of dense ones; infinite when there is no memory or no
+ * pattern.
  */
 static double cost_of_saddle(const kempe_system *s)
 {
@@ -277,8 +278,8 @@ static double cost_of_saddle(const kempe_system *s)
     return cost;
 }
 
-/* M a0, M X, X' force and X' M X, then the factors; on a tree X is 1. With many freedoms and loops, where that is
- * dense, the saddle system. */
+/* Cost of M a0, M X, X' force and X' M X, then the factors; on a tree X is 1. With many coordinates and loops, where X'
+ * M X is dense, the saddle system. */
 static double cost_by_mass(const kempe_system *s)
 {
     double n = s->n, p = independent(s), mass = 2.0 * s->mass.count;
@@ -293,8 +294,8 @@ static double cost_of_multipliers(const kempe_system *s, double entries)
     return cholesky(s->m) + 2 * entries;
 }
 
-/* Entries of M^-1 J': all coordinates that hang together with those of a row. Those of a part of the tree that stands
- * on the ground by itself are told by the first one that M couples them with. `of`, `size`: n. */
+/* Entries of M^-1 J': all coordinates coupled by M to those of a row. Each part of the tree that is attached to the
+ * ground separately is identified by the first coordinate that M couples. `of`, `size`: n. */
 static double count_entries(const kempe_system *s, int *of, int *size)
 {
     const kmp_pattern *mass = &s->mass, *jacobian = &s->jacobian;
@@ -313,7 +314,7 @@ static double count_entries(const kempe_system *s, int *of, int *size)
     return entries;
 }
 
-/* Whether it may cost less, as far as shows before it is derived. */
+/* Finds whether articulated bodies may cost less, as far as this is visible before they are derived. */
 static kempe_status look_ahead(const kempe_system *s, bool *may_pay)
 {
     *may_pay = false;
@@ -355,7 +356,7 @@ static kempe_status derive_articulated(kempe_system *s)
     return made ? KEMPE_OK : kmp_fail_memory(s->context);
 }
 
-/* A coordinate that moves no mass is no complaint where nobody asked. */
+/* Derives articulated bodies. A coordinate that moves no mass is no error unless they were requested. */
 static kempe_status try_articulated(kempe_system *s)
 {
     bool may_pay;

@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The programs that make accelerations: by M and C, and by articulated bodies where that was asked for or costs less.
+/* The programs that make accelerations: by M and C, and by articulated bodies where those were requested or cost less.
  */
 #ifndef KMP_DYNAMICS_MOTION_H
 #define KMP_DYNAMICS_MOTION_H
 
 #include "dynamics/system.h"
 
-/** What the first of them needs. */
+/** The sets for accelerations by M and C. */
 enum { KMP_MOTION_SETS = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER };
 
-/** system->motion and what belongs to it, of a system that knows its rows. false: no memory. */
+/** Makes system->motion and its members, for a system that knows its rows. False: no memory. */
 bool kmp_motion_make(kempe_system *system, kmp_equations *eq);
 
-/** system->articulated, after that; none where it was not asked for and costs more or cannot be had. KEMPE_E_FAILED: it
- *  was asked for and cannot be had; KEMPE_E_MEMORY. */
+/** Makes system->articulated afterwards; none where it was not requested and costs more or is impossible.
+ * KEMPE_E_FAILED: it was requested and is impossible; KEMPE_E_MEMORY. */
 kempe_status kmp_motion_add_articulated(kempe_system *system);
 
 #endif

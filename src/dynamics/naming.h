@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the quantities of the formalisms are called in written equations: as in ROBOTRAN's where it has them, an entry's
- * number and then the link's. */
+/* Names of the formalisms' quantities in printed equations: those of ROBOTRAN where it has them, an entry's number and
+ * then the link's. */
 #ifndef KMP_DYNAMICS_NAMING_H
 #define KMP_DYNAMICS_NAMING_H
 

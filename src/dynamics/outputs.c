@@ -16,7 +16,7 @@ bool kmp_outputs_need_forces(const kempe_model *model)
     return false;
 }
 
-/* Direction of total time derivatives of what depends on rates: q -> qd, qd -> qdd, t -> 1. */
+/* Direction of total time derivatives of expressions in rates: q -> qd, qd -> qdd, t -> 1. */
 static kmp_derivative *second_derivative(const kmp_tree *tree)
 {
     kmp_graph *g = tree->graph;
@@ -94,7 +94,7 @@ static bool derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_ou
     }
 }
 
-/* Negative where the comparison holds. */
+/* Negative where the comparison is true. */
 static kmp_ref compared(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_ref a = kmp_tree_expression(tree, e->a), b = kmp_tree_expression(tree, e->b);
@@ -102,7 +102,7 @@ static kmp_ref compared(const kmp_tree *tree, const kmp_expr *e)
     return less ? kmp_sub(tree->graph, a, b) : kmp_sub(tree->graph, b, a);
 }
 
-/* Where the user wants runs to end. */
+/* Derives the user's end conditions of runs. */
 static bool derive_until(const kmp_tree *tree)
 {
     const kmp_run_settings *run = &tree->model->run;
@@ -119,7 +119,7 @@ static bool derive_until(const kmp_tree *tree)
     return ok;
 }
 
-/* Of each contact of a wheel. */
+/* The values of each contact of a wheel. */
 static bool show_contacts(kmp_equations *eq, int number)
 {
     const kmp_wheel *wheel = &eq->model->wheels[number];
@@ -158,7 +158,7 @@ static bool derive_all(kmp_equations *eq, const kmp_forces *forces)
     return ok;
 }
 
-/* What outputs alone have no event: it is evaluated at the state of each row. */
+/* Conditions of outputs alone are no events: they are evaluated at the state of each row. */
 bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
 {
     if (!derive_until(&eq->tree))

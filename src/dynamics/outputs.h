@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the model's outputs show beside the table of every run, as expressions. */
+/* The model's outputs in addition to the table of every run, as expressions. */
 #ifndef KMP_DYNAMICS_OUTPUTS_H
 #define KMP_DYNAMICS_OUTPUTS_H
 
@@ -9,8 +9,8 @@
 /** True when some output needs the values of force elements or an energy. */
 bool kmp_outputs_need_forces(const kempe_model *model);
 
-/** Fills eq->position and eq->shown, with what those outputs need that are asked for and no more. `forces` may be NULL
- *  when none needs it. false: no memory. */
+/** Fills eq->position and eq->shown, with the quantities that requested outputs need and no more. `forces` may be NULL
+ * when none needs it. False: no memory. */
 bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces);
 
 #endif

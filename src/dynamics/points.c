@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Positions and axes of points.
  *
- * Positions go from the point inwards. Along a run of rotations about one common axis each constant vector is turned
- * by the sum of the angles, and the run's vectors are added at its end only: a planar mechanism is then a sum of
- * vectors turned by absolute angles. */
+ * Positions are summed from the point inwards. Along a run of rotations about one common axis each constant vector is
+ * rotated by the sum of the angles, and the run's vectors are added at its end only. A planar mechanism is then a sum
+ * of vectors rotated by absolute angles. */
 #include "dynamics/kinematics/kinematics.h"
 
 int kmp_point_link(const kmp_tree *tree, int point)
@@ -33,7 +33,7 @@ static void gather(kmp_graph *g, run *r)
     r->count = 1;
 }
 
-/* Whether link i turns about the same direction as the link before it did, with nothing between. */
+/* True if link i turns about the direction of the link before it, with nothing between. */
 static bool same_run(const kmp_tree *tree, int i, int before)
 {
     const kmp_link *a = &tree->links[i], *b = &tree->links[before];

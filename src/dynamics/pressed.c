@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which force it is that depends on multipliers, and what cannot go with one. */
+/* Finds the force that depends on multipliers, and rejects analyses that do not support one. */
 #include "dynamics/pressed.h"
 #include <string.h>
 

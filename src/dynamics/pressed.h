@@ -8,10 +8,11 @@
 /** The name of a force that depends on multipliers of a row's closure. */
 const char *kmp_pressed_force(const kempe_system *system, int row);
 
-/** KEMPE_E_ARGUMENT, with the force's name, where some force depends on multipliers and `what` cannot have that. */
+/** KEMPE_E_ARGUMENT, with the force's name, where some force depends on multipliers and `what` does not support that.
+ */
 kempe_status kmp_refuse_pressed(const kempe_system *system, const char *what);
 
-/** The same of a model of which there is no system. */
+/** Checks a model without a system; errors as kmp_refuse_pressed. */
 kempe_status kmp_refuse_pressed_model(const kempe_model *model, const char *what);
 
 #endif

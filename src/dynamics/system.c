@@ -8,6 +8,7 @@
 #include "model/check_mass.h"
 #include "model/spherical.h"
 #include "model/variant.h"
+#include <kempe/extend.h>
 #include <math.h>
 #include <string.h>
 
@@ -55,7 +56,7 @@ static void offer(kmp_lever *best, const kmp_number to[3], const kmp_number *fro
         *best = lever;
 }
 
-/* How far a point is from its body's joint. */
+/* Takes the distance of a point from its body's joint, if it is larger. */
 static void offer_point(kmp_lever *best, const kempe_model *model, int point)
 {
     const kmp_point *p = &model->points[point];
@@ -146,7 +147,7 @@ bool kmp_system_rescale(kempe_system *s)
 {
     set_scales(s);
     if (s->rounding)
-        atomic_store(&s->rounding->state, 0); /* of other numbers */
+        atomic_store(&s->rounding->state, 0); /* the numbers have changed */
     return set_reach(s);
 }
 
@@ -215,7 +216,7 @@ static bool is_by_rates(const kmp_graph *g, kmp_ref value)
     return kmp_graph_node(g, kmp_id(value))->depends & 1u << KMP_IN_QD;
 }
 
-/* Marks what the references need, and says in how many nodes of it a block is solved. */
+/* Marks the nodes that the references need, and counts those of them in which a block is solved. */
 static int mark_solved(const kmp_graph *g, int count, const kmp_ref *out, bool *needed)
 {
     int solved = 0;
@@ -231,7 +232,7 @@ static int mark_solved(const kmp_graph *g, int count, const kmp_ref *out, bool *
     return solved;
 }
 
-/* Adds what implicit blocks solve for to both groups. NULL: no memory. */
+/* Adds the unknowns of implicit blocks to both groups. NULL: no memory. */
 static kmp_ref *add_solved(const kmp_graph *g, const kmp_ref *const group[2], int counts[2])
 {
     int total = counts[0] + counts[1], nodes = (int)kmp_graph_count(g);
@@ -262,7 +263,8 @@ static bool make_changes_program(kempe_system *s, kmp_graph *g, const kmp_ref *c
     return s->changes;
 }
 
-/* All conditions are known when the other programs have been derived; the equations at hand have all laws and rows. */
+/* Makes the program of conditions. All are known once the other programs have been derived; these equations have all
+ * laws and rows. */
 static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
 {
     int count = s->events.count;
@@ -345,7 +347,7 @@ static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_equations *e
     return kmp_equations_derive(eq, s->model, &scene);
 }
 
-/* What follows the programs of motion, of equations that have all conditions and goals. */
+/* Derives the programs that follow those of motion, from equations that have all conditions and goals. */
 static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
 {
     kempe_status status = make_judge(s, eq) ? make_changes(s, eq) : kmp_fail_memory(s->context);
@@ -375,7 +377,7 @@ static kempe_status derive(kempe_system *s, bool closures)
     return status;
 }
 
-/* What was asked for, by the call or the model. */
+/* The algorithm requested by the call or the model. */
 static kempe_status read_dynamics(const kempe_model *model, const char *word, kmp_dynamics *dynamics)
 {
     kmp_text complaint = {0};
@@ -458,7 +460,7 @@ void kempe_system_free(kempe_system *s)
     kmp_free(s);
 }
 
-/* The work of the user's force is accounted for as that of every force without a potential. */
+/* The work of the user's force counts as that of every force without a potential. */
 void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user)
 {
     KMP_GIVEN(system, );

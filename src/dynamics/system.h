@@ -6,9 +6,10 @@
 
 #include "dynamics/equations.h"
 #include "symbolic/program/program.h"
+#include <kempe/extend.h>
 #include <stdatomic.h>
 
-/** Where the non-zeros of a matrix stand. */
+/** The positions of a matrix's non-zeros. */
 typedef struct kmp_pattern {
     int count;
     int *row, *col;
@@ -19,32 +20,34 @@ typedef struct kmp_pattern {
 bool kmp_pattern_init(kmp_pattern *pattern, int rows, int cols, const kmp_ref *matrix, kmp_ref *values);
 void kmp_pattern_free(kmp_pattern *pattern);
 
-/** What closures that are redundant but for rounding may stay open by where the model does not say, as part of the
- * characteristic length: four hundred lamps and as many linkages in space, to four digits, are open by up to 5.2e-4 of
- * it (bench/rounded digits). */
+/** The default tolerance of closures that are redundant up to rounding, relative to the characteristic length. Four
+ * hundred lamps and as many linkages in space, to four digits, are open by up to 5.2e-4 of it (bench/rounded digits).
+ */
 #define KMP_CLOSURE_TOLERANCE 6e-4
 
-/** What the first assembly found of closures that are redundant but for rounding of the model's numbers
+/** Closures found by the first assembly to be redundant up to rounding of the model's numbers
  * (constraints/rounding/rounding.h). Written once. */
 typedef struct kmp_rounding {
-    atomic_int state; /* 0: nothing is known or there is none, 1: being written, 2: there */
-    int rank;         /* of J, however many of its pivots differ from zero */
+    atomic_int state; /* 0: unknown or none, 1: being written, 2: present */
+    int rank;         /* of J, independent of the number of its nonzero pivots */
     double zero;      /* a pivot of the scaled J below this part of the first is one */
     double tolerance; /* scaled |h| that a row may stay open by */
-    double misfit;    /* and is open by at most, at the start and on ways from there */
+    double misfit;    /* the largest remaining error, at the start and on paths from there */
 } kmp_rounding;
 
-/* Stages of the motion programs; below: what stands there by articulated bodies. */
+/* Stages of the motion programs; on the second line the outputs by articulated bodies. */
 enum {
     KMP_STAGE_PARAMETERS, /* once */
-    KMP_STAGE_CLOSURE,    /* t, q: h (m), J (jacobian.count), h_t (m, only when rheonomic); likewise */
-    KMP_STAGE_MASS,       /* t, q: M, lower triangle (mass.count);
-                             M^-1 J' (compliance.count), J M^-1 J', lower triangle (mobility.count) */
-    KMP_STAGE_BIAS,       /* qd: C (n), jdqd (m);
-                             qd, efforts: accelerations without closure forces (n), J of them and jdqd (m) */
-    KMP_STAGE_PRESSING,   /* where C depends on lambda, instead of that: jdqd (m) and what is not told, before;
-                             qd, lambda: C (n), dC/dlambda (pressing.count), here */
-    KMP_STAGE_WORKING     /* where forces are not conservative: their power, at what C or the accelerations are of */
+    KMP_STAGE_CLOSURE, /* t, q: h (m), J (jacobian.count), h_t (m, only when rheonomic); by articulated bodies the same
+                        */
+    KMP_STAGE_MASS,    /* t, q: M, lower triangle (mass.count);
+                          M^-1 J' (compliance.count), J M^-1 J', lower triangle (mobility.count) */
+    KMP_STAGE_BIAS, /* qd: C (n), jdqd (m); qd, efforts: accelerations without closure forces (n), their product with J
+                       and jdqd (m) */
+    KMP_STAGE_PRESSING, /* where C depends on lambda, KMP_STAGE_BIAS has jdqd (m) and operands that do not depend on it;
+                           here qd, lambda: C (n), dC/dlambda (pressing.count) */
+    KMP_STAGE_WORKING   /* where forces are not conservative: their power, at the arguments of C or of the accelerations
+                         */
 };
 
 /* Stages of the judging program. */
@@ -53,7 +56,7 @@ enum {
     KMP_STAGE_POWER,         /* qd: power of the non-conservative forces */
     KMP_STAGE_REACTION,      /* q, lambda: 3 a closure */
     KMP_STAGE_POSITION,      /* q: 3 a position output */
-    KMP_STAGE_SHOWN          /* all: what outputs show beside the table (model/output_table.h) */
+    KMP_STAGE_SHOWN          /* all: outputs in addition to the table (model/tables/output_table.h) */
 };
 
 struct kempe_system {
@@ -69,33 +72,33 @@ struct kempe_system {
     bool switches;                    /* h depends on conditions: J may jump where they change, and rates with it */
     bool dissipative;      /* some force is not conservative, or a closure that moves or switches does work */
     bool has_power;        /* so it is without the user's force */
-    kmp_dynamics dynamics; /* as asked for */
+    kmp_dynamics dynamics; /* as requested */
     kmp_program *motion, *judge;
     kmp_program *articulated; /* motion by articulated bodies; NULL: runs take M and C */
     kmp_events events;        /* conditions: inputs KMP_IN_MODE of all programs */
-    kmp_program *changes;     /* stage 1: first - second of each condition at (t, q, qd), zero of late ones; stage 2:
-                               * those, at qdd and lambda too; NULL without conditions. Each stage then has what of the
-                               * conditions implicit blocks solve for */
-    kmp_program *goals;       /* of points that goals are about (dynamics/goals.h); NULL without them */
-    bool changes_by_rates;    /* they depend on qd, or on more */
-    char **event_text;        /* events.count: "'motor': q(A) < 0.2" */
-    int chart_count;          /* joints with inputs KMP_IN_CHART, nine each */
-    int *chart_first;         /* their first rotations */
-    bool *chart_before;       /* the chart stands before them, otherwise after */
-    double length;            /* characteristic length, m */
-    double reach;             /* how far from the origin a closed point may lie, m: h rounds with it */
-    int *pressed;             /* rows whose multipliers forces depend on, rising: C is a function of those too */
+    kmp_program *changes;  /* stage 1: first - second of each condition at (t, q, qd), zero of late ones; stage 2: late
+                              ones, at qdd and lambda too; NULL without conditions. Each stage then has the unknowns of
+                              implicit blocks in the conditions */
+    kmp_program *goals;    /* of points with goals (dynamics/goal_equations.h); NULL without them */
+    bool changes_by_rates; /* the conditions depend on qd, or on more */
+    char **event_text;     /* events.count: "'motor': q(A) < 0.2" */
+    int chart_count;       /* joints with inputs KMP_IN_CHART, nine each */
+    int *chart_first;      /* their first rotations */
+    bool *chart_before;    /* the chart comes before them, otherwise after */
+    double length;         /* characteristic length, m */
+    double reach; /* the largest distance of a closed point from the origin, m: the rounding of h is relative to it */
+    int *pressed; /* rows whose multipliers forces depend on, ascending: C is a function of those too */
     int pressed_count;        /* 0: M qdd + C = J' lambda is linear in lambda */
     double *scale;            /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
     double *row_scale;        /* m: size of a closure row */
     double *parameters;       /* values */
-    double closure_tolerance; /* m: what closures that are redundant may stay open by; 0: nothing */
+    double closure_tolerance; /* m: the tolerance of redundant closures; 0: none */
     kmp_rounding *rounding;
-    bool strict; /* rounding of the model's numbers does not explain what redundant closures are open by */
+    bool strict; /* rounding of the model's numbers does not explain the error of redundant closures */
     bool mended; /* points and axes of `model` are those that a rounded drawing means (constraints/rounding/mend.h) */
-    struct kmp_variant *own; /* that has it, where it is the system's own; NULL: somebody else's */
-    double *misfit;          /* by closures: what they would stay open by as drawn, scaled; 0: nothing */
-    double mended_by;        /* and the farthest that a number was moved, characteristic lengths or rad */
+    struct kmp_variant *own; /* owner of the mended model, where it belongs to the system; NULL: not owned */
+    double *misfit;          /* by closures: their error as drawn, scaled; 0: none */
+    double mended_by;        /* the largest change of a number, characteristic lengths or rad */
     double build_s;          /* CPU time of deriving */
     kempe_force_fn *force;   /* the user's efforts; NULL: none */
     void *force_user;
@@ -104,7 +107,7 @@ struct kempe_system {
 /** kempe_system_new_with_algorithm without a look at rounded numbers. */
 kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system);
 
-/** Closures alone, without masses and forces: for assembling, and for walking on closed configurations. */
+/** A system of closures alone, without masses and forces: for assembling, and for following closed configurations. */
 kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system);
 
 /** A length of a mechanism: |to - from|. */
@@ -113,20 +116,21 @@ typedef struct kmp_lever {
     double length;
 } kmp_lever;
 
-/** The characteristic length, m, and what closures may stay open by, m. */
+/** The characteristic length, m, and the tolerance of closures, m. */
 double kmp_system_length(const kempe_model *model);
 double kmp_closure_tolerance(const kempe_model *model);
 
-/** The one that is the characteristic length: the largest of the offsets of joints and closure points in their bodies
- * and lengths of rods, else of start values of translations, else of centres of mass. Its length is 0 where nothing has
- * any: then it is 1 m. */
+/** The characteristic length's source: the largest of the offsets of joints and closure points in their bodies and
+ * lengths of rods. Without these the largest start value of translations, else the largest offset of centres of mass.
+ * The length is 0 where all are 0: then it is 1 m. */
 kmp_lever kmp_system_lever(const kempe_model *model);
 
-/** Scales and values of parameters anew, from a model whose numbers have changed (model/variant.h). false: no memory.
+/** Recomputes scales and values of parameters from a model whose numbers have changed (model/variant.h). False: no
+ * memory.
  */
 bool kmp_system_rescale(kempe_system *system);
 
-/** The efforts (n) of the user's force, which is there, at (t, q, qd); NaN where it says that they cannot be had. */
+/** The generalized forces (n) of the user's force, which must exist, at (t, q, qd); NaN where it reports failure. */
 void kmp_system_effort(const kempe_system *system, double t, const double *q, const double *qd, double *effort);
 
 #endif

@@ -6,7 +6,7 @@
 
 enum { LONGEST = 72, INPUT_LENGTH = 10 };
 
-/* How tightly the place of an operand binds. */
+/* The precedence of an operand's position. */
 typedef enum place { PLACE_TOP, PLACE_TERM, PLACE_FACTOR, PLACE_DIVISOR } place;
 
 typedef struct printer {
@@ -15,7 +15,7 @@ typedef struct printer {
     kmp_text *text;
     uint8_t *needed;    /* 1 + the set that needs a node first, 0: none */
     uint32_t *uses;     /* by needed nodes and outputs */
-    uint32_t *length;   /* of the text in place, about */
+    uint32_t *length;   /* of the text in place, approximately */
     uint32_t *variable; /* number of the auxiliary variable, 0: none */
     uint32_t variables;
 } printer;
@@ -41,7 +41,7 @@ static uint32_t length_of(const printer *p, kmp_ref r)
     return p->variable[kmp_id(r)] ? 5 : p->length[kmp_id(r)];
 }
 
-/* Operands stand before their users, so that one pass decides. */
+/* Chooses variables. Operands precede their users, so that one pass decides. */
 static void choose_variables(printer *p)
 {
     for (uint32_t id = 0; id < kmp_graph_count(p->g); id++) {
@@ -94,7 +94,7 @@ static void print_input(printer *p, const kmp_node *n)
 
 static void print_operand(printer *p, kmp_ref r, place at);
 
-/* A table carries its number, and a stroke for each differentiation. */
+/* A table has its number, and a prime for each differentiation. */
 static void print_function(printer *p, const kmp_node *n)
 {
     kmp_text_put(p->text, kmp_op_text((kmp_op)n->op));

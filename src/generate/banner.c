@@ -6,7 +6,7 @@ const char *const kmp_argument_names[KMP_IN_COUNT] = {
     [KMP_IN_PARAMETER] = "k", [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",
     [KMP_IN_QDD] = "qdd",     [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque"};
 
-/* A name in a comment: what would end it is taken out. */
+/* A name in a comment: characters that would end the comment are removed. */
 static void put_name(kmp_text *text, const char *name)
 {
     for (; *name; name++)

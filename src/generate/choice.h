@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which sets of equations are asked for, and how they are to be derived: kempe_generate_options, read. */
+/* The requested sets of equations and their derivation: kempe_generate_options, read. */
 #ifndef KMP_GENERATE_CHOICE_H
 #define KMP_GENERATE_CHOICE_H
 
 #include "generate/sets.h"
+#include <kempe/generate.h>
 
 enum { KMP_MOST_CHOSEN = 32, KMP_CHOICE_NAME = 40 };
 
 typedef struct kmp_chosen {
-    char name[KMP_CHOICE_NAME]; /* as it was asked for: "M_C", "M_C+h_J" */
+    char name[KMP_CHOICE_NAME]; /* as written in the request: "M_C", "M_C+h_J" */
     unsigned sets;
 } kmp_chosen;
 
@@ -17,7 +18,7 @@ typedef struct kmp_set_choice {
     int count;
     unsigned all;       /* the union */
     kmp_scene scene;    /* all but its sets */
-    const char *scheme; /* its name */
+    const char *scheme; /* the name of the algorithm */
 } kmp_set_choice;
 
 /** KEMPE_E_ARGUMENT: a set, scheme or body that does not exist. The choice lives no longer than the generation. */

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* `generate --count`: what each asked set of equations takes when it is derived alone, and all as one program. */
+/* `generate --count`: operation counts of each requested set of equations derived alone, and of all as one program. */
 #include "base/clock.h"
 #include "base/memory.h"
 #include "generate/choice.h"
 #include "output/print.h"
+#include <kempe/generate.h>
 #include <string.h>
 
 struct kempe_count {

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "generate/source.h"
 #include "output/print.h"
+#include <kempe/generate.h>
 #include <string.h>
 
 struct kempe_code {
@@ -24,7 +25,7 @@ static const kmp_language *const languages[] = {
 
 enum { LANGUAGES = sizeof languages / sizeof *languages };
 
-/* -- what is asked ----------------------------------------------------------------------------------- */
+/* -- request ----------------------------------------------------------------------------------------- */
 
 static kempe_status refuse_language(kempe_context *context, const char *name)
 {

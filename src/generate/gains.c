@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The simplifications one after the other, each with those before it: rules at a node's birth are switched on in turn,
- * then the ways to write the equations are chosen, then the passes run. Of the ways, which were chosen together, each
- * is taken away from the others. */
+/* The simplifications one after the other, each with those before it. Rules applied when nodes are made are switched on
+ * in turn, then the variants of the equations are chosen, then the passes run. The variants were chosen together; each
+ * one's gain is measured by removing it alone. */
 #include "generate/gains.h"
 #include "base/memory.h"
 #include "generate/sets.h"
@@ -94,7 +94,7 @@ static kempe_status rules(const kempe_model *model, kmp_scene scene, kmp_gains *
     return status;
 }
 
-/* -- ways -------------------------------------------------------------------------------------------- */
+/* -- variants ---------------------------------------------------------------------------------------- */
 
 enum { CLOSURES, ORIGINS, REGROUPING, SECOND_MOMENTS, STAYING, MOMENTS, APART };
 
@@ -130,7 +130,7 @@ static void take_away(kmp_ways *ways, const kempe_model *model, int kind)
     }
 }
 
-/* What the equations take as a program, after all passes, in the scene's ways. */
+/* The operations of the equations as a program, after all passes, with the scene's variants. */
 static kempe_status try_program(const kempe_model *model, const kmp_scene *scene, amount *found)
 {
     kmp_equations eq;
@@ -147,7 +147,7 @@ static kempe_status try_program(const kempe_model *model, const kmp_scene *scene
     return status;
 }
 
-/* Each kind that was taken, away from the others. */
+/* Measures each chosen variant by removing it from the others. */
 static kempe_status ways(const kempe_model *model, kmp_scene scene, const kmp_ways *best, kmp_gains *gains)
 {
     kmp_ways some;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What each simplification gains on a model: M, C, h, J and jdqd as one program, numbers kept as symbols. */
+/* The gain of each simplification on a model: M, C, h, J and jdqd as one program, numbers kept as symbols. */
 #ifndef KMP_GENERATE_GAINS_H
 #define KMP_GENERATE_GAINS_H
 
@@ -10,7 +10,7 @@ enum { KMP_GAINS_MOST = 16, KMP_GAINS_WAYS = 7 };
 typedef struct kmp_gain {
     const char *name;
     long operations; /* + - * / after it, with those before it; -1: not tried, the model is too large */
-    long runtime;    /* of these, those of more than parameters */
+    long runtime;    /* operations of those that depend on more than parameters */
 } kmp_gain;
 
 typedef struct kmp_gains {

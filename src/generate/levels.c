@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Instructions are sorted by step index (Fisette and Samin 1996, section 3.2), then by kind of operation. Products with
+ * a single reader become part of the reader's sum. */
 #include "generate/levels.h"
 #include "base/memory.h"
 #include <stdlib.h>
 #include <string.h>
 
-/* What is done for an instruction of stage 1: op and operands (of the program, with signs). */
+/* The operation of one instruction of stage 1: op and operands (of the program, with signs). */
 typedef struct item {
     kmp_op op;
     uint32_t operand[3];
@@ -57,7 +59,7 @@ static bool is_single_product(const builder *b, uint32_t operand)
     return i >= 0 && b->uses[i] == 1 && b->p->instruction[i].op == KMP_OP_MUL;
 }
 
-/* c + s a b for a sum: one operand as it is, which carries no sign, the other as a product. */
+/* c + s a b for a sum: one operand unchanged, without a sign, the other as a product. */
 static item sum_of(builder *b, const kmp_instruction *in)
 {
     bool second = !(in->a & 1) && (is_single_product(b, in->b) || (in->b & 1) || !is_single_product(b, in->a));
@@ -108,7 +110,7 @@ static void list_items(builder *b)
         b->level[i] = ++it.level;
         b->items[b->count++] = it;
     }
-    int kept = 0; /* what was taken after it was listed is no item of its own */
+    int kept = 0; /* an item that a sum absorbed after it was listed is removed */
     for (int k = 0; k < b->count; k++)
         if (!b->taken[b->items[k].instruction])
             b->items[kept++] = b->items[k];

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A routine for array languages: its values by step index, which is one more than the largest of the values that a
- * value is computed from (Fisette and Samin 1996, section 3.2), and of each step all operations of one kind as one
- * statement.
+/* A routine for array languages: values by step index, which is one more than the largest index of a value's operands
+ * (Fisette and Samin 1996, section 3.2). In each step all operations of one kind are one statement.
  *
  * Sums and products are one kind, c + s a b with s = 1 or -1: x + y is x + 1 y 1, and a product that only one sum reads
- * is part of it. Values stand in one vector: the numbers, beginning with 0 and 1, then the arguments, then results. */
+ * is part of it. All values are in one vector: the numbers, beginning with 0 and 1, then the arguments, then results.
+ */
 #ifndef KMP_GENERATE_LEVELS_H
 #define KMP_GENERATE_LEVELS_H
 
@@ -23,14 +23,15 @@ typedef struct kmp_nesting_levels {
     const kmp_routine *routine;
     double *numbers;
     int number_count;
-    int at[KMP_IN_COUNT], width[KMP_IN_COUNT]; /* of an argument in the vector; PARAMETER: k; width 0: there is none */
+    int at[KMP_IN_COUNT], width[KMP_IN_COUNT]; /* position and length of an argument in the vector; PARAMETER: k; width
+                                                  0: no such argument */
     int size;                                  /* of the vector */
     int steps;
     int *operand[3]; /* by item: places in the vector */
     bool *minus[3];
     kmp_group *groups; /* step by step */
     int group_count;
-    int *output; /* by output of stage 1: its place in the vector */
+    int *output; /* by output of stage 1: its position in the vector */
 } kmp_nesting_levels;
 
 /** false: no memory. */
@@ -40,7 +41,7 @@ void kmp_levels_free(kmp_nesting_levels *levels);
 /** The number of columns of a group's items. */
 int kmp_group_operands(const kmp_group *group);
 
-/** Where the entries of an array come from in the vector and go to in the array; zeros are left out. */
+/** Positions of an array's entries in the vector and in the array; zeros are left out. */
 typedef struct kmp_outputs {
     int count;
     int *from, *to;

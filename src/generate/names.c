@@ -66,7 +66,7 @@ static bool put_label(const kmp_program *p, int i, kmp_text *text)
     kmp_text_printf(text, "%d", label->link);
     if (label->column)
         kmp_text_printf(text, "_%d", label->column);
-    kmp_text_put(text, label->negative ? "n" : ""); /* the negative of what the name says */
+    kmp_text_put(text, label->negative ? "n" : ""); /* the negative of the named value */
     return true;
 }
 

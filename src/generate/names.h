@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Names of variables to read: S1, C1, S1p2 for sines and cosines of coordinates, OM12 for what has a label, a1, a2 ..
- * for the rest. */
+/* Names of variables for reading: S1, C1, S1p2 for sines and cosines of coordinates, OM12 for labelled values, a1, a2
+ * .. for all others. */
 #ifndef KMP_GENERATE_NAMES_H
 #define KMP_GENERATE_NAMES_H
 

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Text of expressions with the fewest brackets that keep the order of operations. Values used more than once, or too
+ * long for a line, become variables; long routines are cut into chunks. */
 #include "generate/scalar.h"
 #include "base/memory.h"
 #include "generate/banner.h"
@@ -8,10 +10,10 @@
 
 enum { LONGEST = 90, LEAF_LENGTH = 8 };
 
-/* How tightly the place of an operand binds. */
+/* The precedence of an operand's position. */
 typedef enum place { PLACE_TOP, PLACE_LEFT_TERM, PLACE_RIGHT_TERM, PLACE_LEFT_FACTOR, PLACE_RIGHT_FACTOR } place;
 
-/* The instruction of this stage behind an operand, -1 for what is known before it. */
+/* The instruction of this stage behind an operand, -1 for a value available before it. */
 static int instruction_of(const kmp_scalar *s, uint32_t operand)
 {
     int i = (int)(operand >> 1) - s->leaves;
@@ -53,7 +55,7 @@ static void add_sinks(kmp_scalar *s)
             add_sink(s, (kmp_sink){.operand = (uint32_t)v << 1, .array = -1, .row = r->kept[v] - 1, .col = -1});
 }
 
-/* Whether a sink holds what its place has from the beginning: zero. */
+/* True if a sink's entry keeps its initial value, zero. */
 static bool is_zero(const kmp_scalar *s, const kmp_sink *sink)
 {
     int value = (int)(sink->operand >> 1);
@@ -101,7 +103,8 @@ static bool is_angle_function(const kmp_program *p, int i)
     return p->instruction[i].op == KMP_OP_SIN || p->instruction[i].op == KMP_OP_COS;
 }
 
-/* A variable for what is used more than once or would make a line too long. Operands stand before their users. */
+/* Chooses variables: an expression that is used more than once, or would make a line too long, gets one. Operands
+ * precede their users. */
 static void choose_variables(kmp_scalar *s)
 {
     const kmp_program *p = s->p;
@@ -115,7 +118,7 @@ static void choose_variables(kmp_scalar *s)
 
 /* -- statements -------------------------------------------------------------------------------------- */
 
-/* The sine to a cosine and the other way round, which stands further on. */
+/* The sine that belongs to a cosine, or the reverse, where it comes later. */
 static int partner_of(const kmp_scalar *s, int i)
 {
     const kmp_instruction *in = &s->p->instruction[i];
@@ -280,7 +283,7 @@ static void put_input(kmp_scalar *s, kmp_text *text, const kmp_program_input *in
                   in->kind == KMP_IN_PARAMETER ? s->source->place[in->index] : (int)in->index);
 }
 
-/* What is known before the stage. */
+/* Writes a value that is available before the stage. */
 static void put_leaf(kmp_scalar *s, kmp_text *text, int value)
 {
     const kmp_program *p = s->p;
@@ -387,7 +390,7 @@ static void put_entry(kmp_text *text, const kmp_tongue *t, const kmp_array *a, i
         kmp_text_printf(text, "%s%c%d, %d%c", a->name, t->open, row + t->base, col + t->base, t->close);
 }
 
-/* The other half of a symmetric matrix. */
+/* True if the entry belongs to the other half of a symmetric matrix. */
 static bool is_mirrored(const kmp_scalar *s, const kmp_sink *sink)
 {
     return sink->array >= 0 && s->routine->arrays[sink->array].symmetric && sink->row != sink->col;

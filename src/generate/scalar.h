@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One stage of a routine as scalar assignments, in any language: what gets a variable, in which chunk it stands, how
- * expressions are written. Every operation is written as it is in the program, so that a language with IEEE doubles
- * computes the same bits. */
+/* One stage of a routine as scalar assignments, in any language: the choice of variables and of chunks, and the text of
+ * expressions. Every operation is written as it is in the program, so that a language with IEEE doubles computes the
+ * same bits. */
 #ifndef KMP_GENERATE_SCALAR_H
 #define KMP_GENERATE_SCALAR_H
 
@@ -9,11 +9,11 @@
 
 typedef struct kmp_scalar kmp_scalar;
 
-/** Where a value goes: entry (row, col) of an array, or of k when array is -1. */
+/** The target of a value: entry (row, col) of an array, or of k when array is -1. */
 typedef struct kmp_sink {
     uint32_t operand;
     int array, row, col; /* col -1: a vector */
-    int next;            /* the next one of the same instruction, -1: none */
+    int next;            /* the next sink of this instruction, -1: none */
 } kmp_sink;
 
 /** An assignment: of instruction `value`, and with it of `partner`, its cosine or sine (-1: none). */
@@ -21,7 +21,7 @@ typedef struct kmp_statement {
     int value, partner, chunk;
 } kmp_statement;
 
-/** How a language writes. */
+/** The syntax of a language. */
 typedef struct kmp_tongue {
     char open, close;                      /* brackets of an index */
     int base;                              /* the first index */
@@ -31,7 +31,7 @@ typedef struct kmp_tongue {
     bool flat;                             /* matrices are rows one after another */
     bool chains;                           /* a = b = x is possible */
     void (*function)(kmp_text *text, const kmp_code_source *source, kmp_op op);
-    /** All of a table's call but the point and what closes it. */
+    /** A table's call, except the abscissa and the closing text. */
     void (*table)(kmp_text *text, const kmp_code_source *source, const kmp_routine *routine, int table, int derivative);
     /** Sine and cosine of one angle as one statement; NULL: two. */
     void (*pair)(kmp_scalar *s, kmp_text *text, const kmp_statement *statement);
@@ -44,18 +44,18 @@ struct kmp_scalar {
     const kmp_tongue *tongue;
     int stage, leaves;
     /* by instruction */
-    int *uses, *length, *variable; /* number of its variable from 1 on, 0: stands in the expression of its user */
+    int *uses, *length, *variable; /* number of its variable from 1 on, 0: part of its user's expression */
     int *first_chunk, *last_chunk; /* in which its variable is set and read */
     int *slot;                     /* + 1, of a variable that several chunks see */
     int *sink;                     /* the first one, -1: none */
-    char **name;                   /* of its variable; NULL: v and its number */
+    char **name;                   /* of the variable; NULL: v and its number */
     kmp_statement *statements;
     int count, variables, chunks, slots;
     kmp_sink *sinks;
     int sink_count;
-    unsigned used; /* input kinds met while writing, bits; that of k is KMP_IN_PARAMETER's */
+    unsigned used; /* input kinds met while writing, as bits; k has the bit of KMP_IN_PARAMETER */
     bool slots_used;
-    const kmp_label *label; /* of what was written last */
+    const kmp_label *label; /* of the value written last */
 };
 
 /** chunk: statements in each; 0: all in one. false: no memory. */
@@ -63,7 +63,7 @@ bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_rou
                      const kmp_tongue *tongue, int chunk);
 void kmp_scalar_free(kmp_scalar *s);
 
-/** Whether an array has entries that are zero, which nothing is assigned to. */
+/** True if an array has entries that are zero, which nothing is assigned to. */
 bool kmp_scalar_has_zeros(const kmp_scalar *s, int array);
 
 /** The statements of a chunk, from statement *at on, which moves; the arrays that it writes to, bits 1 << array. */
@@ -74,7 +74,7 @@ void kmp_scalar_expression(kmp_scalar *s, kmp_text *text, int instruction);
 void kmp_scalar_variable(kmp_scalar *s, kmp_text *text, int instruction);
 void kmp_scalar_operand(kmp_scalar *s, kmp_text *text, uint32_t operand);
 
-/** A number that reads back to the same double, with a point or an exponent. */
+/** Writes a number that reads back to the same double, with a point or an exponent. */
 void kmp_scalar_number(kmp_text *text, const kmp_tongue *tongue, double x);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sets of equations by name, their entries, and how many operations they take. */
+/* Sets of equations by name, their entries and their operation counts. */
 #ifndef KMP_GENERATE_SETS_H
 #define KMP_GENERATE_SETS_H
 
@@ -18,33 +18,33 @@ typedef enum kmp_eq_set {
 
 const char *kmp_set_name(kmp_eq_set set);
 
-/** The sets that a name stands for, a set's or a group's; 0: none. `length` of its characters count. */
+/** The sets of a name, which is that of a set or of a group; 0: none. `length` of its characters count. */
 unsigned kmp_sets_find(const char *name, size_t length);
 
 /** All names, groups first, with commas between. */
 void kmp_sets_list(kmp_text *text);
 
-/** What to derive for them: kmp_scene.sets. */
+/** The equations to derive for the sets: kmp_scene.sets. */
 unsigned kmp_sets_derive(unsigned sets);
 
 /** The number of entries (of M those with k <= i), and the entries set by set. */
 int kmp_sets_size(const kmp_equations *eq, unsigned sets);
 void kmp_sets_put(const kmp_equations *eq, unsigned sets, kmp_assignment *entries);
 
-/** The entries as outputs of one program with one stage beside that of the parameters. NULL: no memory. */
+/** The entries as outputs of one program with one stage after the stage of the parameters. NULL: no memory. */
 kmp_program *kmp_sets_program(const kmp_equations *eq, unsigned sets);
 
 typedef struct kmp_tally {
-    kmp_counts counts, runtime; /* runtime: without what is done once for the parameters */
+    kmp_counts counts, runtime; /* runtime: without the operations that are done once for the parameters */
     long created, kept;         /* nodes of the graph; of the program: constants, inputs and instructions */
     long operations, useless;   /* instructions; nodes that would be ones and that no entry needs */
     kmp_steps steps;
 } kmp_tally;
 
-/** Of some stages of a program, `useless` and `steps` aside. */
+/** Counts some stages of a program; `useless` and `steps` are not set. */
 kmp_tally kmp_tally_program(const kmp_program *program, int first_stage, int last_stage);
 
-/** Derives the sets alone, as `scene` says otherwise, and counts what they take as one program. */
+/** Derives these sets alone, otherwise as `scene` requires, and counts the operations of one program. */
 kempe_status kmp_tally_sets(const kempe_model *model, const kmp_scene *scene, unsigned sets, kmp_tally *tally);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "cli/command.h"
 
-/* `show` prints one thing at a time; equations and stats together are the passes. */
+/* True if one view is requested: `show` prints one view at a time; equations and stats together are the passes. */
 static bool one_view(const cli_settings *s)
 {
     if (s->show_equations && s->show_stats && !s->show_model && !s->show_program)

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Collects the input of a language: equations of the requested sets, one program for each routine, names of arguments
+ * and shapes of results. */
 #include "generate/source.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -7,6 +9,7 @@
 #include "generate/symbols.h"
 #include "model/print/model_print.h"
 #include <ctype.h>
+#include <kempe/generate.h>
 #include <string.h>
 
 /* -- names ------------------------------------------------------------------------------------------- */
@@ -74,7 +77,7 @@ static unsigned arguments_of(unsigned sets, bool inputs)
     return a;
 }
 
-/* What an output of a set is called. */
+/* The name of a set's output. */
 static const char *array_name(kmp_eq_set set)
 {
     switch (set) {
@@ -119,7 +122,7 @@ static void keep(kmp_routine *r, uint32_t operand)
         r->kept[value] = ++r->kept_count;
 }
 
-/* What stage 1 needs of the parameters. */
+/* Finds the values of the parameters that stage 1 needs. */
 static bool find_kept(kmp_routine *r)
 {
     const kmp_program *p = r->program;
@@ -242,8 +245,7 @@ static kempe_status read_form(kmp_code_source *source, const char *form)
     return kmp_fail(source->context, KEMPE_E_ARGUMENT, "unknown form '%s'; forms are legible, compact", form);
 }
 
-/* Of a rounded drawing the mechanism that is meant is written, which all computations go by
- * (constraints/rounding/mend.h). */
+/* For a rounded drawing the exact mechanism is written, which all computations use (constraints/rounding/mend.h). */
 static kempe_status find_meant(kmp_code_source *source)
 {
     kempe_status status = source->model->closure_count > 0 ? kmp_meant(source->model, &source->meant) : KEMPE_OK;

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a language is given to write: the programs of the asked sets of equations, with the names and shapes of what
- * goes in and comes out. Made once, read by the languages. */
+/* The input of a language: the programs of the requested sets of equations, with the names and shapes of arguments and
+ * results. Made once, read by the languages. */
 #ifndef KMP_GENERATE_SOURCE_H
 #define KMP_GENERATE_SOURCE_H
 
 #include "generate/choice.h"
+#include <kempe/generate.h>
 
 /** An output of a routine: entries first, first + 1, ... of its program, row by row. */
 typedef struct kmp_array {
@@ -21,15 +22,15 @@ typedef struct kmp_routine {
     kmp_tally tally;
     kmp_array arrays[KMP_EQ_SETS];
     int array_count;
-    unsigned arguments; /* bits 1 << kmp_input_kind; fixed by sets and options, whatever the model needs */
-    int *kept;          /* by value of stage 0 and parameter: 1 + its place in k, which stage 1 reads; 0: not needed */
+    unsigned arguments; /* bits 1 << kmp_input_kind; fixed by sets and options, independent of the model */
+    int *kept; /* by value of stage 0 and parameter: 1 + its position in k, which stage 1 reads; 0: not needed */
     int kept_count;
 } kmp_routine;
 
 typedef struct kmp_code_source {
     kempe_context *context;
     const kempe_model *model;
-    struct kmp_variant *meant; /* of a rounded drawing, which owns the model; NULL: the model is that of the caller */
+    struct kmp_variant *meant; /* of a rounded drawing, owns the model; NULL: the model is the caller's */
     char *title, *name;        /* the model's name; as an identifier */
     char hash[17];
     const char *scheme;
@@ -38,9 +39,9 @@ typedef struct kmp_code_source {
     int n, m, body_count; /* bodies with inputs: 3 entries of force and torque each, ground not counted */
     char **row_names;
     int symbol_count, parameter_count;
-    int *place; /* by symbol: its place in p, -1: no routine needs it */
+    int *place; /* by symbol: its position in p, -1: no routine needs it */
     double *value;
-    char **parameter_name; /* by place, like value */
+    char **parameter_name; /* by position, like value */
     kmp_routine *routines;
     int count;
 } kmp_code_source;
@@ -68,7 +69,7 @@ void kmp_code_files_free(kmp_code_files *files);
 typedef struct kmp_language {
     const char *name;
     bool vectorises;
-    bool (*says)(kmp_op op);                                             /* whether it has the operation */
+    bool (*says)(kmp_op op);                                             /* true if the language has the operation */
     bool (*write)(const kmp_code_source *source, kmp_code_files *files); /* false: no memory */
 } kmp_language;
 

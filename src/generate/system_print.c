@@ -8,14 +8,14 @@
 #include <math.h>
 #include <string.h>
 
-/* What a mechanism's motion needs. */
+/* The sets of equations for a mechanism's motion. */
 static const unsigned shown = 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_JDQD;
 
 static const char *const stage_names[2][6] = {
     {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd", "bias under loads: C", "power"},
     {"parameters", "closure: h, J, h_t", "bodies: X, J X", "accelerations: a, d", "loads: none", "power"}};
 
-/* That of the formulations which can go by articulated bodies. */
+/* The program of the formulations that can use articulated bodies. */
 static const kmp_program *program_of(const kempe_system *system, const char *const **names)
 {
     *names = stage_names[system->articulated != NULL];
@@ -24,7 +24,7 @@ static const kmp_program *program_of(const kempe_system *system, const char *con
 
 /* -- equations --------------------------------------------------------------------------------------- */
 
-/* What the indices mean. */
+/* The legend of the indices. */
 static void legend(kmp_text *text, const kempe_system *system)
 {
     kmp_text_printf(text, "# %s: M qdd + C = J' lambda, h = 0, J qdd + jdqd = 0; entries not shown are zero\n# q:",
@@ -45,7 +45,7 @@ static bool put_equations(kmp_text *text, const kmp_equations *eq, int count, km
     return kmp_assignments_print(eq, count, assignments, text);
 }
 
-/* After each pass that changed something, with what it took and takes. */
+/* Prints the equations after each pass that changed something, with the operation counts before and after. */
 static bool put_passes(kmp_text *text, kmp_equations *eq, int count, kmp_assignment *assignments)
 {
     const kmp_parallel parallel = {eq->run, eq->n};
@@ -127,7 +127,7 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
 {
     const char *const *names;
     const kmp_program *p = program_of(system, &names);
-    int last = p->stages > KMP_STAGE_WORKING ? KMP_STAGE_PRESSING : p->stages - 1; /* of what moves */
+    int last = p->stages > KMP_STAGE_WORKING ? KMP_STAGE_PRESSING : p->stages - 1; /* of variable stages */
     kmp_tally whole = kmp_tally_program(p, 0, last);
     show_header(text, "stage of the program", false);
     for (int s = 0; s < p->stages; s++) {
@@ -153,8 +153,7 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
                        "program needs\n");
 }
 
-/* Percent of what it was before. */
-/* In %. */
+/* The saving in percent of the original count. */
 static double gain_of(long before, long after)
 {
     return before ? 100.0 * (double)(before - after) / (double)before : 0;

@@ -15,7 +15,7 @@ typedef struct market {
     bool *seen;                  /* n + 1 */
 } market;
 
-/* From column `at`, whose owner looks for another, to the column that is least dear to reach. */
+/* From column `at`, whose owner looks for another column, to the column that is cheapest to reach. */
 static int step(market *m, int at)
 {
     int next = -1, i = m->owner[at];

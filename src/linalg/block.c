@@ -77,7 +77,7 @@ static int permutation_sign(int n, const int *p, int *visited)
     return sign;
 }
 
-/* Where each block, row and column of A stands in C. */
+/* The position of each block, row and column of A in C. */
 static void place_blocks(kmp_block *b, int *row_at)
 {
     for (int k = 0; k < b->count; k++) {
@@ -95,7 +95,7 @@ static void place_blocks(kmp_block *b, int *row_at)
         b->pairs = b->pairs && b->start[k] == 2 * k;
 }
 
-/* Each entry's place in its diagonal block; -1 for one beside the blocks, counted in off_start[row + 1]. */
+/* Each entry's position in its diagonal block; -1 for an entry outside the blocks, counted in off_start[row + 1]. */
 static void place_inside(kmp_block *b, const int *row, const int *col, const int *row_at)
 {
     for (int e = 0; e < b->nz; e++) {
@@ -109,7 +109,7 @@ static void place_inside(kmp_block *b, const int *row, const int *col, const int
     }
 }
 
-/* The places of the others, by rows. */
+/* The positions of entries outside the blocks, by rows. */
 static void place_outside(kmp_block *b, const int *row, const int *col, const int *row_at)
 {
     for (int i = 0; i < b->n; i++)

@@ -15,8 +15,8 @@ typedef struct kmp_block kmp_block;
 kmp_block *kmp_block_new(int n, int nz, const int *row, const int *col);
 void kmp_block_free(kmp_block *b);
 
-/** Numeric factors for the values of the same entries in the same order. Returns 0, or 1 + (the matrix column
- *  at fault) when a diagonal block is singular. */
+/** Numeric factors for new values of the same entries in the same order. Returns 0, or 1 + (the matrix column at fault)
+ * when a diagonal block is singular. */
 int kmp_block_factor(kmp_block *b, const double *values);
 
 /** x <- A^-1 x, x <- A^-T x; x is n x m, leading dimension n. */
@@ -28,14 +28,14 @@ void kmp_block_solve_transposed(const kmp_block *b, int m, double *x);
 int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count, const int *column,
                                    const double *value, int *row, double *x);
 
-/** The same as kmp_block_solve for m of 1 or 2 where x is zero in the rows of blocks that are not `used` (one a block),
- * and the answer in their columns with it. */
+/** Solves as kmp_block_solve for m of 1 or 2 right-hand sides. x is zero in the rows of blocks that are not `used` (one
+ * flag per block), and the solution is zero in their columns. */
 void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x);
 
-/** Number of diagonal blocks, none of NULL; block k holds `*count` matrix columns, returned. */
+/** Number of diagonal blocks, 0 for NULL; block k holds `*count` matrix columns, returned. */
 int kmp_block_count(const kmp_block *b);
 const int *kmp_block_columns(const kmp_block *b, int k, int *count);
-/** Its matrix rows. A row of block k has no columns of blocks before k. */
+/** The matrix rows of a block. A row of block k has no columns of blocks before k. */
 const int *kmp_block_rows(const kmp_block *b, int k);
 
 /** Arithmetic of one factorisation, of one solve with one right-hand side. */
@@ -43,13 +43,13 @@ kmp_flops kmp_block_factor_flops(const kmp_block *b);
 kmp_flops kmp_block_solve_flops(const kmp_block *b);
 kmp_flops kmp_block_solve_flops_some(const kmp_block *b, const char *used);
 
-/** Of the last factorisation: the sign of det A (+1, -1), and the smallest over all blocks of
- *  min |u_ii| / max |u_ii|, the pivots of the block. */
+/** Results of the last factorisation: the sign of det A (+1, -1), and the smallest over all blocks of min |u_ii| / max
+ * |u_ii|, the pivots of the block. */
 int kmp_block_sign(const kmp_block *b);
 double kmp_block_quality(const kmp_block *b);
 
-/** The sign of each diagonal block (kmp_block_count of them), up to one that the pattern fixes: where a factorisation
- * has others than those taken before, some block has been singular in between. */
+/** The sign of each diagonal block (kmp_block_count of them), up to one that the pattern fixes. Where a factorisation
+ * has other signs than an earlier one, some block has been singular in between. */
 void kmp_block_take_signs(const kmp_block *b, int *signs);
 bool kmp_block_has_signs(const kmp_block *b, const int *signs);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Factors and solves of blocks. Hides the pivoting inside them: after a factorisation `order` says which row of C
- * stands in each pivoted place, so a solve applies both permutations in its gather. */
+/* Factorisation and solution of blocks. Hides the pivoting inside them: `order` gives the row of C in each pivoted
+ * position, so a solve applies both permutations in its gather. */
 #include "linalg/block_inside.h"
 
 #include <float.h>
@@ -28,7 +28,7 @@ static int factor_block(int size, double *lu, int *pivot, int *order, int first,
     return 0;
 }
 
-/* Reciprocal pivots and their sign. Returns 0, or 1 + the place of a pivot too small to have a reciprocal. */
+/* Reciprocal pivots and their sign. Returns 0, or 1 + the index of a pivot too small to have a reciprocal. */
 static int invert_pivots(int size, const double *lu, double *inverse, int *sign)
 {
     for (int i = 0; i < size; i++) {
@@ -41,13 +41,13 @@ static int invert_pivots(int size, const double *lu, double *inverse, int *sign)
     return 0;
 }
 
-/* Of a pivot that is neither zero, too small, infinite nor NaN. */
+/* True if x is the reciprocal of a pivot that is neither zero, too small, infinite nor NaN. */
 static bool is_reciprocal(double x)
 {
     return fabs(x) > 0.0 && fabs(x) <= DBL_MAX;
 }
 
-/* The same for two rows, the block of a planar loop, in one: the operations of kmp_lu_factor and of the reciprocals. */
+/* Factors a block of two rows, as of a planar loop, at once: the operations of kmp_lu_factor and of the reciprocals. */
 static int factor_pair(kmp_block *b, int k, int *sign)
 {
     int first = b->start[k];
@@ -161,7 +161,7 @@ INLINE void solve_block_transposed(int lanes, int size, const double *lu, const 
         }                                                                                                              \
     } while (0)
 
-/* One right-hand side of row `row` of C, less what the later unknowns contribute. */
+/* The right-hand side of row `row` of C, less the contributions of later unknowns. */
 INLINE double remainder_of(const kmp_block *b, int row, const double *x, const double *solved)
 {
     double s = x[b->p[row]];
@@ -170,7 +170,7 @@ INLINE double remainder_of(const kmp_block *b, int row, const double *x, const d
     return s;
 }
 
-/* The same as solve() for one right-hand side and blocks of two. */
+/* Solves for one right-hand side where all blocks have two rows; otherwise as solve(). */
 static void solve_pairs(const kmp_block *b, double *restrict x)
 {
     double *restrict w = b->scratch;
@@ -184,7 +184,7 @@ static void solve_pairs(const kmp_block *b, double *restrict x)
         x[b->q[j]] = w[j];
 }
 
-/* Last block first: the right-hand side less what the later unknowns contribute, then the block. */
+/* Last block first: the right-hand side less the contributions of later unknowns, then the block. */
 INLINE void solve(const kmp_block *b, const char *used, int lanes, double *restrict x)
 {
     int n = b->n;

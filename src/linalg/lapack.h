@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What is called of LAPACK, by its Fortran binding: the lengths of character arguments are left out, as all of them are
- * one letter. */
+/* The LAPACK functions in use, by their Fortran binding. The lengths of character arguments are left out, as all of
+ * them are one letter. */
 #ifndef KMP_LINALG_LAPACK_H
 #define KMP_LINALG_LAPACK_H
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hides KLU (Davis and Palamadai Natarajan, ACM TOMS 37 (2010) 36): one analysis, one factorisation with pivoting;
- * after that refactorisations with the same pivots, until their growth says that the pivots no longer suit. */
+/* Hides KLU (Davis and Palamadai Natarajan, ACM TOMS 37 (2010) 36): one analysis and one factorisation with pivoting.
+ * Later values are refactored with the same pivots, until pivot growth shows that they no longer suit. */
 #include "linalg/sparse.h"
 #include "base/memory.h"
 #include <klu.h>
@@ -9,8 +9,9 @@
 
 /* A refactorisation whose reciprocal pivot growth is below this fraction of the last pivoted one's is not kept. */
 #define GROWTH_KEPT 1e-3
-/* A pivot off the diagonal is taken where that on it is below this fraction: of matrices that are factored once or
- * seldom, and of those of an integrator's iteration, which forgives more than fill. */
+/* An off-diagonal pivot is taken where the diagonal entry is below this fraction of it. The first value serves matrices
+ * that are factored once or seldom, the second those of an integrator's iteration, where fill matters more than
+ * accuracy. */
 #define DIAGONAL_KEPT         0.1
 #define DIAGONAL_OF_ITERATION 1e-3
 /* Beyond this size the block-triangular form is left out: its matching takes n^2 in long chains, whose iteration matrix
@@ -20,7 +21,7 @@ enum { BLOCKS_UP_TO = 4000 };
 struct kmp_sparse {
     int n, nz;
     long *start, *row; /* compressed columns */
-    int *place;        /* of each entry in them; NULL: in its own */
+    int *place;        /* position of each entry in them; NULL: in its own columns */
     double *value;
     klu_l_common common;
     klu_l_symbolic *symbolic;
@@ -122,7 +123,7 @@ static bool measure_growth(kmp_sparse *s)
     return klu_l_rgrowth(s->start, s->row, s->value, s->symbolic, s->numeric, &s->common);
 }
 
-/* With the pivots at hand; false when they do not suit. */
+/* Refactors with the current pivots; false when they do not suit. */
 static bool refactor(kmp_sparse *s)
 {
     return s->numeric && klu_l_refactor(s->start, s->row, s->value, s->symbolic, s->numeric, &s->common) &&

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What large mechanisms need of sparse matrices: the complete pivoting of dense.h at the cost of its non-zeros, and
- * square systems by SuiteSparse KLU. Entries are (row[k], col[k]), none twice. */
+/* Sparse matrices for large mechanisms: the complete pivoting of dense.h at the cost of the non-zeros, and square
+ * systems by SuiteSparse KLU. Entries are (row[k], col[k]), none twice. */
 #ifndef KMP_LINALG_SPARSE_H
 #define KMP_LINALG_SPARSE_H
 
@@ -18,33 +18,33 @@ typedef struct kmp_pivoting kmp_pivoting;
 kmp_pivoting *kmp_pivoting_new(int m, int n);
 void kmp_pivoting_free(kmp_pivoting *p);
 
-/** As kmp_lu_complete, without the factors: the same r, c and pivots to the last bit. Where the order of the pivots
- * would fill the matrix, entries down to a quarter of the largest are taken for as good, and that one which fills least
- * goes first (threshold complete pivoting: Gill, Murray, Saunders, SIAM Review 47 (2005) 99); r, c and pivots are then
- * in the order of the pivots' sizes. All pivots are NaN when an entry is not finite. Allocates only where it fills more
- * than before. false: no memory. */
+/** Complete pivoting as kmp_lu_complete, without the factors: r, c and pivots agree to the last bit. Where this order
+ * of pivots would fill the matrix, entries down to a quarter of the largest are also accepted, and the entry that fills
+ * least goes first. This is threshold complete pivoting (Gill, Murray, Saunders, SIAM Review 47 (2005) 99); r, c and
+ * pivots are then sorted by the size of the pivots. All pivots are NaN when an entry is not finite. Allocates only
+ * where it fills more than before. False: no memory. */
 bool kmp_pivoting_run(kmp_pivoting *p, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots);
 
 /** Products that the last run formed. */
 long kmp_pivoting_products(const kmp_pivoting *p);
 
-/** The same once. */
+/** Complete pivoting of one matrix: creates, runs and frees a kmp_pivoting. */
 bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots);
 
 /** A square matrix, analysed once for its pattern. */
 typedef struct kmp_sparse kmp_sparse;
 
-/** Of a symmetric pattern the block-triangular form, which takes n^2 in long chains and finds nothing in it, is left
- * out. NULL when there is no memory or, not symmetric, the pattern is structurally singular (kmp_memory_failures tells
- * which).
+/** A symmetric pattern is analysed without the block-triangular form, which takes n^2 in long chains and finds nothing
+ * in it. NULL: no memory or, if not symmetric, a structurally singular pattern (kmp_memory_failures distinguishes
+ * them).
  */
 kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric);
 
 /** For the iteration matrix of an integrator, of at most nz entries. NULL: no memory. */
 kmp_sparse *kmp_sparse_new_columns(int n, int nz);
 
-/** Its compressed columns, once, before it is factored with values in their order. Takes memory of KLU's alone; false:
- * there is none. */
+/** Takes compressed columns, once, before it is factored with values in their order. Uses the memory of KLU alone;
+ * false: no memory. */
 bool kmp_sparse_take_columns(kmp_sparse *s, const long *start, const long *row);
 void kmp_sparse_free(kmp_sparse *s);
 
@@ -55,12 +55,12 @@ typedef enum kmp_sparse_outcome {
     KMP_SPARSE_FAILED
 } kmp_sparse_outcome;
 
-/** Factors for the values of the same entries in the same order: with the pivots at hand where they still suit, with
- * new ones otherwise. */
+/** Factors new values of the same entries in the same order: with the current pivots where they still suit, with new
+ * ones otherwise. */
 kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values);
 
-/** Operations of a factorisation and a solution, estimated from the pattern; one of them costs KMP_SPARSE_COST times
- * what one in a dense matrix does. */
+/** Operations of a factorisation and a solution, estimated from the pattern. Each costs KMP_SPARSE_COST times as much
+ * as one in a dense matrix. */
 double kmp_sparse_operations(const kmp_sparse *s);
 #define KMP_SPARSE_COST 8.0
 

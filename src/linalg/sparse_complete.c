@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Complete pivoting of a sparse matrix. Rows hold their entries, columns the rows that stand in them, and a heap the
- * rows by their largest entry; a pivot touches the rows of its column alone. Entries are formed by the operations of
- * the dense elimination in its order, so that nothing tells the two apart: a product with a zero is left out, which
- * changes no number.
+/* Complete pivoting of a sparse matrix. Rows hold their entries, columns the indices of their rows, and a heap the rows
+ * by their largest entry; a pivot touches the rows of its column alone. Entries are formed by the operations of the
+ * dense elimination in its order. Products with a zero are left out, which changes no number, so that results equal the
+ * dense ones.
  *
- * Where that takes too many products it begins again by thresholds: of all rows with an entry within the threshold one
- * with the fewest entries, of these entries the one with the fewest rows; when there are none left, the next threshold
- * is a part of the largest entry then. */
+ * Where that takes too many products elimination restarts with thresholds. Among the rows with an entry within the
+ * threshold it takes one with the fewest entries, and of these entries the one whose column has the fewest rows. When
+ * none are left, the next threshold is a fraction of the largest entry then. */
 #include "base/memory.h"
 #include "linalg/sparse.h"
 #include <float.h>
@@ -35,25 +35,25 @@ typedef struct rank {
 /* Made for a size, used again and again: lists keep their room. */
 struct kmp_pivoting {
     int rows_made, columns_made;
-    int m, n; /* of the matrix at hand */
+    int m, n; /* of the current matrix */
     const int *fixed;
-    entry **entries; /* of each row, of columns that are left */
+    entry **entries; /* of each row, in the remaining columns */
     list *row;
-    int **rows; /* of each column; those that are gone are skipped */
+    int **rows; /* of each column; eliminated rows are skipped */
     list *column;
     bool *row_gone, *column_gone;
     int *best;           /* of a row: its largest entry, -1 when it has none */
-    int *heap, *heap_at; /* rows, the best first; place of a row, -1 when it is out */
+    int *heap, *heap_at; /* rows, the best first; position of a row, -1 when it is not in the heap */
     int heap_count;
-    int *place; /* column -> 1 + its place in the row at hand, 0 when absent */
+    int *place; /* column -> 1 + its position in the current row, 0 when absent */
     int *r_at, *c_at, *r, *c;
     long products, most_products;
     bool exhausted;
 
-    bool relaxed;                /* by thresholds; what follows is for that alone */
-    double threshold, began_at;  /* and the largest entry when it was set */
-    bool of_fixed;               /* columns that it is for */
-    int *users;                  /* of a column: rows that are left in it */
+    bool relaxed;                /* by thresholds; the members below are for that alone */
+    double threshold, began_at;  /* the threshold, and the largest entry when it was set */
+    bool of_fixed;               /* columns that the threshold applies to */
+    int *users;                  /* of a column: its remaining rows */
     int *bucket, *next, *before; /* rows within the threshold by their entries: n + 1 lists; -1: none */
     bool *in_bucket;
     int lowest; /* no list before it has a row */
@@ -220,7 +220,7 @@ static void set_threshold(work *w)
     }
 }
 
-/* A row with the fewest entries of those within the threshold; there is one. */
+/* A row with the fewest entries among those within the threshold; at least one exists. */
 static int shortest_row(work *w)
 {
     while (w->lowest <= w->n && w->bucket[w->lowest] < 0)
@@ -235,7 +235,7 @@ static int shortest_row(work *w)
     return w->bucket[w->lowest];
 }
 
-/* Of its entries within the threshold one whose column has the fewest rows. */
+/* Of the row's entries within the threshold the one whose column has the fewest rows. */
 static entry rarest_entry(const work *w, int i)
 {
     entry found = best_of(w, i);
@@ -260,7 +260,7 @@ static bool choose(work *w, int *i, entry *pivot)
 
 /* -- elimination ------------------------------------------------------------------------------------- */
 
-/* Row i less its multiple of the pivot row, whose entry in column j has gone from both. */
+/* Subtracts a multiple of the pivot row from row i; the entries in column j have been removed from both. */
 static bool subtract(work *w, int i, double multiple, int pivot_row)
 {
     for (int k = 0; k < w->row[i].count; k++)
@@ -331,7 +331,7 @@ static void retire(work *w, int k, int i, int j)
     w->column_gone[j] = true;
 }
 
-/* The first that is not gone; -1: none. `from` is where to look next time. */
+/* The first index that is not eliminated; -1: none. `from` is the index to begin with next time. */
 static int first_left(const bool *gone, int count, const int *fixed, bool want_fixed, int *from)
 {
     while (*from < count && (gone[*from] || (fixed && fixed[*from]) != want_fixed))

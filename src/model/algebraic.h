@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Names of values that expressions have beside coordinates: unknowns of equations, which are solved wherever they are
+/* Names of values in expressions in addition to coordinates: algebraic variables, which are solved wherever they are
  * needed, and expressions under a name. */
 #ifndef KMP_MODEL_ALGEBRAIC_H
 #define KMP_MODEL_ALGEBRAIC_H
@@ -12,11 +12,10 @@ enum { KMP_UNKNOWNS_MOST = 6 };
 typedef struct kmp_unknowns {
     const char *name;
     int count; /* 0: an expression under a name */
-    bool late; /* which depends on multipliers: read after the closures */
+    bool late; /* depends on multipliers: read after the closures */
     const char *unknown[KMP_UNKNOWNS_MOST];
     kmp_number guess[KMP_UNKNOWNS_MOST];
-    const kmp_expr *zero[KMP_UNKNOWNS_MOST]; /* as many as unknowns; of a name the first is what it stands for; NULL:
-                                              * not read */
+    const kmp_expr *zero[KMP_UNKNOWNS_MOST]; /* one per variable; a named expression is the first; NULL: not read */
     const kmp_expr *leaves;                  /* all that occurs in them but operations, added up; NULL: nothing yet */
 } kmp_unknowns;
 

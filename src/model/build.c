@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Building a model in code. Every adder writes the nodes that the file would have had, so that the reader is the
- * only judge; what was called takes the place of the file in complaints. */
+/* Building a model in code. Every adder writes the nodes that the file would have had, so that all checks are the
+ * reader's. Errors show the call in place of the file. */
 #include "model/build.h"
 #include "base/memory.h"
 #include "model/files/nodes.h"
+#include <kempe/build.h>
 #include <math.h>
 #include <string.h>
 
@@ -24,7 +25,7 @@ static const kmp_yaml *word(kmp_builder *b, const char *text)
     return kmp_yaml_word(&b->arena, place_of_call(b), text);
 }
 
-/* What is not finite becomes an expression that is not, so that the reader says so. */
+/* A number that is not finite becomes an expression that is not, so that the reader reports it. */
 static const kmp_yaml *number(kmp_builder *b, kempe_number n)
 {
     kmp_text text = {0};
@@ -117,7 +118,7 @@ static void begin_call(kmp_builder *b, const char *what, const char *name)
         b->calls[b->call_count++] = kept;
 }
 
-/* Whether a call may go on: the model is under construction and the name is there. */
+/* KEMPE_OK if a call may continue: the model is under construction and the name is present. */
 static kempe_status check_call(kempe_model *model, const char *what, const char *name)
 {
     kmp_context_clear(model->context);
@@ -365,9 +366,9 @@ kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *de
     return add(model, "forces", def->name, map);
 }
 
-/* -- whatever else the language has ---------------------------------------------------------------- */
+/* -- other parts of the language ------------------------------------------------------------------- */
 
-/* "forces" has forces, "bodies" bodies: what one of them is called. */
+/* The singular of a section's name: "forces" has forces, "bodies" bodies. */
 static const char *kind_of(const char *section)
 {
     static const char *const words[][2] = {{"bodies", "body"},  {"joints", "joint"}, {"loops", "loop"},
@@ -426,7 +427,7 @@ kempe_status kempe_model_set_qd(kempe_model *model, const char *coordinate, kemp
 
 /* -- finishing ----------------------------------------------------------------------------------- */
 
-/* What is said later of a built thing has its name in it: the model's is put before, which ends the use of the calls.
+/* Later messages about a built object contain its name: they begin with the model's label instead of the calls.
  */
 static void forget_places(kempe_model *model)
 {

@@ -9,13 +9,13 @@
 typedef struct kmp_builder {
     kmp_arena arena;
     kmp_yaml *root;
-    const char **calls; /* what was called, "body 'crank'": the files, without lines, of its nodes; 0: the model */
+    const char **calls; /* the calls, "body 'crank'": the files, without lines, of their nodes; 0: the model */
     int call_count, call_capacity;
 } kmp_builder;
 
 void kmp_builder_free(kmp_builder *builder);
 
-/** Reads the document of a builder into a new model. KEMPE_E_INPUT: sentences that begin with what was called. */
+/** Reads the document of a builder into a new model. KEMPE_E_INPUT: sentences that begin with the call. */
 kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,
                               kempe_model **model);
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Motions that carry no mass, as far as the tree shows them: those of a body without mass behind which there is none
- * either, and a last motion that leaves its body's mass where it is. Bodies with closures may do without mass: what
- * moves them, and whether that has a mass, shows in the reduced mass only (constraints/partition/massless.h). */
+/* Massless motions that the tree shows: those of a massless body with massless descendants only, and a last motion that
+ * does not move its body's mass. Bodies with closures may be massless: the reduced mass alone shows whether their
+ * motions move a mass (constraints/partition/massless.h). */
 #include "model/check_mass.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -11,7 +11,7 @@ typedef struct branch {
     bool heavy;  /* the body, or one behind it, has mass or inertia */
     bool closed; /* so with points of closures */
     bool parent; /* has a body behind it */
-    bool told;   /* one behind it was complained of */
+    bool told;   /* an error of a descendant was reported */
 } branch;
 
 static bool is_heavy(const kmp_body *body)
@@ -22,7 +22,7 @@ static bool is_heavy(const kmp_body *body)
     return heavy;
 }
 
-/* What resists the body's last motion: its mass, or its inertia about the axis. */
+/* The resistance to the body's last motion: its mass, or its inertia about the axis. */
 static double carried(const kmp_body *body, const kmp_motion *last)
 {
     const double *a = last->axis;
@@ -62,7 +62,7 @@ static void complain_of(const kempe_model *model, const kmp_body *body, const ch
                        "%s '%s' moves no mass: %s", what, name, advice);
 }
 
-/* Whether something was complained of here or further out. */
+/* True if an error was reported here or for a descendant. */
 static bool complain(const kempe_model *model, const kmp_body *body, const branch *at)
 {
     int last = body->first_motion + body->motion_count - 1;
@@ -93,7 +93,7 @@ kempe_status kmp_check_masses(const kempe_model *model)
     if (!at)
         return kmp_fail_memory(model->context);
     mark_closures(model, at);
-    for (int b = model->body_count - 1; b > 0; b--) { /* parents stand before their children */
+    for (int b = model->body_count - 1; b > 0; b--) { /* parents precede their children */
         branch *own = &at[b], *parent = &at[model->bodies[b].parent];
         own->heavy = own->heavy || is_heavy(&model->bodies[b]);
         own->told = complain(model, &model->bodies[b], own);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which forces depend on what closures transmit. */
+/* Forces that depend on the multipliers of closures. */
 #include "model/model.h"
 
 const kmp_expr *kmp_force_lambda(const kmp_force *force)
@@ -10,7 +10,7 @@ const kmp_expr *kmp_force_lambda(const kmp_force *force)
     return found;
 }
 
-/* An expression of its own, or a wheel's creep under its normal force. */
+/* True for a law of its own, or a wheel's creep under its normal force. */
 static bool is_loaded(const kempe_model *model, int force)
 {
     bool wheel = false;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The model: what the user said, with every reference resolved and every number valued; frozen by the
- * reader. Bodies form a tree (a parent precedes its children), body 0 is the ground. */
+/* The model: the user's input, with every reference resolved and every number valued; frozen by the reader. Bodies form
+ * a tree (a parent precedes its children), body 0 is the ground. */
 #ifndef KMP_MODEL_MODEL_H
 #define KMP_MODEL_MODEL_H
 
@@ -16,8 +16,8 @@
 typedef struct kmp_parameter {
     const char *name;
     kmp_number number;
-    bool fixed;  /* something that is no number of the equations depends on it */
-    bool shapes; /* and that is part of them: axes, tables, what lies in sections of the model */
+    bool fixed;  /* a value that is no number of the equations depends on it */
+    bool shapes; /* and such a value is part of them: axes, tables, sections of the model */
     bool unused; /* nothing of the model depends on it, and the user was warned */
     bool varies; /* of a variant (model/variant.h): an input of its equations */
 } kmp_parameter;
@@ -31,11 +31,11 @@ typedef struct kmp_point {
     double axes[3][3]; /* v_body = axes v_point, when turned */
 } kmp_point;
 
-/** One elementary motion: a rotation about (or translation along) a unit axis fixed in the axes reached by
- *  the motions before it. Motion k of the model has coordinate q[k]. */
+/** One elementary motion: a rotation about (or translation along) a unit axis, which is fixed in the axes reached by
+ * the motions before it. Motion k of the model has coordinate q[k]. */
 typedef struct kmp_motion {
     const char *name; /* of the coordinate: `joint`, `joint.1` ... when the joint has several, or one of its own */
-    int number;       /* of the joint's coordinates, from 1: joint.k means it */
+    int number;       /* of the joint's coordinates, from 1: joint.k denotes it */
     int body;
     bool rotation;
     double axis[3];
@@ -45,16 +45,16 @@ typedef struct kmp_body {
     const char *name;
     const char *joint; /* its joint's name */
     kmp_place place;
-    int parent;                     /* body */
-    int at;                         /* point of the parent where the joint's chain begins, -1: its origin */
-    int to;                         /* its own point where the chain ends, -1: its origin */
-    bool turned;                    /* with all coordinates zero the axes at `to` are not those at `at` */
-    double frame[3][3];             /* then v_at = frame v_to, when turned; when reversed v_to = frame v_at */
-    bool reversed;                  /* its joint's coordinates are those of the parent against the body: the chain has
-                                     * the motions of the inverse, and a frame stands at its end */
+    int parent;         /* body */
+    int at;             /* point of the parent where the joint's chain begins, -1: its origin */
+    int to;             /* its own point where the chain ends, -1: its origin */
+    bool turned;        /* with all coordinates zero the axes at `to` are not those at `at` */
+    double frame[3][3]; /* then v_at = frame v_to, when turned; when reversed v_to = frame v_at */
+    bool reversed; /* its joint's coordinates are those of the parent relative to the body: the chain has the inverse
+                      motions, and a frame is at its end */
     int first_motion, motion_count; /* its chain; no motion: it is welded to its parent */
     bool screw;                     /* the first two motions, a slide and a turn, are one */
-    kmp_number pitch;               /* of a screw, m a turn */
+    kmp_number pitch;               /* of a screw, m per turn */
     kmp_number mass;
     kmp_number com[3];
     kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */
@@ -66,8 +66,8 @@ typedef struct kmp_term {
     kmp_number factor;
 } kmp_term;
 
-/** A loop closure, most between two points, or a drive; `kind` is its row in constraints/kinds/kinds.def. What a kind
- *  does not use stays zero. */
+/** A loop closure, mostly between two points, or a drive; `kind` is its row in constraints/kinds/kinds.def. Members
+ * that a kind does not use stay zero. */
 typedef struct kmp_closure {
     const char *name;
     const char *kind; /* "ball", "rod", "drive", ... */
@@ -75,28 +75,28 @@ typedef struct kmp_closure {
     int point[2];               /* -1 when it is not between points */
     double axis[2][3];          /* in the axes of either point */
     kmp_number length;          /* rod: at t = 0 when it is a function of time; screw: its pitch */
-    int motion;                 /* of a drive; of a coupling the first one, which gives its unit; else -1 */
+    int motion;                 /* of a drive; of a coupling the first one, which determines its unit; else -1 */
     const kmp_expr *function;   /* a drive's coordinate and a rod's length over t (NULL when constant); a constraint */
     kmp_term *terms;            /* of a coupling */
     int term_count;             /* 0: it couples nothing */
     const kmp_number *constant; /* of a coupling; NULL: its value at the start */
-    const kmp_named_table *table; /* of a curve that is given by one */
+    const kmp_named_table *table; /* of a curve from a table */
     int wheel;                    /* of a wheel's contact; meaningless otherwise */
     const kmp_expr *curve[2];     /* of a curve: over x, y, z of the first point's axes */
     int curve_side[2];            /* 1: y equals it, 2: z does; 0: it is zero on the curve */
-    int curve_count;              /* so many of these: rows */
+    int curve_count;              /* number of curve expressions: rows */
     int power;                    /* of a constraint, and of a curve: its unit is m^power */
 } kmp_closure;
 
-/** A joint between two bodies that is a closure of the same name, and why. */
+/** A joint between two bodies that became a closure of the same name, and the reason. */
 typedef struct kmp_cut {
-    const char *joint, *kind, *closure; /* its name, its kind, that of the closure */
+    const char *joint, *kind, *closure; /* its name, its kind, the kind of the closure */
     int rows;                           /* declared */
     const char *loop, *why;             /* the bodies of its loop; words */
     bool start_unused;                  /* a start value was given */
 } kmp_cut;
 
-/* The rows of forces.def. */
+/* The rows of force_kinds.def. */
 typedef enum kmp_force_kind {
 #define KMP_FORCE(kind, name, place, word, width) KMP_FORCE_##kind,
 #define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
@@ -106,7 +106,7 @@ typedef enum kmp_force_kind {
     KMP_FORCE_KINDS
 } kmp_force_kind;
 
-/** A force element; what a kind does not use stays zero. */
+/** A force element; members that a kind does not use stay zero. */
 typedef struct kmp_force {
     const char *name;
     kmp_force_kind kind;
@@ -122,9 +122,9 @@ typedef struct kmp_force {
     int wheel; /* of a wheel's contact; meaningless otherwise */
 } kmp_force;
 
-/** What assembly brings as near to a value as the closures let it: a coordinate, or the position of a point. */
+/** A goal of assembly, approached as far as the closures permit: a coordinate, or the position of a point. */
 typedef struct kmp_goal {
-    int motion, point; /* -1: not this one */
+    int motion, point; /* -1: not used */
     int width;         /* 1, or 3: x, y, z in ground axes */
     kmp_number value[3], weight[3];
 } kmp_goal;
@@ -144,7 +144,7 @@ typedef struct kmp_sensor {
     kmp_place place;
 } kmp_sensor;
 
-/* The rows of outputs.def. */
+/* The rows of output_kinds.def. */
 typedef enum kmp_output_kind {
 #define KMP_OUTPUT(kind, word, argument, width) KMP_OUTPUT_##kind,
 #include "model/output_kinds.def"
@@ -165,8 +165,8 @@ typedef struct kmp_run_settings {
     const char *formulation, *form, *integrator; /* NULL where not given */
     kmp_dynamics dynamics;
     kmp_change_points change_points;
-    int *independent, independent_count; /* coordinates asked for as independent */
-    const kmp_expr **until;              /* comparisons: where one comes to hold a run ends */
+    int *independent, independent_count; /* coordinates requested as independent */
+    const kmp_expr **until;              /* comparisons: a run ends where one becomes true */
     int until_count;
     kmp_place until_place;
 } kmp_run_settings;
@@ -176,7 +176,7 @@ struct kempe_model {
     struct kmp_builder *builder; /* while it is built in code; NULL when frozen */
     kmp_arena arena;
     const char *file, *name;
-    const char **files; /* the file itself, then settings and what it includes */
+    const char **files; /* the file itself, then settings and included files */
     int file_count;
     int symbol_count; /* of numbers */
     kmp_number gravity[3];
@@ -216,16 +216,16 @@ struct kempe_model {
     int output_count;
 };
 
-/** Whether it says what a coordinate is, a drive or a lock. */
+/** True if it prescribes a coordinate: a drive or a lock. */
 bool kmp_closure_is_drive(const kmp_closure *closure);
 
 /** The first multiplier in the expressions of a force, NULL when there is none. */
 const kmp_expr *kmp_force_lambda(const kmp_force *force);
 
-/** Whether a force or a sensor may depend on multipliers of the closures. */
+/** True if a force or a sensor may depend on multipliers of the closures. */
 bool kmp_model_has_loads(const kempe_model *model);
 
-/** Whether an output shows multipliers, or what depends on them. */
+/** True if an output shows multipliers, or quantities that depend on them. */
 bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output);
 
 /** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */

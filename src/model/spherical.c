@@ -4,10 +4,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Cosine of the angle between unit axes that stand across each other, but for the rounding of their components. */
+/* Cosine of the angle between perpendicular unit axes, up to the rounding of their components. */
 #define ACROSS 1e-14
 
-/* -- coordinates that somebody asks for -------------------------------------------------------------- */
+/* -- coordinates in use ------------------------------------------------------------------------------ */
 
 static void mark_expression(const kmp_expr *e, bool *used)
 {

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which joints may have their rotations counted from another orientation: those of three rotations about axes each
- * across the next, whose coordinates stand in no force, closure or expression, so that nobody but the user's own eyes
- * asks what the angles are. */
+/* Joints whose rotations may be counted from another orientation: three rotations about axes each perpendicular to the
+ * next. No force, closure or expression uses their coordinates, so that the angles appear in the results alone. */
 #ifndef KMP_MODEL_SPHERICAL_H
 #define KMP_MODEL_SPHERICAL_H
 

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Copies the parts of a model that contain numbers; each changed number keeps its expression and is evaluated again
+ * when parameters are set. Dependent parameters are ordered by repeated passes over all of them. */
 #include "model/variant.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -7,14 +9,14 @@
 #include <math.h>
 #include <string.h>
 
-/* A number of the copy that changes, and what it is; NULL: its own expression. */
+/* A changed number of the copy, and its expression; NULL: its own expression. */
 typedef struct follower {
     kmp_number *number;
     const kmp_expr *expr;
 } follower;
 
 struct kmp_variant {
-    kempe_model model; /* its arena holds what is its own */
+    kempe_model model; /* its arena holds the variant's own data */
     const kempe_model *base;
     int count, *parameter; /* by name: which parameter it is */
     double *values;        /* of all parameters */
@@ -57,7 +59,7 @@ static bool copy_closures(kmp_variant *v)
     return ok;
 }
 
-/* What the model has but for numbers is shared. */
+/* Shares all parts of the model without numbers. */
 static bool copy_model(kmp_variant *v, const kempe_model *base, int more)
 {
     kempe_model *m = &v->model;
@@ -74,7 +76,7 @@ static bool copy_model(kmp_variant *v, const kempe_model *base, int more)
            (m->start.goals = COPY(v, m->start.goals, m->start.goal_count, 0));
 }
 
-/* -- what varies ------------------------------------------------------------------------------------- */
+/* -- variable parameters ----------------------------------------------------------------------------- */
 
 static int find_motion(const kempe_model *m, const char *name)
 {
@@ -119,7 +121,7 @@ static void say_unknown(const kempe_model *m, const char *name, bool coordinate,
     kmp_nearest_suggest(&nearest, why);
 }
 
-/* What a name is: the parameter, or the coordinate whose start value or rate it is; -1 each when it is not. */
+/* The meaning of a name: a parameter, or the coordinate whose start value or rate it is; the other is -1. */
 typedef struct meaning {
     int parameter, motion;
     bool rate;
@@ -179,7 +181,7 @@ static bool is_ready(const kempe_model *m, const bool *waits, const kmp_expr *e)
     return is_ready(m, waits, e->a) && is_ready(m, waits, e->b) && is_ready(m, waits, e->c);
 }
 
-/* Parameters that follow from those that vary do so, too; their order, in which no circle stands. */
+/* Parameters that depend on variable ones vary too; finds their order, which has no cycle. */
 static kempe_status find_order(kmp_variant *v, int count)
 {
     kempe_model *m = &v->model;
@@ -209,7 +211,7 @@ static kempe_status find_order(kmp_variant *v, int count)
     return KEMPE_OK;
 }
 
-/* -- what follows ------------------------------------------------------------------------------------ */
+/* -- dependent numbers ------------------------------------------------------------------------------- */
 
 static bool follow_by(kmp_variant *v, kmp_number *number, const kmp_expr *expr)
 {
@@ -409,7 +411,7 @@ static bool check_goals(const kempe_model *m, kmp_text *why)
     return true;
 }
 
-/* What depends on values of the instance alone, not on its numbers being any. */
+/* Checks that depend on values of the instance alone, not on single numbers. */
 static bool set_values(kmp_variant *v, const double *values, kmp_text *why)
 {
     kempe_model *m = &v->model;

@@ -2,22 +2,26 @@
 #include "output/convergence.h"
 #include "base/memory.h"
 #include "integrators/steppers/solver.h"
+#include <kempe/check.h>
 #include <math.h>
 
-/* The first other run is coarser by this factor, and cheaper; one that is coarse itself is held against a finer one. */
+/* The first repeat run is coarser by this factor, and cheaper; a run with a coarse tolerance is compared with a finer
+ * one. */
 #define OTHER  100.0
 #define COARSE 2e-6
-/* Differences to a coarser run in units of its tolerance: below CLEAR all is well, since an error falls by five and
- * more from one to the other; above LOST nothing is. Between them a finer run decides, and ORDERLY where there is none.
+/* Differences to a coarser run in units of its tolerance. Below CLEAR the run is accepted, since an error falls by five
+ * and more from one run to the other; above LOST it is rejected. Between them a finer run decides, and ORDERLY where
+ * there is none.
  */
 #define CLEAR   1e2
 #define LOST    1e4
 #define ORDERLY 1e3
-/* Differences to a finer run in units of the tolerance: what errors of steps add up to where nothing amplifies them. */
+/* Differences to a finer run in units of the tolerance: the sum of the errors of steps where the motion does not
+ * amplify them. */
 #define PROMISED 2e3
-/* The same where conditions change on the way: an integrator begins anew behind each, a multistep method at order one,
- * and grazing a condition amplifies errors. More than a hundred is told; the difference lacks the finer run's own
- * error, which is the larger with a multistep method. */
+/* Differences to a finer run where conditions change during it. An integrator restarts after each, a multistep method
+ * at order one, and grazing a condition amplifies errors. More than a hundred is reported; the difference lacks the
+ * finer run's own error, which is larger with a multistep method. */
 #define AT_EVENTS        7e1
 #define AT_EVENTS_UNEVEN 5e1
 /* An error falls by five and more from the coarser run, which differs then by this many errors at least. */
@@ -63,14 +67,14 @@ static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, d
     kempe_status status = r->run(r->user, rtol, count, which, found);
     kmp_context_quiet(r->context, false);
     if (status != KEMPE_E_MEMORY)
-        kmp_context_clear(r->context); /* of what the other run complained */
+        kmp_context_clear(r->context); /* errors of the repeat run */
     for (int k = 0; status == KEMPE_OK && k < count; k++)
         convergence[which[k]] = found[k];
     kmp_free(found);
     return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
 }
 
-/* Cases that a finer run has to decide, into which; how many. */
+/* Lists the cases that a finer run has to decide in `which`; returns their number. */
 static int find_doubtful(int cases, const kmp_convergence *convergence, double clear, int *which)
 {
     int count = 0;
@@ -136,7 +140,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     kmp_run_report report = {0};
     (void)count, (void)which;
     other.journal = NULL; /* the first run's */
-    other.closely = true; /* no event is missed by both for the same reason */
+    other.closely = true; /* so that both runs do not miss an event for the same reason */
     other.rtol = rtol;
     other.atol *= rtol / b->spec->rtol;
     b->row = b->table->rows - b->spec->time_count;

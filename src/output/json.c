@@ -13,7 +13,7 @@ static void indent(kmp_json *json)
         kmp_text_put(json->text, "  ");
 }
 
-/* What stands before a value: comma, line, key. */
+/* Writes the text before a value: comma, line, key. */
 static void lead(kmp_json *json, const char *key)
 {
     if (json->filled)

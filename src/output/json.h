@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A JSON writer over growing text: one member a line, two spaces a level. Keys come out in the order of the calls,
- * numbers with the digits that read back to the same double, null where they are not finite. */
+/* A JSON writer over growing text: one member per line, two spaces per level. Keys are in the order of the calls,
+ * numbers have the digits that read back to the same double, null where they are not finite. */
 #ifndef KMP_OUTPUT_JSON_H
 #define KMP_OUTPUT_JSON_H
 
@@ -11,7 +11,7 @@ enum { KMP_JSON_DEPTH = 16 };
 typedef struct kmp_json {
     kmp_text *text;
     int depth;
-    bool filled; /* something stands in the open object or array already */
+    bool filled; /* the open object or array has a member already */
     char close[KMP_JSON_DEPTH];
 } kmp_json;
 

@@ -60,7 +60,7 @@ kmp_npy *kmp_npz_values(kmp_npz *npz, const char *name, int rows, int columns)
     return add(npz, name, "<f8", rows, columns, 8);
 }
 
-/* Little-endian doubles, whatever the machine. */
+/* Little-endian doubles on any machine. */
 void kmp_npy_put(kmp_npy *array, size_t index, double x)
 {
     uint64_t bits;
@@ -89,12 +89,12 @@ static bool put_array(zip_t *archive, const kmp_npy *a)
     zip_int64_t index = source ? zip_file_add(archive, name, source, ZIP_FL_OVERWRITE) : -1;
     if (source && index < 0)
         zip_source_free(source);
-    /* no compression and one date: the same arrays give the same bytes */
+    /* no compression and one date: equal arrays give equal bytes */
     return index >= 0 && zip_set_file_compression(archive, (zip_uint64_t)index, ZIP_CM_STORE, 0) == 0 &&
            zip_file_set_dostime(archive, (zip_uint64_t)index, 0, 0x21, 0) == 0;
 }
 
-/* libzip writes beside the file and renames. */
+/* libzip writes a temporary file in the same folder and renames it. */
 kempe_status kmp_npz_write(kempe_context *context, kmp_npz *npz, const char *path)
 {
     if (npz->failed)

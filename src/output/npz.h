@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Arrays as NumPy reads them, several in one .npz: a zip (libzip) of arrays in NumPy's format 1.0 (numpy.lib.format).
- * The same arrays give the same bytes. */
+/* Arrays in NumPy's format, several in one .npz: a zip (libzip) of arrays in format 1.0 (numpy.lib.format). Equal
+ * arrays give equal bytes. */
 #ifndef KMP_OUTPUT_NPZ_H
 #define KMP_OUTPUT_NPZ_H
 
@@ -15,21 +15,21 @@ typedef struct kmp_npy {
     size_t head, size;
 } kmp_npy;
 
-/** Running out of memory, or of places, is sticky and said by kmp_npz_write. */
+/** Running out of memory, or of places, is sticky and reported by kmp_npz_write. */
 typedef struct kmp_npz {
     int count;
     bool failed;
     kmp_npy array[KMP_NPZ_MOST];
 } kmp_npz;
 
-/** Each adds an array; `name` (a literal) without ".npy". Words are fixed-width text of 32-bit characters; what is
- *  beyond ASCII becomes '?'. */
+/** Each adds an array; `name` (a literal) without ".npy". Words are fixed-width text of 32-bit characters; characters
+ * beyond ASCII become '?'. */
 void kmp_npz_words(kmp_npz *npz, const char *name, int count, char *const *word);
 
 /** A matrix that is column-major here and rows x columns there; columns KMP_NPZ_VECTOR: a vector. */
 void kmp_npz_matrix(kmp_npz *npz, const char *name, int rows, int columns, const double *values);
 
-/** The same filled by kmp_npy_put, zero before; NULL when there is no memory. */
+/** Adds an array that kmp_npy_put fills, zero before; NULL when there is no memory. */
 kmp_npy *kmp_npz_values(kmp_npz *npz, const char *name, int rows, int columns);
 void kmp_npy_put(kmp_npy *array, size_t index, double x);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What all reports share: the head of a JSON object, numbers in columns, and handing the text over. */
+/* Common parts of all reports: the head of a JSON object, numbers in columns, and the transfer of the text. */
 #ifndef KMP_OUTPUT_PRINT_H
 #define KMP_OUTPUT_PRINT_H
 

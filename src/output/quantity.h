@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The quantities of a state that tables, references and errors are about, and how their columns are called. */
+/* The quantities of a state in tables, references and errors, and the names of their columns. */
 #ifndef KMP_OUTPUT_QUANTITY_H
 #define KMP_OUTPUT_QUANTITY_H
 
@@ -13,7 +13,7 @@ typedef enum kmp_quantity {
     KMP_QUANTITIES
 } kmp_quantity;
 
-/** "q", "qd", "qdd", "lambda": what stands before the dot of a column. */
+/** "q", "qd", "qdd", "lambda": the prefix of a column's name. */
 const char *kmp_quantity_prefix(kmp_quantity quantity);
 
 /** Number of entries (n or m) and the name of entry k: a coordinate's or a closure row's. */

@@ -31,7 +31,7 @@ typedef struct reader {
     kmp_reference *reference;
 } reader;
 
-/* One field of a line, blanks around it taken off. */
+/* One field of a line, without surrounding blanks. */
 typedef struct field {
     const char *s;
     size_t length;
@@ -152,7 +152,7 @@ static bool to_number(field f, double *value)
 
 /* -- header ------------------------------------------------------------------------------------------ */
 
-/* Finds the entry whose column is called `name`, offering every known name on the way. */
+/* Finds the entry of the column `name`, and offers every known name for the suggestion. */
 static column find_column(reader *r, const char *name, kmp_nearest *nearest, char *known, size_t size)
 {
     for (int k = 0; k < KMP_QUANTITIES; k++)
@@ -201,7 +201,7 @@ static bool stands_before(const reader *r, const column *c)
     return k < r->column_count;
 }
 
-/* What is computed for outputs, "velocity.crank.B.x", and the efforts of the inverse dynamics. */
+/* True for columns of computed outputs, "velocity.crank.B.x", and of inverse dynamics' generalized forces. */
 static bool is_computed(field f)
 {
     static const char *const others[] = {"tau", "power"};
@@ -322,7 +322,7 @@ static bool make_room(reader *r)
     return true;
 }
 
-/* Cuts the text into lines, up to the last complaint that is said. false: no memory. */
+/* Divides the text into lines, up to the last error that is reported. False: no memory. */
 static bool read_lines(reader *r, char *text)
 {
     if (strncmp(text, "\xef\xbb\xbf", 3) == 0)

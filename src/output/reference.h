@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Reference values, from a CSV file: columns t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k; fields may be empty, lines
- * beginning with # are comments, columns of what else a table may show (model/outputs.def) are passed over. */
+/* Reference values from a CSV file: columns t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k. Fields may be empty, lines
+ * beginning with # are comments, columns of other outputs in tables (model/output_kinds.def) are skipped. */
 #ifndef KMP_OUTPUT_REFERENCE_H
 #define KMP_OUTPUT_REFERENCE_H
 
@@ -13,8 +13,8 @@ typedef struct kmp_reference {
     const bool *shared; /* m, not its own: multipliers that redundant rows leave open, not judged; NULL: none */
 } kmp_reference;
 
-/** KEMPE_E_IO, or KEMPE_E_INPUT with file:line:column for each mistake (unknown column with the nearest known name, a
- * field that is no number, times not ascending). */
+/** KEMPE_E_IO, or KEMPE_E_INPUT with file:line:column for each error (unknown column with the nearest known name, a
+ * field that is not a number, times not ascending). */
 kempe_status kmp_reference_read(const kempe_system *system, const char *path, kmp_reference *reference);
 
 /** The rows of a table as reference; false: no memory. */

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "model/tables/ranges.h"
 #include "model/variant.h"
+#include <kempe/ensemble.h>
 #include <limits.h>
 #include <math.h>
 #include <stdint.h>
@@ -77,7 +78,7 @@ const double *kempe_values_row(const kempe_values *values, int k)
     return k >= 0 && k < values->count ? values->rows + (size_t)k * (size_t)values->columns : NULL;
 }
 
-/* What the model does not have, or not twice. */
+/* Reports names that the model does not have, or that occur twice. */
 static kempe_status check_names(const kempe_model *model, int columns, const char *const *names)
 {
     kempe_status status = kmp_model_check_finished(model);

@@ -5,16 +5,16 @@
 #include <math.h>
 #include <string.h>
 
-/* Less energy than this part of the potential's value is what is left of a mechanism at rest: rounding. */
+/* Kinetic energy below this part of the potential's value counts as rounding, as in a mechanism at rest. */
 #define AT_REST 1e-9
 
-/* The sums over rows that the energy's drift is made of. */
+/* The sums over rows for the energy's drift. */
 typedef struct balance {
     double first;           /* E - work of the first row */
     double drift;           /* max |E - work - first| */
     double kinetic;         /* max */
     double lowest, highest; /* potential energy */
-    double value;           /* max |potential energy|, whatever its zero */
+    double value;           /* max |potential energy|, independent of its zero */
 } balance;
 
 kmp_verdict kmp_verdict_none(void)
@@ -23,7 +23,7 @@ kmp_verdict kmp_verdict_none(void)
         .h_max = NAN, .hdot_max = NAN, .misfit_row = -1, .drift_rel = NAN, .error = {NAN, NAN, NAN, NAN}};
 }
 
-/* fmax that keeps what is not a number. */
+/* fmax that returns NaN if an operand is NaN. */
 static double larger(double a, double b)
 {
     return a > b || isnan(a) ? a : b;
@@ -41,7 +41,7 @@ static void add_energy(balance *b, double kinetic, double potential, double work
     b->value = fmax(b->value, fabs(potential));
 }
 
-/* Of the rows that are open widest, as many as are dropped. */
+/* Takes the misfit of the rows with the largest residuals, as many as are dropped as redundant. */
 static void judge_misfit(kmp_verdict *verdict, double t, kmp_plant *plant)
 {
     int row;
@@ -77,13 +77,13 @@ static void compare_entries(double *error, int count, const double *x, const dou
     }
 }
 
-/* What a multiplier does along the size of its row, J. */
+/* The generalized force of a multiplier: its value times the size of its row of J. */
 static double effort(const kempe_system *system, const kmp_reference *reference, int row, double lambda)
 {
     return reference->shared && reference->shared[row] ? NAN : fabs(lambda) * system->row_scale[row];
 }
 
-/* The largest of the reference: forces that are small beside it are not held against themselves. 0: there is none. */
+/* The largest multiplier force of the reference: smaller forces are compared relative to it. 0: there is none. */
 static double load_of(const kempe_system *system, const kmp_reference *reference)
 {
     const double *lambda = reference->value[KMP_QUANTITY_LAMBDA];
@@ -112,8 +112,8 @@ static bool same(double a, double b)
 /* Angles of spherical joints that differ by more are other words for some orientation. */
 #define OTHER_WORDS 1.0
 
-/* q, qd, qdd of a row (3 n, copied into `row`), with the angles of spherical joints in the words of the reference: that
- * two runs went round a singular position on either side is no error of theirs. */
+/* q, qd, qdd of a row (3 n, copied into `row`), with the angles of spherical joints in the reference's range. Two runs
+ * may thus pass a singular position on different sides without an error. */
 static void use_words_of(const kempe_system *system, const double *ref, double *own, double *row)
 {
     int n = system->n;

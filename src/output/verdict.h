@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a run is worth: how well its rows keep the closures and the energy, and how far they are from a reference. */
+/* Accuracy of a run: its closure residuals, its energy balance, and its errors relative to a reference. */
 #ifndef KMP_OUTPUT_VERDICT_H
 #define KMP_OUTPUT_VERDICT_H
 
@@ -8,16 +8,16 @@
 
 typedef struct kmp_verdict {
     double h_max, hdot_max;       /* largest scaled residual of h and of J qd + h_t */
-    double misfit;                /* of rounded numbers: the same of the rows that are dropped for it; else 0 */
-    int misfit_row;               /* which; -1: none */
+    double misfit;                /* for rounded numbers: residual of the rows that are dropped as redundant; else 0 */
+    int misfit_row;               /* its row; -1: none */
     double misfit_t;              /* when, s */
     double drift_rel;             /* max |E - E0 - work| / max(kinetic energy, range of potential energy), or
                                      1e-9 of the potential's value when that is more: rounding of a state at rest */
     double error[KMP_QUANTITIES]; /* max |x - ref| / max(|ref|, 1), of multipliers over the largest of the reference,
-                                     each times the size of its row; NaN where the reference has nothing to say */
+                                     each times the size of its row; NaN where the reference has no values */
 } kmp_verdict;
 
-/** Nothing known: all NaN. */
+/** A verdict without results: all NaN. */
 kmp_verdict kmp_verdict_none(void);
 
 /** Judges a table, NaN when it is empty. `reference` may be NULL; only rows at exactly its times are compared. */

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a page says: the comparison, the runs in detail, the picture. */
+/* Data of a comparison's page: the comparison, the runs in detail, the picture. */
 #include "base/memory.h"
 #include "output/print.h"
 #include "report/encode.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 
@@ -14,8 +15,8 @@ enum { SHOWN = sizeof shown / sizeof *shown, DIGITS = 4 };
 
 /* -- which runs -------------------------------------------------------------------------------------- */
 
-/* Of two runs of a formulation: one that holds the level of the advice at all, then the cheaper one; without such, the
- * more accurate one; without errors, the one at the tighter tolerance. */
+/* The better of two runs of a formulation: one that reaches the level of the advice, then the cheaper one. Without
+ * such, the more accurate one; without errors, the one at the tighter tolerance. */
 static bool is_better(const kempe_comparison *c, int run, int than)
 {
     if (than < 0)

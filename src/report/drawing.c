@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Points that are the same for the eye are one: what stands there is marked on it together. */
+/* Points that coincide in the drawing are one: all marks are combined on it. */
 #include "report/drawing.h"
 #include "base/memory.h"
 #include <math.h>
@@ -11,7 +11,7 @@ static void values(const kmp_number number[3], double out[3])
         out[k] = number[k].value;
 }
 
-/* The same but for rounding. */
+/* True if equal up to rounding. */
 static bool is_same(const double a[3], const double b[3])
 {
     double distance = 0, size = 0;

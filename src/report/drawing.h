@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What of a model is drawn: the points of each body that its shape is made of, springs, guides of sliding joints. */
+/* The drawn parts of a model: the points of each body that make its shape, springs, guides of sliding joints. */
 #ifndef KMP_REPORT_DRAWING_H
 #define KMP_REPORT_DRAWING_H
 
 #include "model/model.h"
 
-/** What is at a point, as bits. */
+/** Marks at a point, as bits. */
 enum { KMP_MARK_JOINT = 1, KMP_MARK_CLOSURE = 2, KMP_MARK_COM = 4, KMP_MARK_NAMED = 8, KMP_MARK_SLIDE = 16 };
 
 /** In the axes of its body. */

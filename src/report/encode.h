@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Numbers in few characters, as a page holds them. */
+/* Compact encoding of numbers in a page. */
 #ifndef KMP_REPORT_ENCODE_H
 #define KMP_REPORT_ENCODE_H
 
@@ -12,7 +12,7 @@ void kmp_encode_numbers(kmp_text *text, int count, const double *x, int digits);
 /** A string of base64: two bytes a number, the lower one first. */
 void kmp_encode_short(kmp_text *text, size_t count, const int16_t *x);
 
-/** A string that may stand within a script: quoted, `<` escaped. */
+/** A string inside a script: quoted, `<` escaped. */
 void kmp_encode_string(kmp_text *text, const char *s);
 
 #endif

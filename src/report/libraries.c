@@ -23,7 +23,7 @@ static const char *folder(void)
     return own && *own ? own : usual;
 }
 
-/* The first that can be read, NULL when there is none; what is said about those that cannot is forgotten. */
+/* The first that can be read, NULL when there is none; errors of the others are discarded. */
 static kempe_status find(kempe_context *context, const library *l, char **text)
 {
     *text = NULL;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The report of modes: the mechanism moving along each, its loops closed in every frame, and all that is told of them.
+/* The report of modes: the mechanism moving along each, its loops closed in every frame, with all results.
  */
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
@@ -7,11 +7,12 @@
 #include "report/motion_picture.h"
 #include "report/page.h"
 #include "studies/modes/modes.h"
+#include <kempe/modes.h>
 #include <math.h>
 #include <string.h>
 
-/* Frames of a period, the last one the first again; how large a shape is drawn, and how often that is halved where the
- * loops do not close. */
+/* Frames of a period, the last one equal to the first; the drawn amplitude of a shape, and the most halvings of it
+ * where the loops do not close. */
 enum { FRAMES = 33, MOST_HALVINGS = 7 };
 #define AMPLITUDE 0.2
 

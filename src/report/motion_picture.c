@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Frames are shorts: positions within the box of all of them, and unit quaternions. A large mechanism has fewer frames,
- * the largest ones are drawn in part. */
+/* Frames are 16-bit integers: positions within the box of all of them, and unit quaternions. A large mechanism has
+ * fewer frames, the largest ones are drawn in part. */
 #include "report/motion_picture.h"
 #include "base/memory.h"
 #include "report/drawing.h"
@@ -12,8 +12,8 @@
 
 enum { MOST_BODIES = 350, MOST_NUMBERS = 360000, BODY_NUMBERS = 7 };
 
-/* What a joint may turn between two frames, and how much more is left as it is; and what one may that moves no point,
- * as the spin of a wheel: of it the eye wants to know which way. */
+/* Largest rotation of a joint between two frames, and the excess that is accepted. Another limit applies to rotations
+ * that move no visible point, such as the spin of a wheel, of which only the direction must be visible. */
 #define FOLLOWED 0.35
 #define SPARED   1.5
 #define SPUN     1.2
@@ -28,7 +28,8 @@ typedef struct picture {
     int16_t *room;
 } picture;
 
-/* The larger of the squares of a place's distance from an axis, and of `across`; likewise from the origin. */
+/* The larger of the squares of a place's distance from an axis, and of `across`; and of its distance from the origin,
+ * and of `away`. */
 static void measure(const kmp_number *at, const double axis[3], double *across, double *away)
 {
     double x = at[0].value, y = at[1].value, z = at[2].value, along = x * axis[0] + y * axis[1] + z * axis[2];
@@ -36,7 +37,7 @@ static void measure(const kmp_number *at, const double axis[3], double *across, 
     *across = fmax(*across, x * x + y * y + z * z - along * along);
 }
 
-/* Whether a body's points and its centre of mass lie on an axis through its origin, and nothing hangs on it. */
+/* True if a body's points and its centre of mass lie on an axis through its origin, and no body is attached to it. */
 static bool is_on_axis(const kempe_model *model, int body, const double axis[3])
 {
     double across = 0, away = 0;
@@ -50,7 +51,7 @@ static bool is_on_axis(const kempe_model *model, int body, const double axis[3])
     return across <= 1e-12 * away;
 }
 
-/* Whether a coordinate turns its body about all that is seen of it. */
+/* True if a coordinate rotates its body about an axis that contains all its visible points. */
 static bool is_spin(const kempe_model *model, int k)
 {
     const kmp_motion *motion = &model->motions[k];
@@ -156,7 +157,7 @@ static void put_frames(kmp_text *text, picture *p)
     kmp_text_put(text, "}");
 }
 
-/* -- what is drawn ----------------------------------------------------------------------------------- */
+/* -- drawn parts ------------------------------------------------------------------------------------- */
 
 static void put_marks(kmp_text *text, const picture *p)
 {
@@ -200,7 +201,7 @@ static void put_lines(kmp_text *text, const picture *p)
     kmp_text_put(text, "],");
 }
 
-/* A guide is as long as what slides on it goes. */
+/* A guide has the length of its slider's motion. */
 static void put_guides(kmp_text *text, const picture *p)
 {
     kmp_text_put(text, "\"guides\":[");

@@ -3,6 +3,7 @@
 #include "report/page.h"
 #include "base/memory.h"
 #include "report/motion_picture.h"
+#include <kempe/check.h>
 #include <kempe/compare.h>
 #include <string.h>
 
@@ -51,7 +52,7 @@ static kempe_status record_start(const kempe_comparison *c, kmp_record *record)
     int n = c->system->n, m = c->system->m;
     kempe_assembly *start = NULL;
     double *zero = KMP_NEW(double, n + m);
-    kempe_status status = zero ? kempe_assemble(c->system, &start) : kmp_fail_memory(c->system->context);
+    kempe_status status = zero ? kempe_assembly_new(c->system, &start) : kmp_fail_memory(c->system->context);
     kmp_samples_init(&record->row, n, m);
     if (start && kmp_samples_add(&record->row, 0, start->q, start->qd, zero, zero, 0))
         status = kmp_fail_memory(c->system->context);
@@ -100,7 +101,7 @@ static kempe_status make_page(const kempe_comparison *c, detail *d, const kmp_pa
     if (status == KEMPE_OK)
         status = record_picture(c, d, &picture);
     if (status == KEMPE_OK)
-        kmp_context_clear(c->system->context); /* of what a start that does not assemble says */
+        kmp_context_clear(c->system->context); /* errors of a start that cannot be assembled */
     if (status == KEMPE_OK && !kmp_page_data(&data, c, d->count, d->records, picture))
         status = kmp_fail_memory(c->system->context);
     if (status == KEMPE_OK)

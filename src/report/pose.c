@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A body hangs on its parent: from the parent's point over the frame along the chain of motions to its own point, as
- * dynamics/kinematics.c has it in symbols. */
+/* The position of a body relative to its parent: from the parent's point over the frame along the chain of motions to
+ * its own point, as in symbols in dynamics/kinematics/kinematics.c. */
 #include "report/pose.h"
 #include <math.h>
 #include <string.h>
@@ -18,7 +18,7 @@ static void turn(double r[3][3], const double *m, bool transposed)
     memcpy(r, product, sizeof product);
 }
 
-/* Goes along v, which is in the axes at hand. */
+/* Moves along v, which is in the current axes. */
 static void move(kmp_pose *pose, const double v[3], double factor)
 {
     for (int i = 0; i < 3; i++)
@@ -88,7 +88,7 @@ void kmp_pose_point(const kmp_pose *pose, const double at[3], double out[3])
     memcpy(out, moved.p, sizeof moved.p);
 }
 
-/* By the largest of the four, which is at least a half (Shepperd 1978). */
+/* By the largest of the four components, which is at least a half (Shepperd 1978). */
 void kmp_pose_quaternion(const kmp_pose *pose, const double *near, double out[4])
 {
     double r[3][3];

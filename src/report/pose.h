@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where the bodies are at given coordinates, as numbers, for pictures. */
+/* Positions of the bodies at given coordinates, as numbers, for pictures. */
 #ifndef KMP_REPORT_POSE_H
 #define KMP_REPORT_POSE_H
 
@@ -10,7 +10,7 @@ typedef struct kmp_pose {
     double p[3], r[3][3];
 } kmp_pose;
 
-/** Of every body of the model, the ground's too, at the user's coordinates q (n). */
+/** Poses of every body of the model, the ground's too, at the user's coordinates q (n). */
 void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses);
 
 /** A point of a body's axes in ground axes. */

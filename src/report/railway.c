@@ -31,7 +31,7 @@ static void put_disc(kmp_text *text, const kempe_model *model, const kmp_wheel *
 
 /* -- rails ------------------------------------------------------------------------------------------- */
 
-/* A place of the track in ground axes: x along, y left, z up from where it begins. */
+/* A place of the track in ground axes: x along, y left, z up from its beginning. */
 static void on_ground(const kempe_model *model, const kmp_track *track, const double place[3], double out[3])
 {
     const kmp_point *point = &model->points[track->point];
@@ -56,7 +56,7 @@ static double distance(const double a[3], const double b[3])
     return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-/* Whether a body with a wheel on the track comes near a place of the ground. */
+/* True if a body with a wheel on the track comes near a place of the ground. */
 static bool is_run_on(const kempe_model *model, int track, const kmp_travel *travel, const double at[3])
 {
     int stride = 1 + travel->frames / LOOKED_AT;
@@ -72,7 +72,7 @@ static bool is_run_on(const kempe_model *model, int track, const kmp_travel *tra
     return false;
 }
 
-/* How far bodies with a wheel on a straight track come along it. */
+/* The range of bodies with a wheel on a straight track along it. */
 static void straight_range(const kempe_model *model, int track, const kmp_travel *travel, double range[2])
 {
     const kmp_point *point = &model->points[model->tracks[track].point];

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a picture has of a model's wheels and tracks: a disc for each wheel, a line for each rail. */
+/* A model's wheels and tracks in a picture: a disc for each wheel, a line for each rail. */
 #ifndef KMP_REPORT_RAILWAY_H
 #define KMP_REPORT_RAILWAY_H
 
 #include "base/text.h"
 #include "model/model.h"
 
-/** Where the bodies that move were: 3 numbers for each of them in each frame, the ground left out. */
+/** Positions of the moving bodies: 3 numbers for each in each frame, without the ground. */
 typedef struct kmp_travel {
     int frames, bodies;
     const double *position;

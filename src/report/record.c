@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The runner is advanced by hand, so that a run that nobody watches pays nothing. When there is no more room for ranges
- * of steps, two neighbours become one, and from then on each takes twice as many. */
+/* The runner is advanced here step by step, so that unmonitored runs have no overhead. When there is no more room for
+ * ranges of steps, neighbours are merged in pairs, and from then on each range has twice as many steps. */
 #include "report/record.h"
 #include "base/memory.h"
+#include <kempe/compare.h>
 #include <math.h>
 
 /* -- steps ------------------------------------------------------------------------------------------- */
@@ -95,7 +96,7 @@ static kempe_status run_again(const kempe_comparison *c, kmp_record *record, dou
     return status;
 }
 
-/* -- what they keep ---------------------------------------------------------------------------------- */
+/* -- residuals and energy ---------------------------------------------------------------------------- */
 
 static void judge_row(kmp_record *record, int row, kmp_plant *plant)
 {
@@ -111,7 +112,7 @@ static void judge_row(kmp_record *record, int row, kmp_plant *plant)
     record->energy[row] = record->kinetic[row] + record->potential[row] - kmp_samples_work(&record->row, row);
 }
 
-/* Less energy than this part of the potential's value is what is left of a mechanism at rest, as in verdicts. */
+/* Kinetic energy below this part of the potential's value counts as rounding, as in verdicts. */
 #define AT_REST 1e-9
 
 static void relate_energy(kmp_record *record)

@@ -1,21 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A run of a comparison once more, watched step by step: what it keeps over time, how long its steps are, what
- * happens on its way. */
+/* A repeated run of a comparison, monitored step by step: its residuals and energy over time, the lengths of its steps,
+ * its events. */
 #ifndef KMP_REPORT_RECORD_H
 #define KMP_REPORT_RECORD_H
 
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 
 enum { KMP_RECORD_ROWS = 600, KMP_RECORD_RANGES = 600 };
 
-/** So many steps one after the other, from `t` on: the shortest and the longest of them. */
+/** Consecutive steps, from `t` on: the shortest and the longest of them. */
 typedef struct kmp_step_range {
     double t, least, most;
 } kmp_step_range;
 
 typedef struct kmp_record {
     int run;         /* index into the comparison's runs */
-    kmp_samples row; /* of KMP_RECORD_ROWS + 1 times from 0 to t_end, as far as the run came */
+    kmp_samples row; /* of KMP_RECORD_ROWS + 1 times from 0 to t_end, up to the end of the run */
     double *h;       /* per row: max |h|, max |J qd + h_t|, both scaled as in verdicts */
     double *hdot;
     double *energy; /* per row: (E - work - that of the first row) / size, as in verdicts */

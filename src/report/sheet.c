@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One page that needs nothing beside itself. */
+/* A single page without external files. */
 #include "base/file.h"
 #include "report/page.h"
 #include <string.h>
@@ -11,8 +11,8 @@ static void put_lines(kmp_text *text, const char *const *lines)
         kmp_text_put(text, *lines);
 }
 
-/* The text of a script of others. What would end it, or open a comment of the page, gets a backslash: within strings
- * and regular expressions, where alone it can stand, that changes nothing. */
+/* The text of an external script. A sequence that would end it, or open a comment of the page, gets a backslash. It can
+ * occur within strings and regular expressions alone, where this changes nothing. */
 static void put_script(kmp_text *text, const char *script)
 {
     while (*script) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What an implicit block is inside, for the files that make such blocks (implicit.c, average.c). */
+/* The contents of an implicit block, for the files that make such blocks (implicit.c, average.c). */
 #ifndef KMP_SYMBOLIC_BLOCKS_H
 #define KMP_SYMBOLIC_BLOCKS_H
 
@@ -10,21 +10,21 @@ struct kmp_implicit {
     kmp_graph *local;
     kmp_ref slope[KMP_IMPLICIT_MOST * KMP_IMPLICIT_MOST]; /* dF_i/dy_j at i unknowns + j */
     kmp_ref change[KMP_IMPLICIT_MOST];                    /* dF_i along dp = KMP_IN_LAMBDA */
-    kmp_ref *row; /* of averages: the exponent and what is averaged, then what is needed; otherwise NULL */
+    kmp_ref *row; /* of averages: the exponent and the averaged expressions, then `needed`; otherwise NULL */
     int *derived; /* with them: number of the block of their derivatives in the graph; -1: not yet made */
 };
 
 /** Puts the candidates into the block, in increasing order. false: no memory. */
 bool kmp_block_candidates(kmp_program_block *block, int count, const double *candidate);
 
-/** What the inputs of a local graph become in the graph around: unknowns by KMP_IN_Q, arguments by KMP_IN_PARAMETER,
- *  differentials by KMP_IN_LAMBDA. */
+/** References in the enclosing graph for the inputs of a local graph: unknowns for KMP_IN_Q, arguments for
+ * KMP_IN_PARAMETER, differentials for KMP_IN_LAMBDA. */
 typedef struct kmp_setting {
     kmp_graph *g;
     const kmp_ref *unknowns, *arguments, *differentials;
 } kmp_setting;
 
-/** References of a local graph in the one around, in place. false: no memory. */
+/** Converts references of a local graph to references of the enclosing one, in place. False: no memory. */
 bool kmp_local_import(const kmp_setting *setting, const kmp_graph *local, int count, kmp_ref *refs);
 
 /** The items of a list of the graph; KMP_ZERO is a list of zeros. */

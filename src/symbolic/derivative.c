@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Chain rule per node, visited from the operands up; a rotated pair (Y, Z) = Rot(a) (y, z) uses
- * dY = Rot(a) (dy, dz) . e1 - Z da, which the graph mostly holds already. */
+/* Chain rule per node, from the operands up. A rotated pair (Y, Z) = Rot(a) (y, z) uses dY = Rot(a) (dy, dz) . e1 - Z
+ * da, whose parts mostly exist in the graph already. */
 #include "symbolic/derivative.h"
 #include "base/memory.h"
 #include "symbolic/implicit.h"
@@ -13,11 +13,11 @@ struct kmp_derivative {
     kmp_graph *g;
     kmp_ref *memo; /* by id; UNKNOWN where not yet derived */
     uint32_t capacity;
-    uint32_t *known, known_count; /* ids of what is in memo; not of what is few */
+    uint32_t *known, known_count; /* ids of the nodes in memo; unused with `few` */
     uint32_t *stack;
     uint32_t stack_capacity;
     uint16_t depends; /* inputs that move */
-    bool few;         /* what stands still is in memo already, as zero */
+    bool few;         /* memo already holds the constant nodes, as zero */
 };
 
 /* Room in memo for ids below n. */
@@ -114,7 +114,7 @@ void kmp_derivative_end(kmp_derivative *d, uint32_t count, const uint32_t *moved
         d->memo[moved[i]] = KMP_ZERO;
 }
 
-/* Known without looking deeper? */
+/* True if the differential is available without deeper recursion. */
 static bool settled(kmp_derivative *d, uint32_t id)
 {
     if (d->memo[id] != UNKNOWN)
@@ -141,7 +141,7 @@ static kmp_ref circle(kmp_graph *g, kmp_ref x)
     return kmp_sqrt(g, kmp_sub(g, KMP_ONE, kmp_mul(g, x, x)));
 }
 
-/* d(x^y) = y x^(y - 1) dx + x^y log x dy: no logarithm where the exponent stands still. */
+/* d(x^y) = y x^(y - 1) dx + x^y log x dy: no logarithm where the exponent is constant. */
 static kmp_ref power_differential(kmp_graph *g, kmp_ref x, kmp_ref y, kmp_ref f, kmp_ref dx, kmp_ref dy)
 {
     kmp_ref lower = dx != KMP_ZERO ? kmp_binary(g, KMP_OP_POW, x, kmp_sub(g, y, KMP_ONE)) : KMP_ZERO;
@@ -158,7 +158,7 @@ static kmp_ref angle_differential(kmp_graph *g, kmp_ref x, kmp_ref y, kmp_ref dx
     return kmp_div(g, kmp_sub(g, kmp_mul(g, y, dx), kmp_mul(g, x, dy)), square);
 }
 
-/* df/dx, or the differential itself for more than one variable. */
+/* df/dx, or the differential itself for functions of several variables. */
 static kmp_ref derive_function(kmp_graph *g, const kmp_node *n, kmp_ref f, const kmp_ref differential[3])
 {
     kmp_ref x = n->a, y = n->b, z = n->c, dx = differential[0], dy = differential[1], dz = differential[2];
@@ -260,7 +260,7 @@ static kmp_ref derive(kmp_derivative *d, uint32_t id)
     }
 }
 
-/* What derive(id) reads; returns how many. */
+/* The differentials that derive(id) needs; returns their number. */
 static int needs(kmp_derivative *d, uint32_t id, uint32_t need[3])
 {
     const kmp_node *n = kmp_graph_node(d->g, id);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Forward differentiation in the graph along one direction: partial derivatives (one seed), total time derivatives
- * (q -> qd, t -> 1) and anything between are the same operation with other seeds. */
+/* Forward differentiation in the graph along one direction. Partial derivatives (one seed), total time derivatives (q
+ * -> qd, t -> 1) and all mixtures are one operation with different seeds. */
 #ifndef KMP_SYMBOLIC_DERIVATIVE_H
 #define KMP_SYMBOLIC_DERIVATIVE_H
 
@@ -10,12 +10,13 @@ typedef struct kmp_derivative kmp_derivative;
 
 /** Direction: d(leaf[k]) = direction[k], every other input is constant. NULL when there is no memory. */
 kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction);
-/** Begins anew along another direction. false when there is no memory. */
+/** Restarts along another direction. False when there is no memory. */
 bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction);
 void kmp_derivative_free(kmp_derivative *d);
 
-/** For one direction after the other, of each of which the nodes are given that it moves (symbolic/partials.h): between
- * `begin` and `end` every other node stands still. begin: false when there is no memory. */
+/** Differentiation along several directions in turn, where the caller gives for each the nodes that depend on it
+ * (symbolic/partials.h). Between `begin` and `end` every other node is constant. begin: false when there is no memory.
+ */
 kmp_derivative *kmp_derivative_of_few(kmp_graph *g);
 bool kmp_derivative_begin(kmp_derivative *d, kmp_ref leaf, kmp_ref direction, uint32_t count, const uint32_t *moved);
 void kmp_derivative_end(kmp_derivative *d, uint32_t count, const uint32_t *moved);

@@ -9,7 +9,7 @@ enum { FIRST = 8 }; /* KMP_IN_PLACE before it are x, y, z */
 
 typedef struct enclosing {
     kmp_graph *g, *local;
-    kmp_ref *map;       /* by node: what it is inside */
+    kmp_ref *map;       /* by node: its reference inside the block */
     bool *has;          /* by node: it is there */
     kmp_ref *arguments; /* outside */
     int argument_count;

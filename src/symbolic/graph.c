@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hash-consing, signs and commutative order. A node is only made when no rule has something shorter: the rules are
- * those of src/symbolic/rules. What is equal is one node, so that what occurs twice is an auxiliary variable (Fisette
- * and Samin 1996, section 3.1). */
+/* Hash-consing, signs and commutative order. A node is only made when no rule has a shorter form: the rules are those
+ * of src/symbolic/rules. Equal expressions are one node, so that an expression that occurs twice is an auxiliary
+ * variable (Fisette and Samin 1996, section 3.1). */
 #include "symbolic/graph.h"
 #include "base/memory.h"
 #include "symbolic/implicit.h"
@@ -65,9 +65,9 @@ static uint32_t latest(const kmp_node *n)
 
 enum { WINDOW = 4096, NEAR = 16 };
 
-/* The slot of the node's twin (if `shared`), or a free one. It is sought among those near the node's youngest operand,
- * which is mostly one of the last nodes that were made, so that a large graph works on a small part of its table; after
- * a few steps anywhere. */
+/* The slot of the equal node (if `shared`), or a free one. The search begins near the node's youngest operand, mostly
+ * one of the last nodes made, so that a large graph uses a small part of its table. After a few probes it continues
+ * anywhere. */
 static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
 {
     uint32_t hash = hash_node(g, n), last = g->table_size - 1;
@@ -119,7 +119,7 @@ static uint16_t depends_of(const kmp_graph *g, const kmp_node *n)
     return d;
 }
 
-/* The node itself, or its elder twin. */
+/* The node, or an equal one that exists. */
 kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
 {
     if (!reserve(g)) {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The expression graph: hash-consed nodes in one array, simplified at birth, id order is topological.
+/* The expression graph: hash-consed nodes in one array, simplified when made; the order of ids is topological.
  *
- * A reference is id << 1 | sign, so that unary minus costs nothing and does not exist as a node; the number
- * zero is node 0 and one is node 1. The same construction in the same order gives the same ids: nothing
- * depends on addresses. Running out of memory is sticky: references are then zero and kmp_graph_failed says so. */
+ * A reference is id << 1 | sign, so that unary minus costs nothing and does not exist as a node; the number zero is
+ * node 0 and one is node 1. The same construction in the same order gives the same ids: nothing depends on addresses.
+ * Running out of memory is sticky: references are then zero and kmp_graph_failed returns true. */
 #ifndef KMP_SYMBOLIC_GRAPH_H
 #define KMP_SYMBOLIC_GRAPH_H
 
@@ -35,17 +35,17 @@ typedef enum kmp_input_kind {
     KMP_IN_QDD,
     KMP_IN_LAMBDA,
     KMP_IN_MU,
-    KMP_IN_MODE,   /* 1 or 0 for each condition that stands still during a step */
+    KMP_IN_MODE,   /* 1 or 0 for each condition, constant during a step */
     KMP_IN_PLACE,  /* x, y, z that kmp_graph_replace puts something for: in no program */
     KMP_IN_CHART,  /* constant rotations that change between steps, 9 numbers each, row by row */
     KMP_IN_FORCE,  /* three a body, at its centre of mass, body axes */
-    KMP_IN_TORQUE, /* likewise */
-    KMP_IN_EFFORT, /* one a coordinate, beside those of the model's forces */
-    KMP_IN_ALONG,  /* directions that something is differentiated along, one after the other */
+    KMP_IN_TORQUE, /* three per body, in body axes */
+    KMP_IN_EFFORT, /* one per coordinate, in addition to the model's forces */
+    KMP_IN_ALONG,  /* directions of differentiation, one after the other */
     KMP_IN_COUNT
 } kmp_input_kind;
 
-/* What a node depends on: bits (1 << kmp_input_kind). */
+/* The inputs that a node depends on: bits (1 << kmp_input_kind). */
 typedef struct kmp_node {
     uint8_t op;
     uint16_t depends;
@@ -54,24 +54,24 @@ typedef struct kmp_node {
 
 typedef struct kmp_graph kmp_graph;
 
-/** What is simplified at a node's birth. */
+/** Simplifications made when a node is created. */
 enum {
     KMP_RULE_ZERO = 1,   /* zeros and ones, arithmetic of numbers */
     KMP_RULE_CANCEL = 2, /* a - a, a + b - a, terms with the same base */
-    KMP_RULE_SHARE = 4,  /* equal nodes are one: what occurs twice is an auxiliary variable; squares are collected */
-    KMP_RULE_TRIG = 8,   /* cos^2 + sin^2, rotations of what was rotated about the same axis */
-    KMP_RULE_RUNS = 16,  /* of these, those by the sum of both angles; without it those back to where it came from */
+    KMP_RULE_SHARE = 4,  /* equal nodes are one, and become auxiliary variables; squares are collected */
+    KMP_RULE_TRIG = 8,   /* cos^2 + sin^2, rotations of rotated pairs about the same axis */
+    KMP_RULE_RUNS = 16,  /* rotations by the sum of both angles; without it only back to the source */
     KMP_RULE_ALL = 31
 };
 
 kmp_graph *kmp_graph_new(void);
-/** For seeing what each rule gains: all of them hold in a new graph. */
+/** Selects rules, to measure the gain of each: a new graph applies all. */
 void kmp_graph_set_rules(kmp_graph *g, unsigned rules);
 bool kmp_graph_has_rule(const kmp_graph *g, unsigned rule);
 void kmp_graph_free(kmp_graph *g);
 bool kmp_graph_failed(const kmp_graph *g);
 
-/** What works on the graph has run out of memory: its references are not to be trusted either. */
+/** Marks the graph as failed: an operation on it has run out of memory, so its references are invalid too. */
 void kmp_graph_fail(kmp_graph *g);
 
 static inline uint32_t kmp_id(kmp_ref r)
@@ -88,7 +88,7 @@ static inline kmp_ref kmp_neg(kmp_ref r)
     return r == KMP_ZERO ? r : r ^ 1;
 }
 
-/* What a graph begins with: for the functions that follow alone, which everything that walks over a graph calls. */
+/* The first members of a graph: for the inline functions below alone, which every traversal of a graph calls. */
 typedef struct kmp_graph_seen {
     kmp_node *nodes;
     double *values; /* of CONST nodes */
@@ -118,7 +118,7 @@ static inline bool kmp_is_const(const kmp_graph *g, kmp_ref r, double *value)
     return true;
 }
 
-/** The node itself, or its elder twin: what constructors end with after they have simplified. */
+/** The node, or an equal one that exists: constructors end with it after simplification. */
 kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n);
 
 kmp_ref kmp_const(kmp_graph *g, double value);
@@ -138,7 +138,7 @@ kmp_ref kmp_binary(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b);
 kmp_ref kmp_power(kmp_graph *g, kmp_ref a, double exponent);
 /** 1 when a < b, otherwise 0. */
 kmp_ref kmp_less(kmp_graph *g, kmp_ref a, kmp_ref b);
-/** x where the condition is not 0, otherwise y; what is not chosen may be no number. */
+/** x where the condition is not 0, otherwise y; the value that is not chosen may be NaN. */
 kmp_ref kmp_select(kmp_graph *g, kmp_ref condition, kmp_ref x, kmp_ref y);
 
 /** The node of any operation that is neither leaf nor applied. */
@@ -149,10 +149,10 @@ kmp_ref kmp_graph_rebuild(kmp_graph *g, uint32_t id, const kmp_ref operands[3]);
 /** x with other references in place of `count` inputs. */
 kmp_ref kmp_graph_replace(kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by, kmp_ref x);
 
-/** How an operation is written. */
+/** The notation of an operation. */
 typedef enum kmp_op_form { KMP_FORM_LEAF, KMP_FORM_INFIX, KMP_FORM_FUNCTION, KMP_FORM_APPLIED } kmp_op_form;
 
-/** What a function makes of its operand's sign. */
+/** The effect of its operand's sign on a function. */
 typedef enum kmp_op_parity { KMP_PARITY_NONE, KMP_PARITY_ODD, KMP_PARITY_EVEN } kmp_op_parity;
 
 /** Text of an operation ("+", "sin"), NULL for leaves; operands 0 to 3. */
@@ -164,8 +164,8 @@ static inline int kmp_op_arity(kmp_op op)
 }
 kmp_op_form kmp_op_form_of(kmp_op op);
 kmp_op_parity kmp_op_parity_of(kmp_op op);
-/** Value of an operation, the one that every back end uses; operands beyond its arity are not looked at. NaN for leaves
- *  and for what is applied (kmp_table_value). */
+/** Value of an operation, which every back end uses; operands beyond its arity are ignored. NaN for leaves and for
+ * applied objects (kmp_table_value). */
 double kmp_op_value(kmp_op op, double x, double y, double z);
 /** Reference number k of a node. */
 static inline kmp_ref kmp_operand(const kmp_node *n, int k)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Blocks in the graph: their local equations are derived once; a derivative brings them into the graph around with the
- * unknowns and arguments put in, and solves the linear system for one or two unknowns by quotients, for more by a
- * linear block. Arguments travel as a chain of LIST nodes. */
+/* Blocks in the graph, whose local equations are derived once. A derivative brings them into the enclosing graph with
+ * the unknowns and arguments inserted. It solves the linear system for one or two unknowns by quotients, for more by a
+ * linear block. Arguments are a chain of LIST nodes. */
 #include "base/memory.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
@@ -58,7 +58,7 @@ static bool derive_merit(kmp_implicit *b, kmp_ref merit, kmp_ref *slope)
     return d;
 }
 
-/* What a block begins with. */
+/* The start of a block's Newton iteration. */
 typedef struct beginning {
     const kmp_ref *guess;
     int candidates;
@@ -66,7 +66,7 @@ typedef struct beginning {
     kmp_ref merit;
 } beginning;
 
-/* Stages: 1 the guess, then the merit of candidates, then residuals and slopes. */
+/* Stages: 1 the guess, then the merit of candidates, then residuals and derivatives. */
 static bool make_program(kmp_implicit *b, const kmp_ref *residual, const beginning *begin)
 {
     bool among = begin->candidates > 0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the rows of ops.def say, and their values. */
+/* Properties and values of operations, from the rows of ops.def. */
 #include "symbolic/graph.h"
 #include <kempe/runtime.h>
 #include <math.h>

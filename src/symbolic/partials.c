@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hides who uses a node, by compressed lists; from a leaf upwards they lead to all that has to be differentiated. */
+/* Hides the users of each node, in compressed lists; from a leaf upwards they give all nodes that depend on it. */
 #include "symbolic/partials.h"
 #include "base/memory.h"
 #include "symbolic/derivative.h"
@@ -109,7 +109,7 @@ void kmp_partials_free(kmp_partials *p)
     kmp_free(p);
 }
 
-/* The leaf and all that depends on it into `found`; how many. */
+/* Collects the leaf and all nodes that depend on it in `found`; returns their number. */
 static uint32_t climb(kmp_partials *p, uint32_t leaf)
 {
     uint32_t count = 0;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Derivatives of many expressions along one input after the other, each at the cost of what depends on that input: the
- * columns of a Jacobian. */
+/* Derivatives of many expressions along one input after the other, each at the cost of the nodes that depend on that
+ * input: the columns of a Jacobian. */
 #ifndef KMP_SYMBOLIC_PARTIALS_H
 #define KMP_SYMBOLIC_PARTIALS_H
 
@@ -12,8 +12,8 @@ typedef struct kmp_partials kmp_partials;
 kmp_partials *kmp_partials_new(kmp_graph *g, int count, const kmp_ref *of);
 void kmp_partials_free(kmp_partials *p);
 
-/** Derivatives along a leaf: value[0 .. returned) of the expressions which[0 .. returned), ascending; those of the
- * others are zero. Both arrays are the object's, until the next call. -1: no memory. */
+/** Derivatives along a leaf: value[0 .. returned) of the expressions which[0 .. returned), ascending; all other
+ * derivatives are zero. Both arrays are the object's, until the next call. -1: no memory. */
 int kmp_partials_along(kmp_partials *p, kmp_ref leaf, const int **which, const kmp_ref **value);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What x needs is marked from x down and rebuilt from the inputs up: ids are in topological order. */
+/* The nodes that x needs are marked from x down and rebuilt from the inputs up: the order of ids is topological. */
 #include "base/memory.h"
 #include "symbolic/graph.h"
 

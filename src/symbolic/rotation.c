@@ -184,5 +184,5 @@ bool kmp_rotated_pair(kmp_graph *g, uint32_t id, kmp_pair *pair)
         return false;
     const entry *e = &r->entries[r->of_node[id] - 1];
     *pair = (kmp_pair){e->y, e->z, e->angle, e->second};
-    return kmp_id(e->y) < id && kmp_id(e->z) < id && kmp_id(e->angle) < id; /* else it would lead in circles */
+    return kmp_id(e->y) < id && kmp_id(e->z) < id && kmp_id(e->angle) < id; /* otherwise it would lead to a cycle */
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rotated pairs. Every elementary rotation of the model goes through kmp_rotate, which remembers its results:
- * rotating a known result again rotates its source by the sum of the angles, so parallel axes and R R' = 1 collapse
- * in O(1), and the derivative of a rotated pair is found in the pair itself. */
+/* Rotated pairs. Every elementary rotation of the model goes through kmp_rotate, which remembers its results. A
+ * rotation of a known result is a rotation of its source by the sum of the angles, so parallel axes and R R' = 1
+ * collapse in O(1). The derivative of a rotated pair is found in the pair itself. */
 #ifndef KMP_SYMBOLIC_ROTATION_H
 #define KMP_SYMBOLIC_ROTATION_H
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Newton's method on a block, from its guess: steps are halved while they lead out of the domain or away. Where the
- * guess of one unknown is the best of several, the way goes downhill in the merit, between the candidates on either
- * side: a step that leaves them, or gains too little, goes to the middle (Dekker's safeguard). Of several valleys each
- * is gone down that may be the lowest. */
+/* Newton's method on a block, from its guess: steps are halved while they leave the domain or diverge. Where the guess
+ * of one unknown is the best of several, the iteration descends in the merit, between the candidates on either side. A
+ * step that leaves this interval, or gains too little, becomes a bisection (Dekker's safeguard). Of several basins each
+ * that may contain the lowest merit is searched. */
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
 #include "symbolic/implicit.h"
@@ -21,7 +21,7 @@ struct kmp_solving {
     void *code;     /* the runner's */
     kmp_scan *scan; /* of candidates, if there are some */
     kmp_average *average;
-    double *p, *solved; /* arguments: at hand, and those of y */
+    double *p, *solved; /* arguments: the current ones, and those of y */
     double y[MOST], merit;
     bool known;
 };
@@ -118,7 +118,7 @@ static double largest(int n, const double *x)
     return size;
 }
 
-/* Residuals and slopes at y. What the guesses and the merit have in common with them was computed elsewhere. */
+/* Residuals and derivatives at y. Parts that the guesses and the merit share with them were computed elsewhere. */
 static const double *equations(kmp_solving *s)
 {
     set_unknowns(s);
@@ -181,13 +181,13 @@ static const double *advance(kmp_solving *s, double *dy, double residual)
     return f;
 }
 
-/* Whether a step is as small as rounding makes it; `before` is the step before it. */
+/* True if a step is as small as rounding makes it; `before` is the step before it. */
 static bool is_last(double step, double before, double size)
 {
     return step <= 2 * DBL_EPSILON * size || (step <= 1e-9 * size && step >= 0.5 * before);
 }
 
-/* Whether Newton's step is the last one, as far as the one before it says: what is left after it is rounding. */
+/* True if Newton's step is the last one, judged by the step before it: the remaining error is rounding. */
 static bool is_final(double step, double before, double size)
 {
     double rate = step / before;
@@ -201,7 +201,7 @@ static void grow(int n, const double *y, double *size)
         size[i] = fabs(y[i]) <= size[i] ? size[i] : fabs(y[i]); /* NaN stays */
 }
 
-/* The greatest part of its own size that an unknown goes by: they may have different units. */
+/* The greatest step of an unknown relative to its own size: unknowns may have different units. */
 static double part_of(int n, const double *dy, const double *size)
 {
     double part = 0;
@@ -210,7 +210,7 @@ static double part_of(int n, const double *dy, const double *size)
     return part;
 }
 
-/* Whether steps stand still: what is left of an unknown near zero is rounding of the others. */
+/* True if steps no longer decrease: the remaining step of an unknown near zero is rounding of the others. */
 static bool stands(int n, const double *dy, const double *size, double part, double before)
 {
     return isfinite(before) && part >= 0.9 * before && largest(n, dy) <= 1e-9 * largest(n, size);
@@ -243,7 +243,7 @@ static bool descend(kmp_solving *s)
     return false;
 }
 
-/* What a candidate begins with. */
+/* Starting values of a candidate. */
 static void begin_at(kmp_solving *s, double candidate)
 {
     int n = s->block->unknowns;
@@ -266,8 +266,8 @@ static int best_candidate(const kmp_program_block *block, const double *merit)
     return best;
 }
 
-/* Where one unknown is, and between which ends the least merit is looked for. The spacing is that of the candidates
- * there; where there is one alone, Newton's first step. */
+/* The current value of one unknown, and the ends of the interval in which the least merit is searched. `spacing` is the
+ * distance of the candidates there; for a single candidate, Newton's first step. */
 typedef struct valley {
     double y, low, high, spacing;
     double residual, slope, merit_slope, merit;
@@ -302,8 +302,8 @@ static double middle(const valley *v)
     return v->y + copysign(isfinite(end) ? fabs(end - v->y) / 2 : v->spacing, -v->merit_slope);
 }
 
-/* Goes on to y. Where that is no place, or one behind a hill, it becomes an end; narrower hills than a thousandth of
- * the spacing are none, they are rounding. */
+/* Moves to y. If y is outside the domain or behind a local maximum, it becomes an end. Maxima narrower than a
+ * thousandth of the spacing count as rounding. */
 static void go(kmp_solving *s, valley *v, double y)
 {
     valley next = *v;
@@ -329,7 +329,7 @@ static double lowest(const kmp_program_block *b, const double *merit, int best)
     return y > c[-1] && y < c[1] ? y : *c;
 }
 
-/* One unknown, from near its best candidate. */
+/* Solves for one unknown, from near its best candidate. */
 static bool descend_among(kmp_solving *s, const double *merit, int best)
 {
     valley v = valley_of(s->block, best);
@@ -365,8 +365,8 @@ static bool descend_among(kmp_solving *s, const double *merit, int best)
     return false;
 }
 
-/* Whether a candidate is lower than its neighbours, and how low merit may be there: where it bends upwards all the way,
- * no lower than the lines through the candidate and either neighbour go on to. */
+/* True if a candidate is lower than its neighbours. *bound: a lower bound of the merit there, from the lines through
+ * the candidate and either neighbour, valid where the merit is convex. */
 static bool is_valley(const kmp_program_block *b, const double *merit, int k, double *bound)
 {
     const double *c = b->candidate + k, *m = merit + k;
@@ -381,7 +381,7 @@ static bool is_valley(const kmp_program_block *b, const double *merit, int k, do
     return true;
 }
 
-/* From the best candidate down, then from those that may lead lower. */
+/* Descends from the best candidate, then from those that may have lower merit. */
 static bool solve_one_among(kmp_solving *s, const double *merit, int best)
 {
     bool solved = descend_among(s, merit, best);
@@ -419,7 +419,7 @@ static bool solve(kmp_solving *s)
     return descend(s);
 }
 
-/* Unknowns for the arguments at hand; where there are none, no numbers. */
+/* Solves for the current arguments; NaN where there is no solution. */
 static void solve_anew(kmp_solving *s)
 {
     if (s->average)

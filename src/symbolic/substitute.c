@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Depth first by a stack, so that a small change in a large graph costs what it touches. */
+/* Depth first with an explicit stack, so that a small change in a large graph costs the nodes that it touches. */
 #include "symbolic/substitute.h"
 #include "base/memory.h"
 
 typedef struct rewriting {
     kmp_graph *g;
     uint32_t *id; /* of visited nodes, open addressing; UINT32_MAX: free */
-    kmp_ref *now; /* what they become */
+    kmp_ref *now; /* their replacements */
     uint32_t size, count;
     uint32_t *stack, top, capacity;
     bool failed;

@@ -5,9 +5,8 @@
 
 #include "symbolic/graph.h"
 
-/** Rewrites the outputs in place with from[i] (`count` references, no sign) read as to[i]; what stands below a from[i]
- *  is not looked at. *through: the bits (kmp_input_kind) of inputs that the outputs reach beside them. false: no
- *  memory. */
+/** Rewrites the outputs in place with from[i] (`count` references, no sign) read as to[i]; operands below a from[i] are
+ * not visited. *through: the bits (kmp_input_kind) of inputs that the outputs reach in other ways. False: no memory. */
 bool kmp_substitute(kmp_graph *g, int count, const kmp_ref *from, const kmp_ref *to, int output_count, kmp_ref *outputs,
                     uint16_t *through);
 

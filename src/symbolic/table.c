@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pieces in powers of the distance to their left knot. The range is cut into equal parts, several times as
- * many as there are pieces: in which one a point is never goes down where the point goes up, to the bit, so that knots
- * of the parts around bound its piece. */
+/* Pieces in powers of the distance to their left knot. The range is cut into equal parts, several times as many as
+ * there are pieces. The part of a point never decreases where the point increases, to the bit, so that knots of
+ * adjacent parts bound its piece. */
 #include "symbolic/table.h"
 #include "base/clones.h"
 #include "base/memory.h"
@@ -70,7 +70,7 @@ static int last_part(const kmp_table *t)
     return PARTS * (t->count - 1);
 }
 
-/* Of ranges so wide or narrow that they have no length the last one. */
+/* The part of x. Ranges too wide or too narrow to have a length use the last one. */
 static int part_of(const kmp_table *t, double x)
 {
     int most = last_part(t);
@@ -136,7 +136,7 @@ bool kmp_table_equal(const kmp_table *a, const kmp_table *b)
 
 /* -- reading --------------------------------------------------------------------------------------- */
 
-/* The last knot but one that is not right of x, which is between the ends. Mostly there is one knot in question. */
+/* The last knot but one that is not right of x, which is between the ends. Mostly one knot is tested. */
 static inline int find_piece(const kmp_table *t, double x)
 {
     const int *last = t->last + part_of(t, x);
@@ -194,7 +194,7 @@ void kmp_table_bounds(const kmp_table *t, int derivative, double from, double to
         include_piece(t->piece[k], derivative, fmax(from - t->x[k], 0), fmin(to, t->x[k + 1]) - t->x[k], low, high);
 }
 
-/* Beyond the ends and for NaN any piece will do. Where more than one knot is in question, by halves. */
+/* Finds pieces; beyond the ends and for NaN any piece will do. Several candidate knots are bisected. */
 KMP_CLONES static void find(const kmp_table *t, int n, double sign, const double *x, int *piece)
 {
     const double first = t->x[0], last = t->x[t->count - 1], most = last_part(t), scale = t->per_length;
@@ -212,7 +212,7 @@ KMP_CLONES static void find(const kmp_table *t, int n, double sign, const double
     }
 }
 
-/* Of four pieces; `derivative` is known to the compiler, here and below. */
+/* Values in four pieces; `derivative` is a compile-time constant, here and below. */
 static KMP_INTO_CLONES void within(const kmp_table *t, int derivative, const kmp_four *at, const int *p, kmp_four *y)
 {
     const double *c[KMP_FOUR] = {t->piece[p[0]], t->piece[p[1]], t->piece[p[2]], t->piece[p[3]]};

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Functions of one variable given by points: straight lines or a cubic spline through them.
  *
- * The spline is not-a-knot (the first two and the last two pieces are one cubic each; three points make a parabola,
- * two a line), so that a table of a cubic is that cubic. Beyond the ends a table goes on straight with the slope it
- * ends with: value and slope are continuous there. At a knot the piece on its right counts. */
+ * The spline is not-a-knot (the first two and the last two pieces are one cubic each; three points make a parabola, two
+ * a line), so that a table of a cubic is that cubic. Beyond its ends a table is extrapolated linearly: value and
+ * derivative are continuous there. At a knot the piece on its right counts. */
 #ifndef KMP_SYMBOLIC_TABLE_H
 #define KMP_SYMBOLIC_TABLE_H
 
@@ -17,30 +17,30 @@ typedef struct kmp_table {
     int count;          /* knots, at least 2 */
     double *x, *y;      /* count: x increasing */
     double (*piece)[4]; /* count - 1: y = sum piece[k][i] (x - x[k])^i */
-    int *last;          /* by equal parts of the range of x: the last knot but one that lies in it or before it */
+    int *last;          /* by equal parts of the range of x: the last knot but one that lies in the part or before it */
     double per_length;  /* parts over the range */
     double last_slope;  /* at the last knot */
 } kmp_table;
 
-/** -1 when a table can be made of the points, otherwise the index of the first that is not finite or whose x does not
- *  exceed the one before it; with fewer than two points, their count. */
+/** -1 when a table can be made of the points; otherwise the index of the first point that is not finite or whose x does
+ * not exceed the one before it. With fewer than two points, their count. */
 int kmp_table_check(int count, const double *x, const double *y);
 
 /** Copies the points, which must have passed kmp_table_check. NULL: no memory. */
 kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, const double *y);
 void kmp_table_free(kmp_table *table);
 
-/** The same method and points, to the bit. */
+/** True if method and points are equal, to the bit. */
 bool kmp_table_equal(const kmp_table *a, const kmp_table *b);
 
 /** Value (derivative 0) or derivative of a given order at x; NaN for NaN. Its piece is found by the part of
  *  the range that x is in: no state, no allocation. */
 double kmp_table_value(const kmp_table *table, int derivative, double x);
-/** What it stays within, or its derivative of a given order does, while x is within [from, to]. */
+/** Bounds of the table, or of a derivative of a given order, while x is within [from, to]. */
 void kmp_table_bounds(const kmp_table *table, int derivative, double from, double to, double *low, double *high);
 
-/** The same of n, a multiple of four, each times `sign`, to the bit: first the pieces that they are in, which serve all
- *  derivatives. */
+/** Pieces and values of n points, a multiple of four, each times `sign`, equal to single calls to the bit.
+ * kmp_table_find finds the pieces, which serve all derivatives. */
 void kmp_table_find(const kmp_table *table, int n, double sign, const double *x, int *piece);
 void kmp_table_values(const kmp_table *table, int derivative, int n, double sign, const double *x, const int *piece,
                       double *y);

@@ -1,18 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where an elastic wheel lies on its rail.
+/* The contact of an elastic wheel with its rail.
  *
- * It lies there around the nearest point (pair.c), and where curvatures change its patch is not the one that they make
- * at the nearest point; where two places are nearly as near it is on both. Its contact is taken at averages over the
- * zone, <f> = integral of f exp(-D/e) over s, by that of exp(-D/e) (smoothed contact: Netter, Schupp, Rulka, Schroeder,
- * "New aspects of contact modelling and validation within multibody system simulation of railway vehicles", Veh. Syst.
- * Dyn. 29 Suppl. (1998) 246, with a fixed e there). With D a parabola of curvature D'' the variance of s is e/D'' and
+ * It lies around the nearest point (pair.c). Where curvatures change the patch differs from that of the curvature at
+ * the nearest point; where two places are nearly as near the wheel touches at both. The contact is therefore taken at
+ * averages over the zone, <f> = integral of f exp(-D/e) over s, divided by that of exp(-D/e). This is smoothed contact
+ * (Netter, Schupp, Rulka, Schroeder, "New aspects of contact modelling and validation within multibody system
+ * simulation of railway vehicles", Veh. Syst. Dyn. 29 Suppl. (1998) 246, with a fixed e there). With D a parabola of
+ * curvature D'' the variance of s is e/D'' and
  *
  *     log of the integral of exp(-D/e) = - least D / e + log(2 pi variance) / 2
  *
- * which are taken for the curvature and the least D whatever D is: of a parabola they are exact. The spread e is that
- * of the load: Hertz' ellipse carries it over s with a variance of b^2/5, where a round patch has b^2 = d/D'' for a
- * penetration d, so that e = d/5. d itself comes from averages of a fixed e. All of that is smooth where the nearest
- * point jumps. Against solutions for the half-space it is nearer than the nearest point (examples/manchester). */
+ * which give the curvature and the least D for any D: for a parabola they are exact. The spread e is that of the load:
+ * Hertz' ellipse distributes it over s with a variance of b^2/5. A round patch has b^2 = d/D'' for a penetration d, so
+ * that e = d/5. d itself comes from averages of a fixed e. All of that is smooth where the nearest point jumps.
+ * Compared with solutions for the half-space it is more accurate than the nearest point (examples/manchester). */
 #include "wheel/contact_spread.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
@@ -20,14 +21,14 @@
 #include "symbolic/table.h"
 #include <math.h>
 
-/* Of the fixed spread, in least spreads: as much as every other place resolves. */
+/* The fixed spread in units of the least spread: as much as every other place resolves. */
 #define WIDER 4
 
-/* Least standard deviation of s, m of a wheel of 0.46 m: where all weight is on one place, in a profile that has an
- * edge. */
+/* Least standard deviation of s, m for a wheel of 0.46 m: reached where all weight is on one place, in a profile that
+ * has an edge. */
 #define NARROW 2e-6
 
-/* Part of the penetration that is the spread: above. */
+/* The spread as a fraction of the penetration: see above. */
 #define LOADED 0.2
 
 /* Averages over a zone: of s, from its middle, of its square, and of the rail's slope; and the height of the wheel's
@@ -36,7 +37,7 @@ typedef struct averages {
     kmp_ref s, variance, slope, height;
 } averages;
 
-/* The zone's places; for the first, wider spread every other one. */
+/* The zone's places; every other one for the first, wider spread. */
 static int places_of(const kmp_wheel *wheel, int zone, int step, double *place)
 {
     int first = zone > 0 ? wheel->nodes_end[zone - 1] : 0, count = 0;
@@ -45,8 +46,8 @@ static int places_of(const kmp_wheel *wheel, int zone, int step, double *place)
     return count;
 }
 
-/* The block of averages with e = 1 / sharp, which may be an argument. With the centre that high no farther than D says
- * it does not touch. NULL: no memory. */
+/* The block of averages with e = 1 / sharp, which may be an argument. If the centre is higher than D can compensate
+ * there is no contact. NULL: no memory. */
 static kmp_implicit *block_of(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref sharp,
                               kmp_ref up, kmp_ref *list, int *count)
 {
@@ -65,7 +66,7 @@ static kmp_implicit *block_of(const kmp_wheel_pair *p, const kmp_wheel *wheel, i
     return kmp_average_new(local, *count, exponent, needed, 3, averaged, places_of(wheel, zone, step, place), place);
 }
 
-/* The zone's averages for a spread e, at each `step` of its places. false: no memory. */
+/* The zone's averages for a spread e, at each `step` of its places. False: no memory. */
 static bool spread_by(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref e, kmp_ref up,
                       averages *all)
 {
@@ -88,7 +89,7 @@ static bool spread_by(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone,
     return true;
 }
 
-/* e of the penetration at hand, and not less than what the zone's places resolve. */
+/* e of the current penetration, and at least the spread that the zone's places resolve. */
 static bool loaded_spread(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, kmp_ref up, kmp_ref *e)
 {
     kmp_graph *g = p->g;
@@ -101,12 +102,12 @@ static bool loaded_spread(const kmp_wheel_pair *p, const kmp_wheel *wheel, int z
     return true;
 }
 
-/* With s held: dy/ds, and the rate of D without that of the centre's height. */
+/* At constant s: dy/ds, and the rate of D without that of the centre's height. */
 typedef struct held {
     kmp_ref way, rate;
 } held;
 
-/* In a graph of its own, where s and the arguments are inputs, and their rates. */
+/* Derives them in a graph of its own, where s and the arguments are inputs, and their rates. */
 static bool derive_held(const kmp_wheel_pair *in, int count, held *h)
 {
     kmp_graph *local = in->g;
@@ -145,7 +146,7 @@ static bool held_at(const kmp_wheel_pair *p, kmp_derivative *dt, kmp_ref s, held
     return ok;
 }
 
-/* What D'' is for the averages: e over the variance, along the slope. */
+/* D'' from averages: e over the variance, along the slope. */
 static kmp_ref average_across(kmp_graph *g, const averages *all, kmp_ref way, kmp_ref e)
 {
     kmp_ref steep = kmp_power(g, kmp_add(g, KMP_ONE, kmp_mul(g, all->slope, all->slope)), 1.5);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where an elastic wheel lies on its rail: averages over a zone. */
+/* The contact of an elastic wheel with its rail: averages over a zone. */
 #ifndef KMP_WHEEL_CONTACT_SPREAD_H
 #define KMP_WHEEL_CONTACT_SPREAD_H
 
@@ -10,7 +10,7 @@ typedef struct kmp_spread {
     kmp_ref slope;   /* of the rail */
     kmp_ref depth;   /* along the normal, m */
     kmp_ref across;  /* relative curvature in the plane of the normals, 1/m */
-    kmp_ref closing; /* rate of the gap along the normal with s held, m/s */
+    kmp_ref closing; /* rate of the gap along the normal at constant s, m/s */
 } kmp_spread;
 
 /** false: no memory. */

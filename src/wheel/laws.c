@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* All in logarithms: with t = log(along / across), k = sqrt(along across), G* = G / (1 - poisson),
+/* All laws in logarithms: with t = log(along / across), k = sqrt(along across), G* = G / (1 - poisson),
  *
- *     log c = log(N^2 + floor^2)/6 - log(G* k)/3 + T1(t),  c = sqrt(a b),  log(a/b) = T2(t),
- *     K = G* exp(T3(t) - log(k)/2),  log Cij = Tij(log(a/b)),
+ *     log c = log(N^2 + floor^2)/6 - log(G* k)/3 + T1(t), c = sqrt(a b), log(a/b) = T2(t),
+ *     K = G* exp(T3(t) - log(k)/2), log Cij = Tij(log(a/b)),
  *
  * where T are cubic splines through values of src/contact: of Hertz's contact with errors below 1e-8, of Kalker's
- * coefficients the same that kempe_contact_kalker goes by. Beyond their ends they are straight: powers. Forces are N
- * times what stays finite with N = 0: q = a b / N goes with N^(-1/3). */
+ * coefficients those of kempe_contact_kalker. Beyond their ends they are straight: powers. Forces are N times a factor
+ * that stays finite with N = 0: q = a b / N varies with N^(-1/3). */
 #include "wheel/laws.h"
 #include "contact/hertz.h"
 #include "contact/kalker.h"
@@ -164,7 +164,7 @@ static void scale(kmp_graph *g, kmp_ref by, kmp_creep_force *f)
     f->moment = kmp_mul(g, by, f->moment);
 }
 
-/* t - t^2/3 + t^3/27 over t, and 1/t from t = 3 on: slope and curvature go on. */
+/* t - t^2/3 + t^3/27 over t, and 1/t from t = 3 on: derivative and curvature are continuous. */
 static void shen(kmp_graph *g, kmp_creep_force *f)
 {
     kmp_ref t = size_of(g, f->force[0], f->force[1], force_floor);

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A wheel and its rail in one graph: the points of the wheel that can touch, the gap over them, and where zones end. */
+/* A wheel and its rail in one graph: the points of the wheel that can touch, the gap over them, and the borders of
+ * zones. */
 #ifndef KMP_WHEEL_PAIR_H
 #define KMP_WHEEL_PAIR_H
 
 #include "wheel/patch.h"
 
-/** Of a block: the wheel's radius, its way out, the axle's three components; of averages (spread.c) also 1/e and the
- * height of the centre. */
+/** Arguments of a block: the wheel's radius, its outward position, the axle's three components; of averages
+ * (contact_spread.c) also 1/e and the height of the centre. */
 enum { KMP_PAIR_ARGUMENTS = 7 };
 
 typedef struct kmp_wheel_pair {
@@ -24,9 +25,10 @@ typedef struct kmp_trace {
 /** false: no memory. */
 bool kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_wheel_pair *pair);
 
-/** The pair in a graph of its own, for a block: what is no number becomes an argument, and is put into the list. */
+/** The pair in a graph of its own, for a block: each expression that is not a number becomes an argument, and is
+ * appended to the list. */
 kmp_wheel_pair kmp_pair_inside(const kmp_wheel_pair *pair, kmp_graph *local, kmp_ref *list, int *count);
-/** Likewise anything. The list has room for KMP_PAIR_ARGUMENTS; more of them fail both graphs. */
+/** Makes any expression an argument. The list has room for KMP_PAIR_ARGUMENTS; more of them fail both graphs. */
 kmp_ref kmp_pair_argument(kmp_graph *g, kmp_graph *local, kmp_ref x, kmp_ref *list, int *count);
 
 kmp_trace kmp_trace_at(const kmp_wheel_pair *pair, kmp_ref s);
@@ -35,15 +37,15 @@ kmp_ref kmp_pair_drop(const kmp_wheel_pair *pair, const kmp_trace *trace);
 
 /** dx/ds, s an input. */
 kmp_ref kmp_slope_of(kmp_graph *g, kmp_ref x, kmp_ref s);
-/** Of the angle that has the tangent. */
+/** The cosine of the angle with this tangent. */
 kmp_ref kmp_cosine_of(kmp_graph *g, kmp_ref slope);
 
 /** m beyond a border: where a slope of 10 is balanced. */
 double kmp_zone_give(const kmp_wheel *wheel);
-/** Half of the way on which one zone's weight falls and the next one's rises. A rigid wheel touches in one zone: there
- * the border is sharp, or both zones were equally near around it. */
+/** Half of the distance on which one zone's weight falls and the next one's rises. A rigid wheel touches in one zone:
+ * there the border is sharp, or both zones were equally near around it. */
 double kmp_zone_border(const kmp_wheel *wheel);
-/** What is added to D beyond the borders of a zone. */
+/** The term added to D beyond the borders of a zone. */
 kmp_ref kmp_zone_penalty(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s);
 /** 1 within, 0 beyond, 6 x^5 - 15 x^4 + 10 x^3 between. */
 kmp_ref kmp_zone_weight(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a wheel touches: a rigid one in the nearest point of all zones, an elastic one in each zone where it lies on
- * the rail. */
+/* The contact of a wheel: a rigid wheel touches at the nearest point of all zones, an elastic wheel in each zone where
+ * it lies on the rail. */
 #include "wheel/patch.h"
 #include "base/memory.h"
 #include "symbolic/derivative.h"
@@ -10,13 +10,13 @@
 #include "wheel/pair.h"
 #include <math.h>
 
-/* Of candidates for the nearest point of a wheel of 0.46 m, m apart at most: times kmp_wheel.scale. */
+/* Largest distance of candidates for the nearest point of a wheel of 0.46 m, in m: times kmp_wheel.scale. */
 #define SPACING 0.001
 enum { FEWEST = 5, MOST = 128, BEYOND = 3 };
 
 /* -- the nearest point ------------------------------------------------------------------------------- */
 
-/* Evenly within the zone; beyond a border, where the cubic balances all slopes between, few. */
+/* Candidates are evenly spaced within the zone; few beyond a border, where the cubic balances all slopes. */
 static int candidates_of(const kmp_wheel *wheel, int index, double *candidate)
 {
     static const double part[BEYOND] = {0.03, 0.3, 1.2};
@@ -59,8 +59,8 @@ static bool nearest(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, k
     return true;
 }
 
-/* Relative curvature of both profiles in the plane of their normals: D'' by y along the slope, and never flatter than
- * a hundredth of the curvature along, smoothly: Hertz' theory ends there. */
+/* Relative curvature of both profiles in the plane of their normals: D'' with respect to y along the slope. It is never
+ * below a hundredth of the curvature along, smoothly: Hertz' theory ends there. */
 static kmp_ref curvature_across(const kmp_wheel_pair *p, kmp_ref s, kmp_ref slope, kmp_ref along)
 {
     kmp_graph *g = p->g;
@@ -120,7 +120,7 @@ bool kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose
     return !kmp_graph_failed(g);
 }
 
-/* The contact at s, with patch->slope there: all but the gap and the curvature across. */
+/* Fills in the contact at s, with patch->slope there: all but the gap and the curvature across. */
 static void fill(const kmp_wheel_pair *p, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_trace *t,
                  kmp_ref s, kmp_patch *patch)
 {
@@ -158,9 +158,9 @@ bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, con
 
 /* -- a rigid wheel ----------------------------------------------------------------------------------- */
 
-/* Whether `gap` of a zone is less than the least before it. During a step that stands still, and a change has to be by
- * a tenth of a nanometre for a metre of radius: both are equally near where it happens, and rounding would turn it
- * back. */
+/* True if `gap` of a zone is less than the least before it. The condition is constant during a step, and a change
+ * requires a tenth of a nanometre for a metre of radius. Both gaps are equal where it happens, and rounding would
+ * revert it. */
 static kmp_ref is_nearer(const kmp_tree *tree, const kmp_wheel *wheel, int zone, kmp_ref gap, kmp_ref least)
 {
     return kmp_tree_condition(tree, wheel, zone, kmp_sub(tree->graph, gap, least), 1e-10 * wheel->radius.value,

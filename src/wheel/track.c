@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* On a straight track a place is a projection. On a curved one its arc length s is that of the least horizontal
+/* On a straight track a place is a projection. On a curved track its arc length s is that of the least horizontal
  * distance to the middle line r: (p - r(s)) . r'(s) = 0. */
 #include "wheel/track.h"
 #include "symbolic/implicit.h"
@@ -23,8 +23,8 @@ static void straight(const kmp_tree *tree, const ground *at, kmp_vec point, kmp_
 
 enum { PLANE = 2 };
 
-/* The block of a track that the graph has already; -1: none. The graph itself would find that a new one is the same,
- * but building one takes some milliseconds, for each wheel. */
+/* The block of a track that the graph has already; -1: none. The graph itself would find an equal block, but building
+ * one takes some milliseconds, for each wheel. */
 static int find_block(const kmp_graph *g, const kmp_track *track)
 {
     const kmp_implicit *implicit;
@@ -128,7 +128,7 @@ static void shift_rails(const kmp_tree *tree, const kmp_track *track, kmp_track_
     }
 }
 
-/* -- all of it ------------------------------------------------------------------------------------- */
+/* -- the track ------------------------------------------------------------------------------------- */
 
 bool kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a track is, as expressions. */
+/* The geometry of a track as expressions. */
 #ifndef KMP_WHEEL_TRACK_H
 #define KMP_WHEEL_TRACK_H
 
@@ -11,7 +11,7 @@ typedef struct kmp_track_place {
     kmp_ref along;   /* arc length, m */
     kmp_vec origin;  /* the middle on top of the rails, from the ground's origin */
     kmp_vec axis[3]; /* forwards, left, up: canted */
-    kmp_ref outwards[KMP_TRACK_SIDES], upwards[KMP_TRACK_SIDES]; /* what irregularities move the rails by, m */
+    kmp_ref outwards[KMP_TRACK_SIDES], upwards[KMP_TRACK_SIDES]; /* displacements of the rails by irregularities, m */
 } kmp_track_place;
 
 /** The cross-section in whose plane a point is (from the ground's origin, axes of the ground's link). Of a curved track

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The normal force of an elastic contact is N = K d^1.5 (1 + c d'), d the penetration, K of Hertz or given; of a rigid
- * one it is the multiplier of the wheel's closure. Creep forces follow from it by the wheel's law. */
+/* The normal force of an elastic contact is N = K d^1.5 (1 + c d'), d the penetration, K of Hertz or given. For a rigid
+ * contact it is the multiplier of the wheel's closure. Creep forces follow from it by the wheel's law. */
 #include "wheel/wheel_contact.h"
 
 static kmp_touch touch_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch)
@@ -11,7 +11,7 @@ static kmp_touch touch_of(const kmp_tree *tree, const kmp_wheel *wheel, const km
                        .poisson = wheel->poisson};
 }
 
-/* 1 + c d', never negative: a rail does not pull. */
+/* 1 + c d', never negative: contact forces are compressive. */
 static kmp_ref damping_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch)
 {
     kmp_graph *g = tree->graph;

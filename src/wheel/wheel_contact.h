@@ -9,7 +9,7 @@
 typedef struct kmp_contact {
     kmp_patch patch;
     kmp_slip slip;
-    kmp_ref lateral; /* of the patch, outwards from the middle of the track: with what its rail is moved by */
+    kmp_ref lateral; /* of the patch, outwards from the middle of the track, displacement of its rail included */
     kmp_ref normal;  /* N, along the normal */
     kmp_creep_force creep;
     kmp_vec force;   /* on the wheel at patch.point, N along the normal left out */
@@ -21,9 +21,9 @@ typedef struct kmp_contact {
 bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, int k,
                        kmp_contact *contact);
 
-/** What an output shows of it (KMP_CONTACT_SHOWN values; names in model/output_table.c): place on wheel and track,
- * angle, N, creepages and spin, forces along and across, moment, semi-axes of the patch and how far it is one ellipse
- * (kmp_patch_fit). */
+/** The values of a contact that outputs show (KMP_CONTACT_SHOWN values; names in model/tables/output_table.c): place on
+ * wheel and track, angle, N, creepages and spin. Then forces along and across, moment, semi-axes of the patch and its
+ * fit to one ellipse (kmp_patch_fit). */
 void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose,
                         const kmp_contact *contact, kmp_ref *value);
 

@@ -2,6 +2,8 @@
 /* A model built in code is the model that the same words in a file give, and its mistakes are said in the same
  * sentences. */
 #include "four_bar.h"
+#include <kempe/build.h>
+#include <kempe/check.h>
 #include <stdlib.h>
 
 static const char file[] = "kempe: 1\n"
@@ -275,7 +277,7 @@ static void open_loop(void)
     CHECK(kempe_model_add_closure(model, &loop) == KEMPE_OK);
     CHECK(kempe_model_finish(model) == KEMPE_OK);
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
-    CHECK(kempe_assemble(system, &assembly) == KEMPE_E_FAILED);
+    CHECK(kempe_assembly_new(system, &assembly) == KEMPE_E_FAILED);
     CHECK(strncmp(kempe_context_message(context), "four_bar: loop 'far' cannot be closed", 37) == 0);
     kempe_assembly_free(assembly);
     kempe_system_free(system);

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An interrupt ends one computation, the running one or the next, and no other. */
 #include "check.h"
+#include <kempe/compare.h>
 #include <kempe/kempe.h>
+#include <kempe/kinematics.h>
+#include <kempe/sensitivity.h>
+#include <kempe/stepper.h>
 
 typedef struct scene {
     kempe_context *context;
@@ -38,7 +42,7 @@ static kempe_status compare(const scene *s)
 {
     kempe_compare_options run = {.t_end = 0.05, .formulations = "reduced", .rtols = "1e-6,1e-8"};
     kempe_comparison *c = NULL;
-    kempe_status status = kempe_compare(s->system, &run, &c);
+    kempe_status status = kempe_comparison_new(s->system, &run, &c);
     kempe_comparison_free(c);
     return status;
 }

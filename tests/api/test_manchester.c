@@ -3,6 +3,8 @@
  * touch, normal forces, creepages, and creep forces by the wheel's law and by FASTSIM. Rows where a contact goes over
  * from one place to another are told apart by what is seen in them, not by how well they do. */
 #include "check.h"
+#include <kempe/contact.h>
+#include <kempe/contact_table.h>
 #include <kempe/kempe.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -49,7 +51,7 @@ static void begin(void)
     CHECK(model && kempe_system_new(model, &system_) == KEMPE_OK);
     CHECK(system_ && kempe_contact_table_new(system_, &ask, &table) == KEMPE_OK);
     printf("%s", table ? "" : kempe_context_message(context));
-    CHECK(table && kempe_contact_table_count(table) == VALUES && kempe_contact_table_wheel_count(table) == WHEELS);
+    CHECK(table && kempe_contact_table_row_count(table) == VALUES && kempe_contact_table_wheel_count(table) == WHEELS);
 }
 
 /* The one that carries most. */

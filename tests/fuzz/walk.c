@@ -2,6 +2,8 @@
 /* A model as its user would go on with it. Of the many ways each input takes some, so that it ends soon; large models
  * are not derived. */
 #include "fuzz.h"
+#include <kempe/check.h>
+#include <kempe/generate.h>
 #include <stdio.h>
 
 enum { MOST_COORDINATES = 12 };
@@ -150,7 +152,7 @@ static void check(const kempe_context *context, const kempe_system *system, kemp
 static void assemble(const kempe_context *context, const kempe_system *system, kempe_format format)
 {
     kempe_assembly *result = NULL;
-    fuzz_check_status(context, kempe_assemble(system, &result));
+    fuzz_check_status(context, kempe_assembly_new(system, &result));
     if (result)
         print(context, print_assembly, result, format);
     kempe_assembly_free(result);

@@ -8,6 +8,7 @@
 #include "random_model.h"
 #include "studies/modes/mode_slopes.h"
 #include <complex.h>
+#include <kempe/check.h>
 
 enum { MOST = 64, MODELS = 1000, LEVELS = 6, PARAMETERS = 2 };
 
@@ -57,7 +58,7 @@ static bool open_rig(rig *r, uint64_t seed, unsigned flags)
         CHECK(strstr(kempe_context_message(r->m.context), "for all coordinates") != NULL);
     if (!made)
         return false;
-    bool ok = kempe_assemble(r->system, &a) == KEMPE_OK && a->closed && springs_have_length(r->m.model, a->q);
+    bool ok = kempe_assembly_new(r->system, &a) == KEMPE_OK && a->closed && springs_have_length(r->m.model, a->q);
     CHECK(kmp_linear_init(&r->linear, r->system, "tape") == KEMPE_OK);
     CHECK(kmp_slopes_new(r->system, "tape", PARAMETERS, names, false, &r->slopes) == KEMPE_OK);
     if (ok && a->chart)

@@ -3,7 +3,9 @@
 #include "base/memory.h"
 #include "check.h"
 #include "loaded.h"
+#include <kempe/check.h>
 #include <kempe/kempe.h>
+#include <kempe/workspace.h>
 
 static void no_allocation(const char *path)
 {
@@ -12,14 +14,14 @@ static void no_allocation(const char *path)
     double q[16] = {0}, qd[16] = {0}, qdd[16], Q[16], lambda[16];
     CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK);
     kempe_assembly *assembly = NULL;
-    CHECK(kempe_assemble(l.system, &assembly) == KEMPE_OK);
+    CHECK(kempe_assembly_new(l.system, &assembly) == KEMPE_OK);
     memcpy(q, kempe_assembly_q(assembly), (size_t)kempe_model_coordinate_count(l.model) * sizeof *q);
     kempe_assembly_free(assembly);
     unsigned long before = kmp_memory_count();
-    CHECK(kempe_eval(ws, 0, q, qd) == KEMPE_OK);
-    CHECK(kempe_close(ws, 0, q, qd, NULL) == KEMPE_OK);
-    CHECK(kempe_forward_dynamics(ws, 0, q, qd, NULL, qdd, lambda) == KEMPE_OK);
-    CHECK(kempe_inverse_dynamics(ws, 0, q, qd, qdd, Q) == KEMPE_OK);
+    CHECK(kempe_workspace_evaluate(ws, 0, q, qd) == KEMPE_OK);
+    CHECK(kempe_workspace_close(ws, 0, q, qd, NULL) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_dynamics(ws, 0, q, qd, NULL, qdd, lambda) == KEMPE_OK);
+    CHECK(kempe_workspace_inverse_dynamics(ws, 0, q, qd, qdd, Q) == KEMPE_OK);
     CHECK(kmp_memory_count() == before);
     kempe_workspace_free(ws);
     unload(&l);

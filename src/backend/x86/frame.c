@@ -56,7 +56,7 @@ static double run_implicit(const kmp_frame *f, const kmp_special *s)
 static void run_special(const kmp_frame *f, const kmp_special *s, double *v)
 {
     double x[3];
-    if (s->op == KMP_OP_DIV) { /* carries no signs */
+    if (s->op == KMP_OP_DIV) { /* has no signs */
         v[s->d] = v[s->operand[0]] / v[s->operand[1]];
         return;
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What back ends that keep every value in a slot have in common: the slots, which values are inputs and outputs, and
- * what is no arithmetic. A stage is a row of segments: straight arithmetic, which is the back end's own, then the sines
- * and cosines of all angles that are known by then, in lanes, then other functions. */
+/* Common data of back ends that keep every value in a slot: the slots, the inputs and outputs, and operations other
+ * than arithmetic. A stage is a sequence of segments. A segment is straight-line arithmetic of the back end, then sines
+ * and cosines of all angles available by then, in lanes, then other functions. */
 #ifndef KMP_BACKEND_X86_FRAME_H
 #define KMP_BACKEND_X86_FRAME_H
 
@@ -14,12 +14,12 @@
  * list, where it is solved. */
 typedef struct kmp_special {
     uint8_t op;
-    bool minus[3]; /* of the operands */
+    bool minus[3]; /* signs of the operands */
     uint32_t d, operand[3], instruction;
 } kmp_special;
 
 typedef struct kmp_segment {
-    uint32_t angle, angles; /* the first, and how many; the list goes on to a multiple of eight */
+    uint32_t angle, angles; /* the first, and the number; the list is padded to a multiple of eight */
     uint32_t special;       /* the first; the next segment's is the end */
 } kmp_segment;
 
@@ -35,14 +35,14 @@ typedef struct kmp_list_item {
     double factor; /* 1 or -1 */
 } kmp_list_item;
 
-/* A stage in parts that do not read each other (backend/parts.h), by their first segments within the stage: what comes
- * before them, the parts, what comes after, the end. */
+/* A stage in parts that do not read each other (backend/program_parts.h), by their first segments within the stage: the
+ * segments before the parts, the parts, the segments after them, the end. */
 typedef struct kmp_parting {
     int parts; /* 0: it is in one */
     uint32_t *first;
 } kmp_parting;
 
-/* An input: where its value goes and where in the vector given it stands. */
+/* An input: the slot of its value and its index in the given vector. */
 typedef struct kmp_feed {
     uint32_t slot, index;
 } kmp_feed;
@@ -53,32 +53,32 @@ enum { KMP_LANES = 8 }; /* of sines and cosines */
 typedef struct kmp_frame {
     const kmp_program *program;
     double *memory; /* of v */
-    double *v;      /* slots: the four above, constants, inputs, instructions, outputs, what else the back end wants */
+    double *v;      /* slots: those of signs and ones, constants, inputs, instructions, outputs, the back end's own */
     uint32_t slots;
     kmp_special *specials;
     uint32_t special_count;
     uint32_t *angle, *sine, *cosine; /* slots; sines and cosines by eights, as kmp_sincos_slots leaves them */
     uint32_t angles;
     kmp_segment *segments;
-    uint32_t segment_count; /* the end stands behind */
+    uint32_t segment_count; /* one more entry marks the end */
     uint32_t *stage;        /* stages + 1: first segment */
     kmp_copy *copies;
     uint32_t *copy_start; /* stages + 1: first copy */
     double *out;          /* the outputs' slots */
     kmp_feed *feeds;
     int feed_start[KMP_IN_COUNT + 1]; /* first feed of each kind */
-    kmp_block_runner runner;          /* of blocks */
-    kmp_solving **solving;            /* of each block with each list of arguments: both remember */
+    kmp_block_runner runner;          /* of implicit blocks */
+    kmp_solving **solving;            /* of each block with each list of arguments: both keep their last solution */
     uint32_t solving_count;
     kmp_list_item *items; /* of implicit instructions, one after another */
     uint32_t item_count;
     kmp_team *team;       /* NULL: there is none */
-    kmp_parting *parting; /* by stage; NULL without a team */
+    kmp_parting *parting; /* by stage; NULL without a thread pool */
 } kmp_frame;
 
 void kmp_frame_free(kmp_frame *frame);
 
-/** Those that are no sine or cosine; the copies that end a stage. */
+/** Functions other than sines and cosines; the copies that end a stage. */
 void kmp_frame_specials(kmp_frame *frame, uint32_t segment);
 void kmp_frame_copies(kmp_frame *frame, int stage);
 
@@ -92,7 +92,7 @@ static inline void kmp_frame_functions(kmp_frame *f, uint32_t segment)
         kmp_frame_specials(f, segment);
 }
 
-/** The back end's `set` and `outputs`, when the frame is the first thing in its code. */
+/** The back end's `set` and `outputs`, when the frame is the first member of its code. */
 void kmp_frame_set(void *code, kmp_input_kind kind, const double *values);
 const double *kmp_frame_outputs(const void *code, int stage);
 

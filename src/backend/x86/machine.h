@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A program made ready to run, with its workspace: one a thread. The back end is a row of backends.def and five
- * functions; nobody outside sees which. */
+/* A program prepared to run, with its workspace: one per thread. The back end is a row of backends.def and five
+ * functions; it is hidden from callers. */
 #ifndef KMP_BACKEND_X86_MACHINE_H
 #define KMP_BACKEND_X86_MACHINE_H
 
@@ -16,8 +16,9 @@ typedef struct kmp_backend {
     void (*set)(void *code, kmp_input_kind kind, const double *values);
     void (*run)(void *code, int stage);
     const double *(*outputs)(const void *code, int stage);
-    void *(*share)(const kmp_program *program, kmp_team *team); /* `prepare` for a team; NULL: it has no use for one */
-    kmp_team *team; /* who shares the work of what is made ready: NULL in the table, set in a copy; outlives it */
+    void *(*share)(const kmp_program *program, kmp_team *team); /* for a thread pool; NULL: unused */
+    kmp_team *team; /* the thread pool that shares the work of prepared programs: NULL in the table, set in a copy;
+                       outlives it */
 } kmp_backend;
 
 /** NULL when there is no such back end. */
@@ -31,7 +32,7 @@ const char *kmp_backend_names(void);
 kmp_machine *kmp_machine_new(const kmp_program *program, const kmp_backend *backend);
 void kmp_machine_free(kmp_machine *machine);
 
-/** Gives the values of one input vector; what the program does not read is ignored. */
+/** Sets the values of one input vector; values that the program does not read are ignored. */
 void kmp_machine_set(kmp_machine *machine, kmp_input_kind kind, const double *values);
 
 /** Runs one stage, whose earlier stages are up to date, and returns its outputs in order (owned by the machine, valid

@@ -7,7 +7,7 @@
 
 typedef struct native {
     kmp_frame frame; /* first */
-    void *tape;      /* what runs instead; then there is nothing else */
+    void *tape;      /* the interpreter that runs instead; the other members are then empty */
     kmp_code code;
 } native;
 
@@ -87,7 +87,7 @@ static void run_segments(native *n, uint32_t begin, uint32_t end)
 typedef struct piece {
     native *n;
     const uint32_t *first; /* segments of the parts */
-    uint32_t stage;        /* its first segment */
+    uint32_t stage;        /* the stage's first segment */
 } piece;
 
 static void run_part(void *self, int part)
@@ -96,7 +96,7 @@ static void run_part(void *self, int part)
     run_segments(p->n, p->stage + p->first[part], p->stage + p->first[part + 1]);
 }
 
-/* What comes before; the parts, shared with the team; what comes after. */
+/* Runs the segments before the parts; the parts, shared with the thread pool; the segments after them. */
 static void run_parts(native *n, const kmp_parting *parting, uint32_t stage)
 {
     piece p = {n, parting->first + 1, stage};

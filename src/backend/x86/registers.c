@@ -5,7 +5,7 @@
 
 #define NEVER UINT32_MAX
 
-/* What is being written. */
+/* The state of writing. */
 typedef struct writer {
     kmp_registers *r;
     kmp_x86 *c;
@@ -67,7 +67,8 @@ static void forget(kmp_registers *r, int reg)
     r->holds[reg] = 0;
 }
 
-/* A free register, or the one of the value that is used last, except `but`; -1: all of them are used before `than`. */
+/* A free register, or the register of the value with the farthest next use, except `but`; -1: all of them are used
+ * before `than`. */
 static int find(const writer *w, int but, uint32_t than)
 {
     const kmp_registers *r = w->r;
@@ -85,7 +86,7 @@ static int find(const writer *w, int but, uint32_t than)
     return best;
 }
 
-/* Makes the register free: what memory has not got yet goes there, as it will be read. */
+/* Frees the register: a value that memory has not got yet is stored, if it will be read. */
 static void empty(writer *w, int reg)
 {
     kmp_registers *r = w->r;

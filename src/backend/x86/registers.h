@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Straight-line code over slots as machine code: which values stand in registers when. A register that is wanted is
- * taken from the value whose next use is furthest away (Belady 1966). */
+/* Straight-line code over slots as machine code: allocation of values to registers. When a register is needed, the
+ * value whose next use is farthest away leaves its register (Belady 1966). */
 #ifndef KMP_BACKEND_X86_REGISTERS_H
 #define KMP_BACKEND_X86_REGISTERS_H
 
@@ -10,14 +10,14 @@
 typedef struct kmp_straight {
     kmp_x86_op op;
     uint32_t d, x, y;
-    bool kept; /* what follows the code reads d, too */
+    bool kept; /* the code that follows reads d, too */
 } kmp_straight;
 
-/** What allocating needs by slot: one for all pieces of code. */
+/** Data of allocation by slot: shared by all pieces of code. */
 typedef struct kmp_registers {
     uint32_t *next;   /* next use, as a position */
     int16_t *in;      /* register, -1: none */
-    uint8_t *missing; /* its slot in memory has not got it yet */
+    uint8_t *missing; /* the register's value is not yet stored in the slot */
     uint32_t *after;  /* by operation: next uses of x and y after it */
     uint32_t capacity;
     uint32_t holds[KMP_X86_REGISTERS]; /* slot + 1 in each register, 0: none */

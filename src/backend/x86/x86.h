@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Machine code of x86-64 processors with AVX: arithmetic on doubles in the registers 0 to 15 and in memory from the
- * address in rdi on, the first argument of a function. In three forms: one double, four (ymm), eight (zmm, AVX-512).
+/* Machine code of x86-64 processors with AVX: arithmetic on doubles in the registers 0 to 15 and in memory. Addresses
+ * are relative to rdi, the first argument of a function. Three forms: one double, four (ymm), eight (zmm, AVX-512).
  * Encodings: Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2, sections 2.3 (VEX) and 2.7 (EVEX).
  */
 #ifndef KMP_BACKEND_X86_X86_H
@@ -25,7 +25,7 @@ typedef enum kmp_x86_op {
     KMP_X86_DIV = 0x5e
 } kmp_x86_op;
 
-/** Code as it is written; `failed`: out of memory, sticky. */
+/** Code that is being written; `failed`: out of memory, sticky. */
 typedef struct kmp_x86 {
     uint8_t *code;
     size_t size, capacity;
@@ -33,14 +33,14 @@ typedef struct kmp_x86 {
     bool failed;
 } kmp_x86;
 
-/** d = x op y; SQRT: d = sqrt y, x is the same register as d. */
+/** d = x op y; SQRT: d = sqrt y, x is the register of d. */
 void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y);
-/** The same with y at a distance in bytes from the address in rdi. LOAD: d = y, x is 0; STORE: y = d, x is 0. */
+/** d = x op y with y in memory, at a distance in bytes from rdi. LOAD: d = y, x is 0; STORE: y = d, x is 0. */
 void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int32_t y);
 /** The end of a function. */
 void kmp_x86_return(kmp_x86 *c);
 
-/** Whether this machine runs the form. */
+/** True if this machine runs the form. */
 bool kmp_x86_runs(kmp_x86_form form);
 /** The number of doubles. */
 int kmp_x86_width(kmp_x86_form form);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Regularised dry friction in a joint: effort -F qd / sqrt(qd^2 + s^2), which is the level F at speeds far beyond s and
- * viscous, -F/s qd, far below it: nothing sticks, a load below F creeps at about s load / F. */
+/* Regularised dry friction in a joint: effort -F qd / sqrt(qd^2 + s^2). It is the level F at speeds far beyond s and
+ * viscous, -F/s qd, far below it. There is no sticking: a load below F creeps at about s load / F. */
 #include "dynamics/forces/law.h"
 
 bool kmp_law_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)

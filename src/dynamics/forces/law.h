@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the law of a force element does: adds its wrenches and efforts, and with `energy` its potential where it has
- * one and its power otherwise, what of them is asked for. One file a row of model/forces.def. */
+/* The law of a force element adds its wrenches and generalized forces. With `energy` it adds the requested parts: its
+ * potential where it has one and its power otherwise. One file for each row of model/force_kinds.def. */
 #ifndef KMP_DYNAMICS_FORCES_LAW_H
 #define KMP_DYNAMICS_FORCES_LAW_H
 
 #include "dynamics/forces.h"
 #include "symbolic/derivative.h"
 
-/** `value`: what an output force(NAME) shows, zeros before; as many as forces.def says. false: no memory. */
+/** `value`: the values of an output force(NAME), initially zero; their number is in force_kinds.def. False: no memory.
+ */
 typedef bool kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                            kmp_ref *value);
 

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/forces/law.h"
 
-/* Point-to-point spring-damper: tension k (L - L0) + c Ld; with d from the first point to the second and Ld = d.dd / L
- * the force on the first point is (k - k L0 / L + c d.dd / L^2) d. Points that never part have a tension, too. */
+/* Point-to-point spring-damper: tension k (L - L0) + c Ld. With d from the first point to the second and Ld = d.dd / L
+ * the force on the first point is (k - k L0 / L + c d.dd / L^2) d. Points at a constant distance have a tension, too.
+ */
 bool kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;

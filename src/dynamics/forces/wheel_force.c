@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A wheel on its rail: of an elastic one the normal force and the creep force in each zone, of a rigid one the creep
- * force alone, which goes with the multiplier of the wheel's closure. Power counts what has no potential, all of it. An
- * output shows the force on the wheel and its moment about the wheel's centre in the track's axes: forwards, left, up.
+/* A wheel on its rail. An elastic wheel has a normal force and a creep force in each zone; a rigid one has the creep
+ * force alone, which depends on the multiplier of the wheel's closure. None of these forces has a potential: all count
+ * as power. An output shows the force on the wheel and its moment about the wheel's centre in the track's axes:
+ * forwards, left, up.
  */
 #include "dynamics/forces/law.h"
 #include "symbolic/table.h"
 #include "wheel/wheel_contact.h"
 
-/* Onto the wheel's link: a force at a place given from the centre, and a moment, ground axes. */
+/* Applies to the wheel's link a force, at a place relative to the centre, and a moment, ground axes. */
 static void push(kmp_forces *forces, const kmp_tree *tree, int point, kmp_vec arm, kmp_vec force, kmp_vec moment)
 {
     kmp_graph *g = tree->graph;
@@ -30,8 +31,8 @@ static void show(kmp_graph *g, const kmp_wheel_pose *pose, const kmp_contact *c,
 /* Cosine of the angle by which a wheel's axle may be turned out of the track's cross-section. */
 #define MOST_TURNED 0.5
 
-/* Where runs end: what the wheel stands on is no longer under it, the wheel is turned out of its track, or a rigid
- * contact would have to pull. */
+/* Conditions that end runs: the wheel has left its rail's cross-section, the wheel is turned out of its track, or a
+ * rigid contact would need tension. */
 static void add_ends(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose)
 {
     enum { OFF = KMP_WHEEL_ZONES, PULLED, TURNED };

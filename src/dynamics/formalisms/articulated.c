@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The articulated inertia of link i is what its joint's parts outward put up against an acceleration of the link when
+/* The articulated-body inertia of link i is the resistance of its outward subtree to an acceleration of the link when
  * all joints outward are free. About the link's origin, link axes:
  *
- *     moment = K wd + H a      force = H' wd + A a
+ *     moment = K wd + H a force = H' wd + A a
  *
- * Unlike a rigid body's its A is no multiple of 1 and its H is not skew. With U = its column along the joint,
- * I - U U' / S.U is what passes on to the parent; the row along the joint is then exactly zero. Velocities and
- * gravity enter through the wrenches that the links need at qdd = 0 (Newton/Euler forward), so that the accelerations
- * of the second sweep are those beyond. */
+ * Unlike for a rigid body A is no multiple of 1 and H is not skew. With U = its column along the joint, I - U U' / S.U
+ * is passed on to the parent; the row along the joint is then exactly zero. Velocities and gravity enter through the
+ * wrenches that the links need at qdd = 0 (Newton/Euler forward), so that the second sweep computes the accelerations
+ * relative to that state. */
 #include "dynamics/formalisms/articulated.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -55,7 +55,7 @@ static void reduce_tensor(kmp_graph *g, kmp_tensor *t, kmp_vec u, kmp_vec v, int
         }
 }
 
-/* U of the joint and what is left of the inertia without its motion: I - U U' / S.U. Returns S.U. */
+/* U of the joint and the inertia without its motion: I - U U' / S.U. Returns S.U. */
 static kmp_ref release(const kmp_tree *tree, int i, inertia *r, kmp_wrench *passed)
 {
     kmp_graph *g = tree->graph;
@@ -82,7 +82,7 @@ static kmp_ref release(const kmp_tree *tree, int i, inertia *r, kmp_wrench *pass
     return inverse;
 }
 
-/* The same inertia about a point d before its origin: H + d~ A, K + d~ H' - (H + d~ A) d~. */
+/* The inertia about a point d before its origin: H + d~ A, K + d~ H' - (H + d~ A) d~. */
 static inertia shifted(kmp_graph *g, inertia r, kmp_vec d)
 {
     if (kmp_vec_is_zero(d))
@@ -174,7 +174,7 @@ static kmp_ref *component(const kmp_link *link, kmp_wrench *w)
     return link->rotation ? &w->moment.x[link->axis] : &w->force.x[link->axis];
 }
 
-/* Inwards: the effort that is left to accelerate the joint itself; what the parent has to bear. */
+/* Inward sweep: the generalized force left for the joint's own acceleration, and the load on the parent. */
 static void solve_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *left)
 {
     const kmp_tree *tree = a->tree;
@@ -193,7 +193,7 @@ static void solve_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *le
     }
 }
 
-/* Outwards: accelerations beyond those of qdd = 0; `moment` is the angular one, `force` that of the origin. */
+/* Outward sweep: accelerations relative to qdd = 0; `moment` is the angular one, `force` that of the origin. */
 static void solve_outwards(kmp_articulated *a, kmp_ref *qdd)
 {
     const kmp_tree *tree = a->tree;

@@ -6,7 +6,8 @@
 
 #include "dynamics/formalisms/newton_euler.h"
 
-/** What the recursion keeps of each joint: its inertia S.U and U / S.U, the wrench that a unit effort passes on. */
+/** Values of the recursion for each joint: its inertia S.U and U / S.U, the wrench that a unit generalized force
+ * transmits. */
 typedef struct kmp_articulated {
     const kmp_tree *tree;
     kmp_ref *inverse;   /* 1 / S.U of each link */
@@ -19,8 +20,8 @@ typedef struct kmp_articulated {
 kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree);
 void kmp_articulated_free(kmp_articulated *a);
 
-/** The accelerations (n) that the efforts (n, NULL: none) give where link i needs share[i] to go on with qdd = 0 (NULL:
- *  nothing): M qdd = effort - C. With shares alone missing, qdd = M^-1 effort. */
+/** The accelerations (n) by the generalized forces (n, NULL: none), where link i needs the wrench share[i] at qdd = 0
+ * (NULL: nothing): M qdd = effort - C. Without shares qdd = M^-1 effort. */
 void kmp_articulated_solve(kmp_articulated *a, const kmp_ref *effort, const kmp_wrench *share, kmp_ref *qdd);
 
 #endif

@@ -68,8 +68,9 @@ static void name_motion(kmp_graph *g, int i, const kmp_movement *m)
         kmp_name_entry(g, &kmp_name_beta, m->beta[k / 3][k % 3], k + 1, i, 0);
 }
 
-/* I wd + w x (I w), written with beta, whose products of rates are there already:
- *     x: Ixx wd_x + (Izz - Iyy) wy wz - Ixy beta_zx + Ixz beta_yx + Iyz (wy^2 - wz^2), and so on around. */
+/* I wd + w x (I w), written with beta, whose products of rates exist already:
+ *
+ *     x: Ixx wd_x + (Izz - Iyy) wy wz - Ixy beta_zx + Ixz beta_yx + Iyz (wy^2 - wz^2), and cyclically. */
 static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const kmp_movement *m)
 {
     kmp_vec r;
@@ -87,8 +88,8 @@ static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const kmp_movement *
     return r;
 }
 
-/* Own share of (25) and (27): with f = m (alpha + beta l) - F and l x f, or by the first moment b = m l and the second
- * moments about the origin with f = m alpha + beta b - F and b x alpha - l x F. */
+/* The link's own share of (25) and (27): with f = m (alpha + beta l) - F and l x f. Or by the first moment b = m l and
+ * the second moments about the origin, with f = m alpha + beta b - F and b x alpha - l x F. */
 static void body_wrench(const kmp_tree *tree, int i, const kmp_movement *m, const kmp_wrench *applied, kmp_wrench *w)
 {
     kmp_graph *g = tree->graph;
@@ -176,7 +177,7 @@ bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench
 
 /* -- M by columns ------------------------------------------------------------------------------------ */
 
-/* (22), (23): what a unit acceleration of motion k - 1 does to link i. */
+/* (22), (23): the acceleration of link i by a unit acceleration of motion k - 1. */
 typedef struct column {
     kmp_vec o, a;
 } column;
@@ -214,8 +215,8 @@ static kmp_wrench column_wrench(const kmp_tree *tree, int i, column c)
     return w;
 }
 
-/* One column: forward through the subtree of k, backward with the sums of (35), (36), then on to the ancestors, whose
- * entries M[k, h] are the same numbers as M[h, k]. */
+/* One column: forward through the subtree of k, backward with the sums of (35), (36). Then to the ancestors, whose
+ * entries M[k, h] equal M[h, k]. */
 static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, kmp_ref *m)
 {
     int n = tree->count - 1;
@@ -283,7 +284,8 @@ static kmp_composite shifted(const kmp_tree *tree, kmp_composite c, kmp_vec d)
     return tree->spread ? kmp_spread_shifted(tree->graph, c, d) : kmp_composite_shifted(tree->graph, c, d);
 }
 
-/* The same about the parent's origin, with second moments as the tree has them and what is lumped there already. */
+/* The composite body about the parent's origin, with second moments in the tree's form and the mass that is lumped
+ * there already. */
 static kmp_composite lumped_to_parent(const kmp_tree *tree, int i, kmp_composite c)
 {
     c = shifted(tree, c, kmp_link_slide(tree, i));

@@ -21,8 +21,8 @@ typedef struct kmp_movement {
  * and (18)-(21), (31)-(33), (37). applied[link] for every link. Signed like q. false: no memory. */
 bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort);
 
-/** The same, with the movement of every link and the wrench about its origin that it takes to move its subtree: both
- *  arrays of tree->count. */
+/** Inverse dynamics as kmp_newton_euler, with the movement of every link and the wrench about its origin that moves its
+ * subtree: both arrays of tree->count. */
 void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_movement *m,
                             kmp_wrench *w, kmp_ref *effort);
 
@@ -38,7 +38,8 @@ typedef bool kmp_mass_scheme(const kmp_tree *tree, kmp_ref *m);
 /** Column by column as the paper: eqs. (22), (23), (34)-(36), (38). */
 kmp_mass_scheme kmp_mass_ner;
 
-/** With composite bodies: the sums over the subtree in (35), (36) made once. The same values from half the operations.
+/** Mass matrix with composite bodies: the sums over the subtree in (35), (36) made once. Equal values from half the
+ * operations.
  */
 kmp_mass_scheme kmp_mass_composite;
 

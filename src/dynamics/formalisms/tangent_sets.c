@@ -19,7 +19,7 @@ static bool init_both_ways(both_ways *b, int n)
     return b->room && b->qdd;
 }
 
-/* The way that is given, or the one by which all that was asked for has the fewest operations. */
+/* Chooses the requested variant, or the one in which all requested sets have the fewest operations. */
 static bool choose_ways(kmp_equations *eq, unsigned sets, const both_ways *b)
 {
     kmp_ref *other = KMP_NEW(kmp_ref, kmp_equations_most_outputs(eq));

@@ -8,9 +8,9 @@
 
 enum { KMP_TANGENT_SETS = KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD | KMP_SET_CLOSED_Q };
 
-/** eq->inverse_q, eq->inverse_qd and, where it is asked for, eq->closed_q, when the other sets are there: by the ways
- * of eq or those with the fewest operations, which are then its ways. `tree`: the links as the dynamics see them;
- * jt_lambda: J' lambda. false: no memory. */
+/** Derives eq->inverse_q, eq->inverse_qd and, if requested, eq->closed_q, after the other sets. It uses the variants of
+ * eq, or those with the fewest operations, which it then stores in eq. `tree`: the links of the dynamics; jt_lambda: J'
+ * lambda. False: no memory. */
 bool kmp_tangent_sets_derive(kmp_equations *eq, const kmp_tree *tree, const kmp_forces *forces, unsigned sets,
                              const kmp_ref *jt_lambda);
 

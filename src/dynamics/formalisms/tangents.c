@@ -5,32 +5,32 @@
  *     psi'_j = v_h x S_j      psi''_j = a_h x S_j + v_h x psi'_j       (h the parent of j)
  *     2 B = v x* I - I v x + (I v) x-* summed over the subtree,        ((f x-*) v = v x* f)
  *
- * the efforts tau_i = S_i.F_i have the derivatives
+ * the generalized forces tau_i = S_i.F_i have the derivatives
  *
  *     tau_i by q_j:  S_i.(2 B_i psi'_j + I_i psi''_j)     tau_j by q_i:  S_j.(2 B_i psi'_i + I_i psi''_i + S_i x* F_i)
  *     tau_i by qd_j: S_i.(2 B_i S_j + 2 I_i psi'_j)       tau_j by qd_i: S_j.(2 B_i S_i + 2 I_i psi'_i)
  *
- * (Singh, Russell and Wensing, IEEE Robotics and Automation Letters 7 (2022) 1776; recursions to the same end:
- * Carpentier and Mansard, Robotics: Science and Systems 2018). What follows is for links of one joint each, in their
- * own axes.
+ * (Singh, Russell and Wensing, IEEE Robotics and Automation Letters 7 (2022) 1776; recursions for the same purpose:
+ * Carpentier and Mansard, Robotics: Science and Systems 2018). The formulas below are for links of one joint each, in
+ * their own axes.
  *
- * Nothing changes when all move on at one constant velocity more, so that for each link the one is taken that leaves
- * its origin at rest. About that origin v = (w, 0) and 2 B sees rotations alone: (x, y) goes to (2 H x, x x 2 f) with
+ * An additional constant velocity of the whole system changes nothing; each link uses the one that leaves its origin at
+ * rest. About that origin v = (w, 0) and 2 B depends on rotations alone: it maps (x, y) to (2 H x, x x 2 f) with
  *
- *     H = sum m (rd.r 1 - rd r')      f = sum m rd      r, rd: place and velocity of a particle
+ *     H = sum m (rd.r 1 - rd r')      f = sum m rd      r, rd: position and velocity of a particle
  *
- * which for one body are -w~ P and w x b with P = sum m r r' = tr(K)/2 1 - K and b = sum m r. From an origin O' at d
- * from O with velocity u against it, in this order:
+ * which for one body are -w~ P and w x b with P = sum m r r' = tr(K)/2 1 - K and b = sum m r. For an origin O' at d
+ * from O, with velocity u relative to it, the steps are, in this order:
  *
  *     2H + u2.b 1 - u2 b',   2f + m u2,   + d.2f 1 - 2f d',   u2 = 2 u
  *
- * The rows S_i I_i and S_i 2 B_i go from O' to O as a wrench and as three numbers, to which u2 x (force of S_i I_i) is
- * added. For a joint that turns about e, psi' = (w x e, 0) and psi'' = (beta e, alpha x e); for one that slides (0, w x
- * e) and (0, beta e): w, beta, alpha are there already, of the link itself because e belongs to both sides of the
- * joint.
+ * The rows S_i I_i and S_i 2 B_i are passed from O' to O as a wrench and as three numbers, to which u2 x (force of
+ * S_i I_i) is added. For a joint that rotates about e, psi' = (w x e, 0) and psi'' = (beta e, alpha x e). For one that
+ * translates they are (0, w x e) and (0, beta e). w, beta, alpha are those of the link itself, because e belongs to
+ * both sides of the joint.
  *
- * Forces of the model act as wrenches whose components in link axes depend on q and qd: those are differentiated one by
- * one and brought to the joints; that they turn with the links is in S x* F. */
+ * Forces of the model act as wrenches whose components in link axes depend on q and qd. These are differentiated one by
+ * one and projected on the joints; their rotation with the links is in S x* F. */
 #include "dynamics/formalisms/tangents.h"
 #include "base/memory.h"
 #include "symbolic/partials.h"
@@ -41,7 +41,7 @@ typedef struct flow {
     kmp_vec f;
 } flow;
 
-/* What a joint does: twice w x e, once, and psi''; a rotation's or a translation's by its kind. */
+/* Derivatives by one joint: twice w x e, once, and psi''; those of a rotation or a translation. */
 typedef struct change {
     kmp_vec twice, first;
     kmp_vec angular, linear;
@@ -122,7 +122,7 @@ static void add_product(kmp_graph *g, kmp_matrix *h, kmp_vec a, kmp_vec b)
     }
 }
 
-/* From an origin at d that moves by half of `rate`, before the body itself is shifted. */
+/* Moves the flow from an origin at d, whose velocity is half of `rate`, before the body itself is moved. */
 static void shift_flow(kmp_graph *g, flow *x, const kmp_composite *c, kmp_vec d, kmp_vec rate)
 {
     add_product(g, &x->h, rate, c->moment);
@@ -149,7 +149,7 @@ static void add_to_parent(scheme *s, int i)
 
 /* -- columns and rows ---------------------------------------------------------------------------------- */
 
-/* On their way from joint i to the ground: the wrenches that q_i and qd_i change, and the rows S I, S 2 B. */
+/* Data passed from joint i to the ground: the wrenches that q_i and qd_i change, and the rows S I, S 2 B. */
 typedef struct pass {
     kmp_wrench by_q, by_qd, inertia;
     kmp_vec rate;
@@ -226,7 +226,7 @@ static void put(scheme *s, kmp_ref *to, int i, int k, kmp_ref x)
     to[(i - 1) * (s->tree->count - 1) + k - 1] = links[i].reversed != links[k].reversed ? kmp_neg(x) : x;
 }
 
-/* Efforts of joint h by q_i and qd_i, and the other way round. */
+/* Derivatives of the generalized force of joint h by q_i and qd_i, and the reverse. */
 static void cross_at(scheme *s, int i, int h, const pass *p)
 {
     kmp_graph *g = s->g;
@@ -271,7 +271,8 @@ static kmp_ref *component(kmp_wrench *w, int k)
     return k < 3 ? &w->force.x[k] : &w->moment.x[k - 3];
 }
 
-/* Axes that stay do not turn with joint j, though the links do: of what is fixed to link i the components move back. */
+/* Non-rotating axes do not turn with joint j, though the links do: components of vectors fixed to link i rotate
+ * backwards. */
 static void turn_back(const scheme *s, const kmp_forces *forces, int j, kmp_wrench *w)
 {
     const kmp_link *links = s->tree->links;
@@ -287,7 +288,8 @@ static void turn_back(const scheme *s, const kmp_forces *forces, int j, kmp_wren
     }
 }
 
-/* Takes what the wrenches w change of the efforts from column j - 1 of `to`; they are zero then. */
+/* Subtracts the effect of the wrenches w on the generalized forces from column j - 1 of `to`, then sets them to zero.
+ */
 static void bring_to_joints(const scheme *s, int j, kmp_wrench *w, kmp_ref *to)
 {
     const kmp_link *links = s->tree->links;
@@ -303,7 +305,7 @@ static void bring_to_joints(const scheme *s, int j, kmp_wrench *w, kmp_ref *to)
     w[0] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
 }
 
-/* Of all components and of the efforts. */
+/* Collects all components and the generalized forces. */
 static kmp_ref *force_values(const scheme *s, const kmp_forces *forces)
 {
     int links = s->tree->count;

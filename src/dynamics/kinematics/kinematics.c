@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Links from bodies and motions, welded bodies joined to those that carry them. */
+/* Links from bodies and motions; welded bodies are joined to the bodies that carry them. */
 #include "dynamics/kinematics/kinematics.h"
 #include "base/memory.h"
 #include "symbolic/rotation.h"
@@ -119,7 +119,7 @@ static void relate_axes(kmp_link *link, kmp_link *parent, double r[3][3])
     link->turned = !is_identity(link->g);
 }
 
-/* The same with the charts of both: columns of a_parent' C_parent r C_link a_link. */
+/* The relative rotation including the charts of both: columns of a_parent' C_parent r C_link a_link. */
 static void relate_chart(kmp_graph *g, kmp_link *link, kmp_link *parent, double r[3][3])
 {
     if (link->before < 0 && parent->after < 0)
@@ -136,7 +136,7 @@ static void relate_chart(kmp_graph *g, kmp_link *link, kmp_link *parent, double 
     link->turned = true;
 }
 
-/* v in axes that turn with the body's link, whether or not the link's own do. */
+/* v in axes that turn with the body's link, also where the link's own axes do not. */
 static kmp_vec turning_vector(const kmp_tree *tree, int body, kmp_vec v)
 {
     kmp_mount *mount = &tree->mounts[body];
@@ -204,8 +204,8 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
     return r;
 }
 
-/* Two bodies as one: m = m1 + m2, c = (m1 c1 + m2 c2)/m, I = I1 + I2 and what the masses at d = c2 - c1 from each
- * other add, m1 m2/m (d.d 1 - d d') (Steiner). */
+/* Two bodies as one: m = m1 + m2, c = (m1 c1 + m2 c2)/m, I = I1 + I2 + m1 m2/m (d.d 1 - d d') with d = c2 - c1
+ * (Steiner). */
 static void join(kmp_graph *g, kmp_link *link, kmp_ref mass, kmp_vec com, kmp_tensor inertia)
 {
     link->inertia = kmp_tensor_add(g, link->inertia, inertia);
@@ -236,7 +236,7 @@ static void add_body(kmp_tree *tree, int b)
     join(tree->graph, &tree->links[mount->link], kmp_tree_number(tree, &body->mass), com, body_inertia(tree, b));
 }
 
-/* Where body b's joint begins: axes and origin with all its coordinates zero, on the parent's link. */
+/* The base of body b's joint: axes and origin with all its coordinates zero, on the parent's link. */
 static kmp_mount find_base(const kmp_tree *tree, int b)
 {
     const kempe_model *model = tree->model;
@@ -291,7 +291,7 @@ static void turn_back(double r[3][3], double m[3][3])
     round_axes(r);
 }
 
-/* Hangs body b at the end of its chain by its own point: constants of the link, nothing that moves. */
+/* Attaches body b to the end of its chain by its own point: constants of the link, without motion. */
 static void hang(kmp_tree *tree, int b, const kmp_mount *end)
 {
     const kempe_model *model = tree->model;

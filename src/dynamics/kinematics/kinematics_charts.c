@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where the charts of spherical joints stand in the chain of links. */
+/* Positions of the charts of spherical joints in the chain of links. */
 #include "base/memory.h"
 #include "dynamics/kinematics/kinematics.h"
 #include "model/spherical.h"
 
-/* Whether a body moves with b: b itself, or welded to what does. */
+/* True if a body moves with b: b itself, or welded to one that does. */
 static bool moves_with(const kempe_model *model, int body, int b)
 {
     while (body != b && body > 0 && model->bodies[body].motion_count == 0)
@@ -12,7 +12,7 @@ static bool moves_with(const kempe_model *model, int body, int b)
     return body == b;
 }
 
-/* Whether no rotation stands between the ground and motion k. */
+/* True if no rotation is between the ground and motion k. */
 static bool is_upright(const kempe_model *model, int k)
 {
     for (int b = model->motions[k].body; b > 0; b = model->bodies[b].parent)
@@ -23,7 +23,7 @@ static bool is_upright(const kempe_model *model, int k)
     return true;
 }
 
-/* Points that move with body b and whose places closures and forces ask for. */
+/* The number of points that move with body b and whose positions closures and forces use. */
 static int points_asked_for(const kempe_model *model, int b)
 {
     int count = 0;

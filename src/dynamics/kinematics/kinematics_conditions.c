@@ -51,8 +51,8 @@ static bool moves(const kmp_graph *g, kmp_ref value)
     return kmp_graph_node(g, kmp_id(value))->depends & ~(1u << KMP_IN_PARAMETER);
 }
 
-/* Whether an input may stand for it: not where multipliers or accelerations decide. Once the events are settled only
- * for one of them: a condition that no equation of motion has changes nothing there, and is evaluated at each row. */
+/* True if a condition may be an input: not where multipliers or accelerations decide. Once the events are settled only
+ * existing conditions may: a condition without influence on the motion is evaluated at each row. */
 static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref less)
 {
     const unsigned late = 1u << KMP_IN_LAMBDA | 1u << KMP_IN_QDD;
@@ -63,7 +63,7 @@ static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref 
 
 /* -- of expressions ---------------------------------------------------------------------------------- */
 
-/* What stands for the condition of e, or `otherwise`. */
+/* The input for the condition of e, or `otherwise`. */
 static kmp_ref stand_in(const kmp_tree *tree, const kmp_expr *e, bool kink, kmp_ref otherwise)
 {
     int k = find(tree->events, e, 0);
@@ -132,7 +132,7 @@ static int meet(const kmp_tree *tree, kmp_condition condition, kmp_ref value, co
     return -1;
 }
 
-/* The value of condition k, for which `holds` stands, is the difference with its lag. */
+/* Notes the value of condition k, whose input is `holds`: the difference with its lag. */
 static void note_lagging(const kmp_tree *tree, int k, kmp_ref holds, kmp_ref difference, double lag)
 {
     kmp_graph *g = tree->graph;

@@ -25,8 +25,8 @@ static double parameter_value(const kmp_tree *tree, int index)
     return tree->model->parameters[index].number.value;
 }
 
-/* Whether an expression follows from parameters that can be kept as symbols. An exact zero stays a zero: the zero
- * pattern of the data is part of a program's identity. What shapes the equations is as it was read in all of them. */
+/* True if an expression depends on parameters that can be kept as symbols. An exact zero stays a zero: the zero pattern
+ * of the data is part of a program's identity. Numbers that shape the equations have the value read in all of them. */
 static bool follows(const kempe_model *model, const kmp_expr *e)
 {
     if (!e)
@@ -38,7 +38,7 @@ static bool follows(const kempe_model *model, const kmp_expr *e)
     return follows(model, e->a) || follows(model, e->b) || follows(model, e->c);
 }
 
-/* One that follows from others is no symbol of its own. What varies has no value yet. */
+/* A parameter's reference. A dependent parameter is no symbol of its own. A variable one has no value yet. */
 static kmp_ref parameter(const kmp_tree *tree, int index)
 {
     const kmp_parameter *p = &tree->model->parameters[index];
@@ -82,7 +82,7 @@ static bool is_symbol(const kmp_tree *tree, const kmp_expr *e)
     return e->symbol && tree->keep == KMP_KEEP_NUMBERS && !follows(tree->model, e);
 }
 
-/* Powers of what is a number whatever the parameters do are cheaper. */
+/* True if the exponent varies: powers with an exponent that is a number for all parameters are cheaper. */
 static bool has_variable_exponent(const kmp_tree *tree, const kmp_expr *e)
 {
     bool kept = tree->keep != KMP_KEEP_NOTHING && follows(tree->model, e->b);
@@ -99,14 +99,15 @@ static bool is_kink(const kmp_expr *e)
     return is_function(e, KMP_FUNCTION_abs) || is_function(e, KMP_FUNCTION_min) || is_function(e, KMP_FUNCTION_max);
 }
 
-/* Bounds see the kinks of what is compared: they need not be conditions. */
+/* True for a comparison. Bounds take account of the kinks of compared expressions: they need not be conditions. */
 static bool is_compared(const kmp_expr *e)
 {
     return e->kind == KMP_EXPR_LESS || e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_GREATER ||
            e->kind == KMP_EXPR_AT_LEAST || is_function(e, KMP_FUNCTION_sign);
 }
 
-/* A branch that is held goes on beyond its kink for a part of a step: not into what is not defined there. */
+/* True if an expression is undefined somewhere. A fixed branch is evaluated beyond its kink for a part of a step, which
+ * must not leave the domain. */
 static bool has_limits(const kmp_expr *e)
 {
     return e->kind == KMP_EXPR_DIV || is_function(e, KMP_FUNCTION_pow) || is_function(e, KMP_FUNCTION_sqrt) ||
@@ -191,7 +192,7 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     }
 }
 
-/* Exponents are numbers of the program, whatever the parameters do. */
+/* The value of an exponent, which is a number of the program for all parameters. */
 static double constant_value(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_tree folded = *tree;

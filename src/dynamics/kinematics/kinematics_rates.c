@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rates: total derivatives by time, and how links turn. */
+/* Rates: total derivatives by time, and angular velocities of links. */
 #include "base/memory.h"
 #include "dynamics/kinematics/kinematics.h"
 #include "symbolic/derivative.h"

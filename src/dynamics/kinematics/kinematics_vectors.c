@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Vectors, tensors and matrices from the axes of one link into those of another, and the way between links. */
+/* Vectors, tensors and matrices from the axes of one link in those of another, and the path between links. */
 #include "dynamics/kinematics/kinematics.h"
 #include "symbolic/rotation.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A rotation about one axis turns the entries that mix the axis with the other two as pairs; of the 2 x 2 block (a b;
- * c d) that is left, w = s (a - d) + (b + c) cos gives a - s w, d + s w, c w - c and c w - b. */
+/* Rotation of a tensor about one axis. The entries that mix the axis with the other two rotate as pairs. For the
+ * remaining 2 x 2 block (a b; c d), w = s (a - d) + (b + c) cos gives a - s w, d + s w, c w - c and c w - b. */
 #include "dynamics/kinematics/tensor.h"
 #include "symbolic/rotation.h"
 

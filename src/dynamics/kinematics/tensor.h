@@ -10,14 +10,14 @@ typedef struct kmp_matrix {
     kmp_ref x[3][3];
 } kmp_matrix;
 
-/** Where entry (i, j) of a tensor stands. */
+/** The index of entry (i, j) of a tensor. */
 extern const int kmp_tensor_at[3][3];
 
 /** R about a coordinate axis by an angle. */
 kmp_tensor kmp_tensor_turn(kmp_graph *g, int axis, kmp_ref angle, kmp_tensor t);
 kmp_matrix kmp_matrix_turn(kmp_graph *g, int axis, kmp_ref angle, kmp_matrix m);
 
-/** R as it is given. */
+/** Rotates by a given R. */
 kmp_tensor kmp_tensor_turn_by(kmp_graph *g, kmp_matrix r, kmp_tensor t);
 kmp_matrix kmp_matrix_turn_by(kmp_graph *g, kmp_matrix r, kmp_matrix m);
 

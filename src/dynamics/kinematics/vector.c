@@ -52,7 +52,7 @@ kmp_vec kmp_vec_axis(kmp_ref s, int k)
     return r;
 }
 
-/* Where entry (i, j) stands in a tensor. */
+/* The index of entry (i, j) in a tensor. */
 static const int at[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 
 kmp_vec kmp_tensor_apply(kmp_graph *g, kmp_tensor t, kmp_vec a)

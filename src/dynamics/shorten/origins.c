@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* With the origin of link i moved by d, fixed to it: p of i grows by d, all that is fixed to i (its centre of mass, its
- * children's p, points) comes nearer by d. What a component is moved by is the component itself, so that the
- * difference is zero as a symbol. */
+/* The origin of link i moves by d, fixed to it: p of i grows by d; vectors fixed to i (its centre of mass, its
+ * children's p, points) decrease by d. A component is moved by the same symbol, so that the difference is a symbolic
+ * zero. */
 #include "dynamics/shorten/origins.h"
 
 /* The part of v that the joint lets its origin move by; none if that depended on anything but numbers. */

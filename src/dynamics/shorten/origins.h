@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A joint's origin may be anywhere along its axis, that of a translation anywhere at all: zeros of the data can be had
- * that way. Points, and thus all that a user sees, stay where they are. */
+/* Choice of link origins: a rotation's origin may be anywhere along its axis, that of a translation anywhere. This
+ * creates zeros of the data. Points, and thus all results, are unchanged. */
 #ifndef KMP_DYNAMICS_SHORTEN_ORIGINS_H
 #define KMP_DYNAMICS_SHORTEN_ORIGINS_H
 
 #include "dynamics/kinematics/kinematics.h"
 
-/** Where the origin goes, as far as the joint lets it. */
+/** Targets of an origin, as far as the joint permits. */
 typedef enum kmp_origin {
     KMP_ORIGIN_KEPT,
     KMP_ORIGIN_PARENT, /* to its parent's */
@@ -15,8 +15,8 @@ typedef enum kmp_origin {
     KMP_ORIGINS
 } kmp_origin;
 
-/** `origin` of each motion. The tree has axes that turn with their links, and inertias about centres of mass alone.
- *  Links are moved from the ground outwards, each where those before it let it. */
+/** Moves the origin of each motion to `origin`. The tree has axes that turn with their links, and inertias about
+ * centres of mass alone. Links are processed from the ground outwards, each after those before it. */
 void kmp_move_origins(kmp_tree *tree, const uint8_t *origin);
 
 #endif

@@ -11,7 +11,7 @@ static bool is_parallel(const kmp_tree *tree, int i)
     return link->parent > 0 && link->rotation && parent->rotation && link->axis == parent->axis && !link->turned;
 }
 
-/* Joints that follow one about the same axis. */
+/* Non-rotating axes for joints that follow one about the same axis. */
 static void following(const kmp_tree *tree, kmp_ways *ways)
 {
     for (int i = 1; i < tree->count; i++)
@@ -19,7 +19,7 @@ static void following(const kmp_tree *tree, kmp_ways *ways)
             ways->stay[i - 1] = true;
 }
 
-/* Those and the ones that they follow. */
+/* Non-rotating axes for whole runs: such joints and the ones that they follow. */
 static void runs(const kmp_tree *tree, kmp_ways *ways)
 {
     following(tree, ways);
@@ -36,7 +36,7 @@ static bool carries(const kmp_tree *tree, int i)
     return false;
 }
 
-/* Joints that carry no other, and are carried. */
+/* Joints that carry no other joint, and are carried by one. */
 static void leaves(const kmp_tree *tree, kmp_ways *ways)
 {
     for (int i = 1; i < tree->count; i++)
@@ -44,7 +44,7 @@ static void leaves(const kmp_tree *tree, kmp_ways *ways)
             ways->stay[i - 1] = true;
 }
 
-/* -- what moments are taken about -------------------------------------------------------------------- */
+/* -- reference points of moments --------------------------------------------------------------------- */
 
 /* Bodies whose joint has no acceleration but that of gravity. */
 static void on_the_ground(const kmp_tree *tree, kmp_ways *ways)
@@ -85,14 +85,14 @@ static void origins_at_children(const kmp_tree *tree, kmp_ways *ways)
 
 /* -- regrouping -------------------------------------------------------------------------------------- */
 
-/* Of links whose parent has a mass, and of others. */
+/* Sets the gifts of links whose parent has a mass, and of others. */
 static void give(const kmp_tree *tree, uint8_t *give, uint8_t to_masses, uint8_t to_others)
 {
     for (int i = 1; i < tree->count; i++)
         give[i - 1] = tree->links[tree->links[i].parent].mass != KMP_ZERO ? to_masses : to_others;
 }
 
-/* What is nearly always shorter: composite bodies in base parameters, and for the wrenches what joins a mass. */
+/* The usual best choice: composite bodies in base parameters, and for the wrenches the gifts that join a mass. */
 static void base_parameters(const kmp_tree *tree, kmp_ways *ways)
 {
     origins_at_parents(tree, ways);
@@ -100,7 +100,7 @@ static void base_parameters(const kmp_tree *tree, kmp_ways *ways)
     give(tree, ways->give, KMP_GIVE_ALL, 0);
 }
 
-/* Wrenches about centres of mass, as forces at these want it. */
+/* Wrenches about centres of mass, which suits forces that act there. */
 static void inertias_alone(const kmp_tree *tree, kmp_ways *ways)
 {
     base_parameters(tree, ways);
@@ -130,7 +130,7 @@ static void nothing_given(const kmp_tree *tree, kmp_ways *ways)
 
 /* -- the model --------------------------------------------------------------------------------------- */
 
-/* The other way when there is anything to be turned by a sum of angles. */
+/* Rotations apart, where there is a sum of angles to replace. */
 static void rotations_apart(const kmp_tree *tree, kmp_ways *ways)
 {
     for (int i = 1; i < tree->count; i++)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Ways taken at many motions at once, as they follow from the tree: what the search for the shortest equations tries.
+/* Variants for many motions at once, as they follow from the tree: the candidates in the search for the shortest
+ * equations.
  */
 #ifndef KMP_DYNAMICS_SHORTEN_PATTERNS_H
 #define KMP_DYNAMICS_SHORTEN_PATTERNS_H
@@ -8,7 +9,7 @@
 #include "dynamics/shorten/variants.h"
 
 typedef struct kmp_cost_pattern {
-    void (*apply)(const kmp_tree *tree, kmp_ways *ways); /* on top of what the ways have */
+    void (*apply)(const kmp_tree *tree, kmp_ways *ways); /* in addition to the variants already chosen */
     enum {
         KMP_PATTERN_EVER,
         KMP_PATTERN_SMALL,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which closures are written again from their points, and which way for either point: the cheapest single way for all,
- * then closure by closure. */
+/* Chooses the closures that are derived again from their points, and the variant for either point: the cheapest single
+ * variant for all, then closure by closure. */
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/shorten/point_gap_inside.h"
@@ -88,7 +88,7 @@ static void choose_all(kmp_gaps *s, kmp_cost *cost, kmp_gap_way w)
             set_way(s, &s->list[i], what, cost, by);
 }
 
-/* Takes the cheapest way for either point of one part of one closure, the others as they are. */
+/* Takes the cheapest variant for either point of one part of one closure; the others are unchanged. */
 static bool choose_one(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost)
 {
     kmp_gap_way best[2];
@@ -111,7 +111,7 @@ static bool choose_one(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cos
     return better;
 }
 
-/* The best single way for all, then closure by closure while it helps, a few times at most. */
+/* The best single variant for all, then closure by closure while it reduces the cost, a few times at most. */
 static bool choose(kmp_gaps *s)
 {
     kmp_cost cost;
@@ -142,7 +142,7 @@ static bool choose(kmp_gaps *s)
     return ok;
 }
 
-/* All rows as they are, those of gaps with both sides derived: eq->derived. */
+/* Keeps all rows unchanged, those of point closures with both sides derived: eq->derived. */
 static bool keep_derived(kmp_gaps *s)
 {
     static const kmp_gap_way by[2] = {KMP_GAP_DERIVED, KMP_GAP_DERIVED};
@@ -173,7 +173,7 @@ static bool keep_derived(kmp_gaps *s)
     return !s->failed;
 }
 
-/* Both parts are derived from h as it was before either is put in its place. */
+/* Both parts are derived from the original h before either is replaced. */
 static bool take(kmp_gaps *s, kmp_gap *p)
 {
     kmp_equations *eq = s->eq;
@@ -208,7 +208,7 @@ static void collect(kmp_gaps *s)
     s->failed = s->failed || kmp_graph_failed(eq->graph) || !kmp_gap_derive_sides(s);
 }
 
-/* The ways as numbers: of h and J for either point, then of the rates. */
+/* The variants as numbers: of h and J for either point, then of the rates. */
 static uint8_t *ways_of(kmp_gaps *s, const kmp_gap *p)
 {
     return s->eq->ways.way + 4 * p->closure;

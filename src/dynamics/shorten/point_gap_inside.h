@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What gap.c (the choice), gap_points.c (ways to a point) and gap_rows.c (rows by them) share. */
+/* Common definitions of point_gap.c (the choice), point_gap_points.c (variants of a point) and point_gap_rows.c (rows
+ * by them). */
 #ifndef KMP_DYNAMICS_SHORTEN_POINT_GAP_INSIDE_H
 #define KMP_DYNAMICS_SHORTEN_POINT_GAP_INSIDE_H
 
@@ -8,7 +9,7 @@
 
 typedef enum kmp_gap_way { KMP_GAP_DERIVED, KMP_GAP_INWARD, KMP_GAP_OUTWARD, KMP_GAP_WAYS } kmp_gap_way;
 
-/* What of a row is exchanged together. */
+/* Parts of a row that are exchanged together. */
 typedef enum kmp_gap_part { KMP_GAP_PLACE, KMP_GAP_RATE, KMP_GAP_PARTS } kmp_gap_part; /* h and J; hdot and jdqd */
 
 /* A link seen from an ancestor, in the ancestor's axes. */
@@ -31,7 +32,7 @@ typedef struct kmp_gap_side {
     kmp_vec *column; /* n: dx/dq, derived */
 } kmp_gap_side;
 
-/* The rows of a closure with either side by one of the ways. */
+/* The rows of a closure with either side by one of the variants. */
 typedef struct kmp_gap_version {
     bool known[KMP_GAP_PARTS];
     kmp_ref *place; /* h, then J by rows */
@@ -39,7 +40,7 @@ typedef struct kmp_gap_version {
 } kmp_gap_version;
 
 typedef struct kmp_gap {
-    int closure, row, count; /* its rows */
+    int closure, row, count; /* the rows of the closure */
     kmp_gap_side side[2];
     bool moves[3]; /* components of d that depend on coordinates */
     kmp_vec d;
@@ -54,7 +55,7 @@ typedef struct kmp_gaps {
     int count;
     int view; /* ancestor that `seen` belongs to */
     kmp_gap_seen *seen;
-    kmp_vec *arm; /* from each link's origin to the point at hand, link axes */
+    kmp_vec *arm; /* from each link's origin to the current point, link axes */
     int *path;
     kmp_derivative *derivative; /* along one direction after the other */
     bool failed;
@@ -65,13 +66,13 @@ typedef struct kmp_gaps {
 kmp_gap_motion kmp_gap_move_inward(kmp_gaps *s, const kmp_gap_side *p);
 kmp_gap_motion kmp_gap_move_outward(kmp_gaps *s, const kmp_gap_side *p);
 
-/** One row of J for one of the points, f being the row's gradient by its place: what each joint's motion does to the
- * point, along f of the ancestor's axes. */
+/** One row of J for one of the points, with f the row's gradient by its position: the velocity of the point by each
+ * joint's motion, along f in the ancestor's axes. */
 void kmp_gap_row_inward(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref *row);
 void kmp_gap_row_outward(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref *row);
 void kmp_gap_row_derived(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref *row);
 
-/** Differentiation along a direction, until the next one is asked for; owned by s. NULL: no memory. */
+/** Differentiation along a direction, valid until the next call; owned by s. NULL: no memory. */
 kmp_derivative *kmp_gap_along(kmp_gaps *s, int count, const kmp_ref *leaf, const kmp_ref *direction);
 
 /** dx/dq of all sides, and their rates, by differentiation. */
@@ -79,16 +80,16 @@ bool kmp_gap_derive_sides(kmp_gaps *s);
 
 /* gap_rows.c */
 
-/** How many references the place of a closure's rows has: h, and J by rows. */
+/** The number of references of a closure's KMP_GAP_PLACE part: h, and J by rows. */
 int kmp_gap_place_count(const kmp_gaps *s, const kmp_gap *p);
 
-/** Whether rows h reach coordinates through d alone, whose components are different nodes. */
+/** True if rows h depend on coordinates through d alone, whose components are different nodes. */
 bool kmp_gap_is_seen_through(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h);
 
-/** Components of d that move, as leaves without sign, with the values that stand for them; their number. */
+/** Variable components of d, as leaves without sign, with the values that replace them; returns their number. */
 int kmp_gap_leaves(const kmp_gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp_ref to[3]);
 
-/** The closure's rows with its sides by two ways, derived when first asked for; NULL: no memory. */
+/** The closure's rows with its sides by two variants, derived when first used; NULL: no memory. */
 const kmp_gap_version *kmp_gap_version_of(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, const kmp_gap_way by[2]);
 
 #endif

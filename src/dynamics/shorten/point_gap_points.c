@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Ways to a point's place, its rates, and rows of J:
+/* Variants of a point's position, its rates, and rows of J:
  *
  *   derived    d with runs of parallel axes merged, everything else by differentiation: best in the plane
  *   inward     from the point to the common ancestor, joint by joint: x, v = x', a = x'' at qdd = 0 in local axes,
  *              v' = R (v + qd e x x), a' = R (a + qd e x (v + v + qd e x x)); J = e.(r x f) with f, the gradient of the
- *              row by d, turned outwards
+ *              row by d, rotated outwards
  *   outward    from the ancestor in its axes: axes, origins, rates and beta = wd~ + w~ w~ of the links, shared by all
  *              points on them */
 #include "dynamics/forces.h"
@@ -175,7 +175,7 @@ static bool same_vector(kmp_vec a, kmp_vec b)
     return a.x[0] == b.x[0] && a.x[1] == b.x[1] && a.x[2] == b.x[2];
 }
 
-/* Whether another joint on the way to the point turns about an axis through the same point. */
+/* True if another joint between ancestor and point turns about an axis through the same point. */
 static bool is_concurrent(const kmp_gaps *s, const kmp_gap_side *p, int k)
 {
     for (int i = p->link; i != p->ancestor; i = s->eq->tree.links[i].parent)
@@ -184,8 +184,8 @@ static bool is_concurrent(const kmp_gaps *s, const kmp_gap_side *p, int k)
     return false;
 }
 
-/* f.(e x (x - o)). The moment (x - o) x f is shared by joints whose axes meet; for others, unless f is an axis,
- * e.(x x f) - f.(e x o), where e x o is shared by all points. */
+/* f.(e x (x - o)). The moment (x - o) x f is shared by joints whose axes meet. For others, unless f is an axis, e.(x x
+ * f) - f.(e x o), where e x o is shared by all points. */
 void kmp_gap_row_outward(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref *row)
 {
     const kmp_tree *tree = &s->eq->tree;

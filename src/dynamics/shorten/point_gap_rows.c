@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The rows of a closure with either point by one of the ways. With g = dh/dd, d from point to point, a row's J is
+/* The rows of a closure with either point by one of the variants. With g = dh/dd, d from point to point, a row's J is
  * g.(dd/dq); hdot = g.v + h_t; jdqd follows from hdot by d -> v, v -> a. */
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
@@ -93,8 +93,8 @@ static void put_rows(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], con
         }
 }
 
-/* Both points by their ways: d, and h of it; as they were where constants of d and of h have merged, so that h is no
- * function of d any more. */
+/* Both points by their variants: d, and h of it. They are unchanged where constants of d and of h have merged, so that
+ * h is no function of d any more. */
 static bool place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], kmp_gap *placed, kmp_ref *h)
 {
     kmp_graph *g = s->eq->graph;

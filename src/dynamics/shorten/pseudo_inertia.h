@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Second moments as P = sum m x x' instead of the inertia K = tr(P) 1 - P: a shift adds to three entries of the
- * diagonal one product each, but an axis' column of K takes a sum. In the plane P has three entries and K has one. */
+/* Pseudo-inertia: second moments as P = sum m x x' instead of the inertia K = tr(P) 1 - P. A change of origin adds one
+ * product to each of three diagonal entries, but an axis' column of K takes a sum. In the plane P has three entries and
+ * K has one. */
 #ifndef KMP_DYNAMICS_SHORTEN_PSEUDO_INERTIA_H
 #define KMP_DYNAMICS_SHORTEN_PSEUDO_INERTIA_H
 
 #include "dynamics/kinematics/kinematics.h"
 
-/** Of each link's `base` from now on; axes turn with the links. */
+/** Uses P for each link's `base` from now on; axes turn with the links. */
 void kmp_spread_out(kmp_tree *tree);
 
 /** K e for e along a coordinate axis. */

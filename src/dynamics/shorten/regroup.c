@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From the leaves inwards, so that what a link was given goes on with its own. What is written about the centre of mass
- * can give and be given inertia alone. */
+/* From the leaves inwards, so that a link passes on the mass that it received with its own. Links whose equations use
+ * the centre of mass can give and receive inertia alone. */
 #include "dynamics/shorten/regroup.h"
 #include "base/memory.h"
 
@@ -19,8 +19,8 @@ static kmp_tensor tensor_sub(kmp_graph *g, kmp_tensor a, kmp_tensor b)
     return a;
 }
 
-/* What of an inertia moves with the parent. A rotation's is the same all round its axis, so that one entry of the
- * diagonal across the axis vanishes; in the plane there is none. */
+/* The part of an inertia that moves with the parent. A rotation's is symmetric about its axis, so that one diagonal
+ * entry across the axis vanishes; in the plane there is none. */
 static kmp_tensor inertia_of(const kmp_link *link, kmp_tensor t)
 {
     int p = (link->axis + 1) % 3, q = (link->axis + 2) % 3;

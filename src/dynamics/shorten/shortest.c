@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The same equations can be written in many ways (ways.h). Which is shortest shows by counting: patterns that follow
- * from the tree are tried one after the other, each on top of what is best so far; with `optimize` also each joint and
- * body by itself. The closures' ways are found once, and the dynamics are written anew beside them in one graph, so
- * that a trial costs what it changes; what is found is derived once more in a graph of its own, as small ones are at
- * each trial. */
+/* Equations of equal value have many variants (variants.h), and the shortest is found by counting operations. Patterns
+ * that follow from the tree are tried one after the other, each in addition to the best so far; with `optimize` also
+ * each joint and body separately. The closures' variants are found once. The dynamics are derived again in the same
+ * graph, so that a trial costs its changes only. The result is derived once more in a graph of its own, as small models
+ * are at each trial. */
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
@@ -19,9 +19,9 @@ enum { MOST_MOTIONS = 128, LARGE = 40, ROUNDS = 4, SMALL = 3000 };
 
 typedef struct search {
     const kempe_model *model;
-    kmp_scene scene; /* with the ways that are tried */
+    kmp_scene scene; /* with the variants under trial */
     kmp_ways best, tried;
-    kmp_equations *work; /* the closures, and the dynamics by the ways tried last */
+    kmp_equations *work; /* the closures, and the dynamics by the variants tried last */
     uint32_t fresh;      /* nodes of its graph when it was new */
     bool passes;         /* run before counting */
     bool shares;         /* trials are written into one graph */
@@ -67,15 +67,14 @@ int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out)
     return total;
 }
 
-/* Operations of parameters alone are made once, and count less than others; not at all where the shortest is looked for
- * longer. */
+/* The price of a count. Operations of parameters alone run once, and count less; with `optimize` not at all. */
 static long price(const search *s, const kmp_cost *cost)
 {
     enum { EACH = 4, ONCE = 3 };
     return EACH * (cost->operations - cost->once) + (s->scene.optimize ? 0 : ONCE * cost->once);
 }
 
-/* What all that was asked for takes as a program, together; -1: no memory. */
+/* The operations of all requested sets as one program; -1: no memory. */
 static long price_of(const search *s, const kmp_equations *eq)
 {
     kmp_ref *out = KMP_NEW(kmp_ref, kmp_equations_most_outputs(eq));
@@ -96,7 +95,7 @@ static long price_of(const search *s, const kmp_equations *eq)
 
 /* -- trials ------------------------------------------------------------------------------------------ */
 
-/* In a graph of its own. */
+/* Derives in a graph of its own. */
 static kempe_status derive_work(search *s, const kmp_ways *ways)
 {
     kmp_equations_free(s->work);
@@ -106,7 +105,8 @@ static kempe_status derive_work(search *s, const kmp_ways *ways)
     return status;
 }
 
-/* What passes find depends a little on what else is in the graph. One that is mostly what trials have left is given up.
+/* Derives in the shared graph. The result of passes depends slightly on other nodes of the graph. A graph that consists
+ * mostly of earlier trials is discarded.
  */
 static kempe_status write_tried(search *s)
 {
@@ -125,7 +125,7 @@ static void begin(search *s)
     kmp_ways_copy(&s->tried, &s->best, s->model);
 }
 
-/* Takes what is tried for the best when it takes less. */
+/* Makes the current trial the best when it takes fewer operations. */
 static kempe_status judge(search *s, bool *better)
 {
     long found = price_of(s, s->work);
@@ -147,7 +147,8 @@ static kempe_status try_it(search *s, bool *better)
     return status == KEMPE_OK ? judge(s, better) : status;
 }
 
-/* The closures' ways were found without the dynamics, which share more with derived rows in the plane. */
+/* Tries derived rows of closures: the closures' variants were found without the dynamics, which share more with derived
+ * rows in the plane. */
 static kempe_status try_plain_closures(search *s)
 {
     bool better = false;
@@ -208,7 +209,7 @@ static kempe_status try_flags(search *s, int k, bool *better)
     return status;
 }
 
-/* The same gift of `count` motions, to wrenches and to composite bodies. */
+/* Tries the same gift of `count` motions, to wrenches and to composite bodies. */
 static kempe_status try_gifts(search *s, int first, int count, bool *better)
 {
     kempe_status status = KEMPE_OK;
@@ -239,7 +240,7 @@ static kempe_status try_joints(search *s, bool *better)
 
 /* -- all together ------------------------------------------------------------------------------------ */
 
-/* Whether nothing is asked for but what may be written anew beside closures that stay, and so much that the passes are
+/* True if only sets are requested that can be derived again with unchanged closures, and so many that the passes are
  * left out of the count. */
 static bool can_share(const search *s)
 {
@@ -248,7 +249,7 @@ static bool can_share(const search *s)
     return !(s->scene.sets & ~sets) && kmp_graph_count(s->work->graph) >= SMALL;
 }
 
-/* From equations as they come to the best ones found. */
+/* Searches from the plain equations to the best variants. */
 static kempe_status find(search *s)
 {
     bool any = true;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Derivatives by differentiating in the graph, and which derivation of the same matrices is the shorter one. */
+/* Derivatives by differentiating in the graph, and the choice of the shorter derivation of the same matrices. */
 #include "base/memory.h"
 #include "dynamics/formalisms/tangents.h"
 #include "symbolic/partials.h"
@@ -41,7 +41,7 @@ static void mirror(int n, const kmp_ref *from, bool upper, kmp_ref *to)
             to[i * n + k] = to[k * n + i] = from[upper ? k * n + i : i * n + k];
 }
 
-/* Operations of the lists together, beside what is there; -1: no memory. */
+/* Common operations of the lists, in addition to the present outputs; -1: no memory. */
 static long operations(kmp_cost *cost, int count, const kmp_ref *a, const kmp_ref *b)
 {
     const kmp_ref *const list[2] = {a, b};
@@ -116,7 +116,7 @@ bool kmp_tangents_choose(const kmp_graph *g, int others, const kmp_ref *other, i
         ok = sum >= 0;
         if (choice->operations < 0 || sum < choice->operations)
             *choice = (kmp_tangent_choice){way & 1, way >> 1, sum, 0};
-        choice->second = sum; /* of the last */
+        choice->second = sum; /* of the last choice */
     }
     kmp_cost_free(&cost);
     return ok;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* C99: NAME.h and NAME.c, which needs libm and kempe_runtime.h beside it. Compiled without contraction it computes the
- * bits of the tape. A long routine is a row of functions of CHUNK statements: compilers need more than twice the time
- * for one of twice the length (gcc -O1, 84 000 operations: 4.6 s by 250, 6.2 s by 1000), and calls are as fast. What
- * several of them read is in an array of their caller. */
+/* C99: NAME.h and NAME.c, which needs libm and kempe_runtime.h in the same folder. Compiled without contraction it
+ * computes the bits of the tape. A long routine is a sequence of functions of CHUNK statements, since compile time
+ * grows faster than length (gcc -O1, 84 000 operations: 4.6 s by 250, 6.2 s by 1000). Calls are as fast. Values that
+ * several functions read are in an array of their caller. */
 #include "base/memory.h"
 #include "generate/banner.h"
 #include "generate/languages/runtime_lines.h"
@@ -14,7 +14,7 @@ enum { CHUNK = 250 };
 
 /* -- functions --------------------------------------------------------------------------------------- */
 
-/* What an operation computes, as C. */
+/* The expression of an operation in C. */
 static const char *const values[KMP_OP_COUNT] = {
 #define KMP_LEAF(name)                                       NULL,
 #define KMP_BINARY(name, text, value)                        #value,
@@ -32,7 +32,7 @@ static bool says(kmp_op op)
     return op != KMP_OP_IMPLICIT && op != KMP_OP_LIST;
 }
 
-/* Whether the operation is a function of libm: its value is its own call. */
+/* True if the operation is a function of libm: its value is a call. */
 static bool is_in_libm(kmp_op op)
 {
     const char *arguments = operands[kmp_op_arity(op)], *value = values[op], *name = kmp_op_text(op);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Octave and MATLAB: a function file for each routine, NAME_SET.m, one more for its parameters, and NAME_model.m with
- * the names. Square roots and logarithms of negative numbers are complex there; here they are not numbers. */
+ * the names. Square roots and logarithms of negative numbers are complex in these languages; here they are NaN. */
 #include "generate/banner.h"
 #include "generate/levels.h"
 #include "generate/scalar.h"
@@ -271,7 +271,8 @@ static void put_gather(kmp_text *text, int count, const int *x)
     kmp_text_put(text, count == 1 ? ")" : "])");
 }
 
-/* 1 and -1 as "([2, 0] - 1).*": Octave keeps a list of plain numbers as it is, one with signs it makes again each time.
+/* 1 and -1 as "([2, 0] - 1).*": Octave stores a list of plain numbers as a constant, but builds a list with signs at
+ * each evaluation.
  */
 static void put_signs(kmp_text *text, int count, const bool *minus)
 {

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Python with NumPy: NAME.py. The scalar form computes with Python's own numbers, which are faster than NumPy's; the
- * vectorised one with arrays by step index. Where Python raises an exception for an operation without a result, IEEE's
- * infinity or not-a-number is meant: a choice between two values may have one of them in what is not chosen. */
+ * vectorised form with arrays by step index. Where Python raises an exception for an operation without a result, the
+ * generated code gives IEEE's infinity or NaN. A choice between two values may have such a result in the value that is
+ * not chosen. */
 #include "generate/banner.h"
 #include "generate/levels.h"
 #include "generate/scalar.h"
@@ -10,7 +11,7 @@
 
 /* -- functions --------------------------------------------------------------------------------------- */
 
-/* By operation: with numbers and with arrays. `_` and its name is what it is called. */
+/* By operation: its text with numbers and with arrays. A function is called by `_` and its name. */
 static const struct {
     const char *scalar, *vector;
 } functions[KMP_OP_COUNT] = {
@@ -99,7 +100,7 @@ static bool is_used(const kmp_code_source *source, kmp_op op)
     return false;
 }
 
-/* The preparation of parameters is scalar in any case, and takes what is said in arrays too. */
+/* Defines functions. The preparation of parameters is always scalar, and also accepts the spelling for arrays. */
 static void define_functions(kmp_text *text, const kmp_code_source *source)
 {
     kmp_text_put(text, "\n\ndef _ieee(function, other):\n"
@@ -307,7 +308,7 @@ static void put_group(kmp_text *text, const kmp_nesting_levels *l, int number)
     kmp_text_put(text, g->op == KMP_OP_TABLE ? "]\n" : ")\n");
 }
 
-/* Where the entries of an array come from and go to; `put` receives the assignment. */
+/* The sources and targets of an array's entries; `put` receives the assignment. */
 static bool define_output(kmp_text *text, kmp_text *put, const kmp_nesting_levels *l, int array)
 {
     const char *name = l->routine->name;

@@ -264,8 +264,8 @@ kmp_flops kmp_cholesky_solve_flops(int n)
 
 /* -- LU with complete pivoting --------------------------------------------------------------------- */
 
-/* Where the next pivot stands: the column of the largest entry. A free column goes before a fixed one, then the larger
- * entry, then the smaller original column. */
+/* The column of the next pivot, which has the largest entry. A free column precedes a fixed one, then the larger entry,
+ * then the smaller original column. */
 typedef struct candidate {
     int column; /* in the permuted matrix; -1: none yet */
     int fixed;
@@ -282,7 +282,7 @@ static void consider(candidate *best, int column, double size, const int *fixed,
         *best = (candidate){column, is_fixed, size};
 }
 
-/* Its row: of several the smaller original one. */
+/* The row of the next pivot: of several largest entries the one in the smallest original row. */
 static int row_of(int m, int k, double size, const double *column, const int *r)
 {
     int row = -1;
@@ -372,9 +372,9 @@ void kmp_lu_null_vector(int m, int n, const double *lu, const int *c, int rank, 
     }
 }
 
-/* -- its pivots alone --------------------------------------------------------------------------------- */
+/* -- pivots alone ------------------------------------------------------------------------------------- */
 
-/* Row i of a column is left out: row `first` takes its place. Returns what stood there. */
+/* Replaces row i of a column by row `first`, for elimination without row i. Returns the replaced entry. */
 static double leave_out(double *column, int first, int i)
 {
     double x = column[i];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Small dense linear algebra, column-major, no allocation: what the hot path of a small mechanism needs.
- * Larger or general tasks use LAPACK (linalg/least.h), KLU or UMFPACK (integrators/sundials/linear.def). */
+/* Small dense linear algebra, column-major, without allocation: for the hot path of a small mechanism. Larger or
+ * general tasks use LAPACK (linalg/dense/least.h), KLU or UMFPACK (integrators/sundials/linear.def). */
 #ifndef KMP_LINALG_DENSE_DENSE_H
 #define KMP_LINALG_DENSE_DENSE_H
 
@@ -14,7 +14,7 @@ int kmp_lu_factor(int n, double *a, int *pivot);
 void kmp_lu_solve(int n, const double *lu, const int *pivot, int m, double *b);
 void kmp_lu_solve_transposed(int n, const double *lu, const int *pivot, int m, double *b);
 
-/** The same of a complex matrix, whose parts stand apart, and of one right-hand side. */
+/** LU and solution of a complex matrix, with real and imaginary parts in separate arrays, and one right-hand side. */
 int kmp_lu_complex_factor(int n, double *re, double *im, int *pivot);
 void kmp_lu_complex_solve(int n, const double *re, const double *im, const int *pivot, double *b_re, double *b_im);
 
@@ -22,7 +22,7 @@ void kmp_lu_complex_solve(int n, const double *re, const double *im, const int *
 int kmp_cholesky_factor(int n, double *a);
 void kmp_cholesky_solve(int n, const double *l, double *b);
 
-/** Its halves: b <- L^-1 b and b <- L^-T b. */
+/** The halves of a Cholesky solution: b <- L^-1 b and b <- L^-T b. */
 void kmp_cholesky_forward(int n, const double *l, double *b);
 void kmp_cholesky_backward(int n, const double *l, double *b);
 
@@ -35,19 +35,18 @@ kmp_flops kmp_lu_flops(int n);
 kmp_flops kmp_cholesky_factor_flops(int n);
 kmp_flops kmp_cholesky_solve_flops(int n);
 
-/** Rank-revealing LU with complete pivoting of an m x n matrix in place (leading dimension m): row r[k] and
- *  column c[k] of the original are the k-th pivot's; r and c are permutations of all rows and columns.
- *  pivots[0 .. min(m, n)) are the absolute pivots, in order. Ties are broken by the smaller index, columns
- *  first. Columns with fixed[j] true are pivoted last of all (NULL: none). Returns nothing about rank: that
- *  is the caller's decision, relative to pivots[0]. */
+/** Rank-revealing LU with complete pivoting of an m x n matrix in place (leading dimension m). Row r[k] and column c[k]
+ * of the original are the k-th pivot's; r and c are permutations of all rows and columns. pivots[0 .. min(m, n)) are
+ * the absolute pivots, in order. Ties are broken by the smaller index, columns first. Columns with fixed[j] true are
+ * pivoted last of all (NULL: none). The rank is the caller's decision, relative to pivots[0]. */
 void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, double *pivots);
 
-/** x (n) with A x = 0 as far as the first `rank` pivots of kmp_lu_complete go: 1 in the column of pivot `one` (>=
- * rank), 0 in those of the others behind `rank`. */
+/** x (n) with A x = 0 as far as the first `rank` pivots of kmp_lu_complete determine it: 1 in the column of pivot `one`
+ * (>= rank). It is 0 in the columns of all other pivots after `rank`. */
 void kmp_lu_null_vector(int m, int n, const double *lu, const int *c, int rank, int one, double *x);
 
-/** The same r, c and pivots to the last bit where no column is fixed, quicker: `a` is left as scratch, and so is
- * `largest` (n). */
+/** The r, c and pivots of kmp_lu_complete to the last bit where no column is fixed, in less time. `a` and `largest` (n)
+ * are left as scratch. */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* LU with partial pivoting of complex matrices, real and imaginary parts apart: right-looking elimination by columns
- * (Golub, Van Loan, Matrix Computations, 4th ed., section 3.4), pivots by the sum of absolute values. Each pivot is
- * kept as its reciprocal. */
+/* LU with partial pivoting of complex matrices, real and imaginary parts in separate arrays. Right-looking elimination
+ * by columns (Golub, Van Loan, Matrix Computations, 4th ed., section 3.4), pivots by the sum of absolute values. Each
+ * pivot is kept as its reciprocal. */
 #include "linalg/dense/dense.h"
 
 #include <float.h>
@@ -20,7 +20,7 @@ static double size(const double *re, const double *im, int i)
     return fabs(re[i]) + fabs(im[i]);
 }
 
-/* 1 / (re + i im) in place, without leaving the range. false: zero or not finite. */
+/* 1 / (re + i im) in place, without overflow or underflow. False: zero or not finite. */
 static int invert(double *re, double *im)
 {
     double scale = fmax(fabs(*re), fabs(*im));

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Quadratic eigenvalue problem: the symmetric solver where there is no damping, otherwise a scaled companion matrix
+ * (Tisseur and Meerbergen 2001, section 3). Zeros are deflated first (spectrum_zeros.c). */
 #include "linalg/dense/spectrum.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
@@ -58,7 +60,7 @@ static bool is_symmetric(int n, const double *a, double size)
 
 /* -- vectors ----------------------------------------------------------------------------------------- */
 
-/* a^H (z M + G) b of parts, z complex; without G: a^H z M b with the mass in place of M. */
+/* out = a^H (z M + G) b with complex z; without G: a^H z M b with the mass in place of M. */
 static void form(const kmp_pencil *w, const double *a_re, const double *a_im, double z_re, double z_im,
                  bool with_damping, const double *b_re, const double *b_im, double out[2])
 {
@@ -85,7 +87,7 @@ static void divide(int n, double *re, double *im, double d_re, double d_im)
     }
 }
 
-/* The first of those that are as large as any. */
+/* The first component whose modulus is largest. */
 static int largest_part(const kmp_pencil *w, const double *re, const double *im)
 {
     int best = 0;
@@ -146,7 +148,7 @@ static int compare(const void *a, const void *b)
     return (x->from > y->from) - (x->from < y->from);
 }
 
-/* Those that are no zeros, of each pair the upper one, by modulus; count of them. */
+/* Orders the nonzero eigenvalues, of each pair the upper one, by modulus; returns their number. */
 static int order(int count, const double *re, const double *im, place *out)
 {
     int kept = 0;
@@ -158,7 +160,7 @@ static int order(int count, const double *re, const double *im, place *out)
     return kept;
 }
 
-/* -- the symmetric way ------------------------------------------------------------------------------- */
+/* -- the symmetric solver ---------------------------------------------------------------------------- */
 
 static int by_symmetry(kmp_pencil *w, kmp_spectrum *s)
 {
@@ -279,8 +281,8 @@ static int by_companion(kmp_pencil *w, kmp_spectrum *s)
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-/* What is led before s^2, where the mass is 1: E. (s^2 E + s g + k) x = 0 is (s^2 + s E^-1 g + E^-1 k) x = 0, in which
- * the mass is 1 again; its left vectors are E' times those of the former. */
+/* Replaces M by 1 where `led` is not the mass, with E = `led` in coordinates in which the mass is 1. (s^2 E + s g + k)
+ * x = 0 becomes (s^2 + s E^-1 g + E^-1 k) x = 0; its left vectors are E' times those of the original pencil. */
 static int divide_led(kmp_pencil *w)
 {
     int p = w->p;

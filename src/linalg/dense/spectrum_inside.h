@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What spectrum.c and spectrum_zeros.c share: a pencil at work. */
+/* The working data of a pencil, shared by spectrum.c and spectrum_zeros.c. */
 #ifndef KMP_LINALG_DENSE_SPECTRUM_INSIDE_H
 #define KMP_LINALG_DENSE_SPECTRUM_INSIDE_H
 
@@ -11,8 +11,8 @@
 typedef struct kmp_pencil {
     int p, n; /* n = 2 p */
     const double *mass, *damping, *stiffness;
-    const double *led; /* what stands before s^2 instead of the mass; NULL: the mass itself */
-    double *apart;     /* LU of it where the mass is 1 */
+    const double *led; /* the coefficient of s^2 where it is not the mass; NULL: the mass */
+    double *apart;     /* LU of `led` in coordinates in which the mass is 1 */
     int *pivot;
     double *l;      /* Cholesky factor of the mass */
     double *g, *k;  /* G and K where M is 1 */
@@ -22,7 +22,7 @@ typedef struct kmp_pencil {
     double *vector; /* n x n: of an iteration */
     double *part[6];
     double *row;   /* n */
-    double *noise; /* n: what rounding in a row of h is relative to */
+    double *noise; /* n: the magnitude that rounding in a row of h is relative to */
 } kmp_pencil;
 
 static inline size_t kmp_bytes(int count)
@@ -40,20 +40,20 @@ static inline double kmp_norm_of(int count, const double *a)
     return largest * sqrt(sum);
 }
 
-/* What is zero but for rounding, of matrices of size n and norm 1. */
+/* The largest value that counts as rounding, for matrices of size n and norm 1. */
 static inline double kmp_rounding(int n)
 {
     return 64 * n * DBL_EPSILON;
 }
 
-/** Zeros: of the companion matrix A of w->g, w->k and w->rate, t orthogonal and h = t' A t with zeros in front, first
- *  the null space of K, then what of its chains is zero as well. Zeros in all, and s->still; -1: no memory or no
- *  convergence. */
+/** Deflates zeros of the companion matrix A of w->g, w->k and w->rate: t is orthogonal and h = t' A t has the zeros
+ * first. These are the null space of K, then zeros of the chains that begin in it. Returns the number of zeros, and
+ * sets s->still; -1: no memory or no convergence. */
 int kmp_pencil_deflate(kmp_pencil *w, kmp_spectrum *s);
 
-/** Still vectors as columns of `basis` (p x still): the identity in as many coordinates, those that move most. The
- *  basis is one of very many, x' M x = 1; its rows, each times the root of its mass, have singular values of 1/sqrt(p)
- *  and more, so that no row chosen is a small one. 0; -1: no memory. */
+/** Eigenvectors of zeros as columns of `basis` (p x still): the identity in as many coordinates, those that move most.
+ * The basis is one of many with x' M x = 1. Its rows, each times the root of its mass, have singular values of at least
+ * 1/sqrt(p), so that no chosen row is small. 0; -1: no memory. */
 int kmp_pencil_put_still(const kmp_pencil *w, kmp_spectrum *s, double *basis);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Zeros of pencils, and the shapes that stand still. */
+/* Zeros of pencils and their eigenvectors: stage by stage separation of null spaces by singular values (Kublanovskaya
+ * 1966). */
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/spectrum_inside.h"
@@ -25,8 +26,9 @@ static int longest_row(int p, int n, const double *rows, double *row, double *le
     return best;
 }
 
-/* As many rows (p x n, lost) as there are columns, ascending: each the longest beside those before it (Gram, Schmidt).
- * Lengths and products of rows are the same however the columns are turned, and so is what is chosen. */
+/* Chooses as many rows (p x n, lost) as there are columns, ascending: each is the longest after projection on the
+ * complement of those before it (Gram, Schmidt). Rotations of the columns change neither lengths and products of rows
+ * nor the choice. */
 static void choose_rows(int p, int n, double *rows, double *row, int *chosen)
 {
     for (int k = 0; k < n; k++) {
@@ -71,7 +73,7 @@ int kmp_pencil_put_still(const kmp_pencil *w, kmp_spectrum *s, double *basis)
     for (int j = 0; ok && j < still; j++)
         for (int i = 0; i < still; i++)
             s->x_re[chosen[i] + j * p] = i == j;
-    for (int j = still; j < s->zeros; j++) /* what repeats them */
+    for (int j = still; j < s->zeros; j++) /* zeros that repeat them */
         memcpy(s->x_re + j * p, s->x_re + (j - still) % (still > 0 ? still : 1) * p, kmp_bytes(p));
     kmp_free(chosen);
     kmp_free(pivot);
@@ -123,8 +125,9 @@ static void turn_noise(kmp_pencil *w, int rest)
     memcpy(noise, w->row, kmp_bytes(rest));
 }
 
-/* How many of the trailing block's singular values are zero, its vectors turned so that they come first. -1: failed.
- * Zero is what is so in each row, beside the row: the friction of a light part is no measure of what the others do. */
+/* The number of zero singular values of the trailing block, whose vectors are rotated so that they come first. -1:
+ * failed. A singular value is zero relative to each row's own noise: the friction of a light part is no measure of
+ * other rows. */
 static int separate(kmp_pencil *w, int done)
 {
     int n = w->n, rest = n - done, zeros = 0;
@@ -176,7 +179,7 @@ int kmp_pencil_deflate(kmp_pencil *w, kmp_spectrum *s)
             w->row[j] = w->h[i + j * n];
         w->noise[i] = kmp_norm_of(n, w->row);
     }
-    /* of K alone: its size is 1, or it is all zero */
+    /* of K alone: its norm is 1, or it is all zero */
     memcpy(w->a, w->k, kmp_bytes(p * p));
     if (singular(p, w->a, w->s, w->vector))
         return -1;

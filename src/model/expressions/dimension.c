@@ -34,7 +34,7 @@ kmp_dimension kmp_dimension_power(kmp_dimension a, double exponent)
     return a;
 }
 
-/* Powers may come from roots: compared as numbers, not to the bit. */
+/* Compares powers as numbers, not to the bit: they may come from roots. */
 static bool same_powers(const double a[3], const double b[3])
 {
     return fabs(a[0] - b[0]) < 1e-6 && fabs(a[1] - b[1]) < 1e-6 && fabs(a[2] - b[2]) < 1e-6;

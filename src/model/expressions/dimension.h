@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Physical dimensions: exponents of m, kg and s; and the units that numbers may carry (units.def). */
+/* Physical dimensions: exponents of m, kg and s; and the units of numbers (units.def). */
 #ifndef KMP_MODEL_EXPRESSIONS_DIMENSION_H
 #define KMP_MODEL_EXPRESSIONS_DIMENSION_H
 
@@ -8,8 +8,8 @@
 #include <stddef.h>
 
 typedef enum kmp_dimension_kind {
-    KMP_DIMENSION_BARE,  /* a number without unit: a plain factor, and fits any dimension where it stands alone */
-    KMP_DIMENSION_FREE,  /* cannot be told: fits any dimension, and so does whatever it is a factor of */
+    KMP_DIMENSION_BARE,  /* a number without unit: a plain factor; as a whole value it fits any dimension */
+    KMP_DIMENSION_FREE,  /* undetermined: fits any dimension, and so does any product with it */
     KMP_DIMENSION_KNOWN, /* power */
 } kmp_dimension_kind;
 
@@ -18,7 +18,7 @@ typedef struct kmp_dimension {
     double power[3]; /* of m, kg, s */
 } kmp_dimension;
 
-/* What the keys of the language want. */
+/* The dimensions that keys of the language require. */
 #define KMP_DIM(m, kg, s) ((kmp_dimension){KMP_DIMENSION_KNOWN, {(m), (kg), (s)}})
 #define KMP_DIM_ANY       ((kmp_dimension){KMP_DIMENSION_FREE, {0, 0, 0}})
 #define KMP_DIM_NUMBER    KMP_DIM(0, 0, 0)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Expressions: recursive descent, one function a rule of the grammar in docs/model_format.md. The first
- * mistake ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in
- * those who walk the tree. */
+/* Expressions: recursive descent, one function for each rule of the grammar in docs/model_format.md. The first error
+ * ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in functions that
+ * traverse the tree. */
 #include "model/expressions/expression.h"
 #include "model/algebraic.h"
 #include "model/limits.h"
@@ -90,7 +90,7 @@ const char *kmp_function_name(kmp_function function)
     return functions[function].name;
 }
 
-/* -- complaints ---------------------------------------------------------------------------------- */
+/* -- errors -------------------------------------------------------------------------------------- */
 
 /* Columns count characters, so the later bytes of a UTF-8 sequence do not. */
 static int column_of(const parser *p, const char *where)
@@ -162,7 +162,7 @@ static const kmp_expr *complain_unit(const parser *p, const char *where, const c
     return NULL;
 }
 
-/* Bytes of the character at s, so that a complaint never cuts one. */
+/* Bytes of the character at s, so that a message never cuts one. */
 static int character_size(const char *s)
 {
     int n = 1;
@@ -171,7 +171,7 @@ static int character_size(const char *s)
     return n;
 }
 
-/* What stands at p->at is not what the grammar wants there. */
+/* Reports that the grammar requires `wanted` at p->at. */
 static const kmp_expr *complain_wanted(parser *p, const char *wanted)
 {
     skip_space(p);
@@ -205,7 +205,7 @@ static const kmp_expr *make_binary(parser *p, const char *where, kmp_expr_kind k
 
 /* -- rules --------------------------------------------------------------------------------------- */
 
-/* What is wanted where no coordinates may stand. */
+/* The operands allowed where no coordinates are. */
 static const char *allowed_here(const kmp_expr_scope *scope)
 {
     return scope->coordinate  ? "a function of q, qd and t"
@@ -335,7 +335,7 @@ static const kmp_expr *parse_table(parser *p, const char *where, const kmp_named
     return make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = argument});
 }
 
-/* One of the model's unknowns, where coordinates may stand. */
+/* An algebraic variable of the model, where coordinates are allowed. */
 static const kmp_expr *parse_unknown(parser *p, const char *where, kmp_expr made)
 {
     const kmp_unknowns *u = made.unknowns;
@@ -416,8 +416,7 @@ static bool parse_unit_power(parser *p, int *power)
     return true;
 }
 
-/* After a unit, `*` or `/` with another unit goes on with it. Returns 1 when there was one, 0 when none, -1 after a
- * complaint. */
+/* Multiplies or divides by another unit after `*` or `/`. Returns 1 if there was one, 0 if none, -1 after an error. */
 static int parse_next_unit(parser *p, kmp_unit *unit)
 {
     const kmp_expr_scope *scope = p->scope;
@@ -509,7 +508,7 @@ static const kmp_expr *parse_power(parser *p)
     return make_binary(p, sign, KMP_EXPR_POW, base, exponent);
 }
 
-/* Every way to nest passes here. */
+/* Every nested rule passes through this function, which limits the depth. */
 static const kmp_expr *parse_factor(parser *p)
 {
     const kmp_expr *factor;

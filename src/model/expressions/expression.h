@@ -23,13 +23,13 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_DIV,
     KMP_EXPR_POW,      /* a ^ b; b must be a number or an expression of parameters */
     KMP_EXPR_CALL,     /* function, a [, b [, c]] */
-    KMP_EXPR_LESS,     /* a < b: 1 or 0; comparisons stand in the first argument of `if` */
+    KMP_EXPR_LESS,     /* a < b: 1 or 0; comparisons are first arguments of `if` */
     KMP_EXPR_AT_MOST,  /* a <= b */
     KMP_EXPR_GREATER,  /* a > b */
     KMP_EXPR_AT_LEAST, /* a >= b */
     KMP_EXPR_TABLE,    /* table(a) */
-    KMP_EXPR_UNKNOWN,  /* index of the model's unknowns, number among them; a: what its value depends on */
-    KMP_EXPR_PLACE     /* x, y, z: index 0, 1, 2 of a place that its user gives */
+    KMP_EXPR_UNKNOWN,  /* index of the group of algebraic variables, number in it; a: the operands of its value */
+    KMP_EXPR_PLACE     /* x, y, z: index 0, 1, 2 of a place, given at evaluation */
 } kmp_expr_kind;
 
 /* Functions of the language, one row each. */
@@ -56,8 +56,8 @@ typedef struct kmp_expr {
     kmp_dimension unit; /* of a number */
     const kmp_named_table *table;
     const struct kmp_unknowns *unknowns;
-    int symbol; /* of a law that is constant, like that of a kmp_number */
-    int column; /* where it stands; of an operation, its sign */
+    int symbol; /* of a constant law, as in kmp_number */
+    int column; /* its column; of an operation, its sign's column */
     const struct kmp_expr *a, *b, *c;
 } kmp_expr;
 
@@ -66,15 +66,15 @@ typedef struct kmp_expr {
 typedef struct kmp_number {
     double value;
     const kmp_expr *expr;
-    int symbol; /* what it is called where numbers are kept as symbols: 1, 2, ... as they were read; 0: nothing */
+    int symbol; /* its number where numbers are kept as symbols: 1, 2, ... in the order of reading; 0: none */
 } kmp_number;
 
-/** What a name in an expression may be of. */
+/** Kinds of names in expressions. */
 typedef enum kmp_expr_symbol { KMP_SYMBOL_PARAMETER, KMP_SYMBOL_COORDINATE, KMP_SYMBOL_CLOSURE } kmp_expr_symbol;
 
-/** Where an expression stands in its file, and how its symbols are resolved. A NULL resolver, or -1 from
- *  one, means that such a symbol is not known here. `suggest`, if not NULL, ends the sentence that says so
- *  (with the nearest known name). */
+/** The place of an expression in its file, and the resolution of its symbols. A NULL resolver, or -1 from one, means
+ * that such a symbol is not known here. `suggest`, if not NULL, ends the error message (with the nearest known name).
+ */
 typedef struct kmp_expr_scope {
     kempe_context *context;
     kmp_arena *arena;
@@ -83,17 +83,17 @@ typedef struct kmp_expr_scope {
     void *user;
     int (*parameter)(void *user, const char *name);
     int (*coordinate)(void *user, const char *name);
-    int (*closure)(void *user, const char *name);                  /* whose multipliers may stand here */
+    int (*closure)(void *user, const char *name);                  /* closures whose multipliers are allowed */
     const kmp_named_table *(*table)(void *user, const char *name); /* NULL: there is none */
     /* The unknowns that a name is one of: their index, and which; -1: there are none. */
     int (*unknown)(void *user, const char *name, const struct kmp_unknowns **unknowns, int *number);
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
     bool time;     /* t is allowed */
     bool compares; /* a comparison is wanted: a < b */
-    int place;     /* so many of x, y, z mean a place, whatever parameters are called */
+    int place;     /* so many of x, y, z mean a place, even if parameters have these names */
 } kmp_expr_scope;
 
-/** How the symbols of an expression are called. */
+/** Names of an expression's symbols. */
 typedef struct kmp_expr_names {
     const void *user;
     const char *(*parameter)(const void *user, int index);
@@ -101,27 +101,26 @@ typedef struct kmp_expr_names {
     const char *(*closure)(const void *user, int index);
 } kmp_expr_names;
 
-/** NULL after a complaint (with the column inside the expression), or when the arena has failed for want of
- *  memory. */
+/** NULL after an error (with the column inside the expression), or when the arena has failed for want of memory. */
 const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
 
 /** Value with the given parameter values; t, q, qd and lambda must not occur (NaN then). */
 double kmp_expr_value(const kmp_expr *expr, const double *parameters);
 
-/** The same at a time. */
+/** The value at a time t. */
 double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t);
 
 /** Appends the expression as it can be read again, with as few parentheses as keep its tree. */
 void kmp_expr_print(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names);
 
-/** What is wrong with the dimensions of an expression: the node at which they do not fit, and two that differ. */
+/** An error in the dimensions of an expression: the node at which they do not fit, and two that differ. */
 typedef struct kmp_expr_fault {
     const kmp_expr *at; /* NULL: nothing is wrong */
     kmp_dimension a, b;
 } kmp_expr_fault;
 
-/** Its dimension, given those and the values of the parameters (the values are needed in exponents alone). The first
- *  fault is kept. */
+/** The dimension of an expression, from the dimensions and the values of the parameters (the values are needed in
+ * exponents alone). The first error is kept. */
 kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dimensions, const double *values,
                                  kmp_expr_fault *fault);
 

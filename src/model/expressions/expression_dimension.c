@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The dimension of an expression, from the units of its numbers and the dimensions of its parameters. A number
- * without unit is a plain factor where it multiplies and fits anything where it stands alone; t, q and qd are in SI
- * and fit anything. */
+/* The dimension of an expression, from the units of its numbers and the dimensions of its parameters. A number without
+ * unit is a plain factor in a product and fits any dimension as a whole value; t, q and qd are in SI and fit any
+ * dimension. */
 #include "model/expressions/expression.h"
 #include <string.h>
 
-/* How a function treats dimensions. */
+/* Rules of functions for dimensions. */
 typedef enum rule {
     WANTS_NUMBER,  /* of plain numbers alone */
     LIKE_ARGUMENT, /* the arguments fit each other, the value is like them */
@@ -41,7 +41,7 @@ static void set_fault(walk *w, const kmp_expr *at, kmp_dimension a, kmp_dimensio
         *w->fault = (kmp_expr_fault){at, a, b};
 }
 
-/* What fits both: the more definite of the two. */
+/* The dimension that fits both: the more definite of the two. */
 static kmp_dimension agree(walk *w, const kmp_expr *at, kmp_dimension a, kmp_dimension b)
 {
     if (!kmp_dimension_fits(a, b))
@@ -83,7 +83,7 @@ static kmp_dimension dimension_of(walk *w, const kmp_expr *expr)
     switch (expr->kind) {
     case KMP_EXPR_NUMBER:
         return expr->unit;
-    case KMP_EXPR_PARAMETER: /* a parameter without unit may stand for anything */
+    case KMP_EXPR_PARAMETER: /* a parameter without unit may have any dimension */
         return w->dimensions[expr->index].kind == KMP_DIMENSION_BARE ? KMP_DIM_ANY : w->dimensions[expr->index];
     case KMP_EXPR_NEG:
         return dimension_of(w, expr->a);

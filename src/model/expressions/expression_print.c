@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Expressions as text that reads back to the same tree, with no more parentheses than that takes. */
+/* Expressions as text that reads back to the same tree, with the fewest parentheses. */
 #include "model/algebraic.h"
 #include "model/expressions/expression.h"
 #include <math.h>
 
-/* How tightly a node binds: what binds less than its place asks for is put in parentheses. */
+/* Precedence of a node: a node of lower precedence than its position requires is put in parentheses. */
 enum { BIND_COMPARISON, BIND_SUM, BIND_PRODUCT, BIND_NEGATIVE, BIND_POWER, BIND_PRIMARY };
 
 static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place);

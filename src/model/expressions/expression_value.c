@@ -50,7 +50,7 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
         return a > b;
     case KMP_EXPR_AT_LEAST:
         return a >= b;
-    case KMP_EXPR_TABLE: /* one that could not be read is complained of already */
+    case KMP_EXPR_TABLE: /* the error of one that could not be read is already reported */
         return expr->table->table ? kmp_table_value(expr->table->table, 0, a) : 0;
     case KMP_EXPR_TIME:
         return t;

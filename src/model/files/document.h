@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A model's document, whatever format its file has: Kempe's own YAML, or another one written down as that. */
+/* A model's document, in any file format: Kempe's own YAML, or another one converted to YAML nodes. */
 #ifndef KMP_MODEL_FILES_DOCUMENT_H
 #define KMP_MODEL_FILES_DOCUMENT_H
 
 #include "model/files/yaml.h"
 
-/** The contract of kmp_yaml_load. What is in another format begins with '<' or is in a file whose name ends with
- *  ".mbs" (model/mbs.h). */
+/** The contract of kmp_yaml_load. Text in another format begins with '<' or is in a file whose name ends with ".mbs"
+ * (model/files/mbs.h). */
 kempe_status kmp_document_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
                                size_t length, const kmp_yaml **root);
 

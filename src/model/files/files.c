@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The files that a model is read from, and complaints in their order: each is `label:line:column: sentence`, which is
- * taken apart again to be sorted. */
+/* The files of a model, and errors in their order: each message is `label:line:column: sentence`, which is parsed again
+ * for sorting. */
 #include "model/read/reading.h"
 #include <stdlib.h>
 #include <string.h>
@@ -45,7 +45,7 @@ static int count_lines(const char *s)
     return n;
 }
 
-/* The first file whose label and a colon begin `text`: files of the same label count as one. */
+/* The first file whose label and a colon begin `text`: files with equal labels count as one. */
 static int find_file(const kempe_model *model, const char *text)
 {
     for (int k = 0; k < model->file_count; k++) {
@@ -93,7 +93,7 @@ static bool is_repeated(const complaint *list, int i)
     return false;
 }
 
-/* In a model built in code a file is one call, without lines; its name is not said twice. */
+/* Reports an error again. In a model built in code a file is one call, without lines; its name is printed once. */
 static kempe_status say_again(kmp_reader *r, const complaint *c)
 {
     if (c->file < 0 || (c->line == 0 && strstr(c->text, r->model->files[c->file])))
@@ -101,7 +101,7 @@ static kempe_status say_again(kmp_reader *r, const complaint *c)
     return kmp_complain(r->context, r->model->files[c->file], c->line, c->column, "%s", c->text);
 }
 
-/* Of what was not kept, at the last place of what was. */
+/* Reports the number of errors that were not kept, at the last place of those kept. */
 static kempe_status say_rest(kmp_reader *r, const complaint *last, int rest)
 {
     const char *file = last->file >= 0 ? r->model->files[last->file] : r->file;

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A ROBOTRAN model, written down as the YAML document that says the same; its nodes have the places of the elements
- * that they come from. What the two languages share goes through unread: the reader judges it. Names lose the
- * characters that Kempe's names do not have. Laws of forces are functions in user code there, so that none comes
- * along. */
+/* A ROBOTRAN model, converted to an equivalent YAML document; its nodes have the places of the elements that they come
+ * from. Values common to both languages are passed on unread: the reader checks them. Names lose the characters that
+ * Kempe's names do not have. Laws of forces are functions in user code in ROBOTRAN, so they are not converted. */
 #include "model/files/mbs.h"
 #include "model/files/nodes.h"
 #include "model/files/xml.h"
@@ -50,7 +49,7 @@ static kmp_yaml *part(importer *im, kmp_yaml *map, const char *key, kmp_yaml_kin
     return there;
 }
 
-/* An entry of a section; a name may stand once in it. */
+/* Appends an entry to a section; each name occurs once in it. */
 static void add(importer *im, const char *section, const kmp_element *from, const char *name, const kmp_yaml *entry)
 {
     kmp_yaml *map = part(im, im->root, section, KMP_YAML_MAP);
@@ -60,7 +59,7 @@ static void add(importer *im, const char *section, const kmp_element *from, cons
         put(im, map, from->place, name, entry);
 }
 
-/* The text of an element as it stands; nothing counts as an empty scalar, of which the reader complains. */
+/* The text of an element, unchanged; no text is an empty scalar, which the reader rejects. */
 static const kmp_yaml *text_of(importer *im, const kmp_element *e)
 {
     return kmp_yaml_word(im->arena, e->text_place, e->text);
@@ -109,7 +108,7 @@ static const char *clean(importer *im, const char *name)
     return kept;
 }
 
-/* The name that an element has inside itself; NULL after a complaint or without memory. */
+/* The name inside an element; NULL after an error or without memory. */
 static const char *name_of(importer *im, const kmp_element *e, const char *key)
 {
     const char *name = kmp_element_text(e, key);
@@ -159,7 +158,7 @@ static bool has_point(const kmp_element *body, const char *name)
     return false;
 }
 
-/* `origin` is there without being said; what is between points names it. */
+/* Writes the points of a body. `origin` exists without declaration; elements between points name it. */
 static void put_points(importer *im, kmp_yaml *map, const kmp_element *body)
 {
     kmp_yaml *points = part(im, map, "points", KMP_YAML_MAP);
@@ -178,7 +177,7 @@ static void put_points(importer *im, kmp_yaml *map, const kmp_element *body)
     }
 }
 
-/* BODY.POINT of what an element says by `bodyname` and `pointname`; an origin that is not said is the body. */
+/* BODY.POINT from an element's `bodyname` and `pointname`; an origin that is not named is the body. */
 static const kmp_yaml *place_on(importer *im, const kmp_element *e, bool point)
 {
     const char *body = kmp_element_text(e, "bodyname"), *name = kmp_element_text(e, "pointname");
@@ -243,7 +242,7 @@ static bool is_cut(const importer *im, const char *name)
     return false;
 }
 
-/* What holds a driven joint: its start value, or the motion that begins with its start values. */
+/* The constraint of a driven joint: its start value, or the motion that begins with its start values. */
 static const kmp_yaml *drive(importer *im, const kmp_element *joint, const char *coordinate, const char *type)
 {
     const kmp_element *start = kmp_element_find(joint, "initialvalue");
@@ -265,8 +264,8 @@ static const kmp_yaml *drive(importer *im, const kmp_element *joint, const char 
     return map;
 }
 
-/* Start value, and what `nature` says: independent coordinates keep theirs while the loops are closed, driven ones
- * always. */
+/* Start value and `nature`: independent coordinates keep their values while the loops are closed, driven ones always.
+ */
 static void put_start(importer *im, const kmp_element *joint, const char *coordinate, const char *drive_name)
 {
     const kmp_element *start = kmp_element_find(joint, "initialvalue");
@@ -344,7 +343,7 @@ static void put_joint(importer *im, kmp_yaml *map, const kmp_element *body, cons
     put(im, map, own->place, "joint", own);
 }
 
-/* What no distribution of mass can have occurs in published models. */
+/* Inertias are accepted as given: published models contain some that no distribution of mass can have. */
 static void put_inertia(importer *im, kmp_yaml *map, const kmp_element *body)
 {
     static const char *const names[6][2] = {{"Ixx", "xx"}, {"Iyy", "yy"}, {"Izz", "zz"},
@@ -394,7 +393,7 @@ static void refuse_ignored(importer *im, const kmp_element *cut, const char *nam
         }
 }
 
-/* The second end point stands first: h is the vector to the first one there. */
+/* The second end point comes first: in ROBOTRAN h is the vector to the first one. */
 static void add_cut(importer *im, const kmp_element *cut, const char *kind)
 {
     static const char *const ends[2] = {"endpoint2", "endpoint1"};
@@ -505,7 +504,7 @@ kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *
     im.root = new_map(&im, im.model->place);
     if (im.root)
         add_all(&im);
-    if (im.status == KEMPE_OK) /* otherwise the reader would say the same again */
+    if (im.status == KEMPE_OK) /* otherwise the reader would report the error again */
         *root = im.root;
     return arena->failed ? kmp_fail_memory(context) : im.status;
 }

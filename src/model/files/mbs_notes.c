@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a ROBOTRAN model has and Kempe does not take: said in the log, by name. */
+/* Parts of a ROBOTRAN model that Kempe does not read: listed by name in the log. */
 #include "model/files/mbs.h"
 #include <string.h>
 
 enum { MOST_NAMES = 12 };
 
-/* The elements that are read or known to hold nothing of the mechanics, by what they are in. */
+/* The elements that are read or contain nothing of the mechanics, by their enclosing element. */
 static const struct {
     const char *in, *known;
 } grammar[] = {
@@ -38,7 +38,7 @@ typedef struct list {
     int count;
 } list;
 
-/* Whether there is room for another name. */
+/* True if there is room for another name. */
 static bool begin(list *l)
 {
     if (++l->count > MOST_NAMES)
@@ -47,7 +47,7 @@ static bool begin(list *l)
     return true;
 }
 
-/* Says the list, and is rid of it; false: no memory. */
+/* Writes the list to the log and frees it; false: no memory. */
 static bool say(list *l, kempe_context *context, const char *file, kempe_level level, const char *sentence)
 {
     int more = l->count - MOST_NAMES;
@@ -60,7 +60,7 @@ static bool say(list *l, kempe_context *context, const char *file, kempe_level l
     return ok;
 }
 
-/* -- elements that are not known ------------------------------------------------------------------- */
+/* -- unknown elements ------------------------------------------------------------------------------ */
 
 static bool is_word_of(const char *words, const char *name)
 {

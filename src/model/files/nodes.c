@@ -22,7 +22,7 @@ kmp_yaml *kmp_yaml_word(kmp_arena *arena, kmp_place place, const char *text)
     return node->text ? node : NULL;
 }
 
-/* Lists and mappings grow by doubling; the count tells when they are full. */
+/* Lists and mappings grow by doubling; the count shows when they are full. */
 void kmp_yaml_append(kmp_arena *arena, kmp_yaml *to, const kmp_yaml *key, const kmp_yaml *item)
 {
     if (!to || !item)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Documents written by Kempe itself instead of by a user: what builds a model in code or reads another format writes
- * the nodes that a YAML file would have had, so that the reader is the only judge. Without memory they do nothing;
- * the arena remembers. */
+/* Documents written by Kempe itself instead of by a user. Functions that build a model in code or read another format
+ * write the nodes that a YAML file would have had, so that all checks are the reader's. Without memory they do nothing;
+ * the arena remembers the failure. */
 #ifndef KMP_MODEL_FILES_NODES_H
 #define KMP_MODEL_FILES_NODES_H
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Expat's events become elements in an arena. Nothing recurses here, but who reads the tree may: its depth is
- * limited. */
+/* Expat's events become elements in an arena. Nothing recurses here, but functions that traverse the tree may: its
+ * depth is limited. */
 #include "model/files/xml.h"
 #include "base/memory.h"
 #include "model/limits.h"
@@ -18,9 +18,9 @@ typedef struct loader {
     XML_Parser parser;
     kmp_element *open[KMP_MOST_ELEMENTS]; /* from the root to where we are */
     int depth;
-    int ignored; /* so many levels inside what is skipped */
+    int ignored; /* levels inside a skipped element */
     kmp_element *root;
-    kmp_text text; /* of the innermost open element, while it has no other in it */
+    kmp_text text; /* of the innermost open element, while it has no child */
     kmp_place text_place;
     kempe_status status;
 } loader;

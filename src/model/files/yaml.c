@@ -29,7 +29,7 @@ static void complain(loader *l, kmp_place place, const char *sentence, const cha
 
 /* -- syntax -------------------------------------------------------------------------------------- */
 
-/* Place of a byte, for complaints about the encoding, which come without one. */
+/* Place of a byte, for errors of the encoding, which libyaml reports without one. */
 static kmp_place place_at(const char *text, size_t length, size_t offset)
 {
     kmp_place place = {.line = 1, .column = 1};
@@ -69,7 +69,7 @@ static void copy_scalar(loader *l, const yaml_node_t *from, kmp_yaml *to)
     char *text = kmp_arena_alloc(l->arena, length + 1, 1);
     if (!text)
         return;
-    /* a zero inside would hide what follows it: put a character that no name or number has */
+    /* a zero would hide the text after it: it is replaced by a character that no name or number has */
     for (size_t i = 0; i < length; i++)
         text[i] = from->data.scalar.value[i] ? (char)from->data.scalar.value[i] : '?';
     to->text = text;
@@ -165,7 +165,8 @@ static const kmp_yaml *copy_document(loader *l)
     return &l->nodes[0];
 }
 
-/* What libyaml would take long for. Brackets and anchors in comments count too, which does no harm at these limits. */
+/* Rejects documents that libyaml would need long for. Brackets and anchors in comments count too, which is harmless at
+ * these limits. */
 static bool check_size(loader *l, const char *text, size_t length)
 {
     int depth = 0, anchors = 0;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A YAML document as a tree of nodes with their places: a thin layer that hides libyaml. An alias is the node
- * it names; a duplicate key is complained of here, once for all mappings. */
+/* A YAML document as a tree of nodes with their places: a thin layer that hides libyaml. An alias is the node it names;
+ * duplicate keys are reported here, once for all mappings. */
 #ifndef KMP_MODEL_FILES_YAML_H
 #define KMP_MODEL_FILES_YAML_H
 
@@ -21,8 +21,8 @@ typedef struct kmp_yaml {
     const struct kmp_yaml **items;
 } kmp_yaml;
 
-/** Reads the one document of `text`. `*root` lives in `arena`; it is NULL when there is no document to go on
- *  with, and may be given together with KEMPE_E_INPUT. `number` is that of the file in the places of its nodes. */
+/** Reads the one document of `text`. `*root` lives in `arena`; it is NULL when no document can be used, and may be set
+ * together with KEMPE_E_INPUT. `number` is the file's number in the places of its nodes. */
 kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
                            size_t length, const kmp_yaml **root);
 

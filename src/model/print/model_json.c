@@ -109,7 +109,7 @@ static void json_axes(kmp_text *text, bool first, const char *key, double m[3][3
     kmp_text_put(text, "}");
 }
 
-/* Of the turned ones. */
+/* The axes of points that are rotated against the body. */
 static void json_point_axes(kmp_text *text, const kempe_model *model, int body)
 {
     bool first = true;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The model as it was understood: what its summary and its JSON share, and the choice of one. */
+/* The model as the reader understood it: common parts of its summary and its JSON, and the choice of one. */
 #include "model/print/model_print.h"
 
 static const char *parameter_name(const void *user, int index)

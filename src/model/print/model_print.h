@@ -9,14 +9,14 @@
 /** A summary to read; one JSON object. */
 void kmp_model_show(kmp_text *text, const kempe_model *model);
 void kmp_model_json(kmp_text *text, const kempe_model *model);
-/** The object without its run settings and its end: what the equations are made of. */
+/** The JSON object of the mechanism without its run settings and its end: the input of the equations. */
 void kmp_model_json_mechanism(kmp_text *text, const kempe_model *model);
 
 /** Profiles and tracks of either form (model_tracks.c): nothing where there are none. */
 void kmp_model_show_tracks(kmp_text *text, const kempe_model *model);
 void kmp_model_json_tracks(kmp_text *text, const kempe_model *model);
 
-/** Wheels likewise (model_wheels.c). */
+/** The summary of wheels (model_wheels.c). */
 void kmp_model_show_wheels(kmp_text *text, const kempe_model *model);
 void kmp_model_json_wheels(kmp_text *text, const kempe_model *model);
 

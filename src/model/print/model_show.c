@@ -146,7 +146,7 @@ static void show_bodies(kmp_text *text, const kempe_model *model)
         show_body(text, model, i);
 }
 
-/* Of what is not between points. */
+/* A closure that is not between points. */
 static void show_relation(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
 {
     for (int k = 0; k < closure->term_count; k++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Wheels, as they were understood, in both forms, and the words for what they are. */
+/* Wheels as the reader understood them, in both forms, and the words for their properties. */
 #include "model/print/model_print.h"
 
 const char *const kmp_contact_form_words[] = {"rigid", "elastic", NULL};
@@ -11,7 +11,7 @@ _Static_assert(KMP_WORDS(kmp_contact_form_words) == KMP_CONTACT_ELASTIC + 1, "a 
 _Static_assert(KMP_WORDS(kmp_creep_law_words) == KMP_CREEP_LAWS, "a law without a word");
 _Static_assert(KMP_WORDS(kmp_track_side_words) == KMP_TRACK_SIDES, "a rail without a word");
 
-/* The numbers of a wheel, beside its radius, that count for what it is. */
+/* The numbers of a wheel, in addition to its radius, that its form uses. */
 typedef struct numbers {
     int count;
     const char *key[6];

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Pieces of a course are integrated by Gauss-Legendre with four points. Knots of the cubic splines are placed by the
+ * fourth derivative (de Boor 1978, chapter V); candidates for the nearest point are refined until they are unambiguous.
+ */
 #include "model/rail/course.h"
 #include "base/memory.h"
 #include "model/limits.h"
@@ -10,7 +13,7 @@ static const double lead = 1;          /* m of straight before and behind */
 static const double jump = 0.05;       /* m over which curvature goes where it would jump */
 static const double corner = 0.5;      /* m over which the slope of cant goes at either end of its ramp */
 static const double direction = 1e-9;  /* rad: error of the spline's slope away from rounding */
-static const double growth = 0.4;      /* of the spacing over the distance from a joint */
+static const double growth = 0.4;      /* of the spacing with the distance from a joint */
 static const double least_step = 1e-5; /* m */
 
 /* A part of the line: curvature linear, cant a parabola over the distance from its beginning. */
@@ -63,7 +66,7 @@ static bool is_transition(const kmp_track *track, int k)
     return piece_at(track, k).kind == KMP_COURSE_TRANSITION;
 }
 
-/* The length over which curvature goes from piece k - 1 to piece k, half of it on either. */
+/* The length over which curvature changes from piece k - 1 to piece k, half of it on either. */
 static double jump_length(const kmp_track *track, int k)
 {
     if (is_transition(track, k - 1) || is_transition(track, k) || bend_at(track, k - 1) == bend_at(track, k))
@@ -124,7 +127,8 @@ static double spacing_at(const section *a, const section *b)
     return change > 0 ? fmax(least_step, sqrt(direction / (0.1 * change))) : INFINITY;
 }
 
-/* Elsewhere by the fourth derivative times its cube, by 24 (de Boor, A Practical Guide to Splines, 1978, chapter V). */
+/* The step in a section: near joints by spacing_at, elsewhere from the direction's error, the fourth derivative times
+ * the step's cube, by 24 (de Boor, A Practical Guide to Splines, 1978, chapter V). */
 static spacing spacing_of(const laying *l, int k)
 {
     const section *s = &l->section[k];
@@ -145,7 +149,7 @@ static double step_at(const spacing *w, double u, double length)
     return fmin(w->most, fmin(w->left + growth * u, w->right + growth * (length - u)));
 }
 
-/* Intervals of a section, and how far they reach before they are made to fit; more than `most`: it gives up. */
+/* The number of intervals of a section, and their length before they are scaled to fit; it stops beyond `most`. */
 static int count_steps(const laying *l, int k, int most, double *reach)
 {
     spacing w = spacing_of(l, k);
@@ -170,7 +174,7 @@ static int count_all(const laying *l, int most)
 /* -- the line -------------------------------------------------------------------------------------- */
 
 typedef struct place {
-    double x, y, lost_x, lost_y; /* lost: what rounding took off */
+    double x, y, lost_x, lost_y; /* lost: rounding errors of the sums */
 } place;
 
 static void sum(double *to, double *lost, double by)
@@ -180,7 +184,7 @@ static void sum(double *to, double *lost, double by)
     *to = whole;
 }
 
-/* Over an interval of a section that begins with `heading`: Gauss-Legendre with four points. */
+/* Integrates over an interval of a section that begins with `heading`: Gauss-Legendre with four points. */
 static void go(place *p, const section *s, double heading, double from, double to)
 {
     static const double node[2] = {0.33998104358485626, 0.86113631159405258};
@@ -274,7 +278,7 @@ static bool add_candidates(candidates *c)
     return ok;
 }
 
-/* Whether what is beside the track at s, by `aside`, begins next to s, and by a margin. */
+/* True if the iteration from candidates finds s from a point at `aside` lateral distance, with a margin. */
 static bool is_found(const candidates *c, double s, double aside, double margin)
 {
     const kmp_track *t = c->track;
@@ -297,8 +301,7 @@ static int first_behind(const candidates *c, double s)
     return k;
 }
 
-/* Where parts of the course are near each other more candidates are wanted. A place that is passed twice stays one that
- * cannot be told. */
+/* Adds candidates where parts of the course are near each other. A place that is passed twice remains ambiguous. */
 static bool refine(candidates *c)
 {
     enum { SAMPLES = 2000, PASSES = 4 };
@@ -332,7 +335,7 @@ static bool choose_candidates(kmp_track *t)
     return t->candidate;
 }
 
-/* -- all of it ------------------------------------------------------------------------------------- */
+/* -- the whole course ------------------------------------------------------------------------------ */
 
 static bool make_tables(kmp_track *t, laying *l)
 {

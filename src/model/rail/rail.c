@@ -6,7 +6,7 @@
 
 /* -- places of a spline ---------------------------------------------------------------------------- */
 
-/* The highest place of a piece, between its ends: where the derivative, a parabola, falls through zero. */
+/* The highest place of a piece, between its ends: where the derivative, a parabola, decreases through zero. */
 static double highest_inside(const kmp_table *t, int k, double here)
 {
     const double *c = t->piece[k];
@@ -32,7 +32,8 @@ static double highest(const kmp_table *t)
     return best;
 }
 
-/* Where it is `level` high between x = low, where it is not higher, and x = high, where it is. */
+/* The abscissa where the table has the value `level`, between x = low, where it is not higher, and x = high, where it
+ * is. */
 static double bisect(const kmp_table *t, double level, double low, double high)
 {
     for (;;) {
@@ -78,7 +79,7 @@ static void turn(const kmp_table *profile, double slope, section *s)
     }
 }
 
-/* What is seen from above, from the highest point to both sides. */
+/* Keeps the part that is visible from above, from the highest point to both sides. */
 static void leave_seen(section *s)
 {
     int top = 0, first, last;
@@ -94,7 +95,7 @@ static void leave_seen(section *s)
     s->z += first;
 }
 
-/* Shifts the section to its place; false: the gauge cannot be measured on it. */
+/* Moves the section to its place; false: the gauge cannot be measured on it. */
 static bool shift(section *s, const kmp_table *turned, kmp_rail_place *place)
 {
     double top = highest(turned), height = kmp_table_value(turned, 0, top), face, lowest = height;

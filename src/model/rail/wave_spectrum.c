@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Shinozuka and Jan, Digital simulation of random processes and its applications, J. Sound Vib. 25 (1972): of each
- * narrow band one harmonic, of its variance and with a phase of its own. */
+/* Shinozuka and Jan, Digital simulation of random processes and its applications, J. Sound Vib. 25 (1972): each narrow
+ * band becomes one harmonic, of the band's variance and with a random phase. */
 #include "model/rail/wave_spectrum.h"
 #include "base/memory.h"
 #include "symbolic/table.h"
@@ -28,8 +28,8 @@ const char *kmp_wave_spectrum_word(int k)
     return k >= 0 && k < LEVELS ? levels[k].word : NULL;
 }
 
-/* ERRI B176: S = A wc^2 / ((w^2 + wr^2) (w^2 + wc^2)); of the angle between the rails, with half their distance b,
- * A / b^2 wc^2 w^2 / ((w^2 + wr^2) (w^2 + wc^2) (w^2 + ws^2)), which for the height over 2 b has the factor 4. */
+/* ERRI B176: S = A wc^2 / ((w^2 + wr^2) (w^2 + wc^2)). For the angle between the rails, with half their distance b, A /
+ * b^2 wc^2 w^2 / ((w^2 + wr^2) (w^2 + wc^2) (w^2 + ws^2)); for the height over 2 b this has the factor 4. */
 double kmp_wave_spectrum_density(int kind, kmp_irregularity what, double frequency)
 {
     static const double wc = 0.8246, wr = 0.0206, ws = 0.4380;

@@ -8,14 +8,16 @@
 /** The k-th word of spectra.def, NULL after the last. */
 const char *kmp_wave_spectrum_word(int k);
 
-/** Density of alignment, level or cross level at an angular frequency over the length, rad/m, in m^2/(rad/m): the
- *  variance is its integral over the frequencies from the longest wavelength to the shortest one. 0 of others. */
+/** Density of alignment, level or cross level at an angular frequency over the length, rad/m, in m^2/(rad/m). The
+ * variance is its integral over the frequencies from the longest wavelength to the shortest one. 0 for other
+ * irregularities. */
 double kmp_wave_spectrum_density(int kind, kmp_irregularity what, double frequency);
 
-/** Knots of what is made. */
+/** The number of knots of a generated irregularity. */
 double kmp_wave_spectrum_knots(const kmp_wave_spectrum *spectrum);
 
-/** What a spectrum makes of one irregularity, zero at its ends and beyond. The seed decides. NULL: no memory. */
+/** Generates one irregularity from a spectrum, zero at its ends and beyond; it is determined by the seed. NULL: no
+ * memory. */
 struct kmp_table *kmp_wave_spectrum_make(const kmp_wave_spectrum *spectrum, kmp_irregularity what);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Wheels on rails as the model has them. Of either rail of a track, and of a wheel on it, the lateral coordinate counts
- * outwards, away from the middle of the track: left and right are the same but for the sign. */
+/* Wheels on rails in the model. For either rail of a track, and for a wheel on it, the lateral coordinate counts
+ * outwards, away from the middle of the track: left and right differ by the sign alone. */
 #ifndef KMP_MODEL_RAIL_WHEELS_H
 #define KMP_MODEL_RAIL_WHEELS_H
 
@@ -13,7 +13,7 @@ enum { KMP_TRACK_SIDES = 2, KMP_WHEEL_ZONES = 8, KMP_CONTACT_SHOWN = 13, KMP_WHE
 
 typedef enum kmp_track_side { KMP_TRACK_LEFT, KMP_TRACK_RIGHT } kmp_track_side;
 
-/** Where something stands, for later complaints. */
+/** The place of an element, for later messages. */
 typedef struct kmp_place {
     int line, column;
     int file; /* of the model's files */
@@ -27,7 +27,7 @@ typedef struct kmp_profile {
     struct kmp_table *height; /* a cubic spline; NULL while something is wrong with it */
 } kmp_profile;
 
-/** What the rails are beside the ideal track, m, over the arc length. */
+/** Displacements of the rails from the ideal track, m, over the arc length. */
 typedef enum kmp_irregularity {
     KMP_IRREGULARITY_ALIGNMENT, /* leftwards, of both rails */
     KMP_IRREGULARITY_LEVEL,     /* upwards, of both rails */
@@ -36,7 +36,7 @@ typedef enum kmp_irregularity {
     KMP_IRREGULARITIES
 } kmp_irregularity;
 
-/** What is made of a spectral density (wave_spectrum.h). */
+/** Irregularities from a spectral density (wave_spectrum.h). */
 typedef struct kmp_wave_spectrum {
     int kind; /* row of spectra.def; -1: there is none */
     double seed, from, to, shortest, longest, scale;
@@ -45,19 +45,19 @@ typedef struct kmp_wave_spectrum {
 typedef struct kmp_irregularities {
     const kmp_named_table *named[KMP_IRREGULARITIES]; /* of the model; NULL: none */
     kmp_wave_spectrum spectrum;
-    struct kmp_table *made[KMP_IRREGULARITIES]; /* of the spectrum where nothing is named; NULL: none */
+    struct kmp_table *made[KMP_IRREGULARITIES]; /* from the spectrum where no table is named; NULL: none */
 } kmp_irregularities;
 
 typedef enum kmp_course_kind {
     KMP_COURSE_STRAIGHT,
-    KMP_COURSE_TRANSITION, /* curvature and cant go from what is before it to what is behind it */
+    KMP_COURSE_TRANSITION, /* curvature and cant change from those of the piece before to those of the piece after it */
     KMP_COURSE_LEFT,
     KMP_COURSE_RIGHT
 } kmp_course_kind;
 
 typedef struct kmp_course_piece {
     kmp_course_kind kind;
-    double length, radius, cant; /* m; of a curve: cant is how much the outer rail is above the inner one */
+    double length, radius, cant; /* m; of a curve: cant is the height of the outer rail above the inner one */
 } kmp_course_piece;
 
 /** A track. Its axes, x forwards, y left and z up, begin at a point of the ground and are those of the point; z = 0 is
@@ -68,22 +68,22 @@ typedef struct kmp_track {
     const kmp_profile *profile; /* of the rails, upright */
     double gauge, gauge_depth, inclination;
     struct kmp_table *rail; /* height of an inclined rail over the lateral coordinate from the track's middle */
-    double rail_at;         /* where the profile's origin is there */
-    bool curved;            /* otherwise it is straight, level, and what follows is NULL */
+    double rail_at;         /* the lateral position of the profile's origin */
+    bool curved;            /* otherwise it is straight, level, and the members below are NULL */
     kmp_course_piece *course;
     int course_count;
     struct kmp_table *x, *y; /* of the middle line over its arc length; its direction is their derivative */
     struct kmp_table *cant;  /* angle about that direction; NULL: none */
-    double *candidate; /* arc lengths, ascending: whatever is beside the track is nearest to one of them, and there
-                        * between its neighbours */
+    double *candidate;       /* arc lengths, ascending: for any point near the track one of them is nearest, and the
+                                projection is between its neighbours */
     int candidate_count;
     kmp_irregularities irregularities;
-    double length; /* of what was described; beyond, it goes on straight */
+    double length; /* of the course; beyond it the track is straight */
 } kmp_track;
 
 typedef enum kmp_contact_form {
     KMP_CONTACT_RIGID,  /* a closure of one row, whose multiplier is the normal force */
-    KMP_CONTACT_ELASTIC /* a normal force in each zone, of its penetration */
+    KMP_CONTACT_ELASTIC /* a normal force in each zone, from its penetration */
 } kmp_contact_form;
 
 typedef enum kmp_creep_law {
@@ -91,7 +91,7 @@ typedef enum kmp_creep_law {
     KMP_CREEP_LINEAR, /* Kalker's */
     KMP_CREEP_SHEN,   /* Shen, Hedrick and Elkins */
     KMP_CREEP_POLACH,
-    KMP_CREEP_TANH, /* each component saturated by itself (Jaschinski) */
+    KMP_CREEP_TANH, /* each component saturated separately (Jaschinski) */
     KMP_CREEP_LAWS
 } kmp_creep_law;
 
@@ -104,21 +104,21 @@ typedef struct kmp_wheel {
     int point; /* its centre; y of the point's axes is the axle, leftwards; the body turns with the wheel */
     const kmp_profile *profile;
     kmp_number radius;
-    double scale;  /* of the lengths by which contact is looked for: kmp_zones_scale of the radius as it was read */
-    double stands; /* on the track, where the rail has the slope that the profile has at 0: there it stands in the
-                      middle */
+    double scale;  /* of the lengths in the search for contact: kmp_zones_scale of the radius as read */
+    double stands; /* neutral position on the track: the rail's slope equals the profile's slope at 0 */
     int zone_count;
     double zone[KMP_WHEEL_ZONES][2];      /* pieces of the profile that can touch the rail, one contact in each */
     bool zones_given;                     /* in the file; otherwise found */
-    double node[KMP_WHEEL_PLACES];        /* on the profile, that averages of an elastic wheel are made of */
+    double node[KMP_WHEEL_PLACES];        /* on the profile, the nodes of an elastic wheel's averages */
     int nodes_end[KMP_WHEEL_ZONES];       /* of each zone */
-    double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: what they resolve but at edges (model/zones.h) */
+    double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: the spread that the nodes resolve except at edges
+                                             (model/rail/zones.h) */
     kmp_contact_form form;
     int closure, force; /* of the model's; closure -1: elastic */
     kmp_creep_law law;
     double poisson;
     kmp_number shear_modulus, friction;
-    kmp_number stiffness; /* N/m^1.5; with has_stiffness, otherwise that of Hertz */
+    kmp_number stiffness; /* N/m^1.5; with has_stiffness, otherwise from Hertz' theory */
     bool has_stiffness;
     kmp_number damping; /* s/m: N (1 + damping * rate of penetration) */
     kmp_number speed;   /* below it creepages are regularised, m/s */
@@ -127,7 +127,7 @@ typedef struct kmp_wheel {
 /** The words of the language for these, in order; NULL ends each list. */
 extern const char *const kmp_track_side_words[], *const kmp_contact_form_words[], *const kmp_creep_law_words[];
 
-/** How many contacts a wheel has: an elastic one each zone, a rigid one alone. */
+/** The number of contacts of a wheel: one per zone if elastic, a single one if rigid. */
 int kmp_wheel_contacts(const kmp_wheel *wheel);
 
 #endif

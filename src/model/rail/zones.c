@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Zones by trying out: the wheel without yaw is put over the rail at many places, at a few rolls, and comes down until
- * it touches. Heights of both stand on fine even grids. */
+/* Zones by sampling: the wheel without yaw is put over the rail at many positions, at a few rolls, and lowered until it
+ * touches. The heights of both are on fine even grids. */
 #include "model/rail/zones.h"
 #include "base/memory.h"
 #include "symbolic/table.h"
@@ -8,16 +8,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Lengths are in m and those of a wheel of that radius: times kmp_wheel.scale. */
+/* Lengths are in m for a wheel of that radius: times kmp_wheel.scale. */
 #define USUAL  0.46
 #define GRID   2.5e-4 /* of the wheel's points */
 #define FINE   1e-4   /* of the rail's */
-#define MARGIN 1e-2   /* beside the rail */
-#define SHIFT  2.5e-4 /* from one place of the wheel to the next */
+#define MARGIN 1e-2   /* lateral distance from the rail */
+#define SHIFT  2.5e-4 /* from one position of the wheel to the next */
 #define JUMP   2e-3   /* shorter ones are none */
-#define BEYOND 2e-3   /* a zone goes on so far after the last point that touches */
+#define BEYOND 2e-3   /* extent of a zone beyond the last point that touches */
 #define FAR    1.0    /* below the rail's top, where there is no rail */
-#define TURN   0.3    /* rad: contacts of an elastic wheel whose normals are nearer are in one zone */
+#define TURN   0.3    /* rad: contacts of an elastic wheel whose normals differ by less are in one zone */
 enum { BISECTIONS = 10, FEWEST_POINTS = 40, MOST_POINTS = 4000 };
 
 static const double rolls[] = {-0.01, 0, 0.01};
@@ -56,7 +56,7 @@ static double *sample(const kmp_table *table, double first, double step, int cou
     return y;
 }
 
-/* A length of whole steps has as many of them on each scale, however it is rounded. */
+/* The number of points in a length. A length of whole steps has this number on each scale, independent of rounding. */
 static int points_of(double length, double step)
 {
     return (int)fmin(MOST_POINTS, fmax(1, ceil(length / step - 1e-6))) + 1;
@@ -124,7 +124,8 @@ static double angle_at(const scan *s, int k)
     return atan((s->radius[before] - s->radius[after]) / (s->step * (after - before)));
 }
 
-/* The average over a zone goes over smoothly from one place to another whose normal is nearly the same. */
+/* Notes a jump of the contact point, unless the wheel is elastic and the normals are nearly equal: the average over a
+ * zone then changes smoothly. */
 static void note_jump(scan *s, int a, int b)
 {
     if (s->elastic && fabs(angle_at(s, a) - angle_at(s, b)) < TURN)
@@ -142,7 +143,7 @@ static void note_jump(scan *s, int a, int b)
     s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
 }
 
-/* From one place, where k touches, to the next one, where l does: what stays a jump however near both places are. */
+/* Between two positions, where k and l touch, finds the jumps that remain at any distance of the positions. */
 static void follow(scan *s, double out, int k, double next, int l, int depth)
 {
     s->lowest = k < s->lowest ? k : s->lowest;
@@ -159,7 +160,7 @@ static void follow(scan *s, double out, int k, double next, int l, int depth)
     follow(s, middle, m, next, l, depth - 1);
 }
 
-/* What the wheel stands on goes under it from one end of its profile to the other. */
+/* Moves the rail under the wheel from one end of its profile to the other. */
 static void roll_over(scan *s, double middle, double roll)
 {
     s->cosine = cos(roll);
@@ -182,7 +183,7 @@ static int by_end(const void *a, const void *b)
                               : (x->first > y->first) - (x->first < y->first);
 }
 
-/* What jumps have in common that overlap becomes one: as few borders as leave none without one. */
+/* Overlapping jumps are replaced by their intersection: the fewest borders that leave no jump without one. */
 static int join_jumps(scan *s)
 {
     int count = 0;
@@ -198,7 +199,7 @@ static int join_jumps(scan *s)
     return count;
 }
 
-/* Of more than there is room for the smallest are passed over. */
+/* Drops the smallest jumps beyond the available room. */
 static int drop_smallest(scan *s, int count)
 {
     while (count > KMP_WHEEL_ZONES - 1) {
@@ -211,7 +212,7 @@ static int drop_smallest(scan *s, int count)
     return count;
 }
 
-/* How many zones there would be with room for all. */
+/* Collects the zones; returns their number with room for all. */
 static int collect(scan *s, kmp_wheel *wheel)
 {
     int all = join_jumps(s), borders = drop_smallest(s, all);
@@ -257,16 +258,16 @@ int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 
 /* A Gaussian of standard deviation sigma is summed up to 1e-6 of itself at places 1.2 sigma apart. */
 #define RESOLVED   1.2
-#define LEAST      8e-6 /* spread, over the radius */
-#define MOST_LEAST 5e-5 /* likewise: an edge, which no places resolve, is not to blur its whole zone */
-#define NARROWEST  1e-4 /* from place to place */
+#define LEAST      8e-6 /* spread, relative to the radius */
+#define MOST_LEAST 5e-5 /* upper limit, so that an edge blurs only a part of its zone */
+#define NARROWEST  1e-4 /* distance of places */
 #define WIDEST     1e-3
 #define GROWING    0.12   /* of spacings, from each to the next */
-#define ALIKE      0.05   /* rad: of the normals of points that may touch, with what the wheel rolls */
-#define OUTSIDE    2.5e-3 /* of places beyond a zone: what pair.c adds to the gap there lets nothing farther */
+#define ALIKE      0.05   /* rad: largest difference of normals of points that may touch, including the wheel's roll */
+#define OUTSIDE    2.5e-3 /* of places beyond a zone: the limit by pair.c's penalty */
 
-/* Curvatures of the gap where a point of the wheel touches, the greatest, by point; by those of the rail whose normals
- * are nearly the same. */
+/* The greatest curvatures of the gap where a point of the wheel touches, by point, with those of the rail whose normals
+ * are nearly equal. */
 static bool find_bends(const scan *s, const kmp_track *track, const kmp_wheel *wheel, double *bend)
 {
     double *angle = KMP_NEW(double, s->rail_count);
@@ -284,7 +285,7 @@ static bool find_bends(const scan *s, const kmp_track *track, const kmp_wheel *w
     return angle;
 }
 
-/* What resolves the least spread at each point, growing slowly from there. */
+/* The spacing that resolves the least spread at each point, growing slowly from there. */
 static void find_spacing(const scan *s, double radius, const double *bend, double *spacing)
 {
     for (int k = 0; k < s->count; k++) {
@@ -302,7 +303,7 @@ static int point_near(const scan *s, double at)
     return (int)fmin(fmax(round((at - s->first) / s->step), 0), s->count - 1);
 }
 
-/* Places from one end of the zone to the other, `wider` than they should be, if there is room for them. */
+/* Places from one end of the zone to the other, at `wider` times their spacing, if there is room for them. */
 static bool put_places(const scan *s, kmp_wheel *wheel, int zone, double wider, const double *spacing)
 {
     int *end = &wheel->nodes_end[zone];
@@ -318,8 +319,8 @@ static bool put_places(const scan *s, kmp_wheel *wheel, int zone, double wider, 
     return false;
 }
 
-/* The spread that all places of a zone resolve; where curvatures come to more than 3300 1/m (of a wheel of 0.46 m) they
- * do not, and contact there is where a place is. */
+/* The spread that all places of a zone resolve. Where curvatures exceed 3300 1/m (for a wheel of 0.46 m) places do not
+ * resolve it, and contact there is at a place. */
 static double resolved(const scan *s, const kmp_wheel *wheel, int zone, const double *bend)
 {
     double least = LEAST * wheel->radius.value;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The spanning tree of the graph of bodies, by Prim's algorithm (Bell System Technical Journal 36 (1957) 1389-1401)
- * from the ground: of all joints that lead on from what is reached, the one first in rank, then the one nearest to the
- * ground, then the file's order. The rank is by the rows that a cut would have, so that the rows of all cuts together
- * are fewest (a spanning tree of greatest weight); what must stay is first of all. */
+ * from the ground. Of all joints with one end reached it takes the first in rank, then the nearest to the ground, then
+ * the first in the file. The rank is the number of rows of the joint's cut, so that all cuts together have the fewest
+ * rows (a spanning tree of greatest weight). Joints that must stay are first of all. */
 #include "model/read/linkage.h"
 #include <string.h>
 
@@ -52,7 +52,7 @@ static int other_end(const kmp_edge *edge, int body)
     return edge->body[0] == body ? edge->body[1] : edge->body[0];
 }
 
-/* In the tree, by the edges on which both bodies hang. */
+/* Finds the path in the tree, by the edges to which both bodies are attached. */
 static int path_in_tree(kmp_linkage *g, int from, int to)
 {
     int count = 0, tail = 0, *down = g->path + g->body_count;
@@ -72,7 +72,7 @@ static int path_in_tree(kmp_linkage *g, int from, int to)
     return count;
 }
 
-/* Among what stays, breadth first; `by` and `order` are free for it until there is a tree. */
+/* Finds the path among joints that must stay, breadth first; `by` and `order` are free for it until there is a tree. */
 static int path_among_staying(kmp_linkage *g, int from, int to)
 {
     int count = 1, length = 0;
@@ -101,7 +101,7 @@ int kmp_linkage_path(kmp_linkage *g, int from, int to)
     return g->depth[0] < 0 ? path_among_staying(g, from, to) : path_in_tree(g, from, to);
 }
 
-/* -- what stays ---------------------------------------------------------------------------------- */
+/* -- joints that stay ---------------------------------------------------------------------------- */
 
 static int root_of(const kmp_linkage *g, int body)
 {
@@ -141,7 +141,7 @@ static kmp_place place_of(const kmp_edge *edge, const char *key)
     return node ? node->place : edge->key->place;
 }
 
-/* What is to be cut and cannot be. */
+/* Reports a joint that the user cuts but that cannot be cut. */
 static void check_wish(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
 {
     if (edge->faulty || edge->wish != KMP_CUT_YES || !kmp_edge_must_stay(edge))
@@ -158,7 +158,7 @@ static void check_wish(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
     edge->faulty = g->broken = true;
 }
 
-/* Bodies' own joints first, then what the user wants, then what could not be otherwise. */
+/* Bodies' own joints first, then the user's requests, then joints without alternative. */
 static int rank_of_staying(const kmp_edge *edge)
 {
     return edge->own ? 0 : edge->wish == KMP_CUT_NO ? 1 : !edge->kind.closure ? 2 : 3;
@@ -180,7 +180,7 @@ static void join_staying(kmp_reader *r, kmp_linkage *g)
 
 /* -- the tree ------------------------------------------------------------------------------------ */
 
-/* -1: not of its own accord. */
+/* -1: not in the tree by default. */
 static int rank_of(const kmp_edge *edge)
 {
     if (edge->faulty || edge->wish == KMP_CUT_YES)
@@ -195,7 +195,7 @@ static bool is_reached(const kmp_linkage *g, int body)
     return g->depth[body] >= 0;
 }
 
-/* Both ends are reached, or neither is: it leads nowhere. */
+/* True if exactly one end of the joint is reached. */
 static bool leads_on(const kmp_linkage *g, const kmp_edge *edge)
 {
     return is_reached(g, edge->body[0]) != is_reached(g, edge->body[1]);
@@ -237,7 +237,7 @@ static void hang_by(kmp_linkage *g, int e, int *reached)
     g->order[(*reached)++] = body;
 }
 
-/* A joint that is to be cut but leads on from all that is reached, -1: none. */
+/* A joint that is to be cut although it alone connects further bodies, -1: none. */
 static int bridge(const kmp_linkage *g)
 {
     for (int e = 0; e < g->edge_count; e++)

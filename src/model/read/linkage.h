@@ -20,23 +20,23 @@ bool kmp_joint_kind_at(int k, kmp_joint_kind *kind);
 
 typedef enum kmp_cut_wish { KMP_CUT_CHOICE, KMP_CUT_YES, KMP_CUT_NO } kmp_cut_wish;
 
-/** A joint between two bodies. Those that stand in a body are there to stay. */
+/** A joint between two bodies. Joints declared in a body must stay. */
 typedef struct kmp_edge {
     const char *name; /* as the model has it */
     const kmp_yaml *key, *map;
-    bool own;                 /* it stands in its second body */
+    bool own;                 /* it is declared in its second body */
     int body[2];              /* the first and the second, as the joint's coordinates are counted */
     const kmp_yaml *point[2]; /* BODY.POINT; of an own joint `at` and `to`, which may be absent */
     kmp_joint_kind kind;      /* without a name: unknown, or motions */
     int freedoms;
     kmp_cut_wish wish;
     const char *need;      /* why it must have a coordinate, NULL: it need not */
-    const char *asked;     /* the output that asks for its multipliers, NULL: none */
-    const kmp_yaml *start; /* a start value of it */
-    bool stays;            /* in the tree whatever else would be better (while choosing: joined to its group) */
+    const char *asked;     /* the output that requests its multipliers, NULL: none */
+    const kmp_yaml *start; /* one of its start values */
+    bool stays;            /* in the tree in any case (while choosing: joined to its group) */
     bool tree, reversed;   /* chosen: in the tree; its second body carries the first */
-    bool faulty;           /* complained of: neither in the tree nor cut */
-    const kmp_yaml *made;  /* what stands for it: a joint, or a closure */
+    bool faulty;           /* its error is reported: neither in the tree nor cut */
+    const kmp_yaml *made;  /* the node that replaces it: a joint, or a closure */
 } kmp_edge;
 
 struct kmp_linkage {
@@ -45,16 +45,16 @@ struct kmp_linkage {
     const kmp_yaml **body_keys, **body_maps; /* NULL for the ground */
     kmp_edge *edges;
     int edge_count;
-    bool broken;   /* an edge could not be read: what hangs on nothing is not complained of */
-    int *by;       /* edge by which a body hangs, -1 */
+    bool broken;   /* an edge could not be read: bodies without connection are not reported */
+    int *by;       /* edge by which a body is attached, -1 */
     int *depth;    /* coordinates between the ground and a body */
     int *order;    /* bodies in the order in which they were reached */
-    int *group;    /* bodies that what stays joins */
+    int *group;    /* bodies that staying joints connect */
     int *path;     /* edges of the last path found */
     kmp_yaml cuts; /* the cut joints as a mapping of closures */
 };
 
-/** Whether a joint has to stay in the tree. */
+/** True if a joint has to stay in the tree. */
 bool kmp_edge_must_stay(const kmp_edge *edge);
 
 /** Why: "force 'motor' acts on it". */
@@ -64,13 +64,14 @@ const char *kmp_edge_reason(kmp_reader *r, const kmp_edge *edge);
 const char *kmp_edge_what(kmp_reader *r, const kmp_edge *edge);
 
 /** Chooses the tree: the joints that must stay, then those whose cut has most rows, those with a start value before
- *  others, those near the ground, the file's order. Complains of what is impossible. */
+ * others, those near the ground, the file's order. Reports impossible requests. */
 void kmp_linkage_choose(kmp_reader *r, kmp_linkage *g);
 
-/** The edges between two bodies in order, of the tree or, while there is none, of what stays: g->path; their number. */
+/** The edges between two bodies in order, in the tree or, before it is chosen, among the staying joints: g->path;
+ * returns their number. */
 int kmp_linkage_path(kmp_linkage *g, int from, int to);
 
-/** Sets need, asked and start of the edges by what stands elsewhere in the model. */
+/** Sets need, asked and start of the edges from their uses elsewhere in the model. */
 void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g);
 
 /** Why a joint is cut, in words. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which joints must have a coordinate: what the rest of the model says of them. Expressions are only looked through for
- * `q(JOINT)` and the like here; they are read when there are coordinates. */
+/* Joints that must have a coordinate because other parts of the model use it. Expressions are only searched for
+ * `q(JOINT)` and similar text here; they are read when there are coordinates. */
 #include "model/read/linkage.h"
 #include <ctype.h>
 #include <string.h>
@@ -8,7 +8,7 @@
 typedef struct search {
     kmp_reader *r;
     kmp_linkage *g;
-    const char *reason; /* of what is found */
+    const char *reason; /* of the use found */
 } search;
 
 /* The joint that a coordinate `JOINT` or `JOINT.k` of a file belongs to; NULL: none of `joints`. */
@@ -96,7 +96,7 @@ static void look_into(const search *s, const kmp_yaml *node)
 
 /* -- sections -------------------------------------------------------------------------------------- */
 
-/* Entries whose `joint` is a coordinate, and which may hold expressions. */
+/* Searches entries whose `joint` is a coordinate, and which may contain expressions. */
 static void search_entries(search *s, const char *section, const char *acts, const char *depends)
 {
     const kmp_yaml *map = kmp_yaml_get(s->r->root, section);

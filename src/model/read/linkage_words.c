@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What is said of the choice of the tree. */
+/* Messages about the choice of the tree. */
 #include "model/read/linkage.h"
 
 const char *kmp_edge_what(kmp_reader *r, const kmp_edge *edge)
@@ -34,7 +34,7 @@ const char *kmp_linkage_bodies(kmp_reader *r, const kmp_linkage *g, int from, in
     return names;
 }
 
-/* How the cut joint compares with those of its loop that could be cut as well. */
+/* Comparison of the cut joint with those of its loop that could be cut as well. */
 typedef struct rivals {
     const char *more, *started, *nearer,
         *before;         /* names: of more rows, with a start value, nearer the ground, others */

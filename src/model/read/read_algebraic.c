@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Unknowns of equations, and expressions under a name. Each may use those before it. What depends on multipliers waits
- * until the closures are read; closures cannot depend on it. */
+/* Algebraic variables, and expressions under a name. Each may use those before it. Expressions that depend on
+ * multipliers wait until the closures are read; closures cannot depend on them. */
 #include "model/read/reading.h"
 #include <ctype.h>
 #include <string.h>
 
-/* -- what depends on multipliers ---------------------------------------------------------------------- */
+/* -- dependence on multipliers ------------------------------------------------------------------------ */
 
 static bool is_letter(char c)
 {
     return isalnum((unsigned char)c) || c == '_' || (unsigned char)c >= 0x80;
 }
 
-/* Whether a text has a word. */
+/* True if a text contains a word. */
 static bool has_word(const char *text, const char *word)
 {
     size_t length = strlen(word);
@@ -22,7 +22,7 @@ static bool has_word(const char *text, const char *word)
     return false;
 }
 
-/* The name that a file knows another one by; what that file does not know is long enough to be no word of it. */
+/* The name in the file's own notation. A name unknown to that file keeps its prefix, which no word of the file has. */
 static const char *name_in(const kmp_reader *r, int file, const char *name)
 {
     const kmp_include_instance *instance = kmp_reader_instance(r, file);
@@ -44,7 +44,7 @@ static bool waits(const kmp_reader *r, const kmp_yaml *map, int i)
     return found;
 }
 
-/* -- what occurs in them ------------------------------------------------------------------------------ */
+/* -- operands ----------------------------------------------------------------------------------------- */
 
 static bool is_same(const kmp_expr *a, const kmp_expr *b)
 {
@@ -63,7 +63,7 @@ static void add_leaf(kmp_reader *r, const kmp_expr *leaf, const kmp_expr **sum)
     *sum = more ? more : leaf;
 }
 
-/* Of unknowns what they depend on stands below them. */
+/* For algebraic variables their operands are appended below them. */
 static void add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum)
 {
     if (!e)
@@ -108,7 +108,7 @@ static const char *read_new_name(kmp_reader *r, const kmp_yaml *key, const char 
     return kmp_arena_strdup(&r->model->arena, name);
 }
 
-/* The names come first, so that the equations know them. */
+/* The names are registered first, so that the equations can use them. */
 static bool read_guesses(kmp_reader *r, const kmp_yaml *of, const char *what, kmp_unknowns *u)
 {
     if (!kmp_read_map(r, of, what, NULL))
@@ -191,7 +191,7 @@ void kmp_read_unknowns(kmp_reader *r)
             return;
         if (!name)
             (void)kmp_read_name(r, map->keys[i], "a group of unknowns");
-        model->unknowns_count = i + !name; /* a name does not know itself */
+        model->unknowns_count = i + !name; /* a named expression cannot use itself */
         model->unknowns[i].late = waits(r, map, i);
         if (!model->unknowns[i].late)
             read_entry(r, map->items[i], i);

@@ -69,9 +69,9 @@ void kmp_complete_axes(int k, const double axis[3], double m[3][3])
     int i = (k + 1) % 3, j = (k + 2) % 3;
     double across = axis[i] * axis[i] + axis[j] * axis[j], along = fabs(axis[k]), u[3], w[3];
     bool opposite = axis[k] < 0 && across < OPPOSITE * OPPOSITE;
-    /* Rodrigues' turn of unit vector k onto the axis takes unit vector i to u = i - c axis_i (k + axis),
-     * c = 1 / (1 + axis_k), here without a difference of nearly equal numbers. From the opposite of k on it is the turn
-     * of that one onto the axis. */
+    /* Rodrigues' rotation of unit vector k to the axis maps unit vector i to u = i - c axis_i (k + axis), c = 1 / (1 +
+     * axis_k), here without a difference of nearly equal numbers. If `opposite`, it is the rotation of -k to the axis.
+     */
     double c = axis[k] < 0 && !opposite ? (1 + along) / across : 1 / (1 + along);
     u[k] = opposite ? axis[i] : -axis[i];
     u[i] = 1 - c * axis[i] * axis[i];

@@ -4,7 +4,7 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-/* A body as it stands in the file. */
+/* A body in its order of the file. */
 typedef struct source {
     const kmp_yaml *key, *map, *joint, *at, *to;
     int parent; /* source, -1 the ground */
@@ -56,7 +56,7 @@ static bool take_sources(sources *s, const kmp_yaml *map)
 
 /* -- order --------------------------------------------------------------------------------------- */
 
-/* An end of a joint in complaints. */
+/* Names an end of a joint in messages. */
 static const char *what_of(kmp_reader *r, const kmp_yaml *joint, const char *end, const char *body)
 {
     const char *linked = kmp_linkage_name(r, joint) ? kmp_linkage_what(r, joint) : NULL;
@@ -84,12 +84,13 @@ static void find_parent(sources *s, source *child)
     kmp_nearest_offer(&nearest, "ground");
     for (int i = 0; i < s->count; i++)
         kmp_nearest_offer(&nearest, s->list[i].key->text);
-    if (strcmp(said, "ground") != 0) /* else the include is complained of, which puts it on no body */
+    if (strcmp(said, "ground") != 0) /* otherwise the include is in error, which puts it on no body */
         kmp_reader_complain_near(r, child->at->place, &nearest, "%s: unknown body '%s'", what, said);
     child->at = NULL;
 }
 
-/* `on` is its own ancestor. The circle is cut at its first body in the file, so that it is said once. */
+/* Reports that `on` is its own ancestor. The cycle is cut at its first body in the file, so that it is reported once.
+ */
 static void complain_circle(sources *s, int on)
 {
     kmp_text chain = {0};
@@ -122,7 +123,7 @@ static void cut_circle(sources *s, int i)
         complain_circle(s, i);
 }
 
-/* Places body i after its ancestors: the way up is written from the end of the free part of `order`. */
+/* Places body i after its ancestors: the path to the root is written from the end of the free part of `order`. */
 static void place(sources *s, int i)
 {
     int top = s->count;
@@ -254,7 +255,7 @@ static void add_vectors(kmp_reader *r, kmp_number to[3], const kmp_number by[3])
         to[k] = add_numbers(r, to[k], by[k]);
 }
 
-/* Where an included file's ground begins: a point named like its prefix and `ground`, on the body that it is put on. */
+/* The origin of an included file's ground: a point named by its prefix and `ground`, on the body that it is put on. */
 static int place_ground(kmp_reader *r, const kmp_include_instance *instance)
 {
     kempe_model *model = r->model;
@@ -265,7 +266,7 @@ static int place_ground(kmp_reader *r, const kmp_include_instance *instance)
     const kmp_include_instance *outer = kmp_reader_instance(r, instance->parent);
     if (instance->at && strchr(instance->at->text, '.'))
         base = kmp_read_point_text(r, instance->at->place, instance->at->text, "'at' of an include");
-    else if (body < 0 && instance->at) /* without it, the ground: not found for want of memory */
+    else if (body < 0 && instance->at) /* otherwise, the ground: not found for want of memory */
         (void)kmp_read_body(r, instance->at, "'at' of an include");
     else if (outer && (!instance->at || strcmp(instance->at->text, "ground") == 0))
         base = outer->ground;
@@ -326,7 +327,7 @@ static bool read_all_points(sources *s, const kmp_yaml *ground)
 
 /* -- all ----------------------------------------------------------------------------------------- */
 
-/* Also without any body there is the ground, so that what refers to it can be read. */
+/* The ground exists also without bodies, so that references to it can be read. */
 static bool make_ground(kempe_model *model, int bodies)
 {
     model->bodies = KMP_ARENA_NEW(&model->arena, kmp_body, bodies + 1);

@@ -24,7 +24,7 @@ static const char *const closure_keys[] = {
 #undef KMP_CLOSURE
     "length", "axis", "axes", "table", "y", "z", "curve", "equals", "power", NULL};
 
-/* Which kinds take a key. */
+/* The kinds that accept a key. */
 static const struct {
     const char *key;
     unsigned needs;
@@ -47,7 +47,7 @@ static void check_keys(kmp_reader *r, const kmp_yaml *map, const char *what, con
     }
 }
 
-/* Of a function of time the value at t = 0 is judged. */
+/* For a function of time the value at t = 0 is checked. */
 static void read_length(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
 {
     const char *length_of = kmp_reader_say(r, "the length of %s", what);
@@ -147,7 +147,7 @@ static void read_curve_table(kmp_reader *r, const kmp_yaml *node, const char *wh
     add_curve(closure, of, 1);
 }
 
-/* One expression that is zero on the curve (or surface), or two, of surfaces that meet in it. */
+/* One expression that is zero on the curve (or surface), or two, for surfaces that intersect in it. */
 static void read_implicit(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
 {
     if (node->kind != KMP_YAML_LIST) {
@@ -290,13 +290,13 @@ bool kmp_closure_is_drive(const kmp_closure *closure)
     return strcmp(closure->kind, "drive") == 0 || strcmp(closure->kind, "lock") == 0;
 }
 
-/* One that is not understood was complained of. */
+/* True if the drive could be read; otherwise its error is reported already. */
 static bool is_understood(const kmp_closure *drive)
 {
     return drive->function || strcmp(drive->kind, "lock") == 0;
 }
 
-/* A coordinate has one drive; one that is not known was complained of. */
+/* A coordinate has one drive; an unknown coordinate is reported already. */
 static void check_driven(kmp_reader *r, int number)
 {
     const kmp_closure *closures = r->model->closures;
@@ -348,7 +348,7 @@ static void read_loops(kmp_reader *r, const kmp_yaml *map)
     }
 }
 
-/* Joints between bodies that are cut; their names are judged where they stand. */
+/* Joints between bodies that are cut; their names are checked where they are declared. */
 static void read_cuts(kmp_reader *r, const kmp_yaml *map)
 {
     for (int i = 0; i < map->count; i++) {

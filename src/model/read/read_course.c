@@ -101,7 +101,7 @@ static bool read_piece(const reading *c, const kmp_yaml *map, kmp_course_piece *
     return !curve || (read_radius(c, map, &piece->radius) && read_cant(c, map, &piece->cant));
 }
 
-/* Which rail it lifts, and how far: positive the left one. */
+/* The height of the raised rail: positive for the left one. */
 static double lift(const kmp_course_piece *piece)
 {
     return piece->kind == KMP_COURSE_LEFT ? -piece->cant : piece->cant;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Force elements: the rows of forces.def. */
+/* Force elements: the rows of force_kinds.def. */
 #include "model/read/reading.h"
 #include "model/tables/force_table.h"
 #include <string.h>
@@ -35,7 +35,7 @@ typedef struct element {
 
 /* -- which one ----------------------------------------------------------------------------------- */
 
-/* The key that says where it acts; `spring` says what it is when there is a joint. */
+/* The key for the place of action; `spring` is the kind when there is a joint. */
 static const char *find_place(const element *e)
 {
     const char *place = NULL;
@@ -170,7 +170,7 @@ static void check_stops(const element *e, const kmp_yaml *map)
 
 /* -- elements ------------------------------------------------------------------------------------ */
 
-/* A rotation has a torque, a translation a force: the other word shows that another motion is meant. */
+/* A rotation has a torque, a translation a force: the other word shows that another motion is intended. */
 static void read_effort(const element *e)
 {
     kmp_reader *r = e->r;
@@ -231,7 +231,7 @@ static void read_on_body(const element *e)
     read_components(e, kmp_yaml_get(e->map, "torque"), KMP_DIM_TORQUE);
 }
 
-/* Keys that are known but belong to another kind. */
+/* Reports keys that are known but belong to another kind. */
 static void refuse_others(const element *e, const char *place)
 {
     const kmp_force_row *row = &kmp_force_rows[e->force->kind];

@@ -15,7 +15,7 @@ static const char *point_of(kmp_reader *r, const char *text)
     return kmp_reader_say(r, "%.*s", (int)(length - sizeof head), text + sizeof head - 1);
 }
 
-/* What the goal is about; false after a complaint. */
+/* The subject of the goal; false after an error. */
 static bool read_subject(kmp_reader *r, const kmp_yaml *key, kmp_goal *goal)
 {
     const kempe_model *model = r->model;
@@ -35,7 +35,7 @@ static bool read_subject(kmp_reader *r, const kmp_yaml *key, kmp_goal *goal)
     return true;
 }
 
-/* Whether a file that includes this one has set the goal; `said`: where each so far. */
+/* True if a file that includes this one has set the goal; `said`: places of the goals so far. */
 static bool is_said(kmp_reader *r, const kmp_yaml *key, const kmp_goal *goal, const kmp_place *said)
 {
     const kmp_start *start = &r->model->start;
@@ -54,7 +54,7 @@ static void read_values(kmp_reader *r, const kmp_yaml *node, const char *what, k
         kmp_read_number(r, node, what, wanted, goal->value);
 }
 
-/* One for all components, or one for each. */
+/* One weight for all components, or one for each. */
 static void read_weights(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_goal *goal)
 {
     if (goal->width == 3 && node->kind == KMP_YAML_LIST) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Included models. The mappings of an included file are joined to those of the file that includes it before anything
- * is read: the names that its keys give are prefixed here, names that it refers to where they are looked up
- * (kmp_reader_name), by the file of the node that refers. Its ground is a point of the body that it is put on. */
+/* Included models. The mappings of an included file are merged with those of the including file before anything is
+ * read. Names that its keys define are prefixed here. Names that it refers to are prefixed at look-up
+ * (kmp_reader_name), by the file of the referring node. Its ground is a point of the body that it is put on. */
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/files/document.h"
@@ -11,7 +11,7 @@
 
 static const char *const include_keys[] = {"file", "prefix", "at", "offset", "set", NULL};
 
-/* Parts that are joined, and whether their keys are new names (those of `start` are references). */
+/* Merged parts, and a flag if their keys are new names (those of `start` are references). */
 static const char *const joined_parts[] = {"parameters", "tables", "profiles", "tracks", "algebraic", "bodies",
                                            "wheels",     "joints", "loops",    "drives", "forces",    "sensors"};
 
@@ -229,7 +229,7 @@ static const kmp_yaml *with_item(kmp_reader *r, const kmp_yaml *map, const char 
     return changed;
 }
 
-/* The parameters of an included file, some of them set by who includes it. */
+/* The parameters of an included file, some of them set by the including file. */
 static const kmp_yaml *set_parameters(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
 {
     const kmp_yaml *parameters = kmp_yaml_get(root, "parameters");

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Irregularities of a track: tables over the arc length, or made of a spectrum. */
+/* Irregularities of a track: tables over the arc length, or generated from a spectrum. */
 #include "model/limits.h"
 #include "model/rail/wave_spectrum.h"
 #include "model/read/reading.h"

@@ -44,7 +44,7 @@ static void add_motion(list *l, int body, bool rotation, const double axis[3])
     model->bodies[body].motion_count++;
 }
 
-/* Stands for a motion that could not be read, so that what refers to it is not complained of too. */
+/* Replaces a motion that could not be read, so that references to it cause no further errors. */
 static void add_stand_in(list *l, int body, bool rotation)
 {
     static const double z[3] = {0, 0, 1};
@@ -162,7 +162,7 @@ static void read_pitch(kmp_reader *r, const char *chain, const kmp_yaml *joint, 
         kmp_read_number(r, pitch, kmp_reader_say(r, "the pitch of %s", what), KMP_DIM_LENGTH, &body->pitch);
 }
 
-/* The one key that says what kind of joint it is. */
+/* The one key that determines the kind of joint. */
 static void read_kind(list *l, const kmp_yaml *joint, const char *what, int body)
 {
     int kinds = 0;

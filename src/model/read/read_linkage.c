@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Joints between two bodies. They are written out as what the rest of the reader knows, joints in bodies and closures,
- * once it is chosen which of them make the tree. */
+/* Joints between two bodies. Once the tree is chosen they are converted to forms that the rest of the reader knows:
+ * joints in bodies, and closures. */
 #include "base/context.h"
 #include "model/read/linkage.h"
 #include <string.h>
@@ -74,7 +74,7 @@ static const kmp_yaml *direction(kmp_reader *r, const double axis[3], const kmp_
 
 /* -- bodies -------------------------------------------------------------------------------------- */
 
-/* Body of a point BODY.POINT, or of a body's name; -1 after a complaint. */
+/* Body of a point BODY.POINT, or of a body's name; -1 after an error. */
 static int find_body(kmp_reader *r, const kmp_linkage *g, const kmp_yaml *node, const char *what)
 {
     const char *said = kmp_reader_say(r, "%.*s", (int)strcspn(node->text, "."), node->text);
@@ -95,7 +95,7 @@ static int count_motions(const char *chain)
     return (int)strcspn(chain, "=") / 2;
 }
 
-/* The joint in a body; what is wrong with it is said when it is read. */
+/* The joint in a body; its errors are reported when it is read. */
 static void take_own_joint(kmp_reader *r, kmp_linkage *g, int body)
 {
     const kmp_yaml *joint = kmp_yaml_get(g->body_maps[body], "joint");
@@ -152,7 +152,7 @@ static bool read_kind(kmp_reader *r, kmp_edge *edge, const char *what)
     return false;
 }
 
-/* What does not go with the kind. */
+/* Reports keys that do not belong to the kind. */
 static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *what)
 {
     const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
@@ -244,9 +244,9 @@ static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const 
     g->broken = g->broken || edge->faulty;
 }
 
-/* -- what stands for them -------------------------------------------------------------------------- */
+/* -- conversion ------------------------------------------------------------------------------------ */
 
-/* The value of the joint's kind as it stands in a body. */
+/* The value of the joint's kind as written in a body. */
 static const kmp_yaml *axis_of(kmp_reader *r, const kmp_edge *edge)
 {
     const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
@@ -278,7 +278,7 @@ static const char *name_in_file(kmp_reader *r, const kmp_linkage *g, int body)
     return g->body_names[body] + (instance ? strlen(instance->prefix) : 0);
 }
 
-/* A body's own joint, by which the body now carries what it hung on. */
+/* A body's own joint, by which the body now carries its former parent. */
 static const kmp_yaml *turn_own_joint(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge)
 {
     static const char *const ends[] = {"at", "to", "reversed", NULL};

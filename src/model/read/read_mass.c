@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Mass, centre of mass and inertia, and whether a body can have them. */
+/* Mass, centre of mass and inertia, and the check that a body can have them. */
 #include "model/read/reading.h"
 #include <math.h>
 #include <string.h>
@@ -9,8 +9,8 @@ static const char *const inertia_keys[] = {"xx", "yy", "zz", "xy", "xz", "yz", "
 /* Published data is rounded: a flat body's xx + yy may fall short of zz by that much. */
 static const double slack = 1e-4;
 
-/* A body's second moments P = tr(I)/2 - I are a sum of m r r' and so have no negative principal minor; then I
- * has none either, and its principal moments fulfil the triangle inequality. P is scaled to trace 1. */
+/* A body's second moments P = tr(I)/2 - I are a sum of m r r' and so have no negative principal minor; then I has none
+ * either, and its principal moments fulfil the triangle inequality. P is scaled to trace 1. */
 static bool is_possible(const kmp_number inertia[6])
 {
     double half = (inertia[0].value + inertia[1].value + inertia[2].value) / 2;
@@ -98,7 +98,7 @@ static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
         if (!entry && i < 3)
             complete = false;
     }
-    /* plane data gives zz alone: what is absent can then not be judged */
+    /* plane data has zz alone: absent values cannot be checked */
     if (good && check_diagonal(r, node, body) && complete)
         check_tensor(r, node, body);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sensors, which are named expressions, and what a run gives: the rows of outputs.def. */
+/* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. */
 #include "model/read/reading.h"
 #include "model/tables/output_table.h"
 #include <string.h>
@@ -27,7 +27,7 @@ void kmp_read_sensors(kmp_reader *r)
 
 /* -- arguments ----------------------------------------------------------------------------------- */
 
-/* Named things that an output may be about. */
+/* Named things that an output may refer to. */
 typedef struct things {
     const char *what;
     int count;
@@ -84,7 +84,7 @@ static int find_force(kmp_reader *r, const kmp_yaml *node, const char *word, con
     return force;
 }
 
-/* Elastic wheels have no multiplier: the word for what is meant. */
+/* Elastic wheels have no multiplier: the message names the right word. */
 static bool is_elastic(kmp_reader *r, const kmp_yaml *node, const char *word, const char *name)
 {
     const kempe_model *model = r->model;

@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Parameters: any may refer to any other. They are valued as soon as what they refer to is; what is left when
- * nothing more can be valued goes in a circle. */
+/* Parameters: any may refer to any other. Each is valued as soon as its operands are; those left when nothing more can
+ * be valued form a cycle. */
 #include "model/read/reading.h"
+#include <kempe/settings.h>
 #include <math.h>
 #include <string.h>
 
-/* What is known of each parameter while they are valued. */
+/* States of a parameter during valuation. */
 typedef enum state { WAITING, KNOWN, BAD } state;
 
 typedef struct valuation {
     kmp_reader *r;
     const kmp_yaml *map;
-    const kmp_yaml **items; /* what the parameters are: their items of the map, or settings */
+    const kmp_yaml **items; /* the parameters: their items of the map, or settings */
     const kmp_expr **exprs;
     state *states;
 } valuation;
@@ -77,7 +78,7 @@ static int next_in_wait(const valuation *v, int i)
     return find_need(v, v->exprs[i], WAITING);
 }
 
-/* Follows what waits for what from `i`: after as many steps as there are parameters it is on the circle. */
+/* Follows dependences from `i`: after as many steps as there are parameters it is on the cycle. */
 static void complain_circle(valuation *v, int i)
 {
     kmp_reader *r = v->r;
@@ -136,7 +137,7 @@ static void complain_setting(kmp_reader *r, kmp_place place, const char *name)
     kmp_reader_complain_near(r, place, &nearest, "the model has no parameter '%s'", name);
 }
 
-/* A setting as if it stood in a file of its own; NULL: no memory. */
+/* A setting as a node of a file of its own; NULL: no memory. */
 static kmp_yaml *node_of_setting(kmp_reader *r, const kempe_setting *setting)
 {
     kmp_yaml *node = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);

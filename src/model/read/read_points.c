@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Points of a curve: two lists in the file, or two columns of a CSV file beside it. */
+/* Points of a curve: two lists in the file, or two columns of a CSV file in its folder. */
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/read/reading.h"
@@ -155,7 +155,7 @@ static bool read_sheet(sheet *s, const char *text)
     return good;
 }
 
-/* Beside the file that names it. */
+/* The path in the folder of the file that names it. */
 static const char *path_beside(const points *p, const kmp_yaml *csv)
 {
     const char *from = p->r->model->files[csv->place.file], *slash = strrchr(from, '/');
@@ -175,7 +175,7 @@ static bool read_csv(points *p)
         !kmp_read_word(p->r, s.column[1], kmp_reader_say(p->r, "%s of %s", p->key[1], p->what)))
         return false;
     const char *path = path_beside(p, csv);
-    kempe_context *aside = kempe_context_new(); /* its message becomes part of ours */
+    kempe_context *aside = kempe_context_new(); /* its message becomes part of the reader's */
     char *text = NULL;
     size_t length;
     bool good = false;

@@ -74,7 +74,7 @@ static bool check_points(const kmp_points *p)
     return check_order(p);
 }
 
-/* How far a piece of the spline is from the line between its points, at most about. */
+/* The largest distance of a piece of the spline from the line between its points, approximately. */
 static double swing(const kmp_table *t, int k)
 {
     double h = t->x[k + 1] - t->x[k], worst = 0;
@@ -85,7 +85,7 @@ static double swing(const kmp_table *t, int k)
     return worst;
 }
 
-/* A spline that swings out between its points is no cross-section. */
+/* A spline that oscillates between its points is no cross-section. */
 static bool check_spline(const kmp_points *p, const kmp_table *t)
 {
     for (int k = 0; k + 1 < t->count; k++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a run starts and how it goes. */
+/* Start values and settings of runs. */
 #include "model/limits.h"
 #include "model/read/reading.h"
 #include "model/tables/rows.h"
@@ -20,7 +20,7 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
     for (int i = 0; said && i < map->count; i++) {
         const kmp_yaml *key = map->keys[i];
         const char *name = kmp_reader_name(r, key->place.file, key->text);
-        if (kmp_linkage_find(r, name) == KMP_LINKED_CUT) /* a warning of its own says so */
+        if (kmp_linkage_find(r, name) == KMP_LINKED_CUT) /* a separate warning reports it */
             continue;
         int motion = kmp_read_motion(r, key, what);
         kmp_number value = {0};

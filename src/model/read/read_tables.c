@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tables: functions of one variable given by points, in the file or in columns of a CSV file beside it. */
+/* Tables: functions of one variable by points, in the file or in columns of a CSV file in its folder. */
 #include "model/read/reading.h"
 #include "model/tables/named_table.h"
 #include <string.h>

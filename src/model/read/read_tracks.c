@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tracks: two rails, and where they lie. */
+/* Tracks: two rails, and their positions. */
 #include "model/rail/rail.h"
 #include "model/read/reading.h"
 #include <math.h>
@@ -9,7 +9,7 @@ static const char *const track_keys[] = {"at",          "rail",   "gauge",      
 
 static const double usual_depth = 0.014; /* m below the top of the rails, where a gauge is measured (EN 13848-1) */
 
-/* A number that no equation has: what it is made of cannot vary. */
+/* A number outside the equations: its parameters cannot vary. */
 static bool read_size(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value)
 {
     kmp_number number;

@@ -60,7 +60,7 @@ static int find_coordinate(void *user, const char *name)
     return find_numbered(r->model, name);
 }
 
-/* A coordinate of a joint between bodies that was complained of stands for itself no more: any other does. */
+/* A coordinate of a joint with a reported error may be replaced by any other. */
 static int find_in_expression(void *user, const char *name)
 {
     kmp_reader *r = user;
@@ -168,12 +168,12 @@ static void suggest(void *user, const char *name, kmp_expr_symbol symbol, kmp_te
         suggest_parameter(user, name, sentence);
 }
 
-/* What may stand in an expression beside parameters. */
+/* Operands allowed in an expression in addition to parameters. */
 typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_LOADS, COMPARISON_OF_LOADS, OF_X, OF_PLACE } symbols;
 
 static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
 {
-    if (kmp_context_complaints(r->context) > KMP_MOST_COMPLAINTS) /* no more would be said of it */
+    if (kmp_context_complaints(r->context) > KMP_MOST_COMPLAINTS) /* no further error would be kept */
         return NULL;
     if (node->kind != KMP_YAML_SCALAR || node->empty) {
         kmp_reader_complain(r, node->place, "%s must be a number or an expression, not %s", what,
@@ -306,7 +306,7 @@ bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     return good;
 }
 
-/* Sets the flags of the parameters in an expression, and of those that they follow from. */
+/* Sets the flags of the parameters in an expression, and of those that they depend on. */
 static void mark(const kempe_model *model, const kmp_expr *expr, bool *flags)
 {
     if (!expr)
@@ -348,7 +348,7 @@ static const kmp_expr *name_constant(kmp_reader *r, const kmp_expr *expr)
     return named;
 }
 
-/* What is constant must be finite, and what is known have the dimension. */
+/* Constants must be finite, and known dimensions must fit. */
 static const kmp_expr *read_variable(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
                                      symbols allowed)
 {
@@ -452,7 +452,7 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
     const char *name = kmp_reader_body_name(r, place.file, kmp_reader_say(r, "%.*s", (int)length, text));
     int body = kmp_find_body(r->model, name, strlen(name));
     bool ground = length == strlen("ground") && strncmp(text, "ground", length) == 0;
-    if (body < 0 && !ground) /* an included ground on no body is complained of at its include */
+    if (body < 0 && !ground) /* an included ground on no body is reported at its include */
         complain_body(r, place, text, length, what);
     if (body < 0)
         return -1;

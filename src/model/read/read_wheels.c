@@ -18,7 +18,7 @@ typedef struct reading {
 
 /* -- words --------------------------------------------------------------------------------------- */
 
-/* One of a list's words; `number` stays after a complaint. */
+/* One of a list's words; `number` is unchanged after an error. */
 static bool read_choice(const reading *w, const char *key, const char *const *words, int *number)
 {
     const kmp_yaml *node = kmp_yaml_get(w->map, key);
@@ -135,7 +135,7 @@ static bool read_numbers(const reading *w)
     return read_poisson(w) && good;
 }
 
-/* What a rigid wheel has no use for. */
+/* Reports keys that a rigid wheel does not use. */
 static bool check_form(const reading *w)
 {
     static const char *const elastic[] = {"stiffness", "damping"};
@@ -200,7 +200,7 @@ static void say_left_out(const reading *w, int zones)
             w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
 }
 
-/* Those of an earlier wheel that is the same, or found anew. */
+/* Copies the zones of an equal earlier wheel, or finds them. */
 static void find_zones(const reading *w)
 {
     const kempe_model *model = w->r->model;
@@ -219,7 +219,7 @@ static void find_zones(const reading *w)
         say_left_out(w, zones);
 }
 
-/* Likewise the places of each. */
+/* Copies the places of an equal earlier wheel's zones, or finds them. */
 static void space_zones(const reading *w)
 {
     const kempe_model *model = w->r->model;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Reading a model: the parts of the file in the order in which they refer to each other. No mistake ends the
- * reading; what depends on something wrong is passed over, and the complaints are sorted by place at the end.
- * The language: docs/model_format.md. */
+/* Reading a model: the parts of the file in the order in which they refer to each other. No error ends the reading;
+ * parts that depend on a faulty one are skipped, and the messages are sorted by place at the end. The language:
+ * docs/model_format.md. */
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/build.h"
@@ -9,6 +9,7 @@
 #include "model/rail/rail.h"
 #include "model/read/reading.h"
 #include "model/tables/named_table.h"
+#include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Complaints and nodes: what every part of the reader asks of the file. */
+/* Errors and nodes: functions for every part of the reader. */
 #include "model/read/reading.h"
 #include <stdarg.h>
 #include <string.h>
 
-/* -- complaints ---------------------------------------------------------------------------------- */
+/* -- errors -------------------------------------------------------------------------------------- */
 
 static void say(kmp_reader *r, kmp_place place, kmp_text *sentence)
 {

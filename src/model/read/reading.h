@@ -1,21 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the parts of the reader share: the model under construction, complaints, and the values that occur
- * everywhere in the language. Every kmp_read function complains itself, with place and names, and leaves its
- * outputs untouched when it has nothing to give; the reader goes on, so that all mistakes are said at once. */
+/* Common definitions of the reader's parts: the model under construction, errors, and the values that occur everywhere
+ * in the language. Every kmp_read function reports errors itself, with place and names, and leaves its outputs
+ * untouched when it has no result. The reader continues, so that all errors are reported at once. */
 #ifndef KMP_MODEL_READ_READING_H
 #define KMP_MODEL_READ_READING_H
 
 #include "model/files/yaml.h"
 #include "model/model.h"
 #include "model/tables/nearest.h"
+#include <kempe/settings.h>
 
 /** One inclusion of a file. */
 typedef struct kmp_include_instance {
-    int file, parent;            /* of the model's files: its own, and the one that includes it */
+    int file, parent;            /* of the model's files: its own, and the including one */
     const char *prefix;          /* of all its names */
-    const kmp_yaml *at, *offset; /* where its ground is: a body or a point, NULL the ground, and how far from there */
+    const kmp_yaml *at, *offset; /* its ground: a body or a point, NULL the ground; the distance from it */
     const kmp_yaml *root;
-    int ground; /* point that stands for its ground, once bodies are read */
+    int ground; /* the point that represents its ground, once bodies are read */
 } kmp_include_instance;
 
 typedef struct kmp_linkage kmp_linkage;
@@ -29,13 +30,13 @@ typedef struct kmp_reader {
     int setting_count;
     kmp_include_instance *instances; /* included files, parents first */
     int instance_count;
-    int scope; /* file whose names the expression at hand means */
+    int scope; /* file whose names the current expression uses */
     const kmp_yaml *root;
     kmp_linkage *linkage;  /* NULL without joints between bodies */
-    bool wrong;            /* something was complained of */
-    bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
+    bool wrong;            /* an error was reported */
+    bool *parameter_known; /* its value is good; dependents of others are skipped without message */
     bool *parameter_used;  /* something other than parameters depends on it */
-    bool *parameter_fixed; /* something that is no number of the equations does */
+    bool *parameter_fixed; /* a value that is no number of the equations depends on it */
     bool *parameter_shapes;
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
@@ -43,58 +44,57 @@ typedef struct kmp_reader {
 
 /* -- files (files.c) ------------------------------------------------------------------------------- */
 
-/** A new row of the model's files, whose label stands before line and column of complaints; -1: no memory. */
+/** Appends a row to the model's files, whose label precedes line and column of messages; -1: no memory. */
 int kmp_reader_add_file(kmp_reader *r, const char *label);
 
-/** Sorts the context's complaints by place and drops repeated ones. */
+/** Sorts the context's errors by place and drops repeated ones. */
 kempe_status kmp_reader_sort_complaints(kmp_reader *r);
 
 /* -- included files (read_include.c) ----------------------------------------------------------------- */
 
 extern const char *const kmp_model_keys[];
 
-/** Joins what the model includes to r->root. */
+/** Merges the model's included files into r->root. */
 void kmp_read_includes(kmp_reader *r);
 
 /** NULL for the model's own file. */
 const kmp_include_instance *kmp_reader_instance(const kmp_reader *r, int file);
 
-/** A name that stands in a file, as the model has it: with the file's prefix. */
+/** A name in a file, as the model has it: with the file's prefix. */
 const char *kmp_reader_name(kmp_reader *r, int file, const char *name);
 
-/** What the start says again at `again`, having said it at `before`: true where the file of `before` includes that of
- *  `again`, and has the last word; otherwise it is given twice, and a complaint. */
+/** A start value set at `again` after `before`: true where the file of `before` includes that of `again`, and takes
+ * precedence. Otherwise it is given twice, which is an error. */
 bool kmp_reader_said(kmp_reader *r, const char *what, const kmp_yaml *again, kmp_place before);
 
-/** The same for a body; the ground of an included file is the body that it is put on. */
+/** The model's name of a body; the ground of an included file is the body that it is put on. */
 const char *kmp_reader_body_name(kmp_reader *r, int file, const char *name);
 
 /* -- joints between bodies (read_linkage.c) ---------------------------------------------------------- */
 
-/** Reads `joints` and chooses which of them make the tree; the others become closures: r->linkage. */
+/** Reads `joints` and chooses those that make the tree; the others become closures: r->linkage. */
 void kmp_read_linkage(kmp_reader *r, const kmp_yaml *bodies);
 
-/** The joint by which the k-th body (1: the first of the file) hangs, NULL after a complaint. */
+/** The joint by which the k-th body (1: the first of the file) is attached, NULL after an error. */
 const kmp_yaml *kmp_linkage_joint(const kmp_linkage *linkage, int body);
 
 /** The cut joints as a mapping of closures, NULL without joints between bodies. */
 const kmp_yaml *kmp_linkage_cuts(const kmp_reader *r);
 
-/** Of a node that stands for a joint: its name, and what it is called in complaints; NULL for every other node. */
+/** For a node that represents a joint: its name, and its description in messages; NULL for every other node. */
 const char *kmp_linkage_name(const kmp_reader *r, const kmp_yaml *made);
 const char *kmp_linkage_what(kmp_reader *r, const kmp_yaml *made);
 
 typedef enum kmp_linked { KMP_LINKED_NOT, KMP_LINKED_TREE, KMP_LINKED_CUT } kmp_linked;
 
-/** Whether `JOINT` or `JOINT.k` is of a joint between bodies, and where that is: in the tree, or not (also when it is
- *  faulty). */
+/** Finds the joint of `JOINT` or `JOINT.k` among those between bodies: in the tree, or not (also when it is faulty). */
 kmp_linked kmp_linkage_find(const kmp_reader *r, const char *coordinate);
 
-/* -- complaints ---------------------------------------------------------------------------------- */
+/* -- errors -------------------------------------------------------------------------------------- */
 
 void kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
-/** Complains "<sentence>; did you mean ...?" with what `nearest` has found. */
+/** Reports "<sentence>; did you mean ...?" with the suggestion of `nearest`. */
 void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
@@ -103,8 +103,8 @@ const char *kmp_reader_say(kmp_reader *r, const char *format, ...) __attribute__
 
 /* -- nodes (reading.c) --------------------------------------------------------------------------- */
 
-/** True when `node` is a mapping (nothing counts as an empty one); unknown keys are complained of. `keys` ends
- *  with NULL; NULL allows all. */
+/** True when `node` is a mapping (nothing counts as an empty one); unknown keys are errors. `keys` ends with NULL; NULL
+ * allows all. */
 bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const char *const *keys);
 
 /** True when `node` is a list, of `count` items when that is not negative. */
@@ -121,39 +121,39 @@ const kmp_yaml *kmp_read_required(kmp_reader *r, const kmp_yaml *map, const char
 
 /* -- values -------------------------------------------------------------------------------------- */
 
-/** An expression of parameters, finite, of this dimension where its own is known. */
+/** An expression of parameters, finite, of this dimension if its own is known. */
 bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number);
 bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
 
 /** Notes that something of the model depends on the parameters in an expression (NULL: on none). */
 void kmp_reader_use(kmp_reader *r, const kmp_expr *expr);
 
-/** Notes that parameters in the expression of a number decide what is no number of the equations: a setting of runs,
- *  or something that shapes the equations. */
+/** Marks parameters in the expression of a number as fixed: they determine a setting of runs, or a value that shapes
+ * the equations. */
 void kmp_reader_fix_setting(kmp_reader *r, const kmp_number *number);
 void kmp_reader_fix(kmp_reader *r, const kmp_number *number);
 
-/** The expression of a parameter, over others; not valued, and no use of those. NULL after a complaint. */
+/** The expression of a parameter, over others; not valued, and without marking them as used. NULL after an error. */
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const char *what);
 kmp_number kmp_number_of(const kmp_expr *expr, double value);
 
-/** Complains of an expression whose dimensions do not fit each other, or whose own is known and not the wanted one. */
+/** Reports an expression whose dimensions do not fit each other, or whose own is known and not the required one. */
 bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_expr *expr,
                          kmp_dimension wanted, kmp_dimension *dimension);
 
-/** An expression of parameters, t, q and qd; NULL after a complaint. */
+/** An expression of parameters, t, q and qd; NULL after an error. */
 const kmp_expr *kmp_read_state(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted);
 
-/** The same with multipliers of the closures, which have been read. */
+/** An expression of parameters, t, q, qd and multipliers of the closures, which have been read; NULL after an error. */
 const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted);
 
 /** A comparison of two such. */
 const kmp_expr *kmp_read_comparison(kmp_reader *r, const kmp_yaml *node, const char *what);
 
-/** An expression of parameters, t and the first `place` of x, y, z; NULL after a complaint. */
+/** An expression of parameters, t and the first `place` of x, y, z; NULL after an error. */
 const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, int place);
 
-/** An expression of parameters and t; NULL after a complaint. `*first`: its value at t = 0. */
+/** An expression of parameters and t; NULL after an error. `*first`: its value at t = 0. */
 const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
                                   double *first);
 
@@ -163,7 +163,7 @@ kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double 
 /** The dimension of the effort on a motion: N m or N. */
 kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion);
 
-/* -- names: an index, or -1 after a complaint ------------------------------------------------------ */
+/* -- names: an index, or -1 after an error --------------------------------------------------------- */
 
 int kmp_find_body(const kempe_model *model, const char *name, size_t length);
 int kmp_read_body(kmp_reader *r, const kmp_yaml *node, const char *what);
@@ -179,23 +179,24 @@ int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const
 /** A unit vector: x, -y, ..., or a list of three numbers. */
 bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double axis[3]);
 
-/** An orientation {x: axis, z: axis}: the first one stands, the second is made perpendicular to it; of one alone the
- *  others follow (kmp_complete_axes). The columns of m are the three axes. */
+/** An orientation {x: axis, z: axis}: the first axis is used as given, the second is orthogonalised. From a single axis
+ * the others follow (kmp_complete_axes). The columns of m are the three axes. */
 bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double m[3][3]);
 
-/** Right-handed axes whose k-th is `axis`: those of the shortest turn of k there; of the axis opposite to k, half a
- * turn about the one that follows k. */
+/** Right-handed axes whose k-th is `axis`, by the shortest rotation from unit vector k. For the axis opposite to k it
+ * is half a turn about the one that follows k. */
 void kmp_complete_axes(int k, const double axis[3], double m[3][3]);
 
 /** The axes a, b and c of a joint's chain as columns of m: of an axis a, or, where b counts, of a list of two. */
 void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_yaml *node, const char *what, double m[3][3]);
 
-/** Those whose k-th is `first` and whose l-th is in the plane with `second`; false when the two are parallel. */
+/** Right-handed axes whose k-th is `first` and whose l-th is in the plane with `second`; false when the two are
+ * parallel. */
 bool kmp_square_axes(int k, const double first[3], int l, const double second[3], double m[3][3]);
 
 /* -- points of curves (read_points.c) ----------------------------------------------------------------- */
 
-/** Points of a curve, and where each stands. */
+/** Points of a curve, and their places. */
 typedef struct kmp_points {
     kmp_reader *r;
     const kmp_yaml *map; /* with both keys, lists of numbers, or with `csv` the names of columns */
@@ -206,15 +207,15 @@ typedef struct kmp_points {
     kmp_place *place;
 } kmp_points;
 
-/** Reads what is given up to `dimension`; false after a complaint. */
+/** Reads the points; members up to `dimension` are set by the caller. False after an error. */
 bool kmp_read_points(kmp_points *p);
 
-/** A table of the model by its name; NULL after a complaint. */
+/** A table of the model by its name; NULL after an error. */
 const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, const char *what);
 
 /* -- profiles and tracks (read_profiles.c, read_tracks.c) --------------------------------------------- */
 
-/** By its name: NULL after a complaint. */
+/** A profile of the model by its name; NULL after an error. */
 const kmp_profile *kmp_read_profile(kmp_reader *r, const kmp_yaml *node, const char *what);
 
 /** The irregularities of a track. */
@@ -223,7 +224,7 @@ void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *wha
 /** The course of a track whose rails are placed. */
 void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_track *track);
 
-/* -- what wheels are made of (read_wheels.c), after loops and after forces --------------------------- */
+/* -- parts of wheels (read_wheels.c), after loops and after forces ----------------------------------- */
 
 int kmp_count_rigid_wheels(const kempe_model *model);
 void kmp_add_wheel_closures(kmp_reader *r);
@@ -233,7 +234,7 @@ void kmp_add_wheel_forces(kmp_reader *r);
 
 void kmp_read_parameters(kmp_reader *r);
 void kmp_read_tables(kmp_reader *r);
-/** Whether expressions understand a name already: a function, a parameter, a symbol. */
+/** True if expressions use a name already: a function, a parameter, a symbol. */
 bool kmp_name_means_something(const kmp_reader *r, const char *name);
 void kmp_read_profiles(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
@@ -246,13 +247,13 @@ void kmp_read_late_unknowns(kmp_reader *r);
 void kmp_read_closures(kmp_reader *r); /* drives too */
 void kmp_read_forces(kmp_reader *r);
 void kmp_read_start(kmp_reader *r);
-void kmp_read_goals(kmp_reader *r, const kmp_yaml *map); /* of the start, after what is held */
+void kmp_read_goals(kmp_reader *r, const kmp_yaml *map); /* of the start, after the held coordinates */
 void kmp_read_sensors(kmp_reader *r);
 void kmp_read_run(kmp_reader *r);
 void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list);
 
-/** Once everything has been read: says of each parameter of the model whether it is fixed and whether nothing uses it,
- *  and warns of the latter. */
+/** After all reading: marks each parameter of the model as fixed or variable, used or unused, and warns of unused ones.
+ */
 void kmp_settle_parameters(kmp_reader *r);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Parameters on which nothing of the model depends: most are misspelt, or left over. The user is warned of those of the
- * file itself, and wherever one is set in vain: by --set, or by who includes the file that has it. */
+/* Parameters without influence on the model: most are misspelt, or left over. The user is warned of those of the file
+ * itself, and of any that is set in vain: by --set, or by the file that includes theirs. */
 #include "base/context.h"
 #include "model/read/reading.h"
 #include <stdio.h>
@@ -23,7 +23,7 @@ static void warn(const kmp_reader *r, kmp_place place, const char *name, const c
             name, vain);
 }
 
-/* What a setting has displaced uses parameters of the file, too: those are not left over. */
+/* Displaced values use parameters of the file, too: those are not unused. */
 static void spare_displaced(kmp_reader *r, const kmp_yaml *map)
 {
     for (int i = 0; i < map->count; i++)
@@ -31,7 +31,7 @@ static void spare_displaced(kmp_reader *r, const kmp_yaml *map)
             kmp_reader_use(r, kmp_read_constant(r, map->items[i], r->model->parameters[i].name));
 }
 
-/* Of those of included files that who includes them has set alone. */
+/* For parameters of included files, warns of those that the including file has set alone. */
 static void warn_of_file(const kmp_reader *r, const kmp_yaml *map, int i)
 {
     kmp_parameter *parameter = &r->model->parameters[i];

@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Output and input names in options are parsed by the reader's own functions for a model file, on a copy of the model.
+ * Errors begin with the list's name in place of file, line and column. */
 #include "model/tables/asked.h"
 #include "base/memory.h"
 #include "model/read/reading.h"
 #include "model/tables/output_table.h"
 #include <string.h>
 
-/* A reader of words that stand in no file: the list's name takes its place. */
+/* A reader of words outside a file: the list's name takes the place of the file's. */
 typedef struct asking {
     kmp_reader r;
-    kempe_model model; /* as it is, but for the names of its files, and its arena */
+    kempe_model model; /* a copy, except for the names of its files, and its arena */
     const char *label[1];
     int count;
     char **word;
@@ -30,7 +32,7 @@ static kempe_status begin(asking *a, const kempe_model *model, const char *what,
     return a->r.scratch.failed ? kmp_fail_memory(model->context) : KEMPE_OK;
 }
 
-/* Complaints have been made; what they are here. */
+/* Ends reading after errors: returns their status. */
 static kempe_status end(asking *a, kempe_status status)
 {
     bool memory = !a->r.scratch.failed && !a->model.arena.failed;
@@ -43,7 +45,7 @@ static kempe_status end(asking *a, kempe_status status)
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
 
-/* Cuts ".x" off "position(b.P).x", ".total" off "energy.total". The component, -1 for all of them. */
+/* Removes ".x" from "position(b.P).x", ".total" from "energy.total". The component, -1 for all of them. */
 static int cut_component(char *word)
 {
     static const char *const energies[] = {"kinetic", "potential", "total"};
@@ -85,7 +87,7 @@ static void check_components(asking *a, const int *component)
     }
 }
 
-/* Each output once, in the order in which it was asked for, with all parts that were. */
+/* Lists each output once, in the order of the request, with all requested components. */
 static bool gather(kempe_model *model, const int *component, unsigned **parts)
 {
     int count = model->output_count, kept = 0;
@@ -147,7 +149,7 @@ int kmp_asked_position(kempe_model *copy, int point, unsigned **parts)
 
 /* -- inputs ------------------------------------------------------------------------------------------ */
 
-/* The NAME of "head(NAME)" as a text of its own; NULL when `word` is not of that form. */
+/* The NAME of "head(NAME)" as a text of its own; NULL when `word` has another form. */
 static char *argument_of(asking *a, const char *word, const char *head)
 {
     size_t length = strlen(word), from = strlen(head);

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Lists of words with commas between, as users ask for things of a model from outside its file: judged by what judges
- * the words of the file, with the list's name in the place of file, line and column. */
+/* Lists of words separated by commas, by which users request outputs of a model from outside its file. They are checked
+ * like the words of the file, with the list's name in place of file, line and column. */
 #ifndef KMP_MODEL_TABLES_ASKED_H
 #define KMP_MODEL_TABLES_ASKED_H
 
 #include "model/model.h"
 
-/** What a copy of a model (model/variant.h) shall give: "position(b.P).x,q(A),energy.total", the words of `outputs` in
- *  the file, each with a component of it if only that is wanted. `*parts` (in the copy's arena): of each output a bit
- *  for every component. KEMPE_E_ARGUMENT: which word, and what there is. */
+/** Sets the outputs of a copy of a model (model/variant.h): "position(b.P).x,q(A),energy.total", the words of `outputs`
+ * in the file, each with a component if one alone is requested. `*parts` (in the copy's arena): for each output a bit
+ * for every component. KEMPE_E_ARGUMENT: the word, and the valid ones. */
 kempe_status kmp_asked_outputs(kempe_model *copy, const char *words, unsigned **parts);
 
 /** Makes room for one more output of such a copy, the position of a point, of which no part is wanted; its number, -1:
@@ -18,7 +18,7 @@ int kmp_asked_position(kempe_model *copy, int point, unsigned **parts);
 typedef enum kmp_asked_kind {
     KMP_ASKED_EFFORT,    /* on a coordinate */
     KMP_ASKED_FORCE,     /* at a point, along an axis of the ground */
-    KMP_ASKED_DRIVE,     /* what a drive's function is */
+    KMP_ASKED_DRIVE,     /* the value of a drive's function */
     KMP_ASKED_PARAMETER, /* not looked up */
 } kmp_asked_kind;
 
@@ -34,7 +34,8 @@ typedef struct kmp_asked_inputs {
     kmp_asked_input *input;
 } kmp_asked_inputs;
 
-/** "effort(A),force(b.P.x),force(b.P),drive(m),k": the second of these is three. KEMPE_E_ARGUMENT: which word. */
+/** Reads "effort(A),force(b.P.x),force(b.P),drive(m),k": the third of these is three inputs. KEMPE_E_ARGUMENT: the
+ * invalid word. */
 kempe_status kmp_asked_inputs_read(const kempe_model *model, const char *words, kmp_asked_inputs *inputs);
 void kmp_asked_inputs_free(kmp_asked_inputs *inputs);
 

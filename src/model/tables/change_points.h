@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The words for what a run does about change points. */
+/* The words for the treatment of change points in a run. */
 #ifndef KMP_MODEL_TABLES_CHANGE_POINTS_H
 #define KMP_MODEL_TABLES_CHANGE_POINTS_H
 
@@ -14,8 +14,8 @@ typedef enum kmp_change_points {
 
 const char *kmp_change_points_word(kmp_change_points what);
 
-/** KMP_CHANGE_POINTS_COUNT when there is none of that name. The sentence about it is appended to `complaint` then: what
- * the word was, what there is and which may be meant. */
+/** KMP_CHANGE_POINTS_COUNT when no treatment has that name. The message is appended to `complaint` then: the word, the
+ * valid words and the nearest one. */
 kmp_change_points kmp_change_points_find(const char *word, kmp_text *complaint);
 
 #endif

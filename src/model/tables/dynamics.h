@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The words for how the dynamics of a run are written. */
+/* The words for the algorithm of a run's dynamics. */
 #ifndef KMP_MODEL_TABLES_DYNAMICS_H
 #define KMP_MODEL_TABLES_DYNAMICS_H
 
@@ -14,8 +14,8 @@ typedef enum kmp_dynamics {
 
 const char *kmp_dynamics_word(kmp_dynamics dynamics);
 
-/** KMP_DYNAMICS_COUNT when there is none of that name. The sentence about it is appended to `complaint` then: what the
- *  word was, what there is and which may be meant. */
+/** KMP_DYNAMICS_COUNT when no algorithm has that name. The message is appended to `complaint` then: the word, the valid
+ * words and the nearest one. */
 kmp_dynamics kmp_dynamics_find(const char *word, kmp_text *complaint);
 
 #endif

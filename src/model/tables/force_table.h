@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The rows of forces.def, for those who read, print or describe force elements. */
+/* The rows of force_kinds.def, for functions that read, print or describe force elements. */
 #ifndef KMP_MODEL_TABLES_FORCE_TABLE_H
 #define KMP_MODEL_TABLES_FORCE_TABLE_H
 

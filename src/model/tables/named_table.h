@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The tables of the graph for those who read files: the graph's nodes and the file's share a name. */
+/* The tables of the graph for functions that read files: the graph's nodes and the file's share a name. */
 #ifndef KMP_MODEL_TABLES_NAMED_TABLE_H
 #define KMP_MODEL_TABLES_NAMED_TABLE_H
 

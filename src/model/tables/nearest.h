@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The known word nearest to a misspelt one: begin, offer every known word, ask. */
+/* The known word nearest to a misspelt one: begin, offer every known word, then read the result. */
 #ifndef KMP_MODEL_TABLES_NEAREST_H
 #define KMP_MODEL_TABLES_NEAREST_H
 
@@ -7,7 +7,7 @@
 
 typedef struct kmp_nearest {
     const char *word, *best;
-    int distance; /* of best; one more than what counts as near when there is none */
+    int distance; /* of best; one more than the largest accepted distance when there is none */
 } kmp_nearest;
 
 kmp_nearest kmp_nearest_begin(const char *word);

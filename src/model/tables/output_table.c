@@ -24,7 +24,7 @@ int kmp_outputs_width(const kempe_model *model)
     return width;
 }
 
-/* What stands in the parentheses; false when there is nothing. */
+/* Writes the argument in the parentheses; false when there is none. */
 static bool put_argument(kmp_text *text, const kempe_model *model, const kmp_output *output)
 {
     if (output->index < 0)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The rows of outputs.def, and how an output and its columns are called. */
+/* The rows of output_kinds.def, and the names of an output and its columns. */
 #ifndef KMP_MODEL_TABLES_OUTPUT_TABLE_H
 #define KMP_MODEL_TABLES_OUTPUT_TABLE_H
 
@@ -27,7 +27,7 @@ extern const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS];
 /** Values a row that are computed for an output; 0: it is in the table of every run. */
 int kmp_output_width(const kempe_model *model, const kmp_output *output);
 
-/** Values a row that are computed for the outputs of a model beside its table. */
+/** The number of computed values per row for the outputs of a model, in addition to its table. */
 int kmp_outputs_width(const kempe_model *model);
 
 /** "velocity(crank.B)" */

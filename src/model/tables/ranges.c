@@ -9,15 +9,15 @@
 
 enum { MOST_VALUES = 1000000 };
 
-/* Where one of ":," or the end is. */
+/* The index of the next ':' or ',' or of the end. */
 static size_t word_length(const char *s)
 {
     return strcspn(s, ":,");
 }
 
-/* What a range turned out to be instead of one. */
+/* The error in a text that is no range. */
 typedef struct trouble {
-    const char *unit; /* that there is none of; NULL: something else */
+    const char *unit; /* an unknown unit; NULL: another error */
     int length;
     bool differ; /* units of the two ends */
     bool alone;  /* a unit at one end, and none at the other, which is not 0 */
@@ -57,7 +57,8 @@ static bool read_unit(const char *s, size_t length, kmp_unit *unit)
     }
 }
 
-/* The units of both ends fit; only 0 goes without where the other has one: "10:30 deg" does not begin at 10 rad. */
+/* The units of both ends must fit; only 0 may have none where the other end has one: "10:30 deg" does not begin at 10
+ * rad. */
 static bool fit_ends(kmp_range *r, kmp_dimension first, trouble *what)
 {
     bool bare = first.kind == KMP_DIMENSION_BARE, bare_last = r->dimension.kind == KMP_DIMENSION_BARE;

@@ -5,8 +5,8 @@
 
 #include "model/tables/nearest.h"
 
-/** Place of a word among `count`; `count` when it is none of them. The sentence that is
- * appended to `complaint` names the kind, the word, the words available and the nearest of them. */
+/** Index of a word among `count`; `count` when it is none of them. The message appended to `complaint` names the kind,
+ * the word, the valid words and the nearest one. */
 int kmp_word_find(const char *word, const char *const *words, int count, const char *kind, kmp_text *complaint);
 
 #endif

@@ -10,7 +10,7 @@ const bodyColour = (b) => (isDark() ? DARK_BODIES : LIGHT_BODIES)[(b - 1) % LIGH
 const pinColour = () => (isDark() ? "#dfe6e9" : "#2c3437");
 const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
 
-/* What slides is a box, a smaller one on a body that is more than that. */
+/* A slider is a box, a smaller one on a body with other shapes. */
 const boxSize = (m, b) => (m.shapes[b].bars.length > 0 ? 3.3 : 5.5) * m.thick;
 
 /* -- three.js ----------------------------------------------------------------------------------------------- */
@@ -82,7 +82,7 @@ function bodyGroup(m, b) {
     return group;
 }
 
-/* A wheel: a thin disc that one sees through, its rim and three spokes. */
+/* A wheel: a transparent thin disc, its rim and three spokes. */
 function discGroup(m, disc) {
     const group = new THREE.Group(), material = solid(bodyColour(disc.body)), rim = discRim(disc);
     const plate = new THREE.Mesh(new THREE.CylinderBufferGeometry(disc.radius, disc.radius, m.thick, 48),
@@ -106,7 +106,7 @@ function groundGroup(m) {
     return group;
 }
 
-/* How far beyond what slides on it a guide reaches. */
+/* The ends of a guide, beyond its slider's range. */
 const guideEnds = (m, guide) => [guide.range[0] - 5 * m.thick, guide.range[1] + 5 * m.thick].map((s) => add(guide.at, scaled(s, guide.axis)));
 
 function buildScene(m) {
@@ -209,7 +209,7 @@ function zigzag([ax, ay], [bx, by], wide) {
     return [...points, [bx, by]];
 }
 
-/* What is drawn of a body: each with its depth, so that what is far is drawn first. */
+/* The drawn parts of a body, each with its depth, so that distant parts are drawn first. */
 function bodyJobs(m, b, pose, see, depth, scale) {
     const shape = m.shapes[b], colour = bodyColour(b), jobs = [], world = shape.points.map((p) => moved(pose, p));
     const middle = (list) => list.reduce((sum, p) => sum + depth(p), 0) / list.length;
@@ -290,7 +290,7 @@ function stageNote(picture) {
     return notes.join(" ");
 }
 
-/* Which colour is which body, unless there are too many. */
+/* A legend of the bodies' colours, unless there are too many. */
 function tellNames(bodies) {
     const most = 14, names = bodies.slice(1).map((body, k) => {
         const name = element("span", body.name);
@@ -337,14 +337,14 @@ function listenToOrbit(canvas, orbit, change) {
     });
 }
 
-/* As many places as tell frames apart. */
+/* As many decimals as distinguish frames. */
 function clockOf(t, t_end) {
     const places = Math.min(Math.max(3 - Math.floor(Math.log10(t_end || 1)), 0), 12);
     return `${t.toFixed(places)} s`;
 }
 
-/* `ask`: span() is the part of the frames' time that is played and seconds() how long that takes; note(picture), clock(t)
- * and shown(t) say what is under the picture. */
+/* `ask`: span() is the played part of the frames' time and seconds() its duration; note(picture), clock(t) and shown(t)
+ * give the texts under the picture. */
 function beginStage(picture, ask) {
     const canvas = byId("view");
     if (!picture) {

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The words and tables of the page, and its beginning: everything is drawn from the data that the page holds. */
+/* The texts and tables of the page, and its start: everything is drawn from the data in the page. */
 "use strict";
 
 const data = JSON.parse(document.getElementById("data").textContent);
 /* -- colours ------------------------------------------------------------------------------------------------ */
 
-/* A hue for each formulation; its ways go on from there, a little lighter each. */
+/* A hue for each formulation; its methods have lighter shades in turn. */
 const formulations = [...new Set(data.methods.map((way) => way.formulation))];
 const HUES = { reduced: 208, projected: 140, dae: 8 };
 const OTHER_HUES = [290, 335, 85, 60];
@@ -16,7 +16,7 @@ function hueOf(formulation) {
     return formulation in HUES ? HUES[formulation] : OTHER_HUES[formulations.filter((r) => !(r in HUES)).indexOf(formulation) % OTHER_HUES.length];
 }
 
-/* Which of its formulation's ways it is. */
+/* The rank of a method within its formulation. */
 const rankOf = (way) => data.methods.slice(0, way).filter((other) => other.formulation === data.methods[way].formulation).length;
 
 function colourOf(way) {
@@ -32,7 +32,7 @@ function runName(run) {
     return `${nameOf(run.way)}, rtol ${tolerance(run.rtol)}`;
 }
 
-/* -- the verdict -------------------------------------------------------------------------------------------- */
+/* -- summary ------------------------------------------------------------------------------------------------ */
 
 const advised = data.advice.run >= 0 ? data.runs[data.advice.run] : null;
 const adviceLevel = data.levels.findIndex((l) => l.level === data.advice.level);
@@ -56,7 +56,7 @@ function tellAnswer() {
     byId("because").hidden = byId("because").children.length === 0;
 }
 
-/* How long the others take for the error that the advice is about, on a bar each; the scale is logarithmic. */
+/* Bars of the times that the other methods take for the error of the advice; the scale is logarithmic. */
 function tellOthers() {
     const others = byId("others"), most = 7;
     if (!advised || adviceLevel < 0) return;
@@ -144,7 +144,7 @@ const COLUMNS = ["method", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|"
 
 const endAlike = (a, b) => a && b && a.status !== "ok" && a.status === b.status && a.way === b.way && a.reason === b.reason;
 
-/* Runs of a way that did not come to the end for the same reason are one row; null for all but the first of them. */
+/* Incomplete runs of a method with the same reason are one row; null for all but the first of them. */
 function runRow(run, k) {
     if (endAlike(data.runs[k - 1], run)) return null;
     let last = k;
@@ -172,7 +172,7 @@ function tellRuns() {
     byId("runs").hidden = data.runs.length === 0;
 }
 
-/* -- all of it ---------------------------------------------------------------------------------------------- */
+/* -- the whole page ----------------------------------------------------------------------------------------- */
 
 function recolour() {
     for (const mark of document.querySelectorAll("[data-way]")) mark.style.background = colourOf(Number(mark.dataset.way));

@@ -83,7 +83,7 @@ function tellChosen() {
 
 /* -- the picture -------------------------------------------------------------------------------------------- */
 
-/* As long as a period is, within what the eye can follow. */
+/* The duration of a period, limited to a visible range. */
 function periodOf(mode) {
     return swings(mode) ? Math.min(Math.max(1 / mode.frequency, 1), 3) : 3;
 }
@@ -120,7 +120,7 @@ function axis(name) {
     };
 }
 
-/* Real ones that lie far out are cut off, so that the others can be seen. */
+/* Distant real eigenvalues are cut off, so that the others remain visible. */
 function leftOf(datasets) {
     const points = datasets.flatMap((set) => set.data), top = Math.max(0, ...points.map((p) => p.y));
     const far = Math.min(-3 * top, ...points.filter((p) => p.y > 0).map((p) => p.x));
@@ -131,7 +131,7 @@ function plot(id, datasets, across, up, label) {
     drawPlot(id, datasets, { x: { ...axis(across), ...(id === "plane" ? leftOf(datasets) : {}) }, y: { ...axis(up), min: 0 } }, label);
 }
 
-/* A curve for each eigenvalue; what of it is drawn is said by `point`, null for nothing. */
+/* A curve for each eigenvalue; `point` gives its drawn value, null for none. */
 function branches(point) {
     const locus = data.locus;
     if (!locus) return [];
@@ -177,7 +177,7 @@ function drawCampbell() {
     plot("campbell", sets, locus.name, "frequency, Hz", words);
 }
 
-/* Without anything that varies: damping beside frequency. */
+/* Without a varied parameter: damping over frequency. */
 function drawDamping() {
     const shown = data.modes.map((mode, k) => ({ mode, k })).filter((m) => swings(m.mode));
     const set = dots((mode) => ({ x: mode.frequency, y: mode.damping }));
@@ -206,7 +206,7 @@ function beginPlots() {
     drawPlots();
 }
 
-/* -- all of it ---------------------------------------------------------------------------------------------- */
+/* -- the whole page ----------------------------------------------------------------------------------------- */
 
 function begin() {
     tellVerdict();

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What all pages share: numbers as words, elements, light and dark, plots, and what tells who looks from outside that
- * all is drawn. */
+/* Common functions of all pages: numbers as words, elements, light and dark, plots, and the signal for external tests
+ * that all is drawn. */
 "use strict";
 
 const byId = (id) => document.getElementById(id);
@@ -12,7 +12,7 @@ function superscript(whole) {
     return String(whole).replace(/./g, (c) => (c === "-" ? "\u207b" : "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c]));
 }
 
-/* 3.6e-8 as it is printed in running text. */
+/* 3.6e-8 as printed in running text. */
 function power(x) {
     const [digits, exponent] = x.toExponential(1).split("e");
     const rest = digits.replace(/\.0$/, "");
@@ -105,7 +105,7 @@ function drawPlot(id, datasets, scales, label) {
 
 /* -- drawn --------------------------------------------------------------------------------------------------- */
 
-/* What a canvas shows, as the number of its pixels that differ from the one in its corner: for who looks from outside. */
+/* The number of a canvas' pixels that differ from the one in its corner: for external tests. */
 function ink(canvas) {
     const small = document.createElement("canvas");
     small.width = small.height = 160;
@@ -120,7 +120,7 @@ function ink(canvas) {
     return different;
 }
 
-/* Listens to what changes colours, and says that all is drawn. */
+/* Redraws when colours change, and signals that all is drawn. */
 function tellReady(recolourAll) {
     dark.addEventListener("change", recolourAll);
     window.addEventListener("beforeprint", () => {

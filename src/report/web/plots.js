@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Plots: what an error costs, and what the runs shown in detail keep over time. */
+/* Plots: work-precision diagram, and time histories of the runs shown in detail. */
 "use strict";
 
 const QUANTITIES = ["q", "qd", "\u03bb"];
@@ -68,13 +68,13 @@ function legendEntry(way, words, hidden, toggle) {
     return element("li", button);
 }
 
-/* Whether it was hidden is turned round. */
+/* Toggles visibility. */
 function turn(set, member) {
     if (!set.delete(member)) set.add(member);
     drawPlots();
 }
 
-/* -- what an error costs ------------------------------------------------------------------------------------ */
+/* -- work-precision diagram --------------------------------------------------------------------------------- */
 
 function costSets(work) {
     const sets = [];
@@ -98,7 +98,7 @@ function costSets(work) {
     return sets;
 }
 
-/* The axis of errors ends where the reference can say no more. */
+/* The axis of errors ends at the uncertainty of the reference. */
 function errorAxis() {
     const floor = 10 * data.reference.uncertainty[quantity];
     const range = rangeOf(data.runs.map((run) => run.error[quantity]), 2) || [1e-12, 1];
@@ -137,7 +137,7 @@ function shownSets(values) {
     });
 }
 
-/* Rows are evenly spread from 0 to the run's end; a zero has no place on a logarithmic axis. */
+/* Rows are evenly spaced from 0 to the run's end; zeros are left out on a logarithmic axis. */
 function rowPoints(shown, values) {
     const step = shown.rows > 1 ? shown.t_end / (shown.rows - 1) : 0;
     return values.map((x, k) => ({ x: k * step, y: Math.abs(x) > 0 ? Math.abs(x) : null }));

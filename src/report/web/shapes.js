@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The mechanism as shapes: where its bodies are at a time, what each is made of, and from where it is looked at. */
+/* The mechanism as shapes: positions of its bodies at a time, their shapes, and the viewpoint. */
 "use strict";
 
 const MARK = { joint: 1, closure: 2, com: 4, named: 8, slide: 16 };
@@ -52,9 +52,9 @@ function makeMotion(picture) {
 
 /* -- hulls -------------------------------------------------------------------------------------------------- */
 
-const FLAT = 2e-3; /* of a body's size: as good as in one plane */
+const FLAT = 2e-3; /* of a body's size: flatter shapes count as planar */
 
-/* Of points in the plane across `normal`, the corners of their hull in order (Andrew 1979). */
+/* The corners of the convex hull, in order, of points in the plane perpendicular to `normal` (Andrew 1979). */
 function planeHull(points, members, normal) {
     const x = unit(sub(points[members[1]], points[members[0]])), y = cross(normal, x);
     const flat = members.map((k) => ({ k, x: dot(points[k], x), y: dot(points[k], y) }));
@@ -129,7 +129,7 @@ function hullOf(points) {
     return shape;
 }
 
-/* What a body is made of: points that it is joined by or has a name for, its centre of mass where that is all. */
+/* The shape of a body: points of its joints, closures and names, or its centre of mass where there are no others. */
 function shapeOf(body) {
     const own = body.points.filter((p) => p[3] & ~MARK.com);
     const used = own.length < 2 ? body.points : own;
@@ -165,7 +165,7 @@ function groundPoints(picture) {
     return pins;
 }
 
-/* The paths of points that have a name and are free: what linkages are made for. */
+/* The paths of named free points, as coupler curves. */
 function pathsOf(picture) {
     const motion = makeMotion(picture), paths = [], count = picture.frames.count;
     const free = picture.bodies.flatMap((body, b) => body.points.filter((p) => b > 0 && p[3] & MARK.named && !(p[3] & (MARK.joint | MARK.closure | MARK.slide))).map((p) => ({ b, at: p.slice(0, 3), points: [] })));
@@ -210,7 +210,8 @@ function planeOf(tracks) {
     return ways.every((v) => Math.abs(dot(v, normal)) < 1e-3 * size) ? normal : null;
 }
 
-/* All goes along one line, or stands still: across it and the rest of what is drawn, when that is flat. */
+/* The normal of the plane of a flat motion along one line, or without motion: perpendicular to it and to the rest of
+ * the drawing. */
 function flatNormal(tracks, along) {
     const origin = tracks[0][0], points = tracks.map((track) => sub(track[0], origin));
     const across = points.map((v) => cross(along, v)).reduce((best, v) => (norm(v) > norm(best) ? v : best), [0, 0, 0]);
@@ -247,7 +248,7 @@ function turnedBasis(basis, yaw, pitch) {
     };
 }
 
-/* What must be in view: centre, and half of its width and height however it is turned about up. */
+/* The extent that must be in view: centre, and half of its width and height for any rotation about up. */
 function extentOf(basis, tracks, pitch) {
     const points = tracks.flat();
     const range = (axis) => {
@@ -270,15 +271,15 @@ function extentOf(basis, tracks, pitch) {
     return { centre, width, height };
 }
 
-/* The middle of all bodies' points as they stand. */
+/* The middle of all bodies' points at the given poses. */
 function middleOf(shapes, discs, poses) {
     const points = shapes.flatMap((shape, b) => (b === 0 ? [] : shape.points.map((p) => moved(poses[b], p))));
     points.push(...discs.map((disc) => moved(poses[disc.body], disc.at)));
     return points.length > 0 ? scaled(1 / points.length, points.reduce(add, [0, 0, 0])) : [0, 0, 0];
 }
 
-/* Whether it goes as far as several times its own size, so that the view had better go with it: then the same tracks as
- * they are seen from its middle, and without what stays behind. Otherwise null. */
+/* If the mechanism moves several times its own size, the view follows it: returns the tracks relative to its middle,
+ * without stationary parts. Otherwise null. */
 function seenAlong(picture, motion, shapes, discs, tracks) {
     const moving = tracks.filter((track) => track.length > 1);
     const shots = moving.length > 0 ? moving[0].length : 0;
@@ -289,7 +290,7 @@ function seenAlong(picture, motion, shapes, discs, tracks) {
     return far > 4 * wide && wide > 0 ? seen : null;
 }
 
-/* All that either way of drawing needs. `extent` is about the middle of the bodies when the view follows them. */
+/* The data for either way of drawing. `extent` is about the middle of the bodies when the view follows them. */
 function makeMechanism(picture) {
     const motion = makeMotion(picture), shapes = picture.bodies.map(shapeOf), pins = groundPoints(picture);
     const discs = picture.discs || [], rails = picture.rails || [];

@@ -6,6 +6,8 @@
 #include "integrators/run/run.h"
 #include "output/times.h"
 #include "output/verdict.h"
+#include <kempe/check.h>
+#include <kempe/compare.h>
 
 /** One way at one tolerance. What is not known (a failed run) is NaN. */
 typedef struct kmp_compared {

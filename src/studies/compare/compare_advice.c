@@ -2,6 +2,7 @@
 /* Which way to take, by rules that docs/compare.md states, and the measurements that speak for it. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

@@ -2,6 +2,7 @@
 /* The runs of a comparison as a table that other programs read: one row each, empty where nothing is known. */
 #include "base/file.h"
 #include "studies/compare/compare_print.h"
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

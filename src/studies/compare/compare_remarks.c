@@ -3,6 +3,7 @@
  * about those that did. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

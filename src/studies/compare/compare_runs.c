@@ -3,6 +3,7 @@
  * would take hopelessly long beside the fastest way is given up, and what there is no time for is left out. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 #include <math.h>
 
 /* Repeats of runs shorter than this, s. */

@@ -2,6 +2,7 @@
 /* What `equilibrium` says, for a person and as JSON. */
 #include "output/print.h"
 #include "studies/equilibrium/balances.h"
+#include <kempe/equilibrium.h>
 #include <math.h>
 #include <string.h>
 

@@ -2,6 +2,7 @@
 /* The rows of an inverse dynamics, and what is said of all of them. */
 #include "output/print.h"
 #include "studies/inverse/inverse.h"
+#include <kempe/inverse.h>
 #include <math.h>
 
 double kmp_inverse_unmet(const kempe_inverse *inverse)
@@ -59,7 +60,7 @@ int kempe_inverse_actuator(const kempe_inverse *inverse, int k)
     return k >= 0 && k < inverse->a ? inverse->actuator[k] : -1;
 }
 
-int kempe_inverse_freedoms(const kempe_inverse *inverse)
+int kempe_inverse_dof(const kempe_inverse *inverse)
 {
     KMP_GIVEN(inverse, 0);
     return inverse->freedoms;

@@ -4,6 +4,7 @@
 #define KMP_STUDIES_KINEMATICS_SWEEP_OPTIONS_H
 
 #include "studies/kinematics/position_sweep.h"
+#include <kempe/kinematics.h>
 
 /** Fills leads, released closures, rows and speed; held coordinates are at 0 still. KEMPE_E_ARGUMENT, KEMPE_E_MEMORY.
  */

@@ -4,6 +4,7 @@
 
 #include "studies/linearize/channels.h"
 #include "studies/response/frequency.h"
+#include <kempe/response.h>
 
 /** Rounding may change an answer by this part of its size. */
 #define KMP_RESPONSE_HOLDS 1e-6

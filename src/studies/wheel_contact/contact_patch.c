@@ -3,6 +3,8 @@
 #include "model/model.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table.h"
+#include <kempe/contact.h>
+#include <kempe/contact_table.h>
 #include <math.h>
 
 /* By so much the curvature where it touches may differ from that of the patch, which is an average, where the gap is a

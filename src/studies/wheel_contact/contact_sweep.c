@@ -9,6 +9,7 @@
 #include "constraints/rounding/mend.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
+#include <kempe/contact_table.h>
 #include <math.h>
 #include <string.h>
 
@@ -333,7 +334,7 @@ const char *kempe_contact_table_reason(const kempe_contact_table *t)
     return t->reason ? t->reason : "";
 }
 
-int kempe_contact_table_count(const kempe_contact_table *t)
+int kempe_contact_table_row_count(const kempe_contact_table *t)
 {
     KMP_GIVEN(t, 0);
     return t->count;

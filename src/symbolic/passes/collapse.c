@@ -92,7 +92,7 @@ static void remove_term(sum *s, int k)
     memmove(s->term + k, s->term + k + 1, (size_t)(--s->count - k) * sizeof *s->term);
 }
 
-/* Adds it to the term with the same factors. */
+/* Adds m to the term with the same factors. */
 static bool put_term(sum *s, const monomial *m)
 {
     int k = find(s, m, -1);
@@ -110,14 +110,14 @@ static bool put_term(sum *s, const monomial *m)
 
 /* -- rules ------------------------------------------------------------------------------------------- */
 
-/* sin for cos of the same angle and back; the node may be new. */
+/* sin for cos of the same angle and the reverse; the node may be new. */
 static kmp_ref other(kmp_graph *g, kmp_ref f)
 {
     kmp_ref angle = angle_of(g, f);
     return op_of(g, f) == KMP_OP_SIN ? kmp_cos(g, angle) : kmp_sin(g, angle);
 }
 
-/* Takes the terms away and puts what they are together. */
+/* Replaces two terms by one that equals their sum. */
 static void replace(sum *s, int i, int j, const monomial *by)
 {
     remove_term(s, i > j ? i : j);

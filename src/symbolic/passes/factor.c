@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Each sum is laid out as terms, each term that it alone needs as factors. The factor of most terms is taken out of
- * them, and what is left goes on as a sum by itself, until no factor is common to two terms. */
+/* Each sum is expanded to terms, each term that only the sum needs to factors. The factor of most terms is extracted,
+ * and their remainder is treated as a sum of its own, until no factor is common to two terms. */
 #include "symbolic/passes/factor.h"
 #include "symbolic/passes/rewrite.h"
 #include <string.h>
@@ -9,7 +9,7 @@ enum { MOST_FACTORS = 12 };
 
 /* A term of a sum: a product, or one reference. */
 typedef struct term {
-    kmp_ref whole, sign; /* what it became, as long as nothing is taken out of it; the sign of the factors */
+    kmp_ref whole, sign; /* its rewritten form, as long as no factor is extracted; the sign of the factors */
     kmp_ref factor[MOST_FACTORS];
     int count;           /* 0: not taken apart */
     bool reduced, taken; /* a factor is out; it is in the sum already */
@@ -41,7 +41,7 @@ static kmp_ref value_of(kmp_graph *g, const term *t)
     return r ^ t->sign;
 }
 
-/* How many terms have it, itself not looked at more than once. */
+/* The number of terms with this factor; the factor itself is counted once. */
 static int occurrences(const term *terms, int count, kmp_ref factor)
 {
     int n = 0;

@@ -5,8 +5,8 @@
 
 #include "symbolic/graph.h"
 
-/** Rewrites the outputs in place where it takes fewer operations. Products that others need too are left alone. false:
- *  no memory. */
+/** Rewrites the outputs in place where it takes fewer operations. Products that other nodes also need are left alone.
+ * False: no memory. */
 bool kmp_factor_sums(kmp_graph *g, int count, kmp_ref *outputs);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sums (products) are laid out as lists of terms (factors), going into those that nothing else needs. Pairs that stand
- * in two lists or more are made once, the most frequent first; then again with what has become of the lists. */
+/* Sums (products) are expanded to lists of terms (factors), including operands without other users. Pairs that occur in
+ * two lists or more are made once, the most frequent first. The search is repeated with the new lists. */
 #include "symbolic/passes/pairs.h"
 #include "base/memory.h"
 #include "symbolic/passes/rewrite.h"
@@ -18,8 +18,8 @@ typedef struct list {
 /* Two items, the first positive and with the smaller number. */
 typedef struct pair {
     kmp_ref a, b;
-    int count, first; /* lists that have it; where they stand in `member` */
-    uint32_t made;    /* number of the item that stands for it, 0: none yet */
+    int count, first; /* lists that have the pair; their position in `member` */
+    uint32_t made;    /* number of the item that replaces it, 0: none yet */
 } pair;
 
 typedef struct sharing {
@@ -40,7 +40,7 @@ typedef struct sharing {
 
 /* -- lists ------------------------------------------------------------------------------------------- */
 
-/* Whether the node is the head of a list: not part of another one. */
+/* Collects the nodes that are the head of a list: not part of another list. */
 static void collect(sharing *s, const uint8_t *inside)
 {
     for (uint32_t id = 0; id < s->r.count && !s->failed; id++) {
@@ -99,7 +99,7 @@ static bool grow(sharing *s)
     return true;
 }
 
-/* The pair with its place in the table; NULL: no memory. */
+/* The pair with its position in the table; NULL: no memory. */
 static pair *find(sharing *s, kmp_ref a, kmp_ref b)
 {
     if (2 * (s->pair_count + 1) > (int)s->table_size && !grow(s))
@@ -165,7 +165,7 @@ static int by_count(const void *x, const void *y)
 
 /* -- sharing ----------------------------------------------------------------------------------------- */
 
-/* Where the pair stands in a list; *sign: of its first item there. */
+/* True if the pair occurs in a list, at positions `at`; *sign: of its first item there. */
 static bool stands(const sharing *s, const list *l, const pair *p, int at[2], kmp_ref *sign)
 {
     const kmp_ref *item = s->items + l->first;
@@ -197,7 +197,7 @@ static bool make(sharing *s, pair *p)
     return true;
 }
 
-/* Puts what stands for the pair into all lists that still have it, when there are two. */
+/* Puts the pair's replacement into all lists that still have it, if there are at least two. */
 static bool share(sharing *s, pair *p, const int *member)
 {
     int at[2], found = 0;
@@ -235,7 +235,7 @@ static void keep_frequent(sharing *s)
         qsort(s->pairs, (size_t)count, sizeof *s->pairs, by_count);
 }
 
-/* One round; whether anything was shared. */
+/* One round; true if anything was shared. */
 static bool share_all(sharing *s)
 {
     bool any = false;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Common parts of sums and of products in whatever order they were written: with a + b + c and d + a + c, a + c is made
- * once. */
+/* Common parts of sums and of products, independent of the order in which they were written: with a + b + c and d + a +
+ * c, a + c is made once. */
 #ifndef KMP_SYMBOLIC_PAIRS_H
 #define KMP_SYMBOLIC_PAIRS_H
 

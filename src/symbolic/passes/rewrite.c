@@ -46,7 +46,7 @@ kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id)
     return same ? id << 1 : kmp_graph_rebuild(r->graph, id, operands);
 }
 
-/* What is written anew is called what it was called before. */
+/* Copies the labels of nodes to their rewritten forms. */
 static void carry_labels(const kmp_rewrite *r)
 {
     for (uint32_t id = 0; kmp_graph_has_labels(r->graph) && id < r->count; id++) {
@@ -75,7 +75,7 @@ bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outpu
     return ok;
 }
 
-/* `waiting` operands stand outside and will need a place each. */
+/* Appends operands to the list. `waiting` operands are outside and will need a place each. */
 static int flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, bool top, int waiting, kmp_ref *list, int count,
                    kmp_ref *sign)
 {

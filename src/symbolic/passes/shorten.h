@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The passes by which outputs get shorter when all of them are known; what can be seen at a node's birth is done there
- * (graph.c). */
+/* The passes that shorten outputs when all of them are present; simplifications of a single node are made at its
+ * creation (graph.c). */
 #ifndef KMP_SYMBOLIC_PASSES_SHORTEN_H
 #define KMP_SYMBOLIC_PASSES_SHORTEN_H
 
@@ -17,7 +17,7 @@ typedef struct kmp_pass {
 /** The passes in order; *count of them. */
 const kmp_pass *kmp_passes(int *count);
 
-/** All of them. The same values but for rounding. */
+/** Runs all passes. Values are equal up to rounding. */
 kmp_pass_fn kmp_shorten;
 
 #endif

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* sin(a + b) = sin a cos b + cos a sin b where sin/cos of a and of b are needed by others or can be had in the same
- * way. Angles are visited in id order, so a part precedes its sum. */
+/* sin(a + b) = sin a cos b + cos a sin b, where sin and cos of a and of b are needed by other nodes or follow by the
+ * same rule. Angles are visited in id order, so a part precedes its sum. */
 #include "symbolic/passes/trig.h"
 #include "base/memory.h"
 #include "symbolic/label.h"
 #include "symbolic/program/live.h"
 
-/* Whether sin and cos of r come for free or by calls that happen anyway. */
+/* True if sin and cos of r cost nothing or come from calls that are needed anyway. */
 static bool at_hand(const kmp_graph *g, const uint8_t *angle_live, kmp_ref r)
 {
     return angle_live[kmp_id(r)] || kmp_graph_node(g, kmp_id(r))->op == KMP_OP_CONST;
@@ -25,7 +25,7 @@ typedef struct sincos_of {
     kmp_ref s, c;
 } sincos_of;
 
-/* sin and cos of an angle, by the addition theorem when both parts are at hand. */
+/* sin and cos of an angle, by the addition theorem when both parts are available. */
 static sincos_of expand(kmp_graph *g, const uint8_t *angle_live, kmp_ref angle)
 {
     kmp_node n = *kmp_graph_node(g, kmp_id(angle));

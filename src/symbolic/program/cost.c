@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Reference counts: a node costs while somebody uses it, and uses its operands as long. */
+/* Reference counts: a node costs while it is in use, and uses its operands as long. */
 #include "symbolic/program/cost.h"
 #include "base/memory.h"
 #include "symbolic/program/live.h"
@@ -66,7 +66,7 @@ static void push(kmp_cost *cost, uint32_t *top, uint32_t id)
     cost->stack[(*top)++] = id;
 }
 
-/* Counts one use of r up or down, and those of its operands when it comes into use or goes out of it. */
+/* Counts one use of r up or down, and the uses of its operands when r comes into use or goes out of it. */
 static void count_use(kmp_cost *cost, kmp_ref r, bool up)
 {
     uint32_t top = 0;

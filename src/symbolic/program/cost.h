@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What outputs cost together, kept up to date while they are exchanged: nodes count once however many need them. */
+/* The common cost of outputs, kept up to date while they are exchanged: each node counts once. */
 #ifndef KMP_SYMBOLIC_PROGRAM_COST_H
 #define KMP_SYMBOLIC_PROGRAM_COST_H
 
@@ -8,11 +8,11 @@
 typedef struct kmp_cost {
     const kmp_graph *graph;
     uint32_t *uses; /* of each node by outputs and used nodes */
-    uint32_t nodes; /* that `uses` has room for */
+    uint32_t nodes; /* capacity of `uses` */
     uint32_t *stack, capacity;
     int sum_price;   /* of the sine or cosine of a sum */
     long operations; /* + - * / of the nodes in use */
-    long once;       /* of these, those of parameters alone */
+    long once;       /* the part of the cost that depends on parameters alone */
     bool failed;     /* no memory */
 } kmp_cost;
 
@@ -26,7 +26,7 @@ void kmp_cost_free(kmp_cost *cost);
 void kmp_cost_add(kmp_cost *cost, int count, const kmp_ref *outputs);
 void kmp_cost_remove(kmp_cost *cost, int count, const kmp_ref *outputs);
 
-/** What outputs cost together, once and for all; -1: no memory. */
+/** The common cost of fixed outputs; -1: no memory. */
 long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One backward sweep: ids are in topological order. */
+/* One backward sweep: the order of ids is topological. */
 #include "symbolic/program/live.h"
 
 void kmp_live_mark(const kmp_graph *g, int count, const kmp_ref *outputs, uint8_t *mark, uint8_t value)

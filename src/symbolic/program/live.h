@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What outputs need: the removal of useless equations (Fisette and Samin 1996, section 3.2) is that nothing else is
- * ever scheduled. */
+/* The nodes that outputs need. Useless equations (Fisette and Samin 1996, section 3.2) are removed because only these
+ * nodes are scheduled. */
 #ifndef KMP_SYMBOLIC_PROGRAM_LIVE_H
 #define KMP_SYMBOLIC_PROGRAM_LIVE_H
 

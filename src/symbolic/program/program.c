@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Scheduling: mark what each stage needs, number it, write it down. */
+/* Scheduling: mark the nodes that each stage needs, number them, write them as instructions. */
 #include "symbolic/program/program.h"
 #include "base/memory.h"
 #include "symbolic/implicit.h"
@@ -10,7 +10,7 @@
 
 enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */
 
-/* Nodes of what stands still during steps go to stage 0, whoever needs them. */
+/* Moves nodes that are constant during steps to stage 0, whatever stages need them. */
 static void hoist_parameters(const kmp_graph *g, uint8_t *mark)
 {
     const unsigned still = 1u << KMP_IN_PARAMETER | 1u << KMP_IN_CHART;
@@ -322,7 +322,7 @@ double kmp_program_value(const kmp_program *p, int i, double x, double y, double
     return kmp_op_value((kmp_op)in->op, x, y, z);
 }
 
-/* Signs that an instruction asks for: a difference is none. */
+/* Signs of operands that an instruction applies: a difference has none. */
 static int count_signs(const kmp_instruction *in)
 {
     int signs = 0, arity = kmp_op_arity((kmp_op)in->op);

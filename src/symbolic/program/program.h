@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A program: what the asked outputs need of a graph, as flat straight-line code in stages.
+/* A program: the nodes of a graph that the requested outputs need, as flat straight-line code in stages.
  *
- * Stage 0 holds what depends on parameters only and runs once; stage s > 0 computes what output group s needs and no
- * earlier stage has. Operands are value << 1 | sign; values are numbered constants first, then inputs, then
- * instructions. Instructions keep the order of generation. */
+ * Stage 0 holds instructions that depend on parameters only and runs once; stage s > 0 computes the needs of output
+ * group s that no earlier stage has. Operands are value << 1 | sign; values are numbered constants first, then inputs,
+ * then instructions. Instructions keep the order of generation. */
 #ifndef KMP_SYMBOLIC_PROGRAM_PROGRAM_H
 #define KMP_SYMBOLIC_PROGRAM_PROGRAM_H
 
@@ -14,7 +14,7 @@
 
 typedef struct kmp_instruction {
     uint8_t op;
-    uint32_t a, b, c; /* operands; what is applied to a: b, c */
+    uint32_t a, b, c; /* operands; parameters of the object applied to a: b, c */
 } kmp_instruction;
 
 /** Operand number k. */
@@ -28,22 +28,24 @@ typedef struct kmp_program_input {
     uint32_t index;
 } kmp_program_input;
 
-/** Operations of one stage or of a whole program. `paper`: + - * / as Fisette and Samin count; `robotran`: those, unary
- *  minus (the sign of an output is free, products and sums have none), and one for each sine, cosine or other function.
+/** Operations of one stage or of a whole program. `paper`: + - * / as Fisette and Samin count. `robotran`: + - * /,
+ * unary minus (the sign of an output is free, products and sums have none), and one for each sine, cosine or other
+ * function.
  */
 typedef struct kmp_counts {
     long add, mul, div, neg, trig, other;
     long paper, robotran;
 } kmp_counts;
 
-/** An implicit block: stage 1 of its program gives the first guess of the unknowns q from the arguments p, the last one
- *  residuals and their derivatives by the unknowns, row by row. With candidates of unknown 0 there is one between, the
- *  merit by which the first guess is chosen, and guesses may depend on q[0]; with one unknown the last stage gives the
- *  merit's derivative too. One of averages solves nothing (implicit.h): stage 1 of its program is the exponent at the
- *  place q[0] and what is needed of it, stage 2 what is averaged there, and candidates are the places. */
+/** An implicit block. Stage 1 of its program gives the first guess of the unknowns q from the arguments p, the last
+ * stage residuals and their derivatives with respect to the unknowns, row by row. With candidates of unknown 0 a stage
+ * between them computes the merit by which the first guess is chosen, and guesses may depend on q[0]. With one unknown
+ * the last stage gives the merit's derivative too. A block of averages solves nothing (implicit.h). Stage 1 of its
+ * program is the exponent at the place q[0] and the exponent that is needed, stage 2 the averaged expressions there,
+ * and candidates are the places. */
 typedef struct kmp_program_block {
     int unknowns, arguments;
-    bool linear;       /* known to be */
+    bool linear;       /* the equations are linear in the unknowns */
     bool averages;     /* unknown 0 is the logarithm of the sum, the others are averages */
     int candidates;    /* 0: the guess is the only one */
     double *candidate; /* increasing */
@@ -59,20 +61,21 @@ typedef struct kmp_program {
     double *constant;
     kmp_program_input *input;
     int constant_count, input_count;
-    struct kmp_table **table; /* those that occur, copied */
+    struct kmp_table **table; /* the tables in use, copied */
     int table_count;
-    kmp_program_block *block; /* those that occur, copied */
+    kmp_program_block *block; /* the blocks in use, copied */
     int block_count;
     kmp_label *label;     /* by instruction; NULL where the graph kept none */
     uint32_t graph_nodes; /* before useless ones were left out */
 } kmp_program;
 
-/** One group of outputs a stage, from stage 1 on; addition theorems are applied to all together. NULL: no memory. */
+/** A program with one group of outputs per stage, from stage 1 on; addition theorems are applied to all together. NULL:
+ * no memory. */
 kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs);
 void kmp_program_free(kmp_program *p);
 
-/** All its outputs, of all stages, as references in a graph, with `by` in place of `count` inputs (kmp_input). false:
- * no memory, or it has implicit blocks. */
+/** The program's outputs, of all stages, as references in a graph, with `by` in place of `count` inputs (kmp_input).
+ * False: no memory, or it has implicit blocks. */
 bool kmp_program_import(const kmp_program *p, kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by,
                         kmp_ref *outputs);
 
@@ -81,22 +84,22 @@ int kmp_program_add_table(kmp_program *p, const struct kmp_table *table);
 
 kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage);
 
-/** A copy, by itself. NULL: no memory. */
+/** An independent copy. NULL: no memory. */
 kmp_program *kmp_program_copy(const kmp_program *p);
-/** The same inputs, code, tables and outputs, to the bit; not so where there are blocks. */
+/** True if inputs, code, tables and outputs are equal, to the bit; false where there are blocks. */
 bool kmp_program_equal(const kmp_program *a, const kmp_program *b);
 /** Number of a copy of the block in the program; -1: no memory. */
 int kmp_program_add_block(kmp_program *p, const kmp_program_block *block);
 
-/** Value of instruction i (of no implicit block) from those of its operands (signs included), the one that every back
- * end uses. */
+/** Value of instruction i (of no implicit block) from the values of its operands (signs included); every back end uses
+ * it. */
 double kmp_program_value(const kmp_program *p, int i, double x, double y, double z);
 
-/** As text, one instruction a line; `stage_name` (stages entries) may be NULL. The text reads back to a program with
- *  the same text and the same results to the bit (docs/program_format.md). */
+/** The program as text, one instruction per line; `stage_name` (stages entries) may be NULL. The text reads back to a
+ * program with the same text and the same results to the bit (docs/program_format.md). */
 void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text);
 
-/** Reads such a text; names of stages are passed over. KEMPE_E_INPUT: what is wrong, at file:line:column. */
+/** Reads the text of kmp_program_print; names of stages are skipped. KEMPE_E_INPUT: the error, at file:line:column. */
 kempe_status kmp_program_read(kempe_context *context, const char *file, const char *text, kmp_program **program);
 
 #endif

@@ -19,7 +19,7 @@ static kmp_ref import(const kmp_program *p, kmp_graph *g, const kmp_instruction 
     return table < 0 ? KMP_ZERO : kmp_table_derivative_at(g, table, (int)in->c, x[0]);
 }
 
-/* The inputs, or what stands for them. */
+/* The inputs, or their replacements. */
 static bool import_inputs(const kmp_program *p, kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by,
                           kmp_ref *value)
 {

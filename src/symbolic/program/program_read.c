@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Programs from their text: docs/program_format.md. One function a rule of its grammar, one line after another; the
- * first mistake ends the reading. All arrays are as long as the text can ask for, so nothing grows. */
+/* Programs from their text: docs/program_format.md. One function for each rule of its grammar, one line after another;
+ * the first error ends the reading. All arrays have the length that the text can require, so none grows. */
 #include "base/memory.h"
 #include "symbolic/implicit.h"
 #include "symbolic/program/program.h"
@@ -10,7 +10,7 @@
 
 /* -- lines ------------------------------------------------------------------------------------------- */
 
-/* The function whose name stands here, KMP_OP_COUNT when it is none. */
+/* The function whose name is at the current position, KMP_OP_COUNT when there is none. */
 static kmp_op function_here(const kmp_program_reader *r)
 {
     size_t n = kmp_words_letters(r->at);
@@ -185,7 +185,7 @@ static bool read_table(kmp_program_reader *r)
 
 static kempe_status read_program(kmp_program_reader *r, kmp_program **program);
 
-/* Averages: the exponent and what is averaged, at the place q[0]. */
+/* Checks averages: the exponent and the averaged expressions, at the place q[0]. */
 static bool check_averages(kmp_program_reader *r, const kmp_program_block *block)
 {
     const kmp_program *p = block->program;
@@ -210,7 +210,8 @@ static bool check_equations(kmp_program_reader *r, const kmp_program_block *bloc
     return true;
 }
 
-/* Its program has a guess of each unknown, then residuals and slopes, and knows unknowns q and arguments p alone. */
+/* Checks that the block's program has a guess of each unknown, then residuals and derivatives, and reads unknowns q and
+ * arguments p alone. */
 static bool check_block(kmp_program_reader *r, const kmp_program_block *block)
 {
     const kmp_program *p = block->program;
@@ -334,7 +335,7 @@ static bool read_body(kmp_program_reader *r)
     return true;
 }
 
-/* No line of an implicit block stands behind its "end"; one of the whole program may be anywhere. */
+/* Lines of an implicit block end at its "end"; those of the whole program may be anywhere. */
 static size_t count_lines(const kmp_program_reader *r, const char *text)
 {
     size_t lines = 2;
@@ -373,7 +374,7 @@ static bool begin(kmp_program_reader *r, const char *text)
     return ok || kmp_words_no_memory(r);
 }
 
-/* Up to and with its "end"; nothing may follow that of the whole text. */
+/* Reads up to and including "end"; nothing may follow the "end" of the whole text. */
 static kempe_status read_program(kmp_program_reader *r, kmp_program **program)
 {
     if (begin(r, r->at) && read_body(r) && !r->around) {

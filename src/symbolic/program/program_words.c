@@ -38,7 +38,7 @@ bool kmp_words_no_memory(kmp_program_reader *r)
     return false;
 }
 
-/* Whether the text goes on with these characters, which are then passed. */
+/* True if the text continues with these characters, which are then skipped. */
 bool kmp_words_take(kmp_program_reader *r, const char *word)
 {
     kmp_words_skip(r);
@@ -67,7 +67,7 @@ size_t kmp_words_letters(const char *s)
     return n;
 }
 
-/* The word of letters and digits, passed only when it is this one. */
+/* Skips the word of letters and digits if it is this one. */
 bool kmp_words_take_word(kmp_program_reader *r, const char *word)
 {
     kmp_words_skip(r);
@@ -138,7 +138,7 @@ static uint32_t tagged(int class, uint32_t index)
     return ((uint32_t) class << KMP_CLASS_SHIFT | index) << 1;
 }
 
-/* Where a key is looked for first. */
+/* The first slot in which a key is searched. */
 static size_t slot_of(const kmp_program_reader *r, uint64_t key)
 {
     return (size_t)((key * 0x9e3779b97f4a7c15u) >> 20) & (r->constant_size - 1);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Words of program text: what the writer and the reader share, and the reader's smallest rules. A rule that fails has
- * complained and returns false. */
+/* Words of program text: definitions common to writer and reader, and the reader's smallest rules. A rule that fails
+ * has reported the error and returns false. */
 #ifndef KMP_SYMBOLIC_PROGRAM_PROGRAM_WORDS_H
 #define KMP_SYMBOLIC_PROGRAM_PROGRAM_WORDS_H
 
@@ -9,7 +9,7 @@
 
 extern const char *const kmp_input_words[KMP_IN_COUNT];
 
-/* Until all are known, operands carry in their highest bits what they number. */
+/* Until all counts are final, operands have their class in the highest bits. */
 enum { KMP_OF_CONSTANT, KMP_OF_INPUT, KMP_OF_INSTRUCTION, KMP_CLASS_SHIFT = 29 };
 
 typedef struct kmp_program_reader {
@@ -20,32 +20,33 @@ typedef struct kmp_program_reader {
     kmp_program *p;
     int code, outputs;                       /* so far */
     uint32_t *constant, *input;              /* hash tables: number + 1 */
-    size_t constant_size;                    /* of each */
+    size_t constant_size;                    /* capacity of each array */
     double *x, *y;                           /* points of a table */
     const struct kmp_program_reader *around; /* whose implicit block this is */
 } kmp_program_reader;
 
-/** The first complaint is kept. */
+/** Reports an error; the first one is kept. */
 bool kmp_words_complain(kmp_program_reader *r, const char *format, ...) __attribute__((format(printf, 2, 3)));
 bool kmp_words_no_memory(kmp_program_reader *r);
 
-/** Blanks; to the first line that is not empty; the same after the end of this one. */
+/** kmp_words_skip: skips blanks. The others: go to the first line that is not empty, here or after the end of this
+ * line. */
 void kmp_words_skip(kmp_program_reader *r);
 void kmp_words_skip_lines(kmp_program_reader *r);
 bool kmp_words_next_line(kmp_program_reader *r);
 
-/** Whether the text goes on with these characters (_word: and no letter after them), which are then passed. */
+/** True if the text continues with these characters (_word: and no letter follows), which are then skipped. */
 bool kmp_words_take(kmp_program_reader *r, const char *characters);
 bool kmp_words_take_word(kmp_program_reader *r, const char *word);
 bool kmp_words_want(kmp_program_reader *r, const char *characters);
 
-/** How many letters stand at s. */
+/** The number of letters at s. */
 size_t kmp_words_letters(const char *s);
 
 bool kmp_words_index(kmp_program_reader *r, uint32_t *index);
 bool kmp_words_number(kmp_program_reader *r, double *value);
 
-/** A number, an input or a known value, with a sign where that is allowed. */
+/** A number, an input or an earlier value, with a sign where that is allowed. */
 bool kmp_words_operand(kmp_program_reader *r, bool sign, uint32_t *operand);
 
 #endif

@@ -36,7 +36,7 @@ static void count_uses(work *w, int count)
     }
 }
 
-/* What is known before the first step: what depends on parameters, sums of inputs, their sines and cosines. */
+/* True for values available before the first step: functions of parameters, sums of inputs, their sines and cosines. */
 static bool is_known(const work *w, int i)
 {
     const kmp_instruction *in = &w->p->instruction[i];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How many steps a program takes where everything that can be done at once is (Fisette and Samin 1996, section 3.2):
- * the vector step index of a variable is one more than the largest of the variables that it is computed from. */
+/* The number of steps of a program when all independent operations run at once (Fisette and Samin 1996, section 3.2).
+ * The vector step index of a variable is one more than the largest index of the variables it is computed from. */
 #ifndef KMP_SYMBOLIC_PROGRAM_STEPS_H
 #define KMP_SYMBOLIC_PROGRAM_STEPS_H
 
@@ -11,9 +11,9 @@ typedef struct kmp_steps {
     long serial, vector;
 } kmp_steps;
 
-/** A variable is an output, and what is used more than once; what is used once
- *  stands in the assignment of its user. Inputs, numbers, what depends on parameters alone, and sines and cosines of
- *  sums of inputs have index 0 and are not counted. */
+/** A variable is an output, or a value that is used more than once; a value used once is part of its user's assignment.
+ * Inputs, numbers, functions of parameters alone, and sines and cosines of sums of inputs have index 0 and are not
+ * counted. */
 kmp_steps kmp_program_steps(const kmp_program *p);
 
 #endif

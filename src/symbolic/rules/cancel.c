@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Cancellation: terms that are the same but for a number are one. */
+/* Cancellation: terms that differ by a numeric factor only become one. */
 #include "symbolic/rules/rules.h"
 
 bool kmp_cancel_same(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result)

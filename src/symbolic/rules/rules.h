@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What is simplified at the moment a node would be made, a file a rule (Fisette and Samin 1996, section 3.1). Each says
- * whether it has something shorter, in *result. The graph asks those that hold (kmp_graph_set_rules). */
+/* Simplifications made when a node is created, one file per rule (Fisette and Samin 1996, section 3.1). Each returns
+ * true if it has a shorter form, in *result. The graph calls the active rules (kmp_graph_set_rules). */
 #ifndef KMP_SYMBOLIC_RULES_H
 #define KMP_SYMBOLIC_RULES_H
 
@@ -16,10 +16,10 @@ bool kmp_zeros_div(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref sign, kmp_ref *re
 bool kmp_cancel_same(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result);
 bool kmp_cancel_in_sums(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result);
 
-/** KMP_RULE_SHARE, beside equal nodes: (p w) w = p (w w), without sign. */
+/** KMP_RULE_SHARE, in addition to equal nodes: (p w) w = p (w w), without sign. */
 bool kmp_squares(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result);
 
-/** KMP_RULE_TRIG, beside rotated pairs (symbolic/rotation.h): x cos^2 + x sin^2 = x, x a number. */
+/** KMP_RULE_TRIG, in addition to rotated pairs (symbolic/rotation.h): x cos^2 + x sin^2 = x, x a number. */
 bool kmp_pythagoras(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result);
 
 /** r = coefficient * base, the coefficient a number; the base, without sign. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Squares are collected: those of rates are shared by many terms. */
+/* Squares are collected: squares of rates occur in many terms. */
 #include "symbolic/rules/rules.h"
 
 static bool is_number(const kmp_graph *g, kmp_ref r)

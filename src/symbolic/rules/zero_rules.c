@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Zero elimination: zeros and ones vanish, numbers are computed at once and stand first in a product. */
+/* Zero elimination: zeros and ones vanish, numbers are computed at once and come first in a product. */
 #include "symbolic/rules/rules.h"
 
 bool kmp_zeros_add(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Averages over places as a block of the graph, and their numbers. The largest exponent is taken out of all, so that
- * nothing overflows. Sums run in four lanes, which are added at the end: the bits are the same with vectors and
- * without. */
+/* Averages over places as a block of the graph, and their evaluation. The largest exponent is subtracted from all, so
+ * that nothing overflows. Sums run in four lanes, which are added at the end: the bits are the same with and without
+ * vectors. */
 #include "symbolic/sums/average.h"
 #include "base/clones.h"
 #include "base/memory.h"
@@ -62,7 +62,7 @@ static bool copy_rows(const kmp_implicit *b, kmp_graph *to, kmp_ref *argument, k
     return kmp_local_import(&s, b->local, b->block.unknowns + 1, row);
 }
 
-/* Of each argument in turn: dE, then df_k + f_k dE for each k. */
+/* Rows of derivatives for each argument in turn: dE, then df_k + f_k dE for each k. */
 static bool derive_rows(kmp_graph *g, int rows, const kmp_ref *row, int arguments, const kmp_ref *argument,
                         kmp_ref *slope)
 {
@@ -136,10 +136,11 @@ kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref l
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
-/* Of exponents that are this much below the largest a sum keeps 1e-10; and what they may rise by within a group, over
- * the line to the next one's middle: with places 1.2 standard deviations of the weights from each other, as far as four
- * of them go. An edge of a profile, which its places do not resolve (model/zones.c), may rise by twice that, if it is
- * one of 70 degrees: beside another place that counts a sum keeps 1e-5 then. */
+/* LOST: without exponents this far below the largest a sum keeps 1e-10. RISING: the most that exponents may rise within
+ * a group, beyond the line to the next group's middle. With places 1.2 standard deviations of the weights from each
+ * other, that is as far as four of them reach. An edge of a profile, which its places do not resolve
+ * (model/rail/zones.c), may rise by twice that, if it has 70 degrees. Where another place counts too, a sum then keeps
+ * 1e-5. */
 #define LOST   24.0
 #define RISING 12.0
 
@@ -147,23 +148,23 @@ struct kmp_average {
     const kmp_program_block *block;
     kmp_scan *scan;  /* at all places, filled up to groups of eight, then one of each group */
     size_t groups;   /* of all places */
-    double *place;   /* those */
-    double *spacing; /* by place, 0 where rows are filled up */
+    double *place;   /* the places */
+    double *spacing; /* by place, 0 in the padding of rows */
     double *weight;  /* exp(E) times it */
     double *middle;  /* E at the one of each group */
     double *value;
-    size_t *first; /* groups that count, and how many; behind them those of the ones in the middle */
+    size_t *first; /* groups that count, and their number; then those of the middle places */
     size_t count;
 };
 
-/* The place of a group that speaks for it. */
+/* The place that represents a group. */
 static size_t middle_of(const kmp_average *a, size_t group)
 {
     size_t first = group * LANES, last = first + LANES - 1, end = (size_t)a->block->candidates - 1;
     return (first + (last < end ? last : end)) / 2;
 }
 
-/* What a place stands for, and the places in the middle of groups. */
+/* The weights of places, and the places in the middle of groups. */
 static void measure(kmp_average *a)
 {
     const kmp_program_block *b = a->block;
@@ -220,8 +221,8 @@ const double *kmp_average_values(const kmp_average *a)
     return a->value;
 }
 
-/* exp(x) for x not above 0: x = n log 2 + r, |r| <= log(2)/2, and the series of exp(r), whose rest is below 1e-17. What
- * would not be a normal number is 0. */
+/* exp(x) for x <= 0: x = n log 2 + r, |r| <= log(2)/2, and the series of exp(r), whose remainder is below 1e-17. A
+ * result below the normal range is 0. */
 static KMP_INTO_CLONES void power_of_e(const kmp_four *x, kmp_four *power)
 {
     static const double shift = 0x1.8p52, high = 0x1.62e42fefa3800p-1, low = 0x1.ef35793c76730p-45;
@@ -285,7 +286,7 @@ static inline double larger(double x, double y)
     return y <= x || isnan(x) ? x : y; /* NaN stays */
 }
 
-/* Of the groups that count; NaN, where there is one. */
+/* The largest exponent of the groups that count; NaN, where one is NaN. */
 KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *exponent)
 {
     kmp_four most = KMP_FOUR_ALL(-INFINITY);
@@ -313,8 +314,8 @@ static double look_around(kmp_average *a, size_t *best)
     return most;
 }
 
-/* Chooses the groups that may count; where exponents are no numbers, all. Where less is needed none, and `best` is the
- * one in whose middle the exponent is largest. */
+/* Chooses the groups that may count; all where exponents are NaN. None where the sum is below the needed value: `best`
+ * is then the group with the largest exponent in its middle. */
 static void choose(kmp_average *a, size_t *best)
 {
     const double *x = a->middle;

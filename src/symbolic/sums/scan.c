@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A value is a row of doubles, one a place, filled up to a multiple of eight; one that is the same at all places is
+/* A value is a row of doubles, one per place, padded to a multiple of eight; a value that is equal at all places is
  * eight doubles alone. */
 #include "symbolic/sums/scan.h"
 #include "base/clones.h"
@@ -12,7 +12,7 @@
 
 enum { LANES = KMP_SCAN_GROUP, FIRST = 1, LAST = 2 }; /* stages that depend on places */
 
-/* What a value depends on: on nothing that changes, on the arguments alone, on both them and the place. */
+/* Dependence of a value: on constants, on the arguments alone, on both arguments and place. */
 typedef enum need { STANDING, COMMON, MOVING } need;
 
 /* An instruction to be run, or to find the pieces of a table that a value is in, which all instructions that look it up
@@ -52,7 +52,7 @@ static double sign_of(uint32_t operand)
     return operand & 1 ? -1 : 1;
 }
 
-/* Of numbers and of what depends on arguments alone there are eight. */
+/* True if a value is eight doubles long: numbers and functions of arguments alone. */
 static bool is_short(const kmp_scan *s, uint32_t value)
 {
     return s->need[value] == COMMON || (int)value < s->p->constant_count;
@@ -217,7 +217,7 @@ static bool is_number(const kmp_program *p, uint32_t operand)
     return (int)(operand >> 1) < p->constant_count;
 }
 
-/* Numbers go with either. What is common has been left to stage 0, but for programs from files. */
+/* Numbers suit both kinds. Common values are in stage 0, except in programs from files. */
 static need need_of_instruction(const kmp_scan *s, int i)
 {
     const kmp_instruction *in = &s->p->instruction[i];
@@ -292,7 +292,7 @@ static step step_of(const kmp_scan *s, int i)
     return made;
 }
 
-/* Numbers and places, and what follows from them. */
+/* Sets numbers and places, and computes the values that depend on them alone. */
 static void put_standing(kmp_scan *s, int places, const double *place)
 {
     const kmp_program *p = s->p;
@@ -311,7 +311,7 @@ static void put_standing(kmp_scan *s, int places, const double *place)
         }
 }
 
-/* A step that looks up a table: in the pieces that one before it found, or its own. */
+/* Lets a step that looks up a table use the pieces that an earlier step found, or its own. */
 static void share_pieces(kmp_scan *s, step *made, int tables)
 {
     const kmp_instruction *in = s->p->instruction, *here = &in[made->instruction];
@@ -427,7 +427,7 @@ static void copy_row(const kmp_scan *s, const kmp_scan_row *from, double *to)
         to[k] = value_at(from, k);
 }
 
-/* The other unknowns are what was guessed. */
+/* Sets the other unknowns to their guesses. */
 static void put_guesses(kmp_scan *s)
 {
     const kmp_program *p = s->p;
