@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The comparison as text: all runs, the table at equal error, what went wrong, and the verdict, which ends it so that a
+/* The comparison as text: all runs, the table at equal error, failures, and the summary, which comes last so that a
  * terminal shows it. */
 #include "studies/compare/compare_print.h"
 #include "base/memory.h"
@@ -177,7 +177,7 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
     kmp_text_printf(text, "-: not reached%s\n", blank ? "; blank: too near to the reference's own error" : "");
 }
 
-/* -- the verdict ------------------------------------------------------------------------------------- */
+/* -- summary ----------------------------------------------------------------------------------------- */
 
 static void show_advice(kmp_text *text, const kempe_comparison *c)
 {

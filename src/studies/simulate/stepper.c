@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The public stepper: a runner, and the row at which it stands. */
+/* The public stepper: a runner, and its current row. */
 #include "base/memory.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/stepper.h>
@@ -11,8 +11,8 @@ struct kempe_stepper {
     kmp_runner *runner;
     kmp_run_spec spec;
     int *u;
-    double t, stop;     /* it stands; no step goes beyond */
-    bool keeps;         /* what the user's force reads from outside stays */
+    double t, stop;     /* the current time; the limit of steps */
+    bool keeps;         /* external inputs of the user's force are constant */
     double *row, *next; /* q, qd, qdd, lambda; the one being made */
     char *reason;
 };
@@ -95,7 +95,8 @@ void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep)
         stepper->keeps = keep;
 }
 
-/* Inputs may have changed since the last call: they count from here on, and none later before it has been told. */
+/* Inputs may have changed since the last call: they apply from here on. Steps are limited until later inputs are given.
+ */
 static kempe_status follow_inputs(kempe_stepper *s, double until)
 {
     bool changing = s->system->force && !s->keeps;
