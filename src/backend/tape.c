@@ -2,7 +2,7 @@
 /* The branch-free tape: every add, subtract and multiply is v[d] = v[a] * v[b] + v[c] with two roundings, so that there
  * is no opcode to mispredict:
  *
- *     x + y = x * 1 + y x - y = y * (-1) + x x * y = x * y + (-0) x + p * q = p * q + x
+ *     x + y = x * 1 + y      x - y = y * (-1) + x      x * y = x * y + (-0)      x + p * q = p * q + x
  *
  * all equal to the last bit. Products with a single reader are fused into the sum that reads them. Slots are 16 bits
  * wide when they suffice, 32 otherwise. */

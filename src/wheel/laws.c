@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* All laws in logarithms: with t = log(along / across), k = sqrt(along across), G* = G / (1 - poisson),
  *
- *     log c = log(N^2 + floor^2)/6 - log(G* k)/3 + T1(t), c = sqrt(a b), log(a/b) = T2(t),
- *     K = G* exp(T3(t) - log(k)/2), log Cij = Tij(log(a/b)),
+ *     log c = log(N^2 + floor^2)/6 - log(G* k)/3 + T1(t),  c = sqrt(a b),  log(a/b) = T2(t),
+ *     K = G* exp(T3(t) - log(k)/2),  log Cij = Tij(log(a/b)),
  *
  * where T are cubic splines through values of src/contact: of Hertz's contact with errors below 1e-8, of Kalker's
  * coefficients those of kempe_contact_kalker. Beyond their ends they are straight: powers. Forces are N times a factor

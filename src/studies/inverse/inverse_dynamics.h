@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Generalized forces of chosen coordinates (actuators) for a given motion, with the loops closed:
  *
- *     M qdd + C = J' lambda + S tau, N' (M qdd + C) = N' S tau.
+ *     M qdd + C = J' lambda + S tau,      N' (M qdd + C) = N' S tau.
  *
  * J has the rows of loops alone. Rows of drives and locks are left out: their forces must be supplied by the actuators.
  * N = X of the partition of these rows (Fisette and Samin 1996, eq. 44); there are p equations for a actuators.

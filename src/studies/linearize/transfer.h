@@ -2,7 +2,7 @@
 /* Linear equations from inputs to outputs near a state: with du the change of the independent coordinates and w that of
  * the inputs
  *
- *     Mr dudd + Gr dud + Kr du + L w = 0, dy = Yu du + Yud dud + Yudd dudd + Yw w,
+ *     Mr dudd + Gr dud + Kr du + L w = 0,     dy = Yu du + Yud dud + Yudd dudd + Yw w,
  *
  * all exact: kmp_linear_follow gives the change of the state with u and the inputs, and the outputs' own derivatives
  * give theirs. From there either x = (du, dud), xd = A x + B w, y = C x + D w, which needs the inverse of Mr. Or the

@@ -2,7 +2,7 @@
 /* Derivatives of eigenvalues by parameters. A mode is a small motion dq, dqd, dqdd, dlambda of the whole system with du
  * = x, dud = s x, dudd = s^2 x that leaves R = 0, so that with P = s^2 Mr + s Gr + Kr
  *
- *     ds = - y^H dP x / (y^H (2 s Mr + Gr) x), y^H P = 0.
+ *     ds = - y^H dP x / (y^H (2 s Mr + Gr) x),     y^H P = 0.
  *
  * dP x is the residual of R when the mode is constant and the equations change. It consists of their second derivatives
  * along the mode and along the parameter's change of the state (derivatives/second_derivatives.h). kmp_linear_follow

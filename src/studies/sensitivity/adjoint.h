@@ -3,7 +3,7 @@
  * once, for any number of them. First the motion, stored as values of u and ud within each step; then backwards in time
  * the weights L of its state, with y' = f(y, p), y = (u, ud),
  *
- *     -dL/dt = f_y' L + g_y L(t_end) = G_y dG/dp = G_p + L(0)' dy_0/dp + integral of L' f_p + g_p
+ *     -dL/dt = f_y' L + g_y      L(t_end) = G_y      dG/dp = G_p + L(0)' dy_0/dp + integral of L' f_p + g_p
  *
  * (Cao, Li, Petzold and Serban, SIAM J. Scientific Computing 24 (2003) 1076, for index 1 and 0; here of the reduced
  * equations). f_y' L is kmp_linear_back: no matrix is made. Exchanges of u, and jumps at conditions that change

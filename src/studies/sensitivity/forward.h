@@ -6,7 +6,7 @@
  * they are converted to its new angles. Where a condition of the model changes, at t_e(p) with g = 0, rates of the
  * sensitivities jump with the accelerations:
  *
- *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)
+ *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp      dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)
  *
  * (Rozenvasser 1967; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47 (2000) 204, eqs. 36-38). */
 #ifndef KMP_STUDIES_SENSITIVITY_FORWARD_H
