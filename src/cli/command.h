@@ -27,7 +27,7 @@ typedef struct cli_command {
     unsigned bit; /* of options.h */
     const char *name, *usage, *summary, *examples;
     bool (*accepts)(const cli_settings *settings);     /* false after an error message; NULL: always */
-    bool (*model_alone)(const cli_settings *settings); /* no equations are wanted; NULL: they are */
+    bool (*model_alone)(const cli_settings *settings); /* needs no equations; NULL: it needs them */
     const char *dynamics;                              /* the default algorithm of the equations; NULL: the model's */
     kempe_status (*run)(const cli_job *j);
 } cli_command;

@@ -20,7 +20,7 @@
 
 typedef struct kmp_linear {
     const kempe_system *system;
-    kmp_arena arena, choice; /* of all arrays; of those that depend on the choice of coordinates */
+    kmp_arena arena, choice; /* of all arrays; of those for the choice of coordinates */
     kmp_plant *plant;        /* its own, at the state */
     kmp_partition part;
     kmp_reduction red;

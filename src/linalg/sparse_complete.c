@@ -235,7 +235,7 @@ static int shortest_row(work *w)
     return w->bucket[w->lowest];
 }
 
-/* Of the row's entries within the threshold the one whose column has the fewest rows. */
+/* The entry of row i, within the threshold, whose column has the fewest rows. */
 static entry rarest_entry(const work *w, int i)
 {
     entry found = best_of(w, i);

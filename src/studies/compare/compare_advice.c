@@ -83,7 +83,7 @@ static int cheapest(const kempe_comparison *c, const aims *a, bool robust, int b
     return found;
 }
 
-/* Where no method reaches all aims the coarser one alone counts. */
+/* The recommended method; if no method reaches all aims, the coarser one alone counts. */
 static int choose_way(const kempe_comparison *c, aims *a)
 {
     int way = cheapest(c, a, false, -1);

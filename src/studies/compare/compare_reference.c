@@ -39,8 +39,8 @@ enum { TIGHT = sizeof tight / sizeof *tight };
 #define FALL 5.0
 /* The reference may be as inaccurate as the run it is compared with. */
 #define BOTH 2.0
-/* Where the uncertainty of q exceeds LOST at the end, errors are judged only while it is below the first of these
- * limits that some rows satisfy. */
+/* Errors are judged to the end if the uncertainty of q there is at most LOST; otherwise only while it is below the
+ * first of these limits that some rows satisfy. */
 #define LOST 1e-5
 static const double kept[] = {1e-8, 1e-6, 1e-4};
 
@@ -327,7 +327,7 @@ static kempe_status judge(maker *m, double until)
     return status;
 }
 
-/* Where the motion amplifies all differences, the reference ends before they become large. */
+/* Ends the reference earlier if the motion amplifies all differences, before they become large. */
 static kempe_status keep_good(maker *m, double *at_end, double *bound)
 {
     kempe_comparison *c = m->comparison;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The state of a search for an equilibrium: its unknowns, residual and matrices in characteristic units. Coordinates
- * along which R does not change are left out. */
+/* The state of a search for an equilibrium: its unknowns, residual and matrices in characteristic units. Unknowns are
+ * the positions u_k, or rates in their place; held rates are left out. */
 #include "studies/equilibrium/descent.h"
 #include "base/memory.h"
 #include "constraints/closing/charts.h"

@@ -2,8 +2,8 @@
 /* Descent from afar: Newton's direction with the symmetric part of Kr made positive by the moduli of its eigenvalues
  * (as by Dauphin et al., NIPS 27 (2014) 2933), so that s'R < 0. For a conservative mechanism this descends its
  * potential, for any other it follows a heavily damped motion. A step is bounded. Its length is such that the work s'R
- * along it has fallen to half at its end or is still negative (Matthies and Strang, IJNME 14 (1979) 1613): no potential
- * is needed. Where R = 0 and Kr has a negative direction the state is displaced along it. Newton's steps by least
+ * along it has fallen to half at its end or is still negative (Matthies and Strang, IJNME 14 (1979) 1613): this needs
+ * no potential. Where R = 0 and Kr has a negative direction the state is displaced along it. Newton's steps by least
  * squares end the search. */
 #include "base/memory.h"
 #include "constraints/closing/charts.h"

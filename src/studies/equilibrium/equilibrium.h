@@ -21,7 +21,7 @@ typedef struct kmp_search {
     bool newton;   /* Newton's method from the guess, to any equilibrium nearby; otherwise a descent, to a stable one */
     bool balanced; /* descent in short steps, to any balanced state */
     bool quiet;    /* failures give no further message */
-    struct kmp_exchange *exchange; /* other unknowns and equations (analysis/exchange.h); NULL: none */
+    struct kmp_exchange *exchange; /* other unknowns and equations (exchange.h); NULL: none */
     int iterations;
     kmp_iteration history[KMP_MOST_ITERATIONS];
     double residual; /* reached */

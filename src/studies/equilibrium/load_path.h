@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forces along a coordinate: the virtual work of gravity, of each force element and of the motion itself on a small
- * change of one independent coordinate, with the others fixed and the closures satisfied. Closures do no work. Each
+ * change of one independent coordinate. The others are fixed and the closures satisfied. Closures do no work. Each
  * force is evaluated from equations of its own, which have that element alone. */
 #ifndef KMP_STUDIES_EQUILIBRIUM_LOAD_PATH_H
 #define KMP_STUDIES_EQUILIBRIUM_LOAD_PATH_H

@@ -486,7 +486,7 @@ static void warn_again(const kempe_inverse *r)
                 r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
 }
 
-/* Where rates or accelerations are derivatives of splines through the rows: repeats the study with every other row. */
+/* Repeats the study with every other row, where rates or accelerations are derivatives of splines through the rows. */
 static kempe_status check_again(job *j)
 {
     kempe_inverse *r = j->r;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Least-squares solution of N' S tau = N' (M qdd + C) by a singular value decomposition in scaled orthonormal
- * coordinates, then the multipliers from the remaining rows (Fisette and Samin 1996, eq. 44). */
+ * coordinates. The multipliers follow from the remaining rows (Fisette and Samin 1996, eq. 44). */
 #include "studies/inverse/inverse_dynamics.h"
 #include "constraints/evaluation/pressing.h"
 #include "constraints/tolerances.h"

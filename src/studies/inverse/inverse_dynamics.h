@@ -8,9 +8,9 @@
  *
  * Coordinates are scaled by the characteristic length, so that all generalized forces are in N m, and N is made
  * orthonormal. Then the equations are A tau = f, and the singular values of A are the cosines between actuators and
- * degrees of freedom, independent of units and of the choice of u. The largest possible one is 1; 0 means that a degree
- * of freedom cannot be actuated. Of all tau that satisfy the equations best (least squares) the result has the least
- * sum of weight tau^2. The multipliers are those of the independent rows; where forces depend on them, C uses the
+ * degrees of freedom. They are independent of units and of the choice of u. The largest possible one is 1; 0 means that
+ * a degree of freedom cannot be actuated. Of all tau that satisfy the equations best (least squares) the result has the
+ * least sum of weight tau^2. The multipliers are those of the independent rows; where forces depend on them, C uses the
  * multipliers that belong to tau. */
 #ifndef KMP_STUDIES_INVERSE_INVERSE_DYNAMICS_H
 #define KMP_STUDIES_INVERSE_INVERSE_DYNAMICS_H

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A mechanism along a prescribed motion. At each time some coordinates have the values of a table or of the model's
- * drives, and the others follow by the closures: position by Newton's method, rates and accelerations by one solution
- * each. Small steps keep the branch where the path is long.
+ * drives, and the others follow by the closures. Newton's method gives positions, one solution each rates and
+ * accelerations. Small steps keep the branch where the path is long.
  *
  * A drive whose coordinate is in the table is ignored. Independent coordinates are among those of the table; they are
  * exchanged where they become ill-conditioned. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A position study: approaches the first row from the assembled start, then sweeps through the range in both
- * directions. Rows are stored by s; dead centres end a direction. */
+/* A position study: approaches the beginning of the range from the assembled start, along the range's own line if the
+ * start lies on it, then sweeps through it. A dead centre ends the sweep. */
 #include "studies/kinematics/position_sweep.h"
 #include "base/clock.h"
 #include "base/context.h"
@@ -269,7 +269,7 @@ static kempe_status lead(job *j, const kmp_lead *leads, double s)
                           kmp_kinematics_name(k, &k->lead[k->first]));
 }
 
-/* Goes to s_end, where so many rows are wanted. */
+/* Goes to s_end, with `rows` rows on the path. */
 static kempe_status go(job *j, double s_end, int rows, kmp_sweep_end *end)
 {
     kempe_kinematics *k = j->k;

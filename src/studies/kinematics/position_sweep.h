@@ -33,7 +33,7 @@ struct kempe_kinematics {
     int asked;      /* rows */
     double *asked_s;
     int begin, count;         /* the first row that was reached, and the number of rows */
-    double *s, *q, *qd, *qdd; /* asked, and n each */
+    double *s, *q, *qd, *qdd; /* `asked` rows; n each */
     int width;
     kmp_shown_column *column; /* width */
     double *shown;            /* width a row */

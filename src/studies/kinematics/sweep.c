@@ -28,11 +28,10 @@
 #define APPROACH 0.5
 #define NEAR     0.3
 #define SHORT    1e-7
-/* Of driven rows, relative. */
+/* Relative tolerance of driven rows. */
 #define FOLLOWS 1e-6
-/* Where s changes more slowly, relative to the motion, than this part of the fastest, a row is found by bracketing, not
- * by Newton on s.
- */
+/* A row is found by bracketing, not by Newton on s, where s changes more slowly, relative to the motion, than this part
+ * of its fastest change. */
 #define SLOW 0.05
 
 /* Numbers of times sampled for moving rows. */

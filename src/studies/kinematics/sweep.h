@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Closed states along a line of driven values: coordinates, and the time, change linearly with one parameter s from 0
- * to 1. The closed states that follow them are a curve x = (q, s), which is followed along its arc: predictor on the
+ * to 1. The closed states that follow them are a curve x = (q, s), which is followed along its arc. Predictor on the
  * tangent, corrector by Newton on scaled h across it (pseudo-arclength continuation; Keller 1977, Allgower and Georg
  * 1990). Both use q = (u, v) with a free, well-conditioned choice of u, so that the curve is regular in a dead centre
  * of the driven coordinates: there s reverses. A step is accepted when the tangents at its ends differ little,
@@ -30,8 +30,7 @@ typedef struct kmp_sweep_effort {
 } kmp_sweep_effort;
 
 typedef struct kmp_sweep {
-    kmp_arena arena, of_choice,
-        of_leads; /* of all arrays; of those that depend on the current u and v, and on the current driven values */
+    kmp_arena arena, of_choice, of_leads; /* of all arrays; of the current u and v, and driven values */
     const kempe_system *system;
     kmp_plant *plant; /* its own */
     kmp_partition part;
@@ -81,7 +80,7 @@ kempe_status kmp_sweep_lead(kmp_sweep *sweep, int count, const kmp_lead *leads, 
 
 typedef struct kmp_sweep_task {
     double s_end;
-    int count; /* rows wanted, with their s in the order in which they are met */
+    int count; /* requested rows, with their s in the order of the path */
     const double *s;
     /** A row: state and its derivatives by s (n each); NULL for both where they are infinite. */
     void (*row)(void *user, double s, const double *q, const double *qs, const double *qss);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Reads names and ranges of a sweep, adds coordinates that are fixed at their assembled values until the sweep is
- * determined, and reports missing or conflicting ones. */
+/* Reads names and ranges of a sweep: driven coordinates and time, fixed coordinates, and deactivated drives. Driven
+ * coordinates are then compared with the degrees of freedom. */
 #include "studies/kinematics/sweep_options.h"
 #include "base/context.h"
 #include "base/memory.h"

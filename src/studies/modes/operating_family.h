@@ -12,7 +12,7 @@
 typedef struct kmp_station_ask {
     const char *name; /* a parameter, or `q.NAME`, `qd.NAME` of the start, that varies; NULL: none does */
     const char *word; /* the state (kmp_operating_new) */
-    const int *wish;  /* coordinates that are wanted as independent */
+    const int *wish;  /* coordinates requested as independent */
     int wish_count;
     kmp_steady *rates; /* constant rates of an equilibrium; one may vary, and is then written to */
     int rate_count;

@@ -50,7 +50,7 @@ typedef struct kmp_varied_watch {
 
 typedef struct kmp_forward {
     const kmp_run_spec *spec;            /* resolved; formulation and form do not count */
-    const kmp_forward_target *integrand; /* whose integral over time is wanted too; NULL: none */
+    const kmp_forward_target *integrand; /* whose integral over time is requested; NULL: none */
     bool alone;                          /* without sensitivities, except those of the start */
     double *start_q, *start_qd;          /* sensitivities of the start, n x count; NULL: not needed */
     kmp_varied_watch watch;
