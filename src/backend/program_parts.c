@@ -229,7 +229,7 @@ static void join_seeds(finder *f, int parts)
 
 /* -- parts ------------------------------------------------------------------------------------------- */
 
-/* By the blocks that an instruction feeds or reads. */
+/* Places instructions by the blocks that they feed or read. */
 static void place_by_seeds(finder *f)
 {
     seeds of[KMP_PARTS_MOST + 2] = {0}; /* each part's */
@@ -397,7 +397,7 @@ static void put_costliest_first(finder *f, int parts)
         f->best[i] = (uint8_t)number[f->best[i]];
 }
 
-/* As many parts as threads, or some times as many where they are of unequal size. */
+/* Tries as many parts as threads, or some times as many for parts of unequal size. */
 static int choose_parts(finder *f, int threads, double alone)
 {
     int best = 0;

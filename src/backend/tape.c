@@ -24,7 +24,7 @@ typedef struct tape {
     uint32_t records, *start; /* first record of each segment, and the end */
 } tape;
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 /* Arrays by instruction. */
 typedef struct builder {
@@ -175,7 +175,7 @@ static void *prepare(const kmp_program *p)
     return NULL;
 }
 
-/* -- running it -------------------------------------------------------------------------------------- */
+/* -- run --------------------------------------------------------------------------------------------- */
 
 static void run_narrow(const record16 *r, const record16 *end, double *v)
 {

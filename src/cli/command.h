@@ -56,10 +56,10 @@ kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char
 /** Accepts any settings. */
 bool cli_always(const cli_settings *settings);
 
-/** Runs one command with its own context and returns the exit code. */
 /** Writes the JSON of a usage error to `json` (NULL: nowhere). Returns CLI_USAGE. */
 int cli_refuse(const char *json);
 
+/** Runs one command with its own context and returns the exit code. */
 int cli_run(const cli_command *command, const cli_settings *settings);
 
 #endif

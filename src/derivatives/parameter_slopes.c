@@ -219,7 +219,7 @@ static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g),
     return ok ? KEMPE_OK : kmp_fail_memory(s->system->context);
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *const *names, int *parameter)
 {

@@ -215,7 +215,7 @@ static bool move_rates(beginning *b, const double *dq, double *dqd)
     return ok;
 }
 
-/* -- together ---------------------------------------------------------------------------------------- */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 static kempe_status check(const kempe_system *s, const kempe_assembly *a)
 {

@@ -267,7 +267,7 @@ static void derive_reactions(kmp_equations *eq)
     }
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 /* (J' x)_k for the multipliers of one kind. */
 void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out)

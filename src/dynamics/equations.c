@@ -130,7 +130,7 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
     return status;
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 static bool allocate(kmp_equations *eq)
 {

@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-/* With fewer independent coordinates M and C cost less, in operations; nothing else is tried. */
+/* M and C cost fewer operations with fewer independent coordinates than this; nothing else is tried. */
 #define FEW 12
 /* A lower bound of the operations per coordinate by articulated bodies, in the plane, and per entry of M^-1 J'. If M
  * and C take fewer, articulated bodies are not tried. */
@@ -180,7 +180,7 @@ static bool is_pressed(const kmp_equations *eq)
     return found;
 }
 
-/* With the last stages. */
+/* Makes the program, with the last stages. */
 static bool finish_motion(groups *g, kempe_system *s, const kmp_equations *eq)
 {
     bool ok = true;

@@ -95,7 +95,7 @@ static bool is_fixed(const work *w, int j)
     return w->fixed && w->fixed[j];
 }
 
-/* -- which entry goes first -------------------------------------------------------------------------- */
+/* -- choice of the next entry ------------------------------------------------------------------------ */
 
 /* A free column before a fixed one, then the larger entry, then the smaller column, then row. Zeros are no candidates.
  */
@@ -387,7 +387,7 @@ static void sort_by_size(const work *w, double *pivots)
     }
 }
 
-/* -- new and free ------------------------------------------------------------------------------------ */
+/* -- construction and release ------------------------------------------------------------------------ */
 
 static bool allocate(work *w)
 {
@@ -442,7 +442,7 @@ void kmp_pivoting_free(kmp_pivoting *w)
         kmp_free(arrays[k]);
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 static void reset_rows(work *w)
 {

@@ -216,7 +216,7 @@ static bool stands(int n, const double *dy, const double *size, double part, dou
     return isfinite(before) && part >= 0.9 * before && largest(n, dy) <= 1e-9 * largest(n, size);
 }
 
-/* From y on. */
+/* Newton's iteration from y on. */
 static bool descend(kmp_solving *s)
 {
     int n = s->block->unknowns;

@@ -181,7 +181,7 @@ static void by_tanh(kmp_graph *g, kmp_creep_force *f)
         f->force[k] = kmp_unary(g, KMP_OP_TANH, f->force[k]);
 }
 
-/* As in src/contact/creep.c, over friction times normal force; `modulus` is G over friction. */
+/* Polach's law as in src/contact/creep.c, over friction times normal force; `modulus` is G over friction. */
 static void polach(kmp_graph *g, const kmp_creep *creep, const ellipse *e, kmp_ref modulus, kmp_creep_force *out)
 {
     const double pi = 3.14159265358979323846;

@@ -202,7 +202,7 @@ static kmp_wrench moved(const kmp_tree *tree, int k, kmp_wrench w)
     return out;
 }
 
-/* From link k to its parent. */
+/* Passes the data from link k to its parent. */
 static void go_on(const scheme *s, int k, pass *p)
 {
     kmp_graph *g = s->g;
@@ -355,7 +355,7 @@ static bool add_forces(scheme *s, const kmp_forces *forces)
     return ok;
 }
 
-/* -- all together -------------------------------------------------------------------------------------- */
+/* -- the whole ----------------------------------------------------------------------------------------- */
 
 static bool allocate(scheme *s)
 {

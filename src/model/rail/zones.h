@@ -5,8 +5,8 @@
 
 #include "model/rail/wheels.h"
 
-/** By which the lengths go with which contact is looked for: the wheel's radius over 0.46 m. Where the profile is very
- * wide or narrow for that radius its width decides. */
+/** The scale of the lengths in the search for contact: the wheel's radius over 0.46 m. For a profile that is very wide
+ * or narrow for that radius its width decides. */
 double kmp_zones_scale(const kmp_wheel *wheel);
 
 /** Samples the wheel over the rail, around its neutral position (kmp_zones_stand), at a few rolls, and notes the points

@@ -368,7 +368,7 @@ static void make_all(kmp_reader *r, kmp_linkage *g)
     }
 }
 
-/* -- all ----------------------------------------------------------------------------------------- */
+/* -- the whole ----------------------------------------------------------------------------------- */
 
 static kmp_linkage *new_linkage(kmp_reader *r, int bodies, int joints)
 {

@@ -238,7 +238,7 @@ static void space_zones(const reading *w)
         w->r->scratch.failed = true;
 }
 
-/* -- all ----------------------------------------------------------------------------------------- */
+/* -- the whole ----------------------------------------------------------------------------------- */
 
 static void read_wheel(const reading *w)
 {

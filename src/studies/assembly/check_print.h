@@ -9,7 +9,7 @@
 /** For a person. */
 void kmp_check_text(kmp_text *text, const kempe_check *check);
 
-/** One object. */
+/** Writes the check as one JSON object. */
 void kmp_check_json(kmp_text *text, const kempe_check *check);
 
 /** The explanation of degrees of freedom that differ from the count; "" when they agree. */

@@ -18,7 +18,7 @@ kempe_compare_options kempe_compare_run_default(void)
     return (kempe_compare_options){0};
 }
 
-/* -- the end ----------------------------------------------------------------------------------------- */
+/* -- end --------------------------------------------------------------------------------------------- */
 
 /* One successful run makes a comparison; without one, the first failure gives its reason. */
 static kempe_status conclude(kmp_compare_job *j)

@@ -97,7 +97,7 @@ static int choose_way(const kempe_comparison *c, aims *a)
     return way;
 }
 
-/* -- why --------------------------------------------------------------------------------------------- */
+/* -- reason ------------------------------------------------------------------------------------------ */
 
 static void name(kmp_text *text, const kmp_method *way)
 {

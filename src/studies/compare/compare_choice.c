@@ -112,7 +112,7 @@ bool kmp_is_implicit(const kmp_method *way)
     return solver->dae || solver->implicit;
 }
 
-/* With `implicit` integrators that are so are standard. */
+/* Chooses methods; `implicit`: implicit integrators count as standard. */
 static kempe_status choose_ways(kmp_compare_choice *choice, kempe_context *context, const char *const list[PARTS],
                                 bool implicit)
 {

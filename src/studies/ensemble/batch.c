@@ -31,7 +31,7 @@ struct kempe_batch {
     char *warnings; /* of the computation, one per line */
 };
 
-/* -- running ----------------------------------------------------------------------------------------- */
+/* -- run --------------------------------------------------------------------------------------------- */
 
 kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *values, kempe_ensemble **ensemble)
 {
@@ -337,7 +337,7 @@ kempe_ensemble_stats kempe_batch_effort(const kempe_batch *b, int k)
                                   r->exchanges, r->h,     r->hdot,     r->drift};
 }
 
-/* -- telling ----------------------------------------------------------------------------------------- */
+/* -- messages ---------------------------------------------------------------------------------------- */
 
 typedef struct totals {
     int ok, stopped, failed;

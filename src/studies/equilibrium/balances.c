@@ -146,7 +146,7 @@ static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const 
     return status;
 }
 
-/* With unknowns exchanged: first from the equilibrium without, if there is one; else from the start. */
+/* Searches an inverse equilibrium: from the equilibrium without exchange, if there is one, otherwise from the start. */
 static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                    kmp_search *search)
 {
@@ -250,7 +250,7 @@ static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe
     return KEMPE_OK;
 }
 
-/* -- together ---------------------------------------------------------------------------------------- */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *ask)
 {

@@ -388,7 +388,8 @@ static bool polish(solver *s)
     return true;
 }
 
-/* As many equations as unknowns: R of a coordinate that nothing depends on is one more. */
+/* Checks that there are as many equations as unknowns: R of a coordinate that nothing depends on is an additional one.
+ */
 static kempe_status check_counts(const solver *s)
 {
     const kmp_descent *w = s->w;

@@ -38,7 +38,7 @@ typedef struct job {
     kmp_formulas reactions;
 } job;
 
-/* -- new and free ------------------------------------------------------------------------------------ */
+/* -- construction and release ------------------------------------------------------------------------ */
 
 static bool find_loops(kempe_inverse *r)
 {

@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-/* -- new and free ------------------------------------------------------------------------------------ */
+/* -- construction and release ------------------------------------------------------------------------ */
 
 static bool make_room(kmp_inverse *v)
 {
@@ -107,7 +107,7 @@ static kempe_status make_tangent(kmp_inverse *v, double t)
     return KEMPE_OK;
 }
 
-/* -- the efforts ------------------------------------------------------------------------------------- */
+/* -- generalized forces ------------------------------------------------------------------------------ */
 
 static double n_at(const kmp_inverse *v, int coordinate, int k)
 {

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* -- making ------------------------------------------------------------------------------------------ */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 /* True if the column is given; a column with missing values is noted. */
 static bool is_given(int rows, int n, const double *values, int i, int order, kmp_gap_in_table *gap)

@@ -24,7 +24,7 @@
 /* The shortest step, relative to the whole path. */
 #define SHORTEST 1e-7
 
-/* -- new and free ------------------------------------------------------------------------------------ */
+/* -- construction and release ------------------------------------------------------------------------ */
 
 static bool make_room(kmp_guide *g)
 {
@@ -319,7 +319,7 @@ kempe_status kmp_guide_advance(kmp_guide *guide, double t)
     return g->t < t ? fail_beyond(g, t) : KEMPE_OK;
 }
 
-/* -- the beginning ----------------------------------------------------------------------------------- */
+/* -- start ------------------------------------------------------------------------------------------- */
 
 /* The assembled start, at t = 0. */
 static kempe_status take_start(kmp_guide *g)

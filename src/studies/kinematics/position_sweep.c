@@ -280,7 +280,7 @@ static kempe_status go(job *j, double s_end, int rows, kmp_sweep_end *end)
     return end_of(j, *end);
 }
 
-/* From the assembled state to A, along a line of its own. */
+/* Approaches A from the assembled state, along a line of its own. */
 static kempe_status approach_aside(job *j)
 {
     kempe_kinematics *k = j->k;
@@ -307,7 +307,8 @@ static kempe_status approach_aside(job *j)
                           "the beginning of the ranges is a change point, where branches meet: begin elsewhere");
 }
 
-/* Along the line of the range itself; where that ends in a dead centre within the range, the rows begin there. */
+/* Approaches A along the line of the range itself; where that ends in a dead centre within the range, the rows begin
+ * there. */
 static kempe_status approach_along(job *j, double s)
 {
     kempe_kinematics *k = j->k;
@@ -356,7 +357,7 @@ static kempe_status follow(job *j)
 
 /* -- the study --------------------------------------------------------------------------------------- */
 
-/* From the assembled state q. */
+/* Sweeps from the assembled state q. */
 static kempe_status sweep_from(job *j, const double *q)
 {
     kempe_kinematics *k = j->k;

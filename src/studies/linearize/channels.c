@@ -255,7 +255,7 @@ static kempe_status take_state(kmp_channels *c, const kmp_channels_ask *ask, con
     return status;
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 /* names: of the parameters among the inputs; place: of each input, for kmp_transfer_init. */
 static kempe_status build(kmp_channels *c, const kmp_channels_ask *ask, const char **names, int *place)

@@ -18,7 +18,7 @@ kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
     return k >= 0 && k < (int)(sizeof row / sizeof *row) ? row[k] : (kmp_matrix_row){0};
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static kempe_status make_first_order(kempe_linearization *l)
 {

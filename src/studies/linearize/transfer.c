@@ -4,7 +4,7 @@
 #include "linalg/dense/dense.h"
 #include <string.h>
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 /* The number of loads of an input: a drive's function acts with its rates, all others directly. */
 static int orders(kmp_asked_kind kind)

@@ -50,7 +50,7 @@ static kempe_status arrive(maker *m, double value, station *s)
     return kmp_fail_memory(m->context);
 }
 
-/* -- which goes with which --------------------------------------------------------------------------- */
+/* -- assignment -------------------------------------------------------------------------------------- */
 
 /* Relative distance of two eigenvalues, 0 to 1; values small against the largest count less. */
 static double distance(double a_re, double a_im, double b_re, double b_im, double size)
@@ -85,7 +85,7 @@ static double follow(maker *m, const station *from, station *to)
 
 static kempe_status reach(maker *m, const station *from, double value, int halvings, station *to, double *doubt);
 
-/* From one to the next, by values between where it must be. `doubt`: the largest that remains. */
+/* Advances from one station to the next, by intermediate values where needed. `doubt`: the largest that remains. */
 static kempe_status advance(maker *m, const station *from, station *to, int halvings, double *doubt)
 {
     station middle;

@@ -149,7 +149,7 @@ static void set(kmp_mode_slopes *out, int i, int k, number x)
     out->im[i * out->count + k] = cimag(x);
 }
 
-/* By real part, then by imaginary part. */
+/* Compares by real part, then by imaginary part. */
 static int compare(const void *a, const void *b)
 {
     number x = *(const number *)a, y = *(const number *)b;

@@ -9,7 +9,7 @@
 
 enum { USUAL_VALUES = 61, MOST_VALUES = 100000 };
 
-/* -- making them ------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static kempe_status read_orders(kempe_modes *m, const char *text)
 {

@@ -20,7 +20,7 @@ static const double on_axis = 1e-10;
 /* A static response this small relative to the largest one is rounding. */
 static const double no_answer = 1e-12;
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, int count)
 {

@@ -100,7 +100,7 @@ static void fill_range(const kmp_range *range, bool linear, double *hz)
                                         : exp(kmp_range_value(&logarithms, k, range->count));
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static kempe_status check_state(const kmp_channels *c)
 {

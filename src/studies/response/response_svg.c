@@ -201,7 +201,7 @@ static void draw_name(const chart *c, int input, int output, int line, const cha
 
 /* -- the picture ------------------------------------------------------------------------------------- */
 
-/* Not more than ten decades below the highest. */
+/* The ranges of the axes; amplitudes not more than ten decades below the highest. */
 static void measure(chart *c)
 {
     const kmp_frequency *f = &c->r->frequency;

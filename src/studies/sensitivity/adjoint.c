@@ -50,7 +50,7 @@ typedef struct adjoint {
     kmp_changes_weight back;
 } adjoint;
 
-/* -- the motion, kept -------------------------------------------------------------------------------- */
+/* -- the stored motion ------------------------------------------------------------------------------- */
 
 static double node(int j)
 {
@@ -396,7 +396,7 @@ static kempe_status all_back(adjoint *a, double h)
     return status == KEMPE_OK ? come_back(a, NULL, last, &h) : status;
 }
 
-/* -- the end ----------------------------------------------------------------------------------------- */
+/* -- end --------------------------------------------------------------------------------------------- */
 
 static bool make_room(adjoint *a)
 {

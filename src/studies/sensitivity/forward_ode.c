@@ -273,7 +273,7 @@ void kmp_forward_explain(kmp_formulation *formulation)
                         f->growth);
 }
 
-/* -- making them ------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 bool kmp_forward_make_unknowns(kmp_forward_formulation *f)
 {

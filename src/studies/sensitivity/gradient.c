@@ -105,7 +105,7 @@ static double distance(const kempe_gradient *g, const double *a, const double *b
     return most;
 }
 
-/* From the current values to `value`, in one step; false: it is too long. */
+/* Moves from the current values to `value`, in one step; false: it is too long. */
 static bool step_to(kempe_gradient *g, const double *value)
 {
     memcpy(g->predicted, g->q, (size_t)g->n * sizeof *g->q);
@@ -264,7 +264,7 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
     return status;
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static bool make_room(kempe_gradient *g)
 {

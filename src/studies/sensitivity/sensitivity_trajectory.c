@@ -373,7 +373,7 @@ static kempe_status check_again(work *w)
     return status;
 }
 
-/* -- together ---------------------------------------------------------------------------------------- */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 /* Takes the report's reason; the context's message is the same. */
 static kempe_status settle_reason(work *w, kempe_status status)

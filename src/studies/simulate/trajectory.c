@@ -226,7 +226,7 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
     kmp_free(trajectory);
 }
 
-/* -- running ----------------------------------------------------------------------------------------- */
+/* -- run --------------------------------------------------------------------------------------------- */
 
 /* Moves the reason out of the report; a failure without a reason takes the context's message, and a message is replaced
  * by the reason. */

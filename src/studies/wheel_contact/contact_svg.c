@@ -90,7 +90,7 @@ static void put_frame(const frame *f, const char *title, const char *across)
     kmp_text_put(f->text, "</text>\n");
 }
 
-/* From blue at the first value to red at the last. */
+/* Appends a colour, from blue at the first value to red at the last. */
 static void put_colour(kmp_text *text, const kempe_contact_table *t, int row)
 {
     double part = t->count > 1 ? (double)row / (t->count - 1) : 0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From value to value, each state from the last one; where that is too far, by parts of the step. */
+/* Computes each state from the last one, value by value; where that is too far, by parts of the step. */
 #include "studies/wheel_contact/contact_sweep.h"
 #include "backend/x86/machine.h"
 #include "base/clock.h"
