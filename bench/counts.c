@@ -27,7 +27,7 @@ static void right_hand_side(const bench *b, const char *name)
     kmp_reduction red;
     kmp_fused *fused = NULL;
     kmp_plant *plant = kmp_plant_new(s, "tape");
-    if (!plant || kempe_assemble(s, &start) != KEMPE_OK)
+    if (!plant || kempe_assembly_new(s, &start) != KEMPE_OK)
         exit(1);
     kmp_plant_closure(plant, 0, start->q);
     if (kmp_partition_init(&part, s, plant->jacobian, NULL, 0) || kmp_reduction_init(&red, plant, &part))

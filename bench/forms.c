@@ -39,7 +39,8 @@ int main(void)
     bench b = bench_load("examples/andrews/andrews.yaml");
     kempe_assembly *start = NULL;
     kmp_reference reference;
-    if (kempe_assemble(b.system, &start) || kmp_reference_read(b.system, "examples/andrews/reference.csv", &reference))
+    if (kempe_assembly_new(b.system, &start) ||
+        kmp_reference_read(b.system, "examples/andrews/reference.csv", &reference))
         return 1;
     judged with = {.b = &b, .reference = &reference, .plant = kmp_plant_new(b.system, "tape")};
     printf("%-7s %-8s %-5s | %-7s %-7s %-7s | %-7s %-7s | %6s %6s %6s %6s | %8s %6s\n", "form", "linear", "rtol",

@@ -77,7 +77,7 @@ static void scene(const mechanism *m, const char *stiffness, const char *digits)
     kempe_assembly *start = NULL;
     kmp_reference reference;
     if (kempe_model_read_text(b.context, model_text(m, stiffness), "model", &b.model) ||
-        kempe_system_new(b.model, &b.system) || kempe_assemble(b.system, &start))
+        kempe_system_new(b.model, &b.system) || kempe_assembly_new(b.system, &start))
         exit(1);
     if (!digits)
         refer(&b, m, start, &reference);

@@ -381,7 +381,7 @@ int main(void)
     bench b = bench_load("examples/andrews/andrews.yaml");
     kempe_assembly *start = NULL;
     kmp_reference reference;
-    check(!kempe_assemble(b.system, &start) &&
+    check(!kempe_assembly_new(b.system, &start) &&
               !kmp_reference_read(b.system, "examples/andrews/reference.csv", &reference),
           kempe_context_message(b.context));
     s.j = (judged){.b = &b, .reference = &reference};

@@ -115,7 +115,7 @@ static bool push_load(push_scene *p, const char *root, const push_case *c)
     const hard_case scene = {.name = c->name, .model = c->model};
     kempe_assembly *assembly = NULL;
     *p = (push_scene){.random = 7};
-    if (!hard_load(&p->s, root, &scene) || kempe_assemble(p->s.system, &assembly) != KEMPE_OK)
+    if (!hard_load(&p->s, root, &scene) || kempe_assembly_new(p->s.system, &assembly) != KEMPE_OK)
         return false;
     size_t n = (size_t)p->s.system->n;
     p->q = KMP_NEW(double, 4 * n);
@@ -147,7 +147,7 @@ static double push_held(push_scene *p, double size)
     for (int i = 0; i < p->part.r; i++)
         p->given[p->part.v[i]] += size * push_random(p) * p->s.system->scale[p->part.v[i]];
     push_start(p, p->given, p->qd, true);
-    if (kempe_assemble(p->s.system, &assembly) == KEMPE_OK)
+    if (kempe_assembly_new(p->s.system, &assembly) == KEMPE_OK)
         off = push_apart(p, kempe_assembly_q(assembly), p->q);
     kempe_assembly_free(assembly);
     return off;
@@ -170,7 +170,7 @@ static double push_free(push_scene *p, double size, double ways[2])
     }
     kmp_free(x);
     push_start(p, p->given, p->qd, false);
-    if (kempe_assemble(p->s.system, &assembly) == KEMPE_OK) {
+    if (kempe_assembly_new(p->s.system, &assembly) == KEMPE_OK) {
         ways[0] = push_apart(p, kempe_assembly_q(assembly), p->given);
         ways[1] = push_apart(p, p->own, p->given);
         off = push_apart(p, kempe_assembly_q(assembly), p->own);
@@ -195,7 +195,7 @@ static double push_rates(push_scene *p, double size)
     for (int k = 0; k < s->n; k++)
         p->own[k] += x[k];
     push_start(p, p->q, p->given, true);
-    if (kempe_assemble(p->s.system, &assembly) == KEMPE_OK)
+    if (kempe_assembly_new(p->s.system, &assembly) == KEMPE_OK)
         off = push_apart(p, kempe_assembly_qd(assembly), p->own) / fastest;
     kempe_assembly_free(assembly);
     kmp_free(x);

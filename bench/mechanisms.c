@@ -332,7 +332,7 @@ static outcome judge(kempe_context *context, const kempe_system *system, const k
     kempe_trajectory *a = NULL, *b = NULL;
     outcome result;
     int a_warned = 0, b_warned = 0;
-    if (kempe_assemble(system, &assembly) != KEMPE_OK) {
+    if (kempe_assembly_new(system, &assembly) != KEMPE_OK) {
         snprintf(detail, size, "%.200s", kempe_context_message(context));
         kempe_assembly_free(assembly);
         return UNASSEMBLED;

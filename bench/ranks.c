@@ -83,7 +83,7 @@ static void look_at(const char *path)
     bench b = {kempe_context_new(), NULL, NULL};
     kempe_assembly *a = NULL;
     if (!kempe_model_read(b.context, path, &b.model) && !kempe_system_new(b.model, &b.system) && b.system->m > 0 &&
-        !b.system->rheonomic && kempe_assemble(b.system, &a) == KEMPE_OK && !a->inner_q) {
+        !b.system->rheonomic && kempe_assembly_new(b.system, &a) == KEMPE_OK && !a->inner_q) {
         kmp_walk *w = kmp_walk_new(b.system);
         if (!w)
             exit(1);

@@ -124,7 +124,7 @@ static void measure(int n, bool unequal)
     int size = 2 * n + 1;
     if (make(&c, n, unequal)) {
         double begin = bench_now();
-        bool closed = kempe_assemble(c.system, &start) == KEMPE_OK;
+        bool closed = kempe_assembly_new(c.system, &start) == KEMPE_OK;
         assemble_s = bench_now() - begin;
         check_s = time_check(&c);
         for (int k = 0; closed && k < FORMULATIONS; k++)

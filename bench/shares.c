@@ -155,7 +155,7 @@ int main(int argc, char **argv)
         double t_end = robotran ? 5 : windows ? 0.4 : strstr(name, "andrews") ? 0.03 : 1;
         bench b;
         kempe_assembly *start = NULL;
-        if (!load(&b, argv[k]) || kempe_assemble(b.system, &start)) {
+        if (!load(&b, argv[k]) || kempe_assembly_new(b.system, &start)) {
             printf("%s: %s\n", name, kempe_context_message(b.context));
             continue;
         }

@@ -278,7 +278,7 @@ int main(void)
     bench b = bench_load(model_path);
     kempe_assembly *start = NULL;
     kmp_reference reference;
-    if (kempe_assemble(b.system, &start) || kmp_reference_read(b.system, reference_path, &reference)) {
+    if (kempe_assembly_new(b.system, &start) || kmp_reference_read(b.system, reference_path, &reference)) {
         fprintf(stderr, "%s\n", kempe_context_message(b.context));
         return 1;
     }

@@ -246,7 +246,7 @@ int main(int argc, char **argv)
                          .rtol = strtod(argv[6], NULL),
                          .t_end = strtod(argv[2], NULL)};
     kempe_assembly *start = NULL;
-    if (kmp_run_resolve(b.system, &spec) || kempe_assemble(b.system, &start)) {
+    if (kmp_run_resolve(b.system, &spec) || kempe_assembly_new(b.system, &start)) {
         fprintf(stderr, "%s\n", kempe_context_message(b.context));
         return 1;
     }

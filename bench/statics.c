@@ -73,7 +73,7 @@ static void analyse(kempe_context *context, const kempe_model *model, outcome *o
         give_up(context);
     o->time[DERIVE] = bench_now() - begin;
     begin = bench_now();
-    if (kempe_assemble(system, &start) || kmp_linear_init(&linear, system, "tape") ||
+    if (kempe_assembly_new(system, &start) || kmp_linear_init(&linear, system, "tape") ||
         kmp_linear_choose(&linear, 0, start->q, NULL, 0))
         give_up(context);
     o->time[PREPARE] = bench_now() - begin;

@@ -218,7 +218,7 @@ int main(int argc, char **argv)
     }
     bench b = bench_load(model);
     kempe_assembly *start = NULL;
-    if (kempe_assemble(b.system, &start)) {
+    if (kempe_assembly_new(b.system, &start)) {
         fprintf(stderr, "%s\n", kempe_context_message(b.context));
         return 1;
     }

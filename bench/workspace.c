@@ -28,23 +28,23 @@ static void check(const scene *s, kempe_status status)
 
 static void evaluate(scene *s, int k)
 {
-    check(s, kempe_eval(s->ws, 0, s->q + k * s->n, s->qd + k * s->n));
+    check(s, kempe_workspace_evaluate(s->ws, 0, s->q + k * s->n, s->qd + k * s->n));
 }
 
 static void forward(scene *s, int k)
 {
-    check(s, kempe_forward_dynamics(s->ws, 0, s->q + k * s->n, s->qd + k * s->n, NULL, s->qdd, s->lambda));
+    check(s, kempe_workspace_forward_dynamics(s->ws, 0, s->q + k * s->n, s->qd + k * s->n, NULL, s->qdd, s->lambda));
 }
 
 static void inverse(scene *s, int k)
 {
-    check(s, kempe_inverse_dynamics(s->ws, 0, s->q + k * s->n, s->qd + k * s->n, s->qd, s->Q));
+    check(s, kempe_workspace_inverse_dynamics(s->ws, 0, s->q + k * s->n, s->qd + k * s->n, s->qd, s->Q));
 }
 
 static void close_loops(scene *s, int k)
 {
     memcpy(s->x, s->beside + k * s->n, (size_t)s->n * sizeof *s->x);
-    check(s, kempe_close(s->ws, 0, s->x, NULL, NULL));
+    check(s, kempe_workspace_close(s->ws, 0, s->x, NULL, NULL));
 }
 
 /* us of a call: the median of samples of some milliseconds. */
@@ -71,7 +71,7 @@ static double time_of(scene *s, call_fn *call)
 static void find_states(scene *s)
 {
     kempe_assembly *a = NULL;
-    if (kempe_assemble(s->b.system, &a) != KEMPE_OK) {
+    if (kempe_assembly_new(s->b.system, &a) != KEMPE_OK) {
         fprintf(stderr, "%s\n", kempe_context_message(s->b.context));
         exit(1);
     }
@@ -81,7 +81,7 @@ static void find_states(scene *s)
             q[i] = kempe_assembly_q(a)[i] + 0.002 * sin(k + i) * s->b.system->scale[i];
             qd[i] = kempe_assembly_qd(a)[i] + 0.1 * cos(k + i) * s->b.system->scale[i];
         }
-        check(s, kempe_close(s->ws, 0, q, qd, NULL));
+        check(s, kempe_workspace_close(s->ws, 0, q, qd, NULL));
         for (int i = 0; i < s->n; i++)
             s->beside[k * s->n + i] = q[i] + 1e-3 * cos(k - i) * s->b.system->scale[i];
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hides what differs between SUNDIALS 6 and 7: the communicator's type, how a solver is kept from printing (Kempe turns
- * return flags into sentences itself), codes of linear solvers, names of ARKODE's functions. For the adapters of this
- * folder and of constraints/. */
+/* Hides the differences between SUNDIALS 6 and 7: the communicator's type, how a solver is kept from printing, codes of
+ * linear solvers, names of ARKODE's functions. Kempe turns return flags into sentences itself. For the adapters of this
+ * folder and of integrators/sundials. */
 #ifndef KMP_CONSTRAINTS_SUNDIALS_COMPAT_H
 #define KMP_CONSTRAINTS_SUNDIALS_COMPAT_H
 
@@ -15,7 +15,7 @@ _Static_assert(sizeof(sunindextype) == sizeof(long), "SUNDIALS must be built wit
 
 #if SUNDIALS_VERSION_MAJOR >= 7
 
-/* What a linear solver of ours says when it cannot go on. */
+/* Return codes of Kempe's linear solvers on failure. */
 #define KMP_SUN_NO_MEMORY      SUN_ERR_MEM_FAIL
 #define KMP_SUN_PACKAGE_FAILED SUN_ERR_EXT_FAIL
 #define KMP_SUN_ARK(name)      ARKode##name
@@ -56,7 +56,7 @@ static inline void kmp_sun_say_nothing(int code, const char *module, const char 
 
 #endif
 
-/** The numbers of a serial vector. */
+/** The array of a serial vector. */
 static inline double *kmp_sun_data(N_Vector v)
 {
     return N_VGetArrayPointer(v);

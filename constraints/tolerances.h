@@ -1,119 +1,118 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The tolerances by which ranks, closures, growth and margins are judged, each with its scale and its reason. Scaled: J
- * over its row scales and times its coordinate scales, h over its row scales, coordinates over theirs, so that a number
- * means the same in metres and in millimetres. Lengths of steps and stopping rules of one search stand in its file. */
+/* Tolerances of ranks, closures, growth and margins, each with its scale and its reason. Scaled quantities mean the
+ * same in metres and in millimetres: J over its row scales and times its coordinate scales, h over its row scales,
+ * coordinates over theirs. Step lengths and stopping rules of a single search are in the file of that search. */
 #ifndef KMP_CONSTRAINTS_TOLERANCES_H
 #define KMP_CONSTRAINTS_TOLERANCES_H
 
 /* -- rank of the scaled J: a pivot or singular value over the first ------------------------------------ */
 
-/** At a closed state. Of 430 random mechanisms, redundant lamps, linkages and hard cases, at tens of thousands of
- * states where they are assembled, that random walks close and that runs pass (bench/ranks.c), pivots that count are
- * above 4e-5, the others below 4e-13: of the size of what h is open by. Nearer to the latter, because those that count
- * go down to nothing where a mechanism comes near a change point. */
+/** At a closed state. bench/ranks.c measured 430 random mechanisms, redundant lamps, linkages and hard cases at tens of
+ * thousands of states, assembled, on random walks and in runs. Pivots that count are above 4e-5, the others below
+ * 4e-13, the size of the remaining |h|. The value is nearer to the latter, because pivots that count approach zero near
+ * a change point. */
 #define KMP_RANK 1e-10
-/** The first pivot itself: of the size of 1, smaller where lengths differ much. One of the size of the root of rounding
- * belongs to closures that hold to second order alone, as a rod does across all that its end can do: no pivot says
- * anything. */
+/** The first pivot itself: of size 1, smaller if lengths differ much. A first pivot of the size of the root of rounding
+ * belongs to closures that hold to second order alone, as of a rod across its end: pivots give no rank. */
 #define KMP_RANK_FIRST 1e-6
-/** Rows of a dependent set: their parts in it, over the largest. */
+/** Rows of a dependent set: their components in it, over the largest. */
 #define KMP_RANK_MEMBER 1e-6
-/** Share of a dropped row that another one carries, from which on the multiplier of that one is not determined. */
+/** Least share of another row in a dropped row with which that other row's multiplier is not determined. */
 #define KMP_RANK_SHARED 1e-9
-/** A dropped row's part along free directions, from which on it is not redundant: a root of the rounding of J. */
+/** Least component of a dropped row along free directions with which it is not redundant: root of rounding of J. */
 #define KMP_RANK_NOT_REDUNDANT 1e-8
-/** Effect of actuators on the reduced equations, over the largest: below it none. */
+/** Effect of actuators on the reduced equations, over the largest: smaller ones have none. */
 #define KMP_RANK_ACTUATORS 1e-9
 /** A block of the scaled Jv whose least pivot is below this part of its largest has no sign. */
 #define KMP_RANK_SIGN 1e-9
-/** A condition of second order is zero: configurations are closed to 1e-13, singular ones to the root of that. A first
- * pivot below the other one says nothing about the order. */
+/** A condition of second order is zero: configurations are closed to 1e-13, singular ones to the root of 1e-13. A first
+ * pivot below SHAKY gives no information about the order. */
 #define KMP_RANK_SECOND 1e-7
 #define KMP_RANK_SHAKY  1e-5
 
-/** Articulated bodies are used where they give the accelerations of M and C at the start to this part of their size.
- * They divide by the inertia of each joint with open loops: pivots below the other one have lost too many digits. */
+/** Articulated bodies are used if their accelerations at the start agree with those of M and C to this relative
+ * accuracy. They divide by the inertia of each joint with open loops: pivots below PIVOT have lost too many digits. */
 #define KMP_ARTICULATED_AGREE 1e-9
 #define KMP_ARTICULATED_PIVOT 1e-8
 
-/** Two closed states that are nearer are one: near a singular position states are closed to the root of rounding. */
+/** Closed states at a smaller distance are equal: near a singular position states are closed to the root of
+ * rounding. */
 #define KMP_SAME_STATE 1e-5
 
 /* -- rounded numbers: pivots of the scaled J, over the first ------------------------------------------- */
 
-/** A pivot below this one may be of rounding: drawings of four digits make pivots of 1e-3. Whether it is, finite
- * motions tell (constraints/rounding/rounding.h). */
+/** A smaller pivot may be due to rounding: drawings of four digits make pivots of 1e-3. Finite motions decide
+ * (constraints/rounding/rounding.h). */
 #define KMP_ROUNDING_WEAK 1e-2
-/** A pivot below this one is zero, whatever the drawing. */
+/** A smaller pivot is zero for any drawing. */
 #define KMP_ROUNDING_NOTHING 1e-12
-/** Loops that stay open by more than so many tolerances are not tried. */
+/** Loops that stay open by more than this many tolerances are not tried. */
 #define KMP_ROUNDING_WIDEST 10
 
-/** Largest shift of a number of a rounded drawing, in units of its last digit; of an axis, rad. The nearest exact
- * mechanisms of 1600 lamps and linkages, rounded by half a unit, are within 4.5 units (bench/rounded digits). Axes
- * lost their digits when they were normalised: four digits are assumed. */
+/** Largest shift of a number of a rounded drawing, in units of its last digit; of an axis, rad. For 1600 lamps and
+ * linkages, rounded by half a unit, the nearest exact mechanisms are within 4.5 units (bench/rounded digits). Axes lost
+ * their digits when they were normalised: four digits are assumed. */
 #define KMP_MEND_DIGITS 5.0
 #define KMP_MEND_AXES   1e-4
-/** A shift below this one is none. */
+/** A smaller shift is zero. */
 #define KMP_MEND_NO_SHIFT 1e-15
-/** Shift of a number by which dh/dp is taken, characteristic lengths or rad: dh/dp is off by its square. */
+/** Shift in the difference quotient dh/dp, characteristic lengths or rad: the error of dh/dp is its square. */
 #define KMP_MEND_DIFFERENCE 1e-4
-/** Rank of the conditions on the numbers: above the error of dh/dp. Next to change points the conditions are off by OFF
- * times the widest row, so that the rank goes up to MOST_RANK. */
+/** Rank of the conditions on the numbers: above the error of dh/dp. Near change points the error of the conditions is
+ * OFF times the widest row, so that the rank tolerance grows up to MOST_RANK. */
 #define KMP_MEND_RANK      1e-8
 #define KMP_MEND_OFF       100.0
 #define KMP_MEND_MOST_RANK 1e-2
-/** A place whose misfit is beyond WIDE times the median lies on another branch; below FOLLOWED of the drawing's misfit
- * it has followed the others. Both were found on lamps, Sarrus linkages and scissors (bench/rounded). */
+/** A place with a misfit beyond WIDE times the median lies on another branch. A place below FOLLOWED of the drawing's
+ * misfit has followed the others. Both were found on lamps, Sarrus linkages and scissors (bench/rounded). */
 #define KMP_MEND_WIDE     3.0
 #define KMP_MEND_FOLLOWED 0.03
-/** A step that leaves more of the misfit is not kept. */
+/** A step that leaves a larger part of the misfit is rejected. */
 #define KMP_MEND_REDUCED 0.8
-/** Redundant rows are met: rounding of one evaluation of h; or, where no step reduces it, that of places with small
- * pivots. */
+/** Redundant rows are met to rounding of one evaluation of h; or, if no step reduces the misfit, to that of places with
+ * small pivots. */
 #define KMP_MEND_MET     3e-16
 #define KMP_MEND_STALLED 1e-12
-/** Part of the misfit that may remain, or the square of the last digit, where rounding explains it. */
+/** Part of the misfit, or the square of the last digit, that may remain if rounding explains it. */
 #define KMP_MEND_EXPLAINED 1e-2
 
-/** A finite motion begins here, rad or characteristic lengths: its square is far above any closure tolerance. */
+/** Shortest finite motion, rad or characteristic lengths: its square is far above any closure tolerance. */
 #define KMP_ROUNDING_FAR 0.25
-/** Places whose last kept pivot is below this part of that at the start lie beside a change point: they do not count.
- */
+/** Places with a last kept pivot below this part of that at the start are near a change point: they do not count. */
 #define KMP_ROUNDING_BESIDE 0.3
-/** Part of the distant places at which a row must stay within the tolerance, so that rounding is what opens it. */
+/** Part of the distant places at which a row must stay within the tolerance, so that its gap counts as rounding. */
 #define KMP_ROUNDING_MOST_OF 0.7
 
 /* -- closures: scaled |h|, the largest row ------------------------------------------------------------- */
 
-/** Rounding alone: nothing is gained by a correction. */
+/** Rounding alone: a correction gains nothing. */
 #define KMP_CLOSED_ROUNDING 4e-16
-/** Rounding: not corrected at the end of a step, and no reason to refuse it, since where levers differ much its
- * correction exceeds fine tolerances. */
+/** Rounding: not corrected at the end of a step, and no reason to reject the step. If lever lengths differ much, a
+ * correction of this |h| exceeds fine tolerances. */
 #define KMP_CLOSED 4e-15
-/** Rounding where corrections no longer shrink; and the same of points far from the origin, in parts of how far, over
- * the characteristic length: h is a difference of such numbers. */
+/** Rounding if corrections no longer shrink. AFAR is for points far from the origin, times their distance over the
+ * characteristic length: h is a difference of such numbers. */
 #define KMP_CLOSED_STALLED 2e-14
 #define KMP_CLOSED_AFAR    2e-15
-/** Closed all the same when rounding stops them: what an assembled mechanism may be open by. */
+/** Largest |h| of an assembled mechanism, accepted if rounding stops the corrections. */
 #define KMP_CLOSED_ENOUGH 1e-11
-/** A row that was dropped as redundant, open by more, is not. */
+/** A row that was dropped as redundant is not redundant beyond this |h|. */
 #define KMP_CLOSED_DROPPED 1e-9
-/** Along a run: error weights of a coordinate of the same unit, and times the widest kept row, beyond both of which a
- * dropped row shows that the rank has changed; of rounded numbers, closure tolerances, since the verdict warns of less.
- */
+/** During a run a dropped row shows a change of rank when it exceeds both bounds: error weights of a coordinate of the
+ * same unit, and a multiple of the widest kept row. With rounded numbers the bound is in closure tolerances, since the
+ * summary warns of smaller gaps. */
 #define KMP_DROPPED_WEIGHTS    1e3
 #define KMP_DROPPED_OVER_KEPT  1e2
 #define KMP_DROPPED_TOLERANCES 30
-/** From here on Newton's method is trusted to stay on the branch that it is on. */
+/** Below this |h| Newton's method is trusted to stay on its branch. */
 #define KMP_CLOSED_NEAR 1e-4
-/** A pivot of J above so many |h| is not zero on the closed mechanism. */
+/** A pivot of J above this many |h| is not zero on the closed mechanism. */
 #define KMP_CLOSED_DECIDED 10.0
-/** Rates: |J qd + h_t| over the fastest scaled rate that is consistent; of the start's rates, given by hand. */
+/** Rates: |J qd + h_t| over the fastest consistent scaled rate. START is for rates that the user gives at the start. */
 #define KMP_CLOSED_RATES 1e-9
 #define KMP_CLOSED_START 1e-6
-/** Rates of a projected step, over the fastest: rounding of J qd, the most that rounding of h may make of it, the
- * margin for the rest of that estimate, and the factor of the estimate from step to step. */
+/** Rates of a projected step, over the fastest: rounding of J qd; largest effect of rounding of h; margin for the rest
+ * of that estimate; decay factor of the estimate from step to step. */
 #define KMP_RATE_ROUNDING 1e-9
 #define KMP_RATE_NOISE    1e-5
 #define KMP_RATE_MARGIN   10.0
@@ -123,135 +122,134 @@
 
 /** The longest move of a coordinate by one correction, rad or characteristic lengths. */
 #define KMP_LONGEST_CORRECTION 0.5
-/** Least bound on a correction from a distant guess: if none longer reduces |h| as predicted, the state is
+/** Least bound on a correction from a distant guess: if no longer correction reduces |h| as predicted, the state is
  * stationary. */
 #define KMP_SHORTEST_CORRECTION 1e-8
-/** Least damping, scaled, of least changes; otherwise |h| damps. Its square exceeds the square of a singular value
- * that rounding leaves in J J' where rows are redundant. */
+/** Least scaled damping of least changes; otherwise the damping is |h|. Its square exceeds the square of a singular
+ * value that rounding leaves in J J' for redundant rows. */
 #define KMP_LEAST_DAMPING 1e-6
-/** A closure correction beyond this many error weights refuses a step. */
+/** A larger closure correction, in error weights, rejects a step. */
 #define KMP_CORRECTION_LIMIT 1.0
-/** The same of v carried along where rows are dropped: with each choice of rows the motion off the closures is another
- * one, and the error estimate of a step sees less of it. With 1 errors are 4 to 8 times as large, with 1e-2 twice. */
+/** A larger correction of integrated v rejects a step when rows are dropped: each choice of rows has another motion off
+ * the closures, of which the error estimate covers less. With 1 errors are 4 to 8 times as large, with 1e-2 twice. */
 #define KMP_CORRECTION_REDUNDANT 3e-3
-/** Scaled corrections below this are held against KMP_CORRECTION_LIMIT alone: rounding of h makes some of them. */
+/** Smaller scaled corrections are compared with KMP_CORRECTION_LIMIT alone: some are due to rounding of h. */
 #define KMP_CORRECTION_ROUNDING 1e-13
 /** Newton in an evaluation stops at this fraction of the error weights. */
 #define KMP_CORRECTION_IN_STAGE 1e-2
-/** Newton's last correction of a state that a leap starts from: it leaves the square of this. */
+/** Last Newton correction of a state from which a step across a change point starts: the error is its square. */
 #define KMP_CORRECTION_LAST 1e-8
 
 /* -- growth: scaled |Bvu| ------------------------------------------------------------------------------ */
 
-/** Exchanges go on as long as they make |det Jv| larger by this: 1 would never end on ties. */
+/** Exchanges continue as long as they enlarge |det Jv| by this factor: 1 would never end on ties. */
 #define KMP_PICK_GROWTH 1.5
-/** Beyond this, u and v are exchanged: of Kempe's own choice and of a user's wish. Closed, the right-hand side is a
- * function of u alone, whose series end at u's dead centre: most of its error is made on the way there; an integrator
- * that begins anew at each exchange pays more for it than it gains. */
+/** Growth at which u and v are exchanged: GROWTH for Kempe's choice, WISH for the user's, CLOSED in the newton form.
+ * Its right-hand side is a function of u alone, whose series converges only up to u's dead centre: most of its error is
+ * made near it. An integrator that restarts at each exchange takes GROWTH, since it would lose more than it gains. */
 #define KMP_EXCHANGE_GROWTH 1.5
 #define KMP_EXCHANGE_CLOSED 1.1
 #define KMP_EXCHANGE_WISH   10.0
-/** Where nothing is integrated, a choice serves as far as its digits: equilibria are found by few steps, so that a good
- * choice costs little; sweeps and led motions take many. */
+/** Growth limits without integration, where digits alone matter. Equilibria take few steps, so that a good choice costs
+ * little; sweeps and prescribed motions take many. */
 #define KMP_EXCHANGE_STILL 2.0
 #define KMP_EXCHANGE_SWEEP 3.0
 #define KMP_EXCHANGE_LED   4.0
-/** A wish is refused when its |Bvu| would exceed this at the start. */
+/** A user's choice is rejected if its |Bvu| exceeds this at the start. */
 #define KMP_GROWTH_WISH 1e4
-/** Beyond this a fixed u is given up: errors of u reach v multiplied by it. */
+/** Beyond this growth a fixed u is given up: errors of u reach v multiplied by it. */
 #define KMP_GROWTH_LIMIT 1e3
-/** How far v goes, scaled, for rows that open by their scale: beyond, the last pivot of Jv may be none, and the rank is
- * decided anew. */
+/** Scaled change of v for rows that open by their scale. Beyond it, the last pivot of Jv may be zero, and the rank is
+ * decided again. */
 #define KMP_GROWTH_LEVER 1e6
-/** From here on a step that became too small is put down to the choice of u. */
+/** Above this growth a step that became too small is attributed to the choice of u. */
 #define KMP_GROWTH_EXPLAINS 20.0
 
 /* -- axes of three angles: their determinant, over its largest ----------------------------------------- */
 
-/** Below the first, a joint's angles are centred anew before a run goes on; below the second, assembly centres its
- * angles; below the third, angles that stay fixed are told as singular; below the fourth, derivatives by its
- * angles have lost too many digits. */
+/** Below CENTRED, a joint's angles are centred before a run continues; below TURNED, assembly centres them. Below WEAK,
+ * fixed angles are reported as singular; below LOST, derivatives by the angles have lost too many digits. */
 #define KMP_AXES_CENTRED 0.4
 #define KMP_AXES_TURNED  0.1
 #define KMP_AXES_WEAK    0.05
 #define KMP_AXES_LOST    0.02
-/** Axes are dependent: rounding of their components. The sine below which the first angle is not determined, and the
- * distance (rad) within which it is not followed through its singular position but set beyond it. */
+/** Axes are dependent: rounding of their components. NO_ANGLE: the sine below which the first angle is not determined.
+ * TOUCH: the distance (rad) within which an angle is set beyond its singular position, not followed through it. */
 #define KMP_AXES_DEPENDENT 1e-14
 #define KMP_AXES_NO_ANGLE  1e-15
 #define KMP_AXES_TOUCH     1e-8
 
 /* -- margins: the least singular value of the independent rows of the scaled J, over its usual size --- */
 
-/** The margin below which a run leaps over a change point that lies straight ahead; the one at which a leap that has
- * landed hands over to the formulation again; and the one above which the surroundings of a place that no leap could
- * pass are left. The next step of an ensemble's lane may be longer than the last one by KMP_GROWING. */
+/** IN: the margin below which a run steps across a change point straight ahead. OUT: the margin at which the
+ * formulation takes over after the step. LEFT: the margin above which the surroundings of a place that no step could
+ * cross are left. GROWING bounds the next step of an ensemble's lane over the last one. */
 #define KMP_ZONE_IN   0.15
 #define KMP_ZONE_OUT  0.03
 #define KMP_ZONE_LEFT 0.2
 #define KMP_GROWING   1.5
-/** What is left of the margin where the line ahead comes nearest to zero, below which it leads to a change point; and
- * the same as a part of what the margin is now, so that small margins alone are no alarm. Mechanisms that only pass by
- * at one or some hundredths are resolved by steps as they are. */
+/** AIM: least predicted margin along the line ahead, below which the line meets a change point. STEEP: that margin
+ * relative to the present one, so that small margins alone raise no alarm. Mechanisms that pass at one or a few
+ * hundredths are resolved by ordinary steps. */
 #define KMP_MARGIN_AIM   1e-2
 #define KMP_MARGIN_STEEP 0.3
 /** If J at the predicted place has at most this part of the present margin, the place is a change point. */
 #define KMP_MARGIN_THERE 2e-2
-/** No step of an ordinary formulation ends below this margin when a change point lies there: its stages come nearer
- * still. */
+/** No step of an ordinary formulation ends below this margin near a change point: its stages come nearer still. */
 #define KMP_MARGIN_DEEP 0.1
 /** If no step across was found because the motion turns, the next one is tried at this part of the margin. */
 #define KMP_MARGIN_AGAIN 0.1
-/** Least pivots above this part of their usual size call for nothing more. */
+/** Least pivots above this part of their usual size need no further examination. */
 #define KMP_MARGIN_CALLS 0.4
-/** A step has passed a singular place when w has turned so far (cosine), past zero by less than this. */
+/** A step has passed a singular place when the cosine of the turn of w is below TURNED, and the margin came below
+ * PASSED times its usual size. */
 #define KMP_MARGIN_TURNED -0.5
 #define KMP_MARGIN_PASSED 0.3
-/** A last pivot of the start below this part of the first is looked at; it is near a change point when its margin is
- * below this part of that at configurations turned by a little along the closures. */
+/** LOOK: a last pivot of the start below this part of the first is examined. NEAR: it is near a change point when its
+ * margin is below this part of that at configurations displaced a little along the closures. */
 #define KMP_MARGIN_LOOK 1e-2
 #define KMP_MARGIN_NEAR 0.04
-/** A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */
+/** A margin below LOCKED is due to one row if leaving out that row raises it above FREED. */
 #define KMP_MARGIN_LOCKED 0.1
 #define KMP_MARGIN_FREED  0.2
-/** A margin below EXACT on a branch that is followed is a change point, where branches meet; it is crossed straight on
- * from where the margin was above ENTRY. */
+/** A margin below EXACT on a followed branch is a change point, where branches meet. It is crossed in the direction of
+ * motion from the place where the margin was above ENTRY. */
 #define KMP_MARGIN_EXACT 1e-6
 #define KMP_MARGIN_ENTRY 1e-3
-/** A step that became too small is put down to a change point below EXPLAINS. A motion that is followed backwards later
- * ends below ENDS, which only a change point has. */
+/** A step that became too small is attributed to a change point below EXPLAINS. A motion that is later followed
+ * backwards ends below ENDS, which only a change point reaches. */
 #define KMP_MARGIN_EXPLAINS 0.02
 #define KMP_MARGIN_ENDS     1e-4
-/** Rounding of accelerations with the loops open may be this part of rtol, of the accelerations at the start. */
+/** Largest rounding of accelerations with the loops open, as a part of rtol, over the accelerations at the start. */
 #define KMP_MARGIN_CANCELLED 1e-2
-/** Looks for a change point farther ahead go on while each finds so much less of the margin: where the motion comes to
- * rest at one, the margin goes down as the square of time, and the line meets zero half-way. */
+/** The search for a change point farther ahead continues while each look reduces the margin by this factor. If the
+ * motion comes to rest at one, the margin decreases as the square of time, and the line meets zero half-way. */
 #define KMP_MARGIN_AHEAD 0.6
-/** The singular vector w: the columns of its iteration are chosen anew where another one holds STALE times more of w;
- * conjugate gradients end at GAP, relative; the vectors of two places are one above the cosine SAME. */
+/** The singular vector w: the columns of its iteration are chosen again if another one contains STALE times more of w.
+ * Conjugate gradients end at GAP, relative. The vectors of two places are the same above the cosine SAME. */
 #define KMP_MARGIN_STALE 4.0
 #define KMP_MARGIN_GAP   1e-6
 #define KMP_MARGIN_SAME  0.5
-/** Turn of the free coordinates, rad or characteristic lengths, within which the least singular value shows its usual
- * size; and the turn of all coordinates to other configurations that are looked at. */
+/** Displacement of the free coordinates, rad or characteristic lengths, within which the least singular value reaches
+ * its usual size. ELSEWHERE: displacement of all coordinates to other configurations for comparison. */
 #define KMP_MARGIN_NEAR_BY   0.2
 #define KMP_MARGIN_ELSEWHERE 0.5
 
-/* -- leaps: polynomials in time across a change point --------------------------------------------------- */
+/* -- steps across a change point: polynomials in time --------------------------------------------------- */
 
-/** Relative size of the last terms at which the polynomial is smooth. Picard's iteration is carried to SETTLED of that,
- * must shrink by SHRINKS, and may end in NOISE times it; beyond ROUGH, or ROUGH times the last change, it is given up.
- */
+/** Relative size of the last terms at which the polynomial is smooth. Picard's iteration is carried to SETTLED of
+ * SMOOTH, must shrink by SHRINKS, and may end in NOISE times it. Beyond ROUGH, or ROUGH times the last change, it is
+ * given up. */
 #define KMP_LEAP_SMOOTH  1e-9
 #define KMP_LEAP_SETTLED 1e-2
 #define KMP_LEAP_SHRINKS 0.7
 #define KMP_LEAP_NOISE   10.0
 #define KMP_LEAP_ROUGH   100.0
-/** Lengths of leaps that differ by less, of their size, are one; a landing may lie BEYOND times as far as aimed at. */
+/** Relative difference of equal lengths of steps across; a landing may be BEYOND times as far as predicted. */
 #define KMP_LEAP_SAME   1e-4
 #define KMP_LEAP_BEYOND 1.3
-/** What dropped rows need of kept ones, |T|: beyond this they change places, each time making |det Jv| larger by as
- * much, and a step that ends beyond LOST goes too far. */
+/** Coefficients |T| of dropped rows in the kept ones. Beyond OUT (SWEEP in sweeps) a dropped row replaces a kept one,
+ * which enlarges |det Jv| by that factor; a step that ends beyond LOST goes too far. */
 #define KMP_ROWS_OUT   1.5
 #define KMP_ROWS_LOST  30.0
 #define KMP_ROWS_SWEEP 3.0

@@ -81,16 +81,16 @@ static const kempe_modes_options from_start = {.at = "start"};
 static const char *const some_parameters[1] = {"base"};
 static const kempe_gradient_options of_base = {.parameter_count = 1, .parameters = some_parameters, .driven = "crank"};
 
-SOME(kempe_assembly, kempe_assemble, some_kempe_system(0))
+SOME(kempe_assembly, kempe_assembly_new, some_kempe_system(0))
 SOME(kempe_check, kempe_check_new, some_kempe_system(0))
 SOME(kempe_branches, kempe_branches_new, some_kempe_system(0), 1)
 SOME(kempe_trajectory, kempe_simulate, some_kempe_system(0), &short_run)
 SOME(kempe_stepper, kempe_stepper_new, some_kempe_system(0), &short_run)
-SOME(kempe_comparison, kempe_compare, some_kempe_system(0), &short_compare)
+SOME(kempe_comparison, kempe_comparison_new, some_kempe_system(0), &short_compare)
 SOME(kempe_kinematics, kempe_kinematics_new, some_kempe_system(0), &turn)
 SOME(kempe_equilibrium, kempe_equilibrium_new, some_kempe_system(0), NULL)
 SOME(kempe_inverse, kempe_inverse_new, some_kempe_system(0), &by_motor)
-SOME(kempe_linearization, kempe_linearize, some_kempe_system(0), &push_start)
+SOME(kempe_linearization, kempe_linearization_new, some_kempe_system(0), &push_start)
 SOME(kempe_response, kempe_response_new, some_kempe_system(0), &push)
 SOME(kempe_modes, kempe_modes_new, some_kempe_system(0), &from_start)
 SOME(kempe_sensitivity, kempe_sensitivity_new, some_kempe_model(0), &by_crank)

@@ -5,7 +5,7 @@
 
     python3 tests/docs.py build/dev/kempe
 
-Programs on the pages are compiled elsewhere: README.md by tests/CMakeLists.txt, docs/extending.md by tests/extending.py.
+Programs on the pages are compiled elsewhere: docs/library.md by tests/CMakeLists.txt, docs/extending.md by tests/extending.py.
 """
 import os
 import pathlib
@@ -20,7 +20,9 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "schema"))
+sys.path.insert(0, str(ROOT / "docs"))
 import generate  # noqa: E402
+import pictures  # noqa: E402
 
 KEMPE = "kempe"  # set by main
 PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md"), *ROOT.glob("bench/*.md")])
@@ -47,16 +49,20 @@ def blocks(text):
     return fenced + ["\n".join(line[4:] for line in block.strip("\n").split("\n")) + "\n" for block in found]
 
 
-def commands():
-    """(page, the block's folder, words) of every line that begins with `kempe` and names a file that is there."""
-    for page in PAGES:
-        for block in blocks(page.read_text()):
-            folder = "."
-            for line in block.split("\n"):
-                if line.startswith("cd "):
-                    folder = line[3:]
-                if re.match(r"kempe \w+ \S+\.yaml", line):
-                    yield page, folder, shlex.split(line)[1:]
+def commands(page):
+    """(the block's folder, words) of every line that begins with `kempe` and names a model."""
+    for block in blocks(page.read_text()):
+        folder = "."
+        for line in block.split("\n"):
+            if line.startswith("cd "):
+                folder = line[3:]
+            if re.match(r"kempe (new \w|\w+ \S+\.yaml)", line):
+                yield folder, shlex.split(line)[1:]
+
+
+def files(page):
+    """Models that a page names before it shows them: `NAME.yaml` ends a paragraph, the block follows."""
+    return dict(re.findall(r"`(\w+\.yaml)`[^`\n]*:\n\n```yaml\n(.*?)^```", page.read_text(), re.M | re.S))
 
 
 class Tables(unittest.TestCase):
@@ -156,9 +162,57 @@ class Pages(unittest.TestCase):
                 with self.subTest(word):
                     self.assertTrue(list(ROOT.glob(word)))
 
-    def test_readme_shows_what_is_recorded(self):
+    def test_start_in_words(self):
+        """The end of ./start, from what `kempe compare` prints."""
+        program = re.search(r"^awk '\n(.*?)^' ", (ROOT / "start").read_text(), re.M | re.S).group(1).replace("'\"'\"'", "'")
+        printed = subprocess.run([KEMPE, "compare", "examples/andrews/andrews.yaml", "--reference", "examples/andrews/reference.csv"],
+                                 cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        said = subprocess.run(["awk", program], input=printed, capture_output=True, text=True, check=True).stdout.split("\n")
+        rows = [line for line in said if re.search(r"\) +\d+\.\d\d ms +\d+\.\d\d ms$", line)]
+        self.assertEqual(len(rows), 5)
+        cheapest = re.search(r"^the cheapest, ms +(.*)", printed, re.M).group(1).split()
+        times = [re.findall(r"\d+\.\d\d(?= ms)", row) for row in rows]
+        least = [f"{float(cheapest[k]):.2f}" for k in (3, 5)]
+        self.assertEqual([min(column, key=float) for column in zip(*times)], least)
+        self.assertTrue(any(line.startswith("Recommended: reduced integrated") for line in said))
+        self.assertTrue(any(line.startswith("There the loops closed to ") for line in said))
+        self.assertLessEqual(len(said), 20)
+
+    def test_readme(self):
+        """One minute long; its model is the one that `kempe new` writes."""
+        text = (ROOT / "README.md").read_text()
+        self.assertLessEqual(len(text.split("\n")), 151)
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([KEMPE, "new", "four_bar"], cwd=folder, check=True, capture_output=True)
+            self.assertIn((pathlib.Path(folder) / "four_bar.yaml").read_text(), blocks(text))
+
+    def test_readme_has_the_figures_that_are_recorded(self):
+        text = re.sub(r"\s+", " ", (ROOT / "README.md").read_text())
+        record = lambda name, pattern: re.search(pattern, (ROOT / "bench" / name).read_text(), re.M).groups()
+        row = r"^\| {}.*\| ([\d.]+)(?: \((\d+)x\))? \|$"
+        peers = [record("README.md", row.format(name)) for name in ("Kempe, reduced", "Pinocchio", "SciPy DOP853", "MuJoCo, stiffest")]
+        self.assertIn(f"takes {peers[0][0]} ms. Pinocchio with an error-controlled integrator needs {peers[1][1]} times as long, "
+                      f"SciPy on the same equations {peers[2][1]} times, MuJoCo {peers[3][1]} times", text)
+        closed, = record("results/andrews.txt", r"loops closed to (\S+)$")
+        self.assertIn(f"at most {closed} of the characteristic length", text)
+        self.assertIn("{} of {} runs reach their end".format(*record("results/lamps.txt", r"^all: (\d+) of (\d+),")), text)
+        models, = record("results/oracle.txt", r"^(\d+) random models of seed \d+: 0 disagreements without a warning, 0 with one;")
+        self.assertIn(f"On [{models} random models]", text)
+        faster, = record("results/ensemble.txt", r"runs one by one: (\S+) times as fast")
+        self.assertIn(f"[{float(faster):.1f} times as fast]", text)
+
+    def test_pictures(self):
+        """Pictures are of the motions that the command computes now, to a fraction of a pixel."""
+        number = re.compile(r"-?\d+\.\d+")
+        for name, draw in (("walk", pictures.walk), ("four_bar", pictures.four_bar)):
+            kept, made = (ROOT / f"docs/{name}.svg").read_text(), draw(KEMPE)
+            self.assertEqual(number.sub("#", kept), number.sub("#", made))
+            off = max(abs(float(a) - float(b)) for a, b in zip(number.findall(kept), number.findall(made)))
+            self.assertLess(off, 0.3)
+
+    def test_compare_shows_what_is_recorded(self):
         recorded = (ROOT / "bench/results/andrews.txt").read_text().rstrip("\n").split("\n")
-        shown = re.search(r"<!-- table -->\n(.*?)\n<!-- /table -->", (ROOT / "README.md").read_text(), re.S).group(1)
+        shown = re.search(r"<!-- table -->\n(.*?)\n<!-- /table -->", (ROOT / "docs/compare.md").read_text(), re.S).group(1)
         end = next(k for k, line in enumerate(recorded) if line.startswith("time to an error"))
         self.assertEqual(shown.split("\n"), [f"    {line}".rstrip() for line in [recorded[0][2:], "", *recorded[end:]]])
 
@@ -185,8 +239,9 @@ class Models(unittest.TestCase):
         count = 0
         with tempfile.TemporaryDirectory() as folder:
             for page in PAGES:
+                named = files(page).values()  # run by the page's own commands
                 for block in blocks(page.read_text()):
-                    if not block.startswith("kempe: 1") or page.name == "extending.md":
+                    if not block.startswith("kempe: 1") or page.name == "extending.md" or block in named:
                         continue
                     model = pathlib.Path(folder) / "model.yaml"
                     model.write_text(block)
@@ -201,22 +256,39 @@ class Models(unittest.TestCase):
 class Commands(unittest.TestCase):
     def test_lines(self):
         count = 0
-        with tempfile.TemporaryDirectory() as folder:
-            shutil.copytree(ROOT / "examples", pathlib.Path(folder) / "examples")
-            for page, place, line in commands():
-                with self.subTest(f"{page.relative_to(ROOT)}: {line}"):
-                    done = subprocess.run([KEMPE, *line], cwd=pathlib.Path(folder) / place, capture_output=True,
-                                          text=True, timeout=300)
-                    self.assertEqual(done.returncode, 0, done.stderr)
-                count += 1
+        with tempfile.TemporaryDirectory() as shared:
+            shutil.copytree(ROOT / "examples", pathlib.Path(shared) / "examples")
+            for page in PAGES:
+                with tempfile.TemporaryDirectory() as folder:
+                    (pathlib.Path(folder) / "examples").symlink_to(pathlib.Path(shared) / "examples")
+                    count += self.run_page(page, pathlib.Path(folder))
         self.assertGreaterEqual(count, 10)
 
-    def test_readme_has_every_command(self):
+    def run_page(self, page, folder):
+        for name, text in files(page).items():
+            (folder / name).write_text(text)
+        lines = list(commands(page))
+        self.assertEqual(set(files(page)) - {word for _, line in lines for word in line}, set(), "models that no command runs")
+        for place, line in lines:
+            with self.subTest(f"{page.relative_to(ROOT)}: {line}"):
+                done = subprocess.run([KEMPE, *line], cwd=folder / place, capture_output=True, text=True, timeout=300)
+                self.assertEqual(done.returncode, 0, done.stderr)
+        return len(lines)
+
+    def test_pages_of_first_steps(self):
+        """The how-to has recipes enough, each of which runs a command."""
+        recipes = re.findall(r"^## .*\n((?:(?!^## ).*\n)*)", (ROOT / "docs/howto.md").read_text(), re.M)
+        self.assertGreaterEqual(len(recipes), 15)
+        self.assertEqual([recipe[:60] for recipe in recipes if "\n    kempe " not in recipe], [])
+
+    def test_every_command_is_shown(self):
+        """In the README's table, in its order; each also as a line of some page that is run."""
         out = subprocess.run([KEMPE, "--help"], capture_output=True, text=True, timeout=100).stdout
         names = re.findall(r"^  (\w+) ", out[out.index("commands:"):out.index("'kempe COMMAND")], re.M)
-        readme = (ROOT / "README.md").read_text()
-        shown = set(re.findall(r"^    kempe (\w+) examples/", readme, re.M))
-        self.assertEqual((len(names) >= 5, shown), (True, set(names)))
+        shown = re.search(r"^## Commands\n(.*?)^## ", (ROOT / "README.md").read_text(), re.M | re.S).group(1)
+        self.assertGreaterEqual(len(names), 5)
+        self.assertEqual(set(re.findall(r"`(\w+)`", "".join(first_cells(shown)))), set(names))
+        self.assertEqual(set(names) - {line[0] for page in PAGES for _, line in commands(page)}, set())
 
 
 if __name__ == "__main__":

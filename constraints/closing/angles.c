@@ -4,8 +4,8 @@
 #include "linalg/dot.h"
 #include <math.h>
 
-/* a.(b x R c) where R turns about b by an angle: with the parts of a and c across b it is A cos + B sin, A = a.(b x c),
- * B = a.(b x (b x c)). */
+/* a.(b x R c), where R turns about b by an angle. With the components of a and c across b it is A cos + B sin, A = a.(b
+ * x c), B = a.(b x (b x c)). */
 static bool is_singular(const double a[3], const double b[3], const double c[3], double angle)
 {
     double bc[3], bbc[3];
@@ -15,7 +15,7 @@ static bool is_singular(const double a[3], const double b[3], const double c[3],
     return fabs(cosine * cos(angle) + sine * sin(angle)) < KMP_AXES_WEAK * most;
 }
 
-/* The middle one of three rotations of a joint that are singular at q, or nearly; -1: there is none. */
+/* The middle one of three rotations of a joint that are singular at q, or nearly; -1: none. */
 static int find_singular(const kempe_model *model, const double *q)
 {
     for (int k = 1; k + 1 < model->motion_count; k++) {

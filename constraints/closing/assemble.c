@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From a distant guess: Gauss-Newton by least changes of the free coordinates (constraints/closing/least_change.h),
- * damped by |h| and by a bound on the step. Where it stalls with h open the state is perturbed a few times, because a
- * straight guess may be a saddle; the smallest |h| is the gap to report. Near a solution: KINSOL with line search on
- * the chosen rows and dependent coordinates, a square system. Gauss-Newton without a bound then converges to
- * round-off. */
+/* Assembly from a distant guess: Gauss-Newton by least changes of the free coordinates
+ * (constraints/closing/least_change.h), damped by |h| and by a bound on the step. If it stalls with h open, the state
+ * is perturbed a few times, because a straight guess may be a saddle. The smallest |h| is the gap to report. Near a
+ * solution: KINSOL with line search on the chosen rows and dependent coordinates, a square system. Gauss-Newton without
+ * a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
 #include "base/arena.h"
 #include "base/memory.h"
@@ -40,7 +40,7 @@ typedef struct work {
     double *jacobian;   /* m x n, for KINSOL's matrix */
     int *held;          /* n: coordinates that are held */
     bool starved;       /* an allocation failed */
-    int rank;           /* of J where the other rows stay open by rounding; -1: there are none */
+    int rank;           /* rank of J if other rows stay open by rounding; -1: none */
     double near;        /* scaled |h| below which the rank of J is decided and Newton's method is used */
 } work;
 
@@ -111,8 +111,8 @@ static int dependent_matrix(void *self, const double *v, double *out)
     return 0;
 }
 
-/* Rows and v, with the held coordinates in u when they may all be there. false: KINSOL is of no use here, because the
- * rank is not decided yet or a held coordinate would have to move. */
+/* Chooses rows and v, with the held coordinates in u if possible. false: KINSOL is not applicable, because the rank is
+ * not decided yet or a held coordinate would have to move. */
 static bool choose_dependent(work *w)
 {
     const kmp_partition *part = &w->part;
@@ -133,7 +133,7 @@ static bool choose_dependent(work *w)
 }
 
 /* Solves for the dependent coordinates. The independent ones keep the values of the guess: a start that is closed to
- * its digits keeps them, and so the forces of stiff springs. */
+ * its digits keeps them, and with them the forces of stiff springs. */
 static void close_dependent(work *w)
 {
     const kmp_partition *part = &w->part;
@@ -183,7 +183,7 @@ static void polish(work *w)
 
 /* -- rounded numbers --------------------------------------------------------------------------------- */
 
-/* The rows to drop at the last evaluation, into `dropped`. false: there is no such choice. */
+/* Marks the rows to drop at the last evaluation in `dropped`. false: there is no such choice. */
 static bool choose_rows(work *w, bool *dropped)
 {
     kmp_partition part;
@@ -198,7 +198,7 @@ static bool choose_rows(work *w, bool *dropped)
     return true;
 }
 
-/* The independent rows closed, chosen anew until they stay the same. */
+/* Closes the independent rows, chosen again until they no longer change. */
 static void close_independent(work *w)
 {
     size_t bytes = (size_t)w->m * sizeof(bool);
@@ -220,8 +220,8 @@ static void close_independent(work *w)
 
 /* -- spherical joints -------------------------------------------------------------------------------- */
 
-/* Those whose angles are nearly singular in the guess begin in the middle of another chart; one of which only some
- * angles are held stays as it is, and all do where the way to goals is sought. false: no memory. */
+/* Centres joints with nearly singular angles in the guess: they begin in the middle of another chart. A joint with only
+ * some angles held is unchanged; with goals all joints are. false: no memory. */
 static bool center_joints(work *w)
 {
     int charts = kmp_charts_count(w->s), centred = 0;
@@ -242,7 +242,7 @@ static bool center_joints(work *w)
     return kmp_arena_make_groups(&w->a->arena, sizeof groups / sizeof *groups, groups);
 }
 
-/* The user's angles of joint c: those of the guess where it did not move. */
+/* The user's angles of joint c; those of the guess if the joint did not move. */
 static void show_angles(work *w, int c, double angles[3])
 {
     int k = w->s->chart_first[c];
@@ -256,7 +256,7 @@ static void show_angles(work *w, int c, double angles[3])
     memcpy(angles, w->trial + k, 3 * sizeof *angles);
 }
 
-/* The state as the user counts it; the one in the charts at hand stays beside it. */
+/* Converts the state to the user's coordinates and keeps the one in the present charts (inner_q, inner_qd, chart). */
 static void show_state(work *w)
 {
     kempe_assembly *a = w->a;
@@ -291,7 +291,7 @@ static double correct_rates(work *w, const bool *fixed)
     return kmp_plant_rate_residual(w->plant, w->a->qd);
 }
 
-/* The model's rates, of centred joints in their charts: one of them given counts as all three. */
+/* Sets the model's rates, for centred joints in their charts: one given rate of a joint counts as all three. */
 static void given_rates(work *w)
 {
     const kmp_start *start = &w->s->model->start;
@@ -321,7 +321,7 @@ static double fastest(const work *w)
     return size;
 }
 
-/* Given rates are kept when the closures allow it. */
+/* Makes the rates consistent. Given rates are kept if the closures allow it. */
 static void make_rates(work *w)
 {
     bool given = false;
@@ -341,9 +341,9 @@ static void make_rates(work *w)
     w->a->rates_left = left > KMP_CLOSED_RATES * size ? left / size : 0;
 }
 
-/* -- the verdict ------------------------------------------------------------------------------------- */
+/* -- result -------------------------------------------------------------------------------------------- */
 
-/* The gap of each closure as a length, and the open ones by size. */
+/* Computes the gap of each closure as a length, and sorts the open ones by size. */
 static void judge(work *w)
 {
     kempe_assembly *a = w->a;
@@ -413,7 +413,7 @@ static void close_near(work *w)
     polish(w);
 }
 
-/* A closed one goes along its branch to where the goals are nearest. false: no memory. */
+/* Moves a closed state along its branch to the point nearest to the goals. false: no memory. */
 static bool seek_goals(work *w)
 {
     kmp_goals_verdict *goals = &w->a->goals;
@@ -431,7 +431,7 @@ static bool seek_goals(work *w)
     return kmp_goals_measure(w->s, w->a->q, goals);
 }
 
-/* false: no memory. */
+/* Runs one assembly. false: no memory. */
 static bool assemble(work *w)
 {
     if (w->m > 0) {

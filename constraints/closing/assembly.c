@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What an assembly is to its caller: made, told about where it stays open, freed. */
+/* Making and freeing an assembly, and messages about the closures that stay open. */
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/rounding/rounding.h"
@@ -17,7 +17,7 @@ static void put_open(kmp_text *text, const char *before, const char *name, doubl
         kmp_text_printf(text, " (%.3g m)", gap);
 }
 
-/* The closure tolerance beside a gap, where it was asked for or could be meant. */
+/* Appends the closure tolerance to the message about a gap, if it was set or could be the cause. */
 static void put_tolerance(kmp_text *text, const kempe_system *s, double gap)
 {
     if (!s->model->closure_tolerance_given && !(gap <= KMP_ROUNDING_WIDEST * s->closure_tolerance))
@@ -61,7 +61,7 @@ static kempe_status complain_open(const kempe_assembly *a)
     return KEMPE_E_FAILED;
 }
 
-/* The goal that is farthest, by its part of the distance. */
+/* Reports the goal that is farthest, by its part of the distance. */
 static kempe_status complain_goals(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
@@ -111,8 +111,8 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
 
 /* -- rounded numbers --------------------------------------------------------------------------------- */
 
-/* Pivots of J between rounding and those of an ordinary mechanism are asked about: how many are above `part` of the
- * first. */
+/* Number of pivots of J above `part` of the first. Pivots between rounding and those of an ordinary mechanism are
+ * doubtful. */
 static int count_pivots(const kempe_assembly *a, double part)
 {
     int m = a->system->m, n = a->system->n, count = 0;
@@ -121,7 +121,7 @@ static int count_pivots(const kempe_assembly *a, double part)
     return count;
 }
 
-/* Whether the loops, as they say, do not close or do so with pivots that rounding may have made. */
+/* True if the loops do not close as given, or close with pivots that may be due to rounding. */
 static bool is_doubtful(const kempe_assembly *a)
 {
     const kempe_system *s = a->system;
@@ -132,7 +132,7 @@ static bool is_doubtful(const kempe_assembly *a)
     return a->residual * s->length <= KMP_ROUNDING_WIDEST * s->closure_tolerance;
 }
 
-/* One assembly with that rank, kept in *found when it holds. */
+/* Tries an assembly with a given rank, kept in *found if its open rows stay within the tolerance. */
 static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *guess, int rank, kempe_assembly **found)
 {
     const kempe_system *s = strict->system;
@@ -155,7 +155,7 @@ static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *gues
     return status;
 }
 
-/* The smallest rank whose other rows stay within the tolerance wherever the mechanism goes, if there is one: *a is then
+/* Finds the smallest rank whose other rows stay within the tolerance in all configurations, if there is one: *a is then
  * the state with these rows open. */
 static kempe_status look_for_rounding(const kempe_system *s, const kmp_guess *guess, kempe_assembly **a)
 {
@@ -178,7 +178,7 @@ static kempe_status look_for_rounding(const kempe_system *s, const kmp_guess *gu
     return kmp_assemble_from(s, guess, a);
 }
 
-/* Warns of the row that remains open most, if the numbers were set after the system was made. */
+/* Warns of the row with the largest remaining gap, if the numbers were set after the system was made. */
 static void tell_misfit(const kempe_assembly *a)
 {
     const kempe_system *s = a->system;
@@ -216,7 +216,7 @@ void kmp_assembly_put_rates(kmp_text *text, const kempe_assembly *a)
                 model->start.qd[k].value);
 }
 
-/* Whatever is computed from this start says so. */
+/* Warns of changed rates, in every computation from this start. */
 static kempe_status warn_of_rates(const kempe_assembly *a)
 {
     kmp_text lines = {0};
@@ -247,7 +247,7 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
     return status;
 }
 
-kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
+kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, assembly, "assembly");

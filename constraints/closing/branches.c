@@ -11,7 +11,7 @@
 enum { STARTS = 200, STARTS_OF_LARGE = 50, LARGE = 40 };
 #define TWO_PI   6.283185307179586
 #define ROUNDING 1e-13
-#define FAR      3.0 /* a translation is sampled within so many characteristic lengths */
+#define FAR      3.0 /* a translation is sampled within this many characteristic lengths */
 
 /* -- states ------------------------------------------------------------------------------------------ */
 
@@ -65,7 +65,7 @@ kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed)
     return KEMPE_OK;
 }
 
-/* -- what is looked for ------------------------------------------------------------------------------ */
+/* -- search -------------------------------------------------------------------------------------------- */
 
 typedef struct search {
     kempe_branches *b;
@@ -77,9 +77,9 @@ typedef struct search {
     int *order;
 } search;
 
-/* -- what is kept ------------------------------------------------------------------------------------ */
+/* -- kept coordinates ---------------------------------------------------------------------------------- */
 
-/* The assembled state on the walk, in the charts that it was found in, so that its J has its rank. */
+/* Evaluates the walk at the assembled state, in the charts in which it was found, so that J has its rank. */
 static void stand_at_start(search *s)
 {
     const kempe_assembly *a = s->b->assembly;
@@ -88,15 +88,15 @@ static void stand_at_start(search *s)
     kmp_walk_evaluate(s->walk, a->inner_q ? a->inner_q : a->q);
 }
 
-/* An angle that is the user's: not of a joint that had to be centred. */
+/* True for a coordinate in the user's own chart: not of a centred joint. */
 static bool is_own(const search *s, int k)
 {
     int c = kmp_chart_of(s->b->system, k);
     return c < 0 || !s->b->assembly->chart || kmp_chart_is_own(s->b->assembly->chart, c);
 }
 
-/* What is held; else what the model wants independent; and further coordinates of a good choice, until there are as
- * many as degrees of freedom. */
+/* Chooses the kept coordinates: the held ones, or else the model's independent ones; then further coordinates of a good
+ * choice, up to the number of degrees of freedom. */
 static bool choose_kept(search *s)
 {
     const kempe_system *system = s->b->system;
@@ -119,7 +119,7 @@ static bool choose_kept(search *s)
     return free >= 0;
 }
 
-/* Rows and v for the signs: of the kept coordinates, where they may be independent. */
+/* Chooses rows and v for the signs, with the kept coordinates in u if these can be independent. */
 static void choose_blocks(search *s)
 {
     const kempe_system *system = s->b->system;
@@ -154,7 +154,7 @@ static char sign_of_block(const search *s, const kmp_loop_block *block)
     return least < KMP_RANK_SIGN * most ? '0' : sign > 0 ? '+' : '-';
 }
 
-/* q into the list. */
+/* Adds q to the list. */
 static void keep(search *s, const double *q, double residual)
 {
     const kempe_system *system = s->b->system;
@@ -254,7 +254,7 @@ kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_bran
     if (!b)
         return kmp_fail_memory(system->context);
     b->system = system;
-    kempe_status status = kempe_assemble(system, &b->assembly);
+    kempe_status status = kempe_assembly_new(system, &b->assembly);
     if (status == KEMPE_OK)
         status = find(b, seed);
     b->warnings = kmp_context_warnings(system->context);

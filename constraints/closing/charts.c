@@ -4,7 +4,7 @@
  *     w = a q1' + R1 b q2' + R12 c q3'
  *     w' = a q1'' + R1 b q2'' + R12 c q3'' + (a q1') x R1 b q2' + (a q1' + R1 b q2') x R12 c q3'
  *
- * turned by C when C stands before (Davenport's angles: Shuster and Markley, J. Astronautical Sci. 51 (2003) 123, for
+ * turned by C when C comes first (Davenport's angles: Shuster and Markley, J. Astronautical Sci. 51 (2003) 123, for
  * axes across each other). The angles of a rotation R: v = R c makes the angle psi with a, and q2 = phi +- psi where
  * R_b(phi) c = a; then q1 turns R_b(q2) c onto v about a, and q3 is what is left about c. */
 #include "constraints/closing/charts.h"
@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define TWO_PI 6.283185307179586
-/* Square of the part of the angular velocity across an axis from which on its direction there counts. */
+/* Least square of the angular velocity across an axis for which its direction there counts. */
 #define LEAST_TURN 1e-12
 
 typedef double matrix[3][3];
@@ -89,7 +89,7 @@ static void rotation(const joint *j, const double q[3], matrix r)
     }
 }
 
-/* Rows made orthonormal again. */
+/* Makes the rows orthonormal again. */
 static void clean(matrix m)
 {
     for (int pass = 0; pass < 2; pass++)
@@ -113,7 +113,7 @@ static void axes_at(const joint *j, const double q[3], matrix e)
     turn(j->a, q[0], e[2], e[2]);
 }
 
-/* What wd has beside the axes times qdd. */
+/* Terms of wd in addition to the axes times qdd. */
 static void bias(matrix e, const double qd[3], double out[3])
 {
     double w[3] = {0}, x[3];
@@ -141,7 +141,7 @@ static spin spin_of(const joint *j, const double q[3], const double *qd, const d
     return s;
 }
 
-/* x with e' x = right, by complete pivoting; where the axes are dependent the least one that fits best. */
+/* Solves e' x = right by complete pivoting; for dependent axes the least x that fits best. */
 static void solve(matrix e, const double right[3], double x[3])
 {
     double lu[9], pivots[3], y[3], null[3] = {0};
@@ -165,7 +165,7 @@ static void solve(matrix e, const double right[3], double x[3])
     add_scaled(x, -kmp_dot3(null, x) / kmp_dot3(null, null), null);
 }
 
-/* qd and qdd of the angles q that make the spin. */
+/* qd and qdd at the angles q for a given spin. */
 static void rates_of(const joint *j, const double q[3], const spin *s, double *qd, double *qdd)
 {
     matrix e;
@@ -235,7 +235,7 @@ bool kmp_chart_is_own(const double *chart, int c)
     return true;
 }
 
-/* Angle of b at which it turns c onto a. */
+/* Angle of b that turns c onto a. */
 static double fold(const joint *j)
 {
     double ca[3];
@@ -262,7 +262,7 @@ double kmp_chart_apart(const kempe_system *system, int c, const double *a, const
     return most;
 }
 
-/* The middle of the range nearer to zero, the positive one of two as near. */
+/* The middle of the second angle's range: the one nearer to zero, and of two at equal distance the positive one. */
 static double middle(const joint *j)
 {
     double up = remainder(fold(j) + TWO_PI / 4, TWO_PI), down = remainder(fold(j) - TWO_PI / 4, TWO_PI);
@@ -280,9 +280,9 @@ static double angle_about(const double e[3], const double x[3], const double y[3
     return atan2(kmp_dot3(e, xy), kmp_dot3(x, y) - kmp_dot3(e, x) * kmp_dot3(e, y));
 }
 
-/* Where the angles begin in a new chart: the second in its middle, and of the outer ones that which C can make up for
- * such that the body now turns about a and c alone. The second angle then leaves its middle late. w: angular velocity
- * in the axes on C's far side, those of the body when C stands before. */
+/* Initial angles in a new chart. The second is in its middle. C absorbs one of the outer angles, chosen such that the
+ * body now turns about a and c alone: the second angle then leaves its middle late. w: angular velocity in the axes on
+ * C's far side, those of the body when C comes first. */
 static void begin_angles(const joint *j, const double w[3], double q[3])
 {
     double level[3], along = 0;
@@ -339,7 +339,7 @@ void kmp_chart_enter(const kempe_system *system, int c, const double *chart, con
 
 /* -- small changes ----------------------------------------------------------------------------------- */
 
-/* The turn of the body before the joint, and the changes of its angular velocity and acceleration. */
+/* Rotation of the body before the joint, and the changes of its angular velocity and acceleration. */
 typedef struct change {
     double turn[3], w[3], wd[3];
 } change;
@@ -351,7 +351,8 @@ static void add_cross(double *x, double factor, const double y[3], const double 
     add_scaled(x, factor, yz);
 }
 
-/* With axes e_k, each turned and led by those before it; qdd NULL: without d.wd. */
+/* Change of the motion by dq, dqd and dqdd, with axes e_k, each turned by the rotations before it; qdd NULL: without
+ * d.wd. */
 static change change_of(const joint *j, const kmp_chart_motion *m, const double dq[3], const double dqd[3],
                         const double dqdd[3])
 {
@@ -377,7 +378,7 @@ static change change_of(const joint *j, const kmp_chart_motion *m, const double 
     return d;
 }
 
-/* Into the axes on the other side of C, or back. */
+/* Converts a change into the axes on the other side of C, or back. */
 static void turn_change(const joint *j, const double *chart, int c, bool back, change *d)
 {
     matrix own;
@@ -389,7 +390,7 @@ static void turn_change(const joint *j, const double *chart, int c, bool back, c
     apply(own, back, d->wd, d->wd);
 }
 
-/* x with e' x = whole - part. */
+/* Solves e' x = whole - part. */
 static void solve_rest(matrix e, const double whole[3], const double part[3], double x[3])
 {
     double rest[3];
@@ -419,16 +420,16 @@ void kmp_chart_carry(const kempe_system *system, int c, const kmp_chart_motion *
         solve_rest(e, d.wd, part.wd, dqdd + j.first);
 }
 
-/* -- what the user sees ------------------------------------------------------------------------------ */
+/* -- angles of the user -------------------------------------------------------------------------------- */
 
-/* By full turns, whose number is all that `near` decides. */
+/* The angle plus the number of full turns that brings it nearest to `near`. */
 static double nearest(double angle, double near)
 {
     return angle + TWO_PI * nearbyint((near - angle) / TWO_PI);
 }
 
-/* The angles of r on one side of the fold, nearest to `near`; how far they are. Below `least` the sine of the angle to
- * the fold leaves the first angle as it is. */
+/* The angles of r on one side of the fold, nearest to `near`; returns their largest distance from it. If the sine of
+ * the angle to the fold is below `least`, the first angle is unchanged. */
 static double angles_on(const joint *j, matrix r, const double near[3], double side, double least, double out[3])
 {
     double v[3], av[3], w[3], left[3], far = 0;
@@ -438,7 +439,7 @@ static double angles_on(const joint *j, matrix r, const double near[3], double s
     out[1] = nearest(fold(j) + side * psi, near[1]);
     turn(j->b, out[1], j->c, w);
     out[0] = sine > least ? nearest(angle_about(j->a, w, v), near[0]) : near[0];
-    apply(r, false, j->b, left); /* R b, then what R12' makes of it */
+    apply(r, false, j->b, left); /* R b, then R12' R b */
     turn(j->a, -out[0], left, left);
     turn(j->b, -out[1], left, left);
     out[2] = nearest(angle_about(j->c, j->b, left), near[2]);
@@ -447,7 +448,7 @@ static double angles_on(const joint *j, matrix r, const double near[3], double s
     return far;
 }
 
-/* On the side of the fold where `near` is, or on either one. */
+/* The angles of r on the side of the fold of `near`, or on the nearer side; returns their distance as angles_on. */
 static double angles_near(const joint *j, matrix r, const double near[3], bool sided, double least, double out[3])
 {
     double side = sin(near[1] - fold(j)) < 0 ? -1 : 1, other[3];

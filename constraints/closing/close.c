@@ -8,7 +8,7 @@
 enum { MOST_CORRECTIONS = 12, MOST_FROM_AFAR = 200, MOST_DAMPINGS = 60, MOST_OF_RATES = 10 };
 #define MORE_DAMPING 3.0
 
-/* max |dx| in scales, and against the weights. */
+/* Returns max |dx| in scales, and in error weights. */
 static double measure(const kmp_closer *c, const kmp_close_rule *rule, double *weighted)
 {
     double size = 0, within = 0, zero = 0; /* NaN when a component is not finite */
@@ -23,7 +23,7 @@ static double measure(const kmp_closer *c, const kmp_close_rule *rule, double *w
     return isnan(zero) ? INFINITY : size;
 }
 
-/* Rounding noise of a coordinate of the largest size. */
+/* Rounding error of a coordinate of the largest size. */
 static double noise(const kmp_closer *c, const double *x)
 {
     double size = 1;
@@ -112,7 +112,7 @@ static double step_down(const kmp_closer *c, double t, double *x, double *trial,
         if (c->place(c->self, t, x))
             return 0;
         double before = kmp_close_length(c->plant), promised = before - bounded_correction(c, before, *bound);
-        if (!(promised > 0)) /* no slope left */
+        if (!(promised > 0)) /* zero gradient */
             return 0;
         memcpy(trial, x, bytes);
         add(c, 1, trial);

@@ -1,26 +1,26 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Newton's method on h(q, t) = 0: the one loop by which states are closed. Ways of correcting differ: the dependent
- * coordinates on the independent ones (constraints/partition/reduction.h), along the mass-orthogonal direction
- * (constraints/closing/saddle.h), by least moves (constraints/diagnosis/doctor_walk.h), along a led motion
- * (analysis/sweep.h). */
+/* Newton's method on h(q, t) = 0, the one loop that closes states. The corrections differ: the dependent coordinates
+ * for given independent ones (constraints/partition/reduction.h), the mass-orthogonal direction
+ * (constraints/closing/saddle.h), least changes (constraints/diagnosis/doctor_walk.h), or a swept motion
+ * (studies/kinematics/sweep.h). */
 #ifndef KMP_CONSTRAINTS_CLOSING_CLOSE_H
 #define KMP_CONSTRAINTS_CLOSING_CLOSE_H
 
 #include "constraints/evaluation/plant.h"
 
-/* A way of correcting x, whose first coordinates are q. */
+/* A method of correcting x, whose first coordinates are q. */
 typedef struct kmp_closer {
     void *self;
     kmp_plant *plant;
     const double *scale; /* of x */
-    int count;           /* what is corrected */
-    const int *at;       /* count: where it stands in x; NULL: from the first on */
-    double *dx;          /* count: room */
-    const int *rows;     /* those that are solved for, whose |h| counts; NULL: all that are to be met */
+    int count;           /* number of corrected entries of x */
+    const int *at;       /* count: their indices in x; NULL: the first ones */
+    double *dx;          /* count: work space */
+    const int *rows;     /* rows to be solved, whose |h| counts; NULL: all rows that are to be met */
     int row_count;
-    /** The plant's closure at (t, x) and what corrections take. 0; otherwise there are none. */
+    /** Evaluates the plant's closure at (t, x) and prepares corrections. Returns 0, or nonzero if there are none. */
     int (*place)(void *self, double t, const double *x);
-    /** dx with J dx = -violation (m values). false: there is none. */
+    /** Finds dx with J dx = -violation (m values). false: there is none. */
     bool (*correct)(void *self, const double *violation, double *dx);
     /* Damped corrections minimise |J dx + violation|^2 + |damping dx|^2, scaled; NULL: corrections are undamped.
      * `place` damps by |h|. */
@@ -30,27 +30,27 @@ typedef struct kmp_closer {
     double (*promise)(void *self);
 } kmp_closer;
 
-/* When it is closed: a correction is within a fraction of the weights, or rounding; or |h| is rounding; or corrections
- * no longer shrink and |h| is `enough`. */
+/* Rule of convergence: a correction is within a fraction of the weights, or rounding; or |h| is rounding; or
+ * corrections no longer shrink and |h| is at most `enough`. */
 typedef struct kmp_close_rule {
-    int most;         /* corrections */
-    bool contracting; /* it has failed as soon as corrections no longer shrink */
-    bool led;         /* x is to meet more than h, so that |h| says nothing while corrections shrink */
-    double longest;   /* a longer correction is cut, scaled; 0: none is */
-    bool least;       /* corrections come to nothing with h open, too: `enough` is asked for in any case */
+    int most;         /* maximum number of corrections */
+    bool contracting; /* fail as soon as corrections no longer shrink */
+    bool led;         /* x must meet more than h, so that |h| gives no information while corrections shrink */
+    double longest;   /* longer corrections are cut, scaled; 0: none is */
+    bool least;       /* corrections may vanish with h open: `enough` is required in any case */
     double enough;    /* scaled |h| */
     const double *w;  /* error weights of x; NULL: to round-off */
     double fraction;
-    double seen; /* corrections that are longer count in `ratio` */
+    double seen; /* only longer corrections count in `ratio` */
 } kmp_close_rule;
 
 typedef struct kmp_closed {
     bool closed;
     int corrections;
-    double first, ratio; /* length of the first correction; of one to that before it at most */
+    double first, ratio; /* length of the first correction; largest ratio of a correction to the one before it */
 } kmp_closed;
 
-/** The plant's closure and the factors are then those of x to that accuracy. */
+/** Closes x. The plant's closure and the factors are then those of x to that accuracy. */
 kmp_closed kmp_close(const kmp_closer *closer, const kmp_close_rule *rule, double t, double *x);
 
 /** Closes from a distant guess with damped corrections (Levenberg, Marquardt). Their length has a bound, which
@@ -69,7 +69,7 @@ double kmp_close_rounding(const kempe_system *system);
  * damping shortens corrections. room: m values. */
 void kmp_close_rates(const kmp_closer *closer, double *room, double *qd);
 
-/** q and qd brought to round-off. false: they are not closed. */
+/** Brings q and qd to round-off. false: they are not closed. */
 bool kmp_close_state(const kmp_closer *closer, double *room, double t, double *q, double *qd);
 
 #endif

@@ -6,11 +6,11 @@
  *
  *     N' (G' G + sum r_i d2 r_i - sum lambda_j d2 h_j) N.
  *
- * The second derivatives are the programs' own: of h it is jdqd, a quadratic form in qd; of a bilinear form those of
- * the sum and the difference are made. A step goes along the eigenvectors of that matrix, by |eigenvalue|, so that it
- * leads down from saddles too, no component farther than a bound; then the loops are closed again by least moves. It is
- * taken when the sum falls as promised, when closing moved little beside it and when the tangent has not turned much:
- * so the branch is kept.
+ * The second derivatives come from the programs: of h it is jdqd, a quadratic form in qd; a bilinear form follows from
+ * those of the sum and the difference of two rates. A step goes along the eigenvectors of that matrix, by |eigenvalue|,
+ * so that it also leaves saddles, each component at most a bound; then the loops are closed again by least changes. A
+ * step is accepted if the sum falls as predicted, closing moved little in comparison, and the tangent has turned
+ * little: so the branch is kept.
  */
 #include "constraints/closing/goals.h"
 #include "base/arena.h"
@@ -27,19 +27,19 @@
 #include <string.h>
 
 enum { MOST_STEPS = 300 };
-#define LONGEST       0.3   /* a component of a step: rad, or characteristic lengths */
+#define LONGEST       0.3   /* largest component of a step: rad, or characteristic lengths */
 #define SHORTEST      1e-10 /* steps that fail down to this length end the search */
-#define NEGLIGIBLE    1e-11 /* a Newton step that is not worth making */
-#define NOISE         1e-14 /* of a gradient, over that of all directions */
-#define LEVEL         1e-12 /* the same at rest */
-#define REST          1e-7  /* the same where rounding ends the steps */
-#define MOST_CLOSING  0.3   /* of a step: how far closing may move */
-#define LEAST_ALIGNED 0.9   /* of a step: what of it stays along the new tangents */
-#define NEAR          1e-3  /* steps below this are judged by the gradient too, which rounding leaves longer */
-#define FLAT          1e-13 /* eigenvalues below this over the largest count as this */
-#define SADDLE        1e-8  /* below minus this they are left, even where the gradient is zero */
+#define NEGLIGIBLE    1e-11 /* a shorter Newton step is not made */
+#define NOISE         1e-14 /* rounding of a gradient, over that of all directions */
+#define LEVEL         1e-12 /* relative gradient below which the search is at rest */
+#define REST          1e-7  /* relative gradient at rest if rounding ends the steps */
+#define MOST_CLOSING  0.3   /* largest motion by closing, over the step */
+#define LEAST_ALIGNED 0.9   /* least part of a step along the new tangents */
+#define NEAR          1e-3  /* shorter steps are also judged by the gradient, which rounding affects less */
+#define FLAT          1e-13 /* smaller eigenvalues over the largest count as this */
+#define SADDLE        1e-8  /* eigenvalues below minus this are saddles to be left, even with zero gradient */
 
-/* A closed position and what is known there. */
+/* A closed position and its derivatives. */
 typedef struct place {
     double *q;         /* n */
     double *r;         /* count */
@@ -58,7 +58,7 @@ typedef struct search {
     kmp_goals_verdict *verdict;
     kmp_walk *walk;
     kmp_arena arena;
-    kmp_machine *points; /* NULL: no goal is about a point */
+    kmp_machine *points; /* NULL: no goal concerns a point */
     place here, there;
     int n, m, count;
     double *factor; /* count: sqrt(weight) / scale */
@@ -126,7 +126,7 @@ static void evaluate_goals(search *w, place *p)
 
 /* -- a position -------------------------------------------------------------------------------------- */
 
-/* Those of the walk, less the coordinates that are held, made orthonormal (Gram and Schmidt, twice). */
+/* Tangents of the walk, without the held coordinates, made orthonormal (Gram and Schmidt, twice). */
 static void find_tangents(search *w, place *p)
 {
     int n = w->n, all = n - kmp_walk_tangents(w->walk, n);
@@ -143,7 +143,7 @@ static void find_tangents(search *w, place *p)
                     x[c] -= part * p->tangent[b * n + c];
             }
             double size = norm(n, x);
-            if (!(size > KMP_RANK)) /* it was one of those that are held */
+            if (!(size > KMP_RANK)) /* it belonged to a held coordinate */
                 break;
             for (int c = 0; c < n; c++)
                 x[c] /= size;
@@ -152,7 +152,7 @@ static void find_tangents(search *w, place *p)
     }
 }
 
-/* The walk is at p->q, closed. */
+/* Evaluates p at p->q, where the walk is closed. */
 static void look(search *w, place *p)
 {
     int n = w->n;
@@ -173,7 +173,7 @@ static void look(search *w, place *p)
 
 /* -- the Hessian ------------------------------------------------------------------------------------- */
 
-/* J' lambda = G' r over the coordinates that are not held. false: no memory. */
+/* Multipliers: J' lambda = G' r over the coordinates that are not held. false: no memory. */
 static bool find_multipliers(search *w, const place *p)
 {
     int n = w->n, m = w->m;
@@ -185,8 +185,7 @@ static bool find_multipliers(search *w, const place *p)
     return kmp_least_squares(n, m, w->transposed, w->step, kmp_rounding_zero(w->s, KMP_RANK), w->multiplier) >= 0;
 }
 
-/* sum r_i d2 r_i - sum lambda_j d2 h_j along `sign` times w->rate, with the rates and times of moving closures in it.
- */
+/* sum r_i d2 r_i - sum lambda_j d2 h_j along `sign` times w->rate, including the rates and times of moving closures. */
 static double bend_once(search *w, const place *p, double sign)
 {
     double sum = 0;
@@ -239,7 +238,7 @@ static bool find_hessian(search *w, const place *p)
 
 /* -- steps ------------------------------------------------------------------------------------------- */
 
-/* y along the eigenvectors, each component at most `bound`; returns the sum's promised fall. */
+/* Chooses y along the eigenvectors, each component at most `bound`; returns the predicted decrease of the sum. */
 static double choose_step(search *w, const place *p, double bound)
 {
     int n = w->n, d = p->d;
@@ -262,7 +261,7 @@ static double choose_step(search *w, const place *p, double bound)
     return fall;
 }
 
-/* w->there: closed after the step, on the same branch. */
+/* Makes w->there: closed after the step. false: not on the same branch. */
 static bool make_step(search *w)
 {
     int n = w->n;
@@ -289,7 +288,7 @@ static bool is_better(const search *w, double fall, double size)
            (size < NEAR && norm(w->there.d, w->there.projected) < 0.5 * norm(w->here.d, w->here.projected));
 }
 
-/* false: no step down is left. */
+/* Takes a step that decreases the sum. false: none is left. */
 static bool step_down(search *w, double *bound)
 {
     for (;; *bound *= 0.4) {
@@ -307,7 +306,7 @@ static bool step_down(search *w, double *bound)
     }
 }
 
-/* No way down, and no saddle. */
+/* True if there is no direction of descent and no saddle. */
 static bool is_minimum(search *w)
 {
     double top = fmax(fabs(w->eigen[0]), fabs(w->eigen[w->here.d - 1]));
@@ -317,7 +316,7 @@ static bool is_minimum(search *w)
     return w->here.level <= LEVEL || norm(w->here.d, w->y) <= NEGLIGIBLE;
 }
 
-/* false: no memory. */
+/* Steps until the search ends. false: no memory. */
 static bool descend(search *w)
 {
     double bound = LONGEST;
@@ -351,7 +350,7 @@ static void make_place(search *w, place *p)
                  .projected = KMP_ARENA_NEW(&w->arena, double, n)};
 }
 
-/* Makes the points of a start in the user's own charts, which an assembly with goals keeps. false: no memory. */
+/* Makes the points of a start in the user's own charts, in which an assembly with goals stays. false: no memory. */
 static bool start_points(search *w)
 {
     double *chart = KMP_ARENA_NEW(&w->arena, double, KMP_CHART_SIZE * w->s->chart_count);
@@ -376,7 +375,7 @@ static bool search_init(search *w, const kempe_system *s, const bool *hold, kmp_
     return true;
 }
 
-/* What the search needs beyond a measurement. */
+/* Allocates the part of the search that a measurement does not need. */
 static bool search_extend(search *w)
 {
     size_t n = (size_t)w->n, m = (size_t)w->m;

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Beyond so many rows, and with fewer than one in so many places taken, sparse. */
+/* Sparse from this many rows, with fewer than one in SPARSE_BELOW entries nonzero. */
 enum { SPARSE_FROM = 24, SPARSE_BELOW = 8 };
 
 /* -- making one -------------------------------------------------------------------------------------- */

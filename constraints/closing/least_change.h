@@ -16,23 +16,24 @@
 typedef struct kmp_least_change {
     kmp_plant *plant;    /* not owned */
     const bool *hold;    /* n, not owned: coordinates that stay; NULL: none */
-    double *entry;       /* of the scaled J, in its order; zero for what is held, or need not be met */
+    double *entry;       /* entries of the scaled J, in its order; zero for held coordinates and for rows that need not
+                          * be met */
     int *start, *column; /* n + 1; entries column by column */
     double *right;       /* n + m */
     double *dx;          /* n */
     double *matrix;      /* m x m; values when sparse */
-    double damping;      /* of the last factorisation */
+    double damping;      /* damping of the last factorisation */
     kmp_sparse *sparse;
     kmp_arena arena;
 } kmp_least_change;
 
-/** false: no memory. Nothing is allocated afterwards. */
+/** Allocates all memory; false: no memory. */
 bool kmp_least_change_init(kmp_least_change *least, kmp_plant *plant);
 void kmp_least_change_free(kmp_least_change *least);
 
 kmp_closer kmp_least_change_closer(kmp_least_change *least);
 
-/** Its rule: long corrections are cut. */
+/** Rule of convergence in which long corrections are cut. */
 kmp_close_rule kmp_least_change_rule(int most);
 
 #endif

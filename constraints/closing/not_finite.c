@@ -12,7 +12,7 @@ static int first_bad(int count, const double *x)
     return -1;
 }
 
-/* Those on the joint itself; where there are none, all that are expressions and may reach it. */
+/* Names the forces on the joint itself; if there are none, all expressions that may reach it. */
 static void put_forces(const kempe_model *model, int motion, kmp_text *text)
 {
     int named = 0;

@@ -7,12 +7,13 @@
 #include <math.h>
 #include <string.h>
 
-/* Beyond this size, and with fewer than one in so many places taken, sparse. */
+/* Sparse from this size, with fewer than one in SPARSE_BELOW entries nonzero. */
 enum { SPARSE_FROM = 48, SPARSE_BELOW = 8 };
 
 /* -- dense and sparse -------------------------------------------------------------------------------- */
 
-/* Entries of the sparse matrix: M with both its triangles, then J and -J' by turns, then 1 for each row that is out. */
+/* Lists the entries of the sparse matrix: M with both its triangles, then J and -J' alternating, then 1 for each
+ * dropped row. */
 static int list_entries(const kmp_saddle *saddle, int *row, int *col)
 {
     const kmp_pattern *mass = &saddle->plant->system->mass, *jac = &saddle->plant->system->jacobian;
@@ -34,7 +35,7 @@ static int list_entries(const kmp_saddle *saddle, int *row, int *col)
     return count;
 }
 
-/* false: no memory; a pattern that is singular shows when factored. */
+/* Makes the sparse solver. false: no memory; a structurally singular pattern shows when factored. */
 static bool make_sparse(kmp_saddle *saddle, int most)
 {
     unsigned long failures = kmp_memory_failures();
@@ -98,7 +99,7 @@ static int factor_sparse(kmp_saddle *saddle)
     return kmp_sparse_factor(saddle->sparse, saddle->matrix) != KMP_SPARSE_FACTORED;
 }
 
-/* Into x, where the right-hand side of M is. */
+/* Solves into x, which has the right-hand side of M. */
 static void solve_whole(kmp_saddle *saddle, const double *rows)
 {
     int n = saddle->n;
@@ -110,7 +111,7 @@ static void solve_whole(kmp_saddle *saddle, const double *rows)
         kmp_lu_solve(n + saddle->r, saddle->matrix, saddle->pivot, 1, saddle->x);
 }
 
-/* -- rows of its own --------------------------------------------------------------------------------- */
+/* -- rows chosen at each factorisation ----------------------------------------------------------------- */
 
 /* Partitions all rows; those that are independent at the plant's last closure stay in. */
 static void choose_rows(kmp_saddle *saddle)
@@ -157,7 +158,7 @@ double kmp_saddle_spread(const kmp_saddle *saddle)
     return saddle->r > 0 ? least / largest : 1;
 }
 
-/* From y in x, and b + J y. */
+/* Solves by bodies from y in x, and b + J y. */
 static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
 {
     const kmp_plant *plant = saddle->plant;
@@ -198,7 +199,7 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way w
     return way != KMP_SADDLE_SPARSE || make_sparse(saddle, entries);
 }
 
-/* Whether it is worth while to be sparse. */
+/* True if a sparse factorisation is cheaper. */
 static bool is_large(const kempe_system *s, int size)
 {
     return size > SPARSE_FROM && 2 * (s->mass.count + s->jacobian.count) < (long)size * size / SPARSE_BELOW;
@@ -263,8 +264,8 @@ double kmp_saddle_operations(const kmp_saddle *saddle)
     return saddle->sparse ? kmp_sparse_operations(saddle->sparse) : 0;
 }
 
-/* x and the multipliers behind it, from the right-hand side of M in x, by bodies y, and b (NULL: zero), by bodies
- * b + J y. */
+/* Computes x and the multipliers behind it. Input: the right-hand side of M in x, by bodies y; and b (NULL: zero), by
+ * bodies b + J y. */
 static void solve(kmp_saddle *saddle, const double *rows)
 {
     if (saddle->way == KMP_SADDLE_BY_BODIES)
@@ -279,7 +280,7 @@ static void put_force(kmp_saddle *saddle, const double *force)
         saddle->x[i] = force ? -force[i] : 0;
 }
 
-/* Multipliers of the independent rows among all. */
+/* Copies the multipliers of the independent rows to their places among all. */
 static void take_multipliers(const kmp_saddle *saddle, double *lambda)
 {
     memset(lambda, 0, (size_t)saddle->plant->m * sizeof *lambda);
@@ -297,7 +298,7 @@ void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, doub
         take_multipliers(saddle, a);
 }
 
-/* For forces that depend on multipliers. */
+/* Callback for forces that depend on multipliers. */
 static void multipliers(void *self, const double *bias, bool change, double *lambda)
 {
     kmp_saddle *saddle = self;

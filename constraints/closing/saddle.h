@@ -3,8 +3,8 @@
  *
  *     M x - J' a = -f      J x = -b
  *
- * dense, or sparse when it is large. By articulated bodies, where the plant has taken them, it is solved for the
- * multipliers alone, whatever the size, and for nothing on a tree:
+ * dense, or sparse when it is large. If the plant uses articulated bodies, it is solved for the multipliers alone,
+ * whatever its size, and on a tree there is nothing to solve:
  *
  *     J M^-1 J' a = -(b + J y)      x = y + M^-1 J' a      y = -M^-1 f.
  *
@@ -43,11 +43,11 @@ typedef struct kmp_saddle {
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 void kmp_saddle_free(kmp_saddle *saddle);
 
-/** Prepares for any state, with rows chosen at each factorisation. `rank` (-1: unknown) is that of closed states.
- * Near these redundant rows look weakly independent, and count only when |h| leaves no doubt. */
+/** Prepares for any state, with rows chosen at each factorisation. `rank` (-1: unknown) is that of closed states. Near
+ * closed states redundant rows appear weakly independent, and count only if |h| leaves no doubt. */
 bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank);
 
-/** Whether a row counts at the last factorisation. */
+/** True if a row counts at the last factorisation. */
 bool kmp_saddle_has_row(const kmp_saddle *saddle, int row);
 
 /** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
@@ -56,21 +56,21 @@ int kmp_saddle_factor(kmp_saddle *saddle);
 /** Returns the ratio of the smallest to the largest pivot by bodies, rows scaled; 1 without rows. */
 double kmp_saddle_spread(const kmp_saddle *saddle);
 
-/** Operations of one factorisation and solution when it is sparse, as its pattern says; 0 when it is dense. */
+/** Operation count of one factorisation and solution when sparse, from its pattern; 0 when dense. */
 double kmp_saddle_operations(const kmp_saddle *saddle);
 
 /** x (n) and a (m; zero for dropped rows; NULL: not wanted) of f (n; NULL: zero) and b (m; NULL: zero). Not by bodies.
  */
 void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a);
 
-/** qdd and lambda (m; zero for dropped rows; NULL: not wanted) from the plant's last bias, which forces that depend on
- * multipliers bring to them (constraints/evaluation/pressing.h): not finite where that fails. */
+/** qdd and lambda (m; zero for dropped rows; NULL: not wanted) from the plant's last bias. Forces that depend on
+ * multipliers update the bias (constraints/evaluation/pressing.h); results are not finite if that fails. */
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
 
 /** Mass-orthogonal correction: dx of least qd-norm with J dx = -violation (m values). */
 void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx);
 
-/** Closing along the mass-orthogonal direction; dx: n values of room. */
+/** Closer along the mass-orthogonal direction; dx: n values of work space. */
 kmp_closer kmp_saddle_closer(kmp_saddle *saddle, double *dx);
 
 #endif

@@ -28,7 +28,7 @@ static kempe_status count_driven(kempe_check *check, const kmp_plant *plant)
     return status;
 }
 
-/* What every run would end with. */
+/* Reports undetermined accelerations, with which every run would end. */
 static kempe_status foresee(kempe_check *check, kmp_plant *plant, const double *q)
 {
     kmp_text why = {0};
@@ -43,7 +43,7 @@ static kempe_status foresee(kempe_check *check, kmp_plant *plant, const double *
     return status;
 }
 
-/* Rank and choice at the assembled configuration, then the examination. */
+/* Computes rank and choice at the assembled configuration, then examines them. */
 static kempe_status examine(kempe_check *check)
 {
     const kempe_system *s = check->system;
@@ -67,7 +67,7 @@ static kempe_status examine(kempe_check *check)
     return status;
 }
 
-/* The complaint stays in the context: tries at assembling otherwise have left theirs. */
+/* Keeps the message of the assembly; later trial assemblies add their own to the context. */
 static kempe_status explain(kempe_check *check)
 {
     kempe_context *context = check->system->context;
@@ -85,8 +85,8 @@ static kempe_status explain(kempe_check *check)
 
 static kempe_status diagnose(kempe_check *check)
 {
-    kempe_status status = kempe_assemble(check->system, &check->assembly);
-    check->assembled = check->assembly && check->assembly->closed; /* whatever its goals */
+    kempe_status status = kempe_assembly_new(check->system, &check->assembly);
+    check->assembled = check->assembly && check->assembly->closed; /* also with goals that were not reached */
     if (check->assembled)
         return kmp_context_clear(check->system->context), examine(check);
     return status == KEMPE_E_FAILED && check->assembly ? explain(check) : status;
@@ -107,7 +107,7 @@ kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
     kempe_status status = diagnose(c);
     c->warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_E_FAILED && kmp_memory_failures() != failures)
-        status = KEMPE_E_MEMORY; /* whatever was complained of on the way */
+        status = KEMPE_E_MEMORY; /* the messages of earlier trials are dropped */
     if (status != KEMPE_OK && !(status == KEMPE_E_FAILED && !c->assembled)) {
         kempe_check_free(c);
         return status;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* `check`: what the mechanism is, at its assembled configuration. */
+/* `check`: properties of a mechanism at its assembled configuration. */
 #ifndef KMP_CONSTRAINTS_DIAGNOSIS_DIAGNOSE_H
 #define KMP_CONSTRAINTS_DIAGNOSIS_DIAGNOSE_H
 
@@ -8,17 +8,17 @@
 struct kempe_check {
     const kempe_system *system;
     kempe_assembly *assembly;
-    bool assembled;        /* else only `obstacle` says something */
+    bool assembled;        /* false: only `obstacle` is set */
     kmp_partition part;    /* n, m, p (dof), r (rank), u, v, rows, redundant, cond, max_b */
-    int driven;            /* freedoms that drives take: how much the rank falls without them */
-    char *undetermined;    /* why the accelerations are; NULL: they are determined */
-    int body_count;        /* ground not counted */
-    int loop_count;        /* closures */
-    kmp_doctor doctor;     /* what was found out beyond */
-    kmp_obstacle obstacle; /* why it does not assemble */
-    char *reason;          /* of that, as a sentence */
-    kmp_arena arena;       /* of both */
-    char *warnings;        /* of the computation, one a line */
+    int driven;            /* degrees of freedom of the drives: the decrease of the rank without them */
+    char *undetermined;    /* reason of undetermined accelerations; NULL: they are determined */
+    int body_count;        /* number of bodies without the ground */
+    int loop_count;        /* number of closures */
+    kmp_doctor doctor;     /* results of the examination */
+    kmp_obstacle obstacle; /* reason of a failed assembly */
+    char *reason;          /* message of the failed assembly */
+    kmp_arena arena;       /* of obstacle and reason */
+    char *warnings;        /* of the computation, one per line */
 };
 
 #endif

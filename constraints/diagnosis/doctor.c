@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The examination in order. Its cost grows with the cube of the coordinates, so that large models go without it. */
+/* The parts of the examination in order. The cost grows with the cube of the coordinates, so that large models skip
+ * it. */
 #include "constraints/diagnosis/doctor.h"
 #include "constraints/kinds/kind.h"
 
@@ -15,7 +16,7 @@ static int declared_rows(const kempe_model *model)
     return rows;
 }
 
-/* All the questions. */
+/* Runs all parts of the examination. */
 static kempe_status ask(kmp_examination *x, const kmp_plant *plant)
 {
     void (*const parts[])(kmp_examination *) = {kmp_doctor_points,  kmp_doctor_dependents,   kmp_doctor_second_order,
@@ -48,6 +49,6 @@ kempe_status kmp_doctor_examine(kmp_doctor *doctor, kmp_plant *plant, const doub
         status = ask(&x, plant);
     }
     if (doctor->block_count < 0 && !arena->failed)
-        return KEMPE_E_FAILED; /* said by the reduction */
+        return KEMPE_E_FAILED; /* the reduction has set the message */
     return arena->failed ? kmp_fail_memory(system->context) : status;
 }

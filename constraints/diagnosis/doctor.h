@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What `check` finds out beyond rank and choice: which rows are redundant always and which only here, who depends on
- * whom, what could be left out, which coordinates could be independent, how far the mechanism moves. All arrays live in
- * the arena of the check. */
+/* Results of `check` beyond rank and choice: rows that are redundant everywhere or only here, their dependent sets,
+ * closures that could be left out, possible independent coordinates, and the range of motion. All arrays are in the
+ * arena of the check. */
 #ifndef KMP_CONSTRAINTS_DIAGNOSIS_DOCTOR_H
 #define KMP_CONSTRAINTS_DIAGNOSIS_DOCTOR_H
 
@@ -12,23 +12,23 @@
 
 enum { KMP_DOCTOR_POINTS = 8 };
 
-/** Rows that say the same: one of them follows from the others. */
+/** A set of dependent rows: one of them follows from the others. */
 typedef struct kmp_dependent {
     int *rows, count;
-    bool always; /* at the random configurations too */
+    bool always; /* also at the random configurations */
 } kmp_dependent;
 
-/** A closure that may lose rows without any change of the mobility in general: tried out. */
+/** A closure that may lose rows without a change of the generic mobility, found by trial. */
 typedef struct kmp_repair {
     int closure;
-    int *rows, count; /* a choice of as many as may go together */
-    int of;           /* rows that it has */
+    int *rows, count; /* largest choice of rows that may be left out together */
+    int of;           /* number of rows of the closure */
 } kmp_repair;
 
-/** A coordinate that could be independent, in place of `instead` (-1: of none, or it is independent already). */
+/** A coordinate that could be independent, in place of `instead` (-1: none, or it is independent already). */
 typedef struct kmp_alternative {
     int coordinate, instead;
-    double max_b; /* then, scaled; infinite when Jv would be singular */
+    double max_b; /* max |B| with this choice, scaled; infinite when Jv would be singular */
     bool independent;
 } kmp_alternative;
 
@@ -40,23 +40,23 @@ typedef struct kmp_loop_block {
 
 typedef enum kmp_second_order {
     KMP_SECOND_UNTRIED,
-    KMP_SECOND_REAL,      /* every first-order motion goes on at second order */
-    KMP_SECOND_BRANCHES,  /* some do: branches cross here */
-    KMP_SECOND_NONE,      /* none does: shaky */
+    KMP_SECOND_REAL,      /* every first-order motion continues at second order */
+    KMP_SECOND_BRANCHES,  /* some continue: branches cross here */
+    KMP_SECOND_NONE,      /* none continues: infinitesimally mobile */
     KMP_SECOND_CONDITIONS /* more than two directions: only the number of conditions is known */
 } kmp_second_order;
 
-/** The path of one coordinate while a mechanism of one degree of freedom walks through its motion. */
+/** Range of one coordinate over the motion of a mechanism of one degree of freedom. */
 typedef struct kmp_swing {
     double low, high;
-    bool moves, low_dead, high_dead; /* it turns back there */
-    bool unseen;                     /* an angle that is singular at the start: its path is not told */
-    int turns;                       /* full turns in one cycle, signed; 0 for what comes back */
+    bool moves, low_dead, high_dead; /* low_dead, high_dead: it turns back there */
+    bool unseen;                     /* an angle that is singular at the start: its range is not reported */
+    int turns;                       /* full turns in one cycle, signed; 0 without a net turn */
 } kmp_swing;
 
-/** A place met on the way. */
+/** A dead centre or change point of the motion. */
 typedef struct kmp_landmark {
-    int coordinate; /* that turns back; -1: a change point */
+    int coordinate; /* the coordinate that turns back; -1: a change point */
     double *q;      /* n */
     double margin;  /* of a change point: last pivot of J over its usual size; 0 when exact */
 } kmp_landmark;
@@ -65,10 +65,10 @@ enum { KMP_MOST_LANDMARKS = 64 };
 
 typedef struct kmp_limits {
     bool walked;
-    const char *why_not; /* a sentence */
-    bool cycle;          /* the motion closes in itself */
-    const char *ended;   /* why not, when it does not: a sentence */
-    double length;       /* of the way, scaled */
+    const char *why_not; /* reason, a sentence */
+    bool cycle;          /* the motion is closed */
+    const char *ended;   /* reason why the motion is not closed, a sentence */
+    double length;       /* path length, scaled */
     kmp_swing *swing;    /* n */
     kmp_landmark landmark[KMP_MOST_LANDMARKS];
     int landmark_count;
@@ -76,10 +76,10 @@ typedef struct kmp_limits {
 
 typedef struct kmp_doctor {
     bool ran;
-    const char *why_not; /* a sentence, when it did not */
-    int declared;        /* rows of all closures, those that vanish identically counted too */
-    bool moved;          /* the random configurations could be reached */
-    int generic_rank;    /* the most met; that of here when nothing moved */
+    const char *why_not; /* reason of a skipped examination, a sentence */
+    int declared;        /* number of rows of all closures, including those that vanish identically */
+    bool moved;          /* random configurations were reached */
+    int generic_rank;    /* the largest rank found; the rank here if no random configuration was reached */
     double margin;       /* last kept pivot here over the largest at the random configurations */
     kmp_dependent *sets;
     int set_count;
@@ -88,33 +88,33 @@ typedef struct kmp_doctor {
     int conditions, branches;
     kmp_repair *repairs;
     int repair_count;
-    bool repairs_skipped;          /* too many rows to try */
-    kmp_alternative *alternatives; /* n, or none when there are no closures */
+    bool repairs_skipped;          /* too many rows for trials */
+    kmp_alternative *alternatives; /* n; none without closures */
     int alternative_count;
     kmp_loop_block *blocks;
     int block_count;
     kmp_limits limits;
 } kmp_doctor;
 
-/** A held coordinate that was tried free while the others stay held. */
+/** A held coordinate that was released in a trial while the others stay held. */
 typedef struct kmp_release {
     int coordinate; /* -1: all of them */
     bool closes;
-    double to; /* where it goes then */
+    double to; /* its value then */
 } kmp_release;
 
-/** Why a model does not assemble. */
+/** A closure with links that are too short. */
 typedef struct kmp_reach {
     int closure;
-    double longest, others; /* longest link, the sum of the others, m */
-    const char *from, *to;  /* of the longest link, points */
+    double longest, others; /* length of the longest link; total length of the other links, m */
+    const char *from, *to;  /* points of the longest link */
     const char *body;
 } kmp_reach;
 
 typedef struct kmp_obstacle {
     kmp_release *releases;
     int release_count;
-    kmp_reach *reaches; /* closures whose links are too short for any configuration */
+    kmp_reach *reaches; /* closures with links that are too short for any configuration */
     int reach_count;
 } kmp_obstacle;
 
@@ -130,17 +130,17 @@ typedef struct kmp_examination {
     double *jacobians; /* m x n each, scaled: here, then at the points */
 } kmp_examination;
 
-/** All of it, into `doctor`. KEMPE_E_MEMORY. */
+/** Runs the whole examination into `doctor`. KEMPE_E_MEMORY. */
 kempe_status kmp_doctor_examine(kmp_doctor *doctor, kmp_plant *plant, const double *q, const kmp_partition *part,
                                 kmp_arena *arena);
 
-/** Why this assembly stays open. */
+/** Finds the reason why an assembly stays open. */
 kempe_status kmp_obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *assembly, kmp_arena *arena);
 
-/** The longest distance of two joints or closure points on one body around a loop, m; 0 where nothing has any. */
+/** The longest distance of two joints or closure points on one body around a loop, m; 0 if no body has two. */
 double kmp_loop_longest_side(const kempe_model *model, int closure);
 
-/* Its parts, in order. Memory failures are left to the arena. */
+/* Parts of the examination, in order. The arena records memory failures. */
 void kmp_doctor_points(kmp_examination *x);
 void kmp_doctor_dependents(kmp_examination *x);
 void kmp_doctor_second_order(kmp_examination *x);
@@ -148,10 +148,11 @@ void kmp_doctor_repairs(kmp_examination *x);
 void kmp_doctor_alternatives(kmp_examination *x);
 void kmp_doctor_limits(kmp_examination *x);
 
-/** Blocks of Jv with their rows and closures, into `blocks` (arena); their number. -1: no memory or singular. */
+/** Lists the blocks of Jv with their rows and closures in `blocks` (arena); returns their number. -1: no memory or
+ * singular. */
 int kmp_loop_blocks(kmp_plant *plant, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks);
 
-/** Jacobian k of the examination: 0 here, 1 .. point_count at the points. */
+/** Jacobian k of the examination: 0 here, 1 .. point_count at the random configurations. */
 const double *kmp_doctor_jacobian(const kmp_examination *x, int k);
 
 #endif

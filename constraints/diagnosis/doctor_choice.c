@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which coordinates could be independent, and the loops as blocks of Jv in order of solution, with their closures. */
+/* Possible independent coordinates; the loops as blocks of Jv in order of solution, with their closures. */
 #include "base/memory.h"
 #include "constraints/diagnosis/doctor.h"
 #include "constraints/partition/reduction.h"
@@ -25,7 +25,7 @@ static bool dependent_rates(const kmp_examination *x, double *jv, int *pivot, do
     return true;
 }
 
-/* max |B| once v_i is independent in place of u_k. */
+/* max |B| with v_i independent in place of u_k. */
 static double after_exchange(const double *b, int r, int p, int i, int k)
 {
     double pivot = b[i + k * r], most = fabs(1 / pivot);
@@ -79,7 +79,7 @@ void kmp_doctor_alternatives(kmp_examination *x)
 
 /* -- blocks ------------------------------------------------------------------------------------------ */
 
-/* Block b of Jv, its rows ascending: those of one closure follow each other. */
+/* Block b of Jv, its rows ascending, so that rows of one closure are contiguous. */
 static void fill_block(const kmp_reduction *red, int b, kmp_arena *arena, kmp_loop_block *block)
 {
     const int *column = kmp_block_columns(red->block, b, &block->size), *row = kmp_block_rows(red->block, b);
@@ -108,7 +108,7 @@ int kmp_loop_blocks(kmp_plant *plant, const kmp_partition *part, kmp_arena *aren
     int count = kmp_block_count(red.block);
     *blocks = KMP_ARENA_NEW(arena, kmp_loop_block, count);
     for (int b = 0; !arena->failed && b < count; b++)
-        fill_block(&red, count - 1 - b, arena, &(*blocks)[b]); /* solved from below */
+        fill_block(&red, count - 1 - b, arena, &(*blocks)[b]); /* blocks are solved from the last one to the first */
     kmp_reduction_free(&red);
     return arena->failed ? -1 : count;
 }

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Limits of motion: a mechanism of one degree of freedom walks through its motion by arc length in the scaled
- * coordinates, each step along the tangent and closed again, its length kept by the turn of the tangent. Where a
- * coordinate's rate changes sign it turns back (its dead centre), where the last pivot of J all but vanishes branches
- * meet (a change point); both are found to round-off. The way ends where it comes back to its beginning, in angles
- * modulo a full turn, or it is walked both ways. */
+/* Limits of motion: a mechanism of one degree of freedom moves by arc length in the scaled coordinates. Each step goes
+ * along the tangent and is closed again; the turn of the tangent controls its length. A coordinate turns back where its
+ * rate changes sign (its dead centre). Branches meet where the last pivot of J nearly vanishes (a change point). Both
+ * are found to round-off. The motion ends when it returns to its start, angles modulo a full turn; otherwise it is
+ * followed in both directions. */
 #include "base/bracket.h"
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
@@ -16,17 +16,17 @@
 enum { MOST_STEPS = 3000, MOST_COORDINATES = 40 };
 #define FIRST_STEP 0.05
 #define LONGEST    0.1
-#define APPROACH   0.5  /* the step over the last pivot, where branches come near each other: */
-#define CROSSING   2e-4 /* down to this step, with which an exact change point is crossed */
+#define APPROACH   0.5  /* largest step over the last pivot, near other branches */
+#define CROSSING   2e-4 /* smallest such step, with which an exact change point is crossed */
 #define SHORTEST   1e-5
 #define LEAST_DOT  0.985 /* of successive unit tangents */
 #define FARTHEST   120.0 /* scaled */
-#define SIDEWAYS   0.1   /* of a step, that closing may add */
+#define SIDEWAYS   0.1   /* largest displacement by closing, over the step */
 #define NEAR       1e-2
-#define STANDS     1e-8 /* a coordinate that moves less than this does not move */
+#define STANDS     1e-8 /* a coordinate with a smaller change does not move */
 #define TWO_PI     6.283185307179586
 
-/* A place on the way. */
+/* A configuration of the motion. */
 typedef struct place {
     double *q, *tangent; /* n; tangent scaled, of unit length */
     double arc, pivot;
@@ -40,7 +40,7 @@ typedef struct way {
     place before, here, next, trial, least, start;
 } way;
 
-/* The tangent at p->q, whose J is at hand, on the side of `like`. */
+/* The tangent at p->q, from the last J, on the side of `like`. */
 static void tangent_at(way *w, place *p, const double *like)
 {
     kmp_walk *walk = w->x->walk;
@@ -51,7 +51,7 @@ static void tangent_at(way *w, place *p, const double *like)
         p->tangent[k] = other ? -walk->basis[k] : walk->basis[k];
 }
 
-/* `to` from `from` by h along its tangent; false when it cannot be closed close by. */
+/* Steps from `from` to `to` by h along the tangent; false if no closed state is close by. */
 static bool stride(way *w, const place *from, double h, place *to)
 {
     const double *scale = w->x->system->scale;
@@ -79,7 +79,7 @@ static void copy(const way *w, const place *from, place *to)
     to->pivot = from->pivot;
 }
 
-/* A dead centre may be where the way began. */
+/* Extends the range of a coordinate. The start may be a dead centre. */
 static void extend(kmp_swing *swing, double q, bool dead, double scale)
 {
     double same = dead ? STANDS * scale : 0;
@@ -93,7 +93,7 @@ static void extend(kmp_swing *swing, double q, bool dead, double scale)
     }
 }
 
-/* An angle of a spherical joint that is singular at the start: followed in other angles, which nobody asks for. */
+/* True for an angle of a spherical joint that is singular at the start: the motion is followed in other angles. */
 static bool is_unseen(const way *w, int k)
 {
     int c = kmp_chart_of(w->x->system, k);
@@ -113,11 +113,11 @@ static void remember(way *w, int coordinate, const double *q, double margin)
     l->landmark[l->landmark_count++] = (kmp_landmark){coordinate, copy_q, margin};
 }
 
-/* Where the rate of coordinate k changes sign between here and next: on the tangent. */
+/* Finds the dead centre of coordinate k between here and next, by the sign of its tangent component. */
 static void dead_centre(way *w, int k)
 {
     double b = w->next.arc - w->here.arc, fa = w->here.tangent[k], fb = w->next.tangent[k], x;
-    for (int i = 0; i < 3; i++, b *= 1.02) { /* the start, come back to, is not quite at its arc */
+    for (int i = 0; i < 3; i++, b *= 1.02) { /* at the return to the start its arc length is inexact */
         if (!stride(w, &w->here, b, &w->trial))
             return;
         fb = w->trial.tangent[k];
@@ -137,8 +137,7 @@ static void dead_centre(way *w, int k)
     remember(w, k, w->trial.q, 1);
 }
 
-/* The last pivot at `h` from here, zero where closing fails, as it does next to an exact change point; the best place
- * is kept. */
+/* The last pivot at `h` from here; zero if closing fails, as near an exact change point. Keeps the best place. */
 static double probe(void *self, double h)
 {
     way *w = self;
@@ -149,7 +148,7 @@ static double probe(void *self, double h)
     return w->trial.pivot;
 }
 
-/* The least last pivot between `before` and `next`. */
+/* Finds the minimum of the last pivot between `before` and `next`. */
 static void change_point(way *w)
 {
     copy(w, &w->here, &w->least);
@@ -159,7 +158,7 @@ static void change_point(way *w)
         remember(w, -1, w->least.q, margin < KMP_MARGIN_EXACT ? 0 : margin);
 }
 
-/* -- one way ----------------------------------------------------------------------------------------- */
+/* -- one direction ------------------------------------------------------------------------------------- */
 
 static void notice(way *w)
 {
@@ -175,7 +174,7 @@ static void notice(way *w)
     w->usual = fmax(w->usual, w->next.pivot);
 }
 
-/* Has the step from here to next passed the start, modulo full turns? Then next becomes the start. */
+/* True if the step from here to next has passed the start, modulo full turns: next is then the start. */
 static bool came_back(way *w)
 {
     const kempe_system *s = w->x->system;
@@ -208,7 +207,8 @@ static void go_on(way *w)
     w->next = old;
 }
 
-/* From the start along its tangent. Says why it ended in `ended`, NULL when it came back. */
+/* Follows the motion from the start along its tangent. Returns the reason of its end; NULL: it returned to the
+ * start. */
 static const char *walk_one_way(way *w)
 {
     double h = FIRST_STEP;
@@ -244,7 +244,7 @@ static void begin(way *w)
     memcpy(w->start.q, x->q, (size_t)w->n * sizeof *w->start.q);
     kmp_walk_evaluate(x->walk, x->q);
     tangent_at(w, &w->start, w->start.tangent);
-    if (w->start.tangent[x->part->u[0]] < 0) /* the independent coordinate first grows */
+    if (w->start.tangent[x->part->u[0]] < 0) /* the independent coordinate increases first */
         for (int k = 0; k < w->n; k++)
             w->start.tangent[k] = -w->start.tangent[k];
     w->usual = fmax(w->start.pivot, x->doctor->margin > 0 ? w->start.pivot / x->doctor->margin : 0);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Why a model does not assemble: held coordinates are tried free, one by one and then all; and where every joint of a
- * loop turns, its links are a polygon, which closes only if none is longer than all the others together. */
+/* Reasons of a failed assembly. Held coordinates are released in trials, one by one and then all. If every joint of a
+ * loop turns, its links are a polygon, which closes only if none is longer than all others together. */
 #include "base/memory.h"
 #include "constraints/diagnosis/doctor.h"
 #include "constraints/kinds/kind_parts.h"
@@ -52,12 +52,12 @@ static bool try_releases(kmp_obstacle *o, const kempe_system *s, kmp_arena *aren
 
 /* -- lengths ----------------------------------------------------------------------------------------- */
 
-/* The polygon of one loop: its longest side and the sum of all. */
+/* The polygon of one loop: its longest side and the sum of all sides. */
 typedef struct polygon {
     const kempe_model *model;
     double longest, sum;
-    bool slides;        /* some joint on the way does */
-    int body, from, to; /* of the longest: points, -1 the origin */
+    bool slides;        /* a joint of the loop slides */
+    int body, from, to; /* of the longest side: points, -1 the origin */
 } polygon;
 
 static void position(const kempe_model *model, int point, double at[3])
@@ -89,7 +89,7 @@ static bool turns_only(const kempe_model *model, int body)
     return true;
 }
 
-/* From point `at` of `body` up to `top`: the sides on the bodies on the way. *at is then a point of `top`. */
+/* Adds the sides on the bodies from point `at` of `body` up to `top`. *at is then a point of `top`. */
 static void climb(polygon *p, int body, int top, int *at)
 {
     for (; body != top; body = p->model->bodies[body].parent) {
@@ -121,7 +121,7 @@ static const char *point_name(const kempe_model *model, int point)
     return point < 0 ? "its joint" : model->points[point].name;
 }
 
-/* Whether a closure holds its points together. */
+/* True if a closure makes its points coincide. */
 static bool joins_points(const kmp_closure *closure)
 {
     static const char *const kinds[] = {"ball", "revolute", "universal", "weld"};

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Redundant always or singular only here: the rank at random configurations that the mechanism can move to, found by
- * walking along random tangents; the members of each dependent set, from an echelon basis of the left null space of the
- * scaled J; what may be left out, tried by the rank of what remains. */
+/* Redundant everywhere or singular only here: compares the rank at random configurations, found by moving along random
+ * tangents. The members of each dependent set come from an echelon basis of the left null space of the scaled J. Rows
+ * that may be left out are found by the rank of the remaining ones. */
 #include "base/memory.h"
 #include "constraints/diagnosis/doctor.h"
 #include "constraints/rounding/rounding.h"
@@ -18,7 +18,7 @@ const double *kmp_doctor_jacobian(const kmp_examination *x, int k)
 
 /* -- random configurations --------------------------------------------------------------------------- */
 
-/* The largest rank met, and how near to losing a row the mechanism is here. */
+/* Finds the largest rank, and the margin of the last row here. */
 static void compare_ranks(kmp_examination *x)
 {
     kmp_walk *w = x->walk;
@@ -60,8 +60,8 @@ void kmp_doctor_points(kmp_examination *x)
 
 /* -- dependent sets ---------------------------------------------------------------------------------- */
 
-/* Rank of some rows of Jacobian k; the left null space of all of them in walk->basis when rows is NULL. What is
- * rounding beside the largest entry of all rows is zero, so that a row of nothing else has no rank. */
+/* Rank of some rows of Jacobian k; with rows NULL the left null space of all rows in walk->basis. Rounding relative to
+ * the largest entry of all rows counts as zero, so that a row of rounding alone has no rank. */
 static int rank_of_rows(const kmp_examination *x, int k, const int *rows, int count, double tolerance)
 {
     kmp_walk *w = x->walk;
@@ -111,7 +111,7 @@ static void collect_shared(kmp_examination *x)
     }
 }
 
-/* Up to `most` sets of Jacobian k: the dependent sets of an echelon basis. */
+/* Adds up to `most` dependent sets of Jacobian k, from an echelon basis. */
 static void add_sets(kmp_examination *x, int k, int most, double tolerance)
 {
     kmp_doctor *d = x->doctor;
@@ -122,13 +122,13 @@ static void add_sets(kmp_examination *x, int k, int most, double tolerance)
     for (int i = 0; found && !x->arena->failed && i < count && most > 0; i++) {
         found[i].always = dependent_everywhere(x, found[i].rows, found[i].count);
         if (k == 0 && x->point_count > 0 && found[i].always)
-            continue; /* told already */
+            continue; /* already listed */
         d->sets[d->set_count++] = found[i];
         most--;
     }
 }
 
-/* Always first, then by first row. */
+/* Sorts sets by first row; sets that are dependent everywhere are already first. */
 static void sort_sets(kmp_dependent *sets, int count)
 {
     for (int i = 1; i < count; i++) {
@@ -140,7 +140,7 @@ static void sort_sets(kmp_dependent *sets, int count)
     }
 }
 
-/* What is always dependent is read off elsewhere: here coefficients may vanish by chance. */
+/* Sets that are dependent everywhere come from a random configuration: here coefficients may vanish by chance. */
 void kmp_doctor_dependents(kmp_examination *x)
 {
     kmp_doctor *d = x->doctor;
@@ -159,8 +159,8 @@ void kmp_doctor_dependents(kmp_examination *x)
 
 /* -- repairs ----------------------------------------------------------------------------------------- */
 
-/* Is the rank without the rows of `out` still that of all? Asked at two random configurations (here, when there are
- * none): a row that matters does so at almost every one. */
+/* True if the rank without the rows of `out` is that of all rows. Tested at two random configurations (here, if there
+ * are none): a necessary row is necessary at almost every one. */
 static bool rank_stays(const kmp_examination *x, const bool *out, int *rows)
 {
     int count = 0, first = x->point_count > 0 ? x->point_count : 0, last = first > 1 ? first - 1 : first;
@@ -175,7 +175,8 @@ static bool rank_stays(const kmp_examination *x, const bool *out, int *rows)
     return true;
 }
 
-/* Rows of a closure one after the other, as long as the others still hold it. A matroid: any order finds as many. */
+/* Leaves out the rows of a closure one after the other while the others determine them. Rows form a matroid: any order
+ * finds the same number. */
 static void try_closure(kmp_examination *x, int closure, bool *out, int *rows, kmp_repair *repair)
 {
     int m = x->system->m;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The second-order test: a first-order motion qd goes on only if J qdd + gamma(qd) = 0 has a solution qdd, that is if
- * w' gamma(qd) = 0 for every w of the left null space of J: quadratic conditions on the tangent space. None that binds:
- * the motion is real; no common zero: shaky, it only gives a little; for two directions their common zeros are the
- * branches that cross here. */
+/* The second-order test. A first-order motion qd continues only if J qdd + gamma(qd) = 0 has a solution qdd. This
+ * requires w' gamma(qd) = 0 for every w of the left null space of J: quadratic conditions on the tangent space. Without
+ * a binding condition the motion is finite. Without a common zero the mechanism is infinitesimally mobile. For two
+ * directions the common zeros are the branches that cross here. */
 #include "base/memory.h"
 #include "constraints/diagnosis/doctor.h"
 #include "constraints/rounding/rounding.h"
@@ -15,7 +15,7 @@ typedef struct quadratic {
     double *left;    /* m x l */
     double *qd;      /* n */
     double *gamma0;  /* m: gamma at rest */
-    double *gamma;   /* m x d(d+1)/2, polarised: of the pairs (i, k), k <= i */
+    double *gamma;   /* m x d(d+1)/2, polarised: for the pairs (i, k), k <= i */
     double *form;    /* l x d(d+1)/2 */
     int d, l, pairs;
 } quadratic;
@@ -74,7 +74,7 @@ static double value(const quadratic *f, int l, double c, double s)
     return form[0] * c * c + 2 * form[f->l] * c * s + form[2 * f->l] * s * s;
 }
 
-/* Common zeros of all conditions over the directions cos a e_1 + sin a e_2: those of the first one, tried in the
+/* Common zeros of all conditions over the directions cos a e_1 + sin a e_2: zeros of the first condition, tested in the
  * others. a c^2 + 2 b c s + d s^2 = m + r cos(2 angle - phase). */
 static int common_zeros(const quadratic *f, int first)
 {
@@ -114,8 +114,8 @@ static void judge(kmp_doctor *doctor, const quadratic *f)
     }
 }
 
-/* Rank of J here; of a mechanism that does not move, as it is without pivots that only rounding left: closing a shaky
- * one takes it to the root of rounding. */
+/* Rank of J here. For a mechanism that does not move, pivots due to rounding alone do not count: closing an
+ * infinitesimally mobile one reaches only the root of rounding. */
 static int rank_here(const kmp_examination *x)
 {
     const kmp_partition *part = x->part;
@@ -156,7 +156,7 @@ void kmp_doctor_second_order(kmp_examination *x)
     if (x->part->m == rank || !(extra || stuck) || !prepare(x, rank, &f))
         return;
     kmp_plant_mass(x->walk->plant);
-    gamma_of(x, f.qd, NULL, &f, f.gamma0); /* both are zero */
+    gamma_of(x, f.qd, NULL, &f, f.gamma0); /* d and gamma0 are both zero here */
     polarise(x, &f);
     contract(x, &f);
     judge(x->doctor, &f);

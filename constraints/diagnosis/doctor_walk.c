@@ -9,7 +9,7 @@
 
 enum { MOST_ITERATIONS = 40, TRIES = 5 };
 #define STEP  0.3 /* scaled, of the coordinate that moves most */
-#define MOVED 0.2 /* of the step: what must be left of it after closing */
+#define MOVED 0.2 /* least part of the step after closing */
 
 static int imax(int a, int b)
 {
@@ -60,8 +60,8 @@ void kmp_walk_evaluate(kmp_walk *w, const double *q)
                 (w->hold && w->hold[k]) || (w->excluded && w->excluded[r]) ? 0 : s->scale[k] / s->row_scale[r];
 }
 
-/* Rows that closing leaves alone: those that are excluded, and of those that are dependent but for rounding, where it
- * begins and whichever coordinates are held, as many as the rank is less. */
+/* Selects the rows that closing ignores: the excluded ones, and with a given rank the rows beyond it. These are
+ * dependent but for rounding, chosen at the start of closing and without regard to held coordinates. */
 static void leave_out(kmp_walk *w, const double *q)
 {
     const bool *hold = w->hold;
@@ -139,9 +139,9 @@ void kmp_walk_pivots(kmp_walk *w, double *pivots)
     kmp_lu_complete(w->m, w->n, w->copy, NULL, w->row_order, w->order, pivots);
 }
 
-/* -- random ways ------------------------------------------------------------------------------------- */
+/* -- random directions --------------------------------------------------------------------------------- */
 
-/* A random direction of the tangent space, its largest entry one, to `way`. */
+/* Writes a random direction of the tangent space to `way`; its largest entry is one. */
 static void random_tangent(kmp_walk *w, int count, unsigned *state, double *way)
 {
     double most = 0;

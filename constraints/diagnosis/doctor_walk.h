@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Walking on the closed configurations of a mechanism at t = 0: the scaled J, its null spaces, projection back. One
- * workspace, nothing allocated after kmp_walk_new. */
+/* Moving on the closed configurations of a mechanism at t = 0: the scaled J, its null spaces, projection back. One
+ * workspace; nothing is allocated after kmp_walk_new. */
 #ifndef KMP_CONSTRAINTS_DIAGNOSIS_DOCTOR_WALK_H
 #define KMP_CONSTRAINTS_DIAGNOSIS_DOCTOR_WALK_H
 
@@ -12,11 +12,11 @@ typedef struct kmp_walk {
     const kempe_system *system;
     kmp_plant *plant;
     kmp_arena arena;
-    const bool *hold;     /* n: coordinates that no correction moves; NULL: none */
-    const bool *excluded; /* m: rows that are as if they were not there; NULL: none */
+    const bool *hold;     /* n: fixed coordinates; NULL: none */
+    const bool *excluded; /* m: rows to be ignored; NULL: none */
     int n, m;
-    int rank;         /* of J, of a system whose numbers are rounded or of one that is tried as such; -1: by pivots */
-    bool *dropped;    /* m: rows that are dependent but for rounding, where kmp_walk_close is at work */
+    int rank;         /* rank of J for a system of rounded numbers, or one tried as such; -1: by pivots */
+    bool *dropped;    /* m: rows that are dependent but for rounding, during kmp_walk_close */
     double *jacobian; /* m x n, scaled, of the last kmp_walk_evaluate */
     double *h;        /* m, scaled */
     double last;      /* the last kept pivot of the last kmp_walk_tangents */
@@ -28,14 +28,14 @@ typedef struct kmp_walk {
     double *pivots; /* m + n */
 } kmp_walk;
 
-/** NULL: no memory. */
+/** Makes a walk; NULL: no memory. */
 kmp_walk *kmp_walk_new(const kempe_system *system);
 void kmp_walk_free(kmp_walk *walk);
 
-/** h and J, both scaled, at q; columns of J of held coordinates are zero. */
+/** Evaluates h and J, both scaled, at q; columns of J of held coordinates are zero. */
 void kmp_walk_evaluate(kmp_walk *walk, const double *q);
 
-/** Closes q by the least (scaled) moves; false when it does not get there. J is then that of q. */
+/** Closes q by least (scaled) changes; false: not closed. J is then that of q. */
 bool kmp_walk_close(kmp_walk *walk, double *q);
 
 /** Null space of the last J as columns of walk->basis (n x d, scaled coordinates, each of unit length); returns the
@@ -51,14 +51,14 @@ int kmp_walk_null_space(kmp_walk *walk, int rows, int cols, double tolerance, in
 /** Computes the left null space of the last J, as kmp_walk_null_space does. */
 int kmp_walk_left(kmp_walk *walk, double tolerance, int most);
 
-/** Pivots of the last J, min(m, n) of them, with the rows that they stand in walk->row_order. */
+/** The min(m, n) pivots of the last J; walk->row_order has their rows. */
 void kmp_walk_pivots(kmp_walk *walk, double *pivots);
 
 /** The largest difference of a coordinate, scaled. */
 double kmp_walk_distance(const kmp_walk *walk, const double *a, const double *b);
 
-/** From `from` (n) along a random tangent to `to`, closed; `way` (n): scratch. false when closing always takes it back.
- */
+/** Moves from `from` (n) along a random tangent to `to`, closed; `way` (n): scratch. false if closing always undoes the
+ * motion. */
 bool kmp_walk_wander(kmp_walk *walk, const double *from, unsigned *state, double *way, double *to);
 
 /** The next number of a fixed sequence, in -1 .. 1. */

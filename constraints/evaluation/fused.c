@@ -13,16 +13,17 @@ struct kmp_fused {
     kmp_program *program;
     kmp_machine *machine;
     kmp_fused_layout layout;
-    int *turn, *signs;        /* of each block of Jv: what makes its pivots' signs that of the block; that sign */
-    bool reads[KMP_IN_COUNT]; /* which inputs the program has */
-    long chart_version;       /* of the constants */
-    double *effort;           /* n, NULL: there are none */
-    double *q, *qd;           /* n, for them */
+    int *turn, *signs;        /* of each block of Jv: the factor from its pivots' signs to the block's sign; the block's
+                               * sign */
+    bool reads[KMP_IN_COUNT]; /* inputs that the program has */
+    long chart_version;       /* version of the charts in the constants */
+    double *effort;           /* n; NULL: there are none */
+    double *q, *qd;           /* n, for the efforts */
     double *state;            /* 2 n: y, and the rates of v */
     const double *power;      /* of the last run */
 };
 
-/* Whether all numbers come from the program, and the linear algebra is small. */
+/* True if all numbers come from the program, and the linear algebra is small. */
 static bool can_be(const kmp_reduction *red)
 {
     const kempe_system *s = red->plant->system;
@@ -42,7 +43,7 @@ static void run_constants(kmp_fused *f)
     f->chart_version = f->red->plant->chart_version;
 }
 
-/* -- where it stands --------------------------------------------------------------------------------- */
+/* -- place --------------------------------------------------------------------------------------------- */
 
 static void set_place(kmp_fused *f, double t, const double *y)
 {
@@ -55,8 +56,8 @@ static void set_place(kmp_fused *f, double t, const double *y)
     kmp_machine_set(f->machine, KMP_IN_Q, y);
 }
 
-/* The product of the pivots' signs in each block, which are written from the last block to the first. false: some pivot
- * is zero, or no number. */
+/* Computes the product of the pivots' signs in each block; pivots are written from the last block to the first. false:
+ * a pivot is zero or NaN. */
 static bool find_signs(const kmp_fused *f, const double *pivot, int *signs)
 {
     bool regular = true;
@@ -152,7 +153,7 @@ void kmp_fused_free(kmp_fused *f)
 
 /* -- running ----------------------------------------------------------------------------------------- */
 
-/* udd and pivots with the user's efforts. */
+/* udd and pivots with the user-defined forces. */
 static const double *with_efforts(kmp_fused *f, double t, const double *y, const double *rate)
 {
     const kmp_partition *part = f->red->part;

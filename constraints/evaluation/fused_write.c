@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The linear algebra of a reduction written out, on the outputs of the motion program. Blocks of one and two rows are
- * solved by their determinant, larger ones by elimination in an order that is given. */
+ * solved by their determinant, larger ones by elimination in a given order. */
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/evaluation/fused_inside.h"
@@ -12,10 +12,10 @@
 typedef struct block {
     int size, row[KMP_FUSED_BLOCK], col[KMP_FUSED_BLOCK];
     kmp_ref a[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK];
-    kmp_ref inverse[KMP_FUSED_BLOCK]; /* of the pivots; of two rows: of the determinant */
+    kmp_ref inverse[KMP_FUSED_BLOCK]; /* of the pivots; for two rows: of the determinant */
 } block;
 
-/* What is being written. */
+/* State of the writer. */
 typedef struct maker {
     const kmp_reduction *red;
     const kempe_system *s;
@@ -33,12 +33,12 @@ typedef struct maker {
     kmp_ref *b, *x_t, *a0; /* r x p row by row, r, r */
     kmp_ref *dv;           /* r: the correction of v */
     kmp_ref *rate;         /* r: qd of v */
-    kmp_ref *input, *by;   /* 2 n: q and qd of the motion program, and what stands for them */
+    kmp_ref *input, *by;   /* 2 n: q and qd of the motion program, and their replacements */
     kmp_ref *mx;           /* n x p, row by row */
     kmp_ref *multiplier;   /* of all blocks */
-    double *factor;        /* likewise */
+    double *factor;        /* of all blocks: scaling of each multiplier */
     int multipliers;
-    kmp_ref *pivot; /* whose product is det Jv, but for the sign of a permutation */
+    kmp_ref *pivot; /* factors of det Jv, but for the sign of a permutation */
     int pivots;
     kmp_ref power; /* of the non-conservative forces */
 } maker;
@@ -95,7 +95,8 @@ void kmp_fused_order(const kmp_reduction *red, int *order)
     }
 }
 
-/* One row: its inverse. Two: that of the determinant. More: L below the diagonal, U on and above it. */
+/* Factors a block. One row: its inverse. Two rows: the inverse of the determinant. More: L below the diagonal, U on and
+ * above it. */
 static void factor_block(maker *k, block *b)
 {
     kmp_graph *g = k->g;
@@ -143,7 +144,7 @@ static void solve_block(kmp_graph *g, const block *b, kmp_ref *x)
     }
 }
 
-/* The right-hand side of a row less what is known of the solution: columns of later blocks. */
+/* The right-hand side of a row minus the known part of the solution: columns of later blocks. */
 static kmp_ref left_over(const maker *k, int row, kmp_ref rhs, const kmp_ref *x, int stride, int number)
 {
     for (int col = 0; col < k->r; col++)
@@ -152,7 +153,7 @@ static kmp_ref left_over(const maker *k, int row, kmp_ref rhs, const kmp_ref *x,
     return rhs;
 }
 
-/* x = Jv^-1 rhs of every column, the last block first. */
+/* Solves x = Jv^-1 rhs for every column, the last block first. */
 static void solve_columns(maker *k, int number, const block *b, int columns, const kmp_ref *rhs, kmp_ref *x)
 {
     for (int c = 0; c < columns; c++) {
@@ -246,7 +247,7 @@ static void make_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREE
     }
 }
 
-/* Mr = L D L', in place; then force becomes udd. The pivots D go out, too. */
+/* Factors Mr = L D L' in place and solves for udd in `force`. The pivots D are returned, too. */
 static void solve_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], kmp_ref *force, kmp_ref *pivot)
 {
     kmp_graph *g = k->g;
@@ -310,7 +311,7 @@ static bool allocate(maker *k)
     return k->factor && !k->arena.failed;
 }
 
-/* Rows of independent closures in the order of the partition, from those of all rows. */
+/* Rows of independent closures in the order of the partition, selected from all rows. */
 static const kmp_ref *independent(const maker *k, const kmp_ref *all, kmp_ref *into)
 {
     for (int i = 0; i < k->r; i++)
@@ -324,8 +325,8 @@ static void name_input(maker *k, int at, kmp_input_kind kind, int coordinate, km
     k->by[at] = kmp_input(k->g, now, (uint32_t)at);
 }
 
-/* Inputs are places in the state (u, ud, v), which is given as q, and behind it, where they are waited for, as qd, the
- * rates of v. */
+/* Replaces inputs by positions in the state (u, ud, v), given as q, and in the rates of v, given as qd if they are
+ * computed before. */
 static void name_inputs(maker *k)
 {
     const kmp_partition *part = k->red->part;
@@ -340,7 +341,7 @@ static void name_inputs(maker *k)
     }
 }
 
-/* What the motion program has for (t, q), sorted into what it is. */
+/* Sorts the outputs of the motion program for (t, q). */
 static void sort_place(maker *k)
 {
     const kempe_system *s = k->s;
@@ -352,7 +353,7 @@ static void sort_place(maker *k)
     k->mass = k->out + first[KMP_STAGE_MASS];
 }
 
-/* What it has for qd. Without the user's efforts, which are functions of qd, those of v are not waited for. */
+/* Sorts the outputs for qd. Without user-defined forces, which are functions of qd, the rates of v are expressions. */
 static bool sort_motion(maker *k)
 {
     const kempe_system *s = k->s;
@@ -363,14 +364,14 @@ static bool sort_motion(maker *k)
     bool ok = s->force || kmp_program_import(s->motion, k->g, 2 * k->n, k->input, k->by, k->out);
     k->bias = k->out + first[KMP_STAGE_BIAS];
     k->jdqd = independent(k, k->bias + s->n, room);
-    for (int i = 0; s->force && i < s->n; i++) /* C holds efforts with their sign turned */
+    for (int i = 0; s->force && i < s->n; i++) /* C contains generalized forces with their sign changed */
         k->bias[i] = kmp_sub(k->g, k->bias[i], kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i));
     if (s->motion->stages > KMP_STAGE_WORKING)
         k->power = k->out[first[KMP_STAGE_WORKING]];
     return ok;
 }
 
-/* Jv and Ju. */
+/* Sorts the entries of J into Jv and Ju. */
 static void sort_jacobian(maker *k)
 {
     const kmp_reduction *red = k->red;
@@ -393,7 +394,7 @@ static void append(kmp_ref **to, int count, const kmp_ref *from)
     *to += count;
 }
 
-/* From all that has been made; `all` has room for the outputs of all stages. */
+/* Makes the program from all parts; `all` has room for the outputs of all stages. */
 static kmp_program *schedule(maker *k, const kmp_ref *end, kmp_ref *all)
 {
     const kempe_system *s = k->s;

@@ -9,7 +9,7 @@
 
 /* -- conditions -------------------------------------------------------------------------------------- */
 
-/* Of all programs. */
+/* Sets an input of all programs. */
 static void set_all(kmp_plant *plant, kmp_input_kind kind, const double *values)
 {
     kmp_machine *machines[] = {plant->composite, plant->articulated, plant->judge, plant->changes};
@@ -23,7 +23,7 @@ static void set_modes(kmp_plant *plant)
     set_all(plant, KMP_IN_MODE, plant->mode);
 }
 
-/* Conditions may stand in conditions: each pass settles one level. */
+/* Updates the conditions to the state. Conditions may depend on conditions: each pass settles one level. */
 static void follow(kmp_plant *plant)
 {
     int count = plant->system->events.count;
@@ -42,7 +42,7 @@ static void follow(kmp_plant *plant)
     }
 }
 
-/* New inputs of an evaluation: of those not given the last ones hold. */
+/* Takes new inputs of an evaluation; inputs that are NULL keep their last values. */
 static void visit(kmp_plant *plant, const double *t, const double *q, const double *qd)
 {
     if (!plant->changes || plant->frozen)
@@ -108,7 +108,7 @@ void kmp_plant_set_kink(kmp_plant *plant, int condition, int side)
 
 /* -- charts ------------------------------------------------------------------------------------------ */
 
-/* All that stands still during steps. */
+/* Evaluates all values that are constant during steps. */
 static void run_constants(kmp_plant *plant)
 {
     kmp_machine *machines[] = {plant->composite, plant->articulated, plant->judge, plant->changes};
@@ -133,7 +133,7 @@ void kmp_plant_set_charts(kmp_plant *plant, const double *chart)
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
-/* What is evaluated once in a while is left to the tape, which is sooner ready. */
+/* Prepares the machines. Programs that are rarely evaluated use the tape, which needs no compilation. */
 static bool prepare(kmp_plant *plant, const kmp_backend *backend)
 {
     const kmp_backend *seldom = kmp_backend_find("tape");
@@ -199,12 +199,12 @@ kempe_status kmp_plant_add_articulated(kmp_plant *plant)
         return kmp_fail_memory(s->context);
     set_all(plant, KMP_IN_PARAMETER, s->parameters);
     set_modes(plant);
-    kmp_machine_set(plant->articulated, KMP_IN_EFFORT, plant->effort); /* zero, or set before it counts */
+    kmp_machine_set(plant->articulated, KMP_IN_EFFORT, plant->effort); /* zero, or set before use */
     run_constants(plant);
     return KEMPE_OK;
 }
 
-/* What the other one has left holds no longer. */
+/* Switches between the two machines. Values of the other one are no longer valid. */
 void kmp_plant_take(kmp_plant *plant, bool by_bodies)
 {
     plant->by_bodies = by_bodies && plant->articulated;
@@ -268,7 +268,8 @@ void kmp_plant_mass(kmp_plant *plant)
     }
 }
 
-/* Adds efforts outside the program by the recursion; `effort` is all zero, or the user's. */
+/* Accelerations without closure forces, by the recursion; adds efforts outside the program. `effort` is zero, or that
+ * of the user-defined force. */
 static void accelerate_bodies(kmp_plant *plant)
 {
     for (int i = 0; plant->given && i < plant->n; i++)
@@ -280,7 +281,7 @@ static void accelerate_bodies(kmp_plant *plant)
     plant->drift = plant->free_qdd + plant->n;
 }
 
-/* Efforts that are none of the program. */
+/* Adds generalized forces outside the program to C. */
 static void add_efforts(kmp_plant *plant)
 {
     const double *effort = plant->system->force ? plant->effort : NULL;
@@ -299,7 +300,7 @@ void kmp_plant_give(kmp_plant *plant, const double *effort)
         add_efforts(plant);
 }
 
-/* C with the multipliers at hand, after jdqd. */
+/* Evaluates C with the present multipliers, after jdqd. */
 static void run_pressed(kmp_plant *plant)
 {
     kmp_machine_set(plant->motion, KMP_IN_LAMBDA, plant->nu);
@@ -307,7 +308,7 @@ static void run_pressed(kmp_plant *plant)
     plant->pressing = plant->own_bias + plant->n;
 }
 
-/* By M and C. */
+/* Evaluates bias and jdqd of the machine by M and C. */
 static void run_bias(kmp_plant *plant)
 {
     plant->own_bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
@@ -379,8 +380,7 @@ double kmp_plant_potential(kmp_plant *plant, double t, const double *q)
     return *kmp_machine_run(plant->judge, KMP_STAGE_POTENTIAL);
 }
 
-/* Stages build on each other: the later ones need the potential's. Power is of the multipliers that C was last
- * evaluated with. */
+/* Stages build on each other: the power's needs the potential's. The power uses the multipliers of the last C. */
 double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double *qd)
 {
     visit(plant, &t, q, qd);
@@ -510,7 +510,7 @@ double kmp_plant_rate_residual(const kmp_plant *plant, const double *qd)
 {
     const kmp_pattern *p = &plant->system->jacobian;
     double worst = 0;
-    for (int r = 0, k = 0; r < plant->m; r++) { /* entries are row by row */
+    for (int r = 0, k = 0; r < plant->m; r++) { /* entries are in row-major order */
         double rate = plant->h_t ? plant->h_t[r] : 0;
         for (; k < p->count && p->row[k] == r; k++)
             rate += plant->jacobian[k] * qd[p->col[k]];

@@ -11,23 +11,23 @@
 #include <string.h>
 
 enum { MAX_NEWTON = 30, MAX_HALVINGS = 12 };
-/* A residual that is rounding, in parts of what the multipliers are made from, and one that is when Newton makes it no
- * smaller: of a slider-crank whose Jv is a thousandth of its usual size it stops at 14 epsilon. */
+/* Relative residual that is rounding, and one that is rounding if Newton's method no longer reduces it: for a
+ * slider-crank with Jv at a thousandth of its usual size it stops at 14 epsilon. */
 #define ROUNDING       (8 * DBL_EPSILON)
 #define MOSTLY_ROUNDED (4096 * DBL_EPSILON)
-/* A step that makes the residual smaller by less is halved. */
+/* Least relative decrease of the residual; otherwise the step is halved. */
 #define DESCENT 0.1
 
 typedef struct kmp_press_work {
     kmp_arena arena;
-    int count;                /* unknowns */
+    int count;                /* number of unknowns */
     double *lambda, *changed; /* m */
     double *column;           /* n */
     double *matrix;           /* count x count: dLambda/dnu - 1 */
     double *residual, *step;  /* count: Lambda(nu) - nu */
     double *from;             /* m: nu before the step */
     int *pivot;
-    int worst; /* row of the largest residual where Newton failed; -1: it did not */
+    int worst; /* row of the largest residual when Newton's method failed; -1: it did not */
 } kmp_press_work;
 
 struct kmp_press_work *kmp_press_work_new(const kempe_system *s)
@@ -61,13 +61,13 @@ void kmp_press_work_free(struct kmp_press_work *w)
 
 /* -- Newton ------------------------------------------------------------------------------------------ */
 
-/* How far nu is from Lambda(nu): the largest difference times the scale of its row, which makes it an energy, and that
- * as part of what the multipliers are made from. Not finite where something is not. */
+/* Distance of nu from Lambda(nu): the largest difference times the scale of its row, an energy; and its part of the
+ * terms of the multipliers. Not finite if a value is not. */
 typedef struct distance {
     double energy, part;
 } distance;
 
-/* At the plant's bias. Steps are judged by the energy alone: what it is a part of changes with nu. */
+/* Measures at the plant's bias. Steps are judged by the energy alone: the terms of the part change with nu. */
 static distance look(const kmp_plant *plant, const kmp_answer *answer)
 {
     const kempe_system *s = plant->system;
@@ -132,7 +132,7 @@ void kmp_press_change(const kmp_plant *plant, const kmp_answer *answer, double *
     kmp_press_work *w = plant->press;
     if (!w)
         return;
-    memcpy(w->column, bias, (size_t)s->n * sizeof *bias); /* bias may be scratch of what answers */
+    memcpy(w->column, bias, (size_t)s->n * sizeof *bias); /* bias may be scratch of the answer */
     answer->multipliers(answer->self, w->column, true, w->changed);
     for (int k = 0; k < w->count; k++)
         w->step[k] = w->changed[s->pressed[k]];
@@ -144,7 +144,7 @@ void kmp_press_change(const kmp_plant *plant, const kmp_answer *answer, double *
         bias[pressing->row[e]] += plant->pressing[e] * w->changed[pressing->col[e]];
 }
 
-/* The step; false: it is not determined. */
+/* Computes the Newton step; false: it is not determined. */
 static bool find_step(kmp_plant *plant, const kmp_answer *answer)
 {
     kmp_press_work *w = plant->press;
@@ -155,7 +155,7 @@ static bool find_step(kmp_plant *plant, const kmp_answer *answer)
     return true;
 }
 
-/* The step, or as much of it as makes the residual smaller; false: no part of it does. */
+/* Takes the step, or the part of it that reduces the residual; false: no part does. */
 static bool go(kmp_plant *plant, const kmp_answer *answer, distance *now)
 {
     const kempe_system *s = plant->system;
@@ -178,7 +178,7 @@ static bool go(kmp_plant *plant, const kmp_answer *answer, distance *now)
     return false;
 }
 
-/* From the nu at hand. */
+/* Iterates from the present nu. */
 static bool settle(kmp_plant *plant, const kmp_answer *answer)
 {
     distance now = look(plant, answer);
@@ -200,7 +200,7 @@ bool kmp_press(kmp_plant *plant, const kmp_answer *answer)
     if (!w)
         return true;
     bool settled = settle(plant, answer);
-    if (!settled) { /* what was found before may be far away */
+    if (!settled) { /* the last solution may be far away */
         memset(w->changed, 0, (size_t)plant->m * sizeof *w->changed);
         kmp_plant_bias_with(plant, w->changed);
         settled = settle(plant, answer);
@@ -258,8 +258,8 @@ static kempe_status complain_shared(const kempe_system *s, int row, int other)
         kmp_pressed_force(s, row), s->row_names[row], s->row_names[other]);
 }
 
-/* share (m): how much of each kept row is in the dropped one, from Jv' a = its v columns, scaled; of itself infinitely
- * much. */
+/* share (m): part of each kept row in the dropped one, from Jv' a = its v columns, scaled; infinite for the dropped
+ * row. */
 static void shares_of(kmp_reduction *red, int dropped, double *share)
 {
     const kempe_system *s = red->plant->system;

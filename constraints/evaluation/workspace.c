@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The public workspace. Evaluation and accelerations are those of runs: by articulated bodies where that costs less,
- * or on the independent rows and coordinates of the start while these are good. Otherwise the saddle system on rows
- * of the present state is solved. Closing is by least changes. */
+/* The public workspace. Evaluation and accelerations are those of runs: by articulated bodies if that costs less, or on
+ * the independent rows and coordinates of the start while these are good. Otherwise the saddle system on rows of the
+ * present state is solved. Closing is by least changes. */
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
@@ -25,8 +25,8 @@ struct kempe_workspace {
     kmp_saddle saddle;
     kmp_least_change least;
     int n, m;
-    bool chosen;        /* the start can be assembled: */
-    kmp_partition part; /* its choice */
+    bool chosen;        /* the start can be assembled */
+    kmp_partition part; /* choice of rows and coordinates at the start */
     kmp_reduction red;
     bool by_bodies;                            /* accelerations are computed by articulated bodies */
     kmp_saddle bodies;                         /* closure forces for the articulated bodies */
@@ -49,7 +49,7 @@ __attribute__((format(printf, 2, 3))) static kempe_status fail(kempe_workspace *
     return KEMPE_E_FAILED;
 }
 
-/* false: it is NULL. */
+/* Reports a NULL argument; false: it is NULL. */
 static bool given(kempe_workspace *ws, const char *name, const void *argument)
 {
     if (!argument)
@@ -96,7 +96,7 @@ kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **w
     ws->m = system->m;
     ws->plant = kmp_plant_new(system, kmp_backend_default());
     kempe_assembly *a = NULL;
-    kempe_status status = kempe_assemble(system, &a);
+    kempe_status status = kempe_assembly_new(system, &a);
     bool made = ws->plant && allocate(ws) && status != KEMPE_E_MEMORY;
     if (made && status == KEMPE_OK)
         made = choose(ws, a) != KEMPE_E_MEMORY;
@@ -136,7 +136,7 @@ static bool all_finite(int n, const double *x)
     return true;
 }
 
-/* q and qd are kept: `qd` may be NULL, and both may be outputs of the caller. */
+/* Copies the state: `qd` may be NULL, and q and qd may be outputs of the caller. */
 static void keep_state(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
     ws->t = t;
@@ -175,7 +175,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
     return fail(ws, "the equations are not finite at t = %.9g", t);
 }
 
-kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const double *qd)
+kempe_status kempe_workspace_evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
     KMP_WANTED(NULL, ws, "workspace");
     return given(ws, "q", q) ? evaluate(ws, t, q, qd) : KEMPE_E_ARGUMENT;
@@ -240,8 +240,8 @@ double kempe_workspace_potential(const kempe_workspace *workspace)
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
-kempe_status kempe_inverse_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *qdd,
-                                    double *Q)
+kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd,
+                                              const double *qdd, double *Q)
 {
     KMP_WANTED(NULL, ws, "workspace");
     if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd) || !given(ws, "Q", Q))
@@ -265,8 +265,7 @@ static const double *find_shares(kempe_workspace *ws, int r)
     return ws->answer;
 }
 
-/* A row whose multiplier a force depends on and which others are made from, or that is dropped itself: -1 when there is
- * none. */
+/* Finds a row whose multiplier a force depends on and which determines dropped rows, or is dropped itself; -1: none. */
 static int find_shared(kempe_workspace *ws)
 {
     const kempe_system *s = ws->system;
@@ -292,7 +291,7 @@ static kempe_status fail_unsettled(kempe_workspace *ws)
     return status;
 }
 
-/* Whether each dropped row goes along with the motions that the others allow, as far as open loops let it. */
+/* True if each dropped row is compatible with the motions that the others allow, up to the gap of open loops. */
 static bool drops_rightly(const kempe_workspace *ws)
 {
     const kempe_system *s = ws->system;
@@ -303,7 +302,7 @@ static bool drops_rightly(const kempe_workspace *ws)
     return true;
 }
 
-/* Accelerations and multipliers on the choice of the start, into `answer`. false: it is no good here. */
+/* Computes accelerations and multipliers on the choice of the start into `answer`. false: the choice is bad here. */
 static bool by_partition(kempe_workspace *ws)
 {
     int v, u;
@@ -370,7 +369,7 @@ static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
     kmp_plant_take(ws->plant, false);
     if (!made)
         return KEMPE_E_MEMORY;
-    bool good = kempe_forward_dynamics(ws, 0, a->q, a->qd, NULL, ws->trial, NULL) == KEMPE_OK &&
+    bool good = kempe_workspace_forward_dynamics(ws, 0, a->q, a->qd, NULL, ws->trial, NULL) == KEMPE_OK &&
                 by_bodies(ws, 0, a->q, a->qd, NULL);
     for (int i = 0; good && i < ws->n; i++) {
         size = fmax(size, fabs(ws->trial[i]) / s->scale[i]);
@@ -387,8 +386,8 @@ static void put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
         memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
 }
 
-kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
-                                    double *qdd, double *lambda)
+kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd,
+                                              const double *Q, double *qdd, double *lambda)
 {
     KMP_WANTED(NULL, ws, "workspace");
     if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd))
@@ -410,7 +409,7 @@ kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double 
 
 /* -- closing ----------------------------------------------------------------------------------------- */
 
-/* The row that is open widest, of x by rows. */
+/* The most violated row of x. */
 static int widest(const kempe_workspace *ws, const double *x)
 {
     const double *scale = ws->system->row_scale;
@@ -438,7 +437,7 @@ static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, d
     return KEMPE_OK;
 }
 
-kempe_status kempe_close(kempe_workspace *ws, double t, double *q, double *qd, const int *hold)
+kempe_status kempe_workspace_close(kempe_workspace *ws, double t, double *q, double *qd, const int *hold)
 {
     KMP_WANTED(NULL, ws, "workspace");
     if (!given(ws, "q", q))

@@ -9,9 +9,9 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Fewer freedoms are not worth the indices, and more would cost room for dense matrices of them. */
+/* Bounds on degrees of freedom: fewer gain nothing by indices, and more need too much memory for dense matrices. */
 enum { LEAST = 8, MOST = 1024 };
-/* Parts of X, and of the products of the factor, beyond which those with zeros cost less than indices. */
+/* Parts of X, and of the products of the factor, below which sparse operations cost less than dense ones. */
 #define MOST_OF_X      0.5
 #define MOST_OF_FACTOR 0.5
 
@@ -74,7 +74,7 @@ static int size_of(sets s, int k, int most)
 
 /* -- X ------------------------------------------------------------------------------------------------- */
 
-/* Of each v, the u that move it: those of its block's rows, and of the later blocks that these hold. */
+/* For each v, the u that move it: those of its block's rows, and of later blocks in these rows. */
 static bool find_reach(kmp_zeros *z, const kmp_reduction *red, sets reach, int *block_of_column)
 {
     sets of_block = sets_new(z, z->blocks + 1, z->p);
@@ -99,7 +99,7 @@ static bool find_reach(kmp_zeros *z, const kmp_reduction *red, sets reach, int *
     return true;
 }
 
-/* Columns of X as sets of coordinates, and lists of them; which blocks each pair of columns reaches. */
+/* Columns of X as sets of coordinates, and lists of them; the blocks that each pair of columns reaches. */
 static bool list_x(kmp_zeros *z, const kmp_reduction *red, sets reach, const int *block_of_column, sets x)
 {
     const kmp_partition *part = red->part;
@@ -165,7 +165,7 @@ static bool list_mass(kmp_zeros *z, const kmp_pattern *m)
     return true;
 }
 
-/* Which pairs of u the reduced mass couples. */
+/* Pairs of u that the reduced mass couples. */
 static bool find_coupled(kmp_zeros *z, sets x, sets coupled)
 {
     sets mx = sets_new(z, 1, z->n);
@@ -190,7 +190,8 @@ static bool find_coupled(kmp_zeros *z, sets x, sets coupled)
 
 /* -- order and factor ------------------------------------------------------------------------------------ */
 
-/* Eliminates u of `graph` one after another, the one with the fewest neighbours first; the rows of L in sets `fill`. */
+/* Eliminates the u of `graph` one after another, the one with the fewest neighbours first; `fill`: the rows of L as
+ * sets. */
 static bool eliminate(kmp_zeros *z, sets graph, sets fill)
 {
     int *degree = KMP_ARENA_NEW(&z->scratch, int, z->p);
@@ -217,7 +218,7 @@ static bool eliminate(kmp_zeros *z, sets graph, sets fill)
     return true;
 }
 
-/* In the order of elimination, `of` being sets of u. */
+/* Lists sets of u in the order of elimination. */
 static bool list_columns(kmp_zeros *z, sets of, bool by_u, int from, int **start, int **row)
 {
     long count = 0;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Couple: a sum of coordinates times factors keeps its value (gears, rack and pinion, a differential). lambda times a
- * factor is the effort on its coordinate. */
+/* Coupler: a sum of coordinates times factors keeps its value (gears, rack and pinion, a differential). lambda times a
+ * factor is the generalized force on its coordinate. */
 #include "constraints/kinds/kind.h"
 
 static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Drive: a coordinate is a given function of time. h = q - f(t); lambda is the drive's effort on the coordinate. */
+/* Drive: a coordinate is a given function of time. h = q - f(t); lambda is the drive's force on the coordinate. */
 #include "constraints/kinds/kind.h"
 
 static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)

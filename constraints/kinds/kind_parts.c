@@ -7,7 +7,7 @@ int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure)
     return kmp_tree_common(tree, kmp_point_link(tree, closure->point[0]), kmp_point_link(tree, closure->point[1]));
 }
 
-/* A body that carries another one has the smaller number. */
+/* Numbers of bodies increase from parents to children. */
 int kmp_part_ancestor(const kempe_model *model, int a, int b)
 {
     while (a != b)
@@ -24,7 +24,7 @@ kmp_vec kmp_part_own(const kmp_tree *tree, const kmp_closure *closure, kmp_vec v
     return kmp_body_vector_back(tree, kmp_part_ancestor(tree->model, p->body, q->body), v);
 }
 
-/* a and b of a unit vector e: coordinate axes when it is one. */
+/* Vectors a and b across a unit vector e: coordinate axes when e is one. */
 static void across(const double e[3], double a[3], double b[3])
 {
     int k = fabs(e[2]) >= fabs(e[0]) && fabs(e[2]) >= fabs(e[1]) ? 2 : fabs(e[1]) >= fabs(e[0]) ? 1 : 0;

@@ -15,10 +15,10 @@ int kmp_part_ancestor(const kempe_model *model, int a, int b);
 /** The link of the nearest common ancestor of the two points' bodies: vectors between them are found in its axes. */
 int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure);
 
-/** d in its axes. */
+/** d in the axes of kmp_part_frame. */
 kmp_vec kmp_part_gap(const kmp_tree *tree, const kmp_closure *closure);
 
-/** v of that link's axes in those of that body, which rows that are components, forces and moments have. */
+/** Turns v from the axes of kmp_part_frame into those of the ancestor's body, used for rows, forces and moments. */
 kmp_vec kmp_part_own(const kmp_tree *tree, const kmp_closure *closure, kmp_vec v);
 
 #endif

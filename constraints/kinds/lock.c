@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Lock: a coordinate keeps its start value; lambda is the effort on it. */
+/* Lock: a coordinate keeps its start value; lambda is the generalized force on it. */
 #include "constraints/kinds/kind.h"
 
 static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)

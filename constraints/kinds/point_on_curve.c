@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Point on curve: with x, y, z the place of Q in the axes of P, each row F(x, y, z, t) stays zero: y - f(x), z - g(x),
- * or an expression of all three. What the rows leave free a second closure may bind. The force is the sum of lambda
- * grad F, normal to the curve; grad F is derived over free x, y, z, for which the place is put then. */
+/* Point on curve: each row F(x, y, z, t) stays zero for the position x, y, z of Q in the axes of P. Rows are y - f(x),
+ * z - g(x), or an expression of all three. A second closure may fix the coordinates that the rows leave free. The force
+ * is the sum of lambda grad F, normal to the curve; grad F is derived for symbols x, y, z, and the position then
+ * replaces them. */
 #include "constraints/kinds/kind_parts.h"
 #include "symbolic/derivative.h"
 
-/* Q in the axes of P. */
+/* Position of Q in the axes of P. */
 static void find_place(const kmp_tree *tree, const kmp_closure *closure, kmp_vec axes[3], kmp_ref place[3])
 {
     kmp_vec d = kmp_part_gap(tree, closure);
@@ -32,7 +33,7 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
         h[k] = row_at(tree, closure, k, place);
 }
 
-/* Component k of grad F at the place. */
+/* Component k of grad F at that position. */
 static kmp_ref slope(const kmp_tree *tree, const kmp_closure *closure, int row, int k, const kmp_ref place[3])
 {
     static const kmp_ref one = KMP_ONE;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rod: two points keep a distance, which may be a function of time. h = (d.d - L^2) / 2 with d = Q - P, smooth for
+/* Rod: the distance of two points is constant or a function of time. h = (d.d - L^2) / 2 with d = Q - P, smooth for
  * every d; lambda d is the force on Q's body. */
 #include "constraints/kinds/kind_parts.h"
 

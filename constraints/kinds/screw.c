@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Screw: what couples the slide and the turn of a screw joint. h = slide - pitch turn/(2 pi). */
+/* Screw: couples the slide and the rotation of a screw joint. h = slide - pitch turn/(2 pi). */
 #include "constraints/kinds/kind.h"
 #include <math.h>
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A rigid wheel on a rigid rail: h is the gap along the normal where they come nearest; lambda is the normal force. */
+/* A rigid wheel on a rigid rail: h is the gap along the normal at the closest points; lambda is the normal force. */
 #include "constraints/kinds/kind.h"
 #include "wheel/patch.h"
 

@@ -6,9 +6,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Passes of inverse iteration from the same vector everywhere, so that u turns evenly with the configuration. */
+/* Passes of inverse iteration from the same vector everywhere, so that u varies smoothly with the configuration. */
 enum { PASSES = 2 };
-/* Other configurations that are looked at. */
+/* Number of other configurations for comparison. */
 enum { ELSEWHERE = 5 };
 
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
@@ -40,7 +40,7 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
         return false;
     for (int e = 0; e < entries; e++)
         margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];
-    for (int k = 0; k < m; k++) { /* 0.5 .. 1 either way, always the same ones */
+    for (int k = 0; k < m; k++) { /* 0.5 .. 1 with either sign, always the same ones */
         chance = chance * 1664525u + 1013904223u;
         margin->begin[k] = ((double)chance / 4294967296.0 * 0.5 + 0.5) * (chance >> 7 & 1 ? 1 : -1);
     }
@@ -81,7 +81,7 @@ static void list_dropped(kmp_margin *margin)
         }
 }
 
-/* The block of the rows and columns in margin->part. */
+/* Makes the block of the rows and columns in margin->part. */
 static bool renew_block(kmp_margin *margin)
 {
     const kmp_pattern *jac = &margin->system->jacobian;
@@ -124,7 +124,7 @@ bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part)
 
 /* -- u, w and T --------------------------------------------------------------------------------------- */
 
-/* out = G x, G = 1 + T'T: what a combination of the kept rows is worth in all rows. */
+/* out = G x, G = 1 + T'T: the product of a combination of the kept rows with all rows. */
 static void add_dropped(const kmp_margin *margin, const double *x, double *out)
 {
     const kmp_margin_rows *need = &margin->need;
@@ -138,7 +138,7 @@ static void add_dropped(const kmp_margin *margin, const double *x, double *out)
     }
 }
 
-/* x = G^-1 b by conjugate gradients, of which there are few: G differs from 1 where dropped rows need much. */
+/* x = G^-1 b by conjugate gradients. Few iterations suffice: G differs from 1 only where T is large. */
 static void without_dropped(const kmp_margin *margin, const double *b, double *x)
 {
     int r = margin->r;
@@ -159,8 +159,9 @@ static void without_dropped(const kmp_margin *margin, const double *b, double *x
     }
 }
 
-/* The combination z of all rows, |z| = 1, with the least |J'z|, as the one of the kept rows that gives the same: J'z =
- * J_kept' u, z'z = u' G^-1 u. Begun with the same z everywhere, it turns evenly, whichever rows are kept. */
+/* Finds the combination z of all rows, |z| = 1, with the least |J'z|, by the equivalent combination u of the kept rows:
+ * J'z = J_kept' u, z'z = u' G^-1 u. It starts from the same z everywhere, so that it varies smoothly, whichever rows
+ * are kept. */
 static void find_u(kmp_margin *margin)
 {
     int r = margin->r, dropped = margin->part.m - r;
@@ -196,7 +197,7 @@ static void find_u(kmp_margin *margin)
     }
 }
 
-/* w, and by how much more of it other columns hold than those of the block. */
+/* Computes w. Returns the largest entry outside the columns of the block over the largest inside. */
 static double find_w(kmp_margin *margin)
 {
     const kmp_pattern *jac = &margin->system->jacobian;
@@ -215,7 +216,7 @@ static double find_w(kmp_margin *margin)
     return outside / inside;
 }
 
-/* A dropped row depends on rows of its own loops alone. */
+/* Computes T. A dropped row depends only on rows of its own loops. */
 static void find_t(kmp_margin *margin)
 {
     kmp_margin_rows *need = &margin->need;
@@ -249,7 +250,7 @@ static bool factor(kmp_margin *margin)
     return !kmp_block_factor(margin->block, margin->value);
 }
 
-/* All of the J taken; singular: a margin of zero. How stale its columns are. */
+/* Measures the margin of the J taken; zero if singular. Returns the staleness of its columns. */
 static double measure(kmp_margin *margin)
 {
     double stale = 0;
@@ -276,15 +277,15 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
         renew_block(margin))
         (void)measure(margin);
     margin->usual = fmax(margin->usual, margin->last);
-    if (!(margin->pivot > 0) && margin->last > 0) /* those of a new block, as they are usual */
+    if (!(margin->pivot > 0) && margin->last > 0) /* usual pivot of a new block */
         margin->pivot = kmp_block_smallest(margin->block) * margin->usual / margin->last;
     return margin->usual > 0 ? margin->last / margin->usual : 0;
 }
 
 /* -- the start ---------------------------------------------------------------------------------------- */
 
-/* The larger |w| when the k-th free coordinate turns by KMP_MARGIN_NEAR_BY either way and the others follow along the
- * tangent. */
+/* The larger |w| when the k-th free coordinate is displaced by KMP_MARGIN_NEAR_BY in either direction and the others
+ * follow along the tangent. */
 static double turned(kmp_margin *margin, kmp_plant *plant, double t, const double *q, int k, double *work)
 {
     const kempe_system *s = margin->system;
@@ -313,8 +314,8 @@ static double turned(kmp_margin *margin, kmp_plant *plant, double t, const doubl
     return most;
 }
 
-/* The middle one of |w| with all coordinates turned by up to KMP_MARGIN_ELSEWHERE, wherever that opens the closures:
- * lengths that differ by a thousand make it small everywhere. */
+/* The median |w| with all coordinates displaced by up to KMP_MARGIN_ELSEWHERE, with the closures open: lengths that
+ * differ by a factor of a thousand make it small everywhere. */
 static double elsewhere(kmp_margin *margin, kmp_plant *plant, double t, const double *q, double *other)
 {
     double found[ELSEWHERE];
@@ -376,11 +377,11 @@ bool kmp_margin_unwatched(const kmp_margin *margin)
     return margin->r == 0 || (margin->ignored && margin->r == margin->part.m);
 }
 
-/* The line on which w moves from the last step's end to here: where it is nearest to zero, in lengths of the step from
- * here, how near, and the cosine of the angle by which w has turned. */
+/* The line of w from the last step's end to here. Its point nearest to zero in step lengths from here; the distance of
+ * that point from zero; the cosine of the angle by which w has turned. */
 typedef struct line {
     double before, when, closest, cosine; /* before: |w| at the last step's end */
-    bool known;                           /* the null vector z is the one of the last step's end */
+    bool known;                           /* the null vector z is that of the last step's end */
 } line;
 
 static line line_of(const kmp_margin *margin)
@@ -403,7 +404,7 @@ static double needed(const kmp_margin_rows *need, int d, int kept)
     return 0;
 }
 
-/* Whether the kept rows have lost their rank on the way from the last step's end: T has gone through infinity. */
+/* True if the kept rows have lost their rank since the last step's end: T has passed through infinity. */
 static bool rows_lost(const kmp_margin *margin)
 {
     double before = needed(&margin->need_stood, margin->rows_d, margin->rows_k),
@@ -411,7 +412,7 @@ static bool rows_lost(const kmp_margin *margin)
     return margin->rows > KMP_ROWS_LOST || (margin->rows > KMP_ROWS_OUT && before * after < 0);
 }
 
-/* Whether the line goes to zero as near as can be told, not past it. */
+/* True if the line meets zero within the accuracy of the prediction. */
 static bool aims(const kmp_margin *margin, const line *l, double size, double aim)
 {
     return l->closest < aim * margin->usual && l->closest < KMP_MARGIN_STEEP * size;
@@ -425,8 +426,8 @@ static bool has_turned(kmp_margin *margin)
            0;
 }
 
-/* Whether a step goes past a singular place, or from afar deep into its surroundings: into them alone a formulation may
- * go that has found itself there. */
+/* True if a step passes a singular place, or enters its close surroundings from afar. A formulation that already is in
+ * these surroundings may go deeper. */
 static bool passes(kmp_margin *margin)
 {
     line l = line_of(margin);
@@ -434,13 +435,13 @@ static bool passes(kmp_margin *margin)
         return true;
     double deep = margin->tried > 0 ? 0.5 * KMP_MARGIN_AGAIN * margin->tried : KMP_MARGIN_DEEP * margin->usual;
     bool deeper = margin->last < deep && l.before > deep;
-    if (!l.known) /* a shorter step decides */
+    if (!l.known) /* decided by a shorter step */
         return deeper || (margin->part.m == margin->r && has_turned(margin));
     return deeper && l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
 }
 
-/* True if a cheap test excludes a singularity: no pivot of the block has fallen far, no sign has changed, and
- * dropped rows depend little on the kept ones. Where change points are ignored the rows are all that is wanted. */
+/* True if a cheap test excludes a singularity: no pivot of the block has fallen far, no sign has changed, and dropped
+ * rows depend little on the kept ones. If change points are ignored only the rows are needed. */
 static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
 {
     if (!margin->stands || margin->refused || !(margin->pivot > 0))
@@ -470,7 +471,7 @@ static void exchange_needs(kmp_margin *margin)
     margin->need_stood = now;
 }
 
-/* Of the last step's end, which had a quick look alone, all of it. */
+/* Computes the full margin of the last step's end, which had a quick test alone. */
 static void catch_up(kmp_margin *margin)
 {
     if (!margin->stands || margin->seen)
@@ -496,7 +497,7 @@ bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t)
     (void)kmp_margin_at(margin, plant);
     if (!margin->stands)
         return false;
-    if (!margin->seen) { /* with another block */
+    if (!margin->seen) { /* seen with another block */
         catch_up(margin);
         (void)kmp_margin_at(margin, plant);
     }
@@ -571,8 +572,8 @@ static void swap(int *a, int *b)
     *b = t;
 }
 
-/* Exchanges dropped rows that depend on a kept one by more than KMP_ROWS_OUT with that row, as many at once as share
- * no kept row. Each exchange multiplies |det Jv| by that entry, so the loop ends. */
+/* Exchanges each dropped row that depends on a kept one by more than KMP_ROWS_OUT with that row, as many at once as
+ * have different kept rows. Each exchange multiplies |det Jv| by that entry, so the loop ends. */
 static void exchange_apart(kmp_margin *margin)
 {
     kmp_partition *part = &margin->part;
@@ -612,7 +613,7 @@ bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant)
 
 /* -- locks -------------------------------------------------------------------------------------------- */
 
-/* The least of the first `which` pivots of the rows other than `without`; NaN when there is no memory. */
+/* The least of the first `which` pivots of the rows other than `without`; NaN without memory. */
 static double pivot_without(const kmp_margin *margin, const kmp_plant *plant, int without, int which)
 {
     const kempe_system *s = margin->system;

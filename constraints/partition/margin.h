@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How far the closures are from losing a row, and whether a motion leads there: z is the combination of the rows of the
- * scaled J, |z| = 1, that is nearest to nothing without being so everywhere, w = J'z what is left of it. |w| is the
- * least singular value of J but for those that redundant rows make zero; at a change point, where branches of the
- * mechanism meet, w goes straight through zero, and elsewhere past it, however small it becomes. Jv small alone is a
- * dead centre of a choice of u, kept rows that are nearly dependent are one of a choice of rows.
+/* Distance of the closures from a loss of rank, and prediction of a motion that leads to it. z is the combination of
+ * the rows of the scaled J, |z| = 1, with the least w = J'z, other than combinations that vanish everywhere. |w| is the
+ * least singular value of J apart from those that redundant rows make zero. At a change point, where branches of the
+ * mechanism meet, w goes straight through zero; elsewhere it passes zero, however small it becomes. A small Jv alone is
+ * a dead centre of a choice of u; nearly dependent kept rows are a dead centre of a choice of rows.
  *
- * Of redundant rows: what the dropped ones need of the kept ones, T with J_dropped = T J_kept. Where an entry of T goes
- * to infinity the kept rows lose their rank and the dropped one is wanted. Workspace made once. */
+ * With redundant rows: T expresses the dropped rows by the kept ones, J_dropped = T J_kept. Where an entry of T goes to
+ * infinity the kept rows lose their rank and the dropped one is needed. The workspace is allocated once. */
 #ifndef KMP_CONSTRAINTS_PARTITION_MARGIN_H
 #define KMP_CONSTRAINTS_PARTITION_MARGIN_H
 
@@ -15,7 +15,8 @@
 #include "constraints/partition/partition.h"
 #include "linalg/block.h"
 
-/** Dropped rows as combinations of the kept ones, T: row d takes t[e] of kept row kept[e], e from start[d] on. */
+/** Dropped rows as combinations of the kept ones, T: row d has coefficient t[e] of kept row kept[e], e from start[d]
+ * on. */
 typedef struct kmp_margin_rows {
     int *start, *kept; /* m - r + 1, (m - r) r */
     double *t;
@@ -24,31 +25,31 @@ typedef struct kmp_margin_rows {
 typedef struct kmp_margin {
     const kempe_system *system;
     kmp_arena arena;
-    kmp_partition part; /* its rows, and columns of its own */
+    kmp_partition part; /* its rows, with separate columns */
     int r;              /* rank at the start */
     double usual;       /* the largest margin seen, scaled |w| */
-    double last;        /* the last one */
-    double rows;        /* the largest |T| there, of dropped row rows_d and kept row rows_k */
+    double last;        /* last margin */
+    double rows;        /* the largest |T| of the last margin, of dropped row rows_d and kept row rows_k */
     int rows_d, rows_k;
-    bool near;    /* to a change point at the start */
-    bool ignored; /* nobody asks for change points: no step is shorter for one, nothing looked at but rows */
-    bool refused; /* a step from where it stands passed a singular place */
-    bool stands;  /* what is called so is of the last accepted step's end, where rows and columns were these */
-    bool seen;    /* w and z are, too: more than a quick look was taken there */
-    bool quick;   /* nothing else was taken for the last margin: all is well */
-    double pivot; /* the largest of the block's least ones seen */
-    int *signs, *signs_stood; /* of its blocks */
-    double step_t;            /* of the last step asked about */
-    double tried;   /* margin from which no step across was found, until the motion has left it; 0: none was tried */
-    double clear_t; /* up to which somebody has looked and found no change point */
+    bool near;    /* close to a change point at the start */
+    bool ignored; /* change points are ignored: no step is shortened for one, and only rows are examined */
+    bool refused; /* the last step from the present place passed a singular place */
+    bool stands;  /* members named stood belong to the last accepted step's end, with the present rows and columns */
+    bool seen;    /* so do w and z: a full measurement was made there */
+    bool quick;   /* the last margin had the quick test alone: no singularity */
+    double pivot; /* the largest minimum pivot of the block so far */
+    int *signs, *signs_stood; /* of the block's diagonal blocks */
+    double step_t;            /* time of the last step examined */
+    double tried;   /* margin at which no step across was found, until the motion has left it; 0: none was tried */
+    double clear_t; /* no change point was found up to this time */
     double *weight; /* of each entry of J */
-    int *place;     /* m: of a row among the independent ones; -1 - place of a dropped one */
-    int *column;    /* n: of a coordinate among the columns, -1 when it is none */
+    int *place;     /* m: position of a row among the independent ones; -1 - position of a dropped one */
+    int *column;    /* n: position of a coordinate among the columns, -1: none */
     kmp_block *block;
-    int count, *entry;                 /* its entries of J */
+    int count, *entry;                 /* entries of J in the block */
     double *value, *u;                 /* r */
-    double *begin;                     /* m: what inverse iteration begins with */
-    double *room;                      /* 4 r */
+    double *begin;                     /* m: initial vector of inverse iteration */
+    double *room;                      /* 4 r: work space */
     double *jacobian, *jacobian_stood; /* weighted */
     double *z, *z_stood;               /* m */
     double *w, *w_stood;               /* n */
@@ -57,57 +58,57 @@ typedef struct kmp_margin {
     double *drop_value;                         /* r */
 } kmp_margin;
 
-/** Of the partition's rows. false: no memory. */
+/** Allocates for the partition's rows. false: no memory. */
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part);
 void kmp_margin_free(kmp_margin *margin);
 
-/** Takes other rows; what was seen of the last ones is forgotten. false: no memory. */
+/** Takes other rows; earlier measurements are forgotten. false: no memory. */
 bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part);
 
-/** At the start, (t, q), where the plant's last closure is: whether it is `near` a change point, which a motion along
- * the closures reaches in some thousandths of a radian, and what is usual about it. The plant's last closure is there
- * afterwards, too. false: no memory. */
+/** Measures at the start, (t, q), the place of the plant's last closure, and sets the usual values. Sets `near` if a
+ * motion along the closures reaches a change point in some thousandths of a radian. Restores the plant's last closure.
+ * false: no memory. */
 bool kmp_margin_begin(kmp_margin *margin, kmp_plant *plant, double t, const double *q);
 
-/** |w| at the plant's last closure over its usual size; 1 when there are no closures, 0 where they are singular. */
+/** |w| at the plant's last closure over its usual size; 1 without closures, 0 where they are singular. */
 double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant);
 
-/** From here on change points are ignored. */
+/** Ignores change points from here on. */
 void kmp_margin_ignore(kmp_margin *margin);
 
-/** Whether nobody asks for anything: all is ignored, and there are no dropped rows. */
+/** True if there is nothing to watch: change points are ignored, and there are no dropped rows. */
 bool kmp_margin_unwatched(const kmp_margin *margin);
 
-/** Whether a step that ends at t, at the plant's last closure, is to be made shorter: it has passed a singular place,
- * it ends deep in the surroundings of a change point, where a formulation that keeps all rows loses its digits, or at
- * one where the independent rows have all but lost their rank. */
+/** True if a step that ends at t, at the plant's last closure, must be shortened. It has passed a singular place, or it
+ * ends deep in the surroundings of a change point, where a formulation that keeps all rows loses digits. Or the
+ * independent rows have nearly lost their rank at its end. */
 bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t);
 
-/** As kmp_margin_at; what kmp_margin_refuses has found for the same t is not computed again, nor is the plant's
- * closure wanted then. */
+/** As kmp_margin_at; results of kmp_margin_refuses for the same t are reused, and the plant's closure is then not
+ * needed. */
 double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t);
 bool kmp_margin_knows(const kmp_margin *margin, double t);
 
-/** Whether a motion that goes on from the last step's end as it came seems to lead to a change point soon: when, in
- * lengths of that step. */
+/** True if a motion that continues as in the last step seems to reach a change point soon; *when in lengths of that
+ * step. */
 bool kmp_margin_leads_on(const kmp_margin *margin, double *when);
 
-/** Where the line from where it stands to the last margin's place comes nearest to zero: counted from that place, in
- * lengths of the way to it. */
+/** Point where the line from the last step's end to the last margin's place comes nearest to zero: counted from that
+ * place, in lengths of that line. */
 double kmp_margin_when(const kmp_margin *margin);
 
-/** The last margin is that of an accepted step's end. */
+/** Marks the last margin as that of an accepted step's end. */
 void kmp_margin_stand(kmp_margin *margin);
 
 /** Repeats kmp_margin_stand for the plant's last closure after a change of coordinates. */
 void kmp_margin_stand_anew(kmp_margin *margin, const kmp_plant *plant);
 
-/** Exchanges rows at the plant's last closure until none of the dropped ones needs more than KMP_ROWS_OUT of a kept
- * one: margin->part has them then, and the margin is that of these. false: no memory. */
+/** Exchanges rows at the plant's last closure until no coefficient |T| exceeds KMP_ROWS_OUT: margin->part has the new
+ * rows, and the margin belongs to them. false: no memory. */
 bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant);
 
-/** A row that moves with time and without which J, at the plant's last closure, has all its rank but one: the closure
- * that asks for a motion the others do not allow. `been`: J had lost a row shortly before. -1: there is none. */
+/** A row that moves with time and without which J, at the plant's last closure, has all its rank but one: a closure
+ * that demands a motion which the others do not allow. `been`: J had lost a row shortly before. -1: none. */
 int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant, bool been);
 
 #endif

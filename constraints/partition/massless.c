@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The reduced mass Mr = X' M X in scaled coordinates, by complete pivoting; where its pivots vanish, back substitution
- * gives a motion s with Mr s = 0, and X s says which coordinates take part in it. */
+/* The reduced mass Mr = X' M X in scaled coordinates, by complete pivoting. If its pivots vanish, back substitution
+ * gives a motion s with Mr s = 0, and X s gives the coordinates that take part in it. */
 #include "constraints/partition/massless.h"
 #include "base/memory.h"
 #include "constraints/closing/angles.h"
@@ -24,7 +24,7 @@ static void reduced_mass(const kmp_reduction *red, double *mx, double *mr)
     }
 }
 
-/* The coordinate that moves most, in scales, in the motion s of u. */
+/* The coordinate with the largest scaled change in the motion s of u. */
 static int largest(const kmp_reduction *red, const double *s)
 {
     const double *scale = red->plant->system->scale;
@@ -53,7 +53,7 @@ static void name(const kmp_reduction *red, const double *s, kmp_text *why)
                     model->motions[motion].name, body->name);
 }
 
-/* found: nothing is said of a reduced mass that is regular. */
+/* found: a regular reduced mass is not reported. */
 static bool search(kmp_reduction *red, bool found, kmp_text *why)
 {
     int n = red->n, p = red->p;
@@ -79,7 +79,7 @@ static bool search(kmp_reduction *red, bool found, kmp_text *why)
     return made && !why->failed;
 }
 
-/* Angles that are no coordinates where they are; KEMPE_OK when that is not the trouble. */
+/* Reports angles at a singular position; KEMPE_OK if that is not the cause. */
 static kempe_status blame_angles(const kmp_plant *plant, const double *q)
 {
     kmp_text why = {0};

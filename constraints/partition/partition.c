@@ -52,8 +52,7 @@ static const char *coordinate(const kempe_system *s, int k)
     return s->model->motions[k].name;
 }
 
-/* The wish, checked: as many as there are degrees of freedom, and Jv regular without them. `best` is what Kempe would
- * take. */
+/* Checks a user's choice: one coordinate per degree of freedom, and Jv regular. `best` is Kempe's own choice. */
 static kempe_status check_wish(const kempe_system *s, int p, int r, const int *best, const int *wish, int count,
                                const double *pivots)
 {
@@ -120,7 +119,7 @@ static void keep(const kmp_pick *c, kmp_partition *part)
     kmp_partition_sort(part);
 }
 
-/* As many rows and columns as `part` says, improved. KEMPE_E_FAILED without message: singular, part is untouched. */
+/* Improves the first r rows and columns. KEMPE_E_FAILED without message: singular, part is untouched. */
 static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system *s, bool fixed)
 {
     int exchanges = 0;
@@ -139,7 +138,7 @@ static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system
     }
 }
 
-/* rank < 0: by the pivots. */
+/* Chooses rows and columns; rank < 0: by the pivots. */
 static kempe_status choose(kmp_pick *c, kmp_partition *part, const kempe_system *s, int rank, const int *wish,
                            int wish_count)
 {
@@ -256,7 +255,7 @@ kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *sys
 
 void kmp_partition_free(kmp_partition *part)
 {
-    kmp_free(part->u); /* and the lists in its block */
+    kmp_free(part->u); /* also frees the lists in its block */
     kmp_free(part->pivots);
     *part = (kmp_partition){0};
 }

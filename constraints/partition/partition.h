@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The partition of coordinates and rows: q = (u, v), independent and dependent (Wehage and Haug 1982; Fisette and Samin
- * 1996, eq. 42), and the r rows of h that are solved for v. Decided on a closed configuration by complete pivoting of
+ * 1996, eq. 42), and the r rows of h that are solved for v. Chosen at a closed configuration by complete pivoting of
  * the geometrically scaled J: rotations 1, translations and rows by powers of the characteristic length. */
 #ifndef KMP_CONSTRAINTS_PARTITION_PARTITION_H
 #define KMP_CONSTRAINTS_PARTITION_PARTITION_H
@@ -14,20 +14,20 @@ typedef struct kmp_partition {
     int *rows;      /* r independent rows, ascending */
     int *redundant; /* m - r dropped rows, ascending */
     double *pivots; /* min(m, n): absolute pivots of the scaled J, in order */
-    double cond;    /* 1-norm condition number of the scaled Jv; of a large one an estimate from below */
+    double cond;    /* 1-norm condition number of the scaled Jv; for a large one a lower estimate */
     double max_b;   /* max |Bvu|, scaled */
-    int exchanges;  /* made to bring max_b down to 1.5 */
-    bool user;      /* u is the user's wish */
+    int exchanges;  /* number of exchanges that reduced max_b to 1.5 */
+    bool user;      /* u is the user's choice */
 } kmp_partition;
 
 /** Chooses from J at a closed configuration, given by its non-zeros (those of system->jacobian). wish: coordinates that
- * the user wants independent (count 0: none). KEMPE_E_FAILED: the wish is not possible, with the reason and what would
- * be. */
+ * the user wants independent (count 0: none). KEMPE_E_FAILED: the choice is impossible; the message has the reason and
+ * a possible one. */
 kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                 const int *wish, int wish_count);
 
-/** The same with the rank given: off the closed configuration, as between the steps of an integrator, rows that are
- * redundant look weakly independent. */
+/** Chooses with a given rank: off the closed configuration, as between the steps of an integrator, redundant rows
+ * appear weakly independent. */
 kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *system, const double *jacobian, int rank,
                                    const int *wish, int wish_count);
 
@@ -35,7 +35,7 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
  * their number, -1: no memory. */
 int kmp_partition_prefer(const kempe_system *system, const double *jacobian, const bool *liked, int *u);
 
-/** The pivots alone: min(m, n) of them. false: no memory. */
+/** Computes the min(m, n) pivots alone. false: no memory. */
 bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, double *pivots);
 
 void kmp_partition_free(kmp_partition *part);
@@ -43,19 +43,19 @@ void kmp_partition_free(kmp_partition *part);
 /** Puts the lists of coordinates and rows in ascending order. */
 void kmp_partition_sort(kmp_partition *part);
 
-/** Other independent rows, as many, of a partition of the same system. */
+/** Takes other independent rows, the same number, from a partition of the same system. */
 void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from);
 
-/** The rank that the pivots of complete pivoting of the scaled J (min(m, n) of them) say, of a closed configuration:
- * decided here for all that is computed. */
+/** The rank by the min(m, n) pivots of complete pivoting of the scaled J, at a closed configuration: the one decision
+ * for all computations. */
 int kmp_partition_rank(const kempe_system *system, const double *pivots);
 
-/** A copy of its own. false: no memory. */
+/** Makes an independent copy. false: no memory. */
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
 
-/** Exchanges u and v from what they are until no scaled |Bvu| of J (its non-zeros) exceeds 1.5: each exchange
- * takes the largest and multiplies |det Jv| by it, so that they end. Rows stay. Afterwards max_b and cond are of the
- * new choice. KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
+/** Exchanges u and v of a partition until no scaled |Bvu| of J (its non-zeros) exceeds `growth`. Each exchange takes
+ * the largest and multiplies |det Jv| by it, so that they end. Rows are unchanged. Sets max_b and cond of the new
+ * choice. KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
 kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                     double growth);
 

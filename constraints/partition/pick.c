@@ -8,10 +8,10 @@
 #include <math.h>
 #include <string.h>
 
-/* With more places than SPARSE_FROM, and fewer than one in SPARSE_BELOW taken, or with more than DENSE_MOST a matrix is
- * not made dense. */
+/* A matrix is not made dense with more entries than SPARSE_FROM of which fewer than one in SPARSE_BELOW is nonzero, or
+ * with more than DENSE_MOST. */
 enum { SPARSE_FROM = 256, SPARSE_BELOW = 6, DENSE_MOST = 1 << 14 };
-/* After an exchange of an entry of B of this size it is computed anew. */
+/* B is computed again after an exchange of an entry of this size. */
 #define LONG_DUE 100.0
 
 bool kmp_pick_is_large(int m, int n, int nz)
@@ -70,7 +70,7 @@ typedef struct tableau {
     double *most; /* p: the largest entry of each column, and its row */
     int *at;
     double *moved;        /* r */
-    int *row_at, *col_at; /* m, n: the index of each row and column */
+    int *row_at, *col_at; /* m, n: original index of each row and column */
     double *jv;           /* dense: r x r, its factors; sparse: its entries */
     int *pivot;           /* dense: r */
     int *jv_row, *jv_col; /* sparse: row and column of each entry */
@@ -121,7 +121,7 @@ static int worst_column(const tableau *t)
     return worst;
 }
 
-/* v_i and u_k change places: v = B u solved for u_k and put into the other rows. */
+/* Exchanges v_i and u_k: v = B u solved for u_k and inserted into the other rows. */
 static void exchange(tableau *t, kmp_pick *c, int i, int k)
 {
     double *b = column_of(t, k), pivot = b[i];
@@ -217,8 +217,8 @@ static double condition(tableau *t, const kmp_pick *c)
     return norm * inverse;
 }
 
-/* B is brought along from exchange to exchange, and computed anew after one that was long due, whose rounding is large,
- * and when they seem to be done. */
+/* Updates B at each exchange. B is computed again after one with a large entry, whose rounding is large, and when no
+ * further exchange seems due. */
 static kmp_pick_outcome exchange_all(tableau *t, kmp_pick *c, int most, int *exchanges, double *max_b)
 {
     for (;;) {

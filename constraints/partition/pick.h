@@ -15,21 +15,21 @@ typedef struct kmp_pick {
     int *row, *col; /* permutations of the rows and columns: the first r of each are chosen */
     int *fixed;     /* n: columns to be chosen last */
 
-    int nz; /* entries */
+    int nz; /* number of entries */
     int *entry_row, *entry_col;
     double *value;
 } kmp_pick;
 
-/** Whether m x n with nz entries is so large and so empty that it is not made dense. */
+/** True if m x n with nz entries is so large and sparse that it is not made dense. */
 bool kmp_pick_is_large(int m, int n, int nz);
 
-/** For up to nz entries, none yet; false: no memory, and to be freed all the same. */
+/** Allocates for up to nz entries, initially none; false: no memory; it must be freed also then. */
 bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, bool dense);
 void kmp_pick_free(kmp_pick *c);
 void kmp_pick_add(kmp_pick *c, int row, int col, double value);
 
-/** Rows and columns in the order of complete pivoting, those that are fixed (NULL: none) last; pivots: min(m, n).
- * false: no memory. */
+/** Orders rows and columns by complete pivoting, fixed columns (NULL: none) last; pivots: min(m, n). false: no
+ * memory. */
 bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots);
 
 typedef enum kmp_pick_outcome { KMP_PICK_MADE, KMP_PICK_SINGULAR, KMP_PICK_NO_MEMORY } kmp_pick_outcome;

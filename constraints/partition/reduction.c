@@ -52,7 +52,7 @@ static void split(kmp_reduction *red)
     }
 }
 
-/* Analyses Jv, then what is zero of X. false: no memory, or Jv is singular by its pattern. */
+/* Analyses Jv, then the zeros of X. false: no memory, or Jv is structurally singular. */
 static bool analyse(kmp_reduction *red)
 {
     unsigned long failures = kmp_memory_failures();
@@ -117,11 +117,11 @@ static void solve_rows(kmp_reduction *red, double factor, const double *rows)
 {
     for (int i = 0; i < red->r; i++)
         red->dv[i] = factor * rows[red->part->rows[i]];
-    if (red->r > 0) /* there are no blocks otherwise */
+    if (red->r > 0) /* without rows there are no blocks */
         kmp_block_solve(red->block, 1, red->dv);
 }
 
-/* dv at the places of v. */
+/* Writes dv to the entries of v. */
 static void put_dependent(const kmp_reduction *red, double *out)
 {
     for (int i = 0; i < red->r; i++)
@@ -176,7 +176,6 @@ void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd)
     spread(red, ud, red->x_t, qd);
 }
 
-/* -Jv^-1 (Ju ud + h_t) */
 void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
 {
     const double *h_t = red->plant->h_t;
@@ -214,7 +213,7 @@ static void bias_force(kmp_reduction *red)
     set_force(red, red->plant->bias, red->r > 0 ? red->a0 : NULL);
 }
 
-/* On a tree X is 1, but for the order of coordinates: Mr = M. */
+/* On a tree X is a permutation: Mr = M but for the order of coordinates. */
 static void take_mass(kmp_reduction *red, double *udd)
 {
     const kmp_pattern *m = &red->plant->system->mass;
@@ -273,7 +272,7 @@ void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows)
     memset(rows, 0, (size_t)red->part->m * sizeof *rows);
     for (int i = 0; i < red->r; i++)
         red->dv[i] = force[red->part->v[i]];
-    if (red->r > 0) /* there are no blocks otherwise */
+    if (red->r > 0) /* without rows there are no blocks */
         kmp_block_solve_transposed(red->block, 1, red->dv);
     for (int i = 0; i < red->r; i++)
         rows[red->part->rows[i]] = red->dv[i];
@@ -286,7 +285,7 @@ static int fail(int p, double *out)
     return 0;
 }
 
-/* What forces that depend on multipliers ask, with the factors of the reduced mass. */
+/* Multipliers for forces that depend on them, with the factors of the reduced mass. */
 static void answer_moving(void *self, const double *bias, bool change, double *lambda)
 {
     kmp_reduction *red = self;
@@ -300,7 +299,7 @@ static void answer_moving(void *self, const double *bias, bool change, double *l
     kmp_reduction_pull(red, red->force, lambda);
 }
 
-/* The same where the accelerations are given: those in mx. */
+/* Multipliers for forces that depend on them, with given accelerations, those in mx. */
 static void answer_given(void *self, const double *bias, bool change, double *lambda)
 {
     kmp_reduction *red = self;
@@ -308,7 +307,7 @@ static void answer_given(void *self, const double *bias, bool change, double *la
     kmp_reduction_pull(red, red->force, lambda);
 }
 
-/* C at the multipliers that follow from it, and accelerations with it. */
+/* Solves for C at its own multipliers, and for the accelerations. */
 static int accelerate_pressed(kmp_reduction *red, double *udd)
 {
     const kmp_answer answer = {red, answer_moving};
@@ -320,7 +319,7 @@ static int accelerate_pressed(kmp_reduction *red, double *udd)
     return 0;
 }
 
-/* X' M X and -X' force. */
+/* Computes X' M X and -X' force. */
 static void reduce(kmp_reduction *red, double *udd)
 {
     int n = red->n, p = red->p;
@@ -474,7 +473,7 @@ double kmp_reduction_slip(const kmp_reduction *red, int k, const bool *left_out)
     const kmp_pattern *j = &s->jacobian;
     const double *x = red->x + k * red->n;
     double most = 0;
-    for (int e = 0; e < j->count;) { /* row by row */
+    for (int e = 0; e < j->count;) { /* entries are in row-major order */
         int row = j->row[e];
         double slip = 0;
         bool looked_at = red->row_of[row] < 0 && !(left_out && left_out[row]);
@@ -500,7 +499,7 @@ static void count_products(kmp_counts *c, long products)
     count(c, 1, (kmp_flops){.add = products, .mul = products});
 }
 
-/* Of add_mass_times. */
+/* Operation count of add_mass_times. */
 static long mass_products(const kmp_plant *plant)
 {
     const kmp_pattern *m = &plant->system->mass;
@@ -517,13 +516,14 @@ kmp_counts kmp_reduction_count(const kmp_reduction *red)
     const kmp_zeros *zeros = red->zeros;
     if (red->r > 0) {
         count(&c, 1, kmp_block_factor_flops(red->block));
-        /* The columns of Bvu, x_t, a0. */
+        /* columns of Bvu, x_t, a0 */
         count(&c, (zeros ? 0 : p) + 1 + (red->plant->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
         count_products(&c, mass);
     }
     if (zeros) {
         count(&c, 1, zeros->solves);
-        count_products(&c, 2L * zeros->x_start[p] + zeros->mass_products + zeros->x_products); /* likewise */
+        /* M X, X' force, X' M X */
+        count_products(&c, 2L * zeros->x_start[p] + zeros->mass_products + zeros->x_products);
     } else if (red->r > 0) {
         count_products(&c, red->r * p);                           /* rates */
         count_products(&c, p * (mass + n) + p * (p + 1) / 2 * n); /* M X, X' force, X' M X */

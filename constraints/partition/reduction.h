@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The numbers of coordinate partitioning at one state: Jv factored block by block, qd = X ud + x_t with X = (1; Bvu),
- * the reduced mass and force (Fisette and Samin 1996, eqs. 43-46), the closure by Newton, the multipliers. Workspace of
- * one thread; no allocation after kmp_reduction_init. */
+/* Coordinate partitioning at one state: Jv factored block by block, qd = X ud + x_t with X = (1; Bvu), the reduced mass
+ * and force (Fisette and Samin 1996, eqs. 43-46), the closure by Newton's method, the multipliers. Workspace of one
+ * thread; no allocation after kmp_reduction_init. */
 #ifndef KMP_CONSTRAINTS_PARTITION_REDUCTION_H
 #define KMP_CONSTRAINTS_PARTITION_REDUCTION_H
 
@@ -17,7 +17,7 @@ typedef struct kmp_reduction {
     kmp_arena arena;
     int n, p, r;
     kmp_block *block; /* Jv; NULL when r = 0 */
-    kmp_zeros *zeros; /* NULL: X is taken as dense */
+    kmp_zeros *zeros; /* NULL: X counts as dense */
     int jv_count, ju_count;
     int *jv_entry, *jv_row, *jv_col; /* of the plant's Jacobian values, position in rows, position in v */
     int *ju_entry, *ju_row, *ju_col; /* entry, position in rows, position in u */
@@ -26,13 +26,13 @@ typedef struct kmp_reduction {
     double *jv;                      /* values */
     double *bvu;                     /* r x p, column-major: Bvu = -Jv^-1 Ju, unscaled */
     double *x;                       /* n x p, column-major */
-    double *x_t;                     /* n: what h_t adds to qd */
+    double *x_t;                     /* n: part of qd due to h_t */
     double *a0;                      /* n: qdd at udd = 0 */
     double *force;                   /* n: C + M a0 */
     double *mx;                      /* n x p, or n: M X (without zeros), or qdd */
     double *mr;                      /* p x p: reduced mass, then its factor (kmp_reduction_solve_mass) */
     double *dv;                      /* r: the last correction or right-hand side */
-    double *answer;                  /* p: of the multipliers that forces depend on */
+    double *answer;                  /* p: work space for forces that depend on multipliers */
     long newton, factorizations;
 } kmp_reduction;
 
@@ -40,7 +40,7 @@ typedef struct kmp_reduction {
 kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_partition *part);
 void kmp_reduction_free(kmp_reduction *red);
 
-/** Factors Jv of the plant's last closure. 0, or 1 + the coordinate whose column is at fault. */
+/** Factors Jv of the plant's last closure. 0, or 1 + the coordinate of the singular column. */
 int kmp_reduction_factor(kmp_reduction *red);
 
 /** Bvu, X and x_t from the factors. */
@@ -49,13 +49,12 @@ void kmp_reduction_tangent(kmp_reduction *red);
 /** qd = X ud + x_t. */
 void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd);
 
-/** The same by one solution with the factors, without the tangent. */
+/** qd = X ud + x_t by one solution with the factors, without the tangent. */
 void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd);
 
 /** Reduced accelerations at qd from the plant's M, C, jdqd: eq. (46). 0, or 1 + k when the reduced mass is not positive
- * for u[k]. Forces that depend on multipliers are brought to them (constraints/evaluation/pressing.h): not finite where
- * that fails.
- */
+ * for u[k]. Forces that depend on multipliers are solved for (constraints/evaluation/pressing.h); results are not
+ * finite if that fails. */
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd);
 
 /** b (p) <- Mr^-1 b, after kmp_reduction_accelerate. */
@@ -64,8 +63,8 @@ void kmp_reduction_solve_mass(const kmp_reduction *red, double *b);
 /** out (p) = -X' force (n). */
 void kmp_reduction_project(const kmp_reduction *red, const double *force, double *out);
 
-/** out = X' (M qdd + C) at qdd = X udd + a0, from the plant's M, C, jdqd: no mass is reduced. Forces that depend on
- *  multipliers are brought to those of these accelerations: not finite where that fails. */
+/** out = X' (M qdd + C) at qdd = X udd + a0, from the plant's M, C, jdqd, without the reduced mass. Forces that depend
+ * on multipliers take those of these accelerations; results are not finite if that fails. */
 void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out);
 
 /** qdd = X udd + a0 after kmp_reduction_accelerate or kmp_reduction_residual. */
@@ -75,36 +74,36 @@ void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, do
 void kmp_reduction_push(kmp_reduction *red, double factor, const double *rows, double *out);
 void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows);
 
-/** Small changes of C beside a state where it is at its multipliers (kmp_press_factor, kmp_press_change); `moving`:
- *  accelerations change with it, as after kmp_reduction_accelerate, otherwise they stay, as after
- *  kmp_reduction_residual. `bias` may be red->force. */
+/** Small changes of C near a state where it is at its multipliers (kmp_press_factor, kmp_press_change). `moving`:
+ * accelerations change with C, as after kmp_reduction_accelerate; otherwise they are constant, as after
+ * kmp_reduction_residual. `bias` may be red->force. */
 bool kmp_reduction_press_factor(kmp_reduction *red, bool moving);
 void kmp_reduction_press_change(kmp_reduction *red, bool moving, double *bias);
 
 /** lambda (m; zero for dropped rows) from Jv' lambda = (M qdd + C)_v. */
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda);
 
-/** dv = -Jv^-1 h from the plant's last h and the factors at hand, in red->dv. */
+/** dv = -Jv^-1 h from the plant's last h and the present factors, in red->dv. */
 void kmp_reduction_correction(kmp_reduction *red);
 
-/** Closes v of q on its u by Newton from the v given, every Jacobian fresh, until a correction is within `fraction` of
- * the weights w (n; NULL: to round-off). The plant's closure and the factors are then those of q to that accuracy. 0; 1
- * when corrections stop contracting or Jv is singular. */
+/** Closes v of q for its u by Newton's method from the given v, with a new Jacobian in each iteration. Ends when a
+ * correction is within `fraction` of the weights w (n; NULL: to round-off). The plant's closure and the factors are
+ * then those of q to that accuracy. 0; 1 when corrections no longer contract or Jv is singular. */
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);
 
-/** How far v goes, scaled, when each independent row opens by its scale, with signs of a fixed sequence: as large as
- * one over the last pivot of the scaled Jv, but for rare luck. */
+/** Scaled change of v when each independent row opens by its scale, with signs of a fixed sequence: in general of the
+ * size of one over the last pivot of the scaled Jv. */
 double kmp_reduction_lever(kmp_reduction *red);
 
-/** How far dropped rows move with column k of X: the largest |J_r X_k| / row scale of those of the plant's last closure
+/** Motion of dropped rows with column k of X: the largest |J_r X_k| / row scale at the plant's last closure, over rows
  * that are not left out (m; NULL: none is). */
 double kmp_reduction_slip(const kmp_reduction *red, int k, const bool *left_out);
 
-/** Arithmetic of one right-hand side beside the program: kmp_reduction_factor, _tangent, _rates, _accelerate; square
- * roots count as `other`. */
+/** Operation count of one right-hand side without the program: kmp_reduction_factor, _tangent, _rates, _accelerate;
+ * square roots count as `other`. */
 kmp_counts kmp_reduction_count(const kmp_reduction *red);
 
-/** max |Bvu|, scaled; the v and u that it belongs to. */
+/** max |Bvu|, scaled, and its v and u. */
 double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u);
 
 #endif

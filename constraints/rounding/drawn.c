@@ -20,7 +20,7 @@ static size_t axes_size(const kmp_drawn *n)
     return (n->frame ? 9 : 3) * sizeof *n->axes;
 }
 
-/* Bodies and points that several loops share are listed once. */
+/* Adds a number; bodies and points that several loops share are listed once. */
 static void add(listing *x, kmp_drawn n)
 {
     for (int i = 0; i < x->count; i++)
@@ -106,9 +106,9 @@ static int decimals_of(double value)
     return -1;
 }
 
-/* Numbers with more decimals than a drawing has were computed, at least in single precision. The others have the
- * decimals of most of them, since trailing zeros are not written. Axes lost their digits when they were normalised and
- * take those of the lengths. */
+/* Finds the rounding of each number. Numbers with more decimals than a drawing has were computed, at least in single
+ * precision. The others have the decimals of most of them, since trailing zeros are not written. Axes lost their digits
+ * when they were normalised and take those of the lengths. */
 double kmp_drawn_find_rounding(kmp_drawn *list, int count, double length)
 {
     int with[MOST_DECIMALS + 1] = {0}, some = 0, most = 0;
@@ -138,7 +138,7 @@ static void put_back(kmp_drawn *n)
         memcpy(n->axes, n->axes_drawn, axes_size(n));
 }
 
-/* A scalar that has an expression is computed from it wherever parameters vary. */
+/* Shifts a scalar. If it has an expression, it is computed from that expression plus the shift when parameters vary. */
 static void move_scalar(kmp_drawn *n, double by)
 {
     n->scalar->value += by;

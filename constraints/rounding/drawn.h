@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Numbers of a drawing that may be shifted to find the mechanism that it means: the points, axes, frames and lengths
- * around its loops. Lengths are scaled by the characteristic length. */
+/* Numbers of a drawing that may be shifted to find the exact mechanism: the points, axes, frames and lengths around its
+ * loops. Lengths are scaled by the characteristic length. */
 #ifndef KMP_CONSTRAINTS_ROUNDING_DRAWN_H
 #define KMP_CONSTRAINTS_ROUNDING_DRAWN_H
 
@@ -15,11 +15,11 @@ typedef struct kmp_drawn {
     double rounding; /* unit of its last digit in the drawing, scaled */
     kmp_number scalar_drawn;
     double axes_drawn[9];
-    kmp_expr *sum; /* of a scalar that has an expression: this and its shift; in the model's arena */
+    kmp_expr *sum; /* for a scalar with an expression: that expression plus the shift; in the model's arena */
 } kmp_drawn;
 
-/** Lists the numbers around the loops of a variant's model, at most `most`, that are not zero. Returns how many; -1: no
- * memory. */
+/** Lists the numbers around the loops of a variant's model that are not zero, at most `most`. Returns their number; -1:
+ * no memory. */
 int kmp_drawn_list(kempe_model *model, int most, kmp_drawn *list);
 
 /** Determines the rounding of each number. Returns the unit of the last digit of most numbers, scaled. */

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Closures are redundant where w' h = 0 for all w of the left null space of J, wherever the mechanism goes. At many
+/* Closures are redundant if w' h = 0 for all w of the left null space of J in all configurations. At many
  * configurations q_k, reached by finite motions, these are conditions on the numbers p of the drawing: the points and
- * axes around its loops. They are met by Gauss and Newton's method,
+ * axes around its loops. They are solved by the Gauss-Newton method,
  *
  *     (w_k' dh/dp) dp = -w_k' h(q_k, p),     dp of least norm,
  *
- * q_k being closed anew on independent rows after each step: w_k' J = 0, so that the moves of q_k do not count. dh/dp
- * is made of differences between closures derived with shifted numbers. Of several ranks of the conditions the largest
- * one counts whose step reduces the misfit. Near an exact mechanism the misfit of some numbers is of second order (a
- * Sarrus linkage whose axes are nearly parallel): their derivatives are small, and vanish with the misfit. Numbers that
- * are zero stay zero. A drawing shows the mechanism assembled: where its start is closed but for the tolerance, h = 0
- * there is a condition too, of all rows. */
+ * with q_k closed again on independent rows after each step: w_k' J = 0, so that changes of q_k do not count. dh/dp is
+ * computed from differences between closures derived with shifted numbers. Of several ranks of the conditions the
+ * largest one counts whose step reduces the misfit. Near an exact mechanism the misfit of some numbers is of second
+ * order (a Sarrus linkage with nearly parallel axes): their derivatives are small, and vanish with the misfit. Zero
+ * numbers stay zero. A drawing shows the mechanism assembled: if its start is closed but for the tolerance, h = 0 there
+ * is a condition too, of all rows. */
 #include "constraints/rounding/exact.h"
 #include "base/memory.h"
 #include "constraints/diagnosis/doctor_walk.h"
@@ -25,12 +25,12 @@
 
 enum { MOST_NUMBERS = 600, MOST_PLACES = 128, LEAST_PLACES = 12, PER_NUMBER = 4, STEPS = 24 };
 
-/* The places closed on independent rows of one system, and what its conditions are there. */
+/* Configurations closed on independent rows of one system, and their conditions. */
 typedef struct survey {
     double *q;     /* n x (places + 1): the start comes last */
     double *rest;  /* conditions */
     double widest; /* redundant row */
-    bool lags;     /* a place that does not count has followed the others, but not as far */
+    bool lags;     /* a place that does not count has followed the others, but not to the same accuracy */
 } survey;
 
 typedef struct search {
@@ -41,15 +41,15 @@ typedef struct search {
     kmp_drawn *number;
     int count;
     bool *excluded; /* m: rows of drives */
-    int rank;       /* of the others */
-    int left;       /* conditions at a place */
+    int rank;       /* rank of the other rows */
+    int left;       /* number of conditions at a place */
     int places;
     bool closed;     /* the start is a place, closed with the numbers as drawn: its m rows are conditions */
     int conditions;  /* of all places */
     double *w;       /* m x conditions */
     bool *counts;    /* places + 1 */
     double *drawn;   /* places + 1: the widest row of the drawing */
-    double foreseen; /* misfit after a step that brings more rows, as far as the conditions are linear */
+    double foreseen; /* misfit after a step, in the linear model, that may add more rows */
     bool strict;     /* a place that has followed the others counts */
     survey at, trial;
     kempe_system *system; /* with the numbers of `at`; NULL: as drawn */
@@ -66,7 +66,7 @@ static int all_places(const search *x)
 
 /* -- conditions -------------------------------------------------------------------------------------- */
 
-/* w' h of the places that count, to `out` (conditions). */
+/* Writes w' h of the places that count to `out` (conditions). */
 static void contract(const search *x, double *out)
 {
     int m = x->s->m;
@@ -79,7 +79,7 @@ static void contract(const search *x, double *out)
     }
 }
 
-/* Adds scaled h of the model at all places, `times`, to x->h. */
+/* Adds scaled h of the model at all places, times the factor `times`, to x->h. */
 static kempe_status add_closures(search *x, double times)
 {
     static const double start = 0;
@@ -108,7 +108,7 @@ static kempe_status add_closures(search *x, double times)
 }
 
 /* Computes derivatives of the conditions by the shift of each number in units of its rounding: a step of least norm
- * then shifts all alike. */
+ * then weights all numbers equally. */
 static kempe_status find_slopes(search *x)
 {
     kempe_status status = KEMPE_OK;
@@ -126,8 +126,8 @@ static kempe_status find_slopes(search *x)
     return status;
 }
 
-/* Places where rows are open much wider than at most others (where strict: and about as wide as in the drawing) are
- * next to a change point, or on a branch that is not meant: their conditions do not count. */
+/* Excludes places with rows much wider open than at most others (strict: and about as wide as in the drawing). They are
+ * near a change point, or on another branch. */
 static void sift(search *x, const double *open, survey *at)
 {
     at->widest = 0;
@@ -157,7 +157,7 @@ static kmp_walk *walk_of(const search *x, const kempe_system *s)
     return w;
 }
 
-/* Closes the places of `at` anew on independent rows of a system. false: no memory. */
+/* Closes the places of `at` again on independent rows of a system. false: no memory. */
 static bool look(search *x, const kempe_system *s, survey *at)
 {
     size_t n = (size_t)s->n, m = (size_t)s->m;
@@ -188,7 +188,7 @@ static bool look(search *x, const kempe_system *s, survey *at)
 
 /* -- steps ------------------------------------------------------------------------------------------- */
 
-/* Returns how far a number may be shifted, scaled. */
+/* Returns the largest permitted shift of a number, scaled. */
 static double farthest(const search *x, const kmp_drawn *n)
 {
     if (x->s->model->closure_tolerance_given)
@@ -196,7 +196,7 @@ static double farthest(const search *x, const kmp_drawn *n)
     return fmax(KMP_MEND_DIGITS * n->rounding, n->scalar ? 0 : KMP_MEND_AXES);
 }
 
-/* Sets the goal of the step of a rank. true: every number stays within the shift that rounding allows. */
+/* Sets the goal of the step of a rank. true: every number stays within the permitted shift. */
 static bool set_goal(search *x)
 {
     bool near = true;
@@ -207,7 +207,7 @@ static bool set_goal(search *x)
     return near;
 }
 
-/* Returns the largest condition after the step, as far as they are linear. */
+/* Returns the largest condition after the step, in the linear model. */
 static double left_by(const search *x)
 {
     double most = 0;
@@ -220,7 +220,7 @@ static double left_by(const search *x)
     return most;
 }
 
-/* Goes to the goal if the misfit is reduced there. KEMPE_E_INPUT: what is no closure any more. */
+/* Moves to the goal if the misfit is reduced there. KEMPE_E_INPUT: a closure is no longer valid. */
 static kempe_status try_goal(search *x, bool *reduced)
 {
     kempe_system *s = NULL;
@@ -229,10 +229,10 @@ static kempe_status try_goal(search *x, bool *reduced)
     if (status != KEMPE_OK)
         return status;
     memcpy(x->trial.q, x->at.q, (size_t)(x->s->n * (x->places + 1)) * sizeof *x->at.q);
-    x->trial.widest = s->m < x->s->m ? 0 : INFINITY; /* rows have become exactly zero: the assembly will tell */
+    x->trial.widest = s->m < x->s->m ? 0 : INFINITY; /* rows have become exactly zero: the assembly decides */
     if (s->m == x->s->m && !look(x, s, &x->trial))
         status = KEMPE_E_MEMORY;
-    if (s->m > x->s->m) /* axes that are parallel as drawn are parallel no more */
+    if (s->m > x->s->m) /* axes that are parallel as drawn are no longer parallel */
         x->foreseen = fmin(x->foreseen, left_by(x));
     *reduced = status == KEMPE_OK && x->trial.widest < KMP_MEND_REDUCED * x->at.widest;
     if (*reduced) {
@@ -248,8 +248,8 @@ static kempe_status try_goal(search *x, bool *reduced)
     return status;
 }
 
-/* The widest row is what the left null spaces are off by, more where pivots are small: directions of the conditions
- * below that are left to the next step, and more of them where they lead too far or nowhere. */
+/* The error of the left null spaces is the widest row, more where pivots are small. Directions of the conditions below
+ * that error are left to the next step. If a step goes too far or fails, more directions are left. */
 static kempe_status step(search *x, bool *reduced)
 {
     double widest = x->at.widest;
@@ -266,7 +266,7 @@ static kempe_status step(search *x, bool *reduced)
     return status;
 }
 
-/* True if the mechanism closes, no row remains open, and none opens on the way to most other places. */
+/* True if the mechanism closes, no row remains open, and none opens on the path to most other places. */
 static bool is_whole(const kempe_system *s, int rank)
 {
     kempe_assembly *a = NULL;

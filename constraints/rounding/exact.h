@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The exact mechanism near a rounded drawing: the smallest shift of the model's numbers with which redundant closures
- * hold wherever the mechanism goes. */
+ * hold in all configurations. */
 #ifndef KMP_CONSTRAINTS_ROUNDING_EXACT_H
 #define KMP_CONSTRAINTS_ROUNDING_EXACT_H
 
 #include "constraints/closing/assemble.h"
 #include "model/variant.h"
 
-/** A rounded drawing has an exact mechanism near; or rows stay open, which rounding of its numbers explains or not. */
+/** A rounded drawing has an exact mechanism nearby; or rows stay open, explained by rounding of its numbers or not. */
 typedef enum kmp_drawn_model { KMP_DRAWING_OPEN, KMP_DRAWING_UNEXPLAINED, KMP_DRAWING_EXACT } kmp_drawn_model;
 
 /** Shifts the numbers of the variant if there is an exact mechanism. Its model is that of a rounded system, closures

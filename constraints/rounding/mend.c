@@ -5,16 +5,16 @@
 #include "constraints/tolerances.h"
 #include <math.h>
 
-/* Larger ones are not looked at: their closures stay open where they are redundant but for rounding. */
+/* Bounds for the search: in larger models closures that are redundant but for rounding stay open. */
 enum { MOST_COORDINATES = 100, MOST_ROWS = 200 };
 
-/* The closures of a model alone, assembled, and the mechanism that they mean. */
+/* The closures of a model alone, assembled, and the exact mechanism of the drawing. */
 typedef struct meaning {
     kempe_system *closures;
     kempe_assembly *a;
     bool rounded;
     kmp_drawn_model drawing;
-    kmp_variant *variant; /* whose model has the numbers of an exact mechanism */
+    kmp_variant *variant; /* its model has the numbers of an exact mechanism */
     double by;            /* the largest shift, scaled */
 } meaning;
 
@@ -45,7 +45,7 @@ static kempe_status find_meaning(const kempe_model *model, kmp_variant *given, m
     return status;
 }
 
-/* Frees all but the variant that was given. */
+/* Frees all except the given variant. */
 static void end_meaning(meaning *x, const kmp_variant *given)
 {
     if (x->variant != given)
@@ -65,7 +65,7 @@ kempe_status kmp_meant(const kempe_model *model, kmp_variant **meant)
 
 /* -- systems ----------------------------------------------------------------------------------------- */
 
-/* What stays open as drawn, at the start or else elsewhere, for a system made of the same drawing. */
+/* Records in a system of the same drawing the gaps as drawn, at the start or else elsewhere. */
 static void note_misfits(const kempe_system *rounded, const kempe_assembly *a, kempe_system *s)
 {
     for (int c = 0; c < rounded->model->closure_count; c++)
@@ -77,7 +77,7 @@ static void note_misfits(const kempe_system *rounded, const kempe_assembly *a, k
     }
 }
 
-/* What stays open as drawn; those that a mended system closes are told with it. */
+/* Reports the gaps as drawn, and that a mended system closes them. */
 static void tell(const kempe_system *s)
 {
     for (int c = 0; c < s->model->closure_count; c++) {
@@ -102,7 +102,7 @@ void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
                         s->mended_by, s->length);
 }
 
-/* Replaces a rounded system by that of the exact mechanism. If rounding does not explain the misfit the closures hold
+/* Replaces a rounded system by that of the exact mechanism. If rounding does not explain the misfit, the closures hold
  * as written. The closures alone decide, as in kmp_meant, so that both give the same bits. */
 static kempe_status settle(kempe_system **system, kmp_variant *given, const char *word)
 {
@@ -130,7 +130,7 @@ static kempe_status settle(kempe_system **system, kmp_variant *given, const char
     return status;
 }
 
-/* `given`: the variant that owns the model, if its parameters vary. */
+/* Makes a system. `given`: the variant that owns the model, if its parameters vary. */
 static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
 {
     kempe_system *s = NULL;

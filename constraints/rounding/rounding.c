@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Told apart by finite motions. Where a direction of the rows is dropped that only rounding makes, the mechanism gains
- * a motion along which the dropped rows stay open by the rounding, however far it goes. Where a small pivot is real, as
- * next to a change point, the motion gained is one that the mechanism does not have: the dropped rows open with the
- * square of the way and exceed the tolerance soon. A small loop in a large mechanism cannot open far: its own size
- * measures it. */
+/* Finite motions distinguish rounding from real pivots. If a direction of the rows is dropped that only rounding makes,
+ * the mechanism gains a motion along which the dropped rows stay open by the rounding, however far it goes. If a small
+ * pivot is real, as near a change point, the mechanism does not have the motion gained: the dropped rows open with the
+ * square of the distance and soon exceed the tolerance. A small loop in a large mechanism cannot open far: its own size
+ * is the measure. */
 #include "constraints/rounding/rounding.h"
 #include "base/memory.h"
 #include "constraints/diagnosis/doctor.h"
@@ -44,7 +44,7 @@ void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *tri
         r->misfit = trial->most;
         atomic_store(&r->state, 2);
     }
-    while (atomic_load(&r->state) != 2) /* another thread is at it, with the same numbers */
+    while (atomic_load(&r->state) != 2) /* another thread computes the same numbers */
         ;
 }
 
@@ -54,8 +54,8 @@ typedef struct trial {
     kmp_rounding_trial *t;
     kmp_walk *walk;
     int rank;     /* without the rows of drives */
-    bool *driven; /* m: these */
-    double *part; /* m: of the tolerance that a row has: positions in a loop smaller than the mechanism have less */
+    bool *driven; /* m: rows of drives */
+    double *part; /* m: the tolerance of a row, relative: positions in a loop smaller than the mechanism have less */
 } trial;
 
 int kmp_rounding_drives(const kempe_system *s, const bool *dropped, bool *driven)
@@ -113,7 +113,7 @@ int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double *
     return count;
 }
 
-/* Of the places that are far from the state most must stay closed: some are on branches that are not meant. */
+/* Most of the places that are far from the state must stay closed: some are on other branches. */
 static void judge(trial *x, const kmp_waypoint *place, int count)
 {
     kmp_rounding_trial *t = x->t;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * The assembly modes of a mechanism: the ways in which its loops close with the held coordinates as they are.
+ * Assembly modes of a mechanism: the configurations in which its loops close with the held coordinates fixed.
  */
 #ifndef KEMPE_BRANCHES_H
 #define KEMPE_BRANCHES_H
@@ -13,13 +13,13 @@ extern "C" {
 
 typedef struct kempe_branches kempe_branches;
 
-/** Other assembly modes, found by assembling from many random starts with the held coordinates kept (where
- *  these are fewer than the degrees of freedom, with further independent ones). Sampling may miss some.
- *  `seed` chooses the starts; the same seed gives the same result. */
+/** Finds other assembly modes by assembling from many random starts with the held coordinates fixed. If fewer
+ * coordinates are held than there are degrees of freedom, further independent ones are fixed. Sampling may miss some
+ * modes. `seed` chooses the starts; the same seed gives the same result. */
 KEMPE_API kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches);
 KEMPE_API void kempe_branches_free(kempe_branches *branches);
 
-/** How many; q of the k-th, n values, owned by the branches. The first is the model's. */
+/** The number of modes, and q of the k-th (n values, owned by the branches). The first mode is the model's. */
 KEMPE_API int kempe_branches_count(const kempe_branches *branches);
 KEMPE_API const double *kempe_branches_q(const kempe_branches *branches, int k);
 KEMPE_API kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text);

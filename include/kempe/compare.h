@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * Formulations, integrators and tolerances side by side: error against a reference, residuals kept, work done, time.
+ * Comparison of formulations, integrators and tolerances: error against a reference, residuals, work and time.
  */
 #ifndef KEMPE_COMPARE_H
 #define KEMPE_COMPARE_H
@@ -13,7 +13,7 @@ extern "C" {
 
 typedef struct kempe_comparison kempe_comparison;
 
-/** Lists are comma-separated. NULL takes the standard ones, and for a stiff model all implicit integrators. */
+/** Lists are comma-separated. NULL takes the standard values, and for a stiff model all implicit integrators. */
 typedef struct kempe_compare_options {
     const char *rtols; /* "1e-4,1e-6,.." */
     const char *formulations;
@@ -21,23 +21,24 @@ typedef struct kempe_compare_options {
     const char *integrators;
     const char *reference; /* CSV; NULL: Kempe makes its own from several formulations and integrators */
     double t_end;
-    double budget_s; /* of the processor, for all runs together; what there is no time for is left out; 0: 60 */
+    double budget_s; /* processor time of all runs together; runs that exceed it are left out; 0: 60 */
 } kempe_compare_options;
 
-KEMPE_API kempe_compare_options kempe_compare_run_default(void);
-KEMPE_API kempe_status kempe_compare(const kempe_system *system, const kempe_compare_options *run,
-                                     kempe_comparison **comparison);
+KEMPE_API kempe_compare_options kempe_compare_options_default(void);
+KEMPE_API kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compare_options *run,
+                                            kempe_comparison **comparison);
 KEMPE_API void kempe_comparison_free(kempe_comparison *comparison);
 KEMPE_API kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text);
 KEMPE_API kempe_status kempe_comparison_write_csv(const kempe_comparison *comparison, const char *path);
 
-/** One page of HTML that needs nothing beside itself: the verdict, plots, the mechanism moving, all runs. The run that
- * is advised and the best of each other formulation are made once more and watched. KEMPE_E_IO when the path cannot be
- * written, or as kempe_report_check. */
+/** Writes a self-contained HTML page: summary, plots, animation of the mechanism, all runs. The recommended run and the
+ * best run of each other formulation are repeated with monitoring. KEMPE_E_IO: the path cannot be written, or an error
+ * of kempe_report_check. */
 KEMPE_API kempe_status kempe_comparison_write_report(const kempe_comparison *comparison, const char *path);
 
-/** Whether reports can be made here: three.js and Chart.js are taken from /usr/share/javascript, or from the folder
- * that the environment variable KEMPE_JAVASCRIPT names. KEMPE_E_IO: which is missing, and what to install. */
+/** KEMPE_OK if reports can be made on this system. three.js and Chart.js are taken from /usr/share/javascript, or from
+ * the folder in the environment variable KEMPE_JAVASCRIPT. KEMPE_E_IO: the message names the missing library and its
+ * package. */
 KEMPE_API kempe_status kempe_report_check(kempe_context *context);
 
 #ifdef __cplusplus

@@ -11,16 +11,16 @@
  *     kempe_creep_force force;
  *     kempe_contact_creep(KEMPE_CREEP_POLACH, &creep, &force);
  *
- * Axes: x in the direction of rolling, y across, z along the normal, right-handed. What is signed follows them: slip
- * and spin are the velocity and the turning about z of the one body (the wheel) against the other (the rail), over the
- * rolling speed; force and moment are those on the wheel. So a wheel that turns too fast has negative slip[0], and
+ * Axes: x in the direction of rolling, y across, z along the normal, right-handed. All signs follow these axes. Slip
+ * and spin are the velocity and the rotation about z of one body (the wheel) relative to the other (the rail), divided
+ * by the rolling speed. Force and moment act on the wheel. So a wheel that turns too fast has negative slip[0], and
  * force[0] drives it forwards.
  *
- * Both bodies are of like material. Two unlike ones are taken as two of 1/G = (1/G1 + 1/G2)/2 and
+ * Both bodies have the same material. Two different materials are represented by one with 1/G = (1/G1 + 1/G2)/2 and
  * poisson/G = (poisson1/G1 + poisson2/G2)/2 (Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990).
  *
- * SI units: m, N, Pa. A function returns KEMPE_OK, or KEMPE_E_ARGUMENT and leaves its output as it was: a number is not
- * finite, or outside the range that is told with it.
+ * SI units: m, N, Pa. A function returns KEMPE_OK, or KEMPE_E_ARGUMENT if a number is not finite or outside its
+ * documented range. Outputs are then unchanged.
  */
 #ifndef KEMPE_CONTACT_H
 #define KEMPE_CONTACT_H
@@ -33,8 +33,8 @@ extern "C" {
 
 /* -- the normal problem --------------------------------------------------------------------------- */
 
-/** How two bodies touch. Curvatures are those of both together, 1/R1 + 1/R2, a concave one negative; their sums are
- *  positive. */
+/** Geometry and material of two touching bodies. Curvatures are sums over both bodies, 1/R1 + 1/R2, a concave one
+ * negative; the sums are positive. */
 typedef struct kempe_touch {
     double along, across; /* 1/m, > 0: in the direction of rolling, and across */
     double shear_modulus; /* Pa, > 0 */
@@ -43,13 +43,13 @@ typedef struct kempe_touch {
 
 typedef struct kempe_ellipse {
     double a, b;      /* semi-axes along and across, m */
-    double approach;  /* of the bodies, m */
-    double pressure;  /* the greatest, in the middle, Pa */
+    double approach;  /* approach of the bodies, m */
+    double pressure;  /* largest pressure, at the centre, Pa */
     double stiffness; /* K of N = K approach^1.5, N/m^1.5 */
 } kempe_ellipse;
 
-/** The ellipse that a normal force (N, >= 0) makes: Hertz 1882, with complete elliptic integrals, for any ratio of
- *  curvatures, to rounding. */
+/** The contact ellipse of a normal force (N, >= 0): Hertz 1882, with complete elliptic integrals, for any ratio of
+ * curvatures, accurate to rounding. */
 KEMPE_API kempe_status kempe_contact_hertz(const kempe_touch *touch, double normal, kempe_ellipse *ellipse);
 
 /* -- creep ---------------------------------------------------------------------------------------- */
@@ -66,13 +66,13 @@ typedef enum kempe_creep_law {
     KEMPE_CREEP_NONE,    /* no force */
     KEMPE_CREEP_LINEAR,  /* Kalker 1967: no bound */
     KEMPE_CREEP_SHEN,    /* Shen, Hedrick, Elkins 1983: the linear force, bounded as by Johnson and Vermeulen */
-    KEMPE_CREEP_POLACH,  /* Polach 1999, with spin; tells no moment */
+    KEMPE_CREEP_POLACH,  /* Polach 1999, with spin; gives no moment */
     KEMPE_CREEP_TANH,    /* Jaschinski 1990: each component of the linear force bounded by itself */
     KEMPE_CREEP_FASTSIM, /* Kalker 1982: strips, three flexibilities, parabolic bound */
-    KEMPE_CREEP_FASTSIM1 /* the same with one flexibility: what slips all over pulls against its slip */
+    KEMPE_CREEP_FASTSIM1 /* FASTSIM with one flexibility: in full slip the traction opposes the slip */
 } kempe_creep_law;
 
-/** "none", "linear", "shen", "polach", "tanh", "fastsim", "fastsim1"; NULL: there is no such law. */
+/** "none", "linear", "shen", "polach", "tanh", "fastsim", "fastsim1"; NULL: the law does not exist. */
 KEMPE_API const char *kempe_contact_law_name(kempe_creep_law law);
 
 typedef struct kempe_creep {
@@ -83,7 +83,7 @@ typedef struct kempe_creep {
     double friction;      /* coefficient, >= 0 */
     double slip[2];       /* creepage along and across, 1 */
     double spin;          /* 1/m */
-    int strips;           /* of FASTSIM, and steps in each; 0: 50 */
+    int strips;           /* strips of FASTSIM, and steps in each; 0: 50 */
 } kempe_creep;
 
 typedef struct kempe_creep_force {
@@ -94,15 +94,16 @@ typedef struct kempe_creep_force {
 
 KEMPE_API kempe_status kempe_contact_creep(kempe_creep_law law, const kempe_creep *creep, kempe_creep_force *force);
 
-/** The flexibilities L1, L2, L3 (m^3/N) with which FASTSIM gives the forces of the linear theory where nothing slips.
- */
+/** The flexibilities L1, L2, L3 (m^3/N) with which FASTSIM gives the forces of the linear theory in the absence of
+ * slip. */
 KEMPE_API kempe_status kempe_contact_flexibilities(const kempe_creep *creep, double flexibility[3]);
 
-/** The one flexibility (m^3/N) instead of the three (Kalker 1982): their mean, each weighed by its creepage, x, y and
- *  spin sqrt(a b), over the length of these. The linear force where one creepage is alone; without any it is L1. */
+/** The single flexibility (m^3/N) in place of the three (Kalker 1982): their mean, each weighted by its creepage x, y
+ * and spin sqrt(a b), over the length of the creepage vector. With one creepage alone it gives the linear force.
+ * Without creepage it is L1. */
 KEMPE_API kempe_status kempe_contact_flexibility(const kempe_creep *creep, double *flexibility);
 
-/** FASTSIM with flexibilities of one's own, each > 0. */
+/** FASTSIM with given flexibilities, each > 0. */
 KEMPE_API kempe_status kempe_contact_fastsim(const kempe_creep *creep, const double flexibility[3],
                                              kempe_creep_force *force);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * What a program adds to a system at run time: forces by a function, beside the expressions of the model.
+ * Extension of a system at run time: forces by a function, in addition to the expressions of the model.
  *
  *     static int brake(void *user, double t, const double *q, const double *qd, double *effort)
  *     {
@@ -21,14 +21,14 @@
 extern "C" {
 #endif
 
-/** Adds your generalized efforts (n; N m or N, zero when called) to the right side at (t, q, qd): with the expressions
- *  of the model, one more way to say a force. Returns 0, or not 0 when it cannot be evaluated there: the step is then
- *  tried smaller. It must be smooth and a function of its arguments alone, but for what changes between calls of a
- *  stepper (kempe/stepper.h); it is called from every thread that works on the system. Where derivatives are wanted
- * (the dae formulation, stiff integrators) they are taken by differences. */
+/** Adds user-defined generalized forces (n; N m or N, zero when called) to the right side at (t, q, qd), in addition to
+ * the model's expressions. Returns 0, or not 0 if they cannot be evaluated there: the step is then repeated with a
+ * smaller size. The function must be smooth and depend on its arguments alone, except for inputs that change between
+ * calls of a stepper (kempe/stepper.h). Every thread that works on the system calls it. Derivatives, where needed (the
+ * dae formulation, stiff integrators), are taken by differences. */
 typedef int kempe_force_fn(void *user, double t, const double *q, const double *qd, double *effort);
 
-/** To be called before anything works on the system; NULL takes the force away. */
+/** Sets the force function. Call it before anything works on the system; NULL removes the force. */
 KEMPE_API void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user);
 
 #ifdef __cplusplus

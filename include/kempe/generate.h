@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * Sets of equations of a model: what they cost, derived one by one, and their text in other languages.
+ * Sets of equations of a model: their operation counts, each derived alone, and their text in other languages.
  */
 #ifndef KEMPE_GENERATE_H
 #define KEMPE_GENERATE_H
@@ -11,56 +11,55 @@
 extern "C" {
 #endif
 
-/** What to derive, and how. NULL and 0 take the default. */
+/** Selection of the sets and of their form. NULL and 0 take the default. */
 typedef struct kempe_generate_options {
-    const char *sets;      /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J,
-                            * h_t, qdd: the accelerations without closure forces, in O(N); invdyn_q, invdyn_qd: derivatives
-                            * of    invdyn, tangents: these and M; R: invdyn less J' lambda, R_q, R_tangents likewise; with +
-                            * between several as one program: M_C+h_J+jdqd */
-    const char *scheme;    /* how M is made: composite (default), ner */
-    int keep_parameters;   /* every number of the model that is not zero stays a symbol, instead of being folded in */
+    const char *sets;      /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J, h_t. qdd:
+                            * the accelerations without closure forces, in O(N). invdyn_q, invdyn_qd: derivatives of
+                            * invdyn; tangents: these and M. R: invdyn less J' lambda; R_q: derivatives of R by q;
+                            * R_tangents: R_q, invdyn_qd and M. With + between several they are one program:
+                            * M_C+h_J+jdqd */
+    const char *scheme;    /* algorithm for M: composite (default), ner */
+    int keep_parameters;   /* every nonzero number of the model stays a symbol instead of being folded in */
     int body_inputs;       /* three forces and three torques on every body are inputs */
-    const char *no_inputs; /* comma-separated: bodies that have none of them */
-    int drives;            /* rows of drives and locks are among the closures: coordinates less functions of time */
-    int optimize;          /* look for the fewest operations at run time, joint by joint: slower */
+    const char *no_inputs; /* comma-separated: bodies without these inputs */
+    int drives;            /* the closures include rows of drives and locks: coordinates less functions of time */
+    int optimize;          /* search for the fewest operations at run time, joint by joint: slower */
     /* for kempe_code alone */
     const char *language; /* c (default), octave, python */
     const char *form;     /* names of variables: legible (default), compact */
-    int vectorised;       /* array languages: all that can be done at once is one statement */
+    int vectorised;       /* array languages: operations that can be done at once are one statement */
 } kempe_generate_options;
 
 typedef struct kempe_count kempe_count;
 
-/** Derives each of the asked sets alone, and all of them as one program. KEMPE_E_ARGUMENT: a set, scheme or body that
- *  does not exist; KEMPE_E_INPUT: a closure that can never be met. */
+/** Derives each set in the options alone, and all of them as one program. KEMPE_E_ARGUMENT: a set, scheme or body that
+ * does not exist; KEMPE_E_INPUT: a closure that can never be met. */
 KEMPE_API kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_options *generation,
                                        kempe_count **count);
 KEMPE_API void kempe_count_free(kempe_count *count);
 
-/** Operations by two rules: `paper` + - * /, `robotran` those, unary minus, and one for each sine, cosine or other
- *  function. */
+/** Prints operation counts by two rules: `paper` counts + - * /; `robotran` counts those, unary minus, and one for each
+ * sine, cosine or other function. */
 KEMPE_API kempe_status kempe_count_print(const kempe_count *count, kempe_format format, char **text);
 
 typedef struct kempe_code kempe_code;
 
-/** Derives each of the asked sets alone and writes them in a language: a function each, self-contained, with the
- *  constants in all their digits; the same model gives the same bytes. KEMPE_E_ARGUMENT: a set, scheme, body, language
- * or form that does not exist, or an operation that the language has not; KEMPE_E_INPUT: a closure that can never be
- * met.
- */
+/** Derives each set in the options alone and writes it in a language: one self-contained function per set, with all
+ * digits of the constants. The same model gives the same bytes. KEMPE_E_ARGUMENT: a set, scheme, body, language or form
+ * that does not exist, or an operation that the language lacks. KEMPE_E_INPUT: a closure that can never be met. */
 KEMPE_API kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_options *generation,
                                       kempe_code **code);
 KEMPE_API void kempe_code_free(kempe_code *code);
 
-/** The files: their names, and what stands in them. */
+/** The files: their names and contents. */
 KEMPE_API int kempe_code_file_count(const kempe_code *code);
 KEMPE_API const char *kempe_code_file_name(const kempe_code *code, int k);
 KEMPE_API const char *kempe_code_file_text(const kempe_code *code, int k);
 
-/** Writes all of them into a folder, which is made when it is not there; each whole or not at all. */
+/** Writes all files into a folder, which is made if it does not exist; each file whole or not at all. */
 KEMPE_API kempe_status kempe_code_write(const kempe_code *code, const char *folder);
 
-/** What was made: routines with their operations, files. */
+/** Prints a summary: routines with their operations, and files. */
 KEMPE_API kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text);
 
 #ifdef __cplusplus

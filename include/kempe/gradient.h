@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * Outputs of a driven mechanism with their exact derivatives by named parameters, through the loops: what an optimiser
- * asks for again and again. Derived once; each answer takes one closure by Newton's method and one pass of straight
- * code.
+ * Outputs of a driven mechanism with their exact derivatives by named parameters, through the loops, for repeated
+ * evaluation by an optimiser. The equations are derived once. Each evaluation takes one closure by Newton's method and
+ * one pass of straight-line code.
  *
  *     const char *names[] = {"crank", "rocker"};
  *     kempe_gradient_options ask = {.parameter_count = 2, .parameters = names, .driven = "crank"};
@@ -15,8 +15,8 @@
  *         add(kempe_gradient_values(gradient), kempe_gradient_jacobian(gradient));
  *     }
  *
- * The mechanism is led from where it was to where it is asked for, coordinates and parameters together, so that it
- * stays in its assembly mode.
+ * The mechanism moves continuously from its last configuration to the requested one, coordinates and parameters
+ * together, so that it stays in its assembly mode.
  */
 #ifndef KEMPE_GRADIENT_H
 #define KEMPE_GRADIENT_H
@@ -32,38 +32,40 @@ typedef struct kempe_gradient kempe_gradient;
 typedef struct kempe_gradient_options {
     int parameter_count;
     const char *const *parameters; /* names of parameters of the model */
-    const char *driven;            /* coordinates with commas between: one for each degree of freedom */
+    const char *driven;            /* coordinates, comma-separated: one for each degree of freedom */
     const char *backend;           /* native | tape; NULL: the default */
 } kempe_gradient_options;
 
-/** Derives the equations of a model with those parameters kept open, and assembles it at its start. The values are the
- *  model's outputs (`run: outputs`) beside the table of every run. The model must outlive it. KEMPE_E_ARGUMENT: a name,
- *  or one that cannot vary. KEMPE_E_FAILED: it does not assemble, or the coordinates do not drive it, and what would.
- */
+/** Derives the equations of a model with the parameters kept symbolic, and assembles it at its start. The values are
+ * the model's outputs (`run: outputs`) in addition to the table of every run. The model must outlive it.
+ * KEMPE_E_ARGUMENT: a name does not exist or cannot vary. KEMPE_E_FAILED: the model does not assemble, or the
+ * coordinates do not drive it; the message names some that would. */
 KEMPE_API kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_options *ask,
                                           kempe_gradient **gradient);
 KEMPE_API void kempe_gradient_free(kempe_gradient *gradient);
 
-/** How many values there are, and what the k-th is called: `position.coupler.P.x`. */
+/** The number of values, and the name of the k-th: `position.coupler.P.x`. */
 KEMPE_API int kempe_gradient_count(const kempe_gradient *gradient);
 KEMPE_API const char *kempe_gradient_name(const kempe_gradient *gradient, int k);
 
-/** Values of all parameters, from the next kempe_gradient_at on. KEMPE_E_INPUT: the model cannot have them, and why;
- * those before hold on. */
+/** Sets the values of all parameters, effective from the next kempe_gradient_at on. KEMPE_E_INPUT: the model cannot
+ * have these values; the message has the reason, and the values before remain. */
 KEMPE_API kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values);
 
-/** Takes the driven coordinates, with their rates and accelerations (NULL: zero), in the order of their names; t = 0.
- *  KEMPE_E_FAILED: the loops do not close on the way there, and how far they do; everything is then as it was. */
+/** Evaluates at the driven coordinates, with their rates and accelerations (NULL: zero), in the order of their names,
+ * at t = 0. KEMPE_E_FAILED: the loops cannot be closed there; the message says up to which point they can, and
+ * everything is unchanged. */
 KEMPE_API kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, const double *rates,
                                          const double *accelerations);
 
-/** Of the last kempe_gradient_at, owned by the gradient: the values; their derivatives by the parameters (row by row, a
- *  row a value) and by the driven coordinates. */
+/** Results of the last kempe_gradient_at, owned by the gradient: the values; their derivatives by the parameters
+ * (row-major, a row per value) and by the driven coordinates. */
 KEMPE_API const double *kempe_gradient_values(const kempe_gradient *gradient);
 KEMPE_API const double *kempe_gradient_jacobian(const kempe_gradient *gradient);
 KEMPE_API const double *kempe_gradient_by_driven(const kempe_gradient *gradient);
 
-/** The same of all coordinates (n values; row by row, a row a coordinate). */
+/** All coordinates at the last kempe_gradient_at (n values) and their derivatives by the parameters (row-major, a row
+ * per coordinate). */
 KEMPE_API const double *kempe_gradient_q(const kempe_gradient *gradient);
 KEMPE_API const double *kempe_gradient_q_jacobian(const kempe_gradient *gradient);
 

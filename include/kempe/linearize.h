@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * A mechanism near a state, linear: state space for chosen inputs and outputs, with exact derivatives.
+ * Linearisation of a mechanism about a state: state space for chosen inputs and outputs, with exact derivatives.
  *
  *     kempe_linearize_options ask = {.inputs = "effort(A)", .outputs = "position(coupler.P)"};
  *     kempe_linearization *linear;
- *     kempe_linearize(system, &ask, &linear);
+ *     kempe_linearization_new(system, &ask, &linear);
  *     int rows, columns;
  *     const double *a = kempe_linearization_matrix(linear, KEMPE_MATRIX_A, &rows, &columns);
  *
@@ -26,17 +26,18 @@ extern "C" {
 typedef struct kempe_linearize_options {
     const char *at;      /* the state: equilibrium (default), start */
     const char *inputs;  /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters; default: none */
-    const char *outputs; /* as the model's outputs, or a component: "position(b.P).x"; default: the model's where there
-                            are inputs */
+    const char *outputs; /* as the model's outputs, or a component: "position(b.P).x"; default: the model's if there are
+                          * inputs */
     const char *independent; /* independent coordinates; default: Kempe chooses */
     const char *backend;
 } kempe_linearize_options;
 
 typedef struct kempe_linearization kempe_linearization;
 
-/** KEMPE_E_ARGUMENT: a name; KEMPE_E_FAILED: there is no such state, and why. */
-KEMPE_API kempe_status kempe_linearize(const kempe_system *system, const kempe_linearize_options *ask,
-                                       kempe_linearization **linearization);
+/** Linearises about the state in the options. KEMPE_E_ARGUMENT: a name is wrong; KEMPE_E_FAILED: the state does not
+ * exist; the message has the reason. */
+KEMPE_API kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *ask,
+                                               kempe_linearization **linearization);
 KEMPE_API void kempe_linearization_free(kempe_linearization *linearization);
 
 typedef enum kempe_matrix {
@@ -52,7 +53,7 @@ typedef enum kempe_matrix {
     KEMPE_MATRIX_ND
 } kempe_matrix;
 
-/** Column-major: element (i, k) at [i + k rows]; owned by the linearization. */
+/** One matrix, column-major: element (i, k) at [i + k rows]; owned by the linearization. */
 KEMPE_API const double *kempe_linearization_matrix(const kempe_linearization *linearization, kempe_matrix matrix,
                                                    int *rows, int *columns);
 
@@ -62,23 +63,23 @@ typedef enum kempe_channel {
     KEMPE_CHANNEL_OUTPUT
 } kempe_channel;
 
-/** How many; name and unit (SI, "" where none is known) of the k-th. */
+/** The number of channels; name and unit (SI, "" if unknown) of the k-th. */
 KEMPE_API int kempe_linearization_count(const kempe_linearization *linearization, kempe_channel channel);
 KEMPE_API const char *kempe_linearization_name(const kempe_linearization *linearization, kempe_channel channel, int k);
 KEMPE_API const char *kempe_linearization_unit(const kempe_linearization *linearization, kempe_channel channel, int k);
 
-/** The state: q and qd (n values), and the outputs there. */
+/** The state: q and qd (n values), and the outputs at it. */
 KEMPE_API const double *kempe_linearization_q(const kempe_linearization *linearization);
 KEMPE_API const double *kempe_linearization_qd(const kempe_linearization *linearization);
 KEMPE_API const double *kempe_linearization_y(const kempe_linearization *linearization);
 
-/** 1: an equilibrium, or a motion that changes no force; 0: the matrices hold at that instant. */
+/** 1: an equilibrium, or a motion that changes no force; 0: the matrices are valid at that instant only. */
 KEMPE_API int kempe_linearization_is_equilibrium(const kempe_linearization *linearization);
 
 KEMPE_API kempe_status kempe_linearization_print(const kempe_linearization *linearization, kempe_format format,
                                                  char **text);
 
-/** All matrices and names for NumPy in one .npz, whole or not at all. */
+/** Writes all matrices and names for NumPy in one .npz, whole or not at all. */
 KEMPE_API kempe_status kempe_linearization_write_npz(const kempe_linearization *linearization, const char *path);
 
 #ifdef __cplusplus

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What code emitted by Kempe calls, and nothing else: stands alone, C99 or C++11, no library but libm.
+/* Runtime of the code that Kempe generates. It is self-contained: C99 or C++11, no library but libm.
  *
  * Functions given by points. Sine and cosine together, within 1 ulp, the same bits from the scalar and the lane form
  * on every machine with IEEE doubles rounded to nearest. Compile with -ffp-contract=off and without -ffast-math:
@@ -29,9 +29,9 @@
 #define KEMPE_RUNTIME_RESTRICT
 #endif
 
-/* n stays below 2^16 up to here. */
+/* n is below 2^16 up to this limit. */
 #define KEMPE_SINCOS_LIMIT 1e5
-/* The largest double below pi/4: up to here n is 0. */
+/* The largest double below pi/4: up to it n is 0. */
 #define KEMPE_SINCOS_SMALL 0.78539816339744828
 
 KEMPE_RUNTIME_INLINE uint64_t kempe_bits_(double x)
@@ -77,7 +77,7 @@ KEMPE_RUNTIME_INLINE double kempe_cosine_(double r, double y, double z)
     return head + (((1.0 - head) - half) + (z * p - r * y));
 }
 
-/* The lane form: without a branch. */
+/* Sine and cosine in the lane form: without a branch. */
 KEMPE_RUNTIME_INLINE void kempe_sincos_core_(double x, double *s, double *c)
 {
     uint64_t bits = kempe_bits_(x), sign = bits & ((uint64_t)1 << 63);
@@ -123,7 +123,7 @@ KEMPE_RUNTIME_UNUSED static inline double kempe_piece_(const double c[4], int de
     }
 }
 
-/* The last knot but one that is not right of at. */
+/* The last knot, except the end knot, that is not to the right of `at`. */
 KEMPE_RUNTIME_UNUSED static inline int kempe_find_piece_(int count, const double *x, double at)
 {
     int low = 0, high = count - 1;
@@ -137,8 +137,8 @@ KEMPE_RUNTIME_UNUSED static inline int kempe_find_piece_(int count, const double
     return low;
 }
 
-/** Value (derivative 0) or derivative of a function through the points (x, y), increasing, with four coefficients a
- * piece in powers of the distance to its left point; beyond the ends it goes on straight. NaN for NaN. */
+/** Value (derivative 0) or derivative of a function through the points (x, y), increasing, with four coefficients for
+ * each piece, in powers of the distance to its left point. Extrapolated linearly beyond the ends. NaN for NaN. */
 KEMPE_RUNTIME_UNUSED static inline double kempe_table(int count, const double *x, const double *y,
                                                       const double (*piece)[4], int derivative, double at)
 {

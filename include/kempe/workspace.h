@@ -1,25 +1,26 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * The equations of motion at one state, for a program of yours: control, optimisation, an integrator of your own.
+ * The equations of motion at one state, for user programs: control, optimisation, other integrators.
  *
  *     kempe_workspace *ws;
  *     kempe_workspace_new(system, &ws);
- *     kempe_eval(ws, t, q, qd);
+ *     kempe_workspace_evaluate(ws, t, q, qd);
  *     const double *M = kempe_workspace_mass(ws);            n x n, column-major
- *     kempe_forward_dynamics(ws, t, q, qd, NULL, qdd, lambda);
+ *     kempe_workspace_forward_dynamics(ws, t, q, qd, NULL, qdd, lambda);
  *
- * Where forces of the model depend on multipliers, C is that without load until kempe_forward_dynamics has found them.
+ * If forces of the model depend on multipliers, C excludes that load until kempe_workspace_forward_dynamics has
+ * computed them.
  *
- * The law is  M(q) qdd + C(q, qd, t) = Q + J' lambda,  h(q, t) = 0; n coordinates (rad or m), m closure rows.
+ * The equations are M(q) qdd + C(q, qd, t) = Q + J' lambda, h(q, t) = 0; n coordinates (rad or m), m closure rows.
  *
- * Equations are evaluated by machine code. Accelerations are computed as in a run: by articulated bodies where that
- * costs less (docs/solvers.md), otherwise on the independent rows and coordinates of the model's start. If these are
- * singular or the start cannot be assembled, rows are chosen at each state. Near closed states, rows that are redundant
- * at the start count only if J shows it beyond the error of h.
+ * Equations are evaluated by machine code. Accelerations are computed as in a run: by articulated bodies if that costs
+ * less (docs/solvers.md), otherwise on the independent rows and coordinates of the model's start. If these are singular
+ * or the start cannot be assembled, rows are chosen at each state. Near closed states, rows that are redundant at the
+ * start count only if J exceeds the error of h.
  *
- * A workspace belongs to one thread at a time; any number of them may work on one system. Make and free them where
- * the system was made. After kempe_workspace_new nothing here allocates, and nothing touches the context:
- * what went wrong is in kempe_workspace_message.
+ * A workspace belongs to one thread at a time; any number of them may work on one system. Make and free workspaces in
+ * the thread that made the system. After kempe_workspace_new nothing here allocates, and nothing touches the context:
+ * error messages are in kempe_workspace_message.
  */
 #ifndef KEMPE_WORKSPACE_H
 #define KEMPE_WORKSPACE_H
@@ -32,19 +33,20 @@ extern "C" {
 
 typedef struct kempe_workspace kempe_workspace;
 
-/** The system must outlive the workspace; the model is assembled once. KEMPE_E_MEMORY. */
+/** Makes a workspace; the model is assembled once. The system must outlive it. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace);
 KEMPE_API void kempe_workspace_free(kempe_workspace *workspace);
 
-/** What the last failing call on this workspace complained of: one sentence, never NULL. */
+/** Message of the last failing call on this workspace: one sentence, never NULL. */
 KEMPE_API const char *kempe_workspace_message(const kempe_workspace *workspace);
 
 /** Evaluates everything below at t (s), q and qd (n values each; qd NULL: at rest). q need not close the loops.
- *  KEMPE_E_FAILED: something is not finite there. */
-KEMPE_API kempe_status kempe_eval(kempe_workspace *workspace, double t, const double *q, const double *qd);
+ * KEMPE_E_FAILED: a value is not finite there. */
+KEMPE_API kempe_status kempe_workspace_evaluate(kempe_workspace *workspace, double t, const double *q,
+                                                const double *qd);
 
-/** Values at the state of the last kempe_eval or call for dynamics. The workspace owns them, and the next call
- * overwrites them. M (n x n, symmetric), C (n: bias on the side of M qdd; applied forces are in it with their sign
+/** Values at the state of the last kempe_workspace_evaluate or call for dynamics. The workspace owns them, and the next
+ * call overwrites them. M (n x n, symmetric), C (n: bias on the side of M qdd, applied forces included with their sign
  * changed), h (m), J = dh/dq (m x n), jdqd (m): d2h/dt2 = J qdd + jdqd. Matrices are column-major. */
 KEMPE_API const double *kempe_workspace_mass(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_bias(const kempe_workspace *workspace);
@@ -56,19 +58,20 @@ KEMPE_API const double *kempe_workspace_jdqd(const kempe_workspace *workspace);
 KEMPE_API double kempe_workspace_kinetic(const kempe_workspace *workspace);
 KEMPE_API double kempe_workspace_potential(const kempe_workspace *workspace);
 
-/** The efforts that the tree needs for qdd: Q = M qdd + C (n; N m or N), beside the forces that are in the model.
- *  Loops are taken as open. */
-KEMPE_API kempe_status kempe_inverse_dynamics(kempe_workspace *workspace, double t, const double *q, const double *qd,
-                                              const double *qdd, double *Q);
+/** Generalized forces that the tree needs for qdd: Q = M qdd + C (n; N m or N), in addition to the model's forces.
+ * Loops count as open. */
+KEMPE_API kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *workspace, double t, const double *q,
+                                                        const double *qd, const double *qdd, double *Q);
 
-/** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; NULL: not wanted) under the forces of the
- *  model and the efforts Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: some motion carries no mass. */
-KEMPE_API kempe_status kempe_forward_dynamics(kempe_workspace *workspace, double t, const double *q, const double *qd,
-                                              const double *Q, double *qdd, double *lambda);
+/** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; NULL: not wanted) under the model's forces
+ * and the generalized forces Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: a motion carries no mass. */
+KEMPE_API kempe_status kempe_workspace_forward_dynamics(kempe_workspace *workspace, double t, const double *q,
+                                                        const double *qd, const double *Q, double *qdd, double *lambda);
 
-/** Closes the loops at t: moves q, and then qd (NULL: not wanted), as little as possible. hold (n; NULL: none): not 0
- *  for a coordinate whose q and qd stay. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */
-KEMPE_API kempe_status kempe_close(kempe_workspace *workspace, double t, double *q, double *qd, const int *hold);
+/** Closes the loops at t: changes q, and then qd (NULL: not wanted), as little as possible. Coordinates with hold[i]
+ * not 0 (n; NULL: none) keep q and qd. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */
+KEMPE_API kempe_status kempe_workspace_close(kempe_workspace *workspace, double t, double *q, double *qd,
+                                             const int *hold);
 
 #ifdef __cplusplus
 }

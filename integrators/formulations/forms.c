@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The dae formulation: forms of one index-reduced DAE in y = (q, v, multipliers), on the independent rows of h:
  *
- *     q' - v [+ J' mu] = 0      M v' + C - J' lambda = 0      one or two groups of  c0 h + c1 (J v + h_t) + c2 hddot =
- * 0
+ *     q' - v [+ J' mu] = 0      M v' + C - J' lambda = 0
+ *     one or two groups of  c0 h + c1 (J v + h_t) + c2 hddot = 0
  *
- * stabilized1       h and J v + h_t with lambda = L', mu = N', derivatives of states: nothing algebraic is left (Gear,
- * Gupta and Leimkuhler 1985; Hiller and Anantharaman) ggl      the same with lambda and mu as algebraic unknowns index2
- * J v + h_t = 0: positions drift slowly index1   hddot + 2 alpha (J v + h_t) + beta^2 h = 0 (Baumgarte 1972), alpha =
- * beta = ten over the characteristic time index3   h = 0, for teaching: accelerations and multipliers lose most digits,
- * and below rtol 1e-10 it fails
+ * - stabilized1: h and J v + h_t with lambda = L', mu = N', derivatives of states: no algebraic unknown is left (Gear,
+ *   Gupta and Leimkuhler 1985; Hiller and Anantharaman)
+ * - ggl: h and J v + h_t with lambda and mu as algebraic unknowns
+ * - index2: J v + h_t = 0; positions drift slowly
+ * - index1: hddot + 2 alpha (J v + h_t) + beta^2 h = 0 (Baumgarte 1972), alpha = beta = 10 / characteristic time
+ * - index3: h = 0, for teaching: accelerations and multipliers lose most digits, and below rtol 1e-10 it fails
  *
- * Multipliers are kept out of every error norm by weights: the first steps are tiny, the condition of the iteration
- * matrix grows like h^-(index - 1), and their corrections never fall below rounding times that. */
+ * Weights exclude multipliers from every error norm: the first steps are tiny, the condition of the iteration matrix
+ * grows like h^-(index - 1), and corrections of multipliers never fall below rounding times that condition. */
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/redundant.h"
 #include "integrators/formulations/tangent.h"
@@ -20,7 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Multiplies the error weights of multipliers. At 1e8 the algebraic ones of GGL still stop Newton at rtol 1e-12. */
+/* Factor on the error weights of multipliers. At 1e8 the algebraic ones of GGL still stop Newton at rtol 1e-12. */
 #define OUT_OF_NORM 1e14
 /* Baumgarte's gains in characteristic rates. */
 #define BAUMGARTE_GAIN 10.0
@@ -39,7 +40,8 @@ static const form form_index2 = {.groups = 1, .weight = {{0, 1, 0}}};
 static const form form_index1 = {.baumgarte = true, .groups = 1, .weight = {{1, 2, 1}}};
 static const form form_index3 = {.rates_free = true, .groups = 1, .weight = {{1, 0, 0}}};
 
-/* One term of the iteration matrix: entry `at` gets factor * (cj or 1) * (a tangent output, or 1 when source < 0). */
+/* One term of the iteration matrix: adds factor * (cj or 1) * (a tangent output, or 1 when source < 0) to entry
+ * `at`. */
 typedef struct term {
     long row, col;
     int at, source;
@@ -58,7 +60,7 @@ typedef struct dae {
     kmp_tangents tangents;
     int n, m, r;
     double tolerance; /* of an angle */
-    int *position;    /* m: of a row among the independent ones, -1 when dropped */
+    int *position;    /* m: position of a row among the independent ones, -1 when dropped */
     long *col_start, *row;
     double *differential, *factor;
     term *terms;
@@ -66,7 +68,7 @@ typedef struct dae {
     double *lambda, *mu; /* m: spread over all rows */
 } dae;
 
-/* Unknowns by group; the equations of motion stand in rows like v, group g in rows at_group(g). */
+/* Position of v. Rows of the equations of motion are those of v, rows of group g begin at at_group(g). */
 static int at_v(const dae *d)
 {
     return d->n;
@@ -86,7 +88,7 @@ static int at_group(const dae *d, int g)
 
 /* -- the iteration matrix ----------------------------------------------------------------------------- */
 
-/* Counted where there is no room yet. */
+/* Adds a term, or only counts it while there is no room yet. */
 static void add_term(dae *d, int row, int col, int source, bool cj, double factor)
 {
     if (factor == 0)
@@ -96,7 +98,7 @@ static void add_term(dae *d, int row, int col, int source, bool cj, double facto
     d->term_count++;
 }
 
-/* J stands in h by q, in J v by v, in hddot by v', and transposed with the multipliers. */
+/* J is the derivative of h by q, of J v by v, of hddot by v', and transposed that by the multipliers. */
 static void add_jacobian(dae *d, const kmp_tangent *e, int at)
 {
     bool cj = d->form.integrated;
@@ -112,7 +114,7 @@ static void add_jacobian(dae *d, const kmp_tangent *e, int at)
     }
 }
 
-/* An entry of a block of closure rows, by its weight in each group. */
+/* Adds an entry of a block of closure rows, by its weight in each group. */
 static void add_closure(dae *d, const kmp_tangent *e, int at, int col, int order)
 {
     for (int g = 0; g < d->form.groups; g++)
@@ -123,7 +125,7 @@ static void add_entry(dae *d, const kmp_tangent *e)
 {
     bool closure = e->block == KMP_J || e->block == KMP_RATE_Q || e->block == KMP_CURVE_Q || e->block == KMP_CURVE_QD;
     int at = closure ? d->position[e->row] : e->block == KMP_C_LAMBDA ? d->position[e->col] : 0;
-    if (at < 0) /* of a row that is dropped */
+    if (at < 0) /* the row is dropped */
         return;
     switch (e->block) {
     case KMP_R_Q:
@@ -179,7 +181,7 @@ static int by_column(const void *a, const void *b)
     return x->source != y->source ? x->source - y->source : x->cj - y->cj;
 }
 
-/* All terms, and compressed columns of their union. false: no memory. */
+/* Makes all terms, and compressed columns of their union. false: no memory. */
 static bool compress(dae *d)
 {
     int size = d->formulation.size, nz = 0;
@@ -226,7 +228,7 @@ static kmp_instant instant(dae *d, double t, const double *y, const double *yp)
                          .chart_version = d->plant->chart_version};
 }
 
-/* Rows of group g, of `out`. */
+/* Adds the rows of group g of `out`. */
 static void put_group(const dae *d, const double *out, int g, double *r)
 {
     static const kmp_value kind[3] = {KMP_VALUE_H, KMP_VALUE_RATE, KMP_VALUE_CURVE};
@@ -244,7 +246,7 @@ static void put_group(const dae *d, const double *out, int g, double *r)
 
 static bool all_finite(int n, const double *x)
 {
-    int bad = 0; /* no jump, so that it goes in lanes */
+    int bad = 0; /* no branch, so that the loop vectorises */
     for (int i = 0; i < n; i++)
         bad |= !(fabs(x[i]) <= DBL_MAX);
     return !bad;
@@ -290,7 +292,7 @@ static int accept(void *self, double t, const double *y, const double *yp)
     return said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t) ? KMP_RETRY : said;
 }
 
-/* Rows are what the integrator holds; accelerations and multipliers come from the saddle system there. */
+/* A row has q and qd of the integrator; accelerations and multipliers come from the saddle system there. */
 static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
                double *qdd, double *lambda, double *work)
 {
@@ -314,7 +316,7 @@ static int row(kmp_formulation *formulation, double t, const double *y, const do
     return KMP_GO;
 }
 
-/* lambda (m) into the unknowns, mu = 0. */
+/* Puts lambda (m) into the unknowns, with mu = 0. */
 static void put_multipliers(const dae *d, const double *lambda, double *y, double *yp)
 {
     double *multipliers = d->form.integrated ? yp : y;
@@ -325,7 +327,7 @@ static void put_multipliers(const dae *d, const double *lambda, double *y, doubl
     }
 }
 
-/* Closes the integrator's q and qd along the mass-orthogonal direction; then accelerations and multipliers there. */
+/* Closes the integrator's q and qd along the mass-orthogonal direction, then computes accelerations and multipliers. */
 static int close_state(dae *d, double t, double *q, double *qd, double *qdd)
 {
     const kmp_closer closer = kmp_saddle_closer(&d->saddle, qdd);

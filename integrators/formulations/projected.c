@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system; after each accepted step q and
- * qd go back to the closures along the mass-orthogonal direction, one simplified Newton step with the factors at hand.
- * It needs no choice of u. The independent rows are those of the start; dropped ones are watched.
+/* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system. After each accepted step q and
+ * qd return to the closures along the mass-orthogonal direction, by one simplified Newton step with the present
+ * factors. It needs no choice of u. The independent rows are those of the start; dropped ones are monitored.
  *
- * The same unknowns lead through a change point: an integrator that chooses where to evaluate (leap.h) has each state
- * closed first, since accelerations beside the closures are not those of the motion where J comes near to losing a
+ * These unknowns also serve to step across a change point. An integrator that chooses where to evaluate (leap.h) then
+ * has each state closed first: off the closures accelerations are not those of the motion if J is near to losing a
  * row. */
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
@@ -25,16 +25,17 @@ typedef struct projected {
     bool has_work;
     int n, m;
     double *violation; /* m */
-    double *lambda;    /* m: where closures move */
+    double *lambda;    /* m: for moving closures */
     double *dx;        /* n */
     double *q, *qd;    /* n */
     double rtol, atol;
     double t;                       /* of the last accepted step */
-    double refused_h, refused_size; /* of the last step refused from there for its rates; 0: none */
-    double noise;                   /* of rates, as part of the fastest */
+    double refused_h, refused_size; /* size and correction of the last step rejected from there for its rates; 0:
+                                     * none */
+    double noise;                   /* rounding of rates, over the fastest */
 } projected;
 
-/* Plant and factors at (t, q, qd). */
+/* Evaluates plant and factors at (t, q, qd). */
 static int place(projected *d, double t, const double *q, const double *qd)
 {
     kmp_plant_closure(d->plant, t, q);
@@ -43,7 +44,7 @@ static int place(projected *d, double t, const double *q, const double *qd)
     return kmp_saddle_factor(&d->saddle) ? KMP_RETRY : KMP_GO;
 }
 
-/* dy of the state that the plant and the factors have. */
+/* dy at the state of the plant and the factors. */
 static int give(projected *d, const double *y, double *dy)
 {
     int n = d->n;
@@ -63,7 +64,7 @@ static int rhs(void *self, double t, const double *y, double *dy)
     return place(d, t, y, y + d->n) == KMP_GO ? give(d, y, dy) : KMP_RETRY;
 }
 
-/* For an integrator that leaps. */
+/* Callback of an integrator that steps across change points. */
 static int closed(void *self, double t, double *y, bool as_it_is, double *dy, double *distance)
 {
     projected *d = self;
@@ -87,7 +88,7 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     return said;
 }
 
-/* Whether a correction stays within the error weights. */
+/* True if a correction stays within the error weights. */
 static bool is_small(int n, const double *dx, const double *w)
 {
     for (int i = 0; i < n; i++)
@@ -96,7 +97,7 @@ static bool is_small(int n, const double *dx, const double *w)
     return true;
 }
 
-/* Scaled, the largest. */
+/* The largest scaled component. */
 static double size_of(const projected *d, const double *x)
 {
     double size = 0;
@@ -105,10 +106,10 @@ static double size_of(const projected *d, const double *x)
     return size;
 }
 
-/* Rates are corrected freely within KMP_RATE_ROUNDING of the fastest one: where a light body between heavy ones whips
- * through its dead centre, rounding of J qd alone comes to that. Where J comes near to losing a row, h that is `open`
- * by rounding alone moves q by dx = h / sigma, and J along the lost row by as much, so that rates that are right at q
- * are off by dx / sigma = dx^2 / h of themselves at q + dx. */
+/* True if a correction of rates is due to rounding: within KMP_RATE_ROUNDING of the fastest rate. A light body between
+ * heavy ones that passes its dead centre quickly makes J qd round off that much. Near a loss of rank, h that is `open`
+ * by rounding alone moves q by dx = h / sigma, and J along the lost row by as much. Rates that are right at q then have
+ * a relative error of dx / sigma = dx^2 / h at q + dx. */
 static bool is_rounding(projected *d, double t, double open, const double *dqd, const double *qd)
 {
     double most = size_of(d, dqd), fastest = size_of(d, qd), h = t - d->t, moved = size_of(d, d->dx);
@@ -121,8 +122,8 @@ static bool is_rounding(projected *d, double t, double open, const double *dqd, 
     return most <= fmax(KMP_RATE_ROUNDING, fmin(fmax(d->noise, lost), KMP_RATE_NOISE)) * fastest;
 }
 
-/* q first, then qd at the corrected q, both with the factors at hand. Where J loses a row the projection of the rates
- * would swallow them: such a step is refused too. On refusal y is as it was. */
+/* Corrects q, then qd at the corrected q, both with the present factors. Where J loses a row the projection would
+ * remove a part of the rates: such a step is rejected too. On rejection y is unchanged. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     projected *d = self;
@@ -155,7 +156,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     return KMP_GO;
 }
 
-/* Rows between steps are projected too, to round-off. */
+/* Projects rows between steps too, to round-off. */
 static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
                double *qdd, double *lambda, double *work)
 {
@@ -232,7 +233,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     kmp_formulation_begin_with_state(&d->formulation, start);
     if (d->has_work) {
         d->formulation.y[2 * n] = start->work;
-        d->formulation.atol[2 * n] = 1e300; /* judged, not controlled */
+        d->formulation.atol[2 * n] = 1e300; /* measured, not controlled */
     }
     return &d->formulation;
 }
@@ -244,6 +245,6 @@ const kmp_formulation_kind kmp_formulation_projected = {.formulation = "projecte
                                                         .by_bodies = true,
                                                         .create = create};
 
-/* By M and C: the equations of articulated bodies have the square of J's condition. */
+/* Uses M and C: the equations of articulated bodies have the square of J's condition. */
 const kmp_formulation_kind kmp_formulation_zone = {
     .formulation = "zone", .form = "none", .corrected = true, .create = create};

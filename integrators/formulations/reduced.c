@@ -2,10 +2,10 @@
 /* The reduced formulation: an ODE in the independent coordinates (Fisette and Samin 1996, eqs. 43-46), in two forms on
  * one state y = (u, ud[, v][, work]).
  *
- * integrated  v is integrated along by vd = Bvu ud + x_t; stages never iterate. At each accepted step one simplified
- * Newton correction with the factors at hand takes v back to the closure; a correction beyond one error weight refuses
- * the step. closed    every evaluation closes v on u by Newton, predicted along the tangent from the last accepted step
- * and from nowhere else; an evaluation whose corrections stop contracting fails and shortens the step. */
+ * - integrated: v is integrated by vd = Bvu ud + x_t; stages never iterate. At each accepted step one simplified Newton
+ *   correction with the present factors returns v to the closure; a larger one than the error weight rejects the step.
+ * - newton: every evaluation closes v for its u by Newton's method, predicted along the tangent from the last accepted
+ *   step only. An evaluation whose corrections stop contracting fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/redundant.h"
@@ -37,10 +37,10 @@ void kmp_reduced_set_tolerances(kmp_reduced *d)
     for (int i = 0; d->integrated && i < d->r; i++)
         atol[2 * d->p + i] = d->atol * d->s->scale[d->part.v[i]];
     if (d->has_work)
-        atol[kmp_reduced_work(d)] = 1e300; /* judged, not controlled */
+        atol[kmp_reduced_work(d)] = 1e300; /* measured, not controlled */
 }
 
-/* Along the tangent from the last accepted step and its curvature: dv = B du + x_t tau + c tau^2 / 2. */
+/* Predicts v along the tangent from the last accepted step and its curvature: dv = B du + x_t tau + c tau^2 / 2. */
 static void predict_v(kmp_reduced *d, double t, const double *y)
 {
     double tau = t - d->t;
@@ -52,7 +52,7 @@ static void predict_v(kmp_reduced *d, double t, const double *y)
     }
 }
 
-/* q, with v as it is carried or predicted. */
+/* Puts q, with integrated or predicted v. */
 static void put_q(kmp_reduced *d, double t, const double *y)
 {
     for (int k = 0; k < d->p; k++)
@@ -72,7 +72,7 @@ static void close_rates(kmp_reduced *d, const double *ud)
         kmp_reduction_rates(&d->red, ud, d->qd);
 }
 
-/* The tangent is not what accelerations by articulated bodies need. */
+/* Accelerations by articulated bodies need no tangent. */
 int kmp_reduced_place(kmp_reduced *d, double t, const double *y)
 {
     put_q(d, t, y);
@@ -87,7 +87,7 @@ int kmp_reduced_place(kmp_reduced *d, double t, const double *y)
     return KMP_GO;
 }
 
-/* qdd, lambda and udd without a reduced mass. */
+/* Computes qdd, lambda and udd without a reduced mass. */
 static int accelerate_at_once(kmp_reduced *d)
 {
     if (kmp_saddle_factor(&d->saddle))
@@ -98,7 +98,7 @@ static int accelerate_at_once(kmp_reduced *d)
     return KMP_GO;
 }
 
-/* udd at the placed state and its qd. */
+/* udd at the present q and qd. */
 static int accelerate_closed(kmp_reduced *d)
 {
     kmp_plant_mass(d->plant);
@@ -113,7 +113,7 @@ int kmp_reduced_evaluate(kmp_reduced *d, double t, const double *y)
     return kmp_reduced_place(d, t, y) == KMP_GO ? accelerate_closed(d) : KMP_RETRY;
 }
 
-/* qdd and lambda after that. */
+/* qdd and lambda from udd. */
 static void complete(kmp_reduced *d)
 {
     if (d->by_saddle)
@@ -135,7 +135,7 @@ static bool is_fused(const kmp_reduced *d)
     return d->fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->fused);
 }
 
-/* q, qd and udd at (t, y), and what they are in dy. The one program makes the latter alone. */
+/* Evaluates q, qd and udd at (t, y), and dy. The fused program gives dy alone. */
 static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
 {
     if (kmp_reduced_evaluate(d, t, y) != KMP_GO)
@@ -172,13 +172,11 @@ static int jacobian(void *self, double t, const double *y, double *j)
     return KMP_GO;
 }
 
-/* -- watching ---------------------------------------------------------------------------------------- */
+/* -- end of a step ------------------------------------------------------------------------------------- */
 
-/* h, J, Bvu and the correction of v at the step's end, which was evaluated last. `end`: what the one program says, when
- * it was that. */
 int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused_end *end)
 {
-    if (!is_fused(d)) { /* h and the factors are there */
+    if (!is_fused(d)) { /* h and the factors are available */
         if (d->by_saddle)
             kmp_reduction_tangent(&d->red);
         if (d->integrated)
@@ -199,7 +197,7 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
     return end->regular ? KMP_GO : KMP_RETRY;
 }
 
-/* v back to the closures, where h is more than rounding; where nothing can move it stays as the start was closed. */
+/* Corrects v to the closures, if h exceeds rounding; without degrees of freedom v keeps the values of the start. */
 static int correct(kmp_reduced *d, double *v, const double *w)
 {
     bool still = d->p == 0 && !d->s->rheonomic;
@@ -220,7 +218,7 @@ static int correct(kmp_reduced *d, double *v, const double *w)
     return KMP_GO;
 }
 
-/* The i-th of vdd less what udd makes. */
+/* The i-th component of vdd without the part of udd. */
 static double vdd_alone(const kmp_reduced *d, int i)
 {
     double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
@@ -286,7 +284,7 @@ static void position(kmp_formulation *formulation, double t, const double *y, do
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
 }
 
-/* At d->q, which is closed. */
+/* Row at d->q, which is closed. */
 static int row_of_rates(kmp_reduced *d, double t, const double *y, double *qd, double *qdd, double *lambda)
 {
     kmp_plant_closure(d->plant, t, d->q);
@@ -305,7 +303,7 @@ static int row_of_rates(kmp_reduced *d, double t, const double *y, double *qd, d
     return KMP_GO;
 }
 
-/* Which row stays open, and by how much. */
+/* Reports the row that stays open, and its gap. */
 static void explain_open(kmp_reduced *d, double t)
 {
     const kmp_partition *part = &d->part;
@@ -346,7 +344,6 @@ static int row(kmp_formulation *formulation, double t, const double *y, const do
 
 /* -- new starts --------------------------------------------------------------------------------------- */
 
-/* Factors, tangent, sign and anchor of d->q with the partition at hand. */
 int kmp_reduced_settle(kmp_reduced *d, double t, const double *y)
 {
     kmp_plant_closure(d->plant, t, d->q);
@@ -359,7 +356,7 @@ int kmp_reduced_settle(kmp_reduced *d, double t, const double *y)
     return KMP_GO;
 }
 
-/* y' of a new start, where it is wanted. */
+/* y' of a new start, if wanted. */
 static int put_slope(kmp_reduced *d, double t, const double *y, double *yp)
 {
     return yp ? kmp_reduced_rhs(d, t, y, yp) : KMP_GO;
@@ -463,7 +460,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->fixed = start->fixed;
     d->journal = start->journal;
     d->restarts = start->restarts;
-    d->integrated = kind->corrected || part->p == 0; /* with nothing else in the state, v keeps the steps in hand */
+    d->integrated = kind->corrected || part->p == 0; /* without other unknowns, v controls the step size */
     d->has_work = start->system->dissipative;
     d->n = part->n;
     d->p = part->p;

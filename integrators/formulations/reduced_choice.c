@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The choice of u on the reduced formulation. It ends at a dead centre: |Bvu| grows without bound and det Jv changes
- * sign. Both are watched at every accepted step, because the ODE itself may pass such a point and go on wrongly without
- * any other sign. Before that u and v are exchanged, unless u is to stay. */
+ * sign. Both are monitored at every accepted step, because the ODE may pass such a point and continue wrongly without
+ * any other sign. Before a dead centre u and v are exchanged, unless u is fixed. */
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
 #include <string.h>
 
-/* With fewer freedoms the reduced mass is the best there is. */
+/* With fewer degrees of freedom the reduced mass is the cheapest. */
 #define MANY_FREEDOMS 12
-/* What an operation of a reduced mass with zeros costs, by one without. */
+/* Cost of an operation of a reduced mass with zeros, relative to one without. */
 #define BY_LISTS 2
 
-/* -- watching ---------------------------------------------------------------------------------------- */
+/* -- monitoring ---------------------------------------------------------------------------------------- */
 
 static const char *name_of(const kmp_reduced *d, int k)
 {
@@ -33,7 +33,6 @@ static double exchange_growth(const kmp_reduced *d)
     return d->integrated || d->restarts ? KMP_EXCHANGE_GROWTH : KMP_EXCHANGE_CLOSED;
 }
 
-/* |Bvu| of the tangent at hand, and whether it asks for an exchange. */
 void kmp_reduced_judge(kmp_reduced *d)
 {
     if (d->r == 0)
@@ -42,8 +41,8 @@ void kmp_reduced_judge(kmp_reduced *d)
     d->due = !d->fixed && d->growth > (d->part.user ? KMP_EXCHANGE_WISH : exchange_growth(d));
 }
 
-/* Whether a block of Jv that was singular within the step is no dead centre of u, at which |Bvu| grows, but a change
- * point that nobody asks about. */
+/* True if a block of Jv that was singular within the step is an ignored change point, and no dead centre of u, at which
+ * |Bvu| grows. */
 static bool is_passed(const kmp_reduced *d)
 {
     return d->margin->ignored && d->growth <= KMP_EXCHANGE_WISH;
@@ -54,7 +53,6 @@ static bool same_signs(const kmp_reduced *d, const int *signs)
     return memcmp(signs, d->signs, (size_t)kmp_block_count(d->red.block) * sizeof *signs) == 0;
 }
 
-/* |Bvu| at the step's end; what it asks for. */
 int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs)
 {
     if (d->r == 0)
@@ -71,8 +69,6 @@ int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs)
     return crossed ? KMP_RETRY : KMP_GO;
 }
 
-/* Steps that shrink to nothing: at a dead centre that evaluations cannot pass, or where det Jv keeps changing its sign.
- */
 void kmp_reduced_explain(kmp_formulation *formulation)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
@@ -91,16 +87,15 @@ void kmp_reduced_explain(kmp_formulation *formulation)
     }
 }
 
-/* -- what evaluations go by -------------------------------------------------------------------------- */
+/* -- evaluators --------------------------------------------------------------------------------------- */
 
-/* Without a reduced mass there is nothing to write out; the power of a drive needs multipliers, and so do forces that
- * depend on them, by iteration. */
+/* True if a fused program is possible. Without a reduced mass there is nothing to write out. The power of a drive needs
+ * multipliers, and so do forces that depend on them, by iteration. */
 static bool can_fuse(const kmp_reduced *d)
 {
     return d->integrated && !d->by_saddle && !(d->has_work && d->s->rheonomic) && d->s->pressed_count == 0;
 }
 
-/* For the choice of u at hand, whose factors are, too. */
 int kmp_reduced_fuse(kmp_reduced *d, bool worth)
 {
     kmp_fused_free(d->fused);
@@ -110,7 +105,7 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth)
     return worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red) != KEMPE_OK ? KMP_HALT : KMP_GO;
 }
 
-/* With many freedoms the saddle system, sparse, costs less than the reduced mass, of which more is not zero. */
+/* With many degrees of freedom the sparse saddle system costs less than the reduced mass, which has fewer zeros. */
 bool kmp_reduced_try_saddle(kmp_reduced *d)
 {
     if (d->p < MANY_FREEDOMS || d->plant->by_bodies)
@@ -125,7 +120,7 @@ bool kmp_reduced_try_saddle(kmp_reduced *d)
     return true;
 }
 
-/* Of the rows that the partition has; the plant has taken what the formulation goes by. */
+/* The plant already uses the formulation's dynamics. */
 bool kmp_reduced_renew_saddle(kmp_reduced *d)
 {
     long factorizations = d->saddle.factorizations;
@@ -161,7 +156,7 @@ static void log_exchange(const kmp_reduced *d, double t, const kmp_partition *be
     kmp_text_free(&in);
 }
 
-/* The new partition's workspace, and the state in its unknowns. */
+/* Makes the workspace of the new partition, and the state in its unknowns. */
 static int take_over(kmp_reduced *d, double t, double *y)
 {
     kmp_reduction before = d->red;
@@ -181,7 +176,6 @@ static int take_over(kmp_reduced *d, double t, double *y)
     return kmp_reduced_settle(d, t, y) == KMP_GO ? kmp_reduced_fuse(d, worth) : KMP_HALT;
 }
 
-/* An exchange that is due, at d->q and d->qd, where the plant is. */
 int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
 {
     kmp_partition before;

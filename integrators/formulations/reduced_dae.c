@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The reduced equations of motion as they stand, for an integrator of F(t, y, y') = 0: no reduced mass is factored, and
- * in a residual none is formed. With y = (u, ud[, work]):
+/* The reduced equations of motion in implicit form, for an integrator of F(t, y, y') = 0: no reduced mass is factored,
+ * and a residual needs none. With y = (u, ud[, work]):
  *
  *     u' - ud = 0      X' (M qdd + C) = 0, qdd = X ud' + a0      work' - power = 0 */
 #include "integrators/formulations/reduced.h"
 #include <math.h>
 #include <string.h>
 
-/* The state of a residual: q, qd, M and C. */
+/* Evaluates the state of a residual: q, qd, M and C. */
 static int prepare_residual(kmp_reduced *d, double t, const double *y)
 {
     if (kmp_reduced_place(d, t, y) != KMP_GO)
@@ -50,7 +50,7 @@ static int matrix(void *self, double t, double cj, const double *y, const double
     return KMP_GO;
 }
 
-/* The integrator has evaluated nothing there; nothing is corrected. */
+/* Evaluates the step's end, which the integrator has not done; corrects nothing. */
 static int accept(void *self, double t, const double *y, const double *yp)
 {
     kmp_reduced *d = self;
@@ -61,7 +61,7 @@ static int accept(void *self, double t, const double *y, const double *yp)
     return kmp_reduced_may_end(d, t, y, &end);
 }
 
-/* Column k: u'[k] or -ud[k], then the rows of the motion and of the work, which are full. */
+/* Pattern of column k: u'[k] or -ud[k], then the rows of the motion and of the work, which are full. */
 static int fill_pattern(const kmp_reduced *d, long *col_start, long *row)
 {
     int nz = 0, size = d->formulation.size;

@@ -70,7 +70,7 @@ void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian)
     *jacobian = (kmp_reduced_jacobian){0};
 }
 
-/* Derivatives at (t, q, qd, udd), with the multipliers there, which the state was come to with. */
+/* Derivatives at (t, q, qd, udd), with the multipliers of the plant's state. */
 static const double *derive(kmp_reduced_jacobian *jacobian, bool moving, double t, const double *q, const double *qd,
                             const double *udd)
 {
@@ -82,7 +82,7 @@ static const double *derive(kmp_reduced_jacobian *jacobian, bool moving, double 
     return kmp_tangents_derivatives(&jacobian->tangents, &at);
 }
 
-/* Along column c, of u and then of ud, with which accelerations come cj times: dR, and what the power changes by. */
+/* Follows column c, of u and then of ud, with cj times the accelerations: sets dR, returns the change of the power. */
 static double follow(kmp_reduced_jacobian *jacobian, const double *d, bool moving, double cj, int c, double *residual)
 {
     kmp_reduction *red = jacobian->red;
@@ -118,7 +118,7 @@ void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const d
     }
 }
 
-/* d(M qdd + C - J' lambda) = 0 taken for itself: X' takes out what J' makes of the change of X. */
+/* d(M qdd + C - J' lambda) = 0 as a separate system: X' eliminates J' times the change of X. */
 void kmp_reduced_jacobian_of_residual(kmp_reduced_jacobian *jacobian, double t, double cj, const double *q,
                                       const double *qd, const double *udd, int size, double *j)
 {

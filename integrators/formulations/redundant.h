@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rows that are not solved for, on any formulation. */
+/* Check of rows that are not solved for, for any formulation. */
 #ifndef KMP_INTEGRATORS_FORMULATIONS_REDUNDANT_H
 #define KMP_INTEGRATORS_FORMULATIONS_REDUNDANT_H
 
 #include "constraints/evaluation/plant.h"
 #include "constraints/partition/partition.h"
 
-/** Whether the dropped rows close, too, at the plant's last closure (at t): not wider than many tolerances (scaled),
- * nor than the kept rows as the formulation holds them. KMP_GO, or KMP_HALT with the reason. */
+/** Checks that the dropped rows close, too, at the plant's last closure (at t): not wider than many tolerances
+ * (scaled), nor than a multiple of the kept rows. KMP_GO, or KMP_HALT with the reason. */
 int kmp_redundant_check(const kmp_plant *plant, const kmp_partition *part, double t, double tolerance,
                         kmp_text *reason);
 

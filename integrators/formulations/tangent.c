@@ -7,18 +7,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Larger mechanisms are differentiated and no more: the ways below need room for whole matrices. */
+/* Larger mechanisms are only differentiated: the other methods need room for whole matrices. */
 enum { MOST_MOTIONS = 512 };
 
-/* A second derivation of R takes as long as some thousand evaluations gain by it where bodies turn in space, and longer
- * in the plane, or where M and C take few operations: so many altogether, and so many a coordinate. */
+/* Bounds on operations, in total and per coordinate, for a second derivation of R. It takes as long as the gain of some
+ * thousand evaluations for bodies that turn in space, and longer in the plane, or where M and C take few operations. */
 enum { LEAST_OPERATIONS = 350, LEAST_A_MOTION = 32 };
 
-/* Blocks of each value by q and by qd; -1: zero, or not needed by anyone. */
+/* Blocks of each value by q and by qd; -1: zero, or not needed. */
 static const int by_q[KMP_VALUES] = {KMP_R_Q, KMP_JTMU_Q, -1, KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q};
 static const int by_qd[KMP_VALUES] = {KMP_R_QD, -1, -1, -1, KMP_CURVE_QD, KMP_POWER_QD};
 
-/* Expressions of all values asked for, and the tangent outputs found so far. */
+/* Expressions of the requested values, and the tangent outputs found so far. */
 typedef struct gather {
     kmp_tangents *t;
     kmp_equations eq;
@@ -101,7 +101,7 @@ static void add_mass_and_jacobian(gather *g)
             kmp_listing_put(&g->list, KMP_J, r, k, g->eq.jacobian[r * n + k]);
 }
 
-/* What forces make of multipliers. */
+/* Derivatives by multipliers of forces that depend on them. */
 static bool add_loads(gather *g, const kempe_system *system)
 {
     if (system->pressed_count == 0)
@@ -121,7 +121,7 @@ static bool add_loads(gather *g, const kempe_system *system)
     return ok;
 }
 
-/* -- ways to the same derivatives --------------------------------------------------------------------- */
+/* -- other methods for derivatives --------------------------------------------------------------------- */
 
 static int rows_of(const gather *g, int block)
 {
@@ -153,7 +153,7 @@ static void add_symmetric(gather *g)
     add_matrix(g, KMP_JTMU_Q, g->matrix[KMP_JTMU_Q]);
 }
 
-/* Of the second time derivative of h(q, t) by qd: twice that of the first one by q. */
+/* The derivative of the second time derivative of h(q, t) by qd is twice that of the first one by q. */
 static void add_curve(gather *g)
 {
     int count = rows_of(g, KMP_CURVE_QD) * g->eq.n;
@@ -170,7 +170,7 @@ static void add_curve(gather *g)
     kmp_free(twice);
 }
 
-/* By composite bodies, when it was derived so, too, or by differentiation. */
+/* Chooses composite bodies, if R was derived by them too, or differentiation. */
 static void add_residual(gather *g)
 {
     kmp_ref *const of_q[2] = {g->eq.closed_q, g->matrix[KMP_R_Q]};
@@ -187,7 +187,7 @@ static void add_residual(gather *g)
     add_matrix(g, KMP_R_QD, of_qd[choice->by_qd]);
 }
 
-/* What is chosen from comes after what is not. */
+/* Adds the matrices with a choice after those without. */
 static void add_matrices(gather *g)
 {
     static const int plain[] = {KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q, KMP_POWER_QD};
@@ -198,7 +198,7 @@ static void add_matrices(gather *g)
     add_residual(g);
 }
 
-/* Tangents of the user's force stand after the outputs of the program: of R by q and qd, then of the power. */
+/* Adds tangents of the user-defined force after the outputs of the program: of R by q and qd, then of the power. */
 static void add_effort(gather *g)
 {
     int n = g->eq.n, source = g->list.output_count;
@@ -240,7 +240,7 @@ static int by_place(const void *a, const void *b)
     return x->col != y->col ? x->col - y->col : x->row - y->row;
 }
 
-/* The entries of a list, by place. */
+/* Sorts the entries of a list by their place. */
 static void sort_entries(kmp_tangents *t, kmp_listing *list)
 {
     t->entry = list->entry;
@@ -325,7 +325,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     sets |= system->pressed_count > 0 ? KMP_SET_INVERSE : 0;
     *tangents = (kmp_tangents){.n = system->n, .m = system->m, .forced = system->force ? system : NULL};
     gather g = {.t = tangents};
-    kmp_events events = system->events; /* the system has met all conditions: none is added */
+    kmp_events events = system->events; /* the system has recorded all conditions: none is added */
     const kmp_scene scene = {.sets = sets,
                              .scheme = KMP_SCHEME_COMPOSITE,
                              .events = &events,
@@ -404,7 +404,7 @@ const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at)
     return out;
 }
 
-/* The user's efforts, and their derivatives by q and then qd with the other sign, by forward differences. */
+/* The user-defined forces, and their negative derivatives by q and then qd, by forward differences. */
 static void differentiate_effort(kmp_tangents *t, const kmp_instant *at, double *force)
 {
     int n = t->n;

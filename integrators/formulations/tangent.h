@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The implicit equations of motion and their exact tangents, as two programs: what the rows and the iteration matrices
- * of the dae formulation's forms are put together from, and the Jacobian of the reduced formulation. With the residual
- * of Fisette and Samin 1996 (eqs. 11-14, 25, 27) and the closures and their derivatives:
+/* The implicit equations of motion and their exact tangents, as two programs. They make up the rows and iteration
+ * matrices of the dae formulation's forms, and the Jacobian of the reduced formulation. The residual is that of Fisette
+ * and Samin 1996 (eqs. 11-14, 25, 27), with the closures and their derivatives:
  *
  *     R = M qdd + C - J' lambda      h      rate = J qd + h_t      curve = J qdd + gamma      J' mu
  */
@@ -12,7 +12,7 @@
 #include "dynamics/formalisms/tangents.h"
 #include "integrators/run/instant.h"
 
-/** The values. Number and size of each are n for R and J' mu, m for closures, 1 for the power. */
+/** Values: n each for R and J' mu, m for closures, 1 for the power. */
 typedef enum kmp_value {
     KMP_VALUE_R,
     KMP_VALUE_JTMU,
@@ -23,10 +23,10 @@ typedef enum kmp_value {
     KMP_VALUES
 } kmp_value;
 
-/** What everything near one state follows from. */
+/** Values that determine the linearisation about a state. */
 enum { KMP_TANGENTS_NEAR = 1 << KMP_VALUE_R | 1 << KMP_VALUE_RATE | 1 << KMP_VALUE_CURVE };
 
-/** Their derivatives. M and J by name, because several blocks share them. */
+/** Blocks of derivatives of the values. M and J have names, because several blocks share them. */
 typedef enum kmp_tangent_block {
     KMP_R_Q,
     KMP_R_QD,
@@ -38,45 +38,44 @@ typedef enum kmp_tangent_block {
     KMP_POWER_QD,
     KMP_M, /* both triangles */
     KMP_J,
-    KMP_C_LAMBDA, /* n x m: R by lambda less -J', where forces depend on multipliers; with the programs alone */
+    KMP_C_LAMBDA, /* n x m: R by lambda, without -J', for forces that depend on multipliers; with the programs alone */
     KMP_TANGENT_BLOCKS
 } kmp_tangent_block;
 
 typedef struct kmp_tangents {
     kmp_formulas value, tangent;
     int n, m;
-    int at[KMP_VALUES];                /* first output of each value, -1 when it was not asked for */
+    int at[KMP_VALUES];                /* first output of each value, -1 when it was not requested */
     int start[KMP_TANGENT_BLOCKS + 1]; /* entries by block, in each by column and row */
     kmp_tangent *entry;
     int *column; /* by blocks, from first_column on: the first entry of each column, and the end of the last */
     int first_column[KMP_TANGENT_BLOCKS];
-    const kempe_system *forced;             /* by a force of the user's, which no program knows; NULL: there is none */
-    double *effort, *moved;                 /* n: of that force, not finite where it cannot be had; beside the state */
+    const kempe_system *forced;             /* has a user-defined force, unknown to the programs; NULL: there is none */
+    double *effort, *moved;                 /* n: that force, not finite if it fails; at a displaced state */
     double *state;                          /* 2 n: q, qd */
-    double *with_effort, *tangents_with_it; /* outputs of the programs with it */
-    int first_effort;                       /* source of its first tangent */
-    kmp_arena arena;                        /* of these arrays and of `column` */
+    double *with_effort, *tangents_with_it; /* outputs of the programs including that force */
+    int first_effort;                       /* source of the force's first tangent */
+    kmp_arena arena;                        /* of the arrays here and of `column` */
     struct kmp_tangent_numbers *numbers;    /* in place of the programs (kmp_tangents_init_few) */
     kmp_tangent_choice choice; /* R by composite bodies (0) or by differentiation (1); operations, 0: not counted */
 } kmp_tangents;
 
-/** `values` has bit 1 << kmp_value for each one asked for; J and M come unasked. KEMPE_E_MEMORY. */
+/** `values` has bit 1 << kmp_value for each requested value; J and M are always included. KEMPE_E_MEMORY. */
 kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
                                unsigned values);
 void kmp_tangents_free(kmp_tangents *tangents);
 
-/** R, rate and curve for a few places: derivatives alone, number by number where that is possible
- * (tangent_numbers.h). */
+/** Prepares R, rate and curve for a few places: derivatives alone, by dual numbers if possible (tangent_numbers.h). */
 kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
 
-/** The system's parameters have these values now. */
+/** Takes new values of the system's parameters. */
 void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *parameters);
 
-/** All values; all tangent outputs (entry e stands for [e.source]). Valid until the next call; no allocation. */
+/** All values; all tangent outputs (entry e is [e.source]). Valid until the next call; no allocation. */
 const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at);
 const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant *at);
 
-/** out += factor * block * x for derivatives `d` just evaluated; columns where x is zero are left out. */
+/** out += factor * block * x for the derivatives `d` last evaluated; columns with zero x are left out. */
 void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
                       const double *x, double *out);
 

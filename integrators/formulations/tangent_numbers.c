@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* With qdd and lambda held, R = M qdd + C - J' lambda, rate = J qd + h_t and curve = J qdd + jdqd follow q by the
- * derivatives of M, C, J, h_t and jdqd, and qd by those of C and jdqd. */
+/* With qdd and lambda constant, the derivatives of R = M qdd + C - J' lambda, rate = J qd + h_t and curve = J qdd +
+ * jdqd by q are those of M, C, J, h_t and jdqd; the derivatives by qd are those of C and jdqd. */
 #include "integrators/formulations/tangent_numbers.h"
 #include "backend/duals.h"
 #include "base/memory.h"
 #include <string.h>
 
-/* Blocks have whole matrices of room. */
+/* Each block needs room for a whole matrix. */
 enum { MOST_MOTIONS = 512, COMPUTED = 5 };
 
 static const int computed[COMPUTED] = {KMP_R_Q, KMP_R_QD, KMP_RATE_Q, KMP_CURVE_Q, KMP_CURVE_QD};
@@ -15,13 +15,12 @@ struct kmp_tangent_numbers {
     const kempe_system *system;
     kmp_duals *duals;
     int n, m;
-    int at[KMP_TANGENT_BLOCKS]; /* where each block begins: rows of n columns; of M and J the entries of their patterns
-                                 */
+    int at[KMP_TANGENT_BLOCKS]; /* start of each block: rows of n columns; of M and J the entries of their patterns */
     int size;
     double *value;
 };
 
-/* Where the outputs of the motion program are. */
+/* Positions of the outputs of the motion program. */
 typedef struct outputs {
     int jacobian, h_t, mass, bias, jdqd; /* first of each; h_t -1: it is zero */
 } outputs;
@@ -40,9 +39,9 @@ bool kmp_tangent_numbers_can(const kempe_system *system)
     return !system->force && system->pressed_count == 0 && system->n <= MOST_MOTIONS && kmp_duals_know(system->motion);
 }
 
-/* -- what they are put together from ------------------------------------------------------------------- */
+/* -- assembly of blocks ---------------------------------------------------------------------------------- */
 
-/* Columns `first` on of all blocks at an instant; without one they are marked where they can be other than zero. */
+/* Columns from `first` on of all blocks at an instant; without an instant, possible nonzeros are marked. */
 typedef struct pass {
     kmp_tangent_numbers *numbers;
     const kmp_instant *at;
@@ -51,7 +50,7 @@ typedef struct pass {
     int first, count;
 } pass;
 
-/* A row of a block += factor * derivatives of an output. */
+/* Adds factor * derivatives of an output to a row of a block. */
 static void add(const pass *p, kmp_tangent_block block, int row, int output, double factor)
 {
     kmp_tangent_numbers *x = p->numbers;
@@ -68,7 +67,7 @@ static void add(const pass *p, kmp_tangent_block block, int row, int output, dou
             x->value[place + j] += factor * slope[j];
 }
 
-/* What factors are where nothing is evaluated does not matter. */
+/* Without an evaluation the values of factors do not matter. */
 static double entry(const double *v, int k)
 {
     return v ? v[k] : 1;
@@ -156,7 +155,7 @@ static void place_blocks(kmp_tangent_numbers *x)
     x->size = x->at[KMP_J] + x->system->jacobian.count;
 }
 
-/* M has both its triangles. */
+/* Lists the entries of M with both triangles. */
 static void list_pattern(const kmp_tangent_numbers *x, int block, const kmp_pattern *pattern, kmp_listing *list)
 {
     for (int e = 0; e < pattern->count; e++) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tangents of R, rate and curve (tangent.h) at a few places: those of the system's own M, C, J, h_t and jdqd, number by
- * number (backend/duals.h). Nothing is derived for them. */
+/* Tangents of R, rate and curve (tangent.h) at a few places: from those of the system's own M, C, J, h_t and jdqd, by
+ * dual numbers (backend/duals.h). No expressions are derived. */
 #ifndef KMP_INTEGRATORS_FORMULATIONS_TANGENT_NUMBERS_H
 #define KMP_INTEGRATORS_FORMULATIONS_TANGENT_NUMBERS_H
 
@@ -8,16 +8,16 @@
 
 typedef struct kmp_tangent_numbers kmp_tangent_numbers;
 
-/** Whether they can be had so: no implicit block, no force of the user's, a moderate number of coordinates. */
+/** True if available: no implicit block, no user-defined force, a moderate number of coordinates. */
 bool kmp_tangent_numbers_can(const kempe_system *system);
 
-/** Adds all entries to the list, with places in what is evaluated as their sources. NULL: no memory. */
+/** Makes the tangents, and adds all entries to the list with positions in the outputs as sources. NULL: no memory. */
 kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_listing *list);
 void kmp_tangent_numbers_free(kmp_tangent_numbers *numbers);
 
 void kmp_tangent_numbers_set_parameters(kmp_tangent_numbers *numbers, const double *parameters);
 
-/** Valid until the next call; no allocation. */
+/** Evaluates all entries; valid until the next call; no allocation. */
 const double *kmp_tangent_numbers_eval(kmp_tangent_numbers *numbers, const kmp_instant *at);
 
 #endif

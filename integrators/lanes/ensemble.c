@@ -125,7 +125,7 @@ static kempe_status run_lanes(kmp_ensemble *e)
     return status;
 }
 
-/* What is still stopped, and not by what it is itself, was interrupted. */
+/* An instance still marked as stopped, but not by its own conditions, was interrupted. */
 static kempe_status run_alone(kmp_ensemble *e)
 {
     kempe_status status = KEMPE_OK;
@@ -155,7 +155,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
 {
     kmp_context_clear(e->context);
     e->spec = *spec;
-    e->spec.threads = 0; /* instances are many enough */
+    e->spec.threads = 0; /* one thread per instance */
     e->way = *way;
     e->count = instances;
     e->values = values;

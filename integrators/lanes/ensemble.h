@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Many instances of one mechanism, each with values of its own for some parameters and start values, by DOP853 on the
- * reduced formulation in its integrated form: several at once, a lane each, every one with its own steps and its own
- * error.
+/* Many instances of one mechanism, each with its own values of some parameters and start values, by DOP853 on the
+ * reduced formulation in its integrated form. Several run at once, one in each lane, with their own steps and error
+ * control.
  *
- * Lanes make the same decisions as a run of one mechanism; what they cannot decide, a run of that instance does from
- * its start: change points, events, charts of spherical joints, drives, redundant rows, large systems, steps that fail.
- */
+ * Lanes make the decisions of a run of one mechanism. If a lane cannot decide, a separate run repeats that instance
+ * from its start: for change points, events, charts of spherical joints, drives, redundant rows, large systems, failed
+ * steps. */
 #ifndef KMP_INTEGRATORS_LANES_ENSEMBLE_H
 #define KMP_INTEGRATORS_LANES_ENSEMBLE_H
 
@@ -13,43 +13,44 @@
 
 typedef struct kmp_ensemble kmp_ensemble;
 
-/** How instances are run. */
+/** Options of the execution. */
 typedef struct kmp_ensemble_way {
-    int width;  /* of lanes: 0 what this machine runs best, else 1 to KMP_LANES_MOST */
+    int width;  /* number of lanes: 0 the best for this machine, else 1 to KMP_LANES_MOST */
     bool plain; /* no machine code in lanes */
-    bool alone; /* no lanes: a run for each instance */
+    bool alone; /* no lanes: a separate run for each instance */
 } kmp_ensemble_way;
 
 typedef struct kmp_ensemble_result {
-    kempe_status status; /* KEMPE_OK, KEMPE_STOPPED, KEMPE_E_FAILED; KEMPE_E_INPUT: the model cannot have such values */
+    kempe_status status; /* KEMPE_OK, KEMPE_STOPPED, KEMPE_E_FAILED; KEMPE_E_INPUT: the values are impossible for the
+                          * model */
     char *reason;        /* NULL: there is none; freed with kmp_free */
-    bool alone;          /* by a run of its own */
+    bool alone;          /* made by a separate run */
     bool rates_changed;  /* its start rates were given and could not be kept */
-    const char *why;     /* it was not done in a lane; NULL: it was, or nothing was to be done */
+    const char *why;     /* reason for a separate run; NULL: it ran in a lane, or nothing had to be done */
     double t;
     long steps, rejected, refused, rhs, exchanges;
-    double h, hdot, drift; /* at the end: max |h| and |hdot|, scaled; of the energy, in parts of its size */
+    double h, hdot, drift; /* at the end: max |h| and |hdot|, scaled; energy drift relative to the size of the energy */
 } kmp_ensemble_result;
 
-/** Derives the equations with what is named (model/variant.h) kept open. The model outlives it. */
+/** Derives the equations with the named values (model/variant.h) kept symbolic. The model must outlive the ensemble. */
 kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *const *names, kmp_ensemble **ensemble);
 void kmp_ensemble_free(kmp_ensemble *ensemble);
 
-/** The system; its parameters are those of the last instance that was run. */
+/** The system; its parameters are those of the last instance that ran. */
 const kempe_system *kmp_ensemble_system(const kmp_ensemble *ensemble);
 
-/** Runs `instances` rows of values (row by row, in the order of the names) to the end of the spec, which need not be
- * resolved; its times do not count. results, q and qd (instances x n) get what came out; the state of an instance that
- * has none is NaN. KEMPE_E_ARGUMENT, KEMPE_E_MEMORY; an interrupt leaves KEMPE_STOPPED in the results. */
+/** Runs `instances` rows of values (row-major, in the order of the names) to the end of the spec, which need not be
+ * resolved; its times are ignored. Fills results, q and qd (instances x n); an instance without a state has NaN.
+ * KEMPE_E_ARGUMENT, KEMPE_E_MEMORY; an interrupt leaves KEMPE_STOPPED in the results. */
 kempe_status kmp_ensemble_run(kmp_ensemble *ensemble, const kmp_run_spec *spec, const kmp_ensemble_way *way,
                               int instances, const double *values, kmp_ensemble_result *results, double *q, double *qd);
 
-/** Machine code, lanes, choices of u and what the lanes have done in the last run: for measuring. */
+/** Measurements of the last run: machine code, lanes, choices of u and work of the lanes. */
 typedef struct kmp_ensemble_work {
     int width, pools, alone;
     bool native;
     long sweeps;     /* steps of all lanes together */
-    long lane_steps; /* of these, tries of an instance */
+    long lane_steps; /* attempted steps of instances in these */
 } kmp_ensemble_work;
 kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *ensemble);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The inside of an ensemble: instances wait in pools, one a choice of independent coordinates and order of elimination,
- * and go through the lanes of one pool at a time. */
+/* Internals of an ensemble: instances wait in pools, one for each choice of independent coordinates and order of
+ * elimination, and pass through the lanes of one pool at a time. */
 #ifndef KMP_INTEGRATORS_LANES_ENSEMBLE_INSIDE_H
 #define KMP_INTEGRATORS_LANES_ENSEMBLE_INSIDE_H
 
@@ -14,29 +14,29 @@
 #include "integrators/steppers/rk.h"
 #include "model/variant.h"
 
-enum { KMP_POOLS_MOST = 64, KMP_LANE_ROWS = 24 }; /* more choices, and mechanisms with more rows, run by themselves */
+enum { KMP_POOLS_MOST = 64, KMP_LANE_ROWS = 24 }; /* bounds; beyond them: separate runs */
 
-/** Between its steps, out of the lanes. */
+/** An instance between its steps, outside the lanes. */
 typedef struct kmp_instance {
     int next;       /* in the queue of its pool; -1: the last one */
     bool has_slope; /* dy is f(t, y) */
     bool has_step;  /* h is the next step, otherwise it is chosen */
-    bool rejected;  /* as struct kmp_rk has these */
-    uint32_t signs; /* a bit a block of Jv since the start or the last exchange, and one more; 0: not known yet */
+    bool rejected;  /* members as in struct kmp_rk */
+    uint32_t signs; /* one bit per block of Jv since the start or the last exchange, and one more; 0: not known yet */
     int hopeless;
     kmp_work_bound bound;
-    int tries; /* in vain, since the last accepted step */
+    int tries; /* failed attempts since the last accepted step */
     double t, h, error_old;
-    double rate_scale, limit;   /* the |Bvu| that asks for an exchange */
-    double pivot, usual;        /* the largest seen of the least pivots of Jv and of the last pivots of J */
-    double seen_margin, seen_t; /* of the last step's end; seen_t -1: nothing */
+    double rate_scale, limit;   /* limit: |Bvu| at which an exchange is due */
+    double pivot, usual;        /* largest values so far of the least pivots of Jv and of the last pivots of J */
+    double seen_margin, seen_t; /* of the last step's end; seen_t -1: none */
     double length, reach;
     double kinetic, potential; /* at the start */
     double *y, *dy;            /* size */
     double *constants;         /* parameters, scales of coordinates, of rows */
 } kmp_instance;
 
-/** One choice of u, and one order of elimination. */
+/** One choice of u with one order of elimination. */
 typedef struct kmp_pool {
     kmp_partition part;
     kmp_reduction red;
@@ -48,13 +48,13 @@ typedef struct kmp_pool {
     int head, tail, waiting; /* instances; -1: none */
 } kmp_pool;
 
-/** The lanes of the pool at hand: vectors are width doubles a component. */
+/** The lanes of the current pool: vectors have width doubles per component. */
 typedef struct kmp_lane_room {
     size_t w;
     int who[KMP_LANES_MOST]; /* instance, -1: none */
     double t[KMP_LANES_MOST], h[KMP_LANES_MOST], t_new[KMP_LANES_MOST], error[KMP_LANES_MOST];
     double step[KMP_LANES_MOST];
-    double bad[KMP_LANES_MOST]; /* not 0: the right-hand side cannot be had */
+    double bad[KMP_LANES_MOST]; /* not 0: the right-hand side cannot be evaluated */
     double *memory;
     double *y, *y_new, *stage, *weight, *atol; /* size */
     double *k[14];                             /* size, as published: 1 to 13 */
@@ -67,8 +67,8 @@ struct kmp_ensemble {
     kempe_context *context;
     kmp_variant *variant;
     kempe_system *s;
-    int n, m, p, r, size, parameters; /* p, r and size: of the lanes */
-    int columns;                      /* names */
+    int n, m, p, r, size, parameters; /* p, r and size: in the lanes */
+    int columns;                      /* number of names */
     double *unit_row_scale;           /* m: of the model's own values */
 
     /* of a run */
@@ -81,36 +81,36 @@ struct kmp_ensemble {
     kmp_instance *instances;
     kmp_ensemble_result *results;
     double *q, *qd; /* count x n */
-    double *state;  /* 4 n: of the instance at hand */
+    double *state;  /* 4 n: of the current instance */
     kmp_pool *pools[KMP_POOLS_MOST];
     int pool_count;
     kmp_lane_room room;
-    double told; /* when progress was */
+    double told; /* time of the last progress report */
     kmp_ensemble_work work;
 };
 
-/* ensemble_start.c: one instance at a time. Statuses are for the whole: memory. */
+/* ensemble_start.c: one instance at a time. Statuses concern the whole ensemble: memory. */
 
-/** Why lanes can run no instance; NULL: they can. */
+/** Reason why lanes can run no instance; NULL: they can. */
 const char *kmp_ensemble_no_lanes(const kmp_ensemble *e);
 
-/** Assembles an instance and puts it into a pool, or leaves it to a run of its own, or says in its result why not. */
+/** Assembles an instance and puts it into a pool, or leaves it to a separate run, or writes its failure. */
 kempe_status kmp_instance_start(kmp_ensemble *e, int i);
-/** Its next choice of u, from t and y. */
+/** Makes the next choice of u of an instance, from t and y. */
 kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i);
-/** The same choice in an order of elimination that is good there. */
+/** Keeps the choice of u of an instance with another order of elimination that is good at t and y. */
 kempe_status kmp_instance_reorder(kmp_ensemble *e, kmp_pool *from, int i);
-/** Its result, from t and y. */
+/** Writes the result of an instance, from t and y. */
 kempe_status kmp_instance_finish(kmp_ensemble *e, kmp_pool *pool, int i);
-/** By a run of its own, from its start. */
+/** Repeats an instance in a separate run from its start. */
 kempe_status kmp_instance_alone(kmp_ensemble *e, int i);
-/** It leaves the lanes for such a run. */
+/** Takes an instance out of the lanes for a separate run. */
 void kmp_instance_leave(kmp_ensemble *e, int i, const char *why);
 
 /* ensemble_pool.c */
 
-/** The pool for a partition, whose Jv at the plant's last closure says how rows are eliminated; NULL in *pool: there
- * are too many, or it cannot be written. */
+/** Finds the pool of a partition; Jv at the plant's last closure determines the order of elimination. NULL in *pool:
+ * there are too many, or its program cannot be written. */
 kempe_status kmp_pool_find(kmp_ensemble *e, const kmp_partition *part, kmp_pool **pool);
 void kmp_pool_free(kmp_pool *pool);
 void kmp_pool_put(kmp_ensemble *e, kmp_pool *pool, int i);
@@ -121,7 +121,7 @@ int kmp_pool_take(kmp_ensemble *e, kmp_pool *pool);
 bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width);
 void kmp_lane_room_free(kmp_lane_room *room);
 
-/** Runs a pool until nothing is left in it, or until another has more to do. */
+/** Runs a pool until it is empty, or until another has more to do. */
 kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool);
 
 #endif

@@ -112,7 +112,7 @@ KMP_INLINE double larger_of(double a, double b)
     return b > a ? b : a;
 }
 
-/* What is no number counts as infinite. */
+/* NaN counts as infinite. */
 KMP_INLINE double or_infinite(double x)
 {
     return x <= DBL_MAX ? x : INFINITY;

@@ -1,30 +1,30 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The arithmetic of DOP853 on vectors of lanes, in the order in which dop853.c does it for one. */
+/* The arithmetic of DOP853 on vectors of lanes, in the order of operations of dop853.c. */
 #ifndef KMP_INTEGRATORS_LANES_ENSEMBLE_KERNELS_H
 #define KMP_INTEGRATORS_LANES_ENSEMBLE_KERNELS_H
 
 #include <stddef.h>
 
-/** out = y + h sum a[j] k[j] for vectors of `size` components; h has one a lane. */
+/** out = y + h sum a[j] k[j] for vectors of `size` components; h has one value per lane. */
 void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
                        const double *const *k, double *out);
 
-/** What an error estimate takes and gives. */
+/** Inputs and outputs of an error estimate. */
 typedef struct kmp_lanes_step {
     const double *y, *h, *atol;
     double *const *k; /* k[1] .. k[12] */
     double rtol;
-    double *y_new, *weight, *error; /* error: one a lane */
+    double *y_new, *weight, *error; /* error: one per lane */
 } kmp_lanes_step;
 
-/** The solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
+/** Computes the solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
 void kmp_lanes_solution(size_t width, size_t size, const kmp_lanes_step *step);
 
-/** What is measured at the end of a step, by lanes. */
+/** Measurements at the end of a step, by lanes. */
 typedef struct kmp_lanes_end {
     int p, r;
-    const int *u, *v;         /* of the choice */
-    const double *h, *dv, *b; /* r; r; r x p, column by column */
+    const int *u, *v;         /* of the choice of u */
+    const double *h, *dv, *b; /* r; r; r x p, column-major */
     const double *weight;     /* r: of the dependent coordinates */
     const double *scale, *row_scale;
     double *residual;   /* max |h|, scaled */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane what rk.c and reduced.c would
- * say to it. Lanes that are through, or that another pool goes on with, are filled again. */
+/* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane the decisions of rk.c and
+ * reduced.c. Lanes of instances that have finished, or that another pool continues, are filled again. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/lanes/ensemble_inside.h"
@@ -13,7 +13,7 @@
 
 enum { MOST_TRIES = 1000, ALIGNED = 64 / sizeof(double), MOST_COLUMNS = KMP_LANE_ROWS + KMP_FUSED_FREEDOMS };
 
-/* What became of an attempt in a lane. */
+/* Result of an attempt in a lane. */
 typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
 
 /* -- room -------------------------------------------------------------------------------------------- */
@@ -48,7 +48,7 @@ void kmp_lane_room_free(kmp_lane_room *room)
 
 /* -- evaluation -------------------------------------------------------------------------------------- */
 
-/* k = f(at, y) in all lanes; those that cannot be evaluated are noted in `bad`. */
+/* k = f(at, y) in all lanes; failed evaluations are marked in `bad`. */
 static void evaluate(kmp_ensemble *e, kmp_pool *pool, const double *y, double *k)
 {
     kmp_lane_room *room = &e->room;
@@ -98,11 +98,11 @@ static void load(kmp_ensemble *e, kmp_pool *pool, size_t l, int i)
     for (int k = 0; k < e->r; k++)
         atol[(size_t)(2 * e->p + k) * w] = e->spec.atol * scale[pool->part.v[k]];
     if (e->s->dissipative)
-        atol[(size_t)(2 * e->p + e->r) * w] = 1e300; /* judged, not controlled */
+        atol[(size_t)(2 * e->p + e->r) * w] = 1e300; /* measured, not controlled */
     kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants);
 }
 
-/* What a lane has become, to its instance. */
+/* Copies the state of a lane to its instance. */
 static void store(kmp_ensemble *e, size_t l)
 {
     kmp_lane_room *room = &e->room;
@@ -135,7 +135,7 @@ static double weighted_square(const kmp_ensemble *e, size_t l, const double *a, 
     return sum;
 }
 
-/* Hairer's hinit, as in rk.c; what cannot be evaluated there is left to a run of its own. */
+/* Hairer's hinit, as in rk.c; an instance whose evaluation fails is left to a separate run. */
 static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
@@ -171,8 +171,8 @@ static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
     }
 }
 
-/* Bit b: the sign of block b, from the pivots, which are written from the last block to the first; one more bit says
- * that they are known. */
+/* Bit b is the sign of block b, from the pivots, which are written from the last block to the first; one more bit marks
+ * the signs as known. */
 static uint32_t signs_of(const kmp_ensemble *e, const kmp_pool *pool, const double *pivot, size_t l)
 {
     int blocks = e->r > 0 ? kmp_block_count(pool->red.block) : 0;
@@ -191,7 +191,7 @@ static const double *pivots_of(const kmp_ensemble *e, const kmp_pool *pool, cons
     return end + (size_t)pool->layout.multipliers * e->room.w;
 }
 
-/* Slopes and signs of the lanes that are new, and their first steps. */
+/* Computes slopes, signs and first steps of new lanes. */
 static void begin_lanes(kmp_ensemble *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
@@ -244,7 +244,7 @@ static void run_stages(kmp_ensemble *e, kmp_pool *pool)
     KMP_DOP853_STAGES(STAGE, k);
 }
 
-/* The steps to try; what has become too small is left to a run of its own. */
+/* Chooses the steps to try; an instance with too small a step is left to a separate run. */
 static void choose_tries(kmp_ensemble *e)
 {
     kmp_lane_room *room = &e->room;
@@ -264,7 +264,7 @@ static void choose_tries(kmp_ensemble *e)
 
 /* -- the step's end ---------------------------------------------------------------------------------- */
 
-/* What the last stage of the program has, by lanes. */
+/* Values of the program's last stage, by lanes. */
 typedef struct watched {
     const double *multiplier, *pivot, *h, *jacobian, *b, *dv;
     double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST];
@@ -303,7 +303,7 @@ static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
     measure(e, pool, x);
 }
 
-/* As looks_well of constraints/partition/margin.c: the least pivot of Jv has not fallen far. */
+/* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
 static bool looks_well(kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
 {
     kmp_instance *y = &e->instances[e->room.who[l]];
@@ -333,8 +333,8 @@ static double margin_of(kmp_ensemble *e, const watched *x, size_t l)
     return pivots[e->m - 1] / y->usual;
 }
 
-/* Whether the formulation consents (accept of reduced.c): the closures corrected, the choice of u and the margin good.
- */
+/* True if the formulation accepts (accept of reduced.c): the closures corrected, the choice of u and the margin
+ * good. */
 static bool consents(kmp_ensemble *e, const kmp_pool *pool, watched *x, size_t l)
 {
     kmp_lane_room *room = &e->room;
@@ -362,7 +362,7 @@ static bool has_bad_order(const kmp_ensemble *e, const kmp_pool *pool, const wat
     return false;
 }
 
-/* Whether the zone about a change point would take over (watch_margin of runner_change.c). */
+/* True if a run would step across a change point here (watch_margin of runner_change.c). */
 static bool nears_change(kmp_instance *x, double t, double h, double margin)
 {
     double since = t - x->seen_t;
@@ -394,7 +394,7 @@ static void refuse(kmp_ensemble *e, size_t l, outcome what)
     }
 }
 
-/* The lane goes on, is through, or leaves for another pool or a run of its own. */
+/* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */
 static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, size_t l)
 {
     kmp_lane_room *room = &e->room;
@@ -432,7 +432,7 @@ static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, s
     return exchanges ? kmp_instance_exchange(e, pool, i) : kmp_instance_reorder(e, pool, i);
 }
 
-/* One attempt in all lanes. */
+/* Makes one attempt in all lanes. */
 static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
@@ -475,7 +475,7 @@ static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
 
 /* -- a pool ------------------------------------------------------------------------------------------ */
 
-/* How many lanes are at work; new ones in *fresh. */
+/* Fills empty lanes, the new ones in *fresh. Returns the number of active lanes. */
 static size_t refill(kmp_ensemble *e, kmp_pool *pool, bool *fresh)
 {
     kmp_lane_room *room = &e->room;
@@ -492,7 +492,7 @@ static size_t refill(kmp_ensemble *e, kmp_pool *pool, bool *fresh)
     return active;
 }
 
-/* Another pool fills all lanes, and this one fewer than half of them. */
+/* True if another pool fills all lanes, and this one fewer than half of them. */
 static bool gives_way(const kmp_ensemble *e, const kmp_pool *pool, size_t active)
 {
     for (int k = 0; 2 * active < e->room.w && pool->waiting == 0 && k < e->pool_count; k++)

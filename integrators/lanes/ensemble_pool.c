@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pools are found by what their program hangs on, so that an instance is computed by the same one whatever instances
- * are beside it. */
+/* Pools are found by the inputs of their program, so that an instance runs in the same pool whatever the other
+ * instances are. */
 #include "base/memory.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include <string.h>
@@ -47,7 +47,7 @@ static bool same_choice(const kmp_pool *pool, const kmp_partition *part)
     return memcmp(pool->part.u, part->u, (size_t)part->p * sizeof *part->u) == 0;
 }
 
-/* Whether the linear algebra is small enough. */
+/* True if the linear algebra is small enough. */
 static bool has_small_blocks(const kmp_reduction *red)
 {
     for (int b = red->r > 0 ? kmp_block_count(red->block) : 0; b-- > 0;) {
@@ -59,7 +59,7 @@ static bool has_small_blocks(const kmp_reduction *red)
     return true;
 }
 
-/* KEMPE_E_FAILED: it cannot be written. */
+/* Makes a pool. KEMPE_E_FAILED: its program cannot be written. */
 static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *pool)
 {
     unsigned long failures = kmp_memory_failures();

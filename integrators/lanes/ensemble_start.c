@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What is done with one instance at a time: its start, an exchange of u, its end; and the run of its own that it gets
- * where lanes do not do. The plant and the scales of the system are those of the instance at hand. */
+/* Operations on one instance at a time: its start, an exchange of u, its end, and its separate run if lanes cannot run
+ * it. The plant and the scales of the system are those of the current instance. */
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/partition/massless.h"
@@ -38,9 +38,9 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
     return NULL;
 }
 
-/* -- the instance at hand ---------------------------------------------------------------------------- */
+/* -- the current instance ----------------------------------------------------------------------------- */
 
-/* Its numbers in the model. KEMPE_E_INPUT: it cannot have them. */
+/* Puts the values of an instance into the model. KEMPE_E_INPUT: they are impossible. */
 static kempe_status take_values(kmp_ensemble *e, int i)
 {
     kmp_ensemble_result *result = &e->results[i];
@@ -70,7 +70,7 @@ static void keep_constants(const kmp_ensemble *e, kmp_instance *x)
     x->reach = s->reach;
 }
 
-/* What its equations and scales need, when it has been taken before. */
+/* Restores the constants of equations and scales of an instance that was current before. */
 static void take_constants(kmp_ensemble *e, const kmp_instance *x)
 {
     kempe_system *s = e->s;
@@ -100,7 +100,7 @@ static void pack(const kmp_ensemble *e, const kmp_partition *part, const double 
         y[2 * e->p + i] = q[part->v[i]];
 }
 
-/* Accelerations at the start say how fast it moves. false: they cannot be had. */
+/* Sets the scale of rates from the accelerations at the start. false: these are not available. */
 static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, const double *q, const double *qd)
 {
     double *udd = e->state + 2 * e->n, *qdd = udd + e->n;
@@ -122,7 +122,7 @@ static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, con
     return isfinite(x->rate_scale);
 }
 
-/* At a closed start; what it does not like is left to a run of its own. */
+/* Enters the lanes at a closed start, or leaves the instance to a separate run. */
 static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double *qd)
 {
     kmp_instance *x = &e->instances[i];
@@ -131,7 +131,7 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     kmp_plant_closure(e->plant, 0, q);
     kempe_status status =
         kmp_partition_init(&part, e->s, e->plant->jacobian, e->spec.u_count > 0 ? e->spec.u : NULL, e->spec.u_count);
-    if (status == KEMPE_E_FAILED) { /* a wish that is not possible is told by a run */
+    if (status == KEMPE_E_FAILED) { /* a run reports an impossible choice of u */
         kmp_instance_leave(e, i, "the wish of independent coordinates");
         kmp_context_clear(e->context);
         return KEMPE_OK;
@@ -167,13 +167,13 @@ kempe_status kmp_instance_start(kmp_ensemble *e, int i)
         return status == KEMPE_E_INPUT ? KEMPE_OK : status;
     keep_constants(e, &e->instances[i]);
     kmp_plant_renew_parameters(e->plant);
-    status = kempe_assemble(e->s, &a);
+    status = kempe_assembly_new(e->s, &a);
     if (status == KEMPE_OK) {
         e->results[i].rates_changed = a->rates_changed;
         memcpy(e->state, kempe_assembly_q(a), (size_t)e->n * sizeof(double));
         memcpy(e->state + e->n, kempe_assembly_qd(a), (size_t)e->n * sizeof(double));
         status = enter(e, i, e->state, e->state + e->n);
-    } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
+    } else if (status == KEMPE_E_FAILED) { /* a run would have the same message */
         kmp_instance_leave(e, i, "loops that stay open");
         status = KEMPE_OK;
     }
@@ -183,7 +183,7 @@ kempe_status kmp_instance_start(kmp_ensemble *e, int i)
 
 /* -- exchange ---------------------------------------------------------------------------------------- */
 
-/* q and qd of an instance in the unknowns of a pool; its factors and tangent. false: Jv is singular. */
+/* Computes q and qd of an instance in the unknowns of a pool, with factors and tangent. false: Jv is singular. */
 static bool unpack(kmp_ensemble *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed)
 {
     take_constants(e, x);
@@ -232,7 +232,7 @@ kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
 
-/* The step goes on as if nothing had been: the numbers are the same but for rounding. */
+/* The step continues: the numbers are the same but for rounding. */
 kempe_status kmp_instance_reorder(kmp_ensemble *e, kmp_pool *from, int i)
 {
     kmp_instance *x = &e->instances[i];
@@ -252,7 +252,7 @@ kempe_status kmp_instance_reorder(kmp_ensemble *e, kmp_pool *from, int i)
 
 /* -- end --------------------------------------------------------------------------------------------- */
 
-/* Of the energy, without the work that was done, in parts of its size. */
+/* Drift of the energy without the work done, relative to its size. */
 static double drift_of(const kmp_instance *x, double kinetic, double potential, double work)
 {
     double size = fmax(fmax(x->kinetic, kinetic), fabs(potential - x->potential));
@@ -260,7 +260,7 @@ static double drift_of(const kmp_instance *x, double kinetic, double potential, 
     return size > 0 ? drift / size : drift;
 }
 
-/* The plant's closure is that of q. */
+/* Measures the end of an instance; the plant's closure is that of q. */
 static void judge(kmp_ensemble *e, int i, double t, const double *q, const double *qd, double work)
 {
     kmp_ensemble_result *result = &e->results[i];
@@ -287,7 +287,7 @@ kempe_status kmp_instance_finish(kmp_ensemble *e, kmp_pool *pool, int i)
     return KEMPE_OK;
 }
 
-/* -- alone ------------------------------------------------------------------------------------------- */
+/* -- separate run ------------------------------------------------------------------------------------- */
 
 static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_status status)
 {
@@ -321,7 +321,7 @@ static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_sta
     return !row ? kmp_fail_memory(e->context) : status == KEMPE_E_MEMORY ? status : KEMPE_OK;
 }
 
-/* Energies at the start, to judge by. */
+/* Measures the energies at the start, for the drift. */
 static void measure_start(kmp_ensemble *e, int i, const kempe_assembly *a)
 {
     const double *q = kempe_assembly_q(a), *qd = kempe_assembly_qd(a);
@@ -331,7 +331,7 @@ static void measure_start(kmp_ensemble *e, int i, const kempe_assembly *a)
     e->instances[i].potential = kmp_plant_potential(e->plant, 0, q);
 }
 
-/* What stands in the way of the start itself. */
+/* Reports the reason of a failed start. */
 static kempe_status fail_alone(kmp_ensemble *e, int i, kempe_status status)
 {
     if (status == KEMPE_E_MEMORY)
@@ -350,7 +350,7 @@ kempe_status kmp_instance_alone(kmp_ensemble *e, int i)
     if (status != KEMPE_OK)
         return status == KEMPE_E_INPUT ? KEMPE_OK : status;
     kmp_plant_renew_parameters(e->plant);
-    status = kempe_assemble(e->s, &a);
+    status = kempe_assembly_new(e->s, &a);
     if (status == KEMPE_OK) {
         e->results[i].rates_changed = a->rates_changed;
         measure_start(e, i, a);

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The earliest event of a step. A step is one piece at first. Bounds of each condition's value and of its rate over the
- * piece (backend/bounds.h) say whether it can change there: not where the value stays away from zero, and where it goes
- * one way its values at both ends say so. A piece for which that is open is halved, the earlier half first.
+/* The earliest event of a step. A step is initially one piece. Bounds of each condition's value and rate over the piece
+ * (backend/bounds.h) decide if it can change there. It cannot if its value stays away from zero; if its value is
+ * monotonic, the values at both ends decide. An undecided piece is halved, the earlier half first.
  *
- * The coordinates that bounds are made from are cubics through their values and rates at both ends of the piece.
- * Accelerations, multipliers and what implicit blocks solve for, whose rates are not known, are parabolas through the
- * values at both ends and in the middle. */
+ * Bounds use cubics for the coordinates, through their values and rates at both ends of the piece. Accelerations,
+ * multipliers and solutions of implicit blocks, with unknown rates, are parabolas through the values at both ends and
+ * in the middle. */
 #include "base/bracket.h"
 #include "integrators/run/events.h"
 #include <float.h>
@@ -13,20 +13,21 @@
 #include <string.h>
 
 enum {
-    MOST_LOOKS = 256, /* at one step, beside those that narrow what was found */
-    ZERO_FROM = 5,    /* halvings from which a condition that is exactly zero at three points is taken to stay so */
-    CLOSELY = 2       /* halvings in any case where a run is to check another one */
+    MOST_LOOKS = 256, /* evaluations in one step, without those that narrow a change */
+    ZERO_FROM = 5,    /* number of halvings from which a condition that is exactly zero at three points counts as
+                       * constantly zero */
+    CLOSELY = 2       /* least number of halvings in a run that checks another one */
 };
 
-/* A polynomial of a higher degree may leave the control values of the cubic by this part of what they leave the chord
- * by: at twice the longest steps that integrators take of an oscillation, half a period, it does not. */
+/* A polynomial of higher degree may exceed the control values of the cubic by this part of their distance from the
+ * chord. It does not at twice the longest steps that integrators take of an oscillation, half a period. */
 #define SLACK 0.25
-/* And those of a parabola by this part of its bend, its rates by this part of their change. */
+/* Slack of a parabola: this part of its bend, and for its rates this part of their change. */
 #define PARABOLA_SLACK 0.5
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
-/* Late conditions have an output in both stages; the one of the first is zero. */
+/* Late conditions have an output in both stages; that of the first stage is zero. */
 static void find_outputs(kmp_event_search *s, const kempe_system *system)
 {
     const int *outputs = system->changes->outputs;
@@ -67,7 +68,7 @@ bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool
     return !arena->failed;
 }
 
-/* -- looking ----------------------------------------------------------------------------------------- */
+/* -- evaluation ---------------------------------------------------------------------------------------- */
 
 static void keep_look(const kmp_crossing *c, double t, kmp_look *look)
 {
@@ -101,7 +102,7 @@ static bool any_differs(const kmp_crossing *c, const kmp_look *look)
     return false;
 }
 
-/* None has changed there. */
+/* Records the sizes of values at a point where no condition has changed. */
 static void note_sizes(kmp_crossing *c, const double *change)
 {
     for (int k = 0; k < c->s->events.count; k++)
@@ -116,7 +117,7 @@ static void widen(double *low, double *high, double by)
     *high = fmax(*high, by);
 }
 
-/* A quantity that is x and y, and goes at rates x_rate and y_rate, at the ends of a piece of length h. */
+/* Bound of a quantity with values x and y and rates x_rate and y_rate at the ends of a piece of length h. */
 static kmp_bound over(double h, double x, double x_rate, double y, double y_rate)
 {
     double a = x + h * x_rate / 3, b = y - h * y_rate / 3, between = 3 * (b - a) / h;
@@ -129,7 +130,7 @@ static kmp_bound over(double h, double x, double x_rate, double y, double y_rate
     return (kmp_bound){r.low - off, r.high + off, r.down - rate_off, r.up + rate_off};
 }
 
-/* One that is x, z in the middle, and y. */
+/* Bound of a quantity with values x, z in the middle, and y. */
 static kmp_bound through(double h, double x, double z, double y)
 {
     double bend = z - (x + y) / 2, control = z + bend, off = PARABOLA_SLACK * fabs(bend);
@@ -144,7 +145,7 @@ static kmp_bound still(double x)
     return (kmp_bound){x, x, 0, 0};
 }
 
-/* A piece: its ends, and its middle where that has been looked at. */
+/* A piece: its ends, and its middle if that has been evaluated. */
 typedef struct piece {
     const kmp_look *a, *m, *b;
 } piece;
@@ -188,19 +189,19 @@ static void run_bounds(kmp_crossing *c, const piece *p)
     s->charts = c->plant->chart_version;
 }
 
-/* -- what is settled ----------------------------------------------------------------------------------- */
+/* -- decided conditions --------------------------------------------------------------------------------- */
 
-/* The least that a quantity can be between x and y, a time h from each other, whose rate lies within [down, up]. */
+/* The least possible value of a quantity between x and y, at a time distance h, with a rate within [down, up]. */
 static double cone(double h, double x, double y, double down, double up)
 {
     if (!(down < up) || !(up - down < INFINITY))
         return fmin(x, y);
-    double part = (x - y + up * h) / (up - down); /* of the time, down from x to where it must turn up to y */
+    double part = (x - y + up * h) / (up - down); /* of the time, down from x to the latest turn up to y */
     return fmin(fmin(x, y), x + down * fmin(fmax(part, 0), h));
 }
 
-/* Whether the ends of a piece tell all of a condition. A condition that holds is as it is held below zero, one that
- * does not at zero too. */
+/* True if the ends of a piece decide a condition. A fixed condition that holds is below zero; one that does not hold is
+ * at least zero. */
 static bool is_settled(const kmp_crossing *c, int k, const kmp_look *a, const kmp_look *b)
 {
     kmp_bound r = kmp_bounds_get(c->search.bounds, c->search.output[k]);
@@ -212,14 +213,15 @@ static bool is_settled(const kmp_crossing *c, int k, const kmp_look *a, const km
     return holds ? low > 0 : low >= 0;
 }
 
-/* What stays zero by cancellation, the difference of two coordinates that move alike, has bounds on both sides. */
+/* True for a value that stays zero by cancellation, as the difference of two equal coordinates: its bounds have both
+ * signs. */
 static bool is_zero(int k, const piece *p)
 {
     return p->a->change[k] == 0 && p->m->change[k] == 0 && p->b->change[k] == 0;
 }
 
-/* Of the conditions that are open, those that want a third point, or the others, for which the piece says too little.
- * Whether any is open at all. */
+/* Decides open conditions: those that need a third point if the piece has one, otherwise the others. Returns true if
+ * any is still open. */
 static bool find_open(kmp_crossing *c, int depth, const piece *p)
 {
     int count = c->s->events.count;
@@ -238,7 +240,7 @@ static bool find_open(kmp_crossing *c, int depth, const piece *p)
     return any;
 }
 
-/* At first those that were open in the piece that this is a half of. */
+/* Starts with the conditions that were open in the parent piece. */
 static void begin_piece(kmp_crossing *c, int depth)
 {
     size_t count = (size_t)c->s->events.count;
@@ -251,8 +253,8 @@ static void begin_piece(kmp_crossing *c, int depth)
 
 /* -- narrowing --------------------------------------------------------------------------------------- */
 
-/* A point from `low` on where condition k is as held: beyond a start just after an event, where rounding decides. Not
- * found: it changes at once. */
+/* Finds a point from `low` on where condition k has its fixed state: after a start just behind an event rounding
+ * decides. Not found: it changes at once. */
 static kempe_status find_side(kmp_crossing *c, int k, double *low, double high, bool *found)
 {
     double from = *low, width = high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width);
@@ -285,8 +287,8 @@ static kempe_status narrow(kmp_crossing *c, int k, double low, double *high)
     return status == KEMPE_OK ? kmp_crossing_look(c, *high) : status;
 }
 
-/* How far a condition with a lag went since it changed last: chattering is told from what goes to and fro. Leaves c at
- * `high`. */
+/* Records the distance that a condition with a lag has covered since its last change, to distinguish chattering. Leaves
+ * c at `high`. */
 static kempe_status note_way(kmp_crossing *c, int k, double low, double high)
 {
     if (!(c->s->events.condition[k].lag > 0))
@@ -296,7 +298,7 @@ static kempe_status note_way(kmp_crossing *c, int k, double low, double high)
     return status == KEMPE_OK ? kmp_crossing_look(c, high) : status;
 }
 
-/* The earliest change in (a, b]. Leaves c there. */
+/* Finds the earliest change in (a, b]. Leaves c there. */
 static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_look *b, double *t)
 {
     kempe_status status = kmp_crossing_look(c, b->t);
@@ -313,7 +315,7 @@ static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_
 
 /* -- the search -------------------------------------------------------------------------------------- */
 
-/* A piece whose ends tell all. */
+/* Ends a piece that its ends decide. */
 static kempe_status end_piece(kmp_crossing *c, const kmp_look *a, const kmp_look *b, double *t, bool *found)
 {
     if (any_differs(c, b)) {

@@ -1,18 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Conditions that are looked at, and that change where event_search.c has found that they do. */
+/* Evaluation of conditions, and their changes at the events that event_search.c has found. */
 #include "integrators/run/events.h"
 #include "base/memory.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { MOST_REPEATS = 20 }; /* changes of one condition with no time between */
+enum { MOST_REPEATS = 20 }; /* changes of one condition without time between them */
 
-/* Part of a run: changes of one condition that follow each other within it leave no time between. */
+/* Part of a run: changes of one condition within it count as simultaneous. */
 #define INSTANT 1e-11
-/* Nor do those of a condition with a lag whose value stays within so many of it. */
+/* Changes of a condition with a lag count as simultaneous within this multiple of its lag. */
 #define LAGS 100
-/* A kink is held beside so many tolerances of its largest value: within them it is passed by what steps err by. */
+/* A kink is fixed beyond this many tolerances of its largest value: within them the errors of steps exceed its
+ * effect. */
 #define KINK 100
 
 bool kmp_crossing_move(kmp_crossing *c, kmp_formulation *formulation, const kmp_solver_kind *kind, kmp_solver *solver)
@@ -59,9 +60,8 @@ void kmp_crossing_free(kmp_crossing *c)
     kmp_free(c);
 }
 
-/* -- looking ----------------------------------------------------------------------------------------- */
+/* -- evaluation ----------------------------------------------------------------------------------------- */
 
-/* First one that others do not follow but that ends the run, -1 for none. */
 int kmp_crossing_first_end(const kmp_crossing *c)
 {
     for (int k = 0; k < c->s->events.count; k++)
@@ -70,7 +70,7 @@ int kmp_crossing_first_end(const kmp_crossing *c)
     return -1;
 }
 
-/* Whether one has changed that changes what the equations are. */
+/* True if condition k has changed and switches the equations. */
 static bool has_switched(const kmp_crossing *c, int k)
 {
     return !c->s->events.condition[k].ends && !c->stays[k] && kmp_crossing_changed(c, k);
@@ -128,7 +128,7 @@ kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
 
 /* -- passing ----------------------------------------------------------------------------------------- */
 
-/* Whether condition k, which changes at t, has done so a moment ago. */
+/* True if condition k, which changes at t, has also changed a moment before. */
 static bool just_changed(const kmp_crossing *c, int k, double t)
 {
     double lag = c->s->events.condition[k].lag;
@@ -136,8 +136,8 @@ static bool just_changed(const kmp_crossing *c, int k, double t)
     return near || t - c->last[k] <= fmax(64 * DBL_EPSILON * fabs(t), c->instant);
 }
 
-/* Goes on with the other branch of a kink; with whichever counts where it is passed within what steps err by, as at
- * rest, or again and again. */
+/* Continues with the other branch of a kink. Its branch follows the state if the kink is passed within the errors of
+ * steps, as at rest, or repeatedly. */
 static kempe_status change_branch(kmp_crossing *c, int k, double t)
 {
     c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;
@@ -172,7 +172,7 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
                            : "the motion slides along it; make the law continuous there, for instance with tanh");
 }
 
-/* Conditions may depend on others, so that one change brings the next. */
+/* Changes conditions. Conditions may depend on others, so that one change causes the next. */
 static kempe_status change_conditions(kmp_crossing *c, double t)
 {
     kempe_status status = KEMPE_OK;
@@ -212,7 +212,7 @@ kempe_status kmp_crossing_pass(kmp_crossing *c, double t, double *y, double *yp)
     if (status == KEMPE_OK)
         status = change_conditions(c, t);
     if (status == KEMPE_OK)
-        status = kmp_crossing_complete(c, t, true); /* accelerations and multipliers beyond */
+        status = kmp_crossing_complete(c, t, true); /* accelerations and multipliers after the change */
     if (status != KEMPE_OK)
         return status;
     memcpy(y, c->y, (size_t)c->formulation->size * sizeof *y);

@@ -10,7 +10,7 @@ kmp_instant kmp_instant_of(const kmp_plant *plant, double t, const double *q, co
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
 
-/* Room for one more. false: no memory, and the list is as it was. */
+/* Makes room for one more entry. false: no memory, and the list is unchanged. */
 static bool grow(void **list, int count, int *room, size_t size)
 {
     if (count < *room)

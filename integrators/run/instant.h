@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where equations are evaluated, and programs of expressions that are evaluated there. */
+/* The place of an evaluation, and programs of expressions evaluated there. */
 #ifndef KMP_INTEGRATORS_RUN_INSTANT_H
 #define KMP_INTEGRATORS_RUN_INSTANT_H
 
@@ -11,21 +11,21 @@
 typedef struct kmp_instant {
     double t;
     const double *q, *qd, *qdd, *lambda, *mu;
-    const double *mode;  /* of the conditions, NULL when there are none */
-    const double *chart; /* of the spherical joints, and how often they have changed */
+    const double *mode;  /* of the conditions, NULL without conditions */
+    const double *chart; /* of the spherical joints, and the number of their changes */
     long chart_version;
 } kmp_instant;
 
-/** A state of the plant, whose conditions and charts are as they are now. */
+/** A state with the plant's present conditions and charts. */
 kmp_instant kmp_instant_of(const kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
                            const double *lambda);
 
-/** A non-zero of a matrix: output `source` of a program stands at (row, col) of its block. */
+/** A non-zero of a matrix: output `source` of a program is entry (row, col) of its block. */
 typedef struct kmp_tangent {
     int block, row, col, source;
 } kmp_tangent;
 
-/** The outputs of a program, and where they stand in matrices. Zeroed at first; `failed` is sticky: no memory. */
+/** The outputs of a program, and their places in matrices. Zero initially; `failed` is sticky: no memory. */
 typedef struct kmp_listing {
     kmp_ref *output;
     kmp_tangent *entry;
@@ -33,35 +33,35 @@ typedef struct kmp_listing {
     bool failed;
 } kmp_listing;
 
-/** A further output; its number, -1 on failure. */
+/** Adds an output; returns its number, -1 on failure. */
 int kmp_listing_add(kmp_listing *listing, kmp_ref r);
 
-/** An output that is there stands at a place; source < 0: none does. */
+/** Gives an existing output a place in a block; source < 0: does nothing. */
 void kmp_listing_place(kmp_listing *listing, int block, int row, int col, int source);
 
-/** A further output at a place, unless it is zero. */
+/** Adds an output at a place, unless it is zero. */
 void kmp_listing_put(kmp_listing *listing, int block, int row, int col, kmp_ref r);
 
 /** J qdd + jdqd of a row. */
 kmp_ref kmp_equations_curve(const kmp_equations *eq, int row);
 
-/** A program of one stage behind its constants, and what runs it. */
+/** A program of one stage after its constants, and its machine. */
 typedef struct kmp_formulas {
     kmp_program *program;
     kmp_machine *machine;
-    long charts; /* version of the charts that it has; -1: none */
+    long charts; /* version of the charts in the constants; -1: none */
 } kmp_formulas;
 
-/** false: no memory. */
+/** Makes the program; false: no memory. */
 bool kmp_formulas_init(kmp_formulas *formulas, kmp_graph *graph, int count, const kmp_ref *output,
                        const kmp_backend *backend, const double *parameters);
 void kmp_formulas_free(kmp_formulas *formulas);
 
-/** Parameters have these values now. */
+/** Takes new values of the parameters. */
 void kmp_formulas_renew(kmp_formulas *formulas, const double *parameters);
 
-/** Takes an instant; all outputs there, and with further inputs at the last one. Valid until the next call; no
- * allocation. */
+/** Takes an instant; evaluates all outputs there, or with further inputs at the last instant. Valid until the next
+ * call; no allocation. */
 void kmp_formulas_place(kmp_formulas *formulas, const kmp_instant *at);
 const double *kmp_formulas_at(kmp_formulas *formulas, const kmp_instant *at);
 

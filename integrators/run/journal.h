@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What happens in a run between its steps: when, what, why, and how good the matter stood before and after. */
+/* Notes of a run between its steps: time, kind, reason, and a measure before and after. */
 #ifndef KMP_INTEGRATORS_RUN_JOURNAL_H
 #define KMP_INTEGRATORS_RUN_JOURNAL_H
 
@@ -8,11 +8,11 @@
 typedef struct kmp_note {
     double t;
     const char *kind; /* one word: exchange, centring, rows, "change point", event, restart, formulation, dynamics */
-    double before, after; /* of what the text names; NaN where nothing is measured */
+    double before, after; /* of the quantity that the text names; NaN if nothing is measured */
     char *text;
 } kmp_note;
 
-/* The first of them are kept, all are counted. */
+/* The first notes are kept, all are counted. */
 typedef struct kmp_journal {
     kempe_context *context;
     kmp_note *notes;
@@ -20,7 +20,7 @@ typedef struct kmp_journal {
     long count;
 } kmp_journal;
 
-/** Writes down one happening and gives it to the log. One that finds no memory is counted only. NULL: nothing. */
+/** Records a note and logs it. Without memory it is only counted. NULL: does nothing. */
 void kmp_journal_note(kmp_journal *journal, const char *kind, double t, double before, double after, const char *format,
                       ...) __attribute__((format(printf, 6, 7)));
 void kmp_journal_free(kmp_journal *journal);

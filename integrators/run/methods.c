@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which formulation, form, integrator, linear solver and back end go together, and what a run takes when nobody says.
- */
+/* Valid combinations of formulation, form, integrator, linear solver and back end, and the defaults of a run. */
 #include "backend/x86/machine.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
@@ -49,11 +48,12 @@ const kmp_formulation_kind *kmp_formulation_find(const char *formulation, const 
     return NULL;
 }
 
-/* -- complaints: the name, and what there is --------------------------------------------------------- */
+/* -- messages: the unknown name, and the known ones ---------------------------------------------------- */
 
 enum { FORMULATION, FORM, INTEGRATOR };
 
-/* The names of one part among the ways of a formulation and form (NULL: any), each once, in order. */
+/* Reports an unknown name, with the names of one part among the methods of a formulation and form (NULL: any), each
+ * once, in order. */
 static kempe_status unknown(const kempe_system *system, int part, const char *name, const char *formulation,
                             const char *form)
 {
@@ -90,7 +90,7 @@ static const char *first_integrator(const kmp_formulation_kind *formulation)
     return "";
 }
 
-/* The model's form and integrator belong to the model's formulation. */
+/* Resolves the method. The model's form and integrator belong to the model's formulation. */
 static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
 {
     const kmp_run_settings *model = &system->model->run;
@@ -105,7 +105,7 @@ static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
         spec->form = or_default(spec->form, model->form);
         spec->integrator = own_form ? or_default(spec->integrator, model->integrator) : spec->integrator;
     }
-    /* An integrator alone chooses the first form that it fits. */
+    /* A given integrator alone chooses the first form that it fits. */
     const kmp_solver_kind *solver = spec->integrator ? kmp_solver_find(spec->integrator) : NULL;
     for (int k = 0; solver && !spec->form && k < (int)FORMULATIONS; k++)
         if (strcmp(formulations[k]->formulation, spec->formulation) == 0 && fits(formulations[k], solver))

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One run, step by step: assembles, prepares, advances, gives rows. */
+/* One run, step by step: assembles, prepares, advances, delivers rows. */
 #include "integrators/run/run.h"
 #include "base/clock.h"
 #include "base/memory.h"
@@ -23,7 +23,8 @@ static kempe_status check_bound(kmp_runner *run, double t)
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
 
-/* Progress once a second by the wall clock, which costs a step less than that of the processor, and the interrupt. */
+/* Reports progress once a second of wall-clock time, whose clock is cheaper than that of the processor, and checks for
+ * interrupts. */
 static kempe_status attend(kmp_runner *run)
 {
     double now = (double)time(NULL), t = kmp_runner_t(run);
@@ -50,7 +51,7 @@ static kempe_status begin(kmp_runner *run)
     return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", run->spec.t_start);
 }
 
-/* Seconds of processor time so far, of all threads. */
+/* Processor time in seconds so far, of all threads. */
 static double cpu_of(const kmp_runner *run)
 {
     return kmp_cpu_now() + kmp_team_cpu(run ? run->team : NULL);
@@ -76,7 +77,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->work_t = spec->t_start;
     run->bound.most = spec->max_steps;
     if (!start) {
-        status = kempe_assemble(system, &own);
+        status = kempe_assembly_new(system, &own);
         start = own;
     }
     if (status == KEMPE_OK)
@@ -128,7 +129,6 @@ double kmp_runner_t_old(const kmp_runner *run)
     return run->solver ? run->solver->t_old : run->work_t;
 }
 
-/* Adds the work of the formulation and integrator at hand. */
 void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
 {
     if (!run->solver)
@@ -230,7 +230,7 @@ static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_f
     return take(user, t, row, row + n, row + 2 * n, row + 3 * n, work) ? kmp_fail_memory(run->s->context) : KEMPE_OK;
 }
 
-/* Rows due within the last step, and where a condition has ended the run. */
+/* Delivers rows within the last step, and the one at which a condition has ended the run. */
 static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn *take, void *user)
 {
     double t = kmp_runner_t(run);
@@ -241,10 +241,10 @@ static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn 
     return status == KEMPE_OK && run->ended && more ? deliver_at(run, t, row, take, user) : status;
 }
 
-/* Steps between two looks at the clock of the processor, which costs as much as a short step. */
+/* Steps between two readings of the processor clock, each of which costs as much as a short step. */
 enum { UNWATCHED = 32 };
 
-/* A run that has had its time ends here. */
+/* Ends a run that has exceeded its time limit. */
 static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
 {
     if (!(run->spec.limit_s > 0) || ++*steps < UNWATCHED)

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The inside of a run, for the files that make one: its start, its changes of formulation, its failures, the work on
- * it. */
+/* Internals of a run, for its files: its start, its changes of formulation, its failures, its work. */
 #ifndef KMP_INTEGRATORS_RUN_RUNNER_H
 #define KMP_INTEGRATORS_RUN_RUNNER_H
 
@@ -16,64 +15,64 @@
 struct kmp_runner {
     const kempe_system *s;
     kmp_run_spec spec;
-    kmp_team *team; /* of the plant and all that takes its back end; NULL: none */
+    kmp_team *team; /* thread pool of the plant and all users of its back end; NULL: none */
     kmp_plant *plant;
-    kmp_arena arena; /* of arrays, but for those of a formulation */
-    bool by_bodies;  /* formulations that can go by articulated bodies do */
+    kmp_arena arena; /* of all arrays except those of a formulation */
+    bool by_bodies;  /* formulations that can use articulated bodies do */
     kmp_partition part;
     bool has_part;
     kmp_margin margin;
     kmp_formulation *formulation;
-    const kmp_formulation_kind *way; /* the formulation asked for; `formulation` may be the zone instead */
+    const kmp_formulation_kind *way; /* the chosen formulation, also near change points */
     bool in_zone;
-    bool walks;    /* across the zone in steps of dop853: no leap leads across, and the integrator stopped */
-    double zone_t; /* where the zone was entered */
+    bool walks;    /* crosses a change point in dop853 steps, after the integrator and all steps across failed */
+    double zone_t; /* time of entry into the surroundings of a change point */
     bool brief;    /* the formulation before lasted for a few steps */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
-    kmp_run_report before; /* work of formulations and solvers that are gone */
+    kmp_run_report before; /* work of earlier formulations and solvers */
     double *state;         /* q, qd, qdd, lambda at a change of formulation */
-    double *seen, seen_t;  /* the user's coordinates (n) of spherical joints, at a time */
+    double *seen, seen_t;  /* the user's coordinates (n) of spherical joints, and their time */
     double *next_seen;     /* n */
     long centrings;
-    kmp_crossing *crossing; /* NULL when the model has no conditions */
+    kmp_crossing *crossing; /* NULL without conditions */
     bool at_event;
-    double event_t;       /* where the last step ends when at_event */
-    double stop;          /* no step goes beyond; spec.t_end unless the caller says (kmp_runner_cut) */
-    bool anew;            /* the next step begins the integrator anew: what equations read from outside may differ */
-    double pace;          /* the step that was proposed where steps that end at `stop` are shorter; 0: they are not */
+    double event_t;       /* the end of the last step if at_event */
+    double stop;          /* no step goes beyond; spec.t_end unless the caller sets it (kmp_runner_cut) */
+    bool anew;            /* the next step restarts the integrator: external inputs of the equations may have changed */
+    double pace;          /* the proposed step, if steps that end at `stop` are shorter; 0: they are not */
     double *y, *yp;       /* at a row; yp for a DAE only */
     double *qdd, *lambda; /* at the start */
-    double *moved;        /* 3 n + m: a row, where closures that move do work */
+    double *moved;        /* 3 n + m: a row, if moving closures do work */
     double work;          /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
     double work_t;
     double rate_scale, build_s, progress;
-    unsigned long memory_failures; /* before it was made */
-    kmp_journal own, *journal;     /* the one asked for, or its own */
-    long rescued_at;               /* steps tried when an integrator was last started anew after it had stopped */
+    unsigned long memory_failures; /* at the creation of the run */
+    kmp_journal own, *journal;     /* the caller's journal, or the run's own */
+    long rescued_at;               /* number of attempted steps at the last restart of a stopped integrator */
     char *reason;
     bool locks;
     bool cut; /* given up for spec.limit_s */
     kmp_work_bound bound;
-    bool ended; /* a condition has */
+    bool ended; /* by a condition */
 };
 
 /* runner_start.c */
 
-/** All that a run needs before its integrator starts. */
+/** Makes everything that a run needs before its integrator starts. */
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
 
-/** Rows and coordinates at (t, q); rank < 0: as the pivots say. */
+/** Chooses rows and coordinates at (t, q); rank < 0: by the pivots. */
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count);
 
-/** Brings q and qd onto the rows that are now independent. */
+/** True for rounded numbers if q is not closed on the rows kept now; kmp_runner_project closes q and qd on them. */
 bool kmp_runner_is_off(kmp_runner *run, double t, const double *q);
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd);
 
-/** qdd and lambda of the chosen rows at the plant's last closure, which was at (t, q). */
+/** Computes qdd and lambda of the chosen rows at the plant's last closure, which was at (t, q). */
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
 
-/** The formulation that leads this one through change points. */
+/** The formulation that steps across change points in place of the present one. */
 const kmp_formulation_kind *kmp_runner_zone(const kmp_runner *run);
 kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
                                          const double *qd, double work);
@@ -84,78 +83,79 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
 
 /* runner_change.c */
 
-/** What the last step, which ended at t, calls for: an event passed, another formulation, other unknowns. */
+/** Handles the end of the last step at t: passes an event, changes the formulation or the unknowns. */
 kempe_status kmp_runner_change(kmp_runner *run, double t);
 
-/** Begins the integrator anew at t within the last step, a one-step method with the step it had. */
+/** Restarts the integrator at t within the last step, a one-step method with its present step size. */
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t);
 
-/** Takes the step that could not be made: an implicit integrator from a state made consistent; the reduced formulation,
- * when nobody asked for it, gives way to the projected one. */
+/** Recovers from a step that failed: an implicit integrator restarts from a consistent state. The reduced formulation,
+ * if the user did not choose it, is replaced by the projected one. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t);
 
-/** Goes on at t with another formulation, from the state that the old one completes. */
+/** Continues at t with another formulation, from the state that the old one completes. */
 kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool to_zone);
 
-/** The same from a state of the charts at hand (q, qd, qdd in run->state); first_step: as for an integrator's start. */
+/** Continues with another formulation from a state in the present charts (q, qd, qdd in run->state) with a first
+ * step. */
 kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step);
 
 /* runner_center.c */
 
-/** q and qd of the start in run->state, spherical joints centred where their angles are nearly singular. */
+/** Sets q and qd of the start in run->state; spherical joints with nearly singular angles are centred. */
 void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start);
 
-/** Centres the spherical joints whose angles came near to their singular position in the step that ended at t. */
+/** Centres the spherical joints whose angles approached their singular position in the step that ended at t. */
 kempe_status kmp_runner_center(kmp_runner *run, double t);
 
 /** Follows the user's coordinates of centred joints up to t within the last step, not back. */
 void kmp_runner_follow(kmp_runner *run, double t);
 
-/** A row at the time that they were followed to, in the user's coordinates. */
+/** Converts a row to the user's coordinates, at the time to which these were followed. */
 void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd);
 
-/** Row at a time within the last step, in the coordinates of the charts at hand. */
+/** Row at a time within the last step, in the coordinates of the present charts. */
 kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,
                                   double *work);
 
 /* runner_bridge.c */
 
-/** The row at t within the last step by another way than the formulation's own, which has failed, and said in the
- * journal; arguments as of kmp_runner_inner_row. false: not to be had so either, and nothing is changed. */
+/** Computes the row at t within the last step by another formulation after its own has failed, and notes it in the
+ * journal; arguments as for kmp_runner_inner_row. false: not available, and nothing is changed. */
 bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work);
 
 /* runner_explain.c */
 
-/** Turns KEMPE_E_FAILED into run->reason, `otherwise` when nobody knows one; KEMPE_STOPPED when the mechanism locks.
+/** Turns KEMPE_E_FAILED into run->reason, `otherwise` without a known reason; KEMPE_STOPPED when the mechanism locks.
  * Other statuses pass. */
 kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t);
 
-/** No multipliers are found there: what ends runs there says so, if anything does, or the force is named. */
+/** Fails without multipliers at a state: reports the condition that ends runs there, if there is one, or the force. */
 kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *q, const double *qd);
 
-/** The sentence of a failure: a lock's, the formulation's, the integrator's, or `otherwise`. Whether it is a lock. */
+/** Appends the sentence of a lock, the formulation, the integrator, or `otherwise`. True for a lock. */
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text);
 
-/** Adds to a reason which spherical joint has angles near to their singular position at the last step, if one has. */
+/** Appends to a reason the spherical joint with nearly singular angles at the last step, if there is one. */
 void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text);
 
-/** The row of a prescribed motion that cannot go on beyond the last step's end, which is a dead centre; -1: none. */
+/** The row of a prescribed motion that cannot continue beyond the last step's end, a dead centre; -1: none. */
 int kmp_runner_lock(kmp_runner *run, double t);
 
-/** The coordinate that a row alone prescribes, NULL when it has several. */
+/** The coordinate that a row alone prescribes, NULL for several. */
 const char *kmp_runner_driven_by(const kempe_system *s, int row);
 
 /* runner_work.c */
 
-/** Of non-conservative forces on a dae formulation, up to t within the last step. */
+/** Adds the work of non-conservative forces on a dae formulation, up to t within the last step. */
 kempe_status kmp_runner_add_work(kmp_runner *run, double t);
 
 /* run.c */
 
-/** Adds the work of the formulation and integrator at hand. */
+/** Adds the work of the present formulation and integrator. */
 void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report);
 
-/** Steps so far, those rejected and refused among them. */
+/** Number of attempted steps, rejected and refused ones included. */
 long kmp_runner_tried(const kmp_runner *run);
 
 #endif

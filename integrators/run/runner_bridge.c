@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A row within the last step that its formulation cannot complete: inside a step its u, or the rows it keeps, may be
- * worthless that are good at both ends. The step is then made again from its beginning to the time of the row, along
- * the projected formulation, which needs no u, with rows chosen anew as often as they are wanted. */
+ * singular although they are good at both ends. The step is then repeated from its start to the time of the row by the
+ * projected formulation, which needs no u, with rows chosen again as often as necessary. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 #include <math.h>
 #include <string.h>
 
-/* Steps of it, at most. */
+/* Largest number of its steps. */
 enum { MOST_STEPS = 1000 };
 
 typedef struct bridge {
@@ -37,7 +37,7 @@ static void tear_down(bridge *b)
     b->y = NULL;
 }
 
-/* Rows, formulation and integrator for the state at hand. */
+/* Makes rows, formulation and integrator for the present state. */
 static bool set_up(bridge *b)
 {
     kmp_runner *run = b->run;
@@ -70,7 +70,7 @@ static bool set_up(bridge *b)
     return b->solver && b->y && b->kind->start(b->solver, b->t, b->formulation->y, NULL, b->end, 0) == KEMPE_OK;
 }
 
-/* Whether steps until the end, or until other rows are wanted, could be made. */
+/* Makes steps until the end, or until other rows are needed. false: they failed. */
 static bool march(bridge *b)
 {
     bool good = true, stays = true;
@@ -94,7 +94,7 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double 
     run->formulation->reason = (kmp_text){0};
     bool by_bodies = run->plant->by_bodies, found = state && start < t;
     found = found && kmp_formulation_find(run->way->formulation, run->way->form) ==
-                         run->way; /* no other has the same unknowns */
+                         run->way; /* other formulations have other unknowns */
     bridge b = {.run = run, .t = start, .end = t, .q = state, .qd = state ? state + n : NULL};
     found = found && run->kind->dense(run->solver, start, run->y, run->yp) == KEMPE_OK &&
             run->formulation->row(run->formulation, start, run->y, run->yp, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;

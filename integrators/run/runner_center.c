@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Spherical joints between steps: centred before their angles become singular, and followed in the user's coordinates,
- * which go on continuously whatever the charts do. */
+ * which are continuous across changes of charts. */
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 #include <math.h>
 #include <string.h>
 
-/* Centred along with one that has to be: this has the integrator start anew less often. */
+/* Regularity below which joints are centred together with a due one, which restarts the integrator less often. */
 #define ALONG 0.8
-/* Of the largest rate: rounding of the same state. */
+/* Over the largest rate: rounding of an equal state. */
 #define SAME 1e-7
-/* rad: angles that change by less are the same ones gone on. */
+/* rad: angles that change by less are continuous. */
 #define NEAR_BY 1.0
-/* How often the way to a row is halved to find out how angles went on; where they do not then, they went through their
+/* Number of halvings of the path to a row to follow the angles. Angles that are still discontinuous passed their
  * singular position. */
 enum { MOST_HALVINGS = 24 };
 
@@ -22,10 +22,10 @@ static bool has_moved(const kmp_runner *run)
     return run->plant->chart_version > 0 && kmp_charts_count(run->s) > 0;
 }
 
-/* -- what the user sees ------------------------------------------------------------------------------ */
+/* -- coordinates of the user --------------------------------------------------------------------------- */
 
-/* Takes what the user sees on from run->seen to q of the charts. false, with nothing changed: it went too far to tell
- * how, and `anyhow` was not said. */
+/* Follows the user's coordinates from run->seen to q of the charts. false, with nothing changed: the change is too
+ * large to be continuous, and `anyhow` is not set. */
 static bool look(kmp_runner *run, const double *q, bool anyhow)
 {
     const kempe_system *s = run->s;
@@ -107,7 +107,7 @@ void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start)
         kmp_plant_set_charts(run->plant, run->plant->chart);
 }
 
-/* Whether joint c may be centred: not where one of its coordinates has to stay independent. */
+/* True if joint c may be centred: none of its coordinates must stay independent. */
 static bool may_center(const kmp_runner *run, int c)
 {
     int first = run->s->chart_first[c];
@@ -125,7 +125,7 @@ static bool is_due(const kmp_runner *run, const double *q)
     return false;
 }
 
-/* Centres what is due and what goes along with it, from q, qd, qdd on. */
+/* Centres due joints and those to be centred with them, from q, qd, qdd on. */
 static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd)
 {
     for (int c = 0; c < kmp_charts_count(run->s); c++) {
@@ -139,7 +139,7 @@ static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd
     kmp_plant_set_charts(run->plant, run->plant->chart);
 }
 
-/* Whether the formulation has understood the state: its rates are those given. */
+/* True if the formulation has the given state: its rates are those given. */
 static bool is_same(const kmp_runner *run, const double *qd, const double *given)
 {
     double most = 0, off = 0;
@@ -150,8 +150,8 @@ static bool is_same(const kmp_runner *run, const double *qd, const double *given
     return off <= SAME * most;
 }
 
-/* The formulation's unknowns from the mapped state in run->state, run->qdd and run->lambda; once more from the row that
- * it completes, which leaves its predictions right. false: it does not go on from there. */
+/* Sets the formulation's unknowns from the mapped state in run->state, run->qdd and run->lambda, and again from the row
+ * that it completes, which corrects its predictions. false: the formulation cannot continue. */
 static bool resume(kmp_runner *run, double t)
 {
     int n = run->s->n;
@@ -165,8 +165,8 @@ static bool resume(kmp_runner *run, double t)
     return true;
 }
 
-/* As after an exchange: a one-step method goes on with the step it had, others start anew. Where the present choice of
- * coordinates does not go on in the new charts, another is made. */
+/* Centres as after an exchange: a one-step method keeps its step size, others restart. If the present choice of
+ * coordinates is not possible in the new charts, another is made. */
 kempe_status kmp_runner_center(kmp_runner *run, double t)
 {
     double h = t - kmp_runner_t_old(run), *q = run->state, *qd = q + run->s->n, work;

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What happens between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator.
- */
+/* Changes between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
@@ -8,9 +7,9 @@
 #include <float.h>
 #include <math.h>
 
-/* Looks for a change point ahead of where it seems to be. */
+/* Number of looks for a change point near its predicted place. */
 enum { PROBES = 10 };
-/* Steps that must lie between two rescues of an implicit integrator. */
+/* Least number of steps between two rescues of an implicit integrator. */
 enum { RESCUE_WAY = 100 };
 
 static void release_formulation(kmp_runner *run)
@@ -24,7 +23,7 @@ static void release_formulation(kmp_runner *run)
     run->y = run->yp = NULL;
 }
 
-/* Rows and coordinates anew at q, as many as at the start; a fixed u stays. Bvu is that of any independent rows. */
+/* Chooses rows and coordinates again at q, as many as at the start; a fixed u is kept. Bvu is that of any rows. */
 static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
     kmp_partition before = run->part;
@@ -66,7 +65,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
     return kmp_runner_start(run, t, run->formulation->y, run->formulation->yp, first_step);
 }
 
-/* first_step: as for an integrator's start. */
+/* Changes the formulation; first_step: as for an integrator's start. */
 static kempe_status change_formulation(kmp_runner *run, double t, bool to_zone, double first_step)
 {
     double *q = run->state, work;
@@ -79,7 +78,7 @@ kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool to_zo
     return change_formulation(run, t, to_zone, 0);
 }
 
-/* Where a dropped row needs too much of a kept one they change places. */
+/* Exchanges dropped rows with large coefficients in kept rows. */
 static kempe_status change_rows(kmp_runner *run, double t)
 {
     double before = run->margin.rows, h = run->solver->h;
@@ -92,7 +91,7 @@ static kempe_status change_rows(kmp_runner *run, double t)
     return status;
 }
 
-/* The plant's closure at the end of the last step, unless its formulation has asked for the margin there. */
+/* Evaluates the plant's closure at the end of the last step, unless its formulation has computed the margin there. */
 static kempe_status come_to(kmp_runner *run, double t)
 {
     if (kmp_margin_knows(&run->margin, t))
@@ -103,8 +102,8 @@ static kempe_status come_to(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-/* Rates of the accelerations into `jerk`, by those in the middle of the last step; none where these are not to be had.
- */
+/* Writes the rates of the accelerations to `jerk`, by those in the middle of the last step; zero if these are not
+ * available. */
 static void find_jerk(kmp_runner *run, double t, double *jerk)
 {
     int n = run->s->n;
@@ -116,8 +115,8 @@ static void find_jerk(kmp_runner *run, double t, double *jerk)
         jerk[i] = found ? (run->qdd[i] - qdd[i]) / back : 0;
 }
 
-/* Whether a change point lies ahead of the closed state at t, about tau later: J along the way that the state leads,
- * again and again where the line from the place before comes nearest to zero. */
+/* True if a change point lies ahead of the closed state at t, about tau later. Evaluates J along the predicted motion,
+ * repeatedly at the point where the line from the last place comes nearest to zero. */
 static bool lies_ahead(kmp_runner *run, double t, double tau)
 {
     int n = run->s->n;
@@ -150,7 +149,7 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     return found;
 }
 
-/* Into the zone when the margin leads to a change point. */
+/* Changes to the formulation across change points if the margin leads to one. */
 static kempe_status enter_zone(kmp_runner *run, double t, double tau)
 {
     double *q = run->state, work;
@@ -160,7 +159,8 @@ static kempe_status enter_zone(kmp_runner *run, double t, double tau)
     return kmp_runner_change_formulation(run, t, true);
 }
 
-/* A leap is one step long; steps across a zone go on until its surroundings are left. */
+/* Returns to the formulation: after a single step across, or after steps when the surroundings of the change point are
+ * left. */
 static kempe_status leave_zone(kmp_runner *run, double t)
 {
     if (run->walks && run->margin.tried > 0)
@@ -188,17 +188,17 @@ static kempe_status leave_zone(kmp_runner *run, double t)
     return status;
 }
 
-/* The motion turns before the place that it seemed to lead to: the formulation takes it from there, and is not asked
- * about change points until it has left the surroundings. */
+/* The motion turns before the predicted change point: the formulation continues from there, and change points are
+ * ignored until it has left the surroundings. */
 static kempe_status quit_zone(kmp_runner *run, double t)
 {
     kempe_status status = kmp_runner_change_formulation(run, t, false);
-    run->margin.tried = run->margin.last; /* of t again: the leap has looked elsewhere */
+    run->margin.tried = run->margin.last; /* at t again: the step across evaluated it elsewhere */
     return status == KEMPE_OK ? run->kind->step(run->solver) : status;
 }
 
-/* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
- * while all rows together do not, others are taken. */
+/* If J is near to losing a row, steps across a change point take over, and the formulation continues beyond it. If only
+ * the independent rows become singular, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
 {
     if (kmp_margin_unwatched(&run->margin) || !(t > kmp_runner_t_old(run)))
@@ -215,8 +215,8 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     return enters ? enter_zone(run, t, when * (t - kmp_runner_t_old(run))) : KEMPE_OK;
 }
 
-/* By articulated bodies accelerations are those with the loops open and what the closure forces add: where the former
- * are so large that rounding of them shows, because a joint comes to move next to nothing, M and C go on. */
+/* By articulated bodies accelerations are the sum of those with the loops open and of the closure forces' part. If the
+ * former are so large that their rounding shows, because a joint moves almost no inertia, M and C are used. */
 static kempe_status watch_bodies(kmp_runner *run, double t)
 {
     const double *open = run->plant->by_bodies && run->margin.r > 0 ? run->plant->free_qdd : NULL;
@@ -235,8 +235,8 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     return status;
 }
 
-/* Lets the formulation re-arrange its unknowns at the end of the last step; an integrator is then started anew, a
- * one-step method with the step it had. */
+/* Lets the formulation change its unknowns at the end of the last step; the integrator then restarts, a one-step method
+ * with its present step size. */
 static kempe_status renew(kmp_runner *run, double t)
 {
     double h = t - kmp_runner_t_old(run);
@@ -254,9 +254,9 @@ static kempe_status renew(kmp_runner *run, double t)
     }
 }
 
-/* Rates that fit the closures as they are now: of all that do the nearest ones in the kinetic energy, which is what
- * impulses along the rows' forces leave that take no energy but what they must: a plastic impact. Conditions may hang
- * on rates, so that these change some more. *energy: kinetic, J, gained. */
+/* Makes rates consistent with the present closures: the nearest ones in the kinetic energy, as after impulses along the
+ * rows' forces. This is a plastic impact with the least loss of energy. Conditions may depend on rates, so that further
+ * ones change. *energy: gain of kinetic energy, J. */
 static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
 {
     double *q = run->state, *qd = q + run->s->n, before = 0;
@@ -281,7 +281,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
     return status;
 }
 
-/* Closures switch: the state as it was, then the rates that fit. What the impact takes is work. */
+/* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
     double *q = run->state, h = t - run->solver->t_old, work, energy = 0;
@@ -297,7 +297,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     return kmp_runner_take_up(run, t, false, work + energy, h);
 }
 
-/* What a condition says that ends the run. */
+/* Ends the run with the sentence of a condition. */
 static kempe_status end_run(kmp_runner *run, double t, int condition)
 {
     const char *advice = run->s->events.condition[condition].advice;
@@ -311,7 +311,7 @@ static kempe_status end_run(kmp_runner *run, double t, int condition)
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
-/* Conditions change, and the integrator starts anew, a one-step method with the step it had. */
+/* Changes conditions and restarts the integrator, a one-step method with its present step size. */
 static kempe_status pass_event(kmp_runner *run, double t)
 {
     double h = run->solver->t - run->solver->t_old;
@@ -331,7 +331,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
     return status;
 }
 
-/* The step that a one-step method had, that of before if the last ones were cut short. */
+/* The step size of a one-step method; an earlier one if the last steps were cut short. */
 static double step_it_had(const kmp_runner *run, double t)
 {
     double last = t - kmp_runner_t_old(run);
@@ -345,7 +345,7 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
     if (run->formulation->resume(run->formulation, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO)
         return KEMPE_E_FAILED;
     if (run->crossing)
-        run->crossing->search.ready = false; /* accelerations are others */
+        run->crossing->search.ready = false; /* accelerations have changed */
     run->anew = false;
     run->pace = h;
     return kmp_runner_start(run, t, run->y, run->yp, h);
@@ -366,7 +366,7 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
     return status == KEMPE_OK && run->anew ? kmp_runner_begin_anew(run, t) : status;
 }
 
-/* Whether the projected formulation may go on: nobody asked for this one, and the integrator fits both. */
+/* True if the projected formulation may continue: the user did not choose this one, and the integrator fits both. */
 static bool may_project(const kmp_runner *run)
 {
     const kmp_formulation_kind *projected = kmp_formulation_find("projected", NULL);
@@ -375,7 +375,7 @@ static bool may_project(const kmp_runner *run)
     return run->spec.open && !out_of_memory && run->way != projected && solver->corrects && !solver->implicit;
 }
 
-/* A reduced formulation that stopped goes on from the last accepted step along the projected one, which needs no u. */
+/* Replaces a stopped reduced formulation by the projected one, which needs no u, from the last accepted step. */
 static kempe_status take_projected(kmp_runner *run, double t)
 {
     kmp_text why = {0};
@@ -399,7 +399,7 @@ static kempe_status take_projected(kmp_runner *run, double t)
     return status;
 }
 
-/* The first step of the zone, a leap or one of many. */
+/* Makes the first step near a change point, a single step across or one of many. */
 static kempe_status step_in_zone(kmp_runner *run, double t, bool walks)
 {
     run->walks = walks;
@@ -409,8 +409,8 @@ static kempe_status step_in_zone(kmp_runner *run, double t, bool walks)
     return status == KEMPE_OK ? run->kind->step(run->solver) : status;
 }
 
-/* Where a formulation cannot go on near a singular place the zone takes over: by a leap, unless none led across before;
- * else in steps, which begin anew where they have come to an end. */
+/* Continues near a singular place after the formulation stopped: by a single step across, unless all failed before;
+ * otherwise in ordinary steps, which restart where they ended. */
 static kempe_status take_zone(kmp_runner *run, double t)
 {
     bool leaps = !(run->margin.tried > 0);
@@ -421,7 +421,7 @@ static kempe_status take_zone(kmp_runner *run, double t)
     return step_in_zone(run, t, true);
 }
 
-/* True if the zone may take over: J is near to losing a row, and change points are not ignored. */
+/* True if a step across may be tried: J is near to losing a row, and change points are not ignored. */
 static bool is_near_zone(kmp_runner *run, double t)
 {
     if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||
@@ -432,8 +432,8 @@ static bool is_near_zone(kmp_runner *run, double t)
     return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN;
 }
 
-/* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
- * past steps left may be all that was wrong. */
+/* Restarts a stopped implicit integrator once from its last place, projected and with rows chosen again: errors of past
+ * steps may be the only cause. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
     kempe_status quitted = run->in_zone && !run->walks ? quit_zone(run, t) : KEMPE_E_FAILED;
@@ -451,7 +451,7 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
         (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
         return KEMPE_E_FAILED;
     run->rescued_at = kmp_runner_tried(run);
-    kmp_context_clear(run->s->context); /* of the integrator that is given up */
+    kmp_context_clear(run->s->context); /* message of the stopped integrator */
     kempe_status status = kmp_runner_change_formulation(run, t, false);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);

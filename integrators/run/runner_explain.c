@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Why a run ended, in a sentence. */
+/* Reason of a run's end, as a sentence. */
 #include "base/memory.h"
 #include "constraints/closing/angles.h"
 #include "constraints/closing/not_finite.h"
@@ -7,7 +7,6 @@
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 
-/* The coordinate that a row alone prescribes, NULL when it has several. */
 const char *kmp_runner_driven_by(const kempe_system *s, int row)
 {
     const char *name = NULL;
@@ -18,7 +17,7 @@ const char *kmp_runner_driven_by(const kempe_system *s, int row)
     return count == 1 ? name : NULL;
 }
 
-/* Whatever was complained of on the way. */
+/* Reports exhausted memory and drops earlier messages. */
 static kempe_status fail_memory(const kmp_runner *run)
 {
     kmp_context_clear(run->s->context);
@@ -43,13 +42,13 @@ int kmp_runner_lock(kmp_runner *run, double t)
         return -1;
     run->formulation->position(run->formulation, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
-    bool open = kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH; /* behind a dead centre no motion closes it */
+    bool open = kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH; /* beyond a dead centre no motion closes it */
     bool been = run->margin.tried > 0 && open;
     return kmp_margin_lock(&run->margin, run->plant, been);
 }
 
-/* A drive that asks for more than the mechanism can do; false when that is not the trouble. Integrators stop up to some
- * 1e-7 of the time before a dead centre. */
+/* Reports a drive that demands more than the mechanism can do; false if that is not the cause. Integrators stop up to
+ * some 1e-7 of the time before a dead centre. */
 static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
 {
     int row = kmp_runner_lock(run, t);
@@ -64,7 +63,7 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
     return true;
 }
 
-/* A condition that ends runs and holds at the state: what it says. */
+/* Reports a condition that ends runs and holds at the state. */
 static bool explain_end(kmp_runner *run, double t, const double *q, const double *qd, kmp_text *text)
 {
     const kempe_system *s = run->s;
@@ -91,7 +90,7 @@ kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *
     return status;
 }
 
-/* Where equations of the model's unknowns have no solution nothing can be evaluated. */
+/* Names implicit variables of the model: without a solution nothing can be evaluated. */
 static void name_unknowns(const kmp_runner *run, kmp_text *text)
 {
     const kempe_model *model = run->s->model;
@@ -108,10 +107,10 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     const char *said = kempe_context_message(run->s->context);
     if (run->formulation && run->formulation->explain && run->formulation->reason.length == 0 && !*said)
         run->formulation->explain(run->formulation);
-    const double *begin = run->state; /* nothing has moved yet */
+    const double *begin = run->state; /* the state at the start */
     if (t == run->spec.t_start && begin && run->plant && explain_end(run, t, begin, begin + run->s->n, text))
         return false;
-    bool prepared = run->solver || !*said; /* what ended the preparation has said so itself */
+    bool prepared = run->solver || !*said; /* a failed preparation has set its own message */
     if (t == run->spec.t_start && begin && run->plant && prepared &&
         kmp_put_not_finite(run->plant, t, begin, begin + run->s->n, text)) {
         name_unknowns(run, text);

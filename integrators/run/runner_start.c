@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The start of a run: independent rows and coordinates, rates and accelerations that fit, a formulation and an
+/* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
 #include "base/memory.h"
 #include "constraints/evaluation/pressing.h"
@@ -22,7 +22,6 @@ static double rate_scale_of(const kmp_runner *run, const double *qd)
     return scale;
 }
 
-/* rank < 0: as the pivots say. */
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)
 {
     const kempe_system *s = run->s;
@@ -34,8 +33,8 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
     return status == KEMPE_OK ? kmp_pressing_check(run->plant, &run->part) : status;
 }
 
-/* Brings q and qd onto the rows that are now independent: those before closed their own alone, and what that left of
- * the others a DAE integrator would take for a jump. */
+/* Closes q and qd on the rows that are now independent. The rows before closed only themselves, and a DAE integrator
+ * would take the remaining gap of the others for a jump. */
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_saddle saddle = {0};
@@ -48,7 +47,7 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
     return status;
 }
 
-/* Of rounded numbers, whose dropped rows are open: q is closed on others than those that are kept now. */
+/* True for rounded numbers, whose dropped rows are open, if q was closed on other rows than those kept now. */
 bool kmp_runner_is_off(kmp_runner *run, double t, const double *q)
 {
     if (!kmp_rounding_of(run->s))
@@ -57,18 +56,18 @@ bool kmp_runner_is_off(kmp_runner *run, double t, const double *q)
     return kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH;
 }
 
-/* The closures must allow the rates that they ask for: a coordinate cannot be driven at its dead centre. */
+/* Checks that the closures allow the rates they demand: a coordinate cannot be driven at its dead centre. */
 static kempe_status check_rates(kmp_runner *run, const double *qd)
 {
     const kempe_system *s = run->s;
     double *rate = run->lambda, size = 1 / run->spec.t_end, worst = 0;
     int row = 0;
     if (!s->rheonomic)
-        return KEMPE_OK; /* the assembly has seen to it */
+        return KEMPE_OK; /* the assembly has checked it */
     for (int r = 0; r < s->m; r++) {
         rate[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
         size = fmax(size, fabs(rate[r]) / s->row_scale[r]);
-        row = fabs(rate[r]) > 0 ? r : row; /* what moves is to blame */
+        row = fabs(rate[r]) > 0 ? r : row; /* a moving row is the cause */
     }
     for (int i = 0; i < s->n; i++)
         size = fmax(size, fabs(qd[i]) / s->scale[i]);
@@ -85,7 +84,6 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
         s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
-/* Consistent accelerations and multipliers of the chosen rows at the plant's last closure. */
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd)
 {
     kmp_saddle saddle = {0};
@@ -138,7 +136,7 @@ kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_
     return run->formulation ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
-/* How far the accelerations at the start come out otherwise by articulated bodies, as part of their size. */
+/* Relative difference of the accelerations at the start between articulated bodies and M and C. */
 static kempe_status compare_bodies(kmp_runner *run, const double *q, const double *qd, double *off)
 {
     const kempe_system *s = run->s;
@@ -160,8 +158,8 @@ static kempe_status compare_bodies(kmp_runner *run, const double *q, const doubl
     return made ? KEMPE_OK : kmp_fail_memory(s->context);
 }
 
-/* Articulated bodies divide by what each joint moves with the loops open. Where the loops alone make the accelerations
- * definite, M and C are taken instead. */
+/* Articulated bodies divide by the inertia that each joint moves with the loops open. If only the loops determine the
+ * accelerations, M and C are used instead. */
 static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
 {
     double off;
@@ -180,7 +178,8 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
         off);
 }
 
-/* The zone has its own. A mechanism without a freedom is followed along its closures, which corrects every step. */
+/* The integrator for the present formulation: steps across change points have their own. A mechanism with no degree of
+ * freedom is followed along its closures, which corrects every step. */
 static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
     const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
@@ -228,7 +227,7 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
     return run->kind->start(run->solver, t, y, yp, run->stop, first);
 }
 
-/* How near the start is to a change point, if anybody asks. */
+/* Measures the distance of the start from a change point, unless change points are ignored. */
 static kempe_status look_at_margin(kmp_runner *run, const double *q)
 {
     const char *word = run->spec.change_points;
@@ -269,7 +268,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         kmp_journal_note(run->journal, "rest", run->spec.t_start, NAN, NAN,
                          "nothing can move: the closures leave no degree of freedom and none of them moves in time; "
                          "'kempe check' says which rows hold it");
-    if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */
+    if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* otherwise no motion reaches a branch */
         kmp_log(
             run->s->context, KEMPE_LOG_WARNING,
             "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "

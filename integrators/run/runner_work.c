@@ -2,7 +2,7 @@
 /* Work of non-conservative forces where it is not an unknown of the formulation. */
 #include "integrators/run/runner.h"
 
-/* At the dense state in run->y; closures that move do work too. Where multipliers are asked for the row brings them. */
+/* Power at the dense state in run->y, moving closures included. If it needs multipliers these come from the row. */
 static double power_at(kmp_runner *run, double t)
 {
     int n = run->s->n;
@@ -17,7 +17,7 @@ static double power_at(kmp_runner *run, double t)
     return power + kmp_plant_drive_power(run->plant, lambda);
 }
 
-/* Gauss's three points on the integrator's polynomial, from work_t to t within the last step. */
+/* Quadrature with Gauss's three points on the integrator's polynomial, from work_t to t within the last step. */
 kempe_status kmp_runner_add_work(kmp_runner *run, double t)
 {
     static const double node[3] = {-0.7745966692414834, 0, 0.7745966692414834};

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The default goes by progress over the last window, not by a total: a run may be as long as it likes while it gets on,
- * and a phase of short steps passes unnoticed unless it fills a window. */
+/* The default bound judges progress over the last window, not a total: a run may be long while it advances, and a phase
+ * of short steps has no effect unless it fills a window. */
 #include "integrators/run/work_bound.h"
 
-/* Steps of a window: half a second or so of a small mechanism. Short phases, as swings of microseconds, take a tenth of
- * it even at the finest tolerances (bench/results/light_carriage.txt). */
+/* Steps of a window: about half a second for a small mechanism. Short phases, as oscillations of microseconds, take a
+ * tenth of it even at the finest tolerances (bench/results/light_carriage.txt). */
 enum { WINDOW = 100000 };
-/* Steps that a run may still need at the pace of the last window: some minutes of the smallest mechanism. The longest
- * runs of the examples and benchmarks take 1e6. */
+/* Largest number of steps still needed at the pace of the last window: some minutes for the smallest mechanism. The
+ * longest runs of the examples and benchmarks take 1e6. */
 static const double MOST_TO_COME = 1e8;
 
 static bool has_reached(const kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why)

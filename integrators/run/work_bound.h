@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How much work a run may take: a number of steps that is asked for, or else as much as its progress makes sensible. */
+/* Bound on the work of a run: a given number of steps, or else one by its progress. */
 #ifndef KMP_INTEGRATORS_RUN_WORK_BOUND_H
 #define KMP_INTEGRATORS_RUN_WORK_BOUND_H
 
@@ -7,15 +7,15 @@
 #include <stdbool.h>
 
 typedef struct kmp_work_bound {
-    long most;       /* steps tried, those rejected and refused among them; 0: as progress says; -1: no bound */
-    long seen;       /* steps tried when progress was looked at last */
-    double seen_t;   /* and where the run stood */
-    bool has_looked; /* at least once */
+    long most;       /* attempted steps, rejected and refused ones included; 0: by progress; -1: no bound */
+    long seen;       /* attempted steps at the last look at progress */
+    double seen_t;   /* time of the run then */
+    bool has_looked; /* a look was taken */
 } kmp_work_bound;
 
-/** After a step: `tried` so far, the run stands at t and shall reach t_end. True when it is to end, with the sentence
- * in `why` (NULL: nobody wants it). A default bound looks at the steps in long windows; it ends a run whose last window
- * would have to be repeated hundreds of times. */
+/** After a step: `tried` attempts so far, the run is at t and ends at t_end. True when it must stop, with the sentence
+ * in `why` (NULL: not wanted). A default bound judges steps in long windows; it ends a run whose last window would have
+ * to be repeated hundreds of times. */
 bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why);
 
 #endif

@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-/* Dense output: stages 1, 6 .. 16 of the last four coefficients of the interpolant. */
+/* Stages 1, 6 .. 16 in the last four coefficients of the dense output's interpolant. */
 enum { STAGES = 16, DENSE_TERMS = 12 };
 static const double D[4][DENSE_TERMS] = {
     {-0.84289382761090128651353491142e+1, 0.56671495351937776962531783590, -0.30689499459498916912797304727e+1,
@@ -38,8 +38,8 @@ static int run(kmp_rk *s, double h, double t_new)
     return KMP_GO;
 }
 
-/* The 8th-order solution in y_old (for the time being), the weights, and the combined error estimate
- * |h| e5^2 / sqrt((e5^2 + 0.01 e3^2) n) (II.10): 1 is at the tolerance. */
+/* Puts the 8th-order solution into y_old (temporarily), sets the weights, and returns the combined error estimate |h|
+ * e5^2 / sqrt((e5^2 + 0.01 e3^2) n) (II.10): 1 is at the tolerance. */
 static double solution_and_error(kmp_rk *s, double h)
 {
     int n = s->ode.n;
@@ -63,7 +63,7 @@ static double solution_and_error(kmp_rk *s, double h)
         e3 += error3 * error3;
     }
     double both = e5 + 0.01 * e3;
-    return both < 1e-300 ? 0.0 : fabs(h) * e5 * sqrt(1.0 / (both * n)); /* nothing moves: no 0 times infinity */
+    return both < 1e-300 ? 0.0 : fabs(h) * e5 * sqrt(1.0 / (both * n)); /* zero error: avoids 0 times infinity */
 }
 
 /* -- dense output ---------------------------------------------------------------------------------- */

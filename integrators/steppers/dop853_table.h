@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The coefficients of DOP853 (dop853.c says where from): row i holds the nonzero coefficients of stage i, in the order
- * of the stages used. */
+/* The coefficients of DOP853 (source in dop853.c): row i holds the nonzero coefficients of stage i, in the order of the
+ * stages used. */
 #ifndef KMP_INTEGRATORS_STEPPERS_DOP853_TABLE_H
 #define KMP_INTEGRATORS_STEPPERS_DOP853_TABLE_H
 
@@ -74,7 +74,7 @@ static const double E5[] = {0.1312004499419488073250102996e-1, -0.12251564463762
 static const double B3[] = {0.244094488188976377952755905512, 0.733846688281611857341361741547,
                             0.0220588235294117647058823529412};
 
-/* Stages 2 to 12: STAGE(number, coefficients, the stages that they belong to). */
+/* Stages 2 to 12: STAGE(number, coefficients, stages of the coefficients). */
 #define KMP_DOP853_STAGES(STAGE, k)                                                                                    \
     STAGE(2, A2, k[1]);                                                                                                \
     STAGE(3, A3, k[1], k[2]);                                                                                          \

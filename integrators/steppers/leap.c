@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Across a singular place in one step. The solution is smooth there, only its right-hand side is 0/0: so dy/dt is taken
- * as a polynomial through Gauss's nodes, none of which lies at the place, and the solution is its integral,
+/* Step across a singular place. The solution is smooth there, only its right-hand side is 0/0. So dy/dt is approximated
+ * by a polynomial through Gauss's nodes, none of which lies at the place, and the solution is its integral,
  *
  *     dy/dt (x) = sum a_k P_k(x),   y(x) = y0 + h/2 sum a_k I_k(x),   I_k = (P_k+1 - P_k-1) / (2 k + 1),  I_0 = x + 1
  *
- * for x from -1 to 1, the nodes evaluated on what the solution keeps to and the polynomial found by Picard's iteration
- * (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.7: collocation of order 2 s). The
- * last coefficients tell whether the solution is smooth: where it turns close by instead of going straight on they do
- * not vanish, and where a node is too near to the place they are noise; then nothing is leapt over.
- */
+ * for x from -1 to 1. Each node is evaluated at a closed state, and Picard's iteration finds the polynomial (Hairer,
+ * Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.7: collocation of order 2 s). The last
+ * coefficients show if the solution is smooth. They do not vanish where it turns instead of continuing straight, and
+ * they are noise where a node is too near to the place; the step is then rejected. */
 #include "integrators/steppers/leap.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
@@ -18,7 +17,7 @@
 enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, VERTICES = 12 };
 #define DOUBLING 2.0
 
-/* Distance, of the usual one, at which a leap is to land; landings tried in turn. */
+/* Distance from the place at which a step lands, over its usual value; landings in the order of trials. */
 static const double LANDINGS[] = {0.25, 0.06, 0.5};
 
 typedef struct leap {
@@ -27,10 +26,10 @@ typedef struct leap {
     kmp_tolerance tolerance;
     double nearest, nearest_t;
     double *y;        /* n */
-    double *y0, *dy0; /* n: start of the leap */
+    double *y0, *dy0; /* n: start of the step */
     double *trial;    /* n */
-    double *node;     /* NODES x n: y there, as the polynomial has it */
-    double *slope;    /* NODES x n: dy/dt there */
+    double *node;     /* NODES x n: y at the nodes, by the polynomial */
+    double *slope;    /* NODES x n: dy/dt at the nodes */
     double *a;        /* NODES x n: coefficients */
     double h;
     double x[NODES], weight[NODES];
@@ -82,7 +81,7 @@ static void find_nodes(leap *s)
     }
 }
 
-/* The coefficients from the slopes. */
+/* Computes the coefficients from the slopes. */
 static void fit(leap *s)
 {
     int n = s->ode.n;
@@ -114,7 +113,7 @@ static void at(const leap *s, double t, double *y)
     combine(s, integral, y);
 }
 
-/* -- where to --------------------------------------------------------------------------------------- */
+/* -- destination ---------------------------------------------------------------------------------------- */
 
 /* Largest |x| in error weights. */
 static double weighted(const leap *s, const double *x)
@@ -127,7 +126,7 @@ static double weighted(const leap *s, const double *x)
     return most;
 }
 
-/* y a time after (q, qd): along the slope and its change. */
+/* Extrapolates y by tau from (q, qd): along the slope and its change. */
 static void extrapolate(const leap *s, const double *y, const double *dy, double tau, double *to)
 {
     int n = s->ode.n, m = s->ode.positions;
@@ -141,22 +140,22 @@ static double distance(leap *s, double t, double *y)
     return s->ode.closed(s->ode.self, t, y, true, NULL, &d) == KMP_GO ? d : INFINITY;
 }
 
-/* Along the extrapolation. */
+/* Distance from the singular place along the extrapolation. */
 static double ahead(leap *s, double tau)
 {
     extrapolate(s, s->y0, s->dy0, tau, s->trial);
     return distance(s, s->base.t + tau, s->trial);
 }
 
-/* Along the polynomial. */
+/* Distance from the singular place along the polynomial. */
 static double within(leap *s, double tau)
 {
     at(s, s->base.t_old + tau, s->trial);
     return distance(s, s->base.t_old + tau, s->trial);
 }
 
-/* The place of the least distance between two times. Its square is a parabola as far as what is left of the lost row
- * changes evenly, so the vertex of the one through three places is taken for the worst of them, again and again. */
+/* The time of the least distance between two times. Its square is a parabola as long as the lost row's remainder varies
+ * linearly. The vertex of the parabola through three places therefore replaces the worst of them, repeatedly. */
 static double least(leap *s, double (*of)(leap *, double), double from, double to, double *size)
 {
     double x[3] = {from, 0.5 * (from + to), to}, d[3];
@@ -180,11 +179,11 @@ static double least(leap *s, double (*of)(leap *, double), double from, double t
 }
 
 /* The time after which the distance has grown to `landing`, at most to the end; the singular place lies `place` after
- * the start (0: behind it). 0 when the way does not lead from below to the landing. */
+ * the start (0: behind it). 0 if the extrapolation does not reach the landing from below. */
 static double look_ahead(leap *s, double now, double landing, double *place)
 {
     double left = s->base.t_end - s->base.t, tau = 1e-7 * left, low = now, lowest = 0, before = 0, d = now, size = now;
-    for (int k = 0; k < PROBES && before < left && !(d > low && d > 1.01 * now); k++) { /* until it grows */
+    for (int k = 0; k < PROBES && before < left && !(d > low && d > 1.01 * now); k++) { /* until the distance grows */
         d = ahead(s, tau);
         lowest = d < low ? tau : lowest;
         low = fmin(low, d);
@@ -203,7 +202,7 @@ static double look_ahead(leap *s, double now, double landing, double *place)
     return d > landing ? from + (before - from) * (landing - least_d) / (d - least_d) : before;
 }
 
-/* A length near the one wanted, at most `most`, such that the singular place falls between nodes. */
+/* A length near `wanted`, at most `most`, with the singular place between nodes. */
 static double length_of(const leap *s, double wanted, double most, double place)
 {
     double best = fmin(wanted, most), miss = INFINITY;
@@ -219,7 +218,7 @@ static double length_of(const leap *s, double wanted, double most, double place)
     return best;
 }
 
-/* -- the leap --------------------------------------------------------------------------------------- */
+/* -- the step ------------------------------------------------------------------------------------------ */
 
 static int evaluate(leap *s, int j)
 {
@@ -229,7 +228,7 @@ static int evaluate(leap *s, int j)
     return s->ode.closed(s->ode.self, s->base.t + 0.5 * s->h * (1 + s->x[j]), s->trial, false, s->slope + j * n, NULL);
 }
 
-/* Nodes one after the other, each from the one before. */
+/* Predicts the nodes, each from the one before. */
 static int predict(leap *s)
 {
     int n = s->ode.n, said = KMP_GO;
@@ -243,7 +242,7 @@ static int predict(leap *s)
     return said;
 }
 
-/* One Picard iteration; *change: of the nodes, in error weights. */
+/* One Picard iteration; *change: that of the nodes, in error weights. */
 static int sweep(leap *s, double *change)
 {
     int n = s->ode.n, said = KMP_GO;
@@ -276,10 +275,10 @@ static double roughness(leap *s)
     return weighted(s, s->trial);
 }
 
-/* What became of the polynomial. */
+/* Result of the iteration. */
 typedef enum outcome { SMOOTHLY, TURNS, UNSETTLED } outcome;
 
-/* Picard's iteration to its end. */
+/* Picard's iteration until it ends. */
 static outcome settle(leap *s)
 {
     double change = INFINITY, last = INFINITY;
@@ -291,15 +290,14 @@ static outcome settle(leap *s)
         if (k > 2 && change > KMP_LEAP_SHRINKS * last)
             break; /* noise, or no convergence */
         if (k > 1 && roughness(s) > KMP_LEAP_ROUGH * fmax(1, change * change / last))
-            return TURNS; /* more than what is still to come may mend */
+            return TURNS; /* more than the remaining iterations can correct */
         last = change;
     }
     fit(s);
     return change > KMP_LEAP_NOISE ? UNSETTLED : roughness(s) > fmax(1, change) ? TURNS : SMOOTHLY;
 }
 
-/* The singular place as the polynomial at hand sees it: a node that lies on it spoils the last digits of the slope, not
- * the way. */
+/* The singular place along the present polynomial: a node on it affects the last digits of the slope only. */
 static double place_within(leap *s)
 {
     double size, t_old = s->base.t_old;
@@ -309,8 +307,8 @@ static double place_within(leap *s)
     return place;
 }
 
-/* From the start with its slope at hand to a landing. The place ahead is known roughly at first; where the nodes beside
- * it turn out to be too near, it is looked for again on the way that was found. */
+/* Steps from the start with its slope to a landing. The predicted place is inexact: if nodes are too near to it, it is
+ * found again along the polynomial. */
 static outcome leap_to(leap *s, double now, double landing)
 {
     int n = s->ode.n;
@@ -340,7 +338,7 @@ static outcome leap_to(leap *s, double now, double landing)
     return SMOOTHLY;
 }
 
-/* From where the closures are at a distance of `now` from the place. */
+/* Tries a step across from the present closed state, at the landings in turn. */
 static bool try(leap *s)
 {
     size_t size = (size_t)s->ode.n * sizeof *s->y0;
@@ -357,7 +355,7 @@ static bool try(leap *s)
     return what == SMOOTHLY;
 }
 
-/* -- behind the socket ------------------------------------------------------------------------------ */
+/* -- interface ---------------------------------------------------------------------------------------- */
 
 static void release(void *solver)
 {

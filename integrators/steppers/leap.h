@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The integrator of the zone: over a singular place of the right-hand side in one step where the solution goes straight
- * on, by DOP853 where it does not. It wants `closed` and `positions` of the ODE, and is never asked for by name. */
+/* The integrator across change points: one step across a singular place of the right-hand side if the solution
+ * continues straight, steps of DOP853 if it does not. It requires `closed` and `positions` of the ODE, and cannot be
+ * chosen by name. */
 #ifndef KMP_INTEGRATORS_STEPPERS_LEAP_H
 #define KMP_INTEGRATORS_STEPPERS_LEAP_H
 
@@ -8,8 +9,8 @@
 
 extern const kmp_solver_kind kmp_solver_leap;
 
-/** The least distance from the singular place on the way of all leaps since the start, and when it was; false when
- * there was no leap. */
+/** The least distance from the singular place along all steps across since the start, and its time; false without such
+ * a step. */
 void kmp_leap_nearest(const void *solver, double *time, double *size);
 
 #endif

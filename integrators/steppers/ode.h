@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The socket between a formulation and an integrator: an initial value problem with a say at every accepted step.
- * An integrator knows nothing of mechanisms, a formulation nothing of Runge-Kutta. */
+/* Interface between a formulation and an integrator: an initial value problem with a callback at every accepted step.
+ * Integrators are independent of mechanisms, formulations of integration methods. */
 #ifndef KMP_INTEGRATORS_STEPPERS_ODE_H
 #define KMP_INTEGRATORS_STEPPERS_ODE_H
 
 #include <stdbool.h>
 
-/* What a callback says. */
+/* Results of a callback. */
 enum {
     KMP_GO = 0,
-    KMP_RETRY = 1,  /* this state cannot be evaluated, or this step not accepted: try a smaller one */
+    KMP_RETRY = 1,  /* this state cannot be evaluated, or this step is rejected: try a smaller one */
     KMP_HALT = -1,  /* give up; the formulation keeps the reason */
-    KMP_CHANGED = 2 /* the unknowns have another meaning now: start anew from them */
+    KMP_CHANGED = 2 /* the unknowns have changed their meaning: restart from them */
 };
 
 typedef struct kmp_ode {
@@ -21,17 +21,17 @@ typedef struct kmp_ode {
     /** dy = f(t, y). */
     int (*rhs)(void *self, double t, const double *y, double *dy);
 
-    /** Called with a step that passed the error test: the new t, y and dy = f(t, y) (rhs was evaluated there
-     *  last), and the error weights `w` (an error of w[i] in y[i] is at the tolerance). May correct y slightly
-     *  in place; KMP_RETRY refuses the step. NULL: none. */
+    /** Called with a step that passed the error test: the new t, y and dy = f(t, y) (rhs was evaluated there last), and
+     * the error weights `w` (an error of w[i] in y[i] is at the tolerance). May correct y slightly in place; KMP_RETRY
+     * rejects the step. NULL: none. */
     int (*accept)(void *self, double t, double *y, const double *dy, const double *w);
 
     /** j = df/dy (n x n, column-major, zeroed before), exact. NULL: there is none. For implicit integrators. */
     int (*jacobian)(void *self, double t, const double *y, double *j);
 
-    /** For an integrator that chooses where to evaluate (leap.h): brings y onto what the solution keeps to, unless
-     *  `as_it_is`, then dy = f(t, y) with nothing left out, and the distance from where f is singular, as a part of the
-     *  usual one. dy or distance may be NULL. NULL: there is none. */
+    /** For an integrator that chooses where to evaluate (leap.h). Closes y, unless `as_it_is`; then computes dy = f(t,
+     * y) with nothing left out, and the distance from a singularity of f over its usual value. dy or distance may be
+     * NULL. NULL: none. */
     int (*closed)(void *self, double t, double *y, bool as_it_is, double *dy, double *distance);
     int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
     int quadratures; /* the last of y, on which f does not depend */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Radau IIA of 3 and 5 stages (orders 5 and 9) for stiff systems: a filtered error of the order of the stages, the next
- * step by its prediction, stages begun on the last step's polynomial, dense output by that polynomial (Hairer, Wanner,
+/* Radau IIA of 3 and 5 stages (orders 5 and 9) for stiff systems: a filtered error of the order of the stages, which
+ * predicts the next step. Stages start on the last step's polynomial, which also gives dense output (Hairer, Wanner,
  * Solving Ordinary Differential Equations II, 2nd ed., IV.8; with more stages, J. Comput. Appl. Math. 111 (1999) 93).
  *
  * A one-step method: the formulation corrects y between steps. */
@@ -13,18 +13,18 @@
 
 enum { MAX_REJECT = 1000, FIRST_TRIES = 10 };
 
-/* Safety, least and largest quotient of two steps. Hairer lets them grow eightfold: the leading coefficients of two
- * such steps would not tell much. */
+/* Safety, least and largest quotient of two steps. Hairer's bound is eight: the leading coefficients of two such steps
+ * would give a poor estimate. */
 static const double SAFETY = 0.9, SHRINK = 0.2, GROW = 4;
-/* The Jacobian is kept while Newton contracts by this. */
+/* Contraction of Newton's method below which the Jacobian is kept. */
 static const double KEEP_JACOBIAN = 1e-3;
-/* The step, and the factors with it, is kept where the next one would be longer by no more than this. */
+/* Largest quotient of the next step with which the step size and its factors are kept. */
 static const double KEEP_STEP = 1.2;
 static const double ERROR_FLOOR = 1e-10, OLD_ERROR_FLOOR = 1e-2;
-/* Size of the system of all stages beyond which there is none. */
+/* Largest system of all stages together. */
 enum { MOST_COUPLED = 240 };
-/* It is taken where the error would allow steps that are longer by this than those by one Jacobian, and more where it
- * is larger than that; for so many steps at first. */
+/* The system of all stages is used if the error permits steps longer than those with one Jacobian by WORTH, and more if
+ * the system is larger than CHEAP; initially for this many steps. */
 static const double WORTH = 1.4, CHEAP = 60;
 enum { PATIENCE = 20, MOST_PATIENCE = 5000 };
 
@@ -64,8 +64,9 @@ static void release(void *solver)
     kmp_free(s);
 }
 
-/* The estimate is of order s while the method has order 2 s - 1: at its weights the tolerance is met by a part
- * rtol^((s + 1) / (2 s)) of the values (Hairer's choice); Newton goes on to what the tolerance itself asks for. */
+/* Sets the limits of error and Newton's method. The estimate is of order s, the method of order 2 s - 1: the tolerance
+ * is met with weights of a part rtol^((s + 1) / (2 s)) of the values (Hairer's choice). Newton's method continues to
+ * the tolerance itself. */
 static void choose_limits(kmp_radau *s)
 {
     double part = (s->s + 1) / (2.0 * s->s);
@@ -104,7 +105,7 @@ static void weigh(kmp_radau *s)
         s->scale[i] = s->widen * (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y[i]));
 }
 
-/* Of (a - b) in the weights; b NULL: of a. */
+/* Norm of (a - b) in the weights; b NULL: of a. */
 static double norm(const kmp_radau *s, const double *a, const double *b)
 {
     double sum = 0;
@@ -115,7 +116,7 @@ static double norm(const kmp_radau *s, const double *a, const double *b)
     return sqrt(sum / s->n);
 }
 
-/* As for explicit methods (Hairer, Norsett, Wanner, I, II.4), of the order of the estimate. */
+/* First step as for explicit methods (Hairer, Norsett, Wanner, I, II.4), of the order of the estimate. */
 static int choose_first_step(kmp_radau *s)
 {
     double longest = s->base.t_end - s->base.t;
@@ -157,7 +158,7 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 
 /* -- one attempt ------------------------------------------------------------------------------------- */
 
-/* (g/h - J)^-1 (f - p'(0) / h) into `error`: its size. */
+/* Computes (g/h - J)^-1 (f - p'(0) / h) into `error`; returns its size. */
 static double defect(kmp_radau *s, double h, const double *f)
 {
     const double *slope = s->method.slope;
@@ -171,8 +172,8 @@ static double defect(kmp_radau *s, double h, const double *f)
     return norm(s, s->error, NULL);
 }
 
-/* How far a polynomial of one degree more lies from this one, by the leading coefficients of two steps: the filter
- * lets nothing of the stiff part through, of which dense output shows as much as of the rest. */
+/* Difference from a polynomial of one degree more, by the leading coefficients of two steps. The filter removes the
+ * stiff part of the estimate, which dense output contains like the rest. */
 static double misfit(kmp_radau *s, double h)
 {
     const double *weight = s->method.node_weight + 1;
@@ -191,8 +192,8 @@ static double misfit(kmp_radau *s, double h)
     return sqrt(sum / s->n);
 }
 
-/* The estimate (IV.8.19, 20); a second filter where the first leaves the stiff part of a start or of a rejected step.
- */
+/* The error estimate (IV.8.19, 20), with a second filter if the first leaves the stiff part of a start or of a rejected
+ * step. */
 static kmp_radau_outcome estimate(kmp_radau *s, double h, double *error)
 {
     *error = defect(s, h, s->dy);
@@ -210,7 +211,7 @@ static kmp_radau_outcome estimate(kmp_radau *s, double h, double *error)
     return *error < 1 ? KMP_RADAU_TAKEN : KMP_RADAU_BAD_ERROR;
 }
 
-/* The formulation's say about the step's end, which is left in y_old, its derivative in f[0]. */
+/* Asks the formulation to accept the step's end, which is left in y_old, its derivative in f[0]. */
 static kmp_radau_outcome finish(kmp_radau *s, double t_new)
 {
     const double *end = s->z[s->s - 1];
@@ -235,7 +236,7 @@ static kmp_radau_outcome attempt(kmp_radau *s, double h, double t_new, double *e
 
 /* -- control ----------------------------------------------------------------------------------------- */
 
-/* What the error asks for; Newton's work makes it careful (IV.8). */
+/* The next step by the error; many Newton iterations make it smaller (IV.8). */
 static double after_error(const kmp_radau *s, double h, double error, int iterations)
 {
     double work = (2.0 * s->most_iterations + 1) / (2 * s->most_iterations + iterations);
@@ -257,7 +258,7 @@ static void swap(double **a, double **b)
     *b = t;
 }
 
-/* Steps that Newton holds far below what the error allows are worth the Jacobians of all stages, for a while. */
+/* Uses the Jacobians of all stages for a while if Newton's method keeps steps far below the error's limit. */
 static void choose_newton(kmp_radau *s, double h, double error)
 {
     double size = (double)s->inner * s->s / CHEAP;
@@ -300,7 +301,7 @@ static void take(kmp_radau *s, double h, double t_new, double error, int iterati
     choose_newton(s, h, error);
 }
 
-/* Shorter, or with another Jacobian. */
+/* Repeats the step with a smaller size, or with another Jacobian. */
 static void refuse(kmp_radau *s, kmp_radau_outcome what, double h, double error, double shorter, int iterations)
 {
     bool stale = s->has_jacobian && !s->fresh && !s->together;
@@ -346,7 +347,7 @@ static kempe_status step(void *solver)
     return KEMPE_E_FAILED;
 }
 
-/* -- behind the socket ------------------------------------------------------------------------------- */
+/* -- interface ---------------------------------------------------------------------------------------- */
 
 static kempe_status dense(void *solver, double t, double *y, double *yp)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The inside of Radau IIA: steps and their control (radau.c) on stages found by Newton (radau_stages.c). */
+/* Internals of Radau IIA: steps and their control (radau.c) on stages solved by Newton's method (radau_stages.c). */
 #ifndef KMP_INTEGRATORS_STEPPERS_RADAU_H
 #define KMP_INTEGRATORS_STEPPERS_RADAU_H
 
@@ -7,8 +7,8 @@
 #include "integrators/steppers/radau_method.h"
 #include "integrators/steppers/solver.h"
 
-/* Factors of g / h - J, of what is left of it when the first unknowns, whose derivatives are unknowns too, and the
- * last, which nothing depends on, are eliminated. */
+/* Factors of g / h - J after elimination of the first unknowns, whose derivatives are unknowns too, and of the last, on
+ * which nothing depends. */
 typedef struct kmp_radau_block {
     double *re, *im; /* im NULL: g is real */
     int *pivot;
@@ -21,36 +21,36 @@ typedef struct kmp_radau {
     kmp_tolerance tolerance;
     kmp_radau_method method;
     int n, s, p, inner; /* unknowns, stages, positions, size of the linear systems */
-    double widen;       /* weights of the estimate by those of the tolerance */
-    double limit;       /* what is left of a correction at which Newton stops */
+    double widen;       /* weights of the estimate over those of the tolerance */
+    double limit;       /* remainder of a correction at which Newton's method stops */
     int most_iterations;
     double taken;                        /* the last step */
     double *y, *y_old, *dy, *trial;      /* n; dy = f(t, y) */
-    double *scale, *w;                   /* n: weights of the estimate, of the tolerance */
+    double *scale, *w;                   /* n: weights of the estimate; of the tolerance */
     double *error, *bend;                /* n: of the attempt; of the last step's polynomial */
     double *lead, *lead_old;             /* n: leading coefficients of the polynomials */
-    double *z[KMP_RADAU_MAX_STAGES];     /* stages less y */
-    double *z_old[KMP_RADAU_MAX_STAGES]; /* of the last step */
+    double *z[KMP_RADAU_MAX_STAGES];     /* stages minus y */
+    double *z_old[KMP_RADAU_MAX_STAGES]; /* stages minus y of the last step */
     double *u[KMP_RADAU_MAX_STAGES];     /* T^-1 z */
     double *f[KMP_RADAU_MAX_STAGES];     /* right-hand sides */
     double *change[KMP_RADAU_MAX_STAGES];
-    double *jacobian[KMP_RADAU_MAX_STAGES]; /* n x n: at y in the first, or of each stage */
+    double *jacobian[KMP_RADAU_MAX_STAGES]; /* n x n: at y in the first, or one for each stage */
     kmp_radau_block real, complex[KMP_RADAU_MAX_PAIRS];
-    double *coupled; /* of all stages together; NULL: too many */
+    double *coupled; /* system of all stages; NULL: too large */
     double *joint;   /* its right-hand side */
     int *coupled_pivot;
-    bool together;      /* by Jacobians of each stage */
-    double h_matrix;    /* of the factors */
+    bool together;      /* with Jacobians of each stage */
+    double h_matrix;    /* step size of the factors */
     double contraction; /* of the last Newton iteration */
-    double ready;       /* bound for what is left of a correction, by its size */
+    double ready;       /* bound of the remainder of a correction, over its size */
     double error_old, h_old;
     bool first, rejected, has_step, has_jacobian, fresh, factored, collapsed;
-    bool held;           /* Newton has refused a longer step than the one taken */
-    int trust, patience; /* steps until one Jacobian for all stages is tried again; how many the next time */
+    bool held;           /* Newton's method has rejected a longer step than the one taken */
+    int trust, patience; /* steps until one Jacobian for all stages is tried again; their number the next time */
     kmp_arena arena;     /* of all arrays */
 } kmp_radau;
 
-/* What became of an attempt. */
+/* Result of an attempt. */
 typedef enum kmp_radau_outcome {
     KMP_RADAU_TAKEN,
     KMP_RADAU_BAD_ERROR,
@@ -69,7 +69,7 @@ kmp_radau_outcome kmp_radau_find_stages(kmp_radau *s, double h, double *shorter)
 /** x <- (g / h - J)^-1 x, with the factors of the stages. */
 void kmp_radau_filter(const kmp_radau *s, double *x);
 
-/** y of the last step at t_old + x taken, less y at its end. */
+/** y of the last step at t_old + x taken, minus y at its end. */
 void kmp_radau_extrapolate(const kmp_radau *s, double x, double *z);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* With M = prod (x - c[i]), a polynomial p that fulfils p' - g p = k M and p(0) = 0 is an eigenvector of the
- * differentiation by values at c; g solves sum M^(k)(0) g^(s - k) = 0, and p = sum M^(k) g^(s - k) up to a factor.
- * Extended precision takes the rounding of all this below that of the numbers. */
+/* With M = prod (x - c[i]), a polynomial p with p' - g p = k M and p(0) = 0 is an eigenvector of the differentiation by
+ * values at c. g solves sum M^(k)(0) g^(s - k) = 0, and p = sum M^(k) g^(s - k) up to a factor. Extended precision
+ * keeps the rounding of these computations below that of the results. */
 #include "integrators/steppers/radau_method.h"
 #include <complex.h>
 #include <math.h>
@@ -21,7 +21,7 @@ static real legendre(int n, int k)
     return k > n ? 0 : value;
 }
 
-/* The leading coefficient is 1. */
+/* A polynomial with leading coefficient 1. */
 static number polynomial(int n, const real *coefficient, number x)
 {
     number value = 1;
@@ -30,7 +30,7 @@ static number polynomial(int n, const real *coefficient, number x)
     return value;
 }
 
-/* All zeros at once, by Weierstrass's iteration. */
+/* Finds all zeros at once, by Weierstrass's iteration. */
 static void find_zeros(int n, const real *coefficient, number *zero)
 {
     real size = 0;
@@ -47,7 +47,7 @@ static void find_zeros(int n, const real *coefficient, number *zero)
         }
 }
 
-/* By Legendre's recurrence, which the powers of x do not reach in the last digits. */
+/* Refines a zero by Legendre's recurrence, which is more accurate than the powers of x. */
 static real polish(int n, real x)
 {
     for (int pass = 0; pass < 3; pass++) {
@@ -83,7 +83,7 @@ static void find_nodes(int s, real *c)
     c[s - 1] = 1;
 }
 
-/* Powers of x of prod (x - c[i]), the leading 1 left out. */
+/* Coefficients of prod (x - c[i]) without the leading 1. */
 static void expand(int s, const real *c, real *m)
 {
     memset(m, 0, S * sizeof *m);
@@ -92,7 +92,7 @@ static void expand(int s, const real *c, real *m)
             m[k] = (k > 0 ? m[k - 1] : 0) - c[i] * (k == i ? 1 : m[k]);
 }
 
-/* Differentiation by the values at 0 (left out: it is 0) and c: row 0 at 0, row 1 + i at c[i]. */
+/* Differentiation by the values at 0 (left out: it is 0) and at c: row 0 at 0, row 1 + i at c[i]. */
 static void differentiate(int s, const real *c, real d[S + 1][S + 1], real *weight)
 {
     real x[S + 1] = {0};
@@ -112,7 +112,7 @@ static void differentiate(int s, const real *c, real d[S + 1][S + 1], real *weig
     }
 }
 
-/* p at x for an eigenvalue: each derivative of M in its turn. */
+/* p at x for an eigenvalue, by successive derivatives of M. */
 static number eigenvector(int s, const real *m, number g, real x)
 {
     real power[S + 1];
@@ -130,7 +130,7 @@ static number eigenvector(int s, const real *m, number g, real x)
     return value;
 }
 
-/* Of the polynomial whose zeros they are: k! m[k] is the k-th derivative of M at 0. */
+/* Eigenvalues as zeros of their polynomial: k! m[k] is the k-th derivative of M at 0. */
 static void find_eigenvalues(int s, const real *m, number *g)
 {
     real coefficient[S] = {0}, factorial[S + 1] = {1};
@@ -141,7 +141,7 @@ static void find_eigenvalues(int s, const real *m, number *g)
     find_zeros(s, coefficient, g);
 }
 
-/* Scaled so that the last entry, that of the step's end, is 1. */
+/* Writes an eigenvector scaled so that the last entry, at the step's end, is 1. */
 static void put_column(int s, const real *c, const real *m, number g, real t[S][S], int column, int parts)
 {
     number end = eigenvector(s, m, g, 1);
@@ -153,7 +153,7 @@ static void put_column(int s, const real *c, const real *m, number g, real t[S][
     }
 }
 
-/* Gauss and Jordan with row exchanges. */
+/* Inverts by Gauss-Jordan elimination with row exchanges. */
 static void invert(int s, real a[S][S], real x[S][S])
 {
     for (int i = 0; i < s; i++)
@@ -192,7 +192,7 @@ static void round_off(int s, real from[S][S], double to[S][S])
             to[i][j] = (double)from[i][j];
 }
 
-/* The real one first, then of each pair that with the positive imaginary part, by its size. */
+/* Sorts the eigenvalues: the real one first, then of each pair the one with positive imaginary part, by its size. */
 static void put_spectrum(kmp_radau_method *method, const real *c, const real *m)
 {
     int s = method->stages;
@@ -223,7 +223,7 @@ static void put_spectrum(kmp_radau_method *method, const real *c, const real *m)
     round_off(s, inverse, method->inverse);
 }
 
-/* d is the differentiation without the row and column of 0. */
+/* Sets the matrices; d is the differentiation without the row and column of 0. */
 static void put_matrices(kmp_radau_method *method, real at_all[S + 1][S + 1])
 {
     int s = method->stages;
@@ -237,7 +237,7 @@ static void put_matrices(kmp_radau_method *method, real at_all[S + 1][S + 1])
     round_off(s, butcher, method->butcher);
 }
 
-/* By values at so many places. */
+/* Sets the gap by sampling. */
 static void put_gap(kmp_radau_method *method, const real *c)
 {
     enum { PLACES = 200 };
@@ -272,7 +272,7 @@ void kmp_radau_method_derive(kmp_radau_method *method, int stages)
     }
 }
 
-/* The barycentric formula. */
+/* Weights by the barycentric formula. */
 void kmp_radau_weights(const kmp_radau_method *method, double x, double *weight)
 {
     int s = method->stages, at = -1;

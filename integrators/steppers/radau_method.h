@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The numbers of Radau IIA of s stages, which is collocation at the zeros c of a Radau polynomial, c[s - 1] = 1: order
+/* Coefficients of Radau IIA of s stages, which is collocation at the zeros c of a Radau polynomial, c[s - 1] = 1: order
  * 2 s - 1, stage order s, L-stable (Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed., IV.5). They
- * are derived, not written down. */
+ * are computed, not tabulated. */
 #ifndef KMP_INTEGRATORS_STEPPERS_RADAU_METHOD_H
 #define KMP_INTEGRATORS_STEPPERS_RADAU_METHOD_H
 
@@ -23,19 +23,20 @@ typedef struct kmp_radau_method {
     double inverse[KMP_RADAU_MAX_STAGES][KMP_RADAU_MAX_STAGES]; /* T^-1 */
     double slope[KMP_RADAU_MAX_STAGES];                         /* p'(0) = sum slope[j] z[j] */
     double node_weight[KMP_RADAU_MAX_STAGES + 1];               /* barycentric, of 0 and then of c */
-    double gap; /* the largest |x prod (x - c[i])| on (0, 1): a polynomial of degree s + 1 less p, by its first power */
-    double centre;                         /* mean of 0 and c */
+    double gap;    /* largest |x prod (x - c[i])| on (0, 1): a polynomial of degree s + 1 minus p, over its leading
+                    * coefficient */
+    double centre; /* mean of 0 and c */
     double bend[KMP_RADAU_MAX_STAGES + 2]; /* powers of x of the integral of prod (x - c[i]) / prod (-c[i]) from 0 */
 } kmp_radau_method;
 
-/** An odd number of stages, at most KMP_RADAU_MAX_STAGES. */
+/** Computes the coefficients of an odd number of stages, at most KMP_RADAU_MAX_STAGES. */
 void kmp_radau_method_derive(kmp_radau_method *method, int stages);
 
 /** weight[0 .. stages): p(x) = sum weight[j] z[j]. */
 void kmp_radau_weights(const kmp_radau_method *method, double x, double *weight);
 
-/** The integral of prod (x - c[i]) from 0, divided by that product at 0: what p lacks, for a slope at 0 that is off by
- * one. It is 0 at both ends of the step. */
+/** The integral of prod (x - c[i]) from 0, divided by that product at 0: the correction of p for a unit error of its
+ * slope at 0. It is 0 at both ends of the step. */
 double kmp_radau_bend(const kmp_radau_method *method, double x);
 
 #endif

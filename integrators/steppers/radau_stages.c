@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The stages of Radau IIA by Newton's method, in two ways.
+/* The stages of Radau IIA by Newton's method, with two kinds of Jacobian.
  *
  * With one Jacobian, at the start of the step: transformed by the eigenvectors of the method, an iteration is one real
- * system and some complex ones of the size of the problem, and Jacobian and factors serve several steps (Hairer,
- * Wanner, II, IV.8). Where a stiff force turns its direction along a step it converges slowly, however smooth the
- * solution is: what it gets wrong is the stiffness times the turn.
+ * system and some complex ones of the size of the problem. Jacobian and factors serve several steps (Hairer, Wanner,
+ * II, IV.8). If a stiff force turns its direction along a step it converges slowly, however smooth the solution is: its
+ * error is the stiffness times the turn.
  *
- * With the Jacobians of all stages, at their predicted places: one system of all stages, which has none of this and
+ * With the Jacobians of all stages, at their predicted places: one system of all stages, which has no such error and
  * costs more. */
 #include "integrators/steppers/radau.h"
 #include "linalg/dense/dense.h"
@@ -25,7 +25,7 @@ int kmp_radau_call(kmp_radau *s, double t, const double *y, double *dy)
 
 /* -- Jacobians --------------------------------------------------------------------------------------- */
 
-/* By differences at y, where the formulation has none. */
+/* Computes the Jacobian by differences at y, if the formulation has none. */
 static int differentiate(kmp_radau *s)
 {
     for (int k = 0; k < s->n; k++) {
@@ -71,7 +71,7 @@ static int renew_jacobian(kmp_radau *s)
 
 /* -- one Jacobian for all stages --------------------------------------------------------------------- */
 
-/* g - J22 - J21 / g; false: singular. */
+/* Factors g - J22 - J21 / g; false: singular. */
 static bool factor(const kmp_radau *s, kmp_radau_block *e, double re, double im)
 {
     int n = s->n, p = s->p, inner = s->inner;
@@ -124,7 +124,7 @@ void kmp_radau_filter(const kmp_radau *s, double *x)
     }
 }
 
-/* The same for a complex g. */
+/* Solves with the factors for a complex g. */
 static void solve_complex(const kmp_radau *s, const kmp_radau_block *e, double *re, double *im)
 {
     int n = s->n, p = s->p, end = p + s->inner;
@@ -172,7 +172,7 @@ static void transform(const kmp_radau *s, const double *matrix, double *const *i
     }
 }
 
-/* The right-hand sides in f become transformed corrections of the stages. */
+/* Turns the right-hand sides in f into transformed corrections of the stages. */
 static void correct_apart(kmp_radau *s)
 {
     const kmp_radau_method *m = &s->method;
@@ -220,7 +220,7 @@ static bool factor_together(kmp_radau *s, double h)
     return factor(s, &s->real, s->method.g / h, 0) && kmp_lu_factor(size, s->coupled, s->coupled_pivot) == 0;
 }
 
-/* Of each stage where it is predicted. */
+/* Evaluates the Jacobian of each stage at its predicted place. */
 static kmp_radau_outcome prepare_together(kmp_radau *s, double h)
 {
     for (int i = 0; i < s->s; i++) {
@@ -233,7 +233,7 @@ static kmp_radau_outcome prepare_together(kmp_radau *s, double h)
     return factor_together(s, h) ? KMP_RADAU_TAKEN : KMP_RADAU_BAD_NEWTON;
 }
 
-/* The right-hand sides in f become corrections of the stages. */
+/* Turns the right-hand sides in f into corrections of the stages. */
 static void correct_together(kmp_radau *s, double h)
 {
     int n = s->n, p = s->p, inner = s->inner, end = p + inner;
@@ -242,7 +242,7 @@ static void correct_together(kmp_radau *s, double h)
     for (int i = 0; i < s->s; i++)
         for (int k = 0; k < n; k++)
             r[i][k] = x[i][k] - r[i][k] / h;
-    transform(s, s->method.butcher[0], r, x); /* of which positions and quadratures are used */
+    transform(s, s->method.butcher[0], r, x); /* of which only positions and quadratures are used */
     for (int i = 0; i < s->s; i++) {
         double *to = s->joint + i * inner;
         memcpy(to, r[i] + p, (size_t)inner * sizeof *to);
@@ -306,7 +306,7 @@ static kmp_radau_outcome begin(kmp_radau *s, double h)
     return KMP_RADAU_TAKEN;
 }
 
-/* f at all stages. */
+/* Evaluates f at all stages. */
 static kmp_radau_outcome evaluate(kmp_radau *s, double h)
 {
     for (int i = 0; i < s->s; i++) {
@@ -319,7 +319,7 @@ static kmp_radau_outcome evaluate(kmp_radau *s, double h)
     return KMP_RADAU_TAKEN;
 }
 
-/* One iteration; the size of its correction. */
+/* Makes one iteration; returns the size of its correction. */
 static double iterate(kmp_radau *s, double h)
 {
     double sum = 0;
@@ -337,7 +337,7 @@ static double iterate(kmp_radau *s, double h)
     return sqrt(sum / (s->n * s->s));
 }
 
-/* After iteration k: whether it goes on to converge, from the ratio of the last two corrections. */
+/* True if Newton's method converges after iteration k, by the ratio of the last two corrections. */
 static bool is_hopeful(kmp_radau *s, int k, double size, double *shorter)
 {
     if (!(s->contraction < 0.99))
@@ -355,7 +355,7 @@ kmp_radau_outcome kmp_radau_find_stages(kmp_radau *s, double h, double *shorter)
 {
     double before = 0, before_rate = 0;
     *shorter = 0.5;
-    s->ready = 1; /* the last step's says little about one that may be four times as long */
+    s->ready = 1; /* the last step's value is a poor bound for one that may be four times as long */
     s->contraction = 0;
     kmp_radau_outcome what = begin(s, h);
     for (int k = 1; what == KMP_RADAU_TAKEN && k <= s->most_iterations; k++) {

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One driver for explicit Runge-Kutta methods: first step, attempts, step-size control, the formulation's say, dense
- * output on demand. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4; Hairer, Wanner,
- * II, IV.2.
- */
+/* Driver for explicit Runge-Kutta methods: first step, attempts, step-size control, acceptance by the formulation,
+ * dense output on demand. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4; Hairer,
+ * Wanner, II, IV.2. */
 #include "integrators/steppers/rk.h"
 #include "base/memory.h"
 
@@ -66,8 +65,8 @@ static double weighted_square(int n, const double *a, const double *b, const dou
     return sum;
 }
 
-/* Hairer's hinit (II.4): a step such that an explicit Euler step would err by 1e-2 of the solution's size, then
- * one from the second derivative seen over it. */
+/* Hairer's hinit (II.4): a step for which an explicit Euler step has an error of 1e-2 of the solution's size, then one
+ * from the second derivative over it. */
 static int choose_first_step(kmp_rk *s)
 {
     int n = s->ode.n;
@@ -119,10 +118,10 @@ static void swap(double **a, double **b)
     *b = t;
 }
 
-/* What became of an attempt. */
+/* Result of an attempt. */
 typedef enum outcome { TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP, HALTED } outcome;
 
-/* Stages, error test, derivative at the end, the formulation's consent. The new y is left in y_old. */
+/* Makes stages, error test, derivative at the end, and asks the formulation. The new y is left in y_old. */
 static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
 {
     const kmp_rk_method *method = s->method;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Explicit Runge-Kutta methods with error control, dense output and a say of the formulation at every step: what a
- * method tells the driver (rk.c), and the driver's inside for its stages. A new method is one file with a
- * kmp_rk_method, a KMP_RK_SOLVER line and a row in integrators.def. */
+/* Explicit Runge-Kutta methods with error control, dense output and acceptance of every step by the formulation: the
+ * interface of a method to the driver (rk.c), and the driver's internals for its stages. A new method is one file with
+ * a kmp_rk_method, a KMP_RK_SOLVER line and a row in integrators.def. */
 #ifndef KMP_INTEGRATORS_STEPPERS_RK_H
 #define KMP_INTEGRATORS_STEPPERS_RK_H
 
@@ -14,30 +14,31 @@ enum { KMP_RK_MAX_STAGES = 16, KMP_RK_MAX_INTERPOLANTS = 8 };
 
 /* Stabilising exponent of the step-size control (Gustafsson's PI). */
 #define KMP_RK_BETA 0.04
-/* Against 0.9, at a given tolerance: half the error for 4 % more evaluations with DOP853, for 10 % more with DOPRI5; at
- * equal error 2 to 4 % fewer (docs/decisions/safety.md). */
+/* Compared with 0.9 at a given tolerance: half the error for 4 % more evaluations with DOP853, for 10 % more with
+ * DOPRI5; at equal error 2 to 4 % fewer (docs/decisions/safety.md). */
 #define KMP_RK_SAFETY 0.8
-/* The error of the last step counts as no less. */
+/* Least error of the last step in the control. */
 #define KMP_RK_ERROR_FLOOR 1e-4
 
 typedef struct kmp_rk kmp_rk;
 
 typedef struct kmp_rk_method {
     int stages;                /* derivatives k[1] .. k[stages], numbered as published */
-    int end;                   /* k[end] is the one at the step's end */
-    bool ends_with_derivative; /* run computes it; else the driver does, after the error test */
+    int end;                   /* k[end] is the derivative at the step's end */
+    bool ends_with_derivative; /* run computes k[end]; otherwise the driver does, after the error test */
     int interpolants;          /* vectors of the dense output */
     int order;
     double exponent; /* of the error in the next step's size */
     double shrink, grow;
 
-    /* Stages of a step h from (t, y) with k[1] given, ending at t_new. KMP_GO, or what the right-hand side said. */
+    /* Computes the stages of a step h from (t, y) with k[1] given, ending at t_new. KMP_GO, or the result of the
+     * right-hand side. */
     int (*run)(kmp_rk *s, double h, double t_new);
 
-    /* The new y in y_old (for the time being), the weights w, and the error: 1 is at the tolerance. */
+    /* Puts the new y into y_old (temporarily), sets the weights w, and returns the error: 1 is at the tolerance. */
     double (*error)(kmp_rk *s, double h);
 
-    /* The interpolant of the last step, and its value at t_old + x taken. */
+    /* Prepares the interpolant of the last step; evaluates it at t_old + x taken. */
     int (*prepare_dense)(kmp_rk *s);
     void (*interpolate)(const kmp_rk *s, double x, double *y);
 } kmp_rk_method;
@@ -52,7 +53,7 @@ struct kmp_rk {
     kmp_tolerance tolerance;
     double taken;     /* the last step */
     double error_old; /* of the last accepted one */
-    bool rejected;    /* the last attempt was: no growth */
+    bool rejected;    /* the last attempt was rejected: no growth */
     bool collapsed;
     bool dense_ready;
     double *y, *y_old, *dy; /* dy is k[end] after a step, k[1] within one */
@@ -65,14 +66,14 @@ struct kmp_rk {
 /** dy = f(t, y), counted. */
 int kmp_rk_call(kmp_rk *s, double t, const double *y, double *dy);
 
-/** The first four vectors of the interpolant: a cubic by the values and slopes at both ends of the last step. */
+/** Sets the first four vectors of the interpolant: a cubic by the values and slopes at both ends of the last step. */
 void kmp_rk_begin_dense(kmp_rk *s);
 
 #define KMP_INLINE static inline __attribute__((always_inline))
 
 /* -- step-size control ------------------------------------------------------------------------------- */
 
-/* The next step after an accepted one (Hairer, Wanner, II, IV.2, with the published bounds); none grows after a
+/* The next step after an accepted one (Hairer, Wanner, II, IV.2, with the published bounds), without growth after a
  * rejection. */
 KMP_INLINE double kmp_rk_after_accepted(const kmp_rk_method *method, double h, double error, double error_old,
                                         bool rejected)
@@ -91,7 +92,7 @@ KMP_INLINE double kmp_rk_after_rejected(const kmp_rk_method *method, double h, d
 
 /* -- stages ------------------------------------------------------------------------------------------ */
 
-/* out = y + h sum a[j] k[j]; unrolled over the terms, of which there are a fixed number at each use. */
+/* out = y + h sum a[j] k[j]; unrolled over the terms, whose number is constant at each call. */
 KMP_INLINE void kmp_rk_combine(int n, const double *y, double h, int terms, const double *a, const double *const *k,
                                double *restrict out)
 {
@@ -114,15 +115,15 @@ KMP_INLINE void kmp_rk_combine(int n, const double *y, double h, int terms, cons
             return said;                                                                                               \
     } while (0)
 
-/* -- behind the socket ----------------------------------------------------------------------------- */
+/* -- interface ---------------------------------------------------------------------------------------- */
 
 void *kmp_rk_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup);
 void kmp_rk_release(void *solver);
 kempe_status kmp_rk_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0);
 kempe_status kmp_rk_step(void *solver);
 
-/** The first call within a step may evaluate the right-hand side: a formulation that remembers its last evaluation must
- * not rely on it being the step's end after this. */
+/** Dense output. The first call within a step may evaluate the right-hand side: a formulation with a stored evaluation
+ * must then not take it for the step's end. */
 kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp);
 
 #define KMP_RK_SOLVER(id, is_standard)                                                                                 \

@@ -23,7 +23,7 @@ const kmp_solver_kind *kmp_solver_find(const char *name)
     return NULL;
 }
 
-/* Parts of t, in units of rounding: shorter steps are not made; so many in a row below the other are a collapse. */
+/* Parts of t, in units of rounding: LEAST bounds a step; repeated steps below COLLAPSED are a collapse. */
 static const double LEAST = 16, COLLAPSED = 64;
 enum { MAX_HOPELESS = 100 };
 

@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* SUNDIALS ARKODE (Reynolds et al., ACM TOMS 49 (2023) 19) as two integrators: `erk`, Dormand and Prince's explicit
- * pair 5(4), whose steps the formulation may correct (the state is reset); `dirk`, Kennedy and Carpenter's stiffly
+/* SUNDIALS ARKODE (Reynolds et al., ACM TOMS 49 (2023) 19) as two integrators. `erk`: Dormand and Prince's explicit
+ * pair 5(4), whose steps the formulation may correct (the state is reset). `dirk`: Kennedy and Carpenter's stiffly
  * accurate ESDIRK4(3)6L[2]SA (NASA/TM-2016-219173) with the formulation's exact Jacobian. ARKODE gives up when an
- * explicit right-hand side fails: the step is then begun anew from its start with a quarter of its length. A reset,
- * which forgets the interpolant, is put off until the next step. */
+ * explicit right-hand side fails: the step is then repeated from its start with a quarter of its length. A reset
+ * discards the interpolant, and is therefore delayed until the next step. */
 #include "integrators/sundials/sundials_host.h"
 
 #include <arkode/arkode_arkstep.h>
 
-/* Stage derivatives are taken from the stages: evaluated on a stiff system they would carry Newton's rest multiplied by
- * the stiffness. The interpolant is Hermite's: Lagrange's needs a history and is linear in the first step after a
- * start, where events are located. The iteration matrix is made anew each step: an old one, worst that of before an
- * event, leaves rests that these derivatives multiply by 1/h, and costs more steps than it saves. */
+/* Stage derivatives are taken from the stages: evaluated on a stiff system they would contain Newton's remainder
+ * multiplied by the stiffness. The interpolant is Hermite's: Lagrange's needs a history and is linear in the first step
+ * after a start, where events are located. The iteration matrix is computed in each step. An old one, in particular
+ * from before an event, leaves remainders that these derivatives multiply by 1/h, and costs more steps than it
+ * saves. */
 static int configure_implicit(kmp_sun *s)
 {
     int bad = KMP_SUN_ARK(SetLinearSolver)(s->memory, s->linear, s->matrix);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* SUNDIALS CVODE (Cohen and Hindmarsh, Computers in Physics 10 (1996) 138) as two integrators: BDF with Newton, a dense
- * factorisation and the formulation's exact Jacobian, for stiff systems; Adams with functional iteration, for others.
- * CVODE keeps a history of the solution. The formulation may refuse its steps, which restarts CVODE at order 1; it may
- * not correct them. */
+/* SUNDIALS CVODE (Cohen and Hindmarsh, Computers in Physics 10 (1996) 138) as two integrators. BDF with Newton, a dense
+ * factorisation and the formulation's exact Jacobian is for stiff systems; Adams with functional iteration is for
+ * others. CVODE keeps a history of the solution. The formulation may reject its steps, which restarts CVODE at order 1;
+ * it must not correct them. */
 #include "integrators/sundials/sundials_host.h"
 
 #include <cvode/cvode.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Dense LU of a compressed-column matrix: the least overhead below ten unknowns, and the plainest of the three. */
+/* Dense LU of a compressed-column matrix: the least overhead below ten unknowns, and the simplest solver. */
 #include "base/memory.h"
 #include "integrators/sundials/linear.h"
 #include "linalg/dense/dense.h"

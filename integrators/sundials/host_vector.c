@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hides the operations of SUNDIALS' serial vector that IDA's steps consist of, written for lanes: sums are taken in
- * eight interleaved parts, always the same ones, so that every width of vector gives the same bits; a combination of
- * many vectors is one pass. Loops are cloned by width as those of sines are (src/backend/sincos.c). What stands here
- * takes the place of SUNDIALS' own function; the others stay. */
+/* Replaces the operations of SUNDIALS' serial vector that dominate IDA's steps by vectorised ones. Sums are taken in
+ * eight fixed interleaved parts, so that every vector width gives the same bits; a combination of many vectors is one
+ * pass. Loops are cloned by width as those of sines are (src/backend/sincos.c). All other operations are SUNDIALS'
+ * own. */
 #include "integrators/sundials/host_vector.h"
 #include "base/clones.h"
 
@@ -50,7 +50,7 @@ KMP_CLONES static double squares(ptrdiff_t n, const double *x, const double *w)
     return total(part);
 }
 
-/* Of those where `mask` is positive. */
+/* Sum of the squares of x w over entries with positive `mask`. */
 KMP_CLONES static double squares_where(ptrdiff_t n, const double *x, const double *w, const double *mask)
 {
     double part[LANES] = {0};
@@ -85,7 +85,7 @@ KMP_CLONES static void combination(ptrdiff_t n, int count, const double *a, cons
     }
 }
 
-/* -- as SUNDIALS calls them --------------------------------------------------------------------------- */
+/* -- callbacks of SUNDIALS ----------------------------------------------------------------------------- */
 
 static ptrdiff_t length(N_Vector x)
 {
@@ -121,7 +121,7 @@ static double norm_where(N_Vector x, N_Vector w, N_Vector mask)
     return sqrt(squares_where(length(x), NV_DATA_S(x), NV_DATA_S(w), NV_DATA_S(mask)) / (double)length(x));
 }
 
-/* More vectors than this, which no integrator asks for, are taken by parts. */
+/* More vectors than this are combined in parts; no integrator has so many. */
 enum { MOST = 16 };
 
 static int linear_combination(int count, double *a, N_Vector *x, N_Vector z)
@@ -130,7 +130,7 @@ static int linear_combination(int count, double *a, N_Vector *x, N_Vector z)
     double factor[MOST + 1];
     for (int done = 0; done < count;) {
         int more = 0;
-        if (done > 0) { /* what is there already */
+        if (done > 0) { /* the sum so far */
             factor[more] = 1;
             from[more++] = NV_DATA_S(z);
         }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* SUNDIALS IDA (Hindmarsh et al., ACM TOMS 31 (2005) 363). Settings that matter for multibody systems: error weights
- * divided by `factor` (Newton tests every unknown, so only the weight takes a multiplier out of it), algebraic unknowns
- * out of the error test, a Newton tolerance of 0.01, an explicit first step. IDA's own search for consistent values is
- * not used. */
+/* SUNDIALS IDA (Hindmarsh et al., ACM TOMS 31 (2005) 363). Settings for multibody systems: error weights divided by
+ * `factor`, algebraic unknowns excluded from the error test, a Newton tolerance of 0.01, an explicit first step. Newton
+ * tests every unknown, so that only the weight excludes a multiplier. IDA's own search for consistent values is not
+ * used. */
 #include "integrators/sundials/sundials_host.h"
 
 #include <ida/ida.h>
@@ -37,7 +37,7 @@ static int weights(N_Vector y, N_Vector w, void *user)
     const kmp_sun *s = user;
     const double *value = kmp_sun_data(y), *atol = s->tolerance.atol, *factor = s->dae.factor, rtol = s->tolerance.rtol;
     double *restrict weight = kmp_sun_data(w);
-    int bad = 0, n = s->n; /* no jump, so that it goes in lanes */
+    int bad = 0, n = s->n; /* no branch, so that the loop vectorises */
     for (int i = 0; i < n; i++) {
         weight[i] = 1.0 / ((rtol * fabs(value[i]) + atol[i]) * factor[i]);
         bad |= !(weight[i] > 0.0);

@@ -43,7 +43,7 @@ SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context
     return NULL;
 }
 
-/* -- the part that all share -------------------------------------------------------------------------- */
+/* -- common part -------------------------------------------------------------------------------------- */
 
 static SUNLinearSolver_Type type(SUNLinearSolver s)
 {

@@ -9,19 +9,19 @@
 #include <sundials/sundials_linearsolver.h>
 #include <sunmatrix/sunmatrix_sparse.h>
 
-/** For matrices like a by the name of a row of linear.def, or "auto": dense below 10 x 10, else KLU. The pattern of the
- * first matrix it meets must be that of all. NULL when the name is unknown or there is no memory. Freed by
- * SUNLinSolFree. */
+/** Makes a solver for matrices like a by the name of a row of linear.def, or "auto": dense below 10 x 10, else KLU. All
+ * matrices must have the pattern of the first. NULL when the name is unknown or memory is exhausted. SUNLinSolFree
+ * frees it. */
 SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context);
 
-/* What one of them is made of. */
+/* Functions of one solver. */
 typedef struct kmp_linear_ops {
     int (*setup)(SUNLinearSolver s, SUNMatrix a);
     int (*solve)(SUNLinearSolver s, SUNMatrix a, N_Vector x, N_Vector b, sunrealtype tolerance);
     void (*release)(void *content);
 } kmp_linear_ops;
 
-/** `content` begins with a kmp_linear_head and is released with the solver, or at once when there is no memory. */
+/** `content` begins with a kmp_linear_head. It is freed with the solver, or at once when memory is exhausted. */
 typedef struct kmp_linear_head {
     const kmp_linear_ops *ops;
     int last;

@@ -10,7 +10,7 @@
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
-/* Attempts at one step that may be shortened. */
+/* Largest number of attempts at one step with smaller sizes. */
 enum { MAX_TRIES = 100 };
 
 static void put(const kmp_sun *s, N_Vector to, const double *from)
@@ -113,7 +113,7 @@ void kmp_sun_release(void *solver)
 int kmp_sun_rhs(sunrealtype t, N_Vector y, N_Vector dy, void *user)
 {
     kmp_sun *s = user;
-    s->base.work.rhs = ++s->more.rhs; /* between two steps, too: an interpolant may evaluate */
+    s->base.work.rhs = ++s->more.rhs; /* includes evaluations of an interpolant between two steps */
     int said = s->ode.rhs(s->ode.self, t, kmp_sun_data(y), kmp_sun_data(dy));
     s->halted = s->halted || said == KMP_HALT;
     return said;
@@ -138,7 +138,7 @@ N_Vector kmp_sun_atol(kmp_sun *s)
 
 /* -- failures and counters ------------------------------------------------------------------------- */
 
-/* The row of a flag, or the last one, which has no meaning. */
+/* The row of a flag, or the last one, which has no text. */
 static const kmp_sun_flag *row_of(const kmp_sun *s, int flag)
 {
     const kmp_sun_flag *row = s->package->flags;
@@ -159,7 +159,7 @@ static kempe_status complain(const kmp_sun *s, int flag)
     return status;
 }
 
-/* Over all starts. */
+/* Work over all starts. */
 static kmp_solver_work count(const kmp_sun *s)
 {
     kmp_solver_work w = s->more;
@@ -179,8 +179,8 @@ static kmp_solver_work count(const kmp_sun *s)
 
 /* -- steps ----------------------------------------------------------------------------------------- */
 
-/* From (t, y[, y']) on with a first step h, 0: the package's own choice, negative: the one that it has. `anew`: nothing
- * is left of what was before, though there be a way to keep some of it. */
+/* Restarts from (t, y[, y']) with a first step h; 0: the package's own choice, negative: its present one. `anew`: the
+ * whole history is discarded, even if the package could keep a part. */
 static int restart(kmp_sun *s, bool anew, const double *y, const double *yp, double h)
 {
     const kmp_sun_package *package = s->package;
@@ -210,7 +210,7 @@ kempe_status kmp_sun_start(void *solver, double t, const double *y, const double
     return bad ? complain(s, bad) : KEMPE_OK;
 }
 
-/* The formulation's say about the step that ended at t; what it makes of y, of an ODE, is left in out. */
+/* Asks the formulation to accept the step that ended at t; its correction of y, for an ODE, is left in out. */
 static int consent(kmp_sun *s, double t)
 {
     double *y = kmp_sun_data(s->out);
@@ -231,8 +231,7 @@ static int consent(kmp_sun *s, double t)
     return said;
 }
 
-/* The step that was made, with the formulation's corrections, which wait until the next step: they take the
- * interpolant. */
+/* Takes the step. The formulation's corrections are delayed until the next step: they discard the interpolant. */
 static void take(kmp_sun *s, double t)
 {
     size_t size = (size_t)s->n * sizeof(double);
@@ -243,7 +242,7 @@ static void take(kmp_sun *s, double t)
     s->base.t = t;
 }
 
-/* 0 with the new state at *t, 1 to try a shorter step, of that part of it, negative to give up. */
+/* 0 with the new state at *t, 1 to try a shorter step of relative size *shorter, negative to give up. */
 static int attempt(kmp_sun *s, double *t, double *shorter)
 {
     int flag = s->package->advance(s, t);
@@ -256,7 +255,7 @@ static int attempt(kmp_sun *s, double *t, double *shorter)
     return said;
 }
 
-/* The length that is about to be tried; infinite where it need not be known. */
+/* The length of the next step; infinite if it need not be known. */
 static double planned(const kmp_sun *s)
 {
     double h = 0, left = s->base.t_end - s->base.t;
@@ -304,7 +303,7 @@ kempe_status kmp_sun_step(void *solver)
 
 /* -- dense output ---------------------------------------------------------------------------------- */
 
-/* Up to rounding. */
+/* True if t is within the last step, up to rounding. */
 static bool is_within(const kmp_solver *s, double t)
 {
     double slack = 1e-12 * (fabs(s->t) + s->t - s->t_old);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One adapter for the time integrators of SUNDIALS: an ODE or a DAE behind its vectors, matrices and callbacks, steps
- * that the formulation may refuse, dense output, counters and failures. A package is a row that names its functions. */
+ * that the formulation may reject, dense output, counters and failures. A package is a row that names its functions. */
 #ifndef KMP_INTEGRATORS_SUNDIALS_SUNDIALS_HOST_H
 #define KMP_INTEGRATORS_SUNDIALS_SUNDIALS_HOST_H
 
@@ -14,7 +14,7 @@
 
 typedef struct kmp_sun kmp_sun;
 
-/** A flag of a package, in a sentence. `shorter`: a shorter step may help, which the package does not try itself. */
+/** A flag of a package, as a sentence. `shorter`: a shorter step may help, which the package does not try itself. */
 typedef struct kmp_sun_flag {
     int flag;
     const char *meaning;
@@ -28,30 +28,30 @@ typedef struct kmp_sun_flag {
 #define KMP_SUN_NOT_EVALUATED "the right-hand side could not be evaluated, even with the smallest step"
 #define KMP_SUN_OUT_OF_MEMORY "there is no memory"
 
-/** Reads one counter; NULL: there is none. A set is in the order of kmp_solver_work. */
+/** Reads one counter; NULL: there is none. A set of counters is in the order of kmp_solver_work. */
 typedef int kmp_sun_counter(void *memory, long *count);
 enum { KMP_SUN_COUNTERS = sizeof(kmp_solver_work) / sizeof(long) };
 
 /** Functions return flags of the package: negative ones are failures. */
 typedef struct kmp_sun_package {
     const char *name;
-    const kmp_sun_flag *flags; /* up to the one without a meaning */
-    int refused;               /* flag that stands for a step that cannot become any shorter */
+    const kmp_sun_flag *flags; /* ends with the row without text */
+    int refused;               /* flag of a step that cannot become any shorter */
     char *(*flag_name)(long flag);
     void (*release)(void **memory);
 
     /** Makes s->memory (NULL: no memory) and sets it up. */
     int (*configure)(kmp_sun *s);
 
-    /** Begins at t with the vectors of s; what was before is forgotten, the counters too. */
+    /** Starts at t with the vectors of s; discards the history and the counters. */
     int (*begin)(kmp_sun *s, double t);
 
-    /** The same where counters and the control of steps go on, for one-step methods; NULL: there is no such way. */
+    /** Restarts one-step methods at (t, y), keeping counters and step control; NULL: not available. */
     int (*reset)(void *memory, double t, N_Vector y);
     int (*set_first_step)(void *memory, double h);
     int (*set_end)(void *memory, double t);
 
-    /** The step that it is about to try; NULL: it need not be known. */
+    /** The length of the next step; NULL: it need not be known. */
     int (*planned)(void *memory, double *h);
     int (*advance)(kmp_sun *s, double *t);
     int (*derivative)(void *memory, double t, int order, N_Vector out);
@@ -64,7 +64,7 @@ struct kmp_sun {
     const kmp_sun_package *package;
     kmp_sun_counter *const *counter;
     kempe_context *context;
-    kmp_ode ode; /* one of the two, by the kind */
+    kmp_ode ode; /* one of ode and dae, by the kind */
     kmp_dae dae;
     kmp_tolerance tolerance;
     int n;
@@ -72,13 +72,13 @@ struct kmp_sun {
     void *memory;
     N_Vector y, yp, out;          /* yp: of a DAE */
     SUNMatrix matrix;             /* dense for an ODE, sparse for a DAE; NULL for explicit methods */
-    SUNLinearSolver linear;       /* likewise */
+    SUNLinearSolver linear;       /* dense for an ODE, sparse for a DAE; NULL for explicit methods */
     SUNNonlinearSolver iteration; /* a package's own choice; NULL: its default */
     double *y_old, *yp_old;       /* n: at the start of a step */
     double *dy, *w;               /* n */
     bool halted;                  /* the formulation gave up in a callback */
     bool moved;                   /* the formulation has corrected y: reset before the next step */
-    kmp_solver_work more;         /* than the package counts: earlier starts, evaluations, steps that were refused */
+    kmp_solver_work more;         /* work not counted by the package: earlier starts, evaluations, rejected steps */
 };
 
 /* Callbacks; user is the kmp_sun. KMP_RETRY becomes a recoverable failure, KMP_HALT a fatal one. */
@@ -86,10 +86,10 @@ int kmp_sun_rhs(sunrealtype t, N_Vector y, N_Vector dy, void *user);
 int kmp_sun_jacobian(sunrealtype t, N_Vector y, N_Vector dy, SUNMatrix j, void *user, N_Vector w1, N_Vector w2,
                      N_Vector w3);
 
-/** s->out with the absolute tolerances, for a package to copy. */
+/** s->out filled with the absolute tolerances, for a package to copy. */
 N_Vector kmp_sun_atol(kmp_sun *s);
 
-/* The functions of every kind. */
+/* Functions common to all kinds. */
 void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup);
 void kmp_sun_release(void *solver);
 kempe_status kmp_sun_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0);

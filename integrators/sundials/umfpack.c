@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hides UMFPACK (Davis, ACM TOMS 30 (2004) 196): one symbolic analysis, a numeric factorisation a setup, a solve
- * without iterative refinement in own workspace. */
+/* Hides UMFPACK (Davis, ACM TOMS 30 (2004) 196): one symbolic analysis, one numeric factorisation per setup, and solves
+ * without iterative refinement in a separate workspace. */
 #include "base/memory.h"
 #include "integrators/sundials/linear.h"
 
@@ -49,7 +49,7 @@ static int setup(SUNLinearSolver s, SUNMatrix a)
     return u->head.last = meaning(status);
 }
 
-/* UMFPACK wants x and b apart. */
+/* UMFPACK needs separate x and b. */
 static int solve(SUNLinearSolver s, SUNMatrix a, N_Vector x, N_Vector b, sunrealtype tolerance)
 {
     (void)tolerance;

@@ -114,8 +114,7 @@ static size_t escape(char *out, const char *s)
     return n;
 }
 
-/* A string literal of JSON; NULL when there is no memory. */
-static char *quoted(const char *s)
+char *cli_quoted(const char *s)
 {
     char *out = malloc(6 * strlen(s) + 3);
     if (!out)
@@ -130,7 +129,7 @@ static char *quoted(const char *s)
 static kempe_status report_failure(const cli_job *j, const char *word, const char *reason)
 {
     static const char *const format = "{\"model\": %s, \"status\": \"%s\", \"reason\": %s, \"build_s\": null}\n";
-    char *why = quoted(reason), *name = j->model ? quoted(kempe_model_name(j->model)) : NULL;
+    char *why = cli_quoted(reason), *name = j->model ? cli_quoted(kempe_model_name(j->model)) : NULL;
     size_t size = strlen(format) + strlen(word) + (why ? strlen(why) : 0) + (name ? strlen(name) : 4);
     char *text = malloc(size);
     kempe_status status = KEMPE_E_MEMORY;
@@ -190,6 +189,8 @@ static kempe_status set_closure_tolerance(const cli_job *j)
 
 static kempe_status prepare(cli_job *j, const cli_command *command)
 {
+    if (command->without_model)
+        return KEMPE_OK;
     bool equations = !command->model_alone || !command->model_alone(j->settings);
     const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;
     kempe_status status =

@@ -28,6 +28,7 @@ typedef struct cli_command {
     const char *name, *usage, *summary, *examples;
     bool (*accepts)(const cli_settings *settings);     /* false after an error message; NULL: always */
     bool (*model_alone)(const cli_settings *settings); /* needs no equations; NULL: it needs them */
+    bool without_model;                                /* FILE is not a model */
     const char *dynamics;                              /* the default algorithm of the equations; NULL: the model's */
     kempe_status (*run)(const cli_job *j);
 } cli_command;
@@ -37,6 +38,9 @@ typedef struct cli_command {
 #undef CLI_COMMAND
 
 typedef kempe_status cli_print_fn(const void *object, kempe_format format, char **text);
+
+/** A string literal of JSON, to be freed; NULL when there is no memory. */
+char *cli_quoted(const char *s);
 
 /** Prints text on stdout unless the JSON goes there, and the JSON where it was requested. */
 kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *object);

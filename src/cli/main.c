@@ -23,6 +23,7 @@ static void print_help(FILE *out)
     fputs("\n'kempe COMMAND --help' gives a command's options and examples, 'kempe --version' the version.\n"
           "FILE is a Kempe model in YAML (docs/model_format.md) or one of ROBOTRAN, .mbs (docs/robotran.md).\n\n"
           "examples:\n"
+          "  kempe new four_bar\n"
           "  kempe check examples/andrews/andrews.yaml\n"
           "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n\n"
           "exit codes: 0 done, 1 the computation failed, 2 the input is wrong, 3 usage, 4 a defect of Kempe\n",

@@ -83,7 +83,7 @@ static const option options[] = {
     {CLI_INVERSE, "motion", 0, OPTION_TEXT, AT(inverse.motion), "CSV",
      "t, q.NAME, qd.NAME, qdd.NAME (default: the drives, or else the start)"},
     {CLI_INVERSE, "weights", 0, OPTION_TEXT, AT(inverse.weights), "NAME=W,..",
-     "of efforts, where there are more actuators than freedoms"},
+     "of efforts, where there are more actuators than degrees of freedom"},
     {CLI_INVERSE, "independent", 0, OPTION_TEXT, AT(run.independent), "NAME,..",
      "of the start: coordinates that are not accelerated"},
     {CLI_INVERSE, "t-end", 0, OPTION_TIME, AT(run.t_end), "T", "end of the motion, s"},
@@ -219,9 +219,9 @@ static const option options[] = {
     {CLI_GENERATE, "vectorised", 0, OPTION_FLAG, AT(vectorised), NULL,
      "array languages: one statement for all that can be done at once"},
     {CLI_GENERATE, "output", 'o', OPTION_TEXT, AT(output), "DIR", "where to write the files (default: here)"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT), "closure-tolerance", 0, OPTION_TEXT, AT(closure_tolerance),
-     "X", "m that closures which say what others say may stay open by, as rounding; 0: none"},
-    {CLI_ALL, "set", 0, OPTION_SETTING, 0, "NAME=VALUE", "another value of a parameter; may be given again"},
+    {CLI_ALL & ~(CLI_NEW | CLI_SHOW | CLI_GENERATE | CLI_CONTACT), "closure-tolerance", 0, OPTION_TEXT,
+     AT(closure_tolerance), "X", "m that closures which say what others say may stay open by, as rounding; 0: none"},
+    {CLI_ALL & ~CLI_NEW, "set", 0, OPTION_SETTING, 0, "NAME=VALUE", "another value of a parameter; may be given again"},
     {CLI_ALL, "json", 0, OPTION_TEXT, AT(json), "PATH|-", "write one JSON object; - for stdout, instead of text"},
     {CLI_ALL, "help", 'h', OPTION_FLAG, AT(help), NULL, "this text"},
 };
@@ -438,7 +438,7 @@ const char *cli_json_word(int count, char **words)
 
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings)
 {
-    *settings = (cli_settings){.run = kempe_run_options_default(), .compare = kempe_compare_run_default()};
+    *settings = (cli_settings){.run = kempe_run_options_default(), .compare = kempe_compare_options_default()};
     bool names_only = false;
     for (int k = 0; k < count;) {
         if (!names_only && strcmp(words[k], "--") == 0) {
@@ -454,7 +454,7 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
         }
     }
     if (!settings->file && !settings->help) {
-        cli_complain("which model? 'kempe %s FILE'", command_name);
+        cli_complain("which model? 'kempe %s %s'", command_name, command == CLI_NEW ? "NAME" : "FILE");
         return false;
     }
     return true;
@@ -468,8 +468,8 @@ void cli_options_print(unsigned command, FILE *out)
         char left[40];
         snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
         if (o->letter)
-            fprintf(out, "  -%c, %-21s%s\n", o->letter, left, o->help);
+            fprintf(out, "  -%c, %-25s%s\n", o->letter, left, o->help);
         else
-            fprintf(out, "      %-21s%s\n", left, o->help);
+            fprintf(out, "      %-25s%s\n", left, o->help);
     }
 }

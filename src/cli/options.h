@@ -24,7 +24,8 @@ enum {
     CLI_RESPONSE = 4096,
     CLI_SENSITIVITY = 8192,
     CLI_CONTACT = 16384,
-    CLI_ALL = 32767
+    CLI_NEW = 32768,
+    CLI_ALL = 65535
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */

@@ -37,9 +37,9 @@ typedef struct kmp_varied {
 kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, const char *backend, kmp_slopes *slopes);
 void kmp_varied_free(kmp_varied *varied);
 
-/** The start of kempe_assemble and its derivative for each parameter: q, qd (n), dq, dqd (n x count). KEMPE_E_FAILED:
- * it cannot be assembled, or its derivative depends on choices that the model leaves open; the message lists
- * coordinates to hold. */
+/** The start of kempe_assembly_new and its derivative for each parameter: q, qd (n), dq, dqd (n x count).
+ * KEMPE_E_FAILED: it cannot be assembled, or its derivative depends on choices that the model leaves open; the message
+ * lists coordinates to hold. */
 kempe_status kmp_varied_start(kmp_varied *varied, double *q, double *qd, double *dq, double *dqd);
 
 /** Chooses u at a closed (t, q), from where positions are predicted. */

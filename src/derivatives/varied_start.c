@@ -261,7 +261,7 @@ kempe_status kmp_varied_start(kmp_varied *varied, double *q, double *qd, double 
 {
     kempe_assembly *a = NULL;
     beginning b = {.v = varied, .n = varied->n, .m = varied->m};
-    kempe_status status = kempe_assemble(varied->system, &a);
+    kempe_status status = kempe_assembly_new(varied->system, &a);
     if (status == KEMPE_OK && varied->count > 0)
         status = check(varied->system, a);
     b.a = a;

@@ -51,7 +51,7 @@ static kempe_status record_start(const kempe_comparison *c, kmp_record *record)
     int n = c->system->n, m = c->system->m;
     kempe_assembly *start = NULL;
     double *zero = KMP_NEW(double, n + m);
-    kempe_status status = zero ? kempe_assemble(c->system, &start) : kmp_fail_memory(c->system->context);
+    kempe_status status = zero ? kempe_assembly_new(c->system, &start) : kmp_fail_memory(c->system->context);
     kmp_samples_init(&record->row, n, m);
     if (start && kmp_samples_add(&record->row, 0, start->q, start->qd, zero, zero, 0))
         status = kmp_fail_memory(c->system->context);

@@ -36,13 +36,13 @@ static void test_batch(void)
         CHECK_TEXT(kempe_batch_reason(batch, i), "");
         CHECK_TEXT(a.alone, "");
         CHECK_TEXT(b.alone, "asked for");
-        CHECK(kempe_batch_t(batch, i) == 1 && a.steps > 5 && a.rhs > 60 && a.h < 1e-12 && a.drift < 1e-6);
+        CHECK(kempe_batch_time(batch, i) == 1 && a.steps > 5 && a.rhs > 60 && a.h < 1e-12 && a.drift < 1e-6);
         for (int k = 0; k < N; k++) {
             CHECK_NEAR(kempe_batch_q(batch, i)[k], kempe_batch_q(alone, i)[k], 1e-9);
             CHECK_NEAR(kempe_batch_qd(batch, i)[k], kempe_batch_qd(alone, i)[k], 1e-9);
         }
     }
-    CHECK(!kempe_batch_q(batch, COUNT) && isnan(kempe_batch_t(batch, -1)));
+    CHECK(!kempe_batch_q(batch, COUNT) && isnan(kempe_batch_time(batch, -1)));
     kempe_batch_free(batch);
     kempe_batch_free(alone);
     kempe_ensemble_free(ensemble);

@@ -275,7 +275,7 @@ static void open_loop(void)
     CHECK(kempe_model_add_closure(model, &loop) == KEMPE_OK);
     CHECK(kempe_model_finish(model) == KEMPE_OK);
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
-    CHECK(kempe_assemble(system, &assembly) == KEMPE_E_FAILED);
+    CHECK(kempe_assembly_new(system, &assembly) == KEMPE_E_FAILED);
     CHECK(strncmp(kempe_context_message(context), "four_bar: loop 'far' cannot be closed", 37) == 0);
     kempe_assembly_free(assembly);
     kempe_system_free(system);

@@ -192,9 +192,9 @@ static void refused(void)
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     kempe_system_set_force(system, refuse, NULL);
     CHECK(kempe_workspace_new(system, &ws) == KEMPE_OK);
-    CHECK(kempe_eval(ws, 0, q, NULL) == KEMPE_E_FAILED);
+    CHECK(kempe_workspace_evaluate(ws, 0, q, NULL) == KEMPE_E_FAILED);
     kempe_system_set_force(system, NULL, NULL);
-    CHECK(kempe_eval(ws, 0, q, NULL) == KEMPE_OK);
+    CHECK(kempe_workspace_evaluate(ws, 0, q, NULL) == KEMPE_OK);
     kempe_workspace_free(ws);
     kempe_system_free(system);
     kempe_model_free(model);

@@ -38,7 +38,7 @@ static kempe_status compare(const scene *s)
 {
     kempe_compare_options run = {.t_end = 0.05, .formulations = "reduced", .rtols = "1e-6,1e-8"};
     kempe_comparison *c = NULL;
-    kempe_status status = kempe_compare(s->system, &run, &c);
+    kempe_status status = kempe_comparison_new(s->system, &run, &c);
     kempe_comparison_free(c);
     return status;
 }

@@ -49,7 +49,7 @@ static void begin(void)
     CHECK(model && kempe_system_new(model, &system_) == KEMPE_OK);
     CHECK(system_ && kempe_contact_table_new(system_, &ask, &table) == KEMPE_OK);
     printf("%s", table ? "" : kempe_context_message(context));
-    CHECK(table && kempe_contact_table_count(table) == VALUES && kempe_contact_table_wheel_count(table) == WHEELS);
+    CHECK(table && kempe_contact_table_row_count(table) == VALUES && kempe_contact_table_wheel_count(table) == WHEELS);
 }
 
 /* The one that carries most. */

@@ -223,8 +223,8 @@ static void the_state_space_answers_likewise(void)
     loaded l = load(0, NULL);
     kempe_linearization *lin = NULL;
     int rows, n;
-    CHECK(kempe_linearize(l.system, &(kempe_linearize_options){.inputs = "drive(road)", .outputs = outputs}, &lin) ==
-          KEMPE_OK);
+    CHECK(kempe_linearization_new(l.system, &(kempe_linearize_options){.inputs = "drive(road)", .outputs = outputs},
+                                  &lin) == KEMPE_OK);
     const double *A = kempe_linearization_matrix(lin, KEMPE_MATRIX_A, &n, &n);
     const double *B = kempe_linearization_matrix(lin, KEMPE_MATRIX_B, &rows, &n);
     const double *C = kempe_linearization_matrix(lin, KEMPE_MATRIX_C, &rows, &n);

@@ -58,7 +58,7 @@ static void same_as_simulate(const char *formulation)
     for (int k = 0; k <= ROWS && stepper; k++) {
         double t = kempe_trajectory_time(trajectory, k);
         CHECK(kempe_stepper_advance(stepper, t) == KEMPE_OK);
-        CHECK(kempe_stepper_t(stepper) == t);
+        CHECK(kempe_stepper_time(stepper) == t);
         check_row(stepper, trajectory, k);
     }
     CHECK(kempe_stepper_work(stepper).steps > 10 && kempe_stepper_work(stepper).rhs > 100);
@@ -92,13 +92,13 @@ static void single_steps(void)
     int steps = 0;
     CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK);
     CHECK(kempe_stepper_new(s.system, &run, &b) == KEMPE_OK);
-    while (kempe_stepper_t(a) < run.t_end && steps < 10000) {
-        double t = kempe_stepper_t(a);
+    while (kempe_stepper_time(a) < run.t_end && steps < 10000) {
+        double t = kempe_stepper_time(a);
         CHECK(kempe_stepper_step(a) == KEMPE_OK);
-        CHECK(kempe_stepper_t(a) > t);
-        CHECK(kempe_stepper_advance(b, t + 0.3 * (kempe_stepper_t(a) - t)) == KEMPE_OK);
+        CHECK(kempe_stepper_time(a) > t);
+        CHECK(kempe_stepper_advance(b, t + 0.3 * (kempe_stepper_time(a) - t)) == KEMPE_OK);
         CHECK(kempe_stepper_step(b) == KEMPE_OK);
-        CHECK(kempe_stepper_t(a) == kempe_stepper_t(b));
+        CHECK(kempe_stepper_time(a) == kempe_stepper_time(b));
         CHECK(memcmp(kempe_stepper_q(a), kempe_stepper_q(b), N * sizeof(double)) == 0);
         steps++;
     }
@@ -107,7 +107,7 @@ static void single_steps(void)
     CHECK(kempe_stepper_advance(a, 0.5) == KEMPE_E_ARGUMENT);
     CHECK(kempe_stepper_advance(a, 2) == KEMPE_E_ARGUMENT);
     CHECK(kempe_stepper_advance(a, NAN) == KEMPE_E_ARGUMENT);
-    CHECK(kempe_stepper_t(a) == run.t_end);
+    CHECK(kempe_stepper_time(a) == run.t_end);
     kempe_stepper_free(a);
     kempe_stepper_free(b);
     scene_free(&s);
@@ -132,7 +132,7 @@ static void interrupted(void)
     kempe_context_interrupt(s.context);
     CHECK(kempe_stepper_step(stepper) == KEMPE_STOPPED);
     CHECK_TEXT(kempe_stepper_reason(stepper), "interrupted");
-    CHECK(kempe_stepper_t(stepper) > 0);
+    CHECK(kempe_stepper_time(stepper) > 0);
     kempe_stepper_free(stepper);
     scene_free(&s);
 }
@@ -287,11 +287,11 @@ static void an_input_acts_in_the_next_step(void)
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     kempe_system_set_force(system, push, &torque);
     CHECK(kempe_stepper_new(system, &run, &stepper) == KEMPE_OK);
-    for (int k = 0; stepper && kempe_stepper_t(stepper) < run.t_end && k < 1000; k++) {
-        double t = kempe_stepper_t(stepper);
+    for (int k = 0; stepper && kempe_stepper_time(stepper) < run.t_end && k < 1000; k++) {
+        double t = kempe_stepper_time(stepper);
         torque = k % 3;
         CHECK(kempe_stepper_step(stepper) == KEMPE_OK);
-        impulse += torque * (kempe_stepper_t(stepper) - t);
+        impulse += torque * (kempe_stepper_time(stepper) - t);
         CHECK_NEAR(kempe_stepper_qd(stepper)[0], impulse, 1e-12);
     }
     kempe_stepper_free(stepper);

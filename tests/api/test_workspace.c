@@ -23,7 +23,7 @@ static scene scene_new(void)
     CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
     CHECK(kempe_model_coordinate_count(s.model) == N && kempe_system_row_count(s.system) == M);
     CHECK(kempe_workspace_new(s.system, &s.ws) == KEMPE_OK);
-    CHECK(kempe_assemble(s.system, &assembly) == KEMPE_OK);
+    CHECK(kempe_assembly_new(s.system, &assembly) == KEMPE_OK);
     memcpy(s.q, kempe_assembly_q(assembly), sizeof s.q);
     memcpy(s.qd, kempe_assembly_qd(assembly), sizeof s.qd);
     kempe_assembly_free(assembly);
@@ -43,7 +43,7 @@ static void closure_by_hand(void)
 {
     scene s = scene_new();
     double q[N] = {0.3, 0.5, -0.7}, crank = 0.3, coupler = 0.8, rocker = 0.7;
-    CHECK(kempe_eval(s.ws, 0, q, NULL) == KEMPE_OK);
+    CHECK(kempe_workspace_evaluate(s.ws, 0, q, NULL) == KEMPE_OK);
     const double *h = kempe_workspace_h(s.ws), *J = kempe_workspace_jacobian(s.ws);
     double x = 0.9 + rocker * cos(q[2]) - crank * cos(q[0]) - coupler * cos(q[0] + q[1]);
     double y = rocker * sin(q[2]) - crank * sin(q[0]) - coupler * sin(q[0] + q[1]);
@@ -63,10 +63,10 @@ static void derivatives(void)
         double at[N];
         for (int i = 0; i < N; i++)
             at[i] = q[i] + (k - 1) * step * qd[i];
-        CHECK(kempe_eval(s.ws, 0, at, qd) == KEMPE_OK);
+        CHECK(kempe_workspace_evaluate(s.ws, 0, at, qd) == KEMPE_OK);
         memcpy(h[k], kempe_workspace_h(s.ws), sizeof h[k]);
     }
-    CHECK(kempe_eval(s.ws, 0, q, qd) == KEMPE_OK);
+    CHECK(kempe_workspace_evaluate(s.ws, 0, q, qd) == KEMPE_OK);
     const double *J = kempe_workspace_jacobian(s.ws), *jdqd = kempe_workspace_jdqd(s.ws);
     for (int r = 0; r < M; r++) {
         double rate = 0;
@@ -83,8 +83,8 @@ static void dynamics(void)
 {
     scene s = scene_new();
     double qdd[N], lambda[M], Q[N], back[N];
-    CHECK(kempe_forward_dynamics(s.ws, 0, s.q, s.qd, NULL, qdd, lambda) == KEMPE_OK);
-    CHECK(kempe_inverse_dynamics(s.ws, 0, s.q, s.qd, qdd, Q) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_dynamics(s.ws, 0, s.q, s.qd, NULL, qdd, lambda) == KEMPE_OK);
+    CHECK(kempe_workspace_inverse_dynamics(s.ws, 0, s.q, s.qd, qdd, Q) == KEMPE_OK);
     const double *J = kempe_workspace_jacobian(s.ws), *mass = kempe_workspace_mass(s.ws);
     const double *jdqd = kempe_workspace_jdqd(s.ws);
     double kinetic = 0;
@@ -100,7 +100,7 @@ static void dynamics(void)
     CHECK_NEAR(kempe_workspace_kinetic(s.ws), kinetic, 1e-14);
 
     /* efforts J' lambda on top leave the accelerations as they are */
-    CHECK(kempe_forward_dynamics(s.ws, 0, s.q, s.qd, Q, back, lambda) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_dynamics(s.ws, 0, s.q, s.qd, Q, back, lambda) == KEMPE_OK);
     for (int i = 0; i < N; i++)
         CHECK_NEAR(back[i], qdd[i], 1e-10);
     CHECK_NEAR(lambda[0], 0, 1e-9);
@@ -121,14 +121,14 @@ static void energy(void)
     scene s = scene_new();
     double qdd[N], e[2];
     const double step = 1e-5;
-    CHECK(kempe_forward_dynamics(s.ws, 0, s.q, s.qd, NULL, qdd, NULL) == KEMPE_OK);
+    CHECK(kempe_workspace_forward_dynamics(s.ws, 0, s.q, s.qd, NULL, qdd, NULL) == KEMPE_OK);
     for (int k = 0; k < 2; k++) {
         double dt = k == 0 ? -step : step, q[N], qd[N];
         for (int i = 0; i < N; i++) {
             q[i] = s.q[i] + dt * s.qd[i] + 0.5 * dt * dt * qdd[i];
             qd[i] = s.qd[i] + dt * qdd[i];
         }
-        CHECK(kempe_eval(s.ws, 0, q, qd) == KEMPE_OK);
+        CHECK(kempe_workspace_evaluate(s.ws, 0, q, qd) == KEMPE_OK);
         e[k] = kempe_workspace_kinetic(s.ws) + kempe_workspace_potential(s.ws);
     }
     double torque = 0.2 - 0.01 * s.qd[0];
@@ -142,12 +142,12 @@ static void closing(void)
     double q[N] = {s.q[0] + 0.2, s.q[1], s.q[2]}, qd[N] = {7, 0, 0}, kept[N];
     const int hold[N] = {1, 0, 0}, hold_all[N] = {1, 1, 1};
     memcpy(kept, q, sizeof q);
-    CHECK(kempe_close(s.ws, 0, q, qd, hold_all) == KEMPE_E_FAILED);
+    CHECK(kempe_workspace_close(s.ws, 0, q, qd, hold_all) == KEMPE_E_FAILED);
     CHECK(strlen(kempe_workspace_message(s.ws)) > 0);
     CHECK(memcmp(kept, q, sizeof q) == 0 && qd[0] == 7 && qd[1] == 0);
-    CHECK(kempe_close(s.ws, 0, q, qd, hold) == KEMPE_OK);
+    CHECK(kempe_workspace_close(s.ws, 0, q, qd, hold) == KEMPE_OK);
     CHECK(q[0] == kept[0] && qd[0] == 7);
-    CHECK(kempe_eval(s.ws, 0, q, qd) == KEMPE_OK);
+    CHECK(kempe_workspace_evaluate(s.ws, 0, q, qd) == KEMPE_OK);
     const double *h = kempe_workspace_h(s.ws), *J = kempe_workspace_jacobian(s.ws);
     for (int r = 0; r < M; r++) {
         CHECK_NEAR(h[r], 0, 1e-13);
@@ -156,7 +156,7 @@ static void closing(void)
     /* without a hold everything moves a little */
     q[0] += 0.1;
     double before = q[0];
-    CHECK(kempe_close(s.ws, 0, q, NULL, NULL) == KEMPE_OK && q[0] != before && fabs(q[0] - before) < 0.1);
+    CHECK(kempe_workspace_close(s.ws, 0, q, NULL, NULL) == KEMPE_OK && q[0] != before && fabs(q[0] - before) < 0.1);
     scene_free(&s);
 }
 
@@ -181,8 +181,8 @@ static void *work(void *user)
             q[i] = j->s->q[i] + 1e-4 * k;
             qd[i] = j->s->qd[i] - 1e-3 * k;
         }
-        j->failures += kempe_close(j->ws, 0, q, qd, NULL) != KEMPE_OK;
-        j->failures += kempe_forward_dynamics(j->ws, 0, q, qd, NULL, qdd, lambda) != KEMPE_OK;
+        j->failures += kempe_workspace_close(j->ws, 0, q, qd, NULL) != KEMPE_OK;
+        j->failures += kempe_workspace_forward_dynamics(j->ws, 0, q, qd, NULL, qdd, lambda) != KEMPE_OK;
         for (int i = 0; i < N; i++) {
             j->sum[i] += qdd[i];
             j->sum[N + i] += q[i];

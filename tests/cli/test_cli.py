@@ -11,6 +11,8 @@ import math
 import os
 import pathlib
 import re
+import resource
+import shlex
 import signal
 import struct
 import subprocess
@@ -27,12 +29,7 @@ FOUR_BAR = ROOT / "examples/four_bar/four_bar.yaml"
 SIX_BAR = ROOT / "examples/stephenson/stephenson.yaml"
 SLIDER_CRANK = ROOT / "examples/slider_crank/slider_crank.yaml"
 REFERENCE = ROOT / "examples/andrews/reference.csv"
-COMMANDS = "check assemble simulate compare generate show ensemble inverse".split()
-COMMANDS = "check assemble simulate compare generate show ensemble equilibrium".split()
-COMMANDS = "check assemble simulate compare generate show ensemble linearize response".split()
-COMMANDS = "check assemble simulate compare generate show ensemble sensitivity".split()
-COMMANDS = "check assemble simulate compare generate show ensemble kinematics".split()
-COMMANDS = "check assemble simulate compare generate show ensemble equilibrium modes".split()
+COMMANDS = re.findall(r"^CLI_COMMAND\((\w+)\)", (ROOT / "src/cli/commands.def").read_text(), re.M)
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
 
@@ -179,7 +176,7 @@ class Settings(Case):
     def test_values(self):
         self.assertEqual(self.parameters("--set", "l=600 mm", "--set=r=l/2")["r"], 0.3)
         self.assertEqual(self.parameters()["l"], 0.5)
-        for command in [*COMMANDS[:4], "generate --count", "show --stats", "ensemble --sample r=1:2",
+        for command in ["check", "assemble", "simulate", "compare", "generate --count", "show --stats", "ensemble --sample r=1:2",
                         "sensitivity"]:
             self.assertIn("no parameter 'll'", self.expect(2, *command.split(), SLIDER_CRANK, "--set", "ll=2").stderr)
 
@@ -838,7 +835,7 @@ class Usage(Case):
         for name in COMMANDS:
             text = self.expect(0, name, "--help").stdout
             self.assertIn("--json", text)
-            self.assertIn(f"  kempe {name} examples/", text)
+            self.assertIn(f"  kempe {name} {'four_bar' if name == 'new' else 'examples/'}", text)
 
     def test_version(self):
         self.assertRegex(self.expect(0, "--version").stdout, r"^kempe \d+\.\d+\.\d+\n$")
@@ -874,6 +871,43 @@ class Usage(Case):
         self.expect(3, "compare", ANDREWS, "--formulations", "reduced,rode")
         self.assertIn("M_C", self.expect(3, "generate", ANDREWS, "--count", "--sets", "M_C,K").stderr)
         self.expect(3, "generate", ANDREWS, "--count", "--scheme", "fast")
+
+
+class New(Case):
+    def test_first_model(self):
+        self.assertIn("kempe simulate four_bar.yaml", self.expect(0, "new", "four_bar").stdout)
+        self.assertEqual(self.object(0, "check", "four_bar.yaml")["dof"], 1)
+        self.assertEqual(self.object(0, "check", "four_bar.yaml")["model"], "four_bar")
+        self.assertIn("\nok\n", self.expect(0, "simulate", "four_bar.yaml").stdout)
+
+    def test_ending(self):
+        self.assertEqual(self.object(0, "new", 'a "b".yaml'), {"status": "ok", "file": 'a "b".yaml'})
+        self.assertEqual([path.name for path in self.folder.iterdir()], ['a "b".yaml'])
+
+    def test_a_file_that_exists_is_kept(self):
+        path = self.folder / "mine.yaml"
+        path.write_text("mine")
+        for name in ("mine", "mine.yaml"):
+            self.assertIn("'mine.yaml' exists already", self.expect(1, "new", name).stderr)
+        self.assertIn("exists already", self.object(1, "new", "mine")["reason"])
+        self.assertEqual(path.read_text(), "mine")
+        path.unlink()
+        path.symlink_to("elsewhere.yaml")
+        self.expect(1, "new", "mine")
+        self.assertFalse((self.folder / "elsewhere.yaml").exists())
+
+    def test_whole_or_not_at_all(self):
+        self.assertIn("cannot write 'no/mine.yaml'", self.expect(1, "new", "no/mine").stderr)
+        small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+        done = subprocess.run([KEMPE, "new", "mine"], cwd=self.folder, capture_output=True, text=True, timeout=100,
+                              preexec_fn=small, restore_signals=False)
+        self.assertEqual((done.returncode, list(self.folder.iterdir())), (1, []))
+        self.assertIn("cannot write 'mine.yaml'", done.stderr)
+
+    def test_names(self):
+        for words in ([], [""], ["."], [".."], ["folder/"], [".yaml"], ["a", "b"], ["a", "--set", "x=1"]):
+            self.expect(3, "new", *words)
+        self.assertEqual(list(self.folder.iterdir()), [])
 
 
 class Input(Case):
@@ -970,16 +1004,35 @@ class Check(Case):
 
 
 class Documents(Case):
-    def test_outputs_of_the_doctor_are_real(self):
-        """What docs/doctor.md shows is what the commands say, but for digits that are rounding."""
-        rounding = re.compile(r"[0-9.]+e-1[0-9]")
-        text = (ROOT / "docs/doctor.md").read_text()
-        shown = re.findall(r"(?m)^    \$ kempe (.*)\n((?:    .*\n|\n(?=    ))*)", text)
+    def test_outputs_of_the_page_are_real(self):
+        """What docs/diagnosis.md shows is what the commands say, but for digits that are rounding."""
+        shown = self.shown("docs/diagnosis.md")
         self.assertGreaterEqual(len(shown), 4)
         for words, output in shown:
-            said = kempe(*words.split(), cwd=ROOT).stdout
-            output = re.sub("(?m)^    ", "", output)
-            self.assertEqual(rounding.sub("0", said).rstrip(), rounding.sub("0", output).rstrip(), words)
+            self.assertEqual(self.exact(kempe(*shlex.split(words), cwd=ROOT).stdout), output, words)
+
+    def test_outputs_of_the_first_pages_are_real(self):
+        """Lines that README.md and the tutorial show of an output are lines of it, in their order; `...` stands for others."""
+        self.expect(0, "new", "four_bar")
+        for page, least in (("README.md", 2), ("docs/tutorial.md", 3)):
+            shown = self.shown(page)
+            self.assertGreaterEqual(len(shown), least)
+            for words, output in shown:
+                said = self.exact(kempe(*shlex.split(words), cwd=self.folder).stdout).split("\n")
+                lines = [line for line in output.split("\n") if line not in ("...", "")]
+                self.assertGreaterEqual(len(lines), 1)
+                self.assertEqual([line for line in said if line in lines], lines, words)
+
+    def shown(self, page):
+        """(words, output) of what is shown after `$ kempe`."""
+        found, of = [], r"(?m)^    \$ kempe (.*)\n((?:    (?!\$ ).*\n|\n(?=    (?!\$ )))*)"
+        for words, output in re.findall(of, (ROOT / page).read_text()):
+            found.append((words, self.exact(re.sub("(?m)^    ", "", output))))
+        return found
+
+    def exact(self, text):
+        """Without digits that are rounding."""
+        return re.sub(r"[0-9.]+e-1[0-9]", "0", text).rstrip()
 
 
 class Assemble(Case):

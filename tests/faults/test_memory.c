@@ -138,7 +138,7 @@ static kempe_status seek_goals(scene *s)
     if (status == KEMPE_OK)
         status = kempe_system_new(model, &system);
     if (status == KEMPE_OK)
-        status = kempe_assemble(system, &assembly);
+        status = kempe_assembly_new(system, &assembly);
     untouched(status, assembly);
     if (status == KEMPE_OK)
         status = kempe_assembly_print(assembly, KEMPE_JSON, &report);
@@ -251,7 +251,7 @@ static kempe_status assemble(scene *s)
 {
     kempe_assembly *assembly = NULL;
     char *text = NULL;
-    kempe_status status = kempe_assemble(s->system, &assembly);
+    kempe_status status = kempe_assembly_new(s->system, &assembly);
     untouched(status, assembly);
     if (status == KEMPE_OK) {
         CHECK_NEAR(kempe_assembly_qd(assembly)[0], 20, 1e-12); /* as given: never changed for want of memory */
@@ -506,7 +506,7 @@ static kempe_status linearize(scene *s)
     char *text = NULL;
     kempe_status status = read_pendulum(s, &model, &system);
     if (status == KEMPE_OK) {
-        status = kempe_linearize(system, &ask, &l);
+        status = kempe_linearization_new(system, &ask, &l);
         untouched(status, l);
     }
     if (status == KEMPE_OK)
@@ -564,7 +564,7 @@ static kempe_status write_csv(scene *s)
 
 static kempe_compare_options small_comparison(void)
 {
-    kempe_compare_options run = kempe_compare_run_default();
+    kempe_compare_options run = kempe_compare_options_default();
     run.rtols = "1e-4";
     run.formulations = "reduced,dae";
     run.forms = "integrated,stabilized1";
@@ -577,7 +577,7 @@ static kempe_status compare(scene *s)
 {
     kempe_comparison *comparison = NULL;
     kempe_compare_options run = small_comparison();
-    kempe_status status = kempe_compare(s->system, &run, &comparison);
+    kempe_status status = kempe_comparison_new(s->system, &run, &comparison);
     untouched(status, comparison);
     kempe_comparison_free(comparison);
     return status;
@@ -788,7 +788,7 @@ static void every_allocation_fails(void)
     CHECK(kempe_model_read(s.context, path, &s.model) == KEMPE_OK);
     CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
     CHECK(kempe_simulate(s.system, &run, &s.trajectory) == KEMPE_OK);
-    CHECK(kempe_compare(s.system, &comparison, &s.comparison) == KEMPE_OK);
+    CHECK(kempe_comparison_new(s.system, &comparison, &s.comparison) == KEMPE_OK);
     CHECK(make_libraries(s.context));
     for (size_t k = 0; k < sizeof stages / sizeof *stages; k++)
         exhaust(&s, stages[k].name, stages[k].stage, 13);

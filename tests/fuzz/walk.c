@@ -150,7 +150,7 @@ static void check(const kempe_context *context, const kempe_system *system, kemp
 static void assemble(const kempe_context *context, const kempe_system *system, kempe_format format)
 {
     kempe_assembly *result = NULL;
-    fuzz_check_status(context, kempe_assemble(system, &result));
+    fuzz_check_status(context, kempe_assembly_new(system, &result));
     if (result)
         print(context, print_assembly, result, format);
     kempe_assembly_free(result);

@@ -21,7 +21,7 @@ CLOSED = 3e-8
 # some h: curvatures and rates of all models are around 1.
 OPEN = 30
 # Ends of runs, in rtol of the run: motions that do not amplify errors keep them within 10 to 1000 times the tolerance
-# (docs/theory.md, Judgement). The oracle's own error is below 1e-8.
+# (docs/theory.md, section 8). The oracle's own error is below 1e-8.
 TRAJECTORY, OWN_ERROR = 1e3, 1e-8
 
 

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: BSD-3-Clause
-# Builds and runs consumer.c and consumer.cpp against Kempe in one of the ways that the README names.
+# Builds and runs consumer.c and consumer.cpp against Kempe in one of the ways that docs/library.md names.
 #
 #     SOURCE=. BUILD=build tests/packaging/consume.sh find_package | pkg_config | add_subdirectory | shared | private
 #

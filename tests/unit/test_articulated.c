@@ -284,7 +284,7 @@ static void compare_workspaces(const scene *s)
     kempe_assembly *a = NULL;
     int n = s->by[0]->n, m = s->by[0]->m;
     double q[LARGEST], qd[LARGEST], Q[LARGEST], qdd[2][LARGEST], lambda[2][LARGEST];
-    CHECK(kempe_assemble(s->by[0], &a) == KEMPE_OK);
+    CHECK(kempe_assembly_new(s->by[0], &a) == KEMPE_OK);
     for (int k = 0; k < 2; k++)
         CHECK(kempe_workspace_new(s->by[k], &ws[k]) == KEMPE_OK);
     for (int state = 0; state < STATES; state++) {
@@ -293,10 +293,11 @@ static void compare_workspaces(const scene *s)
             qd[i] = cos(state - i) * s->by[0]->scale[i];
             Q[i] = sin(3 * i);
         }
-        CHECK(kempe_close(ws[0], 0, q, qd, NULL) == KEMPE_OK);
+        CHECK(kempe_workspace_close(ws[0], 0, q, qd, NULL) == KEMPE_OK);
         for (int k = 0; k < 2; k++) {
             unsigned long before = kmp_memory_count();
-            CHECK(kempe_forward_dynamics(ws[k], 0, q, qd, state % 2 ? Q : NULL, qdd[k], lambda[k]) == KEMPE_OK);
+            CHECK(kempe_workspace_forward_dynamics(ws[k], 0, q, qd, state % 2 ? Q : NULL, qdd[k], lambda[k]) ==
+                  KEMPE_OK);
             CHECK(kmp_memory_count() == before);
         }
         for (int i = 0; i < n; i++)
@@ -342,7 +343,7 @@ static double time_of_forward(const kempe_system *system)
     for (int k = 0; k < 40; k++) {
         clock_t from = clock();
         for (int call = 0; call < 4; call++)
-            CHECK(kempe_forward_dynamics(ws, 0, q, qd, NULL, qdd, NULL) == KEMPE_OK);
+            CHECK(kempe_workspace_forward_dynamics(ws, 0, q, qd, NULL, qdd, NULL) == KEMPE_OK);
         least = fmin(least, (double)(clock() - from) / 4 / CLOCKS_PER_SEC);
     }
     kempe_workspace_free(ws);
@@ -373,7 +374,7 @@ static void time_evaluations(const kempe_system *system, double *by_workspace, d
     for (int k = 0; k < 400; k++) {
         clock_t from = clock();
         for (int call = 0; call < 10; call++)
-            CHECK(kempe_eval(ws, 0, q, qd) == KEMPE_OK);
+            CHECK(kempe_workspace_evaluate(ws, 0, q, qd) == KEMPE_OK);
         clock_t between = clock();
         for (int call = 0; call < 10; call++) {
             kmp_plant_closure(tape, 0, q);

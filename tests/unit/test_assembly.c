@@ -13,7 +13,7 @@
 static kempe_assembly *assembled(const loaded *l)
 {
     kempe_assembly *a = NULL;
-    CHECK(kempe_assemble(l->system, &a) == KEMPE_OK);
+    CHECK(kempe_assembly_new(l->system, &a) == KEMPE_OK);
     CHECK_TEXT(kempe_context_message(l->context), "");
     CHECK(a && a->closed && a->culprit_count == 0);
     CHECK(a->residual < 1e-14);
@@ -132,7 +132,7 @@ static void fails_with(const char *coupler, const char *hold, double gap)
     snprintf(text, sizeof text, short_bar, coupler, hold);
     loaded l = load_text(text);
     kempe_assembly *a = NULL;
-    CHECK(kempe_assemble(l.system, &a) == KEMPE_E_FAILED);
+    CHECK(kempe_assembly_new(l.system, &a) == KEMPE_E_FAILED);
     CHECK(a && !a->closed && a->culprit_count == 1 && a->culprits[0] == 0);
     CHECK(a && fabs(a->gap - gap) < 1e-3 * gap && a->gap == a->gaps[0]);
     const char *message = kempe_context_message(l.context);
@@ -175,7 +175,7 @@ static void held_coordinates_that_cannot_be_kept(void)
     snprintf(text, sizeof text, short_bar, "1.2", ", hold: [A, B, D]");
     loaded l = load_text(text);
     kempe_assembly *a = NULL;
-    CHECK(kempe_assemble(l.system, &a) == KEMPE_E_FAILED);
+    CHECK(kempe_assembly_new(l.system, &a) == KEMPE_E_FAILED);
     for (int k = 0; a && k < 3; k++)
         CHECK(a->moved[k] == 0);
     CHECK(strstr(kempe_context_message(l.context), "while holding A, B, D"));
@@ -183,7 +183,7 @@ static void held_coordinates_that_cannot_be_kept(void)
     unload(&l);
     snprintf(text, sizeof text, short_bar, "1.2", ", hold: [A, D]"); /* two held, one degree of freedom */
     l = load_text(text);
-    CHECK(kempe_assemble(l.system, &a) == KEMPE_E_FAILED);
+    CHECK(kempe_assembly_new(l.system, &a) == KEMPE_E_FAILED);
     CHECK(strstr(kempe_context_message(l.context), "while holding A, D"));
     CHECK(a && a->moved[0] == 0 && a->moved[2] == 0);
     kempe_assembly_free(a);

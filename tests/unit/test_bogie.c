@@ -72,7 +72,7 @@ static void positions_of_the_table(void)
             expected[at[k]] = strtod(rest, &rest);
         for (int i = 0; i < N; i++)
             q[i] = hold[i] ? expected[i] : 0;
-        CHECK(kempe_close(ws, 0, q, NULL, hold) == KEMPE_OK);
+        CHECK(kempe_workspace_close(ws, 0, q, NULL, hold) == KEMPE_OK);
         for (int i = 0; i < N; i++)
             worst = check_max(worst, fabs(q[i] - expected[i]));
         rows++;

@@ -291,7 +291,7 @@ static void a_car_stands_on_its_tyres(void)
     kmp_linear l;
     static kmp_search search = {.newton = true};
     double q[MODEL_MAX_N], weight = 0;
-    CHECK(kempe_assemble(m.system, &a) == KEMPE_OK && kmp_linear_init(&l, m.system, "tape") == KEMPE_OK);
+    CHECK(kempe_assembly_new(m.system, &a) == KEMPE_OK && kmp_linear_init(&l, m.system, "tape") == KEMPE_OK);
     memcpy(q, a->q, (size_t)l.n * sizeof *q);
     CHECK(kmp_linear_choose(&l, 0, q, NULL, 0) == KEMPE_OK && l.n == 63);
     CHECK(kmp_equilibrium_find(&l, 0, q, &search) == KEMPE_OK);

@@ -165,7 +165,7 @@ static void steps_tell_stiffness(void)
 static kempe_comparison *compare(const loaded *l, kempe_compare_options run)
 {
     kempe_comparison *c = NULL;
-    kempe_status status = kempe_compare(l->system, &run, &c);
+    kempe_status status = kempe_comparison_new(l->system, &run, &c);
     CHECK(c != NULL);
     if (!c)
         printf("%d: %s\n", status, kempe_context_message(l->context));
@@ -339,7 +339,7 @@ static void time_is_bounded(void)
     kempe_comparison_free(c);
     c = NULL;
     kempe_compare_options wrong = {.budget_s = -1};
-    CHECK(kempe_compare(l.system, &wrong, &c) == KEMPE_E_ARGUMENT && !c);
+    CHECK(kempe_comparison_new(l.system, &wrong, &c) == KEMPE_E_ARGUMENT && !c);
     CHECK(strstr(kempe_context_message(l.context), "budget_s = -1"));
     unload(&l);
 }

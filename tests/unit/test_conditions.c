@@ -221,7 +221,7 @@ static void a_stepper_stands_there(void)
     CHECK(kempe_stepper_new(s.system, &options, &stepper) == KEMPE_OK);
     CHECK(kempe_stepper_advance(stepper, 0.3) == KEMPE_OK);
     CHECK(kempe_stepper_advance(stepper, 0.8) == KEMPE_STOPPED);
-    CHECK_NEAR(kempe_stepper_t(stepper), sqrt(2 * 0.5 / 9.81), 1e-8);
+    CHECK_NEAR(kempe_stepper_time(stepper), sqrt(2 * 0.5 / 9.81), 1e-8);
     CHECK_NEAR(kempe_stepper_q(stepper)[0], 0, 1e-9);
     CHECK(strstr(kempe_stepper_reason(stepper), "q(S) < 0 at t = ") != NULL);
     CHECK(kempe_stepper_step(stepper) == KEMPE_STOPPED);

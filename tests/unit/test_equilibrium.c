@@ -116,9 +116,9 @@ static void what_is_slowed_falls_steadily(void)
         loaded m = load_text(text);
         kempe_equilibrium *e = NULL;
         CHECK(kempe_equilibrium_new(m.system, NULL, &e) == KEMPE_OK);
-        CHECK(kempe_equilibrium_freed_count(e) == 1);
-        CHECK_TEXT(kempe_equilibrium_freed_name(e, 0), "qd(S)");
-        CHECK_NEAR(kempe_equilibrium_freed(e, 0, 0), -low, 1e-12);
+        CHECK(kempe_equilibrium_solved_count(e) == 1);
+        CHECK_TEXT(kempe_equilibrium_solved_name(e, 0), "qd(S)");
+        CHECK_NEAR(kempe_equilibrium_solved(e, 0, 0), -low, 1e-12);
         CHECK_NEAR(kempe_equilibrium_qd(e, 0)[0], -low, 1e-12);
         CHECK(kempe_equilibrium_q(e, 0)[0] == 0 && kempe_equilibrium_residual(e, 0) < 1e-14);
         kempe_equilibrium_free(e);
@@ -308,9 +308,9 @@ static void a_speed_is_found_for_a_height(void)
         kempe_equilibrium_options ask = {.rates = "shaft=5", .hold = fix, .solve_for = "qd(shaft)"};
         CHECK(kempe_equilibrium_new(m.system, &ask, &e) == KEMPE_OK);
         if (e) {
-            CHECK(kempe_equilibrium_freed_count(e) == 1);
-            CHECK_TEXT(kempe_equilibrium_freed_name(e, 0), "qd(shaft)");
-            CHECK_NEAR(fabs(kempe_equilibrium_freed(e, 0, 0)), speed, 1e-9);
+            CHECK(kempe_equilibrium_solved_count(e) == 1);
+            CHECK_TEXT(kempe_equilibrium_solved_name(e, 0), "qd(shaft)");
+            CHECK_NEAR(fabs(kempe_equilibrium_solved(e, 0, 0)), speed, 1e-9);
             CHECK_NEAR(kempe_equilibrium_q(e, 0)[2], falls[k], 1e-11);
         }
         kempe_equilibrium_free(e);
@@ -564,7 +564,7 @@ static void a_length_of_a_loop_is_found(void)
         char value[64];
         kempe_model *changed = NULL;
         kempe_system *system = NULL;
-        (void)snprintf(value, sizeof value, "%.17g", kempe_equilibrium_freed(e, 0, 0));
+        (void)snprintf(value, sizeof value, "%.17g", kempe_equilibrium_solved(e, 0, 0));
         kempe_setting set = {"rod", value};
         CHECK(kempe_model_read_set(m.context, KEMPE_ROOT "/examples/double_four_bar/double_four_bar.yaml", &set, 1,
                                    &changed) == KEMPE_OK);
@@ -573,7 +573,7 @@ static void a_length_of_a_loop_is_found(void)
         for (int k = 0; k < 5; k++)
             CHECK_NEAR(kempe_equilibrium_q(again, 0)[k], kempe_equilibrium_q(e, 0)[k], 1e-10);
         CHECK_NEAR(0.05 + 0.5 * sin(kempe_equilibrium_q(again, 0)[4]), 0.30, 1e-11);
-        CHECK(fabs(kempe_equilibrium_freed(e, 0, 0) - 0.7) > 1e-3);
+        CHECK(fabs(kempe_equilibrium_solved(e, 0, 0) - 0.7) > 1e-3);
         kempe_equilibrium_free(again);
         kempe_system_free(system);
         kempe_model_free(changed);
@@ -592,7 +592,7 @@ static void a_motor_is_found_for_a_rate(void)
     kempe_equilibrium_options ask = {.rates = "A=2", .solve_for = "motor"};
     CHECK(kempe_equilibrium_new(m.system, &ask, &e) == KEMPE_OK);
     if (e) {
-        CHECK_NEAR(kempe_equilibrium_freed(e, 0, 0), 3 * 2 / sqrt(4.25), 1e-13);
+        CHECK_NEAR(kempe_equilibrium_solved(e, 0, 0), 3 * 2 / sqrt(4.25), 1e-13);
         CHECK(kempe_equilibrium_stable(e, 0) == 1);
     } else {
         printf("%s\n", kempe_context_message(m.context));
@@ -615,7 +615,7 @@ static void a_sensor_that_knows_the_parameter(void)
     if (e) {
         double q = kempe_equilibrium_q(e, 0)[0];
         CHECK_NEAR(fabs(2 * 9.81 * sin(q)), 6, 1e-12);
-        CHECK_NEAR(kempe_equilibrium_freed(e, 0, 0) * q, 6, 1e-12);
+        CHECK_NEAR(kempe_equilibrium_solved(e, 0, 0) * q, 6, 1e-12);
         CHECK(exponent(e) > 1.8);
     } else {
         printf("%s\n", kempe_context_message(m.context));

@@ -231,7 +231,7 @@ static void shared_by_hand(void)
     for (int w = 0; w < 3; w++) {
         kempe_inverse *r =
             invert(&m, &(kempe_inverse_options){.actuators = "crank,slider", .weights = words[w]}, KEMPE_OK);
-        CHECK(r && kempe_inverse_freedoms(r) == 1 && kempe_inverse_rank(r) == 1);
+        CHECK(r && kempe_inverse_dof(r) == 1 && kempe_inverse_rank(r) == 1);
         for (int row = 0; r && row < kempe_inverse_row_count(r); row++) {
             slider_crank x = closed_form(kempe_inverse_q(r, row)[0], kempe_inverse_qd(r, row)[0]);
             double a = 1 / weights[w][0], b = x.slope / (weights[w][1] * length * length);
@@ -270,7 +270,8 @@ static double energy_at(const loaded *m, const kempe_inverse *r, int row)
 {
     kempe_workspace *ws = NULL;
     CHECK(kempe_workspace_new(m->system, &ws) == KEMPE_OK);
-    CHECK(kempe_eval(ws, kempe_inverse_time(r, row), kempe_inverse_q(r, row), kempe_inverse_qd(r, row)) == KEMPE_OK);
+    CHECK(kempe_workspace_evaluate(ws, kempe_inverse_time(r, row), kempe_inverse_q(r, row), kempe_inverse_qd(r, row)) ==
+          KEMPE_OK);
     double energy = kempe_workspace_kinetic(ws) + kempe_workspace_potential(ws);
     kempe_workspace_free(ws);
     return energy;
@@ -414,7 +415,7 @@ static void known_efforts_come_back(void)
         write_robot(&m, cases[c].both, path);
         kempe_inverse *r =
             invert(&m, &(kempe_inverse_options){.motion = path, .actuators = cases[c].actuators}, KEMPE_OK);
-        CHECK(r && kempe_inverse_freedoms(r) == 2 && kempe_inverse_rank(r) == cases[c].rank);
+        CHECK(r && kempe_inverse_dof(r) == 2 && kempe_inverse_rank(r) == cases[c].rank);
         CHECK(r && kempe_inverse_row_count(r) == 101 && kempe_inverse_residual(r) < 1e-12);
         for (int row = 0; r && row < kempe_inverse_row_count(r); row++) {
             const double *tau = kempe_inverse_tau(r, row);
@@ -716,7 +717,7 @@ static void a_coarse_table_is_closed(void)
     }
     write_text(&m, coarse, text);
     kempe_inverse *again = invert(&m, &(kempe_inverse_options){.motion = coarse, .actuators = "a1,b1"}, KEMPE_OK);
-    CHECK(again && kempe_inverse_row_count(again) == 101 && kempe_inverse_freedoms(again) == 2);
+    CHECK(again && kempe_inverse_row_count(again) == 101 && kempe_inverse_dof(again) == 2);
     CHECK(again && kempe_inverse_residual(again) < 1e-13);
     for (int k = 0; again && k < m.system->n; k++)
         kept[k / 3] |= kempe_inverse_q(again, 0)[k] == rounded[k]; /* three that say the same */
@@ -767,7 +768,7 @@ static void begins_at_a_change_point(void)
     char *json = NULL;
     const double inertia = 2 * (0.01 + 0.25 * 0.25) + 2 * 0.5 * 0.5, weight = 9.81 * (2 * 0.25 + 2 * 0.5);
     CHECK(r && kempe_inverse_row_count(r) == 51 && t == 0);
-    CHECK(r && kempe_inverse_freedoms(r) == 1 && kempe_inverse_residual(r) < 1e-14);
+    CHECK(r && kempe_inverse_dof(r) == 1 && kempe_inverse_residual(r) < 1e-14);
     for (int row = 1; r && row < kempe_inverse_row_count(r); row++)
         CHECK_NEAR(kempe_inverse_tau(r, row)[0], 2 * inertia + weight * cos(kempe_inverse_q(r, row)[0]), 1e-12);
     CHECK(r && kempe_inverse_print(r, KEMPE_JSON, &json) == KEMPE_OK);
@@ -775,7 +776,7 @@ static void begins_at_a_change_point(void)
     kempe_text_free(json);
     for (int flat = 25; flat <= 50; flat += 25) { /* on the way, at its end */
         kempe_inverse *through = along_parallelogram(&m, flat == 25 ? -0.75 : -2, &t);
-        CHECK(through && kempe_inverse_q(through, flat)[0] == 0 && kempe_inverse_freedoms(through) == 1);
+        CHECK(through && kempe_inverse_q(through, flat)[0] == 0 && kempe_inverse_dof(through) == 1);
         for (int row = 0; through && row < kempe_inverse_row_count(through); row++)
             if (row != flat)
                 CHECK_NEAR(kempe_inverse_tau(through, row)[0],
@@ -800,7 +801,8 @@ static void the_start_is_held(void)
     for (int side = 0; r && side < 2; side++) {
         memcpy(q, kempe_inverse_q(r, 0), sizeof q);
         q[0] += side ? 1e-5 : -1e-5;
-        CHECK(kempe_close(ws, 0, q, NULL, hold) == KEMPE_OK && kempe_eval(ws, 0, q, NULL) == KEMPE_OK);
+        CHECK(kempe_workspace_close(ws, 0, q, NULL, hold) == KEMPE_OK &&
+              kempe_workspace_evaluate(ws, 0, q, NULL) == KEMPE_OK);
         energy[side] = kempe_workspace_potential(ws);
     }
     CHECK_NEAR(kempe_inverse_tau(r, 0)[0], (energy[1] - energy[0]) / 2e-5, 1e-8);

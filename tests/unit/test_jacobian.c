@@ -32,7 +32,7 @@ static bool bench_open(bench *b, const kempe_model *model)
 {
     double zero[MOST] = {0};
     *b = (bench){0};
-    if (kempe_system_new(model, &b->system) != KEMPE_OK || kempe_assemble(b->system, &b->assembly) != KEMPE_OK)
+    if (kempe_system_new(model, &b->system) != KEMPE_OK || kempe_assembly_new(b->system, &b->assembly) != KEMPE_OK)
         return false;
     b->plant = kmp_plant_new(b->system, "tape");
     kmp_plant_closure(b->plant, 0, b->assembly->q);

@@ -78,9 +78,9 @@ static void check_four_bar(const bars *b, const char *drive, int rows)
 {
     loaded m = load_text(four_bar_text(b, 1));
     kempe_kinematics *k = sweep(&m, drive, NULL, KEMPE_OK);
-    CHECK(k && kempe_kinematics_count(k) == rows && kempe_kinematics_dead_count(k) == 0);
+    CHECK(k && kempe_kinematics_row_count(k) == rows && kempe_kinematics_dead_count(k) == 0);
     double worst[4] = {0};
-    for (int row = 0; k && row < kempe_kinematics_count(k); row++) {
+    for (int row = 0; k && row < kempe_kinematics_row_count(k); row++) {
         const double *q = kempe_kinematics_q(k, row), *qd = kempe_kinematics_qd(k, row);
         const double *qdd = kempe_kinematics_qdd(k, row);
         double way = qd[0] > 0 ? 1 : -1;
@@ -160,7 +160,7 @@ static bool keeps_branch(const bars *b, double from, double to, int rows)
     double stop = stop_of(b, from, to);
     kempe_status status = kempe_kinematics_new(m.system, &ask, &k);
     bool good = k && status == (stop == to ? KEMPE_OK : KEMPE_STOPPED) && kempe_kinematics_change_count(k) == 0;
-    for (int row = 0; good && row < kempe_kinematics_count(k); row++) {
+    for (int row = 0; good && row < kempe_kinematics_row_count(k); row++) {
         const double *q = kempe_kinematics_q(k, row);
         good = fabs(turned(q[2], solve_four_bar(b, q[0]).phi)) < 1e-12 / fmax(regular(b, q[0]), 1e-6);
     }
@@ -227,7 +227,7 @@ static void speed_scales_rates(void)
     CHECK_NEAR(kempe_kinematics_qd(fast, 2)[0], 3, 1e-15);
     CHECK_NEAR(kempe_kinematics_qd(fast, 2)[2], 3 * solve_four_bar(&crank_rocker, 1).phi1, 1e-13);
     CHECK_NEAR(kempe_kinematics_qdd(fast, 2)[2], 9 * solve_four_bar(&crank_rocker, 1).phi2, 1e-13);
-    CHECK_NEAR(kempe_kinematics_t(fast, 2), 1.0 / 3, 1e-15);
+    CHECK_NEAR(kempe_kinematics_time(fast, 2), 1.0 / 3, 1e-15);
     CHECK_NEAR(kempe_kinematics_qd(slow, 9)[0], -1, 1e-15); /* backwards */
     kempe_kinematics_free(slow);
     kempe_kinematics_free(fast);
@@ -278,9 +278,9 @@ static void a_driven_rocker_has_two_dead_centres(void)
     CHECK(strstr(first->instead, "A") && !strstr(first->instead, "D"));
     CHECK(fabs(sin(kempe_kinematics_dead_q(k, 1)[1])) < 1e-14); /* in one line */
     double step = PI / 720;
-    CHECK(kempe_kinematics_count(k) == (int)floor(high / step) - (int)ceil(low / step) + 1);
+    CHECK(kempe_kinematics_row_count(k) == (int)floor(high / step) - (int)ceil(low / step) + 1);
     CHECK_NEAR(kempe_kinematics_q(k, 0)[2], ceil(low / step) * step, 1e-14);
-    for (int row = 0; row < kempe_kinematics_count(k); row++) {
+    for (int row = 0; row < kempe_kinematics_row_count(k); row++) {
         const double *q = kempe_kinematics_q(k, row), *qd = kempe_kinematics_qd(k, row);
         angles r = solve_four_bar(&crank_rocker, q[0]);
         CHECK(fabs(turned(r.phi, q[2])) < 1e-13 && fabs(qd[0] * r.phi1 - 1) < 1e-10);
@@ -308,26 +308,26 @@ static void a_slider_stops_at_its_dead_centres(void)
     CHECK_NEAR(kempe_kinematics_dead(k, 1)->value, 0.7, 1e-15);
     CHECK(strstr(kempe_kinematics_reason(k), "'S' goes no farther than 0.7"));
     CHECK(strstr(kempe_kinematics_reason(k), "'S' goes no lower than 0.3"));
-    for (int row = 0; row < kempe_kinematics_count(k); row++) {
+    for (int row = 0; row < kempe_kinematics_row_count(k); row++) {
         double x = kempe_kinematics_q(k, row)[2], a = kempe_kinematics_q(k, row)[0];
         double expected = acos(fmin((x * x + 0.04 - 0.25) / (0.4 * x), 1));
         CHECK(fabs(sin(expected)) < 1e-6 || fabs(a - expected) < 1e-13 / fabs(sin(expected)));
     }
     kempe_kinematics_free(k);
     k = sweep(&m, "S=0.3:0.7:41", NULL, KEMPE_OK); /* from one to the other: both are rows, without rates */
-    CHECK(k && kempe_kinematics_count(k) == 41 && kempe_kinematics_dead_count(k) == 2);
+    CHECK(k && kempe_kinematics_row_count(k) == 41 && kempe_kinematics_dead_count(k) == 2);
     CHECK(isnan(kempe_kinematics_qd(k, 0)[0]) && isnan(kempe_kinematics_qdd(k, 40)[0]));
     CHECK(isfinite(kempe_kinematics_qd(k, 1)[0]) && isfinite(kempe_kinematics_qd(k, 39)[0]));
     CHECK_NEAR(kempe_kinematics_q(k, 0)[0], PI, 1e-7);
     CHECK(fabs(kempe_kinematics_q(k, 40)[0]) < 1e-7);
     kempe_kinematics_free(k);
     kempe_kinematics *none = sweep(&m, "S=0.8:1:3", NULL, KEMPE_E_FAILED);
-    CHECK(none && kempe_kinematics_count(none) == 0 && kempe_kinematics_dead_count(none) == 1);
+    CHECK(none && kempe_kinematics_row_count(none) == 0 && kempe_kinematics_dead_count(none) == 1);
     CHECK(strstr(kempe_context_message(m.context), "'S' goes no farther than 0.7"));
     kempe_kinematics_free(none);
     k = sweep(&m, "S=0.6:0.2:5", NULL, KEMPE_STOPPED); /* downwards: to the least */
     CHECK(k && kempe_kinematics_dead_count(k) == 1 && kempe_kinematics_dead(k, 0)->largest == -1);
-    CHECK(kempe_kinematics_count(k) == 3 || kempe_kinematics_count(k) == 4);
+    CHECK(kempe_kinematics_row_count(k) == 3 || kempe_kinematics_row_count(k) == 4);
     kempe_kinematics_free(k);
     unload(&m);
 }
@@ -341,14 +341,14 @@ static void a_parallelogram_goes_straight_on(void)
     CHECK(k && kempe_kinematics_change_count(k) == 4);
     for (int c = 0; c < 4; c++)
         CHECK_NEAR(kempe_kinematics_change(k, c), (90 + 180 * c) / 720.0, 1e-8);
-    for (int row = 0; row < kempe_kinematics_count(k); row++) {
+    for (int row = 0; row < kempe_kinematics_row_count(k); row++) {
         const double *q = kempe_kinematics_q(k, row);
         CHECK(fabs(q[2] - q[0]) < 1e-11 && fabs(q[1] + q[0]) < 1e-11);
         CHECK(fabs(kempe_kinematics_qd(k, row)[2] - 1) < 1e-8);
     }
     kempe_kinematics_free(k);
     k = sweep(&m, "A=180 deg:540 deg:3", NULL, KEMPE_OK); /* begins and ends on one */
-    CHECK(k && kempe_kinematics_count(k) == 3 && fabs(kempe_kinematics_q(k, 0)[2] - PI) < 1e-11);
+    CHECK(k && kempe_kinematics_row_count(k) == 3 && fabs(kempe_kinematics_q(k, 0)[2] - PI) < 1e-11);
     kempe_kinematics_free(k);
     unload(&m);
 }
@@ -359,7 +359,7 @@ static void an_antiparallelogram_stays_crossed(void)
     loaded m = load("tests/models/antiparallelogram.yaml");
     kempe_kinematics *k = sweep(&m, "theta=1:15:57", NULL, KEMPE_OK);
     CHECK(k && kempe_kinematics_change_count(k) == 4);
-    for (int row = 0; row < kempe_kinematics_count(k); row++) {
+    for (int row = 0; row < kempe_kinematics_row_count(k); row++) {
         const double *q = kempe_kinematics_q(k, row);
         CHECK(fabs(turned(q[2], 2 * atan2(-4 * sin(q[0] / 2), cos(q[0] / 2)))) < 1e-11);
     }
@@ -398,8 +398,8 @@ static void check_differences(const char *path, const char *drive, const char *h
     kempe_kinematics *k = sweep(&m, drive, hold, KEMPE_OK);
     int n = kempe_model_coordinate_count(m.model);
     double rates = 0, accelerations = 0, most = 0;
-    for (int row = 2; k && row < kempe_kinematics_count(k) - 2; row++) {
-        double h = kempe_kinematics_t(k, row + 1) - kempe_kinematics_t(k, row);
+    for (int row = 2; k && row < kempe_kinematics_row_count(k) - 2; row++) {
+        double h = kempe_kinematics_time(k, row + 1) - kempe_kinematics_time(k, row);
         for (int i = 0; i < n; i++) {
             double qd = 0, qdd = 0;
             static const double weight[] = {1. / 12, -8. / 12, 0, 8. / 12, -1. / 12};
@@ -484,7 +484,7 @@ static void a_drive_locks(void)
     CHECK_NEAR(kempe_kinematics_dead(k, 1)->value, 1.5, 1e-14);
     CHECK_TEXT(kempe_kinematics_dead(k, 1)->coordinate, "t");
     CHECK(strstr(kempe_kinematics_reason(k), "locked"));
-    CHECK(kempe_kinematics_count(k) == 201 && kempe_kinematics_t(k, 0) == -0.5);
+    CHECK(kempe_kinematics_row_count(k) == 201 && kempe_kinematics_time(k, 0) == -0.5);
     CHECK_NEAR(kempe_kinematics_qd(k, 100)[2], -0.2, 1e-15);
     kempe_kinematics_free(k);
     unload(&m);
@@ -495,7 +495,7 @@ static void an_interrupt_ends_it(void)
     loaded m = load_text(four_bar_text(&crank_rocker, 1));
     kempe_context_interrupt(m.context);
     kempe_kinematics *k = sweep(&m, "A=0:6", NULL, KEMPE_STOPPED);
-    CHECK(k && kempe_kinematics_count(k) == 0);
+    CHECK(k && kempe_kinematics_row_count(k) == 0);
     CHECK_TEXT(kempe_kinematics_reason(k), "interrupted");
     kempe_kinematics_free(k);
     unload(&m);
@@ -513,7 +513,7 @@ static void a_stewart_platform_agrees_with_its_inverse(void)
                                 NULL, KEMPE_OK);
     static const double from[] = {-10, 10, 110, 130, 230, 250}, to[] = {-50, 50, 70, 170, 190, 290};
     double worst = 0;
-    for (int row = 0; k && row < kempe_kinematics_count(k); row++) {
+    for (int row = 0; k && row < kempe_kinematics_row_count(k); row++) {
         const double *q = kempe_kinematics_q(k, row);
         double s = row / 40.0, wanted[] = {0.1 * s, 0.02 - 0.12 * s, 0.05 * s, 0.03, 0.12 * s, -0.02 + 0.06 * s};
         double cx = cos(q[3]), sx = sin(q[3]), cy = cos(q[4]), sy = sin(q[4]), cz = cos(q[5]), sz = sin(q[5]);
@@ -526,7 +526,7 @@ static void a_stewart_platform_agrees_with_its_inverse(void)
             worst = check_max(worst, fabs(sqrt(dx * dx + dy * dy + dz * dz) - rest - wanted[leg]));
         }
     }
-    CHECK(k && kempe_kinematics_count(k) == 41 && worst < 1e-14);
+    CHECK(k && kempe_kinematics_row_count(k) == 41 && worst < 1e-14);
     kempe_kinematics_free(k);
     unload(&m);
 }
@@ -537,7 +537,7 @@ static void legs_stop_together(void)
     loaded m = load("examples/stewart/stewart.yaml");
     kempe_kinematics *k =
         sweep(&m, "slide1=0:0.9,slide2=0:0.5,slide3=0:-0.9,slide4=0,slide5=0:0.2,slide6=0", NULL, KEMPE_STOPPED);
-    CHECK(k && kempe_kinematics_dead_count(k) == 1 && kempe_kinematics_count(k) > 100);
+    CHECK(k && kempe_kinematics_dead_count(k) == 1 && kempe_kinematics_row_count(k) > 100);
     const kempe_dead_centre *dead = kempe_kinematics_dead(k, 0);
     CHECK(dead->determined < 1e-12 && dead->margin > 0.1 && dead->s < 1);
     CHECK_NEAR(kempe_kinematics_dead_q(k, 0)[8], 0.9 * dead->s, 1e-14); /* slide1 */

@@ -82,7 +82,7 @@ static void against_differences(const char *path)
     kempe_assembly *a = NULL;
     kmp_linear l;
     double ud[MOST], udd[MOST];
-    CHECK(kempe_assemble(m.system, &a) == KEMPE_OK);
+    CHECK(kempe_assembly_new(m.system, &a) == KEMPE_OK);
     CHECK(kmp_linear_init(&l, m.system, "tape") == KEMPE_OK);
     CHECK(kmp_linear_choose(&l, 0, a->q, NULL, 0) == KEMPE_OK);
     for (int k = 0; k < l.p; k++) {
@@ -133,7 +133,7 @@ static void the_choice_of_u_does_not_matter(void)
     kempe_assembly *a = NULL;
     kmp_linear l;
     double first[2] = {0};
-    CHECK(kempe_assemble(m.system, &a) == KEMPE_OK);
+    CHECK(kempe_assembly_new(m.system, &a) == KEMPE_OK);
     CHECK(kmp_linear_init(&l, m.system, "native") == KEMPE_OK);
     /* an equilibrium: Newton on the first choice */
     CHECK(kmp_linear_choose(&l, 0, a->q, NULL, 0) == KEMPE_OK);
@@ -173,7 +173,7 @@ static void backwards_is_the_transpose(void)
         kempe_assembly *a = NULL;
         kmp_linear l;
         double x[7][MOST], y[5][MOST], w[5][MOST], back[7][MOST], left = 0, right = 0;
-        CHECK(kempe_assemble(m.system, &a) == KEMPE_OK);
+        CHECK(kempe_assembly_new(m.system, &a) == KEMPE_OK);
         CHECK(kmp_linear_init(&l, m.system, "tape") == KEMPE_OK);
         CHECK(kmp_linear_choose(&l, 0, a->q, NULL, 0) == KEMPE_OK);
         for (int i = 0; i < 7 * MOST; i++)

@@ -42,7 +42,7 @@ static void efforts_come_back(void)
     int actuator[2] = {0, 3};
     double qdd[MOST] = {0};
     kmp_plant *plant = kmp_plant_new(s.system, "tape");
-    CHECK(kempe_assemble(s.system, &a) == KEMPE_OK);
+    CHECK(kempe_assembly_new(s.system, &a) == KEMPE_OK);
     CHECK(kmp_inverse_init(&inverse, plant, 2, actuator, NULL) == KEMPE_OK);
     for (int i = 0; i < s.system->n; i++)
         qdd[i] = 0.4 - 0.3 * i;

@@ -57,7 +57,7 @@ static bool open_rig(rig *r, uint64_t seed, unsigned flags)
         CHECK(strstr(kempe_context_message(r->m.context), "whatever the coordinates are") != NULL);
     if (!made)
         return false;
-    bool ok = kempe_assemble(r->system, &a) == KEMPE_OK && a->closed && springs_have_length(r->m.model, a->q);
+    bool ok = kempe_assembly_new(r->system, &a) == KEMPE_OK && a->closed && springs_have_length(r->m.model, a->q);
     CHECK(kmp_linear_init(&r->linear, r->system, "tape") == KEMPE_OK);
     CHECK(kmp_slopes_new(r->system, "tape", PARAMETERS, names, false, &r->slopes) == KEMPE_OK);
     if (ok && a->chart)

@@ -197,7 +197,7 @@ static kempe_status wish(double angle, int count, const int *u, kmp_partition *p
     text = replaced(text, "{crank: 0, rod: 0, slider: 0}", start);
     loaded l = load_text(text);
     kempe_assembly *a = NULL;
-    CHECK(kempe_assemble(l.system, &a) == KEMPE_OK);
+    CHECK(kempe_assembly_new(l.system, &a) == KEMPE_OK);
     kmp_plant *plant = kmp_plant_new(l.system, "tape");
     kmp_plant_closure(plant, 0, a->q);
     kempe_status status = kmp_partition_init(part, l.system, plant->jacobian, u, count);
@@ -317,7 +317,7 @@ static void accelerations_obey_the_whole_equations(void)
         for (int i = 0; i < red.p; i++)
             udd[i] = between(-1, 1);
         kempe_assembly *a = NULL;
-        CHECK(kempe_assemble(l.system, &a) == KEMPE_OK);
+        CHECK(kempe_assembly_new(l.system, &a) == KEMPE_OK);
         kmp_plant_closure(plant, 0, a->q);
         CHECK(kmp_reduction_factor(&red) == 0);
         kmp_reduction_tangent(&red);

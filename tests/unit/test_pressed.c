@@ -313,7 +313,7 @@ static void not_linear(void)
     double w = 2 * 9.81, q = 0, qd = 0, qdd, lambda = 0;
     kempe_workspace *ws = NULL;
     if (l.system && kempe_workspace_new(l.system, &ws) == KEMPE_OK) {
-        CHECK(kempe_forward_dynamics(ws, 0, &q, &qd, NULL, &qdd, &lambda) == KEMPE_OK);
+        CHECK(kempe_workspace_forward_dynamics(ws, 0, &q, &qd, NULL, &qdd, &lambda) == KEMPE_OK);
         CHECK_NEAR(qdd, 0, 1e-12);
         CHECK_NEAR(w + 0.02 * lambda * lambda + 3 * lambda - lambda, 0, 1e-12);
     }
@@ -329,14 +329,14 @@ static void workspace(void)
     double q[2] = {0.4, asin(-0.3 * sin(0.4) / 0.7) - 0.4}, qd[2] = {3, 0}, qdd[2], lambda, expected, effort[2] = {0};
     qd[1] = -0.3 * cos(0.4) * 3 / (0.7 * cos(q[0] + q[1])) - 3;
     if (l.system && kempe_workspace_new(l.system, &ws) == KEMPE_OK) {
-        CHECK(kempe_forward_dynamics(ws, 0, q, qd, effort, qdd, &lambda) == KEMPE_OK);
+        CHECK(kempe_workspace_forward_dynamics(ws, 0, q, qd, effort, qdd, &lambda) == KEMPE_OK);
         CHECK_NEAR(lambda, accelerate(0.4, 3, &expected), 1e-12);
         CHECK_NEAR(qdd[0], expected, 1e-12);
         const double *m = kempe_workspace_mass(ws), *c = kempe_workspace_bias(ws), *j = kempe_workspace_jacobian(ws);
         for (int i = 0; i < 2; i++)
             CHECK_NEAR(m[i] * qdd[0] + m[i + 2] * qdd[1] + c[i], j[i] * lambda, 1e-11);
         effort[0] = 10; /* what the crank is turned by beside */
-        CHECK(kempe_forward_dynamics(ws, 0, q, qd, effort, qdd, &lambda) == KEMPE_OK);
+        CHECK(kempe_workspace_forward_dynamics(ws, 0, q, qd, effort, qdd, &lambda) == KEMPE_OK);
         CHECK(qdd[0] > expected + 10);
         for (int i = 0; i < 2; i++)
             CHECK_NEAR(m[i] * qdd[0] + m[i + 2] * qdd[1] + c[i], j[i] * lambda + effort[i], 1e-11);
@@ -349,7 +349,7 @@ static void workspace(void)
     double at[3] = {0.05, 0, 0}, still[3] = {0}, fall[3], loads[3];
     ws = NULL;
     if (l.system && kempe_workspace_new(l.system, &ws) == KEMPE_OK) {
-        CHECK(kempe_forward_dynamics(ws, 0, at, still, NULL, fall, loads) == KEMPE_E_FAILED);
+        CHECK(kempe_workspace_forward_dynamics(ws, 0, at, still, NULL, fall, loads) == KEMPE_E_FAILED);
         CHECK(strstr(kempe_workspace_message(ws), "which redundant rows leave undetermined") != NULL);
     }
     kempe_workspace_free(ws);

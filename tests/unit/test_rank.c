@@ -37,7 +37,7 @@ static double *state_of(const loaded *l, double aside)
 {
     kempe_assembly *a = NULL;
     double *q = KMP_NEW(double, l->system->n);
-    CHECK(kempe_assemble(l->system, &a) == KEMPE_OK && !a->inner_q);
+    CHECK(kempe_assembly_new(l->system, &a) == KEMPE_OK && !a->inner_q);
     for (int k = 0; k < l->system->n; k++)
         q[k] = a->q[k] + aside * sin(3 * k + 1) * l->system->scale[k];
     kempe_assembly_free(a);
@@ -124,10 +124,10 @@ static void accelerations_go_on_beside_closed_states(void)
                *beside = KMP_NEW(double, n);
         double size = 1, off = 0; /* rad/s^2 */
         CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK);
-        CHECK(kempe_forward_dynamics(ws, 0, q, qd, NULL, there, NULL) == KEMPE_OK);
+        CHECK(kempe_workspace_forward_dynamics(ws, 0, q, qd, NULL, there, NULL) == KEMPE_OK);
         for (double aside = 1e-11; aside < 1e-7; aside *= 10) {
             double *moved = state_of(&l, aside);
-            CHECK(kempe_forward_dynamics(ws, 0, moved, qd, NULL, beside, NULL) == KEMPE_OK);
+            CHECK(kempe_workspace_forward_dynamics(ws, 0, moved, qd, NULL, beside, NULL) == KEMPE_OK);
             for (int i = 0; i < n; i++) {
                 size = fmax(size, fabs(there[i]) / l.system->scale[i]);
                 off = fmax(off, fabs(beside[i] - there[i]) / l.system->scale[i]);

@@ -202,7 +202,7 @@ static void redundant_rows_cost_no_digits(void)
             times[i] = 0.1 * i;
         kmp_run_spec spec = {
             .formulation = "projected", .rtol = 1e-13, .t_end = 10, .times = times, .time_count = TIMES + 1};
-        CHECK(kempe_assemble(l.system, &start[k]) == KEMPE_OK);
+        CHECK(kempe_assembly_new(l.system, &start[k]) == KEMPE_OK);
         place(start[k], 0.5 + 0.1 * k, 0.15 * k);
         reference[k].n = l.system->n;
         CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);

@@ -350,7 +350,7 @@ static void test_options_refused(void)
         {.formulations = "reduced,rode"}, {.rtols = "1e-6,x"}, {.rtols = ""}, {.forms = "shut"}};
     kempe_comparison *comparison = NULL;
     for (int k = 0; k < 4; k++)
-        CHECK(kempe_compare(s.system, &compares[k], &comparison) == KEMPE_E_ARGUMENT);
+        CHECK(kempe_comparison_new(s.system, &compares[k], &comparison) == KEMPE_E_ARGUMENT);
     CHECK(trajectory == NULL && comparison == NULL);
     CHECK(strstr(kempe_context_message(s.context), "there is no form 'shut'") != NULL);
     close_scene(&s);
@@ -375,14 +375,14 @@ static void test_reports_of_failure(void)
     kempe_trajectory *trajectory = NULL;
     kempe_comparison *comparison = NULL;
     kempe_run_options run = kempe_run_options_default();
-    kempe_compare_options compare = kempe_compare_run_default();
-    CHECK(kempe_assemble(s.system, &assembly) == KEMPE_E_FAILED);
+    kempe_compare_options compare = kempe_compare_options_default();
+    CHECK(kempe_assembly_new(s.system, &assembly) == KEMPE_E_FAILED);
     CHECK_REPORT(kempe_assembly_print, assembly, "reach");
     CHECK(kempe_simulate(s.system, &run, &trajectory) == KEMPE_E_FAILED);
     CHECK_TEXT(kempe_trajectory_status(trajectory), "failed");
     CHECK(strstr(kempe_context_message(s.context), "reach") != NULL);
     CHECK_REPORT(kempe_trajectory_print, trajectory, "reach");
-    CHECK(kempe_compare(s.system, &compare, &comparison) == KEMPE_E_FAILED);
+    CHECK(kempe_comparison_new(s.system, &compare, &comparison) == KEMPE_E_FAILED);
     CHECK_REPORT(kempe_comparison_print, comparison, "reach");
     kempe_assembly_free(assembly);
     kempe_trajectory_free(trajectory);

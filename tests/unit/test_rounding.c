@@ -105,7 +105,7 @@ static void refuses(double tolerance, const char *said)
 {
     loaded l = draw("tests/models/rounded_four_bar.yaml", tolerance);
     kempe_assembly *a = NULL;
-    CHECK(!l.system->mended && kempe_assemble(l.system, &a) == KEMPE_E_FAILED);
+    CHECK(!l.system->mended && kempe_assembly_new(l.system, &a) == KEMPE_E_FAILED);
     CHECK(strstr(kempe_context_message(l.context), "a gap of 1.223e-06 m remains"));
     CHECK(strstr(kempe_context_message(l.context), said));
     kempe_assembly_free(a);
@@ -129,7 +129,7 @@ static void stays_as_it_is(const char *path, const char *text)
     CHECK(kempe_model_set_closure_tolerance(without.model, 0) == KEMPE_OK);
     without = load_finish(without);
     kempe_assembly *a = NULL, *b = NULL;
-    CHECK(kempe_assemble(with.system, &a) == KEMPE_OK && kempe_assemble(without.system, &b) == KEMPE_OK);
+    CHECK(kempe_assembly_new(with.system, &a) == KEMPE_OK && kempe_assembly_new(without.system, &b) == KEMPE_OK);
     CHECK(!with.system->mended && !kmp_rounding_of(with.system));
     CHECK(a && b && memcmp(a->q, b->q, (size_t)with.system->n * sizeof *a->q) == 0);
     kempe_assembly_free(a);

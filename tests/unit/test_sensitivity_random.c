@@ -22,7 +22,7 @@ static bool hold_all(kempe_context *context, const char *text, kmp_text *out)
     kempe_assembly *a = NULL;
     kmp_partition part = {0};
     bool ok = kempe_model_read_text(context, text, "random", &model) == KEMPE_OK &&
-              kempe_system_new(model, &system) == KEMPE_OK && kempe_assemble(system, &a) == KEMPE_OK && a->closed;
+              kempe_system_new(model, &system) == KEMPE_OK && kempe_assembly_new(system, &a) == KEMPE_OK && a->closed;
     kmp_plant *plant = ok ? kmp_plant_new(system, "tape") : NULL;
     if (plant) {
         kmp_plant_closure(plant, 0, a->q);

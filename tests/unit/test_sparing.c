@@ -67,7 +67,7 @@ static void check_power(const char *name, kempe_system *system, bool pushed)
     kempe_assembly *at = NULL;
     int n = system->n;
     CHECK(n <= MOST && system->m <= MOST && system->dissipative);
-    CHECK(kempe_assemble(system, &at) == KEMPE_OK);
+    CHECK(kempe_assembly_new(system, &at) == KEMPE_OK);
     if (pushed)
         kempe_system_set_force(system, push, &n);
     const char *const backends[] = {"native", "tape"};
@@ -171,7 +171,7 @@ static void rows(void)
     for (size_t k = 0; k < sizeof looped / sizeof *looped; k++) {
         loaded l = load(looped[k]);
         kempe_assembly *at = NULL;
-        CHECK(l.system && kempe_assemble(l.system, &at) == KEMPE_OK);
+        CHECK(l.system && kempe_assembly_new(l.system, &at) == KEMPE_OK);
         for (int r = 0; at && kmp_formulation_get(r); r++)
             rows_on(kmp_formulation_get(r), l.system, at);
         if (at)

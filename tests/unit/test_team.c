@@ -264,7 +264,7 @@ static void bits_are_the_same(const char *file)
     loaded s = load(file);
     const kmp_program *programs[] = {s.system->motion, s.system->judge};
     kempe_assembly *start = NULL;
-    CHECK(kempe_assemble(s.system, &start) == KEMPE_OK);
+    CHECK(kempe_assembly_new(s.system, &start) == KEMPE_OK);
     kmp_plant *one = kmp_plant_new(s.system, "native");
     for (int threads = 2; threads <= 4; threads++) {
         kmp_team *team = kmp_team_new(threads);

@@ -106,12 +106,12 @@ static void cranks_bear_the_cars_at(const char *speed)
             CHECK(fabs(found / wanted - 1) < 2e-5);
         }
     }
-    for (int k = 0; e && k < kempe_equilibrium_freed_count(e); k++) {
-        const char *name = kempe_equilibrium_freed_name(e, k);
+    for (int k = 0; e && k < kempe_equilibrium_solved_count(e); k++) {
+        const char *name = kempe_equilibrium_solved_name(e, k);
         double radius = strstr(name, "_x") ? 1 : strstr(name, "_F") ? 0.32 : 0.1875;
-        CHECK(fabs(kempe_equilibrium_freed(e, 0, k) * radius / strtod(speed, NULL) - 1) < 2e-3);
+        CHECK(fabs(kempe_equilibrium_solved(e, 0, k) * radius / strtod(speed, NULL) - 1) < 2e-3);
     }
-    CHECK(e && kempe_equilibrium_freed_count(e) == (strtod(speed, NULL) > 0 ? 13 : 0));
+    CHECK(e && kempe_equilibrium_solved_count(e) == (strtod(speed, NULL) > 0 ? 13 : 0));
     kempe_equilibrium_free(e);
     unload(&l);
 }

@@ -60,7 +60,7 @@ static void a_is_the_jacobian_of_the_reduced_formulation(void)
         (void)snprintf(path, sizeof path, "examples/%s.yaml", examples[k]);
         loaded m = load(path);
         kempe_linearization *l = NULL;
-        CHECK(kempe_linearize(m.system, &(kempe_linearize_options){.at = "start"}, &l) == KEMPE_OK);
+        CHECK(kempe_linearization_new(m.system, &(kempe_linearize_options){.at = "start"}, &l) == KEMPE_OK);
         int rows, columns;
         const double *a = kempe_linearization_matrix(l, KEMPE_MATRIX_A, &rows, &columns);
         CHECK(rows == columns && rows <= MOST);
@@ -214,9 +214,9 @@ static void all_four_are_derivatives(void)
     loaded m = load_text(machine);
     kempe_linearization *l = NULL;
     static double coarse[MOST * MOST], fine[MOST * MOST], table[MOST * MOST];
-    CHECK(kempe_linearize(m.system,
-                          &(kempe_linearize_options){.at = "start", .inputs = inputs, .independent = "crank,pend"},
-                          &l) == KEMPE_OK);
+    CHECK(kempe_linearization_new(
+              m.system, &(kempe_linearize_options){.at = "start", .inputs = inputs, .independent = "crank,pend"}, &l) ==
+          KEMPE_OK);
     CHECK(kempe_linearization_is_equilibrium(l) == 0);
     const double *q = kempe_linearization_q(l), *qd = kempe_linearization_qd(l);
     double x[] = {q[1], q[4], qd[1], qd[4]};
@@ -258,7 +258,7 @@ static void k_is_symmetric_for_conservative_forces(void)
     loaded m = load("examples/suspension/suspension.yaml");
     kempe_linearization *l = NULL;
     int p, columns;
-    CHECK(kempe_linearize(m.system, &(kempe_linearize_options){0}, &l) == KEMPE_OK);
+    CHECK(kempe_linearization_new(m.system, &(kempe_linearize_options){0}, &l) == KEMPE_OK);
     CHECK(kempe_linearization_is_equilibrium(l) == 1);
     CHECK(skewness(15, kempe_linearization_matrix(l, KEMPE_MATRIX_K, &p, &columns), -1) < 1e-12 && p == 15);
     CHECK(skewness(15, kempe_linearization_matrix(l, KEMPE_MATRIX_G, &p, &columns), -1) < 1e-12); /* dampers alone */
@@ -282,7 +282,7 @@ static void the_gyroscopic_part_of_g_is_skew(void)
                          "start: {q: {inner: 0.4}, qd: {rotor: 100}}\n");
     kempe_linearization *l = NULL;
     int p, columns;
-    CHECK(kempe_linearize(m.system, &(kempe_linearize_options){.at = "start"}, &l) == KEMPE_OK);
+    CHECK(kempe_linearization_new(m.system, &(kempe_linearize_options){.at = "start"}, &l) == KEMPE_OK);
     const double *g = kempe_linearization_matrix(l, KEMPE_MATRIX_G, &p, &columns);
     CHECK(p == 3);
     CHECK_NEAR(fabs(g[0 + 1 * 3]), 0.05 * 100 * cos(0.4), 1e-13);
@@ -371,7 +371,7 @@ static void the_linear_motion_is_the_motion_but_for_squares(void)
     int rows, columns;
     CHECK(kempe_model_read_text_set(context, machine, "machine", set, 3, &model) == KEMPE_OK &&
           kempe_system_new(model, &system) == KEMPE_OK);
-    CHECK(kempe_linearize(system, &(kempe_linearize_options){.independent = "crank,pend"}, &l) == KEMPE_OK);
+    CHECK(kempe_linearization_new(system, &(kempe_linearize_options){.independent = "crank,pend"}, &l) == KEMPE_OK);
     if (!l)
         printf("%s\n", kempe_context_message(context));
     const double *a = kempe_linearization_matrix(l, KEMPE_MATRIX_A, &rows, &columns);

@@ -14,7 +14,7 @@ static kempe_status print_branches(const void *object, kempe_format format, char
 static kempe_status assemble(const cli_job *j)
 {
     kempe_assembly *result = NULL;
-    kempe_status status = kempe_assemble(j->system, &result);
+    kempe_status status = kempe_assembly_new(j->system, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result)
         status = cli_worse(status, cli_report(j, print_assembly, result));

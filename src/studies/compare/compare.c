@@ -13,7 +13,7 @@
 /* Rows of runs whose time counts, less one. */
 #define FEW 10
 
-kempe_compare_options kempe_compare_run_default(void)
+kempe_compare_options kempe_compare_options_default(void)
 {
     return (kempe_compare_options){0};
 }
@@ -139,7 +139,7 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
     if (status == KEMPE_OK)
         status = settle_t_end(j, options);
     if (status == KEMPE_OK)
-        status = kempe_assemble(c->system, &j->start);
+        status = kempe_assembly_new(c->system, &j->start);
     if (status == KEMPE_OK)
         status = widen(j, options);
     take_ways(j);
@@ -200,8 +200,8 @@ static kempe_status repeat_warnings(kmp_compare_job *j)
     return ok ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
-kempe_status kempe_compare(const kempe_system *system, const kempe_compare_options *options,
-                           kempe_comparison **comparison)
+kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compare_options *options,
+                                  kempe_comparison **comparison)
 {
     KMP_WANTED(NULL, system, "system");
     options = options ? options : &(const kempe_compare_options){0};

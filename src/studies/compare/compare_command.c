@@ -11,7 +11,7 @@ static kempe_status compare(const cli_job *j)
     kempe_comparison *result = NULL;
     kempe_status status = j->settings->report ? kempe_report_check(j->context) : KEMPE_OK;
     if (status == KEMPE_OK)
-        status = kempe_compare(j->system, &j->settings->compare, &result);
+        status = kempe_comparison_new(j->system, &j->settings->compare, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {
         status = cli_worse(status, cli_report(j, print_comparison, result));

@@ -297,7 +297,7 @@ const char *kempe_batch_reason(const kempe_batch *b, int k)
     return result && result->reason ? result->reason : "";
 }
 
-double kempe_batch_t(const kempe_batch *b, int k)
+double kempe_batch_time(const kempe_batch *b, int k)
 {
     KMP_GIVEN(b, NAN);
     const kmp_ensemble_result *result = result_of(b, k);

@@ -256,7 +256,7 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
 {
     kempe_assembly *start = NULL;
     kmp_linear linear = {0};
-    kempe_status status = kempe_assemble(e->system, &start);
+    kempe_status status = kempe_assembly_new(e->system, &start);
     if (status == KEMPE_OK)
         status = kmp_linear_init(&linear, e->system, kmp_backend_default());
     if (status == KEMPE_OK)
@@ -364,22 +364,22 @@ const double *kempe_equilibrium_history(const kempe_equilibrium *equilibrium, in
     return equilibrium->balance[k].residuals;
 }
 
-int kempe_equilibrium_freed_count(const kempe_equilibrium *equilibrium)
+int kempe_equilibrium_solved_count(const kempe_equilibrium *equilibrium)
 {
     KMP_GIVEN(equilibrium, 0);
     return equilibrium->freed_count;
 }
 
-const char *kempe_equilibrium_freed_name(const kempe_equilibrium *equilibrium, int i)
+const char *kempe_equilibrium_solved_name(const kempe_equilibrium *equilibrium, int i)
 {
-    KMP_GIVEN(equilibrium && i >= 0 && i < kempe_equilibrium_freed_count(equilibrium), "");
+    KMP_GIVEN(equilibrium && i >= 0 && i < kempe_equilibrium_solved_count(equilibrium), "");
     return equilibrium->freed_name[i];
 }
 
-double kempe_equilibrium_freed(const kempe_equilibrium *equilibrium, int k, int i)
+double kempe_equilibrium_solved(const kempe_equilibrium *equilibrium, int k, int i)
 {
     KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count && i >= 0 &&
-                  i < kempe_equilibrium_freed_count(equilibrium),
+                  i < kempe_equilibrium_solved_count(equilibrium),
               NAN);
     return equilibrium->balance[k].freed[i];
 }

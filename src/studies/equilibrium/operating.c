@@ -147,7 +147,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
             word);
     kempe_assembly *a = NULL;
     kmp_operating *o = KMP_NEW(kmp_operating, 1);
-    kempe_status status = o ? kempe_assemble(system, &a) : kmp_fail_memory(system->context);
+    kempe_status status = o ? kempe_assembly_new(system, &a) : kmp_fail_memory(system->context);
     if (status == KEMPE_OK && list && *list)
         status = kmp_steady_read(system->model, list, &rate_count, &rates);
     if (status == KEMPE_OK) {

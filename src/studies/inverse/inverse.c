@@ -132,7 +132,7 @@ static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
     kempe_assembly *a = NULL;
     kmp_partition part = {0};
     kmp_plant *plant = kmp_plant_new(s, kmp_backend_default());
-    kempe_status status = plant ? kempe_assemble(s, &a) : KEMPE_E_MEMORY;
+    kempe_status status = plant ? kempe_assembly_new(s, &a) : KEMPE_E_MEMORY;
     if (status == KEMPE_OK) {
         kmp_plant_closure(plant, 0, a->q);
         status = kmp_partition_init(&part, s, plant->jacobian, NULL, 0);

@@ -59,7 +59,7 @@ int kempe_inverse_actuator(const kempe_inverse *inverse, int k)
     return k >= 0 && k < inverse->a ? inverse->actuator[k] : -1;
 }
 
-int kempe_inverse_freedoms(const kempe_inverse *inverse)
+int kempe_inverse_dof(const kempe_inverse *inverse)
 {
     KMP_GIVEN(inverse, 0);
     return inverse->freedoms;

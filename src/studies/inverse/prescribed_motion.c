@@ -325,7 +325,7 @@ kempe_status kmp_guide_advance(kmp_guide *guide, double t)
 static kempe_status take_start(kmp_guide *g)
 {
     kempe_assembly *a = NULL;
-    kempe_status status = kempe_assemble(g->system, &a);
+    kempe_status status = kempe_assembly_new(g->system, &a);
     if (status == KEMPE_OK) {
         memcpy(g->q, a->q, (size_t)g->n * sizeof *g->q);
         memcpy(g->qd, a->qd, (size_t)g->n * sizeof *g->qd);

@@ -309,7 +309,7 @@ kempe_status kempe_kinematics_write_csv(const kempe_kinematics *k, const char *p
     write_head(&text, k);
     for (int row = 0; row < k->count; row++) {
         kmp_text_number(&text, k->s[row]);
-        write_values(&text, 1, (double[]){kempe_kinematics_t(k, row)});
+        write_values(&text, 1, (double[]){kempe_kinematics_time(k, row)});
         write_values(&text, k->system->n, kempe_kinematics_q(k, row));
         write_values(&text, k->system->n, kempe_kinematics_qd(k, row));
         write_values(&text, k->system->n, kempe_kinematics_qdd(k, row));

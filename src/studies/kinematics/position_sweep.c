@@ -388,7 +388,7 @@ static kempe_status run(job *j, const kempe_kinematics_options *ask)
     if (!kmp_backend_find(backend))
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", backend,
                         kmp_backend_names());
-    kempe_status status = kempe_assemble(s, &assembly);
+    kempe_status status = kempe_assembly_new(s, &assembly);
     j->zero = KMP_ARENA_NEW(&j->k->arena, double, s->m);
     j->start = KMP_ARENA_NEW(&j->k->arena, double, j->k->lead_count);
     if (status == KEMPE_OK && j->k->arena.failed)
@@ -469,7 +469,7 @@ const char *kempe_kinematics_reason(const kempe_kinematics *k)
     return k->reason ? k->reason : "";
 }
 
-int kempe_kinematics_count(const kempe_kinematics *k)
+int kempe_kinematics_row_count(const kempe_kinematics *k)
 {
     KMP_GIVEN(k, 0);
     return k->count;
@@ -481,7 +481,7 @@ double kempe_kinematics_s(const kempe_kinematics *k, int row)
     return row >= 0 && row < k->count ? k->s[row] : NAN;
 }
 
-double kempe_kinematics_t(const kempe_kinematics *k, int row)
+double kempe_kinematics_time(const kempe_kinematics *k, int row)
 {
     KMP_GIVEN(k, NAN);
     double s = kempe_kinematics_s(k, row);

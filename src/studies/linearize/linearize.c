@@ -45,8 +45,8 @@ static kempe_status make_first_order(kempe_linearization *l)
                     system->model->motions[l->channels.linear.part.u[failed - 1]].name);
 }
 
-kempe_status kempe_linearize(const kempe_system *system, const kempe_linearize_options *ask,
-                             kempe_linearization **linearization)
+kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *ask,
+                                     kempe_linearization **linearization)
 {
     KMP_WANTED(NULL, system, "system");
     ask = ask ? ask : &(const kempe_linearize_options){0};

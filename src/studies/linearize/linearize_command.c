@@ -15,7 +15,7 @@ static kempe_status linearize(const cli_job *j)
                                          .outputs = s->outputs,
                                          .independent = s->run.independent,
                                          .backend = s->run.backend};
-    kempe_status status = kempe_linearize(j->system, &ask, &result);
+    kempe_status status = kempe_linearization_new(j->system, &ask, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {
         status = cli_worse(status, cli_report(j, print_linearization, result));

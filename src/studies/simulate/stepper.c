@@ -139,7 +139,7 @@ kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
     return settle(s, status == KEMPE_OK || stood != KEMPE_OK ? stood : status);
 }
 
-double kempe_stepper_t(const kempe_stepper *stepper)
+double kempe_stepper_time(const kempe_stepper *stepper)
 {
     KMP_GIVEN(stepper, NAN);
     return stepper->t;

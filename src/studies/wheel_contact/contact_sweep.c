@@ -332,7 +332,7 @@ const char *kempe_contact_table_reason(const kempe_contact_table *t)
     return t->reason ? t->reason : "";
 }
 
-int kempe_contact_table_count(const kempe_contact_table *t)
+int kempe_contact_table_row_count(const kempe_contact_table *t)
 {
     KMP_GIVEN(t, 0);
     return t->count;

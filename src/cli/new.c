@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Writes a first model: a four-bar linkage with comments. README.md shows the same text (tests/docs.py). */
+#include "command.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char template[] =
+    "kempe: 1                                     # version of the model language\n"
+    "gravity: [0, -9.81, 0]                       # m/s^2, in the axes of the ground\n"
+    "parameters: {crank: 300 mm, coupler: 800 mm, rocker: 700 mm, base: 900 mm, rho: 2 kg/m}\n"
+    "ground: {points: {A: [0, 0, 0], D: [base, 0, 0]}}\n"
+    "bodies:                                      # three uniform bars, each along its own x axis\n"
+    "  crank:\n"
+    "    mass: rho*crank\n"
+    "    com: [crank/2, 0, 0]                     # centre of mass, in the axes of the body\n"
+    "    inertia: {zz: rho*crank^3/12}            # about the centre of mass\n"
+    "    points: {A: [0, 0, 0], B: [crank, 0, 0]}\n"
+    "  coupler:\n"
+    "    mass: rho*coupler\n"
+    "    com: [coupler/2, 0, 0]\n"
+    "    inertia: {zz: rho*coupler^3/12}\n"
+    "    points: {B: [0, 0, 0], C: [coupler, 0, 0]}\n"
+    "  rocker:\n"
+    "    mass: rho*rocker\n"
+    "    com: [rocker/2, 0, 0]\n"
+    "    inertia: {zz: rho*rocker^3/12}\n"
+    "    points: {D: [0, 0, 0], C: [rocker, 0, 0]}\n"
+    "joints:                                      # four hinges in a loop: Kempe chooses the one to cut\n"
+    "  A: {revolute: [ground.A, crank.A], axis: z}\n"
+    "  B: {revolute: [crank.B, coupler.B], axis: z}\n"
+    "  C: {revolute: [coupler.C, rocker.C], axis: z}\n"
+    "  D: {revolute: [ground.D, rocker.D], axis: z}\n"
+    "forces: {motor: {joint: A, torque: \"2 - 0.1*qd(A)\"}}          # N m\n"
+    "start: {q: {A: 60 deg, B: -40 deg, D: 100 deg}, hold: [A]}    # guess of the angles; A keeps its value\n"
+    "run: {t_end: 5 s, output_step: 20 ms, outputs: [q, qd, position(coupler.C), lambda, energy]}\n";
+
+static bool ends_with(const char *s, const char *end)
+{
+    size_t n = strlen(s), m = strlen(end);
+    return n >= m && strcmp(s + n - m, end) == 0;
+}
+
+static bool has_name(const cli_settings *s)
+{
+    const char *slash = strrchr(s->file, '/'), *name = slash ? slash + 1 : s->file;
+    bool good = *name && strcmp(name, ".yaml") != 0 && strcmp(name, ".") != 0 && strcmp(name, "..") != 0;
+    if (!good)
+        cli_complain("'%s' names no file: 'kempe new four_bar' writes four_bar.yaml", s->file);
+    return good;
+}
+
+static kempe_status print_new(const void *object, kempe_format format, char **text)
+{
+    static const char *const words = "%s: a four-bar linkage with a motor\n\n  kempe check %s\n  kempe simulate %s\n";
+    static const char *const json = "{\"status\": \"ok\", \"file\": %s}\n";
+    const char *path = object;
+    char *name = format == KEMPE_JSON ? cli_quoted(path) : NULL;
+    size_t size = strlen(words) + strlen(json) + (name ? strlen(name) : 3 * strlen(path));
+    *text = format == KEMPE_JSON && !name ? NULL : malloc(size);
+    if (*text && name)
+        snprintf(*text, size, json, name);
+    else if (*text)
+        snprintf(*text, size, words, path, path, path);
+    free(name);
+    return *text ? KEMPE_OK : KEMPE_E_MEMORY;
+}
+
+/* The name is taken first, so that no file that is there can be lost; then the text replaces the empty file. */
+static kempe_status write_new(const cli_job *j, const char *path)
+{
+    FILE *reserved = fopen(path, "wx");
+    if (!reserved) {
+        if (errno == EEXIST)
+            cli_complain("'%s' exists already and is kept: choose another name", path);
+        else
+            cli_complain("cannot write '%s': %s", path, strerror(errno));
+        cli_refuse(j->settings->json);
+        return KEMPE_E_FAILED;
+    }
+    fclose(reserved);
+    kempe_status status = kempe_write_file(j->context, path, template);
+    if (status) {
+        remove(path);
+        cli_tell_failure(j, status, false);
+    }
+    return cli_worse(KEMPE_OK, status);
+}
+
+static kempe_status new_model(const cli_job *j)
+{
+    const char *file = j->settings->file, *ending = ends_with(file, ".yaml") ? "" : ".yaml";
+    size_t size = strlen(file) + strlen(ending) + 1;
+    char *path = malloc(size);
+    if (!path) {
+        cli_complain("out of memory");
+        return KEMPE_E_MEMORY;
+    }
+    snprintf(path, size, "%s%s", file, ending);
+    kempe_status status = write_new(j, path);
+    if (status == KEMPE_OK)
+        status = cli_worse(status, cli_report(j, print_new, path));
+    free(path);
+    return status;
+}
+
+const cli_command cli_new = {
+    .bit = CLI_NEW,
+    .name = "new",
+    .usage = "NAME [options]",
+    .summary = "write a first model, NAME.yaml: a four-bar linkage with comments",
+    .examples = "  kempe new four_bar\n"
+                "  kempe check four_bar.yaml\n"
+                "  kempe simulate four_bar.yaml\n",
+    .accepts = has_name,
+    .without_model = true,
+    .run = new_model,
+};
