@@ -5,8 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-/* In units of the tolerance: errors of steps are not larger than LOST. A difference beyond ANYWAY is not reported where
- * errors are visible. */
+/* LOST: larger differences, in units of the tolerance, are no errors of steps. ANYWAY: an absolute limit of
+ * differences; between two tolerances it is used only without a reference. */
 #define LOST   1e4
 #define ANYWAY 0.1
 /* Closures open by more than this many tolerances drift. */

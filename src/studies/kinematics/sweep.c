@@ -34,7 +34,7 @@
  * of its fastest change. */
 #define SLOW 0.05
 
-/* Numbers of times sampled for moving rows. */
+/* SAMPLES: the number of intervals of time in the search for rows that move. */
 enum { EPSILONS = 64, MOST_LEAPS = 6, SAMPLES = 7 };
 
 /* -- making and standing ----------------------------------------------------------------------------- */

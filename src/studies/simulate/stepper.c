@@ -95,8 +95,8 @@ void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep)
         stepper->keeps = keep;
 }
 
-/* Inputs may have changed since the last call: they apply from here on. Steps are limited until later inputs are given.
- */
+/* Inputs may have changed since the last call: they apply from here on. While they may change, no step goes beyond
+ * `until`. */
 static kempe_status follow_inputs(kempe_stepper *s, double until)
 {
     bool changing = s->system->force && !s->keeps;

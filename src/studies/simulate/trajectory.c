@@ -228,8 +228,8 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
 
 /* -- run --------------------------------------------------------------------------------------------- */
 
-/* Moves the reason out of the report; a failure without a reason takes the context's message, and a message is replaced
- * by the reason. */
+/* Moves the reason out of the report. A run without one takes the context's message as its reason; the reason of a
+ * failure becomes the message. */
 static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
 {
     const char *message = kempe_context_message(context);
