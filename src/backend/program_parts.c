@@ -93,8 +93,8 @@ static bool find_prices(finder *f)
 
 /* -- seeds ------------------------------------------------------------------------------------------- */
 
-/* Blocks with one list of arguments are one seed. They are numbered as they come; where there are too many, neighbours
- * are one. */
+/* Numbers the seeds in their order; blocks with one list of arguments are one seed. Beyond the limit neighbours share a
+ * seed. */
 static bool number_seeds(finder *f)
 {
     uint32_t *list = KMP_NEW(uint32_t, f->count);

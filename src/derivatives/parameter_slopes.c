@@ -350,7 +350,7 @@ void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double
     }
 }
 
-/* A part of a direction for each kind of columns, parameters behind them. */
+/* The part of a direction for each kind of columns, parameters last. */
 static void parts_of(const kmp_direction *d, double *part[COLUMN_KINDS + 1])
 {
     double *const all[] = {d->t, d->q, d->qd, d->qdd, d->lambda, d->parameters};

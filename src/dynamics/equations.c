@@ -19,7 +19,7 @@
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
-/* The links as the dynamics see them. */
+/* The links of the dynamics. */
 static const kmp_tree *frames(const kmp_equations *eq)
 {
     return eq->links.count ? &eq->links : &eq->tree;

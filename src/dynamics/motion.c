@@ -71,7 +71,7 @@ static kmp_program *program_of(const groups *g, const kempe_system *s, const kmp
                : NULL;
 }
 
-/* The power of forces behind the last stage. */
+/* Adds the power of forces after the last stage. */
 static void finish_power(groups *g, const kmp_equations *eq)
 {
     kmp_ref *out = g->out + g->count[0] + g->count[1] + g->count[2] + g->count[3];
@@ -248,7 +248,7 @@ static int independent(const kempe_system *s)
     return s->n > s->m ? s->n - s->m : 0;
 }
 
-/* Entry k of [M -J'; J 0], of M with both its triangles; false behind the last. */
+/* Entry k of [M -J'; J 0], of M with both its triangles; false after the last. */
 static bool saddle_entry(const kempe_system *s, int k, int *row, int *col)
 {
     int side = k % 2, e = k / 2 - s->mass.count;

@@ -162,7 +162,7 @@ static bool direction(int n, const double *f, double *dy)
     return isfinite(largest(n, dy));
 }
 
-/* Goes along dy, less far where the residuals are none or grow. */
+/* Steps along dy; shorter where the residuals are NaN or grow. */
 static const double *advance(kmp_solving *s, double *dy, double residual)
 {
     int n = s->block->unknowns;

@@ -22,7 +22,7 @@ typedef struct bushing {
     const kmp_tree *tree;
     int frame;          /* link whose axes all vectors have */
     kmp_vec p[3], q[3]; /* axes */
-    kmp_vec way, rate;  /* d and its rate as the first body sees it */
+    kmp_vec way, rate;  /* d and its rate in the first body's axes */
     kmp_vec spin;       /* w */
 } bushing;
 

@@ -8,7 +8,7 @@
 #include "symbolic/substitute.h"
 #include <string.h>
 
-/* The search takes about the square of their number: larger mechanisms are derived. */
+/* The time of the search grows with the square of their number: larger mechanisms use derived rows. */
 enum { MOST_CLOSURES = 64 };
 
 /* -- choice of closures ------------------------------------------------------------------------------ */

@@ -12,7 +12,7 @@ typedef enum kmp_gap_way { KMP_GAP_DERIVED, KMP_GAP_INWARD, KMP_GAP_OUTWARD, KMP
 /* Parts of a row that are exchanged together. */
 typedef enum kmp_gap_part { KMP_GAP_PLACE, KMP_GAP_RATE, KMP_GAP_PARTS } kmp_gap_part; /* h and J; hdot and jdqd */
 
-/* A link seen from an ancestor, in the ancestor's axes. */
+/* A link relative to an ancestor, in the ancestor's axes. */
 typedef struct kmp_gap_seen {
     bool known;
     kmp_vec axes[3], origin, v, a, w, wd;

@@ -13,7 +13,7 @@ enum { USUAL = sizeof usual / sizeof *usual };
 /* Largest cost of a method without failures relative to the cheapest with failures. */
 #define ROBUST 2.0
 
-/* Levels that advice goes by, coarse first. */
+/* Error levels for the advice, coarse first. */
 typedef struct aims {
     int count, level[USUAL];
 } aims;
@@ -244,7 +244,7 @@ static int steadiest(const kempe_comparison *c)
     return found;
 }
 
-/* Why nothing is advised. */
+/* The reason why there is no advice. */
 static kempe_status refrain(kempe_comparison *c)
 {
     kmp_text text = {0};

@@ -67,7 +67,7 @@ typedef struct maker {
     double budget_s, least_left_s;
     int count, first; /* sources; the one that is the reference */
     maker_source sources[KMP_MOST_SOURCES];
-    kmp_samples moved; /* the rows from a start that was changed a little; none when that cannot be had */
+    kmp_samples moved; /* the rows from a slightly changed start; none when it is impossible */
     char *reason;      /* the reason of the first failed run, lack of time excepted */
 } maker;
 
@@ -201,8 +201,8 @@ static kempe_status gather(maker *m)
 
 /* -- amplification of a small change of the start ---------------------------------------------------- */
 
-/* The assembled start with all coordinates moved by NUDGE of their size, to this side and that, and closed again.
- * NULL: it cannot be had. */
+/* The assembled start with all coordinates moved by NUDGE of their size, with alternating signs, and closed again.
+ * NULL: impossible. */
 static kempe_status nudge(const maker *m, kempe_assembly **start)
 {
     int n = m->system->n;

@@ -9,7 +9,7 @@
 #define GROWTH 1.1
 /* Implicit steps with a smaller reduction than this give no advantage. */
 #define FEWER 2.0
-/* Fewer explicit steps than these are bound by nothing: little moves. */
+/* Fewer explicit steps than these have no limit: little moves. */
 #define MANY 50
 /* The tolerances that are compared, and the part of the remaining time that a probing run may take. */
 #define LOOSE      1e-3

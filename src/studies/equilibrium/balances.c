@@ -225,7 +225,8 @@ static void sort(kempe_equilibrium *e)
     }
 }
 
-/* Others from random starts; coordinates that nothing depends on, and those that move steadily, as at the start. */
+/* Searches from random starts; coordinates that nothing depends on, and those that move steadily, have their start
+ * values. */
 static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, int seed)
 {
     int n = e->system->n, starts = n > LARGE ? STARTS_OF_LARGE : STARTS;

@@ -65,7 +65,7 @@ kempe_status kmp_way_choose(kmp_descent *w);
 /** The rates of the steady coordinates are others now. */
 void kmp_way_take_rates(kmp_descent *w);
 
-/** Takes l to q. false: it cannot be had. */
+/** Takes l to q. False: impossible. */
 bool kmp_way_at(kmp_descent *w, const double *q);
 
 /** Makes l's state and rates the current ones, with matrices, unknowns and measure: joints centred, u chosen again

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The state that a mechanism is looked at from: where its linear equations are taken, its modes, its sensitivities. */
+/* The state of a mechanism for its linear equations, its modes and its sensitivities. */
 #ifndef KMP_STUDIES_EQUILIBRIUM_OPERATING_H
 #define KMP_STUDIES_EQUILIBRIUM_OPERATING_H
 

@@ -7,7 +7,7 @@
 #include "derivatives/linearized.h"
 
 typedef enum kmp_stability_word {
-    KMP_STABLE,  /* nothing grows and nothing stays */
+    KMP_STABLE,  /* all small motions decay */
     KMP_NEUTRAL, /* nothing grows; some motions remain displaced, or continue */
     KMP_UNSTABLE,
     KMP_UNDECIDED /* the reduced mass is not positive, or singular by forces of multipliers */

@@ -23,7 +23,7 @@ enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9 };
  * derivatives falls with the fourth power of the distance: with all rows it is a fifteenth of this. */
 #define DERIVATIVES_HOLD 0.02
 
-/* All that it takes until it is done. */
+/* The working data of the study. */
 typedef struct job {
     kempe_inverse *r;
     const kempe_system *system;
@@ -458,7 +458,7 @@ static bool thin_out(const job *j, kmp_prescribed *thin)
     return ok;
 }
 
-/* The rows once more along the thin table, as far as it goes. */
+/* Repeats the rows along the thinned table, as far as possible. */
 static kempe_status follow_again(job *j, kmp_inverse *inverse, const double *size, double end)
 {
     kempe_inverse *r = j->r;

@@ -159,7 +159,7 @@ static void put_output(kmp_frequency *f, double w, int output, int input)
     f->h_im[e] = nothing ? 0 : cimag(sum);
 }
 
-/* h_re and h_im at so many Hz. false: on a pole that nothing damps. */
+/* Evaluates h_re and h_im at a frequency. False: on an undamped pole. */
 static bool evaluate(kmp_frequency *f, double hz)
 {
     double w = two_pi * hz;
@@ -259,7 +259,7 @@ static bool is_in(kmp_frequency *f, double hz, int e)
     return isnan(near) || near > 100 * far;
 }
 
-/* Between the places low and high there is a pole that nothing damps. */
+/* True if there is an undamped pole between the places low and high. */
 static bool parted(const kmp_frequency *f, double low, double high)
 {
     for (int k = 0; f->has_spectrum && k < f->poles.count; k++) {

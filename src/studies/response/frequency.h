@@ -15,7 +15,7 @@
 typedef struct kmp_peak {
     int input, output;
     double frequency; /* Hz */
-    double amplitude; /* infinite at a pole that nothing damps */
+    double amplitude; /* infinite at an undamped pole */
     double phase;     /* rad, NaN there */
     double gain;      /* relative to the amplitude of the static response, NaN where that is zero or none */
 } kmp_peak;
@@ -26,7 +26,7 @@ typedef struct kmp_frequency {
     int inputs, outputs, count;
     double *at;        /* count: Hz, ascending */
     double *re, *im;   /* count blocks of outputs x inputs, column-major; NaN at a pole */
-    bool *pole;        /* count: on a pole that nothing damps */
+    bool *pole;        /* count: on an undamped pole */
     double *still;     /* outputs x inputs: the amplitude at rest, NaN where Kr is singular */
     bool has_spectrum; /* the reduced mass is positive */
     kmp_spectrum poles;

@@ -117,7 +117,7 @@ static int keep_mark(void *user, const kmp_varied_mark *mark)
     return a->arena.failed;
 }
 
-/* The end as the user sees it. */
+/* Stores the end in the user's coordinates. */
 static int keep_end(void *user, const kmp_varied_row *row)
 {
     adjoint *a = user;

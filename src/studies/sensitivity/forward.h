@@ -36,7 +36,7 @@ typedef struct kmp_varied_mark {
     const double *q, *y;   /* before: n; u and ud, 2 p */
     const double *mode;    /* of the conditions, before */
     const double *chart;   /* of the spherical joints, before */
-    kmp_chart_motion next; /* the motion in their charts behind it; chart NULL: they stay */
+    kmp_chart_motion next; /* the motion after it, in new charts; chart NULL: they are unchanged */
 } kmp_varied_mark;
 
 /** Callbacks. Each may be NULL; a nonzero result ends the run with KEMPE_E_MEMORY. */

@@ -34,7 +34,7 @@ typedef struct kmp_forward_formulation {
     double *matrix;                  /* 2 p x 2 p */
     int *signs, *signs_now, *old_u;
     double *old_q, *old_y, *old_chart; /* n; 2 p; charts: before a mark */
-    double *mode, *new_mode;           /* conditions: as they were, and behind */
+    double *mode, *new_mode;           /* conditions: before, and after */
     double *next_mode;
     bool *cause;
     double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */

@@ -17,7 +17,7 @@ struct kempe_stepper {
     char *reason;
 };
 
-/* Takes the row at t within the last step; the old one stays when it cannot be had. */
+/* Takes the row at t within the last step; after a failure the old one is unchanged. */
 static kempe_status stand_at(kempe_stepper *s, double t)
 {
     int n = s->system->n;
@@ -67,7 +67,8 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
         return kmp_fail_memory(system->context);
     s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->spec, &s->u);
-    s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* the caller sees each step, and t_end is far */
+    s->spec.max_steps =
+        s->spec.max_steps ? s->spec.max_steps : -1; /* the caller monitors each step, and t_end is far */
     if (status == KEMPE_OK)
         status = begin(s);
     if (status == KEMPE_OK)

@@ -187,7 +187,7 @@ static kempe_status try_point(job *j, const double *point)
     return status;
 }
 
-/* Straight on from where it is, by parts where that is too far. */
+/* Goes straight from the current state to `point`, by parts where that is too far. */
 static kempe_status go(job *j, const double *point)
 {
     kmp_parts way = KMP_PARTS;
