@@ -67,8 +67,7 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
         return kmp_fail_memory(system->context);
     s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->spec, &s->u);
-    s->spec.max_steps =
-        s->spec.max_steps ? s->spec.max_steps : -1; /* the caller monitors each step, and t_end is far */
+    s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* monitored by the caller; t_end is far */
     if (status == KEMPE_OK)
         status = begin(s);
     if (status == KEMPE_OK)
