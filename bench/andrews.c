@@ -12,6 +12,7 @@
 #include "constraints/evaluation/fused.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

@@ -12,6 +12,7 @@
 #include "constraints/partition/reduction.h"
 #include "integrators/run/run.h"
 #include "linalg/dense/dense.h"
+#include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -4,6 +4,7 @@
 #include "bench.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/fused.h"
+#include <kempe/check.h>
 
 static void put(const char *name, kmp_counts c)
 {

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "generate/source.h"
 #include <dlfcn.h>
+#include <kempe/generate.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>

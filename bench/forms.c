@@ -5,6 +5,7 @@
 #include "integrators/formulations/formulation.h"
 #include "integrators/steppers/solver.h"
 #include "judged.h"
+#include <kempe/check.h>
 
 enum { RUNS = 9, ROWS = 64 };
 

@@ -8,6 +8,7 @@
 #include "emitted.h"
 #include "generate/source.h"
 #include "linalg/dense/dense.h"
+#include <kempe/generate.h>
 #include <string.h>
 
 enum { MOST = 128, MOST_STATES = 64, ROUNDS = 9 };

@@ -13,6 +13,7 @@
 #include "judged.h"
 
 #include <ida/ida.h>
+#include <kempe/check.h>
 #include <klu.h>
 #include <sundials/sundials_linearsolver.h>
 #include <sunmatrix/sunmatrix_sparse.h>

@@ -7,6 +7,7 @@
 #include "bench/battery.h"
 #include "constraints/evaluation/plant.h"
 #include "constraints/partition/partition.h"
+#include <kempe/check.h>
 
 typedef struct push_case {
     const char *name, *model;

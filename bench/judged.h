@@ -8,6 +8,7 @@
 #include "constraints/evaluation/plant.h"
 #include "integrators/run/run.h"
 #include "output/reference.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

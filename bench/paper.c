@@ -10,6 +10,7 @@
 #include "bench.h"
 #include "generate/levels.h"
 #include "symbolic/program/live.h"
+#include <kempe/generate.h>
 #include <string.h>
 
 static kempe_context *context;

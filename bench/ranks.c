@@ -10,6 +10,7 @@
 #include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

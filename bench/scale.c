@@ -9,6 +9,7 @@
 #include "chain.h"
 #include "constraints/diagnosis/diagnose.h"
 #include "integrators/run/run.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -5,6 +5,7 @@
  * parameters by half or more. */
 #include "bench.h"
 #include <kempe/kempe.h>
+#include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>
 

@@ -12,6 +12,7 @@
 #include "integrators/run/runner.h"
 #include "integrators/sundials/host_vector.h"
 #include "integrators/sundials/linear.h"
+#include <kempe/check.h>
 #include <string.h>
 
 static const char *const linear[] = {"klu", "umfpack"};

@@ -9,6 +9,7 @@
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

@@ -16,6 +16,7 @@
 #include "integrators/run/run.h"
 #include "integrators/sundials/linear.h"
 #include "linalg/sparse.h"
+#include <kempe/check.h>
 #include <signal.h>
 #include <string.h>
 #include <sunlinsol/sunlinsol_dense.h>

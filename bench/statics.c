@@ -8,6 +8,8 @@
 #include "linalg/dense/spectrum.h"
 #include "model/tables/output_table.h"
 #include "studies/equilibrium/equilibrium.h"
+#include <kempe/check.h>
+#include <kempe/settings.h>
 #include <math.h>
 #include <string.h>
 

@@ -8,6 +8,7 @@
  * run's the least of a few. */
 #include "bench.h"
 #include "integrators/run/runner.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

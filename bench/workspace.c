@@ -2,6 +2,7 @@
 /* The public workspace: microseconds of a call at closed states beside the start, each call at another state than the
  * one before. */
 #include "bench.h"
+#include <kempe/check.h>
 #include <kempe/workspace.h>
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,26 @@
 #ifndef KEMPE_TESTS_ARGUMENTS_H
 #define KEMPE_TESTS_ARGUMENTS_H
 
+#include <kempe/branches.h>
+#include <kempe/build.h>
+#include <kempe/check.h>
+#include <kempe/compare.h>
+#include <kempe/contact.h>
+#include <kempe/contact_table.h>
+#include <kempe/ensemble.h>
+#include <kempe/equilibrium.h>
+#include <kempe/generate.h>
+#include <kempe/gradient.h>
+#include <kempe/inverse.h>
 #include <kempe/kempe.h>
+#include <kempe/kinematics.h>
+#include <kempe/linearize.h>
+#include <kempe/modes.h>
+#include <kempe/response.h>
+#include <kempe/sensitivity.h>
+#include <kempe/settings.h>
+#include <kempe/stepper.h>
+#include <kempe/workspace.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>

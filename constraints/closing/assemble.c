@@ -14,6 +14,7 @@
 #include "constraints/partition/partition.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

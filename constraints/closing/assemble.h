@@ -6,6 +6,7 @@
 #include "base/arena.h"
 #include "constraints/closing/goals.h"
 #include "dynamics/system.h"
+#include <kempe/check.h>
 
 struct kempe_assembly {
     const kempe_system *system;

@@ -6,6 +6,8 @@
 
 #include "base/arena.h"
 #include "constraints/diagnosis/doctor.h"
+#include <kempe/branches.h>
+#include <kempe/check.h>
 
 /** Random starts: uniform over all angles, and translations within some characteristic lengths. The loops are then
  * closed. */

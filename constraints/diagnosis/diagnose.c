@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "constraints/evaluation/plant.h"
 #include "constraints/partition/massless.h"
+#include <kempe/check.h>
 #include <string.h>
 
 /* Rank without the rows of drives that move. */

@@ -4,6 +4,7 @@
 #define KMP_CONSTRAINTS_DIAGNOSIS_DIAGNOSE_H
 
 #include "constraints/diagnosis/doctor.h"
+#include <kempe/check.h>
 
 struct kempe_check {
     const kempe_system *system;

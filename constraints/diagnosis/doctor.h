@@ -9,6 +9,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/diagnosis/doctor_walk.h"
 #include "constraints/partition/partition.h"
+#include <kempe/check.h>
 
 enum { KMP_DOCTOR_POINTS = 8 };
 

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/diagnosis/doctor.h"
 #include "constraints/kinds/kind_parts.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

@@ -10,6 +10,7 @@
 #include "constraints/evaluation/pressing.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
+#include <kempe/check.h>
 #include <kempe/workspace.h>
 #include <math.h>
 #include <stdarg.h>

@@ -20,6 +20,7 @@
 #include "dynamics/equations.h"
 #include "linalg/dense/least.h"
 #include <float.h>
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

@@ -6,6 +6,7 @@
 
 #include "constraints/closing/assemble.h"
 #include "model/variant.h"
+#include <kempe/check.h>
 
 /** A rounded drawing has an exact mechanism nearby; or rows stay open, explained by rounding of its numbers or not. */
 typedef enum kmp_drawn_model { KMP_DRAWING_OPEN, KMP_DRAWING_UNEXPLAINED, KMP_DRAWING_EXACT } kmp_drawn_model;

@@ -3,6 +3,8 @@
 #include "constraints/rounding/exact.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
+#include <kempe/check.h>
+#include <kempe/settings.h>
 #include <math.h>
 
 /* Bounds for the search: in larger models closures that are redundant but for rounding stay open. */

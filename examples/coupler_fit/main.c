@@ -6,6 +6,7 @@
  *
  * It fails unless the places are met to 1e-6 m, and unless the gradient agrees with differences.
  */
+#include <kempe/gradient.h>
 #include <kempe/kempe.h>
 #include <math.h>
 #include <nlopt.h>

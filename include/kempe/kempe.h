@@ -7,11 +7,24 @@
  *     context   receives messages, keeps the last error
  *     model     read from a file and frozen, with every error reported
  *     system    equations derived symbolically, programs prepared
- *     check     mobility, redundancy, the choice of independent coordinates
- *     assemble  loops closed from the model's guess
  *     simulate  one formulation, one integrator: a trajectory with accuracy checks
  *
- * Further headers have compare and the other analyses (list below).
+ * This is the core. A program includes a further header for each study that it uses:
+ *
+ *     check.h         mobility, redundancy, the assembled state; branches.h: assembly modes
+ *     settings.h      models with other parameters, tolerances and algorithms; build.h: models made in code
+ *     stepper.h       a run advanced step by step; extend.h: user-defined forces
+ *     workspace.h     M, C, h, J at a given state; forward and inverse dynamics
+ *     compare.h       many formulations and tolerances against a reference
+ *     ensemble.h      many instances of one mechanism with different parameters
+ *     kinematics.h    position analysis over a range of coordinates
+ *     equilibrium.h   static and steady-state equilibria
+ *     inverse.h       actuator forces of a prescribed motion
+ *     linearize.h     state spaces about a state; response.h: frequency response
+ *     modes.h         eigenvalues and mode shapes, also over the values of a parameter
+ *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
+ *     contact_table.h wheels on their rails over a range; contact.h: rolling contact without a model
+ *     generate.h      operation counts, and equations in other languages
  *
  * The equations of motion are M(q) qdd + C(q, qd, t) = Q + J(q, t)' lambda, h(q, t) = 0. q are the relative joint
  * coordinates of the tree (rad and m), and C is the bias (Coriolis, centrifugal, gravity, applied forces). lambda has
@@ -43,7 +56,13 @@
 extern "C" {
 #endif
 
-#define KEMPE_VERSION "0.1.0"
+#define KEMPE_VERSION       "0.1.0"
+#define KEMPE_VERSION_MAJOR 0
+#define KEMPE_VERSION_MINOR 1
+#define KEMPE_VERSION_PATCH 0
+
+/** The version of the library that runs, as KEMPE_VERSION is that of the header; never NULL. */
+KEMPE_API const char *kempe_version(void);
 
 typedef enum kempe_status {
     KEMPE_OK = 0,
@@ -98,27 +117,8 @@ KEMPE_API kempe_status kempe_model_read(kempe_context *context, const char *path
 KEMPE_API kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label,
                                              kempe_model **model);
 
-/** A new value of a model parameter: an expression as in the file ("0.3", "7800 kg/m^3", "2*L1"). */
-typedef struct kempe_setting {
-    const char *name, *value;
-} kempe_setting;
-
-/** Reads a model with `count` settings of declared parameters; for repeated names the last one counts. */
-KEMPE_API kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *settings,
-                                            int count, kempe_model **model);
-KEMPE_API kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,
-                                                 const kempe_setting *settings, int count, kempe_model **model);
-
-/** Reads a number as in a model file, without parameters: "3", "20 ms", "1/25 s". *value is in `unit`; so is a number
- * without a unit. KEMPE_E_ARGUMENT: the text is no number, or its unit has another dimension. */
-KEMPE_API kempe_status kempe_number_read(kempe_context *context, const char *text, const char *unit, double *value);
 KEMPE_API void kempe_model_free(kempe_model *model);
 KEMPE_API const char *kempe_model_name(const kempe_model *model);
-
-/** Sets the largest gap in m that redundant closures may keep, in place of the model's closure_tolerance. Call it
- * before a system is made of the model; points and axes of these closures then count as rounded. 0: every closure is
- * closed. KEMPE_E_ARGUMENT: the value is negative or NaN. */
-KEMPE_API kempe_status kempe_model_set_closure_tolerance(kempe_model *model, double metres);
 
 /** Number n of joint coordinates, and the name of the k-th (`joint` or `joint.k`). */
 KEMPE_API int kempe_model_coordinate_count(const kempe_model *model);
@@ -126,8 +126,6 @@ KEMPE_API const char *kempe_model_coordinate_name(const kempe_model *model, int 
 
 /** Prints the model as parsed. */
 KEMPE_API kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text);
-
-/* A model may also be built in code: kempe/build.h, which this header includes at its end. */
 
 /* -- system: the derived equations ----------------------------------------------------------------- */
 
@@ -137,11 +135,6 @@ typedef struct kempe_system kempe_system;
  * can never be met, or a joint that moves no mass. */
 KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
 
-/** Derives the equations as kempe_system_new, by a chosen algorithm: auto, composite, plain, ner or articulated. NULL
- * takes the model's, or auto, which takes the cheaper one. KEMPE_E_ARGUMENT: the algorithm does not exist.
- * KEMPE_E_FAILED: the articulated-body algorithm cannot give the accelerations; the message has the reason. */
-KEMPE_API kempe_status kempe_system_new_with_algorithm(const kempe_model *model, const char *dynamics,
-                                                       kempe_system **system);
 KEMPE_API void kempe_system_free(kempe_system *system);
 
 /** Number of closure rows that do not vanish identically, and the name of row k: `closure.1` ... */
@@ -157,36 +150,6 @@ typedef enum kempe_view {
 
 KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format,
                                           char **text);
-
-/* Operation counts of sets of equations, and their text in other languages: kempe/generate.h, included at the end. */
-
-/* Equations at a given state: kempe/workspace.h; user-defined forces: kempe/extend.h. Both are included at the end. */
-
-/* -- check and assemble ---------------------------------------------------------------------------- */
-
-typedef struct kempe_assembly kempe_assembly;
-
-/** Closes the loops from the model's guess: held coordinates are fixed, rates are made consistent. KEMPE_E_FAILED: the
- * context's message has the loop that stays open and its gap. `*assembly` is then still given, with the best
- * configuration found. */
-KEMPE_API kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly);
-KEMPE_API void kempe_assembly_free(kempe_assembly *assembly);
-
-/** q and qd of the assembled state, n values, owned by the assembly. */
-KEMPE_API const double *kempe_assembly_q(const kempe_assembly *assembly);
-KEMPE_API const double *kempe_assembly_qd(const kempe_assembly *assembly);
-KEMPE_API kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text);
-
-/* Other assembly modes: kempe/branches.h, which this header includes at its end. */
-
-typedef struct kempe_check kempe_check;
-
-/** Mobility, redundant rows (everywhere, or only here) and closures that may be left out, the independent coordinates
- * of the formulations and their reason, limits of motion. KEMPE_E_FAILED: the model does not assemble; `*check` is then
- * still given, with the obstacle. */
-KEMPE_API kempe_status kempe_check_new(const kempe_system *system, kempe_check **check);
-KEMPE_API void kempe_check_free(kempe_check *check);
-KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text);
 
 /* -- simulate -------------------------------------------------------------------------------------- */
 
@@ -258,44 +221,11 @@ KEMPE_API kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajec
  * not at all. */
 KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajectory, const char *path);
 
-/* The other headers, which this one includes at its end:
- *
- *     stepper.h       a run advanced step by step
- *     compare.h       many formulations and tolerances against a reference
- *     ensemble.h      many instances of one mechanism with different parameters
- *     kinematics.h    position analysis over a range of coordinates
- *     equilibrium.h   static and steady-state equilibria
- *     contact_table.h wheels on their rails over a range
- *     inverse.h       actuator forces of a prescribed motion
- *     linearize.h     state spaces about a state; response.h: frequency response
- *     modes.h         eigenvalues and mode shapes, also over the values of a parameter
- *     contact.h       rolling contact without a model: ellipses and laws of creep
- *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers */
-
 /** Writes text to a file whole or not at all (through a temporary file in the same folder, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);
 
 #ifdef __cplusplus
 }
 #endif
-
-#include <kempe/branches.h>
-#include <kempe/build.h>
-#include <kempe/compare.h>
-#include <kempe/contact.h>
-#include <kempe/contact_table.h>
-#include <kempe/ensemble.h>
-#include <kempe/equilibrium.h>
-#include <kempe/extend.h>
-#include <kempe/generate.h>
-#include <kempe/gradient.h>
-#include <kempe/inverse.h>
-#include <kempe/kinematics.h>
-#include <kempe/linearize.h>
-#include <kempe/modes.h>
-#include <kempe/response.h>
-#include <kempe/sensitivity.h>
-#include <kempe/stepper.h>
-#include <kempe/workspace.h>
 
 #endif

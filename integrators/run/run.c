@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/run/runner.h"
+#include <kempe/check.h>
 #include <time.h>
 
 long kmp_runner_tried(const kmp_runner *run)

@@ -6,6 +6,7 @@
 #include "constraints/closing/assemble.h"
 #include "dynamics/system.h"
 #include "integrators/run/journal.h"
+#include <kempe/check.h>
 
 typedef struct kmp_runner kmp_runner;
 

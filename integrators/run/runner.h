@@ -11,6 +11,7 @@
 #include "integrators/run/run.h"
 #include "integrators/run/work_bound.h"
 #include "integrators/steppers/solver.h"
+#include <kempe/check.h>
 
 struct kmp_runner {
     const kempe_system *s;

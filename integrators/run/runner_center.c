@@ -4,6 +4,7 @@
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

@@ -8,6 +8,7 @@
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 #include "integrators/steppers/leap.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

@@ -23,6 +23,11 @@ struct kempe_context {
  * ending. */
 enum { NONE, ASKED, TAKEN };
 
+const char *kempe_version(void)
+{
+    return KEMPE_VERSION;
+}
+
 const char *kempe_status_text(kempe_status status)
 {
     switch (status) {

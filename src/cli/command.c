@@ -3,6 +3,7 @@
  * stderr, JSON at the path of --json. */
 #include "command.h"
 
+#include <kempe/settings.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>

@@ -76,7 +76,7 @@ static int choose(int argc, char **argv)
         return CLI_DONE;
     }
     if (strcmp(argv[1], "--version") == 0) {
-        puts("kempe " KEMPE_VERSION);
+        printf("kempe %s\n", kempe_version());
         return CLI_DONE;
     }
     for (int k = 0; k < COMMAND_COUNT; k++)

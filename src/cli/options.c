@@ -3,6 +3,8 @@
  * Accepted: --name value, --name=value, -o value, and `--` before a file name that begins with a dash. */
 #include "options.h"
 
+#include <kempe/compare.h>
+#include <kempe/settings.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>

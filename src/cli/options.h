@@ -3,7 +3,16 @@
 #ifndef KEMPE_CLI_OPTIONS_H
 #define KEMPE_CLI_OPTIONS_H
 
+#include <kempe/compare.h>
+#include <kempe/contact_table.h>
+#include <kempe/equilibrium.h>
+#include <kempe/generate.h>
+#include <kempe/inverse.h>
 #include <kempe/kempe.h>
+#include <kempe/kinematics.h>
+#include <kempe/modes.h>
+#include <kempe/sensitivity.h>
+#include <kempe/settings.h>
 #include <stdbool.h>
 #include <stdio.h>
 

@@ -8,6 +8,7 @@
  * strip steps are even, and tractions are those in the middle of each. */
 #include "base/context.h"
 #include "contact/creep.h"
+#include <kempe/contact.h>
 #include <math.h>
 
 static const double pi = 3.14159265358979323846;

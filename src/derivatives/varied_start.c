@@ -17,6 +17,7 @@
 #include "constraints/tolerances.h"
 #include "derivatives/varied.h"
 #include "linalg/dense/least.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

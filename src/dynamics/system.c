@@ -8,6 +8,7 @@
 #include "model/check_mass.h"
 #include "model/spherical.h"
 #include "model/variant.h"
+#include <kempe/extend.h>
 #include <math.h>
 #include <string.h>
 

@@ -6,6 +6,7 @@
 
 #include "dynamics/equations.h"
 #include "symbolic/program/program.h"
+#include <kempe/extend.h>
 #include <stdatomic.h>
 
 /** The positions of a matrix's non-zeros. */

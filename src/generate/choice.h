@@ -4,6 +4,7 @@
 #define KMP_GENERATE_CHOICE_H
 
 #include "generate/sets.h"
+#include <kempe/generate.h>
 
 enum { KMP_MOST_CHOSEN = 32, KMP_CHOICE_NAME = 40 };
 

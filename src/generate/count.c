@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "generate/choice.h"
 #include "output/print.h"
+#include <kempe/generate.h>
 #include <string.h>
 
 struct kempe_count {

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "generate/source.h"
 #include "output/print.h"
+#include <kempe/generate.h>
 #include <string.h>
 
 struct kempe_code {

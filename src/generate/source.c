@@ -9,6 +9,7 @@
 #include "generate/symbols.h"
 #include "model/print/model_print.h"
 #include <ctype.h>
+#include <kempe/generate.h>
 #include <string.h>
 
 /* -- names ------------------------------------------------------------------------------------------- */

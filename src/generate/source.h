@@ -5,6 +5,7 @@
 #define KMP_GENERATE_SOURCE_H
 
 #include "generate/choice.h"
+#include <kempe/generate.h>
 
 /** An output of a routine: entries first, first + 1, ... of its program, row by row. */
 typedef struct kmp_array {

@@ -4,6 +4,7 @@
 #include "model/build.h"
 #include "base/memory.h"
 #include "model/files/nodes.h"
+#include <kempe/build.h>
 #include <math.h>
 #include <string.h>
 

@@ -8,6 +8,7 @@
 #include "integrators/run/run.h"
 #include "output/json.h"
 #include "output/samples.h"
+#include <kempe/check.h>
 
 typedef struct kmp_convergence {
     bool known;        /* false: there was no other run */

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "model/tables/ranges.h"
 #include "model/variant.h"
+#include <kempe/ensemble.h>
 #include <limits.h>
 #include <math.h>
 #include <stdint.h>

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "model/variant.h"
 #include "output/values.h"
+#include <kempe/ensemble.h>
 #include <math.h>
 #include <string.h>
 

@@ -5,6 +5,7 @@
 #include "report/encode.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

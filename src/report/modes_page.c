@@ -7,6 +7,7 @@
 #include "report/motion_picture.h"
 #include "report/page.h"
 #include "studies/modes/modes.h"
+#include <kempe/modes.h>
 #include <math.h>
 #include <string.h>
 

@@ -3,6 +3,7 @@
 #include "report/page.h"
 #include "base/memory.h"
 #include "report/motion_picture.h"
+#include <kempe/check.h>
 #include <kempe/compare.h>
 #include <string.h>
 

@@ -4,6 +4,7 @@
 #define KMP_REPORT_PAGE_H
 
 #include "report/record.h"
+#include <kempe/compare.h>
 
 /** The files of the same names line by line, newlines included, as embedded by the build; NULL ends each.
  */

@@ -3,6 +3,7 @@
  * ranges of steps, neighbours are merged in pairs, and from then on each range has twice as many steps. */
 #include "report/record.h"
 #include "base/memory.h"
+#include <kempe/compare.h>
 #include <math.h>
 
 /* -- steps ------------------------------------------------------------------------------------------- */

@@ -5,6 +5,7 @@
 #define KMP_REPORT_RECORD_H
 
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 
 enum { KMP_RECORD_ROWS = 600, KMP_RECORD_RANGES = 600 };
 

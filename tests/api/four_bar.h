@@ -5,6 +5,7 @@
 #define KEMPE_TESTS_FOUR_BAR_H
 
 #include "check.h"
+#include <kempe/build.h>
 #include <kempe/kempe.h>
 
 #define FOUR_BAR_TORQUE "0.2 - 0.01*qd(A)"

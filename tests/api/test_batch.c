@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Ensembles from a program: a model built in code, values from memory, what comes out against a run of its own. */
 #include "four_bar.h"
+#include <kempe/ensemble.h>
 
 enum { N = 3, COUNT = 11 };
 

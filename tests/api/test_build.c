@@ -2,6 +2,8 @@
 /* A model built in code is the model that the same words in a file give, and its mistakes are said in the same
  * sentences. */
 #include "four_bar.h"
+#include <kempe/build.h>
+#include <kempe/check.h>
 #include <stdlib.h>
 
 static const char file[] = "kempe: 1\n"

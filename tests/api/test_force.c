@@ -4,6 +4,9 @@
  * on the dae formulation. */
 #include "four_bar.h"
 #include <float.h>
+#include <kempe/extend.h>
+#include <kempe/stepper.h>
+#include <kempe/workspace.h>
 #include <stdlib.h>
 
 static int torque(void *user, double t, const double *q, const double *qd, double *effort)

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An interrupt ends one computation, the running one or the next, and no other. */
 #include "check.h"
+#include <kempe/compare.h>
 #include <kempe/kempe.h>
+#include <kempe/kinematics.h>
+#include <kempe/sensitivity.h>
+#include <kempe/stepper.h>
 
 typedef struct scene {
     kempe_context *context;

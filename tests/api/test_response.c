@@ -9,6 +9,9 @@
 #include "check.h"
 #include <complex.h>
 #include <kempe/kempe.h>
+#include <kempe/linearize.h>
+#include <kempe/response.h>
+#include <kempe/settings.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A run under the caller's control is the run that kempe_simulate makes. */
 #include "four_bar.h"
+#include <kempe/build.h>
+#include <kempe/extend.h>
+#include <kempe/stepper.h>
 
 enum { N = 3, M = 2, ROWS = 40 };
 

@@ -2,6 +2,8 @@
 /* The equations at a state: held against differences, against each other, against a run, and on four threads at once.
  */
 #include "four_bar.h"
+#include <kempe/check.h>
+#include <kempe/workspace.h>
 #include <pthread.h>
 
 enum { N = 3, M = 2 };

@@ -5,6 +5,8 @@
 
 #include "base/memory.h"
 #include "check.h"
+#include <kempe/check.h>
+#include <kempe/compare.h>
 #include <kempe/kempe.h>
 #include <stdbool.h>
 

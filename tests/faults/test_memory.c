@@ -3,6 +3,22 @@
  * until none is left: nothing crashes or leaks (under the address sanitizer), the stage says that there is no memory,
  * and leaves its outputs untouched. A stage may also do without what it did not get, and then it is done. */
 #include "exhaust.h"
+#include <kempe/build.h>
+#include <kempe/check.h>
+#include <kempe/compare.h>
+#include <kempe/ensemble.h>
+#include <kempe/equilibrium.h>
+#include <kempe/generate.h>
+#include <kempe/gradient.h>
+#include <kempe/inverse.h>
+#include <kempe/kinematics.h>
+#include <kempe/linearize.h>
+#include <kempe/modes.h>
+#include <kempe/response.h>
+#include <kempe/sensitivity.h>
+#include <kempe/settings.h>
+#include <kempe/stepper.h>
+#include <kempe/workspace.h>
 #include <stdlib.h>
 #include <unistd.h>
 

@@ -2,6 +2,7 @@
 /* Every allocation fails once (test_memory.c), of what is done with wheels on rails, unknowns, and forces that depend
  * on multipliers. */
 #include "exhaust.h"
+#include <kempe/contact_table.h>
 #include <stdlib.h>
 #include <unistd.h>
 

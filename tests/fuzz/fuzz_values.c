@@ -3,6 +3,7 @@
 #include "base/context.h"
 #include "fuzz.h"
 #include "output/values.h"
+#include <kempe/ensemble.h>
 #include <math.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -2,6 +2,8 @@
 /* A model as its user would go on with it. Of the many ways each input takes some, so that it ends soon; large models
  * are not derived. */
 #include "fuzz.h"
+#include <kempe/check.h>
+#include <kempe/generate.h>
 #include <stdio.h>
 
 enum { MOST_COORDINATES = 12 };

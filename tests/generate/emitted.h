@@ -9,6 +9,7 @@
 #include "generate/source.h"
 #include "unit/random.h"
 #include <dlfcn.h>
+#include <kempe/generate.h>
 #include <stdlib.h>
 #include <unistd.h>
 

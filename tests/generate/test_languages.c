@@ -4,6 +4,7 @@
 #include "unit/random_model.h"
 /* after it: a name is in both */
 #include "generate/emitted.h"
+#include <kempe/generate.h>
 
 /* -- tools ------------------------------------------------------------------------------------------- */
 

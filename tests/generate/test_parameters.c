@@ -8,6 +8,8 @@
 #include "generate/source.h"
 #include "model/tables/force_table.h"
 #include "unit/random.h"
+#include <kempe/generate.h>
+#include <kempe/settings.h>
 #include <math.h>
 
 enum { MOST = 512 };

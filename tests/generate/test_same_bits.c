@@ -4,6 +4,7 @@
 #include "constraints/evaluation/plant.h"
 #include "generate/emitted.h"
 #include "generate/models.h"
+#include <kempe/generate.h>
 
 /* Beside the largest entry of its array. */
 #define ROUNDING 1e-14

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A program of somebody else's: a pendulum built in code, swung for a second. */
+#include <kempe/build.h>
 #include <kempe/kempe.h>
 #include <math.h>
 #include <stdio.h>

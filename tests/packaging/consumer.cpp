@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <kempe/kempe.h>
+#include <kempe/build.h>
 
 int main()
 {

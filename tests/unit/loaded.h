@@ -5,6 +5,7 @@
 
 #include "check.h"
 #include <kempe/kempe.h>
+#include <kempe/settings.h>
 #include <stdbool.h>
 
 typedef struct loaded {

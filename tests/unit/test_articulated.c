@@ -9,6 +9,9 @@
 #include "constraints/evaluation/plant.h"
 #include "integrators/run/run.h"
 #include "output/reference.h"
+#include <kempe/check.h>
+#include <kempe/extend.h>
+#include <kempe/settings.h>
 #include <kempe/workspace.h>
 #include <time.h>
 

@@ -8,6 +8,7 @@
 #include "constraints/partition/partition.h"
 #include "loaded.h"
 #include "random.h"
+#include <kempe/check.h>
 #include <stdlib.h>
 
 static kempe_assembly *assembled(const loaded *l)

@@ -3,6 +3,7 @@
  * the coordinates that an engineer would call independent. */
 #include "constraints/diagnosis/diagnose.h"
 #include "loaded.h"
+#include <kempe/check.h>
 #include <kempe/workspace.h>
 #include <math.h>
 #include <stdlib.h>

@@ -6,6 +6,7 @@
 #include "integrators/steppers/solver.h"
 #include "loaded.h"
 #include <float.h>
+#include <kempe/settings.h>
 
 /* Steps of 1e-9 s towards 1 s, then of 1e-4 s. */
 static void progress_decides(void)

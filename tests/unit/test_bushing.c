@@ -11,6 +11,8 @@
 #include "random_model.h"
 #include "studies/equilibrium/equilibrium.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/check.h>
+#include <kempe/settings.h>
 
 enum { MODELS = 48, ROWS = 6 };
 

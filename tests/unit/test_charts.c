@@ -8,6 +8,9 @@
 #include "constraints/diagnosis/diagnose.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/branches.h>
+#include <kempe/check.h>
+#include <kempe/extend.h>
 #include <kempe/stepper.h>
 #include <stdlib.h>
 

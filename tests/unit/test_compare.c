@@ -5,6 +5,8 @@
 #include "check.h"
 #include "loaded.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
+#include <kempe/settings.h>
 #include <stdlib.h>
 
 /* -- made by hand ------------------------------------------------------------------------------------ */

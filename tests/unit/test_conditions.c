@@ -7,6 +7,7 @@
 #include "dynamics/equations.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include <kempe/stepper.h>
 
 /* A graph of the model with its events, as programs are derived from. */
 static kmp_equations derive(const loaded *s, kmp_events *events)

@@ -5,6 +5,8 @@
 #include "model/model.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table.h"
+#include <kempe/contact.h>
+#include <kempe/contact_table.h>
 #include <stdlib.h>
 
 static const char manchester[] = "examples/manchester/manchester.yaml";

@@ -5,6 +5,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/plant.h"
 #include "loaded.h"
+#include <kempe/check.h>
 #include <stdlib.h>
 
 enum { MOST = 8 };

@@ -7,6 +7,8 @@
 #include "constraints/diagnosis/diagnose.h"
 #include "loaded.h"
 #include "random_model.h"
+#include <kempe/branches.h>
+#include <kempe/check.h>
 #include <stdlib.h>
 
 typedef struct patient {

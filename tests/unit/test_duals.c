@@ -6,6 +6,7 @@
 #include "integrators/formulations/tangent_numbers.h"
 #include "loaded.h"
 #include "random_model.h"
+#include <kempe/settings.h>
 
 enum { MODELS = 64, SIZE = 96 };
 

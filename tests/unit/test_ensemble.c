@@ -8,6 +8,8 @@
 #include "loaded.h"
 #include "model/model.h"
 #include "random.h"
+#include <kempe/settings.h>
+#include <kempe/stepper.h>
 #include <stdlib.h>
 
 enum { COUNT = 19, MOST = 8 };

@@ -8,6 +8,8 @@
 #include "studies/equilibrium/operating.h"
 #include "studies/equilibrium/stability.h"
 #include <complex.h>
+#include <kempe/equilibrium.h>
+#include <kempe/settings.h>
 
 /* One coordinate: its value at the equilibrium, NaN when there is none. */
 static double rest_of(const char *text)

@@ -6,6 +6,8 @@
 #include "constraints/evaluation/plant.h"
 #include "loaded.h"
 #include "random.h"
+#include <kempe/build.h>
+#include <kempe/check.h>
 #include <stdlib.h>
 
 /* Closed, and at a minimum. */

@@ -4,6 +4,7 @@
  * reactions against differences; the assembly mode kept over long ways; what cannot be had. */
 #include "loaded.h"
 #include <complex.h>
+#include <kempe/gradient.h>
 
 #define BODIES                                                                                                         \
     "ground: {points: {O: [x, y, 0], D: [x + base*cos(tilt), y + base*sin(tilt), 0]}}\n"                               \

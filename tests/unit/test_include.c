@@ -3,6 +3,7 @@
 #include "check.h"
 #include "derived.h"
 #include "model/model.h"
+#include <kempe/settings.h>
 #include <stdlib.h>
 
 static kempe_context *context;

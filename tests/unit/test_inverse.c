@@ -11,6 +11,9 @@
 #include "studies/inverse/inverse_dynamics.h"
 #include "studies/inverse/prescribed.h"
 #include "symbolic/table.h"
+#include <kempe/extend.h>
+#include <kempe/inverse.h>
+#include <kempe/workspace.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <unistd.h>

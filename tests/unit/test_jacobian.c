@@ -6,6 +6,7 @@
 #include "constraints/closing/assemble.h"
 #include "integrators/formulations/formulation.h"
 #include "random_model.h"
+#include <kempe/check.h>
 
 enum { MOST = 64, MODELS = 120 };
 

@@ -5,6 +5,7 @@
 #include "constraints/diagnosis/diagnose.h"
 #include "loaded.h"
 #include "model/model.h"
+#include <kempe/check.h>
 
 enum { MOST = 32 };
 

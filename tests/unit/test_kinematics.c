@@ -2,6 +2,8 @@
 /* Sweeps of coordinates against closed forms, and against themselves: rates against differences, dead centres, branches
  * kept, what is told of drives that are too few or too many. */
 #include "loaded.h"
+#include <kempe/kinematics.h>
+#include <kempe/settings.h>
 #include <stdbool.h>
 #include <stdlib.h>
 

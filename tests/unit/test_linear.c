@@ -7,6 +7,7 @@
 #include "derivatives/linearized.h"
 #include "loaded.h"
 #include "random.h"
+#include <kempe/check.h>
 
 enum { MOST = 64 };
 

@@ -3,6 +3,7 @@
 #include "check.h"
 #include "constraints/kinds/kind.h"
 #include "linkage.h"
+#include <kempe/check.h>
 
 /* -- the choice ---------------------------------------------------------------------------------------------- */
 

@@ -7,8 +7,10 @@
 #include "derivatives/linearized.h"
 #include "loaded.h"
 #include "studies/inverse/inverse_dynamics.h"
+#include <kempe/check.h>
 #include <kempe/extend.h>
 #include <kempe/sensitivity.h>
+#include <kempe/settings.h>
 #include <stdlib.h>
 
 enum { MOST = 16 };

@@ -7,6 +7,8 @@
 #include "loaded.h"
 #include "studies/modes/operating_family.h"
 #include <complex.h>
+#include <kempe/modes.h>
+#include <kempe/settings.h>
 #include <stdlib.h>
 
 enum { MOST = 64 };

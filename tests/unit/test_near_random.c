@@ -8,6 +8,7 @@
 #include "random_model.h"
 #include "studies/modes/mode_slopes.h"
 #include <complex.h>
+#include <kempe/check.h>
 
 enum { MOST = 64, MODELS = 1000, LEVELS = 6, PARAMETERS = 2 };
 

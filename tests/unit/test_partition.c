@@ -11,6 +11,7 @@
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "random.h"
+#include <kempe/check.h>
 #include <stdlib.h>
 
 enum { MOST = 12 };

@@ -8,6 +8,7 @@
 #include "integrators/formulations/reduced_jacobian.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/settings.h>
 #include <kempe/workspace.h>
 #include <math.h>
 #include <stdlib.h>

@@ -7,6 +7,7 @@
 #include "derivatives/linearized.h"
 #include "integrators/run/runner.h"
 #include "loaded.h"
+#include <kempe/check.h>
 #include <kempe/workspace.h>
 #include <math.h>
 

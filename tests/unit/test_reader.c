@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "model/model.h"
+#include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>
 #include <unistd.h>

@@ -8,6 +8,7 @@
 #include "integrators/run/run.h"
 #include "integrators/run/runner.h"
 #include "loaded.h"
+#include <kempe/check.h>
 #include <stdlib.h>
 
 enum { MOST = 128, TIMES = 100 };

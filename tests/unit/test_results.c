@@ -7,6 +7,8 @@
 #include "output/json.h"
 #include "output/times.h"
 #include "output/verdict.h"
+#include <kempe/check.h>
+#include <kempe/compare.h>
 #include <stdlib.h>
 #include <unistd.h>
 

@@ -9,6 +9,8 @@
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/check.h>
+#include <kempe/settings.h>
 
 static char last_warning[1024];
 

@@ -13,6 +13,8 @@
 #include "linalg/sparse.h"
 #include "loaded.h"
 #include "random.h"
+#include <kempe/check.h>
+#include <kempe/settings.h>
 #include <kempe/workspace.h>
 
 enum { MOST = 40, MOST_NZ = MOST * MOST };

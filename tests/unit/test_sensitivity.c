@@ -4,6 +4,8 @@
  * other; conditions that change on the way; what has no derivative. */
 #include "check.h"
 #include <kempe/kempe.h>
+#include <kempe/sensitivity.h>
+#include <kempe/settings.h>
 #include <stdbool.h>
 #include <stdlib.h>
 

@@ -6,6 +6,9 @@
 #include "constraints/evaluation/plant.h"
 #include "constraints/partition/partition.h"
 #include "random_model.h"
+#include <kempe/check.h>
+#include <kempe/sensitivity.h>
+#include <kempe/settings.h>
 
 enum { MOST = 64, MODELS = 1000, LEVELS = 4, PARAMETERS = 2 };
 

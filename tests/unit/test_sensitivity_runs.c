@@ -2,7 +2,9 @@
 /* Sensitivities see what a run sees, and say when their digits do not hold: events that lie within a step, against the
  * exact motion; an ill-conditioned motion, forward and backward; an interrupt; ensembles of such motions. */
 #include "check.h"
+#include <kempe/ensemble.h>
 #include <kempe/kempe.h>
+#include <kempe/sensitivity.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>

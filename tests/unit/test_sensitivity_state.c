@@ -3,6 +3,7 @@
  * are read anew with other values, with a sweep of steps; the governor's height by its speed; what is refused. */
 #include "loaded.h"
 #include <kempe/sensitivity.h>
+#include <kempe/settings.h>
 #include <stdbool.h>
 
 enum { MOST = 64 };

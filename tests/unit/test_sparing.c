@@ -7,6 +7,8 @@
 #include "integrators/formulations/formulation.h"
 #include "loaded.h"
 #include "random.h"
+#include <kempe/check.h>
+#include <kempe/extend.h>
 
 enum { MOST = 64, STATES = 5 };
 

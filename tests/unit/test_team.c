@@ -8,6 +8,7 @@
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/check.h>
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>

@@ -3,7 +3,9 @@
  * rest. */
 #include "constraints/diagnosis/diagnose.h"
 #include "loaded.h"
+#include <kempe/check.h>
 #include <kempe/equilibrium.h>
+#include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

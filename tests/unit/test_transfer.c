@@ -7,6 +7,8 @@
 #include "loaded.h"
 #include "studies/linearize/channels.h"
 #include "studies/linearize/linearize.h"
+#include <kempe/linearize.h>
+#include <kempe/settings.h>
 
 enum { MOST = 128 };
 

@@ -5,6 +5,7 @@
 #include "loaded.h"
 #include "model/variant.h"
 #include "random.h"
+#include <kempe/settings.h>
 
 enum { MOST = 64, TRIALS = 3, STATES = 3 };
 

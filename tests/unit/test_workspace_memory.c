@@ -3,7 +3,9 @@
 #include "base/memory.h"
 #include "check.h"
 #include "loaded.h"
+#include <kempe/check.h>
 #include <kempe/kempe.h>
+#include <kempe/workspace.h>
 
 static void no_allocation(const char *path)
 {

@@ -3,6 +3,7 @@
 #include "base/arena.h"
 #include "model/expressions/expression.h"
 #include <kempe/kempe.h>
+#include <kempe/settings.h>
 #include <math.h>
 #include <string.h>
 

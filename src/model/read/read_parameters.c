@@ -2,6 +2,7 @@
 /* Parameters: any may refer to any other. Each is valued as soon as its operands are; those left when nothing more can
  * be valued form a cycle. */
 #include "model/read/reading.h"
+#include <kempe/settings.h>
 #include <math.h>
 #include <string.h>
 

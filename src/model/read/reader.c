@@ -9,6 +9,7 @@
 #include "model/rail/rail.h"
 #include "model/read/reading.h"
 #include "model/tables/named_table.h"
+#include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -8,6 +8,7 @@
 #include "model/files/yaml.h"
 #include "model/model.h"
 #include "model/tables/nearest.h"
+#include <kempe/settings.h>
 
 /** One inclusion of a file. */
 typedef struct kmp_include_instance {

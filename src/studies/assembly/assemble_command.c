@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "cli/command.h"
+#include <kempe/branches.h>
+#include <kempe/check.h>
 
 static kempe_status print_assembly(const void *object, kempe_format format, char **text)
 {

@@ -3,6 +3,7 @@
 #include "constraints/closing/assemble.h"
 #include "model/print/model_print.h"
 #include "output/print.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

@@ -2,6 +2,7 @@
 /* Output of `assemble --branches`: each assembly mode, and the start values that select it. */
 #include "constraints/closing/branches.h"
 #include "output/print.h"
+#include <kempe/branches.h>
 #include <math.h>
 #include <string.h>
 

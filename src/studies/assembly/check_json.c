@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` as one object. Keys of the contract first; unknown numbers are null. */
 #include "studies/assembly/check_print.h"
+#include <kempe/check.h>
 #include <math.h>
 
 typedef void writer(kmp_text *text, const kempe_check *check);

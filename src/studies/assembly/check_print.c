@@ -2,6 +2,7 @@
 /* `check` for a person: one paragraph a question. */
 #include "studies/assembly/check_print.h"
 #include "model/print/model_print.h"
+#include <kempe/check.h>
 #include <math.h>
 
 enum { MOST_LISTED = 12 };

@@ -5,6 +5,7 @@
 
 #include "constraints/diagnosis/diagnose.h"
 #include "output/print.h"
+#include <kempe/check.h>
 
 /** For a person. */
 void kmp_check_text(kmp_text *text, const kempe_check *check);

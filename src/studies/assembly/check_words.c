@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The sentences of `check`. */
 #include "studies/assembly/check_print.h"
+#include <kempe/check.h>
 #include <math.h>
 
 enum { MOST_LISTED = 24 };

@@ -4,6 +4,8 @@
 #include "base/memory.h"
 #include "constraints/evaluation/pressing.h"
 #include "output/times.h"
+#include <kempe/check.h>
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

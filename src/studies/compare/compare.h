@@ -6,6 +6,8 @@
 #include "integrators/run/run.h"
 #include "output/times.h"
 #include "output/verdict.h"
+#include <kempe/check.h>
+#include <kempe/compare.h>
 
 /** One method at one tolerance. Unknown values (of a failed run) are NaN. */
 typedef struct kmp_compared {

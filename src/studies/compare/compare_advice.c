@@ -2,6 +2,7 @@
 /* The recommended method, by the rules in docs/compare.md, and the measurements that support it. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "integrators/steppers/solver.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

@@ -2,6 +2,7 @@
 /* The runs of a comparison as a table for other programs: one row each, empty where values are unknown. */
 #include "base/file.h"
 #include "studies/compare/compare_print.h"
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

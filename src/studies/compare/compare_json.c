@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The comparison as one JSON object. */
 #include "studies/compare/compare_print.h"
+#include <kempe/compare.h>
 #include <math.h>
 
 static void json_source(kmp_json *json, const kmp_source *source)

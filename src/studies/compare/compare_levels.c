@@ -2,6 +2,7 @@
 /* The table at equal error: the cheapest run of each method within a level of error, except accidental ones. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 #include <math.h>
 
 static const double levels[] = {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11};

@@ -3,6 +3,7 @@
  * terminal shows it. */
 #include "studies/compare/compare_print.h"
 #include "base/memory.h"
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

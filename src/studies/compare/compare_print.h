@@ -5,6 +5,7 @@
 
 #include "output/print.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 
 enum { KMP_COMPARE_SHOWN = 3 };
 

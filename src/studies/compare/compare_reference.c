@@ -6,6 +6,8 @@
 #include "base/memory.h"
 #include "studies/compare/compare.h"
 #include <float.h>
+#include <kempe/check.h>
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

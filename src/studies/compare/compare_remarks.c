@@ -2,6 +2,7 @@
 /* Failures and suspicious results, a line for each method and kind: incomplete runs, and anomalies of complete ones. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

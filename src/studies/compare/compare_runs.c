@@ -3,6 +3,7 @@
  * method that is much slower than the fastest is stopped, and runs without remaining time are left out. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 #include <math.h>
 
 /* Repeats of runs shorter than this, s. */

@@ -3,6 +3,7 @@
  * at a tighter tolerance, and implicit integrators need far fewer. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
+#include <kempe/compare.h>
 #include <math.h>
 
 /* Explicit steps that accuracy rules grow by a factor 1.33 a decade of the tolerance at order 8, by 1.58 at order 5. */

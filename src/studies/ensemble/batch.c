@@ -8,6 +8,7 @@
 #include "output/print.h"
 #include "output/values.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/ensemble.h>
 #include <math.h>
 #include <string.h>
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "cli/command.h"
+#include <kempe/ensemble.h>
 
 static bool says_which_instances(const cli_settings *s)
 {

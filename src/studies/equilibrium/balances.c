@@ -9,6 +9,8 @@
 #include "constraints/tolerances.h"
 #include "studies/equilibrium/descent.h"
 #include "studies/equilibrium/operating.h"
+#include <kempe/check.h>
+#include <kempe/equilibrium.h>
 #include <math.h>
 #include <string.h>
 

@@ -5,6 +5,7 @@
 
 #include "studies/equilibrium/exchange.h"
 #include "studies/equilibrium/stability.h"
+#include <kempe/equilibrium.h>
 
 enum { KMP_MOST_BALANCES = 64 };
 

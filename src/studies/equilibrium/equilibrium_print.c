@@ -2,6 +2,7 @@
 /* Output of `equilibrium`, as text and as JSON. */
 #include "output/print.h"
 #include "studies/equilibrium/balances.h"
+#include <kempe/equilibrium.h>
 #include <math.h>
 #include <string.h>
 

@@ -6,6 +6,7 @@
 #include "constraints/tolerances.h"
 #include "model/model.h"
 #include "studies/equilibrium/exchange.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

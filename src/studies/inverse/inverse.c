@@ -12,6 +12,8 @@
 #include "output/times.h"
 #include "studies/inverse/inverse_dynamics.h"
 #include "studies/inverse/prescribed_motion.h"
+#include <kempe/check.h>
+#include <kempe/inverse.h>
 #include <math.h>
 #include <string.h>
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "cli/command.h"
+#include <kempe/inverse.h>
 
 static kempe_status print_inverse(const void *object, kempe_format format, char **text)
 {

@@ -3,6 +3,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "studies/inverse/inverse.h"
+#include <kempe/inverse.h>
 #include <math.h>
 
 typedef enum part { UNITS, NAMES, ROW } part;

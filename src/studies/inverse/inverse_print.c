@@ -2,6 +2,7 @@
 /* An inverse dynamics as a report and as one JSON object. */
 #include "output/print.h"
 #include "studies/inverse/inverse.h"
+#include <kempe/inverse.h>
 #include <math.h>
 #include <string.h>
 

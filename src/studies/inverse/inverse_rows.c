@@ -2,6 +2,7 @@
 /* The rows of an inverse dynamics study, and their summary. */
 #include "output/print.h"
 #include "studies/inverse/inverse.h"
+#include <kempe/inverse.h>
 #include <math.h>
 
 double kmp_inverse_unmet(const kempe_inverse *inverse)

@@ -10,6 +10,7 @@
 #include "dynamics/closures.h"
 #include "linalg/dense/dense.h"
 #include <float.h>
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

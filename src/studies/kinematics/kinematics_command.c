@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "cli/command.h"
+#include <kempe/kinematics.h>
 
 static bool says_what_to_drive(const cli_settings *s)
 {

@@ -5,6 +5,7 @@
 #include "output/print.h"
 #include "studies/kinematics/position_sweep.h"
 #include "studies/simulate/columns.h"
+#include <kempe/kinematics.h>
 #include <math.h>
 
 /* -- parts ------------------------------------------------------------------------------------------- */

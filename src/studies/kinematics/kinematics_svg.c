@@ -6,6 +6,7 @@
 #include "output/print.h"
 #include "output/svg.h"
 #include "studies/kinematics/position_sweep.h"
+#include <kempe/kinematics.h>
 #include <math.h>
 
 /* Pixels: the drawing's longer side, room for labels, a mark. */

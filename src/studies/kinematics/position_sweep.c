@@ -9,6 +9,8 @@
 #include "constraints/closing/assemble.h"
 #include "model/tables/output_table.h"
 #include "studies/kinematics/sweep_options.h"
+#include <kempe/check.h>
+#include <kempe/kinematics.h>
 #include <math.h>
 #include <string.h>
 

@@ -4,6 +4,7 @@
 #define KMP_STUDIES_KINEMATICS_POSITION_SWEEP_H
 
 #include "studies/kinematics/sweep.h"
+#include <kempe/kinematics.h>
 
 enum { KMP_MOST_DEAD = 2 }; /* one at either end */
 

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "model/tables/nearest.h"
 #include "model/tables/ranges.h"
+#include <kempe/kinematics.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -4,6 +4,7 @@
 #define KMP_STUDIES_KINEMATICS_SWEEP_OPTIONS_H
 
 #include "studies/kinematics/position_sweep.h"
+#include <kempe/kinematics.h>
 
 /** Fills driven values, released closures, rows and speed; fixed coordinates are still 0. KEMPE_E_ARGUMENT,
  * KEMPE_E_MEMORY.

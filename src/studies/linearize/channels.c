@@ -8,6 +8,7 @@
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
 #include "studies/simulate/columns.h"
+#include <kempe/extend.h>
 #include <math.h>
 #include <string.h>
 

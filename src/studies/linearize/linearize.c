@@ -3,6 +3,7 @@
 #include "studies/linearize/linearize.h"
 #include "base/memory.h"
 #include "output/npz.h"
+#include <kempe/linearize.h>
 #include <string.h>
 
 kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)

@@ -3,6 +3,7 @@
 #define KMP_STUDIES_LINEARIZE_LINEARIZE_H
 
 #include "studies/linearize/channels.h"
+#include <kempe/linearize.h>
 
 struct kempe_linearization {
     kmp_channels channels;

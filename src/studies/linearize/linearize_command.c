@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "cli/command.h"
+#include <kempe/linearize.h>
 
 static kempe_status print_linearization(const void *object, kempe_format format, char **text)
 {

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "output/print.h"
 #include "studies/linearize/linearize.h"
+#include <kempe/linearize.h>
 #include <math.h>
 #include <string.h>
 

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "model/tables/coordinates.h"
+#include <kempe/modes.h>
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "cli/command.h"
 
+#include <kempe/compare.h>
+#include <kempe/modes.h>
 #include <string.h>
 
 static kempe_status print_modes(const void *object, kempe_format format, char **text)

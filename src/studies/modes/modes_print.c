@@ -4,6 +4,7 @@
 #include "output/print.h"
 #include "studies/assembly/check_print.h"
 #include "studies/modes/modes.h"
+#include <kempe/modes.h>
 #include <math.h>
 #include <string.h>
 

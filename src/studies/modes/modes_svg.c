@@ -3,6 +3,7 @@
 #include "base/file.h"
 #include "output/svg.h"
 #include "studies/modes/modes.h"
+#include <kempe/modes.h>
 #include <math.h>
 
 enum { WIDTH = 520, HEIGHT = 400, LEFT = 74, RIGHT = 18, TOP = 34, BOTTOM = 52, GAP = 8, COLOURS = 8 };

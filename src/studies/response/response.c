@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/tables/ranges.h"
+#include <kempe/response.h>
 #include <math.h>
 #include <string.h>
 

@@ -4,6 +4,7 @@
 
 #include "studies/linearize/channels.h"
 #include "studies/response/frequency.h"
+#include <kempe/response.h>
 
 /** Largest relative effect of rounding on a response. */
 #define KMP_RESPONSE_HOLDS 1e-6

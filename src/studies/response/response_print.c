@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "output/print.h"
 #include "studies/response/response.h"
+#include <kempe/response.h>
 #include <math.h>
 #include <stdio.h>
 

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "output/svg.h"
 #include "studies/response/response.h"
+#include <kempe/response.h>
 #include <math.h>
 #include <stdlib.h>
 

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "model/tables/change_points.h"
 #include "studies/sensitivity/forward_inside.h"
+#include <kempe/check.h>
 #include <string.h>
 
 /* -- values of a scalar ------------------------------------------------------------------------------ */

@@ -11,6 +11,7 @@
 #include "model/tables/output_table.h"
 #include "model/variant.h"
 #include "studies/equilibrium/operating.h"
+#include <kempe/gradient.h>
 #include <math.h>
 #include <string.h>
 

@@ -6,6 +6,7 @@
 #include "constraints/rounding/mend.h"
 #include "model/tables/asked.h"
 #include "model/tables/nearest.h"
+#include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>
 

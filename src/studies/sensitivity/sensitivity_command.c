@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "cli/command.h"
+#include <kempe/sensitivity.h>
 
 static kempe_status print_sensitivity(const void *object, kempe_format format, char **text)
 {

@@ -4,6 +4,7 @@
 #include "dynamics/pressed.h"
 #include "studies/modes/mode_slopes.h"
 #include "studies/sensitivity/sensitivity_state.h"
+#include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>
 

@@ -2,6 +2,7 @@
 #include "base/file.h"
 #include "output/print.h"
 #include "studies/sensitivity/sensitivity.h"
+#include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>
 

@@ -3,6 +3,7 @@
 #include "studies/sensitivity/sensitivity_state.h"
 #include "base/memory.h"
 #include "model/tables/output_table.h"
+#include <kempe/sensitivity.h>
 #include <string.h>
 
 /* -- the state --------------------------------------------------------------------------------------- */

@@ -7,6 +7,7 @@
 #include "derivatives/varied.h"
 #include "studies/equilibrium/operating.h"
 #include "studies/sensitivity/sensitivity.h"
+#include <kempe/sensitivity.h>
 
 typedef struct kmp_sensitivity_state {
     kempe_sensitivity *s;

@@ -9,6 +9,7 @@
 #include "studies/sensitivity/adjoint.h"
 #include "studies/sensitivity/sensitivity.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>
 

@@ -8,6 +8,7 @@
 #include "output/print.h"
 #include "output/times.h"
 #include "studies/simulate/checkpoint.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 #include <time.h>

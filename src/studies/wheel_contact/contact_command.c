@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "cli/command.h"
+#include <kempe/contact_table.h>
 
 static bool says_over_what(const cli_settings *s)
 {

@@ -2,6 +2,8 @@
 /* Reading of the options of a table of contacts. */
 #include "model/tables/coordinates.h"
 #include "studies/wheel_contact/contact_sweep.h"
+#include <kempe/contact.h>
+#include <kempe/contact_table.h>
 #include <string.h>
 
 enum { USUAL_VALUES = 21, MOST_VALUES = 100000 };

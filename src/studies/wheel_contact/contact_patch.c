@@ -3,6 +3,8 @@
 #include "model/model.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table.h"
+#include <kempe/contact.h>
+#include <kempe/contact_table.h>
 #include <math.h>
 
 /* Largest relative difference of the curvature at the contact from that of the patch, which is an average. Below it the

@@ -3,6 +3,8 @@
 #include "base/file.h"
 #include "output/print.h"
 #include "studies/wheel_contact/contact_sweep.h"
+#include <kempe/contact.h>
+#include <kempe/contact_table.h>
 #include <math.h>
 #include <string.h>
 

@@ -6,6 +6,8 @@
 #include "output/svg.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table.h"
+#include <kempe/contact.h>
+#include <kempe/contact_table.h>
 #include <math.h>
 
 enum {

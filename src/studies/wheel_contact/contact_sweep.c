@@ -9,6 +9,7 @@
 #include "constraints/rounding/mend.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
+#include <kempe/contact_table.h>
 #include <math.h>
 #include <string.h>
 

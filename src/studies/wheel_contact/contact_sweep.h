@@ -8,6 +8,7 @@
 #include "model/variant.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/contact.h>
+#include <kempe/contact_table.h>
 
 /** A range of `over`: a parameter of the variant, or a coordinate with fixed value. */
 typedef struct kmp_contact_lead {

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/**
+ * The state in which the loops are closed, and the diagnosis of a mechanism: mobility, redundancy, limits of motion.
+ */
+#ifndef KEMPE_CHECK_H
+#define KEMPE_CHECK_H
+
+#include <kempe/kempe.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct kempe_assembly kempe_assembly;
+
+/** Closes the loops from the model's guess: held coordinates are fixed, rates are made consistent. KEMPE_E_FAILED: the
+ * context's message has the loop that stays open and its gap. `*assembly` is then still given, with the best
+ * configuration found. */
+KEMPE_API kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly);
+KEMPE_API void kempe_assembly_free(kempe_assembly *assembly);
+
+/** q and qd of the assembled state, n values, owned by the assembly. */
+KEMPE_API const double *kempe_assembly_q(const kempe_assembly *assembly);
+KEMPE_API const double *kempe_assembly_qd(const kempe_assembly *assembly);
+KEMPE_API kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text);
+
+typedef struct kempe_check kempe_check;
+
+/** Mobility, redundant rows (everywhere, or only here) and closures that may be left out, the independent coordinates
+ * of the formulations and their reason, limits of motion. KEMPE_E_FAILED: the model does not assemble; `*check` is then
+ * still given, with the obstacle. */
+KEMPE_API kempe_status kempe_check_new(const kempe_system *system, kempe_check **check);
+KEMPE_API void kempe_check_free(kempe_check *check);
+KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

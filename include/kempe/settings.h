@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/**
+ * A model with other values of its parameters, another closure tolerance, or another algorithm of its equations.
+ */
+#ifndef KEMPE_SETTINGS_H
+#define KEMPE_SETTINGS_H
+
+#include <kempe/kempe.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A new value of a model parameter: an expression as in the file ("0.3", "7800 kg/m^3", "2*L1"). */
+typedef struct kempe_setting {
+    const char *name, *value;
+} kempe_setting;
+
+/** Reads a model with `count` settings of declared parameters; for repeated names the last one counts. */
+KEMPE_API kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *settings,
+                                            int count, kempe_model **model);
+KEMPE_API kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,
+                                                 const kempe_setting *settings, int count, kempe_model **model);
+
+/** Reads a number as in a model file, without parameters: "3", "20 ms", "1/25 s". *value is in `unit`; so is a number
+ * without a unit. KEMPE_E_ARGUMENT: the text is no number, or its unit has another dimension. */
+KEMPE_API kempe_status kempe_number_read(kempe_context *context, const char *text, const char *unit, double *value);
+
+/** Sets the largest gap in m that redundant closures may keep, in place of the model's closure_tolerance. Call it
+ * before a system is made of the model; points and axes of these closures then count as rounded. 0: every closure is
+ * closed. KEMPE_E_ARGUMENT: the value is negative or NaN. */
+KEMPE_API kempe_status kempe_model_set_closure_tolerance(kempe_model *model, double metres);
+
+/** Derives the equations as kempe_system_new, by a chosen algorithm: auto, composite, plain, ner or articulated. NULL
+ * takes the model's, or auto, which takes the cheaper one. KEMPE_E_ARGUMENT: the algorithm does not exist.
+ * KEMPE_E_FAILED: the articulated-body algorithm cannot give the accelerations; the message has the reason. */
+KEMPE_API kempe_status kempe_system_new_with_algorithm(const kempe_model *model, const char *dynamics,
+                                                       kempe_system **system);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
