@@ -142,7 +142,7 @@ class Case(unittest.TestCase):
             self.assertIn("Reference", page.words("reference"))
         else:
             reason = {"friction": "slides", "open": "cannot be closed"}[name]
-            self.assertIn("Nothing came to the end", page.words("answer"))
+            self.assertIn("No run reached the end", page.words("answer"))
             self.assertIn(reason, page.words("because"))
             self.assertIn(reason if data["runs"] else "", page.words("failures"))
 

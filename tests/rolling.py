@@ -212,7 +212,7 @@ class Ends(unittest.TestCase):
     """One wheel turned against its rail, pressed outwards by a force that grows."""
 
     TWO_POINTS = (r"wheel 'L': contact in zone 2 changes back and forth at t = [\d.]+: two points of the wheel would have to "
-                  "touch at once, and with 'contact: rigid' one does; with 'contact: elastic' both do")
+                  "a rigid contact has one contact point, but two points of the wheel would have to touch")
 
     def run_of(self, form="elastic", status=0, words=(), profile=None, **values):
         """What the run says, and its rows, all of them numbers."""
@@ -254,7 +254,7 @@ class Ends(unittest.TestCase):
     def test_misplaced(self):
         """What is not on its rail at the start says so, elastic or rigid, and not that its forces are not found."""
         for form in ("elastic", "rigid"):
-            for value, why in ((10, "stands across its rail"), (-10, "stands across its rail")):
+            for value, why in ((10, "is not aligned with its rail"), (-10, "is not aligned with its rail")):
                 found, table = self.run_of(form=form, push=0, attack=value)
                 self.assertIn(f"wheel 'L' {why} at t = 0 s", found["reason"])
             found, table = self.run_of(form=form, push=0, attack=0, beside=0.2)
@@ -322,7 +322,7 @@ class Ends(unittest.TestCase):
         off = [abs(end - climbs[-1]) for end in climbs[:-1]]
         for k in range(1, len(off)):
             self.assertTrue(off[k] < off[k - 1] and off[k] < off[0] / 2**k, climbs)
-        with self.assertRaisesRegex(AssertionError, r": 2\n.*:8:103: profile 'wheel': between y = -0.026 m .* swings out"):
+        with self.assertRaisesRegex(AssertionError, r": 2\n.*:8:103: profile 'wheel': the spline overshoots between y = -0.026 m"):
             self.run_of(profile=kinked(85, 2))
 
 

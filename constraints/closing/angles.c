@@ -32,7 +32,7 @@ void kmp_angles_explain(const kempe_model *model, const double *q, kmp_text *tex
     int k = find_singular(model, q);
     if (k >= 0)
         kmp_text_printf(text,
-                        "; joint '%s' comes to the singular position of its angles, %s = %.6g: choose another axis, or "
-                        "another order of its rotations, or let nothing use its angles",
+                        "; joint '%s' reaches the singular position of its angles, %s = %.6g: choose another axis or "
+                        "another order of its rotations, or use none of its angles",
                         model->bodies[model->motions[k].body].joint, model->motions[k].name, q[k]);
 }

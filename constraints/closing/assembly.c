@@ -29,7 +29,7 @@ static void put_tolerance(kmp_text *text, const kempe_system *s, double gap)
         kmp_text_printf(text, ", within the closure_tolerance of %.3g m, but %s", s->closure_tolerance,
                         s->strict ? "rounding of the last digit of the model's numbers does not explain it (give a "
                                     "closure_tolerance to let it stay open)"
-                                  : "no other closure says the same");
+                                  : "no other closure implies it");
 }
 
 static kempe_status complain_open(const kempe_assembly *a)
@@ -40,7 +40,7 @@ static kempe_status complain_open(const kempe_assembly *a)
         if (model->start.hold[k])
             kmp_text_printf(&held, "%s%s", held.length ? ", " : " while holding ", model->motions[k].name);
     for (int k = 1; k < a->culprit_count && k <= MOST_NAMED; k++)
-        put_open(&others, k > 1 ? ", " : "; also open: ", model->closures[a->culprits[k]].name,
+        put_open(&others, k > 1 ? ", " : "; other open loops: ", model->closures[a->culprits[k]].name,
                  a->gaps[a->culprits[k]]);
     if (a->culprit_count > MOST_NAMED + 1)
         kmp_text_printf(&others, " and %d more", a->culprit_count - MOST_NAMED - 1);
@@ -48,7 +48,7 @@ static kempe_status complain_open(const kempe_assembly *a)
     double gap = a->gaps[a->culprits[0]];
     put_tolerance(&tolerance, a->system, gap);
     if (isfinite(gap))
-        kmp_text_printf(&best, "at best a gap of %.4g m remains%s%s; check its lengths, or start", gap,
+        kmp_text_printf(&best, "the smallest gap found is %.4g m%s%s; check its lengths, or start", gap,
                         others.s ? others.s : "", tolerance.s ? tolerance.s : "");
     else
         kmp_text_put(&best, "its gap is not a number there; start");
@@ -85,8 +85,8 @@ static kempe_status complain_goals(const kempe_assembly *a)
     kmp_text name = {0};
     kmp_model_put_goal(&name, model, worst);
     (void)kmp_fail(a->system->context, KEMPE_E_FAILED,
-                   "the loops are closed, but no nearest position to the goals is found: the way there ends after %d "
-                   "steps, where the closures lose rank (slope %.2g); '%s' stays off by %.4g; start from another guess",
+                   "the loops are closed, but no nearest position to the goals is found: the search stopped after %d "
+                   "steps, where the closures lose rank (slope %.2g); '%s' differs by %.4g; start from another guess",
                    a->goals.steps, a->goals.slope, name.s ? name.s : "", off);
     kmp_text_free(&name);
     return KEMPE_E_FAILED;
@@ -189,8 +189,8 @@ static void tell_misfit(const kempe_assembly *a)
             worst = r;
     if (worst >= 0)
         kmp_log(s->context, KEMPE_LOG_WARNING,
-                "closure row %s stays open by %.2g m: taken as rounding of the model's numbers (closure_tolerance %.2g "
-                "m)",
+                "closure row %s has a gap of %.2g m: accepted as rounding of the model's numbers (closure_tolerance "
+                "%.2g m)",
                 s->row_names[worst], a->open[worst] * s->length, s->closure_tolerance);
 }
 
@@ -209,12 +209,10 @@ void kmp_assembly_put_rates(kmp_text *text, const kempe_assembly *a)
     const kempe_model *model = a->system->model;
     for (int k = 0; k < a->system->n; k++)
         if (kmp_assembly_changed_rate(a, k))
-            kmp_text_printf(
-                text,
-                "start: the rate of '%s' becomes %.6g %s, not the given %.6g: the given rates contradict the "
-                "closures\n",
-                model->motions[k].name, a->qd[k], model->motions[k].rotation ? "rad/s" : "m/s",
-                model->start.qd[k].value);
+            kmp_text_printf(text,
+                            "start: the rate of '%s' is adjusted to %.6g %s (given: %.6g) to satisfy the closures\n",
+                            model->motions[k].name, a->qd[k], model->motions[k].rotation ? "rad/s" : "m/s",
+                            model->start.qd[k].value);
 }
 
 /* Warns of changed rates, in every computation from this start. */

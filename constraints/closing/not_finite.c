@@ -23,8 +23,8 @@ static void put_forces(const kempe_model *model, int motion, kmp_text *text)
             if (may && named++ < MOST_NAMED)
                 kmp_text_printf(text, "%s'%s'",
                                 named > 1 ? ", "
-                                : own     ? "; on it act "
-                                          : "; it may come from ",
+                                : own     ? "; forces on it: "
+                                          : "; possible causes: ",
                                 f->name);
         }
 }

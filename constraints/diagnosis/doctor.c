@@ -43,7 +43,8 @@ kempe_status kmp_doctor_examine(kmp_doctor *doctor, kmp_plant *plant, const doub
     doctor->block_count = kmp_loop_blocks(plant, part, arena, &doctor->blocks);
     doctor->ran = system->n <= MOST_COORDINATES && system->m <= MOST_ROWS;
     if (!doctor->ran) {
-        doctor->why_not = "more than 100 coordinates or 200 rows: only rank, choice and blocks were looked at";
+        doctor->why_not =
+            "more than 100 coordinates or 200 rows: only rank, choice of coordinates and blocks were examined";
         doctor->limits.why_not = doctor->why_not;
     } else if (doctor->block_count >= 0) {
         status = ask(&x, plant);

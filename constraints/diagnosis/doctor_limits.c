@@ -224,11 +224,11 @@ static const char *walk_one_way(way *w)
         if (back)
             return NULL;
         if (w->next.arc > FARTHEST)
-            return "it goes on: the walk was ended there";
+            return "the motion continues: the search was ended there";
         h = fmin(fmin(1.3 * h, LONGEST), fmax(APPROACH * w->next.pivot / w->usual, CROSSING));
         go_on(w);
     }
-    return "it goes on: the walk was ended there";
+    return "the motion continues: the search was ended there";
 }
 
 static bool place_new(const way *w, place *p)
@@ -270,17 +270,17 @@ static const char *why_not(const kmp_examination *x)
 {
     const kmp_doctor *d = x->doctor;
     if (x->system->rheonomic)
-        return "a closure moves in time: it decides the motion";
+        return "a closure depends on time and determines the motion";
     if (x->part->n - d->generic_rank != 1)
-        return "only walked for one degree of freedom";
+        return "examined for one degree of freedom only";
     if (x->part->m == 0)
         return "no closures: nothing limits the motion";
     if (x->part->r < d->generic_rank)
-        return "the start is a change point: begin from another position to see the limits of a branch";
+        return "the start is a change point (bifurcation): use another start to see the limits of a branch";
     if (!d->moved)
-        return "no motion was found from here";
+        return "no motion was found from the start";
     if (x->part->n > MOST_COORDINATES)
-        return "only walked for up to 40 coordinates";
+        return "examined for up to 40 coordinates only";
     return NULL;
 }
 

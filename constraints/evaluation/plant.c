@@ -171,7 +171,7 @@ kmp_plant *kmp_plant_new_shared(const kempe_system *system, const char *backend,
 {
     const kmp_backend *b = kmp_backend_find(backend);
     if (!b) {
-        (void)kmp_fail(system->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", backend,
+        (void)kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend,
                        kmp_backend_names());
         return NULL;
     }

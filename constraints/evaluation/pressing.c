@@ -230,11 +230,11 @@ void kmp_put_unsettled(const kmp_plant *plant, kmp_text *text)
 {
     const kempe_system *s = plant->system;
     int row = plant->press->worst;
-    kmp_text_printf(text,
-                    "force '%s' depends on the multiplier of closure row '%s', and at t = %.9g no value of it is found "
-                    "that the force itself leads to: such friction locks or has more solutions than one; make it "
-                    "weaker, or its regularisation wider",
-                    kmp_pressed_force(s, row), s->row_names[row], plant->t);
+    kmp_text_printf(
+        text,
+        "force '%s' depends on the multiplier of closure row '%s', and at t = %.9g no consistent value of both is "
+        "found: such friction locks or has several solutions; reduce it, or widen its regularisation",
+        kmp_pressed_force(s, row), s->row_names[row], plant->t);
 }
 
 kempe_status kmp_fail_unsettled(const kmp_plant *plant)
@@ -251,11 +251,10 @@ kempe_status kmp_fail_unsettled(const kmp_plant *plant)
 
 static kempe_status complain_shared(const kempe_system *s, int row, int other)
 {
-    return kmp_fail(
-        s->context, KEMPE_E_FAILED,
-        "force '%s' depends on the multiplier of closure row '%s', which is not determined: it and row '%s' "
-        "are redundant beside each other, and nothing says how they share the load; leave one of them out",
-        kmp_pressed_force(s, row), s->row_names[row], s->row_names[other]);
+    return kmp_fail(s->context, KEMPE_E_FAILED,
+                    "force '%s' depends on the multiplier of closure row '%s', which is not determined: it and row "
+                    "'%s' are redundant, so that their shares of the load are unknown; remove one of them",
+                    kmp_pressed_force(s, row), s->row_names[row], s->row_names[other]);
 }
 
 /* share (m): part of each kept row in the dropped one, from Jv' a = its v columns, scaled; infinite for the dropped

@@ -324,12 +324,13 @@ static kempe_status by_saddle(kempe_workspace *ws)
 {
     double *a = ws->answer, t = ws->t;
     if (kmp_saddle_factor(&ws->saddle))
-        return fail(ws, "the accelerations are not determined at t = %.9g: some motion carries no mass", t);
+        return fail(ws, "the accelerations are not determined at t = %.9g: some motion moves no mass", t);
     int shared = find_shared(ws);
     if (shared >= 0)
-        return fail(ws,
-                    "a force depends on the multiplier of closure row '%s', which redundant rows leave undetermined",
-                    ws->system->row_names[shared]);
+        return fail(
+            ws,
+            "a force depends on the multiplier of closure row '%s', which is undetermined because of redundant rows",
+            ws->system->row_names[shared]);
     kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
     if (kmp_is_unsettled(ws->plant))
         return fail_unsettled(ws);
@@ -432,7 +433,7 @@ static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, d
     int row = widest(ws, rate);
     double left = fabs(rate[row]) / ws->system->row_scale[row];
     if (!(left <= KMP_CLOSED_RATES * size))
-        return fail(ws, "the rates cannot be made consistent: of closure row '%s' J qd + h_t stays at %.3g (scaled)",
+        return fail(ws, "the rates cannot be made consistent: J qd + h_t of closure row '%s' remains %.3g (scaled)",
                     ws->system->row_names[row], left);
     memcpy(qd, ws->qd, (size_t)ws->n * sizeof *qd);
     return KEMPE_OK;
@@ -454,7 +455,7 @@ kempe_status kempe_workspace_close(kempe_workspace *ws, double t, double *q, dou
     memcpy(ws->trial, q, (size_t)ws->n * sizeof *q);
     if (!kmp_close(&closer, &rule, t, ws->trial).closed) {
         int row = widest(ws, ws->plant->h);
-        return fail(ws, "the loops cannot be closed from here: closure row '%s' stays open by %.3g (scaled)",
+        return fail(ws, "the loops cannot be closed from this state: closure row '%s' has the residual %.3g (scaled)",
                     ws->system->row_names[row], kmp_plant_opening(ws->plant, row));
     }
     kempe_status status = qd ? close_rates(ws, &closer, qd) : KEMPE_OK;

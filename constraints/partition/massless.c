@@ -48,7 +48,7 @@ static void name(const kmp_reduction *red, const double *s, kmp_text *why)
     int motion = largest(red, s);
     const kmp_body *body = &model->bodies[model->motions[motion].body];
     kmp_text_printf(why,
-                    "the accelerations are not determined: the motion of '%s' carries no mass; give body '%s', or one "
+                    "the accelerations are not determined: the motion of '%s' moves no mass; give body '%s', or one "
                     "that moves with it, a mass or an inertia",
                     model->motions[motion].name, body->name);
 }

@@ -64,14 +64,14 @@ static kempe_status check_wish(const kempe_system *s, int p, int r, const int *b
     if (!would)
         return kmp_fail_memory(s->context);
     if (count != p)
-        status = kmp_fail(s->context, KEMPE_E_FAILED,
-                          "the mechanism has %d degree%s of freedom, but %d independent coordinate%s asked for; "
-                          "Kempe would take: %s",
-                          p, p == 1 ? "" : "s", count, count == 1 ? " was" : "s were", p ? would : "none");
+        status = kmp_fail(
+            s->context, KEMPE_E_FAILED,
+            "the mechanism has %d degree%s of freedom, but %d independent coordinate%s given; possible choice: %s", p,
+            p == 1 ? "" : "s", count, count == 1 ? " was" : "s were", p ? would : "none");
     else if (r > 0 && !(pivots[r - 1] * KMP_GROWTH_WISH > pivots[0]))
         status = kmp_fail(s->context, KEMPE_E_FAILED,
-                          "'%s' cannot be independent here: the others do not follow from it (smallest pivot of "
-                          "Jv %.2g of the largest); take: %s",
+                          "'%s' cannot be independent here: the others do not follow from it (smallest pivot of Jv "
+                          "%.2g of the largest); possible choice: %s",
                           coordinate(s, wish[0]), pivots[r - 1] / pivots[0], would);
     kmp_free(would);
     return status;

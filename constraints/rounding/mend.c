@@ -96,11 +96,11 @@ void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
     if (!(s->misfit[closure] > 0))
         return;
     kmp_text_printf(text,
-                    "closure '%s' stays open by %.2g m as drawn: taken as rounding of the model's numbers "
+                    "closure '%s' has a gap of %.2g m as drawn: accepted as rounding of the model's numbers "
                     "(closure_tolerance %.2g m)",
                     s->model->closures[closure].name, s->misfit[closure] * s->length, s->closure_tolerance);
     if (s->mended)
-        kmp_text_printf(text, "; points and axes moved by at most %.2g of the length of %.3g m make it close",
+        kmp_text_printf(text, "; it closes if points and axes move by at most %.2g of the length of %.3g m",
                         s->mended_by, s->length);
 }
 

@@ -318,13 +318,12 @@ static void explain_open(kmp_reduced *d, double t)
     }
     kmp_text_printf(
         &d->formulation.reason,
-        "the closures could not be solved at the output time t = %.9g: row '%s' stays open by %.2g (scaled)", t,
+        "the closures could not be solved at the output time t = %.9g: row '%s' has the residual %.2g (scaled)", t,
         part->m > 0 ? d->s->row_names[worst] : "", most);
     for (int k = 0; k < part->m - part->r; k++)
         if (part->redundant[k] == worst)
-            kmp_text_put(&d->formulation.reason,
-                         ". It is redundant, and does not agree with the other rows to rounding: give "
-                         "the model's numbers more digits, or leave the row out");
+            kmp_text_put(&d->formulation.reason, ". It is redundant, but agrees with the other rows only roughly: give "
+                                                 "the model's numbers more digits, or remove the row");
 }
 
 static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,

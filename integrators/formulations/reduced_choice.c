@@ -22,8 +22,8 @@ static int dead_centre(kmp_reduced *d, double t, const char *sign, int v, int u)
 {
     kmp_text_printf(
         &d->formulation.reason,
-        "independent coordinate '%s' came to a dead centre at t = %.9g: %s for dependent '%s'; beyond it '%s' "
-        "no longer determines the mechanism. Choose another with --independent, or take the projected formulation",
+        "independent coordinate '%s' reached a dead centre at t = %.9g: %s for dependent '%s'; beyond it '%s' no "
+        "longer determines the mechanism. Choose another with --independent, or use the projected formulation",
         name_of(d, u), t, sign, name_of(d, v), name_of(d, u));
     return KMP_HALT;
 }
@@ -74,16 +74,15 @@ void kmp_reduced_explain(kmp_formulation *formulation)
     kmp_reduced *d = (kmp_reduced *)formulation;
     kmp_text what = {0};
     if (d->growth >= KMP_GROWTH_EXPLAINS) {
-        kmp_text_printf(&what, "the loops cannot be closed further, |dv/du| has grown to %.3g", d->growth);
+        kmp_text_printf(&what, "the loops cannot be closed beyond it, |dv/du| has grown to %.3g", d->growth);
         (void)dead_centre(d, d->t, what.s ? what.s : "", d->growth_v, d->growth_u);
         kmp_text_free(&what);
     } else if (d->crossed) {
-        kmp_text_printf(
-            &formulation->reason,
-            "the closures lose a row at t = %.9g: det Jv changes its sign while |dv/du| stays at %.3g, so two "
-            "branches of the mechanism meet there and the motion may go on along either; change the start or "
-            "the lengths, or take the projected formulation",
-            d->t, d->growth);
+        kmp_text_printf(&formulation->reason,
+                        "the closures lose a row at t = %.9g: det Jv changes its sign while |dv/du| remains %.3g, so "
+                        "two branches of the mechanism meet there and the motion may continue on either; change the "
+                        "start or the lengths, or use the projected formulation",
+                        d->t, d->growth);
     }
 }
 

@@ -16,11 +16,11 @@ int kmp_redundant_check(const kmp_plant *plant, const kmp_partition *part, doubl
         double h = kmp_plant_opening(plant, row);
         if (h <= allowed)
             continue;
-        kmp_text_printf(reason,
-                        "closure row '%s', redundant at the start, is open by %.3g (scaled) at t = %.9g: the closures "
-                        "have more rank there than where the run began, on a change point; begin beside it, on the "
-                        "branch that is meant",
-                        plant->system->row_names[row], h, t);
+        kmp_text_printf(
+            reason,
+            "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the run began at a "
+            "change point, where the closures have a lower rank; start near it, on the intended branch",
+            plant->system->row_names[row], h, t);
         return KMP_HALT;
     }
     return KMP_GO;

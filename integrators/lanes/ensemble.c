@@ -139,7 +139,7 @@ static kempe_status run_alone(kmp_ensemble *e)
         double now = (double)time(NULL);
         if (now - e->told >= 1) {
             e->told = now;
-            kmp_log(e->context, KEMPE_LOG_PROGRESS, "instance %d of %d, by itself", i + 1, e->count);
+            kmp_log(e->context, KEMPE_LOG_PROGRESS, "instance %d of %d, separately", i + 1, e->count);
         }
     }
     for (int i = 0; i < e->count && status == KEMPE_OK; i++) {

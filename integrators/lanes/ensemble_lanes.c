@@ -254,7 +254,7 @@ static void choose_tries(kmp_ensemble *e)
             continue;
         double h = kmp_solver_next_step(room->t[l], e->spec.t_end, room->h[l], &room->t_new[l]);
         if (!(h > 0)) {
-            kmp_instance_leave(e, room->who[l], "steps that become too small");
+            kmp_instance_leave(e, room->who[l], "a step size that becomes too small");
             empty(room, l);
         } else {
             room->step[l] = h;
@@ -389,7 +389,7 @@ static void refuse(kmp_ensemble *e, size_t l, outcome what)
                                      : h / 2;
     x->rejected = true;
     if (++x->tries >= MOST_TRIES) {
-        kmp_instance_leave(e, room->who[l], "steps that become too small");
+        kmp_instance_leave(e, room->who[l], "a step size that becomes too small");
         empty(room, l);
     }
 }
@@ -413,10 +413,10 @@ static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, s
     bool slow = kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
                                       e->spec.t_end, NULL);
     bool reorders = !through && has_bad_order(e, pool, seen, l);
-    const char *why = through                                                       ? NULL
-                      : collapsed                                                   ? "steps that become too small"
-                      : slow                                                        ? "too much work"
-                      : e->r > 0 && nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point on the way"
+    const char *why = through     ? NULL
+                      : collapsed ? "a step size that becomes too small"
+                      : slow      ? "too much work"
+                      : e->r > 0 && nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point during the run"
                                                                                     : NULL;
     bool exchanges = !through && !why && e->r > 0 && seen->growth[l] > x->limit;
     if (!through && !why && !exchanges && !reorders)

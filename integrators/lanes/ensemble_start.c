@@ -20,15 +20,15 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
         bool holds;
         const char *why;
     } reasons[] = {
-        {e->way.alone, "asked for"},
+        {e->way.alone, "a request for separate runs"},
         {strcmp(spec->formulation, "reduced") != 0 || strcmp(spec->form, "integrated") != 0, "another formulation"},
         {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
         {spec->keep_independent, "fixed independent coordinates"},
         {s->rheonomic, "closures that move in time"},
         {s->events.count > 0, "conditions or kinks on the way"},
         {s->chart_count > 0, "spherical joints"},
-        {s->articulated != NULL, "dynamics by articulated bodies"},
-        {s->force != NULL, "forces by a function"},
+        {s->articulated != NULL, "the articulated-body algorithm"},
+        {s->force != NULL, "user-defined forces"},
         {s->pressed_count > 0, "forces that depend on multipliers"},
         {s->motion->block_count > 0, "points on curves"},
         {s->m > KMP_LANE_ROWS || e->p > KMP_FUSED_FREEDOMS, "a large system"},
@@ -132,8 +132,8 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     kmp_plant_closure(e->plant, 0, q);
     kempe_status status =
         kmp_partition_init(&part, e->s, e->plant->jacobian, e->spec.u_count > 0 ? e->spec.u : NULL, e->spec.u_count);
-    if (status == KEMPE_E_FAILED) { /* a run reports an impossible choice of u */
-        kmp_instance_leave(e, i, "the wish of independent coordinates");
+    if (status == KEMPE_E_FAILED) { /* a wish that is not possible is told by a run */
+        kmp_instance_leave(e, i, "given independent coordinates");
         kmp_context_clear(e->context);
         return KEMPE_OK;
     }
@@ -174,8 +174,8 @@ kempe_status kmp_instance_start(kmp_ensemble *e, int i)
         memcpy(e->state, kempe_assembly_q(a), (size_t)e->n * sizeof(double));
         memcpy(e->state + e->n, kempe_assembly_qd(a), (size_t)e->n * sizeof(double));
         status = enter(e, i, e->state, e->state + e->n);
-    } else if (status == KEMPE_E_FAILED) { /* a run would have the same message */
-        kmp_instance_leave(e, i, "loops that stay open");
+    } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
+        kmp_instance_leave(e, i, "loops that do not close");
         status = KEMPE_OK;
     }
     kempe_assembly_free(a);

@@ -167,9 +167,10 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     if (c->repeats[k] < MOST_REPEATS)
         return KEMPE_OK;
     c->stuck = true;
-    return kmp_fail(c->s->context, KEMPE_E_FAILED, "%s changes back and forth at t = %.9g: %s", c->s->event_text[k], t,
-                    advice ? advice
-                           : "the motion slides along it; make the law continuous there, for instance with tanh");
+    return kmp_fail(
+        c->s->context, KEMPE_E_FAILED, "%s changes back and forth at t = %.9g: %s", c->s->event_text[k], t,
+        advice ? advice
+               : "the motion slides along this condition; make the law continuous there, for instance with tanh");
 }
 
 /* Changes conditions. Conditions may depend on others, so that one change causes the next. */

@@ -68,8 +68,8 @@ static kempe_status unknown(const kempe_system *system, int part, const char *na
             kmp_text_printf(&known, "%s%s", known.length ? ", " : "", one);
     }
     kempe_status status =
-        kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s '%s' is unknown%s%s%s; there is: %s", words[part], name,
-                 formulation ? " on the formulation " : "", formulation ? formulation : "",
+        kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown %s '%s'%s%s%s; available: %s", words[part], name,
+                 formulation ? " for the formulation " : "", formulation ? formulation : "",
                  form && formulation ? " in this form" : "", known.s ? known.s : "");
     kmp_text_free(&known);
     return status;
@@ -126,10 +126,10 @@ static kempe_status resolve_tools(const kempe_system *system, kmp_run_spec *spec
     spec->linear = or_default(spec->linear, "auto");
     spec->backend = or_default(spec->backend, kmp_backend_default());
     if (!kmp_linear_known(spec->linear))
-        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "linear solver '%s' is unknown; there is: %s", spec->linear,
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown linear solver '%s'; available: %s", spec->linear,
                         kmp_linear_names());
     if (!kmp_backend_find(spec->backend))
-        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", spec->backend,
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", spec->backend,
                         kmp_backend_names());
     return KEMPE_OK;
 }

@@ -254,7 +254,7 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
     if (cpu_of(run) - begin_s <= run->spec.limit_s)
         return KEMPE_OK;
     kmp_text text = {0};
-    kmp_text_printf(&text, "given up at t = %.6g s after %.3g s of the processor", kmp_runner_t(run),
+    kmp_text_printf(&text, "stopped at t = %.6g s after %.3g s of processor time", kmp_runner_t(run),
                     run->spec.limit_s);
     run->reason = kmp_text_take(&text);
     run->cut = true;

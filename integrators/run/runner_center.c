@@ -82,8 +82,8 @@ static void note(const kmp_runner *run, int c, double t, double regular)
 {
     const kempe_model *model = run->s->model;
     kmp_journal_note(run->journal, "centring", t, regular, 1,
-                     "joint '%s' is centred, its angles came near to their singular position: determinant of the axes "
-                     "%.3g -> 1",
+                     "joint '%s' has new angles, because the former ones approached their singular position: "
+                     "determinant of the axes %.3g -> 1",
                      model->bodies[model->motions[run->s->chart_first[c]].body].joint, regular);
 }
 

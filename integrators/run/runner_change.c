@@ -85,8 +85,8 @@ static kempe_status change_rows(kmp_runner *run, double t)
     kempe_status status = change_formulation(run, t, false, h);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
-                         "other closure rows are taken as the independent ones: the dropped ones took %.2g times one "
-                         "of them, now %.2g",
+                         "the choice of independent closure rows changed: largest dependence of a redundant row on "
+                         "them %.2g, now %.2g",
                          before, run->margin.rows);
     return status;
 }
@@ -171,8 +171,8 @@ static kempe_status leave_zone(kmp_runner *run, double t)
         kempe_status status = kmp_runner_change_formulation(run, t, false);
         if (status == KEMPE_OK)
             kmp_journal_note(run->journal, "change point", t, NAN, NAN,
-                             "the integrator stopped beside a change point; the projected formulation led on from "
-                             "t = %.9g to here in steps of dop853",
+                             "the integrator stopped near a change point; the projected formulation continued from t = "
+                             "%.9g to this time with dop853",
                              since);
         return status;
     }
@@ -182,8 +182,8 @@ static kempe_status leave_zone(kmp_runner *run, double t)
     bool through = at > from || from == run->spec.t_start;
     if (status == KEMPE_OK && through && size < KMP_ZONE_IN)
         kmp_journal_note(run->journal, "change point", at, size, run->margin.last / run->margin.usual,
-                         "passed a change point between t = %.9g and %.9g, straight on in one step, where the closures "
-                         "come within %.2g of losing a row",
+                         "crossed a change point between t = %.9g and %.9g in one step, in the direction of motion; "
+                         "margin of the closures %.2g",
                          from, t, size);
     return status;
 }
@@ -230,8 +230,8 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     kempe_status status = kmp_runner_change_formulation(run, t, false);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "dynamics", t, most, size,
-                         "with the loops open some joint moves next to no inertia: by M and C from there, not by "
-                         "articulated bodies");
+                         "with open loops some joint moves almost no inertia: M and C are used from this time on, not "
+                         "the articulated-body algorithm");
     return status;
 }
 
@@ -390,11 +390,10 @@ static kempe_status take_projected(kmp_runner *run, double t)
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
     if (status == KEMPE_OK)
-        kmp_journal_note(
-            run->journal, "formulation", t, NAN, NAN,
-            "no choice of independent coordinates leads on (%s); the projected formulation, which needs none, "
-            "goes on from there",
-            why.s ? why.s : "");
+        kmp_journal_note(run->journal, "formulation", t, NAN, NAN,
+                         "no choice of independent coordinates can continue (%s); the run continues with the projected "
+                         "formulation, which needs none",
+                         why.s ? why.s : "");
     kmp_text_free(&why);
     return status;
 }
@@ -457,6 +456,6 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
         status = run->kind->step(run->solver);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "restart", t, NAN, NAN,
-                         "the integrator stopped and went on from the same state");
+                         "the integrator stopped and was restarted from the same state");
     return status;
 }

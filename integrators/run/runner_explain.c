@@ -55,9 +55,9 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
     if (row < 0)
         return false;
     const char *name = kmp_runner_driven_by(run->s, row);
-    kmp_text_printf(text, "the mechanism locks at t = %.7g: it is at a dead centre, beyond which ", t);
+    kmp_text_printf(text, "the mechanism reaches a limit position (dead centre) at t = %.7g, beyond which ", t);
     if (name)
-        kmp_text_printf(text, "the driven coordinate '%s' (row '%s') cannot move on", name, run->s->row_names[row]);
+        kmp_text_printf(text, "the driven coordinate '%s' (row '%s') cannot move", name, run->s->row_names[row]);
     else
         kmp_text_printf(text, "closure row '%s' cannot follow its prescribed motion", run->s->row_names[row]);
     return true;
@@ -94,7 +94,7 @@ kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *
 static void name_unknowns(const kmp_runner *run, kmp_text *text)
 {
     const kempe_model *model = run->s->model;
-    const char *before = "; it may be that unknowns of the model have no solution there: ";
+    const char *before = "; possibly the implicit variables have no solution there: ";
     for (int k = 0; k < model->unknowns_count; k++)
         if (model->unknowns[k].count > 0) {
             kmp_text_printf(text, "%s'%s'", before, model->unknowns[k].name);

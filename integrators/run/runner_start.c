@@ -78,11 +78,10 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
     if (worst <= KMP_CLOSED_START * size)
         return KEMPE_OK;
     const char *name = kmp_runner_driven_by(s, row);
-    return kmp_fail(
-        s->context, KEMPE_E_FAILED,
-        "the rate asked for by closure row '%s'%s%s%s cannot be had at the start: %.3g of it is left over; the "
-        "mechanism is at a dead centre there",
-        s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
+    return kmp_fail(s->context, KEMPE_E_FAILED,
+                    "the rate prescribed by closure row '%s'%s%s%s is impossible at the start: %.3g of it remains; the "
+                    "mechanism is at a dead centre there",
+                    s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd)
@@ -172,11 +171,10 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     run->by_bodies = status == KEMPE_OK && off <= KMP_ARTICULATED_AGREE;
     if (status != KEMPE_OK || run->by_bodies || run->s->dynamics == KMP_DYNAMICS_AUTO)
         return status;
-    return kmp_fail(
-        run->s->context, KEMPE_E_FAILED,
-        "dynamics articulated: with the loops open some motion has next to no inertia at the start, and the "
-        "accelerations come out otherwise by %.3g of their size; take dynamics composite",
-        off);
+    return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                    "algorithm articulated: with open loops some motion has almost no inertia at the start, and the "
+                    "accelerations have a relative error of %.3g; use the algorithm composite",
+                    off);
 }
 
 /* The integrator for the present formulation: steps across change points have their own. A mechanism with no degree of
@@ -267,13 +265,12 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         return status;
     if (run->part.p == 0 && !run->s->rheonomic)
         kmp_journal_note(run->journal, "rest", run->spec.t_start, NAN, NAN,
-                         "nothing can move: the closures leave no degree of freedom and none of them moves in time; "
-                         "'kempe check' says which rows hold it");
-    if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* otherwise no motion reaches a branch */
-        kmp_log(
-            run->s->context, KEMPE_LOG_WARNING,
-            "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "
-            "the last digits");
+                         "the mechanism cannot move: it has no degree of freedom, and no closure depends on time; "
+                         "'kempe check' examines its closures");
+    if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */
+        kmp_log(run->s->context, KEMPE_LOG_WARNING,
+                "the start is near a change point, where branches of the mechanism meet: the branch of the motion may "
+                "depend on rounding");
     run->rate_scale = rate_scale_of(run, qd);
     run->way = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
     run->in_zone = run->margin.near;

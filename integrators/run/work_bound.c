@@ -15,7 +15,7 @@ static bool has_reached(const kmp_work_bound *bound, long tried, double t, doubl
     if (tried < bound->most || !(t < t_end))
         return false;
     if (why)
-        kmp_text_printf(why, "the bound of %ld steps (max_steps) is reached at t = %.9g s of %.9g s", bound->most, t,
+        kmp_text_printf(why, "the limit of %ld steps (max_steps) is reached at t = %.9g s of %.9g s", bound->most, t,
                         t_end);
     return true;
 }
@@ -33,11 +33,10 @@ bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t
     bound->seen_t = t;
     if (!slow || !why)
         return slow;
-    kmp_text_printf(
-        why,
-        "too much work: at t = %.9g s the last %.0f steps gained %.3g s. To reach t_end = %.9g s would take "
-        "about %.1g more. The motion is very fast or nearly singular: check start, masses and forces, or "
-        "allow more steps (max_steps)",
-        t, taken, made, t_end, made > 0 ? left * taken / made : 1e300);
+    kmp_text_printf(why,
+                    "too much work: at t = %.9g s the last %.0f steps advanced %.3g s. To reach t_end = %.9g s about "
+                    "%.1g more steps are needed. The motion is very fast or nearly singular: check start, masses and "
+                    "forces, or allow more steps (max_steps)",
+                    t, taken, made, t_end, made > 0 ? left * taken / made : 1e300);
     return true;
 }

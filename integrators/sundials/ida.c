@@ -94,7 +94,7 @@ static const kmp_sun_flag flags[] = {
     {IDA_LSETUP_FAIL, NOT_FACTORED, false},
     {IDA_LSOLVE_FAIL, NOT_FACTORED, false},
     {IDA_NLS_SETUP_FAIL, NOT_FACTORED, false},
-    {IDA_RES_FAIL, "the equations gave up", false},
+    {IDA_RES_FAIL, "the equations failed", false},
     {IDA_REP_RES_ERR, NOT_EVALUATED, false},
     {IDA_FIRST_RES_FAIL, NOT_EVALUATED, false},
     {IDA_BAD_EWT, "an error weight is not positive: a tolerance is zero or a value is not finite", false},

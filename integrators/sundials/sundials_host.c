@@ -55,8 +55,7 @@ static bool make_linear_solver(kmp_sun *s, const char *name)
 void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
     if (kind->dae && !kmp_linear_known(setup->linear)) {
-        (void)kmp_fail(setup->context, KEMPE_E_ARGUMENT, "linear solver '%s': there is none of that name",
-                       setup->linear);
+        (void)kmp_fail(setup->context, KEMPE_E_ARGUMENT, "unknown linear solver '%s'", setup->linear);
         return NULL;
     }
     int bad = 0;
@@ -78,7 +77,7 @@ void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
             return s;
     }
     if (bad)
-        (void)kmp_fail(setup->context, KEMPE_E_BUG, "%s refused its settings (flag %d)", s->package->name, bad);
+        (void)kmp_fail(setup->context, KEMPE_E_BUG, "%s rejected its settings (flag %d)", s->package->name, bad);
     else
         (void)kmp_fail_memory(setup->context);
     kmp_sun_release(s);
@@ -154,7 +153,7 @@ static kempe_status complain(const kmp_sun *s, int flag)
     const char *meaning = row_of(s, flag)->meaning;
     char *name = s->package->flag_name(flag);
     kempe_status status = kmp_fail(s->context, KEMPE_E_FAILED, "%s stopped at t = %.9g: %s (%s)", s->package->name,
-                                   s->base.t, meaning ? meaning : "an unforeseen failure", name);
+                                   s->base.t, meaning ? meaning : "an unexpected failure", name);
     free(name);
     return status;
 }

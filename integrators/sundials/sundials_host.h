@@ -23,10 +23,10 @@ typedef struct kmp_sun_flag {
 
 #define KMP_SUN_TOO_FINE "the tolerance is finer than double precision can follow"
 #define KMP_SUN_NOT_SMOOTH                                                                                             \
-    "the error test failed again and again down to the smallest step; the solution may not be smooth here"
+    "the error test failed repeatedly down to the smallest step; the solution may not be smooth here"
 #define KMP_SUN_NOT_FACTORED  "the iteration matrix could not be factored"
 #define KMP_SUN_NOT_EVALUATED "the right-hand side could not be evaluated, even with the smallest step"
-#define KMP_SUN_OUT_OF_MEMORY "there is no memory"
+#define KMP_SUN_OUT_OF_MEMORY "out of memory"
 
 /** Reads one counter; NULL: there is none. A set of counters is in the order of kmp_solver_work. */
 typedef int kmp_sun_counter(void *memory, long *count);

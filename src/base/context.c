@@ -193,7 +193,7 @@ static bool keep_warning(kempe_context *context, const char *line)
         return false;
     context->warning_count++;
     kmp_text_printf(&context->warnings, "%s\n",
-                    context->warning_count < KMP_MOST_WARNINGS ? line : "there are more warnings, which are left out");
+                    context->warning_count < KMP_MOST_WARNINGS ? line : "further warnings are omitted");
     return true;
 }
 

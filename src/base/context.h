@@ -29,7 +29,7 @@ kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *f
 
 /* Required arguments of public functions. KMP_WANTED: KEMPE_E_ARGUMENT with a sentence if a context can be reached
  * (NULL: it cannot). KMP_GIVEN, in a getter: the value returned for a missing object. */
-#define KMP_MISSING "%s is NULL or not there: it is wanted"
+#define KMP_MISSING "%s is NULL or missing"
 #define KMP_WANTED(context, thing, name)                                                                               \
     do {                                                                                                               \
         if (!(thing))                                                                                                  \

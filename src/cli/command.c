@@ -149,7 +149,7 @@ static kempe_status report_failure(const cli_job *j, const char *word, const cha
 /* Prints the error message, and writes a JSON object also when there is no result to print. */
 void cli_tell_failure(const cli_job *j, kempe_status status, bool has_result)
 {
-    static const char stopped[] = "interrupted before there was a result";
+    static const char stopped[] = "interrupted before a result was available";
     if (status == KEMPE_STOPPED && !has_result) {
         complain(status, stopped);
         if (j->settings->json)

@@ -14,25 +14,23 @@ enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
 
 static void print_help(FILE *out)
 {
-    fputs("kempe " KEMPE_VERSION
-          ": mechanisms with closed loops, solved along several formulations on the same equations\n\n"
-          "usage: kempe COMMAND FILE [options]\n\ncommands:\n",
+    fputs("kempe " KEMPE_VERSION ": dynamics of multibody systems with closed loops, by several formulations of the "
+          "same equations\n\nusage: kempe COMMAND FILE [options]\n\ncommands:\n",
           out);
     for (int k = 0; k < COMMAND_COUNT; k++)
         fprintf(out, "  %-12s%s\n", commands[k]->name, commands[k]->summary);
-    fputs("\n'kempe COMMAND --help' gives a command's options and examples, 'kempe --version' the version.\n"
-          "FILE is a Kempe model in YAML (docs/model_format.md) or one of ROBOTRAN, .mbs (docs/robotran.md).\n\n"
-          "examples:\n"
-          "  kempe new four_bar\n"
-          "  kempe check examples/andrews/andrews.yaml\n"
-          "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n\n"
-          "exit codes: 0 done, 1 the computation failed, 2 the input is wrong, 3 usage, 4 a defect of Kempe\n",
+    fputs("\n'kempe COMMAND --help' prints the options and examples of a command, 'kempe --version' the version.\nFILE "
+          "is a model in YAML (docs/model_format.md) or a ROBOTRAN model, .mbs (docs/robotran.md).\n\nexamples:\n  "
+          "kempe new four_bar\n  "
+          "kempe check examples/andrews/andrews.yaml\n  kempe compare examples/andrews/andrews.yaml --reference "
+          "examples/andrews/reference.csv\n\nexit codes: 0 success, 1 failed computation, 2 error in the input, 3 "
+          "wrong usage, 4 internal error of Kempe\n",
           out);
 }
 
 static void print_command_help(const cli_command *c)
 {
-    printf("kempe %s: %s\n\nusage: kempe %s %s\n\noptions:\n", c->name, c->summary, c->name, c->usage);
+    printf("kempe %s: %s\n\nusage: kempe %s %s\n", c->name, c->summary, c->name, c->usage);
     cli_options_print(c->bit, stdout);
     printf("\nexamples:\n%s", c->examples);
 }

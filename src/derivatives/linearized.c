@@ -337,10 +337,10 @@ kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectru
         return kmp_fail_memory(context);
     if (info > 0)
         return kmp_fail(context, KEMPE_E_FAILED,
-                        "the reduced mass is not positive for '%s': something that moves along it has no mass",
+                        "the reduced mass is not positive for '%s': a body that moves along it has no mass",
                         l->system->model->motions[l->part.u[info - 1]].name);
     return kmp_fail(context, KEMPE_E_FAILED,
-                    info == -2 ? "accelerations do not follow from the state: forces that depend on multipliers take "
-                                 "all inertia away from some motion, and there are no modes"
+                    info == -2 ? "the state does not determine the accelerations: forces that depend on multipliers "
+                                 "cancel the inertia of some motion, and there are no modes"
                                : "the iteration for the eigenvalues does not converge");
 }

@@ -228,7 +228,7 @@ kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *
         int k = kmp_parameter_find(m, names[p]);
         if (k < 0 || !m->parameters[k].varies)
             return kmp_fail(system->context, KEMPE_E_ARGUMENT,
-                            "parameter '%s' is not among those that the equations keep open", names[p]);
+                            "parameter '%s' is not a variable parameter of the equations", names[p]);
         parameter[p] = k;
     }
     return KEMPE_OK;
@@ -239,7 +239,7 @@ static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *
     kempe_context *c = s->system->context;
     const kmp_backend *found = kmp_backend_find(backend);
     if (!found)
-        return kmp_fail(c, KEMPE_E_ARGUMENT, "there is no back end '%s': there are %s", backend, kmp_backend_names());
+        return kmp_fail(c, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend, kmp_backend_names());
     int *named = KMP_NEW(int, s->count);
     kempe_status status = named ? kmp_slopes_find(s->system, s->count, names, named) : kmp_fail_memory(c);
     if (status == KEMPE_OK)

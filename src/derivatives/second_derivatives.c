@@ -85,8 +85,8 @@ kempe_status kmp_bend_init(kmp_bend *bend, const kempe_system *system, const kmp
     *bend = (kmp_bend){.n = system->n, .m = system->m, .count = count};
     if (system->force)
         return kmp_fail(system->context, KEMPE_E_FAILED,
-                        "second derivatives are wanted, and the force of the caller's own has none that are known: "
-                        "write it as a force of the model");
+                        "second derivatives are required, and those of a user-defined force are unknown: define it as "
+                        "a force of the model");
     int *parameter = KMP_NEW(int, count);
     bend->along = KMP_NEW(double, 2 * (3 * system->n + system->m) + count);
     kempe_status status =

@@ -92,12 +92,11 @@ static bool solve(kmp_shift *s, const kmp_linear *l, int rank, const double *b, 
 static kempe_status tell_open(const kmp_shift *s, const kmp_linear *l, int rank, int k)
 {
     const char *name = l->system->model->motions[l->part.u[s->c[rank]]].name;
-    return kmp_fail(
-        l->system->context, KEMPE_E_FAILED,
-        "the equilibrium has no derivative by '%s': nothing holds '%s' there (of %d independent coordinates "
-        "%d are held, the last by %.3g of the stiffest), while the parameter pushes along it; take a "
-        "parameter value off this point, or lock the coordinate",
-        s->names[k], name, l->p, rank, s->pivots[0] > 0 ? s->pivots[rank] / s->pivots[0] : 0.0);
+    return kmp_fail(l->system->context, KEMPE_E_FAILED,
+                    "the equilibrium has no derivative with respect to '%s': nothing restrains '%s' there (%d "
+                    "independent coordinates, %d of them restrained, the last by %.3g of the stiffest), while the "
+                    "parameter changes the force along it; use another parameter value, or lock the coordinate",
+                    s->names[k], name, l->p, rank, s->pivots[0] > 0 ? s->pivots[rank] / s->pivots[0] : 0.0);
 }
 
 /* -- one parameter ----------------------------------------------------------------------------------- */

@@ -74,20 +74,19 @@ static kempe_status choose_as_assembled(beginning *b)
         return status;
     if (status != KEMPE_OK)
         return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "the start has no derivative by parameters: not all coordinates that it holds can be "
-                        "independent there; hold others, as many as the mechanism has freedoms (start: hold)");
+                        "the start has no derivative with respect to parameters: not all held coordinates can be "
+                        "independent there; hold others, as many as the degrees of freedom (start: hold)");
     if (l->p == b->held || b->m == 0 || near)
         return KEMPE_OK;
     kmp_text more = {0};
     for (int k = 0; k < l->p; k++)
         if (!s->model->start.hold[l->part.u[k]])
             kmp_text_printf(&more, "%s%s", more.length ? ", " : "", s->model->motions[l->part.u[k]].name);
-    status = kmp_fail(
-        s->context, KEMPE_E_FAILED,
-        "the start has no derivative by parameters: the mechanism has %d freedoms, its start holds %d, and where "
-        "assembly comes to from the open guess depends on the way; hold %s too (start: hold), or write down a closed "
-        "start",
-        l->p, b->held, more.s ? more.s : "");
+    status = kmp_fail(s->context, KEMPE_E_FAILED,
+                      "the start has no derivative with respect to parameters: the mechanism has %d degrees of "
+                      "freedom, its start holds %d, and the result of the assembly depends on the guess; hold %s too "
+                      "(start: hold), or give a closed start",
+                      l->p, b->held, more.s ? more.s : "");
     kmp_text_free(&more);
     return status;
 }
@@ -222,12 +221,12 @@ static kempe_status check(const kempe_system *s, const kempe_assembly *a)
 {
     if (s->model->start.goal_count > 0)
         return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "the start has no derivative by parameters: it is the place nearest to goals (start: goals); "
-                        "write the coordinates that they lead to as start values, and hold them");
+                        "the start has no derivative with respect to parameters: it is the position nearest to goals "
+                        "(start: goals); give the resulting coordinates as start values, and hold them");
     if (a->inner_q)
         return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "the start has no derivative by parameters: a spherical joint stands near its singular "
-                        "position there; give it other axes");
+                        "the start has no derivative with respect to parameters: a spherical joint is near its "
+                        "singular position there; give it other axes");
     return KEMPE_OK;
 }
 
@@ -238,8 +237,8 @@ static kempe_status stand(beginning *b)
     kmp_linear *l = &v->linear;
     if (kmp_linear_at_rates(l, 0, b->a->q, b->a->qd, true) != KEMPE_OK)
         return kmp_fail(v->system->context, KEMPE_E_FAILED,
-                        "the start has no derivative by parameters: its closures are singular, or a coordinate moves "
-                        "no mass");
+                        "the start has no derivative with respect to parameters: its closures are singular, or a "
+                        "coordinate moves no mass");
     kmp_instant at = kmp_linear_instant(&v->linear);
     kmp_slopes_at(v->slopes, &at);
     return KEMPE_OK;

@@ -59,11 +59,11 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
     unsigned depends = kmp_graph_node(eq->graph, kmp_id(h))->depends;
     bool moves = depends & (1u << KMP_IN_TIME);
     if (depends & (1u << KMP_IN_PARAMETER) && eq->tree.keep == KMP_KEEP_NOTHING)
-        return kmp_complain(
-            eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
-            "closure '%s' cannot be kept open for parameters that vary: whether its component %s is met "
-            "hangs on them alone, whatever the coordinates are; let both its points depend on the same",
-            closure->name, component_name(closure, component));
+        return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
+                            closure->place.column,
+                            "closure '%s' does not permit variable parameters: its component %s depends on them alone "
+                            "and not on coordinates; let both its points depend on the same parameters",
+                            closure->name, component_name(closure, component));
     double gap = h == KMP_ZERO ? 0 : constant_value(eq, h);
     if (isnan(gap))
         return kmp_fail_memory(eq->context);
@@ -72,8 +72,8 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
     if (moves)
         return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
                             closure->place.column,
-                            "closure '%s' cannot be met at all times: its component %s depends on t alone, no "
-                            "coordinate moves it; let it depend on one",
+                            "closure '%s' cannot be satisfied at all times: its component %s depends on t only; let it "
+                            "depend on a coordinate",
                             closure->name, component_name(closure, component));
     double length = kmp_system_length(eq->model), allowed = kmp_closure_tolerance(eq->model);
     double *misfit = &eq->misfit[closure - eq->model->closures];
@@ -81,11 +81,10 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
         *misfit = fmax(*misfit, fabs(gap) / unit);
         return KEMPE_OK;
     }
-    return kmp_complain(
-        eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
-        "closure '%s' can never be met: its component %s stays at %.6g whatever the coordinates are, more "
-        "than the closure_tolerance of %.2g m allows; move one of its points",
-        closure->name, component_name(closure, component), gap, allowed);
+    return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
+                        "closure '%s' cannot be satisfied: its component %s is %.6g for all coordinates, more than the "
+                        "closure_tolerance of %.2g m; move one of its points",
+                        closure->name, component_name(closure, component), gap, allowed);
 }
 
 static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind, int row)

@@ -377,8 +377,8 @@ static kempe_status refuse_pressed(const kempe_system *s)
 {
     int row = s->pressed[0];
     return kmp_fail(s->context, KEMPE_E_FAILED,
-                    "dynamics articulated: force '%s' depends on the multiplier of closure row '%s', which articulated "
-                    "bodies do not go with; take dynamics composite",
+                    "algorithm articulated: force '%s' depends on the multiplier of closure row '%s', which this "
+                    "algorithm does not support; use the algorithm composite",
                     kmp_pressed_force(s, row), s->row_names[row]);
 }
 
@@ -392,10 +392,9 @@ kempe_status kmp_motion_add_articulated(kempe_system *s)
     if (pressed)
         return refuse_pressed(s);
     if ((double)s->m * s->n > MOST_ENTRIES)
-        return kmp_fail(
-            s->context, KEMPE_E_FAILED,
-            "dynamics articulated: the forces of %d closure rows on %d coordinates are more than the %d that "
-            "articulated bodies are written for; take dynamics composite",
-            s->m, s->n, MOST_ENTRIES);
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "algorithm articulated: the forces of %d closure rows on %d coordinates exceed the limit of "
+                        "%d; use the algorithm composite",
+                        s->m, s->n, MOST_ENTRIES);
     return derive_articulated(s);
 }

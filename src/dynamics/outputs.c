@@ -112,7 +112,7 @@ static bool derive_until(const kmp_tree *tree)
         kmp_model_put_expr(&text, tree->model, run->until[k]);
         ok = !text.failed;
         if (ok)
-            kmp_tree_end(tree, run->until[k], 0, compared(tree, run->until[k]), NULL, "the run ends as asked: %s",
+            kmp_tree_end(tree, run->until[k], 0, compared(tree, run->until[k]), NULL, "the run ends as requested: %s",
                          text.s);
         kmp_text_free(&text);
     }

@@ -42,10 +42,9 @@ kempe_status kmp_refuse_pressed(const kempe_system *s, const char *what)
         return KEMPE_OK;
     const char *force = kmp_pressed_force(s, s->pressed[0]);
     return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                    "%s: force '%s' depends on the multiplier of closure row '%s', and what follows from that is not "
-                    "worked out there; %s",
+                    "%s: force '%s' depends on the multiplier of closure row '%s', which is not supported there; %s",
                     what, force, s->row_names[s->pressed[0]],
-                    is_wheel(s->model, force) ? "take elastic contact" : "give it a law without lambda");
+                    is_wheel(s->model, force) ? "use elastic contact" : "give it a law without lambda");
 }
 
 kempe_status kmp_refuse_pressed_model(const kempe_model *model, const char *what)
@@ -62,7 +61,7 @@ kempe_status kmp_refuse_pressed_model(const kempe_model *model, const char *what
         if (model->wheels[k].form == KMP_CONTACT_RIGID && model->wheels[k].law != KMP_CREEP_NONE)
             return kmp_fail(model->context, KEMPE_E_ARGUMENT,
                             "%s: the creep forces of wheel '%s' depend on its normal force, lambda(%s), which these "
-                            "equations do not solve for; take 'contact: elastic' or 'creep: none'",
+                            "equations do not solve for; use 'contact: elastic' or 'creep: none'",
                             what, model->wheels[k].name, model->wheels[k].name);
     return KEMPE_OK;
 }

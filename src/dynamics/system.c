@@ -289,7 +289,7 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
     ok = ok && known ? make_changes_program(s, eq->graph, group, counts) : ok;
     kmp_free(out);
     if (!known)
-        return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is not among those of its law");
+        return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
     return ok && s->changes ? KEMPE_OK : kmp_fail_memory(s->context);
 }
 

@@ -10,11 +10,10 @@ static kempe_status refuse_set(kempe_context *context, const char *name, size_t 
 {
     kmp_text list = {0};
     kmp_sets_list(&list);
-    kempe_status status = list.failed
-                              ? kmp_fail_memory(context)
-                              : kmp_fail(context, KEMPE_E_ARGUMENT,
-                                         "there is no set '%.*s'; sets are %s, and several together with + between",
-                                         (int)length, name, list.s);
+    kempe_status status = list.failed ? kmp_fail_memory(context)
+                                      : kmp_fail(context, KEMPE_E_ARGUMENT,
+                                                 "unknown set '%.*s'; sets are %s, and several of them joined by +",
+                                                 (int)length, name, list.s);
     kmp_text_free(&list);
     return status;
 }
@@ -60,7 +59,7 @@ static kempe_status read_scheme(kempe_context *context, const char *name, kmp_se
             choice->scene.scheme = (kmp_scheme)k;
     choice->scheme = schemes[choice->scene.scheme];
     if (name && strcmp(choice->scheme, name) != 0)
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "there is no scheme '%s'; schemes are composite, ner", name);
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown scheme '%s'; schemes are composite, ner", name);
     return KEMPE_OK;
 }
 
@@ -74,8 +73,8 @@ static kempe_status check_bodies(const kempe_model *model, const char *names)
         for (int b = 1; b < model->body_count && !found; b++)
             found = strlen(model->bodies[b].name) == length && strncmp(model->bodies[b].name, name, length) == 0;
         if (!found)
-            return kmp_fail(model->context, KEMPE_E_ARGUMENT, "--no-inputs: there is no body '%.*s' in '%s'",
-                            (int)length, name, model->name);
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT, "--no-inputs: unknown body '%.*s' in '%s'", (int)length,
+                            name, model->name);
     }
     return KEMPE_OK;
 }

@@ -88,11 +88,10 @@ static void show_count(kmp_text *text, const kempe_count *c)
     for (int k = 0; k < c->choice.count; k++)
         show_entry(text, width, c->choice.chosen[k].name, &c->tally[k]);
     show_entry(text, width, "all", &c->all);
-    kmp_text_put(text,
-                 "\npaper: + - * /   robotran: those, unary minus and functions   runtime: without what depends on "
-                 "numbers alone\nkept, removed: operations that the set needs, and others that were made on the "
-                 "way   serial, vector: assignments, and steps when all that can be is done at once\nall: the sets "
-                 "above as one program\n");
+    kmp_text_put(text, "\npaper: + - * /   robotran: those, unary minus and functions   runtime: without constant "
+                       "subexpressions\nkept, removed: operations that the set needs, and operations removed as unused "
+                       "  serial, vector: assignments, and steps if independent operations are simultaneous\nall: the "
+                       "sets above as one program\n");
 }
 
 static void json_entry(kmp_json *json, const char *name, const kmp_tally *t)

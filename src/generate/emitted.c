@@ -34,7 +34,7 @@ static kempe_status refuse_language(kempe_context *context, const char *name)
         kmp_text_printf(&list, "%s%s", k ? ", " : "", languages[k]->name);
     kempe_status status =
         list.failed ? kmp_fail_memory(context)
-                    : kmp_fail(context, KEMPE_E_ARGUMENT, "there is no language '%s'; languages are %s", name, list.s);
+                    : kmp_fail(context, KEMPE_E_ARGUMENT, "unknown language '%s'; languages are %s", name, list.s);
     kmp_text_free(&list);
     return status;
 }
@@ -49,7 +49,7 @@ static kempe_status read_language(kempe_code *code, const kempe_generate_options
         return refuse_language(code->context, name);
     if (g->vectorised && !code->language->vectorises)
         return kmp_fail(code->context, KEMPE_E_ARGUMENT,
-                        "%s has no vectorised form: leave --vectorised out, or take an array language", name);
+                        "%s has no vectorised form: omit --vectorised, or use an array language", name);
     return KEMPE_OK;
 }
 
@@ -61,14 +61,13 @@ static kempe_status check_operations(const kempe_code *code)
         for (int i = 0; i < r->program->code[r->program->stages]; i++) {
             kmp_op op = (kmp_op)r->program->instruction[i].op;
             if (op == KMP_OP_IMPLICIT || op == KMP_OP_LIST)
-                return kmp_fail(
-                    code->context, KEMPE_E_ARGUMENT,
-                    "set '%s' solves equations on the way (unknowns, or where wheels touch), which cannot be "
-                    "written in a language; leave the set out with --sets",
-                    r->name);
+                return kmp_fail(code->context, KEMPE_E_ARGUMENT,
+                                "set '%s' contains iterative solutions (implicit variables, wheel contact), which "
+                                "cannot be generated; omit the set with --sets",
+                                r->name);
             if (!code->language->says(op))
                 return kmp_fail(code->context, KEMPE_E_ARGUMENT,
-                                "set '%s' needs the function '%s', which %s has not; leave the set out with --sets",
+                                "set '%s' needs the function '%s', which %s does not have; omit the set with --sets",
                                 r->name, kmp_op_text(op), code->language->name);
         }
     }
@@ -171,9 +170,8 @@ static void show(kmp_text *text, const kempe_code *code)
     kmp_text_put(text, "\n");
     for (int k = 0; k < code->files.count; k++)
         kmp_text_printf(text, "  %-24s %8zu bytes\n", code->files.file[k].name, code->files.file[k].text.length);
-    kmp_text_put(text,
-                 "\npaper: + - * /   robotran: those, unary minus and functions   prepare: of these, what depends "
-                 "on parameters alone\n");
+    kmp_text_put(text, "\npaper: + - * /   robotran: those, unary minus and functions   prepare: of these, the "
+                       "operations that depend on parameters only\n");
 }
 
 static void write_json(kmp_text *text, const kempe_code *code)

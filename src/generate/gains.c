@@ -205,7 +205,7 @@ static kempe_status passes(kmp_equations *eq, kmp_gains *gains)
     if (ok) {
         gains->made = count_made(eq->graph);
         gains->needed = amount_of(eq->graph, count, out, 0).operations;
-        put(gains, "ways to write them", amount_of(eq->graph, count, out, KMP_COST_ADDITION));
+        put(gains, "choice of variants", amount_of(eq->graph, count, out, KMP_COST_ADDITION));
     }
     for (int k = 0; ok && k < pass_count; k++) {
         ok = pass[k].run(eq->graph, &parallel, count, out);

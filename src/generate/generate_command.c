@@ -59,7 +59,7 @@ const cli_command cli_generate = {
     .bit = CLI_GENERATE,
     .name = "generate",
     .usage = "FILE --lang NAME | --count [options]",
-    .summary = "sets of equations in other languages, and what they cost",
+    .summary = "generate equations in C, Octave or Python; operation counts",
     .examples =
         "  kempe generate examples/andrews/andrews.yaml --lang c -o andrews\n"
         "  kempe generate examples/andrews/andrews.yaml --count\n"

@@ -63,7 +63,7 @@ const cli_command cli_show = {
     .bit = CLI_SHOW,
     .name = "show",
     .usage = "FILE --model | --equations | --program | --stats",
-    .summary = "print what Kempe made of the model",
+    .summary = "print the parsed model, its equations or its program",
     .examples = "  kempe show examples/andrews/andrews.yaml --stats\n"
                 "  kempe show examples/four_bar/four_bar.yaml --equations\n"
                 "  kempe show examples/four_bar/four_bar.yaml --equations --stats\n",

@@ -214,7 +214,7 @@ static bool warn_of_shapes(const kempe_model *model)
             kmp_text_printf(&names, "%s%s", names.length > 0 ? ", " : "", model->parameters[k].name);
     if (names.length > 0)
         kmp_log(model->context, KEMPE_LOG_WARNING,
-                "these parameters also decide axes, tables or powers: they are written as numbers, and p has no entry "
+                "axes, tables or powers depend on these parameters: they are written as numbers, and p has no entry "
                 "for them: %s",
                 names.s);
     bool ok = !names.failed;
@@ -242,7 +242,7 @@ static kempe_status read_form(kmp_code_source *source, const char *form)
     source->legible = !form || strcmp(form, "legible") == 0;
     if (source->legible || strcmp(form, "compact") == 0)
         return KEMPE_OK;
-    return kmp_fail(source->context, KEMPE_E_ARGUMENT, "there is no form '%s'; forms are legible, compact", form);
+    return kmp_fail(source->context, KEMPE_E_ARGUMENT, "unknown form '%s'; forms are legible, compact", form);
 }
 
 /* For a rounded drawing the exact mechanism is written, which all computations use (constraints/rounding/mend.h). */

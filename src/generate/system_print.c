@@ -184,7 +184,7 @@ static void show_gains(kmp_text *text, const kmp_gains *gains)
         show_amount(text, before ? before->runtime : -1, gain->runtime);
         kmp_text_put(text, "\n");
     }
-    kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "without one of the ways", "+ - * /", "gain", "run time",
+    kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "without one variant", "+ - * /", "gain", "run time",
                     "gain");
     for (int k = 0; k < KMP_GAINS_WAYS; k++) {
         const kmp_gain *without = &gains->ways[k];
@@ -194,11 +194,10 @@ static void show_gains(kmp_text *text, const kmp_gains *gains)
     }
     kmp_text_printf(text, "  %-25s %10ld %10s %10ld\n\n", gains->all.name, gains->all.operations, "",
                     gains->all.runtime);
-    kmp_text_printf(text, "useless equations: %ld of %ld operations made are not needed, %.0f %%\n",
+    kmp_text_printf(text, "unused operations: %ld of the %ld generated operations are not needed, %.0f %%\n",
                     gains->made - gains->needed, gains->made, useless_share(gains));
-    kmp_text_put(text,
-                 "M, C, h, J, jdqd as one program, numbers kept as symbols; each with those before it, ways as they "
-                 "were chosen together\nrun time: without what depends on numbers alone\n");
+    kmp_text_put(text, "M, C, h, J, jdqd as one program, numbers kept as symbols; each row includes the rows before "
+                       "it, with the chosen variants\nrun time: without constant subexpressions\n");
 }
 
 static void json_gain(kmp_json *json, const kmp_gain *gain)

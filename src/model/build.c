@@ -134,7 +134,7 @@ static kempe_status check_new(kempe_model *model, const char *what, const char *
 {
     kempe_status status = check_call(model, what, name);
     if (status == KEMPE_OK && kmp_yaml_get(kmp_yaml_get(model->builder->root, section), name))
-        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s '%s' stands already in the model", what, name);
+        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s '%s' exists already in the model", what, name);
     return status;
 }
 
@@ -194,7 +194,7 @@ kempe_status kempe_model_set_gravity(kempe_model *model, kempe_number x, kempe_n
     kmp_builder *b = model->builder;
     KMP_TRY(check_call(model, "model", "gravity"));
     if (kmp_yaml_get(b->root, "gravity"))
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "gravity is set already");
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "gravity is already set");
     begin_call(b, "gravity", NULL);
     put(b, b->root, "gravity", vector(b, n));
     return end_call(model);
@@ -283,10 +283,10 @@ kempe_status kempe_model_add_point(kempe_model *model, const char *body, const c
     kmp_yaml *owner =
         ground ? part(b, b->root, "ground", KMP_YAML_MAP) : (kmp_yaml *)kmp_yaml_get(bodies, body ? body : "");
     if (!owner && !ground)
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s': there is no body '%s' yet", name,
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s': body '%s' does not exist yet", name,
                         body ? body : "");
     if (kmp_yaml_get(kmp_yaml_get(owner, "points"), name))
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s.%s' stands already in the model", body, name);
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s.%s' exists already in the model", body, name);
     kmp_text full = {0};
     kmp_text_printf(&full, "%s.%s", body, name);
     begin_call(b, "point", full.s ? full.s : name);
@@ -404,7 +404,7 @@ static kempe_status set_start(kempe_model *model, const char *coordinate, const 
     kmp_builder *b = model->builder;
     KMP_TRY(check_call(model, "start value", coordinate));
     if (kmp_yaml_get(kmp_yaml_get(kmp_yaml_get(b->root, "start"), key), coordinate))
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "the start %s of '%s' is set already", key, coordinate);
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "the start %s of '%s' is already set", key, coordinate);
     begin_call(b, "start of", coordinate);
     kmp_yaml *start = part(b, b->root, "start", KMP_YAML_MAP);
     put(b, part(b, start, key, KMP_YAML_MAP), coordinate, number(b, value));

@@ -143,11 +143,10 @@ bool kmp_variant_may(const kempe_model *m, const char *name, kmp_text *why)
     if (found.parameter < 0 && found.motion < 0)
         say_unknown(m, start ? strchr(name, '.') + 1 : name, start, why);
     else if (found.parameter >= 0 && m->parameters[found.parameter].fixed)
-        kmp_text_printf(
-            why,
-            "parameter '%s' cannot vary: it decides an axis, a table, a track, a power or a setting of the run, "
-            "which no equations keep open; run a model for each of its values",
-            name);
+        kmp_text_printf(why,
+                        "parameter '%s' cannot be a variable of the equations: an axis, a table, a track, a power or a "
+                        "setting of the run depends on it; use one model for each of its values",
+                        name);
     return why->length == 0;
 }
 
@@ -423,7 +422,7 @@ static bool set_values(kmp_variant *v, const double *values, kmp_text *why)
     for (int k = 0; k < m->parameter_count; k++) {
         m->parameters[k].number.value = v->values[k];
         if (!isfinite(v->values[k]) && !why->length)
-            kmp_text_printf(why, "parameter '%s' is %s: a finite number is wanted", m->parameters[k].name,
+            kmp_text_printf(why, "parameter '%s' is %s: a finite number is expected", m->parameters[k].name,
                             isnan(v->values[k]) ? "not a number" : "infinite");
     }
     for (int k = 0; k < v->follower_count; k++) {

@@ -180,7 +180,7 @@ bool kmp_convergence_holds(const kmp_convergence *c)
 
 const char *kmp_convergence_word(const kmp_convergence *c)
 {
-    const char *failing = c->difference > c->limit ? "not converged" : "the other run did not come to its end";
+    const char *failing = c->difference > c->limit ? "not converged" : "the other run did not reach its end";
     return !c->known ? "" : kmp_convergence_holds(c) ? "converged" : failing;
 }
 
@@ -189,30 +189,31 @@ void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, cons
     if (kmp_convergence_holds(c)) {
         if (c->told > 0 && c->difference > c->told)
             kmp_log(context, KEMPE_LOG_WARNING,
-                    "'%s' has an error of %.2g of its size at t = %.6g s, as a run at rtol %.3g shows; %s", name,
+                    "'%s' has a relative error of %.2g at t = %.6g s, estimated by a run at rtol %.3g; %s", name,
                     c->difference, c->t, c->rtol, advice);
         return;
     }
     if (c->difference > c->limit)
         kmp_log(context, KEMPE_LOG_WARNING,
-                "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' comes out otherwise by %.2g at t = %.6g s, "
-                "so the motion amplifies errors or takes another branch; %s",
+                "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' differs by %.2g at t = %.6g s, so the "
+                "motion amplifies errors or follows another branch; %s",
                 c->until, c->rtol, name, c->difference, c->t, advice);
     else
-        kmp_log(context, KEMPE_LOG_WARNING, "this run could not be checked: at rtol %.3g it ends at t = %.6g s; %s",
-                c->rtol, c->stopped, advice);
+        kmp_log(context, KEMPE_LOG_WARNING,
+                "the convergence of this run could not be checked: at rtol %.3g it ends at t = %.6g s; %s", c->rtol,
+                c->stopped, advice);
 }
 
 void kmp_convergence_show(kmp_text *text, const kmp_convergence *c, const char *what, const char *name)
 {
     if (!c->known)
         return;
-    kmp_text_printf(text, "again     at rtol %.3g %s %s by %.2e", c->rtol, what,
+    kmp_text_printf(text, "repeat    at rtol %.3g %s %s by %.2e", c->rtol, what,
                     kmp_convergence_holds(c) ? "differs at most" : "DIFFERS", c->difference);
     if (c->difference > 0)
         kmp_text_printf(text, ", '%s' at t = %.6g s", name, c->t);
     if (!isnan(c->stopped))
-        kmp_text_printf(text, "; it ended at t = %.6g s", c->stopped);
+        kmp_text_printf(text, "; the repeat ended at t = %.6g s", c->stopped);
     kmp_text_put(text, "\n");
 }
 

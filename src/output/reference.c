@@ -180,7 +180,7 @@ static column find_column(reader *r, const char *name, kmp_nearest *nearest, cha
 static void complain_column(reader *r, const char *at, const char *name, const kmp_nearest *nearest)
 {
     kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "there is no column '%s'", name);
+    kmp_text_printf(&sentence, "column '%s' is missing", name);
     kmp_nearest_suggest(nearest, &sentence);
     if (!nearest->best)
         kmp_text_put(&sentence, ": columns are t, q.NAME, qd.NAME, qdd.NAME and lambda.CLOSURE.k");
@@ -251,12 +251,12 @@ static bool read_header(reader *r)
         column *c = &r->columns[r->column_count];
         *c = resolve(r, f);
         if (stands_before(r, c))
-            complain(r, f.s, "this column stands twice");
+            complain(r, f.s, "duplicate column");
         time = time || c->kind == COLUMN_TIME;
         r->column_count++;
     }
     if (!time)
-        complain(r, r->line_text, "there is no column t");
+        complain(r, r->line_text, "column t is missing");
     return true;
 }
 
@@ -267,11 +267,11 @@ static void take_time(reader *r, field f)
     kmp_reference *reference = r->reference;
     double *t = &reference->t[reference->rows];
     if (!to_number(f, t))
-        complain(r, f.s, "a time is wanted here");
+        complain(r, f.s, "a time is expected here");
     else if (*t < 0)
-        complain(r, f.s, "times count from 0");
+        complain(r, f.s, "times begin at 0");
     else if (reference->rows > 0 && *t <= t[-1])
-        complain(r, f.s, "times must ascend from row to row");
+        complain(r, f.s, "times must increase from row to row");
 }
 
 static void take_value(reader *r, const column *c, field f)
@@ -279,7 +279,7 @@ static void take_value(reader *r, const column *c, field f)
     size_t width = (size_t)kmp_quantity_size(r->system, c->quantity);
     double *value = &r->reference->value[c->quantity][(size_t)r->reference->rows * width + (size_t)c->index];
     if (f.length > 0 && !to_number(f, value))
-        complain(r, f.s, "this is no number; write digits, or leave the field empty");
+        complain(r, f.s, "this is not a number; write a number, or leave the field empty");
 }
 
 static void read_row(reader *r)
@@ -344,7 +344,7 @@ static bool read_lines(reader *r, char *text)
     }
     if (!r->columns) {
         r->line_text = "";
-        complain(r, r->line_text, "there is no header line; it begins with t");
+        complain(r, r->line_text, "the header line is missing; it begins with t");
     }
     return true;
 }

@@ -84,7 +84,7 @@ static kempe_status check_names(const kempe_model *model, int columns, const cha
     kempe_status status = kmp_model_check_finished(model);
     for (int k = 0; status == KEMPE_OK && k < columns; k++) {
         kmp_text why = {0};
-        KMP_WANTED(model->context, names && names[k], "a name of a column");
+        KMP_WANTED(model->context, names && names[k], "a column name");
         bool may = kmp_variant_may(model, names[k], &why);
         for (int i = 0; may && i < k; i++)
             if (strcmp(names[i], names[k]) == 0) {
@@ -106,7 +106,7 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
     KMP_WANTED(model->context, values, "values");
     kmp_context_clear(model->context);
     if (columns < 0 || count < 0)
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table has no negative number of columns or rows");
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table cannot have a negative number of columns or rows");
     KMP_TRY(check_names(model, columns, names));
     KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
     kempe_values *made = kmp_values_new(columns, names);
@@ -169,14 +169,14 @@ kempe_status kempe_values_sample(const kempe_model *model, const char *text, int
     kmp_ranges ranges;
     kmp_context_clear(model->context);
     if (count < 1)
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "how many instances? at least one is wanted");
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "the number of instances must be at least one");
     kempe_status status = kmp_ranges_read(model->context, text, &ranges);
     if (status != KEMPE_OK)
         return status;
     for (int k = 0; k < ranges.count && status == KEMPE_OK; k++)
         if (ranges.range[k].count != 0)
             status = kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                              "to sample '%s' a range is wanted, NAME=A:B, with commas between several",
+                              "sampling '%s' needs a range NAME=A:B; separate several ranges by commas",
                               ranges.range[k].name);
     kempe_values *made = NULL;
     if (status == KEMPE_OK)

@@ -52,12 +52,12 @@ static bool check_name(reader *r, const char *name, int column, char *const *nam
 {
     kmp_text why = {0};
     if (!*name)
-        kmp_text_put(&why, "a name is wanted here: of a parameter, or q.NAME or qd.NAME of a coordinate");
+        kmp_text_put(&why, "a name is expected here: a parameter, or q.NAME or qd.NAME of a coordinate");
     else
         (void)kmp_variant_may(r->model, name, &why);
     for (int k = 0; !why.length && k < column; k++)
         if (strcmp(names[k], name) == 0)
-            kmp_text_put(&why, "this column stands twice");
+            kmp_text_put(&why, "duplicate column");
     bool ok = !why.failed;
     if (ok && why.length)
         complain(r, name, why.s);
@@ -87,7 +87,7 @@ static void read_field(reader *r, const char *field, double *value)
 {
     size_t sign = *field == '-' || *field == '+', length = kmp_text_to_number(field + sign, value);
     if (length == 0 || field[sign + length] || !isfinite(*value))
-        complain(r, field, "a finite number is wanted here, in SI units");
+        complain(r, field, "a finite number in SI units is expected here");
     else if (*field == '-')
         *value = -*value;
 }
@@ -140,9 +140,9 @@ static bool read_lines(reader *r, char *text)
     }
     r->line_text = "";
     if (!r->values)
-        complain(r, r->line_text, "there is no header line with names of parameters");
+        complain(r, r->line_text, "the header line with names of parameters is missing");
     else if (r->values->count == 0 && r->complaints == 0)
-        complain(r, r->line_text, "there are no rows below the names");
+        complain(r, r->line_text, "there are no rows below the header line");
     return true;
 }
 

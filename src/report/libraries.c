@@ -50,8 +50,8 @@ static kempe_status read_one(kempe_context *context, const library *l, char **te
     if (*text)
         return KEMPE_OK;
     return kmp_fail(context, KEMPE_E_IO,
-                    "a report needs %s, and there is no '%s' in %s: install the Debian package %s, or name the folder "
-                    "that has it in the environment variable %s",
+                    "a report needs %s, but '%s' is missing in %s: install the Debian package %s, or give its folder "
+                    "in the environment variable %s",
                     l->name, l->files[0], folder(), l->package, variable);
 }
 

@@ -36,7 +36,7 @@ static kempe_status record_runs(const kempe_comparison *c, detail *d)
     int wanted = kmp_page_choose(c, d->run);
     for (int k = 0; k < wanted && !kmp_interrupted(context); k++) {
         const kmp_method *way = c->runs[d->run[k]].way;
-        kmp_log(context, KEMPE_LOG_PROGRESS, "report: %s %s, rtol %g once more", way->formulation, way->integrator,
+        kmp_log(context, KEMPE_LOG_PROGRESS, "report: %s %s, rtol %g repeated", way->formulation, way->integrator,
                 c->runs[d->run[k]].rtol);
         kempe_status status = kmp_record_make(c, d->run[k], c->t_end, &d->records[d->count]);
         d->count += status == KEMPE_OK || status == KEMPE_STOPPED;

@@ -163,11 +163,10 @@ bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, con
  * revert it. */
 static kmp_ref is_nearer(const kmp_tree *tree, const kmp_wheel *wheel, int zone, kmp_ref gap, kmp_ref least)
 {
-    return kmp_tree_condition(
-        tree, wheel, zone, kmp_sub(tree->graph, gap, least), 1e-10 * wheel->radius.value,
-        "two points of the wheel would have to touch at once, and with 'contact: rigid' one does; "
-        "with 'contact: elastic' both do",
-        "wheel '%s': contact in zone %d", wheel->name, zone + 1);
+    return kmp_tree_condition(tree, wheel, zone, kmp_sub(tree->graph, gap, least), 1e-10 * wheel->radius.value,
+                              "a rigid contact has one contact point, but two points of the wheel would have to touch; "
+                              "use 'contact: elastic'",
+                              "wheel '%s': contact in zone %d", wheel->name, zone + 1);
 }
 
 bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch)

@@ -36,7 +36,7 @@ static void test_batch(void)
         CHECK_TEXT(kempe_batch_status(batch, i), "ok");
         CHECK_TEXT(kempe_batch_reason(batch, i), "");
         CHECK_TEXT(a.alone, "");
-        CHECK_TEXT(b.alone, "asked for");
+        CHECK_TEXT(b.alone, "a request for separate runs");
         CHECK(kempe_batch_time(batch, i) == 1 && a.steps > 5 && a.rhs > 60 && a.h < 1e-12 && a.drift < 1e-6);
         for (int k = 0; k < N; k++) {
             CHECK_NEAR(kempe_batch_q(batch, i)[k], kempe_batch_q(alone, i)[k], 1e-9);

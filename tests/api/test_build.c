@@ -181,7 +181,7 @@ static void graph(void)
     joint.point[1] = "arm.P";
     CHECK(kempe_model_add_joint(model, &joint) == KEMPE_OK);
     CHECK(kempe_model_add_joint(model, &joint) == KEMPE_E_ARGUMENT);
-    CHECK_TEXT(kempe_context_message(context), "joint 'A' stands already in the model");
+    CHECK_TEXT(kempe_context_message(context), "joint 'A' exists already in the model");
     CHECK(kempe_model_finish(model) == KEMPE_E_INPUT);
     CHECK_TEXT(kempe_context_message(context),
                "joint 'A': body 'ground' has no point 'O'\njoint 'A': body 'arm' has no point 'P'");
@@ -198,7 +198,7 @@ static void mistakes(void)
     const kempe_number zero = kempe_value(0);
     CHECK(kempe_model_new(context, "wrong", &model) == KEMPE_OK);
     CHECK(kempe_model_finish(model) == KEMPE_E_INPUT);
-    CHECK_TEXT(kempe_context_message(context), "wrong: the model lacks the key 'bodies'");
+    CHECK_TEXT(kempe_context_message(context), "wrong: the model has no key 'bodies'");
     kempe_body_def arm = kempe_body_default("arm");
     arm.mass = kempe_expression("2*m");
     CHECK(kempe_model_add_body(model, &arm) == KEMPE_OK);
@@ -227,12 +227,12 @@ static void refused_calls(void)
     const kempe_number zero = kempe_value(0);
     kempe_body_def body = kempe_body_default("crank");
     CHECK(kempe_model_add_body(model, &body) == KEMPE_E_ARGUMENT);
-    CHECK_TEXT(kempe_context_message(context), "body 'crank' stands already in the model");
+    CHECK_TEXT(kempe_context_message(context), "body 'crank' exists already in the model");
     body.name = NULL;
     CHECK(kempe_model_add_body(model, &body) == KEMPE_E_ARGUMENT);
     CHECK_TEXT(kempe_context_message(context), "a body needs a name");
     CHECK(kempe_model_add_point(model, "wheel", "P", zero, zero, zero) == KEMPE_E_ARGUMENT);
-    CHECK_TEXT(kempe_context_message(context), "point 'P': there is no body 'wheel' yet");
+    CHECK_TEXT(kempe_context_message(context), "point 'P': body 'wheel' does not exist yet");
     CHECK(kempe_model_add_point(model, "crank", "B", zero, zero, zero) == KEMPE_E_ARGUMENT);
     CHECK(kempe_model_set_q(model, "A", zero, 0) == KEMPE_E_ARGUMENT);
     CHECK(kempe_model_set_gravity(model, zero, zero, zero) == KEMPE_E_ARGUMENT);
@@ -254,8 +254,8 @@ static void not_finite(void)
         CHECK(kempe_model_add_parameter(model, "p", kempe_value(values[k])) == KEMPE_OK);
         CHECK(kempe_model_finish(model) == KEMPE_E_INPUT);
         CHECK_TEXT(kempe_context_message(context),
-                   k == 0 ? "parameter 'p' is '0/0', which is not a number: a finite number is wanted"
-                          : "parameter 'p' is '-1/0', which is infinite: a finite number is wanted");
+                   k == 0 ? "parameter 'p' is '0/0', which is not a number: a finite number is expected"
+                          : "parameter 'p' is '-1/0', which is infinite: a finite number is expected");
         kempe_model_free(model);
         kempe_context_free(context);
     }
@@ -294,7 +294,7 @@ static void as_text(void)
     CHECK(strncmp(kempe_context_message(context), "drive 'motor':1:", 16) == 0);
     CHECK(kempe_model_add_text(model, "drives", "motor", "{joint: A, angl: pi/2 + 20*t}") == KEMPE_OK);
     CHECK(kempe_model_add_text(model, "drives", "motor", "{}") == KEMPE_E_ARGUMENT);
-    CHECK_TEXT(kempe_context_message(context), "drive 'motor' stands already in the model");
+    CHECK_TEXT(kempe_context_message(context), "drive 'motor' exists already in the model");
     CHECK(kempe_model_finish(model) == KEMPE_E_INPUT);
     CHECK(strstr(kempe_context_message(context), "drive 'motor':1:12: unknown key 'angl'"));
     kempe_model_free(model);

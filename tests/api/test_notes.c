@@ -43,7 +43,7 @@ static void notes_are_kept_in_order(void)
     }
     CHECK(!kempe_trajectory_note(run, -1, NULL) && !kempe_trajectory_note(run, count, &t));
     CHECK(kempe_trajectory_print(run, KEMPE_TEXT, &text) == KEMPE_OK);
-    CHECK(text && strstr(text, "\non the way t = ") && strstr(text, kempe_trajectory_note(run, 0, NULL)));
+    CHECK(text && strstr(text, "\njournal   t = ") && strstr(text, kempe_trajectory_note(run, 0, NULL)));
     kempe_text_free(text);
     text = NULL;
     CHECK(kempe_trajectory_print(run, KEMPE_JSON, &text) == KEMPE_OK);

@@ -73,7 +73,7 @@ void fuzz_check_status(const kempe_context *context, kempe_status status)
     const char *message = kempe_context_message(context);
     if (status == KEMPE_E_BUG || status == KEMPE_E_MEMORY)
         fprintf(stderr, "%s\n", message);
-    fuzz_promise(status != KEMPE_E_BUG, "no input makes a defect of Kempe");
+    fuzz_promise(status != KEMPE_E_BUG, "no input makes an internal error of Kempe");
     fuzz_promise(status != KEMPE_E_MEMORY, "small inputs need little memory");
     fuzz_promise(status >= 0 || message[0], "a failure has a sentence");
     if (status == KEMPE_E_INPUT)

@@ -289,11 +289,11 @@ static void refusals(void)
     if (!model)
         return;
     refuse(model, (kempe_generate_options){.language = "fortran"},
-           "there is no language 'fortran'; languages are c, octave");
-    refuse(model, (kempe_generate_options){.form = "short"}, "there is no form 'short'");
+           "unknown language 'fortran'; languages are c, octave");
+    refuse(model, (kempe_generate_options){.form = "short"}, "unknown form 'short'");
     refuse(model, (kempe_generate_options){.language = "c", .vectorised = 1}, "c has no vectorised form");
-    refuse(model, (kempe_generate_options){.sets = "M_C+K"}, "there is no set 'K'");
-    refuse(model, (kempe_generate_options){.sets = "M_C+"}, "there is no set ''");
+    refuse(model, (kempe_generate_options){.sets = "M_C+K"}, "unknown set 'K'");
+    refuse(model, (kempe_generate_options){.sets = "M_C+"}, "unknown set ''");
     refuse(model, (kempe_generate_options){.sets = "M_C+h_J+M+C+h+J+M+C+h+J+M+C+h+J+M+C+h+J+M+C"}, "fewer than 40");
     kempe_model_free(model);
 }

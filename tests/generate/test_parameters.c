@@ -369,9 +369,8 @@ static void shapes_are_no_entries(void)
     warnings[0] = '\0';
     CHECK(model &&
           kmp_source_init(&source, model, &(kempe_generate_options){.sets = "M_C", .keep_parameters = 1}) == KEMPE_OK);
-    CHECK_TEXT(warnings,
-               "these parameters also decide axes, tables or powers: they are written as numbers, and p has no "
-               "entry for them: x, y\n");
+    CHECK_TEXT(warnings, "axes, tables or powers depend on these parameters: they are written as numbers, and p has no "
+                         "entry for them: x, y\n");
     for (int j = 0; model && j < source.parameter_count; j++)
         CHECK(strcmp(source.parameter_name[j], "x") != 0 && strcmp(source.parameter_name[j], "y") != 0);
     CHECK(model && source.place[2] >= 0);

@@ -516,11 +516,10 @@ static void massless_ends_fall_back(void)
     CHECK(kempe_system_new_with_algorithm(model, "articulated", &none) == KEMPE_E_FAILED && !none);
     CHECK_TEXT(kempe_context_message(context),
                "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'hook' of body 'hook' "
-               "moves none; give the bodies behind it an inertia about its axis, or take M and C");
+               "moves none; give the bodies it moves an inertia about its axis, or use M and C");
     CHECK(kempe_system_new_with_algorithm(model, "articulate", &none) == KEMPE_E_ARGUMENT && !none);
-    CHECK_TEXT(kempe_context_message(context),
-               "algorithm 'articulate' is unknown; there is: auto, composite, plain, ner, "
-               "articulated; did you mean 'articulated'?");
+    CHECK_TEXT(kempe_context_message(context), "unknown algorithm 'articulate'; available: auto, composite, plain, "
+                                               "ner, articulated; did you mean 'articulated'?");
     kempe_system_free(system);
     kempe_model_free(model);
     kempe_context_free(context);
@@ -549,8 +548,9 @@ static void rounding_is_no_inertia(void)
     CHECK(forced && kmp_run_resolve(forced, &spec) == KEMPE_OK);
     CHECK(forced && kmp_run(forced, &spec, NULL, NULL, NULL, &report) == KEMPE_E_FAILED);
     printf("   %s\n", report.reason ? report.reason : "");
-    CHECK(report.reason && strstr(report.reason, "dynamics articulated: with the loops open some motion has next to no "
-                                                 "inertia at the start"));
+    CHECK(
+        report.reason &&
+        strstr(report.reason, "algorithm articulated: with open loops some motion has almost no inertia at the start"));
     kmp_free(report.reason);
     kempe_system_free(system);
     kempe_system_free(plain);
@@ -594,9 +594,8 @@ static void too_many_rows_are_refused(void)
         kmp_text_printf(&text, "  l%d: {coupler: {b%d: 1, b%d: -1}}\n", k, k, k + 1);
     CHECK(kempe_model_read_text(context, text.s, "text", &model) == KEMPE_OK);
     CHECK(kempe_system_new_with_algorithm(model, "articulated", &system) == KEMPE_E_FAILED);
-    CHECK_TEXT(kempe_context_message(context),
-               "dynamics articulated: the forces of 501 closure rows on 502 coordinates are more than the 250000 that "
-               "articulated bodies are written for; take dynamics composite");
+    CHECK_TEXT(kempe_context_message(context), "algorithm articulated: the forces of 501 closure rows on 502 "
+                                               "coordinates exceed the limit of 250000; use the algorithm composite");
     CHECK(kempe_system_new(model, &system) == KEMPE_OK && !system->articulated);
     kmp_text_free(&text);
     kempe_system_free(system);

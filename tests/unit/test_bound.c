@@ -42,7 +42,7 @@ static void a_number_asked_for_is_kept(void)
     CHECK(!kmp_work_bound_passed(&bound, 9, 0.5, 1, &why));
     CHECK(!kmp_work_bound_passed(&bound, 10, 1, 1, &why));
     CHECK(kmp_work_bound_passed(&bound, 10, 0.5, 1, &why));
-    CHECK(why.s && strstr(why.s, "the bound of 10 steps"));
+    CHECK(why.s && strstr(why.s, "the limit of 10 steps"));
     kmp_text_free(&why);
 }
 
@@ -97,7 +97,7 @@ static void absurd_forces_end_soon(void)
 static void steps_may_be_bounded(void)
 {
     simulate("tests/models/light_carriage.yaml", (kempe_setting){0}, "dop853",
-             (kempe_run_options){.t_end = 20, .max_steps = 100}, "the bound of 100 steps");
+             (kempe_run_options){.t_end = 20, .max_steps = 100}, "the limit of 100 steps");
     simulate("tests/models/light_carriage.yaml", (kempe_setting){0}, "dop853",
              (kempe_run_options){.t_end = 20, .max_steps = 1000000}, "");
 }

@@ -164,7 +164,7 @@ static void a_run_ends_where_a_multiplier_says_so(void)
         if (!is_exact(&way))
             continue;
         kmp_run_report report =
-            run(&s, &way, 3, KEMPE_STOPPED, "the run ends as asked: lambda(track.1) < 0 at t = 0.7542388", &l);
+            run(&s, &way, 3, KEMPE_STOPPED, "the run ends as requested: lambda(track.1) < 0 at t = 0.7542388", &l);
         CHECK(report.ended && report.t == l.t && report.events == 0);
         CHECK_NEAR(l.q[1], (2 + 0.25 / 9.81) / 3, 1e-7);
         CHECK_NEAR(l.lambda[0], 0, 1e-9);

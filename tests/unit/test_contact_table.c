@@ -175,14 +175,14 @@ static void wrong_words_are_told(void)
 {
     loaded l = load(manchester), without = load("examples/four_bar/four_bar.yaml");
     refuses(&without, (kempe_contact_options){.sweep = "A=0:1"}, "the model has no wheels");
-    refuses(&l, (kempe_contact_options){.sweep = NULL}, "over what?");
+    refuses(&l, (kempe_contact_options){.sweep = NULL}, "the sweep is missing");
     refuses(&l, (kempe_contact_options){.sweep = "shaft=0:1"}, "shaft");
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .hold = "nothing"}, "hold");
-    refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .law = "coulomb"}, "there is no law 'coulomb'");
+    refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .law = "coulomb"}, "unknown creep law 'coulomb'");
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .solve_for = "left.1"},
-            "freed: 'left.1' does not move");
+            "solve-for: 'left.1' does not move");
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .points = 1}, "1 values");
-    refuses(&l, (kempe_contact_options){.sweep = "left.1=0:1,left.1=0:2"}, "stands twice");
+    refuses(&l, (kempe_contact_options){.sweep = "left.1=0:1,left.1=0:2"}, "is given twice");
     refuses(&l, (kempe_contact_options){.sweep = "left.1=0:1 rad"}, "left.1");
     unload(&l);
     unload(&without);

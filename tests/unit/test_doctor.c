@@ -109,7 +109,7 @@ static void always_redundant(const char *path, int redundant, int may_lose)
     for (int k = 0; k < d->repair_count; k++)
         CHECK(d->repairs[k].count == may_lose && d->repairs[k].of == 3);
     CHECK(d->second == KMP_SECOND_UNTRIED);
-    says(&p, "wherever it moves");
+    says(&p, "in every configuration");
     says(&p, "reactions not unique");
     dismiss(&p);
 }
@@ -136,8 +136,8 @@ static void a_doubled_closure_is_named(void)
     CHECK(d->set_count == 2 && d->repair_count == 2);
     same_rows(&p, &d->sets[0], "C.1", "Twin.1");
     same_rows(&p, &d->sets[1], "C.2", "Twin.2");
-    says(&p, "leave out ball 'C': the others hold it already");
-    says(&p, "leave out ball 'Twin': the others hold it already");
+    says(&p, "remove ball 'C': the other closures imply it");
+    says(&p, "remove ball 'Twin': the other closures imply it");
     dismiss(&p);
 }
 
@@ -149,8 +149,8 @@ static void a_planar_loop_with_spatial_closures(void)
                            KEMPE_OK);
     const kmp_doctor *d = &p.check->doctor;
     CHECK(p.check->part.p == 1 && p.system->m == 4 && d->declared == 6 && d->set_count == 2);
-    says(&p, "(2 more vanish identically, as out-of-plane rows do)");
-    says(&p, "counting gives 3 - 4 = -1: 2 rows say what others say already, wherever it moves");
+    says(&p, "(2 more rows vanish identically, as out-of-plane rows do)");
+    says(&p, "coordinates - rows = 3 - 4 = -1: 2 rows are redundant in every configuration");
     dismiss(&p);
 }
 
@@ -168,7 +168,7 @@ static void rows_of_rounding_hold_nothing(void)
         for (int i = 0; i < d->set_count; i++)
             CHECK(d->sets[i].always);
         CHECK(d->second == KMP_SECOND_UNTRIED);
-        says(&p, "holds nothing: always");
+        says(&p, "constrains nothing: always");
         dismiss(&p);
     }
 }
@@ -183,7 +183,7 @@ static void a_parallelogram_flat_and_upright(void)
     CHECK(d->set_count == 1 && !d->sets[0].always && d->repair_count == 0);
     CHECK(d->second == KMP_SECOND_BRANCHES && d->branches == 2 && !d->limits.walked);
     says(&p, "only in this position");
-    says(&p, "elsewhere it has 1 degree of freedom");
+    says(&p, "elsewhere the mechanism has 1 degree of freedom");
     dismiss(&p);
     p = admit("tests/models/parallelogram.yaml");
     d = &p.check->doctor;
@@ -206,7 +206,7 @@ static void stretched_bars_are_shaky(void)
     patient p = admit_text(four_bar(1.5, 0.5, 0.4, 0.6, one_loop, "q: {A: 0, B: 0, D: 180 deg}"), KEMPE_OK);
     const kmp_doctor *d = &p.check->doctor;
     CHECK(p.check->part.p == 2 && !d->moved && d->second == KMP_SECOND_NONE);
-    says(&p, "shaky");
+    says(&p, "infinitesimally mobile");
     dismiss(&p);
     p = admit_text(four_bar(1.5, 0.5, 0.4, 0.6, one_loop, "q: {A: 0.1, B: 0.1, D: 3}"), KEMPE_OK);
     CHECK(!p.check->doctor.moved && p.check->doctor.second == KMP_SECOND_NONE);
@@ -247,11 +247,11 @@ static void crank_rocker(double g, double a, double b, double c)
     const kmp_doctor *d = &p.check->doctor;
     CHECK(d->limits.cycle && abs(d->limits.swing[0].turns) == 1);
     swings(d, 2, pi - cosine_law(g, c, b + a), pi - cosine_law(g, c, b - a));
-    says(&p, "A  turns fully");
+    says(&p, "A  rotates fully");
     dismiss(&p);
 }
 
-/* A turns fully, D swings between where crank and coupler are in line. */
+/* A rotates fully, D oscillates between where crank and coupler are in line. */
 static void crank_rockers_swing(void)
 {
     crank_rocker(1, 0.3, 0.9, 0.7);
@@ -283,7 +283,7 @@ static void lengths_that_never_meet(void)
     CHECK_NEAR(o->reaches[0].longest, 2.4, 1e-14);
     CHECK_NEAR(o->reaches[0].others, 1.4, 1e-14);
     CHECK_NEAR(p.check->assembly->gap, 1.0, 1e-6);
-    says(&p, "on 'ground' it is 2.4 m from O to D, the other links reach at most 1.4 m: 1 m are missing");
+    says(&p, "body 'ground' spans 2.4 m from O to D, the other links at most 1.4 m: 1 m are missing");
     dismiss(&p);
 }
 
@@ -296,7 +296,7 @@ static void held_where_it_cannot_close(void)
     CHECK(o->reach_count == 0 && o->release_count == 1 && o->releases[0].closes);
     CHECK(p.check->reason[0] != '\0');
     CHECK_TEXT(kempe_context_message(p.context), p.check->reason); /* whatever was tried since */
-    says(&p, "it closes when 'A' is not held");
+    says(&p, "it closes if 'A' is released");
     dismiss(&p);
     p = admit_text(four_bar(1.3, 0.3, 0.8, 0.4, one_loop, "q: {A: 150 deg, B: 2, D: 2}, hold: [A, B, D]"),
                    KEMPE_E_FAILED);
@@ -454,7 +454,7 @@ static void two_modes_of_a_dyad(void)
     CHECK(branches_of(&p, 1, one, sizeof one) == 2 && branches_of(&p, 1, two, sizeof two) == 2);
     CHECK_TEXT(one, two);
     CHECK(branches_of(&p, 77, NULL, 0) == 2);
-    CHECK(strstr(one, "branch 1 (the model's)") && strstr(one, "hold: [crank]"));
+    CHECK(strstr(one, "branch 1 (of the model)") && strstr(one, "hold: [crank]"));
     dismiss(&p);
     p = admit("examples/slider_crank/slider_crank.yaml");
     CHECK(branches_of(&p, 1, NULL, 0) == 2);

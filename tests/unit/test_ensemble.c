@@ -322,7 +322,7 @@ static void test_what_lanes_cannot(void)
                  {"four_bar/four_bar_spatial", "crank", 0.05, "redundant closure rows"},
                  {"driven_slider_crank/driven_slider_crank", "l", 0.05, "closures that move in time"},
                  {"governor/governor", "K", 0.002, "another formulation"},
-                 {"n_four_bar/n_four_bar_1", "m", 2, "a change point on the way"},
+                 {"n_four_bar/n_four_bar_1", "m", 2, "a change point during the run"},
                  {"stewart/stewart", "k", 0.01, "spherical joints"}};
     static outcome some, all;
     random_seed(5);
@@ -354,7 +354,7 @@ static void test_bad_instances(void)
     x.values[2 * 5 + 1] = -1; /* a mass */
     run(&x, &spec, (kmp_ensemble_way){0}, &out);
     CHECK(out.result[3].status == KEMPE_E_INPUT && isnan(out.q[3 * x.n]));
-    CHECK_TEXT(out.result[3].reason, "parameter 'across' is not a number: a finite number is wanted");
+    CHECK_TEXT(out.result[3].reason, "parameter 'across' is not a number: a finite number is expected");
     CHECK(out.result[5].status == KEMPE_E_INPUT);
     CHECK_TEXT(out.result[5].reason, "the mass of body 'coupler' is negative: -1");
     for (int i = 0; i < COUNT; i++)

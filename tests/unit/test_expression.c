@@ -128,37 +128,38 @@ static void complains(const char *text, bool constant, const char *message)
 
 static void complaints(void)
 {
-    complains("", true, "f:1:1: a number, a name or '(' is wanted, but the expression ends");
-    complains("1 + ", true, "f:1:5: a number, a name or '(' is wanted, but");
-    complains("1 + * 2", true, "f:1:5: a number, a name or '(' is wanted here, not '*'");
-    complains("(1 + 2", true, "f:1:7: an operator or ')' is wanted, but");
-    complains("1 2", true, "f:1:3: an operator or the end is wanted here, not '2'");
-    complains("300 inch", true, "f:1:5: an operator or a unit is wanted here, not 'inch'; there are m, cm, mm");
+    complains("", true, "f:1:1: a number, a name or '(' is expected, but the expression ends");
+    complains("1 + ", true, "f:1:5: a number, a name or '(' is expected, but");
+    complains("1 + * 2", true, "f:1:5: a number, a name or '(' is expected here, not '*'");
+    complains("(1 + 2", true, "f:1:7: an operator or ')' is expected, but");
+    complains("1 2", true, "f:1:3: an operator or the end is expected here, not '2'");
+    complains("300 inch", true, "f:1:5: an operator or a unit is expected here, not 'inch'; units are m, cm, mm");
     complains("2*krank", true, "f:1:3: unknown parameter 'krank'");
     complains("sine(1)", true, "f:1:1: unknown function 'sine'; did you mean 'sin'?");
     complains("sin(1, 2)", true, "f:1:1: function 'sin' takes 1 argument, not 2");
-    complains("if(1, 2, 3)", true, "f:1:5: an operator, '<', '<=', '>' or '>=' is wanted here, not ','");
+    complains("if(1, 2, 3)", true, "f:1:5: an operator, '<', '<=', '>' or '>=' is expected here, not ','");
     complains("if(1 < 2, 3)", true, "f:1:1: function 'if' takes 3 arguments, not 2");
-    complains("1 < 2", true, "f:1:3: an operator or the end is wanted here, not '<'");
+    complains("1 < 2", true, "f:1:3: an operator or the end is expected here, not '<'");
     complains("sin()", true, "f:1:1: function 'sin' takes 1 argument, not 0");
-    complains("sin + 1", true, "f:1:1: function 'sin' wants its argument");
+    complains("sin + 1", true, "f:1:1: function 'sin' needs its argument");
     complains("1 + t", true, "f:1:5: t is not allowed here");
     complains("q(A)", true, "f:1:1: q is not allowed here");
     complains("qd(C)", false, "f:1:4: unknown coordinate 'C'");
-    complains("q + 1", false, "f:1:1: 'q' wants a coordinate in parentheses");
-    complains("q(A.)", false, "f:1:4: ')' is wanted here");
-    complains("1 + lambda(loop)", true, "f:1:5: lambda is not allowed here: a constant is wanted");
+    complains("q + 1", false, "f:1:1: 'q' needs a coordinate in parentheses");
+    complains("q(A.)", false, "f:1:4: ')' is expected here");
+    complains("1 + lambda(loop)", true, "f:1:5: lambda is not allowed here: a constant is expected");
     complains("lambda(lop)", false, "f:1:8: unknown loop 'lop'");
-    complains("lambda(D.0)", false, "f:1:10: the number of a multiplier is wanted here: lambda(D.1) is the first one");
-    complains("lambda(D.2", false, "f:1:11: ')' is wanted, but the expression ends");
-    complains("lambda(2)", false, "f:1:8: the name of a loop is wanted here, not '2'");
+    complains("lambda(D.0)", false,
+              "f:1:10: the number of a multiplier is expected here: lambda(D.1) is the first one");
+    complains("lambda(D.2", false, "f:1:11: ')' is expected, but the expression ends");
+    complains("lambda(2)", false, "f:1:8: the name of a loop is expected here, not '2'");
     complains("lambda + 1", false, "f:1:1: unknown parameter 'lambda'");
     complains("2^lambda(D)", false, "f:1:3: an exponent must be constant");
     complains("2^t", false, "f:1:3: an exponent must be constant");
     complains("crank(2)", true, "f:1:1: 'crank' is a parameter, not a function");
     complains("\xc3\xa4\xc3\xb6 + \xe2\x82\xac", true, "f:1:1: unknown parameter");
-    complains("crank + 2 \xc3\x97 3", true, "f:1:11: an operator or a unit is wanted here, not '\xc3\x97';");
-    complains("0x10", true, "f:1:2: an operator or a unit is wanted here, not 'x10'");
+    complains("crank + 2 \xc3\x97 3", true, "f:1:11: an operator or a unit is expected here, not '\xc3\x97';");
+    complains("0x10", true, "f:1:2: an operator or a unit is expected here, not 'x10'");
 }
 
 static void limits(void)

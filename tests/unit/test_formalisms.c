@@ -528,18 +528,15 @@ static void massless_ends(void)
     refused("  a: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 0, 0]}\n"
             "  b: {joint: {revolute: y, at: a}}\n",
             "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'b' of body 'b' moves "
-            "none; "
-            "give the bodies behind it an inertia about its axis, or take M and C");
+            "none; give the bodies it moves an inertia about its axis, or use M and C");
     refused("  a: {joint: {prismatic: x, at: ground}}\n",
             "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'a' of body 'a' moves "
-            "none; "
-            "give the bodies behind it a mass, or take M and C");
+            "none; give the bodies it moves a mass, or use M and C");
     /* two joints about one axis: what is left behind the second is nothing about it */
     refused("  a: {joint: {revolute: z, at: ground}}\n"
             "  b: {joint: {revolute: z, at: a}, mass: 1, com: [1, 0, 0]}\n",
             "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'a' of body 'a' moves "
-            "none; "
-            "give the bodies behind it an inertia about its axis, or take M and C");
+            "none; give the bodies it moves an inertia about its axis, or use M and C");
 }
 
 /* -- growth -------------------------------------------------------------------------------------------- */

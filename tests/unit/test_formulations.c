@@ -261,7 +261,7 @@ static int said_projected;
 static void listen(void *user, kempe_level level, const char *text)
 {
     (void)user, (void)level;
-    said_projected += strstr(text, "the projected formulation, which needs none, goes on from there") != NULL;
+    said_projected += strstr(text, "the run continues with the projected formulation, which needs none") != NULL;
 }
 
 /* Where nobody asked for a formulation, a reduced one that stops hands over to the projected one: right, and said. */

@@ -188,7 +188,7 @@ static void what_is_refused(void)
 {
     refuse(MODEL, "cranks", "crank", KEMPE_E_ARGUMENT, "'cranks'");
     refuse(MODEL, "crank", "rockers", KEMPE_E_ARGUMENT, "'rockers'");
-    refuse(MODEL, "crank", "rocker, rocker", KEMPE_E_ARGUMENT, "driven: coordinate 'rocker' stands twice");
+    refuse(MODEL, "crank", "rocker, rocker", KEMPE_E_ARGUMENT, "driven: coordinate 'rocker' is given twice");
     refuse(MODEL, "crank", "rocker, crank", KEMPE_E_FAILED, "2 independent coordinates");
     refuse(MODEL, "crank", NULL, KEMPE_E_FAILED, "0 coordinates are driven");
 }

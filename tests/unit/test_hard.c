@@ -90,7 +90,8 @@ static void a_lock_is_named(void)
     for (int k = 0; k < HARD_FORMULATIONS; k++) {
         hard_result r = hard_run(&s, KEMPE_ROOT, &c, &hard_formulations[k], 0);
         CHECK(r.status == KEMPE_STOPPED && fabs(r.report.t - 1.5) < 1e-6);
-        CHECK(r.report.reason && strstr(r.report.reason, "locks at t = 1.5") && strstr(r.report.reason, "'slider'"));
+        CHECK(r.report.reason && strstr(r.report.reason, "dead centre) at t = 1.5") &&
+              strstr(r.report.reason, "'slider'"));
         kmp_free(r.report.reason);
     }
     hard_unload(&s);

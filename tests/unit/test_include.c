@@ -126,9 +126,10 @@ static void contradictions(void)
     char text[400];
     kempe_model *m = NULL;
     CHECK(kempe_model_read_text(context, two, KEMPE_ROOT "/tests/models/outer", &m) == KEMPE_E_INPUT && !m);
-    CHECK(strstr(kempe_context_message(context), "restarted.yaml:3:13: start q: 'A' is given twice, in ") != NULL);
-    CHECK(strstr(kempe_context_message(context), "restarted.yaml:3:28: start goals: 'G' is given twice, in ") != NULL);
-    CHECK(strstr(kempe_context_message(context), "started.yaml:7 too") != NULL);
+    CHECK(strstr(kempe_context_message(context), "restarted.yaml:3:13: start q: 'A' is given twice, also in ") != NULL);
+    CHECK(strstr(kempe_context_message(context), "restarted.yaml:3:28: start goals: 'G' is given twice, also in ") !=
+          NULL);
+    CHECK(strstr(kempe_context_message(context), "started.yaml:7, and") != NULL);
     (void)snprintf(text, sizeof text, "%sstart: {q: {A: 0.7}, goals: {G: 3}}\n", two);
     CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer", &m) == KEMPE_OK);
     CHECK(m && m->start.q[0].value == 0.7 && m->start.goal_count == 1 && m->start.goals[0].value[0].value == 3);

@@ -539,7 +539,7 @@ static void too_few_actuators_are_told(void)
     loaded m = load_here(in_plane);
     write_robot(&m, true, path);
     kempe_inverse *r = invert(&m, &(kempe_inverse_options){.motion = path, .actuators = "a1"}, KEMPE_E_FAILED);
-    CHECK(strstr(kempe_context_message(m.context), "they reach 1 of 2 degrees of freedom"));
+    CHECK(strstr(kempe_context_message(m.context), "the actuators act on 1 of 2 degrees of freedom"));
     CHECK(r && kempe_inverse_row_count(r) == 101 && kempe_inverse_rank(r) == 1);
     CHECK_TEXT(kempe_inverse_status(r), "failed");
     CHECK_TEXT(kempe_inverse_reason(r), kempe_context_message(m.context));
@@ -850,12 +850,11 @@ static void expect_table_failure(const loaded *m, const char *text, kempe_status
 static void what_is_wrong_is_said(void)
 {
     loaded m = load_four_bar("");
-    expect_failure(&m, NULL, KEMPE_E_ARGUMENT, "1 degree of freedom: actuators");
-    expect_failure(&m, &(kempe_inverse_options){.actuators = "a,x"}, KEMPE_E_ARGUMENT,
-                   "actuators: there is no coordinate");
-    expect_failure(&m, &(kempe_inverse_options){.actuators = "a,a"}, KEMPE_E_ARGUMENT, "stands twice");
+    expect_failure(&m, NULL, KEMPE_E_ARGUMENT, "1 degree of freedom; --actuators");
+    expect_failure(&m, &(kempe_inverse_options){.actuators = "a,x"}, KEMPE_E_ARGUMENT, "actuators: unknown coordinate");
+    expect_failure(&m, &(kempe_inverse_options){.actuators = "a,a"}, KEMPE_E_ARGUMENT, "is given twice");
     expect_failure(&m, &(kempe_inverse_options){.actuators = "a", .weights = "b=2"}, KEMPE_E_ARGUMENT,
-                   "'b' is no actuator");
+                   "'b' is not an actuator");
     expect_failure(&m, &(kempe_inverse_options){.actuators = "a", .weights = "a=-2"}, KEMPE_E_ARGUMENT,
                    "positive number");
     expect_failure(&m, &(kempe_inverse_options){.actuators = "a", .weights = "a=1:2"}, KEMPE_E_ARGUMENT,
@@ -866,8 +865,8 @@ static void what_is_wrong_is_said(void)
                    "back end 'gpu'");
     expect_failure(&m, &(kempe_inverse_options){.actuators = "a", .independent = "a,b"}, KEMPE_E_FAILED,
                    "2 independent coordinates");
-    expect_table_failure(&m, "t,q.a\n", KEMPE_E_INPUT, "no rows to follow");
-    expect_table_failure(&m, "t,qd.a\n0,1\n", KEMPE_E_INPUT, "no column q.NAME");
+    expect_table_failure(&m, "t,q.a\n", KEMPE_E_INPUT, "there are no rows");
+    expect_table_failure(&m, "t,qd.a\n0,1\n", KEMPE_E_INPUT, "column q.NAME is missing");
     expect_table_failure(&m, "t,q.a,qd.a\n0,1,2\n1,1,\n", KEMPE_E_INPUT, "column qd.a has no value at t = 1 s");
     expect_table_failure(&m, "t,q.d\n0,1\n", KEMPE_E_INPUT, ":1:3: ");
     unload(&m);
@@ -875,12 +874,12 @@ static void what_is_wrong_is_said(void)
     char path[] = "/tmp/kempe_inverse_XXXXXX";
     write_text(&m, path, "t,q.a1,q.a2\n0,-2.6,-2.6\n1,-2.5,-2.5\n");
     expect_failure(&m, &(kempe_inverse_options){.motion = path, .actuators = "a1"}, KEMPE_E_FAILED,
-                   "do not say how all others move: 1 more is wanted, such as '");
+                   "do not determine all others: 1 more is required, such as '");
     unlink(path);
     unload(&m);
     m = load_here("kempe: 1\ninclude: [{file: examples/parallel_robot/parallel_robot.yaml}]\n"
                   "drives: {m: {joint: a1, angle: \"t - 150 deg\"}}\nrun: {t_end: 1}\n");
-    expect_failure(&m, NULL, KEMPE_E_FAILED, "the drives do not say how all coordinates move: '");
+    expect_failure(&m, NULL, KEMPE_E_FAILED, "the drives do not determine the motion of all coordinates: '");
     unload(&m);
 }
 

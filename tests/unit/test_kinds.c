@@ -496,7 +496,7 @@ static void singular_start(const char *start, const char *formulation, const cha
 
 static void test_singular_angles(void)
 {
-    static const char said[] = "joint 'ball' comes to the singular position of its angles, ball.2 = 1.5";
+    static const char said[] = "joint 'ball' reaches the singular position of its angles, ball.2 = 1.5";
     static const char *const formulations[] = {"reduced", "projected", "dae"};
     for (int k = 0; k < 3; k++) {
         singular_start("1", formulations[k], "sensors: {s: q(ball.2)}\n", said);

@@ -36,18 +36,17 @@ static void test_choice(void)
                  "it has no start value, unlike C; it is farther from the ground than A, D");
     check_choice(HINGES "  D: {spherical: [ground.D, rocker.O]}\n", "D", "it has fewer rows than A, B, C");
     check_choice(HINGES "  D: {spherical: [ground.D, rocker.O]}\nrun: {outputs: [lambda(A)]}\n", "A",
-                 "output lambda(A) asks for what it transmits");
-    check_choice(
-        HINGES "  D: {spherical: [ground.D, rocker.O], cut: no}\nrun: {independent: [C]}\n", "B",
-        "it is farther from the ground than A; not to be cut: D (cut: no), C (it is asked for as independent)");
+                 "output lambda(A) needs its reaction");
+    check_choice(HINGES "  D: {spherical: [ground.D, rocker.O], cut: no}\nrun: {independent: [C]}\n", "B",
+                 "it is farther from the ground than A; not to be cut: D (cut: no), C (it is given as independent)");
     check_choice(HINGES "  D: {screw: [ground.D, rocker.O], pitch: 1 mm}\nstart: {hold: [C]}\n"
                         "drives: {m: {joint: A, locked: yes}}\n",
                  "B",
                  "the others of its loop are not to be cut: A (drive 'm' moves it), D (a screw cannot be cut), C "
                  "(the start holds it)");
     check_choice(HINGES "  D: {revolute: [ground.D, rocker.O]}\nrun: {outputs: [reaction(A)]}\n", "A",
-                 "output reaction(A) asks for what it transmits");
-    check_choice(HINGES "  D: {revolute: [ground.D, rocker.O], cut: yes}\n", "D", "the model says so (cut: yes)");
+                 "output reaction(A) needs its reaction");
+    check_choice(HINGES "  D: {revolute: [ground.D, rocker.O], cut: yes}\n", "D", "the model prescribes it (cut: yes)");
     check_choice(HINGES "  D: {revolute: [ground.D, rocker.O], cut: no}\nsensors: {s: 2*q( C )}\n"
                         "loops: {G: {coupler: {B: 1, C: 2}}}\n",
                  "A",
@@ -108,8 +107,8 @@ static void test_too_short(void)
     CHECK(system && kempe_check_new(system, &check) != KEMPE_E_MEMORY);
     CHECK(check && kempe_check_print(check, KEMPE_TEXT, &said) == KEMPE_OK);
     CHECK(said && strstr(said, "joint C (revolute) is cut"));
-    CHECK(said && strstr(said, "loop 'C' can never close: on 'b' it is 3 m from P to Q, the other links reach at most "
-                               "1.75 m: 1.25 m are missing"));
+    CHECK(said && strstr(said, "loop 'C' can never close: body 'b' spans 3 m from P to Q, the other links at most 1.75 "
+                               "m: 1.25 m are missing"));
     kempe_text_free(said);
     kempe_check_free(check);
     kempe_system_free(system);
@@ -129,7 +128,7 @@ static void test_included(void)
     CHECK_TEXT(model->cuts[0].joint, "l_C");
     CHECK_TEXT(model->cuts[1].joint, "r_C");
     CHECK_TEXT(model->cuts[0].why, "it has fewer rows than l_A; not to be cut: l_B (force 'l_brake' acts on it)");
-    CHECK_TEXT(model->cuts[1].why, "output reaction(r_C) asks for what it transmits");
+    CHECK_TEXT(model->cuts[1].why, "output reaction(r_C) needs its reaction");
     CHECK(model->bodies[2].reversed && !model->bodies[3].reversed);
     kempe_model_free(model);
 }

@@ -178,8 +178,8 @@ static void many_mistakes(void)
     refuse_repeated("kempe: 1\n", 300, "x: 1\n", body); /* each is unknown, all but one stand twice */
     const char *message = kempe_context_message(context);
     CHECK(count_lines(message) == 501);
-    CHECK(strstr(message, "more mistakes: the first 500 are listed") != NULL);
-    CHECK(strstr(message, ": at least 99 more mistakes") != NULL);
+    CHECK(strstr(message, "more errors: the first 500 are listed") != NULL);
+    CHECK(strstr(message, ": at least 99 more errors") != NULL);
 }
 
 static void odd_texts(void)

@@ -37,11 +37,9 @@ static void the_tree_shows_it(void)
                "text:5:3: coordinate 'B' moves no mass: its body has no inertia about the axis");
     CHECK_TEXT(said(HEAD ARM "  b: {joint: {name: B, revolute: [0, 3, 4], at: a.B}, mass: 1, com: [0, 3, 4]}\n"),
                "text:5:3: coordinate 'B' moves no mass: its body has no inertia about the axis");
-    CHECK_TEXT(
-        said(HEAD "  s: {joint: {cylindrical: z, at: ground}, inertia: {zz: 1}}\n"),
-        "the accelerations are not "
-        "determined: the motion of 's.1' carries no mass; give body 's', or one that moves with it, a mass or an "
-        "inertia");
+    CHECK_TEXT(said(HEAD "  s: {joint: {cylindrical: z, at: ground}, inertia: {zz: 1}}\n"),
+               "the accelerations are not determined: the motion of 's.1' moves no mass; give body 's', or one that "
+               "moves with it, a mass or an inertia");
     CHECK_TEXT(said(HEAD "  s: {joint: {prismatic: z, at: ground}, inertia: {zz: 1}}\n"),
                "text:4:3: coordinate 's' moves no mass: its body has none");
 }
@@ -70,10 +68,10 @@ static void the_reduced_mass_shows_it(void)
     const char *loop =
         said(HEAD ARM "  b: {joint: {name: B, motions: [R3, R2, R1], at: a.B}, points: {C: [1.2, 0, 0]}}\n"
                       "loops: {C: {ball: [ground.D, b.C]}}\nstart: {q: {A: 0.5, B.1: -1}}\n");
-    CHECK(strstr(loop, "the motion of 'B.3' carries no mass; give body 'b'"));
+    CHECK(strstr(loop, "the motion of 'B.3' moves no mass; give body 'b'"));
     CHECK_TEXT(said(HEAD "  a: {joint: {name: A, revolute: z, at: ground}}\n"
                          "  b: {joint: {name: B, revolute: x, at: a}, mass: 1, inertia: {xx: 1}}\n"),
-               "the accelerations are not determined: the motion of 'A' carries no mass; give body 'a', or one that "
+               "the accelerations are not determined: the motion of 'A' moves no mass; give body 'a', or one that "
                "moves with it, a mass or an inertia");
 }
 

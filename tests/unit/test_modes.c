@@ -132,7 +132,7 @@ static void what_is_cyclic_is_exactly_zero(void)
     }
     CHECK(kempe_modes_re(modes, 2) == 0);
     CHECK_NEAR(kempe_modes_im(modes, 2), sqrt((1 + 1.0 / 3) * 9.81 / 0.4), 1e-13);
-    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "neutral: free to move along cart"));
+    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "neutral: free motion along cart"));
     kempe_text_free(text);
     kempe_modes_free(modes);
     unload(&m);
@@ -590,14 +590,14 @@ static void what_is_asked_wrongly_is_told(void)
                  {{.sweep = "bdy=1:2"}, KEMPE_E_ARGUMENT, "did you mean 'body'"},
                  {{.sweep = "body=1"}, KEMPE_E_ARGUMENT, "two ends"},
                  {{.sweep = "body=1:2:1"}, KEMPE_E_ARGUMENT, "2 to 1000000"},
-                 {{.sweep = "body=1:2,wheel=1:2"}, KEMPE_E_ARGUMENT, "one thing"},
+                 {{.sweep = "body=1:2,wheel=1:2"}, KEMPE_E_ARGUMENT, "only one quantity"},
                  {{.sweep = "body=x"}, KEMPE_E_ARGUMENT, "body"},
                  {{.orders = "1,-2"}, KEMPE_E_ARGUMENT, "'-2'"},
                  {{.rates = "whel=1"}, KEMPE_E_ARGUMENT, "did you mean 'wheel'"},
                  {{.rates = "wheel=1,wheel=2"}, KEMPE_E_ARGUMENT, "twice"},
                  {{.rates = "wheel=1:2,body=2:3"}, KEMPE_E_ARGUMENT, "one of them"},
-                 {{.rates = "wheel=1:2", .sweep = "body=2:3"}, KEMPE_E_ARGUMENT, "one thing"},
-                 {{.rates = "wheel=1", .at = "start"}, KEMPE_E_ARGUMENT, "kept by an equilibrium"}};
+                 {{.rates = "wheel=1:2", .sweep = "body=2:3"}, KEMPE_E_ARGUMENT, "only one quantity"},
+                 {{.rates = "wheel=1", .at = "start"}, KEMPE_E_ARGUMENT, "belong to an equilibrium"}};
     loaded m = load("examples/quarter_car/quarter_car.yaml");
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         kempe_modes *modes = NULL;
@@ -613,7 +613,8 @@ static void what_is_asked_wrongly_is_told(void)
           modes);
     CHECK(kempe_modes_value_count(modes) == 3 || kempe_modes_value_count(modes) == 2);
     char *text = NULL;
-    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "stopped   'body' came from 100 to"));
+    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK &&
+          strstr(text, "stopped   'body' was swept from 100 to"));
     kempe_text_free(text);
     kempe_modes_free(modes);
     unload(&m);
@@ -635,7 +636,8 @@ static void a_bushing_turned_by_half_a_turn_is_told(void)
                          "forces: {u: {bushing: [ground.P, a.P], rotational_stiffness: [1, 2, 3]}}\n");
     kempe_modes *modes = NULL;
     CHECK(kempe_modes_new(m.system, &(kempe_modes_options){.at = "start"}, &modes) == KEMPE_E_FAILED && !modes);
-    CHECK(strstr(kempe_context_message(m.context), "what acts along 'a' is not finite at the state") != NULL);
+    CHECK(strstr(kempe_context_message(m.context),
+                 "the forces along 'a' or their derivatives are not finite at the state") != NULL);
     unload(&m);
 }
 

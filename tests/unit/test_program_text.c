@@ -105,24 +105,25 @@ static void complains(const char *text, const char *message)
 
 static void test_complaints(void)
 {
-    complains("", "f:1:1: 'program 1' is wanted here");
-    complains("program 1\n", "f:2:1: 'table', 'implicit' or 'stage' is wanted here");
-    complains("program 1\nend\n", "f:2:4: a program has at least stage 0");
-    complains("program 1\nstage 1\nend\n", "f:2:8: stage 0 comes next, not 1");
-    complains("program 1\nstage 0\n  v1 = t + t\nend\n", "f:3:4: v0 comes next, not v1");
-    complains("program 1\nstage 0\n  v0 = t + v0\nend\n", "f:3:14: v0 is not known yet");
-    complains("program 1\nstage 0\n  v0 = t ^ t\nend\n", "f:3:10: '+', '-', '*' or '/' is wanted here");
+    complains("", "f:1:1: 'program 1' is expected here");
+    complains("program 1\n", "f:2:1: 'table', 'implicit' or 'stage' is expected here");
+    complains("program 1\nend\n", "f:2:4: a program needs at least stage 0");
+    complains("program 1\nstage 1\nend\n", "f:2:8: stage 0 is expected next, not 1");
+    complains("program 1\nstage 0\n  v1 = t + t\nend\n", "f:3:4: v0 is expected next, not v1");
+    complains("program 1\nstage 0\n  v0 = t + v0\nend\n", "f:3:14: v0 is not defined yet");
+    complains("program 1\nstage 0\n  v0 = t ^ t\nend\n", "f:3:10: '+', '-', '*' or '/' is expected here");
     complains("program 1\nstage 0\n  v0 = -t + t\nend\n", "f:3:8: a sign is not allowed here");
-    complains("program 1\nstage 0\n  v0 = sin(t, t)\nend\n", "f:3:13: ')' is wanted here");
-    complains("program 1\nstage 0\n  v0 = table[0, 0](t)\nend\n", "f:3:15: there is no table 0");
+    complains("program 1\nstage 0\n  v0 = sin(t, t)\nend\n", "f:3:13: ')' is expected here");
+    complains("program 1\nstage 0\n  v0 = table[0, 0](t)\nend\n", "f:3:15: unknown table 0");
     complains("program 1\nstage 0\n  v0 = foo(t)\nend\n",
-              "f:3:8: an operand is wanted here: a number, an input or a value v..");
-    complains("program 1\nstage 0\n  out[1] = 1\nend\n", "f:3:11: out[0] comes next, not out[1]");
+              "f:3:8: an operand is expected here: a number, an input or a value v..");
+    complains("program 1\nstage 0\n  out[1] = 1\nend\n", "f:3:11: out[0] is expected next, not out[1]");
     complains("program 1\nstage 0\n  out[0] = q[99999999]\nend\n",
-              "f:3:21: a number of at most 10000000 is wanted here");
-    complains("program 1\nstage 0\n  out[0] = 1\n", "f:4:1: a value 'v0', an output, 'stage' or 'end' is wanted here");
+              "f:3:21: a number of at most 10000000 is expected here");
+    complains("program 1\nstage 0\n  out[0] = 1\n",
+              "f:4:1: a value 'v0', an output, 'stage' or 'end' is expected here");
     complains("program 1\nstage 0\nend\nmore", "f:4:1: nothing may follow 'end'");
-    complains("program 1\ntable 0 square\n", "f:2:9: 'linear' or 'cubic' is wanted here");
+    complains("program 1\ntable 0 square\n", "f:2:9: 'linear' or 'cubic' is expected here");
     complains("program 1\ntable 0 cubic\n 1 2\n 0 3\nstage 0\nend\n",
               "f:5:1: a table has at least two finite points, with x increasing");
 }

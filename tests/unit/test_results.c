@@ -234,17 +234,17 @@ static void test_bad_references(void)
     scene s = open_scene(slider_crank);
     expect_complaint(&s, "t,q.crnk\n0,1\n", ":1:3: ", "did you mean 'q.crank'?");
     expect_complaint(&s, "t,lambda.P.3\n0,1\n", ":1:3: ", "'lambda.P.");
-    expect_complaint(&s, "t,velocity\n", ":1:3: ", "no column 'velocity'");
+    expect_complaint(&s, "t,velocity\n", ":1:3: ", "column 'velocity' is missing");
     expect_complaint(&s, "t,whatever_is_this\n", ":1:3: ", "lambda.CLOSURE.k");
-    expect_complaint(&s, "t,q.rod,q.rod\n", ":1:9: ", "twice");
-    expect_complaint(&s, "q.rod\n1\n", ":1:1: ", "no column t");
+    expect_complaint(&s, "t,q.rod,q.rod\n", ":1:9: ", "duplicate");
+    expect_complaint(&s, "q.rod\n1\n", ":1:1: ", "column t is missing");
     expect_complaint(&s, "", ":1:1: ", "header");
-    expect_complaint(&s, "t,q.rod\n0,1x\n", ":2:3: ", "no number");
-    expect_complaint(&s, "t,q.rod\n0,nan\n", ":2:3: ", "no number");
-    expect_complaint(&s, "t,q.rod\n0,1e999\n", ":2:3: ", "no number");
+    expect_complaint(&s, "t,q.rod\n0,1x\n", ":2:3: ", "not a number");
+    expect_complaint(&s, "t,q.rod\n0,nan\n", ":2:3: ", "not a number");
+    expect_complaint(&s, "t,q.rod\n0,1e999\n", ":2:3: ", "not a number");
     expect_complaint(&s, "t,q.rod\n,1\n", ":2:1: ", "time");
-    expect_complaint(&s, "t,q.rod\n-1,1\n", ":2:1: ", "from 0");
-    expect_complaint(&s, "t,q.rod\n1,1\n1,2\n", ":3:1: ", "ascend");
+    expect_complaint(&s, "t,q.rod\n-1,1\n", ":2:1: ", "begin at 0");
+    expect_complaint(&s, "t,q.rod\n1,1\n1,2\n", ":3:1: ", "increase");
     expect_complaint(&s, "t,q.rod\n1\n", ":2:1: ", "1 fields where the header has 2");
     expect_complaint(&s, "t,q.rod\n1,2,3\n", ":2:1: ", "3 fields");
     kmp_reference reference = {0};
@@ -354,7 +354,7 @@ static void test_options_refused(void)
     for (int k = 0; k < 4; k++)
         CHECK(kempe_comparison_new(s.system, &compares[k], &comparison) == KEMPE_E_ARGUMENT);
     CHECK(trajectory == NULL && comparison == NULL);
-    CHECK(strstr(kempe_context_message(s.context), "there is no form 'shut'") != NULL);
+    CHECK(strstr(kempe_context_message(s.context), "unknown form 'shut'") != NULL);
     close_scene(&s);
 }
 

@@ -224,14 +224,13 @@ static void what_is_passed_over(void)
     CHECK(kempe_model_read(context, own, &model) == KEMPE_OK);
     kempe_context_set_log(context, NULL, NULL);
     kempe_model_free(model);
-    CHECK_TEXT(lines, "1 /tests/models/robotran.mbs: elements that are not known are passed over: colour in body (line "
-                      "24), weather in mbsDescR7 (line 88)\n"
-                      "2 /tests/models/robotran.mbs: no force acts where the law is in user code: force point 'wind', "
-                      "link 'coil'\n"
-                      "2 /tests/models/robotran.mbs:21:7: the inertia of body '_3rd_cart' is impossible: yy = 0.8 is "
-                      "more than zz + xx = 0.2; it is taken as given\n"
-                      "2 /tests/models/robotran.mbs:81:7: nothing uses parameter 'coil_K'\n"
-                      "2 /tests/models/robotran.mbs:83:7: nothing uses parameter 'coil_rest_length'\n");
+    CHECK_TEXT(
+        lines,
+        "1 /tests/models/robotran.mbs: unknown elements are ignored: colour in body (line 24), weather in mbsDescR7 "
+        "(line 88)\n2 /tests/models/robotran.mbs: forces whose law is in user code are omitted: force point 'wind', "
+        "link 'coil'\n2 /tests/models/robotran.mbs:21:7: the inertia of body '_3rd_cart' is impossible: yy = 0.8 is "
+        "more than zz + xx = 0.2; it is used as given\n2 /tests/models/robotran.mbs:81:7: parameter 'coil_K' is not "
+        "used\n2 /tests/models/robotran.mbs:83:7: parameter 'coil_rest_length' is not used\n");
 }
 
 static void inside_another_model(void)
@@ -258,7 +257,7 @@ static void many_are_passed_over(void)
     kempe_context_set_log(context, on_log, NULL);
     CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/x.mbs", &model) == KEMPE_E_INPUT);
     kempe_context_set_log(context, NULL, NULL);
-    CHECK(strstr(lines, "passed over: a in mbsDescR7 (line 1), b in") != NULL);
+    CHECK(strstr(lines, "ignored: a in mbsDescR7 (line 1), b in") != NULL);
     CHECK(strstr(lines, "l in mbsDescR7 (line 1) and 2 more\n") != NULL);
 }
 
@@ -293,7 +292,7 @@ static void odd_texts(void)
     refuse("kempe: 1", "x.mbs:1:1: XML: syntax error");
     refuse("<mbsDescR7>\n<base>\n</bse>", "x.mbs:3:3: XML: mismatched tag");
     refuse("<a/>", "x.mbs:1:1: the outermost element is 'a': a ROBOTRAN model begins with 'mbsDescR7'");
-    refuse("<!DOCTYPE a [<!ENTITY b 'c'>]>\n<a>&b;</a>", "x.mbs:1:13: XML: a model has no document type");
+    refuse("<!DOCTYPE a [<!ENTITY b 'c'>]>\n<a>&b;</a>", "x.mbs:1:13: XML: a model cannot have a document type");
     refuse("<mbsDescR7>&lt;\xff</mbsDescR7>", "x.mbs:1:16: XML: not well-formed (invalid token)");
     refuse(deep, "x.mbs:1:301: XML: the elements are nested too deeply");
 }

@@ -401,7 +401,7 @@ static void angles_that_are_kept(void)
                                          .integral = k > 1,
                                          .run = {.t_end = 1}};
         CHECK(kempe_sensitivity_new(model, &ask, &s) == (k == 2 ? KEMPE_E_FAILED : KEMPE_OK));
-        CHECK(k != 2 || strstr(kempe_context_message(c), "spherical joint 'S' come near to their singular position"));
+        CHECK(k != 2 || strstr(kempe_context_message(c), "spherical joint 'S' approach their singular position"));
         kempe_sensitivity_free(s);
         kempe_model_free(model);
         kempe_context_free(c);
@@ -433,7 +433,7 @@ static void change_points(void)
                          .within = 2e-7,
                          .first_step = 1e-3,
                          .one_way = true});
-    static const char *const sentence[] = {"comes to a change point near t = 0.72", "parameters that move its closures",
+    static const char *const sentence[] = {"reaches a change point near t = 0.72", "parameters of its closures",
                                            "the forward method may"};
     for (int k = 0; k < 2; k++) {
         kempe_context *c = kempe_context_new();
@@ -472,19 +472,20 @@ static void refusals(void)
                                "  a: {joint: {revolute: [0, 0, ax], at: ground}, mass: 1, com: [twice, 0, 0]}\n";
     char text[4096];
     expect(stop, &(kempe_sensitivity_options){.of = "colour"}, KEMPE_E_ARGUMENT,
-           "sensitivities of 'colour' are unknown; there are: trajectory");
-    expect(stop, &(kempe_sensitivity_options){.method = "backward"}, KEMPE_E_ARGUMENT, "there are: forward, adjoint");
+           "sensitivities of 'colour' are unknown; available: trajectory");
+    expect(stop, &(kempe_sensitivity_options){.method = "backward"}, KEMPE_E_ARGUMENT, "available: forward, adjoint");
     expect(stop, &(kempe_sensitivity_options){.parameters = "l,kk"}, KEMPE_E_ARGUMENT,
            "the model has no parameter 'kk'; did you mean 'k'?");
     expect(stop, &(kempe_sensitivity_options){.parameters = " , "}, KEMPE_E_ARGUMENT, "there is no parameter");
     expect(stop, &(kempe_sensitivity_options){.outputs = "q(z)"}, KEMPE_E_ARGUMENT, "z");
     expect(stop, &(kempe_sensitivity_options){.run = {.integrator = "ida"}}, KEMPE_E_ARGUMENT,
-           "integrator 'ida' carries no sensitivities; there are: dop853, dopri5, radau5, radau9");
-    expect(bare, &(kempe_sensitivity_options){.parameters = "ax"}, KEMPE_E_ARGUMENT, "parameter 'ax' cannot vary");
+           "integrator 'ida' does not support sensitivities; available: dop853, dopri5, radau5, radau9");
+    expect(bare, &(kempe_sensitivity_options){.parameters = "ax"}, KEMPE_E_ARGUMENT,
+           "parameter 'ax' cannot be a variable of the equations");
     (void)snprintf(text, sizeof text, five_bar, "");
-    expect(text, &(kempe_sensitivity_options){0}, KEMPE_E_FAILED, "2 freedoms, its start holds 0");
+    expect(text, &(kempe_sensitivity_options){0}, KEMPE_E_FAILED, "2 degrees of freedom, its start holds 0");
     (void)snprintf(text, sizeof text, five_bar, ", hold: [a], goals: {c: 1.1}");
-    expect(text, &(kempe_sensitivity_options){0}, KEMPE_E_FAILED, "it is the place nearest to goals");
+    expect(text, &(kempe_sensitivity_options){0}, KEMPE_E_FAILED, "it is the position nearest to goals");
 }
 
 int main(void)

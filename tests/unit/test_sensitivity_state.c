@@ -143,10 +143,10 @@ static void notes(void)
     /* rounding says whether a double root without a second vector is two real modes or one of a pair */
     bool pair = NULL != strstr(text, "of modes 1, equal to others with fewer vectors, there are no derivatives");
     CHECK(pair || strstr(text, "of modes 1, 2, equal to others with fewer vectors, there are no derivatives"));
-    CHECK(strstr(text, pair ? "2 eigenvalues are exactly zero, and left out; of modes 2, 3, equal to others, the "
-                              "derivatives are those of all of them, by size; "
-                            : "2 eigenvalues are exactly zero, and left out; of modes 3, 4, equal to others, the "
-                              "derivatives are those of all of them, by size; "));
+    CHECK(strstr(text, pair ? "2 eigenvalues are exactly zero and omitted; of modes 2, 3, equal to others, the "
+                              "derivatives are those of all of them, sorted by size; "
+                            : "2 eigenvalues are exactly zero and omitted; of modes 3, 4, equal to others, the "
+                              "derivatives are those of all of them, sorted by size; "));
     kempe_text_free(text);
     CHECK(kempe_sensitivity_print(s, KEMPE_JSON, &text) == KEMPE_OK && strstr(text, "\"note\": \"2 eigenvalues"));
     kempe_text_free(text);

@@ -370,7 +370,7 @@ static void test_refusals(void)
                          "run: {t_end: 1, outputs: [energy]}\n");
     kmp_slopes *s = NULL;
     CHECK(kmp_slopes_new(l.system, "tape", 1, (const char *const[]){"m"}, true, &s) == KEMPE_E_ARGUMENT && !s);
-    CHECK_TEXT(kempe_context_message(l.context), "parameter 'm' is not among those that the equations keep open");
+    CHECK_TEXT(kempe_context_message(l.context), "parameter 'm' is not a variable parameter of the equations");
     CHECK(kmp_slopes_new(l.system, "none", 0, NULL, true, &s) == KEMPE_E_ARGUMENT && !s);
     CHECK(kmp_slopes_new(l.system, "native", 0, NULL, true, &s) == KEMPE_OK && s && s->shown == 3);
     double q = 0.5, qd = 2, qdd = 0, along[3], one = 1;

@@ -68,9 +68,9 @@ static void bad_sheets(void)
     kempe_model *m = NULL;
     CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/malformed/label", &m) == KEMPE_E_INPUT && !m);
     const char *said = kempe_context_message(context);
-    CHECK(strstr(said, "/bad.csv:3:3: a number is wanted here, not 'two'\n") != NULL);
+    CHECK(strstr(said, "/bad.csv:3:3: a number is expected here, not 'two'\n") != NULL);
     CHECK(strstr(said, "/bad.csv:4:1: column 2 is missing in this line\n") != NULL);
-    CHECK(strstr(said, "/flat.csv:4:1: table 'f': x must ascend: 1 comes after 1") != NULL);
+    CHECK(strstr(said, "/flat.csv:4:1: table 'f': x must increase: 1 comes after 1") != NULL);
 }
 
 int main(void)

@@ -209,9 +209,10 @@ static void test_refusals(void)
     static const char plain[] = PENDULUM("m: 1, l: 0.5, T: 2*l, ax: 0, ay: ax", "[ay, 0, 1]");
     expect_refusal(plain, 1, (const char *const[]){"mm"}, "the model has no parameter 'mm'; did you mean 'm'?");
     expect_refusal(plain, 2, (const char *const[]){"m", "m"}, "'m' is given twice");
-    expect_refusal(plain, 1, (const char *const[]){"ax"}, "parameter 'ax' cannot vary: it decides an axis");
-    expect_refusal(plain, 1, (const char *const[]){"l"}, "parameter 'l' cannot vary");
-    expect_refusal(plain, 1, (const char *const[]){"T"}, "parameter 'T' cannot vary");
+    expect_refusal(plain, 1, (const char *const[]){"ax"},
+                   "parameter 'ax' cannot be a variable of the equations: an axis");
+    expect_refusal(plain, 1, (const char *const[]){"l"}, "parameter 'l' cannot be a variable of the equations");
+    expect_refusal(plain, 1, (const char *const[]){"T"}, "parameter 'T' cannot be a variable of the equations");
     expect_refusal(plain, 1, (const char *const[]){"q.b"}, "the model has no coordinate 'b'");
 }
 
@@ -235,7 +236,7 @@ static void test_start_values(void)
     CHECK_TEXT(why.s, "the mass of body 'a' is negative: -2");
     kmp_text_free(&why);
     CHECK(kmp_variant_set(v, (const double[]){3, NAN, 0.25}, &why) == KEMPE_E_INPUT);
-    CHECK_TEXT(why.s, "parameter 'm' is not a number: a finite number is wanted");
+    CHECK_TEXT(why.s, "parameter 'm' is not a number: a finite number is expected");
     kmp_text_free(&why);
     CHECK(kmp_variant_set(v, (const double[]){1, 4, 0.5}, &why) == KEMPE_OK && m->bodies[1].mass.value == 4);
     kmp_variant_free(v);
@@ -259,7 +260,7 @@ static void test_row_of_parameters(void)
     CHECK(kempe_model_read_text(c, text, "model.yaml", &model) == KEMPE_OK);
     CHECK(kmp_variant_new(model, 1, (const char *const[]){"z"}, &v) == KEMPE_OK);
     CHECK(kempe_system_new(kmp_variant_model(v), &system) == KEMPE_E_INPUT && !system);
-    CHECK(strstr(kempe_context_message(c), "closure 'E' cannot be kept open for parameters that vary") != NULL);
+    CHECK(strstr(kempe_context_message(c), "closure 'E' does not permit variable parameters") != NULL);
     kmp_variant_free(v);
     kempe_model_free(model);
     kempe_context_free(c);

@@ -41,15 +41,15 @@ static void add_ends(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whe
     kmp_ref under = kmp_sub(g, kmp_const(g, wheel->stands), pose->out);
     kmp_ref inner = kmp_sub(g, under, kmp_const(g, height->x[0]));
     kmp_ref outer = kmp_sub(g, kmp_const(g, height->x[height->count - 1]), under);
-    kmp_tree_end(tree, wheel, OFF, kmp_binary(g, KMP_OP_MIN, inner, outer), "what it stands on is beside its profile",
+    kmp_tree_end(tree, wheel, OFF, kmp_binary(g, KMP_OP_MIN, inner, outer), "the contact point is outside its profile",
                  "wheel '%s' left its rail", wheel->name);
     kmp_tree_end(tree, wheel, TURNED, kmp_sub(g, pose->axle[1], kmp_const(g, MOST_TURNED)),
-                 "its axle, y of the axes of its point, is to be across the track, leftwards",
-                 "wheel '%s' stands across its rail", wheel->name);
+                 "its axle, the y axis of its point, must point across the track to the left",
+                 "wheel '%s' is not aligned with its rail", wheel->name);
     if (wheel->form == KMP_CONTACT_RIGID)
         kmp_tree_end(tree, wheel, PULLED, kmp_tree_multiplier(tree, wheel->closure, 0),
-                     "a rail does not pull; with 'contact: elastic' the wheel lifts off", "wheel '%s' is unloaded",
-                     wheel->name);
+                     "the normal force of a rigid contact became tensile; with 'contact: elastic' the wheel lifts off",
+                     "wheel '%s' is unloaded", wheel->name);
 }
 
 bool kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)

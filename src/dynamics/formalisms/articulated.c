@@ -126,7 +126,7 @@ static kempe_status refuse(const kmp_tree *tree, int i)
     const kmp_motion *motion = &model->motions[i - 1];
     return kmp_fail(model->context, KEMPE_E_FAILED,
                     "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate '%s' of body '%s' "
-                    "moves none; give the bodies behind it %s, or take M and C",
+                    "moves none; give the bodies it moves %s, or use M and C",
                     motion->name, model->bodies[motion->body].name,
                     motion->rotation ? "an inertia about its axis" : "a mass");
 }

@@ -55,10 +55,21 @@ void kmp_dimension_print(kmp_text *text, kmp_dimension a)
     static const struct {
         const char *name;
         double power[3];
-    } known[] = {{"a plain number", {0, 0, 0}}, {"1/s", {0, 0, -1}},    {"m/s", {1, 0, -1}},    {"m/s^2", {1, 0, -2}},
-                 {"kg*m^2", {2, 1, 0}},         {"N", {1, 1, -2}},      {"N*m", {2, 1, -2}},    {"N/m", {0, 1, -2}},
-                 {"N*s/m", {0, 1, -1}},         {"N*m*s", {2, 1, -1}},  {"Pa", {-1, 1, -2}},    {"W", {2, 1, -3}},
-                 {"kg/m", {-1, 1, 0}},          {"kg/m^3", {-3, 1, 0}}, {"m^2/s^2", {2, 0, -2}}};
+    } known[] = {{"a number without unit", {0, 0, 0}},
+                 {"1/s", {0, 0, -1}},
+                 {"m/s", {1, 0, -1}},
+                 {"m/s^2", {1, 0, -2}},
+                 {"kg*m^2", {2, 1, 0}},
+                 {"N", {1, 1, -2}},
+                 {"N*m", {2, 1, -2}},
+                 {"N/m", {0, 1, -2}},
+                 {"N*s/m", {0, 1, -1}},
+                 {"N*m*s", {2, 1, -1}},
+                 {"Pa", {-1, 1, -2}},
+                 {"W", {2, 1, -3}},
+                 {"kg/m", {-1, 1, 0}},
+                 {"kg/m^3", {-3, 1, 0}},
+                 {"m^2/s^2", {2, 0, -2}}};
     static const char *const base[3] = {"m", "kg", "s"};
     static const int order[3] = {1, 0, 2};
     bool first = true;

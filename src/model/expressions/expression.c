@@ -154,7 +154,7 @@ static const kmp_expr *complain_function(const parser *p, const char *where, con
 static const kmp_expr *complain_unit(const parser *p, const char *where, const char *name)
 {
     kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "an operator or a unit is wanted here, not '%s'; there are", name);
+    kmp_text_printf(&sentence, "an operator or a unit is expected here, not '%s'; units are", name);
     for (int i = 0; kmp_unit_name(i); i++)
         kmp_text_printf(&sentence, "%s %s", i > 0 ? "," : "", kmp_unit_name(i));
     say_at(p, where, &sentence);
@@ -176,10 +176,10 @@ static const kmp_expr *complain_wanted(parser *p, const char *wanted)
 {
     skip_space(p);
     if (*p->at == '\0')
-        return complain(p, p->at, "%s is wanted, but the expression ends", wanted);
+        return complain(p, p->at, "%s is expected, but the expression ends", wanted);
     size_t n = word_length(p->at);
     int length = n > 0 ? (int)n : character_size(p->at);
-    return complain(p, p->at, "%s is wanted here, not '%.*s'", wanted, length, p->at);
+    return complain(p, p->at, "%s is expected here, not '%.*s'", wanted, length, p->at);
 }
 
 /* -- nodes --------------------------------------------------------------------------------------- */
@@ -220,9 +220,9 @@ static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_k
 {
     const char *symbol = kind == KMP_EXPR_Q ? "q" : "qd";
     if (!p->scope->coordinate)
-        return complain(p, where, "%s is not allowed here: %s is wanted", symbol, allowed_here(p->scope));
+        return complain(p, where, "%s is not allowed here: %s is expected", symbol, allowed_here(p->scope));
     if (!take(p, '('))
-        return complain(p, where, "'%s' wants a coordinate in parentheses: %s(NAME)", symbol, symbol);
+        return complain(p, where, "'%s' needs a coordinate in parentheses: %s(NAME)", symbol, symbol);
     skip_space(p);
     const char *start = p->at;
     size_t n = word_length(start);
@@ -244,7 +244,7 @@ static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_k
 static const kmp_expr *parse_multiplier(parser *p, const char *where)
 {
     if (!p->scope->closure)
-        return complain(p, where, "lambda is not allowed here: %s is wanted", allowed_here(p->scope));
+        return complain(p, where, "lambda is not allowed here: %s is expected", allowed_here(p->scope));
     (void)take(p, '(');
     skip_space(p);
     const char *start = p->at;
@@ -258,7 +258,8 @@ static const kmp_expr *parse_multiplier(parser *p, const char *where)
     if (*p->at == '.') {
         const char *digit = ++p->at;
         if (!is_digit(*digit) || *digit == '0' || is_digit(digit[1]))
-            return complain(p, digit, "the number of a multiplier is wanted here: lambda(%s.1) is the first one", name);
+            return complain(p, digit, "the number of a multiplier is expected here: lambda(%s.1) is the first one",
+                            name);
         number = *p->at++ - '1';
     }
     if (!take(p, ')'))
@@ -289,7 +290,7 @@ static const kmp_expr *parse_call(parser *p, const char *where, const char *name
     if (function < 0)
         return complain_function(p, where, name);
     if (!take(p, '('))
-        return complain(p, where, "function '%s' wants its argument in parentheses", name);
+        return complain(p, where, "function '%s' needs its argument in parentheses", name);
     if (!take(p, ')')) {
         do {
             bool condition = function == KMP_FUNCTION_if && count == 0;
@@ -318,14 +319,14 @@ static const kmp_expr *parse_call(parser *p, const char *where, const char *name
 static const kmp_expr *parse_time(parser *p, const char *where)
 {
     if (!p->scope->time)
-        return complain(p, where, "t is not allowed here: a constant is wanted");
+        return complain(p, where, "t is not allowed here: a constant is expected");
     return make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
 }
 
 static const kmp_expr *parse_table(parser *p, const char *where, const kmp_named_table *table)
 {
     if (!take(p, '('))
-        return complain(p, where, "table '%s' wants its argument in parentheses", table->name);
+        return complain(p, where, "table '%s' needs its argument in parentheses", table->name);
     const kmp_expr *argument = parse_sum(p);
     if (!argument)
         return NULL;
@@ -342,7 +343,7 @@ static const kmp_expr *parse_unknown(parser *p, const char *where, kmp_expr made
     if (*p->at == '(')
         return complain(p, where, "'%s' is an algebraic variable, not a function", name);
     if (!p->scope->coordinate)
-        return complain(p, where, "%s is not allowed here: %s is wanted", name, allowed_here(p->scope));
+        return complain(p, where, "%s is not allowed here: %s is expected", name, allowed_here(p->scope));
     if (u->late && !u->zero[0])
         return complain(p, where, "%s depends on multipliers, which is not allowed here", name);
     made.kind = KMP_EXPR_UNKNOWN;
@@ -354,7 +355,7 @@ static const kmp_expr *parse_unknown(parser *p, const char *where, kmp_expr made
 static const kmp_expr *parse_place(parser *p, const char *where, int index)
 {
     if (index >= p->scope->place)
-        return complain(p, where, "%c is not allowed here: a function of x%s is wanted", "xyz"[index],
+        return complain(p, where, "%c is not allowed here: a function of x%s is expected", "xyz"[index],
                         p -> scope -> place > 1 ? " and y" : "");
     return make(p, where, (kmp_expr){.kind = KMP_EXPR_PLACE, .index = index});
 }
@@ -407,7 +408,7 @@ static bool parse_unit_power(parser *p, int *power)
     bool negative = take(p, '-');
     int digit = is_digit(*p->at) ? *p->at - '0' : -1;
     if (digit < 0 || is_digit(p->at[1]) || p->at[1] == '.' || begins_word(p->at[1])) {
-        complain(p, where, "the power of a unit is a whole number below ten; write (2 m)^x for a power of the number");
+        complain(p, where, "the power of a unit is an integer below ten; write (2 m)^x for a power of the number");
         return false;
     }
     p->at++;

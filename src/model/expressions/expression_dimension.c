@@ -128,15 +128,16 @@ void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault)
         kmp_text_printf(text, " cannot be %s ", words[kind]);
         kmp_dimension_print(text, a);
     } else if (kind == KMP_EXPR_POW) {
-        kmp_text_put(text, "an exponent is a plain number, not ");
+        kmp_text_put(text, "an exponent is a number without unit, not ");
         kmp_dimension_print(text, b);
     } else if (kmp_dimension_is_physical(a)) {
-        kmp_text_printf(text, "the arguments of '%s' do not fit: ", kmp_function_name(fault->at->function));
+        kmp_text_printf(text, "the arguments of '%s' have different units: ", kmp_function_name(fault->at->function));
         kmp_dimension_print(text, a);
         kmp_text_put(text, " and ");
         kmp_dimension_print(text, b);
     } else {
-        kmp_text_printf(text, "'%s' wants a plain number or an angle, not ", kmp_function_name(fault->at->function));
+        kmp_text_printf(text, "'%s' needs a number without unit or an angle, not ",
+                        kmp_function_name(fault->at->function));
         kmp_dimension_print(text, b);
     }
 }

@@ -24,9 +24,9 @@ static kempe_status evaluate(kempe_context *context, const kmp_expr *expr, const
         kmp_dimension_print(&sentence, found);
     kempe_status status = sentence.failed ? kmp_fail_memory(context)
                           : fault.at      ? kmp_fail(context, KEMPE_E_ARGUMENT, "'%s': %s", text, sentence.s)
-                          : isfinite(x) ? kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is in %s: a number in %s is wanted",
-                                                   text, sentence.s, unit)
-                                        : kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is not a finite number", text);
+                          : isfinite(x)   ? kmp_fail(context, KEMPE_E_ARGUMENT,
+                                                     "'%s' is in %s: a number in %s is expected", text, sentence.s, unit)
+                                          : kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is not a finite number", text);
     kmp_text_free(&sentence);
     return status;
 }
@@ -41,7 +41,7 @@ kempe_status kempe_number_read(kempe_context *context, const char *text, const c
     KMP_WANTED(context, value, "value");
     kmp_context_clear(context);
     if (!kmp_unit_find(unit, strlen(unit), &wanted))
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "there is no unit '%s'", unit);
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown unit '%s'", unit);
     const kmp_expr_scope scope = {.context = context, .arena = &arena, .file = "number", .line = 1, .column = 1};
     const kmp_expr *expr = kmp_expr_parse(&scope, text);
     kempe_status status = expr           ? evaluate(context, expr, text, unit, wanted.dimension, value)

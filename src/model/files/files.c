@@ -111,7 +111,7 @@ static kempe_status say_rest(kmp_reader *r, const complaint *last, int rest)
         kmp_text_printf(&place, ":%d:%d", last->line, last->column);
     kempe_status status =
         place.failed ? KEMPE_E_MEMORY
-                     : kmp_fail(r->context, KEMPE_E_INPUT, "%s: at least %d more mistakes: the first %d are listed",
+                     : kmp_fail(r->context, KEMPE_E_INPUT, "%s: at least %d more errors: the first %d are listed",
                                 place.s, rest, KMP_MOST_COMPLAINTS);
     kmp_text_free(&place);
     return status;

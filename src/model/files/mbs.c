@@ -54,7 +54,7 @@ static void add(importer *im, const char *section, const kmp_element *from, cons
 {
     kmp_yaml *map = part(im, im->root, section, KMP_YAML_MAP);
     if (kmp_yaml_get(map, name))
-        complain(im, from->place, from->name, name, "stands twice in the model: it needs a name of its own");
+        complain(im, from->place, from->name, name, "exists twice in the model: names must be unique");
     else
         put(im, map, from->place, name, entry);
 }
@@ -113,7 +113,7 @@ static const char *name_of(importer *im, const kmp_element *e, const char *key)
 {
     const char *name = kmp_element_text(e, key);
     if (!name)
-        complain(im, e->place, "element", e->name, "lacks its name");
+        complain(im, e->place, "element", e->name, "has no name");
     return name ? clean(im, name) : NULL;
 }
 
@@ -165,7 +165,7 @@ static void put_points(importer *im, kmp_yaml *map, const kmp_element *body)
     for (const kmp_element *p = kmp_element_find(body, "point"); p; p = kmp_element_again(p)) {
         const char *name = name_of(im, p, "pointname");
         if (name && kmp_yaml_get(points, name))
-            complain(im, p->place, "point", name, "stands twice in its body: it needs a name of its own");
+            complain(im, p->place, "point", name, "exists twice in its body: names must be unique");
         else if (name)
             put(im, points, p->place, name, vector(im, p));
     }
@@ -182,7 +182,7 @@ static const kmp_yaml *place_on(importer *im, const kmp_element *e, bool point)
 {
     const char *body = kmp_element_text(e, "bodyname"), *name = kmp_element_text(e, "pointname");
     if (!body) {
-        complain(im, e->place, "element", e->name, "lacks 'bodyname'");
+        complain(im, e->place, "element", e->name, "has no 'bodyname'");
         return NULL;
     }
     const char *on = is_ground(body) ? "ground" : clean(im, body);
@@ -310,7 +310,7 @@ static void put_motions(importer *im, kmp_yaml *map, const kmp_element *body, co
         if (type)
             kmp_yaml_append(im->arena, motions, NULL, text_of(im, type));
         else
-            complain(im, joint->place, "a joint of body", name, "lacks its 'type'");
+            complain(im, joint->place, "a joint of body", name, "has no 'type'");
         own = own ? clean(im, own) : NULL;
         kmp_yaml_append(im->arena, names, NULL, kmp_yaml_word(im->arena, joint->place, own ? own : "~"));
         put_motion(im, joint, own ? own : name, number, several && !own);
@@ -329,7 +329,7 @@ static void put_joint(importer *im, kmp_yaml *map, const kmp_element *body, cons
     const char *name = joint_name(im, body, body_name);
     kmp_yaml *own = new_map(im, joint ? joint->place : body->place);
     if (!parent) {
-        complain(im, body->place, "body", body_name, "lacks its 'parent'");
+        complain(im, body->place, "body", body_name, "has no 'parent'");
         return;
     }
     if (!name || !own)
@@ -387,8 +387,8 @@ static void refuse_ignored(importer *im, const kmp_element *cut, const char *nam
     for (const kmp_element *row = ignore ? ignore->first : NULL; row; row = row->next)
         if (is_left_out(row)) {
             complain(im, ignore->place, "cut", name,
-                     "ignores some of its rows, which no closure of Kempe does: delete 'ignore', redundant rows are "
-                     "found and left out without it");
+                     "ignores some of its rows, which Kempe does not support: delete 'ignore', redundant rows are "
+                     "detected automatically");
             return;
         }
 }
@@ -406,7 +406,7 @@ static void add_cut(importer *im, const kmp_element *cut, const char *kind)
         if (end)
             kmp_yaml_append(im->arena, points, NULL, place_on(im, end, true));
         else
-            complain(im, cut->place, "cut", name, k == 0 ? "lacks its 'endpoint2'" : "lacks its 'endpoint1'");
+            complain(im, cut->place, "cut", name, k == 0 ? "has no 'endpoint2'" : "has no 'endpoint1'");
     }
     put(im, map, cut->place, kind, points);
     put_number(im, map, "length", cut, "length");
@@ -494,7 +494,8 @@ kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *
     if (status != KEMPE_OK)
         return status;
     if (!im.model) /* its outermost element is a drawing */
-        return kmp_complain(context, file, 1, 1, "this is no ROBOTRAN model: its outermost element is not 'mbsDescR7'");
+        return kmp_complain(context, file, 1, 1,
+                            "this is not a ROBOTRAN model: its outermost element is not 'mbsDescR7'");
     if (strcmp(im.model->name, "mbsDescR7") != 0)
         return kmp_complain(context, file, im.model->place.line, im.model->place.column,
                             "the outermost element is '%s': a ROBOTRAN model begins with 'mbsDescR7'", im.model->name);

@@ -157,7 +157,7 @@ static void XMLCALL on_document_type(void *user, const char *name, const char *s
                                      int inside)
 {
     (void)name, (void)system, (void)public_id, (void)inside;
-    refuse(user, "a model has no document type");
+    refuse(user, "a model cannot have a document type");
 }
 
 /* -- documents ------------------------------------------------------------------------------------- */

@@ -133,7 +133,7 @@ static void check_duplicates(loader *l, const kmp_yaml *map)
         int *slot = &slots[find_slot(map, slots, size, i)];
         if (*slot)
             l->status = kmp_complain(l->context, l->file, map->keys[i]->place.line, map->keys[i]->place.column,
-                                     "duplicate key '%s': it stands already in line %d", map->keys[i]->text,
+                                     "duplicate key '%s': it is already given in line %d", map->keys[i]->text,
                                      map->keys[*slot - 1]->place.line);
         else
             *slot = i + 1;
@@ -194,7 +194,7 @@ static void check_end(loader *l, yaml_parser_t *parser, const char *text, size_t
     }
     const yaml_node_t *root = yaml_document_get_root_node(&next);
     if (root)
-        complain(l, place_of(root->start_mark), "a second document begins here: a model is one document", "");
+        complain(l, place_of(root->start_mark), "a second document begins here: a model is a single document", "");
     yaml_document_delete(&next);
 }
 

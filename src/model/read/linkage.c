@@ -128,7 +128,7 @@ static void complain_loop(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
     if (reasons.failed)
         r->scratch.failed = true;
     kmp_reader_complain(r, edge->key->place,
-                        "%s: none of the joints of the loop %s may be cut: %s; one of them has to be let go",
+                        "%s: none of the joints of the loop %s can be cut: %s; permit the cut of one of them",
                         kmp_edge_what(r, edge), bodies, reasons.failed ? "" : reasons.s);
     kmp_text_free(&reasons);
     edge->faulty = true;
@@ -147,13 +147,14 @@ static void check_wish(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
     if (edge->faulty || edge->wish != KMP_CUT_YES || !kmp_edge_must_stay(edge))
         return;
     if (!edge->kind.closure)
-        kmp_reader_complain(r, place_of(edge, "cut"),
-                            "%s: a %s cannot be cut, for no closure says what it does: cut another joint of its loop",
-                            kmp_edge_what(r, edge), edge->kind.name);
+        kmp_reader_complain(
+            r, place_of(edge, "cut"),
+            "%s: a %s cannot be cut, because there is no equivalent closure: cut another joint of its loop",
+            kmp_edge_what(r, edge), edge->kind.name);
     else
         kmp_reader_complain(r, place_of(edge, "cut"),
-                            "%s: a cut joint has no coordinate, but %s: one of the two has to be left out",
-                            kmp_edge_what(r, edge), edge->need);
+                            "%s: a cut joint has no coordinate, but %s: remove one of the two", kmp_edge_what(r, edge),
+                            edge->need);
     edge->faulty = g->broken = true;
 }
 
@@ -248,7 +249,7 @@ static int bridge(const kmp_linkage *g)
 static void complain_bridge(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
 {
     const char *body = g->body_names[edge->body[is_reached(g, edge->body[0]) ? 1 : 0]];
-    kmp_reader_complain(r, place_of(edge, "cut"), "%s: it cannot be cut: nothing else joins body '%s' to the ground",
+    kmp_reader_complain(r, place_of(edge, "cut"), "%s: it cannot be cut: nothing else connects body '%s' to the ground",
                         kmp_edge_what(r, edge), body);
     edge->wish = KMP_CUT_CHOICE;
 }
@@ -277,11 +278,11 @@ static void complain_lost(kmp_reader *r, kmp_linkage *g, int body, int *reached)
         return;
     if (!named)
         kmp_reader_complain(r, g->body_maps[body]->place,
-                            "body '%s' lacks the key 'joint', and no joint of 'joints' is on it", g->body_names[body]);
+                            "body '%s' has no key 'joint', and no joint of 'joints' connects it", g->body_names[body]);
     else
         kmp_reader_complain(r, g->body_keys[body]->place,
-                            "body '%s' hangs on nothing: no joint leads from %s to the ground", g->body_names[body],
-                            names ? names : "it");
+                            "body '%s' is not connected: no chain of joints connects %s to the ground",
+                            g->body_names[body], names ? names : "it");
 }
 
 static void grow(kmp_reader *r, kmp_linkage *g)

@@ -131,7 +131,7 @@ static void search_outputs(search *s)
 {
     const kmp_yaml *list = kmp_yaml_get(kmp_yaml_get(s->r->root, "run"), "outputs");
     for (int k = 0; list && list->kind == KMP_YAML_LIST && k < list->count; k++) {
-        s->reason = kmp_reader_say(s->r, "output %s asks for it", list->items[k]->text);
+        s->reason = kmp_reader_say(s->r, "output %s needs it", list->items[k]->text);
         look_into(s, list->items[k]);
     }
 }
@@ -152,7 +152,7 @@ void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
     search s = {r, g, ""};
     search_list(&s, "start", "hold", "the start holds it");
     search_keys(&s, "start", "goals", "the start has a goal for it");
-    search_list(&s, "run", "independent", "it is asked for as independent");
+    search_list(&s, "run", "independent", "it is given as independent");
     search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");
     search_entries(&s, "loops", "loop '%s' depends on it", "loop '%s' depends on it");

@@ -11,7 +11,7 @@ const char *kmp_edge_what(kmp_reader *r, const kmp_edge *edge)
 const char *kmp_edge_reason(kmp_reader *r, const kmp_edge *edge)
 {
     if (edge->own)
-        return kmp_reader_say(r, "it stands in body '%s'", edge->key->text);
+        return kmp_reader_say(r, "it is defined in body '%s'", edge->key->text);
     if (edge->wish == KMP_CUT_NO)
         return "cut: no";
     if (!edge->kind.closure)
@@ -87,9 +87,9 @@ static void put_clause(kmp_text *text, const char *names, const char *words)
 const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
 {
     if (cut->wish == KMP_CUT_YES)
-        return "the model says so (cut: yes)";
+        return "the model prescribes it (cut: yes)";
     if (cut->asked)
-        return kmp_reader_say(r, "output %s asks for what it transmits", cut->asked);
+        return kmp_reader_say(r, "output %s needs its reaction", cut->asked);
     rivals of = compare(r, g, cut);
     kmp_text text = {0};
     put_clause(&text, of.more, "it has fewer rows than");

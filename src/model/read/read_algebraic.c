@@ -104,7 +104,7 @@ static bool is_known_name(const kmp_reader *r, const char *name)
 static const char *read_new_name(kmp_reader *r, const kmp_yaml *key, const char *what, const char *name)
 {
     if (kmp_read_name(r, key, what) && is_known_name(r, name))
-        kmp_reader_complain(r, key->place, "%s cannot be called '%s', which has a meaning already", what, name);
+        kmp_reader_complain(r, key->place, "%s cannot have the name '%s', which is already defined", what, name);
     return kmp_arena_strdup(&r->model->arena, name);
 }
 
@@ -114,7 +114,7 @@ static bool read_guesses(kmp_reader *r, const kmp_yaml *of, const char *what, km
     if (!kmp_read_map(r, of, what, NULL))
         return false;
     if (of->count < 1 || of->count > KMP_UNKNOWNS_MOST) {
-        kmp_reader_complain(r, of->place, "%s has %d names, and may have 1 to %d", what, of->count, KMP_UNKNOWNS_MOST);
+        kmp_reader_complain(r, of->place, "%s has %d names; 1 to %d are allowed", what, of->count, KMP_UNKNOWNS_MOST);
         return false;
     }
     for (int k = 0; k < of->count; k++) {
@@ -137,7 +137,7 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
     bool list = zero->kind == KMP_YAML_LIST, good = true;
     int count = list ? zero->count : 1;
     if (count != u->count) {
-        kmp_reader_complain(r, zero->place, "%s: %d unknown%s want%s as many expressions that are zero, not %d", what,
+        kmp_reader_complain(r, zero->place, "%s: %d unknown%s need%s the same number of equations, not %d", what,
                             u->count, u->count == 1 ? "" : "s", u->count == 1 ? "s" : "", count);
         return;
     }
@@ -153,7 +153,7 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
         for (int k = 0; k < count; k++)
             found = found || occurs(u->zero[k], index, j);
         if (!found)
-            kmp_reader_complain(r, zero->place, "%s: unknown '%s' does not occur in what is to be zero", what,
+            kmp_reader_complain(r, zero->place, "%s: unknown '%s' does not occur in the equations", what,
                                 u->unknown[j]);
     }
 }

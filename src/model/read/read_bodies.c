@@ -26,7 +26,7 @@ static void complain_body_key(kmp_reader *r, const kmp_yaml *key)
 {
     const char *name = kmp_read_name(r, key, "a body");
     if (name && strcmp(name, "ground") == 0)
-        kmp_reader_complain(r, key->place, "'ground' is there already: its points are under the key 'ground'");
+        kmp_reader_complain(r, key->place, "'ground' exists already: its points are under the key 'ground'");
 }
 
 static bool take_sources(sources *s, const kmp_yaml *map)
@@ -105,7 +105,7 @@ static void complain_circle(sources *s, int on)
     kmp_text_put(&chain, s->list[first].key->text);
     if (chain.failed)
         s->r->scratch.failed = true;
-    kmp_reader_complain(s->r, s->list[first].at->place, "bodies hang on each other in a circle: %s",
+    kmp_reader_complain(s->r, s->list[first].at->place, "bodies are attached to each other in a cycle: %s",
                         chain.failed ? "" : chain.s);
     kmp_text_free(&chain);
     s->list[first].parent = -1;
@@ -271,10 +271,10 @@ static int place_ground(kmp_reader *r, const kmp_include_instance *instance)
     else if (outer && (!instance->at || strcmp(instance->at->text, "ground") == 0))
         base = outer->ground;
     if (instance->at && base >= 0 && model->points[base].turned)
-        kmp_reader_complain(r, instance->at->place,
-                            "'at' of an include: the axes of point '%s' are turned: a file is "
-                            "included in the axes of a body",
-                            instance->at->text);
+        kmp_reader_complain(
+            r, instance->at->place,
+            "'at' of an include: the axes of point '%s' are rotated: a file is included in the axes of a body",
+            instance->at->text);
     if (instance->offset)
         kmp_read_vector(r, instance->offset, "the offset of an include", KMP_DIM_LENGTH, offset);
     *point = (kmp_point){.name = kmp_arena_strdup(&model->arena, kmp_reader_say(r, "%sground", instance->prefix)),
@@ -361,7 +361,7 @@ void kmp_read_bodies(kmp_reader *r)
     const kmp_yaml *map = kmp_read_required(r, r->root, "the model", "bodies");
     bool good = map && kmp_read_map(r, map, "bodies", NULL);
     if (good && map->count == 0)
-        kmp_reader_complain(r, map->place, "bodies: a model has at least one body");
+        kmp_reader_complain(r, map->place, "bodies: a model needs at least one body");
     if (good && map->kind == KMP_YAML_MAP)
         kmp_read_linkage(r, map);
     if (!make_ground(r->model, good ? map->count : 0) || (good && map->count > 0 && !take_sources(&s, map)))

@@ -79,7 +79,7 @@ static const closure_kind *find_kind(kmp_reader *r, const kmp_yaml *map, const c
     const char *names = kinds[0].name;
     for (int i = 1; i < KINDS; i++)
         names = kmp_reader_say(r, "%s, %s", names, kinds[i].name);
-    kmp_reader_complain(r, map->place, "%s: exactly one of the keys %s is wanted, not %d", what, names, found);
+    kmp_reader_complain(r, map->place, "%s: exactly one of the keys %s is expected, not %d", what, names, found);
     return NULL;
 }
 
@@ -131,7 +131,7 @@ static void read_curve_expression(kmp_reader *r, const kmp_yaml *node, const cha
 {
     const kmp_expr *expr = kmp_read_curve(r, node, what, side ? KMP_DIM_LENGTH : KMP_DIM_ANY, side ? 1 : 3);
     if (has_condition(expr))
-        kmp_reader_complain(r, node->place, "%s: a curve is smooth, without 'if' and 'sign'", what);
+        kmp_reader_complain(r, node->place, "%s: a curve must be smooth, without 'if' and 'sign'", what);
     add_curve(closure, expr, side);
 }
 
@@ -168,7 +168,7 @@ static void read_curve(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_yaml *curve = kmp_yaml_get(map, "curve"), *power = kmp_yaml_get(map, "power");
     closure->power = 1;
     if ((table != NULL) + (y || z) + (curve != NULL) != 1) {
-        kmp_reader_complain(r, map->place, "%s: exactly one of table, y (and z), curve is wanted", what);
+        kmp_reader_complain(r, map->place, "%s: exactly one of table, y (and z), curve is expected", what);
         return;
     }
     if (table)
@@ -265,7 +265,7 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_yaml *locked = kmp_yaml_get(map, "locked");
     drive->motion = joint ? kmp_read_motion(r, joint, what) : -1;
     if ((angle != NULL) + (displacement != NULL) + (locked != NULL) != 1) {
-        kmp_reader_complain(r, map->place, "%s: exactly one of the keys angle, displacement, locked is wanted", what);
+        kmp_reader_complain(r, map->place, "%s: exactly one of the keys angle, displacement, locked is expected", what);
         return;
     }
     if (locked) {
@@ -305,7 +305,7 @@ static void check_driven(kmp_reader *r, int number)
     for (int k = 0; k < number; k++)
         if (is_understood(&closures[number]) && is_understood(&closures[k]) && kmp_closure_is_drive(&closures[k]) &&
             closures[k].motion == closures[number].motion) {
-            kmp_reader_complain(r, closures[number].place, "drive '%s': '%s' is driven by '%s' already",
+            kmp_reader_complain(r, closures[number].place, "drive '%s': '%s' is already driven by '%s'",
                                 closures[number].name, r->model->motions[closures[k].motion].name, closures[k].name);
             return;
         }
@@ -332,7 +332,7 @@ static kmp_closure *add_closure(kmp_reader *r, const kmp_yaml *key, const char *
     if (!closure->name)
         return NULL;
     if (what && find_namesake(model, model->closure_count))
-        kmp_reader_complain(r, key->place, "a drive cannot be called '%s', like a loop: lambda(%s) is one of them",
+        kmp_reader_complain(r, key->place, "a drive cannot have the name '%s' of a loop: lambda(%s) would be ambiguous",
                             closure->name, closure->name);
     model->closure_count++;
     return closure;
@@ -397,8 +397,8 @@ static void add_screws(kmp_reader *r)
         const kmp_closure *other = find_namesake(model, model->closure_count);
         if (other)
             kmp_reader_complain(r, other->place,
-                                "'%s' is the name of a screw joint, whose coupling is a closure of "
-                                "that name: lambda(%s) is one of them",
+                                "'%s' is the name of a screw joint, whose coupling is a closure of that name: "
+                                "lambda(%s) would be ambiguous",
                                 other->name, other->name);
         model->closure_count++;
     }

@@ -117,12 +117,12 @@ static bool check_joints(kmp_reader *r, const kmp_yaml *list, const char *what, 
         const kmp_yaml *at = list->items[k < t->course_count ? k : k - 1];
         bool plain = a->kind != KMP_COURSE_TRANSITION && b->kind != KMP_COURSE_TRANSITION;
         if (a->kind == KMP_COURSE_TRANSITION && b->kind == KMP_COURSE_TRANSITION)
-            kmp_reader_complain(r, at->place, "%s: between two transitions a straight or a curve is wanted", what);
+            kmp_reader_complain(r, at->place, "%s: a straight or a curve is expected between two transitions", what);
         else if (plain && lift(a) != lift(b))
-            kmp_reader_complain(r, at->place,
-                                "%s: cant goes from %.9g to %.9g m (left rail up) at once: a transition is "
-                                "wanted between, or the same cant",
-                                what, lift(a), lift(b));
+            kmp_reader_complain(
+                r, at->place,
+                "%s: the cant jumps from %.9g to %.9g m (left rail up): insert a transition, or use the same cant",
+                what, lift(a), lift(b));
         else
             continue;
         good = false;
@@ -137,7 +137,8 @@ static bool check_length(kmp_reader *r, const kmp_yaml *list, const char *what, 
         length += t->course[k].length;
     if (length <= 1000.0 * KMP_COURSE_LONGEST)
         return true;
-    kmp_reader_complain(r, list->place, "%s is %.9g m long: at most %d km", what, length, KMP_COURSE_LONGEST);
+    kmp_reader_complain(r, list->place, "%s is %.9g m long: at most %d km are allowed", what, length,
+                        KMP_COURSE_LONGEST);
     return false;
 }
 
@@ -159,7 +160,7 @@ void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_
         return;
     kmp_course_result result = kmp_course_lay(track);
     if (result == KMP_COURSE_LARGE)
-        kmp_reader_complain(r, list->place, "%s bends too much: its line would have more than %d points", whole,
+        kmp_reader_complain(r, list->place, "%s has too much curvature: its line would have more than %d points", whole,
                             KMP_MOST_COURSE_KNOTS);
     else if (result == KMP_COURSE_MEMORY)
         r->scratch.failed = true;

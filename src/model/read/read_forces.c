@@ -49,7 +49,8 @@ static const char *find_place(const element *e)
     if (found == 1)
         return place;
     kmp_reader_complain(e->r, e->map->place,
-                        "%s: exactly one of the keys joint, spring, bushing, at, on is wanted, not %d", e->what, found);
+                        "%s: exactly one of the keys joint, spring, bushing, at, on is expected, not %d", e->what,
+                        found);
     return NULL;
 }
 
@@ -65,10 +66,10 @@ static bool has_word(const element *e, const char *word)
 static void complain_words(const element *e, const char *place, int found)
 {
     if (strcmp(place, "joint") == 0)
-        kmp_reader_complain(e->r, e->map->place,
-                            "%s: exactly one of the keys torque, force, spring, stops, friction is wanted beside "
-                            "'joint', not %d",
-                            e->what, found);
+        kmp_reader_complain(
+            e->r, e->map->place,
+            "%s: exactly one of the keys torque, force, spring, stops, friction is expected with 'joint', not %d",
+            e->what, found);
     else
         kmp_read_required(e->r, e->map, e->what, strcmp(place, "at") == 0 ? "force" : "torque");
 }
@@ -161,7 +162,7 @@ static void check_stops(const element *e, const kmp_yaml *map)
     force->has_lower = kmp_yaml_get(map, "lower");
     force->has_upper = kmp_yaml_get(map, "upper");
     if (!force->has_lower && !force->has_upper)
-        kmp_reader_complain(e->r, map->place, "%s: at least one of the keys lower, upper is wanted", e->what);
+        kmp_reader_complain(e->r, map->place, "%s: at least one of the keys lower, upper is expected", e->what);
     else if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !e->r->wrong)
         kmp_reader_complain(e->r, map->place, "%s: lower is %.6g, which is not below upper, %.6g", e->what,
                             force->lower.value, force->upper.value);
@@ -217,7 +218,7 @@ static void read_at_point(const element *e)
     const kmp_yaml *at = kmp_yaml_get(e->map, "at");
     e->force->point[0] = kmp_read_point(e->r, at, e->what);
     if (e->force->point[0] >= 0 && e->r->model->points[e->force->point[0]].body == 0)
-        kmp_reader_complain(e->r, at->place, "%s: the ground does not move: a force on it does nothing", e->what);
+        kmp_reader_complain(e->r, at->place, "%s: the ground does not move: a force on it has no effect", e->what);
     read_components(e, kmp_yaml_get(e->map, "force"), KMP_DIM_FORCE);
 }
 
@@ -226,7 +227,7 @@ static void read_on_body(const element *e)
     const kmp_yaml *on = kmp_yaml_get(e->map, "on");
     e->force->body = kmp_read_body(e->r, on, e->what);
     if (e->force->body == 0)
-        kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it does nothing", e->what);
+        kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it has no effect", e->what);
     read_components(e, kmp_yaml_get(e->map, "torque"), KMP_DIM_TORQUE);
 }
 

@@ -30,7 +30,8 @@ static bool read_subject(kmp_reader *r, const kmp_yaml *key, kmp_goal *goal)
     if (goal->point >= 0 && model->points[goal->point].body == 0)
         kmp_reader_complain(r, key->place, "start goals: '%s' is a point of the ground, which does not move", point);
     if (goal->motion >= 0 && model->start.hold[goal->motion])
-        kmp_reader_complain(r, key->place, "start goals: '%s' is held: it keeps its value and can have no goal", text);
+        kmp_reader_complain(r, key->place, "start goals: '%s' is held: it keeps its value and cannot have a goal",
+                            text);
     return true;
 }
 

@@ -58,8 +58,8 @@ bool kmp_reader_said(kmp_reader *r, const char *what, const kmp_yaml *again, kmp
         kmp_reader_complain(r, again->place, "%s: '%s' is given twice", what, again->text);
     else
         kmp_reader_complain(r, again->place,
-                            "%s: '%s' is given twice, in %s:%d too, and neither file includes the other: say it in one "
-                            "that includes both",
+                            "%s: '%s' is given twice, also in %s:%d, and neither file includes the other: give it in a "
+                            "file that includes both",
                             what, again->text, r->model->files[before.file], before.line);
     return false;
 }
@@ -80,7 +80,7 @@ static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, cons
     for (int file = parent; file >= 0; file = up ? up->parent : -1, depth++) {
         up = kmp_reader_instance(r, file);
         if (strcmp(r->model->files[file], path) == 0 || depth > KMP_MOST_INCLUDE_LEVELS) {
-            kmp_reader_complain(r, node->place, "include: '%s' goes in a circle: it is being included already", path);
+            kmp_reader_complain(r, node->place, "include: '%s' includes itself, directly or through other files", path);
             return true;
         }
     }
@@ -114,7 +114,7 @@ static bool check_root(kmp_reader *r, const kmp_yaml *root)
     }
     const kmp_yaml *version = kmp_read_required(r, root, "the included model", "kempe");
     if (version && strcmp(version->text, "1") != 0)
-        kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model language, not '%s'",
+        kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model format, not '%s'",
                             version->text);
     return kmp_read_map(r, root, "the included model", kmp_model_keys);
 }
@@ -175,8 +175,8 @@ static const kmp_yaml *join_maps(kmp_reader *r, const kmp_yaml *map, const kmp_y
         const kmp_yaml *key = file < 0 ? more->keys[i] : rename_key(r, more->keys[i], file);
         const kmp_yaml *there = file < 0 ? NULL : find_key(map, key->text);
         if (there) {
-            kmp_reader_complain(r, key->place, "the name '%s' stands already in %s:%d: another prefix is wanted",
-                                key->text, r->model->files[there->place.file], there->place.line);
+            kmp_reader_complain(r, key->place, "the name '%s' exists already in %s:%d: use another prefix", key->text,
+                                r->model->files[there->place.file], there->place.line);
             continue;
         }
         keys[joined->count] = key;

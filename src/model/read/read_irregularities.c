@@ -63,7 +63,7 @@ static bool read_seed(const reading *c)
         c->spectrum->seed = seed;
         return true;
     }
-    kmp_reader_complain(c->r, node->place, "seed of %s is a whole number up to 1e9, not %.9g", c->what, seed);
+    kmp_reader_complain(c->r, node->place, "seed of %s is an integer up to 1e9, not %.9g", c->what, seed);
     return false;
 }
 
@@ -110,8 +110,8 @@ static bool check_size(const reading *c)
     if (waves && lasts && kmp_wave_spectrum_knots(s) <= KMP_MOST_SPECTRUM_KNOTS)
         return true;
     if (!lasts)
-        kmp_reader_complain(c->r, c->map->place, "%s go from %.9g m to %.9g m, which is no wave of %.9g m", c->what,
-                            s->from, s->to, s->shortest);
+        kmp_reader_complain(c->r, c->map->place, "%s go from %.9g m to %.9g m, which is shorter than a wave of %.9g m",
+                            c->what, s->from, s->to, s->shortest);
     else
         kmp_reader_complain(c->r, c->map->place,
                             "%s: too many waves of %.9g m to %.9g m over %.9g m; at most %d points are made, 16 a wave",
@@ -177,6 +177,6 @@ void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *wha
     for (size_t k = 0; k < sizeof spectrum_keys / sizeof *spectrum_keys; k++) {
         const kmp_yaml *node = kmp_yaml_get(map, spectrum_keys[k]);
         if (node)
-            kmp_reader_complain(r, node->place, "%s have no spectrum, which %s belongs to", c.what, spectrum_keys[k]);
+            kmp_reader_complain(r, node->place, "%s have no spectrum, but %s needs one", c.what, spectrum_keys[k]);
     }
 }

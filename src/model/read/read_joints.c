@@ -95,7 +95,7 @@ static void read_motions(list *l, const kmp_yaml *node, const char *what, int bo
     if (!kmp_read_list(l->r, node, kmp_reader_say(l->r, "%s: motions", what), -1))
         return;
     if (node->count == 0)
-        kmp_reader_complain(l->r, node->place, "%s: a joint has at least one motion", what);
+        kmp_reader_complain(l->r, node->place, "%s: a joint needs at least one motion", what);
     for (int i = 0; i < node->count; i++)
         read_one_motion(l, node->items[i], what, body);
 }
@@ -136,7 +136,7 @@ static void read_row(list *l, const char *chain, const kmp_yaml *node, const cha
 {
     double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
     if (!chain[0] && (node->kind != KMP_YAML_SCALAR || strcmp(node->text, "yes") != 0))
-        kmp_reader_complain(l->r, node->place, "%s: a joint without motions is given by 'yes'", what);
+        kmp_reader_complain(l->r, node->place, "%s: a joint without motions is written with the value 'yes'", what);
     if (chain[0])
         kmp_read_chain_axes(l->r, chain, node, what, m);
     for (; chain[0] && chain[0] != '='; chain += 2) {
@@ -183,7 +183,7 @@ static void read_kind(list *l, const kmp_yaml *joint, const char *what, int body
         kmp_text_printf(&names, "%s, ", joints[i].name);
     if (names.failed)
         l->r->scratch.failed = true;
-    kmp_reader_complain(l->r, joint->place, "%s: exactly one of the keys %smotions is wanted, not %d", what,
+    kmp_reader_complain(l->r, joint->place, "%s: exactly one of the keys %smotions is expected, not %d", what,
                         names.failed ? "" : names.s, kinds);
     kmp_text_free(&names);
     if (kinds == 0)
@@ -234,11 +234,11 @@ static void check_coordinate(kmp_reader *r, const kmp_body *body, const kmp_yaml
     kmp_place place = names->items[k - body->first_motion]->place;
     for (int i = 1; i <= body - model->bodies; i++)
         if (&model->bodies[i] != body && strcmp(model->bodies[i].joint, name) == 0)
-            kmp_reader_complain(r, place, "the coordinate '%s' of joint '%s' is called like another joint", name,
+            kmp_reader_complain(r, place, "the coordinate '%s' of joint '%s' has the name of another joint", name,
                                 body->joint);
     for (int i = 0; i < k; i++)
         if (strcmp(model->motions[i].name, name) == 0)
-            kmp_reader_complain(r, place, "the coordinate '%s' of joint '%s' is called like one of joint '%s'", name,
+            kmp_reader_complain(r, place, "the coordinate '%s' of joint '%s' has the name of one of joint '%s'", name,
                                 body->joint, model->bodies[model->motions[i].body].joint);
 }
 
@@ -272,7 +272,7 @@ static void check_unique(kmp_reader *r, kmp_place place, int body)
     for (int k = 0; k < r->model->motion_count; k++)
         if (strcmp(r->model->motions[k].name, bodies[body].joint) == 0 &&
             strcmp(bodies[r->model->motions[k].body].joint, bodies[body].joint) != 0)
-            kmp_reader_complain(r, place, "the joint '%s' is called like a coordinate of joint '%s'",
+            kmp_reader_complain(r, place, "the joint '%s' has the name of a coordinate of joint '%s'",
                                 bodies[body].joint, bodies[r->model->motions[k].body].joint);
 }
 
@@ -318,5 +318,6 @@ void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes)
     for (int i = 1; i < r->model->body_count; i++)
         read_joint(&l, joint_nodes[i - 1], i);
     if (r->model->body_count > 1 && r->model->motion_count == 0 && !r->wrong)
-        kmp_reader_complain(r, r->model->bodies[1].place, "nothing can move: all bodies are welded to the ground");
+        kmp_reader_complain(r, r->model->bodies[1].place,
+                            "the mechanism cannot move: all bodies are welded to the ground");
 }

@@ -143,11 +143,11 @@ static bool read_kind(kmp_reader *r, kmp_edge *edge, const char *what)
         return true;
     if (found == 1)
         kmp_reader_complain(r, edge->key->place,
-                            "%s: a free joint joins nothing: leave it out, or let a body without other joints hang by "
-                            "its own: joint: {free: x, at: ground}",
+                            "%s: a free joint connects nothing: remove it, or attach a body without other joints by "
+                            "it: joint: {free: x, at: ground}",
                             what);
     else
-        kmp_reader_complain(r, edge->map->place, "%s: exactly one of the keys %s is wanted, not %d", what, names,
+        kmp_reader_complain(r, edge->map->place, "%s: exactly one of the keys %s is expected, not %d", what, names,
                             found);
     return false;
 }
@@ -163,8 +163,9 @@ static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *wha
     else if (axis && !chain[0])
         kmp_reader_complain(r, axis->place, "%s: a %s has no axis", what, edge->kind.name);
     else if (axes && !strchr(chain, 'b'))
-        kmp_reader_complain(r, axes->place, "%s: a %s has no two axes: turn the axes of one of the points instead",
-                            what, edge->kind.name);
+        kmp_reader_complain(r, axes->place,
+                            "%s: a %s cannot have two axes: rotate the axes of one of the points instead", what,
+                            edge->kind.name);
     else if (axes)
         kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2);
     if (pitch && !strchr(chain, '='))
@@ -209,9 +210,10 @@ static void check_name(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge
     kmp_read_name(r, edge->key, "a joint");
     for (int k = 0; k < 2; k++)
         if (kmp_yaml_get(kmp_yaml_get(r->root, sections[k][0]), edge->name))
-            kmp_reader_complain(r, edge->key->place,
-                                "a joint cannot be called '%s', like a %s: when it is cut, lambda(%s) is one of them",
-                                edge->name, sections[k][1], edge->name);
+            kmp_reader_complain(
+                r, edge->key->place,
+                "a joint cannot have the name '%s' of a %s: if it is cut, lambda(%s) would be ambiguous", edge->name,
+                sections[k][1], edge->name);
     for (const kmp_edge *other = g->edges; other < edge; other++)
         if (other->own && strcmp(other->name, edge->name) == 0)
             kmp_reader_complain(r, edge->key->place, "duplicate joint '%s': it is also the joint of body '%s'",

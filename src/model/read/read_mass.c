@@ -32,14 +32,14 @@ static bool is_as_given(kmp_reader *r, const kmp_yaml *node)
 {
     const kmp_yaml *word = kmp_yaml_get(node, "as_given");
     if (word && (word->kind != KMP_YAML_SCALAR || strcmp(word->text, "yes") != 0))
-        kmp_reader_complain(r, word->place, "an inertia that is taken as it stands says 'as_given: yes'");
+        kmp_reader_complain(r, word->place, "to accept an impossible inertia, write 'as_given: yes'");
     return word;
 }
 
 static void say_impossible(kmp_reader *r, const kmp_yaml *node, kmp_place place, const char *sentence)
 {
     if (is_as_given(r, node))
-        kmp_log(r->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s; it is taken as given", r->model->files[place.file],
+        kmp_log(r->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s; it is used as given", r->model->files[place.file],
                 place.line, place.column, sentence);
     else
         kmp_reader_complain(r, place, "%s", sentence);

@@ -143,12 +143,12 @@ static void complain_output(kmp_reader *r, const kmp_yaml *node)
         kmp_nearest_offer(&nearest, kmp_output_rows[i].word);
     for (int i = 0; i < r->model->sensor_count; i++)
         kmp_nearest_offer(&nearest, r->model->sensors[i].name);
-    kmp_reader_complain_near(r, node->place, &nearest,
-                             "unknown output '%s'; there are q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), "
-                             "qd(JOINT), qdd(JOINT), lambda(LOOP), reaction(LOOP), position(BODY.POINT), "
-                             "velocity(BODY.POINT), acceleration(BODY.POINT), force(FORCE), sensor(SENSOR), "
-                             "contact(WHEEL)",
-                             node->text);
+    kmp_reader_complain_near(
+        r, node->place, &nearest,
+        "unknown output '%s'; available: q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), qd(JOINT), qdd(JOINT), "
+        "lambda(LOOP), reaction(LOOP), position(BODY.POINT), velocity(BODY.POINT), acceleration(BODY.POINT), "
+        "force(FORCE), sensor(SENSOR), contact(WHEEL)",
+        node->text);
 }
 
 static bool stands_alone(kmp_output_argument argument)

@@ -50,7 +50,7 @@ static state value_one(valuation *v, int i)
         return WAITING;
     double value = kmp_expr_value(v->exprs[i], r->parameter_values);
     if (!isfinite(value)) {
-        kmp_reader_complain(r, node->place, "parameter '%s' is '%s', which is %s: a finite number is wanted",
+        kmp_reader_complain(r, node->place, "parameter '%s' is '%s', which is %s: a finite number is expected",
                             r->model->parameters[i].name, node->text, isnan(value) ? "not a number" : "infinite");
         return BAD;
     }
@@ -96,7 +96,8 @@ static void complain_circle(valuation *v, int i)
     kmp_text_put(&chain, r->model->parameters[first].name);
     if (chain.failed)
         r->scratch.failed = true;
-    kmp_reader_complain(r, v->map->keys[first]->place, "parameters go in a circle: %s", chain.failed ? "" : chain.s);
+    kmp_reader_complain(r, v->map->keys[first]->place, "parameters depend on each other in a cycle: %s",
+                        chain.failed ? "" : chain.s);
     kmp_text_free(&chain);
     v->states[first] = BAD; /* and with it the others, which depend on it */
 }
@@ -119,7 +120,7 @@ static bool take_names(kmp_reader *r, const kmp_yaml *map)
         const char *name = kmp_read_name(r, map->keys[i], "a parameter");
         if (name && is_reserved(name))
             kmp_reader_complain(r, map->keys[i]->place,
-                                "a parameter cannot be called '%s', which has a meaning already", name);
+                                "a parameter cannot have the name '%s', which is already defined", name);
         model->parameters[i].name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
         if (!model->parameters[i].name)
             return false;

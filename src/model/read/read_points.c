@@ -100,7 +100,7 @@ static bool find_columns(sheet *s, const char *header, int line)
         }
         good = good && s->index[c] >= 0;
         if (s->index[c] < 0)
-            kmp_reader_complain_near(s->p->r, s->column[c]->place, &nearest, "%s: line %d of '%s' names no column '%s'",
+            kmp_reader_complain_near(s->p->r, s->column[c]->place, &nearest, "%s: line %d of '%s' has no column '%s'",
                                      s->p->what, line, s->p->r->model->files[s->file], wanted);
     }
     return good;
@@ -119,7 +119,7 @@ static bool read_cell(sheet *s, const char *line, int number, int column, double
         return true;
     }
     if (field)
-        kmp_reader_complain(s->p->r, place, "a number is wanted here, not '%.*s'", (int)length, field);
+        kmp_reader_complain(s->p->r, place, "a number is expected here, not '%.*s'", (int)length, field);
     else
         kmp_reader_complain(s->p->r, place, "column %d is missing in this line", column + 1);
     return false;

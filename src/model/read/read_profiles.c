@@ -15,12 +15,13 @@ static bool read_unit(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
         return true;
     const char *word = kmp_read_word(r, node, kmp_reader_say(r, "unit of %s", what));
     if (word && !kmp_yaml_get(map, "csv")) {
-        kmp_reader_complain(r, node->place,
-                            "%s: a unit is of the columns of a CSV file; numbers in the file carry theirs", what);
+        kmp_reader_complain(
+            r, node->place,
+            "%s: a unit applies to the columns of a CSV file; numbers of the model file have their own units", what);
         return false;
     }
     if (word && (!kmp_unit_find(word, strlen(word), unit) || !kmp_dimension_fits(unit->dimension, KMP_DIM_LENGTH))) {
-        kmp_reader_complain(r, node->place, "%s: the unit is one of length such as mm, not '%s'", what, word);
+        kmp_reader_complain(r, node->place, "%s: the unit must be a length such as mm, not '%s'", what, word);
         return false;
     }
     return word;
@@ -47,18 +48,16 @@ static bool check_order(const kmp_points *p)
     for (int k = 1; k < p->count; k++) {
         double step = p->x[k] - p->x[k - 1];
         if (step == 0) {
-            kmp_reader_complain(
-                p->r, p->place[k],
-                "%s: y = %.9g stands twice: a profile has one height over each y; leave out one of both "
-                "points, what is vertical cannot bear a wheel",
-                p->what, p->x[k]);
+            kmp_reader_complain(p->r, p->place[k],
+                                "%s: y = %.9g is given twice: a profile has one height for each y; remove one of the "
+                                "points, a vertical part cannot carry a wheel",
+                                p->what, p->x[k]);
             return false;
         }
         if ((step > 0) != (sense > 0)) {
             kmp_reader_complain(
                 p->r, p->place[k],
-                "%s: y goes back from %.9g to %.9g: a profile has one height over each y; leave out what "
-                "overhangs",
+                "%s: y decreases from %.9g to %.9g: a profile has one height for each y; remove the overhanging part",
                 p->what, p->x[k - 1], p->x[k]);
             return false;
         }
@@ -69,7 +68,7 @@ static bool check_order(const kmp_points *p)
 static bool check_points(const kmp_points *p)
 {
     if (p->count < LEAST_POINTS) {
-        kmp_reader_complain(p->r, p->map->place, "%s: a profile has at least four points, not %d", p->what, p->count);
+        kmp_reader_complain(p->r, p->map->place, "%s: a profile needs at least four points, not %d", p->what, p->count);
         return false;
     }
     return check_order(p);
@@ -93,10 +92,9 @@ static bool check_spline(const kmp_points *p, const kmp_table *t)
         double apart = hypot(t->x[k + 1] - t->x[k], t->y[k + 1] - t->y[k]), off = swing(t, k);
         if (off <= apart / 4)
             continue;
-        kmp_reader_complain(
-            p->r, p->place[k + 1],
-            "%s: between y = %.9g m and %.9g m the spline swings out, by %.3g m: more points are wanted there", p->what,
-            t->x[k], t->x[k + 1], off);
+        kmp_reader_complain(p->r, p->place[k + 1],
+                            "%s: the spline overshoots between y = %.9g m and %.9g m by %.3g m: add points there",
+                            p->what, t->x[k], t->x[k + 1], off);
         return false;
     }
     return true;
@@ -124,7 +122,7 @@ static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profil
     }
     int bad = kmp_table_check(p.count, p.x, p.y);
     if (bad >= 0)
-        kmp_reader_complain(r, p.place[bad], "%s: (%.9g, %.9g) m is not finite or not apart from the point before it",
+        kmp_reader_complain(r, p.place[bad], "%s: (%.9g, %.9g) m is not finite or coincides with the point before it",
                             p.what, p.x[bad], p.y[bad]);
     kmp_table *height = bad >= 0 ? NULL : kmp_table_new(KMP_TABLE_CUBIC, p.count, p.x, p.y);
     if (bad < 0 && !height)

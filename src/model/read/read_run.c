@@ -109,7 +109,7 @@ static void read_max_steps(kmp_reader *r, const kmp_yaml *map)
     if (steps > 0 && steps <= KMP_MOST_STEPS && steps == floor(steps))
         r->model->run.max_steps = (long)steps;
     else if (steps > 0)
-        kmp_reader_complain(r, node->place, "run max_steps is %.6g: it must be a whole number from 1 to %.0e", steps,
+        kmp_reader_complain(r, node->place, "run max_steps is %.6g: it must be an integer from 1 to %.0e", steps,
                             KMP_MOST_STEPS);
 }
 

@@ -9,12 +9,12 @@
 static bool check_points(const kmp_points *p, kmp_place place)
 {
     if (p->count < 2) {
-        kmp_reader_complain(p->r, place, "%s: a table has at least two points, not %d", p->what, p->count);
+        kmp_reader_complain(p->r, place, "%s: a table needs at least two points, not %d", p->what, p->count);
         return false;
     }
     int bad = kmp_named_table_check(p->count, p->x, p->y);
     if (bad > 0)
-        kmp_reader_complain(p->r, p->place[bad], "%s: x must ascend: %.9g comes after %.9g", p->what, p->x[bad],
+        kmp_reader_complain(p->r, p->place[bad], "%s: x must increase: %.9g comes after %.9g", p->what, p->x[bad],
                             p->x[bad - 1]);
     else if (bad == 0)
         kmp_reader_complain(p->r, p->place[0], "%s: the first point is not finite", p->what);
@@ -74,7 +74,7 @@ void kmp_read_tables(kmp_reader *r)
         kmp_named_table *table = &model->tables[i];
         const char *name = kmp_read_name(r, map->keys[i], "a table");
         if (name && kmp_name_means_something(r, name))
-            kmp_reader_complain(r, map->keys[i]->place, "a table cannot be called '%s', which has a meaning already",
+            kmp_reader_complain(r, map->keys[i]->place, "a table cannot have the name '%s', which is already defined",
                                 name);
         table->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
         if (!table->name)

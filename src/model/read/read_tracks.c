@@ -55,7 +55,7 @@ static bool read_at(kmp_reader *r, const kmp_yaml *node, const char *what, int *
         *point = read;
         return true;
     }
-    kmp_reader_complain(r, node->place, "%s begins at a point of the ground, not of body '%s'", what,
+    kmp_reader_complain(r, node->place, "%s must begin at a point of the ground, not of body '%s'", what,
                         r->model->bodies[r->model->points[read].body].name);
     return false;
 }
@@ -86,13 +86,11 @@ static void place_rails(kmp_reader *r, const kmp_yaml *map, const char *what, km
     if (!place.reaches)
         kmp_reader_complain(
             r, depth ? depth->place : rail->place,
-            "%s: the gauge is measured %.9g m below the top of the rails, but the inner side of profile "
-            "'%s', where y is negative, ends %.9g m below it: another gauge_depth, or a profile that goes "
-            "on",
+            "%s: the gauge is measured %.9g m below the top of the rails, but the inner side of profile '%s', where y "
+            "is negative, ends %.9g m below it: use another gauge_depth, or extend the profile",
             what, track->gauge_depth, track->profile->name, place.depth_given);
     else if (!place.resolved)
-        kmp_reader_complain(r, rail->place,
-                            "%s: the points of profile '%s' cannot be told from each other in its place", what,
+        kmp_reader_complain(r, rail->place, "%s: the points of profile '%s' coincide numerically at its position", what,
                             track->profile->name);
     else if (!track->rail)
         r->scratch.failed = true;

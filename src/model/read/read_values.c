@@ -227,7 +227,7 @@ static bool is_known(const kmp_reader *r, const kmp_expr *expr)
 static bool check_finite(kmp_reader *r, const kmp_yaml *node, const char *what, double value)
 {
     if (!isfinite(value))
-        kmp_reader_complain(r, node->place, "%s is '%s', which is %s: a finite number is wanted", what, node->text,
+        kmp_reader_complain(r, node->place, "%s is '%s', which is %s: a finite number is expected", what, node->text,
                             isnan(value) ? "not a number" : "infinite");
     return isfinite(value);
 }

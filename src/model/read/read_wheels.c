@@ -77,8 +77,8 @@ static bool read_centre(const reading *w, const kmp_yaml *node)
         return false;
     if (w->r->model->points[w->wheel->point].body > 0)
         return true;
-    kmp_reader_complain(w->r, node->place, "%s: a wheel is at a point of a body that turns with it, not of the ground",
-                        w->what);
+    kmp_reader_complain(w->r, node->place,
+                        "%s: a wheel is at a point of a body that rotates with it, not of the ground", w->what);
     return false;
 }
 
@@ -112,7 +112,7 @@ static bool read_poisson(const reading *w)
     w->wheel->poisson = number.value;
     if (number.value >= 0 && number.value <= 0.5)
         return true;
-    kmp_reader_complain(w->r, node->place, "%s: poisson is between 0 and 0.5, not %.6g", w->what, number.value);
+    kmp_reader_complain(w->r, node->place, "%s: poisson must be between 0 and 0.5, not %.6g", w->what, number.value);
     return false;
 }
 
@@ -166,7 +166,7 @@ static bool read_zone(const reading *w, const kmp_yaml *node, int k, double (*zo
     }
     if (zone[k][0] < zone[k][1] && (k == 0 || zone[k][0] >= zone[k - 1][1]))
         return true;
-    kmp_reader_complain(w->r, node->place, "%s is from %.6g to %.6g: zones ascend, one after the other", what,
+    kmp_reader_complain(w->r, node->place, "%s is from %.6g to %.6g: zones must increase without overlap", what,
                         zone[k][0], zone[k][1]);
     return false;
 }
@@ -194,11 +194,10 @@ static bool read_zones(const reading *w)
 static void say_left_out(const reading *w, int zones)
 {
     const kmp_place place = w->wheel->place;
-    kmp_log(
-        w->r->context, KEMPE_LOG_WARNING,
-        "%s:%d:%d: %s would touch its rail in %d zones, and a wheel has %d at most: borders of the smallest jumps are "
-        "left out, and there contact may jump; a smoother profile has fewer, and 'zones' says which",
-        w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
+    kmp_log(w->r->context, KEMPE_LOG_WARNING,
+            "%s:%d:%d: %s would touch its rail in %d zones, and a wheel has at most %d: the borders with the smallest "
+            "jumps are omitted, and the contact may jump there; use a smoother profile, or give 'zones'",
+            w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
 }
 
 /* Copies the zones of an equal earlier wheel, or finds them. */
@@ -304,7 +303,7 @@ int kmp_count_rigid_wheels(const kempe_model *model)
 
 static void complain_name(kmp_reader *r, const kmp_wheel *wheel, const char *other)
 {
-    kmp_reader_complain(r, wheel->place, "a wheel cannot be called '%s', like a %s: its own has the wheel's name",
+    kmp_reader_complain(r, wheel->place, "a wheel cannot have the name '%s' of a %s: its own has the name of the wheel",
                         wheel->name, other);
 }
 

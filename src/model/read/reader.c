@@ -27,7 +27,7 @@ static bool read_version(kmp_reader *r)
     const kmp_yaml *version = kmp_read_required(r, r->root, "the model", "kempe");
     if (!version || strcmp(version->text, "1") == 0)
         return true;
-    kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model language, not '%s'",
+    kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model format, not '%s'",
                         version->text);
     return false;
 }

@@ -128,9 +128,9 @@ const char *kmp_read_name(kmp_reader *r, const kmp_yaml *node, const char *what)
     for (const char *s = name; good && *s; s++)
         good = is_letter(*s) || (*s >= '0' && *s <= '9');
     if (name && !good)
-        kmp_reader_complain(r, node->place,
-                            "%s cannot be '%s': a name has letters, digits and _ and does not begin with a digit", what,
-                            name);
+        kmp_reader_complain(
+            r, node->place,
+            "%s cannot be '%s': a name consists of letters, digits and _ and does not begin with a digit", what, name);
     return good ? name : NULL;
 }
 
@@ -138,6 +138,6 @@ const kmp_yaml *kmp_read_required(kmp_reader *r, const kmp_yaml *map, const char
 {
     const kmp_yaml *value = kmp_yaml_get(map, key);
     if (!value)
-        kmp_reader_complain(r, map->place, "%s lacks the key '%s'", what, key);
+        kmp_reader_complain(r, map->place, "%s has no key '%s'", what, key);
     return value;
 }

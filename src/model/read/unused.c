@@ -19,7 +19,7 @@ static void warn(const kmp_reader *r, kmp_place place, const char *name, const c
     char where[48] = "";
     if (place.line > 0) /* a call has none */
         (void)snprintf(where, sizeof where, ":%d:%d", place.line, place.column);
-    kmp_log(r->context, KEMPE_LOG_WARNING, "%s%s: nothing uses parameter '%s'%s", r->model->files[place.file], where,
+    kmp_log(r->context, KEMPE_LOG_WARNING, "%s%s: parameter '%s' is not used%s", r->model->files[place.file], where,
             name, vain);
 }
 
@@ -38,7 +38,7 @@ static void warn_of_file(const kmp_reader *r, const kmp_yaml *map, int i)
     kmp_place own = map->keys[i]->place, item = map->items[i]->place;
     parameter->unused = item.file != own.file || !kmp_reader_instance(r, own.file);
     if (item.file != own.file)
-        warn(r, item, parameter->name, ": to set it where its file is included changes nothing");
+        warn(r, item, parameter->name, ": setting it where its file is included has no effect");
     else if (parameter->unused)
         warn(r, own, parameter->name, "");
 }
@@ -52,7 +52,7 @@ static void settle(kmp_reader *r, const kmp_yaml *map)
         model->parameters[i].shapes = r->parameter_shapes[i];
         model->parameters[i].unused = set && !r->parameter_used[i];
         if (model->parameters[i].unused)
-            warn(r, map->keys[i]->place, model->parameters[i].name, ": to set it changes nothing");
+            warn(r, map->keys[i]->place, model->parameters[i].name, ": setting it has no effect");
     }
     spare_displaced(r, map);
     for (int i = 0; i < model->parameter_count; i++)

@@ -220,7 +220,7 @@ static bool add_word(asking *a, kmp_asked_inputs *inputs, const char *word)
         input.index = find_drive(a, argument);
     } else if (strchr(word, '(')) {
         kmp_reader_complain(&a->r, nowhere,
-                            "unknown input '%s'; there are effort(JOINT), force(BODY.POINT.x), force(BODY.POINT), "
+                            "unknown input '%s'; available: effort(JOINT), force(BODY.POINT.x), force(BODY.POINT), "
                             "drive(DRIVE), and the names of parameters",
                             word);
         return true;

@@ -15,6 +15,5 @@ const char *kmp_change_points_word(kmp_change_points what)
 
 kmp_change_points kmp_change_points_find(const char *word, kmp_text *complaint)
 {
-    return (kmp_change_points)kmp_word_find(word, words, KMP_CHANGE_POINTS_COUNT, "change points", "is unknown",
-                                            complaint);
+    return (kmp_change_points)kmp_word_find(word, words, KMP_CHANGE_POINTS_COUNT, "value of change_points", complaint);
 }

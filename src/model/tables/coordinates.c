@@ -35,7 +35,7 @@ kempe_status kmp_coordinate_find(const kempe_model *model, const char *what, con
             kmp_text_put(&sentence, ": the joint is cut (cut: no in the model keeps it)");
         else
             kmp_nearest_suggest(&nearest, &sentence);
-        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: there is no coordinate '%s'%s", what, word.s,
+        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: unknown coordinate '%s'%s", what, word.s,
                           sentence.s ? sentence.s : "");
     } else {
         *coordinate = found;
@@ -54,7 +54,7 @@ kempe_status kmp_coordinates_read(const kempe_model *model, const char *what, co
         KMP_TRY(kmp_coordinate_find(model, what, s, length, &k));
         for (int i = 0; i < *count; i++)
             if (list[i] == k)
-                return kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: coordinate '%s' stands twice", what,
+                return kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: coordinate '%s' is given twice", what,
                                 model->motions[k].name);
         list[(*count)++] = k;
         s += length + (s[length] == ',');

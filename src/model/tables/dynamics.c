@@ -15,5 +15,5 @@ const char *kmp_dynamics_word(kmp_dynamics dynamics)
 
 kmp_dynamics kmp_dynamics_find(const char *word, kmp_text *complaint)
 {
-    return (kmp_dynamics)kmp_word_find(word, words, KMP_DYNAMICS_COUNT, "algorithm", "is unknown", complaint);
+    return (kmp_dynamics)kmp_word_find(word, words, KMP_DYNAMICS_COUNT, "algorithm", complaint);
 }

@@ -141,13 +141,12 @@ static kempe_status complain(kempe_context *context, const char *begin, const tr
 {
     int length = (int)strcspn(begin, ",");
     if (what->unit && isalpha((unsigned char)*what->unit))
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "'%.*s': '%.*s' is no unit that is known", length, begin,
-                        what->length, what->unit);
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "'%.*s': unknown unit '%.*s'", length, begin, what->length,
+                        what->unit);
     if (what->differ)
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "'%.*s': the units of its ends do not fit each other", length,
-                        begin);
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "'%.*s': the units of its ends are incompatible", length, begin);
     if (what->alone)
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "'%.*s': both ends want their unit, or none", length, begin);
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "'%.*s': either both ends have a unit, or none", length, begin);
     return kmp_fail(context, KEMPE_E_ARGUMENT,
                     "a value is written NAME=A, a range NAME=A:B or NAME=A:B:N (N values, 2 to %d), with commas "
                     "between several; not '%s'",
@@ -196,7 +195,7 @@ kempe_status kmp_range_fits(kempe_context *context, const char *what, const kmp_
     kmp_dimension_print(&want, wanted);
     kempe_status status = have.failed || want.failed
                               ? kmp_fail_memory(context)
-                              : kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s' is in %s, but %s is wanted", what,
+                              : kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s' is in %s, but %s is expected", what,
                                          range->name, have.s, want.s);
     kmp_text_free(&have);
     kmp_text_free(&want);
@@ -209,8 +208,8 @@ kempe_status kmp_range_fits_motion(kempe_context *context, const char *what, con
     static const char *const names[2][2] = {{"a length", "m/s"}, {"an angle (rad, deg, rev)", "rad/s or rpm"}};
     if (kmp_dimension_fits(range->dimension, KMP_DIM(rotation ? 0 : 1, 0, -order)))
         return KEMPE_OK;
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s: of '%s' %s is wanted, not a number in another unit", what,
-                    range->name, names[rotation][order]);
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s' needs %s, not a number in another unit", what, range->name,
+                    names[rotation][order]);
 }
 
 kempe_status kmp_range_is_value(kempe_context *context, const char *what, const kmp_range *range)

@@ -6,8 +6,9 @@ bool kmp_rows_fit(double every, double t_end, kmp_text *complaint)
     double rows = t_end / every;
     if (rows <= KMP_MOST_ROWS)
         return true;
-    kmp_text_printf(complaint,
-                    "output_step = %g s makes %.3g rows up to t_end = %g s, at most %d are kept; ask for fewer", every,
-                    rows, t_end, KMP_MOST_ROWS);
+    kmp_text_printf(
+        complaint,
+        "output_step = %g s gives %.3g rows up to t_end = %g s, but at most %d are stored; use a larger step", every,
+        rows, t_end, KMP_MOST_ROWS);
     return false;
 }

@@ -5,9 +5,8 @@
 
 #include "model/tables/nearest.h"
 
-/** Index of a word among `count`; `count` when it is none of them. The message appended to `complaint` then has the
- * word between `before` and `after`, the valid words and the nearest one. */
-int kmp_word_find(const char *word, const char *const *words, int count, const char *before, const char *after,
-                  kmp_text *complaint);
+/** Index of a word among `count`; `count` when it is none of them. The message appended to `complaint` names the kind,
+ * the word, the valid words and the nearest one. */
+int kmp_word_find(const char *word, const char *const *words, int count, const char *kind, kmp_text *complaint);
 
 #endif

@@ -285,7 +285,7 @@ function canvasView(canvas, m) {
 function stageNote(picture) {
     const notes = [], drawn = picture.bodies.length - 1;
     if (picture.frames.t_end === 0) notes.push("The mechanism at its start, as far as it can be assembled.");
-    else if (picture.frames.t_end < 0.999 * data.t_end) notes.push(`The first ${three(picture.frames.t_end)} s of ${three(data.t_end)} s, as far as the eye can follow.`);
+    else if (picture.frames.t_end < 0.999 * data.t_end) notes.push(`The animation shows the first ${three(picture.frames.t_end)} s of ${three(data.t_end)} s.`);
     if (drawn < picture.of_bodies) notes.push(`${drawn} of ${picture.of_bodies} bodies are drawn.`);
     return notes.join(" ");
 }
@@ -348,7 +348,7 @@ function clockOf(t, t_end) {
 function beginStage(picture, ask) {
     const canvas = byId("view");
     if (!picture) {
-        byId("stage-note").textContent = "There is no run to be shown moving.";
+        byId("stage-note").textContent = "There is no run to animate.";
         byId("play").parentElement.hidden = true;
         canvas.parentElement.hidden = true;
         return null;

@@ -45,11 +45,11 @@ function tellAnswer() {
     const answer = byId("answer");
     if (advised) {
         answer.append("Use ", element("em", nameOf(advised.way)), " ", element("small", `at rtol ${tolerance(advised.rtol)}`));
-        const error = isNumber(advised.error[0]) ? power(advised.error[0]) : advised.below ? "< " + power(10 * data.reference.uncertainty[0]) : "not known";
+        const error = isNumber(advised.error[0]) ? power(advised.error[0]) : advised.below ? "< " + power(10 * data.reference.uncertainty[0]) : "unknown";
         byId("facts").append(fact("error of q", error), fact("CPU time", duration(advised.cpu)), fact("evaluations", count(advised.rhs)));
     } else {
         byId("facts").hidden = true;
-        answer.append(data.status === "ok" ? "No way can be advised" : data.status === "stopped" ? "Stopped before the end" : "Nothing came to the end");
+        answer.append(data.status === "ok" ? "No recommendation is possible" : data.status === "stopped" ? "Stopped before the end" : "No run reached the end");
     }
     if (data.reason) byId("because").append(element("li.failed", data.reason));
     fillList(byId("because"), data.advice.reasons);
@@ -73,21 +73,21 @@ function tellOthers() {
         bar.style.background = colourOf(row.way);
         bar.dataset.way = row.way;
         if (!isFinite(row.ratio)) bar.hidden = true;
-        const words = isFinite(row.ratio) ? ratio(row.ratio) : "not reached";
+        const words = isFinite(row.ratio) ? ratio(row.ratio) : "not attained";
         table.append(element(isFinite(row.ratio) ? "tr" : "tr.none", element("td", nameOf(row.way)), element("td", bar), element("td", words)));
     }
     others.append(table);
-    if (rows.length > most) others.append(element("p.note", `and ${rows.length - most} more in the table at equal error`));
+    if (rows.length > most) others.append(element("p.note", `and ${rows.length - most} more in the table of CPU time at equal error`));
 }
 
 function tellReference() {
     const [q, qd, lambda] = data.reference.uncertainty;
-    let words = data.reference.there ? `Reference: ${data.reference.source}` : `There is no reference: ${data.reference.source === "none" ? "errors are not known" : data.reference.source.replace(/^none: /, "")}`;
-    if (data.reference.there && q > 0) words += `; it is known to ${power(q)} in q, ${power(qd)} in qd` + (isNumber(lambda) ? `, ${power(lambda)} in \u03bb` : "");
+    let words = data.reference.there ? `Reference: ${data.reference.source}` : `No reference: ${data.reference.source === "none" ? "errors are unknown" : data.reference.source.replace(/^none: /, "")}`;
+    if (data.reference.there && q > 0) words += `; its estimated error is ${power(q)} in q, ${power(qd)} in qd` + (isNumber(lambda) ? `, ${power(lambda)} in \u03bb` : "");
     byId("reference").append(words + ".");
     const failed = data.runs.filter((run) => run.status !== "ok" && !run.left_out).length;
     if (failed + data.failures.length + data.warnings.length === 0) return;
-    const link = element("a", failed > 0 ? `${failed} of ${data.runs.length} runs did not come to the end: why` : "What did not go well");
+    const link = element("a", failed > 0 ? `${failed} of ${data.runs.length} runs failed: reasons` : "Failed runs and warnings");
     link.href = "#failures";
     byId("trouble").append(link);
 }
@@ -124,8 +124,8 @@ function tellLevels() {
         return;
     }
     const blank = data.levels.some((level) => level.blank);
-    section.querySelector(".note").append("ms of CPU that each way needs to hold an error of q, and how many times as long that is as the best of the column." +
-        (blank ? " Columns are blank below ten times the uncertainty of the reference." : ""));
+    section.querySelector(".note").append("CPU time in ms of each method for an error of q, and the ratio to the fastest method of the column." +
+        (blank ? " Columns below ten times the estimated error of the reference are blank." : ""));
     const table = section.querySelector("table");
     table.append(headRow(["error of q", ...data.levels.map((level) => power(level.level))]));
     data.methods.forEach((way, w) => {
@@ -140,7 +140,7 @@ function tellFailures() {
     byId("failures").hidden = list.children.length === 0;
 }
 
-const COLUMNS = ["way", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|", "energy", "steps", "rejected", "evaluations", "Newton", "Jacobians", "factored", "exchanges", "CPU ms"];
+const COLUMNS = ["method", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|", "energy", "steps", "rejected", "evaluations", "Newton", "Jacobians", "factored", "exchanges", "CPU ms"];
 
 const endAlike = (a, b) => a && b && a.status !== "ok" && a.status === b.status && a.way === b.way && a.reason === b.reason;
 

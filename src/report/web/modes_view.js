@@ -22,7 +22,7 @@ function eigenvalue(mode) {
 }
 
 function title(mode) {
-    if (mode.zero) return "no force answers";
+    if (mode.zero) return "zero eigenvalue";
     if (swings(mode)) return `${digits(mode.frequency)} Hz`;
     return mode.re > 0 ? "grows" : "decays";
 }
@@ -42,7 +42,7 @@ function tellVerdict() {
 
 function tellModes() {
     const table = byId("modes");
-    table.append(headRow(["", "frequency", "damping", "eigenvalue, 1/s", "who moves"]));
+    table.append(headRow(["", "frequency", "damping", "eigenvalue, 1/s", "participation"]));
     data.modes.forEach((mode, k) => {
         const button = element("button", String(k + 1)), row = element(mode.re > 0 ? "tr.grows" : "tr");
         button.type = "button";
@@ -72,7 +72,7 @@ function tellChosen() {
     byId("shape").hidden = chosen < 0;
     if (chosen < 0) return;
     const mode = data.modes[chosen];
-    table.replaceChildren(headRow(["coordinate", "amplitude", "phase, deg", "kinetic", "work"]));
+    table.replaceChildren(headRow(["coordinate", "amplitude", "phase, deg", "kinetic energy", "elastic energy"]));
     data.coordinates.forEach((name, i) => {
         const [re, im] = [mode.shape_re[i], mode.shape_im[i]], size = Math.hypot(re, im);
         const still = size < 1e-9; /* rounding */
@@ -89,10 +89,10 @@ function periodOf(mode) {
 }
 
 function stageWords() {
-    const mode = data.modes[chosen], notes = [`Mode ${chosen + 1}: ${title(mode)}, drawn with ${three(data.modes[chosen].amplitude)} times its shape.`];
+    const mode = data.modes[chosen], notes = [`Mode ${chosen + 1}: ${title(mode)}, magnified ${three(data.modes[chosen].amplitude)} times.`];
     const factor = swings(mode) ? periodOf(mode) * mode.frequency : 1;
     if (factor > 1.01) notes.push(`Slowed down ${three(factor)} times.`);
-    if (factor < 0.99) notes.push(`Quickened ${three(1 / factor)} times.`);
+    if (factor < 0.99) notes.push(`Speeded up ${three(1 / factor)} times.`);
     if (data.picture.bodies.length - 1 < data.picture.of_bodies) notes.push(`${data.picture.bodies.length - 1} of ${data.picture.of_bodies} bodies are drawn.`);
     return notes.join(" ");
 }
@@ -192,7 +192,7 @@ function drawPlots() {
     const sets = branches((value, re, im) => ({ x: re, y: im, words: `${locus.name} = ${digits(value)}: ${digits(re)} \u00b1 ${digits(im)} i` }));
     if (locus) sets.push(marks(locus.critical.map((c) => ({ x: c.re, y: c.im, words: `critical: ${locus.name} = ${digits(c.value)}` }))));
     sets.push(dots((mode) => ({ x: mode.re, y: mode.im })));
-    plot("plane", sets, leftOf(sets).min ? "real part, 1/s (some are farther to the left)" : "real part, 1/s", "imaginary part, rad/s", words);
+    plot("plane", sets, leftOf(sets).min ? "real part, 1/s (some values are outside to the left)" : "real part, 1/s", "imaginary part, rad/s", words);
     if (locus) drawCampbell();
     else drawDamping();
 }
@@ -200,9 +200,9 @@ function drawPlots() {
 function beginPlots() {
     const locus = data.locus;
     Chart.defaults.font.family = getComputedStyle(document.body).fontFamily;
-    byId("plots-title").append(locus ? `Over ${locus.name}` : "Where they are");
-    byId("plots-note").append(locus ? `${locus.name} from ${digits(locus.values[0])} (dots on the curves) to ${digits(locus.values[locus.values.length - 1])}; the larger dots are the modes of the list, crosses the critical values.` : "To the right of zero modes grow. The larger dot is the chosen one.");
-    byId("right-title").append(locus ? "Frequencies" + (locus.orders.length > 0 ? ", and orders" : "") : "Damping and frequency");
+    byId("plots-title").append(locus ? `Sweep of ${locus.name}` : "Eigenvalues and damping");
+    byId("plots-note").append(locus ? `${locus.name} from ${digits(locus.values[0])} (dots on the curves) to ${digits(locus.values[locus.values.length - 1])}; larger dots: modes of the list; crosses: critical values.` : "Modes with a positive real part grow. The larger dot is the chosen mode.");
+    byId("right-title").append(locus ? "Frequencies" + (locus.orders.length > 0 ? " and order lines" : "") : "Damping and frequency");
     drawPlots();
 }
 

@@ -119,7 +119,7 @@ function drawCost(id, work, title) {
 function drawCosts() {
     const floor = data.reference.uncertainty[quantity], some = data.runs.some((run) => run.error[quantity] > 0);
     document.querySelector("#cost .pair").hidden = byId("ways").hidden = !some;
-    byId("floor").textContent = !some ? "No run has an error that the reference can tell from its own." : floor > 0 ? `The axis ends at ten times the uncertainty of the reference, ${power(10 * floor)}.` : "";
+    byId("floor").textContent = !some ? "No run has an error above the accuracy of the reference." : floor > 0 ? `The axis ends at ten times the estimated error of the reference, ${power(10 * floor)}.` : "";
     byId("ways").replaceChildren(...data.methods.map((way, w) => legendEntry(w, nameOf(w), hiddenWays.has(w), () => turn(hiddenWays, w))));
     drawCost("by-cpu", (run) => 1e3 * run.cpu, "CPU ms");
     drawCost("by-rhs", (run) => run.rhs, "evaluations");
@@ -209,7 +209,7 @@ function tellNotes() {
     byId("marks").textContent = kinds.map((kind) => `${symbols[markStyle(kind)]} ${kind}`).join("  ");
     byId("notes").hidden = notes.length === 0;
     if (notes.length === 0) return;
-    byId("notes").querySelector("summary").append(`What happened on the way: ${count(all)}` + (all > notes.length ? `, the first ${notes.length} of them` : ""));
+    byId("notes").querySelector("summary").append(`Journal of events: ${count(all)}` + (all > notes.length ? `, the first ${notes.length} are listed` : ""));
     const table = byId("notes").querySelector("table");
     table.append(headRow(["run", "t, s", "", ""]));
     for (const note of notes)

@@ -45,7 +45,7 @@ const cli_command cli_assemble = {
     .bit = CLI_ASSEMBLE,
     .name = "assemble",
     .usage = "FILE [options]",
-    .summary = "close the loops from the model's guess",
+    .summary = "assembly: close the loops, starting from the model's start values; assembly modes",
     .examples = "  kempe assemble examples/four_bar/four_bar.yaml --json start.json\n"
                 "  kempe assemble examples/four_bar/four_bar.yaml --branches\n",
     .run = assemble_or_branches,

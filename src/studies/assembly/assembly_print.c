@@ -14,16 +14,15 @@ static void write_reason(kmp_text *reason, const kempe_assembly *a)
     kmp_text_put(reason, "");
     for (int k = 0; !a->closed && k < a->culprit_count; k++) {
         int c = a->culprits[k];
-        kmp_text_printf(reason, "%sloop '%s' stays open by %.3g", k ? ", " : "", model->closures[c].name, a->gaps[c]);
+        kmp_text_printf(reason, "%sloop '%s' remains open by %.3g", k ? ", " : "", model->closures[c].name, a->gaps[c]);
     }
     if (!a->closed && a->culprit_count == 0)
-        kmp_text_printf(reason, "the loops do not close to the wanted precision: |h| = %.3g", a->residual);
+        kmp_text_printf(reason, "the loops do not close to the required precision: |h| = %.3g", a->residual);
     if (a->closed && a->goals.end == KMP_GOALS_SINGULAR)
-        kmp_text_printf(
-            reason,
-            "the way to the goals ends after %d steps, where the closures lose rank (slope %.2g): no nearest "
-            "position is found",
-            a->goals.steps, a->goals.slope);
+        kmp_text_printf(reason,
+                        "the search for the goals stopped after %d steps, where the closures lose rank (slope %.2g): "
+                        "no nearest position was found",
+                        a->goals.steps, a->goals.slope);
 }
 
 static bool is_done(const kempe_assembly *a)
@@ -93,7 +92,7 @@ static void show_assembly(kmp_text *text, const kempe_assembly *a)
     show_goals(text, a);
     kmp_text_put(text, "\nresidual  |h| ");
     kmp_print_cell(text, 0, 2, a->residual);
-    kmp_text_put(text, " scaled, widest gap ");
+    kmp_text_put(text, " scaled, largest gap ");
     kmp_print_cell(text, 0, 2, a->gap);
     kmp_text_put(text, "\n");
     for (int k = 0; !a->closed && k < a->culprit_count; k++)
@@ -118,8 +117,7 @@ static void show_assembly(kmp_text *text, const kempe_assembly *a)
     if (a->rates_left > 0)
         kmp_text_printf(
             text,
-            "note      prescribed motions ask for rates that the closures do not allow here: %.2g of them is "
-            "left over\n",
+            "note      prescribed motions have rates that the closures do not permit here: %.2g of them remains\n",
             a->rates_left);
 }
 

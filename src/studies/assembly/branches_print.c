@@ -30,7 +30,7 @@ static void show_branch(kmp_text *text, const kempe_branches *b, int k)
 {
     const kmp_branch *branch = &b->branch[k];
     int width = kmp_print_width(b->system, KMP_QUANTITY_Q);
-    kmp_text_printf(text, "\nbranch %d%s", k + 1, k ? "" : " (the model's)");
+    kmp_text_printf(text, "\nbranch %d%s", k + 1, k ? "" : " (of the model)");
     if (branch->sign[0])
         kmp_text_printf(text, "  sign %s", branch->sign);
     kmp_text_printf(text, "  |h| %.2e\n", branch->residual);
@@ -42,14 +42,16 @@ static void show_branch(kmp_text *text, const kempe_branches *b, int k)
 
 static void show_branches(kmp_text *text, const kempe_branches *b)
 {
-    kmp_text_printf(text, "%s: %s%d assembly mode%s found, keeping ", b->system->model->name,
+    kmp_text_printf(text, "%s: %s%d assembly mode%s found, holding ", b->system->model->name,
                     b->many ? "more than " : "", b->count, b->count == 1 ? "" : "s");
     list_kept(text, b);
-    kmp_text_printf(text, "\n%d random starts, of which %d closed; sampling may miss some\n", b->starts, b->closed);
+    kmp_text_printf(text, "\n%d random starts, %d of them assembled; sampling may miss some modes\n", b->starts,
+                    b->closed);
     for (int k = 0; k < b->count; k++)
         show_branch(text, b, k);
     if (b->many)
-        kmp_text_put(text, "\nnote  so many: the kept coordinates may leave a motion open\n");
+        kmp_text_put(text,
+                     "\nnote  such a large number suggests that the held coordinates leave a degree of freedom\n");
 }
 
 static void json_branches(kmp_text *text, const kempe_branches *b)

@@ -22,7 +22,7 @@ const cli_command cli_check = {
     .bit = CLI_CHECK,
     .name = "check",
     .usage = "FILE [options]",
-    .summary = "mobility, redundant closures, the independent coordinates and why",
+    .summary = "model diagnostics: degrees of freedom, redundant closures, independent coordinates",
     .examples = "  kempe check examples/andrews/andrews.yaml\n",
     .run = check,
 };

@@ -48,13 +48,13 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
     kmp_text_printf(text, "  closures             %d with %d row%s, of rank %d\n", check->loop_count, part->m,
                     part->m == 1 ? "" : "s", part->r);
     if (vanished > 0)
-        kmp_text_printf(text, "  %-21s(%d more vanish identically, as out-of-plane rows do)\n", "", vanished);
-    kmp_text_printf(text,
-                    check->driven > 0 ? "  degrees of freedom   %d free, %d driven\n" : "  degrees of freedom   %d\n",
-                    part->p, check->driven);
+        kmp_text_printf(text, "  %-21s(%d more rows vanish identically, as out-of-plane rows do)\n", "", vanished);
+    kmp_text_printf(
+        text, check->driven > 0 ? "  degrees of freedom   %d remaining, %d driven\n" : "  degrees of freedom   %d\n",
+        part->p, check->driven);
     if (part->p == 0) {
         label(text, "");
-        kmp_text_put(text, check->system->rheonomic ? "all motion is prescribed\n" : "nothing can move\n");
+        kmp_text_put(text, check->system->rheonomic ? "all motion is prescribed\n" : "the mechanism cannot move\n");
     }
     if (check->undetermined)
         kmp_text_printf(text, "  %-21s%s\n", "no run is possible", check->undetermined);
@@ -62,7 +62,7 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
     sentence(text, check, "", kmp_check_second);
     if (check->doctor.ran && check->doctor.margin > 0 && check->doctor.margin < 1e-4) {
         label(text, "");
-        kmp_text_printf(text, "a change point is near: the last pivot is %.2g of its usual size\n",
+        kmp_text_printf(text, "a change point (bifurcation) is near: the last pivot is %.2g of its usual size\n",
                         check->doctor.margin);
     }
     label(text, "redundant rows");
@@ -96,7 +96,7 @@ static void show_sets(kmp_text *text, const kempe_check *check)
         label(text, k ? "" : "dependent sets");
         kmp_list_rows(text, check->system, d->sets[k].count, d->sets[k].rows);
         if (d->sets[k].count == 1)
-            kmp_text_put(text, " holds nothing");
+            kmp_text_put(text, " constrains nothing");
         if (d->moved)
             kmp_text_put(text, d->sets[k].always ? ": always" : ": only in this position");
         kmp_text_put(text, "\n");
@@ -116,11 +116,11 @@ static void show_repairs(kmp_text *text, const kempe_check *check)
 {
     const kmp_doctor *d = &check->doctor;
     if (d->repairs_skipped) {
-        label(text, "what may be left out");
-        kmp_text_put(text, "not tried: too many rows\n");
+        label(text, "removable closures");
+        kmp_text_put(text, "not examined: too many rows\n");
     }
     for (int k = 0; k < d->repair_count && k < MOST_LISTED; k++) {
-        label(text, k ? "or" : "what may be left out");
+        label(text, k ? "or" : "removable closures");
         kmp_check_repair(text, check, &d->repairs[k]);
         kmp_text_put(text, "\n");
     }
@@ -144,11 +144,11 @@ static void show_pivots(kmp_text *text, const kmp_partition *part)
 static void show_why(kmp_text *text, const kmp_partition *part)
 {
     label(text, "why");
-    kmp_text_put(text, part->user     ? "asked for"
-                       : part->r == 0 ? "nothing closes a loop: all are independent"
-                                      : "v has the largest pivots of the scaled J, so u moves v least");
+    kmp_text_put(text, part->user     ? "requested"
+                       : part->r == 0 ? "there are no loops: all coordinates are independent"
+                                      : "v has the largest pivots of the scaled J, so that v depends least on u");
     if (part->exchanges > 0)
-        kmp_text_printf(text, ";\n%23sthen %d exchange%s of a u and a v where |Bvu| was above 2", "", part->exchanges,
+        kmp_text_printf(text, ";\n%23sthen %d exchange%s between u and v where |Bvu| was above 2", "", part->exchanges,
                         part->exchanges == 1 ? "" : "s");
     kmp_text_put(text, "\n");
 }
@@ -193,7 +193,7 @@ static void show_choice(kmp_text *text, const kempe_check *check)
     show_pivots(text, part);
     kmp_text_printf(text, "  condition of Jv      %.3g\n", part->cond);
     kmp_text_printf(text, "  max |Bvu|            %.3g\n", part->max_b);
-    show_alternatives(text, check, true, "could be u (|Bvu|)");
+    show_alternatives(text, check, true, "alternatives (|Bvu|)");
     show_alternatives(text, check, false, "cannot be u here");
 }
 
@@ -226,7 +226,7 @@ static void show_landmarks(kmp_text *text, const kempe_check *check)
         if (mark->margin > 0)
             kmp_text_printf(text, ": the last pivot falls to %.2g of its usual size", mark->margin);
         else
-            kmp_text_put(text, ": branches meet there");
+            kmp_text_put(text, ": a bifurcation, branches meet there");
         kmp_text_put(text, "\n");
     }
 }
@@ -237,10 +237,10 @@ static void show_limits(kmp_text *text, const kempe_check *check)
     kmp_text_put(text, "\n");
     label(text, "limits of motion");
     if (!l->walked) {
-        kmp_text_printf(text, "%s\n", l->why_not ? l->why_not : "not walked");
+        kmp_text_printf(text, "%s\n", l->why_not ? l->why_not : "not followed");
         return;
     }
-    kmp_text_put(text, l->cycle ? "the motion is a cycle\n" : l->ended);
+    kmp_text_put(text, l->cycle ? "the motion is a closed cycle\n" : l->ended);
     kmp_text_put(text, l->cycle ? "" : "\n");
     int width = kmp_print_width(check->system, KMP_QUANTITY_Q);
     for (int k = 0; k < check->system->n; k++) {
@@ -259,7 +259,7 @@ static void show_obstacle(kmp_text *text, const kempe_check *check)
     const kempe_assembly *a = check->assembly;
     const kmp_obstacle *o = &check->obstacle;
     label(text, "does not assemble");
-    kmp_text_printf(text, "at best a gap of %.6g m remains\n", a->gap);
+    kmp_text_printf(text, "the smallest gap found is %.6g m\n", a->gap);
     for (int k = 0; k < a->culprit_count && k < MOST_LISTED; k++) {
         label(text, k ? "" : "open loops");
         kmp_text_printf(text, "'%s' by %.6g m\n", check->system->model->closures[a->culprits[k]].name,

@@ -16,6 +16,11 @@ static const char *ending(int count)
     return count == 1 ? "" : "s";
 }
 
+static const char *is_or_are(int count)
+{
+    return count == 1 ? "is" : "are";
+}
+
 void kmp_list_rows(kmp_text *text, const kempe_system *system, int count, const int *rows)
 {
     for (int k = 0; k < count && k < MOST_LISTED; k++)
@@ -45,17 +50,17 @@ void kmp_check_mobility(kmp_text *text, const kempe_check *check)
     kmp_text_put(text, "");
     if (all == 0)
         return;
-    kmp_text_printf(text, "counting gives %d - %d = %d: ", part->n, part->m, part->n - part->m);
+    kmp_text_printf(text, "coordinates - rows = %d - %d = %d: ", part->n, part->m, part->n - part->m);
     if (!check->doctor.moved) {
-        kmp_text_printf(text, "%d row%s say%s what others say already", all, ending(all), all == 1 ? "s" : "");
+        kmp_text_printf(text, "%d row%s %s redundant", all, ending(all), is_or_are(all));
         return;
     }
     if (always > 0)
-        kmp_text_printf(text, "%d row%s say%s what others say already, wherever it moves", always, ending(always),
-                        always == 1 ? "s" : "");
+        kmp_text_printf(text, "%d row%s %s redundant in every configuration", always, ending(always),
+                        is_or_are(always));
     if (here > 0)
-        kmp_text_printf(text, "%s%d row%s say%s %s only in this position", always > 0 ? ", and " : "", here,
-                        ending(here), here == 1 ? "s" : "", always > 0 ? "so" : "what others say already, but");
+        kmp_text_printf(text, "%s%d row%s %s%s only in this position", always > 0 ? ", and " : "", here, ending(here),
+                        always > 0 ? "" : is_or_are(here), always > 0 ? "more" : " redundant");
 }
 
 void kmp_check_second(kmp_text *text, const kempe_check *check)
@@ -67,23 +72,25 @@ void kmp_check_second(kmp_text *text, const kempe_check *check)
     case KMP_SECOND_UNTRIED:
         return;
     case KMP_SECOND_REAL:
-        kmp_text_put(text, "second-order test: every direction goes on at second order");
+        kmp_text_put(text, "second-order test: the motion continues in every direction");
         break;
     case KMP_SECOND_BRANCHES:
-        kmp_text_printf(text,
-                        "a change point: first order leaves a plane of directions, second order %d branch%s in it",
-                        d->branches, d->branches == 1 ? "" : "es");
+        kmp_text_printf(
+            text,
+            "a change point (bifurcation): first order permits a plane of directions, second order %d branch%s in it",
+            d->branches, d->branches == 1 ? "" : "es");
         break;
     case KMP_SECOND_NONE:
-        kmp_text_put(text, "shaky: it gives at first order, but second order forbids every motion");
+        kmp_text_put(text, "infinitesimally mobile: first order permits a motion, second order excludes it");
         break;
     case KMP_SECOND_CONDITIONS:
-        kmp_text_printf(text, "a change point: second order puts %d condition%s on %d first-order directions",
-                        d->conditions, ending(d->conditions), p);
+        kmp_text_printf(
+            text, "a change point (bifurcation): second order imposes %d condition%s on %d first-order directions",
+            d->conditions, ending(d->conditions), p);
         break;
     }
     if (d->moved && general < p)
-        kmp_text_printf(text, "; elsewhere it has %d degree%s of freedom", general, ending(general));
+        kmp_text_printf(text, "; elsewhere the mechanism has %d degree%s of freedom", general, ending(general));
 }
 
 void kmp_check_repair(kmp_text *text, const kempe_check *check, const kmp_repair *repair)
@@ -91,10 +98,10 @@ void kmp_check_repair(kmp_text *text, const kempe_check *check, const kmp_repair
     const char *name = closure_name(check, repair->closure),
                *kind = check->system->model->closures[repair->closure].kind;
     if (repair->count == repair->of) {
-        kmp_text_printf(text, "leave out %s '%s': the others hold it already", kind, name);
+        kmp_text_printf(text, "remove %s '%s': the other closures imply it", kind, name);
         return;
     }
-    kmp_text_printf(text, "let %s '%s' free in %d of its %d directions (", kind, name, repair->count, repair->of);
+    kmp_text_printf(text, "release %s '%s' in %d of its %d directions (", kind, name, repair->count, repair->of);
     kmp_list_rows(text, check->system, repair->count, repair->rows);
     kmp_text_put(text, ")");
 }
@@ -103,12 +110,13 @@ void kmp_check_reach(kmp_text *text, const kempe_check *check, const kmp_reach *
 {
     const char *name = closure_name(check, reach->closure);
     if (!reach->body)
-        kmp_text_printf(text, "loop '%s' can never close: its rod is %.6g m long, the points come at most %.6g m apart",
+        kmp_text_printf(text,
+                        "loop '%s' can never close: its rod is %.6g m long, but the points are at most %.6g m apart",
                         name, reach->longest, reach->others);
     else
         kmp_text_printf(text,
-                        "loop '%s' can never close: on '%s' it is %.6g m from %s to %s, the other links reach at most "
-                        "%.6g m: %.4g m are missing",
+                        "loop '%s' can never close: body '%s' spans %.6g m from %s to %s, the other links at most %.6g "
+                        "m: %.4g m are missing",
                         name, reach->body, reach->longest, reach->from, reach->to, reach->others,
                         reach->longest - reach->others);
 }
@@ -116,16 +124,16 @@ void kmp_check_reach(kmp_text *text, const kempe_check *check, const kmp_reach *
 void kmp_check_release(kmp_text *text, const kempe_check *check, const kmp_release *release)
 {
     if (release->coordinate < 0) {
-        kmp_text_put(text, release->closes ? "it closes once several held coordinates are free"
-                                           : "it does not close with all held coordinates free either");
+        kmp_text_put(text, release->closes ? "it closes if several held coordinates are released"
+                                           : "it does not close even if all held coordinates are released");
         return;
     }
     const kmp_motion *motion = &check->system->model->motions[release->coordinate];
     if (release->closes)
-        kmp_text_printf(text, "it closes when '%s' is not held: it then goes to %.6g %s", motion->name, release->to,
+        kmp_text_printf(text, "it closes if '%s' is released; its value is then %.6g %s", motion->name, release->to,
                         kmp_print_unit(check->system, release->coordinate));
     else
-        kmp_text_printf(text, "it does not close when only '%s' is not held", motion->name);
+        kmp_text_printf(text, "it does not close if only '%s' is released", motion->name);
 }
 
 static int dead_centres(const kmp_limits *l, int k)
@@ -153,23 +161,23 @@ void kmp_check_swing(kmp_text *text, const kempe_check *check, int k)
         return;
     }
     if (s->unseen) {
-        kmp_text_put(text, "moves; begin where the joint's angles are not singular to see how far");
+        kmp_text_put(text, "moves; its range is found from a start where the angles of the joint are not singular");
         return;
     }
     if (s->turns != 0) {
         int times = s->turns < 0 ? -s->turns : s->turns;
-        kmp_text_put(text, "turns fully");
+        kmp_text_put(text, "rotates fully");
         if (times > 1)
             kmp_text_printf(text, ", %d times in a cycle", times);
         if (dead > 0)
-            kmp_text_printf(text, ", turning back %d times on the way", dead);
+            kmp_text_printf(text, ", with %d reversals", dead);
         return;
     }
     if (!l->cycle && !s->low_dead && !s->high_dead) {
-        kmp_text_printf(text, "was followed from %.6g to %.6g %s", clean(s->low), clean(s->high), unit);
+        kmp_text_printf(text, "followed from %.6g to %.6g %s", clean(s->low), clean(s->high), unit);
         return;
     }
-    kmp_text_printf(text, "swings between %.6g and %.6g %s (", clean(s->low), clean(s->high), unit);
+    kmp_text_printf(text, "oscillates between %.6g and %.6g %s (", clean(s->low), clean(s->high), unit);
     if (s->low_dead && s->high_dead)
         kmp_text_printf(text, "dead centres%s)", dead > 2 ? ", and others between" : "");
     else if (s->low_dead || s->high_dead)

@@ -36,7 +36,7 @@ static kempe_status conclude(kmp_compare_job *j)
     }
     if (c->status == KEMPE_E_FAILED && first && first->status == KEMPE_STOPPED)
         c->status = KEMPE_STOPPED;
-    const char *reason = c->status == KEMPE_OK ? "" : kmp_interrupted(j->context) ? "interrupted" : "nothing was run";
+    const char *reason = c->status == KEMPE_OK ? "" : kmp_interrupted(j->context) ? "interrupted" : "no run was made";
     if (c->status != KEMPE_OK && !kmp_interrupted(j->context) && first)
         reason = first->reason;
     c->reason = kmp_strdup(reason);
@@ -73,10 +73,10 @@ static kempe_status settle_t_end(kmp_compare_job *j, const kempe_compare_options
     kmp_run_spec spec = {
         .formulation = way->formulation, .form = way->form, .integrator = way->integrator, .t_end = options->t_end};
     if (!(options->t_end >= 0) || isinf(options->t_end))
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end = %g: a positive number is wanted", options->t_end);
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end = %g: a positive number is expected", options->t_end);
     kempe_status status = kmp_run_resolve(j->comparison->system, &spec);
     if (status == KEMPE_OK && !(spec.t_end > 0))
-        status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end: say how long to run, in the model or as an option");
+        status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
     j->comparison->t_end = j->comparison->until = spec.t_end;
     if (status == KEMPE_OK && !(j->plant = kmp_plant_new(j->comparison->system, spec.backend)))
         status = KEMPE_E_MEMORY;
@@ -86,7 +86,7 @@ static kempe_status settle_t_end(kmp_compare_job *j, const kempe_compare_options
 static kempe_status settle_budget(kmp_compare_job *j, double budget_s)
 {
     if (!(budget_s >= 0) || isinf(budget_s))
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "budget_s = %g: a positive number is wanted", budget_s);
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "budget_s = %g: a positive number is expected", budget_s);
     j->comparison->budget_s = j->left_s = budget_s > 0 ? budget_s : BUDGET;
     return KEMPE_OK;
 }
@@ -124,8 +124,8 @@ static kempe_status find_shared(kmp_compare_job *j)
     kempe_status status = kmp_find_shared(j->plant, 0, q, c->shared, &count);
     if (status == KEMPE_OK && count > 0 &&
         !kmp_sentences_add(&c->warnings,
-                           "%d of %d multipliers are not unique, since rows are redundant: their errors are left out "
-                           "('kempe check' names them)",
+                           "%d of %d multipliers are not unique because of redundant rows: their errors are omitted "
+                           "('kempe check' lists them)",
                            count, c->system->m))
         status = kmp_fail_memory(j->context);
     return status;

@@ -125,7 +125,7 @@ static void tell_cost(kmp_text *text, const kempe_comparison *c, const aims *a, 
         kmp_text_printf(text, " and at %g", c->levels.level[a->level[1]]);
     if (next < 0)
         return;
-    kmp_text_put(text, "; next comes ");
+    kmp_text_put(text, "; the next is ");
     name(text, &c->ways[next]);
     kmp_text_put(text, ", ");
     ratios(text, c, a, next);
@@ -137,7 +137,7 @@ static void tell_tighter(kmp_text *text, const kempe_comparison *c, const aims *
     int finest = a->level[a->count - 1];
     const kmp_compared *run = &c->runs[run_at(c, way, finest)];
     if (a->count > 1)
-        kmp_text_printf(text, "for an error of %g take rtol %g: %.3g ms", c->levels.level[finest], run->rtol,
+        kmp_text_printf(text, "for an error of %g use rtol %g: %.3g ms", c->levels.level[finest], run->rtol,
                         1e3 * run->cpu_s);
 }
 
@@ -155,9 +155,9 @@ static void tell_ends(kmp_text *text, const kempe_comparison *c, int way)
     if (failed > 0)
         kmp_text_printf(text, "%d of its %d runs failed", failed, done + failed);
     else if (done > 1)
-        kmp_text_printf(text, "all %d of its runs came to their end", done);
+        kmp_text_printf(text, "all %d of its runs reached their end", done);
     else
-        kmp_text_put(text, "its run came to its end");
+        kmp_text_put(text, "its run reached its end");
     if (c->system->m > 0)
         kmp_text_printf(text, "; loops closed to %.0e", open);
 }
@@ -168,7 +168,7 @@ static void tell_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_
         return;
     const kmp_compared *implicit = &c->runs[s->implicit];
     if (s->loose < 0) {
-        kmp_text_printf(text, "stiff: no explicit run came to its end; %s takes %ld steps at rtol %g",
+        kmp_text_printf(text, "stiff: no explicit run reached its end; %s takes %ld steps at rtol %g",
                         implicit->way->integrator, implicit->report.steps, implicit->rtol);
         return;
     }
@@ -176,10 +176,10 @@ static void tell_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_
     kmp_text_printf(text, "%s: %s takes %ld steps at rtol %g and %ld at %g", s->stiff ? "stiff" : "not stiff",
                     loose->way->integrator, loose->report.steps, loose->rtol, tight->report.steps, tight->rtol);
     if (s->stiff)
-        kmp_text_printf(text, ", bound by stability, not by accuracy; %s takes %ld", implicit->way->integrator,
+        kmp_text_printf(text, ", limited by stability, not by accuracy; %s takes %ld", implicit->way->integrator,
                         implicit->report.steps);
     else
-        kmp_text_put(text, ", as accuracy asks");
+        kmp_text_put(text, ", as limited by accuracy");
 }
 
 /* The best method of the dae formulation at the aims, and its use. */
@@ -196,7 +196,7 @@ static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, i
     if (tried < 0 || dae == advised)
         return;
     if (dae < 0) {
-        kmp_text_printf(text, "the formulation dae does not hold error %g at these tolerances",
+        kmp_text_printf(text, "the formulation dae does not attain the error %g at these tolerances",
                         c->levels.level[a->level[a->count - 1]]);
         return;
     }
@@ -205,9 +205,10 @@ static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, i
     ratios(text, c, a, dae);
     kmp_text_put(text, " times as long");
     if (c->system->m > 0)
-        kmp_text_printf(text, ", its loops open by %.0e", c->runs[run_at(c, dae, a->level[0])].verdict.h_max);
-    kmp_text_put(text, worst_ratio(c, a, dae) < ROBUST ? ": a second choice, which solves for no coordinates"
-                                                       : ": here it is a check, which shares no reduction");
+        kmp_text_printf(text, ", its closure residual is %.0e", c->runs[run_at(c, dae, a->level[0])].verdict.h_max);
+    kmp_text_put(text, worst_ratio(c, a, dae) < ROBUST
+                           ? ": an alternative, which needs no choice of coordinates"
+                           : ": slower here; useful as an independent check because it uses no coordinate reduction");
 }
 
 static kempe_status add(kempe_comparison *c, kmp_text *text)
@@ -251,15 +252,15 @@ static kempe_status refrain(kempe_comparison *c)
     kmp_text text = {0};
     int steady = c->has_reference ? -1 : steadiest(c);
     if (!c->has_reference)
-        kmp_text_put(&text, "without a reference errors are not known, and nothing is advised");
+        kmp_text_put(&text, "without a reference the errors are unknown, and there is no recommendation");
     if (steady >= 0) {
-        kmp_text_put(&text, "; the cheapest run whose own next tolerance agrees with it to ");
+        kmp_text_put(&text, "; the cheapest run that agrees with its next tolerance to ");
         kmp_text_printf(&text, "%g in q is ", usual[0]);
         name(&text, c->runs[steady].way);
         kmp_text_printf(&text, " at rtol %g: %.3g ms", c->runs[steady].rtol, 1e3 * c->runs[steady].cpu_s);
     }
     if (c->has_reference)
-        kmp_text_printf(&text, "no run is within an error of %g, so nothing is advised",
+        kmp_text_printf(&text, "no run attains an error of %g: there is no recommendation",
                         c->levels.count > 0 ? c->levels.level[0] : NAN);
     return add(c, &text);
 }

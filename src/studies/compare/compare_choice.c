@@ -71,8 +71,8 @@ static kempe_status check_names(kempe_context *context, const char *list, part p
         if (!is_known(s, length, p)) {
             kmp_text known = {0};
             list_known(&known, p);
-            kempe_status status = kmp_fail(context, KEMPE_E_ARGUMENT, "there is no %s '%.*s'; there are %s",
-                                           part_name[p], (int)length, s, known.failed || !known.s ? "none" : known.s);
+            kempe_status status = kmp_fail(context, KEMPE_E_ARGUMENT, "unknown %s '%.*s'; available: %s", part_name[p],
+                                           (int)length, s, known.failed || !known.s ? "none" : known.s);
             kmp_text_free(&known);
             return status;
         }
@@ -133,7 +133,7 @@ static kempe_status choose_ways(kmp_compare_choice *choice, kempe_context *conte
     }
     if (choice->way_count > 0)
         return KEMPE_OK;
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "no formulation, form and integrator of those asked for go together");
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "the requested formulations, forms and integrators cannot be combined");
 }
 
 static kempe_status choose_rtols(kmp_compare_choice *choice, kempe_context *context, const char *list)
@@ -149,8 +149,8 @@ static kempe_status choose_rtols(kmp_compare_choice *choice, kempe_context *cont
         size_t length = strcspn(s, ","), blank = strspn(s, " "), read = kmp_text_to_number(s + blank, rtol);
         size_t tail = strspn(s + blank + read, " ");
         if (read == 0 || blank + read + tail != length || !(*rtol > 0) || !(*rtol < 1))
-            return kmp_fail(context, KEMPE_E_ARGUMENT, "rtol '%.*s': numbers between 0 and 1, separated by commas",
-                            (int)length, s);
+            return kmp_fail(context, KEMPE_E_ARGUMENT,
+                            "rtol '%.*s': numbers between 0 and 1 are expected, separated by commas", (int)length, s);
         s = s[length] ? s + length + 1 : NULL;
     }
     return KEMPE_OK;

@@ -29,7 +29,7 @@ const cli_command cli_compare = {
     .bit = CLI_COMPARE,
     .name = "compare",
     .usage = "FILE [options]",
-    .summary = "formulations and tolerances side by side against a reference",
+    .summary = "compare formulations, integrators and tolerances against a reference solution",
     .examples =
         "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
         "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --formulations reduced,dae --csv table.csv\n"

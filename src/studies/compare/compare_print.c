@@ -48,15 +48,15 @@ static void show_uncertainty(kmp_text *text, const kempe_comparison *c)
     const double *u = c->uncertainty;
     if (!(u[KMP_QUANTITY_Q] > 0))
         return;
-    kmp_text_printf(text, "its own error: at most about %.0e in q, %.0e in qd", u[KMP_QUANTITY_Q], u[KMP_QUANTITY_QD]);
+    kmp_text_printf(text, "its estimated error: %.0e in q, %.0e in qd", u[KMP_QUANTITY_Q], u[KMP_QUANTITY_QD]);
     if (u[KMP_QUANTITY_LAMBDA] > 0)
         kmp_text_printf(text, ", %.0e in lambda", u[KMP_QUANTITY_LAMBDA]);
-    kmp_text_put(text, "; what is below ten times that is left blank\n");
+    kmp_text_put(text, "; errors below ten times this estimate are left blank\n");
 }
 
 static void show_instants(kmp_text *text, const kempe_comparison *c)
 {
-    kmp_text_printf(text, "errors: the largest at %d instants; of lambda in parts of the largest load\n", c->instants);
+    kmp_text_printf(text, "errors: the largest at %d instants; of lambda relative to the largest load\n", c->instants);
 }
 
 static void show_head(kmp_text *text, const kempe_comparison *c)
@@ -132,7 +132,7 @@ static void show_runs(kmp_text *text, const kempe_comparison *c)
 
 static void show_best(kmp_text *text, const kempe_comparison *c)
 {
-    kmp_text_printf(text, "%-28s", "the cheapest, ms");
+    kmp_text_printf(text, "%-28s", "the fastest, ms");
     for (int l = 0; l < c->levels.count; l++)
         if (c->levels.blank[l])
             kmp_text_printf(text, " %7s", "");
@@ -165,7 +165,7 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
     bool blank = false;
     if (c->levels.count == 0)
         return;
-    kmp_text_put(text, "\ntime to an error of q, as a multiple of the cheapest\n");
+    kmp_text_put(text, "\nCPU time for a given error of q, relative to the fastest\n");
     kmp_text_printf(text, "%-28s", "error q at most");
     for (int l = 0; l < c->levels.count; l++) {
         kmp_text_printf(text, " %7.0e", c->levels.level[l]);
@@ -175,7 +175,7 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
     show_best(text, c);
     for (int w = 0; w < c->way_count; w++)
         show_ratios(text, c, w);
-    kmp_text_printf(text, "-: not reached%s\n", blank ? "; blank: too near to the reference's own error" : "");
+    kmp_text_printf(text, "-: not attained%s\n", blank ? "; blank: below the accuracy of the reference" : "");
 }
 
 /* -- summary ----------------------------------------------------------------------------------------- */
@@ -184,7 +184,7 @@ static void show_advice(kmp_text *text, const kempe_comparison *c)
 {
     kmp_text_put(text, "\n");
     if (c->advice.run < 0) {
-        kmp_text_put(text, "no advice\n");
+        kmp_text_put(text, "no recommendation\n");
     } else {
         const kmp_compared *run = &c->runs[c->advice.run];
         kmp_text_put(text, "use ");
@@ -201,7 +201,7 @@ static void show(kmp_text *text, const kempe_comparison *c)
     show_head(text, c);
     show_runs(text, c);
     show_levels(text, c);
-    show_list(text, "not done", &c->failures);
+    show_list(text, "not run", &c->failures);
     show_list(text, "warnings", &c->warnings);
     if (c->status == KEMPE_OK || c->advice.run >= 0)
         show_advice(text, c);

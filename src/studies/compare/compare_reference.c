@@ -389,19 +389,18 @@ static void describe_nothing(const maker *m, double at_end, kmp_text *text)
     kmp_text_put(text, "none: ");
     if (m->count > 1)
         kmp_text_printf(text,
-                        "the tightest runs that could be made differ by %.1g in q from the beginning on; a shorter "
-                        "time or --reference CSV would give one",
+                        "the runs at the tightest tolerances differ by %.1g in q from the beginning; use a shorter "
+                        "time or --reference CSV",
                         at_end);
     else if (m->count == 1)
-        kmp_text_put(text,
-                     "one run alone came to its end near rounding, and nothing confirms it; --reference CSV would "
-                     "give one");
+        kmp_text_put(text, "only one run at the tightest tolerances reached its end, and no other run confirms it; use "
+                           "--reference CSV");
     else if (m->reason)
-        kmp_text_printf(text, "no run at a tight tolerance came to its end: %s", m->reason);
+        kmp_text_printf(text, "no run at a tight tolerance reached its end: %s", m->reason);
     else
         kmp_text_printf(text,
-                        "no run at a tight tolerance came to its end within %.3g s of the processor; a larger --budget "
-                        "or --reference CSV would give one",
+                        "no run at a tight tolerance reached its end within %.3g s of processor time; use a larger "
+                        "--budget or --reference CSV",
                         m->budget_s);
 }
 
@@ -411,8 +410,8 @@ static bool warn(const maker *m, double at_end, double bound)
     bool ok = true;
     if (c->has_reference && c->until < c->t_end)
         ok = kmp_sentences_add(&c->warnings,
-                               "the runs that the reference is made from differ by %.1g in q at the end, and by less "
-                               "than %.0g up to t = %g s alone: errors are judged up to there",
+                               "the reference runs differ by %.1g in q at the end, and by less than %.0g only up to t "
+                               "= %g s: errors are evaluated up to that time",
                                at_end, bound, c->until);
     for (int k = 0; k < m->count && c->has_reference; k++) {
         const maker_source *s = &m->sources[k];
@@ -421,8 +420,8 @@ static bool warn(const maker *m, double at_end, double bound)
         kmp_text text = {0};
         name(&text, &s->said);
         kmp_text_printf(&text,
-                        " at rtol %g is %.1g in q from the reference, though its own tolerances agree to %.1g: one of "
-                        "the two takes another way",
+                        " at rtol %g differs by %.1g in q from the reference, although its own tolerances agree to "
+                        "%.1g: one of the two follows another branch",
                         s->said.rtol, s->said.distance, s->said.own);
         ok = kmp_sentences_take(&c->warnings, &text) && ok;
     }

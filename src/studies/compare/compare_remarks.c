@@ -172,13 +172,13 @@ typedef struct warning {
     const char *before, *between, *after; /* texts around the size and the tolerance */
 } warning;
 
-static const warning warnings[] = {
-    {is_apart, ": q comes out otherwise by ", " at the tolerance after rtol ",
-     ": the motion amplifies errors, or takes another branch"},
-    {is_elsewhere, ": its tolerances agree with each other, but not with the reference, by ", " at rtol ",
-     ": it takes another branch"},
-    {is_open, ": the loops open by up to ", ", at rtol ", ""},
-    {is_unbalanced, ": the energy balance is off by up to ", " of its size, at rtol ", ""}};
+static const warning warnings[] = {{is_apart, ": q differs by ", " at the tolerance after rtol ",
+                                    ": the motion amplifies errors or follows another branch"},
+                                   {is_elsewhere,
+                                    ": its tolerances agree with each other, but differ from the reference by ",
+                                    " at rtol ", ": it follows another branch"},
+                                   {is_open, ": the closure residual grows to ", ", at rtol ", ""},
+                                   {is_unbalanced, ": the energy error grows to ", " (relative), at rtol ", ""}};
 
 static bool add_warning(kempe_comparison *c, const group *g, const warning *w)
 {

@@ -144,8 +144,7 @@ static kempe_status leave_out(const grid *g, kmp_compared *run, const char *reas
 static kempe_status leave_out_spent(const grid *g, kmp_compared *run)
 {
     kmp_text reason = {0};
-    kmp_text_printf(&reason,
-                    "left out: the %.3g s of the processor for all runs are spent; a larger --budget gives more",
+    kmp_text_printf(&reason, "omitted: the processor time of %.3g s for all runs is used up; increase --budget",
                     g->comparison->budget_s);
     kempe_status status = reason.failed ? kmp_fail_memory(g->job->context) : leave_out(g, run, reason.s);
     kmp_text_free(&reason);
@@ -157,11 +156,11 @@ static kempe_status give_up(const grid *g, int way, int rtol, double limit_s, do
 {
     double bound = run_of(g, way, rtol)->rtol;
     kmp_text reason = {0};
-    kmp_text_printf(&reason, "left out: at rtol %g it is not done after %.3g s", bound, limit_s);
+    kmp_text_printf(&reason, "omitted: at rtol %g it is not finished after %.3g s", bound, limit_s);
     if (limit_s >= fmax(FREE, HOPELESS * fastest))
-        kmp_text_printf(&reason, ", beside %.3g s of the fastest", fastest);
+        kmp_text_printf(&reason, ", compared with %.3g s of the fastest", fastest);
     else
-        kmp_text_printf(&reason, " of the %.3g s for all; a larger --budget gives more", g->comparison->budget_s);
+        kmp_text_printf(&reason, " of the %.3g s for all runs; increase --budget", g->comparison->budget_s);
     kempe_status status = reason.failed ? kmp_fail_memory(g->job->context) : KEMPE_OK;
     for (int k = 0; k < g->comparison->rtol_count && status == KEMPE_OK; k++)
         if (run_of(g, way, k)->rtol <= bound)

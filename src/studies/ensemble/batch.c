@@ -109,8 +109,8 @@ static void warn_of_rates(const kempe_batch *b)
             first = k;
     if (changed > 0)
         kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
-                "start: the given rates contradict the closures in %d of %d instances, first in number %d: other rates "
-                "are taken there",
+                "start: initial velocities were adjusted to satisfy the closures in %d of %d instances, first in "
+                "instance %d",
                 changed, b->count, first + 1);
 }
 
@@ -197,8 +197,7 @@ static void warn_again(const kempe_batch *b)
     int failing, worst = worst_of(b, &failing);
     if (failing > 0)
         kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
-                "do not trust %d of %d instances: at rtol %.3g '%s' of instance %d comes out otherwise by %.2g; take a "
-                "smaller rtol",
+                "do not trust %d of %d instances: at rtol %.3g '%s' of instance %d differs by %.2g; use a smaller rtol",
                 failing, b->count, b->again[worst].rtol, again_name(b, worst), worst + 1, b->again[worst].difference);
 }
 
@@ -241,7 +240,7 @@ static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lane
     warn_of_rates(b);
     b->status = kmp_interrupted(e->model->context) ? KEMPE_STOPPED : KEMPE_OK;
     if (b->count > 0 && count_of(b, "failed") == b->count)
-        b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance came to its end; the first: %s",
+        b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance reached its end; the first one: %s",
                              kempe_batch_reason(b, 0));
     return b->status == KEMPE_OK && !once ? check_again(b, spec, &way) : KEMPE_OK;
 }
@@ -375,7 +374,7 @@ static void put_alone(const kempe_batch *b, kmp_text *text)
                 after++;
             }
         if (after > 0 && before == 0)
-            kmp_text_printf(text, "alone     %d because of %s\n", after, why);
+            kmp_text_printf(text, "alone     %d because of: %s\n", after, why);
     }
 }
 
@@ -385,11 +384,11 @@ static void put_again(const kempe_batch *b, kmp_text *text)
     for (int k = 0; k < b->count; k++)
         known += b->again[k].known;
     if (known > 0)
-        kmp_text_printf(text,
-                        "again     at another rtol %d of %d hold; worst: instance %d, '%s' %s by %.2e at rtol %.3g\n",
-                        known - failing, known, worst + 1, again_name(b, worst),
-                        kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS", b->again[worst].difference,
-                        b->again[worst].rtol);
+        kmp_text_printf(
+            text, "repeat    at another rtol: %d of %d converged; worst: instance %d, '%s' %s by %.2e at rtol %.3g\n",
+            known - failing, known, worst + 1, again_name(b, worst),
+            kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS", b->again[worst].difference,
+            b->again[worst].rtol);
 }
 
 static void put_text(const kempe_batch *b, kmp_text *text)
@@ -401,21 +400,21 @@ static void put_text(const kempe_batch *b, kmp_text *text)
     kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", b->t_end, b->rtol, b->atol);
     if (b->work.lane_steps > 0)
         kmp_text_printf(text,
-                        "lanes     %d, by %s; %d choice%s of independent coordinates; %.1f lanes at work; %d by "
-                        "themselves\n",
+                        "lanes     %d, by %s; %d choice%s of independent coordinates; %.1f lanes used on average; %d "
+                        "instances separately\n",
                         b->work.width, b->work.native ? "machine code" : "loops", b->work.pools,
                         b->work.pools == 1 ? "" : "s", (double)b->work.lane_steps / (double)b->work.sweeps,
                         b->work.alone);
     else
-        kmp_text_printf(text, "lanes     none; every instance by itself\n");
+        kmp_text_printf(text, "lanes     none; every instance separately\n");
     put_alone(b, text);
     kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
                     s.h, s.hdot);
-    kmp_text_printf(text, "energy    drift %.3g of its size (worst)\n", s.drift);
+    kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", s.drift);
     put_again(b, text);
-    kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, exchanges %ld\n",
+    kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
                     s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
-    kmp_text_printf(text, "cpu       %.3f s, %.2f us an instance\n", b->cpu_s,
+    kmp_text_printf(text, "cpu       %.3f s, %.2f us per instance\n", b->cpu_s,
                     b->count > 0 ? 1e6 * b->cpu_s / b->count : 0.0);
     for (int k = 0; k < b->count && told < MOST_TOLD; k++)
         if (b->results[k].reason) {
@@ -456,7 +455,7 @@ static void put_json(const kempe_batch *b, kmp_text *text)
     kmp_json json = kmp_json_begin(text);
     totals s = sum_up(b);
     int failing;
-    kmp_print_head(&json, system, b->status, b->status == KEMPE_OK ? "" : "not every instance came to its end",
+    kmp_print_head(&json, system, b->status, b->status == KEMPE_OK ? "" : "not every instance reached its end",
                    system->build_s, b->warnings);
     kmp_json_whole(&json, "count", b->count);
     kmp_json_whole(&json, "ok", s.ok);

@@ -5,7 +5,7 @@
 static bool says_which_instances(const cli_settings *s)
 {
     if (!s->values == !s->sample)
-        cli_complain("ensemble needs one of --values CSV, --sample NAME=A:B,..");
+        cli_complain("ensemble needs either --values CSV or --sample NAME=A:B,..");
     return !s->values != !s->sample;
 }
 
@@ -54,7 +54,7 @@ const cli_command cli_ensemble = {
     .bit = CLI_ENSEMBLE,
     .name = "ensemble",
     .usage = "FILE --values CSV | --sample RANGES [options]",
-    .summary = "many instances with different parameters, side by side",
+    .summary = "simulate many instances with different parameters, in parallel vector lanes",
     .examples =
         "  kempe ensemble examples/four_bar/four_bar.yaml --values bars.csv -o ends.csv\n"
         "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n",

@@ -104,9 +104,9 @@ static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_optio
     if (status == KEMPE_OK)
         e->system = e->exchange->system;
     if (status == KEMPE_OK && e->all)
-        status = kmp_fail(e->asked->context, KEMPE_E_ARGUMENT,
-                          "all equilibria are looked for with the unknowns as they are: leave fix, require and free "
-                          "out, or all");
+        status =
+            kmp_fail(e->asked->context, KEMPE_E_ARGUMENT,
+                     "--global cannot be combined with --hold, --target and --solve-for: omit them, or omit --global");
     return status;
 }
 

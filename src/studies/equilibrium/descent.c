@@ -338,11 +338,11 @@ kempe_status kmp_way_complain(const kmp_descent *w, const char *why)
     }
     const kmp_motion *m = worst >= 0 ? &l->system->model->motions[l->part.u[worst]] : NULL;
     return kmp_fail(l->system->context, KEMPE_E_FAILED,
-                    "no equilibrium is found: after %d iterations a residual of %.2e is left (wanted %.0e), most of it "
+                    "no equilibrium is found: after %d iterations the residual is %.2e (required: %.0e), most of it "
                     "along '%s', %.3g %s: %s; %s",
                     w->search->iterations, w->residual, KMP_WAY_BALANCED, m ? m->name : "", m ? w->force[worst] : 0,
                     m && m->rotation ? "N m" : "N", why,
-                    w->search->balanced ? "what is held may push it over: hold it too, or begin where what carries it "
-                                          "is near"
-                                        : "start from another position");
+                    w->search->balanced
+                        ? "the held coordinates may displace it: hold it too, or start nearer to an equilibrium"
+                        : "start from another position");
 }

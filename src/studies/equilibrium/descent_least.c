@@ -324,19 +324,19 @@ static kempe_status complain(const solver *s)
     const kmp_descent *w = s->w;
     int worst = 0;
     if (!w->search->exchange)
-        return kmp_way_complain(w, "Newton's method does not get nearer");
+        return kmp_way_complain(w, "Newton's method makes no further progress");
     for (int k = 0; k < s->rows; k++)
         if (fabs(s->value[k]) > fabs(s->value[worst]))
             worst = k;
     bool target = worst >= s->p;
     return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
-                    "no equilibrium is found with the unknowns exchanged: after %d iterations %s '%s' is still off by "
-                    "%.2e (relative, wanted %.0e)%s%s: check that what is fixed or required can be reached, that what "
-                    "is free acts on it, or start nearer",
+                    "no equilibrium is found for the given unknowns: after %d iterations %s '%s' has a relative error "
+                    "of %.2e (required: %.0e)%s%s: check that the held and target values are attainable and that the "
+                    "unknowns act on them, or start nearer",
                     w->search->iterations, target ? "the value of" : "the balance along",
                     target ? s->x->target[worst - s->p].name
                            : w->l->system->model->motions[w->l->part.u[w->place[worst]]].name,
-                    fabs(s->value[worst]), KMP_WAY_BALANCED, s->x->why.s ? "; the way is barred: " : "",
+                    fabs(s->value[worst]), KMP_WAY_BALANCED, s->x->why.s ? "; further progress is impossible: " : "",
                     s->x->why.s ? s->x->why.s : "");
 }
 
@@ -360,10 +360,11 @@ static kempe_status check_determined(solver *s)
             left = fmax(left, fabs(sum));
         }
         if (left <= DEPENDENT)
-            return kmp_fail(context, KEMPE_E_FAILED,
-                            "free: '%s' is not determined: %s; fix or require something more, or do not free it",
-                            s->x->name[f],
-                            norm(s->rows, own) == 0 ? "it changes nothing here" : "other unknowns do the same");
+            return kmp_fail(
+                context, KEMPE_E_FAILED,
+                "--solve-for: '%s' is not determined: %s; add a held or target value, or remove it from --solve-for",
+                s->x->name[f],
+                norm(s->rows, own) == 0 ? "it has no effect here" : "other unknowns have the same effect");
     }
     return KEMPE_OK;
 }
@@ -400,8 +401,8 @@ static kempe_status check_counts(const solver *s)
     if (s->x->free_count <= most)
         return KEMPE_OK;
     return kmp_fail(w->l->system->context, KEMPE_E_ARGUMENT,
-                    "free: %d unknown%s more, but %d equation%s more: fix or require something for each, or free "
-                    "less",
+                    "--solve-for: %d additional unknown%s, but %d additional equation%s: give one held or target value "
+                    "for each unknown",
                     s->x->free_count, s->x->free_count == 1 ? "" : "s", most, most == 1 ? "" : "s");
 }
 

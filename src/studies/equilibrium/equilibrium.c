@@ -164,10 +164,10 @@ static kempe_status complain_runaway(kmp_descent *w, int k, double far)
         place = kmp_linear_place(l, coordinate);
     KMP_TRY(place >= 0 ? kmp_load_path_tell(&pulls, l, place) : KEMPE_OK);
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
-                   "no equilibrium: nothing holds '%s', which runs away by %.3g %s%s%s; no spring, stop or closure "
-                   "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead",
+                   "no equilibrium: nothing restrains '%s', which moves by %.3g %s%s%s; no spring, stop or closure "
+                   "gives a restoring force: add one, start nearer to an equilibrium, or hold it and solve for a load",
                    motion->name, far * l->system->scale[coordinate], motion->rotation ? "rad" : "m",
-                   pulls.s ? "; along it pull, at the start: " : "", pulls.s ? pulls.s : "");
+                   pulls.s ? "; forces along it at the start: " : "", pulls.s ? pulls.s : "");
     kmp_text_free(&pulls);
     return KEMPE_E_FAILED;
 }
@@ -242,7 +242,7 @@ static kempe_status descend(kmp_descent *w)
         bool gone = balanced && pushes < MOST_PUSHES ? push_aside(w) : step_down(w, far);
         pushes += balanced;
         if (!gone)
-            return w->status != KEMPE_OK ? w->status : kmp_way_complain(w, "no step leads further down");
+            return w->status != KEMPE_OK ? w->status : kmp_way_complain(w, "no step reduces the energy further");
         int k = farthest(w, &far);
         if (far > FARTHEST)
             return complain_runaway(w, k, far);
@@ -327,8 +327,8 @@ static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady
     tell_names(l->system->model, steady, &names);
     kempe_status status = kmp_equilibrium_find(l, t, q, steady);
     if (status == KEMPE_OK)
-        kmp_log(context, KEMPE_LOG_NOTE, "nothing holds it at rest: a steady motion is found, by the rates of %s",
-                names.s);
+        kmp_log(context, KEMPE_LOG_NOTE,
+                "there is no equilibrium at rest: a steady motion is found, with the rates of %s", names.s);
     else if (status == KEMPE_E_FAILED) {
         char *last = kmp_strdup(kempe_context_message(context));
         kmp_context_clear(context);

@@ -60,16 +60,15 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
     }
     if (s->growing > 0)
         kmp_text_printf(text, ": %d motion%s, the fastest as exp(%.6g t)%s", s->growing,
-                        s->growing == 1 ? " grows" : "s grow", s->re, s->im != 0 ? ", swinging" : "");
+                        s->growing == 1 ? " grows" : "s grow", s->re, s->im != 0 ? ", oscillating" : "");
     else if (s->word == KMP_UNDECIDED)
         kmp_text_put(text, ": the reduced mass is not positive");
     else if (isfinite(s->re))
         kmp_text_printf(text, ": %s",
-                        s->re < 0 ? "every motion about it dies away, or stays where it is put"
-                                  : "undamped motions about it go on");
+                        s->re < 0 ? "every perturbation decays or stays constant" : "perturbations oscillate undamped");
     kmp_text_put(text, "\n");
     if (b->idle_count > 0) {
-        kmp_text_put(text, "left out   ");
+        kmp_text_put(text, "excluded   ");
         list(text, e->system, b->idle_count, b->idle);
         kmp_text_put(text, b->idle_count == 1 ? ": nothing depends on it\n" : ": nothing depends on them\n");
     }
@@ -77,7 +76,7 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
 
 static void show_way(kmp_text *text, const kmp_balance *b)
 {
-    kmp_text_printf(text, "\n  iteration    residual   way to the next\n");
+    kmp_text_printf(text, "\n  iteration    residual       step length\n");
     for (int k = 0; k < b->iterations; k++) {
         if (k == 8 && b->iterations > 20) {
             kmp_text_printf(text, "  ... %d more\n", b->iterations - 16);
@@ -94,24 +93,24 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
 {
     const kmp_balance *b = &e->balance[k];
     if (e->all)
-        kmp_text_printf(text, "\nequilibrium %d%s: %s, reached from %d start%s\n", k + 1,
-                        k == 0 && e->from_start ? " (the start's)" : "", kmp_stability_text(b->stability.word), b->hits,
-                        b->hits == 1 ? "" : "s");
+        kmp_text_printf(text, "\nequilibrium %d%s: %s, found from %d start%s\n", k + 1,
+                        k == 0 && e->from_start ? " (from the model's start)" : "",
+                        kmp_stability_text(b->stability.word), b->hits, b->hits == 1 ? "" : "s");
     else
         kmp_text_put(text, "\n");
     show_coordinates(text, e, b);
     for (int i = 0; i < e->freed_count; i++)
         kmp_text_printf(text, "%s%s = %.15g\n", i ? "           " : "\nfound      ", e->freed_name[i], b->freed[i]);
     if (e->freed_count > 0 && !e->exchange)
-        kmp_text_put(text,
-                     "           nothing holds it at rest; it goes on at these rates, found from those of the start\n");
+        kmp_text_put(text, "           there is no equilibrium at rest; these rates of a steady motion were found from "
+                           "those of the start\n");
     show_reactions(text, e, b);
     show_stability(text, e, b);
     kmp_text_put(text, "residual   ");
     kmp_print_cell(text, 0, 2, b->residual);
     kmp_text_printf(text, " relative, after %d iteration%s", b->iterations, b->iterations == 1 ? "" : "s");
     if (b->exchanges > 0)
-        kmp_text_printf(text, ", independent coordinates chosen anew %d time%s", b->exchanges,
+        kmp_text_printf(text, ", independent coordinates changed %d time%s", b->exchanges,
                         b->exchanges == 1 ? "" : "s");
     kmp_text_put(text, "\npotential  ");
     kmp_text_printf(text, "%.9g J\n", b->potential + 0.0);
@@ -127,8 +126,9 @@ static void show_equilibrium(kmp_text *text, const kempe_equilibrium *e)
         kmp_text_printf(text, ", %s", kmp_stability_text(e->balance[0].stability.word));
     kmp_text_put(text, "\n");
     if (e->all)
-        kmp_text_printf(text, "%d random starts, of which %d closed and %d led to one; sampling may miss some%s\n",
-                        e->starts, e->closed, e->found, e->from_start ? "" : "; the model's own start leads to none");
+        kmp_text_printf(text,
+                        "%d random starts: %d assembled, %d converged to an equilibrium; sampling may miss some%s\n",
+                        e->starts, e->closed, e->found, e->from_start ? "" : "; none is found from the model's start");
     for (int k = 0; k < e->count; k++)
         show_balance(text, e, k);
 }

@@ -27,7 +27,7 @@ static kempe_status add_rate(kmp_exchange *x, const kempe_model *model, const ch
         at++;
     if (at == rate_count)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                        "free: the rate of '%s' can be found from one to begin with: give it (--rates %s=..)",
+                        "--solve-for: the rate of '%s' needs a start value: give it (--rates %s=..)",
                         model->motions[c].name, model->motions[c].name);
     x->rate[x->free_count - x->parameter_count] = at;
     x->value[x->free_count] = rates[at].rate;
@@ -112,10 +112,10 @@ static int single_part(const kempe_model *model, const kmp_output *of, unsigned 
             return k;
     if (width == 0)
         (void)kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                       "require: '%s' is none of the outputs that can be required: hold coordinates by fix", word);
+                       "--target: '%s' is not an output that can have a target; hold coordinates by --hold", word);
     else
-        (void)kmp_fail(model->context, KEMPE_E_ARGUMENT, "require: '%s' is %d values: say which, as in '%s%s'", word,
-                       width, word, of->kind == KMP_OUTPUT_ENERGY ? ".potential" : ".x");
+        (void)kmp_fail(model->context, KEMPE_E_ARGUMENT, "--target: '%s' has %d components: name one, as in '%s%s'",
+                       word, width, word, of->kind == KMP_OUTPUT_ENERGY ? ".potential" : ".x");
     return -1;
 }
 

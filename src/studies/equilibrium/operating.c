@@ -71,10 +71,9 @@ static kempe_status close_loops(const kmp_operating *o, kmp_linear *l, double *q
 static kempe_status say_why(kempe_context *context, kempe_status status)
 {
     if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
-        return kmp_fail(
-            context, status,
-            "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' says "
-            "which closures lose rank");
+        return kmp_fail(context, status,
+                        "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' "
+                        "lists the closures that lose rank");
     return status;
 }
 
@@ -141,11 +140,9 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
     kmp_steady *rates = NULL;
     int rate_count = 0;
     if (!start && !list)
-        return kmp_fail(
-            system->context, KEMPE_E_ARGUMENT,
-            "there is no state '%s' to look from: 'start', 'equilibrium', or 'equilibrium NAME=RATE,..', a steady "
-            "motion",
-            word);
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT,
+                        "unknown state '%s': 'start', 'equilibrium', or 'equilibrium NAME=RATE,..' (a steady motion)",
+                        word);
     kempe_assembly *a = NULL;
     kmp_operating *o = KMP_NEW(kmp_operating, 1);
     kempe_status status = o ? kempe_assembly_new(system, &a) : kmp_fail_memory(system->context);
@@ -197,11 +194,11 @@ static kempe_status explain(const kmp_linear *l, kempe_status status)
     kempe_context *context = l->system->context;
     int k = status == KEMPE_OK ? find_no_number(l) : -1;
     if (k >= 0)
-        return kmp_fail(context, KEMPE_E_FAILED,
-                        "what acts along '%s' is not finite at the state, or changes without bound: a spring that has "
-                        "no length there, a bushing "
-                        "turned by half a turn, or an expression beyond its range; begin elsewhere",
-                        l->system->model->motions[k].name);
+        return kmp_fail(
+            context, KEMPE_E_FAILED,
+            "the forces along '%s' or their derivatives are not finite at the state: possible causes are a spring of "
+            "zero length, a bushing rotated by half a turn, or an expression outside its domain; use another state",
+            l->system->model->motions[k].name);
     return say_why(context, status);
 }
 

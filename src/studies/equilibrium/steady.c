@@ -12,7 +12,7 @@ static kempe_status take(const kempe_model *model, const kmp_range *range, int c
         status = kmp_range_fits_motion(model->context, "rates", range, model->motions[c].rotation, 1);
     for (int i = 0; status == KEMPE_OK && i < count; i++)
         if (rates[i].coordinate == c)
-            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' stands twice", range->name);
+            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' is given twice", range->name);
     rates[count] = (kmp_steady){.coordinate = c, .rate = range->from};
     return status;
 }
@@ -32,7 +32,7 @@ kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges,
         if (!varies)
             status = kmp_range_is_value(model->context, "rates", range);
         else if (open >= 0)
-            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: one of them can vary at a time");
+            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: only one of them can be swept");
         open = k;
     }
     if (status != KEMPE_OK) {
@@ -61,7 +61,7 @@ kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *ste
 {
     const kmp_motion *motion = &model->motions[steady->coordinate];
     return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "no steady motion: '%s' shall go on at %.6g %s/s, but the forces change as it goes; hold it (fix) "
-                    "and let a load be free, to have the balance of one moment",
+                    "no steady motion: '%s' has the constant rate %.6g %s/s, but the forces change along it; for the "
+                    "balance at one instant, hold it (--hold) and solve for a load (--solve-for)",
                     motion->name, steady->rate, motion->rotation ? "rad" : "m");
 }

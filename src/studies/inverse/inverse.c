@@ -106,7 +106,8 @@ static kempe_status check_numbers(const job *j)
     static const char *const names[] = {"t_end", "output_step"};
     for (int k = 0; k < 2; k++)
         if (!(numbers[k] >= 0 && isfinite(numbers[k])))
-            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is wanted", names[k], numbers[k]);
+            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", names[k],
+                            numbers[k]);
     return KEMPE_OK;
 }
 
@@ -158,15 +159,15 @@ static kempe_status fail_without_actuators(const job *j)
         status = kmp_fail_memory(j->context);
     else if (freedoms == 0)
         status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                          "which coordinates are actuated? The mechanism has no degree of freedom, and needs none");
+                          "no actuators are given, but the mechanism has no degree of freedom and needs none");
     else if (freedoms > 0)
         status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                          "which coordinates are actuated? The mechanism has %d degree%s of freedom: actuators %s%s "
-                          "would move it; 'kempe show --model' lists all coordinates",
+                          "no actuators are given: the mechanism has %d degree%s of freedom; --actuators %s%s would "
+                          "move it; 'kempe show --model' lists all coordinates",
                           freedoms, freedoms == 1 ? "" : "s", text.s, freedoms > MOST_CANDIDATES ? ",.." : "");
     else
-        status =
-            kmp_fail(j->context, KEMPE_E_ARGUMENT, "which coordinates are actuated? 'kempe show --model' lists all");
+        status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                          "no actuators are given: 'kempe show --model' lists all coordinates");
     kmp_text_free(&text);
     return status;
 }
@@ -187,11 +188,11 @@ static kempe_status read_weights(job *j)
         while (status == KEMPE_OK && k < r->a && r->actuator[k] != coordinate)
             k++;
         if (status == KEMPE_OK && k == r->a)
-            status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: '%s' is no actuator", range->name);
+            status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: '%s' is not an actuator", range->name);
         else if (status == KEMPE_OK &&
                  (range->count != 1 || !(range->from > 0) || range->dimension.kind != KMP_DIMENSION_BARE))
             status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                              "weights: a positive number without unit is wanted for '%s'", range->name);
+                              "weights: a positive number without unit is expected for '%s'", range->name);
         else if (status == KEMPE_OK)
             r->weight[k] = range->from;
     }
@@ -221,10 +222,11 @@ static kempe_status choose_motion(job *j)
         return kmp_fail_memory(j->context);
     if (r->motion == KMP_INVERSE_START && (j->ask->t_end > 0 || j->ask->output_step > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                        "%s: the start alone is one instant; a motion is a table of it, or what the model's drives do",
+                        "%s: without a motion there is only the instant of the start; give a motion as a table "
+                        "(--motion), or drives in the model",
                         j->ask->t_end > 0 ? "t_end" : "output_step");
     kempe_status status =
-        kmp_coordinates_read(j->system->model, "u", j->ask->independent, r->start_u, &r->start_u_count);
+        kmp_coordinates_read(j->system->model, "independent", j->ask->independent, r->start_u, &r->start_u_count);
     if (status == KEMPE_OK && r->start_u_count == 0 && model->run.independent_count > 0) {
         r->start_u_count = model->run.independent_count;
         memcpy(r->start_u, model->run.independent, (size_t)r->start_u_count * sizeof *r->start_u);
@@ -239,7 +241,7 @@ static kempe_status fail_gap(const job *j, const kmp_gap_in_table *gap)
     if (gap->coordinate < 0)
         return kmp_fail_memory(j->context);
     return kmp_complain(j->context, j->ask->motion, 0, 0,
-                        "column %s.%s has no value at t = %.9g s: give all of it, or leave the column out",
+                        "column %s.%s has no value at t = %.9g s: fill the column, or omit it",
                         kmp_quantity_prefix((kmp_quantity)gap->order), j->system->model->motions[gap->coordinate].name,
                         j->reference.t[gap->row]);
 }
@@ -252,12 +254,12 @@ static kempe_status read_table(job *j)
     if (j->ask->t_end > 0)
         kmp_reference_limit(x, j->ask->t_end);
     if (x->rows == 0)
-        return kmp_complain(j->context, j->ask->motion, 0, 0, "there are no rows to follow");
+        return kmp_complain(j->context, j->ask->motion, 0, 0, "there are no rows");
     if (!kmp_prescribed_init(&j->table, x->rows, x->t, j->system->n, x->value[KMP_QUANTITY_Q],
                              x->value[KMP_QUANTITY_QD], x->value[KMP_QUANTITY_QDD], &gap))
         return fail_gap(j, &gap);
     if (j->table.count == 0)
-        return kmp_complain(j->context, j->ask->motion, 0, 0, "there is no column q.NAME: positions are wanted");
+        return kmp_complain(j->context, j->ask->motion, 0, 0, "column q.NAME is missing: positions are required");
     return KEMPE_OK;
 }
 
@@ -283,7 +285,7 @@ static kempe_status drive_times(job *j)
 {
     double every, t_end = j->ask->t_end > 0 ? j->ask->t_end : j->system->model->run.t_end;
     if (!(t_end > 0))
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end: say how long to go, in the model or as an option");
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
     KMP_TRY(kmp_times_spacing(j->system, j->ask->output_step, t_end, &every));
     return kmp_times_init(&j->times, every, t_end, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
 }
@@ -483,8 +485,8 @@ static void warn_again(const kempe_inverse *r)
 {
     if (!kmp_convergence_holds(&r->again))
         kmp_log(r->system->context, KEMPE_LOG_WARNING,
-                "do not trust these efforts: with half the rows of the table that of '%s' differs by %.2g of its "
-                "largest at t = %.6g s; give rates and accelerations too, or rows that are finer or less noisy",
+                "do not trust these actuator forces: with half the rows of the table that of '%s' differs by %.2g of "
+                "its maximum at t = %.6g s; add rates and accelerations to the table, or use a finer or smoother table",
                 r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
 }
 
@@ -538,8 +540,8 @@ static kempe_status judge(const kempe_inverse *r)
         return KEMPE_OK;
     int k = most_left(r), u = r->left_u[k];
     return kmp_fail(r->system->context, KEMPE_E_FAILED,
-                    "the actuators cannot produce this motion: at t = %.9g s %.6g %s on '%s' are left, and all that is "
-                    "left is %.2g of the efforts that it wants; they reach %d of %d degrees of freedom",
+                    "the actuators cannot produce this motion: at t = %.9g s %.6g %s on '%s' are not balanced, in "
+                    "total %.2g of the required generalized forces; the actuators act on %d of %d degrees of freedom",
                     r->unmet_t, r->left[k], model->motions[u].rotation ? "N m" : "N", model->motions[u].name,
                     kmp_inverse_unmet(r), r->rank, r->freedoms);
 }

@@ -31,7 +31,7 @@ const cli_command cli_inverse = {
     .bit = CLI_INVERSE,
     .name = "inverse",
     .usage = "FILE [options]",
-    .summary = "efforts of actuators for a given motion, loops closed",
+    .summary = "inverse dynamics: actuator forces and torques for a prescribed motion",
     .examples = "  kempe inverse examples/driven_slider_crank/driven_slider_crank.yaml\n"
                 "  kempe inverse examples/stewart/led.yaml --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o "
                 "legs.csv\n"

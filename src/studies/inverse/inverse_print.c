@@ -69,14 +69,13 @@ static void show_kind(kmp_text *text, const kempe_inverse *r)
     kmp_text_printf(text, "%d actuator%s, %d degree%s of freedom", r->a, r->a == 1 ? "" : "s", r->freedoms,
                     r->freedoms == 1 ? "" : "s");
     if (r->rank < r->freedoms)
-        kmp_text_printf(text, ", of which %d within reach: the efforts are those of least squares\n", r->rank);
+        kmp_text_printf(text, ", %d of them actuated: the actuator forces are the least-squares solution\n", r->rank);
     else if (r->a > r->freedoms)
-        kmp_text_printf(text,
-                        ": more than are needed; of all efforts that do, those of the least sum of %stau^2 (a force "
-                        "times %.6g m)\n",
-                        r->weighted ? "weight*" : "", r->system->length);
+        kmp_text_printf(
+            text, ": redundant actuation; the actuator forces minimise the sum of %stau^2 (a force times %.6g m)\n",
+            r->weighted ? "weight*" : "", r->system->length);
     else
-        kmp_text_put(text, ": the efforts are definite\n");
+        kmp_text_put(text, ": the actuator forces are uniquely determined\n");
 }
 
 static int name_width(const kempe_inverse *r)
@@ -138,7 +137,7 @@ static void show_redundant(kmp_text *text, const kempe_inverse *r)
     int told = 0;
     if (!is_redundant(r))
         return;
-    kmp_text_put(text, "closures  redundant: forces are those of independent rows, zero of");
+    kmp_text_put(text, "closures  redundant: reactions are those of the independent rows, zero in");
     for (int k = 0; k < r->m; k++)
         if (r->redundant[k] && told++ < MOST_TOLD)
             kmp_text_printf(text, " %s", r->system->row_names[k]);
@@ -151,37 +150,36 @@ static void show_singular(kmp_text *text, const kempe_inverse *r)
 {
     if (r->singular > 0)
         kmp_text_printf(text,
-                        "singular  %d row%s, the first at t = %.6g s: the loops have more freedoms there, efforts are "
-                        "those of least squares\n",
+                        "singular  %d row%s, the first at t = %.6g s: the loops have additional degrees of freedom "
+                        "there, the actuator forces are the least-squares solution\n",
                         r->singular, r->singular == 1 ? "" : "s", r->singular_t);
 }
 
 static void show_verdict(kmp_text *text, const kempe_inverse *r)
 {
     kmp_text_printf(text, "\nresidual  %.2e of the terms of M qdd + C - J' lambda - S tau\n", r->residual);
-    kmp_text_printf(
-        text, "reach     %.3g at t = %.6g s (1: actuators act straight on every freedom, 0: one is out of reach)\n",
-        r->hold, r->hold_t);
+    kmp_text_printf(text, "transmission  %.3g at t = %.6g s (1: ideal, 0: a degree of freedom without an actuator)\n",
+                    r->hold, r->hold_t);
     if (r->rank < r->freedoms)
-        kmp_text_printf(text, "left      %.2e of the efforts that the motion wants\n", kmp_inverse_unmet(r));
+        kmp_text_printf(text, "unbalanced  %.2e of the required generalized forces\n", kmp_inverse_unmet(r));
     show_redundant(text, r);
     show_singular(text, r);
     if (r->off_coordinate >= 0)
-        kmp_text_printf(text, "table     off the closures by %.2e at most (%s, t = %.6g s)\n", r->off,
+        kmp_text_printf(text, "table     violates the closures by at most %.2e (%s, t = %.6g s)\n", r->off,
                         name_of(r, r->off_coordinate), r->off_t);
     if (r->again.known)
-        kmp_text_printf(
-            text,
-            "again     with every other row of the table an effort %s by %.2e of its largest, '%s' at t = %.6g s\n",
-            kmp_convergence_holds(&r->again) ? "differs at most" : "DIFFERS", r->again.difference,
-            name_of(r, r->actuator[r->again.index]), r->again.t);
+        kmp_text_printf(text,
+                        "repeat    with every other row of the table an actuator force %s by %.2e of its maximum, '%s' "
+                        "at t = %.6g s\n",
+                        kmp_convergence_holds(&r->again) ? "differs at most" : "DIFFERS", r->again.difference,
+                        name_of(r, r->actuator[r->again.index]), r->again.t);
     if (r->motion == KMP_INVERSE_START && r->start_u_count > 0) {
-        kmp_text_put(text, "start     without acceleration of");
+        kmp_text_put(text, "start     zero acceleration of");
         for (int k = 0; k < r->start_u_count; k++)
             kmp_text_printf(text, "%s %s", k ? "," : "", name_of(r, r->start_u[k]));
         kmp_text_put(text, "\n");
     }
-    kmp_text_printf(text, "cpu       %.4g ms following, %.4g ms preparing\n", 1e3 * r->cpu_s, 1e3 * r->build_s);
+    kmp_text_printf(text, "cpu       %.4g ms analysis, %.4g ms preparation\n", 1e3 * r->cpu_s, 1e3 * r->build_s);
 }
 
 static void show(kmp_text *text, const kempe_inverse *r)

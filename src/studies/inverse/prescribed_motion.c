@@ -110,12 +110,12 @@ static kempe_status fail_undetermined(const kmp_guide *g, int count, const int *
         status = kmp_fail_memory(context);
     else if (g->motion)
         (void)kmp_fail(context, status,
-                       "the coordinates of the motion do not say how all others move: %d more %s wanted, such as %s",
+                       "the coordinates of the motion do not determine all others: %d more %s required, such as %s",
                        count, count == 1 ? "is" : "are", names.s);
     else
         (void)kmp_fail(context, status,
-                       "the drives do not say how all coordinates move: %s %s free; drive %s too, or give a motion "
-                       "that was simulated",
+                       "the drives do not determine the motion of all coordinates: %s %s free; drive %s too, or give a "
+                       "simulated motion",
                        names.s, count == 1 ? "is" : "are", count == 1 ? "it" : "them");
     kmp_text_free(&names);
     return status;
@@ -263,8 +263,8 @@ static kempe_status fail_beyond(const kmp_guide *g, double t)
         if (fabs(g->qd[k]) / g->system->scale[k] > fabs(g->qd[fast]) / g->system->scale[fast])
             fast = k;
     return kmp_fail(g->system->context, KEMPE_E_FAILED,
-                    "the loops cannot be closed on this motion beyond t = %.9g s (towards %.9g s): it asks for a place "
-                    "that is out of reach, or leads through a dead centre; '%s' is fastest there",
+                    "the loops cannot be closed beyond t = %.9g s of this motion (next instant: %.9g s): its position "
+                    "is not attainable, or it passes a dead centre; '%s' has the largest rate there",
                     g->t, t, name_of(g, fast));
 }
 
@@ -362,10 +362,11 @@ static kempe_status approach(kmp_guide *g, double t)
     }
     if (way.done >= 1)
         return KEMPE_OK;
-    return kmp_fail(g->system->context, KEMPE_E_FAILED,
-                    "the loops cannot be closed where the motion begins, at t = %.9g s, coming from the model's start: "
-                    "%.3g of the way is possible; a start that is nearer helps, or a motion that gives all coordinates",
-                    t, way.done);
+    return kmp_fail(
+        g->system->context, KEMPE_E_FAILED,
+        "the loops cannot be closed at the beginning of the motion, t = %.9g s: from the model's start only the "
+        "fraction %.3g of the change is possible; use a nearer start, or a motion with all coordinates",
+        t, way.done);
 }
 
 /* q at the beginning of the motion, as far as it is known before the loops are closed there. */
@@ -395,9 +396,10 @@ kempe_status kmp_guide_start(kmp_guide *guide, double t)
     if (status != KEMPE_OK)
         return status;
     if (!closed || settle(g, t) != KEMPE_OK)
-        return kmp_fail(g->system->context, KEMPE_E_FAILED,
-                        "the loops cannot be closed where the motion begins, at t = %.9g s: |h| stays at %.3g (scaled)",
-                        t, kmp_plant_residual(g->plant));
+        return kmp_fail(
+            g->system->context, KEMPE_E_FAILED,
+            "the loops cannot be closed at the beginning of the motion, t = %.9g s: |h| remains %.3g (scaled)", t,
+            kmp_plant_residual(g->plant));
     note_off(g);
     return KEMPE_OK;
 }

@@ -5,7 +5,7 @@
 static bool says_what_to_drive(const cli_settings *s)
 {
     if (!s->kinematics.sweep)
-        cli_complain("what is to be driven? --sweep NAME=A:B");
+        cli_complain("the swept coordinate is missing: give --sweep NAME=A:B");
     return s->kinematics.sweep;
 }
 
@@ -36,7 +36,7 @@ const cli_command cli_kinematics = {
     .bit = CLI_KINEMATICS,
     .name = "kinematics",
     .usage = "FILE --sweep NAME=A:B[,NAME=A:B..] [options]",
-    .summary = "lead coordinates through a range: positions, rates, dead centres",
+    .summary = "position analysis: sweep coordinates; velocities, accelerations, dead centres",
     .examples =
         "  kempe kinematics examples/four_bar/four_bar.yaml --sweep \"A=0 deg:360 deg\" -o turn.csv\n"
         "  kempe kinematics examples/driven_slider_crank/driven_slider_crank.yaml --sweep t=0:1:101\n"

@@ -54,17 +54,17 @@ static void say_leads(kmp_text *text, const kempe_kinematics *k)
     for (int i = 0; i < k->lead_count; i++) {
         const kmp_lead *lead = &k->lead[i];
         if (lead->from != lead->to)
-            kmp_text_printf(text, "  %s goes from %.9g to %.9g %s", kmp_kinematics_name(k, lead), lead->from, lead->to,
+            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, lead), lead->from, lead->to,
                             unit_of(k, lead));
         else
-            kmp_text_printf(text, "  %s stays at %.9g %s", kmp_kinematics_name(k, lead), lead->from, unit_of(k, lead));
+            kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, lead), lead->from, unit_of(k, lead));
         if (i == k->first && isfinite(k->speed))
             kmp_text_printf(text, ", at %.6g %s/s", k->speed, unit_of(k, lead));
         kmp_text_put(text, "\n");
     }
     for (int c = 0; c < k->system->model->closure_count; c++)
         if (k->released[c])
-            kmp_text_printf(text, "  '%s' of the model is left aside\n", k->system->model->closures[c].name);
+            kmp_text_printf(text, "  '%s' of the model is deactivated\n", k->system->model->closures[c].name);
 }
 
 static void show_table(kmp_text *text, const kempe_kinematics *k)
@@ -93,11 +93,11 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
                 kmp_text_printf(text, "  with %s = %.15g %s\n", kmp_kinematics_name(k, &k->lead[i]),
                                 kmp_lead_value(&k->lead[i], c->s), unit_of(k, &k->lead[i]));
         kmp_text_printf(text,
-                        "  two branches meet there; against it the others become infinitely fast\n"
-                        "  what is driven determines the rest to %.1e, margin of the closures %.2g\n",
+                        "  two branches meet there; the rates of the other coordinates relative to it are unbounded\n  "
+                        "the swept coordinates determine the others to %.1e, margin of the closures %.2g\n",
                         c->determined, c->margin);
         if (*c->instead)
-            kmp_text_printf(text, "  could drive on: %s\n", c->instead);
+            kmp_text_printf(text, "  alternative driving coordinates: %s\n", c->instead);
         for (int i = 0; i < k->system->n; i++)
             kmp_text_printf(text, "    %s = %.15g %s\n", k->system->model->motions[i].name, k->dead_q[d][i],
                             kmp_print_unit(k->system, i));
@@ -108,8 +108,8 @@ static void show_changes(kmp_text *text, const kempe_kinematics *k)
 {
     for (int c = 0; c < k->change_count; c++)
         kmp_text_printf(text,
-                        "\nchange point at %s = %.8g %s: branches meet there (margin of the closures below %.1e); the "
-                        "sweep goes straight on\n",
+                        "\nchange point at %s = %.8g %s: a bifurcation, branches meet there (margin of the closures "
+                        "below %.1e); the sweep goes straight on\n",
                         kmp_kinematics_name(k, &k->lead[k->first]), value_at(k, k->change[c].s),
                         unit_of(k, &k->lead[k->first]), k->change[c].margin);
 }
@@ -120,7 +120,7 @@ static void show_left_out(kmp_text *text, const kempe_kinematics *k)
     int listed = 0;
     for (int o = 0; o < model->output_count; o++)
         if (is_left_out(model, o)) {
-            kmp_text_put(text, listed++ ? ", " : "\nleft out, for they need forces: ");
+            kmp_text_put(text, listed++ ? ", " : "\nomitted, because they need forces: ");
             kmp_output_print(text, model, &model->outputs[o]);
         }
     kmp_text_put(text, listed ? "\n" : "");
@@ -138,7 +138,8 @@ static void show_all(kmp_text *text, const kempe_kinematics *k)
     show_dead(text, k);
     show_changes(text, k);
     show_left_out(text, k);
-    kmp_text_printf(text, "\n%ld steps, %ld tried again, %ld corrections, u chosen anew %ld times, %.2g s\n",
+    kmp_text_printf(text,
+                    "\n%ld steps, %ld repeated, %ld corrections, independent coordinates changed %ld times, %.2g s\n",
                     k->effort.steps, k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
 }
 

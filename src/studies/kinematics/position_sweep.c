@@ -215,14 +215,14 @@ static void say_dead(job *j, int d)
     int moving = 0;
     for (int i = 0; i < k->lead_count; i++)
         moving += k->lead[i].from != k->lead[i].to;
-    kmp_text_printf(&j->reason, "%sdead centre: %s'%s' goes no %s than %.15g %s on this branch",
-                    j->reason.length ? "; " : "", moving > 1 ? "what is driven goes on no longer together: " : "",
-                    dead->coordinate, dead->largest > 0 ? "farther" : "lower", dead->value,
+    kmp_text_printf(&j->reason, "%sdead centre: %s'%s' becomes no %s than %.15g %s on this branch",
+                    j->reason.length ? "; " : "", moving > 1 ? "the swept coordinates cannot continue together: " : "",
+                    dead->coordinate, dead->largest > 0 ? "larger" : "smaller", dead->value,
                     unit_of(k, &k->lead[k->first]));
     if (k->first == k->time)
-        kmp_text_put(&j->reason, ", where what moves in time is locked");
+        kmp_text_put(&j->reason, ", where the prescribed motion locks");
     if (*dead->instead)
-        kmp_text_printf(&j->reason, ", there %s could drive on", dead->instead);
+        kmp_text_printf(&j->reason, "; alternative driving coordinates: %s", dead->instead);
 }
 
 static void say_lost(job *j)
@@ -230,7 +230,7 @@ static void say_lost(job *j)
     const kempe_kinematics *k = j->k;
     const kmp_lead *lead = &k->lead[k->first];
     const kmp_sweep_pose *here = &j->sweep.here;
-    kmp_text_printf(&j->reason, "steps come to nothing at %s = %.9g %s (margin of the closures %.1e)",
+    kmp_text_printf(&j->reason, "the step size became too small at %s = %.9g %s (margin of the closures %.1e)",
                     kmp_kinematics_name(k, lead), value_here(j, lead), unit_of(k, lead),
                     kmp_sweep_margin(&j->sweep, here));
     kmp_angles_explain(k->system->model, here->x, &j->reason);
@@ -264,11 +264,11 @@ static kempe_status lead(job *j, const kmp_lead *leads, double s)
 {
     const kempe_kinematics *k = j->k;
     kempe_status status = kmp_sweep_lead(&j->sweep, k->lead_count, leads, s);
-    return status != KEMPE_E_FAILED
-               ? status
-               : kmp_fail(k->system->context, status,
-                          "what is driven does not determine the rest where the sweep begins: a dead centre of '%s'",
-                          kmp_kinematics_name(k, &k->lead[k->first]));
+    return status != KEMPE_E_FAILED ? status
+                                    : kmp_fail(k->system->context, status,
+                                               "the swept coordinates do not determine the others at the beginning of "
+                                               "the sweep: a dead centre of '%s'",
+                                               kmp_kinematics_name(k, &k->lead[k->first]));
 }
 
 /* Goes to s_end, with `rows` rows on the path. */
@@ -300,13 +300,13 @@ static kempe_status approach_aside(job *j)
         return status;
     if (end == KMP_SWEEP_DEAD)
         return kmp_fail(k->system->context, KEMPE_E_FAILED,
-                        "the beginning of the ranges cannot be reached from where the model assembles: on the "
-                        "way there is a dead centre at '%s' = %.9g",
+                        "the beginning of the ranges cannot be reached from the assembled position: there is a dead "
+                        "centre at '%s' = %.9g before it",
                         kmp_kinematics_name(k, &k->lead[k->first]), value_here(j, &k->lead[k->first]));
     return s_here(j) == 1
                ? KEMPE_OK
                : kmp_fail(k->system->context, KEMPE_E_FAILED,
-                          "the beginning of the ranges is a change point, where branches meet: begin elsewhere");
+                          "the beginning of the ranges is a change point, where branches meet: use another beginning");
 }
 
 /* Approaches A along the line of the range itself; where that ends in a dead centre within the range, the rows begin
@@ -388,7 +388,7 @@ static kempe_status run(job *j, const kempe_kinematics_options *ask)
     const char *backend = ask->backend ? ask->backend : kmp_backend_default();
     kempe_assembly *assembly = NULL;
     if (!kmp_backend_find(backend))
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", backend,
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend,
                         kmp_backend_names());
     kempe_status status = kempe_assembly_new(s, &assembly);
     j->zero = KMP_ARENA_NEW(&j->k->arena, double, s->m);

@@ -155,7 +155,7 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     if (w->margin.near)
         return kmp_fail(w->system->context, KEMPE_E_FAILED,
                         "the start is near a change point, where branches meet (last pivot of J %.1e of its usual "
-                        "size): which way to go is not determined there; begin at another position ('start:')",
+                        "size): the direction of motion is not determined there; use another start position ('start:')",
                         w->margin.last / w->margin.usual);
     return KEMPE_OK;
 }

@@ -41,7 +41,7 @@ static kempe_status refuse_name(const kempe_model *model, const char *name, bool
         if (kmp_closure_is_drive(&model->closures[c]))
             kmp_nearest_offer(&nearest, model->closures[c].name);
     kmp_nearest_suggest(&nearest, &hint);
-    kempe_status status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is no %s of '%s'%s%s", name, word,
+    kempe_status status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is not a %s of '%s'%s%s", name, word,
                                    model->name, coordinates ? ", and not t" : "", hint.s ? hint.s : "");
     kmp_text_free(&hint);
     return status;
@@ -57,7 +57,7 @@ static kempe_status find(const kempe_model *model, const char *name, int *coordi
             *coordinate = k;
     if (*coordinate == -2 && strcmp(name, "t") == 0)
         *coordinate = -1;
-    return *coordinate == -2 ? refuse_name(model, name, true, "coordinate and no drive") : KEMPE_OK;
+    return *coordinate == -2 ? refuse_name(model, name, true, "coordinate and not a drive") : KEMPE_OK;
 }
 
 const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_lead *lead)
@@ -79,7 +79,7 @@ static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
         return status;
     for (int i = 0; i < k->lead_count; i++)
         if (k->lead[i].coordinate == lead.coordinate)
-            return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "'%s' is driven or held twice", name);
+            return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "'%s' is swept or held twice", name);
     if (lead.coordinate < 0)
         k->time = k->lead_count;
     k->lead[k->lead_count++] = lead;
@@ -96,7 +96,8 @@ static kempe_status count_rows(kempe_kinematics *k, const kmp_ranges *ranges, in
             continue;
         if (count > 0 && count != here)
             return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
-                            "what is driven goes together, with one number of rows: %d or %d?", count, here);
+                            "all ranges are swept together and need the same number of rows, not %d and %d", count,
+                            here);
         count = here;
     }
     k->asked = count > 0 ? count : DEFAULT_ROWS;
@@ -117,7 +118,7 @@ static kempe_status add_ranges(kempe_kinematics *k, const kmp_ranges *ranges)
             k->first = i;
     if (status == KEMPE_OK && k->first < 0)
         status = kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
-                          "nothing moves: give at least one range from a value to another, NAME=A:B");
+                          "nothing is swept: give at least one range between different values, NAME=A:B");
     return status;
 }
 
@@ -125,7 +126,7 @@ static kempe_status add_held(kempe_kinematics *k, char *name)
 {
     kempe_status status = add_lead(k, &(kmp_range){.name = name});
     if (status == KEMPE_OK && k->time == k->lead_count - 1)
-        status = kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time is not held: it stays 0 by itself");
+        status = kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time cannot be held: without a sweep it is 0");
     return status;
 }
 
@@ -141,7 +142,7 @@ static kempe_status release(kempe_kinematics *k, int count, char *const *names)
     for (int i = 0; i < count; i++) {
         int drive = find_drive(model, names[i]);
         if (drive < 0)
-            return refuse_name(model, names[i], false, "drive and no lock");
+            return refuse_name(model, names[i], false, "drive and not a lock");
         k->released[drive] = true;
     }
     return KEMPE_OK;
@@ -152,7 +153,7 @@ static kempe_status take_speed(kempe_kinematics *k, double speed)
     if (k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to) {
         k->speed = NAN;
         return speed > 0 ? kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
-                                    "a speed and a range of t contradict each other: the time has its own")
+                                    "a speed and a range of t exclude each other: the rate of the time is 1")
                          : KEMPE_OK;
     }
     k->speed = speed > 0 ? speed : 1;
@@ -183,7 +184,7 @@ kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_opti
     kmp_ranges ranges;
     k->time = k->first = -1;
     if (!ask->sweep || !*ask->sweep)
-        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "what is to be driven? 'NAME=A:B'");
+        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the swept coordinate is missing: give 'NAME=A:B'");
     KMP_TRY(kmp_ranges_read(k->system->context, ask->sweep, &ranges));
     kempe_status status = take_all(k, ask, &ranges);
     kmp_ranges_free(&ranges);
@@ -195,7 +196,7 @@ kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_opti
 static kempe_status too_few(const kempe_model *model, int p, int have, const char *names)
 {
     return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "the mechanism has %d degree%s of freedom and %d coordinate%s driven or held: drive or hold %d "
+                    "the mechanism has %d degree%s of freedom and %d coordinate%s swept or held: sweep or hold %d "
                     "more, for instance %s ('--hold %s' keeps %s as assembled)",
                     p, p == 1 ? "" : "s", have, have == 1 ? " is" : "s are", p - have, names, names,
                     p - have == 1 ? "it" : "them");
@@ -205,11 +206,11 @@ static kempe_status too_many(const kempe_model *model, int p, int have)
 {
     if (p == 0)
         return kmp_fail(model->context, KEMPE_E_FAILED,
-                        "the mechanism has no degree of freedom beside its own drives and locks: drive one of them by "
-                        "its name, leave one aside ('--release NAME'), or lead the time, t=A:B");
+                        "the mechanism has no degree of freedom apart from its own drives and locks: sweep one of them "
+                        "by its name, deactivate one ('--release NAME'), or sweep the time, t=A:B");
     return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "the mechanism has %d degree%s of freedom, but %d coordinates are driven or held: %d too many, "
-                    "which the closures would contradict",
+                    "the mechanism has %d degree%s of freedom, but %d coordinates are swept or held: %d too many, "
+                    "which would contradict the closures",
                     p, p == 1 ? "" : "s", have, have - p);
 }
 
@@ -218,12 +219,12 @@ static kempe_status contradiction(const kempe_model *model, int follows, int p, 
     const char *name = model->motions[follows].name;
     if (p == 1)
         return kmp_fail(model->context, KEMPE_E_FAILED,
-                        "'%s' cannot lead where the model assembles: it is a dead centre of it, or it never moves; "
-                        "begin elsewhere ('start:'), or drive %s",
+                        "'%s' cannot be swept from the assembled position: it is at a dead centre, or it cannot move; "
+                        "use another start ('start:'), or sweep %s",
                         name, names);
     return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "'%s' follows from the others that are driven or held, or stands in a dead centre where the model "
-                    "assembles: they contradict each other; drive or hold %s instead",
+                    "'%s' is determined by the other swept or held coordinates, or is at a dead centre in the "
+                    "assembled position; sweep or hold %s instead",
                     name, names);
 }
 

@@ -182,7 +182,7 @@ static kempe_status tell_singular(const kmp_channels *c, kempe_status status)
     if (status == KEMPE_E_FAILED && !*kempe_context_message(context))
         return kmp_fail(context, status,
                         "%s: at this state the independent coordinates have no accelerations: the closures or the "
-                        "reduced mass are singular; 'kempe check' says more",
+                        "reduced mass are singular; 'kempe check' gives details",
                         c->system->model->name);
     return status;
 }
@@ -244,7 +244,7 @@ static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
 static kempe_status take_state(kmp_channels *c, const kmp_channels_ask *ask, const char *backend)
 {
     int *wish = KMP_NEW(int, c->system->n), wish_count = 0;
-    kempe_status status = wish ? kmp_coordinates_read(c->system->model, "u", ask->independent, wish, &wish_count)
+    kempe_status status = wish ? kmp_coordinates_read(c->system->model, "independent", ask->independent, wish, &wish_count)
                                : kmp_fail_memory(c->system->context);
     if (status == KEMPE_OK)
         status = kmp_linear_init(&c->linear, c->system, backend);

@@ -32,17 +32,16 @@ static kempe_status make_first_order(kempe_linearization *l)
     l->d = KMP_NEW(double, outputs *inputs);
     int failed = l->a && l->b && l->c && l->d ? kmp_transfer_first_order(t, l->a, l->b, l->c, l->d) : -1;
     if (failed == -2)
-        return kmp_fail(
-            system->context, KEMPE_E_FAILED,
-            "accelerations do not follow from the state: forces that depend on multipliers take all inertia "
-            "away from some motion, and there is no state space (kempe response needs none)");
+        return kmp_fail(system->context, KEMPE_E_FAILED,
+                        "the state does not determine the accelerations: forces that depend on multipliers cancel the "
+                        "inertia of some motion, and there is no state-space model (kempe response needs none)");
     if (failed < 0)
         return kmp_fail_memory(system->context);
     if (failed == 0)
         return KEMPE_OK;
     return kmp_fail(system->context, KEMPE_E_FAILED,
-                    "the reduced mass is not positive along '%s': there is no state space (kempe response needs none); "
-                    "give every body that moves along it a mass",
+                    "the reduced mass is not positive along '%s': there is no state-space model (kempe response needs "
+                    "none); give every body that moves along it a mass",
                     system->model->motions[l->channels.linear.part.u[failed - 1]].name);
 }
 

@@ -31,7 +31,7 @@ const cli_command cli_linearize = {
     .bit = CLI_LINEARIZE,
     .name = "linearize",
     .usage = "FILE [options]",
-    .summary = "state space near an equilibrium or the start, for chosen inputs and outputs",
+    .summary = "linear state-space model about an equilibrium or the start",
     .examples =
         "  kempe linearize examples/four_bar/four_bar.yaml --at start\n"
         "  kempe linearize examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' --outputs q -o car.npz\n",

@@ -16,7 +16,7 @@ static const char *state_sentence(const kmp_channels *c)
     return c->at->equilibrium ? (c->goes_on ? "about the steady motion" : "at the equilibrium")
            : c->goes_on       ? "at the start, which is a steady motion"
            : c->rests         ? "at the start, which is an equilibrium"
-                              : "at the start, which moves on: the matrices hold at this instant";
+                              : "at the start, which is not steady: the matrices hold at this instant";
 }
 
 static void list(kmp_text *text, const char *what, const kmp_names *names)

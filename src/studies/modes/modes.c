@@ -62,7 +62,7 @@ static kempe_status give_reason(kempe_modes *m)
     kempe_context *context = m->system->context;
     const kmp_locus *l = &m->locus;
     kmp_text reason = {0};
-    kmp_text_printf(&reason, "'%s' came from %g to %g: %s", m->name, l->value[0],
+    kmp_text_printf(&reason, "'%s' was swept from %g to %g: %s", m->name, l->value[0],
                     l->value[l->reached > 0 ? l->reached - 1 : 0],
                     kmp_interrupted(context) ? "interrupted" : kempe_context_message(context));
     m->reason = kmp_text_take(&reason);
@@ -74,7 +74,7 @@ static kempe_status sweep(kempe_modes *m, const kmp_station_ask *ask, const kmp_
     kempe_context *context = m->system->context;
     int count = range->count > 0 ? range->count : USUAL_VALUES;
     if (count < 2 || count > MOST_VALUES || range->from == range->to)
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "what varies needs two ends and 2 to %d values, as in '%s=1:2:61'",
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "a sweep needs two ends and 2 to %d values, as in '%s=1:2:61'",
                         MOST_VALUES, range->name);
     double *values = KMP_NEW(double, count);
     kmp_text name = {0};
@@ -104,7 +104,7 @@ static kempe_status vary(kempe_modes *m, const char *text, const kmp_station_ask
     if (status != KEMPE_OK)
         return status;
     if (ranges.count != 1)
-        status = kmp_fail(m->system->context, KEMPE_E_ARGUMENT, "one thing can vary at a time, as in '%s=1:2:61'",
+        status = kmp_fail(m->system->context, KEMPE_E_ARGUMENT, "only one quantity can be swept, as in '%s=1:2:61'",
                           ranges.range[0].name);
     else
         status = sweep(m, ask, &ranges.range[0]);
@@ -119,12 +119,12 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_options *ask, kmp_
     kempe_context *context = m->system->context;
     if (rate && ask->sweep)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "one thing can vary at a time: the rate of '%s', or what --sweep says", rate->name);
+                        "only one quantity can be swept: the rate of '%s', or that of --sweep", rate->name);
     if (m->rate_count > 0 && at->word && strncmp(at->word, "equilibrium ", 12) == 0)
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "rates are given twice: by the state '%s', and beside it", at->word);
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "rates are given twice: in the state '%s' and by --rates", at->word);
     if (m->rate_count > 0 && at->word && strcmp(at->word, "equilibrium") != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "rates are kept by an equilibrium, not by '%s': a start has those of the model", at->word);
+                        "rates belong to an equilibrium, not to '%s': a start has those of the model", at->word);
     kempe_status status = here(m, at);
     if (status == KEMPE_OK && ask->sweep)
         return vary(m, ask->sweep, at);

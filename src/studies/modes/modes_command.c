@@ -15,7 +15,7 @@ static bool accepts(const cli_settings *settings)
     const kempe_modes_options *ask = &settings->modes;
     if (!settings->svg || ask->sweep || (ask->rates && strchr(ask->rates, ':')))
         return true;
-    cli_complain("--svg draws what varies: say what by --sweep NAME=A:B:N or --rates NAME=A:B:N");
+    cli_complain("--svg draws a sweep: give --sweep NAME=A:B:N or --rates NAME=A:B:N");
     return false;
 }
 
@@ -51,7 +51,7 @@ const cli_command cli_modes = {
     .bit = CLI_MODES,
     .name = "modes",
     .usage = "FILE [options]",
-    .summary = "eigenvalues, damping and shapes near an equilibrium, and over a parameter",
+    .summary = "modal analysis: eigenvalues, damping and mode shapes; root locus over a parameter",
     .examples = "  kempe modes examples/quarter_car/quarter_car.yaml\n"
                 "  kempe modes examples/quarter_car/quarter_car.yaml --sweep \"damper=0:6000:61\" --svg locus.svg\n"
                 "  kempe modes examples/suspension/suspension.yaml --report modes.html\n",

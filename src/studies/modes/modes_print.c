@@ -83,20 +83,20 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
     const kmp_spectrum *s = &m->modes.spectrum;
     int worst = worst_of(m);
     if (strcmp(word, "unstable") == 0) {
-        kmp_text_printf(text, "unstable: e-fold in %.4g s", 1 / s->re[worst]);
+        kmp_text_printf(text, "unstable: grows by e in %.4g s", 1 / s->re[worst]);
         if (s->im[worst] > 0)
             kmp_text_printf(text, " at %.4g Hz", kmp_mode_frequency(s->re[worst], s->im[worst]));
         kmp_text_put(text, " along ");
         kmp_modes_put_movers(text, m, worst);
     } else if (strcmp(word, "neutral") == 0) {
-        kmp_text_put(text, "neutral: free to move ");
+        kmp_text_put(text, "neutral: free motion ");
         for (int c = 0; c < s->still; c++) {
             kmp_text_put(text, c ? "; " : "");
             kmp_modes_put_along(text, m, c);
         }
         kmp_text_put(text, "; no mode grows");
     } else if (strcmp(word, "undamped") == 0) {
-        kmp_text_put(text, "no mode grows, and not all decay");
+        kmp_text_put(text, "undamped: no mode grows, but not all decay");
     } else {
         kmp_text_put(text, "stable: every mode decays");
     }
@@ -126,7 +126,7 @@ static void show_modes(kmp_text *text, const kempe_modes *m)
     const kmp_spectrum *s = &m->modes.spectrum;
     int number = 0;
     kmp_text_printf(text, "  %3s  %-31s  %12s  %9s  %11s  %s\n", "", "eigenvalue, 1/s", "frequency, Hz", "damping",
-                    "decay, s", "who moves: share of the kinetic energy");
+                    "decay, s", "participation: share of the kinetic energy");
     for (int c = 0; c < s->still; c++) {
         kmp_text_printf(text, "  %3d  %13s%18s  %13s  %9s  %11s  ", ++number, "0", "", "-", "-", "-");
         kmp_modes_put_along(text, m, c);
@@ -145,7 +145,8 @@ static void show_modes(kmp_text *text, const kempe_modes *m)
         kmp_text_put(text, "\n");
     }
     if (s->zeros > s->still)
-        kmp_text_printf(text, "\nzeros     %d eigenvalues are zero: what moves along %d of these keeps its rate\n",
+        kmp_text_printf(text,
+                        "\nzeros     %d eigenvalues are zero: motion along %d of these modes has a constant rate\n",
                         s->zeros, s->zeros - s->still);
 }
 
@@ -157,7 +158,7 @@ static void show_locus(kmp_text *text, const kempe_modes *m)
         return;
     for (int k = 0; k < l->reached; k++)
         doubt = fmax(doubt, l->doubt[k]);
-    kmp_text_printf(text, "\nvaried    %s from %.10g to %.10g, %d values\n", m->name, l->value[0],
+    kmp_text_printf(text, "\nsweep     %s from %.10g to %.10g, %d values\n", m->name, l->value[0],
                     l->value[l->reached - 1], l->reached);
     for (int k = 0; k < l->critical_count; k++) {
         const kmp_critical *c = &l->critical[k];
@@ -165,14 +166,14 @@ static void show_locus(kmp_text *text, const kempe_modes *m)
         if (c->im > 1e-6 * hypot(c->re, c->im) && c->im > 0)
             kmp_text_printf(text, "a mode of %.10g Hz (%.10g rad/s)", c->im / (2 * acos(-1)), c->im);
         else
-            kmp_text_put(text, "a mode that does not swing");
+            kmp_text_put(text, "a mode without oscillation");
         kmp_text_printf(text, " grows %s it\n", c->grows_above ? "above" : "below");
     }
     if (l->critical_count == 0)
-        kmp_text_put(text, "critical  none: no mode begins to grow or ceases to\n");
+        kmp_text_put(text, "critical  none: no mode changes its stability\n");
     if (doubt > 1)
-        kmp_text_put(text, "note      which mode is which is not sure everywhere: two of them come too near, or more "
-                           "values are wanted\n");
+        kmp_text_put(text, "note      the tracking of the modes is uncertain at some values: two modes are too close, "
+                           "or more values are needed\n");
 }
 
 static void show_state(kmp_text *text, const kempe_modes *m)
@@ -188,13 +189,12 @@ static void show_all(kmp_text *text, const kempe_modes *m)
 {
     show_state(text, m);
     show_modes(text, m);
-    kmp_text_put(text, "\nverdict   ");
+    kmp_text_put(text, "\nstability  ");
     kmp_modes_put_verdict(text, m);
     kmp_text_put(text, "\n");
     if (!m->station->state->equilibrium)
-        kmp_text_put(text,
-                     "note      the start need not be an equilibrium: this is how small changes of its motion go on "
-                     "at first\n");
+        kmp_text_put(text, "note      the start need not be an equilibrium: the modes describe the initial growth of "
+                           "small perturbations\n");
     show_locus(text, m);
     if (m->reason)
         kmp_text_printf(text, "stopped   %s\n", m->reason);

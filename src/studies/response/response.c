@@ -62,11 +62,11 @@ static kempe_status check_range(kempe_context *context, const kmp_range *range, 
 {
     if (range->count == 1 || !(range->to > range->from) || range->from < 0 || !in_hertz(text))
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "frequencies are written A:B or A:B:N in Hz, from the lower one to the higher; not '%s'", text);
+                        "frequencies are written A:B or A:B:N in Hz with A below B, not '%s'", text);
     if (range->from == 0 && !linear)
-        return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "frequencies in even ratios cannot begin at 0: begin above it, or ask for even steps "
-                        "(--linear)");
+        return kmp_fail(
+            context, KEMPE_E_ARGUMENT,
+            "logarithmic frequencies cannot begin at 0: use a positive frequency, or linear spacing (--linear)");
     return KEMPE_OK;
 }
 
@@ -107,13 +107,11 @@ static kempe_status check_state(const kmp_channels *c)
 {
     if (c->rests)
         return KEMPE_OK;
-    return kmp_fail(
-        c->system->context, KEMPE_E_FAILED,
-        "%s: the start is no equilibrium (%.1e of what acts is not in balance, or the forces change as it moves), and "
-        "only "
-        "there small oscillations stay small; look from an equilibrium (--at equilibrium) or a steady motion (--at "
-        "'equilibrium NAME=RATE')",
-        c->system->model->name, c->residual);
+    return kmp_fail(c->system->context, KEMPE_E_FAILED,
+                    "%s: the start is not an equilibrium (%.1e of the forces is not balanced, or the forces change "
+                    "with the motion), and small oscillations need one; use an equilibrium (--at equilibrium) or a "
+                    "steady motion (--at 'equilibrium NAME=RATE')",
+                    c->system->model->name, c->residual);
 }
 
 /* Rejects varying dimensions: their rates would act, which equations of rigid parts do not contain. */
@@ -121,11 +119,10 @@ static kempe_status check_inputs(const kmp_channels *c)
 {
     for (int k = 0; k < c->inputs.count; k++)
         if (kmp_transfer_moves_closures(&c->transfer, k))
-            return kmp_fail(
-                c->system->context, KEMPE_E_ARGUMENT,
-                "inputs: parameter '%s' moves closures, with rates that a parameter has not; give the model "
-                "a drive and ask for drive(NAME)",
-                c->inputs.input[k].name);
+            return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
+                            "inputs: parameter '%s' moves closures, and its rates are undefined; use a drive in the "
+                            "model and the input drive(NAME)",
+                            c->inputs.input[k].name);
     return KEMPE_OK;
 }
 
@@ -134,8 +131,9 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
     const kmp_channels_ask asked = {ask->at, ask->inputs, ask->outputs, ask->independent, ask->backend};
     kmp_range range = {.count = 1};
     if (!ask->inputs || !ask->inputs[0])
-        return kmp_fail(system->context, KEMPE_E_ARGUMENT,
-                        "a response wants inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), or parameters");
+        return kmp_fail(
+            system->context, KEMPE_E_ARGUMENT,
+            "a frequency response needs inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), or parameters");
     kempe_status status = kmp_channels_init(&r->channels, system, &asked);
     if (status == KEMPE_OK)
         status = check_state(&r->channels);
@@ -151,11 +149,10 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
     fill_range(&range, r->linear, r->frequency.at);
     status = kmp_frequency_run(&r->frequency);
     if (status == KEMPE_OK && r->frequency.worst > KMP_RESPONSE_HOLDS)
-        kmp_log(
-            system->context, KEMPE_LOG_WARNING,
-            "do not trust the response at %.9g Hz: rounding of the equations changes it by %.2g of its size; a pole "
-            "that next to nothing damps lies beside it",
-            r->frequency.worst_at, r->frequency.worst);
+        kmp_log(system->context, KEMPE_LOG_WARNING,
+                "do not trust the response at %.9g Hz: rounding of the equations changes it by %.2g of its size; an "
+                "almost undamped pole is close to this frequency",
+                r->frequency.worst_at, r->frequency.worst);
     return status;
 }
 

@@ -35,7 +35,7 @@ const cli_command cli_response = {
     .bit = CLI_RESPONSE,
     .name = "response",
     .usage = "FILE --inputs NAME,.. [options]",
-    .summary = "amplitude and phase of outputs to inputs that swing, with the resonances",
+    .summary = "frequency response: amplitude and phase of outputs for harmonic inputs, resonances",
     .examples = "  kempe response examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' \\\n"
                 "      --outputs 'position(chassis.R).z' --frequencies 0.2:20 --svg car.svg\n",
     .dynamics = "plain",

@@ -36,7 +36,7 @@ static void put_pair(kmp_text *text, const kempe_response *r, int input, int out
 static void show_peaks(kmp_text *text, const kempe_response *r, int width)
 {
     const kmp_frequency *f = &r->frequency;
-    kmp_text_printf(text, "\npeaks%s\n", f->peak_count ? "" : ": none inside the range");
+    kmp_text_printf(text, "\npeaks%s\n", f->peak_count ? "" : ": none in the range");
     if (f->peak_count)
         kmp_text_printf(text, "  %-*s  %13s  %13s  %11s  %10s\n", width, "", "Hz", "amplitude", "phase, deg", "gain");
     for (int k = 0; k < f->peak_count && k < MOST_PEAKS; k++) {
@@ -46,7 +46,7 @@ static void show_peaks(kmp_text *text, const kempe_response *r, int width)
         if (isfinite(p->amplitude))
             kmp_text_printf(text, "  %13.6g  %11.2f", p->amplitude, p->phase * (360 / two_pi));
         else
-            kmp_text_printf(text, "  %13s  %11s", "no bound", "-");
+            kmp_text_printf(text, "  %13s  %11s", "unbounded", "-");
         if (isfinite(p->gain))
             kmp_text_printf(text, "  %10.4g\n", p->gain);
         else
@@ -59,7 +59,7 @@ static void show_peaks(kmp_text *text, const kempe_response *r, int width)
 static void show_still(kmp_text *text, const kempe_response *r, int width)
 {
     const kmp_frequency *f = &r->frequency;
-    kmp_text_put(text, "\nat rest (0 Hz)\n");
+    kmp_text_put(text, "\nstatic (0 Hz)\n");
     for (int i = 0; i < f->inputs; i++)
         for (int o = 0; o < f->outputs; o++) {
             double still = f->still[o + i * f->outputs];
@@ -67,7 +67,7 @@ static void show_still(kmp_text *text, const kempe_response *r, int width)
             if (isfinite(still))
                 kmp_text_printf(text, "  %13.6g", still);
             else
-                kmp_text_printf(text, "  %13s", "no bound");
+                kmp_text_printf(text, "  %13s", "unbounded");
             kmp_response_put_unit(text, r, i, o, "  ", " / ");
             kmp_text_put(text, "\n");
         }
@@ -82,16 +82,18 @@ static void list_poles(kmp_text *text, const kempe_response *r, bool unstable)
         if (unstable ? !grows : !kmp_frequency_undamped(f, k))
             continue;
         if (count++ == 0)
-            kmp_text_put(text, unstable ? "note  the state is not stable, and answers of it never settle; what grows: "
-                                        : "note  nothing damps what swings at ");
+            kmp_text_put(
+                text, unstable
+                          ? "note  the state is unstable, so the steady-state response is not attained; growing modes: "
+                          : "note  undamped modes at ");
         else
             kmp_text_put(text, ", ");
         if (unstable)
-            kmp_text_printf(text, "e-fold in %.4g s at %.6g Hz", 1 / f->poles.re[k], f->poles.im[k] / two_pi);
+            kmp_text_printf(text, "grows by e in %.4g s at %.6g Hz", 1 / f->poles.re[k], f->poles.im[k] / two_pi);
         else
             kmp_text_printf(text, "%.8g Hz", f->poles.im[k] / two_pi);
     }
-    kmp_text_put(text, count == 0 ? "" : unstable ? "\n" : ": there the answers have no bound\n");
+    kmp_text_put(text, count == 0 ? "" : unstable ? "\n" : ": there the answers have unbounded\n");
 }
 
 static void show(kmp_text *text, const kempe_response *r)
@@ -105,7 +107,7 @@ static void show(kmp_text *text, const kempe_response *r)
                                                 : "the start, which is an equilibrium");
     list_poles(text, r, true);
     list_poles(text, r, false);
-    kmp_text_printf(text, "\nrounding  changes the answers by %.1e of their size at most, at %.6g Hz\n", f->worst,
+    kmp_text_printf(text, "\nrounding  changes the response by at most %.1e (relative), at %.6g Hz\n", f->worst,
                     f->worst_at);
     show_still(text, r, width);
     show_peaks(text, r, width);

@@ -284,7 +284,8 @@ static int jacobian(void *self, double t, const double *y, double *j)
 
 static kempe_status fail(adjoint *a, double t)
 {
-    return kmp_fail(a->v->system->context, KEMPE_E_FAILED, "backwards the state cannot be evaluated at t = %.9g", t);
+    return kmp_fail(a->v->system->context, KEMPE_E_FAILED,
+                    "the state cannot be evaluated in the adjoint integration at t = %.9g", t);
 }
 
 /* Takes the state (t, y) near q, of these independent coordinates. */
@@ -374,7 +375,7 @@ static kempe_status come_back(adjoint *a, kept_step *before, kept_step *last, do
             return kmp_fail(context, KEMPE_STOPPED, "interrupted");
     }
     if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == '\0')
-        return kmp_fail(context, status, "backwards the step size became too small at t = %.9g",
+        return kmp_fail(context, status, "the step size of the adjoint integration became too small at t = %.9g",
                         a->ask->spec->t_end - a->solver->t);
     *h = a->solver->h;
     return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;

@@ -159,13 +159,15 @@ static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulatio
     while (k < f->system->events.count && (f->mode[k] != 0) == (start->plant->mode[k] != 0))
         k++;
     if (k < f->system->events.count)
-        return kmp_fail(f->system->context, KEMPE_E_FAILED,
-                        "closures switch where %s changes at t = %.9g: derivatives of rates that jump are not known",
-                        f->system->event_text[k], start->t);
+        return kmp_fail(
+            f->system->context, KEMPE_E_FAILED,
+            "closures switch where %s changes at t = %.9g: derivatives across jumps of the rates are not available",
+            f->system->event_text[k], start->t);
     if (start->part->p != f->p || start->t > f->t || start->t < f->t)
-        return kmp_fail(f->system->context, KEMPE_E_FAILED,
-                        "derivatives by parameters do not go on at t = %.9g, where the freedoms are %d, not %d",
-                        start->t, start->part->p, f->p);
+        return kmp_fail(
+            f->system->context, KEMPE_E_FAILED,
+            "derivatives with respect to parameters end at t = %.9g, where the degrees of freedom are %d, not %d",
+            start->t, start->part->p, f->p);
     return KEMPE_OK;
 }
 

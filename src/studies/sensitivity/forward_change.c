@@ -162,8 +162,8 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         return KMP_HALT;
     if (f->count > 0 && !find_swing(f, k))
         return fail_at(f,
-                       "the condition %s is touched at t = %.9g, not passed: the motion has no derivative by "
-                       "parameters there",
+                       "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
+                       "respect to parameters there",
                        k, t);
     kmp_forward_keep_old(f);
     memcpy(f->mode, l->plant->mode, kmp_forward_mode_bytes(f));
@@ -172,7 +172,7 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         f->before[i] = l->qdd[kmp_forward_unknowns(f)[i]];
     set_modes(f, mode);
     if (kmp_forward_come_to(f, t, y) != KMP_GO)
-        return fail_at(f, "the motion cannot go on behind the condition %s at t = %.9g", k, t);
+        return fail_at(f, "the motion cannot continue after the condition %s at t = %.9g", k, t);
     jump(f, integrand, y);
     f->t = NAN; /* the place is the one before the change */
     return kmp_forward_tell_mark(f, t, k);

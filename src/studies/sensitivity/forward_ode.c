@@ -212,9 +212,9 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
 static void say_change_point(kmp_forward_formulation *f, double t)
 {
     kmp_text_printf(&f->formulation.reason,
-                    "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
-                    f->ask->alone ? "the adjoint method does not go through it, the forward method may"
-                                  : "parameters that move its closures have no derivative beyond");
+                    "the mechanism reaches a change point near t = %.9g, where branches meet: %s", t,
+                    f->ask->alone ? "the adjoint method cannot cross it, but the forward method may"
+                                  : "parameters of its closures have no derivative beyond it");
 }
 
 /* -- the end of a step ------------------------------------------------------------------------------- */
@@ -227,11 +227,10 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     const char *joint = f->own_angles ? kmp_varied_singular(f->v) : NULL;
     (void)dy, (void)w;
     if (joint) {
-        kmp_text_printf(
-            &f->formulation.reason,
-            "the angles of spherical joint '%s' come near to their singular position at t = %.9g: integrals of "
-            "these angles do not go on there; take rows of them, or give the joint other axes",
-            joint, t);
+        kmp_text_printf(&f->formulation.reason,
+                        "the angles of spherical joint '%s' approach their singular position at t = %.9g: integrals of "
+                        "these angles end there; use rows instead of integrals, or give the joint other axes",
+                        joint, t);
         return KMP_HALT;
     }
     if (f->zone) {
@@ -269,7 +268,7 @@ void kmp_forward_explain(kmp_formulation *formulation)
         say_change_point(f, t);
     else if (f->growth >= KMP_GROWTH_EXPLAINS)
         kmp_text_printf(&formulation->reason,
-                        "the independent coordinates come to a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,
+                        "the independent coordinates reach a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,
                         f->growth);
 }
 

@@ -159,13 +159,13 @@ static kempe_status tell_end(kempe_gradient *g, double done)
 {
     kmp_text sentence = {0};
     kmp_text_printf(&sentence,
-                    "the loops close along %.4g %% of the way to where they are asked for and no further:", 100 * done);
+                    "the loops can be closed for only %.4g %% of the change to the requested coordinates:", 100 * done);
     for (int k = 0; k < g->driven; k++)
         kmp_text_printf(&sentence, "%s %s from %.6g to %.6g ends at %.6g", k ? "," : "",
                         g->system->model->motions[g->linear.part.u[k]].name, g->from[k], g->to[k], g->value[k]);
-    kmp_text_put(&sentence, g->count ? ", parameters likewise; there the coordinates that are driven no longer decide "
-                                       "the others: other lengths, or another coordinate to drive"
-                                     : "; there the coordinates that are driven no longer decide the others");
+    kmp_text_put(&sentence, g->count ? ", parameters likewise; there the driven coordinates no longer determine the "
+                                       "others: use other lengths, or drive another coordinate"
+                                     : "; there the driven coordinates no longer determine the others");
     kempe_status status =
         sentence.failed ? kmp_fail_memory(g->context) : kmp_fail(g->context, KEMPE_E_FAILED, "%s", sentence.s);
     kmp_text_free(&sentence);
@@ -210,7 +210,7 @@ static void differentiate(kempe_gradient *g, int k)
 static kempe_status evaluate(kempe_gradient *g)
 {
     if (g->deep && kmp_linear_at(&g->linear, 0, g->q, g->rates, g->accelerations) != KEMPE_OK)
-        return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the coordinates that are asked for");
+        return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the requested coordinates");
     kmp_instant at = instant(g);
     if (g->deep)
         kmp_slopes_at(g->slopes, &at);
@@ -251,7 +251,7 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
         g->rates[g->order[d]] = rates ? rates[d] : 0;
         g->accelerations[g->order[d]] = accelerations ? accelerations[d] : 0;
         if (!isfinite(driven[d]))
-            return kmp_fail(g->context, KEMPE_E_ARGUMENT, "coordinate %d that is driven is not finite", d + 1);
+            return kmp_fail(g->context, KEMPE_E_ARGUMENT, "driven coordinate %d is not finite", d + 1);
     }
     memcpy(g->to + g->driven, g->wanted, (size_t)g->count * sizeof *g->to);
     memcpy(g->from, g->value, (size_t)(g->driven + g->count) * sizeof *g->from);

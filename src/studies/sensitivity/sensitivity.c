@@ -32,7 +32,7 @@ static kempe_status find_kind(kempe_sensitivity *s)
         }
         kmp_text_printf(&names, "%s%s", k ? ", " : "", kinds[k]->name);
     }
-    kempe_status status = kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' are unknown; there are: %s",
+    kempe_status status = kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' are unknown; available: %s",
                                    word, names.s ? names.s : "");
     kmp_text_free(&names);
     return status;
@@ -42,18 +42,17 @@ static kempe_status check_method(const kempe_sensitivity *s)
 {
     const char *method = s->ask->method;
     if (method && strcmp(method, "forward") != 0 && strcmp(method, "adjoint") != 0)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "method '%s' is unknown; there are: forward, adjoint", method);
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: forward, adjoint", method);
     if ((method || s->ask->integral) && !s->kind->integrals)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and one method alone",
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
                         s->kind->name);
     if (s->ask->run.checkpoint || s->ask->run.resume)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "sensitivities have no checkpoints: rows of a checkpoint are without derivatives, from which "
-                        "they could go on");
+        return kmp_fail(
+            s->context, KEMPE_E_ARGUMENT,
+            "sensitivities have no checkpoints: the rows of a checkpoint have no derivatives to continue from");
     if (s->ask->at && s->kind->integrals && strcmp(s->ask->at, "start") != 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "a trajectory begins at the start, not at '%s': ask for the sensitivities of reactions, modes "
-                        "or the equilibrium there",
+                        "a trajectory begins at the start, not at '%s': use --of reactions, modes or equilibrium there",
                         s->ask->at);
     return KEMPE_OK;
 }
@@ -100,8 +99,8 @@ static kempe_status take_names(kempe_sensitivity *s)
         return kmp_fail_memory(s->context);
     if (s->count == 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "there is no parameter to differentiate by: give the model some (parameters:), or name start "
-                        "values as q.NAME and qd.NAME");
+                        "there is no parameter to differentiate with respect to: define some in the model "
+                        "(parameters:), or name start values as q.NAME and qd.NAME");
     return KEMPE_OK;
 }
 

@@ -31,7 +31,7 @@ const cli_command cli_sensitivity = {
     .bit = CLI_SENSITIVITY,
     .name = "sensitivity",
     .usage = "FILE [options]",
-    .summary = "exact derivatives by parameters of the model, through the loops",
+    .summary = "exact sensitivities with respect to parameters of the model",
     .examples =
         "  kempe sensitivity examples/four_bar/four_bar.yaml --parameters crank,base --t-end 1 -o by_lengths.csv\n"
         "  kempe sensitivity examples/stewart/stewart.yaml --method adjoint --outputs 'position(platform.P1).z'\n",

@@ -79,8 +79,8 @@ static bool write_note(work *w)
     kmp_text note = {0};
     int zeros = w->spectrum->zeros;
     if (zeros)
-        kmp_text_printf(&note, "%d eigenvalue%s exactly zero, and left out", zeros, zeros == 1 ? " is" : "s are");
-    list(w, KMP_MODE_REPEATED, ", equal to others, the derivatives are those of all of them, by size", &note);
+        kmp_text_printf(&note, "%d eigenvalue%s exactly zero and omitted", zeros, zeros == 1 ? " is" : "s are");
+    list(w, KMP_MODE_REPEATED, ", equal to others, the derivatives are those of all of them, sorted by size", &note);
     list(w, KMP_MODE_DEFECTIVE, ", equal to others with fewer vectors, there are no derivatives", &note);
     bool ok = !note.failed;
     w->s->note = note.length ? kmp_text_take(&note) : NULL;
@@ -106,10 +106,10 @@ static kempe_status find(kempe_sensitivity *s)
     kmp_bend bend = {0};
     kmp_spectrum spectrum = {0};
     kmp_mode_slopes slopes = {0};
-    kempe_status status = s->ask->outputs ? kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                                                     "sensitivities of modes are those of their eigenvalues: no "
-                                                     "outputs are chosen there")
-                                          : KEMPE_OK;
+    kempe_status status =
+        s->ask->outputs ? kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                                   "sensitivities of modes are those of their eigenvalues: outputs cannot be chosen")
+                        : KEMPE_OK;
     x = (kmp_sensitivity_state){0};
     if (status == KEMPE_OK)
         status = kmp_refuse_pressed(s->system, "sensitivities of modes");

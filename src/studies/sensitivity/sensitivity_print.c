@@ -50,16 +50,16 @@ static void put_run(const kempe_sensitivity *s, kmp_text *text)
     kmp_text_printf(text, "run       %s, %s to t = %g s, rtol %g, atol %g\n", s->method, s->integrator, s->t_end,
                     s->rtol, s->atol);
     kmp_convergence_show(text, &s->again, "a number", s->again_name);
-    kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, exchanges %ld\n",
+    kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
                     s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges);
     if (s->backwards > 0)
-        kmp_text_printf(text, "backwards steps %.0f, %.3g MB of the motion kept\n", s->backwards, s->kept * 1e-6);
+        kmp_text_printf(text, "adjoint   steps %.0f, %.3g MB of the motion stored\n", s->backwards, s->kept * 1e-6);
 }
 
 static void put_text(const kempe_sensitivity *s, kmp_text *text)
 {
     int name_width = longest(s->columns, s->column, 8);
-    kmp_text_printf(text, "%s: %s by %d parameter%s, %s\n\n", s->model->name, s->kind->name, s->count,
+    kmp_text_printf(text, "%s: %s with respect to %d parameter%s, %s\n\n", s->model->name, s->kind->name, s->count,
                     s->count == 1 ? "" : "s", kmp_status_word(s->status));
     if (s->reason[0])
         kmp_text_printf(text, "reason    %s\n", s->reason);

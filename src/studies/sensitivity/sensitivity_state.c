@@ -179,7 +179,7 @@ static kempe_status find_equilibrium(kempe_sensitivity *s)
 {
     if (s->ask->at && strcmp(s->ask->at, "start") == 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "the start is no equilibrium: ask for 'reactions' or 'modes' there, or for 'trajectory'");
+                        "the start is not an equilibrium: use 'reactions', 'modes' or 'trajectory' there");
     return find_row(s);
 }
 
@@ -187,7 +187,7 @@ static kempe_status find_reactions(kempe_sensitivity *s)
 {
     if (s->model->closure_count == 0 && !s->ask->outputs)
         return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "the model has no closures, and so no reactions: name outputs to differentiate");
+                        "the model has no closures and therefore no reactions: name outputs to differentiate");
     return find_row(s);
 }
 

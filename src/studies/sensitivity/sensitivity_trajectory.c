@@ -62,7 +62,7 @@ static kempe_status choose_integrator(work *w, kempe_run_options *run)
         if (carries(kmp_solver_get(k)))
             kmp_text_printf(&names, "%s%s", names.length ? ", " : "", kmp_solver_get(k)->name);
     kempe_status status =
-        kmp_fail(s->context, KEMPE_E_ARGUMENT, "integrator '%s' carries no sensitivities; there are: %s",
+        kmp_fail(s->context, KEMPE_E_ARGUMENT, "integrator '%s' does not support sensitivities; available: %s",
                  run->integrator, names.s ? names.s : "");
     kmp_text_free(&names);
     return status;
@@ -369,7 +369,7 @@ static kempe_status check_again(work *w)
     if (status == KEMPE_OK && !name_again(s))
         status = kmp_fail_memory(s->context);
     if (status == KEMPE_OK)
-        kmp_convergence_warn(s->context, &s->again, s->again_name, "take a smaller rtol");
+        kmp_convergence_warn(s->context, &s->again, s->again_name, "use a smaller rtol");
     s->again_s = kmp_cpu_now() - begin;
     return status;
 }

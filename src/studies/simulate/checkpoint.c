@@ -95,15 +95,16 @@ static kempe_status read_rows(const kempe_system *system, const char *path, cons
         end = strchr(s, '\n');
         int column = end ? read_line(s, end, count, row) : 1;
         if (column)
-            return kmp_complain(system->context, path, line, column, "a row of %d numbers is wanted", count);
+            return kmp_complain(system->context, path, line, column, "a row of %d numbers is expected", count);
         if (samples->rows && row[0] <= kmp_samples_time(samples, samples->rows - 1))
-            return kmp_complain(system->context, path, line, 1, "the times must ascend");
+            return kmp_complain(system->context, path, line, 1, "the times must increase");
         const double *q = row + 2;
         if (kmp_samples_add(samples, row[0], q, q + n, q + 2 * n, q + 3 * n, row[1]))
             return kmp_fail_memory(system->context);
     }
     if (samples->rows == 0)
-        return kmp_complain(system->context, path, 3, 1, "a checkpoint without rows: there is nothing to go on from");
+        return kmp_complain(system->context, path, 3, 1,
+                            "the checkpoint has no rows: there is no state to continue from");
     return KEMPE_OK;
 }
 
@@ -123,8 +124,8 @@ static kempe_status check_end(const kempe_system *system, const char *path, char
     kempe_status status = end.failed ? kmp_fail_memory(system->context)
                           : whole    ? KEMPE_OK
                                      : kmp_complain(system->context, path, line, 1,
-                                                    "the checkpoint is damaged: its last line is not the sum of what "
-                                                       "stands before it; go on from another one");
+                                                    "the checkpoint is damaged: its last line is not the checksum of the "
+                                                       "lines before it; continue from another one");
     text[at] = '\0';
     kmp_text_free(&end);
     return status;
@@ -138,7 +139,7 @@ static kempe_status read_text(const kempe_system *system, const char *path, cons
     if (status == KEMPE_OK && (head.failed || !head.s))
         status = kmp_fail_memory(system->context);
     if (status == KEMPE_OK && strncmp(text, "# kempe checkpoint 2,", 21) != 0)
-        status = kmp_complain(system->context, path, 1, 1, "this is no checkpoint of a run");
+        status = kmp_complain(system->context, path, 1, 1, "this is not a checkpoint of a run");
     else if (status == KEMPE_OK && head.s && strncmp(text, head.s, head.length) != 0)
         status = kmp_complain(
             system->context, path, 1, 1,

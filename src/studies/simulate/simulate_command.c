@@ -30,7 +30,7 @@ const cli_command cli_simulate = {
     .bit = CLI_SIMULATE,
     .name = "simulate",
     .usage = "FILE [options]",
-    .summary = "run one formulation and judge the result",
+    .summary = "simulate with one formulation; accuracy checks of the result",
     .examples = "  kempe simulate examples/andrews/andrews.yaml -o andrews.csv\n"
                 "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --output-step 0.01\n"
                 "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n",

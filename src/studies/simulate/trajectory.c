@@ -45,7 +45,7 @@ static kempe_status check_number(kempe_context *context, const char *name, doubl
 {
     if (x >= 0 && isfinite(x))
         return KEMPE_OK;
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is wanted", name, x);
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", name, x);
 }
 
 static kempe_status check_numbers(const job *j)
@@ -54,12 +54,12 @@ static kempe_status check_numbers(const job *j)
         const char *name;
         double value;
     } numbers[] = {
-        {"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"every", j->run->output_step}};
+        {"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"output_step", j->run->output_step}};
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
         KMP_TRY(check_number(j->context, numbers[k].name, numbers[k].value));
     }
     if (j->run->max_steps < 0)
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is wanted",
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is expected",
                         j->run->max_steps);
     if (j->run->threads < 0 || j->run->threads > KMP_TEAM_MOST)
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", j->run->threads,
@@ -72,7 +72,7 @@ static kempe_status read_wish(job *j)
     j->u = KMP_NEW(int, j->system->n);
     if (!j->u)
         return kmp_fail_memory(j->context);
-    kempe_status status = kmp_coordinates_read(j->system->model, "u", j->run->independent, j->u, &j->spec.u_count);
+    kempe_status status = kmp_coordinates_read(j->system->model, "independent", j->run->independent, j->u, &j->spec.u_count);
     j->spec.u = j->spec.u_count ? j->u : NULL;
     return status;
 }
@@ -81,7 +81,7 @@ static kempe_status prepare_times(job *j)
 {
     double every;
     if (!(j->spec.t_end > 0))
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end: say how long to run, in the model or as an option");
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
     kempe_status status = KEMPE_OK;
     if (j->run->reference) {
         status = kmp_reference_read(j->system, j->run->reference, &j->reference);
@@ -115,7 +115,7 @@ static kempe_status prepare_resume(job *j)
     j->spec.t_start = kmp_samples_time(&j->before, last);
     j->spec.work_start = kmp_samples_work(&j->before, last);
     if (!(j->spec.t_start < j->spec.t_end))
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "the checkpoint stands at t = %g s already, t_end is %g s",
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "the checkpoint is already at t = %g s, t_end is %g s",
                         j->spec.t_start, j->spec.t_end);
     while (j->spec.time_count > 0 && *j->spec.times <= j->spec.t_start) {
         j->spec.times++;
@@ -273,20 +273,19 @@ static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
 static void warn_of_verdict(const kempe_trajectory *t)
 {
     if (t->verdict.h_max > TRUSTED_GAP * (t->rtol + t->atol))
-        kmp_log(t->system->context, KEMPE_LOG_WARNING,
-                "the closures are open by %.2g (scaled): do not trust this run; take a smaller rtol, or compare "
-                "formulations",
-                t->verdict.h_max);
+        kmp_log(
+            t->system->context, KEMPE_LOG_WARNING,
+            "the closure residual is %.2g (scaled): do not trust this run; use a smaller rtol, or compare formulations",
+            t->verdict.h_max);
     if (t->verdict.misfit * t->system->length > t->system->closure_tolerance)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
-                "closure row '%s', dropped as redundant but for rounding, came to be open by %.2g m at t = %.9g, more "
-                "than the closure_tolerance of %.2g m: it is not redundant there; check the lengths",
+                "closure row '%s', omitted as redundant up to rounding, has a gap of %.2g m at t = %.9g, more than the "
+                "closure_tolerance of %.2g m: it is not redundant there; check the lengths",
                 t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length, t->verdict.misfit_t,
                 t->system->closure_tolerance);
     if (t->verdict.drift_rel > TRUSTED_DRIFT)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
-                "the energy balance is off by %.2g of its size: do not trust this run; take a smaller rtol, or compare "
-                "formulations",
+                "the relative energy error is %.2g: do not trust this run; use a smaller rtol, or compare formulations",
                 t->verdict.drift_rel);
 }
 
@@ -370,7 +369,7 @@ static kempe_status run_again(kempe_trajectory *t, const job *j)
         kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table, &t->again);
     if (status == KEMPE_OK && j->system->n > 0)
         kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
-                             "take a smaller rtol, or compare formulations");
+                             "use a smaller rtol, or compare formulations");
     return status;
 }
 

@@ -37,7 +37,7 @@ static void show_head(kmp_text *text, const kempe_trajectory *t)
     if (t->form)
         kmp_text_printf(text, ", form %s", t->form);
     kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->rtol, t->atol,
-                    t->report.by_bodies ? ", by articulated bodies" : "",
+                    t->report.by_bodies ? ", articulated-body algorithm" : "",
                     ignores_change_points(t) ? ", change points ignored" : "");
     kmp_text_printf(text, "%s", kmp_status_word(t->status));
     if (t->status != KEMPE_OK)
@@ -107,7 +107,7 @@ static void show_unused(kmp_text *text, const kempe_model *model)
     kmp_text names = {0};
     kmp_print_unused(&names, model);
     if (names.length > 0)
-        kmp_text_printf(text, "unused    nothing of the model depends on these parameters: %s\n", names.s);
+        kmp_text_printf(text, "unused    parameters without any effect on the model: %s\n", names.s);
     text->failed = text->failed || names.failed;
     kmp_text_free(&names);
 }
@@ -127,25 +127,25 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, "  (scaled by the characteristic length, %.6g m)\n", t->system->length);
     kmp_print_rounding(text, t->system, "rounding  ", "          ");
     if (t->verdict.misfit_row >= 0)
-        kmp_text_printf(text, "rounding  rows dropped as redundant stay open by at most %.2e m ('%s' at t = %.6g)\n",
+        kmp_text_printf(text, "rounding  rows omitted as redundant have gaps of at most %.2e m ('%s' at t = %.6g)\n",
                         t->verdict.misfit * t->system->length, t->system->row_names[t->verdict.misfit_row],
                         t->verdict.misfit_t);
     kmp_text_put(text, "energy    drift ");
     kmp_print_cell(text, 0, 2, t->verdict.drift_rel);
-    kmp_text_put(text, " of its size\n");
+    kmp_text_put(text, " (relative)\n");
     show_error(text, t);
     show_unused(text, t->system->model);
     kmp_convergence_show(text, &t->again, "q", again_name(t));
-    kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, Newton %ld,\n",
+    kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, Newton %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
     kmp_text_printf(text, "          factorizations %ld, exchanges %ld, ", r->factorizations, r->exchanges);
     if (t->system->chart_count > 0)
-        kmp_text_printf(text, "centrings %ld, ", r->centrings);
+        kmp_text_printf(text, "chart changes %ld, ", r->centrings);
     kmp_text_printf(text, "events %ld; %d rows\n", r->events, t->table.rows);
-    kmp_text_printf(text, "cpu       %.4g ms integrating", 1e3 * r->cpu_s);
+    kmp_text_printf(text, "cpu       %.4g ms integration", 1e3 * r->cpu_s);
     if (r->wall_s > 0)
-        kmp_text_printf(text, " by all threads, %.4g ms on the wall", 1e3 * r->wall_s);
-    kmp_text_printf(text, ", %.4g ms preparing\n", 1e3 * (r->build_s + t->system->build_s));
+        kmp_text_printf(text, " of all threads, %.4g ms wall-clock time", 1e3 * r->wall_s);
+    kmp_text_printf(text, ", %.4g ms preparation\n", 1e3 * (r->build_s + t->system->build_s));
 }
 
 static void show_notes(kmp_text *text, const kempe_trajectory *t)
@@ -153,7 +153,7 @@ static void show_notes(kmp_text *text, const kempe_trajectory *t)
     const kmp_journal *journal = &t->journal;
     int shown = journal->kept < MOST_SHOWN ? journal->kept : MOST_SHOWN;
     for (int k = 0; k < shown; k++)
-        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "on the way", journal->notes[k].t,
+        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "journal  ", journal->notes[k].t,
                         journal->notes[k].text);
     if (journal->count > shown)
         kmp_text_printf(text, "           and %ld more (--json)\n", journal->count - shown);

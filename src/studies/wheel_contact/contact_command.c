@@ -5,8 +5,8 @@
 static bool says_over_what(const cli_settings *s)
 {
     if (!s->contact.sweep)
-        cli_complain("over what? --sweep NAME=A:B:N, a coordinate or a parameter, as the wheels' place across the "
-                     "track: --sweep 'y=0:-6 mm:13'; 'kempe check FILE' lists the coordinates");
+        cli_complain("the sweep is missing: --sweep NAME=A:B:N of a coordinate or parameter, for example the lateral "
+                     "position of the wheels, --sweep 'y=0:-6 mm:13'; 'kempe check FILE' lists the coordinates");
     return s->contact.sweep;
 }
 
@@ -37,7 +37,7 @@ const cli_command cli_contact = {
     .bit = CLI_CONTACT,
     .name = "contact",
     .usage = "FILE --sweep NAME=A:B:N[,NAME=A:B..] [options]",
-    .summary = "wheels on rails over a shift: where they touch, creepages, forces",
+    .summary = "wheel-rail contact table: contact positions, creepages and forces over a sweep",
     .examples = "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\"\n"
                 "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\" --law fastsim --svg "
                 "contact.svg\n",

@@ -31,7 +31,7 @@ static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *rang
     if (status == KEMPE_OK)
         status = kmp_range_fits_motion(context_of(t), "over", range, model->motions[c].rotation, 0);
     if (status == KEMPE_OK && kmp_contact_hold_of(t, c) >= 0)
-        status = kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "over: '%s' stands twice", range->name);
+        status = kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "--sweep: '%s' is given twice", range->name);
     *lead = (kmp_contact_lead){-1, t->hold_count};
     t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = KMP_RATE_HELD};
     return status;
@@ -63,7 +63,7 @@ static kempe_status count_values(kempe_contact_table *t, int points)
     }
     t->asked = count != 0 ? count : varies ? USUAL_VALUES : 1;
     if (t->asked < 1 || t->asked > MOST_VALUES || (t->asked == 1 && varies))
-        return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "over: %d values are not possible: 2 to %d", t->asked,
+        return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "--sweep: %d values are not possible: 2 to %d", t->asked,
                         MOST_VALUES);
     return KEMPE_OK;
 }
@@ -78,8 +78,7 @@ static kempe_status read_hold(kempe_contact_table *t, const char *words)
         list ? kmp_coordinates_read(model, "hold", words, list, &count) : kmp_fail_memory(context_of(t));
     for (int k = 0; status == KEMPE_OK && k < count; k++) {
         if (kmp_contact_hold_of(t, list[k]) >= 0)
-            status =
-                kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "hold: '%s' is led by over", model->motions[list[k]].name);
+            status = kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "hold: '%s' is swept", model->motions[list[k]].name);
         else
             t->hold[t->hold_count++] = (kmp_steady){.coordinate = list[k], .how = KMP_RATE_HELD};
     }
@@ -97,9 +96,10 @@ static kempe_status read_law(kempe_contact_table *t, const char *word)
         }
         kmp_text_printf(&all, "%s%s", all.s ? ", " : "", name);
     }
-    kempe_status status = !word || t->has_law ? KEMPE_OK
-                                              : kmp_fail(context_of(t), KEMPE_E_ARGUMENT,
-                                                         "law: there is no law '%s': %s", word, all.s ? all.s : "");
+    kempe_status status = !word || t->has_law
+                              ? KEMPE_OK
+                              : kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "unknown creep law '%s'; available: %s", word,
+                                         all.s ? all.s : "");
     kmp_text_free(&all);
     return status;
 }
@@ -109,16 +109,16 @@ kempe_status kmp_contact_ask(kempe_contact_table *t, const kempe_contact_options
     kempe_context *context = context_of(t);
     if (t->given->model->wheel_count == 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "the model has no wheels: its section 'wheels' puts some on rails (docs/model_format.md)");
+                        "the model has no wheels: define them in the section 'wheels' (docs/model_format.md)");
     if (!ask->sweep || !*ask->sweep)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "over what? a coordinate or a parameter with its range, as in 'y=0:10 mm:21'");
+                        "the sweep is missing: a coordinate or a parameter with its range, as in 'y=0:10 mm:21'");
     t->hold = KMP_ARENA_NEW(&t->arena, kmp_steady, t->given->n);
     if (!t->hold)
         return kmp_fail_memory(context);
     kempe_status status = kmp_ranges_read(context, ask->sweep, &t->over);
     if (status == KEMPE_OK && t->over.count > t->given->n + t->given->model->parameter_count)
-        status = kmp_fail(context, KEMPE_E_ARGUMENT, "over: more ranges than there are coordinates and parameters");
+        status = kmp_fail(context, KEMPE_E_ARGUMENT, "--sweep: there are more ranges than coordinates and parameters");
     if (status == KEMPE_OK)
         status = read_over(t);
     if (status == KEMPE_OK)

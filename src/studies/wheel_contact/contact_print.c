@@ -26,7 +26,7 @@ static void say_leads(kmp_text *text, const kempe_contact_table *t)
         const kmp_range *r = &t->over.range[k];
         const char *unit = t->lead[k].hold < 0 ? "" : kmp_print_unit(t->system, t->hold[t->lead[k].hold].coordinate);
         if (r->from != r->to)
-            kmp_text_printf(text, "  %s goes from %.9g to %.9g %s\n", r->name, r->from, r->to, unit);
+            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s\n", r->name, r->from, r->to, unit);
         else
             kmp_text_printf(text, "  %s is %.9g %s\n", r->name, r->from, unit);
     }
@@ -41,10 +41,10 @@ static void say_holds(kmp_text *text, const kempe_contact_table *t)
         const char *unit = kmp_print_unit(t->system, c);
         const double *qd = kempe_contact_table_qd(t, 0);
         if (t->hold[k].how == KMP_RATE_FREED)
-            kmp_text_printf(text, "  %s goes on so that nothing drives it, at %.6g %s/s first\n",
+            kmp_text_printf(text, "  %s turns at the rate without driving torque, at first %.6g %s/s\n",
                             model->motions[c].name, qd ? qd[c] : NAN, unit);
         else if (t->hold[k].rate != 0)
-            kmp_text_printf(text, "  %s goes on at %.6g %s/s, whatever that takes\n", model->motions[c].name,
+            kmp_text_printf(text, "  %s turns at the prescribed rate %.6g %s/s\n", model->motions[c].name,
                             t->hold[k].rate, unit);
     }
 }
@@ -93,7 +93,7 @@ static void show_rows(kmp_text *text, const kempe_contact_table *t)
                 touching++;
             }
             if (touching == 0)
-                kmp_text_printf(text, "%12.6g  %-*s    -  touches nowhere\n", t->value[row], width, wheel_name(t, w));
+                kmp_text_printf(text, "%12.6g  %-*s    -  no contact\n", t->value[row], width, wheel_name(t, w));
         }
 }
 
@@ -115,16 +115,14 @@ static void show_all(kmp_text *text, const kempe_contact_table *t)
     say_holds(text, t);
     if (t->reason)
         kmp_text_printf(text, "  %s\n", t->reason);
-    kmp_text_printf(text, "  the rest is in balance to %.1e, %d iterations\n", t->residual, t->iterations);
+    kmp_text_printf(text, "  the other coordinates are balanced to %.1e, %d iterations\n", t->residual, t->iterations);
     show_rows(text, t);
-    kmp_text_printf(
-        text,
-        "\nwheel, rail: lateral places, outwards, from the nominal radius and the track's middle; along, across:\n"
-        "creepages of the wheel, forwards and to the left; forces and moment on the wheel\n");
+    kmp_text_printf(text,
+                    "\nwheel, rail: lateral positions, outwards, from the nominal radius and the track centre; along, "
+                    "across:\ncreepages of the wheel, forwards and to the left; forces and moment on the wheel\n");
     if (has_other_patches(t))
-        kmp_text_put(
-            text, "no ellipse: the patch is not the one ellipse that a, b and the creep forces are of; pressures may "
-                  "be several\ntimes 3 N / (2 pi a b) (docs/contact.md)\n");
+        kmp_text_put(text, "no ellipse: the contact patch is not the ellipse assumed for a, b and the creep forces; "
+                           "pressures may be several\ntimes 3 N / (2 pi a b) (docs/contact.md)\n");
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */

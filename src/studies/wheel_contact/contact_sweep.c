@@ -122,10 +122,10 @@ static kempe_status read_freed(job *j, const char *words)
     for (int k = 0; status == KEMPE_OK && k < count; k++) {
         int hold = kmp_contact_hold_of(t, list[k]);
         if (hold < 0 || t->hold[hold].rate == 0)
-            status = kmp_fail(context_of(j), KEMPE_E_ARGUMENT,
-                              "freed: '%s' does not move at the start, or the closures move it: give it a rate there "
-                              "(start: qd)",
-                              model->motions[list[k]].name);
+            status = kmp_fail(
+                context_of(j), KEMPE_E_ARGUMENT,
+                "solve-for: '%s' does not move at the start, or the closures move it: give it a rate there (start: qd)",
+                model->motions[list[k]].name);
         else
             t->hold[hold].how = KMP_RATE_FREED;
     }
@@ -253,7 +253,8 @@ static kempe_status give_reason(job *j, kempe_status status)
     kmp_text reason = {0};
     if (t->count == 0 || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
         return status;
-    kmp_text_printf(&reason, "'%s' came from %g to %g: %s", t->over.range[0].name, t->value[0], t->value[t->count - 1],
+    kmp_text_printf(&reason, "'%s' was swept from %g to %g: %s", t->over.range[0].name, t->value[0],
+                    t->value[t->count - 1],
                     status == KEMPE_STOPPED ? "interrupted" : kempe_context_message(context_of(j)));
     t->reason = kmp_text_take(&reason);
     return t->reason ? KEMPE_STOPPED : kmp_fail_memory(context_of(j));

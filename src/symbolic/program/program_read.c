@@ -30,7 +30,7 @@ static bool read_applied(kmp_program_reader *r, kmp_instruction *in)
         return false;
     bool block = in->op == KMP_OP_IMPLICIT;
     if (in->b >= (uint32_t)(block ? r->p->block_count : r->p->table_count))
-        return kmp_words_complain(r, "there is no %s %u", block ? "implicit block" : "table", in->b);
+        return kmp_words_complain(r, "unknown %s %u", block ? "implicit block" : "table", in->b);
     if (!kmp_words_want(r, ",") || !kmp_words_index(r, &in->c))
         return false;
     if (block && in->c >= (uint32_t)r->p->block[in->b].unknowns)
@@ -46,7 +46,7 @@ static bool check_list(kmp_program_reader *r, const kmp_instruction *in)
         uint32_t at = (list >> 1) & (((uint32_t)1 << KMP_CLASS_SHIFT) - 1);
         bool value = list >> 1 >> KMP_CLASS_SHIFT == KMP_OF_INSTRUCTION && !(list & 1);
         if (!value || r->p->instruction[at].op != KMP_OP_LIST)
-            return kmp_words_complain(r, "a list of %d arguments is wanted", r->p->block[in->b].arguments);
+            return kmp_words_complain(r, "a list of %d arguments is expected", r->p->block[in->b].arguments);
         list = r->p->instruction[at].b;
     }
     return true;
@@ -83,7 +83,7 @@ static bool read_infix(kmp_program_reader *r, kmp_instruction *in)
     else if (kmp_words_take(r, "/"))
         in->op = KMP_OP_DIV;
     else
-        return kmp_words_complain(r, "'+', '-', '*' or '/' is wanted here");
+        return kmp_words_complain(r, "'+', '-', '*' or '/' is expected here");
     if (!kmp_words_operand(r, false, &in->b))
         return false;
     in->b |= minus;
@@ -99,7 +99,7 @@ static bool read_instruction(kmp_program_reader *r)
         return false;
     if (number != (uint32_t)r->code) {
         r->at = start;
-        return kmp_words_complain(r, "v%d comes next, not v%u", r->code, number);
+        return kmp_words_complain(r, "v%d is expected next, not v%u", r->code, number);
     }
     kmp_words_skip(r);
     kmp_op op = function_here(r);
@@ -115,7 +115,7 @@ static bool read_output(kmp_program_reader *r, int first)
     if (!kmp_words_want(r, "[") || !kmp_words_index(r, &number) || !kmp_words_want(r, "]") || !kmp_words_want(r, "="))
         return false;
     if (number != (uint32_t)(r->outputs - first))
-        return kmp_words_complain(r, "out[%d] comes next, not out[%u]", r->outputs - first, number);
+        return kmp_words_complain(r, "out[%d] is expected next, not out[%u]", r->outputs - first, number);
     if (!kmp_words_operand(r, true, &r->p->output[r->outputs]))
         return false;
     r->outputs++;
@@ -130,7 +130,7 @@ static bool read_stage(kmp_program_reader *r)
     if (!kmp_words_index(r, &number))
         return false;
     if (number != (uint32_t)p->stages)
-        return kmp_words_complain(r, "stage %d comes next, not %u", p->stages, number);
+        return kmp_words_complain(r, "stage %d is expected next, not %u", p->stages, number);
     r->at += strcspn(r->at, "\n");
     p->code[p->stages] = r->code;
     p->outputs[p->stages++] = r->outputs;
@@ -159,11 +159,11 @@ static bool read_table(kmp_program_reader *r)
     if (!kmp_words_index(r, &number))
         return false;
     if (number != (uint32_t)r->p->table_count)
-        return kmp_words_complain(r, "table %d comes next, not %u", r->p->table_count, number);
+        return kmp_words_complain(r, "table %d is expected next, not %u", r->p->table_count, number);
     while (method < KMP_TABLE_METHODS && !kmp_words_take_word(r, kmp_table_method_name((kmp_table_method)method)))
         method++;
     if (method == KMP_TABLE_METHODS)
-        return kmp_words_complain(r, "'linear' or 'cubic' is wanted here");
+        return kmp_words_complain(r, "'linear' or 'cubic' is expected here");
     if (!kmp_words_next_line(r))
         return false;
     while (starts_number(r)) {
@@ -180,7 +180,7 @@ static bool read_table(kmp_program_reader *r)
     kmp_table_free(table);
     if (added < 0)
         return kmp_words_no_memory(r);
-    return added == (int)number || kmp_words_complain(r, "table %u is table %d again", number, added);
+    return added == (int)number || kmp_words_complain(r, "table %u is the same as table %d", number, added);
 }
 
 static kempe_status read_program(kmp_program_reader *r, kmp_program **program);
@@ -190,7 +190,7 @@ static bool check_averages(kmp_program_reader *r, const kmp_program_block *block
 {
     const kmp_program *p = block->program;
     if (block->candidates < 3)
-        return kmp_words_complain(r, "averages are over three places at least");
+        return kmp_words_complain(r, "averages need at least three positions");
     if (p->stages != 3 || p->outputs[1] != 0 || p->outputs[2] != 2 || p->outputs[3] != block->unknowns + 1)
         return kmp_words_complain(r, "a block of averages has 2 outputs in stage 1 and %d in stage 2",
                                   block->unknowns - 1);
@@ -221,7 +221,7 @@ static bool check_block(kmp_program_reader *r, const kmp_program_block *block)
     for (int k = 0; k < p->input_count; k++) {
         int count = p->input[k].kind == KMP_IN_Q ? n : p->input[k].kind == KMP_IN_PARAMETER ? block->arguments : 0;
         if (p->input[k].index >= (uint32_t)count)
-            return kmp_words_complain(r, "an implicit block knows its unknowns q and arguments p alone");
+            return kmp_words_complain(r, "an implicit block has access to its unknowns q and arguments p only");
     }
     return true;
 }
@@ -237,7 +237,7 @@ static bool read_candidates(kmp_program_reader *r, kmp_program_block *block)
             return false;
         if (*count > 0 && !(r->x[*count] >= r->x[*count - 1])) {
             r->at = start;
-            return kmp_words_complain(r, "candidates do not get smaller");
+            return kmp_words_complain(r, "candidates must not decrease");
         }
         (*count)++;
         if (!kmp_words_next_line(r))
@@ -251,11 +251,11 @@ static bool read_block(kmp_program_reader *r)
 {
     uint32_t number = 0, unknowns = 0, arguments = 0;
     if (r->around)
-        return kmp_words_complain(r, "an implicit block has no blocks in it");
+        return kmp_words_complain(r, "an implicit block cannot contain blocks");
     if (!kmp_words_index(r, &number))
         return false;
     if (number != (uint32_t)r->p->block_count)
-        return kmp_words_complain(r, "implicit %d comes next, not %u", r->p->block_count, number);
+        return kmp_words_complain(r, "implicit %d is expected next, not %u", r->p->block_count, number);
     bool averages = kmp_words_take_word(r, "averages");
     if (!(averages || kmp_words_want(r, "unknowns")) || !kmp_words_index(r, &unknowns) ||
         !kmp_words_want(r, "arguments") || !kmp_words_index(r, &arguments))
@@ -324,11 +324,11 @@ static bool read_body(kmp_program_reader *r)
             return false;
     if (!kmp_words_take_word(r, "end"))
         return kmp_words_complain(r,
-                                  r->p->stages ? "a value 'v%d', an output, 'stage' or 'end' is wanted here"
-                                               : "'table', 'implicit' or 'stage' is wanted here",
+                                  r->p->stages ? "a value 'v%d', an output, 'stage' or 'end' is expected here"
+                                               : "'table', 'implicit' or 'stage' is expected here",
                                   r->code);
     if (r->p->stages == 0)
-        return kmp_words_complain(r, "a program has at least stage 0");
+        return kmp_words_complain(r, "a program needs at least stage 0");
     r->p->code[r->p->stages] = r->code;
     r->p->outputs[r->p->stages] = r->outputs;
     number_operands(r);

@@ -51,7 +51,7 @@ bool kmp_words_take(kmp_program_reader *r, const char *word)
 
 bool kmp_words_want(kmp_program_reader *r, const char *word)
 {
-    return kmp_words_take(r, word) || kmp_words_complain(r, "'%s' is wanted here", word);
+    return kmp_words_take(r, word) || kmp_words_complain(r, "'%s' is expected here", word);
 }
 
 static bool is_letter(char c)
@@ -82,11 +82,11 @@ bool kmp_words_index(kmp_program_reader *r, uint32_t *index)
 {
     kmp_words_skip(r);
     if (*r->at < '0' || *r->at > '9')
-        return kmp_words_complain(r, "a whole number is wanted here");
+        return kmp_words_complain(r, "an integer is expected here");
     for (*index = 0; *r->at >= '0' && *r->at <= '9'; r->at++) {
         *index = 10 * *index + (uint32_t)(*r->at - '0');
         if (*index > MOST_INDEX)
-            return kmp_words_complain(r, "a number of at most %d is wanted here", MOST_INDEX);
+            return kmp_words_complain(r, "a number of at most %d is expected here", MOST_INDEX);
     }
     return true;
 }
@@ -103,7 +103,7 @@ bool kmp_words_number(kmp_program_reader *r, double *value)
     } else {
         size_t n = kmp_text_to_number(r->at, value);
         if (n == 0)
-            return kmp_words_complain(r, "a number is wanted here");
+            return kmp_words_complain(r, "a number is expected here");
         r->at += n;
     }
     *value = negative ? -*value : *value;
@@ -124,9 +124,9 @@ bool kmp_words_next_line(kmp_program_reader *r)
 {
     kmp_words_skip(r);
     if (*r->at == '\0')
-        return kmp_words_complain(r, "the program is not finished: 'end' is wanted");
+        return kmp_words_complain(r, "the program is not finished: 'end' is expected");
     if (*r->at != '\n')
-        return kmp_words_complain(r, "the end of the line is wanted here");
+        return kmp_words_complain(r, "the end of the line is expected here");
     kmp_words_skip_lines(r);
     return true;
 }
@@ -179,7 +179,7 @@ static bool read_variable(kmp_program_reader *r, uint32_t *operand)
         if (!kmp_words_index(r, &index))
             return false;
         *operand = tagged(KMP_OF_INSTRUCTION, index);
-        return index < (uint32_t)r->code || kmp_words_complain(r, "v%u is not known yet", index);
+        return index < (uint32_t)r->code || kmp_words_complain(r, "v%u is not defined yet", index);
     }
     for (int kind = 0; kind < KMP_IN_COUNT; kind++) {
         if (!kmp_words_take_word(r, kmp_input_words[kind]))
@@ -189,7 +189,7 @@ static bool read_variable(kmp_program_reader *r, uint32_t *operand)
         *operand = input_operand(r, (kmp_input_kind)kind, index);
         return true;
     }
-    return kmp_words_complain(r, "an operand is wanted here: a number, an input or a value v..");
+    return kmp_words_complain(r, "an operand is expected here: a number, an input or a value v..");
 }
 
 bool kmp_words_operand(kmp_program_reader *r, bool sign, uint32_t *operand)
@@ -206,7 +206,7 @@ bool kmp_words_operand(kmp_program_reader *r, bool sign, uint32_t *operand)
             return false;
     } else {
         if (*r->at == '-')
-            return kmp_words_complain(r, "one sign is enough");
+            return kmp_words_complain(r, "duplicate sign");
         if (!kmp_words_number(r, &value))
             return false;
         *operand = constant_operand(r, value);
