@@ -244,8 +244,9 @@ static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
 static kempe_status take_state(kmp_channels *c, const kmp_channels_ask *ask, const char *backend)
 {
     int *wish = KMP_NEW(int, c->system->n), wish_count = 0;
-    kempe_status status = wish ? kmp_coordinates_read(c->system->model, "independent", ask->independent, wish, &wish_count)
-                               : kmp_fail_memory(c->system->context);
+    kempe_status status =
+        wish ? kmp_coordinates_read(c->system->model, "independent", ask->independent, wish, &wish_count)
+             : kmp_fail_memory(c->system->context);
     if (status == KEMPE_OK)
         status = kmp_linear_init(&c->linear, c->system, backend);
     if (status == KEMPE_OK)

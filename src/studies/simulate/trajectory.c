@@ -72,7 +72,8 @@ static kempe_status read_wish(job *j)
     j->u = KMP_NEW(int, j->system->n);
     if (!j->u)
         return kmp_fail_memory(j->context);
-    kempe_status status = kmp_coordinates_read(j->system->model, "independent", j->run->independent, j->u, &j->spec.u_count);
+    kempe_status status =
+        kmp_coordinates_read(j->system->model, "independent", j->run->independent, j->u, &j->spec.u_count);
     j->spec.u = j->spec.u_count ? j->u : NULL;
     return status;
 }
