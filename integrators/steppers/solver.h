@@ -74,7 +74,7 @@ double kmp_solver_next_step(double t, double t_end, double next, double *t_new);
 bool kmp_solver_collapsed(int *hopeless, double h, double t);
 
 #define KMP_SOLVER_COLLAPSED                                                                                           \
-    "the step size is close to the resolution of double precision at this time: the motion is singular "             \
+    "the step size is close to the resolution of double precision at this time: the motion is singular "               \
     "there, or too fast"
 
 /** True if a linear solver of that name exists (also for "auto"); all names, comma-separated. */

@@ -20,7 +20,7 @@ struct kmp_bounds {
 static const kmp_bound anything = {-INFINITY, INFINITY, -INFINITY, INFINITY};
 static const double half_turn = 3.14159265358979323846;
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 /* The instruction behind an output; NULL: it is an input or a number. */
 static const kmp_instruction *behind(const kmp_bounds *b, int k)

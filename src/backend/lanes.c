@@ -21,7 +21,7 @@ int kmp_lanes_best(void)
     return kmp_x86_runs(KMP_X86_EIGHT) ? 8 : kmp_x86_runs(KMP_X86_FOUR) ? 4 : 8;
 }
 
-/* -- making it --------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 /* The form of so many lanes that runs here. */
 static bool find_form(int width, kmp_x86_form *form)
@@ -113,7 +113,7 @@ void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const do
         lanes->v[f->feeds[k].slot * w + (size_t)lane] = values[f->feeds[k].index];
 }
 
-/* -- running it -------------------------------------------------------------------------------------- */
+/* -- run --------------------------------------------------------------------------------------------- */
 
 /* One operation on all lanes; the loops run over `w` alone, so that the compiler vectorises them. */
 static void run_operation(const kmp_straight *s, size_t w, double *v)

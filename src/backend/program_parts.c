@@ -93,8 +93,8 @@ static bool find_prices(finder *f)
 
 /* -- seeds ------------------------------------------------------------------------------------------- */
 
-/* Blocks with one list of arguments are one seed. They are numbered as they come; where there are too many, neighbours
- * are one. */
+/* Numbers the seeds in their order; blocks with one list of arguments are one seed. Beyond the limit neighbours share a
+ * seed. */
 static bool number_seeds(finder *f)
 {
     uint32_t *list = KMP_NEW(uint32_t, f->count);
@@ -229,7 +229,7 @@ static void join_seeds(finder *f, int parts)
 
 /* -- parts ------------------------------------------------------------------------------------------- */
 
-/* By the blocks that an instruction feeds or reads. */
+/* Places instructions by the blocks that they feed or read. */
 static void place_by_seeds(finder *f)
 {
     seeds of[KMP_PARTS_MOST + 2] = {0}; /* each part's */
@@ -397,7 +397,7 @@ static void put_costliest_first(finder *f, int parts)
         f->best[i] = (uint8_t)number[f->best[i]];
 }
 
-/* As many parts as threads, or some times as many where they are of unequal size. */
+/* Tries as many parts as threads, or some times as many for parts of unequal size. */
 static int choose_parts(finder *f, int threads, double alone)
 {
     int best = 0;

@@ -2,7 +2,7 @@
 /* The branch-free tape: every add, subtract and multiply is v[d] = v[a] * v[b] + v[c] with two roundings, so that there
  * is no opcode to mispredict:
  *
- *     x + y = x * 1 + y x - y = y * (-1) + x x * y = x * y + (-0) x + p * q = p * q + x
+ *     x + y = x * 1 + y      x - y = y * (-1) + x      x * y = x * y + (-0)      x + p * q = p * q + x
  *
  * all equal to the last bit. Products with a single reader are fused into the sum that reads them. Slots are 16 bits
  * wide when they suffice, 32 otherwise. */
@@ -24,7 +24,7 @@ typedef struct tape {
     uint32_t records, *start; /* first record of each segment, and the end */
 } tape;
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 /* Arrays by instruction. */
 typedef struct builder {
@@ -175,7 +175,7 @@ static void *prepare(const kmp_program *p)
     return NULL;
 }
 
-/* -- running it -------------------------------------------------------------------------------------- */
+/* -- run --------------------------------------------------------------------------------------------- */
 
 static void run_narrow(const record16 *r, const record16 *end, double *v)
 {

@@ -17,7 +17,7 @@ void kmp_arena_free(kmp_arena *arena);
 void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size);
 char *kmp_arena_strdup(kmp_arena *arena, const char *s);
 
-/** Arrays of doubles of one size that are wanted, and where their addresses go: up to the first NULL, 15 at most. */
+/** Arrays of doubles of one size to allocate, and the places of their addresses: up to the first NULL, 15 at most. */
 typedef struct kmp_arena_group {
     ptrdiff_t size;
     double **to[16];

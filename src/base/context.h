@@ -10,7 +10,8 @@
 /** Forgets the old message. Each public function that can fail begins with it. */
 void kmp_context_clear(kempe_context *context);
 
-/** Begins a computation that asks kmp_interrupted: forgets the message, and the interrupt that ended an earlier one. */
+/** Begins a computation that calls kmp_interrupted: discards the message, and the interrupt that ended an earlier one.
+ */
 void kmp_context_begin(kempe_context *context);
 
 /** Appends one sentence to the message and returns `status`, so that a failure reads

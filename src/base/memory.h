@@ -26,7 +26,7 @@ unsigned long kmp_memory_bytes(void);
 /** Allocations that failed on this thread so far: they tell a NULL for want of memory from other NULLs. */
 unsigned long kmp_memory_failures(void);
 
-/** For tests: the n-th allocation from now on this thread fails, once; 0 takes that back. */
+/** For tests: the n-th allocation from now on this thread fails, once; 0 cancels that. */
 void kmp_memory_fail_at(unsigned long n);
 
 #define KMP_NEW(type, n) ((type *)kmp_calloc((size_t)(n), sizeof(type)))

@@ -18,7 +18,7 @@ void kmp_team_free(kmp_team *team);
 /** The number of threads requested. */
 int kmp_team_threads(const kmp_team *team);
 
-/** Does pieces 0 .. count - 1 (count < 65536), in any order, and comes back when all are done. One at a time. */
+/** Does pieces 0 .. count - 1 (count < 65536), in any order, and returns when all are done. One call at a time. */
 void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self);
 
 /** Seconds of processor time of all threads but the caller's, waiting included; 0 without a pool, or where the system

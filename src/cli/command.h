@@ -27,7 +27,7 @@ typedef struct cli_command {
     unsigned bit; /* of options.h */
     const char *name, *usage, *summary, *examples;
     bool (*accepts)(const cli_settings *settings);     /* false after an error message; NULL: always */
-    bool (*model_alone)(const cli_settings *settings); /* no equations are wanted; NULL: they are */
+    bool (*model_alone)(const cli_settings *settings); /* needs no equations; NULL: it needs them */
     bool without_model;                                /* FILE is not a model */
     const char *dynamics;                              /* the default algorithm of the equations; NULL: the model's */
     kempe_status (*run)(const cli_job *j);
@@ -60,10 +60,10 @@ kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char
 /** Accepts any settings. */
 bool cli_always(const cli_settings *settings);
 
-/** Runs one command with its own context and returns the exit code. */
 /** Writes the JSON of a usage error to `json` (NULL: nowhere). Returns CLI_USAGE. */
 int cli_refuse(const char *json);
 
+/** Runs one command with its own context and returns the exit code. */
 int cli_run(const cli_command *command, const cli_settings *settings);
 
 #endif

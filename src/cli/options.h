@@ -67,7 +67,6 @@ typedef struct cli_settings {
 /** Reads the words after the command's name. False after an error message on stderr. */
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings);
 
-/** The options of one command, one a line. */
 /** Prints "kempe: .." on stderr, and keeps this last sentence. */
 void cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
 const char *cli_complaint(void);
@@ -75,6 +74,7 @@ const char *cli_complaint(void);
 /** The value of --json in a command line that may otherwise be invalid; NULL: none. */
 const char *cli_json_word(int count, char **words);
 
+/** Prints the options of one command, one per line. */
 void cli_options_print(unsigned command, FILE *out);
 
 /** The word of `words` (NULL ends it) that is nearest to `word`, NULL when none is near. */

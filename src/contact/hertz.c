@@ -2,7 +2,7 @@
 /* Hertz 1882, after Johnson, Contact Mechanics, 1985, section 4.2, and Kalker 1990, appendix E. g is the lesser over
  * the greater semi-axis, B, D, E are the elliptic integrals of g, c = sqrt(a b), S = along + across:
  *
- *     lesser / greater curvature = g^2 D / B, c^3 = 3 N E / (pi G* S sqrt(g)), approach = c^2 S g K / (2 E). */
+ *     lesser / greater curvature = g^2 D / B,  c^3 = 3 N E / (pi G* S sqrt(g)),  approach = c^2 S g K / (2 E). */
 #include "contact/hertz.h"
 #include "base/context.h"
 #include "contact/elliptic.h"

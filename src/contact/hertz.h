@@ -5,7 +5,7 @@
 
 /** Solution at t = log(along / across), with G* = shear_modulus / (1 - poisson) and k = sqrt(along across):
  *
- *     a = (N / (G* k))^(1/3) axis, approach = (N / (G* k))^(2/3) k approach, N = G* / sqrt(k) stiffness delta^1.5.
+ *     a = (N / (G* k))^(1/3) axis,  approach = (N / (G* k))^(2/3) k approach,  N = G* / sqrt(k) stiffness delta^1.5.
  *
  * b is a with -t; approach and stiffness are even in t. `ratio` is log(a/b). */
 typedef struct kmp_hertz {

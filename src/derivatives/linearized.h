@@ -2,7 +2,7 @@
 /* Linearisation about a closed state: the response of all quantities to a small change of the independent coordinates,
  * and the linearised reduced equations. With N = dq/du, R = N' (M qdd + C) and lambda from Jv' lambda = (M qdd + C)_v,
  *
- *     dR = Mr dudd + Gr dud + Kr du, Mr = N' M N, Gr = N' (C_qd N + M dqdd/dud),
+ *     dR = Mr dudd + Gr dud + Kr du,     Mr = N' M N,     Gr = N' (C_qd N + M dqdd/dud),
  *     Kr = N' [(M qdd + C - J' lambda)_q N + C_qd dqd/du + M dqdd/du].
  *
  * Where forces depend on multipliers C changes with dlambda, which itself depends on dR's force
@@ -20,7 +20,7 @@
 
 typedef struct kmp_linear {
     const kempe_system *system;
-    kmp_arena arena, choice; /* of all arrays; of those that depend on the choice of coordinates */
+    kmp_arena arena, choice; /* of all arrays; of those for the choice of coordinates */
     kmp_plant *plant;        /* its own, at the state */
     kmp_partition part;
     kmp_reduction red;

@@ -219,7 +219,7 @@ static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g),
     return ok ? KEMPE_OK : kmp_fail_memory(s->system->context);
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *const *names, int *parameter)
 {
@@ -350,7 +350,7 @@ void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double
     }
 }
 
-/* A part of a direction for each kind of columns, parameters behind them. */
+/* The part of a direction for each kind of columns, parameters last. */
 static void parts_of(const kmp_direction *d, double *part[COLUMN_KINDS + 1])
 {
     double *const all[] = {d->t, d->q, d->qd, d->qdd, d->lambda, d->parameters};

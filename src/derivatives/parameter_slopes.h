@@ -51,7 +51,7 @@ void kmp_slopes_free(kmp_slopes *slopes);
 /** The system's parameters have other values now. */
 void kmp_slopes_renew_parameters(kmp_slopes *slopes);
 
-/** Takes the state at which the derivatives of the equations are wanted. No allocation, as all that follow. */
+/** Takes the state for derivatives of the equations. No allocation, also in the functions below. */
 void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at);
 
 /** The change of the equations by parameter k; `room` (3 m + n) receives its h, rate, curve and force in turn. */
@@ -66,7 +66,7 @@ double kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *q
 void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,
                          const double *force, double *out);
 
-/** Takes the state at which outputs or conditions and their derivatives are wanted; their values, in the order of
+/** Takes the state for outputs or conditions and their derivatives. Returns their values, in the order of
  * kmp_plant_shown or as kmp_plant_changes has them, valid until the next call. Conditions that end a run are zero. */
 const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at);
 

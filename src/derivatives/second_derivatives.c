@@ -18,7 +18,7 @@ static motion motion_of(kmp_arena *arena, int most)
     return (motion){KMP_ARENA_NEW(arena, kmp_ref, most), KMP_ARENA_NEW(arena, kmp_ref, most), 0};
 }
 
-/* An input along which another one goes. */
+/* Adds an input to the motion, with another input as its direction. */
 static void move(motion *x, kmp_graph *g, kmp_input_kind kind, int index, int along)
 {
     x->leaf[x->count] = kmp_input(g, kind, (uint32_t)index);

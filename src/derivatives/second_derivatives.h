@@ -2,7 +2,7 @@
 /* Second derivatives of the equations along two numeric directions, for the change of a motion near a state when state
  * and parameters change. One program, derived once,
  *
- *     d/db d/da (R, h, rate, curve), R = M qdd + C - J' lambda, rate = J qd + h_t, curve = J qdd + jdqd,
+ *     d/db d/da (R, h, rate, curve),    R = M qdd + C - J' lambda, rate = J qd + h_t, curve = J qdd + jdqd,
  *
  * with a a direction of (q, qd, qdd, lambda), and b a direction of these and of the variable parameters. */
 #ifndef KMP_DERIVATIVES_SECOND_DERIVATIVES_H

@@ -97,7 +97,7 @@ static void predict_from(kmp_varied *v, const kmp_varied_place *at, double t, co
         v->q[part->u[k]] = u[k];
 }
 
-/* From the nearer anchor. */
+/* Predicts from the nearer anchor. */
 static void predict(kmp_varied *v, double t, const double *u)
 {
     predict_from(v, &v->anchor[fabs(t - v->anchor[1].t) < fabs(t - v->anchor[0].t)], t, u);

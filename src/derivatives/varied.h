@@ -75,7 +75,7 @@ void kmp_varied_accelerate(kmp_varied *varied, int k, const double *su, const do
 void kmp_varied_follow(kmp_varied *varied, int k, const double *su, const double *sud, double *q, double *qd,
                        double *qdd, double *lambda);
 
-/** Names the joint that has come too near to its singular position for derivatives; NULL: none. */
+/** The name of the joint that is too near to its singular position for derivatives; NULL: none. */
 const char *kmp_varied_singular(const kmp_varied *varied);
 
 #endif

@@ -7,7 +7,7 @@
  *
  * Rates: given rates are kept, the others are corrected by the least norm,
  *
- *     d = S Jf' mu Jf d = -(J qd_given + h_t) S = scale^2 of the free coordinates,
+ *     d = S Jf' mu      Jf d = -(J qd_given + h_t)      S = scale^2 of the free coordinates,
  *
  * whose derivative is dd = dS Jf' mu + S (dJf' mu + Jf' dmu) with Jf dd from the closures; dS from the characteristic
  * length. */
@@ -215,7 +215,7 @@ static bool move_rates(beginning *b, const double *dq, double *dqd)
     return ok;
 }
 
-/* -- together ---------------------------------------------------------------------------------------- */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 static kempe_status check(const kempe_system *s, const kempe_assembly *a)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Derives h, J, h_t, their rates and jdqd of all closures by differentiation in the graph. Rows that are zero or
- * constant are removed; multipliers are numbered by the remaining rows. */
+/* Derives h, J, h_t, their rates and jdqd of all closures by differentiation in the graph. A row without coordinates is
+ * dropped if it is zero, and otherwise an error. Multipliers are numbered by the remaining rows. */
 #include "dynamics/closures.h"
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
@@ -266,7 +266,7 @@ static void derive_reactions(kmp_equations *eq)
     }
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 /* (J' x)_k for the multipliers of one kind. */
 void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out)

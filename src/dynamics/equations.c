@@ -19,7 +19,7 @@
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
-/* The links as the dynamics see them. */
+/* The links of the dynamics. */
 static const kmp_tree *frames(const kmp_equations *eq)
 {
     return eq->links.count ? &eq->links : &eq->tree;
@@ -130,7 +130,7 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
     return status;
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 static bool allocate(kmp_equations *eq)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The equations of one scene: the sets that were asked for, in one graph.
+/* The equations of one scene: the requested sets, in one graph.
  *
  *     M qdd + C = J' lambda      h = 0      J qd + h_t = 0      J qdd + jdqd = 0
  */

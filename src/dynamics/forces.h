@@ -5,7 +5,7 @@
 
 #include "dynamics/formalisms/newton_euler.h"
 
-enum { KMP_FORCE_WIDTH = 6 }; /* values of an element, at most (forces.def) */
+enum { KMP_FORCE_WIDTH = 6 }; /* values of an element, at most (force_kinds.def) */
 
 typedef struct kmp_forces {
     kmp_wrench *applied; /* a link: force and moment about its origin, its axes */

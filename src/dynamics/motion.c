@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-/* With fewer independent coordinates M and C cost less, in operations; nothing else is tried. */
+/* M and C cost fewer operations with fewer independent coordinates than this; nothing else is tried. */
 #define FEW 12
 /* A lower bound of the operations per coordinate by articulated bodies, in the plane, and per entry of M^-1 J'. If M
  * and C take fewer, articulated bodies are not tried. */
@@ -71,7 +71,7 @@ static kmp_program *program_of(const groups *g, const kempe_system *s, const kmp
                : NULL;
 }
 
-/* The power of forces behind the last stage. */
+/* Adds the power of forces after the last stage. */
 static void finish_power(groups *g, const kmp_equations *eq)
 {
     kmp_ref *out = g->out + g->count[0] + g->count[1] + g->count[2] + g->count[3];
@@ -180,7 +180,7 @@ static bool is_pressed(const kmp_equations *eq)
     return found;
 }
 
-/* With the last stages. */
+/* Makes the program, with the last stages. */
 static bool finish_motion(groups *g, kempe_system *s, const kmp_equations *eq)
 {
     bool ok = true;
@@ -248,7 +248,7 @@ static int independent(const kempe_system *s)
     return s->n > s->m ? s->n - s->m : 0;
 }
 
-/* Entry k of [M -J'; J 0], of M with both its triangles; false behind the last. */
+/* Entry k of [M -J'; J 0], of M with both its triangles; false after the last. */
 static bool saddle_entry(const kempe_system *s, int k, int *row, int *col)
 {
     int side = k % 2, e = k / 2 - s->mass.count;

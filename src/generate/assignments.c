@@ -20,7 +20,7 @@ typedef struct printer {
     uint32_t variables;
 } printer;
 
-/* -- which nodes get a name -------------------------------------------------------------------------- */
+/* -- nodes with a name ------------------------------------------------------------------------------- */
 
 static void count_uses(printer *p, int count, const kmp_assignment *a)
 {

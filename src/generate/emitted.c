@@ -74,7 +74,7 @@ static kempe_status check_operations(const kempe_code *code)
     return KEMPE_OK;
 }
 
-/* -- making ------------------------------------------------------------------------------------------ */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static kempe_status make(kempe_code *code, const kempe_model *model, const kempe_generate_options *g)
 {

@@ -182,7 +182,7 @@ static long count_made(const kmp_graph *g)
     return made;
 }
 
-/* With sines and cosines of sums written out as a program does. */
+/* The count with sines and cosines of sums written out as in a program. */
 static amount written_out(kmp_graph *g, int count, const kmp_ref *outputs)
 {
     kmp_ref *out = KMP_NEW(kmp_ref, count);

@@ -10,7 +10,7 @@ enum { KMP_GAINS_MOST = 16, KMP_GAINS_WAYS = 7 };
 typedef struct kmp_gain {
     const char *name;
     long operations; /* + - * / after it, with those before it; -1: not tried, the model is too large */
-    long runtime;    /* operations of those that depend on more than parameters */
+    long runtime;    /* operations that depend on more than parameters */
 } kmp_gain;
 
 typedef struct kmp_gains {

@@ -30,7 +30,7 @@ static kempe_status count(const cli_job *j, const kempe_generate_options *genera
     return status;
 }
 
-/* The report comes when the files are there. */
+/* Writes the files, then the report. */
 static kempe_status generate(const cli_job *j)
 {
     kempe_code *result = NULL;

@@ -117,7 +117,7 @@ static void list_items(builder *b)
     b->count = kept;
 }
 
-/* By step, then kind of operation; within them as they come. */
+/* Compares items by step, then kind of operation; equal ones keep their order. */
 static int compare(const void *x, const void *y)
 {
     const item *a = x, *b = y;

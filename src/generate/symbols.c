@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Looks at every number that a model has; the one with the symbol gives the name. */
+/* Searches all numbers of a model; the one with the symbol gives the name. */
 #include "generate/symbols.h"
 #include "model/print/model_print.h"
 #include "model/tables/force_table.h"
@@ -7,7 +7,7 @@
 
 static const char *const xyz[3] = {"x", "y", "z"};
 
-/* Appends the name when the number is the one that is looked for. */
+/* Appends the name when the number has the symbol. */
 static bool is_it(kmp_text *text, int symbol, const kmp_number *number, const char *owner, const char *what)
 {
     if (number->symbol != symbol)

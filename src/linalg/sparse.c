@@ -45,7 +45,7 @@ static void compress(kmp_sparse *s, const int *row, const int *col)
     s->start[0] = 0;
 }
 
-/* With no entries yet; freed and NULL when there is no memory. */
+/* A matrix without entries; freed and NULL when there is no memory. */
 static kmp_sparse *make(int n, int nz)
 {
     kmp_sparse *s = KMP_NEW(kmp_sparse, 1);

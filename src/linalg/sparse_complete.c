@@ -95,7 +95,7 @@ static bool is_fixed(const work *w, int j)
     return w->fixed && w->fixed[j];
 }
 
-/* -- which entry goes first -------------------------------------------------------------------------- */
+/* -- choice of the next entry ------------------------------------------------------------------------ */
 
 /* A free column before a fixed one, then the larger entry, then the smaller column, then row. Zeros are no candidates.
  */
@@ -235,7 +235,7 @@ static int shortest_row(work *w)
     return w->bucket[w->lowest];
 }
 
-/* Of the row's entries within the threshold the one whose column has the fewest rows. */
+/* The entry of row i, within the threshold, whose column has the fewest rows. */
 static entry rarest_entry(const work *w, int i)
 {
     entry found = best_of(w, i);
@@ -387,7 +387,7 @@ static void sort_by_size(const work *w, double *pivots)
     }
 }
 
-/* -- new and free ------------------------------------------------------------------------------------ */
+/* -- construction and release ------------------------------------------------------------------------ */
 
 static bool allocate(work *w)
 {
@@ -442,7 +442,7 @@ void kmp_pivoting_free(kmp_pivoting *w)
         kmp_free(arrays[k]);
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 static void reset_rows(work *w)
 {

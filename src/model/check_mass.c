@@ -8,9 +8,9 @@
 #include <math.h>
 
 typedef struct branch {
-    bool heavy;  /* the body, or one behind it, has mass or inertia */
+    bool heavy;  /* the body, or a descendant, has mass or inertia */
     bool closed; /* so with points of closures */
-    bool parent; /* has a body behind it */
+    bool parent; /* has a child */
     bool told;   /* an error of a descendant was reported */
 } branch;
 

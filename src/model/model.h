@@ -184,7 +184,7 @@ struct kempe_model {
     bool closure_tolerance_given;
     kmp_parameter *parameters;
     int parameter_count;
-    int *led; /* parameters that vary as others do, each behind those that it needs; of a variant (model/variant.h) */
+    int *led; /* dependent variable parameters, each after those that it needs; of a variant (model/variant.h) */
     int led_count;
     kmp_named_table *tables;
     int table_count;

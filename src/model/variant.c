@@ -277,7 +277,7 @@ static bool find_followers(kmp_variant *v)
     return ok;
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static kempe_status make(kmp_variant *v, int count, const char *const *names)
 {

@@ -171,7 +171,7 @@ kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_sp
     return kmp_convergence_of(&repeat, 1, convergence);
 }
 
-/* -- telling ----------------------------------------------------------------------------------------- */
+/* -- messages ---------------------------------------------------------------------------------------- */
 
 bool kmp_convergence_holds(const kmp_convergence *c)
 {

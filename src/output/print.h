@@ -47,7 +47,7 @@ const char *kmp_print_unit(const kempe_system *system, int coordinate);
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
 
-/** Closures that stay open as drawn, a line each: behind `label`, the next ones behind `more`. Nothing where all close.
+/** Closures that remain open as drawn, a line each: after `label`, the next ones after `more`. Nothing where all close.
  */
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more);
 

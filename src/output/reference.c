@@ -120,7 +120,7 @@ static bool is_blank(char c)
     return c == ' ' || c == '\t' || c == '\r';
 }
 
-/* The field that begins at *s; *s moves behind the comma after it, to NULL after the last one. */
+/* The field that begins at *s; *s moves past the comma after it, to NULL after the last one. */
 static field next_field(const char **s)
 {
     size_t length = strcspn(*s, ",");

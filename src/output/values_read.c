@@ -33,7 +33,7 @@ static bool is_blank(char c)
     return c == ' ' || c == '\t' || c == '\r';
 }
 
-/* Cuts the field at *s out of its line, without the blanks around it; *s moves behind the comma, to NULL after the last
+/* Removes the field at *s from its line, without surrounding blanks; *s moves past the comma, to NULL after the last
  * one. */
 static char *next_field(char **s)
 {

@@ -13,7 +13,7 @@ static const kmp_quantity shown[] = {KMP_QUANTITY_Q, KMP_QUANTITY_QD, KMP_QUANTI
 
 enum { SHOWN = sizeof shown / sizeof *shown, DIGITS = 4 };
 
-/* -- which runs -------------------------------------------------------------------------------------- */
+/* -- choice of runs ---------------------------------------------------------------------------------- */
 
 /* The better of two runs of a formulation: one that reaches the level of the advice, then the cheaper one. Without
  * such, the more accurate one; without errors, the one at the tighter tolerance. */

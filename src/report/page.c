@@ -46,7 +46,7 @@ static kempe_status record_runs(const kempe_comparison *c, detail *d)
     return KEMPE_OK;
 }
 
-/* Without a run the mechanism is shown as far as it can be assembled. */
+/* Shows the mechanism without a run, as far as it can be assembled. */
 static kempe_status record_start(const kempe_comparison *c, kmp_record *record)
 {
     int n = c->system->n, m = c->system->m;

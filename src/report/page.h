@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The parts that a page of a report is put together from. */
+/* The parts of a report's page. */
 #ifndef KMP_REPORT_PAGE_H
 #define KMP_REPORT_PAGE_H
 

@@ -88,7 +88,7 @@ void kmp_pose_point(const kmp_pose *pose, const double at[3], double out[3])
     memcpy(out, moved.p, sizeof moved.p);
 }
 
-/* By the largest of the four components, which is at least a half (Shepperd 1978). */
+/* Computes the quaternion from its largest component, which is at least a half (Shepperd 1978). */
 void kmp_pose_quaternion(const kmp_pose *pose, const double *near, double out[4])
 {
     double r[3][3];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rails are drawn as far as wheels come on them, and a little more. */
+/* Rails are drawn over the range of the wheels, and a little more. */
 #include "report/railway.h"
 #include "report/encode.h"
 #include "symbolic/table.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Constructors of everything but arithmetic, and their simplifications at birth: numbers, signs of odd and even
- * functions, choices that are already made. */
+/* Constructors of all operations except arithmetic, and their simplifications: numbers, signs of odd and even
+ * functions, choices that are already decided. */
 #include "symbolic/implicit.h"
 #include "symbolic/table.h"
 #include <math.h>

@@ -12,7 +12,7 @@
 
 enum { MOST = KMP_IMPLICIT_MOST };
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static bool derive_slopes(kmp_implicit *b, const kmp_ref *residual)
 {

@@ -52,7 +52,7 @@ kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref 
 
 /* -- values ---------------------------------------------------------------------------------------- */
 
-/** The functions that run a block's program: the five functions of a back end (backend/machine.h). */
+/** The functions that run a block's program: the five functions of a back end (backend/x86/machine.h). */
 typedef struct kmp_block_runner {
     void *(*prepare)(const kmp_program *program); /* NULL: no memory */
     void (*release)(void *code);

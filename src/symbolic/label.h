@@ -22,7 +22,7 @@ typedef struct kmp_labels kmp_labels;
 void kmp_labels_free(kmp_labels *labels);
 bool kmp_labels_failed(const kmp_labels *labels);
 
-/** From now on labels are kept; before, they are forgotten. false: no memory. */
+/** Keeps labels from now on; earlier ones are lost. false: no memory. */
 bool kmp_graph_keep_labels(kmp_graph *g);
 
 /** Labels the node of a reference, unless it is a leaf or has a label. */

@@ -106,7 +106,7 @@ static void remember(kmp_rotations *r, kmp_ref first, kmp_ref second, kmp_ref y,
 
 enum { MAX_TERMS = 64 };
 
-/* The terms of a sum; the number returned may exceed what was stored. */
+/* The terms of a sum; the returned number may exceed the number stored. */
 static int flatten(const kmp_graph *g, kmp_ref a, kmp_ref *terms, int count)
 {
     const kmp_node *n = kmp_graph_node(g, kmp_id(a));

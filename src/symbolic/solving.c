@@ -162,7 +162,7 @@ static bool direction(int n, const double *f, double *dy)
     return isfinite(largest(n, dy));
 }
 
-/* Goes along dy, less far where the residuals are none or grow. */
+/* Steps along dy; shorter where the residuals are NaN or grow. */
 static const double *advance(kmp_solving *s, double *dy, double residual)
 {
     int n = s->block->unknowns;
@@ -216,7 +216,7 @@ static bool stands(int n, const double *dy, const double *size, double part, dou
     return isfinite(before) && part >= 0.9 * before && largest(n, dy) <= 1e-9 * largest(n, size);
 }
 
-/* From y on. */
+/* Newton's iteration from y on. */
 static bool descend(kmp_solving *s)
 {
     int n = s->block->unknowns;

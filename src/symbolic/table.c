@@ -35,7 +35,7 @@ int kmp_table_check(int count, const double *x, const double *y)
     return -1;
 }
 
-/* -- making ---------------------------------------------------------------------------------------- */
+/* -- construction ---------------------------------------------------------------------------------- */
 
 static double secant(const kmp_table *t, int k)
 {

@@ -51,7 +51,7 @@ int kmp_table_degree(const kmp_table *table);
 /** "linear", "cubic". */
 const char *kmp_table_method_name(kmp_table_method method);
 
-/* In the graph. The graph keeps a copy of its tables, a program copies of those that it needs. */
+/* Tables in the graph. The graph keeps a copy of its tables, a program copies of those that it needs. */
 
 /** Number of the table in the graph (an equal one is not added twice); -1: no memory (and the graph has failed). */
 int kmp_graph_add_table(kmp_graph *g, const kmp_table *table);

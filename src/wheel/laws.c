@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* All laws in logarithms: with t = log(along / across), k = sqrt(along across), G* = G / (1 - poisson),
  *
- *     log c = log(N^2 + floor^2)/6 - log(G* k)/3 + T1(t), c = sqrt(a b), log(a/b) = T2(t),
- *     K = G* exp(T3(t) - log(k)/2), log Cij = Tij(log(a/b)),
+ *     log c = log(N^2 + floor^2)/6 - log(G* k)/3 + T1(t),  c = sqrt(a b),  log(a/b) = T2(t),
+ *     K = G* exp(T3(t) - log(k)/2),  log Cij = Tij(log(a/b)),
  *
  * where T are cubic splines through values of src/contact: of Hertz's contact with errors below 1e-8, of Kalker's
  * coefficients those of kempe_contact_kalker. Beyond their ends they are straight: powers. Forces are N times a factor
@@ -181,7 +181,7 @@ static void by_tanh(kmp_graph *g, kmp_creep_force *f)
         f->force[k] = kmp_unary(g, KMP_OP_TANH, f->force[k]);
 }
 
-/* As in src/contact/creep.c, over friction times normal force; `modulus` is G over friction. */
+/* Polach's law as in src/contact/creep.c, over friction times normal force; `modulus` is G over friction. */
 static void polach(kmp_graph *g, const kmp_creep *creep, const ellipse *e, kmp_ref modulus, kmp_creep_force *out)
 {
     const double pi = 3.14159265358979323846;

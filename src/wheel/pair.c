@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A wheel over its rail.
  *
- * In the cross-section of the track at the wheel's centre (x forwards, y outwards, z up) the axle is e = (e1, e2, e3),
- * and r(s) is the radius of the wheel at s along it. On the circle at s only the point whose normal has no x component
- * can touch a rail that is drawn along x (Wang 1984, "the trace line"). With c^2 = e2^2 + e3^2 its direction from the
- * axle is
+ * In the cross-section of the track at the wheel's centre (x forwards, y outwards, z up) the axle is e = (e1, e2, e3).
+ * The radius of the wheel at s along it is r(s). On the circle at s only the point whose normal has no x component can
+ * touch a rail that is drawn along x (Wang 1984, "the trace line"). With c^2 = e2^2 + e3^2 its direction from the axle
+ * is
  *
- *     u = sin(b) l + cos(b) k, sin(b) = r' e1 / c, l = (x - e1 e) / c, k = (0, e3, -e2) / c
+ *     u = sin(b) l + cos(b) k,     sin(b) = r' e1 / c,     l = (x - e1 e) / c,     k = (0, e3, -e2) / c
  *
  * so that, with a = (e1 / c)^2 and cos(b) = sqrt(1 - a r'^2), its position relative to the wheel's centre is
  *
- *     x = (s + r r') e1, y = t e2 + w e3, z = t e3 - w e2, t = s - a r r', w = r cos(b) / c
+ *     x = (s + r r') e1,     y = t e2 + w e3,     z = t e3 - w e2,     t = s - a r r',     w = r cos(b) / c
  *
  * The vertical gap over the rail's height g is D(s) = zc + z(s) - g(yc + y(s)). The profiles are nearest where it is
  * least: there D' = 0, and the gap along the common normal is D cos(contact angle). A rigid wheel touches there.

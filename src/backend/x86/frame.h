@@ -35,8 +35,8 @@ typedef struct kmp_list_item {
     double factor; /* 1 or -1 */
 } kmp_list_item;
 
-/* A stage in parts that do not read each other (backend/program_parts.h), by their first segments within the stage: the
- * segments before the parts, the parts, the segments after them, the end. */
+/* A stage in parts that do not read each other (backend/program_parts.h). Entries are first segments within the stage:
+ * of the segments before the parts, the parts, the segments after them, the end. */
 typedef struct kmp_parting {
     int parts; /* 0: it is in one */
     uint32_t *first;

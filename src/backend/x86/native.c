@@ -11,7 +11,7 @@ typedef struct native {
     kmp_code code;
 } native;
 
-/* -- making it --------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static void drop_code(native *n)
 {
@@ -64,7 +64,7 @@ static void *prepare(const kmp_program *p)
     return share(p, NULL);
 }
 
-/* -- running it -------------------------------------------------------------------------------------- */
+/* -- run --------------------------------------------------------------------------------------------- */
 
 static void set(void *code, kmp_input_kind kind, const double *values)
 {

@@ -41,7 +41,7 @@ static bool is_unary(kmp_x86_op op)
 
 /* -- next uses --------------------------------------------------------------------------------------- */
 
-/* From the end backwards; `next` is left with the first use of each slot. */
+/* Finds next uses from the end backwards; `next` is left with the first use of each slot. */
 static void find_uses(kmp_registers *r, uint32_t count, const kmp_straight *operations)
 {
     for (uint32_t k = count; k-- > 0;) {

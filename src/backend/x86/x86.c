@@ -38,8 +38,8 @@ static bool has_source(const kmp_x86 *c, kmp_x86_op op)
     return op != KMP_X86_LOAD && op != KMP_X86_STORE && !(op == KMP_X86_SQRT && c->form != KMP_X86_ONE);
 }
 
-/* Prefix for registers d (ModRM.reg), x (vvvv) and y (ModRM.rm), the opcode behind it. Bits of registers are inverted.
- */
+/* Prefix for registers d (ModRM.reg), x (vvvv) and y (ModRM.rm), followed by the opcode. Bits of registers are
+ * inverted. */
 static void put_prefix(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
 {
     int r = d < 8, b = y < 8, v = has_source(c, op) ? ~x & 15 : 15;

@@ -2,18 +2,18 @@
 /* Bushing between two points with axes. p_i and q_i are the axes of the first and of the second point. d is the vector
  * from the first to the second, and d' its rate in the first body's axes. The second point receives the force
  *
- *     f = sum_i (preload_i + k_i p_i.d + c_i p_i.d') p_i, potential sum_i preload_i p_i.d + k_i (p_i.d)^2 / 2
+ *     f = sum_i (preload_i + k_i p_i.d + c_i p_i.d') p_i,     potential sum_i preload_i p_i.d + k_i (p_i.d)^2 / 2
  *
  * and the first body -f at the same place. The rotation R between the axes, by an angle a about n, has a potential in
  * Euler parameters (Nikravesh 1988, ch. 6),
  *
- *     V = sum_i kr_i psi_i^2 / 2, psi = 2 sin(a/2) n = 2 s / sqrt(1 + tr R), s = sin(a) n = sum_i p_i x q_i / 2
+ *     V = sum_i kr_i psi_i^2 / 2,     psi = 2 sin(a/2) n = 2 s / sqrt(1 + tr R),     s = sin(a) n = sum_i p_i x q_i / 2
  *
  * which is smooth up to half a turn and equal as seen from either body. With dV/dt = w . m, w the angular velocity of
  * the second body relative to the first, and e' = (e0 w + w x e) / 2 of the Euler parameters e0, e = psi / 2, the
  * second body receives the restoring moment
  *
- *     m = kr s + 2 / (1 + tr R) s x (kr s), kr s = sum_i kr_i (p_i.s) p_i, V = 2 s.(kr s) / (1 + tr R).
+ *     m = kr s + 2 / (1 + tr R) s x (kr s),     kr s = sum_i kr_i (p_i.s) p_i,     V = 2 s.(kr s) / (1 + tr R).
  *
  * It is kr sin(a) n, V = kr (3 - tr R) / 2, where all kr_i are equal. Damping adds cr w, with cr w formed as kr s. */
 #include "dynamics/forces/law.h"
@@ -22,7 +22,7 @@ typedef struct bushing {
     const kmp_tree *tree;
     int frame;          /* link whose axes all vectors have */
     kmp_vec p[3], q[3]; /* axes */
-    kmp_vec way, rate;  /* d and its rate as the first body sees it */
+    kmp_vec way, rate;  /* d and its rate in the first body's axes */
     kmp_vec spin;       /* w */
 } bushing;
 

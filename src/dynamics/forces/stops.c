@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Smooth end stops. With x = q - upper (or lower - q) and the width w,
  *
- *     p(x) = (x + sqrt(x^2 + w^2)) / 2 x far beyond the stop, w^2 / (4 |x|) far before it
- *     p' = p / sqrt(x^2 + w^2) from 0 to 1
- *     push back = k p p' + c p'^2 xd potential k p^2 / 2, power -c (p' xd)^2
+ *     p(x) = (x + sqrt(x^2 + w^2)) / 2        x far beyond the stop, w^2 / (4 |x|) far before it
+ *     p'   = p / sqrt(x^2 + w^2)              from 0 to 1
+ *     push back = k p p' + c p'^2 xd          potential k p^2 / 2, power -c (p' xd)^2
  *
  * which is k x + c xd deep in the stop, k w / 4 + c xd / 4 on it, and falls as k w^4 / (16 |x|^3) before it. All
  * derivatives exist everywhere. */

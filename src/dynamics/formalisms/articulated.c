@@ -2,7 +2,7 @@
 /* The articulated-body inertia of link i is the resistance of its outward subtree to an acceleration of the link when
  * all joints outward are free. About the link's origin, link axes:
  *
- *     moment = K wd + H a force = H' wd + A a
+ *     moment = K wd + H a      force = H' wd + A a
  *
  * Unlike for a rigid body A is no multiple of 1 and H is not skew. With U = its column along the joint, I - U U' / S.U
  * is passed on to the parent; the row along the joint is then exactly zero. Velocities and gravity enter through the

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* With spatial vectors, S_i the motion of joint i, v and a velocity and acceleration (less gravity) of links, F_i the
- * wrench that moves the subtree of i, and for j at or above i
+/* Spatial vectors: S_i is the motion of joint i, v and a are velocity and acceleration (less gravity) of links, F_i is
+ * the wrench that moves the subtree of i. With, for j at or above i,
  *
  *     psi'_j = v_h x S_j      psi''_j = a_h x S_j + v_h x psi'_j       (h the parent of j)
  *     2 B = v x* I - I v x + (I v) x-* summed over the subtree,        ((f x-*) v = v x* f)
@@ -24,8 +24,8 @@
  *
  *     2H + u2.b 1 - u2 b',   2f + m u2,   + d.2f 1 - 2f d',   u2 = 2 u
  *
- * The rows S_i I_i and S_i 2 B_i are passed from O' to O as a wrench and as three numbers, to which u2 x (force of
- * S_i I_i) is added. For a joint that rotates about e, psi' = (w x e, 0) and psi'' = (beta e, alpha x e). For one that
+ * The rows S_i I_i and S_i 2 B_i are passed from O' to O as a wrench and as three numbers, to which u2 x (force of S_i
+ * I_i) is added. For a joint that rotates about e, psi' = (w x e, 0) and psi'' = (beta e, alpha x e). For one that
  * translates they are (0, w x e) and (0, beta e). w, beta, alpha are those of the link itself, because e belongs to
  * both sides of the joint.
  *
@@ -202,7 +202,7 @@ static kmp_wrench moved(const kmp_tree *tree, int k, kmp_wrench w)
     return out;
 }
 
-/* From link k to its parent. */
+/* Passes the data from link k to its parent. */
 static void go_on(const scheme *s, int k, pass *p)
 {
     kmp_graph *g = s->g;
@@ -355,7 +355,7 @@ static bool add_forces(scheme *s, const kmp_forces *forces)
     return ok;
 }
 
-/* -- all together -------------------------------------------------------------------------------------- */
+/* -- the whole ----------------------------------------------------------------------------------------- */
 
 static bool allocate(scheme *s)
 {

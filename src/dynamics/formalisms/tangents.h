@@ -6,17 +6,19 @@
 
 #include "dynamics/forces.h"
 
-/** By recursion with composite bodies: entry (i, k) of d effort_i / d q_k at by_q[i n + k], by qd in by_qd. They are
- * derivatives of kmp_newton_euler's result for qdd less the generalized forces of the forces. False: no memory. */
+/** Derivatives by recursion with composite bodies: entry (i, k) of d effort_i / d q_k at by_q[i n + k], by qd in by_qd.
+ * They are derivatives of kmp_newton_euler's result for qdd less the generalized forces of the forces. False: no
+ * memory. */
 bool kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_forces *forces, kmp_ref *by_q,
                             kmp_ref *by_qd);
 
-/** By differentiating n expressions by the coordinates or the rates (kind KMP_IN_Q or KMP_IN_QD). false: no memory. */
+/** Derivatives of n expressions by the coordinates or the rates (kind KMP_IN_Q or KMP_IN_QD), in the graph. False: no
+ * memory. */
 bool kmp_tangents_forward(kmp_graph *g, int n, const kmp_ref *of, kmp_input_kind kind, kmp_ref *out);
 
-/** For an n x n matrix that is known to be symmetric: entries on one side of the diagonal replace those on the other,
- * from the side with fewer operations, or neither. Entries that are zero on one side become zero on the other. False:
- * no memory. */
+/** For an n x n matrix that is known to be symmetric: entries of the side with fewer operations replace those on the
+ * other side of the diagonal, if there is a difference. Entries that are zero on one side become zero on the other.
+ * False: no memory. */
 bool kmp_tangents_mirror(const kmp_graph *g, int n, kmp_ref *matrix);
 
 /** The chosen derivation of a matrix by q, and of one by qd; operations of this choice, and with the second derivation
@@ -26,9 +28,9 @@ typedef struct kmp_tangent_choice {
     long operations, second;
 } kmp_tangent_choice;
 
-/** Of two derivations of each of two matrices (`count` entries; both NULL: not requested) chooses those that together
- * with other outputs take the fewest operations. Entries that are zero in one derivation become zero in the other.
- * False: no memory. */
+/** Chooses, from two derivations of each of two matrices (`count` entries; both NULL: not requested), those that
+ * together with other outputs take the fewest operations. Entries that are zero in one derivation become zero in the
+ * other. False: no memory. */
 bool kmp_tangents_choose(const kmp_graph *g, int others, const kmp_ref *other, int count, kmp_ref *const by_q[2],
                          kmp_ref *const by_qd[2], kmp_tangent_choice *choice);
 

@@ -126,9 +126,9 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
 /** Sets each link's `own` and `base` from its mass, centre of mass and inertia. */
 void kmp_tree_sum_up(kmp_tree *tree);
 
-/** Gives every body with motions of its own three force inputs at the centre of mass (of all bodies welded to it) and
- * three torque inputs: KMP_IN_FORCE and KMP_IN_TORQUE, number 3 (body - 1) + k. Bodies named in `without`, separated by
- * commas, have none (NULL: all have). */
+/** Gives every body with motions of its own three force inputs and three torque inputs. Forces act at the centre of
+ * mass of all bodies welded to it. The inputs are KMP_IN_FORCE and KMP_IN_TORQUE, number 3 (body - 1) + k. Bodies named
+ * in `without`, separated by commas, have none (NULL: all have). */
 void kmp_tree_add_inputs(kmp_tree *tree, const char *without);
 
 /** The number of symbols, and the values of all. */

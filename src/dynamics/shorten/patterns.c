@@ -107,7 +107,7 @@ static void inertias_alone(const kmp_tree *tree, kmp_ways *ways)
     give(tree, ways->give, KMP_GIVE_INERTIA, KMP_GIVE_INERTIA);
 }
 
-/* Masses also through links without, on to the next that has one. */
+/* Masses are given through massless links, too, to the next link that has a mass. */
 static void masses_through(const kmp_tree *tree, kmp_ways *ways)
 {
     give(tree, ways->give, KMP_GIVE_ALL, KMP_GIVE_MASS);

@@ -8,10 +8,10 @@
 #include "symbolic/substitute.h"
 #include <string.h>
 
-/* The search takes about the square of their number: larger mechanisms are derived. */
+/* The time of the search grows with the square of their number: larger mechanisms use derived rows. */
 enum { MOST_CLOSURES = 64 };
 
-/* -- which closures ---------------------------------------------------------------------------------- */
+/* -- choice of closures ------------------------------------------------------------------------------ */
 
 static void add_gap(kmp_gaps *s, int row, int count)
 {
@@ -195,7 +195,7 @@ static bool take(kmp_gaps *s, kmp_gap *p)
     return true;
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 static void collect(kmp_gaps *s)
 {

@@ -12,7 +12,7 @@ typedef enum kmp_gap_way { KMP_GAP_DERIVED, KMP_GAP_INWARD, KMP_GAP_OUTWARD, KMP
 /* Parts of a row that are exchanged together. */
 typedef enum kmp_gap_part { KMP_GAP_PLACE, KMP_GAP_RATE, KMP_GAP_PARTS } kmp_gap_part; /* h and J; hdot and jdqd */
 
-/* A link seen from an ancestor, in the ancestor's axes. */
+/* A link relative to an ancestor, in the ancestor's axes. */
 typedef struct kmp_gap_seen {
     bool known;
     kmp_vec axes[3], origin, v, a, w, wd;
@@ -61,13 +61,13 @@ typedef struct kmp_gaps {
     bool failed;
 } kmp_gaps;
 
-/* gap_points.c */
+/* point_gap_points.c */
 
 kmp_gap_motion kmp_gap_move_inward(kmp_gaps *s, const kmp_gap_side *p);
 kmp_gap_motion kmp_gap_move_outward(kmp_gaps *s, const kmp_gap_side *p);
 
-/** One row of J for one of the points, with f the row's gradient by its position: the velocity of the point by each
- * joint's motion, along f in the ancestor's axes. */
+/** One row of J for one of the points, with f the row's gradient by its position. Entries are velocities of the point
+ * by each joint's motion, along f in the ancestor's axes. */
 void kmp_gap_row_inward(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref *row);
 void kmp_gap_row_outward(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref *row);
 void kmp_gap_row_derived(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref *row);
@@ -78,7 +78,7 @@ kmp_derivative *kmp_gap_along(kmp_gaps *s, int count, const kmp_ref *leaf, const
 /** dx/dq of all sides, and their rates, by differentiation. */
 bool kmp_gap_derive_sides(kmp_gaps *s);
 
-/* gap_rows.c */
+/* point_gap_rows.c */
 
 /** The number of references of a closure's KMP_GAP_PLACE part: h, and J by rows. */
 int kmp_gap_place_count(const kmp_gaps *s, const kmp_gap *p);

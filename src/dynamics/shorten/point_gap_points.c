@@ -191,7 +191,7 @@ void kmp_gap_row_outward(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref 
     const kmp_tree *tree = &s->eq->tree;
     kmp_graph *g = tree->graph;
     kmp_vec x = p->by[KMP_GAP_OUTWARD].x, moment = kmp_vec_cross(g, x, f);
-    (void)kmp_gap_move_outward(s, p); /* the links as this ancestor sees them */
+    (void)kmp_gap_move_outward(s, p); /* the links relative to this ancestor */
     for (int k = p->link; k != p->ancestor; k = tree->links[k].parent) {
         const kmp_link *link = &tree->links[k];
         const kmp_gap_seen *m = &s->seen[k];

@@ -238,7 +238,7 @@ static kempe_status try_joints(search *s, bool *better)
     return status;
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 /* True if only sets are requested that can be derived again with unchanged closures, and so many that the passes are
  * left out of the count. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* C99: NAME.h and NAME.c, which needs libm and kempe_runtime.h in the same folder. Compiled without contraction it
- * computes the bits of the tape. A long routine is a sequence of functions of CHUNK statements, since compile time
- * grows faster than length (gcc -O1, 84 000 operations: 4.6 s by 250, 6.2 s by 1000). Calls are as fast. Values that
- * several functions read are in an array of their caller. */
+ * computes the bits of the tape. A long routine is a sequence of functions of CHUNK statements. Compile time grows
+ * faster than length (gcc -O1, 84 000 operations: 4.6 s by 250, 6.2 s by 1000). Calls are as fast. Values that several
+ * functions read are in an array of their caller. */
 #include "base/memory.h"
 #include "generate/banner.h"
 #include "generate/languages/runtime_lines.h"
@@ -56,7 +56,7 @@ static void put_table(kmp_text *text, const kmp_code_source *source, const kmp_r
                     derivative);
 }
 
-/* Sine and cosine at once; a local variable for each that is not wanted or has a slot. */
+/* Sine and cosine at once; a local variable for each that is not needed or has a slot. */
 static void put_pair(kmp_scalar *s, kmp_text *text, const kmp_statement *st)
 {
     bool sine = s->p->instruction[st->value].op == KMP_OP_SIN;

@@ -408,8 +408,8 @@ static int largest_column(int n, int k, const double *largest, const int *c)
     return best;
 }
 
-/* Columns stay where they are, rows that are done make room; `largest` is by position in c. Nothing changes in a column
- * that has nothing in the pivot's row. */
+/* Columns keep their places, finished rows make room; `largest` is by position in c. A column without entry in the
+ * pivot's row is unchanged. */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots)
 {
     for (int i = 0; i < m; i++)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Eigenvalues and eigenvectors of quadratic pencils
  *
- *     (s^2 M + s G + K) x = 0, y^H (s^2 M + s G + K) = 0, M symmetric and positive.
+ *     (s^2 M + s G + K) x = 0,     y^H (s^2 M + s G + K) = 0,     M symmetric and positive.
  *
  * Without G and with a symmetric K the symmetric solver finds them, exactly on the axes. Otherwise they come from a
  * companion matrix that is scaled: coordinates that M makes orthonormal, time by the root of the norm of K (Tisseur and

@@ -89,7 +89,7 @@ typedef struct kmp_expr_scope {
     int (*unknown)(void *user, const char *name, const struct kmp_unknowns **unknowns, int *number);
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
     bool time;     /* t is allowed */
-    bool compares; /* a comparison is wanted: a < b */
+    bool compares; /* a comparison is required: a < b */
     int place;     /* so many of x, y, z mean a place, even if parameters have these names */
 } kmp_expr_scope;
 

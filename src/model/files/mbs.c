@@ -196,7 +196,7 @@ static const kmp_yaml *place_on(importer *im, const kmp_element *e, bool point)
 
 /* -- joints ---------------------------------------------------------------------------------------- */
 
-/* As names are without the characters that Kempe's do not have. */
+/* Compares names without the characters that Kempe's names do not have. */
 static bool is_same(const char *a, const char *b)
 {
     for (; *a && *b; a++, b++)

@@ -9,9 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-static const double lead = 1;          /* m of straight before and behind */
-static const double jump = 0.05;       /* m over which curvature goes where it would jump */
-static const double corner = 0.5;      /* m over which the slope of cant goes at either end of its ramp */
+static const double lead = 1;          /* m of straight before and after the course */
+static const double jump = 0.05;       /* m over which curvature changes where it would jump */
+static const double corner = 0.5;      /* m over which the slope of cant changes at either end of its ramp */
 static const double direction = 1e-9;  /* rad: error of the spline's slope away from rounding */
 static const double growth = 0.4;      /* of the spacing with the distance from a joint */
 static const double least_step = 1e-5; /* m */
@@ -39,7 +39,7 @@ double kmp_course_bend(const kmp_course_piece *piece)
 
 /* -- sections -------------------------------------------------------------------------------------- */
 
-/* The k-th piece; before and behind them all are straights. */
+/* The k-th piece; before the first and after the last are straights. */
 static kmp_course_piece piece_at(const kmp_track *track, int k)
 {
     if (k < 0 || k >= track->course_count)
@@ -81,7 +81,7 @@ static void add(laying *l, section s)
     l->canted = l->canted || s.cant != 0 || s.cant_bend != 0;
 }
 
-/* Cant goes up by a ramp whose ends are parabolas; curvature by one straight line. */
+/* A transition: cant rises by a ramp whose ends are parabolas, curvature by one straight line. */
 static void add_transition(laying *l, int k)
 {
     const kmp_track *t = l->track;

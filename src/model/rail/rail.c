@@ -141,7 +141,7 @@ kmp_table *kmp_rail_new(const kmp_table *profile, kmp_rail_place *place)
     return rail;
 }
 
-/* -- the end ------------------------------------------------------------------------------------- */
+/* -- end ----------------------------------------------------------------------------------------- */
 
 void kmp_profile_free(kmp_profile *profile)
 {

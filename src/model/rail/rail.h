@@ -11,7 +11,7 @@ typedef struct kmp_rail_place {
     double depth_given; /* out: the inner side reaches so far below the top, m */
     double at;          /* out: the profile's origin, laterally from the track's middle */
     bool reaches;       /* out: the gauge can be measured */
-    bool resolved;      /* result: its points are distinguishable in double precision there */
+    bool resolved;      /* result: its points are distinct there */
 } kmp_rail_place;
 
 /** The height of an inclined rail over the lateral coordinate from the track's middle, zero on its top. The gauge is

@@ -69,7 +69,8 @@ typedef struct waves {
     double *frequency, *size, *phase;
 } waves;
 
-/* So many that nothing repeats over the length, and that each band is narrow against the lowest frequency. */
+/* The number of waves: large enough that nothing repeats over the length, and that each band is narrow against the
+ * lowest frequency. */
 static int count_waves(const kmp_wave_spectrum *s)
 {
     double low = 2 * pi / s->longest, high = 2 * pi / s->shortest;

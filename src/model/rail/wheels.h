@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails in the model. For either rail of a track, and for a wheel on it, the lateral coordinate counts
- * outwards, away from the middle of the track: left and right differ by the sign alone. */
+ * outwards, away from the middle of the track. Left and right differ by the sign alone. */
 #ifndef KMP_MODEL_RAIL_WHEELS_H
 #define KMP_MODEL_RAIL_WHEELS_H
 

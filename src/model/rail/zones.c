@@ -22,7 +22,7 @@ enum { BISECTIONS = 10, FEWEST_POINTS = 40, MOST_POINTS = 4000 };
 
 static const double rolls[] = {-0.01, 0, 0.01};
 
-/* From one point of the wheel to another one, with nothing that touches between them. */
+/* A jump of the contact from one point of the wheel to another, with no contact between them. */
 typedef struct jump {
     int first, last;
 } jump;

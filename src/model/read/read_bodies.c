@@ -325,7 +325,7 @@ static bool read_all_points(sources *s, const kmp_yaml *ground)
     return true;
 }
 
-/* -- all ----------------------------------------------------------------------------------------- */
+/* -- the whole ----------------------------------------------------------------------------------- */
 
 /* The ground exists also without bodies, so that references to it can be read. */
 static bool make_ground(kempe_model *model, int bodies)

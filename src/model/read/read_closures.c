@@ -311,7 +311,7 @@ static void check_driven(kmp_reader *r, int number)
         }
 }
 
-/* -- all ----------------------------------------------------------------------------------------- */
+/* -- the whole ----------------------------------------------------------------------------------- */
 
 static const kmp_closure *find_namesake(const kempe_model *model, int number)
 {

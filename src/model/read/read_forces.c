@@ -33,7 +33,7 @@ typedef struct element {
     kmp_force *force;
 } element;
 
-/* -- which one ----------------------------------------------------------------------------------- */
+/* -- choice -------------------------------------------------------------------------------------- */
 
 /* The key for the place of action; `spring` is the kind when there is a joint. */
 static const char *find_place(const element *e)

@@ -150,7 +150,7 @@ static const kmp_yaml *rename_key(kmp_reader *r, const kmp_yaml *key, int file)
     return copy;
 }
 
-/* Both maps in one; either may be NULL. `file`: of `more`, whose keys are new names; -1: they are references. */
+/* Merges two maps; either may be NULL. `file`: of `more`, whose keys are new names; -1: they are references. */
 static const kmp_yaml *join_maps(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *more, int file)
 {
     if (!more || more->kind != KMP_YAML_MAP || (map && map->kind != KMP_YAML_MAP && !map->empty))

@@ -203,7 +203,7 @@ static bool read_ends(kmp_reader *r, const kmp_linkage *g, kmp_edge *edge, const
     return false;
 }
 
-/* A joint is called like nothing that it could become. */
+/* Checks that no loop, drive or other joint has the name of a joint, which may be cut. */
 static void check_name(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge)
 {
     static const char *const sections[][2] = {{"loops", "loop"}, {"drives", "drive"}};
@@ -370,7 +370,7 @@ static void make_all(kmp_reader *r, kmp_linkage *g)
     }
 }
 
-/* -- all ----------------------------------------------------------------------------------------- */
+/* -- the whole ----------------------------------------------------------------------------------- */
 
 static kmp_linkage *new_linkage(kmp_reader *r, int bodies, int joints)
 {

@@ -237,7 +237,7 @@ static void space_zones(const reading *w)
         w->r->scratch.failed = true;
 }
 
-/* -- all ----------------------------------------------------------------------------------------- */
+/* -- the whole ----------------------------------------------------------------------------------- */
 
 static void read_wheel(const reading *w)
 {

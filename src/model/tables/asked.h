@@ -11,8 +11,8 @@
  * for every component. KEMPE_E_ARGUMENT: the word, and the valid ones. */
 kempe_status kmp_asked_outputs(kempe_model *copy, const char *words, unsigned **parts);
 
-/** Makes room for one more output of such a copy, the position of a point, of which no part is wanted; its number, -1:
- *  no memory. */
+/** Makes room for one more output of such a copy, the position of a point, without requested components; its number,
+ * -1: no memory. */
 int kmp_asked_position(kempe_model *copy, int point, unsigned **parts);
 
 typedef enum kmp_asked_kind {

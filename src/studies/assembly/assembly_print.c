@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What `assemble` says, for a person and as JSON. */
+/* Output of `assemble`, as text and as JSON. */
 #include "constraints/closing/assemble.h"
 #include "model/print/model_print.h"
 #include "output/print.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What `assemble --branches` says: each assembly mode, and the start values that select it. */
+/* Output of `assemble --branches`: each assembly mode, and the start values that select it. */
 #include "constraints/closing/branches.h"
 #include "output/print.h"
 #include <kempe/branches.h>

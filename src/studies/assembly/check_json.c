@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* `check` as one object. Keys of the contract first; numbers that are not known are null. */
+/* `check` as one object. Keys of the contract first; unknown numbers are null. */
 #include "studies/assembly/check_print.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -29,7 +29,7 @@ static void json_rows(kmp_json *json, const char *key, const kempe_check *check,
     kmp_json_end(json);
 }
 
-/* The text of a sentence, null when there is nothing to say. */
+/* A sentence as text, null when it is empty. */
 static void json_sentence(kmp_json *json, const char *key, const kempe_check *check, writer *write)
 {
     kmp_text line = {0};
@@ -180,7 +180,7 @@ static void json_assembled(kmp_json *json, const kempe_check *check)
     json_limits(json, check);
 }
 
-/* -- what does not assemble -------------------------------------------------------------------------- */
+/* -- failed assembly --------------------------------------------------------------------------------- */
 
 static void json_releases(kmp_json *json, const kempe_check *check)
 {

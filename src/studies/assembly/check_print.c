@@ -6,7 +6,7 @@
 #include <math.h>
 
 enum { MOST_LISTED = 12 };
-#define ROUNDING 1e-13 /* of the first pivot: nothing */
+#define ROUNDING 1e-13 /* relative to the first pivot: zero */
 #define USABLE   1e3   /* max |Bvu| of a coordinate that could be independent */
 
 static const char *name_of(const kempe_check *check, int coordinate)
@@ -20,7 +20,7 @@ static void label(kmp_text *text, const char *word)
     kmp_text_printf(text, "  %-21s", word);
 }
 
-/* A line of its own when `write` finds something to say. */
+/* A line of its own when `write` gives a sentence. */
 static void sentence(kmp_text *text, const kempe_check *check, const char *word,
                      void (*write)(kmp_text *, const kempe_check *))
 {
@@ -252,7 +252,7 @@ static void show_limits(kmp_text *text, const kempe_check *check)
     show_landmarks(text, check);
 }
 
-/* -- what does not assemble -------------------------------------------------------------------------- */
+/* -- failed assembly --------------------------------------------------------------------------------- */
 
 static void show_obstacle(kmp_text *text, const kempe_check *check)
 {

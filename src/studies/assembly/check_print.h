@@ -10,19 +10,19 @@
 /** For a person. */
 void kmp_check_text(kmp_text *text, const kempe_check *check);
 
-/** One object. */
+/** Writes the check as one JSON object. */
 void kmp_check_json(kmp_text *text, const kempe_check *check);
 
-/** The sentence that says why the degrees of freedom are not what counting gives; "" when they are. */
+/** The explanation of degrees of freedom that differ from the count; "" when they agree. */
 void kmp_check_mobility(kmp_text *text, const kempe_check *check);
 
-/** How the second-order test came out, "" when it was not needed. */
+/** The result of the second-order test, "" when it was not needed. */
 void kmp_check_second(kmp_text *text, const kempe_check *check);
 
-/** What may be left out of a closure. */
+/** The parts of a closure that may be left out. */
 void kmp_check_repair(kmp_text *text, const kempe_check *check, const kmp_repair *repair);
 
-/** Why a loop is too short for every configuration; what a release does. */
+/** The reason why a loop is too short for every configuration; the effect of a release. */
 void kmp_check_reach(kmp_text *text, const kempe_check *check, const kmp_reach *reach);
 void kmp_check_release(kmp_text *text, const kempe_check *check, const kmp_release *release);
 

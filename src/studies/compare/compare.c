@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Comparing: every chosen way at every tolerance from one assembled start, judged at the reference's times. */
+/* Comparison: every chosen method at every tolerance from one assembled start, judged at the reference's times. */
 #include "studies/compare/compare.h"
 #include "base/memory.h"
 #include "constraints/evaluation/pressing.h"
@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Of the processor, s, for all runs when nobody says, and the part of it that may go into the reference. */
+/* The default processor time of all runs, s, and the part of it available for the reference. */
 #define BUDGET         60.0
 #define REFERENCE_PART 0.4
 /* Rows of runs whose time counts, less one. */
@@ -20,9 +20,9 @@ kempe_compare_options kempe_compare_options_default(void)
     return (kempe_compare_options){0};
 }
 
-/* -- the end ----------------------------------------------------------------------------------------- */
+/* -- end --------------------------------------------------------------------------------------------- */
 
-/* One good run is a comparison; without one, the first reason speaks for all. */
+/* One successful run makes a comparison; without one, the first failure gives its reason. */
 static kempe_status conclude(kmp_compare_job *j)
 {
     kempe_comparison *c = j->comparison;
@@ -91,7 +91,7 @@ static kempe_status settle_budget(kmp_compare_job *j, double budget_s)
     return KEMPE_OK;
 }
 
-/* A stiff model has implicit integrators tried too, where nobody asked for others. */
+/* A stiff model is also run with implicit integrators, unless the user chose others. */
 static kempe_status widen(kmp_compare_job *j, const kempe_compare_options *options)
 {
     bool stiff = false;
@@ -110,7 +110,7 @@ static void take_ways(kmp_compare_job *j)
     j->choice.ways = NULL;
 }
 
-/* Which multipliers redundant rows leave open: nothing can be said of their errors, and that is said. */
+/* Finds multipliers that redundant rows leave undetermined: their errors are undefined, which the report states. */
 static kempe_status find_shared(kmp_compare_job *j)
 {
     kempe_comparison *c = j->comparison;
@@ -172,7 +172,7 @@ static void release(kmp_compare_job *j)
 
 /* -- the comparison ---------------------------------------------------------------------------------- */
 
-/* A mechanism that does not assemble has nothing to compare: the message says why, and so does the result. */
+/* A mechanism that cannot be assembled has nothing to compare: message and result give the reason. */
 static kempe_status settle_failure(kmp_compare_job *j)
 {
     j->comparison->status = KEMPE_E_FAILED;
@@ -191,7 +191,7 @@ static kempe_status judge(kmp_compare_job *j)
     return status == KEMPE_OK ? kmp_compare_advise(c) : status;
 }
 
-/* Of the start. */
+/* Repeats the warnings of the start. */
 static kempe_status repeat_warnings(kmp_compare_job *j)
 {
     char *lines = kmp_context_warnings(j->context);

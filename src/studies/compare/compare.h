@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Many ways and tolerances on one scene, judged against one reference. */
+/* Many methods and tolerances on one scene, judged against one reference. */
 #ifndef KMP_STUDIES_COMPARE_COMPARE_H
 #define KMP_STUDIES_COMPARE_COMPARE_H
 
@@ -9,7 +9,7 @@
 #include <kempe/check.h>
 #include <kempe/compare.h>
 
-/** One way at one tolerance. What is not known (a failed run) is NaN. */
+/** One method at one tolerance. Unknown values (of a failed run) are NaN. */
 typedef struct kmp_compared {
     const kmp_method *way;
     double rtol;
@@ -18,11 +18,11 @@ typedef struct kmp_compared {
     kmp_verdict verdict;
     kmp_run_report report;
     double cpu_s;  /* median of the repeats */
-    double apart;  /* how far q comes out otherwise at the next tighter tolerance that was run */
-    bool left_out; /* not run, or given up, for want of time: the reason says why */
+    double apart;  /* the difference of q from the run at the next tighter tolerance */
+    bool left_out; /* not run, or stopped, for lack of time: the reason explains it */
 } kmp_compared;
 
-/** Which ways and tolerances. */
+/** The chosen methods and tolerances. */
 typedef struct kmp_compare_choice {
     int way_count;
     kmp_method *ways;
@@ -32,14 +32,14 @@ typedef struct kmp_compare_choice {
 
 enum { KMP_MOST_LEVELS = 9 };
 
-/** What each way needs for an error of q: the table at equal error. A run counts for a level when it and all runs of
- * its way at tighter tolerances that came to their end are within it. Runs are indices into `runs`. */
+/** The cost of each method for an error of q: the table at equal error. A run counts for a level when it and all
+ * complete runs of its method at tighter tolerances are within it. Runs are indices into `runs`. */
 typedef struct kmp_levels {
-    int count;                     /* 0: there is no reference to tell */
+    int count;                     /* 0: there is no reference */
     double level[KMP_MOST_LEVELS]; /* descending */
-    bool blank[KMP_MOST_LEVELS];   /* below ten times the reference's uncertainty: nothing can be said */
+    bool blank[KMP_MOST_LEVELS];   /* below ten times the reference's uncertainty: no statement is possible */
     int best[KMP_MOST_LEVELS];     /* the cheapest run of all that counts, -1: none */
-    int *run;                      /* way_count x count: the cheapest of the way, -1: none, or blank */
+    int *run;                      /* way_count x count: the cheapest of the method, -1: none, or blank */
 } kmp_levels;
 
 typedef struct kmp_sentences {
@@ -47,21 +47,21 @@ typedef struct kmp_sentences {
     char **s;
 } kmp_sentences;
 
-/** Which way to take, and why. */
+/** The recommended method, with reasons. */
 typedef struct kmp_advice {
     int run;      /* index into `runs`; -1: nothing can be advised */
-    double level; /* the error of q that it is for; NaN where errors are not known */
+    double level; /* the error of q that it is for; NaN where errors are unknown */
     bool stiff;   /* explicit steps follow the fastest decay, not the motion */
     kmp_sentences because;
 } kmp_advice;
 
 enum { KMP_MOST_SOURCES = 4 };
 
-/** One of the runs that the own reference is made from. */
+/** One of the runs for Kempe's own reference. */
 typedef struct kmp_source {
     const char *formulation, *form, *integrator;
     double rtol;
-    double own;      /* how far q comes out otherwise at a tenfold tolerance */
+    double own;      /* the difference of q at a tenfold tolerance */
     double distance; /* of q from the reference; 0 for the reference itself */
 } kmp_source;
 
@@ -69,36 +69,36 @@ struct kempe_comparison {
     const kempe_system *system;
     kempe_status status;
     char *reason; /* "" when ok */
-    char *source; /* what the reference is */
+    char *source; /* description of the reference */
     bool has_reference;
-    double uncertainty[KMP_QUANTITIES]; /* of the reference; 0 for a given one, NaN when not known */
+    double uncertainty[KMP_QUANTITIES]; /* of the reference; 0 for a given one, NaN when unknown */
     int source_count;                   /* of an own reference */
     kmp_source sources[KMP_MOST_SOURCES];
     int instants;         /* at which errors are judged, of the whole time; 0: there is no reference */
     bool *shared;         /* m: multipliers that redundant rows leave open, which are not judged */
-    double amplification; /* of a small change of the start, at worst, in q; NaN when not known */
+    double amplification; /* of a small change of the start, at worst, in q; NaN when unknown */
     double until;         /* errors are judged up to this time */
     double t_end, budget_s;
     int way_count, rtol_count;
-    kmp_method *ways; /* those run, taken over from the choice */
+    kmp_method *ways; /* those run, transferred from the choice */
     int count;
-    kmp_compared *runs; /* by way, then by tolerance as asked: rtol_count each */
+    kmp_compared *runs; /* by method, then by tolerance in the order of the request: rtol_count each */
     kmp_levels levels;
     kmp_advice advice;
-    kmp_sentences failures; /* runs that did not come to their end, in groups, with the reason */
-    kmp_sentences warnings; /* of the reference, and of runs that came to their end */
+    kmp_sentences failures; /* incomplete runs, in groups, with the reason */
+    kmp_sentences warnings; /* of the reference, and of complete runs */
 };
 
-/** Reads the lists of the options; those of ways that nobody asked for by name hold the standard ones.
- * KEMPE_E_ARGUMENT: which name is unknown, and what there is. */
+/** Reads the lists of the options; lists of methods that are not given contain the standard ones. KEMPE_E_ARGUMENT: the
+ * unknown name, and the valid ones. */
 kempe_status kmp_choice_init(kmp_compare_choice *choice, kempe_context *context, const kempe_compare_options *options);
 
-/** Adds the ways of implicit integrators, for a stiff model. */
+/** Adds the methods with implicit integrators, for a stiff model. */
 kempe_status kmp_choice_add_implicit(kmp_compare_choice *choice, kempe_context *context,
                                      const kempe_compare_options *options);
 void kmp_choice_free(kmp_compare_choice *choice);
 
-/** What a comparison works with until it is done. */
+/** Working data of a comparison. */
 typedef struct kmp_compare_job {
     kempe_comparison *comparison;
     kempe_context *context;
@@ -106,28 +106,28 @@ typedef struct kmp_compare_job {
     kempe_assembly *start;
     kmp_plant *plant;
     kmp_reference reference;
-    kmp_times times; /* of rows that are judged */
-    kmp_times few;   /* of rows in runs whose time counts */
-    double left_s;   /* of the processor, for what is still to be run */
-    bool quiet;      /* what the runs say is said: the first one speaks for all */
+    kmp_times times; /* of judged rows */
+    kmp_times few;   /* of rows in timed runs */
+    double left_s;   /* of the processor, for the remaining runs */
+    bool quiet;      /* messages of runs have been reported: the first run speaks for all */
 } kmp_compare_job;
 
-/** Runs a way once, given up after limit_s; its time is taken from what is left. The rows are put into `table` in place
- * of those there. The caller frees report->reason. */
+/** Runs a method once, stopped after limit_s; its time is subtracted from the rest. The rows replace those in `table`.
+ * The caller frees report->reason. */
 kempe_status kmp_compare_once(kmp_compare_job *job, const kmp_method *way, double rtol, const kmp_times *times,
                               double limit_s, kmp_samples *table, kmp_run_report *report);
 
-/** Whether a status comes with a result: done, stopped or failed with a reason. */
+/** True if a status comes with a result: complete, stopped or failed with a reason. */
 bool kmp_compare_has_result(kempe_status status);
 
-/** Whether the model is stiff, by a few coarse runs. */
+/** Determines by a few coarse runs if the model is stiff. */
 kempe_status kmp_compare_probe(kmp_compare_job *job, bool *stiff);
 
-/** Makes the comparison's own reference from several formulations and integrators, in at most `budget_s` of what is
- * left. Without one, has_reference stays false and `source` says why. */
+/** Makes the comparison's own reference from several formulations and integrators, in at most `budget_s` of the
+ * remaining time. Without one, has_reference stays false and `source` gives the reason. */
 kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s);
 
-/** All ways at all tolerances, from coarse ones to fine ones. */
+/** Runs all methods at all tolerances, from coarse ones to fine ones. */
 kempe_status kmp_compare_run_all(kmp_compare_job *job);
 
 /** Fill `levels`; `failures` and `warnings`; `advice` from the runs. KEMPE_E_MEMORY. */
@@ -135,9 +135,9 @@ kempe_status kmp_compare_levels(kempe_comparison *comparison);
 kempe_status kmp_compare_remark(kempe_comparison *comparison);
 kempe_status kmp_compare_advise(kempe_comparison *comparison);
 
-/** What explicit steps at two tolerances and implicit ones at the coarser say. */
+/** Results of explicit steps at two tolerances and of implicit ones at the coarser. */
 typedef struct kmp_stiffness {
-    int loose, tight, implicit; /* runs; -1: none that says anything */
+    int loose, tight, implicit; /* runs; -1: none with a result */
     bool stiff;
 } kmp_stiffness;
 
@@ -151,11 +151,11 @@ void kmp_compare_name(kmp_text *text, const char *formulation, const char *form,
 /** Adds one; false: no memory. */
 bool kmp_sentences_add(kmp_sentences *list, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/** Adds what was written, and empties it. */
+/** Appends the text as a sentence, and empties the text. */
 bool kmp_sentences_take(kmp_sentences *list, kmp_text *text);
 void kmp_sentences_free(kmp_sentences *list);
 
-/** True when an error is too near to the reference's own uncertainty to say anything: below ten times it. */
+/** True when an error is too close to the reference's own uncertainty: below ten times it. */
 bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
 
 #endif

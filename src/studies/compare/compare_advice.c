@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which way to take, by rules that docs/compare.md states, and the measurements that speak for it. */
+/* The recommended method, by the rules in docs/compare.md, and the measurements that support it. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
@@ -11,10 +11,10 @@ static const double usual[] = {1e-6, 1e-8};
 
 enum { USUAL = sizeof usual / sizeof *usual };
 
-/* What a way without failures may cost more than the cheapest that has some. */
+/* Largest cost of a method without failures relative to the cheapest with failures. */
 #define ROBUST 2.0
 
-/* Levels that advice goes by, coarse first. */
+/* Error levels for the advice, coarse first. */
 typedef struct aims {
     int count, level[USUAL];
 } aims;
@@ -24,7 +24,7 @@ static bool is_told(const kempe_comparison *c, int l)
     return !c->levels.blank[l] && c->levels.best[l] >= 0;
 }
 
-/* The usual ones that can be told; where none can, the finest that can. */
+/* The usual error levels for which statements are possible; if there are none, the finest possible one. */
 static aims choose_aims(const kempe_comparison *c)
 {
     aims a = {0};
@@ -49,7 +49,7 @@ static int run_at(const kempe_comparison *c, int way, int level)
     return c->levels.run[way * c->levels.count + level];
 }
 
-/* How many times as long as the cheapest; infinite where it is not reached. */
+/* The cost relative to the cheapest method; infinite where the level is not reached. */
 static double ratio_at(const kempe_comparison *c, int way, int level)
 {
     int run = run_at(c, way, level);
@@ -72,7 +72,8 @@ static int failed_of(const kempe_comparison *c, int way)
     return failed;
 }
 
-/* The least of the worst ratios, of ways without failures only where asked; -1: none reaches all aims. */
+/* The method with the least of the worst ratios, if `robust` among those without failures; -1: none reaches all aims.
+ */
 static int cheapest(const kempe_comparison *c, const aims *a, bool robust, int but)
 {
     int found = -1;
@@ -83,7 +84,7 @@ static int cheapest(const kempe_comparison *c, const aims *a, bool robust, int b
     return found;
 }
 
-/* Where no way reaches all aims the coarser one alone counts. */
+/* The recommended method; if no method reaches all aims, the coarser one alone counts. */
 static int choose_way(const kempe_comparison *c, aims *a)
 {
     int way = cheapest(c, a, false, -1);
@@ -97,7 +98,7 @@ static int choose_way(const kempe_comparison *c, aims *a)
     return way;
 }
 
-/* -- why --------------------------------------------------------------------------------------------- */
+/* -- reason ------------------------------------------------------------------------------------------ */
 
 static void name(kmp_text *text, const kmp_method *way)
 {
@@ -181,7 +182,7 @@ static void tell_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_
         kmp_text_put(text, ", as limited by accuracy");
 }
 
-/* The dae way that is best at the aims, and what it is good for. */
+/* The best method of the dae formulation at the aims, and its use. */
 static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, int advised)
 {
     int dae = -1, tried = -1;
@@ -234,7 +235,7 @@ static kempe_status explain(kempe_comparison *c, const aims *a, int way, const k
     return status;
 }
 
-/* The cheapest run that the next tolerance of its way agrees with as usual; -1: none. */
+/* The cheapest run that agrees with the next tolerance of its method as usual; -1: none. */
 static int steadiest(const kempe_comparison *c)
 {
     int found = -1;
@@ -245,7 +246,7 @@ static int steadiest(const kempe_comparison *c)
     return found;
 }
 
-/* Why nothing is advised. */
+/* The reason why there is no advice. */
 static kempe_status refrain(kempe_comparison *c)
 {
     kmp_text text = {0};

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Comma-separated lists of formulations, forms, integrators and tolerances, against the table of ways. */
+/* Comma-separated lists of formulations, forms, integrators and tolerances, compared with the table of methods. */
 #include "base/memory.h"
 #include "integrators/steppers/solver.h"
 #include "studies/compare/compare.h"
@@ -26,7 +26,7 @@ static bool word_is(const char *s, size_t length, const char *name)
     return strlen(name) == length && memcmp(s, name, length) == 0;
 }
 
-/* An absent list holds everything. */
+/* True if the list contains the name; an absent list contains all. */
 static bool list_has(const char *list, const char *name)
 {
     if (!list)
@@ -81,9 +81,9 @@ static kempe_status check_names(kempe_context *context, const char *list, part p
     return KEMPE_OK;
 }
 
-/* -- ways and tolerances ----------------------------------------------------------------------------- */
+/* -- methods and tolerances -------------------------------------------------------------------------- */
 
-/* What is run besides the standard ways when neither a form nor an integrator is asked for. */
+/* Methods run in addition to the standard ones when neither a form nor an integrator is given. */
 static const kmp_method besides[] = {{.formulation = "reduced", .form = "integrated", .integrator = "dopri5"}};
 
 static bool is_beside(const kmp_method *way)
@@ -98,7 +98,7 @@ static bool is_beside(const kmp_method *way)
     return false;
 }
 
-/* Forms and integrators that are not asked for by name must be standard ones. */
+/* True if the method is selected. Forms and integrators that are not given by name must be standard ones. */
 static bool is_chosen(const kmp_method *way, const char *const list[PARTS])
 {
     return list_has(list[PART_FORMULATION], way->formulation) && list_has(list[PART_FORM], way->form) &&
@@ -113,7 +113,7 @@ bool kmp_is_implicit(const kmp_method *way)
     return solver->dae || solver->implicit;
 }
 
-/* With `implicit` integrators that are so are standard. */
+/* Chooses methods; `implicit`: implicit integrators count as standard. */
 static kempe_status choose_ways(kmp_compare_choice *choice, kempe_context *context, const char *const list[PARTS],
                                 bool implicit)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The runs of a comparison as a table that other programs read: one row each, empty where nothing is known. */
+/* The runs of a comparison as a table for other programs: one row each, empty where values are unknown. */
 #include "base/file.h"
 #include "studies/compare/compare_print.h"
 #include <kempe/compare.h>
@@ -13,7 +13,7 @@ static void write_cell(kmp_text *text, double x)
         kmp_text_number(text, x);
 }
 
-/* Words that may hold commas: inside quotes, on one line. */
+/* Words that may contain commas: in quotes, on one line. */
 static void write_quoted(kmp_text *text, const char *words)
 {
     if (!*words)

@@ -78,7 +78,7 @@ static void json_sentences(kmp_json *json, const char *key, const kmp_sentences 
     kmp_json_end(json);
 }
 
-/* What a way needs for a level; null where it does not reach it. */
+/* The cost of a method for a level; null where it does not reach it. */
 static void json_reached(kmp_json *json, const kempe_comparison *c, int way, int l)
 {
     int k = c->levels.run[way * c->levels.count + l], best = c->levels.best[l];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The table at equal error: which run of each way is the cheapest that holds a level of error, lucky ones left out. */
+/* The table at equal error: the cheapest run of each method within a level of error, except accidental ones. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
@@ -20,7 +20,7 @@ static bool is_within(const kmp_compared *run, double level)
     return run->status == KEMPE_OK && run->verdict.error[KMP_QUANTITY_Q] <= level;
 }
 
-/* A run that its way contradicts at a tighter tolerance was lucky. */
+/* True if no run of the method at a tighter tolerance contradicts this run, which would then be accidental. */
 static bool counts(const kempe_comparison *c, int run, double level)
 {
     if (!is_within(&c->runs[run], level))

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The comparison as text: all runs, the table at equal error, what went wrong, and the verdict, which ends it so that a
+/* The comparison as text: all runs, the table at equal error, failures, and the summary, which comes last so that a
  * terminal shows it. */
 #include "studies/compare/compare_print.h"
 #include "base/memory.h"
@@ -178,7 +178,7 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
     kmp_text_printf(text, "-: not attained%s\n", blank ? "; blank: below the accuracy of the reference" : "");
 }
 
-/* -- the verdict ------------------------------------------------------------------------------------- */
+/* -- summary ----------------------------------------------------------------------------------------- */
 
 static void show_advice(kmp_text *text, const kempe_comparison *c)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the reports of a comparison share. */
+/* Common functions of a comparison's reports. */
 #ifndef KMP_STUDIES_COMPARE_COMPARE_PRINT_H
 #define KMP_STUDIES_COMPARE_COMPARE_PRINT_H
 

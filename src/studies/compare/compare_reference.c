@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The reference that Kempe makes itself: runs near rounding on several formulations with several integrators, which
- * share neither the choice of coordinates nor the closing nor the formulas of a step. The one that says of itself that
- * it is the best is the reference; its uncertainty is how far the others are from it, and what its own tolerances and
- * rounding leave open (docs/compare.md). */
+/* Kempe's own reference: runs near rounding on several formulations with several integrators. They share neither the
+ * choice of coordinates nor the closing nor the formulas of a step. The run with the smallest own uncertainty is the
+ * reference. Its uncertainty combines its distance from the others, its own tolerances and rounding (docs/compare.md).
+ */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
 #include <float.h>
@@ -11,9 +11,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Instants at which errors are judged, one within each of so many equal parts, at places that no period of a motion
- * meets. Of eight examples eleven even instants saw 0.36 to 1 of the largest error, 100 of these 0.75, 400 of them 0.82
- * and mostly more than 0.95. Where the reference ends early is looked for at every STRIDE-th. */
+/* Instants at which errors are judged, one within each of so many equal parts, at irregular places so that no period of
+ * a motion coincides with them. In eight examples eleven even instants found 0.36 to 1 of the largest error, 100 of
+ * these instants 0.75, and 400 of them 0.82, mostly above 0.95. An early end of the reference is searched at every
+ * STRIDE-th. */
 enum { ROWS = 400, STRIDE = ROWS / 10, MOST_CUT = 2 };
 
 static const kmp_source rows[] = {
@@ -22,15 +23,15 @@ static const kmp_source rows[] = {
 #undef KMP_SOURCE
 };
 
-/* The tightest that comes to the end is taken: after many turns rounding alone may exceed the first. */
+/* The tightest tolerance with a complete run is taken: after many turns rounding alone may exceed the first. */
 static const double tight[] = {1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7};
 
 enum { TIGHT = sizeof tight / sizeof *tight };
 
 #define GOLDEN 0.6180339887498949 /* (sqrt(5) - 1) / 2 */
 
-/* A way is tried at this one first. Its time grows by at most GROWTH for a tenth of the tolerance with high orders:
- * what would take too long by that is not begun. */
+/* A method is tried at this tolerance first. With high orders its time grows by at most GROWTH for a tenth of the
+ * tolerance: a run whose estimate is too long is not begun. */
 #define COARSE 1e-5
 #define GROWTH 1.4
 /* Parts of the time for the reference: of one run, and of this first one. */
@@ -38,24 +39,24 @@ enum { TIGHT = sizeof tight / sizeof *tight };
 #define COARSE_PART 0.06
 /* An error at a tenfold tolerance is this many times larger, at least. */
 #define FALL 5.0
-/* The reference may be as far off as what it is held against. */
+/* The reference may be as inaccurate as the run it is compared with. */
 #define BOTH 2.0
-/* Where the uncertainty of q is beyond LOST at the end, errors are judged as long as it is below the first of these
- * that some rows keep. */
+/* Errors are judged to the end if the uncertainty of q there is at most LOST; otherwise only while it is below the
+ * first of these limits that some rows satisfy. */
 #define LOST 1e-5
 static const double kept[] = {1e-8, 1e-6, 1e-4};
 
 enum { KEPT = sizeof kept / sizeof *kept };
-/* Of a state, relative: some operations make a row from it. */
+/* Rounding of a state, relative: some operations make a row from it. */
 #define ROUNDING (16 * DBL_EPSILON)
-/* How far a start is changed to see what becomes of it. */
+/* Relative change of a start to measure the amplification. */
 #define NUDGE 1e-7
 /* The part of that that must be left once the loops are closed. */
 #define MOVED 1e-2
 
 typedef struct maker_source {
     kmp_source said;
-    kmp_samples table, beside; /* its rows, and those at a tenfold tolerance: none when that did not come to its end */
+    kmp_samples table, beside; /* its rows, and those at a tenfold tolerance: none when that run was not complete */
     double own[KMP_QUANTITIES];
 } maker_source;
 
@@ -68,8 +69,8 @@ typedef struct maker {
     double budget_s, least_left_s;
     int count, first; /* sources; the one that is the reference */
     maker_source sources[KMP_MOST_SOURCES];
-    kmp_samples moved; /* the rows from a start that was changed a little; none when that cannot be had */
-    char *reason;      /* why the first run failed that was not for want of time */
+    kmp_samples moved; /* the rows from a slightly changed start; none when it is impossible */
+    char *reason;      /* the reason of the first failed run, lack of time excepted */
 } maker;
 
 typedef enum ending { DONE, CUT, FAILED } ending;
@@ -107,7 +108,7 @@ static kempe_status attempt(maker *m, const kmp_source *way, double rtol, double
     return status;
 }
 
-/* The tightest run of a way that comes to its end in time; said.rtol stays 0 when there is none. */
+/* The tightest complete run of a method within the time; said.rtol stays 0 when there is none. */
 static kempe_status run_tight(maker *m, maker_source *s)
 {
     ending how;
@@ -131,7 +132,7 @@ static kempe_status run_tight(maker *m, maker_source *s)
     return status;
 }
 
-/* How far its rows are from another's. */
+/* The difference of its rows from another's. */
 static kempe_status differ(const maker *m, const kmp_samples *table, const kmp_samples *other, double until,
                            double difference[KMP_QUANTITIES])
 {
@@ -144,7 +145,7 @@ static kempe_status differ(const maker *m, const kmp_samples *table, const kmp_s
     return KEMPE_OK;
 }
 
-/* The same at a tenfold tolerance. */
+/* Repeats the run at a tenfold tolerance. */
 static kempe_status run_beside(maker *m, maker_source *s)
 {
     ending how;
@@ -155,7 +156,7 @@ static kempe_status run_beside(maker *m, maker_source *s)
     return status;
 }
 
-/* What the two differ by up to a time; NaN when there is one alone. */
+/* The difference of both runs up to a time; NaN when there is only one. */
 static kempe_status judge_own(const maker *m, maker_source *s, double until)
 {
     kempe_status status = differ(m, &s->beside, &s->table, until, s->own);
@@ -200,10 +201,10 @@ static kempe_status gather(maker *m)
     return status;
 }
 
-/* -- what a small change of the start becomes -------------------------------------------------------- */
+/* -- amplification of a small change of the start ---------------------------------------------------- */
 
-/* The assembled start with all coordinates moved by NUDGE of their size, to this side and that, and closed again.
- * NULL: it cannot be had. */
+/* The assembled start with all coordinates moved by NUDGE of their size, with alternating signs, and closed again.
+ * NULL: impossible. */
 static kempe_status nudge(const maker *m, kempe_assembly **start)
 {
     int n = m->system->n;
@@ -242,7 +243,7 @@ static kempe_status run_nudged(maker *m)
     return status;
 }
 
-/* What rounding becomes up to a time, by the change at the start and that of all rows. */
+/* The effect of rounding up to a time, from its amplification at the start and at all rows. */
 static kempe_status amplify(maker *m, double until, double rounding[KMP_QUANTITIES])
 {
     const kmp_samples *table = &m->sources[m->first].table;
@@ -259,7 +260,7 @@ static kempe_status amplify(maker *m, double until, double rounding[KMP_QUANTITI
     return KEMPE_OK;
 }
 
-/* -- the best, and how good it is -------------------------------------------------------------------- */
+/* -- the best source and its uncertainty ------------------------------------------------------------- */
 
 /* The one whose own tolerances agree best up to a time; a later one must be clearly better. */
 static kempe_status choose_until(maker *m, double until)
@@ -275,7 +276,7 @@ static kempe_status choose_until(maker *m, double until)
     return status;
 }
 
-/* Where all come out otherwise at the end, the beginning tells. */
+/* Chooses the reference. Where all differ at the end, the beginning decides. */
 static kempe_status choose(maker *m)
 {
     kempe_status status = choose_until(m, INFINITY);
@@ -285,7 +286,7 @@ static kempe_status choose(maker *m)
 static void take_least(double *least, const double *difference)
 {
     for (int k = 0; k < KMP_QUANTITIES; k++)
-        least[k] = fmin(least[k], difference[k]); /* of NaN and a number it is the number */
+        least[k] = fmin(least[k], difference[k]); /* fmin of NaN and a number is the number */
 }
 
 /* The distances of the nearest run along another formulation, and of the nearest with another integrator. */
@@ -309,7 +310,8 @@ static kempe_status judge_others(maker *m, double until, double *formulation, do
     return status;
 }
 
-/* Of the reference's rows up to a time: the largest of these, of what the own tolerances differ by, and of rounding. */
+/* Uncertainty of the reference's rows up to a time: the largest of the sources' differences, the difference by its own
+ * tolerances, and rounding. */
 static kempe_status judge(maker *m, double until)
 {
     maker_source *first = &m->sources[m->first];
@@ -327,7 +329,7 @@ static kempe_status judge(maker *m, double until)
     return status;
 }
 
-/* Where the motion amplifies all differences, the reference ends before they show. */
+/* Ends the reference earlier if the motion amplifies all differences, before they become large. */
 static kempe_status keep_good(maker *m, double *at_end, double *bound)
 {
     kempe_comparison *c = m->comparison;
@@ -348,14 +350,14 @@ static kempe_status keep_good(maker *m, double *at_end, double *bound)
     return status;
 }
 
-/* -- what is said of it ------------------------------------------------------------------------------ */
+/* -- description ------------------------------------------------------------------------------------- */
 
 static void name(kmp_text *text, const kmp_source *s)
 {
     kmp_compare_name(text, s->formulation, s->form, s->integrator);
 }
 
-/* Whether a source is as near to the reference as the tolerances of both explain. */
+/* True if the tolerances of both explain the distance of a source from the reference. */
 static bool confirms(const maker *m, int k)
 {
     const kmp_source *s = &m->sources[k].said;
@@ -475,5 +477,5 @@ kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s)
         release(&m.sources[k]);
     kmp_samples_free(&m.moved);
     kmp_free(m.reason);
-    return status == KEMPE_STOPPED ? KEMPE_OK : status; /* interrupted: the runs will say so */
+    return status == KEMPE_STOPPED ? KEMPE_OK : status; /* interrupted: the runs report it */
 }

@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What went wrong, a line for each way and kind of trouble: runs that did not come to their end, and what is suspicious
- * about those that did. */
+/* Failures and suspicious results, a line for each method and kind: incomplete runs, and anomalies of complete ones. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 
-/* In units of the tolerance: what is beyond is no error of steps. Nor is a difference beyond ANYWAY, which goes without
- * saying where there are errors to be seen. */
+/* LOST: larger differences, in units of the tolerance, are no errors of steps. ANYWAY: an absolute limit of
+ * differences; between two tolerances it is used only without a reference. */
 #define LOST   1e4
 #define ANYWAY 0.1
 /* Closures open by more than this many tolerances drift. */
@@ -55,10 +54,10 @@ void kmp_compare_name(kmp_text *text, const char *formulation, const char *form,
 
 /* -- groups ------------------------------------------------------------------------------------------ */
 
-/* Whether a run has the trouble; *how much of it, where that is a number. */
+/* True if the run has the anomaly; *how: its size, where it has one. */
 typedef bool trouble_fn(const kempe_comparison *c, const kmp_compared *run, double *how);
 
-/* The runs of one way that have it. */
+/* The runs of one method with the anomaly. */
 typedef struct group {
     int count;
     const kmp_compared *first, *last; /* by tolerance, coarse first */
@@ -98,7 +97,7 @@ static void begin(kmp_text *text, const kempe_comparison *c, const group *g)
                         g->count == 2 ? "and" : "to", g->last->rtol);
 }
 
-/* -- runs that did not come to their end ------------------------------------------------------------- */
+/* -- incomplete runs --------------------------------------------------------------------------------- */
 
 static bool has_failed(const kempe_comparison *c, const kmp_compared *run, double *how)
 {
@@ -129,7 +128,7 @@ static bool add_reason(kempe_comparison *c, const group *g)
     return kmp_sentences_take(&c->failures, &text);
 }
 
-/* Whatever the way and the tolerance: the model is to blame. */
+/* True if all runs end alike with any method and tolerance: the model is the cause. */
 static bool all_end_alike(const kempe_comparison *c)
 {
     for (int k = 0; k < c->count; k++)
@@ -146,7 +145,7 @@ static bool is_apart(const kempe_comparison *c, const kmp_compared *run, double 
     return run->status == KEMPE_OK && run->apart > fmin(LOST * run->rtol, c->has_reference ? INFINITY : ANYWAY);
 }
 
-/* Its own tolerances agree, with something else. */
+/* True if its own tolerances agree, but on a different result. */
 static bool is_elsewhere(const kempe_comparison *c, const kmp_compared *run, double *how)
 {
     *how = run->verdict.error[KMP_QUANTITY_Q];
@@ -170,7 +169,7 @@ static bool is_unbalanced(const kempe_comparison *c, const kmp_compared *run, do
 
 typedef struct warning {
     trouble_fn *has;
-    const char *before, *between, *after; /* of how much, and of the tolerance */
+    const char *before, *between, *after; /* texts around the size and the tolerance */
 } warning;
 
 static const warning warnings[] = {{is_apart, ": q differs by ", " at the tolerance after rtol ",

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The runs of a comparison: every way at every tolerance, coarse ones first, each judged at the reference's times. What
- * would take hopelessly long beside the fastest way is given up, and what there is no time for is left out. */
+/* The runs of a comparison: every method at every tolerance, coarse ones first, each judged at the reference's times. A
+ * method that is much slower than the fastest is stopped, and runs without remaining time are left out. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
@@ -10,12 +10,12 @@
 enum { MOST_REPEATS = 5, SOME_REPEATS = 3 };
 #define SHORT    0.02
 #define NOT_LONG 0.1
-/* A run may take this many times as long as the fastest at its tolerance, and SHORT in any case; but for the fastest
- * itself a part of what is left. */
+/* A run may take HOPELESS times as long as the fastest at its tolerance, and SHORT in any case. The fastest itself may
+ * use a part of the remaining time. */
 #define HOPELESS  100.0
 #define FREE      0.25
 #define MOST_PART 0.125
-/* Rows beside right-hand sides whose time may be neglected. */
+/* Rows per right-hand side below which their time is negligible. */
 #define ROW_PART 0.02
 
 /* -- one run ----------------------------------------------------------------------------------------- */
@@ -61,8 +61,8 @@ static double median(int count, double *x)
     return x[count / 2];
 }
 
-/* The repeats take the same steps, and only their time counts: rows that are judged take time, which nobody asked for.
- * Of a long run it is nothing, unless there are as many rows as right-hand sides. */
+/* The repeats take the same steps, and only their time counts. Rows that are judged take additional time, which must
+ * not be measured. For a long run it is negligible, unless there are as many rows as right-hand sides. */
 static kempe_status time_run(kmp_compare_job *j, kmp_compared *run)
 {
     double first = run->report.cpu_s, cpu_s[MOST_REPEATS] = {first};
@@ -120,10 +120,10 @@ typedef struct grid {
     kmp_compare_job *job;
     kempe_comparison *comparison;
     kmp_samples table;
-    kmp_samples *before; /* of each way: the rows at the last tolerance that came to its end */
-    int *before_run;     /* that run, -1: none */
-    double *cpu_s;       /* of each way so far */
-    bool *out;           /* ways that are given up */
+    kmp_samples *before; /* of each method: the rows at the last tolerance with a complete run */
+    int *before_run;     /* its run, -1: none */
+    double *cpu_s;       /* of each method so far */
+    bool *out;           /* methods that are abandoned */
     int *ways, *rtols;   /* in the order in which they are run */
 } grid;
 
@@ -151,7 +151,7 @@ static kempe_status leave_out_spent(const grid *g, kmp_compared *run)
     return status;
 }
 
-/* A way that was given up is so at all tighter tolerances. */
+/* A method that was abandoned is so at all tighter tolerances. */
 static kempe_status give_up(const grid *g, int way, int rtol, double limit_s, double fastest)
 {
     double bound = run_of(g, way, rtol)->rtol;
@@ -170,7 +170,7 @@ static kempe_status give_up(const grid *g, int way, int rtol, double limit_s, do
     return status;
 }
 
-/* How far q of the run before comes out otherwise in this one, which is tighter. */
+/* The difference of q between the previous run and this one, which is tighter. */
 static kempe_status compare_before(grid *g, int way, int run)
 {
     kempe_comparison *c = g->comparison;
@@ -221,7 +221,8 @@ static kempe_status run_cell(grid *g, int way, int rtol, double *fastest)
     return compare_before(g, way, way * g->comparison->rtol_count + rtol);
 }
 
-/* The ways that were fast so far come first, so that time is spent on them and the others are held against them. */
+/* Sorts the methods by their time so far, fast ones first: time is spent on them, and the others are compared with
+ * them. */
 static void sort_ways(const grid *g)
 {
     for (int i = 1; i < g->comparison->way_count; i++)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Whether a model is stiff, by what steps do: explicit ones are bound by stability there and hardly grow in number when
- * the tolerance is made tighter, where implicit ones need far fewer. */
+/* Stiffness detection by numbers of steps. In a stiff model stability limits explicit steps, whose number hardly grows
+ * at a tighter tolerance, and implicit integrators need far fewer. */
 #include "base/memory.h"
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
@@ -8,11 +8,11 @@
 
 /* Explicit steps that accuracy rules grow by a factor 1.33 a decade of the tolerance at order 8, by 1.58 at order 5. */
 #define GROWTH 1.1
-/* Where implicit steps are not fewer by this, nothing is gained by them. */
+/* Implicit steps with a smaller reduction than this give no advantage. */
 #define FEWER 2.0
-/* Fewer explicit steps than these are bound by nothing: little moves. */
+/* Fewer explicit steps than these have no limit: little moves. */
 #define MANY 50
-/* The tolerances that are held against each other, and the part of what is left that a run of the probe may take. */
+/* The tolerances that are compared, and the part of the remaining time that a probing run may take. */
 #define LOOSE      1e-3
 #define TIGHT      1e-6
 #define PROBE_PART 0.02
@@ -28,7 +28,7 @@ bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit)
 
 /* -- before all runs --------------------------------------------------------------------------------- */
 
-/* *steps: -1 when the run did not come to its end. */
+/* *steps: -1 when the run was not complete. */
 static kempe_status count_steps(kmp_compare_job *j, const kmp_method *way, double rtol, long *steps)
 {
     kmp_samples table;
@@ -59,7 +59,7 @@ kempe_status kmp_compare_probe(kmp_compare_job *j, bool *stiff)
         *stiff = implicit >= 0;
     else
         *stiff = implicit >= 0 && kmp_steps_are_stiff(loose, tight, log10(LOOSE / TIGHT), implicit);
-    kmp_context_clear(j->context); /* of what the probes complained */
+    kmp_context_clear(j->context); /* errors of the probes */
     return KEMPE_OK;
 }
 
@@ -70,7 +70,7 @@ static bool is_done(const kempe_comparison *c, int k)
     return c->runs[k].status == KEMPE_OK;
 }
 
-/* The loosest run of a way that came to its end, -1: none. */
+/* The loosest complete run of a method, -1: none. */
 static int loosest(const kempe_comparison *c, int way)
 {
     int found = -1;
@@ -80,7 +80,7 @@ static int loosest(const kempe_comparison *c, int way)
     return found;
 }
 
-/* The run of the same way about three decades tighter, two at least; -1: none. */
+/* The run of the method about three decades tighter, at least two; -1: none. */
 static int tighter(const kempe_comparison *c, int loose)
 {
     int found = -1;

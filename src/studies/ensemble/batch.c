@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What an ensemble leaves: the state of each instance, told as a summary, as JSON and as a table. */
+/* Results of an ensemble: the state of each instance, as a summary, as JSON and as a table. */
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
@@ -29,10 +29,10 @@ struct kempe_batch {
     kmp_convergence *again; /* count */
     double rtol, atol, t_end, cpu_s;
     kmp_ensemble_work work;
-    char *warnings; /* of the computation, one a line */
+    char *warnings; /* of the computation, one per line */
 };
 
-/* -- running ----------------------------------------------------------------------------------------- */
+/* -- run --------------------------------------------------------------------------------------------- */
 
 kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *values, kempe_ensemble **ensemble)
 {
@@ -100,7 +100,7 @@ static int count_of(const kempe_batch *b, const char *word)
     return count;
 }
 
-/* What each start would have said by itself. */
+/* Gives the warning that each start would have given. */
 static void warn_of_rates(const kempe_batch *b)
 {
     int changed = 0, first = -1;
@@ -114,9 +114,9 @@ static void warn_of_rates(const kempe_batch *b)
                 changed, b->count, first + 1);
 }
 
-/* -- whether they hold ------------------------------------------------------------------------------- */
+/* -- convergence ------------------------------------------------------------------------------------- */
 
-/* Instances as cases, those alone that came to their end. */
+/* Complete instances as cases. */
 typedef struct repeat {
     kempe_batch *b;
     const kmp_run_spec *spec;
@@ -124,7 +124,7 @@ typedef struct repeat {
     int *instance; /* of a case */
 } repeat;
 
-/* What came out of some instances run again, beside the first time. */
+/* Compares the results of repeated instances with those of the first run. */
 static void compare_ends(const repeat *r, int count, const int *which, const kmp_ensemble_result *results,
                          const double *q, kmp_convergence *found)
 {
@@ -168,8 +168,8 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     return status;
 }
 
-/* The instance that differs most in parts of its limit, or whose other run did not come to its end; how many do not
- * hold. */
+/* The instance with the largest difference relative to its limit, or with an incomplete repeat run; *failing: the
+ * number of instances that do not converge. */
 static int worst_of(const kempe_batch *b, int *failing)
 {
     int worst = -1;
@@ -337,7 +337,7 @@ kempe_ensemble_stats kempe_batch_effort(const kempe_batch *b, int k)
                                   r->exchanges, r->h,     r->hdot,     r->drift};
 }
 
-/* -- telling ----------------------------------------------------------------------------------------- */
+/* -- messages ---------------------------------------------------------------------------------------- */
 
 typedef struct totals {
     int ok, stopped, failed;

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Searches equilibria from the assembled start and, for a global search, from random starts whose loops are closed.
+ * Equal states are merged. */
 #include "studies/equilibrium/balances.h"
 #include "backend/x86/machine.h"
 #include "base/memory.h"
@@ -16,7 +18,7 @@ enum { STARTS = 100, STARTS_OF_LARGE = 25, LARGE = 40 };
 #define TWO_PI 6.283185307179586
 #define FAR    1.0 /* a translation is sampled within so many characteristic lengths */
 
-/* -- what is kept ------------------------------------------------------------------------------------ */
+/* -- storage ----------------------------------------------------------------------------------------- */
 
 static double *copy(kempe_equilibrium *e, int count, const double *from)
 {
@@ -48,7 +50,7 @@ static void keep_history(kempe_equilibrium *e, const kmp_search *search, kmp_bal
     }
 }
 
-/* Keeps l's state, in its charts, if it is another one. `near` (n): angles are told within half a turn of these. */
+/* Stores l's state, in its charts, if it is a new one. `near` (n): angles are stored within half a turn of these. */
 static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near)
 {
     const kempe_system *s = e->system;
@@ -89,7 +91,7 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     return kmp_stability_judge(linear, &b->stability);
 }
 
-/* -- what is asked ----------------------------------------------------------------------------------- */
+/* -- options ----------------------------------------------------------------------------------------- */
 
 static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_options *ask)
 {
@@ -108,7 +110,7 @@ static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_optio
     return status;
 }
 
-/* What is found beside the state, by its names. */
+/* Names of values that are solved for in addition to the state. */
 static kempe_status name_freed(kempe_equilibrium *e)
 {
     if (e->exchange) {
@@ -146,7 +148,7 @@ static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const 
     return status;
 }
 
-/* With unknowns exchanged: first from the equilibrium without, if there is one; else from the start. */
+/* Searches an inverse equilibrium: from the equilibrium without exchange, if there is one, otherwise from the start. */
 static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                    kmp_search *search)
 {
@@ -181,7 +183,7 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const k
 
 /* -- from random starts ------------------------------------------------------------------------------- */
 
-/* Coordinates that nothing depends on, at the equilibrium at hand, and those that move steadily. */
+/* Coordinates that nothing depends on, at the current equilibrium, and those that move steadily. */
 static void find_still(const kempe_equilibrium *e, bool *still)
 {
     for (int k = 0; e->count > 0 && k < e->balance[0].idle_count; k++)
@@ -190,7 +192,8 @@ static void find_still(const kempe_equilibrium *e, bool *still)
         still[e->rates[k].coordinate] = true;
 }
 
-/* From the closed state of a random start. Every other one by Newton's method alone: unstable ones are found as well.
+/* Searches from the closed state of a random start. Every second search uses Newton's method alone, which also finds
+ * unstable equilibria.
  */
 static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_assembly *a, double *q,
                               const double *near)
@@ -208,7 +211,7 @@ static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_a
     }
     if (status != KEMPE_E_FAILED && status != KEMPE_STOPPED)
         return status;
-    kmp_context_clear(e->system->context); /* what is found stays */
+    kmp_context_clear(e->system->context); /* warnings of equilibria found earlier are kept elsewhere */
     return KEMPE_OK;
 }
 
@@ -224,7 +227,8 @@ static void sort(kempe_equilibrium *e)
     }
 }
 
-/* Others from random starts; coordinates that nothing depends on, and those that move steadily, as at the start. */
+/* Searches from random starts; coordinates that nothing depends on, and those that move steadily, have their start
+ * values. */
 static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, int seed)
 {
     int n = e->system->n, starts = n > LARGE ? STARTS_OF_LARGE : STARTS;
@@ -249,7 +253,7 @@ static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe
     return KEMPE_OK;
 }
 
-/* -- together ---------------------------------------------------------------------------------------- */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *ask)
 {
@@ -306,7 +310,7 @@ void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
     kmp_free(equilibrium);
 }
 
-/* -- what the caller sees ---------------------------------------------------------------------------- */
+/* -- results ----------------------------------------------------------------------------------------- */
 
 int kempe_equilibrium_count(const kempe_equilibrium *equilibrium)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The equilibria that were found, each with all that is told about it. */
+/* The equilibria that were found, each with all its results. */
 #ifndef KMP_STUDIES_EQUILIBRIUM_BALANCES_H
 #define KMP_STUDIES_EQUILIBRIUM_BALANCES_H
 
@@ -13,7 +13,7 @@ typedef struct kmp_balance {
     double *q, *qd;   /* n, as the user counts them */
     double *lambda;   /* m */
     double *reaction; /* 3 a closure */
-    double *freed;    /* what is free */
+    double *freed;    /* values solved for */
     double residual, potential;
     kmp_stability stability;
     int *idle; /* coordinates that nothing depends on: they stayed where they were */
@@ -25,19 +25,19 @@ typedef struct kmp_balance {
 } kmp_balance;
 
 struct kempe_equilibrium {
-    const kempe_system *asked, *system; /* of the caller; the one that was worked with */
+    const kempe_system *asked, *system; /* the caller's; the one used in the computation */
     kmp_exchange *exchange;             /* NULL: none */
     kmp_steady *rates;
     int rate_count;
-    int freed_count; /* what is free: parameters, and rates as "qd(NAME)" */
+    int freed_count; /* solved for: parameters, and rates as "qd(NAME)" */
     const char **freed_name;
     bool newton, all, many; /* many: ended before its time, more than KMP_MOST_BALANCES */
-    bool from_start;        /* the first is what the start leads to */
+    bool from_start;        /* the first was reached from the start */
     int starts, closed, found;
     kmp_balance balance[KMP_MOST_BALANCES];
     int count;
     kmp_arena arena;
-    char *warnings; /* of the computation, one a line */
+    char *warnings; /* of the computation, one per line */
 };
 
 #endif

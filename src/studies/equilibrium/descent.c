@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The state of a search for an equilibrium: its unknowns, residual and matrices in characteristic units. Unknowns are
+ * the positions u_k, or rates in their place; held rates are left out. */
 #include "studies/equilibrium/descent.h"
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
@@ -8,8 +10,8 @@
 #include <string.h>
 
 #define ELSEWHERE 0.3  /* rad, or characteristic lengths */
-#define UNCHANGED 1e-9 /* of R there, in parts of what acts */
-#define SLACK     1e-4 /* in parts of the largest work: what rounds among others is not asked for */
+#define UNCHANGED 1e-9 /* of R there, relative to the forces that act */
+#define SLACK     1e-4 /* relative to the largest work: smaller works count as rounding */
 
 bool kmp_way_init(kmp_descent *w)
 {
@@ -48,7 +50,7 @@ double kmp_way_scale(const kmp_linear *l, int k)
     return l->system->scale[l->part.u[k]];
 }
 
-/* What acts along u_k, and what a unit of each coordinate and each rate as it is change there, as work. */
+/* The forces along u_k, and their changes by a unit of each coordinate and each current rate, as work. */
 static double work_of(const kmp_linear *l, int k)
 {
     double acting = 0, row = 0, column = 0, s = kmp_way_scale(l, k);
@@ -92,7 +94,7 @@ bool kmp_way_is_idle(const kmp_linear *l, int k, const double *work)
     return true;
 }
 
-/* Whether R is the same with u_k elsewhere: q and ud are the state's. */
+/* True if R is unchanged when u_k moves: q and ud are the state's. */
 static bool stays(kmp_linear *l, const double *q, const double *ud, int k, const double *work, double *moved)
 {
     int c = l->part.u[k];
@@ -143,7 +145,7 @@ double kmp_way_entry(const kmp_descent *w, int row, int column)
     return from[w->place[row] + w->place[column] * w->l->p];
 }
 
-/* Which of the steady coordinates u_k is; -1: none. */
+/* The index of u_k among the steady coordinates; -1: none. */
 static int steady_of(const kmp_descent *w, int k)
 {
     for (int i = 0; i < w->search->rate_count; i++)
@@ -152,8 +154,8 @@ static int steady_of(const kmp_descent *w, int k)
     return -1;
 }
 
-/* Those of the state at hand; what rates change counts as work, too. The residual of their equations, infinite where
- * something there changes without bound. */
+/* Determines the unknowns of the current state; changes by rates count as work, too. Returns the residual of their
+ * equations, infinite where one is not finite. */
 static double take_unknowns(kmp_descent *w)
 {
     const kmp_linear *l = w->l;
@@ -250,7 +252,7 @@ bool kmp_way_center(kmp_descent *w)
     return any;
 }
 
-/* The state at hand is l's: taken over, with its matrices; u anew where it has become bad. */
+/* Makes l's state the current one, with its matrices; chooses u again where it has become ill-conditioned. */
 bool kmp_way_arrive(kmp_descent *w)
 {
     kmp_linear *l = w->l;
@@ -291,7 +293,7 @@ void kmp_way_note_step(kmp_descent *w, double step)
 
 /* -- steps ------------------------------------------------------------------------------------------- */
 
-/* dq of the step, and how far it goes. */
+/* dq of the step, and its length. */
 double kmp_way_spread(kmp_descent *w)
 {
     const kmp_linear *l = w->l;
@@ -319,7 +321,7 @@ bool kmp_way_try(kmp_descent *w, double part)
     return kmp_way_at(w, w->trial);
 }
 
-/* -- complaints ------------------------------------------------------------------------------------------ */
+/* -- errors ---------------------------------------------------------------------------------------------- */
 
 kempe_status kmp_way_complain(const kmp_descent *w, const char *why)
 {

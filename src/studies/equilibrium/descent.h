@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The way to an equilibrium: what its parts share. equilibrium.c goes down from afar, way_least.c is Newton's method by
- * damped least squares, with which all ways end; the state at hand, its unknowns and its measure are way.c. */
+/* Common definitions of the search for an equilibrium. equilibrium.c descends from afar, descent_least.c is Newton's
+ * method by damped least squares, with which all searches end. The current state, its unknowns and its measure are in
+ * descent.c. */
 #ifndef KMP_STUDIES_EQUILIBRIUM_DESCENT_H
 #define KMP_STUDIES_EQUILIBRIUM_DESCENT_H
 
@@ -13,48 +14,49 @@
 typedef struct kmp_descent {
     kmp_linear *l;
     kmp_search *search;
-    kmp_arena arena; /* of all rooms */
+    kmp_arena arena; /* of all arrays */
     double t;
     int n;
-    double *q;                          /* n: the state at hand */
-    double *begin;                      /* n */
-    double *given;                      /* what search->rates were */
-    double *given_chart;                /* NULL: no joint is spherical */
-    double *rates;                      /* p: ud */
-    double *work;                       /* p: what acts and changes along each u, as work */
-    double most;                        /* the largest of them */
-    double residual, told;              /* scaled; as last noted */
-    int count;                          /* unknowns, and as many equations R = 0 */
-    int *place;                         /* count: where each stands in u */
-    int *rate;                          /* count: whose rate of search->rates is unknown in place of the position; -1 */
-    double *size;                       /* count: of a step's unknowns, their units */
+    double *q;             /* n: the current state */
+    double *begin;         /* n */
+    double *given;         /* original values of search->rates */
+    double *given_chart;   /* NULL: no joint is spherical */
+    double *rates;         /* p: ud */
+    double *work;          /* p: forces and their changes along each u, as work */
+    double most;           /* the largest of them */
+    double residual, told; /* scaled; as last noted */
+    int count;             /* unknowns, and as many equations R = 0 */
+    int *place;            /* count: the index of each unknown in u */
+    int *rate;             /* count: the entry of search->rates that is unknown in place of the position; -1 */
+    double *size;          /* count: of a step's unknowns, their units */
     double *matrix, *vectors, *factors; /* count x count */
     double *values, *right;             /* count */
     double *step;                       /* count: of the unknowns, their units */
-    double *force;                      /* p: R at the state at hand */
+    double *force;                      /* p: R at the current state */
     double *move, *trial;               /* n */
     int *pivot;                         /* p */
     double least;                       /* least eigenvalue of the scaled Kr */
     bool flat;
     double bound;
-    kempe_status status; /* of what is no mere failure to converge */
+    kempe_status status; /* of errors other than failure to converge */
 } kmp_descent;
 
 bool kmp_way_init(kmp_descent *w);
 
-/** Rates and charts are again what they were. */
+/** Restores rates and charts. */
 void kmp_way_give_up(kmp_descent *w);
 
 /** u_k in its characteristic size. */
 double kmp_way_scale(const kmp_linear *l, int k);
 
-/** The residual of a state whose matrices are made, all of R; `work` (p) is what each R_k is measured by. */
+/** The residual of a state whose matrices are made, all of R; `work` (p) receives the reference of each R_k. */
 double kmp_way_measure(const kmp_linear *l, double *work, double *most);
 
-/** The unit of unknown i: the characteristic size of a position; of a rate that in a second, or itself if larger. */
+/** The unit of unknown i: the characteristic size of a position; for a rate one such size per second, or the rate
+ * itself if larger. */
 double kmp_way_unit(const kmp_descent *w, int i);
 
-/** What unknown `column` changes of the equation of unknown `row`. */
+/** The derivative of the equation of unknown `row` by unknown `column`. */
 double kmp_way_entry(const kmp_descent *w, int row, int column);
 
 /** Chooses u at w->q, with the steady coordinates in it. */
@@ -63,30 +65,30 @@ kempe_status kmp_way_choose(kmp_descent *w);
 /** The rates of the steady coordinates are others now. */
 void kmp_way_take_rates(kmp_descent *w);
 
-/** Takes l to q. false: it cannot be had. */
+/** Takes l to q. False: impossible. */
 bool kmp_way_at(kmp_descent *w, const double *q);
 
-/** Makes l's state and rates those at hand, with matrices, unknowns and measure: joints centred, u chosen anew where
- *  they have become bad. false: it cannot be had, or `status` says why. */
+/** Makes l's state and rates the current ones, with matrices, unknowns and measure: joints centred, u chosen again
+ * where it has become ill-conditioned. False: the state is impossible, or `status` gives the reason. */
 bool kmp_way_arrive(kmp_descent *w);
 
-/** Moves joints whose angles are nearly singular into the middle of other charts: whether any was. */
+/** Moves joints whose angles are nearly singular into the middle of other charts; true if any was moved. */
 bool kmp_way_center(kmp_descent *w);
 
 void kmp_way_note(kmp_descent *w, double residual);
 void kmp_way_note_step(kmp_descent *w, double step);
 
-/** dq of the step in w->move, and how far it goes. */
+/** dq of the step in w->move; returns its length. */
 double kmp_way_spread(kmp_descent *w);
 
 /** Takes l to a part of the step. */
 bool kmp_way_try(kmp_descent *w, double part);
 
-/** Whether R does not change with u_k, to first order; `work` as kmp_way_measure gives it. */
+/** True if R does not change with u_k, to first order; `work` as from kmp_way_measure. */
 bool kmp_way_is_idle(const kmp_linear *l, int k, const double *work);
 
-/** Newton's method by damped least squares from the state at hand, with what w->search->exchange adds; then to
- * round-off. Where it fails l is anywhere. */
+/** Newton's method by damped least squares from the current state, with the additions of w->search->exchange; then to
+ * round-off. After a failure the state of l is undefined. */
 kempe_status kmp_way_least(kmp_descent *w);
 
 kempe_status kmp_way_complain(const kmp_descent *w, const char *why);

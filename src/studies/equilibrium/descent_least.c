@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Newton's method on R, and on what is fixed and required, over the unknowns of the way and what is released. By least
- * squares, damped as far as a bound on the step asks for (Levenberg, Marquardt): rows may be more than unknowns where R
- * says the same twice, and coordinates that nothing depends on stay where they are. Derivatives are exact. */
+/* Newton's method on R, and on targets, over the unknowns of the search and the released quantities. Least squares,
+ * damped as far as a bound on the step requires (Levenberg, Marquardt). There may be more rows than unknowns where rows
+ * of R are redundant, and coordinates that nothing depends on stay where they are. Derivatives are exact. */
 #include "base/memory.h"
 #include "base/share.h"
 #include "constraints/tolerances.h"
@@ -23,7 +23,7 @@ enum { MOST_STEPS = 100, MOST_OF_PART = 25, MOST_DAMPINGS = 60, MOST_POLISH = 6,
 typedef struct solver {
     kmp_descent *w;
     kmp_exchange *x;
-    int p, rows, columns, shown; /* p: unknowns of the way */
+    int p, rows, columns, shown; /* p: unknowns of the search */
     double *jacobian;            /* rows x columns, scaled */
     double *value, *row_size;    /* rows */
     double *column_size;         /* columns */
@@ -61,7 +61,7 @@ static bool make_room(solver *s)
 
 /* -- the equations ----------------------------------------------------------------------------------- */
 
-/* All rows at l's state, in the sizes at hand; the largest. */
+/* All rows at l's state, in the current sizes; returns the largest. */
 static double evaluate(solver *s, double *value)
 {
     const kmp_linear *l = s->w->l;
@@ -80,7 +80,7 @@ static double evaluate(solver *s, double *value)
     return isfinite(worst) ? worst : INFINITY;
 }
 
-/* What one unit of unknown j changes, of a position or a rate. */
+/* The change by one unit of unknown j, of a position or a rate. */
 static kmp_change position_or_rate(solver *s, int j)
 {
     const kmp_descent *w = s->w;
@@ -88,7 +88,7 @@ static kmp_change position_or_rate(solver *s, int j)
     return w->rate[j] < 0 ? (kmp_change){.u = s->unit} : (kmp_change){.ud = s->unit};
 }
 
-/* The same of what is free. */
+/* The change by one unit of a released quantity. */
 static kmp_change freed(solver *s, int f)
 {
     const kmp_linear *l = s->w->l;
@@ -119,7 +119,7 @@ static void fill_column(solver *s, int j)
     }
 }
 
-/* A target by what the coordinates change of it. */
+/* The size of a target, by its changes with the coordinates. */
 static double target_size(const solver *s, int row)
 {
     const kmp_exchange_target *t = &s->x->target[row - s->p];
@@ -184,7 +184,7 @@ static bool damped_step(solver *s, double damping)
     return kmp_least_squares(all, s->columns, s->damped, s->right, KMP_RANK, s->step) >= 0;
 }
 
-/* The step as the way has it, and how far it goes: what is free counts in parts of its value. */
+/* Converts the step to dq, and returns its length: released quantities count relative to their values. */
 static double spread(solver *s)
 {
     kmp_descent *w = s->w;
@@ -222,7 +222,7 @@ static bool bounded_step(solver *s, double bound, double *far)
     return true;
 }
 
-/* What a step promises to leave. */
+/* The residual predicted after a step. */
 static double promise(const solver *s)
 {
     double sum = 0;
@@ -266,7 +266,7 @@ static bool go_back(solver *s)
     return set_free(s, s->x->value) && kmp_way_at(s->w, s->w->q) && kmp_way_arrive(s->w);
 }
 
-/* The state at hand into `to`: q, what is free, rates. */
+/* Saves the current state in `to`: q, released quantities, rates. */
 static void save(const solver *s, double *to)
 {
     const kmp_search *search = s->w->search;
@@ -311,7 +311,7 @@ static bool step_down(solver *s, double *bound)
     return false;
 }
 
-/* -- all of it --------------------------------------------------------------------------------------- */
+/* -- iteration --------------------------------------------------------------------------------------- */
 
 static double take(solver *s)
 {
@@ -340,7 +340,7 @@ static kempe_status complain(const solver *s)
                     s->x->why.s ? s->x->why.s : "");
 }
 
-/* What is free has to be determined: no combination of the other unknowns does the same. */
+/* Released quantities must be determined: no combination of the other unknowns may have the same effect. */
 static kempe_status check_determined(solver *s)
 {
     kempe_context *context = s->w->l->system->context;
@@ -389,7 +389,8 @@ static bool polish(solver *s)
     return true;
 }
 
-/* As many equations as unknowns: R of a coordinate that nothing depends on is one more. */
+/* Checks that there are as many equations as unknowns: R of a coordinate that nothing depends on is an additional one.
+ */
 static kempe_status check_counts(const solver *s)
 {
     const kmp_descent *w = s->w;
@@ -405,7 +406,7 @@ static kempe_status check_counts(const solver *s)
                     s->x->free_count, s->x->free_count == 1 ? "" : "s", most, most == 1 ? "" : "s");
 }
 
-/* From the state at hand to the targets as they are. */
+/* Solves from the current state for the current targets. */
 static kempe_status solve(solver *s, int most)
 {
     kmp_descent *w = s->w;
@@ -430,8 +431,8 @@ static void put_targets(solver *s, double part)
         s->x->target[k].value = s->from[k] + part * (s->to[k] - s->from[k]);
 }
 
-/* The targets go from what they are at the state at hand to what they shall be: at once, or where that fails by smaller
- * and smaller parts. From a state that is no equilibrium the first part only succeeds by luck. */
+/* Moves the targets from their values at the current state to the required ones: at once, or after a failure in smaller
+ * and smaller parts. From a state that is no equilibrium the first part rarely succeeds. */
 static kempe_status follow(solver *s)
 {
     kmp_parts way = KMP_PARTS;
@@ -473,8 +474,8 @@ static kempe_status run(solver *s)
     return status;
 }
 
-/* Loops are closed to round-off, so that what is computed there is the same whatever coordinates are chosen: of poor
- * ones each correction is rounded by as much as they move the others. */
+/* Closes the loops to round-off, so that results do not depend on the choice of coordinates. With an ill-conditioned
+ * choice each correction is rounded in proportion to the dependent motion. */
 static bool close_well(kmp_descent *w)
 {
     for (int k = 0; k < CLOSINGS && w->l->m > 0; k++) {

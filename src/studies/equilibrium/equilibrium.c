@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From afar: Newton's direction with the symmetric part of Kr made positive, its eigenvalues taken by their size (as by
- * Dauphin et al., NIPS 27 (2014) 2933), so that s'R < 0: of a conservative mechanism the way down its potential, of any
- * other that of a heavily damped motion. A step is bounded, and as long as the work s'R along it has fallen to half at
- * its end or still goes down (Matthies and Strang, IJNME 14 (1979) 1613): no potential has to be known. Where R = 0 and
- * Kr still falls in some direction the state is pushed aside along it. Newton's steps by least squares end it. */
+/* Descent from afar: Newton's direction with the symmetric part of Kr made positive by the moduli of its eigenvalues
+ * (as by Dauphin et al., NIPS 27 (2014) 2933), so that s'R < 0. For a conservative mechanism this descends its
+ * potential, for any other it follows a heavily damped motion. A step is bounded. Its length is such that the work s'R
+ * along it has fallen to half at its end or is still negative (Matthies and Strang, IJNME 14 (1979) 1613): this needs
+ * no potential. Where R = 0 and Kr has a negative direction the state is displaced along it. Newton's steps by least
+ * squares end the search. */
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "linalg/dense/dense.h"
@@ -23,12 +24,12 @@ enum { MOST_TOLD = 12 };
 #define SHORT_BOUND   1e-3
 #define LONGEST       0.3
 #define PUSH          0.05
-#define FARTHEST      1e4  /* what moves as far never stops */
-#define RUNAWAY_TURNS 20.0 /* rad: what went as far without an end runs away */
+#define FARTHEST      1e4  /* a longer path is divergent */
+#define RUNAWAY_TURNS 20.0 /* rad: a longer rotation without end is divergent */
 
 /* -- directions -------------------------------------------------------------------------------------- */
 
-/* The scaled Kr, of what is unknown, and the eigenvectors and values of its symmetric part. false: no memory. */
+/* The scaled Kr of the unknowns, and the eigenvectors and values of its symmetric part. False: no memory. */
 static bool decompose(kmp_descent *w)
 {
     int p = w->count;
@@ -51,7 +52,7 @@ static bool decompose(kmp_descent *w)
     return true;
 }
 
-/* The step in w->step, of what the matrix says. false: it says none. */
+/* The step in w->step by the matrix. False: it has none. */
 static bool solve(kmp_descent *w)
 {
     int p = w->count;
@@ -65,7 +66,7 @@ static bool solve(kmp_descent *w)
     return true;
 }
 
-/* Makes the symmetric part positive; along flat directions that nothing pulls the step stands still. */
+/* Makes the symmetric part positive; along flat directions without force the step is zero. */
 static void make_positive(kmp_descent *w)
 {
     int p = w->count;
@@ -82,8 +83,8 @@ static void make_positive(kmp_descent *w)
     }
 }
 
-/* The step in w->step that leads down: Newton's where the symmetric part of Kr is positive or, to what is balanced
- * alone, where that leads down; otherwise that of a heavily damped motion. */
+/* The descent step in w->step. It is Newton's where the symmetric part of Kr is positive or, if any balance is
+ * accepted, where it descends. Otherwise it is that of a heavily damped motion. */
 static bool find_direction(kmp_descent *w)
 {
     for (int k = 0; k < w->count; k++)
@@ -117,7 +118,7 @@ static double work_along(const kmp_descent *w, const double *residual)
     return sum;
 }
 
-/* So far along the step that the work has fallen to half or goes on down. 0: nowhere. */
+/* The part of the step at which the work has fallen to half or still decreases. 0: none. */
 static double search_line(kmp_descent *w)
 {
     double first = work_along(w, w->force), part = 1;
@@ -136,7 +137,7 @@ static double search_line(kmp_descent *w)
 
 /* -- from afar --------------------------------------------------------------------------------------- */
 
-/* The coordinate that went farthest, and how far. */
+/* The coordinate with the longest path, and its length. */
 static int farthest(const kmp_descent *w, double *far)
 {
     int best = 0;
@@ -152,7 +153,7 @@ static int farthest(const kmp_descent *w, double *far)
     return best;
 }
 
-/* Who pulls at the start along the coordinate u[k], which has gone so far since. */
+/* Reports the forces at the start along coordinate u[k], which has moved so far since. */
 static kempe_status complain_runaway(kmp_descent *w, int k, double far)
 {
     kmp_linear *l = w->l;
@@ -188,7 +189,7 @@ static bool push_aside(kmp_descent *w)
     return false;
 }
 
-/* The direction at hand leads so far. */
+/* Goes `far` along the current direction. */
 static bool step_down(kmp_descent *w, double far)
 {
     double wanted = far;
@@ -212,8 +213,8 @@ static bool step_down(kmp_descent *w, double far)
     return kmp_way_arrive(w);
 }
 
-/* Whether it has come to its end. Springs that are stiff beside others make every residual small: the step is what
- * tells how far it is. A start that is balanced already is told about, whatever it is. */
+/* True if the search has converged. Stiff springs make every residual small: the step measures the distance. A start
+ * that is already balanced is reported in any case. */
 static bool is_there(const kmp_descent *w, double far)
 {
     if (w->residual > KMP_WAY_BALANCED)
@@ -291,8 +292,8 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
 
 /* -- steady motion -------------------------------------------------------------------------------------- */
 
-/* What may go on steadily at rates that are found, at first those of the start (n): nothing depends on where it is,
- * and something that resists on how fast it goes. */
+/* Finds coordinates that may move steadily at rates to be found, at first those of the start (n): nothing depends on
+ * their positions, but a resistance depends on their rates. */
 static kempe_status find_going_on(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *search)
 {
     double *work = KMP_NEW(double, l->n), most;
@@ -318,7 +319,7 @@ static void tell_names(const kempe_model *model, const kmp_search *search, kmp_t
         kmp_text_printf(text, " and %d more", search->rate_count - MOST_TOLD);
 }
 
-/* Where rest is not found, for `why`. */
+/* Searches a steady motion where no rest was found, for the reason `why`. */
 static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady, const char *why)
 {
     kempe_context *context = l->system->context;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What `equilibrium` says, for a person and as JSON. */
+/* Output of `equilibrium`, as text and as JSON. */
 #include "output/print.h"
 #include "studies/equilibrium/balances.h"
 #include <kempe/equilibrium.h>

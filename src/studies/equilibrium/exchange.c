@@ -9,7 +9,7 @@
 #include "model/tables/ranges.h"
 #include <string.h>
 
-/* -- what is released -------------------------------------------------------------------------------- */
+/* -- released quantities ----------------------------------------------------------------------------- */
 
 /* "qd(shaft)" */
 static bool is_rate(const char *word)
@@ -62,7 +62,7 @@ static kempe_status read_release(kmp_exchange *x, const kempe_model *model, cons
     return status;
 }
 
-/* -- what is fixed and required ---------------------------------------------------------------------- */
+/* -- fixed and required quantities ------------------------------------------------------------------- */
 
 static kmp_exchange_target *add_target(kmp_exchange *x, const kmp_range *range)
 {
@@ -89,7 +89,7 @@ static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const k
     return KEMPE_OK;
 }
 
-/* The place of output `of`, component `part`, among the values shown. */
+/* The index of output `of`, component `part`, among the values shown. */
 static int place_of(const kempe_model *model, kmp_output of, int part)
 {
     int at = 0;
@@ -101,7 +101,7 @@ static int place_of(const kempe_model *model, kmp_output of, int part)
     return -1;
 }
 
-/* The one component that a word asks for; -1 after a sentence. */
+/* The one component that a word selects; -1 after an error message. */
 static int single_part(const kempe_model *model, const kmp_output *of, unsigned parts, const char *word)
 {
     int width = kmp_output_width(model, of);
@@ -119,7 +119,7 @@ static int single_part(const kempe_model *model, const kmp_output *of, unsigned 
     return -1;
 }
 
-/* Each word alone, to know what it means; then all of them, for the system. */
+/* Reads each word alone, to know its meaning; then all of them, for the system. */
 static kempe_status add_required(kmp_exchange *x, const kmp_ranges *require)
 {
     kempe_model *copy = kmp_variant_model(x->variant);
@@ -171,7 +171,7 @@ static kempe_status read_targets(kmp_exchange *x, const kempe_model *model, cons
     return status;
 }
 
-/* -- all of it --------------------------------------------------------------------------------------- */
+/* -- the exchange ------------------------------------------------------------------------------------ */
 
 kempe_status kmp_exchange_new(const kempe_system *system, const char *fix, const char *require, const char *release,
                               const kmp_steady *rates, int rate_count, kmp_exchange **exchange)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Unknowns exchanged: coordinates that stay at values, outputs that shall have values, and as many parameters or rates
- * that become unknown instead. The equations are those of a variant whose released parameters stay open, and their
- * derivatives are exact (analysis/slopes.h). */
+/* Inverse equilibrium: coordinates with fixed values, prescribed output values, and as many parameters or rates that
+ * become unknown instead. The equations are those of a variant whose released parameters are variable. Their
+ * derivatives are exact (derivatives/parameter_slopes.h). */
 #ifndef KMP_STUDIES_EQUILIBRIUM_EXCHANGE_H
 #define KMP_STUDIES_EQUILIBRIUM_EXCHANGE_H
 
@@ -9,10 +9,10 @@
 #include "model/variant.h"
 #include "studies/equilibrium/equilibrium.h"
 
-/** One equation more. */
+/** One additional equation. */
 typedef struct kmp_exchange_target {
     int coordinate; /* -1: an output */
-    int shown;      /* its number among the values that outputs show */
+    int shown;      /* its index among the values of outputs */
     double value;
     const char *name;
 } kmp_exchange_target;
@@ -23,18 +23,19 @@ typedef struct kmp_exchange {
     kmp_slopes *slopes;
     int free_count; /* parameters first, then rates */
     int parameter_count;
-    const char **name; /* free_count: as they were asked for */
+    const char **name; /* free_count: in the order of the request */
     double *value;     /* free_count */
     int *rate;         /* free_count - parameter_count: which of the steady coordinates */
     kmp_exchange_target *target;
     int target_count;
-    double *trial, *given; /* free_count: the latter as the model, and who asks, have them */
-    kmp_text why;          /* values last refused: a sentence, empty when they were not */
+    double *trial, *given; /* free_count: trial values; values in the model and for the caller */
+    kmp_text why;          /* reason of the last rejected values, empty when they were accepted */
     kmp_arena arena;
 } kmp_exchange;
 
-/** From the words of a user (kempe/equilibrium.h), NULL where there are none; `rates`: of the coordinates that move
- *  steadily. KEMPE_E_ARGUMENT: which word, and what there is. Other errors as kmp_variant_new and kempe_system_new. */
+/** An exchange from the user's words (kempe/equilibrium.h), NULL where there are none; `rates`: of the coordinates that
+ * move steadily. KEMPE_E_ARGUMENT: the invalid word, and the valid ones. Other errors as kmp_variant_new and
+ * kempe_system_new. */
 kempe_status kmp_exchange_new(const kempe_system *system, const char *fix, const char *require, const char *release,
                               const kmp_steady *rates, int rate_count, kmp_exchange **exchange);
 void kmp_exchange_free(kmp_exchange *exchange);

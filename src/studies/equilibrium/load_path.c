@@ -15,7 +15,7 @@ typedef struct pull {
 } pull;
 
 typedef struct load_path {
-    pull *pull; /* those that are not zero, largest first */
+    pull *pull; /* the nonzero ones, largest first */
     int count;
     double sum;
 } load_path;
@@ -37,7 +37,7 @@ static bool evaluate(const kmp_linear *l, const kempe_model *model, double *bias
     return ok;
 }
 
-/* The model without what acts on it. */
+/* The model without forces. */
 static kempe_model bare(const kempe_model *model)
 {
     kempe_model part = *model;
@@ -56,7 +56,7 @@ static void add(load_path *path, int force, double effort)
     path->sum += effort;
 }
 
-/* What `with` does more than `without`, along the column x of N. */
+/* The difference of `with` and `without`, along the column x of N. */
 static double difference(int n, const double *x, const double *with, const double *without)
 {
     return kmp_dot(n, x, without) - kmp_dot(n, x, with);

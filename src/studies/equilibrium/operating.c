@@ -18,7 +18,7 @@ static bool make_room(kmp_operating *o)
     return kmp_arena_make_groups(&o->arena, charts > 0 ? 2 : 1, groups);
 }
 
-/* The assembled start in the charts that it was found in, none of them singular. */
+/* Takes the assembled start in its charts, none of them singular. */
 static void begin(kmp_operating *o, const kempe_assembly *a)
 {
     const kempe_system *s = o->system;
@@ -56,7 +56,7 @@ kempe_status kmp_operating_check(kmp_linear *l, const kmp_search *search)
     return status;
 }
 
-/* With what parameters and rates hold now. */
+/* Closes the loops with the current parameters and rates. */
 static kempe_status close_loops(const kmp_operating *o, kmp_linear *l, double *q)
 {
     kempe_status status = kmp_linear_choose(l, o->t, q, NULL, 0);
@@ -121,7 +121,7 @@ static kempe_status settle(kmp_operating *o, kmp_linear *linear, kmp_steady *rat
     return status;
 }
 
-/* What stands behind "equilibrium" and a space; NULL: it is another word. */
+/* The text after "equilibrium" and a space; NULL: it is another word. */
 static const char *rates_of(const char *word)
 {
     size_t length = strlen("equilibrium");
@@ -173,7 +173,7 @@ void kmp_operating_free(kmp_operating *operating)
     kmp_free(operating);
 }
 
-/* A coordinate along which something that is no number acts, or changes with the state; -1: none. */
+/* A coordinate along which a force, or its change with the state, is NaN or infinite; -1: none. */
 static int find_no_number(const kmp_linear *l)
 {
     const kmp_tangents *t = &l->tangents;
@@ -188,7 +188,7 @@ static int find_no_number(const kmp_linear *l)
     return -1;
 }
 
-/* What stands where the state was taken has its sentence. */
+/* Explains a state that cannot be taken. */
 static kempe_status explain(const kmp_linear *l, kempe_status status)
 {
     kempe_context *context = l->system->context;

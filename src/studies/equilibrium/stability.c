@@ -4,7 +4,7 @@
 #include "linalg/dense/spectrum.h"
 #include <math.h>
 
-#define ROUNDING 1e-10 /* of a real part, in parts of the largest modulus */
+#define ROUNDING 1e-10 /* of a real part, relative to the largest modulus */
 
 const char *kmp_stability_text(kmp_stability_word word)
 {
@@ -13,7 +13,7 @@ const char *kmp_stability_text(kmp_stability_word word)
     return words[word];
 }
 
-/* The place of the 1 that only this still vector has. */
+/* The index of the 1 that only this eigenvector of a zero has. */
 static int own_place(const kmp_spectrum *s, int vector)
 {
     int best = 0;

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Whether small motions about an equilibrium grow: the eigenvalues of Mr s^2 + Gr s + Kr, zeros separated. It is judged
- * to first order, of the mechanism as it is: what keeps a rate constant has to be in the model. */
+/* Stability of small motions about an equilibrium: the eigenvalues of Mr s^2 + Gr s + Kr, zeros separated. The result
+ * is of first order and for the given model: a constant rate holds only if the model enforces it. */
 #ifndef KMP_STUDIES_EQUILIBRIUM_STABILITY_H
 #define KMP_STUDIES_EQUILIBRIUM_STABILITY_H
 
 #include "derivatives/linearized.h"
 
 typedef enum kmp_stability_word {
-    KMP_STABLE,  /* nothing grows and nothing stays */
-    KMP_NEUTRAL, /* nothing grows, some motions stay where they are put, or go on */
+    KMP_STABLE,  /* all small motions decay */
+    KMP_NEUTRAL, /* nothing grows; some motions remain displaced, or continue */
     KMP_UNSTABLE,
     KMP_UNDECIDED /* the reduced mass is not positive, or singular by forces of multipliers */
 } kmp_stability_word;

@@ -8,7 +8,7 @@
 
 typedef enum kmp_steady_how {
     KMP_RATE_GIVEN, /* and R = 0 along it */
-    KMP_RATE_HELD,  /* given, by whatever load that takes; it stays where it is */
+    KMP_RATE_HELD,  /* given, by any necessary load; the position is fixed */
     KMP_RATE_FREED  /* found, so that R = 0 along it; it stays where it is */
 } kmp_steady_how;
 
@@ -18,14 +18,14 @@ typedef struct kmp_steady {
     kmp_steady_how how;
 } kmp_steady;
 
-/** Reads a list (NULL: an empty one), to be freed by kmp_free. KEMPE_E_ARGUMENT: what in it is wrong. */
+/** Reads a list (NULL: an empty one), to be freed by kmp_free. KEMPE_E_ARGUMENT: the error in it. */
 kempe_status kmp_steady_read(const kempe_model *model, const char *text, int *count, kmp_steady **rates);
 
-/** The same of a list that is read: an entry of `rates` for each range, which begins there. `*varies`: the one that
- * goes on from there to an end, -1: none; NULL: none may. */
+/** Converts ranges: an entry of `rates` for each range, with its first value. `*varies`: the one range with two ends,
+ * -1: none; NULL: none is allowed. Errors as kmp_steady_read. */
 kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, int *varies, kmp_steady **rates);
 
-/** KEMPE_E_FAILED: something depends on a coordinate that shall go on at a rate. */
+/** KEMPE_E_FAILED: forces depend on a coordinate that is to move at a constant rate. */
 kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *steady);
 
 #endif

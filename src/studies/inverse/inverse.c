@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Inverse dynamics as asked for: what is given is read, the mechanism led along it, the rows kept and judged. */
+/* The inverse dynamics study: reads the prescribed motion, moves the mechanism along it, stores the rows and judges
+ * them. */
 #include "studies/inverse/inverse.h"
 #include "base/clock.h"
 #include "base/memory.h"
@@ -16,15 +17,15 @@
 #include <math.h>
 #include <string.h>
 
-/* What actuators may leave of a motion, in parts of the largest effort that it wants: rounding of states that came from
- * a file. */
+/* Unbalanced part of a motion that counts as rounding, relative to the largest required generalized force, for states
+ * from a file. */
 #define LEFT_BY_ROUNDING 1e-9
 enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9 };
-/* How far efforts may differ when every other row is left out, of the largest. The error of a spline's slopes falls
- * with the fourth power of the distance: with all rows it is a fifteenth of this. */
+/* Largest relative difference of generalized forces when every other row is left out. The error of a spline's
+ * derivatives falls with the fourth power of the distance: with all rows it is a fifteenth of this. */
 #define DERIVATIVES_HOLD 0.02
 
-/* All that it takes until it is done. */
+/* The working data of the study. */
 typedef struct job {
     kempe_inverse *r;
     const kempe_system *system;
@@ -39,7 +40,7 @@ typedef struct job {
     kmp_formulas reactions;
 } job;
 
-/* -- new and free ------------------------------------------------------------------------------------ */
+/* -- construction and release ------------------------------------------------------------------------ */
 
 static bool find_loops(kempe_inverse *r)
 {
@@ -97,7 +98,7 @@ static bool make_rows(kempe_inverse *r, int rows)
     return r->t && r->q && r->qd && r->qdd && r->tau && r->power && r->lambda && r->reaction;
 }
 
-/* -- what is asked for ------------------------------------------------------------------------------- */
+/* -- options ----------------------------------------------------------------------------------------- */
 
 static kempe_status check_numbers(const job *j)
 {
@@ -126,7 +127,7 @@ static void take_drives(kempe_inverse *r)
             r->actuator[r->a++] = model->closures[c].motion;
 }
 
-/* Some that would do, as "a,b", and how many; -1 where the loops do not close. false: no memory. */
+/* Suitable coordinates as "a,b", and their number; -1 where the loops do not close. False: no memory. */
 static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
 {
     const kempe_system *s = j->system;
@@ -344,8 +345,8 @@ static void note_singular(kempe_inverse *r, double t)
         r->singular_t = t;
 }
 
-/* What is said of all rows together. Rows where the loops are singular, with more freedoms than elsewhere, are counted
- * and not judged: the first ones may turn out to be such. */
+/* Accumulates results over all rows. Rows where the loops are singular, with additional degrees of freedom, are counted
+ * and not judged: the first rows may turn out to be such. */
 static void note_row(job *j, double t)
 {
     kempe_inverse *r = j->r;
@@ -429,7 +430,7 @@ static kempe_status follow(job *j)
     return status;
 }
 
-/* -- whether derivatives of the table hold ------------------------------------------------------------ */
+/* -- check of derivatives from the table -------------------------------------------------------------- */
 
 static bool is_differentiated(const kmp_prescribed *table)
 {
@@ -461,7 +462,7 @@ static bool thin_out(const job *j, kmp_prescribed *thin)
     return ok;
 }
 
-/* The rows once more along the thin table, as far as it goes. */
+/* Repeats the rows along the thinned table, as far as possible. */
 static kempe_status follow_again(job *j, kmp_inverse *inverse, const double *size, double end)
 {
     kempe_inverse *r = j->r;
@@ -489,7 +490,7 @@ static void warn_again(const kempe_inverse *r)
                 r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
 }
 
-/* Where rates or accelerations are slopes of splines through the rows: once more with every other row. */
+/* Repeats the study with every other row, where rates or accelerations are derivatives of splines through the rows. */
 static kempe_status check_again(job *j)
 {
     kempe_inverse *r = j->r;
@@ -520,9 +521,9 @@ static kempe_status check_again(job *j)
     return status;
 }
 
-/* -- the verdict ------------------------------------------------------------------------------------- */
+/* -- summary ----------------------------------------------------------------------------------------- */
 
-/* The independent coordinate with most of what is left, scaled. */
+/* The independent coordinate with the largest unbalanced force, scaled. */
 static int most_left(const kempe_inverse *r)
 {
     int most = 0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* An inverse dynamics as CSV: a comment with the units, the names, the rows. The same walk writes each of them. */
+/* Inverse dynamics as CSV: a comment with the units, the names, the rows. One traversal writes each of them. */
 #include "base/context.h"
 #include "base/file.h"
 #include "studies/inverse/inverse.h"

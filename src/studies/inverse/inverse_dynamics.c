@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Least-squares solution of N' S tau = N' (M qdd + C) by a singular value decomposition in scaled orthonormal
+ * coordinates. The multipliers follow from the remaining rows (Fisette and Samin 1996, eq. 44). */
 #include "studies/inverse/inverse_dynamics.h"
 #include "constraints/evaluation/pressing.h"
 #include "constraints/tolerances.h"
@@ -8,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-/* -- new and free ------------------------------------------------------------------------------------ */
+/* -- construction and release ------------------------------------------------------------------------ */
 
 static bool make_room(kmp_inverse *v)
 {
@@ -59,7 +61,7 @@ void kmp_inverse_free(kmp_inverse *inverse)
 
 /* -- the choice of independent coordinates ----------------------------------------------------------- */
 
-/* At the plant's last closure. */
+/* Chooses coordinates at the plant's last closure. */
 static kempe_status choose(kmp_inverse *v)
 {
     forget_choice(v);
@@ -74,7 +76,7 @@ static kempe_status choose(kmp_inverse *v)
     return kmp_reduction_init(&v->red, v->plant, &v->part);
 }
 
-/* Whether a dropped row of a loop goes along with the motions that the others allow. */
+/* True if the rows dropped from a loop are satisfied along all motions that the others permit. */
 static bool rows_are_redundant(const kmp_inverse *v)
 {
     const double *scale = v->system->scale;
@@ -84,7 +86,7 @@ static bool rows_are_redundant(const kmp_inverse *v)
     return true;
 }
 
-/* Jv factored and N there, with the choice at hand. */
+/* Factors Jv and computes N with the current choice; true if it is well conditioned. */
 static bool tangent_is_good(kmp_inverse *v)
 {
     int at_v, at_u;
@@ -105,7 +107,7 @@ static kempe_status make_tangent(kmp_inverse *v, double t)
     return KEMPE_OK;
 }
 
-/* -- the efforts ------------------------------------------------------------------------------------- */
+/* -- generalized forces ------------------------------------------------------------------------------ */
 
 static double n_at(const kmp_inverse *v, int coordinate, int k)
 {
@@ -187,7 +189,7 @@ static void project(const kmp_inverse *v, const double *x, double *out)
         out[k] = kmp_dot(v->n, v->red.x + k * v->n, x);
 }
 
-/* What is left of all n equations, against the sizes of their terms: |M qdd|, |C|, |J' lambda|, |S tau|. */
+/* The residual of all n equations, relative to the sizes of their terms: |M qdd|, |C|, |J' lambda|, |S tau|. */
 static void find_residual(kmp_inverse *v)
 {
     const kempe_system *s = v->system;
@@ -209,7 +211,7 @@ static void find_residual(kmp_inverse *v)
     v->residual = size > 0 ? worst / size : 0;
 }
 
-/* Of the reduced equations: how large C and M qdd are there, what tau leaves; then lambda. */
+/* The reduced equations: sizes of C and M qdd, the remainder without tau; then lambda. */
 static void judge(kmp_inverse *v)
 {
     project(v, v->plant->bias, v->left);
@@ -237,7 +239,7 @@ static bool find_efforts(kmp_inverse *v)
     return least_norm(v);
 }
 
-/* What forces that depend on multipliers ask: those that go with the efforts. */
+/* For forces that depend on multipliers: the multipliers that belong to the actuators' generalized forces. */
 static void answer(void *self, const double *bias, bool change, double *lambda)
 {
     kmp_inverse *v = self;

@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Efforts of chosen coordinates (actuators) for a given motion, with the loops closed:
+/* Generalized forces of chosen coordinates (actuators) for a given motion, with the loops closed:
  *
- *     M qdd + C = J' lambda + S tau,      N' (M qdd + C) = N' S tau,
+ *     M qdd + C = J' lambda + S tau,      N' (M qdd + C) = N' S tau.
  *
- * J the rows of loops alone, without drives and locks, whose efforts come from the actuators or from nowhere; N = X of
- * the partition of these rows (Fisette and Samin 1996, eq. 44); p equations for a efforts. In coordinates scaled by the
- * characteristic length, where all efforts are in N m, and with N made orthonormal the equations are A tau = f, and the
- * singular values of A are the cosines between actuators and freedoms, whatever the units and the choice of u: 1 is the
- * most that there can be, 0 says that some freedom is out of reach. Of all tau that meet the equations best (least
- * squares), that of least sum of weight tau^2. The multipliers are those of the independent rows; where forces depend
- * on them, C is at those that go with tau. */
+ * J has the rows of loops alone. Rows of drives and locks are left out: their forces must be supplied by the actuators.
+ * N = X of the partition of these rows (Fisette and Samin 1996, eq. 44); there are p equations for a actuators.
+ *
+ * Coordinates are scaled by the characteristic length, so that all generalized forces are in N m, and N is made
+ * orthonormal. Then the equations are A tau = f, and the singular values of A are the cosines between actuators and
+ * degrees of freedom. They are independent of units and of the choice of u. The largest possible one is 1; 0 means that
+ * a degree of freedom cannot be actuated. Of all tau that satisfy the equations best (least squares) the result has the
+ * least sum of weight tau^2. The multipliers are those of the independent rows; where forces depend on them, C uses the
+ * multipliers that belong to tau. */
 #ifndef KMP_STUDIES_INVERSE_INVERSE_DYNAMICS_H
 #define KMP_STUDIES_INVERSE_INVERSE_DYNAMICS_H
 
@@ -25,7 +27,7 @@ typedef struct kmp_inverse {
     double *weight;           /* a, positive */
     bool *left_out;           /* m: rows of drives and locks */
     double *masked;           /* J without them */
-    kmp_arena arena, choices; /* of all arrays; of those that a choice of coordinates needs */
+    kmp_arena arena, choices; /* of all arrays; of those that depend on the choice of coordinates */
     kmp_partition part;
     kmp_reduction red;
     kmp_singular svd;
@@ -35,21 +37,21 @@ typedef struct kmp_inverse {
 
     double *tau;    /* a: N m or N; these of the last state */
     double *lambda; /* m; zero for rows of drives and those that are dropped */
-    double *left;   /* p: N' (M qdd + C - S tau), by u: what the actuators cannot bring about */
-    double unmet;   /* |left| in the metric above, N m; and how large its parts are */
+    double *left;   /* p: N' (M qdd + C - S tau), by u: the part that the actuators cannot provide */
+    double unmet;   /* |left| in the metric above, N m; and the size of its terms */
     double size;
     int rank;        /* of A */
     double hold;     /* its p-th singular value, the smallest that counts; 0 when a < p */
     double residual; /* max |M qdd + C - J' lambda - S tau| over the largest sum of the four terms, scaled */
 } kmp_inverse;
 
-/** `weight` NULL: all 1. The plant is used, and kept by the caller. KEMPE_E_MEMORY. */
+/** `weight` NULL: all 1. The plant is used, and owned by the caller. KEMPE_E_MEMORY. */
 kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_plant *plant, int count, const int *actuator,
                               const double *weight);
 void kmp_inverse_free(kmp_inverse *inverse);
 
-/** At a closed state. Independent coordinates are chosen anew where they go bad, otherwise nothing is allocated.
- *  KEMPE_E_FAILED: the loops are singular there, or something is not finite. */
+/** Inverse dynamics at a closed state. Independent coordinates are chosen again where they become ill-conditioned,
+ * otherwise there is no allocation. KEMPE_E_FAILED: the loops are singular there, or a value is not finite. */
 kempe_status kmp_inverse_at(kmp_inverse *inverse, double t, const double *q, const double *qd, const double *qdd);
 
 #endif

@@ -26,7 +26,7 @@ static bool is_redundant(const kempe_inverse *r)
     return false;
 }
 
-/* Which of the efforts that would do these are. */
+/* The kind of the solution: unique, or the least of many. */
 static const char *kind_of(const kempe_inverse *r)
 {
     if (r->rank < r->freedoms)
@@ -274,7 +274,7 @@ static void json_column(kmp_json *json, const char *key, const kempe_inverse *r,
     kmp_json_end(json);
 }
 
-/* The rows of closure c, which stand together. */
+/* The rows of closure c, which are consecutive. */
 static void json_multipliers(kmp_json *json, const kempe_inverse *r, int c)
 {
     const kempe_system *s = r->system;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The rows of an inverse dynamics, and what is said of all of them. */
+/* The rows of an inverse dynamics study, and their summary. */
 #include "output/print.h"
 #include "studies/inverse/inverse.h"
 #include <kempe/inverse.h>

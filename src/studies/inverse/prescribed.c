@@ -5,9 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-/* -- making ------------------------------------------------------------------------------------------ */
+/* -- construction ------------------------------------------------------------------------------------ */
 
-/* Whether the column is given; a column with gaps is noted. */
+/* True if the column is given; a column with missing values is noted. */
 static bool is_given(int rows, int n, const double *values, int i, int order, kmp_gap_in_table *gap)
 {
     int count = 0, first_gap = -1;
@@ -33,8 +33,8 @@ static bool make_room(kmp_prescribed *m, int n)
     return !m->arena.failed;
 }
 
-/* Column k of an order: column i of n that are given, or the slopes at the rows of the spline through the column of the
- * order before; room: 4 numbers a row. */
+/* Column k of an order: column i of n that are given, or the derivatives at the rows of the spline through the column
+ * of the order before. room: 4 numbers per row. */
 static void put_column(kmp_prescribed *m, int order, int k, int n, const double *given, int i, double *room)
 {
     int rows = m->rows;

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Follows a prescribed motion by prediction and correction: Taylor's series along the tangent, then Newton's method on
+ * the dependent coordinates. Short steps and the signs of Jv's blocks keep the branch. */
 #include "studies/inverse/prescribed_motion.h"
 #include "base/memory.h"
 #include "base/share.h"
@@ -12,18 +14,18 @@
 #include <math.h>
 #include <string.h>
 
-/* What Newton's method may leave of h where rows beside the closed position make its matrix a bad one: two digits below
- * what the rank that is then decided asks for. */
+/* Largest residual of h at which Newton's method may stall where redundant rows near the closed position make its
+ * matrix ill-conditioned. It is two digits below the threshold of the rank decision that follows. */
 #define STALLED (KMP_RANK / 100)
-/* What Newton may add to a prediction: a part of the way, or so little at any rate; and how long the way may be (rad,
- * or characteristic lengths). */
+/* Largest correction of a prediction by Newton's method: a part of the step, or an absolute limit; and the longest step
+ * (rad, or characteristic lengths). */
 #define TRUSTED_PART 0.1
 #define TRUSTED_MOVE 1e-3
 #define LONGEST_MOVE 0.3
-/* Of the whole way: no step is shorter. */
+/* The shortest step, relative to the whole path. */
 #define SHORTEST 1e-7
 
-/* -- new and free ------------------------------------------------------------------------------------ */
+/* -- construction and release ------------------------------------------------------------------------ */
 
 static bool make_room(kmp_guide *g)
 {
@@ -39,7 +41,7 @@ static bool make_room(kmp_guide *g)
     return kmp_arena_make_groups(&g->arena, sizeof groups / sizeof *groups, groups);
 }
 
-/* Drives of coordinates that the table has say nothing. */
+/* Drives of coordinates in the table are ignored. */
 static void leave_out(kmp_guide *g)
 {
     for (int r = 0; r < g->m; r++) {
@@ -132,7 +134,7 @@ static kempe_status choose_among_given(kmp_guide *g, int *count)
     return missing ? fail_undetermined(g, missing, u) : KEMPE_OK;
 }
 
-/* Which are independent at (t, q). */
+/* Chooses the independent coordinates at (t, q). */
 static kempe_status choose(kmp_guide *g, double t, const double *q)
 {
     bool some = g->motion && g->motion->count < g->n;
@@ -157,7 +159,7 @@ static kempe_status choose(kmp_guide *g, double t, const double *q)
 
 /* -- one state --------------------------------------------------------------------------------------- */
 
-/* What the table says at t. */
+/* Reads the table's values at t. */
 static void read_table(kmp_guide *g, double t)
 {
     if (g->motion)
@@ -196,8 +198,8 @@ static kempe_status settle(kmp_guide *g, double t)
     return KEMPE_OK;
 }
 
-/* Closes `trial` by a choice that is made there, and once more by one at what is closed, u by the table: rows that are
- * redundant where the loops are closed look independent beside it. */
+/* Closes `trial` by a choice made there, and once more by a choice made at the closed position, with u from the table.
+ * Rows that are redundant where the loops are closed look independent near it. */
 static kempe_status close_anew(kmp_guide *g, double t, bool *closed)
 {
     kempe_status status = choose(g, t, g->trial);
@@ -212,7 +214,7 @@ static kempe_status close_anew(kmp_guide *g, double t, bool *closed)
     return status;
 }
 
-/* How far what is given and not independent is from where the closures put it. */
+/* The distance of given coordinates that are not independent from their closed positions. */
 static void note_off(kmp_guide *g)
 {
     for (int i = 0; i < g->part.r; i++) {
@@ -226,7 +228,7 @@ static void note_off(kmp_guide *g)
     }
 }
 
-/* Chooses anew where another choice would be better: there is one, and |Bvu| has grown. */
+/* Chooses again where another choice would be better: it exists, and |Bvu| has grown. */
 static kempe_status renew(kmp_guide *g)
 {
     int v, u;
@@ -236,9 +238,9 @@ static kempe_status renew(kmp_guide *g)
     return choose(g, g->t, g->q);
 }
 
-/* -- the way ----------------------------------------------------------------------------------------- */
+/* -- the path ---------------------------------------------------------------------------------------- */
 
-/* Closes the prediction q + move, u as it must be, and judges whether it is the same branch. */
+/* Closes the prediction q + move, with u prescribed, and checks that the branch is unchanged. */
 static bool follow(kmp_guide *g, double t)
 {
     double way = 0, added = 0;
@@ -271,7 +273,7 @@ static bool is_all_given(const kmp_guide *g)
     return g->motion && g->motion->count == g->n;
 }
 
-/* A step to t, where the table says all or predicted from the state by Taylor's series. */
+/* A step to t; positions are from the table if it has all coordinates, otherwise predicted by Taylor's series. */
 static bool step(kmp_guide *g, double t)
 {
     double h = t - g->t;
@@ -286,7 +288,7 @@ static bool step(kmp_guide *g, double t)
     return follow(g, t);
 }
 
-/* To `next`. Where the table says all, once more with a choice that is made there. */
+/* Steps to `next`. If the table has all coordinates, it tries again with a choice made there. */
 static kempe_status try_step(kmp_guide *g, double next, bool *done)
 {
     read_table(g, next);
@@ -318,7 +320,7 @@ kempe_status kmp_guide_advance(kmp_guide *guide, double t)
     return g->t < t ? fail_beyond(g, t) : KEMPE_OK;
 }
 
-/* -- the beginning ----------------------------------------------------------------------------------- */
+/* -- start ------------------------------------------------------------------------------------------- */
 
 /* The assembled start, at t = 0. */
 static kempe_status take_start(kmp_guide *g)
@@ -334,7 +336,8 @@ static kempe_status take_start(kmp_guide *g)
     return status;
 }
 
-/* From the start to where the motion begins: u along a straight line while time goes on to t, v along the tangent. */
+/* Moves from the start to the beginning of the motion: u along a straight line while time advances to t, v along the
+ * tangent. */
 static kempe_status approach(kmp_guide *g, double t)
 {
     kmp_parts way = KMP_PARTS;
@@ -366,7 +369,7 @@ static kempe_status approach(kmp_guide *g, double t)
         t, way.done);
 }
 
-/* q where the motion begins, as far as it can be known before the loops are closed there. */
+/* q at the beginning of the motion, as far as it is known before the loops are closed there. */
 static kempe_status find_beginning(kmp_guide *g, double t)
 {
     if (is_all_given(g)) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What all closures transmit: force and moment of each from q and lambda, by a program of its own. */
+/* Reactions of all closures: force and moment of each from q and lambda, by a program of its own. */
 #ifndef KMP_STUDIES_INVERSE_REACTIONS_H
 #define KMP_STUDIES_INVERSE_REACTIONS_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A sweep told as text and JSON, and its rows as CSV. */
+/* A sweep as text and JSON, and its rows as CSV. */
 #include "base/file.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The paths of a sweep's position outputs as a picture, in the plane of the two ground axes along which they reach
- * farthest, both to one scale; where the sweep begins, and dead centres, are marked. */
+/* The paths of a sweep's position outputs as a picture, both axes to one scale, in the plane of the two ground axes
+ * with the largest extent. The beginning of the sweep and dead centres are marked. */
 #include "base/file.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
@@ -30,7 +30,7 @@ static bool begins_path(const kempe_kinematics *k, int c)
     return k->system->model->outputs[k->column[c].output].kind == KMP_OUTPUT_POSITION && k->column[c].component == 0;
 }
 
-/* Place i of a path: its rows, and the dead centres before and behind them. NULL: no more. */
+/* Point i of a path: its rows, and the dead centres before and after them. NULL: no more. */
 static const double *place(const picture *p, int i, int column)
 {
     const kempe_kinematics *k = p->k;
@@ -58,7 +58,7 @@ static void measure(picture *p)
             }
 }
 
-/* The axis along which least happens is looked along; what is left stays right-handed in order. */
+/* The view is along the axis of the least extent; the others are in right-handed order. */
 static void choose_plane(picture *p)
 {
     int away = 2;

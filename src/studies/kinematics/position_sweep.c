@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A position study: approaches the beginning of the range from the assembled start, along the range's own line if the
+ * start lies on it, then sweeps through it. A dead centre ends the sweep. */
 #include "studies/kinematics/position_sweep.h"
 #include "base/clock.h"
 #include "base/context.h"
@@ -64,13 +66,13 @@ static bool make_room(kempe_kinematics *k)
     return made;
 }
 
-/* -- what the sweep delivers ------------------------------------------------------------------------- */
+/* -- results of the sweep ---------------------------------------------------------------------------- */
 
 typedef struct job {
     kempe_kinematics *k;
     kmp_sweep sweep;
     double *zero;  /* m multipliers */
-    double *start; /* n: the leads' assembled values */
+    double *start; /* n: the swept coordinates' assembled values */
     kmp_text reason;
 } job;
 
@@ -164,7 +166,7 @@ static double value_here(const job *j, const kmp_lead *lead)
     return lead->coordinate < 0 ? kmp_lead_value(lead, s_here(j)) : j->sweep.here.x[lead->coordinate];
 }
 
-/* Where the sweep stands; `up`: s was growing. */
+/* Stores the current state as a dead centre; `up`: s was increasing. */
 static bool take_dead(job *j, bool up)
 {
     kempe_kinematics *k = j->k;
@@ -190,9 +192,9 @@ static bool take_dead(job *j, bool up)
     return true;
 }
 
-/* -- the way ----------------------------------------------------------------------------------------- */
+/* -- the path ---------------------------------------------------------------------------------------- */
 
-/* Values of s of the first row that was reached, for the count of those before it. */
+/* The number of rows before the first whose s is reached. */
 static int first_row_from(const kempe_kinematics *k, double s)
 {
     int row = 0;
@@ -245,7 +247,7 @@ static kempe_status end_of(job *j, kmp_sweep_end end)
     return end == KMP_SWEEP_LOST ? KEMPE_E_FAILED : end == KMP_SWEEP_INTERRUPTED ? KEMPE_STOPPED : KEMPE_OK;
 }
 
-/* Where the leads are, on their own line: s of it. false: they are not on it. */
+/* The s of the driven coordinates on their own line. False: they are not on it. */
 static bool on_line(const job *j, double *s)
 {
     const kempe_kinematics *k = j->k;
@@ -257,7 +259,7 @@ static bool on_line(const job *j, double *s)
     return true;
 }
 
-/* The given leads take over where s is as given. */
+/* The given driven values apply from s on. */
 static kempe_status lead(job *j, const kmp_lead *leads, double s)
 {
     const kempe_kinematics *k = j->k;
@@ -269,18 +271,18 @@ static kempe_status lead(job *j, const kmp_lead *leads, double s)
                                                kmp_kinematics_name(k, &k->lead[k->first]));
 }
 
-/* Goes to s_end, where so many rows are wanted. */
+/* Goes to s_end, with `rows` rows on the path. */
 static kempe_status go(job *j, double s_end, int rows, kmp_sweep_end *end)
 {
     kempe_kinematics *k = j->k;
     const kmp_sweep_task task = {s_end, rows, k->asked_s + k->begin, take_row, take_change, j};
     *end = kmp_sweep_go(&j->sweep, &task);
     if (rows == 0)
-        k->change_count = 0; /* not of the range, or told again on the way back */
+        k->change_count = 0; /* outside the range, or reported again in the other direction */
     return end_of(j, *end);
 }
 
-/* From the assembled state to A, along a line of its own. */
+/* Approaches A from the assembled state, along a line of its own. */
 static kempe_status approach_aside(job *j)
 {
     kempe_kinematics *k = j->k;
@@ -307,7 +309,8 @@ static kempe_status approach_aside(job *j)
                           "the beginning of the ranges is a change point, where branches meet: use another beginning");
 }
 
-/* Along the line of the range itself; where that ends in a dead centre within the range, the rows begin there. */
+/* Approaches A along the line of the range itself; where that ends in a dead centre within the range, the rows begin
+ * there. */
 static kempe_status approach_along(job *j, double s)
 {
     kempe_kinematics *k = j->k;
@@ -354,9 +357,9 @@ static kempe_status follow(job *j)
     return status == KEMPE_OK ? go_through(j) : status;
 }
 
-/* -- all of it --------------------------------------------------------------------------------------- */
+/* -- the study --------------------------------------------------------------------------------------- */
 
-/* From the assembled state q. */
+/* Sweeps from the assembled state q. */
 static kempe_status sweep_from(job *j, const double *q)
 {
     kempe_kinematics *k = j->k;
@@ -436,7 +439,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
         status = finish(&j, run(&j, ask));
     k->cpu_s = kmp_cpu_now() - begin;
     k->warnings = kmp_context_warnings(system->context);
-    bool something = k->count > 0 || k->dead_count > 0; /* to be told even of a failure */
+    bool something = k->count > 0 || k->dead_count > 0; /* reported even after a failure */
     if (status >= 0 || (status == KEMPE_E_FAILED && something))
         *kinematics = k;
     else

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a sweep leaves (analysis/sweep.h): rows, dead centres, change points. */
+/* Results of a sweep (studies/kinematics/sweep.h): rows, dead centres, change points. */
 #ifndef KMP_STUDIES_KINEMATICS_POSITION_SWEEP_H
 #define KMP_STUDIES_KINEMATICS_POSITION_SWEEP_H
 
@@ -13,7 +13,7 @@ typedef struct kmp_change_point {
     double *q; /* n */
 } kmp_change_point;
 
-/** A column of outputs: of which of the model's, which component of it, where among all that are computed. */
+/** A column of outputs: the model's output, its component, its index among all computed values. */
 typedef struct kmp_shown_column {
     int output, component, at;
     char *name;
@@ -24,17 +24,17 @@ struct kempe_kinematics {
     kmp_arena arena; /* of all but warnings and change points */
     kempe_status status;
     char *reason;   /* NULL: none */
-    char *warnings; /* of the computation, one a line */
+    char *warnings; /* of the computation, one per line */
     int lead_count, driven;
-    kmp_lead *lead; /* what is driven, then what is held */
+    kmp_lead *lead; /* driven coordinates, then fixed ones */
     int first;      /* the first that moves */
     int time;       /* the time's, -1 */
     double speed;   /* of the first, NaN with the time */
     bool *released; /* closures of the model that were */
     int asked;      /* rows */
     double *asked_s;
-    int begin, count;         /* the first row that was reached, how many were */
-    double *s, *q, *qd, *qdd; /* asked, and n each */
+    int begin, count;         /* the first row that was reached, and the number of rows */
+    double *s, *q, *qd, *qdd; /* `asked` rows; n each */
     int width;
     kmp_shown_column *column; /* width */
     double *shown;            /* width a row */

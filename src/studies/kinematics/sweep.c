@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Pseudo-arclength continuation (Keller 1977; Allgower and Georg 1990): predictor along the tangent, Newton corrector
+ * across it, step control by the angle of tangents and the convergence of corrections. */
 #include "studies/kinematics/sweep.h"
 #include "base/bracket.h"
 #include "base/context.h"
@@ -10,14 +12,14 @@
 #include <math.h>
 #include <string.h>
 
-/* A step: the first one, the longest (of any coordinate, scaled; of s when the time leads), the shortest. */
+/* A step: the first one, the longest (of any coordinate, scaled; of s when time is swept), the shortest. */
 #define FIRST_STEP 0.02
 #define LONGEST    0.35
 #define LONGEST_S  0.02
 #define SHORTEST   1e-9
 #define MOST_STEPS 1000000
-/* It is kept when tangents turn by less than about 0.3, the first correction is below this part of it, and each
- * correction is below this part of the one before. */
+/* A step is accepted when tangents turn by less than about 0.3, the first correction is below this part of the step,
+ * and each correction is below this part of the one before. */
 #define LEAST_COSINE 0.955
 #define MOST_OFF     0.2
 #define CONTRACTION  0.3
@@ -26,13 +28,13 @@
 #define APPROACH 0.5
 #define NEAR     0.3
 #define SHORT    1e-7
-/* Of leading rows, relative. */
+/* Relative tolerance of driven rows. */
 #define FOLLOWS 1e-6
-/* Where s is slower, in the motion, than this part of the fastest, a row is found by enclosing it, not by Newton on s.
- */
+/* A row is found by bracketing, not by Newton on s, where s changes more slowly, relative to the motion, than this part
+ * of its fastest change. */
 #define SLOW 0.05
 
-/* Times at which it is seen what moves. */
+/* SAMPLES: the number of intervals of time in the search for rows that move. */
 enum { EPSILONS = 64, MOST_LEAPS = 6, SAMPLES = 7 };
 
 /* -- making and standing ----------------------------------------------------------------------------- */
@@ -91,7 +93,7 @@ static void forget_choice(kmp_sweep *w)
     kmp_arena_free(&w->of_choice);
 }
 
-/* Room for so many other leads. */
+/* Room for `count` other driven values. */
 static bool renew_leads(kmp_sweep *w, int count, const kmp_lead *leads)
 {
     int p = w->p;
@@ -119,7 +121,7 @@ void kmp_sweep_free(kmp_sweep *sweep)
     *sweep = (kmp_sweep){0};
 }
 
-/* u, v and rows at the plant's last closure; rank -1: by the pivots. */
+/* Chooses u, v and rows at the plant's last closure; rank -1: by the pivots. */
 static kempe_status choose(kmp_sweep *w, int rank)
 {
     forget_choice(w);
@@ -158,7 +160,7 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     return KEMPE_OK;
 }
 
-/* Rows with h_t at some time on the way, which is zero in all others; dropped here. */
+/* Rows with nonzero h_t at some time on the path, which is zero in all others; they are dropped here. */
 static void find_moving(kmp_sweep *w, const kmp_lead *time, const double *q)
 {
     w->moving_count = 0;
@@ -181,16 +183,17 @@ kempe_status kmp_sweep_let_move(kmp_sweep *w, const kmp_lead *time, double t, co
     kempe_status status = kmp_sweep_stand(w, t, q);
     if (status == KEMPE_E_MEMORY || (status == KEMPE_OK && w->p == p + w->moving_count))
         return status;
-    for (int k = 0; k < w->moving_count; k++) /* some say what others say: they stay closures */
+    for (int k = 0; k < w->moving_count; k++) /* some are redundant: they stay closures */
         w->dropped[w->moving[k]] = false;
     w->moving_count = 0;
     return kmp_sweep_stand(w, t, q);
 }
 
-/* -- what may lead ----------------------------------------------------------------------------------- */
+/* -- candidates for driven coordinates --------------------------------------------------------------- */
 
-/* Brings coordinates into the order in which their rows of X pivot, each with those before it, and last of all the
- * ones that come `later`; those that do not count (NULL: all do) are as if they did not move. How many are independent.
+/* Sorts coordinates into the order in which their rows of X pivot, each with those before it, and last of all those
+ * marked `later`. Coordinates that do not count (NULL: all do) are treated as constant. Returns the number of
+ * independent ones.
  */
 static int pivot_motions(const kmp_sweep *w, const bool *counts, const int *later, double *matrix, int *order)
 {
@@ -224,7 +227,7 @@ kempe_status kmp_sweep_lead(kmp_sweep *w, int count, const kmp_lead *leads, doub
 {
     if (!renew_leads(w, count, leads))
         return kmp_fail_memory(w->system->context);
-    double size = 0; /* what the leading coordinate covers, 1 for the time */
+    double size = 0; /* the range of the driven coordinate, 1 for the time */
     for (int k = 0; k < count; k++) {
         double range = fabs(leads[k].to - leads[k].from);
         if (leads[k].coordinate < 0)
@@ -277,7 +280,7 @@ static bool pose_at(kmp_sweep *w, const stretch *e, double part)
     return kmp_sweep_close(w, &target, &w->part_way, &first, &ratio) && kmp_sweep_tangent(w, &w->part_way, e->a);
 }
 
-/* Where on the cubic s is reached: s goes one way. */
+/* The part of the cubic at which s is reached: s is monotonic. */
 static double guess_part(const kmp_sweep *w, const stretch *e, double s)
 {
     double to = e->b->x[w->n] - s, part;
@@ -335,7 +338,7 @@ static double longest_step(const kmp_sweep *w)
     return w->time < 0 ? step : fmin(step, LONGEST_S / fmax(pace(w, &w->here), 1e-3));
 }
 
-/* u or rows that have become bad are chosen anew where it stands, and the signs of the blocks are taken. */
+/* Chooses ill-conditioned u or rows again at the current state, and stores the signs of the blocks. */
 static kempe_status refresh(kmp_sweep *w)
 {
     int v, u;
@@ -353,7 +356,7 @@ static kempe_status refresh(kmp_sweep *w)
     return KEMPE_OK;
 }
 
-/* s goes one way between the ends, or its rate changes sign: one turn at most. */
+/* True if s is monotonic between the ends, or its rate changes sign: at most one turn. */
 static bool turns_once(const kmp_sweep *w, const stretch *e)
 {
     bool down = e->a->dx[w->n] < 0;
@@ -384,7 +387,7 @@ static verdict try_step(kmp_sweep *w, const kmp_sweep_pose *from, double step, b
     return !turns_once(w, &e) ? BAD : same ? GOOD : SIGN;
 }
 
-/* Straight on across a change point, from the last state that was well before it; farther where it lies deeper. */
+/* Steps straight across a change point, from the last state well before it; farther where it lies deeper. */
 static bool leap(kmp_sweep *w)
 {
     double gone = kmp_sweep_offset(w, &w->entry, &w->here), step = 2 * gone + KMP_MARGIN_ENTRY;
@@ -394,7 +397,7 @@ static bool leap(kmp_sweep *w)
     return false;
 }
 
-/* No step goes farther than a part of the way to where the margin would be zero. */
+/* Limits a step to a part of the distance at which the margin would be zero. */
 static double near_step(const kmp_sweep *w, double margin, double step)
 {
     if (margin > NEAR)
@@ -403,7 +406,7 @@ static double near_step(const kmp_sweep *w, double margin, double step)
     return fmin(step, APPROACH * margin / fmax(slope, 1));
 }
 
-/* -- on the way -------------------------------------------------------------------------------------- */
+/* -- the path ---------------------------------------------------------------------------------------- */
 
 typedef struct way {
     kmp_sweep *w;
@@ -430,7 +433,7 @@ static double slack_of(const kmp_sweep *w)
     return EPSILONS * DBL_EPSILON * most;
 }
 
-/* The row at x, with the derivatives in xs and xss; what leads is known without rounding. */
+/* The row at x, with the derivatives in xs and xss; driven values are set without rounding. */
 static void give(way *y, double *x)
 {
     kmp_sweep *w = y->w;
@@ -459,7 +462,7 @@ static void differentiate_cubic(kmp_sweep *w, const stretch *e, double s)
     }
 }
 
-/* The rows of a stretch up to `limit`; `crossing`: a change point lies in it. false: the branch has been lost. */
+/* The rows of a stretch up to `limit`; `crossing`: a change point lies in it. False: the branch has been lost. */
 static bool give_rows(way *y, const stretch *e, double limit, bool crossing)
 {
     kmp_sweep *w = y->w;
@@ -483,7 +486,7 @@ static void give_dead(way *y)
         t->row(t->user, t->s[y->row++], y->w->here.x, NULL, NULL);
 }
 
-/* It stands at s_end, within the stretch. */
+/* Moves to s_end, within the stretch. */
 static kmp_sweep_end arrive(way *y, const stretch *e)
 {
     kmp_sweep *w = y->w;
@@ -518,7 +521,7 @@ static bool goes_on(const way *y)
     return (y->w->next.dx[y->w->n] > 0) == (y->up > 0);
 }
 
-/* Across a change point: told where the margin, which falls evenly to it, is zero; rows in between. */
+/* Crosses a change point: reported where the margin, which decreases linearly to it, is zero; rows in between. */
 static kmp_sweep_end cross(way *y, double margin)
 {
     kmp_sweep *w = y->w;
@@ -539,7 +542,7 @@ static kmp_sweep_end cross(way *y, double margin)
     return there ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
 }
 
-/* One step, then what it leads to. */
+/* One step, and the handling of its result. */
 static kmp_sweep_end go_on(way *y)
 {
     kmp_sweep *w = y->w;
@@ -558,7 +561,7 @@ static kmp_sweep_end go_on(way *y)
             break;
         h /= 2;
     }
-    if (v != GOOD) /* of a small margin rounding alone is left */
+    if (v != GOOD) /* a small margin leaves rounding alone */
         return margin < KMP_MARGIN_ENTRY ? cross(y, margin) : KMP_SWEEP_LOST;
     w->effort.steps++;
     w->last_margin = margin;
@@ -576,7 +579,7 @@ static kmp_sweep_end go_on(way *y)
     return KMP_SWEEP_ON_THE_WAY;
 }
 
-/* The tangent that leads towards s_end: from a dead centre back to where it came from. */
+/* Chooses the tangent towards s_end: from a dead centre in the reverse direction. */
 static void turn(way *y)
 {
     int n = y->w->n;

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Reads names and ranges of a sweep: driven coordinates and time, fixed coordinates, and deactivated drives. Driven
+ * coordinates are then compared with the degrees of freedom. */
 #include "studies/kinematics/sweep_options.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -28,7 +30,7 @@ static int find_drive(const kempe_model *model, const char *name)
     return -1;
 }
 
-/* Says that a name is no such word, and which one may have been meant. */
+/* Reports an unknown name, with the nearest one. */
 static kempe_status refuse_name(const kempe_model *model, const char *name, bool coordinates, const char *word)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
@@ -84,7 +86,7 @@ static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
     return KEMPE_OK;
 }
 
-/* One count for all, from wherever it is given. */
+/* One count for all ranges, from whichever gives it. */
 static kempe_status count_rows(kempe_kinematics *k, const kmp_ranges *ranges, int points)
 {
     int count = points;
@@ -128,7 +130,7 @@ static kempe_status add_held(kempe_kinematics *k, char *name)
     return status;
 }
 
-/* Drives and locks of what is driven by the user, and those that are named. */
+/* Deactivates drives and locks of coordinates that the user drives, and those named. */
 static kempe_status release(kempe_kinematics *k, int count, char *const *names)
 {
     const kempe_model *model = k->system->model;
@@ -189,7 +191,7 @@ kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_opti
     return status;
 }
 
-/* -- whether it determines the rest ------------------------------------------------------------------ */
+/* -- check of determinacy ---------------------------------------------------------------------------- */
 
 static kempe_status too_few(const kempe_model *model, int p, int have, const char *names)
 {

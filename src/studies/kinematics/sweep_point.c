@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* One state of a sweep: Newton's method on scaled h and the driving conditions, over u and s. Tangent and second
+ * derivatives follow from one factorisation. */
 #include "studies/kinematics/sweep_point.h"
 #include "constraints/closing/close.h"
 #include "linalg/dense/dense.h"
@@ -7,7 +9,7 @@
 #include <string.h>
 
 enum { MAX_NEWTON = 12 };
-/* Corrections below this part of the step lead nowhere else, and shrink as rounding lets them. */
+/* Corrections below this part of the step cannot change the branch, and shrink as far as rounding permits. */
 #define SEEN 1e-3
 
 double kmp_lead_value(const kmp_lead *lead, double s)
@@ -26,7 +28,7 @@ static double pace_of_time(const kmp_sweep *w)
     return w->time < 0 ? 0 : w->lead[w->time].to - w->lead[w->time].from;
 }
 
-/* What each of x changes by along each of u and along s, a unit of these: rows of w->span. */
+/* Derivatives of each x along each of u and along s, in their units: rows of w->span. */
 static void span(kmp_sweep *w)
 {
     int n = w->n, p = w->part.p;
@@ -93,8 +95,8 @@ double kmp_sweep_fastest(const kmp_sweep *w, const kmp_sweep_pose *pose)
 
 /* -- conditions on u and s --------------------------------------------------------------------------- */
 
-/* Gradients by x of what is to be met, of size one, each a row of w->gradient: leading coordinates are on their line,
- * moving rows are closed, and x has come far enough along the tangent of `base` (NULL: along s). */
+/* Gradients with respect to x of the conditions, normalised, each a row of w->gradient: driven coordinates are on their
+ * line, moving rows are closed. The last condition is the distance along the tangent of `base` (NULL: along s). */
 static void put_gradients(kmp_sweep *w, const kmp_sweep_pose *base)
 {
     const kmp_pattern *j = &w->system->jacobian;
@@ -121,7 +123,7 @@ static void put_gradients(kmp_sweep *w, const kmp_sweep_pose *base)
         row[n] = 1 / w->unit[n];
 }
 
-/* What the first `count` conditions change by along as many columns of the span; most gradients are nearly empty. */
+/* Changes of the first `count` conditions along as many columns of the span; most gradients are sparse. */
 static void put_matrix(kmp_sweep *w, int count)
 {
     const double *g = w->gradient;
@@ -132,7 +134,7 @@ static void put_matrix(kmp_sweep *w, int count)
                 w->matrix[k + j * count] += *g * w->span[i * (w->p + 1) + j];
 }
 
-/* Factors all conditions at the last evaluation, of which nothing is asked yet. false: they are singular. */
+/* Factors all conditions at the last evaluation; no right-hand side is needed. False: they are singular. */
 static bool factor(kmp_sweep *w, const kmp_sweep_pose *base)
 {
     put_gradients(w, base);
@@ -150,7 +152,7 @@ static void take_drift(kmp_sweep *w, const double *rows)
         w->rhs[k] -= kmp_dot(w->n + 1, w->gradient + k * (w->n + 1), w->drift);
 }
 
-/* dx by which the conditions change as w->rhs says, beside the drift (NULL: none). */
+/* dx for the changes w->rhs of the conditions, in addition to the drift (NULL: none). */
 static void meet(kmp_sweep *w, const double *drift, double *dx)
 {
     int all = w->p + 1;
@@ -161,7 +163,7 @@ static void meet(kmp_sweep *w, const double *drift, double *dx)
 
 /* -- closing ----------------------------------------------------------------------------------------- */
 
-/* What is closed, towards a target. */
+/* A state that is being closed, towards a target. */
 typedef struct closing {
     kmp_sweep *w;
     const kmp_sweep_target *target;
@@ -249,7 +251,7 @@ double kmp_sweep_hold(kmp_sweep *w, const kmp_sweep_pose *pose)
     return w->pivots[p - 1] / fmax(1, w->pivots[0]);
 }
 
-/* jdqd at rates qs: with the time standing still it is the part of second order in the rates alone. */
+/* jdqd at rates qs: at constant time it is the second-order part of the rates alone. */
 static void take_curve(kmp_sweep *w, const double *qs)
 {
     kmp_plant *plant = w->plant;

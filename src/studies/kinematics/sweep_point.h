@@ -8,10 +8,10 @@
 /** Closures, factors and the tangent space at x. false: Jv is singular. */
 bool kmp_sweep_evaluate(kmp_sweep *sweep, const double *x);
 
-/** J of the plant's last closure without the rows that are dropped, until the next call. */
+/** J of the plant's last closure without the dropped rows, valid until the next call. */
 const double *kmp_sweep_jacobian(kmp_sweep *sweep);
 
-/** Where a corrector ends: on s (base NULL), or where the tangent of `base` has come `offset` along it. */
+/** The end of a corrector: at s (base NULL), or at the distance `offset` along the tangent of `base`. */
 typedef struct kmp_sweep_target {
     const kmp_sweep_pose *base;
     double offset, s;
@@ -22,7 +22,7 @@ typedef struct kmp_sweep_target {
 bool kmp_sweep_close(kmp_sweep *sweep, const kmp_sweep_target *target, kmp_sweep_pose *pose, double *first,
                      double *ratio);
 
-/** The unit tangent at a closed pose, along that of `along` (NULL: s grows with it). false: Jv is singular. */
+/** The unit tangent at a closed pose, along that of `along` (NULL: with increasing s). False: Jv is singular. */
 bool kmp_sweep_tangent(kmp_sweep *sweep, kmp_sweep_pose *pose, const kmp_sweep_pose *along);
 
 /** <a's tangent, b's tangent>, and the offset of b along a's tangent. */

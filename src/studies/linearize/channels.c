@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Builds the system with inputs and outputs: a variant for parameters among the inputs, outputs for force points, then
+ * the linear equations at the requested state. The state is checked for equilibrium. */
 #include "studies/linearize/channels.h"
 #include "base/clock.h"
 #include "base/memory.h"
@@ -10,8 +12,8 @@
 #include <math.h>
 #include <string.h>
 
-/* A state counts as an equilibrium when what is left of R is this small beside what acts: far above rounding, far
- * below what moves visibly. */
+/* A state counts as an equilibrium when the residual R is this small relative to the forces: far above rounding, far
+ * below a visible motion. */
 static const double at_rest = 1e-8;
 
 /* -- names ------------------------------------------------------------------------------------------- */
@@ -94,7 +96,7 @@ static bool is_wanted(const kmp_column *of, const unsigned *parts)
     return of->output >= 0 && (!parts || parts[of->output] >> of->component & 1u);
 }
 
-/* Which columns of a run's table they are; NULL parts: all. */
+/* The columns of a run's table that the outputs select; NULL parts: all. */
 static kempe_status take_columns(kmp_channels *c, const unsigned *parts, bool none, kmp_seen **seen)
 {
     kmp_columns columns;
@@ -137,7 +139,7 @@ static int shown_before(const kempe_model *model, int output)
     return first;
 }
 
-/* What the copy gives: what is asked for, and the places of the points that forces act on. */
+/* The outputs of the copy: the requested ones, and the positions of points with input forces. */
 static kempe_status choose_outputs(kmp_channels *c, const kmp_channels_ask *ask, unsigned **parts, int *place)
 {
     kempe_model *copy = kmp_variant_model(c->variant);
@@ -193,7 +195,7 @@ static bool has_rates(const kmp_linear *l)
     return false;
 }
 
-/* Whether the forces stay as they are where the independent coordinates go on at the rates of the start. */
+/* Checks that forces are constant while the independent coordinates move at the rates of the start. */
 static kempe_status judge_steady(kmp_channels *c, bool *steady)
 {
     kmp_linear *l = &c->linear;
@@ -220,7 +222,7 @@ static kempe_status judge_steady(kmp_channels *c, bool *steady)
     return status;
 }
 
-/* Whether it stays where it is, or goes on as it goes: no acceleration, and no force that changes. */
+/* Checks that the state is at rest or in steady motion: no acceleration, and no force that changes. */
 static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
 {
     kmp_linear *l = &c->linear;
@@ -242,8 +244,9 @@ static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
 static kempe_status take_state(kmp_channels *c, const kmp_channels_ask *ask, const char *backend)
 {
     int *wish = KMP_NEW(int, c->system->n), wish_count = 0;
-    kempe_status status = wish ? kmp_coordinates_read(c->system->model, "independent", ask->independent, wish, &wish_count)
-                               : kmp_fail_memory(c->system->context);
+    kempe_status status =
+        wish ? kmp_coordinates_read(c->system->model, "independent", ask->independent, wish, &wish_count)
+             : kmp_fail_memory(c->system->context);
     if (status == KEMPE_OK)
         status = kmp_linear_init(&c->linear, c->system, backend);
     if (status == KEMPE_OK)
@@ -254,7 +257,7 @@ static kempe_status take_state(kmp_channels *c, const kmp_channels_ask *ask, con
     return status;
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 /* names: of the parameters among the inputs; place: of each input, for kmp_transfer_init. */
 static kempe_status build(kmp_channels *c, const kmp_channels_ask *ask, const char **names, int *place)

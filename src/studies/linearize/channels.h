@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A mechanism near a state with named inputs and outputs: what state spaces and frequency responses begin with. */
+/* A mechanism near a state with named inputs and outputs: the basis of state spaces and frequency responses. */
 #ifndef KMP_STUDIES_LINEARIZE_CHANNELS_H
 #define KMP_STUDIES_LINEARIZE_CHANNELS_H
 
@@ -18,8 +18,8 @@ typedef struct kmp_names {
 } kmp_names;
 
 typedef struct kmp_channels {
-    const kempe_system *given, *system; /* the one that is asked, and the one that is looked at */
-    kmp_variant *variant;               /* NULL: these are the same */
+    const kempe_system *given, *system; /* the caller's, and the one that is evaluated */
+    kmp_variant *variant;               /* NULL: both systems are equal */
     kempe_system *own;
     kmp_operating *at;
     kmp_linear linear;
@@ -27,15 +27,15 @@ typedef struct kmp_channels {
     kmp_asked_inputs inputs;
     kmp_transfer transfer;
     kmp_names states, loads, outputs; /* x, w, y; a load is an input or a time derivative of it */
-    bool rests;                       /* nothing is accelerated, and what moves changes no force */
+    bool rests;                       /* no acceleration, and motion changes no force */
     bool goes_on;                     /* rests, but for rates that change no force */
-    double residual;                  /* of the state held still, relative: how far it is from equilibrium */
-    double build_s;                   /* CPU time of what was derived */
-    char *warnings;                   /* of the computation, one a line */
+    double residual;                  /* of the state at rest, relative: its distance from equilibrium */
+    double build_s;                   /* CPU time of derivation */
+    char *warnings;                   /* of the computation, one per line */
 } kmp_channels;
 
-/** Derives, takes the state and evaluates. Outputs, when none are asked for: those of the model where there are inputs,
- *  none otherwise. KEMPE_E_ARGUMENT, KEMPE_E_FAILED with the reason. */
+/** Derives, takes the state and evaluates. Default outputs: those of the model where there are inputs, otherwise none.
+ * KEMPE_E_ARGUMENT, KEMPE_E_FAILED with the reason. */
 kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *system, const kmp_channels_ask *ask);
 void kmp_channels_free(kmp_channels *channels);
 

@@ -19,7 +19,7 @@ kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
     return k >= 0 && k < (int)(sizeof row / sizeof *row) ? row[k] : (kmp_matrix_row){0};
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static kempe_status make_first_order(kempe_linearization *l)
 {
@@ -79,7 +79,7 @@ void kempe_linearization_free(kempe_linearization *l)
     kmp_free(l);
 }
 
-/* -- what it has ------------------------------------------------------------------------------------- */
+/* -- results ----------------------------------------------------------------------------------------- */
 
 const double *kempe_linearization_matrix(const kempe_linearization *l, kempe_matrix matrix, int *rows, int *columns)
 {
@@ -171,7 +171,7 @@ kempe_status kempe_linearization_write_npz(const kempe_linearization *l, const c
     add_names(&npz, "inputs", "input_units", &c->loads);
     add_names(&npz, "outputs", "output_units", &c->outputs);
     for (int k = 0; coordinates && k < n; k++)
-        coordinates[k] = (char *)system->model->motions[k].name; /* read alone */
+        coordinates[k] = (char *)system->model->motions[k].name; /* read only */
     if (coordinates)
         kmp_npz_words(&npz, "coordinates", n, coordinates);
     kmp_npz_matrix(&npz, "q", n, KMP_NPZ_VECTOR, c->at->q);

@@ -10,7 +10,7 @@ struct kempe_linearization {
     double *a, *b, *c, *d;
 };
 
-/** A matrix by its row of matrices.def: how it is called, what it is, its values. */
+/** A matrix by its row of matrices.def: its name, its description, its values. */
 typedef struct kmp_matrix_row {
     const char *name, *meaning;
     const double *values;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What `linearize` says: the state, names, the matrices that are small enough to be read. */
+/* Output of `linearize`: the state, names, the matrices that are small enough to be read. */
 #include "base/memory.h"
 #include "output/print.h"
 #include "studies/linearize/linearize.h"
@@ -72,7 +72,7 @@ static void json_names(kmp_json *j, const char *key, const kmp_names *names)
     kmp_json_end(j);
 }
 
-/* One array a row. A row has at most `most` numbers, room for which is given. */
+/* One array per row. A row has at most `most` numbers, for which `room` is given. */
 static void json_matrix(kmp_json *j, const kmp_matrix_row *row, double *room)
 {
     kmp_json_array(j, row->name);

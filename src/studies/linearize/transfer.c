@@ -4,9 +4,9 @@
 #include "linalg/dense/dense.h"
 #include <string.h>
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
-/* A drive's function acts with its rates; everything else as it is. */
+/* The number of loads of an input: a drive's function acts with its rates, all others directly. */
 static int orders(kmp_asked_kind kind)
 {
     return kind == KMP_ASKED_DRIVE ? 3 : 1;
@@ -74,7 +74,7 @@ static void see(const kmp_transfer *t, const double *q, const double *qd, const 
         out[k] = in[t->seen[k].in][t->seen[k].index];
 }
 
-/* What follows of a change, of parameter k with it (-1: none): dR, and the outputs into out. */
+/* The response to a change, including parameter k (-1: none): dR, and the outputs into out. */
 static void follow(kmp_transfer *t, const kmp_change *change, int k, double *residual, double *out)
 {
     double *q = t->moved, *qd = q + t->n, *qdd = qd + t->n, *lambda = qdd + t->n;
@@ -83,7 +83,7 @@ static void follow(kmp_transfer *t, const kmp_change *change, int k, double *res
     see(t, q, qd, qdd, lambda, t->shown, out);
 }
 
-/* d(position of the point)/dq along the axis, less: what the force takes from R. */
+/* d(position of the point)/dq along the axis, negative: the contribution of the force to R. */
 static void push(kmp_transfer *t, const kmp_load *load, double *force)
 {
     kmp_direction by = {.q = force};

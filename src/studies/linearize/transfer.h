@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From inputs to outputs near a state, linear: with du the change of the independent coordinates and w that of the
- * inputs
+/* Linear equations from inputs to outputs near a state: with du the change of the independent coordinates and w that of
+ * the inputs
  *
  *     Mr dudd + Gr dud + Kr du + L w = 0,     dy = Yu du + Yud dud + Yudd dudd + Yw w,
  *
- * everything exact: the state moves with u and the inputs by kmp_linear_follow, the outputs with it by their own
- * derivatives. From there either x = (du, dud), xd = A x + B w, y = C x + D w, which wants the inverse of Mr, or the
- * answer to w e^(i omega t) by one complex solution, which does not. */
+ * all exact: kmp_linear_follow gives the change of the state with u and the inputs, and the outputs' own derivatives
+ * give theirs. From there either x = (du, dud), xd = A x + B w, y = C x + D w, which needs the inverse of Mr. Or the
+ * response to w e^(i omega t) by one complex solution, which does not. */
 #ifndef KMP_STUDIES_LINEARIZE_TRANSFER_H
 #define KMP_STUDIES_LINEARIZE_TRANSFER_H
 
@@ -15,7 +15,7 @@
 #include "derivatives/parameter_slopes.h"
 #include "model/tables/asked.h"
 
-/** Where the value of an output is: number `index` of q, qd, qdd, lambda, or of what is shown beside them. */
+/** The source of an output's value: number `index` of q, qd, qdd, lambda, or of the additional outputs. */
 typedef enum kmp_seen_in { KMP_SEEN_Q, KMP_SEEN_QD, KMP_SEEN_QDD, KMP_SEEN_LAMBDA, KMP_SEEN_SHOWN } kmp_seen_in;
 
 typedef struct kmp_seen {
@@ -23,16 +23,17 @@ typedef struct kmp_seen {
     int index;
 } kmp_seen;
 
-/** A column of L: an input, or its `order`-th time derivative, which acts by itself where the input moves a closure. */
+/** A column of L: an input, or its `order`-th time derivative, which acts separately where the input moves a closure.
+ */
 typedef struct kmp_load {
     int input, order;
-    int parameter; /* of the slopes; -1: it is none */
+    int parameter; /* of the parameter derivatives; -1: it is none */
     int place;     /* of a force: first of the three shown values that are its point's position */
 } kmp_load;
 
 typedef struct kmp_transfer {
     kmp_arena arena;    /* of all arrays */
-    kmp_linear *linear; /* not owned, and where it stands */
+    kmp_linear *linear; /* not owned, at the state */
     kmp_slopes *slopes; /* not owned */
     int n, m, p;
     const kmp_asked_inputs *inputs;
@@ -44,20 +45,20 @@ typedef struct kmp_transfer {
     double *by_u, *by_ud, *by_udd; /* outputs x p */
     double *direct;                /* outputs x columns: Yw */
     double *value;                 /* outputs: y at the state */
-    double *side, *moved, *shown;  /* work: of a change of the equations, of a kmp_response, of what is shown */
+    double *side, *moved, *shown;  /* work: of a change of the equations, of a kmp_response, of additional outputs */
     double *unit;                  /* p: zeros */
 } kmp_transfer;
 
-/** Makes room. `linear` has chosen its u; `place`: of each input, where the position of its point is shown (forces
- *  alone), or which parameter of the slopes it is (parameters alone). KEMPE_E_MEMORY. */
+/** Makes room. `linear` has chosen its u. `place`: for each input, the index of its point's position among the outputs
+ * (forces alone), or of its parameter among the derivatives (parameters alone). KEMPE_E_MEMORY. */
 kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
                                const kmp_asked_inputs *inputs, const int *place, int outputs, const kmp_seen *seen);
 void kmp_transfer_free(kmp_transfer *transfer);
 
-/** All of it at the state where the linear equations stand, Mr, Gr and Kr in them. No allocation. */
+/** Evaluates all at the state of the linear equations, which must have Mr, Gr and Kr. No allocation. */
 void kmp_transfer_eval(kmp_transfer *transfer);
 
-/** Whether a parameter among the inputs moves closures: with its rate, too, which no column has. */
+/** True if a parameter among the inputs moves closures: its rate then acts, too, for which there is no column. */
 bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input);
 
 /** A (2p x 2p), B (2p x columns), C (outputs x 2p) and D (outputs x columns), column-major. 0; 1 + k: the reduced mass

@@ -67,12 +67,12 @@ static void shares(int n, const double *re, const double *im, const double *a_re
         sum += out[i];
         size += fabs(out[i]);
     }
-    bool some = fabs(sum) > 1e-9 * size; /* what cancels to less has no shares */
+    bool some = fabs(sum) > 1e-9 * size; /* smaller sums, by cancellation, have no shares */
     for (int i = 0; i < n; i++)
         out[i] = some ? out[i] / sum : 0;
 }
 
-/* Those of a conjugate are the same. */
+/* The energies of each eigenvalue; its conjugate has the same. */
 static void energies(kmp_modes *s, const kmp_linear *l, const double *mass, double *work)
 {
     int n = s->n;
@@ -93,7 +93,7 @@ static void energies(kmp_modes *s, const kmp_linear *l, const double *mass, doub
     }
 }
 
-/* Rates of a chart are linear in those of another. */
+/* Converts shapes: rates of a chart are linear in those of another. */
 static void show(kmp_modes *s, const kmp_linear *l, double *q)
 {
     size_t n = (size_t)s->n * sizeof(double);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Modes at one state: eigenvalues s of s^2 Mr + s Gr + Kr, their vectors brought to all coordinates by N = dq/du, and
- * who takes part in each. */
+/* Modes at one state: eigenvalues s of s^2 Mr + s Gr + Kr, their vectors extended to all coordinates by N = dq/du, and
+ * the participation of each coordinate. */
 #ifndef KMP_STUDIES_MODES_EIGENMODES_H
 #define KMP_STUDIES_MODES_EIGENMODES_H
 
@@ -16,9 +16,9 @@ typedef struct kmp_modes {
     kmp_spectrum spectrum;
     double *re, *im; /* n x count: shapes, in the charts of the state; the largest entry in parts of the size of its
                         coordinate is 1 and real */
-    double *shown_re, *shown_im; /* n x count: in the user's coordinates; the same ones where no joint is spherical */
+    double *shown_re, *shown_im; /* n x count: in the user's coordinates; the same arrays where no joint is spherical */
     double *kinetic;   /* n x count: share of each coordinate in the kinetic energy; of a mode they add up to 1 */
-    double *potential; /* n x count: in the work of what answers; zero where nothing does */
+    double *potential; /* n x count: of the elastic energy; zero where there is none */
 } kmp_modes;
 
 /** At the state of `linear`, whose matrices are made. KEMPE_E_FAILED: the reduced mass is not positive, or no iteration
@@ -29,11 +29,11 @@ void kmp_modes_free(kmp_modes *modes);
 /** The largest modulus of all. */
 double kmp_modes_size(const kmp_modes *modes);
 
-/** How alike shape a of one and shape b of another are (modal assurance criterion): 1 the same but for a factor, 0
- *  across; of the same system. */
+/** The modal assurance criterion of shape a of one and shape b of another: 1 for equal shapes up to a factor, 0 for
+ * orthogonal ones. Both must be of the same system. */
 double kmp_modes_likeness(const kmp_modes *first, int a, const kmp_modes *second, int b);
 
-/** What counts as growing: a real part beyond this, which is more than rounding makes. */
+/** The threshold of growth: a larger real part, which exceeds rounding. */
 double kmp_modes_noise(const kmp_modes *modes);
 
 #endif

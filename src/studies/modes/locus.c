@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Eigenvalues are followed from value to value by an assignment of least cost (linalg/assign.h), with halved steps in
+ * cases of doubt. Critical values are bracketed and refined (base/bracket.h). */
 #include "studies/modes/locus.h"
 #include "base/bracket.h"
 #include "base/context.h"
@@ -9,24 +11,25 @@
 
 enum { MOST_HALVINGS = 6 };
 
-/* A step is in doubt where a branch goes on with a shape less alike than this, or farther off than that. */
+/* A step is uncertain where the shape of a branch has a lower assurance criterion than ALIKE, or the distance exceeds
+ * NEAR. */
 #define ALIKE 0.8
 #define NEAR  0.25
 
-/* How well a critical value is known, in parts of it, and its real part in parts of the largest eigenvalue. */
+/* Relative accuracy of a critical value, and of its real part relative to the largest eigenvalue. */
 #define EXACT 1e-13
 
 typedef struct station {
     double value;
     kmp_modes modes;
-    int *at; /* count: where each branch stands in the spectrum; of the modes' arena */
+    int *at; /* count: the index of each branch in the spectrum; of the modes' arena */
 } station;
 
 typedef struct maker {
     kempe_context *context;
-    kmp_station *visited; /* where all modes are found */
+    kmp_station *visited; /* where all modes are computed */
     kmp_locus *l;
-    kmp_arena arena; /* of what follows */
+    kmp_arena arena; /* of the arrays below */
     double *cost;
     int *column;
 } maker;
@@ -47,16 +50,16 @@ static kempe_status arrive(maker *m, double value, station *s)
     return kmp_fail_memory(m->context);
 }
 
-/* -- which goes with which --------------------------------------------------------------------------- */
+/* -- assignment -------------------------------------------------------------------------------------- */
 
-/* Distance of two eigenvalues in parts of their sizes, 0 to 1; what is small beside the largest counts less. */
+/* Relative distance of two eigenvalues, 0 to 1; values small against the largest count less. */
 static double distance(double a_re, double a_im, double b_re, double b_im, double size)
 {
     double away = hypot(a_re - b_re, a_im - b_im), sum = hypot(a_re, a_im) + hypot(b_re, b_im) + 1e-6 * size;
     return sum > 0 ? away / sum : 0;
 }
 
-/* Branches of `from` go on in `to`. The largest doubt: 0 where all is clear. */
+/* Assigns branches of `from` to eigenvalues of `to`. Returns the largest doubt: 0 where all are certain. */
 static double follow(maker *m, const station *from, station *to)
 {
     int n = from->modes.count;
@@ -82,7 +85,7 @@ static double follow(maker *m, const station *from, station *to)
 
 static kempe_status reach(maker *m, const station *from, double value, int halvings, station *to, double *doubt);
 
-/* From one to the next, by values between where it must be. `doubt`: the largest that remains. */
+/* Advances from one station to the next, by intermediate values where needed. `doubt`: the largest that remains. */
 static kempe_status advance(maker *m, const station *from, station *to, int halvings, double *doubt)
 {
     station middle;
@@ -97,11 +100,11 @@ static kempe_status advance(maker *m, const station *from, station *to, int halv
         leave(&middle);
         return status;
     }
-    *doubt = fmax(*doubt, here); /* what is between cannot be reached: as good as it is */
+    *doubt = fmax(*doubt, here); /* intermediate values cannot be reached: the result is accepted */
     return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
 }
 
-/* The station at a value, its branches those of `from`. */
+/* Computes the station at a value, with the branches of `from`. */
 static kempe_status reach(maker *m, const station *from, double value, int halvings, station *to, double *doubt)
 {
     kempe_status status = arrive(m, value, to);
@@ -122,7 +125,7 @@ static kempe_status reach(maker *m, const station *from, double value, int halvi
 /* The eigenvalue of a branch at a value. */
 typedef struct place {
     double value, re, im;
-    double size, noise; /* of the largest eigenvalue there, and what rounding makes of it */
+    double size, noise; /* of the largest eigenvalue there, and of its rounding */
 } place;
 
 static place place_at(const station *s, int branch)
@@ -147,7 +150,8 @@ typedef struct end {
 typedef struct bracket {
     int branch;
     end low, high;
-    bool crosses; /* the real part has both signs beyond rounding; otherwise it is zero on one side, and says nothing */
+    bool crosses; /* the real part has both signs beyond rounding; otherwise it is zero on one side, without information
+                   */
 } bracket;
 
 static end end_of(const station *at, int branch)
@@ -195,8 +199,8 @@ typedef struct around {
     double before, behind;
 } around;
 
-/* An end that lies within rounding of the axis may be one where the branch passes, or rest there (as before a
- * buckling load). Where it decays at the value beyond, it passes: that is the end then. */
+/* Checks an end that lies within rounding of the axis: the branch may pass the axis there, or rest on it (as before a
+ * buckling load). If it decays at the value beyond, it passes: this value becomes the end. */
 static kempe_status look_beyond(maker *m, bracket *b, const around *values)
 {
     end *still = grows(&b->low.there) ? &b->high : &b->low;
@@ -247,8 +251,8 @@ static kempe_status find_critical(maker *m, const station *from, const station *
     return status;
 }
 
-/* Of a pair the one above the axis is asked; of two that are real at one end and a pair at the other, the one that
- * grows. */
+/* Searches critical values between two stations. Of a pair the eigenvalue above the axis counts; of two that are real
+ * at one end and a pair at the other, the growing one. */
 static kempe_status look_between(maker *m, const station *from, const station *to, const around *values)
 {
     for (int b = 0; b < from->modes.count; b++) {
@@ -297,7 +301,7 @@ static kempe_status begin(maker *m, station *first)
     return KEMPE_OK;
 }
 
-/* The stations stay until their critical values are found. */
+/* Stations are kept until their critical values are found. */
 static kempe_status go(maker *m, station *here)
 {
     kmp_locus *l = m->l;

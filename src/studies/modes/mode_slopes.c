@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Derivatives of eigenvalues by parameters: of simple ones by left and right vectors, of equal ones by a small
+ * eigenvalue problem in their eigenspace (Lancaster 1964; Mills-Curran 1988). */
 #include "studies/modes/mode_slopes.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
@@ -9,8 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Eigenvalues nearer than this, of the largest modulus, count as equal: a pair that is equal but for what the matrices
- * round comes apart by its root when it has one vector alone. */
+/* Eigenvalues nearer than this, relative to the largest modulus, count as equal: the matrices' rounding separates an
+ * equal pair with a single vector by its root. */
 #define NEAR 1e-7
 
 typedef double complex number;
@@ -99,7 +101,7 @@ static void disturb(work *w, int k)
     }
 }
 
-/* y^H of vector i times what stands in `rest`. */
+/* y^H of vector i times the array `rest`. */
 static number weigh(const work *w, int i)
 {
     const kmp_spectrum *sp = w->spectrum;
@@ -126,7 +128,7 @@ static number product(const work *w, int i, int j, number s)
 
 /* -- equal ones -------------------------------------------------------------------------------------- */
 
-/* Eigenvalue i and those that are equal to it but for what solving them rounds, into `group`. */
+/* Collects in `group` eigenvalue i and those equal to it up to the rounding of the solver. */
 static int gather(work *w, int i)
 {
     const kmp_spectrum *sp = w->spectrum;
@@ -147,7 +149,7 @@ static void set(kmp_mode_slopes *out, int i, int k, number x)
     out->im[i * out->count + k] = cimag(x);
 }
 
-/* By real part, then by imaginary part. */
+/* Compares by real part, then by imaginary part. */
 static int compare(const void *a, const void *b)
 {
     number x = *(const number *)a, y = *(const number *)b;
@@ -167,8 +169,8 @@ static double size_of(const work *w, const double *re, const double *im, int i)
     return sqrt(sum);
 }
 
-/* -left^-1 moved, in `moved`, both g x g by columns, vectors of size 1 by the mass; false: left is singular but for
- * rounding, beside 2 s. */
+/* -left^-1 moved, in `moved`, both g x g by columns, with vectors normalised by the mass. False: left is singular up to
+ * rounding, relative to 2 s. */
 static bool divide(int g, const number *left, number *moved, double size, int *pivot, double *room)
 {
     double *re = room, *im = re + g * g, *b_re = im + g * g, *b_im = b_re + g, most = 0;
@@ -177,7 +179,7 @@ static bool divide(int g, const number *left, number *moved, double size, int *p
     if (kmp_lu_complex_factor(g, re, im, pivot))
         return false;
     for (int k = 0; k < g; k++)
-        most = fmax(most, hypot(re[k + k * g], im[k + k * g])); /* the factors hold what is over the pivots */
+        most = fmax(most, hypot(re[k + k * g], im[k + k * g])); /* the factors have the entries divided by the pivots */
     for (int j = 0; j < g; j++) {
         for (int i = 0; i < g; i++)
             b_re[i] = -creal(moved[i + j * g]), b_im[i] = -cimag(moved[i + j * g]);
@@ -247,7 +249,7 @@ static kempe_status follow_all(work *w)
     return status;
 }
 
-/* -- all of them ------------------------------------------------------------------------------------- */
+/* -- all eigenvalues --------------------------------------------------------------------------------- */
 
 kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, kmp_bend *bend, const kmp_shift *shift,
                                   const kmp_spectrum *spectrum)

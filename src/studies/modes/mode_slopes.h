@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How eigenvalues move with parameters. A mode is a small motion dq, dqd, dqdd, dlambda of the whole system with
- * du = x, dud = s x, dudd = s^2 x that leaves R = 0, so that with P = s^2 Mr + s Gr + Kr
+/* Derivatives of eigenvalues by parameters. A mode is a small motion dq, dqd, dqdd, dlambda of the whole system with du
+ * = x, dud = s x, dudd = s^2 x that leaves R = 0, so that with P = s^2 Mr + s Gr + Kr
  *
- *     ds = - y^H dP x / (y^H (2 s Mr + Gr) x),     y^H P = 0,
+ *     ds = - y^H dP x / (y^H (2 s Mr + Gr) x),     y^H P = 0.
  *
- * where dP x is what is left of R when the mode is held and the equations change under it: their second derivatives
- * along the mode and along what the parameter does to the state (analysis/bend.h), with the closures of the mode mended
- * by kmp_linear_follow. No derivative of N is needed: the mode has its own multipliers. Eigenvalues that are equal move
- * as those of the small matrix -(Y^H (2 s Mr + Gr) X)^-1 Y^H dP X do (Lancaster 1964; Mills-Curran 1988). */
+ * dP x is the residual of R when the mode is constant and the equations change. It consists of their second derivatives
+ * along the mode and along the parameter's change of the state (derivatives/second_derivatives.h). kmp_linear_follow
+ * corrects the closures of the mode. No derivative of N is needed: the mode has its own multipliers. Equal eigenvalues
+ * have the derivatives of the small matrix -(Y^H (2 s Mr + Gr) X)^-1 Y^H dP X (Lancaster 1964; Mills-Curran 1988). */
 #ifndef KMP_STUDIES_MODES_MODE_SLOPES_H
 #define KMP_STUDIES_MODES_MODE_SLOPES_H
 
@@ -15,7 +15,7 @@
 #include "derivatives/state_shift.h"
 #include "linalg/dense/spectrum.h"
 
-/** What is known of an eigenvalue's derivatives. */
+/** Availability of an eigenvalue's derivatives. */
 typedef enum kmp_mode_kind {
     KMP_MODE_SIMPLE,
     KMP_MODE_REPEATED,  /* equal to others, with as many vectors: a derivative each, in the order of their size */
@@ -29,8 +29,8 @@ typedef struct kmp_mode_slopes {
     double *re, *im; /* of eigenvalue i by parameter k at i count + k; NaN where there is none */
 } kmp_mode_slopes;
 
-/** Of the spectrum of `linear` at its state, whose matrices are made; how the state moves is in `shift`.
- * KEMPE_E_MEMORY.
+/** Derivatives for the spectrum of `linear` at its state, whose matrices are made; `shift` has the sensitivity of the
+ * state. KEMPE_E_MEMORY.
  */
 kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, kmp_bend *bend, const kmp_shift *shift,
                                   const kmp_spectrum *spectrum);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Modes asked for by words, and what is asked of them. */
+/* The modes study: options by words, and results. */
 #include "studies/modes/modes.h"
 #include "base/clock.h"
 #include "base/memory.h"
@@ -10,7 +10,7 @@
 
 enum { USUAL_VALUES = 61, MOST_VALUES = 100000 };
 
-/* -- making them ------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static kempe_status read_orders(kempe_modes *m, const char *text)
 {
@@ -56,7 +56,7 @@ static kempe_status here(kempe_modes *m, const kmp_station_ask *ask)
     return KEMPE_OK;
 }
 
-/* What is kept of a locus that did not come to its end. */
+/* Keeps a locus that is not complete, with its reason. */
 static kempe_status give_reason(kempe_modes *m)
 {
     kempe_context *context = m->system->context;
@@ -112,7 +112,7 @@ static kempe_status vary(kempe_modes *m, const char *text, const kmp_station_ask
     return status;
 }
 
-/* What goes together, and then all of it. */
+/* Checks options that depend on each other, then computes the modes. */
 static kempe_status make_of(kempe_modes *m, const kempe_modes_options *ask, kmp_station_ask *at, const kmp_range *rate,
                             int varies)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Modes as they are told: at a state, and over what varies. */
+/* Results of the modes study: at a state, and over a parameter. */
 #ifndef KMP_STUDIES_MODES_MODES_H
 #define KMP_STUDIES_MODES_MODES_H
 
@@ -14,27 +14,27 @@ struct kempe_modes {
     const kempe_system *system;
     kempe_status status;
     char *reason;   /* of KEMPE_STOPPED; NULL: none */
-    char *warnings; /* of the computation, one a line */
+    char *warnings; /* of the computation, one per line */
     int *wish;
-    kmp_steady *rates; /* asked for; n of them would be all */
+    kmp_steady *rates; /* requested; n of them would be all */
     int rate_count;
     kmp_station *station; /* at the state */
     kmp_modes modes;
     double *q, *qd; /* of the state */
-    char *name;     /* of what varies; NULL: nothing does */
+    char *name;     /* of the varied parameter; NULL: none */
     kmp_locus locus;
     double order[KMP_MOST_ORDERS];
     int order_count;
     double cpu_s;
 };
 
-/** Appends who moves in eigenvalue c: the largest shares of kinetic energy, "A 0.7, B 0.3". */
+/** Appends the participation in eigenvalue c: the largest shares of kinetic energy, "A 0.7, B 0.3". */
 void kmp_modes_put_movers(kmp_text *text, const kempe_modes *modes, int c);
 
-/** Appends along what a zero moves: "along X", or with what else. */
+/** Appends the direction of a zero: "along X", or with other coordinates. */
 void kmp_modes_put_along(kmp_text *text, const kempe_modes *modes, int c);
 
-/** Appends the verdict, a sentence without its full stop; the word of it. */
+/** Appends the summary, a sentence without its full stop; returns its keyword. */
 const char *kmp_modes_verdict(const kempe_modes *modes);
 void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *modes);
 
@@ -44,7 +44,7 @@ double kmp_mode_frequency(double re, double im);
 double kmp_mode_damping(double re, double im);
 double kmp_mode_time(double re, double im);
 
-/** What varied, drawn as SVG; something did. */
+/** The locus of a varied parameter as SVG; there must be one. */
 void kmp_modes_put_svg(kmp_text *text, const kempe_modes *modes);
 
 #endif

@@ -10,7 +10,7 @@
 
 enum { MOST_MOVERS = 4 };
 
-/* What is told of who moves, and what a coordinate must do to be told of in a zero. */
+/* The least participation that is printed, and the least share of a coordinate that is printed for a zero. */
 #define LEAST_SHARE 0.02
 #define LEAST_PART  1e-9
 
@@ -28,7 +28,7 @@ void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
     int last_k = -1;
     for (int told = 0; told < MOST_MOVERS; told++) {
         int best = -1;
-        for (int k = 0; k < m->modes.n; k++) { /* the next one in order: less, or the same and later */
+        for (int k = 0; k < m->modes.n; k++) { /* the next one in order: less, or equal and later */
             bool later = share[k] < last || (share[k] == last && k > last_k);
             if (later && share[k] >= LEAST_SHARE && (best < 0 || share[k] > share[best]))
                 best = k;

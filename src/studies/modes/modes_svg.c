@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What varied, drawn: eigenvalues in the plane on the left, frequencies over the value on the right (Campbell). */
+/* A locus as a picture: eigenvalues in the plane on the left, frequencies over the value on the right (Campbell). */
 #include "base/file.h"
 #include "output/svg.h"
 #include "studies/modes/modes.h"
@@ -8,7 +8,7 @@
 
 enum { WIDTH = 520, HEIGHT = 400, LEFT = 74, RIGHT = 18, TOP = 34, BOTTOM = 52, GAP = 8, COLOURS = 8 };
 
-/* How far to the left the plane is drawn, in parts of its height. */
+/* Extent of the plane to the left, relative to its height. */
 #define FAR 3
 
 static const char *const colours[COLOURS] = {"#2471a3", "#c0392b", "#1e8449", "#b9770e",
@@ -40,7 +40,7 @@ static void reach(frame *f, double x, double y)
     }
 }
 
-/* A little room about what is drawn; none below a zero that is an end of the axis. */
+/* Adds a margin; none below a zero that is an end of the axis. */
 static void widen(frame *f)
 {
     for (int k = 0; k < 2; k++) {
@@ -86,7 +86,7 @@ static void put_frame(const frame *f, const char *title, const char *across, con
     kmp_text_put(f->text, "</text>\n");
 }
 
-/* What of eigenvalues is drawn: a point of the plane, or a frequency over the value. false: nothing. */
+/* The drawn point of an eigenvalue: in the plane, or a frequency over the value. False: none. */
 typedef bool point_fn(const kempe_modes *m, int k, int branch, double *x, double *y);
 
 static bool in_plane(const kempe_modes *m, int k, int branch, double *x, double *y)
@@ -133,7 +133,7 @@ static void put_mark(const frame *f, double x, double y)
                     at_y(f, y) - 5);
 }
 
-/* Real ones that lie far out are cut off and told, so that the others can be seen. */
+/* Distant real eigenvalues are cut off, with a note, so that the others remain visible. */
 static void put_plane(kmp_text *text, const kempe_modes *m)
 {
     frame f = {text, 0, {0, 0}, {0, 0}};

@@ -40,7 +40,7 @@ void kmp_station_free(kmp_station *station)
 
 /* -- a state ----------------------------------------------------------------------------------------- */
 
-/* `nearest`: whatever is near, so that one that is no longer stable is followed, too. */
+/* `nearest`: any equilibrium nearby, so that one that is no longer stable is followed, too. */
 static kempe_status settle(kmp_station *s, bool nearest)
 {
     kmp_search search = {.newton = nearest, .rates = s->ask.rates, .rate_count = s->ask.rate_count};
@@ -69,7 +69,7 @@ static kempe_status find_state(kmp_station *s)
         kempe_status status = settle(s, true);
         if (status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_MEMORY)
             return status;
-        kmp_context_clear(context); /* what follows begins from the start and says why it fails */
+        kmp_context_clear(context); /* the next search begins from the start and reports its own failure */
     }
     kmp_operating *fresh;
     KMP_TRY(kmp_operating_new(s->linear.system, settles ? "start" : s->ask.word, NULL, &fresh));

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where modes are looked at, again and again while a parameter varies: the equations are derived once, and an
- * equilibrium is found from the last one. */
+/* A family of states for modes while a parameter varies: the equations are derived once, and an equilibrium is searched
+ * from the last one. */
 #ifndef KMP_STUDIES_MODES_OPERATING_FAMILY_H
 #define KMP_STUDIES_MODES_OPERATING_FAMILY_H
 
@@ -8,15 +8,15 @@
 #include "studies/equilibrium/operating.h"
 #include "studies/modes/eigenmodes.h"
 
-/** What is looked at; nothing is owned. */
+/** The options; nothing is owned. */
 typedef struct kmp_station_ask {
     const char *name; /* a parameter, or `q.NAME`, `qd.NAME` of the start, that varies; NULL: none does */
-    const char *word; /* which state (kmp_operating_new) */
-    const int *wish;  /* coordinates that are wanted as independent */
+    const char *word; /* the state (kmp_operating_new) */
+    const int *wish;  /* coordinates requested as independent */
     int wish_count;
-    kmp_steady *rates; /* that an equilibrium keeps; one may vary, and is then written to */
+    kmp_steady *rates; /* constant rates of an equilibrium; one may vary, and is then written to */
     int rate_count;
-    kmp_steady *varies; /* that one; NULL: none does */
+    kmp_steady *varies; /* the varied rate; NULL: none */
 } kmp_station_ask;
 
 typedef struct kmp_station {
@@ -29,16 +29,16 @@ typedef struct kmp_station {
     kmp_steady *found;    /* the rates of a steady motion that was found where there is no rest; NULL: none */
 } kmp_station;
 
-/** KEMPE_E_ARGUMENT: what is to vary cannot. */
+/** KEMPE_E_ARGUMENT: the quantity cannot be varied. */
 kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *ask, kmp_station **station);
 void kmp_station_free(kmp_station *station);
 
-/** Goes to the state at a value of what varies, and gives its modes. Errors as kmp_operating_new, and
- *  KEMPE_E_FAILED where the model cannot have the value. */
+/** Goes to the state at a value of the parameter, and computes its modes. Errors as kmp_operating_new, and
+ * KEMPE_E_FAILED where the model rejects the value. */
 kempe_status kmp_station_go(kmp_station *station, double value, kmp_modes *modes);
 
-/** q (n, in the charts of linear.plant) of the last state moved along eigenvalue c of its modes, by `amplitude` times
- *  Re(shape e^{i angle}), and closed again. 0; 1 where the loops do not close. */
+/** q (n, in the charts of linear.plant) of the last state displaced along eigenvalue c of its modes, by `amplitude`
+ * times Re(shape e^{i angle}), and closed again. 0; 1 where the loops do not close. */
 int kmp_station_move(kmp_station *station, const kmp_modes *modes, int c, double amplitude, double angle, double *q);
 
 #endif

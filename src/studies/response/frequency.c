@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* One complex solution for each frequency. Peaks are searched between frequencies around the poles and refined by
+ * golden section (base/bracket.h); a rounding estimate marks unreliable values. */
 #include "studies/response/frequency.h"
 #include "base/bracket.h"
 #include "base/context.h"
@@ -12,13 +14,13 @@
 
 static const double two_pi = 6.283185307179586476925286766559;
 
-/* A real part this small beside the modulus is rounding. */
+/* A real part this small relative to the modulus is rounding. */
 static const double on_axis = 1e-10;
 
-/* So is an answer at rest that is this small beside the largest one. */
+/* A static response this small relative to the largest one is rounding. */
 static const double no_answer = 1e-12;
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, int count)
 {
@@ -92,7 +94,7 @@ static double largest(int count, const double *re, const double *im)
     return most;
 }
 
-/* What rounding of the equations' terms changes du by, which solves them. */
+/* The effect of rounding in the equations' terms on du. */
 static void note_rounding(kmp_frequency *f)
 {
     int p = f->transfer->p;
@@ -132,7 +134,7 @@ static double size_of(double complex x)
     return fabs(creal(x)) + fabs(cimag(x));
 }
 
-/* What cancels to rounding is zero, and has no peaks. */
+/* Output sums that cancel to rounding are zero, and have no peaks. */
 static void put_output(kmp_frequency *f, double w, int output, int input)
 {
     const kmp_transfer *t = f->transfer;
@@ -157,7 +159,7 @@ static void put_output(kmp_frequency *f, double w, int output, int input)
     f->h_im[e] = nothing ? 0 : cimag(sum);
 }
 
-/* h_re and h_im at so many Hz. false: on a pole that nothing damps. */
+/* Evaluates h_re and h_im at a frequency. False: on an undamped pole. */
 static bool evaluate(kmp_frequency *f, double hz)
 {
     double w = two_pi * hz;
@@ -197,7 +199,7 @@ static int ascending(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-/* Frequencies to look at: those asked for, and around each pole; without those on poles that nothing damps. NULL: no
+/* Frequencies to evaluate: the requested ones, and others around each pole; without those on undamped poles. NULL: no
  * memory. */
 static double *places(const kmp_frequency *f, int *count)
 {
@@ -249,14 +251,15 @@ static double less_at(void *self, double hz)
     return -amplitude_at(x->f, hz, x->e);
 }
 
-/* Whether a pole that nothing damps is in this answer: near it the amplitude goes with the inverse of the distance. */
+/* True if an undamped pole is present in this response: near it the amplitude varies with the inverse of the distance.
+ */
 static bool is_in(kmp_frequency *f, double hz, int e)
 {
     double near = amplitude_at(f, hz * (1 + 1e-9), e), far = amplitude_at(f, hz * (1 + 1e-3), e);
     return isnan(near) || near > 100 * far;
 }
 
-/* Between the places low and high there is a pole that nothing damps. */
+/* True if there is an undamped pole between the places low and high. */
 static bool parted(const kmp_frequency *f, double low, double high)
 {
     for (int k = 0; f->has_spectrum && k < f->poles.count; k++) {
@@ -267,7 +270,7 @@ static bool parted(const kmp_frequency *f, double low, double high)
     return false;
 }
 
-/* Places of maxima, as near as values tell a maximum. */
+/* Relative accuracy of the frequency of a maximum, limited by that of the values. */
 static const double as_near = 1e-9;
 
 /* A maximum counts that rises and falls by more than rounding. */
@@ -288,11 +291,11 @@ static bool find_maxima(kmp_frequency *f, int count, const double *place, const 
     size_t block = (size_t)f->inputs * (size_t)f->outputs;
     const double *v = values + output + input * f->outputs;
     double low = INFINITY;
-    int best = -1; /* while it rises: the highest place so far */
+    int best = -1; /* the highest place so far while the amplitude rises */
     bool ok = true;
     for (int k = 0; ok && k < count; k++) {
         double now = v[(size_t)k * block], most = best >= 0 ? v[(size_t)best * block] : 0;
-        if (k > 0 && parted(f, place[k - 1], place[k])) { /* it came from above */
+        if (k > 0 && parted(f, place[k - 1], place[k])) { /* it decreased from infinity */
             best = -1;
             low = now;
         } else if (best < 0) {
@@ -355,7 +358,7 @@ static kempe_status look_for_peaks(kmp_frequency *f)
     return ok ? KEMPE_OK : kmp_fail_memory(context);
 }
 
-/* -- all of it --------------------------------------------------------------------------------------- */
+/* -- all frequencies --------------------------------------------------------------------------------- */
 
 static void take(kmp_frequency *f, int k)
 {
@@ -378,7 +381,7 @@ static void take_still(kmp_frequency *f)
     for (size_t e = 0; e < block; e++) {
         double most = 0, still = rests ? amplitude(f, (int)e) : NAN;
         for (size_t k = e; k < all; k += block)
-            most = fmax(most, hypot(f->re[k], f->im[k])); /* of a pole: NaN, which fmax passes over */
+            most = fmax(most, hypot(f->re[k], f->im[k])); /* of a pole: NaN, which fmax ignores */
         f->still[e] = still <= no_answer * most ? 0 : still;
     }
 }

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The steady answer of outputs to inputs that swing: with w e^(i omega t)
+/* The steady-state response of outputs to harmonic inputs: with w e^(i omega t)
  *
  *     (-omega^2 Mr + i omega Gr + Kr) du = -(L0 + i omega L1 - omega^2 L2) w,
  *     dy = (Yu + i omega Yud - omega^2 Yudd) du + (Y0 + i omega Y1 - omega^2 Y2) w,
  *
- * L1 and L2 the columns of an input's time derivatives: no inverse of Mr, and no first-order form. */
+ * with L1 and L2 the columns of an input's time derivatives: without inverse of Mr, and without first-order form. */
 #ifndef KMP_STUDIES_RESPONSE_FREQUENCY_H
 #define KMP_STUDIES_RESPONSE_FREQUENCY_H
 
@@ -15,9 +15,9 @@
 typedef struct kmp_peak {
     int input, output;
     double frequency; /* Hz */
-    double amplitude; /* infinite at a pole that nothing damps */
+    double amplitude; /* infinite at an undamped pole */
     double phase;     /* rad, NaN there */
-    double gain;      /* over the amplitude of the answer at rest, NaN where that is zero or none */
+    double gain;      /* relative to the amplitude of the static response, NaN where that is zero or none */
 } kmp_peak;
 
 typedef struct kmp_frequency {
@@ -26,16 +26,16 @@ typedef struct kmp_frequency {
     int inputs, outputs, count;
     double *at;        /* count: Hz, ascending */
     double *re, *im;   /* count blocks of outputs x inputs, column-major; NaN at a pole */
-    bool *pole;        /* count: on a pole that nothing damps */
+    bool *pole;        /* count: on an undamped pole */
     double *still;     /* outputs x inputs: the amplitude at rest, NaN where Kr is singular */
     bool has_spectrum; /* the reduced mass is positive */
     kmp_spectrum poles;
     int peak_count;
     kmp_peak *peak;         /* by input, output, frequency */
-    double rounding;        /* what rounding changes an answer by, in parts of it: the last one that was evaluated */
+    double rounding;        /* relative effect of rounding on a response: the last one evaluated */
     double worst, worst_at; /* the largest of all frequencies, and which, Hz */
     /* work */
-    double *terms, *off_re, *off_im; /* how large the terms of a are; of du */
+    double *terms, *off_re, *off_im; /* sizes of the terms of a; of du */
     double *a_re, *a_im, *du_re, *du_im, *scale, *h_re, *h_im;
     int *pivot;
 } kmp_frequency;
@@ -44,11 +44,11 @@ typedef struct kmp_frequency {
 kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, int count);
 void kmp_frequency_free(kmp_frequency *frequency);
 
-/** The answers at all frequencies, the poles, and the peaks: between the given frequencies, too, since the poles say
- *  where to look. KEMPE_E_MEMORY; KEMPE_STOPPED when interrupted. */
+/** Computes the responses at all frequencies, the poles, and the peaks: between the given frequencies, too, which are
+ * searched near the poles. KEMPE_E_MEMORY; KEMPE_STOPPED when interrupted. */
 kempe_status kmp_frequency_run(kmp_frequency *frequency);
 
-/** Whether pole k is on the imaginary axis and above zero: what it does nothing damps. */
+/** True if pole k is on the imaginary axis and above zero: it is undamped. */
 bool kmp_frequency_undamped(const kmp_frequency *frequency, int k);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Frequency responses: one made, what it has, and its table. */
+/* The frequency response study: its computation, results and table. */
 #include "studies/response/response.h"
 #include "base/file.h"
 #include "base/memory.h"
@@ -14,7 +14,7 @@ static const double two_pi = 6.283185307179586476925286766559;
 
 /* -- frequencies ------------------------------------------------------------------------------------- */
 
-/* Whole decades around what swings by itself; 0.1 to 100 Hz where nothing does. */
+/* Whole decades around the natural frequencies; 0.1 to 100 Hz where there are none. */
 static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
 {
     const kmp_linear *l = &c->linear;
@@ -42,7 +42,7 @@ static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
     return KEMPE_OK;
 }
 
-/* Whether no unit but Hz stands behind a number: what else is one over time is not meant as cycles. */
+/* True if no unit but Hz follows the numbers: other units of inverse time do not mean cycles. */
 static bool in_hertz(const char *text)
 {
     for (const char *s = text; *s;) {
@@ -101,7 +101,7 @@ static void fill_range(const kmp_range *range, bool linear, double *hz)
                                         : exp(kmp_range_value(&logarithms, k, range->count));
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static kempe_status check_state(const kmp_channels *c)
 {
@@ -114,7 +114,7 @@ static kempe_status check_state(const kmp_channels *c)
                     c->system->model->name, c->residual);
 }
 
-/* A dimension that swings has rates, which the equations of a mechanism of rigid parts do not have. */
+/* Rejects varying dimensions: their rates would act, which equations of rigid parts do not contain. */
 static kempe_status check_inputs(const kmp_channels *c)
 {
     for (int k = 0; k < c->inputs.count; k++)
@@ -184,7 +184,7 @@ void kempe_response_free(kempe_response *r)
     kmp_free(r);
 }
 
-/* -- what it has ------------------------------------------------------------------------------------- */
+/* -- results ----------------------------------------------------------------------------------------- */
 
 int kempe_response_count(const kempe_response *r)
 {

@@ -6,7 +6,7 @@
 #include "studies/response/frequency.h"
 #include <kempe/response.h>
 
-/** Rounding may change an answer by this part of its size. */
+/** Largest relative effect of rounding on a response. */
 #define KMP_RESPONSE_HOLDS 1e-6
 
 struct kempe_response {
@@ -24,7 +24,7 @@ static inline const char *kmp_response_input_unit(const kempe_response *r, int i
     return r->channels.loads.unit[c];
 }
 
-/** `before` and the unit of an output over that of an input; nothing where one of them is not known. */
+/** Appends `before` and the unit of an output over that of an input; nothing where one of them is unknown. */
 void kmp_response_put_unit(kmp_text *text, const kempe_response *response, int input, int output, const char *before,
                            const char *over);
 

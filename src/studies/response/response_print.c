@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What `response` says: poles that nothing damps, peaks, the answer at rest; as JSON every frequency. */
+/* Output of `response`: undamped poles, peaks, the static response; as JSON every frequency. */
 #include "base/memory.h"
 #include "output/print.h"
 #include "studies/response/response.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Amplitudes, logarithmic, and phases over the frequency as a picture: a curve for each pair of output and input, which
- * goes through its peaks and is open at poles that nothing damps. */
+/* Amplitudes, logarithmic, and phases over the frequency as a picture. Each pair of output and input has a curve
+ * through its peaks, which is open at undamped poles. */
 #include "base/file.h"
 #include "base/memory.h"
 #include "output/svg.h"
@@ -62,7 +62,7 @@ static void put_mark(kmp_text *text, double x, double y, const char *anchor, dou
     kmp_text_printf(text, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">%g</text>\n", x, y, anchor, value);
 }
 
-/* Of a logarithmic axis: 1, 2 and 5 have numbers where there are few decades, otherwise powers of ten. */
+/* Numbers of a logarithmic axis: at 1, 2 and 5 where there are few decades, otherwise at powers of ten. */
 static bool has_number(int digit, double decades)
 {
     return digit == 1 || (decades < 3 && (digit == 2 || digit == 5));
@@ -139,7 +139,7 @@ static int ascending(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-/* All frequencies and the peaks of a pair, in order; how many. */
+/* All frequencies and the peaks of a pair, in order; returns their number. */
 static int collect(const kempe_response *r, int input, int output, spot *list)
 {
     const kmp_frequency *f = &r->frequency;
@@ -158,7 +158,7 @@ static int collect(const kempe_response *r, int input, int output, spot *list)
     return count;
 }
 
-/* Of the amplitudes, or of the phases: where these go round, from one edge to the other, the line is open. */
+/* A curve of the amplitudes, or of the phases: where these wrap from one edge to the other, the line is open. */
 static void draw_curve(const chart *c, int count, const spot *list, bool phases, const char *colour)
 {
     bool open = true;
@@ -200,9 +200,9 @@ static void draw_name(const chart *c, int input, int output, int line, const cha
     kmp_text_put(c->text, zero ? ": zero</text>\n" : "</text>\n");
 }
 
-/* -- all of it --------------------------------------------------------------------------------------- */
+/* -- the picture ------------------------------------------------------------------------------------- */
 
-/* Not more than ten decades below the highest. */
+/* The ranges of the axes; amplitudes not more than ten decades below the highest. */
 static void measure(chart *c)
 {
     const kmp_frequency *f = &c->r->frequency;

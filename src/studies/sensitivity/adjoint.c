@@ -39,9 +39,9 @@ typedef struct adjoint {
     const kmp_solver_kind *kind;
     kmp_solver *solver;
     kmp_ode ode;
-    kept_step *first, *last, *at;                 /* steps: of the segment at hand; the one looked at last */
+    kept_step *first, *last, *at;                 /* steps: of the current segment; the last one used */
     double *y, *atol, *state, *gradient, value;   /* of the target at the end */
-    double *end_q;                                /* where the last step ends, n */
+    double *end_q;                                /* the end of the last step, n */
     int *end_u;                                   /* independent there */
     double *own_chart, *own_q, *own_qd, *own_qdd; /* the end in the user's coordinates: charts; n */
     double *dq, *dqd, *dqdd;                      /* n: room */
@@ -50,7 +50,7 @@ typedef struct adjoint {
     kmp_changes_weight back;
 } adjoint;
 
-/* -- the motion, kept -------------------------------------------------------------------------------- */
+/* -- the stored motion ------------------------------------------------------------------------------- */
 
 static double node(int j)
 {
@@ -117,7 +117,7 @@ static int keep_mark(void *user, const kmp_varied_mark *mark)
     return a->arena.failed;
 }
 
-/* The end as the user sees it. */
+/* Stores the end in the user's coordinates. */
 static int keep_end(void *user, const kmp_varied_row *row)
 {
     adjoint *a = user;
@@ -150,7 +150,7 @@ static void recall(const adjoint *a, const kept_step *step, double t, double *y)
         y[i] /= sum;
 }
 
-/* The step of the segment at hand that t lies in. */
+/* The step of the current segment that contains t. */
 static const kept_step *step_at(adjoint *a, double t)
 {
     while (a->at != a->first && t < a->at->from)
@@ -162,8 +162,8 @@ static const kept_step *step_at(adjoint *a, double t)
 
 /* -- gradients at a state ---------------------------------------------------------------------------- */
 
-/* Weights wq, wqd and, `whole`, wqdd on a motion in other charts as those on it in these: by the columns of what
- * carries small changes from the one to the other. */
+/* Converts weights wq, wqd and, `whole`, wqdd on a motion in other charts to weights on it in these, by the columns of
+ * the Jacobian between the charts. */
 static void carry_back(adjoint *a, const kmp_chart_motion *from, const kmp_chart_motion *to, bool whole)
 {
     const kempe_system *s = a->v->system;
@@ -186,7 +186,7 @@ static void carry_back(adjoint *a, const kmp_chart_motion *from, const kmp_chart
     }
 }
 
-/* Weights on all that follows, and what the target has of its own by parameters, times `factor`, into out. */
+/* Weights on all results, and the target's direct derivatives by parameters, times `factor`, into out. */
 static void weigh_target(adjoint *a, double *out)
 {
     kmp_varied *v = a->v;
@@ -216,7 +216,8 @@ static void add_back(adjoint *a, double *u, double *ud, double *out)
     kmp_slopes_weighted(a->v->slopes, a->back.h, a->back.rate, a->back.curve, a->back.force, out);
 }
 
-/* Adds to u, ud and out what weights on accelerations udd (p, into which those of the target go, when asked) make. */
+/* Adds to u, ud and out the contributions of weights on accelerations udd (p). The target's weights are added to udd,
+ * if requested. */
 static void go_back(adjoint *a, bool with_target, double *udd, double *u, double *ud, double *out)
 {
     kmp_linear *l = &a->v->linear;
@@ -262,7 +263,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     return KMP_GO;
 }
 
-/* Of the weights alone: the quadratures follow from them. */
+/* Jacobian of the weights alone: the quadratures follow from them. */
 static int jacobian(void *self, double t, const double *y, double *j)
 {
     adjoint *a = self;
@@ -287,7 +288,7 @@ static kempe_status fail(adjoint *a, double t)
                     "the state cannot be evaluated in the adjoint integration at t = %.9g", t);
 }
 
-/* The state (t, y) near q, of these independent coordinates. */
+/* Takes the state (t, y) near q, of these independent coordinates. */
 static kempe_status stand(adjoint *a, double t, const double *q, const int *u, const double *y)
 {
     KMP_TRY(kmp_varied_choose(a->v, t, q, q, u, a->p));
@@ -308,7 +309,7 @@ static kempe_status stand_before(adjoint *a, const kmp_varied_mark *mark)
     return stand(a, mark->t, mark->q, mark->u, mark->y);
 }
 
-/* Weights of what became u behind the mark, as those of what was u before it. */
+/* Converts weights of the new u after the mark to weights of the u before it. */
 static kempe_status pass_exchange(adjoint *a, const kmp_varied_mark *mark, const int *next_u)
 {
     memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
@@ -358,7 +359,7 @@ static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
     return KEMPE_OK;
 }
 
-/* From the end of the step `last` to that of the step `before` (NULL: the start). */
+/* Integrates backwards from the end of the step `last` to that of the step `before` (NULL: the start). */
 static kempe_status come_back(adjoint *a, kept_step *before, kept_step *last, double *h)
 {
     kempe_context *context = a->v->system->context;
@@ -396,7 +397,7 @@ static kempe_status all_back(adjoint *a, double h)
     return status == KEMPE_OK ? come_back(a, NULL, last, &h) : status;
 }
 
-/* -- the end ----------------------------------------------------------------------------------------- */
+/* -- end --------------------------------------------------------------------------------------------- */
 
 static bool make_room(adjoint *a)
 {
@@ -415,7 +416,7 @@ static bool make_room(adjoint *a)
     return kmp_arena_make_groups(&a->arena, sizeof groups / sizeof *groups, groups);
 }
 
-/* The weights at the end, in y; how large they are, for the tolerances. */
+/* The weights at the end, in y, and their sizes, for the tolerances. */
 static kempe_status set_end(adjoint *a, double rate_scale)
 {
     kmp_varied *v = a->v;

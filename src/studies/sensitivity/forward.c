@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The formulation of a motion with sensitivities (forward.h): its creation, its rows and its run. Unknowns are in
+ * forward_ode.c, changes between steps in forward_change.c. */
 #include "base/memory.h"
 #include "model/tables/change_points.h"
 #include "studies/sensitivity/forward_inside.h"
@@ -11,7 +13,7 @@ static double weighted(int count, const double *w, const double *x)
 {
     double sum = 0;
     for (int i = 0; w && i < count; i++)
-        sum += w[i] != 0 ? w[i] * x[i] : 0; /* what is not asked for may be no number */
+        sum += w[i] != 0 ? w[i] * x[i] : 0; /* values without weight may be NaN */
     return sum;
 }
 
@@ -69,7 +71,7 @@ static int row(kmp_formulation *formulation, double t, const double *y, const do
     return KMP_GO;
 }
 
-/* By parameter k what the last whole row makes: outputs, which see the charts there, and the user's coordinates. */
+/* The derivatives of the last whole row by parameter k: outputs in the current charts, and the user's coordinates. */
 static void follow(kmp_forward_formulation *f, int k, const kmp_chart_motion *user)
 {
     kmp_varied *v = f->v;
@@ -117,7 +119,7 @@ static int take_step(void *user, kmp_runner *runner, double from, double to)
 
 /* -- the formulation ---------------------------------------------------------------------------------------- */
 
-/* v goes by another plant from now on. */
+/* v uses another plant from now on. */
 static void go_by(kmp_forward_formulation *f, kmp_plant *plant)
 {
     kmp_linear_lend(&f->v->linear, plant);
@@ -125,7 +127,7 @@ static void go_by(kmp_forward_formulation *f, kmp_plant *plant)
     kmp_slopes_renew_parameters(f->v->slopes);
 }
 
-/* The own plant has the charts and conditions of the runner's then. */
+/* Restores its own plant with the runner's charts and conditions. */
 static void release(kmp_formulation *formulation)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
@@ -149,7 +151,7 @@ static int keep(kmp_formulation *formulation, double t, const double *y)
     return KMP_GO;
 }
 
-/* A start that is neither the first one nor where the last formulation was left: what came between has changed rates.
+/* Checks a start that is neither the first one nor the place of the last formulation: rates have changed between them.
  */
 static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
@@ -240,7 +242,7 @@ static bool make_room(kmp_forward_formulation *f)
     return !a->failed;
 }
 
-/* The start and its slopes into the place. */
+/* Puts the start and its derivatives into the place. */
 static kempe_status prepare(kmp_forward_formulation *f)
 {
     kmp_varied *v = f->v;
@@ -262,7 +264,7 @@ static kempe_status prepare(kmp_forward_formulation *f)
     return status;
 }
 
-/* Whether it is of coordinates of spherical joints themselves, which are others in each chart. */
+/* True if the target uses coordinates of spherical joints themselves, which differ in each chart. */
 static bool reads_angles(const kempe_system *s, const kmp_forward_target *target)
 {
     const double *part[] = {target->q, target->qd, target->qdd};

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A motion with the sensitivities of its state to each parameter, as a formulation of its own: a runner
- * (integrators/run/run.h) integrates them together, with error control over all of them, and sees to events, exchanges
- * and spherical joints. With no parameters it is the motion alone. Where u goes bad others are taken between steps, and
- * the sensitivities go on as rows of the same dq/dp; where a joint is centred they are carried into its new angles.
- * Where a condition of the model changes, at t_e(p) with g = 0, rates of the sensitivities jump by what the
- * accelerations do:
+/* Forward sensitivities: a motion with the sensitivities of its state to each parameter, as a formulation of its own. A
+ * runner (integrators/run/run.h) integrates them together, with error control over all of them, and handles events,
+ * exchanges and spherical joints. Without parameters it is the motion alone. Where u becomes ill-conditioned other
+ * coordinates are chosen between steps, and the sensitivities continue as other rows of dq/dp. Where a joint is centred
+ * they are converted to its new angles. Where a condition of the model changes, at t_e(p) with g = 0, rates of the
+ * sensitivities jump with the accelerations:
  *
  *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp      dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)
  *
@@ -16,7 +16,7 @@
 #include "derivatives/varied.h"
 #include "integrators/run/run.h"
 
-/** A row: the state, and what each parameter does to it (`count` times n, n, n, m, shown). */
+/** A row: the state, and its derivatives by each parameter (`count` times n, n, n, m, shown). */
 typedef struct kmp_varied_row {
     double t;
     const double *q, *qd, *qdd, *lambda, *shown;
@@ -36,29 +36,29 @@ typedef struct kmp_varied_mark {
     const double *q, *y;   /* before: n; u and ud, 2 p */
     const double *mode;    /* of the conditions, before */
     const double *chart;   /* of the spherical joints, before */
-    kmp_chart_motion next; /* the motion in their charts behind it; chart NULL: they stay */
+    kmp_chart_motion next; /* the motion after it, in new charts; chart NULL: they are unchanged */
 } kmp_varied_mark;
 
-/** Who looks on. Each may be NULL; nonzero ends the run with KEMPE_E_MEMORY. */
+/** Callbacks. Each may be NULL; a nonzero result ends the run with KEMPE_E_MEMORY. */
 typedef struct kmp_varied_watch {
     void *user;
     int (*row)(void *user, const kmp_varied_row *row);
-    /** A step, alone: the first of the runner's unknowns are u and ud (p each). */
+    /** After each step: the first of the runner's unknowns are u and ud (p each). */
     kmp_step_fn *step;
     int (*mark)(void *user, const kmp_varied_mark *mark);
 } kmp_varied_watch;
 
 typedef struct kmp_forward {
     const kmp_run_spec *spec;            /* resolved; formulation and form do not count */
-    const kmp_forward_target *integrand; /* whose integral over time is wanted too; NULL: none */
-    bool alone;                          /* without sensitivities, but for those of the start */
-    double *start_q, *start_qd;          /* those, n x count; NULL: not wanted */
+    const kmp_forward_target *integrand; /* whose integral over time is requested; NULL: none */
+    bool alone;                          /* without sensitivities, except those of the start */
+    double *start_q, *start_qd;          /* sensitivities of the start, n x count; NULL: not needed */
     kmp_varied_watch watch;
 } kmp_forward;
 
 typedef struct kmp_forward_report {
     kmp_run_report run; /* its reason is to be freed (kmp_free) */
-    double integral;    /* of the integrand up to where it came */
+    double integral;    /* of the integrand up to the end of the run */
     int redundant;      /* closure rows that are: multipliers are not unique */
 } kmp_forward_report;
 
@@ -68,7 +68,8 @@ typedef struct kmp_forward_report {
 kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const double *sizes, double *integral,
                              kmp_forward_report *report);
 
-/** Its value at the last state of a motion, in the charts there; that of a row. */
+/** kmp_target_value: the target's value at the last state of a motion, in the charts there. The second function: that
+ * of a row. */
 double kmp_target_value(const kmp_forward_target *target, kmp_varied *varied);
 double kmp_target_of_row(const kmp_forward_target *target, const kmp_varied *varied, const kmp_varied_row *row);
 

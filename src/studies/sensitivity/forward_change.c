@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Between steps: other independent coordinates, conditions that change, spherical joints that are centred. The plant is
- * the runner's: its conditions and charts say at a new start what has changed since the last one. */
+/* Changes between steps: other independent coordinates, conditions that change, spherical joints that are centred. The
+ * plant is the runner's: at a new start its conditions and charts show the changes since the last one. */
 #include "studies/sensitivity/forward_inside.h"
 #include <math.h>
 #include <string.h>
@@ -69,7 +69,7 @@ int kmp_forward_tell_mark(kmp_forward_formulation *f, double t, int condition)
 
 /* -- other coordinates ------------------------------------------------------------------------------- */
 
-/* Other coordinates of the place, where the plant is, as independent ones: as many, anew. */
+/* Chooses other independent coordinates at the place, in the plant's state: as many, again. */
 static int choose_anew(kmp_forward_formulation *f, double *y)
 {
     kmp_linear *l = &f->v->linear;
@@ -107,7 +107,7 @@ static void set_modes(const kmp_forward_formulation *f, const double *mode)
             kmp_plant_set_mode(kmp_forward_plant(f), k, mode[k] != 0);
 }
 
-/* dt_e/dp of condition k at the place, which is the last state. false: it is not passed but touched. */
+/* dt_e/dp of condition k at the place, which is the last state. False: the condition is touched, not passed. */
 static bool find_swing(kmp_forward_formulation *f, int k)
 {
     kmp_varied *v = f->v;
@@ -132,7 +132,7 @@ static double integrand_here(kmp_forward_formulation *f)
     return f->integrals ? kmp_target_value(f->ask->integrand, f->v) : 0;
 }
 
-/* What is before less what is behind, times dt_e/dp. */
+/* Adds the jump: the values before less those after, times dt_e/dp. */
 static void jump(kmp_forward_formulation *f, double integrand_before, double *y)
 {
     const kmp_linear *l = &f->v->linear;
@@ -154,7 +154,7 @@ static int fail_at(kmp_forward_formulation *f, const char *sentence, int k, doub
     return KMP_HALT;
 }
 
-/* Condition k changes, and with it what `mode` says of others. */
+/* Changes condition k, and the others according to `mode`. */
 static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
 {
     const kmp_linear *l = &f->v->linear;
@@ -174,12 +174,12 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
     if (kmp_forward_come_to(f, t, y) != KMP_GO)
         return fail_at(f, "the motion cannot continue after the condition %s at t = %.9g", k, t);
     jump(f, integrand, y);
-    f->t = NAN; /* the place is that before */
+    f->t = NAN; /* the place is the one before the change */
     return kmp_forward_tell_mark(f, t, k);
 }
 
-/* Conditions have changed since the last start: those that the motion itself has changed in turn, the last of them with
- * all that follow. */
+/* Conditions have changed since the last start: passes those that the motion itself has changed one after the other,
+ * the last of them with all dependent ones. */
 static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
 {
     const kmp_linear *l = &f->v->linear;
@@ -206,7 +206,7 @@ static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
 
 /* -- charts ------------------------------------------------------------------------------------------ */
 
-/* Joints have been centred: the place in the charts before, carried to where it is (q, qd) in those at hand. */
+/* Joints have been centred: converts the place from the charts before to (q, qd) in the current ones. */
 static int pass_charts(kmp_forward_formulation *f, double t, const double *q, const double *qd, double *y)
 {
     memcpy(f->new_chart, kmp_forward_plant(f)->chart, kmp_forward_chart_bytes(f));

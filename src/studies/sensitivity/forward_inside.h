@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The formulation of a motion with sensitivities: its parts see one another here. forward.c makes it, gives its rows
- * and runs it, forward_ode.c has its unknowns and their ODE, forward_change.c changes unknowns, conditions and charts.
+/* Common definitions of the parts of a motion with sensitivities. forward.c makes the formulation, gives its rows and
+ * runs it, forward_ode.c has its unknowns and their ODE, forward_change.c changes unknowns, conditions and charts.
  *
  * Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. The place is a state with all
- * of its sensitivities, kept where the unknowns are about to mean something else. */
+ * of its sensitivities, stored before the unknowns change their meaning. */
 #ifndef KMP_STUDIES_SENSITIVITY_FORWARD_INSIDE_H
 #define KMP_STUDIES_SENSITIVITY_FORWARD_INSIDE_H
 
@@ -19,7 +19,7 @@ typedef struct kmp_forward_formulation {
     const kmp_forward *ask;
     const kempe_system *system;
     const double *sizes;
-    kmp_formulation_start start;   /* of the formulation at hand */
+    kmp_formulation_start start;   /* of the current formulation */
     int n, m, p, count, integrals; /* the last of the unknowns */
     int redundant;                 /* rows */
     int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
@@ -34,7 +34,7 @@ typedef struct kmp_forward_formulation {
     double *matrix;                  /* 2 p x 2 p */
     int *signs, *signs_now, *old_u;
     double *old_q, *old_y, *old_chart; /* n; 2 p; charts: before a mark */
-    double *mode, *new_mode;           /* conditions: as they were, and behind */
+    double *mode, *new_mode;           /* conditions: before, and after */
     double *next_mode;
     bool *cause;
     double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
@@ -70,41 +70,42 @@ static inline size_t kmp_forward_mode_bytes(const kmp_forward_formulation *f)
 
 /* -- unknowns (forward_ode.c) ------------------------------------------------------------------------ */
 
-/** Makes y, weights and the ODE of the formulation for the p or n unknowns at hand. false: no memory. */
+/** Makes y, weights and the ODE of the formulation for the current p or n unknowns. False: no memory. */
 bool kmp_forward_make_unknowns(kmp_forward_formulation *f);
 
-/** The state at (t, y), with what small changes need unless linear.plain. KMP_GO or KMP_RETRY. */
+/** Takes the state at (t, y), with the data of small changes unless linear.plain. KMP_GO or KMP_RETRY. */
 int kmp_forward_come_to(kmp_forward_formulation *f, double t, const double *y);
 
-/** The same, with or without what its small changes need. KMP_HALT: the reason is told. */
+/** Takes the state at (t, y), `whole` with the data of small changes. KMP_HALT: the reason is reported. */
 int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, bool whole);
 
-/** By parameter k, what follows at the last state, of unknowns y: kmp_varied_follow. */
+/** The response at the last state to parameter k, with sensitivities from unknowns y: kmp_varied_follow. */
 void kmp_forward_follow(kmp_forward_formulation *f, const double *y, int k, double *dq, double *dqd, double *dqdd,
                         double *dlambda);
 
-/** y, but for integrals, from the place. */
+/** y, except integrals, from the place. */
 void kmp_forward_pack(kmp_forward_formulation *f, double *y);
 
-/** Signs of Jv's blocks, predictions and conditions, from the last state on; whether u is still a good choice. */
+/** Stores signs of Jv's blocks, predictions and conditions of the last state; checks that u is still well conditioned.
+ */
 void kmp_forward_settle(kmp_forward_formulation *f);
 
-/** Goes on from the place at t with other unknowns: y, weights and the state. */
+/** Continues from the place at t with other unknowns: y, weights and the state. */
 int kmp_forward_take_up(kmp_forward_formulation *f, double t, double *y);
 
 void kmp_forward_explain(kmp_formulation *formulation);
 
 /* -- changes (forward_change.c) ---------------------------------------------------------------------- */
 
-/** The whole mechanism at (t, y) into the place. */
+/** Puts the whole mechanism at (t, y) into the place. */
 int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y);
 
-/** Takes the place to the plant's charts, where it is (q, qd). */
+/** Converts the place to the plant's charts, in which it is (q, qd). */
 void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const double *qd);
 
 bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart);
 
-/** The place is that before a mark; that behind it. */
+/** The place is that before a mark; the other function: that after it. */
 void kmp_forward_keep_old(kmp_forward_formulation *f);
 int kmp_forward_tell_mark(kmp_forward_formulation *f, double t, int condition);
 

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where J comes near to losing a row the same goes on with all coordinates and their sensitivities in place of u, by
- * the integrator that leaps over such places (integrators/steppers/leap.h): u and what is smooth with it goes straight
- * on. A parameter that moves the closures there is no such thing; where it stands among the others nothing is leapt
- * over. */
+/* Near a rank loss of J the formulation uses all coordinates and their sensitivities in place of u, with the integrator
+ * that steps over such places (integrators/steppers/leap.h). There u and all smooth quantities continue straight. A
+ * parameter that moves the closures there makes this impossible; where one is present nothing is stepped over. */
 #include "constraints/tolerances.h"
 #include "integrators/formulations/redundant.h"
 #include "studies/sensitivity/forward_inside.h"
 #include <math.h>
 #include <string.h>
 
-/* How far from its prediction (rad, characteristic lengths) a step may end: positions within it are found from there.
+/* Largest distance of a step's end from its prediction (rad, characteristic lengths): positions within it are found
+ * from there.
  */
 #define FARTHEST 0.3
-/* Nothing finer is to be had in a zone. */
+/* Finer tolerances are impossible near a singular position. */
 #define ZONE_RTOL 1e-9
 
 /* The rows of u among the unknowns from `block` on; `room`: for p. */
@@ -93,8 +93,8 @@ static int rhs(void *self, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
-/* df/dy of (u, ud) is what the sensitivities have for theirs as well. How that changes with u, which Newton does not
- * need, is left out. */
+/* df/dy of (u, ud) is also the Jacobian of the sensitivities by their own values. Its change with u, which Newton's
+ * method does not need, is left out. */
 static int jacobian(void *self, double t, const double *y, double *j)
 {
     kmp_forward_formulation *f = self;
@@ -182,7 +182,7 @@ int kmp_forward_take_up(kmp_forward_formulation *f, double t, double *y)
 
 /* -- a zone ------------------------------------------------------------------------------------------ */
 
-/* The last state, all of it, into the unknowns that led to it. */
+/* Puts the last state, complete, into the unknowns that led to it. */
 static void put_closed(kmp_forward_formulation *f, double *y)
 {
     const kmp_linear *l = &f->v->linear;
@@ -219,7 +219,7 @@ static void say_change_point(kmp_forward_formulation *f, double t)
 
 /* -- the end of a step ------------------------------------------------------------------------------- */
 
-/* It must not have jumped a dead centre of u; evaluated last. */
+/* Accepts a step: it must not have jumped over a dead centre of u; evaluated last. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     kmp_forward_formulation *f = self;
@@ -272,7 +272,7 @@ void kmp_forward_explain(kmp_formulation *formulation)
                         f->growth);
 }
 
-/* -- making them ------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 bool kmp_forward_make_unknowns(kmp_forward_formulation *f)
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hides how the mechanism is led from one set of parameters and driven coordinates to another: along the straight line
- * between both, in steps of a tangent predictor and Newton's method, each so short that what Newton's method mends is
- * little beside what moved: another assembly mode is not within reach then. */
+/* Hides how the mechanism moves from one set of parameters and driven coordinates to another: along the straight line
+ * between both, in steps of a tangent predictor and Newton's method. Each step is so short that Newton's correction is
+ * small relative to the motion: another assembly mode is then out of reach. */
 #include "base/arena.h"
 #include "base/memory.h"
 #include "base/share.h"
@@ -15,8 +15,8 @@
 #include <math.h>
 #include <string.h>
 
-/* How far a step goes, in sizes of coordinates (angles: rad); what Newton's method may mend of it, beside what moved;
- * the shortest one, of the way. */
+/* The longest step, in sizes of coordinates (angles: rad); Newton's largest correction relative to the motion; the
+ * shortest step, relative to the path. */
 #define LONGEST    0.5
 #define MENDED     0.25
 #define LEAST_STEP 1e-7
@@ -24,7 +24,7 @@
 
 struct kempe_gradient {
     kempe_context *context;
-    kmp_arena arena; /* of all rooms */
+    kmp_arena arena; /* of all arrays */
     kmp_variant *variant;
     kempe_system *system;
     kmp_linear linear;
@@ -34,12 +34,12 @@ struct kempe_gradient {
     int *order;                     /* position among u of a driven coordinate */
     char **name;                    /* of the values */
     double *wanted;                 /* count: parameters set */
-    double *value;                  /* driven + count: where it stands, driven coordinates by u, and the parameters */
-    double *q;                      /* n: closed there */
-    double *to, *from, *trial, *predicted; /* of the way */
+    double *value; /* driven + count: the current values, driven coordinates by u, and the parameters */
+    double *q;     /* n: closed there */
+    double *to, *from, *trial, *predicted; /* of the path */
     double *slope;                         /* n x (driven + count): dq by each of them */
     double *rates, *accelerations;         /* driven, by u */
-    double *part;                          /* 3 m + n: the change that one parameter makes of the equations */
+    double *part;                          /* 3 m + n: the change of the equations by one parameter */
     double *dqd, *dqdd, *dlambda, *column;
     double *unit; /* driven: zeros */
     double *out, *jacobian, *by_driven, *q_jacobian;
@@ -85,9 +85,9 @@ static void find_slopes(kempe_gradient *g)
     }
 }
 
-/* -- the way ----------------------------------------------------------------------------------------- */
+/* -- the path ---------------------------------------------------------------------------------------- */
 
-/* What the model cannot have is no place on the way. */
+/* Sets parameters; values that the model rejects are not on the path. */
 static bool set_parameters(kempe_gradient *g, const double *values)
 {
     if (kmp_linear_vary(&g->linear, g->system, g->variant, values) != KEMPE_OK) {
@@ -106,7 +106,7 @@ static double distance(const kempe_gradient *g, const double *a, const double *b
     return most;
 }
 
-/* From where it stands to `value`, in one step; false: it is too long. */
+/* Moves from the current values to `value`, in one step; false: it is too long. */
 static bool step_to(kempe_gradient *g, const double *value)
 {
     memcpy(g->predicted, g->q, (size_t)g->n * sizeof *g->q);
@@ -123,7 +123,7 @@ static bool step_to(kempe_gradient *g, const double *value)
     ok = ok && close_loops(g, g->trial);
     ok = ok && distance(g, g->trial, g->predicted) <= MENDED * distance(g, g->trial, g->q) + ROUNDING;
     if (!ok) {
-        (void)set_parameters(g, g->value + g->driven); /* they held before */
+        (void)set_parameters(g, g->value + g->driven); /* they were valid before */
         return false;
     }
     memcpy(g->q, g->trial, (size_t)g->n * sizeof *g->q);
@@ -132,7 +132,7 @@ static bool step_to(kempe_gradient *g, const double *value)
     return true;
 }
 
-/* Of the straight way from `from` to `to`, how far it came. */
+/* Follows the straight path from `from` to `to`; returns the part reached. */
 static double lead(kempe_gradient *g)
 {
     kmp_parts way = KMP_PARTS;
@@ -145,7 +145,7 @@ static double lead(kempe_gradient *g)
     return way.done;
 }
 
-/* Back to where it stood, by state and not by way. */
+/* Restores the earlier state itself, without a path. */
 static void go_back(kempe_gradient *g, const double *q)
 {
     memcpy(g->value, g->from, (size_t)(g->driven + g->count) * sizeof *g->value);
@@ -181,7 +181,7 @@ static void put_column(int rows, int columns, int k, const double *column, doubl
         table[(size_t)i * (size_t)columns + (size_t)k] = column[i];
 }
 
-/* What variable k, a driven coordinate or behind them a parameter, changes of the values. */
+/* The derivative of the values by variable k, a driven coordinate or after them a parameter. */
 static void differentiate(kempe_gradient *g, int k)
 {
     int parameter = k - g->driven; /* negative: none */
@@ -206,7 +206,7 @@ static void differentiate(kempe_gradient *g, int k)
     }
 }
 
-/* At the last state, whose dq are known. */
+/* Evaluates at the last state, whose dq are known. */
 static kempe_status evaluate(kempe_gradient *g)
 {
     if (g->deep && kmp_linear_at(&g->linear, 0, g->q, g->rates, g->accelerations) != KEMPE_OK)
@@ -234,7 +234,7 @@ kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values)
     else if (status == KEMPE_E_INPUT)
         status = kmp_fail(gradient->context, status, "%s", why.s);
     kmp_text_free(&why);
-    (void)kmp_variant_set(gradient->variant, gradient->value + gradient->driven, &why); /* the way begins there */
+    (void)kmp_variant_set(gradient->variant, gradient->value + gradient->driven, &why); /* the path begins there */
     kmp_text_free(&why);
     return status;
 }
@@ -265,7 +265,7 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
     return status;
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static bool make_room(kempe_gradient *g)
 {
@@ -320,7 +320,7 @@ static kempe_status tell_freedoms(const kempe_gradient *g)
     return status;
 }
 
-/* Of the model as it is read: assembled, with the driven coordinates as u. */
+/* Takes the model as read: assembled, with the driven coordinates as u. */
 static kempe_status stand(kempe_gradient *g, const int *driven)
 {
     kmp_operating *start = NULL;

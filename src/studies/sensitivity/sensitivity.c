@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Derivatives by parameters: what is asked for, the equations with the parameters open, the table. */
+/* Derivatives by parameters: options, the equations with variable parameters, the table. */
 #include "studies/sensitivity/sensitivity.h"
 #include "base/clock.h"
 #include "base/memory.h"
@@ -18,7 +18,7 @@ static const kmp_sensitivity_kind *const kinds[] = {
 
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
-/* -- what is asked ----------------------------------------------------------------------------------- */
+/* -- options ----------------------------------------------------------------------------------------- */
 
 static kempe_status find_kind(kempe_sensitivity *s)
 {
@@ -110,7 +110,7 @@ static double value_of(const kempe_model *m, const char *name)
     return k < 0 ? 0 : m->parameters[k].number.value;
 }
 
-/* Those that are asked for, or that are usual for the kind. */
+/* The requested outputs, or the usual ones of the kind. */
 static kempe_status take_outputs(kempe_sensitivity *s)
 {
     kmp_text words = {0};

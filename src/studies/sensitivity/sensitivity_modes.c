@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Of modes: one row, with real and imaginary part, frequency and damping of each. */
+/* Sensitivities of modes: one row, with real and imaginary part, frequency and damping of each. */
 #include "base/memory.h"
 #include "dynamics/pressed.h"
 #include "studies/modes/mode_slopes.h"
@@ -12,7 +12,7 @@ typedef struct work {
     kempe_sensitivity *s;
     const kmp_spectrum *spectrum;
     const kmp_mode_slopes *slopes;
-    int *chosen, count; /* eigenvalues that are told: not exactly zero, of a pair the upper one */
+    int *chosen, count; /* eigenvalues of the table: not exactly zero, of a pair the upper one */
 } work;
 
 enum { WORDS = 4 };

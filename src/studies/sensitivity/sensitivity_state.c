@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Of equilibria, and of reactions there or at the start: one row. */
+/* Sensitivities of equilibria, and of reactions there or at the start: one row. */
 #include "studies/sensitivity/sensitivity_state.h"
 #include "base/memory.h"
 #include "model/tables/output_table.h"
@@ -79,7 +79,7 @@ void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
 
 /* -- the row ----------------------------------------------------------------------------------------- */
 
-/* All that is shown beside the table, with its derivatives: shown values a parameter. */
+/* All additional outputs, with their derivatives: shown values per parameter. */
 static void look(kmp_sensitivity_state *x)
 {
     kmp_instant at = kmp_linear_instant(&x->varied.linear);
@@ -156,7 +156,7 @@ static kempe_status find_row(kempe_sensitivity *s)
 
 /* -- the kinds --------------------------------------------------------------------------------------- */
 
-/* Where it stands and what holds it, and the model's own outputs beside the table. */
+/* The default outputs: coordinates and the loads that keep them, and the model's additional outputs. */
 static void place_outputs(const kempe_model *model, kmp_text *words)
 {
     kmp_text_put(words, model->closure_count ? "q,lambda" : "q");

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Derivatives at one state: the equilibrium or the start, and how it moves with the parameters. */
+/* Derivatives at one state: the equilibrium or the start, and its sensitivities to the parameters. */
 #ifndef KMP_STUDIES_SENSITIVITY_SENSITIVITY_STATE_H
 #define KMP_STUDIES_SENSITIVITY_SENSITIVITY_STATE_H
 
@@ -14,14 +14,14 @@ typedef struct kmp_sensitivity_state {
     const char *backend;
     kmp_operating *at; /* NULL: the start */
     kmp_slopes *slopes;
-    kmp_varied varied; /* its linear equations stand at the state, their matrices made */
+    kmp_varied varied; /* its linear equations are at the state, their matrices made */
     kmp_shift shift;
     double *q, *qd, *dq, *dqd; /* of the start: n, n, n x count */
-    double *shown, *by;        /* values, and count of them a parameter */
+    double *shown, *by;        /* values, and count derivatives per parameter */
 } kmp_sensitivity_state;
 
-/** Finds the state that was asked for. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: there is no such state,
- *  or it has no derivative, and why. */
+/** Finds the requested state. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED, with the reason: there is no
+ * such state, or it has no derivative. */
 kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitivity *s, bool with_outputs);
 void kmp_sensitivity_state_free(kmp_sensitivity_state *x);
 

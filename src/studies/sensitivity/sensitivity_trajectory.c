@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Of trajectories: rows over time by forward sensitivities; the end, or integrals up to it, by either method. */
+/* Sensitivities of trajectories: rows over time by forward sensitivities; the end, or integrals up to it, by either
+ * method. */
 #include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/steppers/solver.h"
@@ -15,13 +16,13 @@
 /* An adjoint run of one scalar takes about as long as forward ones with so many parameters (docs/sensitivity.md). */
 enum { WORTH_ADJOINT = 4 };
 
-/* Errors of more tolerances are told. */
+/* Errors of more tolerances are reported. */
 #define PROMISED 100.0
 
 typedef struct work {
     kempe_sensitivity *s;
     kmp_columns columns;
-    int *chosen; /* columns of these that were asked for */
+    int *chosen; /* the requested ones of these columns */
     kmp_slopes *slopes;
     kmp_varied varied;
     kmp_run_spec spec;
@@ -31,19 +32,20 @@ typedef struct work {
     double *w[KMP_QUANTITIES + 1], *gradient; /* weights of one column */
     bool adjoint;
     kmp_forward_report report;    /* of the last run */
-    double *first, *other, *size; /* a row: values, then their slopes; its sizes */
+    double *first, *other, *size; /* per row: values, then their derivatives; its sizes */
     int row;                      /* to be compared next */
-    kmp_convergence *found;       /* of a run beside the first; NULL: it is the first */
+    kmp_convergence *found;       /* of a repeat run relative to the first; NULL: it is the first */
 } work;
 
-/* -- what is asked ----------------------------------------------------------------------------------- */
+/* -- options ----------------------------------------------------------------------------------------- */
 
 static bool carries(const kmp_solver_kind *kind)
 {
     return kind->corrects && !kind->dae;
 }
 
-/* Of integrators with others of the same kind in their place where the model asks for those. */
+/* Chooses an integrator. If the model's integrator does not support sensitivities, another of the same kind replaces
+ * it. */
 static kempe_status choose_integrator(work *w, kempe_run_options *run)
 {
     const kempe_sensitivity *s = w->s;
@@ -149,7 +151,7 @@ static kempe_status prepare(work *w)
 
 /* -- rows, kept or compared -------------------------------------------------------------------------- */
 
-/* Beside what is kept: numbers that were larger before count by that. */
+/* Compares a row with the stored one: the size of a number is its largest value so far. */
 static void compare_row(work *w, double t)
 {
     const kempe_sensitivity *s = w->s;
@@ -304,7 +306,7 @@ static kempe_status find_again(void *user, double rtol, int count, const int *wh
     return KEMPE_OK;
 }
 
-/* Whether it is another number with each choice among redundant rows. */
+/* True if the number depends on the choice among redundant rows. */
 static bool is_ambiguous(const work *w, int column)
 {
     const kmp_column *of = &w->columns.of[w->chosen[column]];
@@ -313,7 +315,7 @@ static bool is_ambiguous(const work *w, int column)
            (kind == KMP_OUTPUT_LAMBDA || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT);
 }
 
-/* Of a unit in this run, where the equations have one; otherwise the largest number with it. */
+/* The characteristic size of a unit in this run, where the equations have one; otherwise the largest number with it. */
 static double size_of_unit(const work *w, int column)
 {
     const kempe_sensitivity *s = w->s;
@@ -333,7 +335,7 @@ static double size_of_unit(const work *w, int column)
     return most > 0 ? most : 1;
 }
 
-/* What a small derivative counts by is a value's size over the parameter's, as its error is controlled. */
+/* The size of a small derivative is a value's size over the parameter's, as in its error control. */
 static void set_sizes(work *w)
 {
     const kempe_sensitivity *s = w->s;
@@ -372,7 +374,7 @@ static kempe_status check_again(work *w)
     return status;
 }
 
-/* -- together ---------------------------------------------------------------------------------------- */
+/* -- the whole --------------------------------------------------------------------------------------- */
 
 /* Takes the report's reason; the context's message is the same. */
 static kempe_status settle_reason(work *w, kempe_status status)

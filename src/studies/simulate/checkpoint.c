@@ -20,7 +20,7 @@ void kmp_checkpoint_end(kmp_text *text, const char *s, size_t length)
     kmp_text_printf(text, "# end, %016" PRIx64 "\n", hash_of(s, length));
 }
 
-/* The model's own text, with the values of its parameters, stands for it. */
+/* The head of a checkpoint: the model's own text, with the values of its parameters, identifies it. */
 kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
 {
     char *model = NULL;
@@ -74,7 +74,7 @@ static size_t read_number(const char *s, double *value)
     return length ? length + minus : 0;
 }
 
-/* One line of `count` numbers into `values`; the column of what is wrong, 0 when nothing is. */
+/* Reads one line of `count` numbers into `values`; returns the column of an error, 0 when there is none. */
 static int read_line(const char *line, const char *end, int count, double *values)
 {
     const char *s = line;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a long run has so far, as a file from which it can go on: a line that names the model, a line of columns, and
- * the rows in full digits, and the sum of all that. */
+/* Checkpoints of a long run, from which it can continue: a line that identifies the model, a line of columns, the rows
+ * in full digits, and a checksum of these. */
 #ifndef KMP_STUDIES_SIMULATE_CHECKPOINT_H
 #define KMP_STUDIES_SIMULATE_CHECKPOINT_H
 
@@ -10,7 +10,7 @@
 /** Appends the lines that a checkpoint of this system begins with. */
 kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text);
 
-/** Appends the last line: the sum of `length` bytes that stand before it. */
+/** Appends the last line: the checksum of the `length` bytes before it. */
 void kmp_checkpoint_end(kmp_text *text, const char *s, size_t length);
 
 /** Whole or not at all. */

@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "model/tables/output_table.h"
 
-/* Of an output whose values are in the table. */
+/* The quantity of an output whose values are in the table. */
 static kmp_quantity quantity_of(kmp_output_kind kind)
 {
     return kind == KMP_OUTPUT_Q     ? KMP_QUANTITY_Q
@@ -12,7 +12,7 @@ static kmp_quantity quantity_of(kmp_output_kind kind)
                                     : KMP_QUANTITY_LAMBDA;
 }
 
-/* lambda(CLOSURE) asks for that closure's rows alone, q(JOINT) for that coordinate. */
+/* True if an output includes entry k: lambda(CLOSURE) has that closure's rows alone, q(JOINT) that coordinate. */
 static bool is_asked(const kempe_system *system, const kmp_output *output, int k)
 {
     if (output->index < 0)
@@ -25,7 +25,7 @@ static bool same_output(const kmp_output *a, const kmp_output *b)
     return a->kind == b->kind && a->index == b->index;
 }
 
-/* An output that was asked for twice, or one of those where all are there already, is no second column. */
+/* True for an output that occurs twice, or one of a quantity that is complete already: it gives no second column. */
 static bool is_repeated(const kempe_model *model, int output)
 {
     const kmp_output *o = &model->outputs[output];
@@ -73,7 +73,7 @@ const char *kmp_columns_unit_shown(kmp_output_kind kind)
 
 /* -- the columns ------------------------------------------------------------------------------------- */
 
-/* One pass counts (columns NULL), the next names. */
+/* The first pass counts (columns NULL), the second one names. */
 typedef struct writer {
     kmp_columns *columns;
     int at;

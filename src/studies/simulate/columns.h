@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A trajectory as columns: time, then what the model's outputs ask for, in their order; each with its unit. */
+/* A trajectory as columns: time, then the model's outputs, in their order; each with its unit. */
 #ifndef KMP_STUDIES_SIMULATE_COLUMNS_H
 #define KMP_STUDIES_SIMULATE_COLUMNS_H
 
 #include "studies/simulate/trajectory.h"
 
-/** Where the value of a column is: number `index` of a quantity, or (KMP_QUANTITIES) of what is shown beside the table.
- *  It is that component of that output. */
+/** The source of a column's value: number `index` of a quantity, or (KMP_QUANTITIES) of the outputs in addition to the
+ * table. It is component `part` of output `output`. */
 typedef struct kmp_column {
     kmp_quantity quantity;
     int index, output, component;
 } kmp_column;
 
-/** Unit of entry k of a quantity, and of what an output computes. */
+/** Unit of entry k of a quantity, and of computed outputs. */
 const char *kmp_columns_unit(const kempe_system *system, kmp_quantity quantity, int k);
 const char *kmp_columns_unit_shown(kmp_output_kind kind);
 

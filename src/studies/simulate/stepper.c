@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The public stepper: a runner, and the row at which it stands. */
+/* The public stepper: a runner, and its current row. */
 #include "base/memory.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/stepper.h>
@@ -11,13 +11,13 @@ struct kempe_stepper {
     kmp_runner *runner;
     kmp_run_spec spec;
     int *u;
-    double t, stop;     /* it stands; no step goes beyond */
-    bool keeps;         /* what the user's force reads from outside stays */
+    double t, stop;     /* the current time; the limit of steps */
+    bool keeps;         /* external inputs of the user's force are constant */
     double *row, *next; /* q, qd, qdd, lambda; the one being made */
     char *reason;
 };
 
-/* Takes the row at t within the last step; the old one stays when it cannot be had. */
+/* Takes the row at t within the last step; after a failure the old one is unchanged. */
 static kempe_status stand_at(kempe_stepper *s, double t)
 {
     int n = s->system->n;
@@ -67,7 +67,7 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
         return kmp_fail_memory(system->context);
     s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->spec, &s->u);
-    s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* the caller sees each step, and t_end is far */
+    s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* monitored by the caller; t_end is far */
     if (status == KEMPE_OK)
         status = begin(s);
     if (status == KEMPE_OK)
@@ -95,7 +95,8 @@ void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep)
         stepper->keeps = keep;
 }
 
-/* Inputs may have changed since the last call: they count from here on, and none later before it has been told. */
+/* Inputs may have changed since the last call: they apply from here on. While they may change, no step goes beyond
+ * `until`. */
 static kempe_status follow_inputs(kempe_stepper *s, double until)
 {
     bool changing = s->system->force && !s->keeps;

@@ -30,7 +30,7 @@ typedef struct job {
     kmp_reference reference;
     bool has_reference;
     kmp_times times;
-    kmp_samples before; /* rows of the checkpoint to go on from */
+    kmp_samples before; /* rows of the checkpoint to continue from */
     kempe_assembly start;
 } job;
 
@@ -72,7 +72,8 @@ static kempe_status read_wish(job *j)
     j->u = KMP_NEW(int, j->system->n);
     if (!j->u)
         return kmp_fail_memory(j->context);
-    kempe_status status = kmp_coordinates_read(j->system->model, "independent", j->run->independent, j->u, &j->spec.u_count);
+    kempe_status status =
+        kmp_coordinates_read(j->system->model, "independent", j->run->independent, j->u, &j->spec.u_count);
     j->spec.u = j->spec.u_count ? j->u : NULL;
     return status;
 }
@@ -99,7 +100,7 @@ static kempe_status prepare_times(job *j)
     return KEMPE_OK;
 }
 
-/* Goes on behind the last row of a checkpoint. */
+/* Continues after the last row of a checkpoint. */
 static kempe_status prepare_resume(job *j)
 {
     if (!j->run->resume)
@@ -124,7 +125,7 @@ static kempe_status prepare_resume(job *j)
     return KEMPE_OK;
 }
 
-/* The run as asked for, resolved. */
+/* The run as requested, with defaults resolved. */
 static kempe_status choose(job *j)
 {
     const kempe_run_options *run = j->run;
@@ -227,9 +228,10 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
     kmp_free(trajectory);
 }
 
-/* -- running ----------------------------------------------------------------------------------------- */
+/* -- run --------------------------------------------------------------------------------------------- */
 
-/* Moves the reason out of the report; a failure without one takes the context's message, and the other way round. */
+/* Moves the reason out of the report. A run without one takes the context's message as its reason; the reason of a
+ * failure becomes the message. */
 static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
 {
     const char *message = kempe_context_message(context);
@@ -238,7 +240,7 @@ static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
     if (!t->reason)
         return kmp_fail_memory(context);
     if (t->status == KEMPE_E_FAILED && !strstr(message, t->reason)) {
-        if (strstr(t->reason, message)) /* what was said is part of it: not twice */
+        if (strstr(t->reason, message)) /* an earlier message is part of it: not twice */
             kmp_context_clear(context);
         return kmp_fail(context, KEMPE_E_FAILED, "%s", t->reason);
     }
@@ -268,7 +270,7 @@ static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
         memcpy(t->shown, kmp_trajectory_shown(t, plant, last), (size_t)shown * sizeof(double));
 }
 
-/* A run may end well and be wrong: its closures and its energy balance know. */
+/* A complete run may be wrong: its closure residuals and its energy balance show that. */
 static void warn_of_verdict(const kempe_trajectory *t)
 {
     if (t->verdict.h_max > TRUSTED_GAP * (t->rtol + t->atol))
@@ -325,7 +327,7 @@ static bool has_result(kempe_status status)
     return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
 }
 
-/* Where rows go: into the table, and every few seconds the table into the checkpoint. */
+/* The target of rows: the table, and every few seconds the table goes into the checkpoint. */
 typedef struct sink {
     kempe_trajectory *t;
     const char *checkpoint;
@@ -361,7 +363,7 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
     return status;
 }
 
-/* A wrong answer that ends well shows in another tolerance. */
+/* The convergence check: an error of a complete run shows at another tolerance. */
 static kempe_status run_again(kempe_trajectory *t, const job *j)
 {
     kempe_status status =

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What one run leaves: its table, its verdict, its work. */
+/* Results of one run: its table, its verdict, its work. */
 #ifndef KMP_STUDIES_SIMULATE_TRAJECTORY_H
 #define KMP_STUDIES_SIMULATE_TRAJECTORY_H
 
@@ -11,7 +11,7 @@ struct kempe_trajectory {
     const kempe_system *system;
     kempe_status status;
     char *reason;                                             /* "" when ok */
-    char *warnings;                                           /* of the computation, one a line */
+    char *warnings;                                           /* of the computation, one per line */
     char *formulation, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
     char *change_points;
     double rtol, atol, t_end;
@@ -20,16 +20,16 @@ struct kempe_trajectory {
     kmp_verdict verdict;
     kmp_convergence again;
     kmp_run_report report; /* its reason has moved to `reason` */
-    kmp_journal journal;   /* what happened on the way */
+    kmp_journal journal;   /* of events */
     double *reaction;      /* 3 a closure, at the last row; NaN when there is none */
-    double *shown;         /* what outputs show beside the table, likewise */
+    double *shown;         /* values of outputs in addition to the table, per row */
 };
 
-/** What the outputs show beside the table (model/output_table.h) at a row; owned by the plant. */
+/** The outputs in addition to the table (model/tables/output_table.h) at a row; owned by the plant. */
 const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, int row);
 
-/** What a run asks for, with names and defaults resolved. `spec` points to `*u`, to be freed by the caller (kmp_free),
- *  and to the strings of `run`. */
+/** The run of the options, with names and defaults resolved. `spec` points to `*u`, to be freed by the caller
+ * (kmp_free), and to the strings of `run`. */
 kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_run_spec *spec, int **u);
 
 #endif

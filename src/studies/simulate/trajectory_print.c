@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Notes of the way in the text. */
+/* The most notes of events in the text. */
 enum { MOST_SHOWN = 12 };
 
 static int last_row(const kempe_trajectory *t)
@@ -171,7 +171,7 @@ static void show(kmp_text *text, const kempe_trajectory *t)
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
-/* As the run went, not as it was asked for. */
+/* The algorithm of the run itself, not of the request. */
 static const char *dynamics_of(const kempe_trajectory *t)
 {
     kmp_dynamics asked = t->system->dynamics;
@@ -215,7 +215,7 @@ static void json_multipliers(kmp_json *json, const kempe_trajectory *t)
     kmp_json_end(json);
 }
 
-/* True when an earlier output shows the same: a key must not stand twice. */
+/* True when an earlier output shows the same: keys must be unique. */
 static bool shown_before(const kempe_model *model, int output)
 {
     for (int k = 0; k < output; k++)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What of a table of contacts is asked for by words. */
+/* Reading of the options of a table of contacts. */
 #include "model/tables/coordinates.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include <kempe/contact.h>
@@ -21,7 +21,7 @@ int kmp_contact_hold_of(const kempe_contact_table *t, int coordinate)
     return -1;
 }
 
-/* -- what leads ---------------------------------------------------------------------------------------- */
+/* -- swept quantities ---------------------------------------------------------------------------------- */
 
 static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *range, kmp_contact_lead *lead)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A contact of the table: what the model shows of it, its rolling radius, and forces by another law. */
+/* A contact of the table: its values in the model, its rolling radius, and forces by another law. */
 #include "model/model.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table.h"
@@ -7,9 +7,9 @@
 #include <kempe/contact_table.h>
 #include <math.h>
 
-/* By so much the curvature where it touches may differ from that of the patch, which is an average, where the gap is a
- * parabola but for the profile's arcs at its borders: of the benchmark of Manchester 3.5 % at most of all patches that
- * are one ellipse, 9 % at least of those that are not (examples/manchester). */
+/* Largest relative difference of the curvature at the contact from that of the patch, which is an average. Below it the
+ * gap is a parabola except for the profile's arcs at its borders. In the benchmark of Manchester it is 3.5 % at most
+ * for patches that are one ellipse, 9 % at least for others (examples/manchester). */
 #define ROUND_ABOUT 0.05
 
 static void take_law(const kempe_contact_table *t, const kmp_wheel *wheel, kempe_contact_patch *p)

@@ -32,7 +32,7 @@ static void say_leads(kmp_text *text, const kempe_contact_table *t)
     }
 }
 
-/* What else is held, and what goes on. */
+/* Other fixed coordinates, and steady rates. */
 static void say_holds(kmp_text *text, const kempe_contact_table *t)
 {
     const kempe_model *model = t->system->model;

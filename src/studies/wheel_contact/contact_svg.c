@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A table of contacts as a picture: of each wheel the two profiles, a little apart, with the points that touch at each
- * value joined; below, what becomes of the contacts over the values. */
+/* A table of contacts as a picture. For each wheel it has the two profiles, a little apart, with the points that touch
+ * at each value joined; below, the contacts' values over the swept quantity. */
 #include "base/file.h"
 #include "model/model.h"
 #include "output/svg.h"
@@ -92,7 +92,7 @@ static void put_frame(const frame *f, const char *title, const char *across)
     kmp_text_put(f->text, "</text>\n");
 }
 
-/* From blue at the first value to red at the last. */
+/* Appends a colour, from blue at the first value to red at the last. */
 static void put_colour(kmp_text *text, const kempe_contact_table *t, int row)
 {
     double part = t->count > 1 ? (double)row / (t->count - 1) : 0;
@@ -142,7 +142,7 @@ static void put_joins(const section *s, const kempe_contact_table *t, int wheel)
         }
 }
 
-/* How far the wheel is from its rail laterally where it touches first. */
+/* The lateral distance of the wheel from its rail where it touches first. */
 static double find_shift(const kempe_contact_table *t, int wheel)
 {
     for (int row = 0; row < t->count; row++)
@@ -173,7 +173,7 @@ static void put_section(kmp_text *text, const kempe_contact_table *t, int wheel,
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < tables[k]->count; i++)
             reach(&s.f, (tables[k]->x[i] + (k ? 0 : s.shift)) * 1e3, (tables[k]->y[i] + (k ? 0 : APART)) * 1e3);
-    /* the same scale both ways */
+    /* the same scale in both directions */
     double middle = (s.f.low[0] + s.f.high[0]) / 2,
            each = fmax((s.f.high[0] - s.f.low[0]) / s.f.width, (s.f.high[1] - s.f.low[1]) / s.f.height) * 1.04;
     s.f.low[0] = middle - each * s.f.width / 2;
@@ -192,7 +192,7 @@ static void put_section(kmp_text *text, const kempe_contact_table *t, int wheel,
 
 /* -- curves -------------------------------------------------------------------------------------------- */
 
-/* What is drawn of a patch; NaN: nothing. */
+/* The drawn value of a patch; NaN: none. */
 typedef double value_fn(const kempe_contact_patch *p);
 
 static double radius_of(const kempe_contact_patch *p)
@@ -306,7 +306,7 @@ static void put_panel(kmp_text *text, const kempe_contact_table *t, const panel 
         }
 }
 
-/* In the last panel's place: which colour is which wheel. */
+/* In the last panel's place: the legend of the wheels' colours. */
 static void put_legend(kmp_text *text, const kempe_contact_table *t, double x, double y)
 {
     for (int w = 0; w < t->wheel_count; w++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From value to value, each state from the last one; where that is too far, by parts of the way. */
+/* Computes each state from the last one, value by value; where that is too far, by parts of the step. */
 #include "studies/wheel_contact/contact_sweep.h"
 #include "backend/x86/machine.h"
 #include "base/clock.h"
@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-#define LEAST_PART (1.0 / 64) /* of the way from value to value */
+#define LEAST_PART (1.0 / 64) /* of the step from value to value */
 
 typedef struct job {
     kempe_contact_table *t;
@@ -21,9 +21,9 @@ typedef struct job {
     kmp_linear linear;
     kmp_operating *start;
     double *q, *before;                    /* n: the last state, in the charts of the plant */
-    double *here, *there, *from, *between; /* values of what leads */
+    double *here, *there, *from, *between; /* values of the swept quantities */
     double *parameters;
-    int shown; /* where the outputs of wheels begin among all that are shown */
+    int shown; /* the first output of wheels among all computed ones */
 } job;
 
 static kempe_context *context_of(const job *j)
@@ -33,7 +33,7 @@ static kempe_context *context_of(const job *j)
 
 /* -- the system ---------------------------------------------------------------------------------------- */
 
-/* The model's outputs stay away: those of its wheels are all that is shown. */
+/* Replaces the model's outputs by those of its wheels. */
 static kempe_status add_outputs(kempe_model *copy)
 {
     kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, copy->wheel_count);
@@ -92,7 +92,7 @@ static kempe_status set_parameters(job *j, const double *point)
     return kmp_linear_vary(&j->linear, t->system, t->variant, j->parameters);
 }
 
-/* What moves and is not decided by closures moves on; of what turns the rate is found. */
+/* Coordinates that move and are not determined by closures keep their rates; rates of rotating ones are found. */
 static kempe_status hold_what_moves(job *j)
 {
     kempe_contact_table *t = j->t;
@@ -188,7 +188,7 @@ static kempe_status try_point(job *j, const double *point)
     return status;
 }
 
-/* Straight on from where it is, by parts where that is too far. */
+/* Goes straight from the current state to `point`, by parts where that is too far. */
 static kempe_status go(job *j, const double *point)
 {
     kmp_parts way = KMP_PARTS;
@@ -208,7 +208,7 @@ static kempe_status go(job *j, const double *point)
     return status;
 }
 
-/* A state at which a run would end, such as beside the rails, is none for a table. */
+/* Rejects a state at which a run would end, such as off the rails. */
 static kempe_status check_ends(const job *j)
 {
     const kempe_system *s = j->t->system;
@@ -246,7 +246,7 @@ static kempe_status take_row(job *j)
     return KEMPE_OK;
 }
 
-/* What is kept of a table that did not come to its end. */
+/* Keeps a table that is not complete, with its reason. */
 static kempe_status give_reason(job *j, kempe_status status)
 {
     kempe_contact_table *t = j->t;

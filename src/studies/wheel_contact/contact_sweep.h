@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a table of contacts is (kempe/contact_table.h): which values, and the states and patches at each. */
+/* A table of contacts (kempe/contact_table.h): its values, and the states and patches at each. */
 #ifndef KMP_STUDIES_WHEEL_CONTACT_CONTACT_SWEEP_H
 #define KMP_STUDIES_WHEEL_CONTACT_CONTACT_SWEEP_H
 
@@ -10,7 +10,7 @@
 #include <kempe/contact.h>
 #include <kempe/contact_table.h>
 
-/** A range of `over`: a parameter of the variant, or a coordinate that is held. */
+/** A range of `over`: a parameter of the variant, or a coordinate with fixed value. */
 typedef struct kmp_contact_lead {
     int parameter, hold; /* one of them is -1 */
 } kmp_contact_lead;
@@ -18,15 +18,15 @@ typedef struct kmp_contact_lead {
 struct kempe_contact_table {
     kmp_arena arena; /* of all arrays */
     const kempe_system *given;
-    kmp_variant *variant; /* what varies, and the outputs of wheels */
+    kmp_variant *variant; /* the varied parameters, and the outputs of wheels */
     kempe_system *system; /* of the variant */
     kempe_status status;
     char *reason;   /* NULL: none */
-    char *warnings; /* of the computation, one a line */
+    char *warnings; /* of the computation, one per line */
     kmp_ranges over;
     kmp_contact_lead *lead;
     int parameter_count;
-    kmp_steady *hold; /* what leads or moves on */
+    kmp_steady *hold; /* coordinates with swept or steady values */
     int hold_count;
     bool has_law;
     kempe_creep_law law;
@@ -41,13 +41,13 @@ struct kempe_contact_table {
     double cpu_s;
 };
 
-/** Reads what is asked into a table that has its system: leads, holds, law, values. */
+/** Reads the options into a table that has its system: swept quantities, fixed ones, law, values. */
 kempe_status kmp_contact_ask(kempe_contact_table *table, const kempe_contact_options *ask);
 
-/** The place of a coordinate among those held; -1: it is not. */
+/** The index of a coordinate among the fixed ones; -1: it is not fixed. */
 int kmp_contact_hold_of(const kempe_contact_table *table, int coordinate);
 
-/** A patch from the KMP_CONTACT_SHOWN values that the wheel's output has of a zone; its radius from the profile. */
+/** A patch from the KMP_CONTACT_SHOWN values of the wheel's output in a zone; its radius from the profile. */
 void kmp_contact_patch(const kempe_contact_table *table, int wheel, const double *shown, kempe_contact_patch *patch);
 
 #endif

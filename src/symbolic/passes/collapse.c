@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A sum is laid out as monomials, factors in order of their numbers. The partner that a rule needs is sought by its
- * factors; every rule takes a term away, so that it ends. Squares go first: they leave less to do. */
+/* A sum is expanded to monomials, factors in order of their numbers. The partner that a rule needs is found by its
+ * factors; every rule removes a term, so that the pass ends. Squares are first: they leave less work. */
 #include "symbolic/passes/collapse.h"
 #include "symbolic/passes/rewrite.h"
 #include "symbolic/program/cost.h"

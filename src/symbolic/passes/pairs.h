@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Common parts of sums and of products, independent of the order in which they were written: with a + b + c and d + a +
+/* Common parts of sums and of products, independent of the order in which they were written. With a + b + c and d + a +
  * c, a + c is made once. */
 #ifndef KMP_SYMBOLIC_PAIRS_H
 #define KMP_SYMBOLIC_PAIRS_H

@@ -44,7 +44,7 @@ void kmp_interpreter_set(kmp_interpreter *it, kmp_input_kind kind, const double 
             it->v[p->constant_count + k] = values[p->input[k].index];
 }
 
-/* With its sign: the highest bit turned. */
+/* The value of an operand with its sign, by inversion of the highest bit. */
 static inline double operand(const double *v, uint32_t operand_)
 {
     uint64_t bits;

@@ -6,8 +6,8 @@
 
 #include "symbolic/graph.h"
 
-/** Sets mark[id] = value for every node that the outputs reach and that is not marked yet; an already marked node is
- *  not looked into. mark has kmp_graph_count entries. */
+/** Sets mark[id] = value for every node that the outputs reach and that is not marked yet; marked nodes are not
+ * searched again. mark has kmp_graph_count entries. */
 void kmp_live_mark(const kmp_graph *g, int count, const kmp_ref *outputs, uint8_t *mark, uint8_t value);
 
 #endif

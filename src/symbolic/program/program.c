@@ -83,7 +83,7 @@ static bool allocate(kmp_program *p, uint32_t nodes, int output_count)
     return p->code && p->outputs && p->output && p->instruction && p->constant && p->input;
 }
 
-/* Copies the blocks that occur, numbered as they come. */
+/* Copies the blocks in use, numbered in their order. */
 static bool take_blocks(const kmp_graph *g, kmp_program *p)
 {
     int blocks = 0, *number;
@@ -104,7 +104,7 @@ static bool take_blocks(const kmp_graph *g, kmp_program *p)
     return ok;
 }
 
-/* Copies the tables that occur, numbered as they come. */
+/* Copies the tables in use, numbered in their order. */
 static bool take_tables(const kmp_graph *g, kmp_program *p)
 {
     for (int i = 0; i < p->code[p->stages]; i++) {

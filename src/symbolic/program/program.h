@@ -37,12 +37,12 @@ typedef struct kmp_counts {
     long paper, robotran;
 } kmp_counts;
 
-/** An implicit block. Stage 1 of its program gives the first guess of the unknowns q from the arguments p, the last
- * stage residuals and their derivatives with respect to the unknowns, row by row. With candidates of unknown 0 a stage
- * between them computes the merit by which the first guess is chosen, and guesses may depend on q[0]. With one unknown
- * the last stage gives the merit's derivative too. A block of averages solves nothing (implicit.h). Stage 1 of its
- * program is the exponent at the place q[0] and the exponent that is needed, stage 2 the averaged expressions there,
- * and candidates are the places. */
+/** An implicit block. Stage 1 of its program gives the first guess of the unknowns q from the arguments p. The last
+ * stage gives residuals and their derivatives with respect to the unknowns, row by row. With candidates of unknown 0 a
+ * stage between them computes the merit by which the first guess is chosen, and guesses may depend on q[0]. With one
+ * unknown the last stage gives the merit's derivative too. A block of averages solves nothing (implicit.h). Stage 1 of
+ * its program is the exponent at the place q[0] and the exponent that is needed, stage 2 the averaged expressions
+ * there, and candidates are the places. */
 typedef struct kmp_program_block {
     int unknowns, arguments;
     bool linear;       /* the equations are linear in the unknowns */

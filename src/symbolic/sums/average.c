@@ -253,7 +253,7 @@ static KMP_INTO_CLONES double sum_of(const kmp_four *x)
     return ((*x)[0] + (*x)[1]) + ((*x)[2] + (*x)[3]);
 }
 
-/* By fours: all places of the groups that count. */
+/* Loops over all places of the groups that count, in fours. */
 #define EACH(a, at)                                                                                                    \
     for (size_t group = 0; group < (a)->count; group++)                                                                \
         for (size_t at = (a)->first[group], end = at + LANES; at < end; at += KMP_FOUR)

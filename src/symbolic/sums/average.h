@@ -24,7 +24,7 @@ void kmp_average_room_free(kmp_average *average);
 
 /** The components for these arguments. No allocation. */
 void kmp_average_run(kmp_average *average, const double *arguments);
-/** As they were last computed. */
+/** The values of the last computation. */
 const double *kmp_average_values(const kmp_average *average);
 
 #endif

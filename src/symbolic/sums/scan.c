@@ -199,7 +199,7 @@ KMP_CLONES static void run_steps(const kmp_program *p, const step *s, const step
         }
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
+/* -- construction ------------------------------------------------------------------------------------ */
 
 static need need_of_input(const kmp_program_input *input)
 {
@@ -398,7 +398,7 @@ void kmp_scan_free(kmp_scan *s)
     kmp_free(s);
 }
 
-/* -- running it -------------------------------------------------------------------------------------- */
+/* -- run --------------------------------------------------------------------------------------------- */
 
 void kmp_scan_set(kmp_scan *s, const double *arguments)
 {

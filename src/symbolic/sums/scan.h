@@ -28,9 +28,9 @@ static inline const double *kmp_scan_at(const kmp_scan_row *row, size_t place)
 kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place);
 void kmp_scan_free(kmp_scan *scan);
 
-/** kmp_scan_set: sets the arguments. The others run a stage (1, 2) of the block's program in these groups of eight,
- * which begin at place first[0] and so on, and read output k of the stage there. The stage before must have run in
- * them. No allocation. */
+/** kmp_scan_set: sets the arguments. The others run a stage (1, 2) of the block's program in these groups of eight, and
+ * read output k of the stage there. Groups begin at place first[0] and so on. The stage before must have run in them.
+ * No allocation. */
 void kmp_scan_set(kmp_scan *scan, const double *arguments);
 void kmp_scan_groups(kmp_scan *scan, int stage, size_t count, const size_t *first);
 kmp_scan_row kmp_scan_output(const kmp_scan *scan, int stage, int k);
