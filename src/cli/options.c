@@ -52,9 +52,9 @@ typedef struct option {
 #define BACKENDS   "evaluator of the equations: native machine code (default), or tape, an interpreter"
 
 static const option options[] = {
-    {CLI_ALL, IN_MODEL, "set", 0, OPTION_SETTING, 0, "NAME=VALUE",
+    {CLI_ALL & ~CLI_NEW, IN_MODEL, "set", 0, OPTION_SETTING, 0, "NAME=VALUE",
      "set a parameter of the model to another value; may be repeated"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT), IN_MODEL, "closure-tolerance", 0, OPTION_TEXT,
+    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance", 0, OPTION_TEXT,
      AT(closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
     {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW, IN_MODEL, "algorithm", 0, OPTION_TEXT, AT(algorithm), "NAME",
@@ -503,9 +503,9 @@ static void print_option(const option *o, FILE *out)
     char left[40];
     snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
     if (o->letter)
-        fprintf(out, "  -%c, %-21s%s\n", o->letter, left, o->help);
+        fprintf(out, "  -%c, %-25s%s\n", o->letter, left, o->help);
     else
-        fprintf(out, "      %-21s%s\n", left, o->help);
+        fprintf(out, "      %-25s%s\n", left, o->help);
 }
 
 static void print_group(unsigned command, option_group group, FILE *out)
