@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Andrews' squeezing mechanism on the reduced formulation beside the same algorithm written by hand
- * (andrews_by_hand.h), in one process and by turns: a right-hand side, whole runs to a given error, and the time of
+ * (andrews_by_hand.h), in one process, alternately: a right-hand side, whole runs to a given error, and the time of
  * building the model. Exit code 1: a bar is missed.
  *
  * The time to an error is read off a straight line through many tolerances, log of time over log of error, so that the

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A right-hand side of the reduced formulation by M, C and Cholesky factors, and by articulated bodies: chains and
- * binary trees of N joints about x, y and z by turns, all masses and levers given, and mechanisms with loops.
+ * binary trees of N joints about x, y and z alternately, all masses and levers given, and mechanisms with loops.
  * Operations + - * / of the program and of what is solved with its values; microseconds, the least of some runs taken
- * by turns; what auto takes.
+ * alternately; the choice of auto.
  *
  *     articulated [LARGEST N, 400 if absent [MODEL ...]]
  */

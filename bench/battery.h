@@ -19,7 +19,7 @@
 #define M_PI 3.14159265358979323846
 #endif
 
-/* What a case must come to on every formulation. */
+/* The expected result of a case on every formulation. */
 typedef enum hard_end { HARD_RUNS, HARD_STOPS } hard_end;
 
 #define HARD_ANY HUGE_VAL

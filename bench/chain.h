@@ -31,7 +31,7 @@ static inline void chain_put(kmp_text *t, const char *name, int n, bool unequal)
 }
 
 /* The model upright, at 1 rad/s, to be freed with kmp_free. Apart: the guesses of the start are off by up to so many
- * degrees, by turns, and nothing moves. */
+ * degrees, alternately, and nothing moves. */
 static inline char *chain_text(int n, bool unequal, double apart)
 {
     kmp_text t = {0};

@@ -8,7 +8,7 @@
 
 #include "base/memory.h"
 #include "bench.h"
-#include "generate/levels.h"
+#include "generate/languages/levels.h"
 #include "symbolic/program/live.h"
 #include <kempe/generate.h>
 #include <string.h>
@@ -212,7 +212,7 @@ static kempe_model *read_text(const char *text)
     return model;
 }
 
-/* Nine bodies one behind the other, about x and y by turns. */
+/* Nine bodies one behind the other, about x and y alternately. */
 static kempe_model *chain(const char *offset, const char *com)
 {
     kmp_text t = {0};

@@ -66,7 +66,7 @@ static void disarm(void)
     (void)timer_settime(at.timer, 0, &never, NULL);
 }
 
-/* -- what is led through here ------------------------------------------------------------------------------ */
+/* -- programs that are timed ----------------------------------------------------------------------------- */
 
 #define REAL(name) __real_##name
 #define OURS(name) __wrap_##name

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Chains of N loops, 10 s at rtol 1e-8 by the default formulation: what reading, deriving and preparing cost, and
- * integrating with change points ignored and led through; and how each grows from N = 100 on, as the exponent of N.
+ * integrating with change points ignored and crossed; and how each grows from N = 100 on, as the exponent of N.
  * Seconds are the least of some runs.
  *
  *     windows [LARGEST N, 1000 if absent]
@@ -140,7 +140,7 @@ int main(int argc, char **argv)
     for (size_t kind = 0; kind < sizeof kinds / sizeof *kinds; kind++) {
         double n[SIZES], costs[COSTS][SIZES];
         int count = 0;
-        printf("%s%s\n%13s | %-26s | %-29s | led through\n", kind ? "\n" : "", kinds[kind].title, "", "ms",
+        printf("%s%s\n%13s | %-26s | %-29s | crossed\n", kind ? "\n" : "", kinds[kind].title, "", "ms",
                "change points ignored");
         printf("%6s %6s | %8s %8s %8s", "N", "coord.", "read", "derive", "prepare");
         for (int led = 0; led < 2; led++)

@@ -3,7 +3,7 @@
 #include "output/values.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "model/tables/ranges.h"
+#include "model/expressions/ranges.h"
 #include "model/variant.h"
 #include <kempe/ensemble.h>
 #include <limits.h>

@@ -2,7 +2,7 @@
 /* Octave and MATLAB: a function file for each routine, NAME_SET.m, one more for its parameters, and NAME_model.m with
  * the names. Square roots and logarithms of negative numbers are complex in these languages; here they are NaN. */
 #include "generate/banner.h"
-#include "generate/levels.h"
+#include "generate/languages/levels.h"
 #include "generate/scalar.h"
 #include "symbolic/table.h"
 #include <string.h>

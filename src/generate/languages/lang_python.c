@@ -4,7 +4,7 @@
  * generated code gives IEEE's infinity or NaN. A choice between two values may have such a result in the value that is
  * not chosen. */
 #include "generate/banner.h"
-#include "generate/levels.h"
+#include "generate/languages/levels.h"
 #include "generate/scalar.h"
 #include "symbolic/table.h"
 #include <string.h>

@@ -3,10 +3,10 @@
 #include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
+#include "model/expressions/ranges.h"
 #include "model/tables/asked.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
-#include "model/tables/ranges.h"
 #include <string.h>
 
 /* -- released quantities ----------------------------------------------------------------------------- */

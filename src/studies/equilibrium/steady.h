@@ -3,8 +3,8 @@
 #ifndef KMP_STUDIES_EQUILIBRIUM_STEADY_H
 #define KMP_STUDIES_EQUILIBRIUM_STEADY_H
 
+#include "model/expressions/ranges.h"
 #include "model/model.h"
-#include "model/tables/ranges.h"
 
 typedef enum kmp_steady_how {
     KMP_RATE_GIVEN, /* and R = 0 along it */

@@ -4,8 +4,8 @@
 #include "studies/kinematics/sweep_options.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "model/expressions/ranges.h"
 #include "model/tables/nearest.h"
-#include "model/tables/ranges.h"
 #include <kempe/kinematics.h>
 #include <math.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
 #include "studies/response/response.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "model/tables/ranges.h"
+#include "model/expressions/ranges.h"
 #include <kempe/response.h>
 #include <math.h>
 #include <string.h>

@@ -3,8 +3,8 @@
 #ifndef KMP_STUDIES_WHEEL_CONTACT_CONTACT_SWEEP_H
 #define KMP_STUDIES_WHEEL_CONTACT_CONTACT_SWEEP_H
 
+#include "model/expressions/ranges.h"
 #include "model/rail/wheels.h"
-#include "model/tables/ranges.h"
 #include "model/variant.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/contact.h>

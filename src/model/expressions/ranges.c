@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "model/tables/ranges.h"
+#include "model/expressions/ranges.h"
 #include "base/memory.h"
 #include "model/expressions/dimension.h"
 #include <ctype.h>

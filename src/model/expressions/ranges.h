@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Ranges of named quantities as users write them: "crank=0.28:0.32", "A=-30 deg:30 deg:61", "k=2 kN/m". */
-#ifndef KMP_MODEL_TABLES_RANGES_H
-#define KMP_MODEL_TABLES_RANGES_H
+#ifndef KMP_MODEL_EXPRESSIONS_RANGES_H
+#define KMP_MODEL_EXPRESSIONS_RANGES_H
 
 #include "base/context.h"
 #include "model/expressions/dimension.h"

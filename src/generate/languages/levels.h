@@ -5,8 +5,8 @@
  * Sums and products are one kind, c + s a b with s = 1 or -1: x + y is x + 1 y 1, and a product that only one sum reads
  * is part of it. All values are in one vector: the numbers, beginning with 0 and 1, then the arguments, then results.
  */
-#ifndef KMP_GENERATE_LEVELS_H
-#define KMP_GENERATE_LEVELS_H
+#ifndef KMP_GENERATE_LANGUAGES_LEVELS_H
+#define KMP_GENERATE_LANGUAGES_LEVELS_H
 
 #include "generate/source.h"
 

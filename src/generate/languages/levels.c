@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Instructions are sorted by step index (Fisette and Samin 1996, section 3.2), then by kind of operation. Products with
  * a single reader become part of the reader's sum. */
-#include "generate/levels.h"
+#include "generate/languages/levels.h"
 #include "base/memory.h"
 #include <stdlib.h>
 #include <string.h>
