@@ -22,6 +22,7 @@
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
 #include <kempe/stepper.h>
+#include <kempe/table.h>
 #include <kempe/workspace.h>
 #include <limits.h>
 #include <stdio.h>
@@ -114,6 +115,7 @@ SOME(kempe_response, kempe_response_new, some_kempe_system(0), &push)
 SOME(kempe_modes, kempe_modes_new, some_kempe_system(0), &from_start)
 SOME(kempe_sensitivity, kempe_sensitivity_new, some_kempe_model(0), &by_crank)
 SOME(kempe_gradient, kempe_gradient_new, some_kempe_model(0), &of_base)
+SOME(kempe_table, kempe_inverse_table, some_kempe_inverse(0), "rows")
 SOME(kempe_workspace, kempe_workspace_new, some_kempe_system(0))
 SOME(kempe_count, kempe_count_new, some_kempe_model(0), NULL)
 SOME(kempe_code, kempe_code_new, some_kempe_model(0), NULL)

@@ -12,7 +12,7 @@
 #ifndef KEMPE_INVERSE_H
 #define KEMPE_INVERSE_H
 
-#include <kempe/kempe.h>
+#include <kempe/table.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -73,9 +73,9 @@ KEMPE_API const double *kempe_inverse_lambda(const kempe_inverse *inverse, int r
 
 KEMPE_API kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_format format, char **text);
 
-/** Writes a CSV file, whole or not at all: t, tau.NAME and power.NAME of the actuators, q, qd, qdd, lambda.CLOSURE.k,
- * reaction.LOOP.x .. and moment.LOOP.x ... */
-KEMPE_API kempe_status kempe_inverse_write_csv(const kempe_inverse *inverse, const char *path);
+/** The table "rows": t, tau.NAME and power.NAME of the actuators, q, qd, qdd, lambda.CLOSURE.k, reaction.LOOP.x .. and
+ * moment.LOOP.x ... Free it with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
+KEMPE_API kempe_status kempe_inverse_table(const kempe_inverse *inverse, const char *name, kempe_table **table);
 
 #ifdef __cplusplus
 }

@@ -13,6 +13,7 @@
  *
  *     check.h         mobility, redundancy, the assembled state; branches.h: assembly modes
  *     settings.h      models with other parameters, tolerances and algorithms; build.h: models made in code
+ *     table.h         results of all studies as tables: read by name, printed, written as CSV, JSON, NPZ
  *     stepper.h       a run advanced step by step; extend.h: user-defined forces
  *     workspace.h     M, C, h, J at a given state; forward and inverse dynamics
  *     compare.h       many formulations and tolerances against a reference

@@ -169,6 +169,14 @@ kempe_status cli_tell_written(const cli_job *j, kempe_status written)
     return written;
 }
 
+kempe_status cli_write_table(const cli_job *j, kempe_status made, kempe_table **table)
+{
+    kempe_status status = made == KEMPE_OK ? kempe_table_write(*table, j->settings->output) : made;
+    kempe_table_free(*table);
+    *table = NULL;
+    return cli_tell_written(j, status);
+}
+
 /* Writes a trajectory; the file name's ending selects the format. */
 kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char *path)
 {

@@ -5,6 +5,7 @@
 #define KEMPE_CLI_COMMAND_H
 
 #include "options.h"
+#include <kempe/table.h>
 
 /** Exit codes: a promise to scripts. */
 enum {
@@ -53,6 +54,9 @@ kempe_status cli_worse(kempe_status computed, kempe_status told);
 
 /** Reports a file that could not be written; returns `written`. */
 kempe_status cli_tell_written(const cli_job *j, kempe_status written);
+
+/** Writes a table where the output option says, and frees it; `made` is the status of the function that gave it. */
+kempe_status cli_write_table(const cli_job *j, kempe_status made, kempe_table **table);
 
 /** A trajectory as CSV, or as .npz by the name's ending. */
 kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char *path);

@@ -202,15 +202,20 @@ static void slider_crank_by_hand(void)
 {
     loaded m = load("examples/driven_slider_crank/driven_slider_crank.yaml");
     kempe_inverse *r = invert(&m, NULL, KEMPE_OK);
-    char path[] = "/tmp/kempe_inverse_XXXXXX";
+    kempe_table *rows = NULL;
+    char name[] = "/tmp/kempe_inverse_XXXXXX", path[sizeof name + 4];
     for (int row = 0; r && row < kempe_inverse_row_count(r); row++) {
         slider_crank x = closed_form(kempe_inverse_q(r, row)[0], kempe_inverse_qd(r, row)[0]);
         CHECK_NEAR(kempe_inverse_tau(r, row)[0], x.torque, 2e-13);
         CHECK_NEAR(kempe_inverse_lambda(r, row)[0], x.push, 1e-12);
         CHECK_NEAR(kempe_inverse_power(r, row)[0], x.torque * 2 * M_PI, 1e-12);
     }
-    write_text(&m, path, "");
-    CHECK(r && kempe_inverse_write_csv(r, path) == KEMPE_OK);
+    write_text(&m, name, "");
+    snprintf(path, sizeof path, "%s.csv", name);
+    CHECK(r && kempe_inverse_table(r, "rows", &rows) == KEMPE_OK && kempe_table_write(rows, path) == KEMPE_OK);
+    CHECK_TEXT(kempe_table_unit(rows, kempe_table_find(rows, "tau.crank")), "N m");
+    CHECK(kempe_inverse_table(r, "columns", &rows) == KEMPE_E_ARGUMENT);
+    kempe_table_free(rows);
     kempe_inverse_free(r);
     /* its own table is a motion again */
     r = invert(&m, &(kempe_inverse_options){.motion = path}, KEMPE_OK);
@@ -218,6 +223,7 @@ static void slider_crank_by_hand(void)
         CHECK_NEAR(kempe_inverse_tau(r, row)[0],
                    closed_form(kempe_inverse_q(r, row)[0], kempe_inverse_qd(r, row)[0]).torque, 2e-13);
     unlink(path);
+    unlink(name);
     kempe_inverse_free(r);
     unload(&m);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "cli/command.h"
 #include <kempe/inverse.h>
+#include <kempe/table.h>
 
 static kempe_status print_inverse(const void *object, kempe_format format, char **text)
 {
@@ -20,8 +21,9 @@ static kempe_status inverse(const cli_job *j)
     cli_tell_failure(j, status, result != NULL);
     if (result) {
         status = cli_worse(status, cli_report(j, print_inverse, result));
+        kempe_table *rows = NULL;
         if (j->settings->output)
-            status = cli_worse(status, cli_tell_written(j, kempe_inverse_write_csv(result, j->settings->output)));
+            status = cli_worse(status, cli_write_table(j, kempe_inverse_table(result, "rows", &rows), &rows));
     }
     kempe_inverse_free(result);
     return status;

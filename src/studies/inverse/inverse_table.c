@@ -1,30 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Inverse dynamics as CSV: a comment with the units, the names, the rows. One traversal writes each of them. */
-#include "base/context.h"
-#include "base/file.h"
+/* Inverse dynamics as a table. One traversal makes the columns and then each row. */
+#include "output/result_table.h"
 #include "studies/inverse/inverse.h"
 #include <kempe/inverse.h>
-#include <math.h>
-
-typedef enum part { UNITS, NAMES, ROW } part;
+#include <string.h>
 
 typedef struct writer {
-    kmp_text *text;
+    kempe_table *table;
     const kempe_inverse *r;
-    part part;
+    bool columns; /* this traversal makes the columns */
     size_t row;
-    int cells;
 } writer;
 
 static void put(writer *w, const char *unit, double value, const char *prefix, const char *name, const char *after)
 {
-    kmp_text_put(w->text, w->cells++ ? "," : w->part == UNITS ? "# units: " : "");
-    if (w->part == UNITS)
-        kmp_text_put(w->text, unit);
-    else if (w->part == NAMES)
-        kmp_text_printf(w->text, "%s%s%s", prefix, name, after);
-    else if (isfinite(value))
-        kmp_text_number(w->text, value);
+    if (w->columns)
+        kmp_tabulate_column(w->table, unit, "%s%s%s", prefix, name, after);
+    else
+        kmp_tabulate_number(w->table, value);
 }
 
 static void put_state(writer *w, const char *prefix, const double *values, const char *const unit[2])
@@ -71,12 +64,11 @@ static void put_reactions(writer *w, bool moment)
                 moment ? "moment." : "reaction.", r->system->model->closures[r->loop[l]].name, axis[k]);
 }
 
-static void put_line(writer *w)
+static void put_row(writer *w)
 {
     static const char *const efforts[] = {"N m", "N"}, *const powers[] = {"W", "W"};
     static const char *const state[3][2] = {{"rad", "m"}, {"rad/s", "m/s"}, {"rad/s^2", "m/s^2"}};
     const kempe_inverse *r = w->r;
-    w->cells = 0;
     put(w, "s", r->t[w->row], "t", "", "");
     put_actuators(w, "tau.", r->tau, efforts);
     put_actuators(w, "power.", r->power, powers);
@@ -86,20 +78,23 @@ static void put_line(writer *w)
     put_multipliers(w);
     put_reactions(w, false);
     put_reactions(w, true);
-    kmp_text_put(w->text, "\n");
 }
 
-kempe_status kempe_inverse_write_csv(const kempe_inverse *inverse, const char *path)
+kempe_status kempe_inverse_table(const kempe_inverse *inverse, const char *name, kempe_table **table)
 {
     KMP_WANTED(NULL, inverse, "inverse");
-    KMP_WANTED(inverse->system->context, path, "path");
     kempe_context *context = inverse->system->context;
-    kmp_text text = {0};
-    writer w = {.text = &text, .r = inverse};
+    KMP_WANTED(context, name, "name");
+    KMP_WANTED(context, table, "table");
     kmp_context_clear(context);
-    for (w.part = UNITS; w.part < ROW; w.part++)
-        put_line(&w);
-    for (w.row = 0; w.row < (size_t)inverse->rows; w.row++)
-        put_line(&w);
-    return kmp_file_write(context, path, &text);
+    if (strcmp(name, "rows") != 0)
+        return kmp_tabulate_unknown(context, name, "rows");
+    writer w = {.table = kmp_tabulate(context, name), .r = inverse, .columns = true};
+    put_row(&w);
+    w.columns = false;
+    for (; w.row < (size_t)inverse->rows; w.row++) {
+        kmp_tabulate_row(w.table);
+        put_row(&w);
+    }
+    return kmp_tabulate_finish(context, w.table, table);
 }

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/**
+ * Results as tables: columns with a name and a unit, rows of numbers or words. Every study gives its results so, each
+ * table by a name that the study's header lists:
+ *
+ *     kempe_table *table;
+ *     kempe_kinematics_table(sweep, "rows", &table);
+ *     int crank = kempe_table_find(table, "q.crank");
+ *     for (int row = 0; row < kempe_table_row_count(table); row++)
+ *         show(kempe_table_number(table, row, crank));
+ *     kempe_table_write(table, "sweep.csv");
+ *     kempe_table_free(table);
+ */
+#ifndef KEMPE_TABLE_H
+#define KEMPE_TABLE_H
+
+#include <kempe/kempe.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A table is a copy: it stays when the result that gave it is freed. The context must outlive it. */
+typedef struct kempe_table kempe_table;
+KEMPE_API void kempe_table_free(kempe_table *table);
+
+KEMPE_API const char *kempe_table_name(const kempe_table *table);
+KEMPE_API int kempe_table_row_count(const kempe_table *table);
+KEMPE_API int kempe_table_column_count(const kempe_table *table);
+
+/** Name and unit of a column; the unit is "" for a pure number and for words. Owned by the table. */
+KEMPE_API const char *kempe_table_column_name(const kempe_table *table, int column);
+KEMPE_API const char *kempe_table_unit(const kempe_table *table, int column);
+
+/** The first column of a name; -1: there is none. */
+KEMPE_API int kempe_table_find(const kempe_table *table, const char *name);
+
+/** One cell: NaN where it is a word or unknown; "" where it is a number. Owned by the table. */
+KEMPE_API double kempe_table_number(const kempe_table *table, int row, int column);
+KEMPE_API const char *kempe_table_word(const kempe_table *table, int row, int column);
+
+/** All rows of a column of numbers, owned by the table; NULL for a column of words. */
+KEMPE_API const double *kempe_table_values(const kempe_table *table, int column);
+
+/** Aligned columns as text, or JSON: {"name", "columns": [..], "units": [..], "data": [[row], ..]}. Free the text with
+ * kempe_text_free. */
+KEMPE_API kempe_status kempe_table_print(const kempe_table *table, kempe_format format, char **text);
+
+/** Writes a file, whole or not at all, in the format of its ending: .csv (names, rows; empty cells are unknown), .json
+ * (as above), .npz (arrays `names`, `units` and `values`, rows x columns, of the columns of numbers, and an array of
+ * text for each column of words). KEMPE_E_ARGUMENT: another ending. */
+KEMPE_API kempe_status kempe_table_write(const kempe_table *table, const char *path);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

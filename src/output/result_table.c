@@ -1,0 +1,399 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "output/result_table.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "output/npz.h"
+#include "output/print.h"
+#include <math.h>
+#include <string.h>
+
+/* One of the two arrays holds the cells. */
+typedef struct table_column {
+    char *name, *unit; /* unit NULL: words */
+    double *number;
+    char **word;
+} table_column;
+
+static char unknown_word[] = "";
+
+struct kempe_table {
+    kempe_context *context;
+    kmp_arena arena; /* names and words */
+    const char *name;
+    int columns, column_room, rows, row_room, next; /* next: cell of the last row */
+    bool failed;
+    table_column *column;
+};
+
+/* -- construction ------------------------------------------------------------------------------------ */
+
+kempe_table *kmp_tabulate(kempe_context *context, const char *name)
+{
+    kempe_table *t = KMP_NEW(kempe_table, 1);
+    if (t) {
+        t->context = context;
+        t->name = kmp_arena_strdup(&t->arena, name);
+    }
+    return t;
+}
+
+void kempe_table_free(kempe_table *table)
+{
+    if (!table)
+        return;
+    for (int c = 0; c < table->columns; c++) {
+        kmp_free(table->column[c].number);
+        kmp_free(table->column[c].word);
+    }
+    kmp_free(table->column);
+    kmp_arena_free(&table->arena);
+    kmp_free(table);
+}
+
+static bool is_usable(kempe_table *t)
+{
+    return t && !t->failed && !t->arena.failed;
+}
+
+void kmp_tabulate_column(kempe_table *table, const char *unit, const char *format, ...)
+{
+    if (!is_usable(table))
+        return;
+    if (table->columns == table->column_room) {
+        int room = 2 * table->column_room + 8;
+        table_column *column = kmp_realloc(table->column, (size_t)room, sizeof *column);
+        table->failed = !column;
+        if (!column)
+            return;
+        table->column = column;
+        table->column_room = room;
+    }
+    kmp_text name = {0};
+    va_list arguments;
+    va_start(arguments, format);
+    kmp_text_vprintf(&name, format, arguments);
+    va_end(arguments);
+    table->column[table->columns++] = (table_column){
+        .name = kmp_arena_strdup(&table->arena, name.s ? name.s : ""),
+        .unit = unit ? kmp_arena_strdup(&table->arena, unit) : NULL,
+    };
+    table->failed = name.failed;
+    kmp_text_free(&name);
+}
+
+static bool grow(kempe_table *t)
+{
+    int room = 2 * t->row_room + 16;
+    for (int c = 0; c < t->columns; c++) {
+        table_column *column = &t->column[c];
+        void *old = column->unit ? (void *)column->number : (void *)column->word;
+        void *cells = kmp_realloc(old, (size_t)room, column->unit ? sizeof(double) : sizeof(char *));
+        if (!cells)
+            return false;
+        column->number = column->unit ? cells : NULL;
+        column->word = column->unit ? NULL : cells;
+    }
+    t->row_room = room;
+    return true;
+}
+
+void kmp_tabulate_row(kempe_table *table)
+{
+    if (!is_usable(table))
+        return;
+    table->failed = table->rows == table->row_room && !grow(table);
+    if (table->failed)
+        return;
+    for (int c = 0; c < table->columns; c++)
+        if (table->column[c].number)
+            table->column[c].number[table->rows] = NAN;
+        else
+            table->column[c].word[table->rows] = unknown_word;
+    table->rows++;
+    table->next = 0;
+}
+
+/* The column of the next cell; NULL: the table has failed, or the row is full. */
+static table_column *next_cell(kempe_table *t)
+{
+    return is_usable(t) && t->next < t->columns ? &t->column[t->next++] : NULL;
+}
+
+void kmp_tabulate_number(kempe_table *table, double x)
+{
+    table_column *column = next_cell(table);
+    if (column && column->number)
+        column->number[table->rows - 1] = x;
+}
+
+void kmp_tabulate_numbers(kempe_table *table, int count, const double *x)
+{
+    for (int k = 0; k < count; k++)
+        kmp_tabulate_number(table, x[k]);
+}
+
+void kmp_tabulate_word(kempe_table *table, const char *word)
+{
+    table_column *column = next_cell(table);
+    if (column && column->word)
+        column->word[table->rows - 1] = kmp_arena_strdup(&table->arena, word);
+}
+
+kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kempe_table **out)
+{
+    if (is_usable(table)) {
+        *out = table;
+        return KEMPE_OK;
+    }
+    kempe_table_free(table);
+    return kmp_fail_memory(context);
+}
+
+kempe_status kmp_tabulate_unknown(kempe_context *context, const char *name, const char *names)
+{
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "there is no table '%s'; the tables are %s", name, names);
+}
+
+/* -- reading ----------------------------------------------------------------------------------------- */
+
+const char *kempe_table_name(const kempe_table *table)
+{
+    KMP_GIVEN(table, "");
+    return table->name;
+}
+
+int kempe_table_row_count(const kempe_table *table)
+{
+    KMP_GIVEN(table, 0);
+    return table->rows;
+}
+
+int kempe_table_column_count(const kempe_table *table)
+{
+    KMP_GIVEN(table, 0);
+    return table->columns;
+}
+
+static const table_column *column_of(const kempe_table *table, int column)
+{
+    return table && column >= 0 && column < table->columns ? &table->column[column] : NULL;
+}
+
+const char *kempe_table_column_name(const kempe_table *table, int column)
+{
+    const table_column *c = column_of(table, column);
+    return c ? c->name : "";
+}
+
+const char *kempe_table_unit(const kempe_table *table, int column)
+{
+    const table_column *c = column_of(table, column);
+    return c && c->unit ? c->unit : "";
+}
+
+int kempe_table_find(const kempe_table *table, const char *name)
+{
+    KMP_GIVEN(table && name, -1);
+    for (int c = 0; c < table->columns; c++)
+        if (strcmp(table->column[c].name, name) == 0)
+            return c;
+    return -1;
+}
+
+const double *kempe_table_values(const kempe_table *table, int column)
+{
+    const table_column *c = column_of(table, column);
+    return c ? c->number : NULL;
+}
+
+double kempe_table_number(const kempe_table *table, int row, int column)
+{
+    const double *values = kempe_table_values(table, column);
+    return values && row >= 0 && row < table->rows ? values[row] : NAN;
+}
+
+const char *kempe_table_word(const kempe_table *table, int row, int column)
+{
+    const table_column *c = column_of(table, column);
+    return c && c->word && row >= 0 && row < table->rows ? c->word[row] : "";
+}
+
+/* -- CSV --------------------------------------------------------------------------------------------- */
+
+static bool has_units(const kempe_table *t)
+{
+    for (int c = 0; c < t->columns; c++)
+        if (*kempe_table_unit(t, c))
+            return true;
+    return false;
+}
+
+/* RFC 4180: in quotes where a comma, a quote or a line break is inside. */
+static void csv_word(kmp_text *text, const char *word)
+{
+    if (!strpbrk(word, ",\"\n")) {
+        kmp_text_put(text, word);
+        return;
+    }
+    kmp_text_put(text, "\"");
+    for (const char *s = word; *s; s++)
+        kmp_text_printf(text, "%s%c", *s == '"' ? "\"" : "", *s == '\n' ? ' ' : *s);
+    kmp_text_put(text, "\"");
+}
+
+static void csv_cell(kmp_text *text, const table_column *c, int row)
+{
+    if (c->word)
+        csv_word(text, c->word[row]);
+    else if (isfinite(c->number[row]))
+        kmp_text_number(text, c->number[row]);
+}
+
+void kmp_tabulate_csv(kmp_text *text, const kempe_table *t)
+{
+    if (has_units(t)) {
+        for (int c = 0; c < t->columns; c++)
+            kmp_text_printf(text, "%s%s", c ? "," : "# units: ", kempe_table_unit(t, c));
+        kmp_text_put(text, "\n");
+    }
+    for (int c = 0; c < t->columns; c++) {
+        kmp_text_put(text, c ? "," : "");
+        csv_word(text, t->column[c].name);
+    }
+    kmp_text_put(text, "\n");
+    for (int row = 0; row < t->rows; row++) {
+        for (int c = 0; c < t->columns; c++) {
+            kmp_text_put(text, c ? "," : "");
+            csv_cell(text, &t->column[c], row);
+        }
+        kmp_text_put(text, "\n");
+    }
+}
+
+/* -- JSON and text ----------------------------------------------------------------------------------- */
+
+static void put_json(kmp_text *text, const kempe_table *t)
+{
+    kmp_json json = kmp_json_begin(text);
+    kmp_json_object(&json, NULL);
+    kmp_json_string(&json, "name", t->name);
+    kmp_json_array(&json, "columns");
+    for (int c = 0; c < t->columns; c++)
+        kmp_json_string(&json, NULL, t->column[c].name);
+    kmp_json_end(&json);
+    kmp_json_array(&json, "units");
+    for (int c = 0; c < t->columns; c++)
+        kmp_json_string(&json, NULL, kempe_table_unit(t, c));
+    kmp_json_end(&json);
+    kmp_json_array(&json, "data");
+    for (int row = 0; row < t->rows; row++) {
+        kmp_json_array(&json, NULL);
+        for (int c = 0; c < t->columns; c++)
+            if (t->column[c].word)
+                kmp_json_string(&json, NULL, t->column[c].word[row]);
+            else
+                kmp_json_number(&json, NULL, t->column[c].number[row]);
+        kmp_json_end(&json);
+    }
+    kmp_json_end(&json);
+    kmp_json_end(&json);
+}
+
+enum { NUMBER_WIDTH = 13 };
+
+static int width_of(const table_column *c, int rows)
+{
+    size_t width = strlen(c->name);
+    for (int row = 0; c->word && row < rows; row++)
+        width = strlen(c->word[row]) > width ? strlen(c->word[row]) : width;
+    return c->number && width < NUMBER_WIDTH ? NUMBER_WIDTH : (int)width;
+}
+
+static void put_text(kmp_text *text, const kempe_table *t)
+{
+    for (int row = has_units(t) ? -2 : -1; row < t->rows; row++) {
+        for (int c = 0; c < t->columns; c++) {
+            const table_column *column = &t->column[c];
+            int width = width_of(column, t->rows);
+            kmp_text_put(text, c ? "  " : "");
+            if (row < 0)
+                kmp_text_printf(text, "%*s", column->number ? width : -width,
+                                (row == -1) == has_units(t) ? kempe_table_unit(t, c) : column->name);
+            else if (column->word)
+                kmp_text_printf(text, "%-*s", width, column->word[row]);
+            else if (isfinite(column->number[row]))
+                kmp_text_printf(text, "%*.6g", width, column->number[row]);
+            else
+                kmp_text_printf(text, "%*s", width, "-");
+        }
+        kmp_text_put(text, "\n");
+    }
+}
+
+kempe_status kempe_table_print(const kempe_table *table, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, table, "table");
+    KMP_WANTED(table->context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(table->context);
+    if (format == KEMPE_JSON)
+        put_json(&out, table);
+    else
+        put_text(&out, table);
+    return kmp_print_finish(table->context, &out, text);
+}
+
+/* -- files ------------------------------------------------------------------------------------------- */
+
+static void add_numbers(kmp_npz *npz, const kempe_table *t, int count)
+{
+    kmp_npy *values = kmp_npz_values(npz, "values", t->rows, count);
+    for (int row = 0; values && row < t->rows; row++)
+        for (int c = 0, k = 0; c < t->columns; c++)
+            if (t->column[c].number)
+                kmp_npy_put(values, (size_t)row * (size_t)count + (size_t)k++, t->column[c].number[row]);
+}
+
+static kempe_status write_npz(const kempe_table *t, const char *path)
+{
+    kmp_npz npz = {0};
+    char **name = KMP_NEW(char *, t->columns), **unit = KMP_NEW(char *, t->columns);
+    int count = 0;
+    for (int c = 0; name && unit && c < t->columns; c++)
+        if (t->column[c].unit) {
+            name[count] = t->column[c].name;
+            unit[count++] = t->column[c].unit;
+        }
+    npz.failed = !name || !unit;
+    if (!npz.failed) {
+        kmp_npz_words(&npz, "names", count, name);
+        kmp_npz_words(&npz, "units", count, unit);
+        add_numbers(&npz, t, count);
+        for (int c = 0; c < t->columns; c++)
+            if (!t->column[c].unit)
+                kmp_npz_words(&npz, t->column[c].name, t->rows, t->column[c].word);
+    }
+    kempe_status status = kmp_npz_write(t->context, &npz, path);
+    kmp_npz_free(&npz);
+    kmp_free(name);
+    kmp_free(unit);
+    return status;
+}
+
+kempe_status kempe_table_write(const kempe_table *table, const char *path)
+{
+    KMP_WANTED(NULL, table, "table");
+    KMP_WANTED(table->context, path, "path");
+    kmp_context_clear(table->context);
+    const char *ending = strrchr(path, '.');
+    kmp_text text = {0};
+    if (ending && strcmp(ending, ".npz") == 0)
+        return write_npz(table, path);
+    if (ending && strcmp(ending, ".csv") == 0)
+        kmp_tabulate_csv(&text, table);
+    else if (ending && strcmp(ending, ".json") == 0)
+        put_json(&text, table);
+    else
+        return kmp_fail(table->context, KEMPE_E_ARGUMENT, "%s: a table is written as .csv, .json or .npz", path);
+    return kmp_file_write(table->context, path, &text);
+}

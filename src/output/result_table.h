@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tables under construction. Running out of memory is sticky: every call after it does nothing, kmp_tabulate_finish
+ * tells. Columns come first, then rows, cell by cell:
+ *
+ *     kempe_table *t = kmp_tabulate(context, "rows");
+ *     kmp_tabulate_column(t, "s", "t");
+ *     kmp_tabulate_column(t, unit, "q.%s", name);
+ *     kmp_tabulate_row(t);
+ *     kmp_tabulate_number(t, time);
+ *     kmp_tabulate_number(t, q);
+ *     return kmp_tabulate_finish(context, t, table);
+ */
+#ifndef KMP_OUTPUT_RESULT_TABLE_H
+#define KMP_OUTPUT_RESULT_TABLE_H
+
+#include "base/context.h"
+#include "output/json.h"
+#include <kempe/table.h>
+
+/** An empty table; NULL: no memory, which the other functions accept. */
+kempe_table *kmp_tabulate(kempe_context *context, const char *name);
+
+/** A column more. A unit of NULL: words. Where no column has a unit the CSV has no line of units. */
+void kmp_tabulate_column(kempe_table *table, const char *unit, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/** A row more, whose cells are unknown. */
+void kmp_tabulate_row(kempe_table *table);
+
+/** Fills the next cell of the last row, or the next `count` cells. A number that is not finite is unknown. */
+void kmp_tabulate_number(kempe_table *table, double x);
+void kmp_tabulate_numbers(kempe_table *table, int count, const double *x);
+void kmp_tabulate_word(kempe_table *table, const char *word);
+
+/** Appends the CSV; line breaks within words become blanks. */
+void kmp_tabulate_csv(kmp_text *text, const kempe_table *table);
+
+/** Gives the table to the caller, or frees it with KEMPE_E_MEMORY. */
+kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kempe_table **out);
+
+/** KEMPE_E_ARGUMENT: a result has no table of that name; `names` lists those that it has. */
+kempe_status kmp_tabulate_unknown(kempe_context *context, const char *name, const char *names);
+
+#endif

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tables of results: what getters give, text, JSON and CSV, files by their ending, and want of memory at any place. */
+#include "base/file.h"
+#include "base/memory.h"
+#include "check.h"
+#include "output/result_table.h"
+#include <math.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+static kempe_context *context;
+
+static kempe_status make(kempe_table **table)
+{
+    kempe_table *t = kmp_tabulate(context, "runs");
+    kmp_tabulate_column(t, "s", "t");
+    kmp_tabulate_column(t, NULL, "reason");
+    kmp_tabulate_column(t, "", "q.%s", "crank");
+    for (int row = 0; row < 40; row++) {
+        kmp_tabulate_row(t);
+        kmp_tabulate_number(t, 0.25 * row);
+        kmp_tabulate_word(t, row == 1 ? "a \"lock\", here" : row == 2 ? "ok" : "");
+        if (row != 3)
+            kmp_tabulate_number(t, row == 4 ? (double)INFINITY : row);
+    }
+    return kmp_tabulate_finish(context, t, table);
+}
+
+static void cells(void)
+{
+    kempe_table *t = NULL;
+    CHECK(make(&t) == KEMPE_OK);
+    CHECK_TEXT(kempe_table_name(t), "runs");
+    CHECK(kempe_table_row_count(t) == 40 && kempe_table_column_count(t) == 3);
+    CHECK(kempe_table_find(t, "q.crank") == 2 && kempe_table_find(t, "q") == -1);
+    CHECK_TEXT(kempe_table_unit(t, 0), "s");
+    CHECK_TEXT(kempe_table_unit(t, 1), "");
+    CHECK(kempe_table_number(t, 39, 0) == 9.75 && kempe_table_values(t, 2)[39] == 39);
+    CHECK(isnan(kempe_table_number(t, 3, 2)) && isnan(kempe_table_number(t, 0, 1)));
+    CHECK(isnan(kempe_table_number(t, 40, 0)) && isnan(kempe_table_number(t, -1, 0)));
+    CHECK(!kempe_table_values(t, 1) && !kempe_table_values(t, 3));
+    CHECK_TEXT(kempe_table_word(t, 1, 1), "a \"lock\", here");
+    CHECK_TEXT(kempe_table_word(t, 1, 0), "");
+    kempe_table_free(t);
+}
+
+static char *read_back(const char *path)
+{
+    char *text = NULL;
+    size_t length;
+    CHECK(kmp_file_read(context, path, &text, &length) == KEMPE_OK);
+    return text;
+}
+
+static void printed(void)
+{
+    kempe_table *t = NULL;
+    char *text = NULL, path[] = "/tmp/kempe_table_XXXXXX.csv";
+    CHECK(make(&t) == KEMPE_OK);
+    CHECK(kempe_table_print(t, KEMPE_JSON, &text) == KEMPE_OK);
+    CHECK(text && strstr(text, "\"name\": \"runs\"") && strstr(text, "\"a \\\"lock\\\", here\""));
+    kempe_text_free(text);
+    CHECK(kempe_table_print(t, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(text && strncmp(text, "            t  reason          ", 31) == 0);
+    kempe_text_free(text);
+    close(mkstemps(path, 4));
+    CHECK(kempe_table_write(t, path) == KEMPE_OK);
+    text = read_back(path);
+    CHECK(text &&
+          strncmp(text,
+                  "# units: s,,\nt,reason,q.crank\n0,,0\n0.25,\"a \"\"lock\"\", here\",1\n0.5,ok,2\n0.75,,\n1,,\n",
+                  81) == 0);
+    kmp_free(text);
+    unlink(path);
+    CHECK(kempe_table_write(t, "/tmp/kempe_table.xls") == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_context_message(context), ".npz") != NULL);
+    kempe_table_free(t);
+}
+
+/* NumPy's own reading is tested by tests/cli.py. */
+static void zipped(void)
+{
+    kempe_table *t = NULL;
+    char path[] = "/tmp/kempe_table_XXXXXX.npz", *bytes = NULL;
+    size_t length = 0;
+    CHECK(make(&t) == KEMPE_OK);
+    close(mkstemps(path, 4));
+    CHECK(kempe_table_write(t, path) == KEMPE_OK);
+    CHECK(kmp_file_read(context, path, &bytes, &length) == KEMPE_OK && length > 40 * 2 * 8);
+    kmp_free(bytes);
+    unlink(path);
+    kempe_table_free(t);
+}
+
+static void without_memory(void)
+{
+    kempe_status status = KEMPE_E_MEMORY;
+    for (unsigned long n = 1; status == KEMPE_E_MEMORY && n < 200; n++) {
+        kempe_table *t = NULL;
+        kmp_memory_fail_at(n);
+        status = make(&t);
+        kmp_memory_fail_at(0);
+        CHECK((status == KEMPE_OK) == (t != NULL));
+        kempe_table_free(t);
+    }
+    CHECK(status == KEMPE_OK);
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    TEST(cells);
+    TEST(printed);
+    TEST(zipped);
+    TEST(without_memory);
+    kempe_context_free(context);
+    return check_report();
+}
