@@ -385,13 +385,13 @@ kempe_status kempe_table_write(const kempe_table *table, const char *path)
     KMP_WANTED(NULL, table, "table");
     KMP_WANTED(table->context, path, "path");
     kmp_context_clear(table->context);
-    const char *ending = strrchr(path, '.');
+    const char *folder = strrchr(path, '/'), *ending = strrchr(folder ? folder : path, '.');
     kmp_text text = {0};
     if (ending && strcmp(ending, ".npz") == 0)
         return write_npz(table, path);
-    if (ending && strcmp(ending, ".csv") == 0)
+    if (!ending || strcmp(ending, ".csv") == 0)
         kmp_tabulate_csv(&text, table);
-    else if (ending && strcmp(ending, ".json") == 0)
+    else if (strcmp(ending, ".json") == 0)
         put_json(&text, table);
     else
         return kmp_fail(table->context, KEMPE_E_ARGUMENT, "%s: a table is written as .csv, .json or .npz", path);
