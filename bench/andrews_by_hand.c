@@ -254,7 +254,7 @@ static double first_step(state *x, double left)
     return fmin(fmin(100 * h, pow(0.01 / fmax(sqrt(bend) / h, sqrt(slope)), 1.0 / 8)), left);
 }
 
-/* Whether the step was taken. */
+/* True if the step was taken. */
 static int step(state *x, double h, by_hand_run *run)
 {
     stages(x, h);

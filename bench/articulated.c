@@ -42,7 +42,7 @@ static char *tree_text(int n, bool binary)
     return kmp_text_take(&text);
 }
 
-/* Of one Cholesky factor and solution of k unknowns. */
+/* Operations of one Cholesky factorisation and solution with k unknowns. */
 static long cholesky(int k)
 {
     kmp_flops a = kmp_cholesky_factor_flops(k), b = kmp_cholesky_solve_flops(k);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the timed programs share: a model made ready, the processor's clock, medians. */
+/* Common parts of the timed programs: a model made ready, the processor's clock, medians. */
 #ifndef KEMPE_BENCH_H
 #define KEMPE_BENCH_H
 

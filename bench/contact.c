@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the contact of one wheel costs: operations and microseconds of one evaluation of h, J, M, C and jdqd of a wheel
+/* Cost of the contact of one wheel: operations and microseconds of one evaluation of h, J, M, C and jdqd of a wheel
  * on its carrier (x, y, z, yaw, roll, spin), by the tape and by machine code, over poses of a motion that follow each
  * other; and what each part of the contact adds to that: the carrier alone, geometry, Hertz's stiffness, the law of
  * creep. An operation is + - * / or a function; the local unknown of the contact counts by what its iteration takes in

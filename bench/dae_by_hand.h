@@ -354,7 +354,7 @@ static inline void by_hand_put_blocks(by_hand_matrix *m, const by_hand_mass *b, 
     by_hand_put(m, row + 6, col + 6, b->m66);
 }
 
-/* Of M a - f + G' lambda by q. */
+/* Derivative of M a - f + G' lambda by q. */
 static inline void by_hand_put_stiffness(by_hand_matrix *m, const by_hand_angles *n, const double *v, const double *a,
                                          const double *lambda)
 {
@@ -372,7 +372,7 @@ static inline void by_hand_put_stiffness(by_hand_matrix *m, const by_hand_angles
     by_hand_put_blocks(m, &k, m01, m34, m56, BY_HAND_N, 0);
 }
 
-/* Of the same by v, and cj times that by v'. */
+/* Derivative of that sum by v, plus cj times that by v'. */
 static inline void by_hand_put_damping(by_hand_matrix *m, const by_hand_angles *n, const double *v, double cj)
 {
     by_hand_mass b = by_hand_mass_at(n);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the accelerations of a tree cost by each formalism, by the paper's rule, + - * /: numbers of the model are
+/* Cost of the accelerations of a tree by each formalism, by the paper's rule, + - * /: numbers of the model are
  * symbols, and what depends on them alone is done once and not counted. */
 #ifndef KEMPE_BENCH_FORMALISMS_H
 #define KEMPE_BENCH_FORMALISMS_H
@@ -103,9 +103,9 @@ static inline long formalism_dense_solve(int n)
     return k * (k * k - 1) / 3 + k * (k - 1) / 2 + 2 * k * k;
 }
 
-/* The same by M = L' D L from the leaves inwards (Featherstone 2005), which fills nothing where bodies are on different
- * branches: d quotients and d (d + 1) products and differences a body with d others on its way to the ground, and 4 d
- * and one quotient to solve. */
+/* Cost of the accelerations by M = L' D L from the leaves inwards (Featherstone 2005), which fills nothing where bodies
+ * are on different branches: d quotients and d (d + 1) products and differences a body with d others on its way to the
+ * ground, and 4 d and one quotient to solve. */
 static inline long formalism_sparse_solve(tree_shape shape, int n)
 {
     long count = 0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What it costs to generate equations of large mechanisms: the trees of bench/trees.h. Each row is a process of its
+/* Cost of generating the equations of large mechanisms: the trees of bench/trees.h. Each row is a process of its
  * own, so that its peak memory (VmHWM) is that of the row, reading included. Times are of one processor.
  *
  *     growth [compiler; that of Kempe if absent]

@@ -269,7 +269,7 @@ typedef struct curve {
     double error[TOLERANCES], steps[TOLERANCES], cpu[TOLERANCES];
 } curve;
 
-/* Of y at an error, on the line of least squares through the points within two decades of it. */
+/* Value of y at an error, on the line of least squares through the points within two decades of it. */
 static double at_error(const curve *c, const double *value, double at)
 {
     double x = 0, y = 0, xx = 0, xy = 0;

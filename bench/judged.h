@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the benchmarks of solvers share: a run whose rows are held against reference digits as they come. */
+/* Common parts of the benchmarks of solvers: a run whose rows are compared with reference digits as they come. */
 #ifndef KEMPE_BENCH_JUDGED_H
 #define KEMPE_BENCH_JUDGED_H
 

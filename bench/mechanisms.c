@@ -23,7 +23,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of q at the end, relative to max(|q|, 1). */
+/* Difference of q at the end, relative to max(|q|, 1). */
 #define AGREEMENT 1e-6
 
 enum { MAX_BODIES = 24, TEXT = 1 << 16 };
@@ -297,7 +297,7 @@ static double difference(const kempe_model *model, const kempe_trajectory *a, co
     return worst;
 }
 
-/* Whether a formulation differs from itself at a hundredth of the tolerance about as much as from the other one, or
+/* True if a formulation differs from itself at a hundredth of the tolerance about as much as from the other one, or
  * does not come to the end there. */
 static bool differs_from_itself(const kempe_system *system, const kempe_model *model, const char *formulation,
                                 const kempe_trajectory *a, double d)

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The same dynamics six ways: by a plain numeric program (numeric.h), by Kempe's tape and its machine code, by the C
- * that Kempe writes, and by the classical non-recursive form, in C with the same simplifications (classical.h) and as a
- * numeric program (numeric_classical.h). Values are held together first; then all are timed in turns, and ratios are
- * medians of the ratios of a turn; the last two are those of the non-recursive form to the recursive one, in operations
- * and in time as C. Without arguments: ROBOTRAN's models in the folder KEMPE_MBS and some of Kempe's own; forces of the
- * models are left out.
+/* One mechanism's dynamics in six ways: by a plain numeric program (numeric.h), by Kempe's tape and its machine code,
+ * by the C that Kempe writes, and by the classical non-recursive form, in C with the same simplifications (classical.h)
+ * and as a numeric program (numeric_classical.h). Values are held together first; then all are timed in turns, and
+ * ratios are medians of the ratios of a turn; the last two are those of the non-recursive form to the recursive one, in
+ * operations and in time as C. Without arguments: ROBOTRAN's models in the folder KEMPE_MBS and some of Kempe's own;
+ * forces of the models are left out.
  *
  *     bench_numeric [--task 0..2] [--evaluations N] [FILE...]    with N: each N times, no times taken: to be counted */
 #include "bench/classical.h"
@@ -22,7 +22,7 @@ typedef struct state {
     double *q, *qd, *qdd;
 } state;
 
-/* What a task gives; of M the numeric program fills the lower triangle. */
+/* Results of a task; the numeric program fills the lower triangle of M. */
 typedef struct values {
     double *mass, *bias, *h, *jacobian, *jdqd;
 } values;

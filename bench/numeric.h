@@ -290,7 +290,7 @@ static inline void numeric_body(const numeric_link *l, numeric_state *s)
 
 /* -- backward ---------------------------------------------------------------------------------------- */
 
-/* What of a wrench works along the joint's motion; the wrench past the joint. */
+/* The component of a wrench that works along the joint's motion, and the wrench past the joint. */
 NUMERIC_INLINE double numeric_joint(const int x, const bool rotation, const numeric_state *s, double moment[3],
                                     double force[3])
 {
@@ -306,7 +306,7 @@ NUMERIC_INLINE double numeric_joint(const int x, const bool rotation, const nume
     return along;
 }
 
-/* The same with what stands between the joint and the parent's origin. */
+/* The wrench past the joint, moved to the parent's origin. */
 NUMERIC_INLINE double numeric_to_parent(const numeric_link *l, const numeric_state *s, double moment[3],
                                         double force[3])
 {

@@ -192,7 +192,7 @@ static inline void numeric_see(const numeric_closures *c, const numeric_view *vi
 
 /* -- rows -------------------------------------------------------------------------------------------- */
 
-/* Of a point: x, its velocity and its acceleration. */
+/* State of a point: x, its velocity and its acceleration. */
 static inline void numeric_point(const numeric_place *p, const double local[3], double x[3], double v[3], double a[3])
 {
     double arm[3];

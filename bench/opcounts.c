@@ -12,7 +12,7 @@
 
 enum { MOST = 100 };
 
-/* What the tables show, and of the classical form, which grows with the cube of N, all that is counted beyond 32. */
+/* Sizes in the tables; the classical form, which grows with the cube of N, is counted up to 32 only. */
 static const int sizes[] = {2, 5, 8, 10, 12, 15, 20, 31, 50, 63, 100};
 
 enum { SIZES = sizeof sizes / sizeof *sizes };
@@ -25,7 +25,7 @@ static bool is_shown(int n)
     return false;
 }
 
-/* What is counted of each tree: formalisms as they are written down, three of them as Kempe generates them. */
+/* Counts of each tree: formalisms as they are written down, three of them as Kempe generates them. */
 typedef enum curve {
     CURVE_NER,
     CURVE_COMPOSITE,

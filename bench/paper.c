@@ -66,7 +66,7 @@ static void scheme_init(scheme *s, const kempe_model *model, unsigned sets, bool
     kmp_ways_free(&plain);
 }
 
-/* What is computed at every state. */
+/* Quantities computed at every state. */
 static bool moves(const kmp_node *n)
 {
     return kmp_op_arity((kmp_op)n->op) > 0 && n->depends & ~(1u << KMP_IN_PARAMETER);

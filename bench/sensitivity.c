@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What derivatives by parameters cost beside the motion alone: processor time of both methods for more and more
+/* Cost of derivatives by parameters beside the motion alone: processor time of both methods for more and more
  * parameters, over that of a plain run of the same mechanism to the same time at the same tolerance, medians of rounds
  * in which all take turns. Derivation is left out of both. Fails when the adjoint's cost grows with the number of
  * parameters by half or more. */
@@ -110,7 +110,7 @@ static void run_way(const bench *b, const trial *x, const char *all, way *w, int
     kempe_sensitivity_free(differentiate(b, x, names, w->method, &w->seconds[round]));
 }
 
-/* Whether the adjoint's cost grows. */
+/* True if the adjoint's cost grows. */
 static int run_trial(const trial *x)
 {
     bench b = bench_load(x->path);

@@ -6,7 +6,7 @@
 #include <kempe/runtime.h>
 
 enum { COUNT = 4096, TRIES = 300 };
-/* Of the time of libm, which is noise. */
+/* A fraction of the time of libm that counts as noise. */
 #define NOISE 1.03
 
 static double x[COUNT], s[COUNT], c[COUNT];

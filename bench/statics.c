@@ -17,7 +17,7 @@ enum { ROUNDS = 9, READ = 0, DERIVE, PREPARE, STAND, SWING, PARTS, MOST = 512 };
 
 static const char *const parts[PARTS] = {"reading", "deriving", "preparing", "equilibrium", "modes"};
 
-/* What came out of a round. */
+/* Result of a round. */
 typedef struct outcome {
     double time[PARTS], q[MOST];
     double growth, slowest, fastest; /* largest real part; imaginary parts over 2 pi */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What threads give that share each evaluation: microseconds of calling a team for nothing, of C and jdqd, of the power
+/* Gain by threads that share each evaluation: microseconds of calling a team for nothing, of C and jdqd, of the power
  * of forces, of a right-hand side and a Jacobian of the reduced formulation, and seconds of a run on each formulation.
  *
  *     threads [MODEL [T_END [RUNS [INTEGRATOR]]]]

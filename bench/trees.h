@@ -12,7 +12,7 @@ typedef enum tree_shape { TREE_LINEAR, TREE_BINARY, TREE_SHAPES } tree_shape;
 
 static const char *const tree_names[TREE_SHAPES] = {"linear", "binary"};
 
-/* Of body b = 1, 2, .. ; 0: the ground. */
+/* Parent of body b = 1, 2, .. ; 0: the ground. */
 static inline int tree_parent(tree_shape shape, int b)
 {
     return shape == TREE_LINEAR ? b - 1 : b / 2;

@@ -25,7 +25,7 @@ static const struct {
              {"square windows hinged in space: five rows a loop, two independent", chain_in_space},
              {"hanging windows with a pendulum each: N + 1 freedoms", chain_of_pendulums}};
 
-/* What a size costs; growth is measured in these. */
+/* Costs of one size; growth is measured in these. */
 enum { READ, DERIVE, PREPARE, IGNORED, LED, COSTS };
 
 typedef struct measured {

@@ -47,7 +47,7 @@ start: {q: {A: 90 deg, B: -62 deg, D: 106 deg}, hold: [A]}
 run: {t_end: 0.1}
 """
 
-# What stands in the model, what is written instead, and the exit code of `kempe simulate model.yaml`.
+# A text of the model, its replacement, and the exit code of `kempe simulate model.yaml`.
 CHANGES = [
     ("forces:\n", "  E: {ball: [coupler.C, rocker.C]}\nforces:\n  rub: {joint: A, torque: 0.1*lambda(C)}\n", 1),
     ("forces:\n", "drives: {m: {joint: A, angle: 90 deg + t}}\nforces:\n  lift: {joint: A, torque: -lambda(m)}\n", 1),

@@ -63,7 +63,7 @@ int main(int argc, char **argv)
         pin::Model model = build(tree, native);
         pin::Data data(model);
         Eigen::VectorXd q(model.nq), v(model.nv), tau = Eigen::VectorXd::Zero(model.nv);
-        // What a state is in the other coordinates is made ready before the clock runs.
+        // The states in the other coordinates are prepared before the clock runs.
         std::vector<Eigen::VectorXd> qs, vs;
         for (const State &s : states) {
             if (native) {

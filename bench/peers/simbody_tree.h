@@ -65,7 +65,7 @@ struct SimbodyTree {
             Force::TwoPointLinearSpring(forces, at(s.a), vec(s.pa), at(s.b), vec(s.pb), s.stiffness, s.length);
         for (const auto &e : tree.efforts)
             Force::MobilityConstantForce(forces, mover[static_cast<size_t>(e.first)], MobilizerUIndex(0), e.second);
-        // Of a mechanism in the plane the third row of a ball is none: the point stays on the line along z.
+        // A planar mechanism has no third row of a ball: the point stays on the line along z.
         for (const Pair &c : tree.closures)
             Constraint::PointOnLine(at(c.a), UnitVec3(ZAxis), vec(c.pa), at(c.b), vec(c.pb));
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the programs here share: the text of a tree (tree.py), states, clocks.
+// Common parts of the programs here: the text of a tree (tree.py), states, clocks.
 #ifndef KEMPE_PEERS_TREE_H
 #define KEMPE_PEERS_TREE_H
 

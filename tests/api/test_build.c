@@ -244,7 +244,7 @@ static void refused_calls(void)
     kempe_context_free(context);
 }
 
-/* What is not finite is said as in a file. */
+/* A number that is not finite is reported as in a file. */
 static void not_finite(void)
 {
     const double values[2] = {NAN, -INFINITY};
@@ -285,7 +285,7 @@ static void open_loop(void)
     kempe_context_free(context);
 }
 
-/* What has no adder of its own is written as in a file; complaints then have line and column inside it. */
+/* Parts without an adder of their own are written as in a file; errors then have line and column inside that text. */
 static void as_text(void)
 {
     kempe_context *context = kempe_context_new();

@@ -17,7 +17,7 @@ static int torque(void *user, double t, const double *q, const double *qd, doubl
     return 0;
 }
 
-/* The same but for its last bits. */
+/* Equal but for the last bits. */
 static int other_torque(void *user, double t, const double *q, const double *qd, double *effort)
 {
     (void)user, (void)t, (void)q;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What happened on the way of a run: a triple-rocker, whose coordinates all have dead centres, exchanges them. */
+/* Notes of a run: a triple-rocker, whose coordinates all have dead centres, exchanges them. */
 #include "check.h"
 #include <kempe/kempe.h>
 #include <string.h>

@@ -10,7 +10,7 @@
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
-/* What earlier stages made, and what the stage at work made. */
+/* Objects of earlier stages, and of the present stage. */
 typedef struct scene {
     kempe_context *context;
     kempe_model *model;
@@ -42,7 +42,7 @@ static void judge(const scene *s, const char *name, unsigned long n, kempe_statu
 
 /* -- stages of many tests ----------------------------------------------------------------------------- */
 
-/* What a stage asked for by reading is dropped again. */
+/* Text that a stage read is dropped again. */
 static inline kempe_status drop_model(kempe_status status, kempe_model *model)
 {
     untouched(status, model);

@@ -347,7 +347,7 @@ static kempe_status simulate(scene *s, const char *formulation, const char *form
     return simulate_run(s, &run);
 }
 
-/* Of a motion with an exchange of u; rows, and one scalar backwards. */
+/* Sensitivities of a motion with an exchange of u; rows, and one scalar backwards. */
 static kempe_status differentiate(scene *s, const char *method)
 {
     kempe_sensitivity *slopes = NULL;
@@ -409,7 +409,7 @@ static kempe_status differentiate_modes(scene *s)
     return differentiate_state(s, "modes", NULL);
 }
 
-/* Of a driven mechanism, other lengths; a way that ends. */
+/* Position analysis of a driven mechanism with other lengths; a sweep that ends early. */
 static kempe_status drive(scene *s)
 {
     static const char *const names[] = {"crank", "base"};

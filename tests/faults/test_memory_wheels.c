@@ -11,7 +11,7 @@ static char file[] = "/tmp/kempe_memory_XXXXXX";
 /* An axle with a rigid and an elastic wheel in a curve, unknowns, a force that goes with a load. */
 #define CORPUS KEMPE_ROOT "/tests/fuzz/corpus/model/"
 
-/* The same for a shorter time, with a force among its outputs and an end. */
+/* The wheels' model for a shorter time, with a force among its outputs and an end. */
 static const char text_of_wheels[] =
     "kempe: 1\ngravity: [0, 0, -9.81]\ninclude: [{file: wheels.yaml}]\n"
     "run: {t_end: 1e-3, outputs: [q, lambda(L), contact(R), force(L)], until: [\"q(x) < -1\"]}\n";

@@ -45,13 +45,13 @@ make_private()
     done
 }
 
-# What runs takes SUNDIALS from there.
+# The programs load SUNDIALS from there.
 takes_private()
 {
     ldd "$1" | grep 'libsundials_ida' | grep -q "$work/own/lib" || { echo "$1 takes others:"; ldd "$1"; exit 1; }
 }
 
-# What comes with the command.
+# Files that are installed with the command.
 check_extras()
 {
     page=$work/prefix/share/man/man1/kempe.1

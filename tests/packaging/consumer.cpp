@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The same from C++: a pendulum built in code, swung for a second. */
+/* A consumer in C++: a pendulum built in code, swung for a second. */
 #include <cmath>
 #include <cstdio>
 #include <kempe/kempe.h>

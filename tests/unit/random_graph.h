@@ -137,7 +137,7 @@ static inline void steps_build(const steps *s, kmp_graph *g, kmp_ref *r)
         r[k] = step_build(g, &s->step[k], r, k);
 }
 
-/* Whether the function is smooth around its operands. */
+/* True if the function is smooth around its operands. */
 static inline bool function_is_tame(kmp_op op, double a, double b)
 {
     switch (op) {
@@ -155,7 +155,7 @@ static inline bool function_is_tame(kmp_op op, double a, double b)
     }
 }
 
-/* Whether the step is defined, and small, in a wide neighbourhood. */
+/* True if the step is defined, and small, in a wide neighbourhood. */
 static inline bool step_is_tame(const step *s, const double *x, const double *v)
 {
     double a = v[s->a];

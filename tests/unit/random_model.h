@@ -56,7 +56,7 @@ static const char *const random_curves[] = {"table: f", "y: 0.4*x^2 - sin(x)", "
                                             "curve: x^2/4 + y^2 - z*x - 1, power: 2",
                                             "curve: [x*y - z^2 + 0.3, sin(x) + y*z], power: 0"};
 
-/* What a kind takes beside its name. */
+/* Values that a kind takes beside its name. */
 static inline void put_needs(kmp_text *text, const kempe_model *model, const char *name, const char *needs,
                              unsigned flags)
 {
@@ -282,7 +282,7 @@ static inline bool is_fixed(const kempe_model *model, int body)
     return body == 0;
 }
 
-/* Of gravity and springs. */
+/* Potential energy of gravity and springs. */
 static inline double plain_potential(const kempe_model *model, const double *q)
 {
     pose p[MODEL_MAX_BODIES];

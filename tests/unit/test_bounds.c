@@ -49,7 +49,7 @@ static void evaluate(kmp_machine *machine, const motion *m, double t, int count,
     memcpy(out, kmp_machine_run(machine, 1), (size_t)count * sizeof *out);
 }
 
-/* What is seen of an output between two times is its mean rate there. Returns how many bounds were finite. */
+/* The observed rate of an output between two times is its mean. Returns how many bounds were finite. */
 static int check_bounds(const kmp_bounds *b, kmp_machine *machine, const motion *m, int count)
 {
     double now[GRAPH_STEPS], before[GRAPH_STEPS] = {0};

@@ -127,7 +127,7 @@ static bool find_state(at_state *a, state *s)
     return false;
 }
 
-/* What the bushings add to C, to the potential and to the power. */
+/* Contributions of the bushings to C, to the potential and to the power. */
 static void added_is(int number, at_state *a, const derived *with, const derived *without, const state *s)
 {
     enum { MOST = 1 + 2 * ROWS };

@@ -100,7 +100,7 @@ static void product(matrix a, matrix b, matrix out)
     memcpy(out, r, sizeof r);
 }
 
-/* Of three rotations from motion `first` on, and the angular velocity before them. */
+/* Rotation matrix of three rotations from motion `first` on, and the angular velocity before them. */
 static void orientation(const kempe_model *model, int first, const double *q, const double *qd, matrix r, double w[3])
 {
     matrix one = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, step;
@@ -509,7 +509,7 @@ static void test_carrier(void)
     kmp_text_free(&text);
 }
 
-/* What the user sees goes on continuously, and is the same however often it is looked at; the stepper gives the same
+/* Output coordinates are continuous and do not depend on how often they are read; the stepper gives the same
  * numbers. */
 static void test_angles_go_on(void)
 {
@@ -721,7 +721,7 @@ static void test_singular_loop(void)
     scene_free(&s);
 }
 
-/* The same rows in other words, x + 180 degrees, 180 degrees - y, z - 180 degrees: no error. */
+/* The rows written otherwise, x + 180 degrees, 180 degrees - y, z - 180 degrees: no error. */
 static void test_compared_words(void)
 {
     static const double spin[3] = {9, 0.3, 0.4}, pi = 3.14159265358979324;

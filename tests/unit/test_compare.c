@@ -121,7 +121,7 @@ static void the_cheapest_is_advised(void)
     drop(t);
 }
 
-/* What failed somewhere is advised only where it is more than twice as fast. */
+/* A combination that failed somewhere is advised only where it is more than twice as fast. */
 static void failures_count_against_a_way(void)
 {
     const double error[WAYS][TOLERANCES] = {{0, 5e-7, 2e-8, 2e-10}, {1e-3, 1e-5, 1e-7, 1e-9}, {1e-3, 1e-5, 1e-7, 1e-9}};
@@ -208,7 +208,7 @@ static void true_error(const loaded *l, const kempe_comparison *c, const char *f
     kmp_reference_free(&digits);
 }
 
-/* What the reference says of itself bounds what it is off, and not by far. */
+/* The uncertainty that a reference states bounds its error, and is not far above it. */
 static void the_own_reference_is_honest(void)
 {
     static const struct {

@@ -47,7 +47,7 @@ static pose pose_of(const loaded *l, int wheel, const double *q)
     return p;
 }
 
-/* Of the point of the wheel at s and at an angle from its lowest one: how far above the rail, and where laterally. */
+/* Height above the rail and lateral place of the wheel's point at s and at an angle from its lowest one. */
 static double height(const pose *p, double s, double angle, double *y)
 {
     double r = p->wheel->radius.value - kmp_table_value(p->wheel->profile->height, 0, s), at[3];
@@ -130,7 +130,7 @@ static double press(const pose *p, const spread *all)
     return ellipse.stiffness * pow(depth, 1.5);
 }
 
-/* What differs is known. 20 um are fine enough, with 10 um all is the same. The table sums over places up to 1.2
+/* The differences are known. 20 um are fine enough: 10 um give the same results. The table sums over places up to 1.2
  * standard deviations apart: 1.3 um and a slope of 1e-4 where arcs meet within the patch. And it takes of each circle
  * not the lowest point but that of the trace line (wheel/pair.c), which is the same one at the contact: where a flange
  * is turned 2.4e-4 of the slope, and half a percent of the force, as its curvature is by y and not by s. */

@@ -177,7 +177,7 @@ static void of_a_swing(void)
     unload(&s);
 }
 
-/* What ends a run is found in a window too, and what does not come to pass does not. */
+/* A condition that ends a run is found in a window too; one that never holds ends nothing. */
 static void ends(void)
 {
     kmp_method way;
@@ -214,7 +214,7 @@ static const char *const driven = "kempe: 1\n"
                                   "start: {q: {A: 0}, qd: {A: 1}}\n"
                                   "run: {t_end: 6, rtol: 1e-6, until: [\"abs(lambda(d) - 1) < 1e-3\"]}\n";
 
-/* What ends a run is a multiplier within a window: 2 sin t = -1 within 1e-3. Forms that do not have them exactly are
+/* A multiplier within a window ends the run: 2 sin t = -1 within 1e-3. Forms that do not have them exactly are
  * left out. */
 static void of_a_multiplier(void)
 {

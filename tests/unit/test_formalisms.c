@@ -571,7 +571,7 @@ static long operations(kempe_context *context, int bodies)
     return count;
 }
 
-/* The same number of operations for each further pair of bodies. */
+/* Each further pair of bodies adds the same number of operations. */
 static void operations_grow_linearly(void)
 {
     kempe_context *context = kempe_context_new();

@@ -119,7 +119,7 @@ static void bennett_turns_on_the_dae_formulation(void)
     }
 }
 
-/* What judges the cases without published digits has those of the four-bar of equal masses that is published. */
+/* The judge of cases without published digits reproduces those of the published four-bar of equal masses. */
 static void the_four_bar_by_hand_has_published_digits(void)
 {
     long double x = 0.70768825906445110L, y = 0.67306477719335330L;

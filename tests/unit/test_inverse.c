@@ -60,7 +60,7 @@ static void quintic(double x, double out[3])
     out[2] = 2 * x * x * x - 6 * x + 4;
 }
 
-/* What is given is kept, a quintic is itself between uneven rows; values alone give a cubic. */
+/* Given values are kept, and a quintic is reproduced between uneven rows; values alone give a cubic. */
 static void a_motion_of_points(void)
 {
     const double t[] = {0, 0.3, 0.5, 1.1, 1.4, 2};
@@ -796,7 +796,8 @@ static void begins_at_a_change_point(void)
     unload(&m);
 }
 
-/* What holds the mechanism at rest: virtual work of gravity and spring along the crank, by differences of the energy.
+/* Torque that holds the mechanism at rest: virtual work of gravity and spring along the crank, by differences of the
+ * energy.
  */
 static void the_start_is_held(void)
 {

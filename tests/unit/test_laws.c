@@ -8,10 +8,10 @@
 #include <kempe/contact.h>
 #include <math.h>
 
-/* What the expressions are of, as parameters. */
+/* Arguments of the expressions, as parameters. */
 enum { ALONG, ACROSS, SHEAR, NORMAL, FRICTION, SLIP_X, SLIP_Y, SPIN, INPUTS };
 
-/* What comes out: force and moment of a law, axes and stiffness; then their derivatives by each input. */
+/* Results: force and moment of a law, axes and stiffness; then their derivatives by each input. */
 enum { FORCE_X, FORCE_Y, MOMENT, AXIS_A, AXIS_B, STIFFNESS, OUTPUTS };
 
 typedef struct scene {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What stands on the equations near a state, where forces depend on multipliers: inverse dynamics there and back,
+/* Results of the equations near a state, where forces depend on multipliers: inverse dynamics there and back,
  * sensitivities of motions against differences, and what refuses. */
 #include "base/memory.h"
 #include "check.h"

@@ -277,7 +277,7 @@ static double complex quarter_car(int which, const double complex v[4])
     return csqrt((b + (which ? root : -root)) / (2 * m1 * m2));
 }
 
-/* The same derivatives by a complex step: no difference is taken. */
+/* Derivatives by a complex step: no difference is taken. */
 static void a_quarter_car(void)
 {
     static rig r;
@@ -397,7 +397,7 @@ static void equal_ones_with_one_vector(void)
     close_rig(&r);
 }
 
-/* What nothing holds stays where it is, unless the parameter pushes it. */
+/* A coordinate without restoring force stays where it is, unless the parameter pushes it. */
 static void what_nothing_holds(void)
 {
     static rig r;

@@ -64,7 +64,7 @@ static bool same_choice(const kmp_partition *a, const kmp_partition *b)
            memcmp(a->rows, b->rows, (size_t)a->r * sizeof(int)) == 0;
 }
 
-/* The same mechanism with other units: columns and rows multiplied, the scales with them. Powers of two: exactly the
+/* A mechanism with other units: columns and rows multiplied, the scales with them. Powers of two: exactly the
  * same numbers. */
 static void is_the_same_in_other_units(const kempe_system *s, const double *a, const kmp_partition *part)
 {
@@ -273,7 +273,7 @@ static void the_arithmetic_is_that_counted_by_hand(void)
 
 /* -- zeros -------------------------------------------------------------------------------------------- */
 
-/* What is left of X' (M (X udd + a0) + C) with X and M dense, against its largest term; and J X. */
+/* Residual X' (M (X udd + a0) + C) with X and M dense, against its largest term; and J X. */
 static void check_accelerations(kmp_reduction *red, const double *udd)
 {
     int n = red->n, m = red->part->m;
@@ -303,7 +303,7 @@ static void check_accelerations(kmp_reduction *red, const double *udd)
     kmp_free(qdd);
 }
 
-/* Of models where the reduction skips zeros of J, M and X. */
+/* Models whose reduction skips zeros of J, M and X. */
 static void accelerations_obey_the_whole_equations(void)
 {
     static const char *const path[] = {"examples/limousine/limousine.yaml", "examples/suspension/suspension.yaml"};

@@ -157,7 +157,7 @@ static void test_many_inputs(void)
     kmp_program_free(p);
 }
 
-/* What can still be read can be written. */
+/* Text that can still be read can be written. */
 static void try_text(const char *text)
 {
     kmp_program *p = read_text(text);

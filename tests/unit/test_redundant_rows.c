@@ -222,7 +222,7 @@ static void redundant_rows_cost_no_digits(void)
     unload(&l);
 }
 
-/* What a formulation gives within a step and what the step made again gives are the same motion. */
+/* Dense output of a step and the step repeated give the same motion. */
 static void a_row_by_another_way(void)
 {
     static const char *const ways[][2] = {

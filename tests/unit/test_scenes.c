@@ -107,7 +107,7 @@ static void test_planar_bodies(void)
     unload(&flat);
 }
 
-/* The same mechanism in the plane of x and z, and in that of y and z: the same work. */
+/* One mechanism in the plane of x and z, and in that of y and z: the same work. */
 static void test_planes(void)
 {
     static const char form[] = "kempe: 1\ngravity: %s\nground: {points: {D: %s}}\nbodies:\n"

@@ -17,7 +17,7 @@ static const double values[PARAMETERS] = {1.25, 0.875};
 
 #define T_END 0.05
 
-/* What it begins with is named, so that where assembly comes to has derivatives. false: it does not close. */
+/* The start values are given by name, so that the assembled state has derivatives. false: it does not close. */
 static bool hold_all(kempe_context *context, const char *text, kmp_text *out)
 {
     kempe_model *model = NULL;

@@ -127,7 +127,7 @@ static void test_bounds(void)
     kmp_table_free(t[1]);
 }
 
-/* The same piece as by a search among all knots, to the bit: knots near and far from each other, points on knots,
+/* The piece is that of a search among all knots, to the bit: knots near and far from each other, points on knots,
  * beside them and anywhere, beyond the ends and none; each for itself and some together, turned round as well. */
 static void check_pieces(const kmp_table *t)
 {

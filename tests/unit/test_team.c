@@ -187,7 +187,7 @@ static void tangents_fall_apart(void)
     unload(&s);
 }
 
-/* What a part solves: its blocks, each once for a list of arguments. */
+/* Blocks that a part solves, each once for a list of arguments. */
 static int solvings_of(const kmp_program *p, const kmp_layout *l, int stage, int part)
 {
     int count = 0;
@@ -295,7 +295,7 @@ static void wagon_has_the_same_bits(void)
     bits_are_the_same("examples/curving/curving.yaml");
 }
 
-/* Whether there is room for a layout in parts. */
+/* True if there is room for a layout in parts. */
 static bool can_lay_out(const kmp_program *p, kmp_team *team)
 {
     kmp_layout l = {0};

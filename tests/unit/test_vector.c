@@ -98,8 +98,8 @@ static void combinations(void)
     }
 }
 
-/* Of x[0] with the weights x[1], where the mask (NULL: everywhere) is positive: in eight parts, whatever the processor
- * takes at once; and, in `plain`, one after the other. */
+/* Weighted norm of x[0] with the weights x[1], where the mask (NULL: everywhere) is positive: in eight parts, whatever
+ * the processor takes at once; and, in `plain`, one after the other. */
 static double norm_of(int n, const double *mask, double *plain)
 {
     double part[8] = {0}, sum = 0;
