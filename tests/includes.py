@@ -63,7 +63,6 @@ FOLDERS = [  # first match wins
     ("tests/check.h", "check"),
     *((f"src/{name}/", name) for name in sorted(LAYERS)),
 ]
-COMMAND = re.compile(r"^src/.*_command\.c$")  # of the command line, in the folder of its study
 PUBLIC_ONLY = {"cli", "examples", "api"}  # see <kempe/...> and the C library
 MAY_SOLVE = {"linalg", "constraints", "integrators"}
 SOLVERS = re.compile(r"^(suitesparse/)?(umfpack|klu|btf|amd|colamd|SuiteSparse_config)\.h$"
@@ -73,8 +72,6 @@ INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)')
 
 
 def layer_of(path):
-    if COMMAND.match(path):
-        return "cli"
     return next((layer for prefix, layer in FOLDERS if path.startswith(prefix)), None)
 
 
@@ -158,8 +155,8 @@ PLANTED = [  # file, its include, whether it is allowed
     ("src/studies/modes/modes.c", '"output/json.h"', True),
     ("src/studies/modes/modes.c", '"studies/compare/compare.h"', False),
     ("src/output/print.c", '"studies/compare/compare.h"', False),
-    ("src/studies/modes/modes_command.c", '"cli/command.h"', True),
-    ("src/studies/modes/modes_command.c", '"output/json.h"', False),
+    ("src/cli/commands.c", '<kempe/modes.h>', True),
+    ("src/cli/commands.c", '"output/json.h"', False),
     ("src/cli/main.c", '"command.h"', True),
     ("src/cli/main.c", '<kempe/kempe.h>', True),
     ("src/cli/main.c", '"base/arena.h"', False),

@@ -3,6 +3,7 @@
  * stderr, JSON at the path of --json. */
 #include "command.h"
 
+#include <kempe/compare.h>
 #include <kempe/settings.h>
 #include <math.h>
 #include <signal.h>
@@ -66,7 +67,7 @@ static kempe_status write_json(const cli_job *j, const char *text)
 static kempe_status report_as(const cli_job *j, cli_print_fn *print, const void *object, kempe_format format)
 {
     char *text;
-    kempe_status status = print(object, format, &text);
+    kempe_status status = print(j, object, format, &text);
     if (status)
         return status;
     if (format == KEMPE_JSON)
@@ -169,21 +170,22 @@ kempe_status cli_tell_written(const cli_job *j, kempe_status written)
     return written;
 }
 
-kempe_status cli_write_table(const cli_job *j, kempe_status made, kempe_table **table)
+kempe_status cli_run_study(const cli_job *j, const cli_study *study)
 {
-    kempe_status status = made == KEMPE_OK ? kempe_table_write(*table, j->settings->output) : made;
-    kempe_table_free(*table);
-    *table = NULL;
-    return cli_tell_written(j, status);
-}
-
-/* Writes a trajectory; the file name's ending selects the format. */
-kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char *path)
-{
-    size_t length = strlen(path);
-    if (length > 4 && strcmp(path + length - 4, ".npz") == 0)
-        return kempe_trajectory_write_npz(trajectory, path);
-    return kempe_trajectory_write_csv(trajectory, path);
+    void *result = NULL;
+    kempe_status status = j->settings->report ? kempe_report_check(j->context) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = study->compute(j, &result);
+    cli_tell_failure(j, status, result != NULL);
+    if (result)
+        status = cli_worse(status, cli_report(j, study->print, result));
+    for (int k = 0; result && k < CLI_MOST_FILES && study->files[k].write; k++) {
+        const char *const *path = (const void *)((const char *)j->settings + study->files[k].path);
+        if (*path)
+            status = cli_worse(status, cli_tell_written(j, study->files[k].write(result, *path)));
+    }
+    study->free(result);
+    return status;
 }
 
 /* -- running one ----------------------------------------------------------------------------------- */
@@ -200,7 +202,7 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
 {
     if (command->without_model)
         return KEMPE_OK;
-    bool equations = !command->model_alone || !command->model_alone(j->settings);
+    bool equations = !command->model_alone && !j->settings->show_model;
     const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;
     kempe_status status =
         kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
@@ -232,12 +234,6 @@ static int exit_code(kempe_status status)
     return CLI_BUG;
 }
 
-bool cli_always(const cli_settings *settings)
-{
-    (void)settings;
-    return true;
-}
-
 int cli_refuse(const char *json)
 {
     const cli_settings settings = {.json = json};
@@ -260,7 +256,7 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     watch_interrupt(j.context);
     kempe_status status = prepare(&j, command);
     if (status == KEMPE_OK)
-        status = command->run(&j);
+        status = command->study ? cli_run_study(&j, command->study) : command->run(&j);
     interrupted_context = NULL;
     kempe_system_free(j.system);
     kempe_model_free(j.model);

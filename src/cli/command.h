@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A command and the functions that all commands share: a cli_command in a file `NAME_command.c` of its own, and a row
- * of commands.def. */
+/* A command and the functions that all commands share: a row of commands.c. */
 #ifndef KEMPE_CLI_COMMAND_H
 #define KEMPE_CLI_COMMAND_H
 
 #include "options.h"
-#include <kempe/table.h>
 
 /** Exit codes: a promise to scripts. */
 enum {
@@ -24,21 +22,41 @@ typedef struct cli_job {
     kempe_system *system;
 } cli_job;
 
+typedef kempe_status cli_print_fn(const cli_job *j, const void *object, kempe_format format, char **text);
+
+enum { CLI_MOST_FILES = 3 };
+
+/** A computation with one result. */
+typedef struct cli_study {
+    kempe_status (*compute)(const cli_job *j, void **result); /* also after a failure there may be a result */
+    cli_print_fn *print;
+    void (*free)(void *result); /* NULL is allowed */
+    struct cli_file {
+        size_t path; /* place of the path in cli_settings: none is written where that is NULL */
+        kempe_status (*write)(void *result, const char *path);
+    } files[CLI_MOST_FILES];
+} cli_study;
+
 typedef struct cli_command {
     unsigned bit; /* of options.h */
-    const char *name, *usage, *summary, *examples;
-    bool (*accepts)(const cli_settings *settings);     /* false after an error message; NULL: always */
-    bool (*model_alone)(const cli_settings *settings); /* needs no equations; NULL: it needs them */
-    bool without_model;                                /* FILE is not a model */
-    const char *dynamics;                              /* the default algorithm of the equations; NULL: the model's */
-    kempe_status (*run)(const cli_job *j);
+    const char *name, *summary, *examples;
+    const char *usage;                                  /* NULL: FILE [options] */
+    const char *(*lacks)(const cli_settings *settings); /* error message about missing options; NULL: none */
+    bool without_model;                                 /* FILE is not a model */
+    bool model_alone;                                   /* needs no equations */
+    const char *dynamics;                               /* the default algorithm of the equations; NULL: the model's */
+    const cli_study *study;
+    kempe_status (*run)(const cli_job *j); /* instead of a study */
 } cli_command;
 
-#define CLI_COMMAND(name) extern const cli_command cli_##name;
-#include "commands.def"
-#undef CLI_COMMAND
+/** All commands, in the order of the help, up to one without a name. */
+extern const cli_command cli_commands[];
 
-typedef kempe_status cli_print_fn(const void *object, kempe_format format, char **text);
+/** `kempe new` (new.c). */
+kempe_status cli_new(const cli_job *j);
+
+/** Computes, prints and writes the files. */
+kempe_status cli_run_study(const cli_job *j, const cli_study *study);
 
 /** A string literal of JSON, to be freed; NULL when there is no memory. */
 char *cli_quoted(const char *s);
@@ -54,15 +72,6 @@ kempe_status cli_worse(kempe_status computed, kempe_status told);
 
 /** Reports a file that could not be written; returns `written`. */
 kempe_status cli_tell_written(const cli_job *j, kempe_status written);
-
-/** Writes a table where the output option says, and frees it; `made` is the status of the function that gave it. */
-kempe_status cli_write_table(const cli_job *j, kempe_status made, kempe_table **table);
-
-/** A trajectory as CSV, or as .npz by the name's ending. */
-kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char *path);
-
-/** Accepts any settings. */
-bool cli_always(const cli_settings *settings);
 
 /** Writes the JSON of a usage error to `json` (NULL: nowhere). Returns CLI_USAGE. */
 int cli_refuse(const char *json);

@@ -1,24 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The command `kempe`: a table of commands, help and the choice of one. It includes the public header alone. */
+/* The command `kempe`: help and the choice of a command. It includes the public header alone. */
 #include "command.h"
 
 #include <string.h>
-
-static const cli_command *const commands[] = {
-#define CLI_COMMAND(name) &cli_##name,
-#include "commands.def"
-#undef CLI_COMMAND
-};
-
-enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
 
 static void print_help(FILE *out)
 {
     fputs("kempe " KEMPE_VERSION ": dynamics of multibody systems with closed loops, by several formulations of the "
           "same equations\n\nusage: kempe COMMAND FILE [options]\n\ncommands:\n",
           out);
-    for (int k = 0; k < COMMAND_COUNT; k++)
-        fprintf(out, "  %-12s%s\n", commands[k]->name, commands[k]->summary);
+    for (const cli_command *c = cli_commands; c->name; c++)
+        fprintf(out, "  %-12s%s\n", c->name, c->summary);
     fputs("\n'kempe COMMAND --help' prints the options and examples of a command, 'kempe --version' the version.\nFILE "
           "is a model in YAML (docs/model_format.md) or a ROBOTRAN model, .mbs (docs/robotran.md).\n\nexamples:\n  "
           "kempe new four_bar\n  "
@@ -30,16 +22,17 @@ static void print_help(FILE *out)
 
 static void print_command_help(const cli_command *c)
 {
-    printf("kempe %s: %s\n\nusage: kempe %s %s\n", c->name, c->summary, c->name, c->usage);
+    printf("kempe %s: %s\n\nusage: kempe %s %s\n", c->name, c->summary, c->name,
+           c->usage ? c->usage : "FILE [options]");
     cli_options_print(c->bit, stdout);
     printf("\nexamples:\n%s", c->examples);
 }
 
 static int complain_unknown(const char *word)
 {
-    const char *names[COMMAND_COUNT + 3] = {"--help", "--version"};
-    for (int k = 0; k < COMMAND_COUNT; k++)
-        names[k + 2] = commands[k]->name;
+    const char *names[32] = {"--help", "--version"}; /* more than there are commands */
+    for (int k = 0; cli_commands[k].name; k++)
+        names[k + 2] = cli_commands[k].name;
     const char *near = cli_nearest(word, names);
     fprintf(stderr, "kempe: unknown %s '%s'", word[0] == '-' ? "option" : "command", word);
     if (near)
@@ -58,8 +51,11 @@ static int run_command(const cli_command *c, int count, char **words)
         print_command_help(c);
         return CLI_DONE;
     }
-    if (c->accepts && !c->accepts(&settings))
+    const char *lacking = c->lacks ? c->lacks(&settings) : NULL;
+    if (lacking) {
+        cli_complain("%s", lacking);
         return cli_refuse(settings.json);
+    }
     return cli_run(c, &settings);
 }
 
@@ -77,9 +73,9 @@ static int choose(int argc, char **argv)
         printf("kempe %s\n", kempe_version());
         return CLI_DONE;
     }
-    for (int k = 0; k < COMMAND_COUNT; k++)
-        if (strcmp(argv[1], commands[k]->name) == 0)
-            return run_command(commands[k], argc - 2, argv + 2);
+    for (const cli_command *c = cli_commands; c->name; c++)
+        if (strcmp(argv[1], c->name) == 0)
+            return run_command(c, argc - 2, argv + 2);
     return complain_unknown(argv[1]);
 }
 

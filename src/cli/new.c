@@ -51,11 +51,12 @@ static bool has_name(const cli_settings *s)
     return good;
 }
 
-static kempe_status print_new(const void *object, kempe_format format, char **text)
+static kempe_status print_new(const cli_job *j, const void *object, kempe_format format, char **text)
 {
     static const char *const words = "%s: a four-bar linkage with a motor\n\n  kempe check %s\n  kempe simulate %s\n";
     static const char *const json = "{\"status\": \"ok\", \"file\": %s}\n";
     const char *path = object;
+    (void)j;
     char *name = format == KEMPE_JSON ? cli_quoted(path) : NULL;
     size_t size = strlen(words) + strlen(json) + (name ? strlen(name) : 3 * strlen(path));
     *text = format == KEMPE_JSON && !name ? NULL : malloc(size);
@@ -88,10 +89,14 @@ static kempe_status write_new(const cli_job *j, const char *path)
     return cli_worse(KEMPE_OK, status);
 }
 
-static kempe_status new_model(const cli_job *j)
+kempe_status cli_new(const cli_job *j)
 {
     const char *file = j->settings->file, *ending = ends_with(file, ".yaml") ? "" : ".yaml";
     size_t size = strlen(file) + strlen(ending) + 1;
+    if (!has_name(j->settings)) {
+        cli_refuse(j->settings->json);
+        return KEMPE_E_ARGUMENT;
+    }
     char *path = malloc(size);
     if (!path) {
         cli_complain("out of memory");
@@ -104,16 +109,3 @@ static kempe_status new_model(const cli_job *j)
     free(path);
     return status;
 }
-
-const cli_command cli_new = {
-    .bit = CLI_NEW,
-    .name = "new",
-    .usage = "NAME [options]",
-    .summary = "write a first model, NAME.yaml: a four-bar linkage with comments",
-    .examples = "  kempe new four_bar\n"
-                "  kempe check four_bar.yaml\n"
-                "  kempe simulate four_bar.yaml\n",
-    .accepts = has_name,
-    .without_model = true,
-    .run = new_model,
-};

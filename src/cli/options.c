@@ -5,6 +5,7 @@
 
 #include <kempe/compare.h>
 #include <kempe/settings.h>
+#include <limits.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -18,6 +19,7 @@ typedef enum option_kind {
     OPTION_NUMBER,
     OPTION_TIME,
     OPTION_WHOLE,
+    OPTION_LONG,
     OPTION_SETTING,
     OPTION_CSV,
     OPTION_TABLE,
@@ -72,9 +74,9 @@ static const option options[] = {
      "coordinates with prescribed values, rad or m"},
     {CLI_EQUILIBRIUM, IN_MODEL, "target", 0, OPTION_TEXT, AT(equilibrium.target), "OUTPUT=V,..",
      "prescribed values of outputs: 'position(BODY.POINT).x=0.3'"},
-    {CLI_EQUILIBRIUM, IN_RUN, "newton", 0, OPTION_FLAG, AT(newton), NULL,
+    {CLI_EQUILIBRIUM, IN_RUN, "newton", 0, OPTION_FLAG, AT(equilibrium.newton), NULL,
      "Newton's method: the nearest equilibrium, stable or unstable (default: descent to a stable one)"},
-    {CLI_EQUILIBRIUM, IN_RUN, "global", 0, OPTION_FLAG, AT(global), NULL,
+    {CLI_EQUILIBRIUM, IN_RUN, "global", 0, OPTION_FLAG, AT(equilibrium.global), NULL,
      "search for several equilibria from random starts"},
     {CLI_EQUILIBRIUM, IN_RUN, "seed", 0, OPTION_WHOLE, AT(seed), "N",
      "seed of the random starts of --global (default: 1)"},
@@ -100,10 +102,10 @@ static const option options[] = {
      "prescribed motion: t, q.NAME, qd.NAME, qdd.NAME (default: the drives, or else the start)"},
     {CLI_INVERSE, IN_MODEL, "weights", 0, OPTION_TEXT, AT(inverse.weights), "NAME=W,..",
      "weights of the actuators of a redundantly actuated mechanism (default: 1)"},
-    {CLI_INVERSE, IN_MODEL, "independent", 0, OPTION_TEXT, AT(run.independent), "NAME,..",
+    {CLI_INVERSE, IN_MODEL, "independent", 0, OPTION_TEXT, AT(inverse.independent), "NAME,..",
      "without a motion: coordinates that have no acceleration at the start"},
-    {CLI_INVERSE, IN_RUN, "t-end", 0, OPTION_TIME, AT(run.t_end), "T", "end of the motion, s"},
-    {CLI_INVERSE, IN_OUTPUT, "output-step", 0, OPTION_TIME, AT(run.output_step), "T",
+    {CLI_INVERSE, IN_RUN, "t-end", 0, OPTION_TIME, AT(inverse.t_end), "T", "end of the motion, s"},
+    {CLI_INVERSE, IN_OUTPUT, "output-step", 0, OPTION_TIME, AT(inverse.output_step), "T",
      "time between rows, s (default: the table's rows)"},
     {CLI_ENSEMBLE, IN_MODEL, "values", 0, OPTION_TEXT, AT(values), "CSV",
      "one row per instance; columns are parameters, q.NAME and qd.NAME"},
@@ -122,19 +124,19 @@ static const option options[] = {
      "outputs: q(A), position(b.P).x, a sensor, .. (default: those of the model)"},
     {CLI_SENSITIVITY, IN_RUN, "method", 0, OPTION_TEXT, AT(sensitivity.method), "NAME",
      "forward: rows over time (default); adjoint: the end only, for many parameters"},
-    {CLI_SENSITIVITY, IN_RUN, "integral", 0, OPTION_FLAG, AT(integral), NULL,
+    {CLI_SENSITIVITY, IN_RUN, "integral", 0, OPTION_FLAG, AT(sensitivity.integral), NULL,
      "differentiate the time integrals of the outputs"},
-    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "at", 0, OPTION_TEXT, AT(at), "STATE",
+    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "at", 0, OPTION_TEXT, AT(response.at), "STATE",
      "state: equilibrium (default), 'equilibrium NAME=RATE,..' (a steady motion), start"},
-    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "inputs", 0, OPTION_TEXT, AT(inputs), "NAME,..",
+    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "inputs", 0, OPTION_TEXT, AT(response.inputs), "NAME,..",
      "inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters"},
-    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "outputs", 0, OPTION_TEXT, AT(outputs), "NAME,..",
+    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "outputs", 0, OPTION_TEXT, AT(response.outputs), "NAME,..",
      "outputs of the model, or a component: 'position(BODY.POINT).x'"},
-    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "independent", 0, OPTION_TEXT, AT(run.independent), "NAME,..",
+    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "independent", 0, OPTION_TEXT, AT(response.independent), "NAME,..",
      "independent coordinates (default: chosen by pivots)"},
-    {CLI_RESPONSE, IN_RUN, "frequencies", 0, OPTION_TEXT, AT(frequencies), "A:B[:N]",
+    {CLI_RESPONSE, IN_RUN, "frequencies", 0, OPTION_TEXT, AT(response.frequencies), "A:B[:N]",
      "range in Hz and number of frequencies (default: decades around the natural frequencies)"},
-    {CLI_RESPONSE, IN_RUN, "linear", 0, OPTION_FLAG, AT(linear), NULL,
+    {CLI_RESPONSE, IN_RUN, "linear", 0, OPTION_FLAG, AT(response.linear), NULL,
      "linear spacing of the frequencies (default: logarithmic)"},
     {CLI_MODES, IN_MODEL, "at", 0, OPTION_TEXT, AT(modes.at), "STATE",
      "state: equilibrium (default), 'equilibrium NAME=RATE,..' (a steady motion), start"},
@@ -164,15 +166,15 @@ static const option options[] = {
      "end of the run, s (default: that of the model)"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "independent", 0, OPTION_TEXT, AT(run.independent),
      "NAME,..", "independent coordinates at the start (default: chosen by pivots)"},
-    {CLI_SIMULATE, IN_RUN, "keep-independent", 0, OPTION_FLAG, AT(keep_independent), NULL,
+    {CLI_SIMULATE, IN_RUN, "keep-independent", 0, OPTION_FLAG, AT(run.keep_independent), NULL,
      "keep the given independent coordinates; fail if they become singular"},
     {CLI_SIMULATE, IN_RUN, "change-points", 0, OPTION_TEXT, AT(run.change_points), "WORD",
      "change points (bifurcations): cross (default) detects and crosses them; ignore"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "max-steps", 0, OPTION_WHOLE, AT(max_steps), "N",
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "max-steps", 0, OPTION_LONG, AT(run.max_steps), "N",
      "fail after N steps (default: fail when the remaining time would take 1e8 steps)"},
     {CLI_SIMULATE | CLI_SENSITIVITY | CLI_ENSEMBLE, IN_RUN, "no-convergence-check", 0, OPTION_FLAG,
-     AT(no_convergence_check), NULL, "do not repeat the run at another tolerance"},
-    {CLI_INVERSE, IN_RUN, "no-convergence-check", 0, OPTION_FLAG, AT(no_convergence_check), NULL,
+     AT(run.no_convergence_check), NULL, "do not repeat the run at another tolerance"},
+    {CLI_INVERSE, IN_RUN, "no-convergence-check", 0, OPTION_FLAG, AT(inverse.no_convergence_check), NULL,
      "do not repeat the run with every other row of the table"},
     {CLI_SIMULATE, IN_RUN, "reference", 0, OPTION_TEXT, AT(run.reference), "CSV",
      "reference solution for measuring errors"},
@@ -196,24 +198,24 @@ static const option options[] = {
      "processor time for all runs together, s (default: 60)"},
     {CLI_KINEMATICS, IN_RUN, "backend", 0, OPTION_TEXT, AT(kinematics.backend), "NAME", BACKENDS},
     {CLI_CONTACT, IN_RUN, "backend", 0, OPTION_TEXT, AT(contact.backend), "NAME", BACKENDS},
-    {CLI_INVERSE | CLI_SIMULATE | CLI_SENSITIVITY, IN_RUN, "backend", 0, OPTION_TEXT, AT(run.backend), "NAME",
-     BACKENDS},
-    {CLI_SIMULATE, IN_RUN, "threads", 0, OPTION_WHOLE, AT(threads), "N",
+    {CLI_INVERSE, IN_RUN, "backend", 0, OPTION_TEXT, AT(inverse.backend), "NAME", BACKENDS},
+    {CLI_SIMULATE | CLI_SENSITIVITY, IN_RUN, "backend", 0, OPTION_TEXT, AT(run.backend), "NAME", BACKENDS},
+    {CLI_SIMULATE, IN_RUN, "threads", 0, OPTION_WHOLE, AT(run.threads), "N",
      "threads that share each evaluation of the equations, 1 to 64 (default: 1); for large models"},
     {CLI_GENERATE, IN_MODEL, "sets", 0, OPTION_TEXT, AT(generation.sets), "NAME,..",
      "sets of equations: M_C, invdyn, h_J, jdqd (default: these four), M, C, qdd, h, J, h_t, tangents, R, R_tangents, "
      "invdyn_q, invdyn_qd, R_q; + joins sets in one program"},
     {CLI_GENERATE, IN_MODEL, "scheme", 0, OPTION_TEXT, AT(generation.scheme), "NAME",
      "scheme of the mass matrix: composite (default), ner"},
-    {CLI_GENERATE, IN_MODEL, "keep-parameters", 0, OPTION_FLAG, AT(keep_parameters), NULL,
+    {CLI_GENERATE, IN_MODEL, "keep-parameters", 0, OPTION_FLAG, AT(generation.keep_parameters), NULL,
      "keep every nonzero number as a symbol"},
-    {CLI_GENERATE, IN_MODEL, "body-inputs", 0, OPTION_FLAG, AT(body_inputs), NULL,
+    {CLI_GENERATE, IN_MODEL, "body-inputs", 0, OPTION_FLAG, AT(generation.body_inputs), NULL,
      "external forces and torques (three each) on every body as inputs"},
     {CLI_GENERATE, IN_MODEL, "no-inputs", 0, OPTION_TEXT, AT(generation.no_inputs), "BODY,..",
      "bodies without these inputs"},
-    {CLI_GENERATE, IN_MODEL, "drives", 0, OPTION_FLAG, AT(drives), NULL,
+    {CLI_GENERATE, IN_MODEL, "drives", 0, OPTION_FLAG, AT(generation.drives), NULL,
      "include the rows of drives and locks in the closures"},
-    {CLI_GENERATE, IN_RUN, "optimize", 0, OPTION_FLAG, AT(optimize), NULL,
+    {CLI_GENERATE, IN_RUN, "optimize", 0, OPTION_FLAG, AT(generation.optimize), NULL,
      "minimise the number of operations, joint by joint; generation takes longer"},
     {CLI_SHOW, IN_OUTPUT, "model", 0, OPTION_FLAG, AT(show_model), NULL,
      "the model: bodies, joints, closures, forces, numbers in SI units"},
@@ -229,7 +231,7 @@ static const option options[] = {
      "language of the generated files: c, octave, python"},
     {CLI_GENERATE, IN_OUTPUT, "form", 0, OPTION_TEXT, AT(generation.form), "NAME",
      "names of variables: legible (default), compact"},
-    {CLI_GENERATE, IN_OUTPUT, "vectorised", 0, OPTION_FLAG, AT(vectorised), NULL,
+    {CLI_GENERATE, IN_OUTPUT, "vectorised", 0, OPTION_FLAG, AT(generation.vectorised), NULL,
      "array languages: one statement for all operations that are possible at once"},
     {CLI_GENERATE, IN_OUTPUT, "output", 'o', OPTION_TEXT, AT(output), "DIR",
      "folder of the files (default: the current one)"},
@@ -351,7 +353,8 @@ static const option *find(unsigned command, const char *word, size_t length)
     return NULL;
 }
 
-static bool store_number(const option *o, const char *text, double *value)
+/* Whole numbers beyond the range of an int are its largest one. */
+static bool store_number(const option *o, const char *text, void *place)
 {
     char *end;
     double x = strtod(text, &end);
@@ -359,11 +362,16 @@ static bool store_number(const option *o, const char *text, double *value)
         cli_complain("--%s needs a positive number, not '%s'", o->name, text);
         return false;
     }
-    if (o->kind == OPTION_WHOLE && (x > 1e15 || x != (double)(long long)x)) {
+    if (o->kind != OPTION_NUMBER && (x > 1e15 || x != (double)(long long)x)) {
         cli_complain("--%s needs a whole number, not '%s'", o->name, text);
         return false;
     }
-    *value = x;
+    if (o->kind == OPTION_NUMBER)
+        *(double *)place = x;
+    else if (o->kind == OPTION_LONG)
+        *(long *)place = (long)x;
+    else
+        *(int *)place = x < INT_MAX ? (int)x : INT_MAX;
     return true;
 }
 
@@ -415,18 +423,18 @@ static bool store_setting(char *text, cli_settings *settings)
 
 static bool store(const option *o, char *text, cli_settings *settings)
 {
-    char *place = (char *)settings + o->offset;
-    if (o->kind == OPTION_NUMBER || o->kind == OPTION_WHOLE)
-        return store_number(o, text, (double *)(void *)place);
+    void *place = (char *)settings + o->offset;
+    if (o->kind == OPTION_NUMBER || o->kind == OPTION_WHOLE || o->kind == OPTION_LONG)
+        return store_number(o, text, place);
     if (o->kind == OPTION_TIME)
-        return store_time(o, text, (double *)(void *)place);
+        return store_time(o, text, place);
     if (o->kind == OPTION_SETTING)
         return store_setting(text, settings);
     if (!has_ending(o, text)) {
         cli_complain("--%s writes %s files; '%s' has another ending", o->name, endings[o->kind], text);
         return false;
     }
-    *(const char **)(void *)place = text;
+    *(const char **)place = text;
     return true;
 }
 
@@ -443,7 +451,7 @@ static int read_option(unsigned command, const char *name, int count, char **wor
             cli_complain("--%s takes no value", o->name);
             return 0;
         }
-        *(bool *)((char *)settings + o->offset) = true;
+        *(int *)(void *)((char *)settings + o->offset) = 1;
         return 1;
     }
     if (!attached && count < 2) {

@@ -11,6 +11,7 @@
 #include <kempe/kempe.h>
 #include <kempe/kinematics.h>
 #include <kempe/modes.h>
+#include <kempe/response.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
 #include <stdbool.h>
@@ -52,16 +53,14 @@ typedef struct cli_settings {
     kempe_equilibrium_options equilibrium;
     kempe_kinematics_options kinematics;
     kempe_contact_options contact;
-    kempe_inverse_options inverse; /* in addition to those in `run` */
-    kempe_sensitivity_options sensitivity;
+    kempe_inverse_options inverse;
+    kempe_sensitivity_options sensitivity; /* in addition to those in `run` */
     kempe_modes_options modes;
-    const char *at, *inputs, *outputs, *frequencies, *svg;
-    const char *values, *sample;
-    double seed, instances, lanes, threads, max_steps;
-    bool keep_parameters, body_inputs, drives, optimize, count, vectorised;
-    bool show_model, show_equations, show_program, show_stats;
-    bool keep_independent, no_convergence_check, branches, alone, global, newton, linear, integral;
-    bool help;
+    kempe_response_options response; /* and of state spaces */
+    const char *svg, *values, *sample;
+    int seed, instances, lanes;
+    int count, branches, alone, help; /* flags: 0 or 1 */
+    int show_model, show_equations, show_program, show_stats;
 } cli_settings;
 
 /** Reads the words after the command's name. False after an error message on stderr. */

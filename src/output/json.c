@@ -6,30 +6,51 @@ kmp_json kmp_json_begin(kmp_text *text)
     return (kmp_json){.text = text};
 }
 
+kmp_json kmp_json_begin_compact(kmp_text *text)
+{
+    return (kmp_json){.text = text, .compact = true};
+}
+
 static void indent(kmp_json *json)
 {
+    if (json->compact)
+        return;
     kmp_text_put(json->text, "\n");
     for (int k = 0; k < json->depth; k++)
         kmp_text_put(json->text, "  ");
 }
 
-/* Writes the text before a value: comma, line, key. */
-static void lead(kmp_json *json, const char *key)
+/* A string; within a script `<` might end it. */
+static void quote(kmp_json *json, const char *s)
+{
+    kmp_text quoted = {0};
+    if (!json->compact) {
+        kmp_text_quote(json->text, s);
+        return;
+    }
+    kmp_text_quote(&quoted, s);
+    for (const char *c = quoted.s; c && *c; c++)
+        kmp_text_printf(json->text, *c == '<' ? "\\u003c" : "%c", *c);
+    json->text->failed = json->text->failed || quoted.failed;
+    kmp_text_free(&quoted);
+}
+
+void kmp_json_key(kmp_json *json, const char *key)
 {
     if (json->filled)
         kmp_text_put(json->text, ",");
     if (json->depth > 0)
         indent(json);
     if (key) {
-        kmp_text_quote(json->text, key);
-        kmp_text_put(json->text, ": ");
+        quote(json, key);
+        kmp_text_put(json->text, json->compact ? ":" : ": ");
     }
     json->filled = true;
 }
 
 static void begin_level(kmp_json *json, const char *key, const char *bracket, char close)
 {
-    lead(json, key);
+    kmp_json_key(json, key);
     kmp_text_put(json->text, bracket);
     if (json->depth < KMP_JSON_DEPTH)
         json->close[json->depth] = close;
@@ -56,51 +77,64 @@ void kmp_json_end(kmp_json *json)
         indent(json);
     if (json->depth < KMP_JSON_DEPTH)
         kmp_text_printf(json->text, "%c", json->close[json->depth]);
-    if (json->depth == 0)
+    if (json->depth == 0 && !json->compact)
         kmp_text_put(json->text, "\n");
     json->filled = true;
 }
 
+/* With all digits for 0. */
+static void put_number(kmp_json *json, double x, int digits)
+{
+    if (digits > 0)
+        kmp_text_rounded(json->text, x, digits);
+    else
+        kmp_text_number(json->text, x);
+}
+
+void kmp_json_rounded(kmp_json *json, const char *key, double x, int digits)
+{
+    kmp_json_key(json, key);
+    put_number(json, x, digits);
+}
+
 void kmp_json_number(kmp_json *json, const char *key, double x)
 {
-    lead(json, key);
-    kmp_text_number(json->text, x);
+    kmp_json_rounded(json, key, x, 0);
 }
 
 void kmp_json_whole(kmp_json *json, const char *key, long x)
 {
-    lead(json, key);
+    kmp_json_key(json, key);
     kmp_text_printf(json->text, "%ld", x);
 }
 
 void kmp_json_string(kmp_json *json, const char *key, const char *s)
 {
-    lead(json, key);
+    kmp_json_key(json, key);
     if (s)
-        kmp_text_quote(json->text, s);
+        quote(json, s);
     else
         kmp_text_put(json->text, "null");
 }
 
-void kmp_json_true(kmp_json *json, const char *key)
-{
-    lead(json, key);
-    kmp_text_put(json->text, "true");
-}
-
 void kmp_json_boolean(kmp_json *json, const char *key, bool x)
 {
-    lead(json, key);
+    kmp_json_key(json, key);
     kmp_text_put(json->text, x ? "true" : "false");
+}
+
+void kmp_json_rounded_numbers(kmp_json *json, const char *key, int count, const double *x, int digits)
+{
+    kmp_json_key(json, key);
+    kmp_text_put(json->text, "[");
+    for (int k = 0; k < count; k++) {
+        kmp_text_put(json->text, k == 0 ? "" : json->compact ? "," : ", ");
+        put_number(json, x[k], digits);
+    }
+    kmp_text_put(json->text, "]");
 }
 
 void kmp_json_numbers(kmp_json *json, const char *key, int count, const double *x)
 {
-    lead(json, key);
-    kmp_text_put(json->text, "[");
-    for (int k = 0; k < count; k++) {
-        kmp_text_put(json->text, k > 0 ? ", " : "");
-        kmp_text_number(json->text, x[k]);
-    }
-    kmp_text_put(json->text, "]");
+    kmp_json_rounded_numbers(json, key, count, x, 0);
 }

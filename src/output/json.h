@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A JSON writer over growing text: one member per line, two spaces per level. Keys are in the order of the calls,
- * numbers have the digits that read back to the same double, null where they are not finite. */
+/* A JSON writer over growing text: one member per line, two spaces per level; or compact, without blanks and safe
+ * inside a script of a page. Keys are in the order of the calls, numbers have the digits that read back to the same
+ * double, null where they are not finite. */
 #ifndef KMP_OUTPUT_JSON_H
 #define KMP_OUTPUT_JSON_H
 
@@ -11,23 +12,29 @@ enum { KMP_JSON_DEPTH = 16 };
 typedef struct kmp_json {
     kmp_text *text;
     int depth;
+    bool compact;
     bool filled; /* the open object or array has a member already */
     char close[KMP_JSON_DEPTH];
 } kmp_json;
 
 kmp_json kmp_json_begin(kmp_text *text);
+kmp_json kmp_json_begin_compact(kmp_text *text);
 
 /** Each of these writes one member: `key` is NULL inside an array and for the outermost value. */
 void kmp_json_object(kmp_json *json, const char *key);
 void kmp_json_array(kmp_json *json, const char *key);
 void kmp_json_number(kmp_json *json, const char *key, double x);
+void kmp_json_rounded(kmp_json *json, const char *key, double x, int digits);
 void kmp_json_whole(kmp_json *json, const char *key, long x);
 void kmp_json_string(kmp_json *json, const char *key, const char *s); /* null for NULL */
-void kmp_json_true(kmp_json *json, const char *key);
 void kmp_json_boolean(kmp_json *json, const char *key, bool x);
 
 /** An array of numbers on one line. */
 void kmp_json_numbers(kmp_json *json, const char *key, int count, const double *x);
+void kmp_json_rounded_numbers(kmp_json *json, const char *key, int count, const double *x, int digits);
+
+/** Writes what precedes a value that the caller appends to the text. */
+void kmp_json_key(kmp_json *json, const char *key);
 
 /** Closes the innermost object or array; the outermost one with a newline. */
 void kmp_json_end(kmp_json *json);

@@ -126,9 +126,8 @@ void kmp_print_errors(kmp_json *json, const kmp_verdict *verdict)
     kmp_json_end(json);
 }
 
-void kmp_print_work(kmp_json *json, const kmp_run_report *report)
+void kmp_print_counts(kmp_json *json, const kmp_run_report *report)
 {
-    kmp_json_object(json, "work");
     kmp_json_whole(json, "steps", report->steps);
     kmp_json_whole(json, "rejected", report->rejected);
     kmp_json_whole(json, "refused", report->refused);
@@ -137,6 +136,12 @@ void kmp_print_work(kmp_json *json, const kmp_run_report *report)
     kmp_json_whole(json, "jacobians", report->jacobians);
     kmp_json_whole(json, "factorizations", report->factorizations);
     kmp_json_whole(json, "exchanges", report->exchanges);
+}
+
+void kmp_print_work(kmp_json *json, const kmp_run_report *report)
+{
+    kmp_json_object(json, "work");
+    kmp_print_counts(json, report);
     kmp_json_whole(json, "centrings", report->centrings);
     kmp_json_whole(json, "events", report->events);
     kmp_json_end(json);

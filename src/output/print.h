@@ -31,8 +31,11 @@ void kmp_print_coordinates(kmp_json *json, const char *key, const kempe_system *
 /** residual{} and energy{} of a verdict. */
 void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict);
 
-/** error{} of a verdict, and work{} of a run. */
+/** error{} of a verdict. */
 void kmp_print_errors(kmp_json *json, const kmp_verdict *verdict);
+
+/** The counts that each run has, as members; work{} of a run with all counts. */
+void kmp_print_counts(kmp_json *json, const kmp_run_report *report);
 void kmp_print_work(kmp_json *json, const kmp_run_report *report);
 
 /** Right-aligned in `width` with `digits` after the point, "-" where not finite. */

@@ -1,17 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Data of a comparison's page: the comparison, the runs in detail, the picture. */
-#include "base/memory.h"
-#include "output/print.h"
-#include "report/encode.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
+#include "studies/compare/compare_print.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
-
-static const kmp_quantity shown[] = {KMP_QUANTITY_Q, KMP_QUANTITY_QD, KMP_QUANTITY_LAMBDA};
-
-enum { SHOWN = sizeof shown / sizeof *shown, DIGITS = 4 };
 
 /* -- choice of runs ---------------------------------------------------------------------------------- */
 
@@ -58,213 +52,171 @@ int kmp_page_choose(const kempe_comparison *c, int *chosen)
 
 /* -- the comparison ---------------------------------------------------------------------------------- */
 
-static void key(kmp_text *text, const char *name)
+static void put_string(kmp_json *json, const char *key, const char *s)
 {
-    kmp_text_printf(text, ",\"%s\":", name);
+    kmp_json_string(json, key, s ? s : "");
 }
 
-static void put_string(kmp_text *text, const char *name, const char *s)
+static void put_reference(kmp_json *json, const kempe_comparison *c)
 {
-    key(text, name);
-    kmp_encode_string(text, s ? s : "");
+    double uncertainty[KMP_COMPARE_SHOWN];
+    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
+        uncertainty[k] = c->has_reference ? c->uncertainty[kmp_compare_shown[k]] : NAN;
+    kmp_json_object(json, "reference");
+    kmp_json_boolean(json, "there", c->has_reference);
+    put_string(json, "source", c->source);
+    kmp_json_rounded_numbers(json, "uncertainty", KMP_COMPARE_SHOWN, uncertainty, 3);
+    kmp_json_end(json);
 }
 
-static void put_number(kmp_text *text, const char *name, double x, int digits)
+static void put_way(kmp_json *json, const kmp_method *way)
 {
-    key(text, name);
-    kmp_text_rounded(text, x, digits);
+    kmp_text name = {0};
+    kmp_compare_name(&name, way->formulation, way->form, way->integrator);
+    kmp_json_object(json, NULL);
+    put_string(json, "name", name.s);
+    put_string(json, "formulation", way->formulation);
+    put_string(json, "form", way->form);
+    put_string(json, "integrator", way->integrator);
+    kmp_json_end(json);
+    json->text->failed = json->text->failed || name.failed;
+    kmp_text_free(&name);
 }
 
-static void put_sentences(kmp_text *text, const char *name, const kmp_sentences *list)
+static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
 {
-    key(text, name);
-    kmp_text_put(text, "[");
-    for (int k = 0; k < list->count; k++) {
-        kmp_text_put(text, k > 0 ? "," : "");
-        kmp_encode_string(text, list->s[k]);
-    }
-    kmp_text_put(text, "]");
+    double error[KMP_COMPARE_SHOWN];
+    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
+        error[k] = kmp_compare_error(c, run, kmp_compare_shown[k]);
+    kmp_json_object(json, NULL);
+    kmp_json_whole(json, "way", run->way - c->ways);
+    kmp_json_rounded(json, "rtol", run->rtol, 6);
+    put_string(json, "status", kmp_status_word(run->status));
+    put_string(json, "reason", run->reason);
+    kmp_json_boolean(json, "left_out", run->left_out);
+    kmp_json_rounded_numbers(json, "error", KMP_COMPARE_SHOWN, error, 3);
+    kmp_json_boolean(json, "below", kmp_compared_is_below(c, run, KMP_QUANTITY_Q));
+    kmp_json_rounded(json, "h", run->verdict.h_max, 3);
+    kmp_json_rounded(json, "hdot", run->verdict.hdot_max, 3);
+    kmp_json_rounded(json, "drift", run->verdict.drift_rel, 3);
+    kmp_print_counts(json, &run->report);
+    kmp_json_rounded(json, "cpu", run->cpu_s, 4);
+    kmp_json_end(json);
 }
 
-static void put_reference(kmp_text *text, const kempe_comparison *c)
+static void put_level(kmp_json *json, const kempe_comparison *c, int l)
 {
-    double uncertainty[SHOWN];
-    for (int k = 0; k < SHOWN; k++)
-        uncertainty[k] = c->has_reference ? c->uncertainty[shown[k]] : NAN;
-    key(text, "reference");
-    kmp_text_printf(text, "{\"there\":%s", c->has_reference ? "true" : "false");
-    put_string(text, "source", c->source);
-    key(text, "uncertainty");
-    kmp_encode_numbers(text, SHOWN, uncertainty, 3);
-    kmp_text_put(text, "}");
+    kmp_json_object(json, NULL);
+    kmp_json_rounded(json, "level", c->levels.level[l], 3);
+    kmp_json_boolean(json, "blank", c->levels.blank[l]);
+    kmp_json_whole(json, "best", c->levels.best[l]);
+    kmp_json_array(json, "run");
+    for (int w = 0; w < c->way_count; w++)
+        kmp_json_whole(json, NULL, c->levels.run[w * c->levels.count + l]);
+    kmp_json_end(json);
+    kmp_json_end(json);
 }
 
-static void put_ways(kmp_text *text, const kempe_comparison *c)
+static void put_advice(kmp_json *json, const kempe_comparison *c)
 {
-    key(text, "methods");
-    kmp_text_put(text, "[");
-    for (int k = 0; k < c->way_count; k++) {
-        const kmp_method *way = &c->ways[k];
-        kmp_text t = {0};
-        kmp_compare_name(&t, way->formulation, way->form, way->integrator);
-        kmp_text_put(text, k > 0 ? ",{\"name\":" : "{\"name\":");
-        kmp_encode_string(text, t.s ? t.s : "");
-        text->failed = text->failed || t.failed;
-        kmp_text_free(&t);
-        put_string(text, "formulation", way->formulation);
-        put_string(text, "form", way->form);
-        put_string(text, "integrator", way->integrator);
-        kmp_text_put(text, "}");
-    }
-    kmp_text_put(text, "]");
-}
-
-static void put_run(kmp_text *text, const kempe_comparison *c, const kmp_compared *run)
-{
-    const kmp_run_report *r = &run->report;
-    double error[SHOWN];
-    for (int k = 0; k < SHOWN; k++)
-        error[k] = kmp_compared_is_below(c, run, shown[k]) ? NAN : run->verdict.error[shown[k]];
-    kmp_text_printf(text, "{\"way\":%d", (int)(run->way - c->ways));
-    put_number(text, "rtol", run->rtol, 6);
-    put_string(text, "status", kmp_status_word(run->status));
-    put_string(text, "reason", run->reason);
-    key(text, "left_out");
-    kmp_text_put(text, run->left_out ? "true" : "false");
-    key(text, "error");
-    kmp_encode_numbers(text, SHOWN, error, 3);
-    key(text, "below");
-    kmp_text_put(text, kmp_compared_is_below(c, run, KMP_QUANTITY_Q) ? "true" : "false");
-    put_number(text, "h", run->verdict.h_max, 3);
-    put_number(text, "hdot", run->verdict.hdot_max, 3);
-    put_number(text, "drift", run->verdict.drift_rel, 3);
-    kmp_text_printf(text,
-                    ",\"steps\":%ld,\"rejected\":%ld,\"refused\":%ld,\"rhs\":%ld,\"newton\":%ld,"
-                    "\"jacobians\":%ld,\"factorizations\":%ld,\"exchanges\":%ld",
-                    r->steps, r->rejected, r->refused, r->rhs, r->newton, r->jacobians, r->factorizations,
-                    r->exchanges);
-    put_number(text, "cpu", run->cpu_s, DIGITS);
-    kmp_text_put(text, "}");
-}
-
-static void put_runs(kmp_text *text, const kempe_comparison *c)
-{
-    key(text, "runs");
-    kmp_text_put(text, "[");
-    for (int k = 0; k < c->count; k++) {
-        kmp_text_put(text, k > 0 ? "," : "");
-        put_run(text, c, &c->runs[k]);
-    }
-    kmp_text_put(text, "]");
-}
-
-static void put_levels(kmp_text *text, const kempe_comparison *c)
-{
-    const kmp_levels *levels = &c->levels;
-    key(text, "levels");
-    kmp_text_put(text, "[");
-    for (int l = 0; l < levels->count; l++) {
-        kmp_text_put(text, l > 0 ? ",{\"level\":" : "{\"level\":");
-        kmp_text_rounded(text, levels->level[l], 3);
-        kmp_text_printf(text, ",\"blank\":%s,\"best\":%d,\"run\":[", levels->blank[l] ? "true" : "false",
-                        levels->best[l]);
-        for (int w = 0; w < c->way_count; w++)
-            kmp_text_printf(text, "%s%d", w > 0 ? "," : "", levels->run[w * levels->count + l]);
-        kmp_text_put(text, "]}");
-    }
-    kmp_text_put(text, "]");
-}
-
-static void put_advice(kmp_text *text, const kempe_comparison *c)
-{
-    key(text, "advice");
-    kmp_text_printf(text, "{\"run\":%d", c->advice.run);
-    put_number(text, "level", c->advice.level, 3);
-    kmp_text_printf(text, ",\"stiff\":%s", c->advice.stiff ? "true" : "false");
-    put_sentences(text, "reasons", &c->advice.because);
-    kmp_text_put(text, "}");
+    kmp_json_object(json, "advice");
+    kmp_json_whole(json, "run", c->advice.run);
+    kmp_json_rounded(json, "level", c->advice.level, 3);
+    kmp_json_boolean(json, "stiff", c->advice.stiff);
+    kmp_sentences_json(json, "reasons", &c->advice.because);
+    kmp_json_end(json);
 }
 
 /* -- runs in detail ---------------------------------------------------------------------------------- */
 
-static void put_steps(kmp_text *text, const kmp_record *record)
+static void put_steps(kmp_json *json, const kmp_record *record)
 {
     static const char *const name[3] = {"t", "least", "most"};
-    key(text, "each");
-    kmp_text_printf(text, "%ld,\"step\":{\"count\":%d", record->each, record->range_count);
+    kmp_json_whole(json, "each", record->each);
+    kmp_json_object(json, "step");
+    kmp_json_whole(json, "count", record->range_count);
     for (int part = 0; part < 3; part++) {
-        key(text, name[part]);
-        kmp_text_put(text, "[");
+        kmp_json_array(json, name[part]);
         for (int k = 0; k < record->range_count; k++) {
             const kmp_step_range *range = &record->ranges[k];
-            kmp_text_put(text, k > 0 ? "," : "");
-            kmp_text_rounded(text, part == 0 ? range->t : part == 1 ? range->least : range->most, part == 0 ? 6 : 3);
+            kmp_json_rounded(json, NULL,
+                             part == 0   ? range->t
+                             : part == 1 ? range->least
+                                         : range->most,
+                             part == 0 ? 6 : 3);
         }
-        kmp_text_put(text, "]");
+        kmp_json_end(json);
     }
-    kmp_text_put(text, "}");
+    kmp_json_end(json);
 }
 
-static void put_notes(kmp_text *text, const kmp_journal *journal)
+static void put_notes(kmp_json *json, const kmp_journal *journal)
 {
     enum { MOST = 300 };
-    key(text, "note_count");
-    kmp_text_printf(text, "%ld", journal->count);
-    key(text, "notes");
-    kmp_text_put(text, "[");
+    kmp_json_whole(json, "note_count", journal->count);
+    kmp_json_array(json, "notes");
     for (int k = 0; k < journal->kept && k < MOST; k++) {
-        kmp_text_put(text, k > 0 ? ",{\"t\":" : "{\"t\":");
-        kmp_text_rounded(text, journal->notes[k].t, 7);
-        put_string(text, "kind", journal->notes[k].kind);
-        put_string(text, "text", journal->notes[k].text);
-        kmp_text_put(text, "}");
+        kmp_json_object(json, NULL);
+        kmp_json_rounded(json, "t", journal->notes[k].t, 7);
+        put_string(json, "kind", journal->notes[k].kind);
+        put_string(json, "text", journal->notes[k].text);
+        kmp_json_end(json);
     }
-    kmp_text_put(text, "]");
+    kmp_json_end(json);
 }
 
-static void put_record(kmp_text *text, const kmp_record *record)
+static void put_record(kmp_json *json, const kmp_record *record)
 {
     int rows = record->row.rows;
-    kmp_text_printf(text, "{\"run\":%d,\"rows\":%d", record->run, rows);
-    put_number(text, "t_end", rows > 0 ? kmp_samples_time(&record->row, rows - 1) : 0, 7);
-    key(text, "h");
-    kmp_encode_numbers(text, rows, record->h, 3);
-    key(text, "hdot");
-    kmp_encode_numbers(text, rows, record->hdot, 3);
-    key(text, "energy");
-    kmp_encode_numbers(text, rows, record->energy, 3);
-    put_steps(text, record);
-    put_notes(text, &record->journal);
-    kmp_text_put(text, "}");
+    kmp_json_object(json, NULL);
+    kmp_json_whole(json, "run", record->run);
+    kmp_json_whole(json, "rows", rows);
+    kmp_json_rounded(json, "t_end", rows > 0 ? kmp_samples_time(&record->row, rows - 1) : 0, 7);
+    kmp_json_rounded_numbers(json, "h", rows, record->h, 3);
+    kmp_json_rounded_numbers(json, "hdot", rows, record->hdot, 3);
+    kmp_json_rounded_numbers(json, "energy", rows, record->energy, 3);
+    put_steps(json, record);
+    put_notes(json, &record->journal);
+    kmp_json_end(json);
 }
 
-bool kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const kmp_record *records,
+static void put_lists(kmp_json *json, const kempe_comparison *c)
+{
+    kmp_json_array(json, "methods");
+    for (int k = 0; k < c->way_count; k++)
+        put_way(json, &c->ways[k]);
+    kmp_json_end(json);
+    kmp_json_array(json, "runs");
+    for (int k = 0; k < c->count; k++)
+        put_run(json, c, &c->runs[k]);
+    kmp_json_end(json);
+    kmp_json_array(json, "levels");
+    for (int l = 0; l < c->levels.count; l++)
+        put_level(json, c, l);
+    kmp_json_end(json);
+}
+
+void kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const kmp_record *records,
                    const kmp_record *picture)
 {
-    kmp_text_put(text, "{\"kempe\":");
-    kmp_encode_string(text, KEMPE_VERSION);
-    put_string(text, "model", c->system->model->name);
-    put_string(text, "status", kmp_status_word(c->status));
-    put_string(text, "reason", c->reason);
-    put_number(text, "t_end", c->t_end, 7);
-    kmp_text_printf(text, ",\"n\":%d,\"m\":%d", c->system->n, c->system->m);
-    put_reference(text, c);
-    put_ways(text, c);
-    put_runs(text, c);
-    put_levels(text, c);
-    put_advice(text, c);
-    put_sentences(text, "failures", &c->failures);
-    put_sentences(text, "warnings", &c->warnings);
-    key(text, "shown");
-    kmp_text_put(text, "[");
-    for (int k = 0; k < count; k++) {
-        kmp_text_put(text, k > 0 ? "," : "");
-        put_record(text, &records[k]);
-    }
-    kmp_text_put(text, "]");
-    key(text, "picture");
-    if (picture && picture->row.rows > 0 && !kmp_motion_picture(text, c->system->model, &picture->row))
-        return false;
-    kmp_text_put(text, picture && picture->row.rows > 0 ? "}" : "null}");
-    return !text->failed;
+    kmp_json json = kmp_json_begin_compact(text);
+    kmp_json_object(&json, NULL);
+    put_string(&json, "kempe", KEMPE_VERSION);
+    put_string(&json, "model", c->system->model->name);
+    put_string(&json, "status", kmp_status_word(c->status));
+    put_string(&json, "reason", c->reason);
+    kmp_json_rounded(&json, "t_end", c->t_end, 7);
+    kmp_json_whole(&json, "n", c->system->n);
+    kmp_json_whole(&json, "m", c->system->m);
+    put_reference(&json, c);
+    put_lists(&json, c);
+    put_advice(&json, c);
+    kmp_sentences_json(&json, "failures", &c->failures);
+    kmp_sentences_json(&json, "warnings", &c->warnings);
+    kmp_json_array(&json, "shown");
+    for (int k = 0; k < count; k++)
+        put_record(&json, &records[k]);
+    kmp_json_end(&json);
+    kmp_motion_picture(&json, "picture", c->system->model, picture ? &picture->row : NULL);
+    kmp_json_end(&json);
 }

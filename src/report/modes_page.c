@@ -3,10 +3,10 @@
  */
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
-#include "report/encode.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
 #include "studies/modes/modes.h"
+#include <kempe/compare.h>
 #include <kempe/modes.h>
 #include <math.h>
 #include <string.h>
@@ -94,141 +94,119 @@ static void release(maker *w)
 
 /* -- data -------------------------------------------------------------------------------------------- */
 
-static void put_string(kmp_text *text, const char *key, const char *s)
+/* Puts a string from a text that is freed then. */
+static void put_words(kmp_json *json, const char *key, kmp_text *words)
 {
-    kmp_text_printf(text, ",\"%s\":", key);
-    kmp_encode_string(text, s ? s : "");
+    kmp_json_string(json, key, words->s ? words->s : "");
+    json->text->failed = json->text->failed || words->failed;
+    kmp_text_free(words);
 }
 
-static void put_number(kmp_text *text, const char *key, double x)
-{
-    kmp_text_printf(text, ",\"%s\":", key);
-    kmp_text_rounded(text, x, 9);
-}
-
-static void put_numbers(kmp_text *text, const char *key, int count, const double *x, int digits)
-{
-    kmp_text_printf(text, ",\"%s\":", key);
-    kmp_encode_numbers(text, count, x, digits);
-}
-
-static void put_mode(kmp_text *text, const kempe_modes *m, const shown *s)
+static void put_mode(kmp_json *json, const kempe_modes *m, const shown *s)
 {
     int c = s->eigenvalue, n = m->modes.n;
     double re = m->modes.spectrum.re[c], im = m->modes.spectrum.im[c];
     ptrdiff_t at = (ptrdiff_t)c * n;
     kmp_text words = {0};
     bool zero = c < m->modes.spectrum.zeros;
-    kmp_text_printf(text, "{\"zero\":%s,\"frames\":%d", zero ? "true" : "false", s->frames);
-    put_number(text, "amplitude", s->amplitude);
-    put_number(text, "re", re);
-    put_number(text, "im", im);
-    put_number(text, "frequency", kmp_mode_frequency(re, im));
-    put_number(text, "damping", kmp_mode_damping(re, im));
+    kmp_json_object(json, NULL);
+    kmp_json_boolean(json, "zero", zero);
+    kmp_json_whole(json, "frames", s->frames);
+    kmp_json_rounded(json, "amplitude", s->amplitude, 9);
+    kmp_json_rounded(json, "re", re, 9);
+    kmp_json_rounded(json, "im", im, 9);
+    kmp_json_rounded(json, "frequency", kmp_mode_frequency(re, im), 9);
+    kmp_json_rounded(json, "damping", kmp_mode_damping(re, im), 9);
     if (zero)
         kmp_modes_put_along(&words, m, c);
     else
         kmp_modes_put_movers(&words, m, c);
-    put_string(text, "moves", words.s);
-    text->failed = text->failed || words.failed;
-    kmp_text_free(&words);
-    put_numbers(text, "shape_re", n, m->modes.shown_re + at, 6);
-    put_numbers(text, "shape_im", n, m->modes.shown_im + at, 6);
-    put_numbers(text, "kinetic", n, m->modes.kinetic + at, 4);
-    put_numbers(text, "potential", n, m->modes.potential + at, 4);
-    kmp_text_put(text, "}");
+    put_words(json, "moves", &words);
+    kmp_json_rounded_numbers(json, "shape_re", n, m->modes.shown_re + at, 6);
+    kmp_json_rounded_numbers(json, "shape_im", n, m->modes.shown_im + at, 6);
+    kmp_json_rounded_numbers(json, "kinetic", n, m->modes.kinetic + at, 4);
+    kmp_json_rounded_numbers(json, "potential", n, m->modes.potential + at, 4);
+    kmp_json_end(json);
 }
 
-static void put_rows(kmp_text *text, const char *key, const kmp_locus *l, const double *x)
+static void put_rows(kmp_json *json, const char *key, const kmp_locus *l, const double *x)
 {
-    kmp_text_printf(text, ",\"%s\":[", key);
-    for (int k = 0; k < l->reached; k++) {
-        kmp_text_put(text, k ? "," : "");
-        kmp_encode_numbers(text, l->count, x + (ptrdiff_t)k * l->count, 6);
-    }
-    kmp_text_put(text, "]");
+    kmp_json_array(json, key);
+    for (int k = 0; k < l->reached; k++)
+        kmp_json_rounded_numbers(json, NULL, l->count, x + (ptrdiff_t)k * l->count, 6);
+    kmp_json_end(json);
 }
 
-static void put_locus(kmp_text *text, const kempe_modes *m)
+static void put_locus(kmp_json *json, const kempe_modes *m)
 {
     const kmp_locus *l = &m->locus;
-    kmp_text_put(text, ",\"locus\":");
     if (!m->name || l->reached == 0) {
-        kmp_text_put(text, "null");
+        kmp_json_string(json, "locus", NULL);
         return;
     }
-    kmp_text_put(text, "{\"name\":");
-    kmp_encode_string(text, m->name);
-    put_numbers(text, "values", l->reached, l->value, 9);
-    put_numbers(text, "orders", m->order_count, m->order, 6);
-    put_rows(text, "re", l, l->re);
-    put_rows(text, "im", l, l->im);
-    kmp_text_put(text, ",\"critical\":[");
+    kmp_json_object(json, "locus");
+    kmp_json_string(json, "name", m->name);
+    kmp_json_rounded_numbers(json, "values", l->reached, l->value, 9);
+    kmp_json_rounded_numbers(json, "orders", m->order_count, m->order, 6);
+    put_rows(json, "re", l, l->re);
+    put_rows(json, "im", l, l->im);
+    kmp_json_array(json, "critical");
     for (int k = 0; k < l->critical_count; k++) {
         const kmp_critical *c = &l->critical[k];
-        kmp_text_printf(text, "%s{\"grows\":\"%s\"", k ? "," : "", c->grows_above ? "above" : "below");
-        put_number(text, "value", c->value);
-        put_number(text, "re", c->re);
-        put_number(text, "im", c->im);
-        kmp_text_put(text, "}");
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "grows", c->grows_above ? "above" : "below");
+        kmp_json_rounded(json, "value", c->value, 9);
+        kmp_json_rounded(json, "re", c->re, 9);
+        kmp_json_rounded(json, "im", c->im, 9);
+        kmp_json_end(json);
     }
-    kmp_text_put(text, "]}");
+    kmp_json_end(json);
+    kmp_json_end(json);
 }
 
-static bool put_data(kmp_text *text, const maker *w)
+static void put_data(kmp_text *text, const maker *w)
 {
     const kempe_modes *m = w->m;
+    kmp_json json = kmp_json_begin_compact(text);
     kmp_text because = {0};
-    kmp_text_put(text, "{\"kempe\":");
-    kmp_encode_string(text, KEMPE_VERSION);
-    put_string(text, "model", m->system->model->name);
-    put_string(text, "at", m->station->state->equilibrium ? "the equilibrium" : "the assembled start");
-    put_string(text, "stability", kmp_modes_verdict(m));
+    kmp_json_object(&json, NULL);
+    kmp_json_string(&json, "kempe", KEMPE_VERSION);
+    kmp_json_string(&json, "model", m->system->model->name);
+    kmp_json_string(&json, "at", m->station->state->equilibrium ? "the equilibrium" : "the assembled start");
+    kmp_json_string(&json, "stability", kmp_modes_verdict(m));
     kmp_modes_put_verdict(&because, m);
-    put_string(text, "reasons", because.s);
-    text->failed = text->failed || because.failed;
-    kmp_text_free(&because);
-    put_string(text, "reason", m->reason);
-    kmp_text_printf(text, ",\"freedoms\":%d,\"frames\":%d,\"coordinates\":[", m->modes.p, FRAMES);
-    for (int k = 0; k < m->modes.n; k++) {
-        kmp_text_put(text, k ? "," : "");
-        kmp_encode_string(text, m->system->model->motions[k].name);
-    }
-    kmp_text_put(text, "],\"modes\":[");
-    for (int k = 0; k < w->count; k++) {
-        kmp_text_put(text, k ? "," : "");
-        put_mode(text, m, &w->modes[k]);
-    }
-    kmp_text_put(text, "]");
-    put_locus(text, m);
-    kmp_text_put(text, ",\"picture\":");
-    if (w->row.rows > 0 && !kmp_motion_picture(text, m->system->model, &w->row))
-        return false;
-    kmp_text_put(text, w->row.rows > 0 ? "}" : "null}");
-    return !text->failed;
+    put_words(&json, "reasons", &because);
+    kmp_json_string(&json, "reason", m->reason ? m->reason : "");
+    kmp_json_whole(&json, "freedoms", m->modes.p);
+    kmp_json_whole(&json, "frames", FRAMES);
+    kmp_json_array(&json, "coordinates");
+    for (int k = 0; k < m->modes.n; k++)
+        kmp_json_string(&json, NULL, m->system->model->motions[k].name);
+    kmp_json_end(&json);
+    kmp_json_array(&json, "modes");
+    for (int k = 0; k < w->count; k++)
+        put_mode(&json, m, &w->modes[k]);
+    kmp_json_end(&json);
+    put_locus(&json, m);
+    kmp_motion_picture(&json, "picture", m->system->model, &w->row);
+    kmp_json_end(&json);
 }
 
 /* -- the page ---------------------------------------------------------------------------------------- */
 
-static kempe_status write_page(const maker *w, const kmp_page_libraries *libraries, const char *path)
+static kempe_status write_page(const maker *w, const char *path)
 {
     static const char *const *const scripts[] = {kmp_phrases_js, kmp_shapes_js, kmp_animation_js, kmp_modes_view_js,
                                                  NULL};
     kmp_text data = {0};
-    kempe_status status = KEMPE_E_MEMORY;
-    if (put_data(&data, w)) {
-        const kmp_sheet sheet = {.html = kmp_modes_view_html,
-                                 .model = w->m->system->model->name,
-                                 .subject = "modes",
-                                 .scripts = scripts,
-                                 .libraries = libraries,
-                                 .data = data.s};
-        status = kmp_sheet_write(w->m->system->context, &sheet, path);
-    } else {
-        status = kmp_fail_memory(w->m->system->context);
-    }
-    kmp_text_free(&data);
-    return status;
+    put_data(&data, w);
+    return kmp_sheet_write(w->m->system->context,
+                           &(kmp_sheet){.body = kmp_modes_view_html,
+                                        .model = w->m->system->model->name,
+                                        .subject = "modes",
+                                        .scripts = scripts,
+                                        .data = &data},
+                           path);
 }
 
 kempe_status kempe_modes_write_report(kempe_modes *modes, const char *path)
@@ -236,12 +214,9 @@ kempe_status kempe_modes_write_report(kempe_modes *modes, const char *path)
     KMP_WANTED(NULL, modes, "modes");
     KMP_WANTED(modes->system->context, path, "path");
     kempe_context *context = modes->system->context;
-    kmp_page_libraries libraries;
     maker w = {.m = modes};
-    kmp_context_clear(context);
-    KMP_TRY(kmp_page_libraries_read(context, &libraries));
-    kempe_status status = make_frames(&w) ? write_page(&w, &libraries, path) : kmp_fail_memory(context);
+    KMP_TRY(kempe_report_check(context));
+    kempe_status status = make_frames(&w) ? write_page(&w, path) : kmp_fail_memory(context);
     release(&w);
-    kmp_page_libraries_free(&libraries);
     return status;
 }

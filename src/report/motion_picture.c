@@ -4,7 +4,6 @@
 #include "report/motion_picture.h"
 #include "base/memory.h"
 #include "report/drawing.h"
-#include "report/encode.h"
 #include "report/pose.h"
 #include "report/railway.h"
 #include <math.h>
@@ -26,6 +25,7 @@ typedef struct picture {
     kmp_pose *poses;
     double *position, *rotation; /* 3 and 4 a frame and body, without the ground */
     int16_t *room;
+    kmp_arena arena;
 } picture;
 
 /* The larger of the squares of a place's distance from an axis, and of `across`; and of its distance from the origin,
@@ -110,17 +110,48 @@ static bool make_frames(picture *p)
     while ((rows - 1) / p->stride + 1 > most)
         p->stride++;
     p->frames = (rows - 1) / p->stride + 1;
-    p->poses = KMP_NEW(kmp_pose, p->model->body_count);
-    p->position = KMP_NEW(double, 3 * (ptrdiff_t)p->frames * moving);
-    p->rotation = KMP_NEW(double, 4 * (ptrdiff_t)p->frames * moving);
-    p->room = KMP_NEW(int16_t, 4 * (ptrdiff_t)p->frames * moving);
-    if (!p->poses || !p->position || !p->rotation || !p->room)
+    p->poses = KMP_ARENA_NEW(&p->arena, kmp_pose, p->model->body_count);
+    p->position = KMP_ARENA_NEW(&p->arena, double, 3 * (ptrdiff_t)p->frames * moving);
+    p->rotation = KMP_ARENA_NEW(&p->arena, double, 4 * (ptrdiff_t)p->frames * moving);
+    p->room = KMP_ARENA_NEW(&p->arena, int16_t, 4 * (ptrdiff_t)p->frames * moving);
+    if (p->arena.failed)
         return false;
     pose_frames(p);
     return true;
 }
 
-static void put_positions(kmp_text *text, picture *p)
+/* RFC 4648. */
+static void put_three(kmp_text *text, const unsigned char byte[3], int count)
+{
+    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    unsigned bits = (unsigned)byte[0] << 16 | (unsigned)byte[1] << 8 | byte[2];
+    char out[5] = "====";
+    for (int k = 0; k <= count; k++)
+        out[k] = letters[bits >> (18 - 6 * k) & 63];
+    kmp_text_put(text, out);
+}
+
+void kmp_motion_picture_shorts(kmp_json *json, const char *key, size_t count, const int16_t *x)
+{
+    unsigned char byte[3] = {0};
+    int filled = 0;
+    kmp_json_key(json, key);
+    kmp_text_put(json->text, "\"");
+    for (size_t k = 0; k < 2 * count; k++) {
+        unsigned value = (uint16_t)x[k / 2];
+        byte[filled++] = (unsigned char)(k % 2 ? value >> 8 : value & 255);
+        if (filled < 3)
+            continue;
+        put_three(json->text, byte, 3);
+        memset(byte, 0, sizeof byte);
+        filled = 0;
+    }
+    if (filled > 0)
+        put_three(json->text, byte, filled);
+    kmp_text_put(json->text, "\"");
+}
+
+static void put_positions(kmp_json *json, picture *p)
 {
     size_t count = 3 * (size_t)p->frames * (size_t)(p->drawing.body_count - 1);
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, middle[3] = {0};
@@ -135,76 +166,80 @@ static void put_positions(kmp_text *text, picture *p)
     }
     for (size_t k = 0; k < count; k++)
         p->room[k] = (int16_t)lround(scale > 0 ? INT16_MAX * ((p->position[k] - middle[k % 3]) / scale) : 0);
-    kmp_text_put(text, "\"middle\":");
-    kmp_encode_numbers(text, 3, middle, 7);
-    kmp_text_put(text, ",\"unit\":");
-    kmp_text_rounded(text, scale / INT16_MAX, 7);
-    kmp_text_put(text, ",\"position\":");
-    kmp_encode_short(text, count, p->room);
+    kmp_json_rounded_numbers(json, "middle", 3, middle, 7);
+    kmp_json_rounded(json, "unit", scale / INT16_MAX, 7);
+    kmp_motion_picture_shorts(json, "position", count, p->room);
 }
 
-static void put_frames(kmp_text *text, picture *p)
+static void put_frames(kmp_json *json, picture *p)
 {
     size_t count = 4 * (size_t)p->frames * (size_t)(p->drawing.body_count - 1);
-    kmp_text_printf(text, "\"frames\":{\"count\":%d,\"t_end\":", p->frames);
-    kmp_text_rounded(text, kmp_samples_time(p->row, (p->frames - 1) * p->stride), 7);
-    kmp_text_put(text, ",");
-    put_positions(text, p);
+    kmp_json_object(json, "frames");
+    kmp_json_whole(json, "count", p->frames);
+    kmp_json_rounded(json, "t_end", kmp_samples_time(p->row, (p->frames - 1) * p->stride), 7);
+    put_positions(json, p);
     for (size_t k = 0; k < count; k++)
         p->room[k] = (int16_t)lround(INT16_MAX * p->rotation[k]);
-    kmp_text_put(text, ",\"rotation\":");
-    kmp_encode_short(text, count, p->room);
-    kmp_text_put(text, "}");
+    kmp_motion_picture_shorts(json, "rotation", count, p->room);
+    kmp_json_end(json);
 }
 
 /* -- drawn parts ------------------------------------------------------------------------------------- */
 
-static void put_marks(kmp_text *text, const picture *p)
+static void put_marks(kmp_json *json, const picture *p, int body)
 {
-    kmp_text_put(text, "\"bodies\":[");
-    for (int b = 0; b < p->drawing.body_count; b++) {
-        kmp_text_put(text, b > 0 ? ",{\"name\":" : "{\"name\":");
-        kmp_encode_string(text, p->model->bodies[b].name);
-        kmp_text_put(text, ",\"points\":[");
-        for (int k = 0, said = 0; k < p->drawing.mark_count; k++) {
-            const kmp_mark *m = &p->drawing.marks[k];
-            if (m->body != b)
-                continue;
-            kmp_text_put(text, said++ ? ",[" : "[");
-            for (int i = 0; i < 3; i++) {
-                kmp_text_rounded(text, m->at[i], 7);
-                kmp_text_put(text, ",");
-            }
-            kmp_text_printf(text, "%u,", m->marks);
-            kmp_encode_string(text, m->name ? m->name : "");
-            kmp_text_put(text, "]");
-        }
-        kmp_text_put(text, "]}");
+    for (int k = 0; k < p->drawing.mark_count; k++) {
+        const kmp_mark *m = &p->drawing.marks[k];
+        if (m->body != body)
+            continue;
+        kmp_json_array(json, NULL);
+        for (int i = 0; i < 3; i++)
+            kmp_json_rounded(json, NULL, m->at[i], 7);
+        kmp_json_whole(json, NULL, m->marks);
+        kmp_json_string(json, NULL, m->name ? m->name : "");
+        kmp_json_end(json);
     }
-    kmp_text_put(text, "],");
 }
 
-static void put_lines(kmp_text *text, const picture *p)
+static void put_bodies(kmp_json *json, const picture *p)
 {
-    kmp_text_put(text, "\"lines\":[");
+    kmp_json_array(json, "bodies");
+    for (int b = 0; b < p->drawing.body_count; b++) {
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "name", p->model->bodies[b].name);
+        kmp_json_array(json, "points");
+        put_marks(json, p, b);
+        kmp_json_end(json);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void put_lines(kmp_json *json, const picture *p)
+{
+    kmp_json_array(json, "lines");
     for (int k = 0; k < p->drawing.line_count; k++) {
         const kmp_line *line = &p->drawing.lines[k];
-        kmp_text_put(text, k > 0 ? ",{\"name\":" : "{\"name\":");
-        kmp_encode_string(text, line->name ? line->name : "");
-        kmp_text_printf(text, ",\"rod\":%s,\"body\":[%d,%d],\"at\":[", p->drawing.is_rod[k] ? "true" : "false",
-                        line->body[0], line->body[1]);
-        kmp_encode_numbers(text, 3, line->at[0], 7);
-        kmp_text_put(text, ",");
-        kmp_encode_numbers(text, 3, line->at[1], 7);
-        kmp_text_put(text, "]}");
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "name", line->name ? line->name : "");
+        kmp_json_boolean(json, "rod", p->drawing.is_rod[k]);
+        kmp_json_array(json, "body");
+        for (int i = 0; i < 2; i++)
+            kmp_json_whole(json, NULL, line->body[i]);
+        kmp_json_end(json);
+        kmp_json_array(json, "at");
+        for (int i = 0; i < 2; i++)
+            kmp_json_rounded_numbers(json, NULL, 3, line->at[i], 7);
+        kmp_json_end(json);
+        kmp_json_end(json);
     }
-    kmp_text_put(text, "],");
+    kmp_json_end(json);
 }
 
 /* A guide has the length of its slider's motion. */
-static void put_guides(kmp_text *text, const picture *p)
+static void put_guides(kmp_json *json, const picture *p)
 {
-    kmp_text_put(text, "\"guides\":[");
+    kmp_json_array(json, "guides");
     for (int k = 0; k < p->drawing.guide_count; k++) {
         const kmp_picture_guide *guide = &p->drawing.guides[k];
         double range[2] = {INFINITY, -INFINITY};
@@ -212,37 +247,37 @@ static void put_guides(kmp_text *text, const picture *p)
             range[0] = fmin(range[0], row_of(p, f)[guide->motion]);
             range[1] = fmax(range[1], row_of(p, f)[guide->motion]);
         }
-        kmp_text_printf(text, "%s{\"body\":%d,\"at\":", k > 0 ? "," : "", guide->body);
-        kmp_encode_numbers(text, 3, guide->at, 7);
-        kmp_text_put(text, ",\"axis\":");
-        kmp_encode_numbers(text, 3, guide->axis, 7);
-        kmp_text_put(text, ",\"range\":");
-        kmp_encode_numbers(text, 2, range, 7);
-        kmp_text_put(text, "}");
+        kmp_json_object(json, NULL);
+        kmp_json_whole(json, "body", guide->body);
+        kmp_json_rounded_numbers(json, "at", 3, guide->at, 7);
+        kmp_json_rounded_numbers(json, "axis", 3, guide->axis, 7);
+        kmp_json_rounded_numbers(json, "range", 2, range, 7);
+        kmp_json_end(json);
     }
-    kmp_text_put(text, "],");
+    kmp_json_end(json);
 }
 
-bool kmp_motion_picture(kmp_text *text, const kempe_model *model, const kmp_samples *row)
+void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row)
 {
     picture p = {.model = model, .row = row};
     const double gravity[3] = {model->gravity[0].value, model->gravity[1].value, model->gravity[2].value};
-    bool ok = kmp_drawing_init(&p.drawing, model, MOST_BODIES) && make_frames(&p);
-    if (ok) {
-        kmp_text_printf(text, "{\"of_bodies\":%d,\"gravity\":", model->body_count - 1);
-        kmp_encode_numbers(text, 3, gravity, 7);
-        kmp_text_put(text, ",");
-        put_marks(text, &p);
-        put_lines(text, &p);
-        put_guides(text, &p);
-        kmp_railway_put(text, model, &(kmp_travel){p.frames, p.drawing.body_count - 1, p.position});
-        put_frames(text, &p);
-        kmp_text_put(text, "}");
+    if (!row || row->rows == 0) {
+        kmp_json_string(json, key, NULL);
+        return;
+    }
+    if (kmp_drawing_init(&p.drawing, model, MOST_BODIES) && make_frames(&p)) {
+        kmp_json_object(json, key);
+        kmp_json_whole(json, "of_bodies", model->body_count - 1);
+        kmp_json_rounded_numbers(json, "gravity", 3, gravity, 7);
+        put_bodies(json, &p);
+        put_lines(json, &p);
+        put_guides(json, &p);
+        kmp_railway_put(json, model, &(kmp_travel){p.frames, p.drawing.body_count - 1, p.position});
+        put_frames(json, &p);
+        kmp_json_end(json);
+    } else {
+        json->text->failed = true;
     }
     kmp_drawing_free(&p.drawing);
-    kmp_free(p.poses);
-    kmp_free(p.position);
-    kmp_free(p.rotation);
-    kmp_free(p.room);
-    return ok;
+    kmp_arena_free(&p.arena);
 }

@@ -3,10 +3,15 @@
 #ifndef KMP_REPORT_MOTION_PICTURE_H
 #define KMP_REPORT_MOTION_PICTURE_H
 
+#include "output/json.h"
 #include "report/record.h"
+#include <stdint.h>
 
-/** Appends an object. The frames are rows. false: no memory. */
-bool kmp_motion_picture(kmp_text *text, const kempe_model *model, const kmp_samples *row);
+/** Writes an object whose frames are the rows; null where there are none. */
+void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row);
+
+/** Writes a string of base64: two bytes a number, the lower one first. */
+void kmp_motion_picture_shorts(kmp_json *json, const char *key, size_t count, const int16_t *x);
 
 /** The number of frames that a picture of the model can have without omissions. */
 int kmp_motion_picture_frames(const kempe_model *model);

@@ -78,36 +78,23 @@ static kempe_status record_picture(const kempe_comparison *c, detail *d, const k
     return may_go_on(status) ? KEMPE_OK : status;
 }
 
-static kempe_status write_page(const kempe_comparison *c, const kmp_page_libraries *libraries, const char *data,
-                               const char *path)
+static kempe_status make_page(const kempe_comparison *c, detail *d, const char *path)
 {
     static const char *const *const scripts[] = {kmp_phrases_js, kmp_shapes_js,     kmp_animation_js,
                                                  kmp_plots_js,   kmp_comparison_js, NULL};
-    const kmp_sheet sheet = {.html = kmp_comparison_html,
-                             .model = c->system->model->name,
-                             .subject = "comparison",
-                             .scripts = scripts,
-                             .libraries = libraries,
-                             .data = data};
-    return kmp_sheet_write(c->system->context, &sheet, path);
-}
-
-static kempe_status make_page(const kempe_comparison *c, detail *d, const kmp_page_libraries *libraries,
-                              const char *path)
-{
     const kmp_record *picture = NULL;
     kmp_text data = {0};
-    kempe_status status = record_runs(c, d);
-    if (status == KEMPE_OK)
-        status = record_picture(c, d, &picture);
-    if (status == KEMPE_OK)
-        kmp_context_clear(c->system->context); /* errors of a start that cannot be assembled */
-    if (status == KEMPE_OK && !kmp_page_data(&data, c, d->count, d->records, picture))
-        status = kmp_fail_memory(c->system->context);
-    if (status == KEMPE_OK)
-        status = write_page(c, libraries, data.s, path);
-    kmp_text_free(&data);
-    return status;
+    KMP_TRY(record_runs(c, d));
+    KMP_TRY(record_picture(c, d, &picture));
+    kmp_context_clear(c->system->context); /* errors of a start that cannot be assembled */
+    kmp_page_data(&data, c, d->count, d->records, picture);
+    return kmp_sheet_write(c->system->context,
+                           &(kmp_sheet){.body = kmp_comparison_html,
+                                        .model = c->system->model->name,
+                                        .subject = "comparison",
+                                        .scripts = scripts,
+                                        .data = &data},
+                           path);
 }
 
 kempe_status kempe_comparison_write_report(const kempe_comparison *comparison, const char *path)
@@ -115,18 +102,11 @@ kempe_status kempe_comparison_write_report(const kempe_comparison *comparison, c
     KMP_WANTED(NULL, comparison, "comparison");
     KMP_WANTED(comparison->system->context, path, "path");
     kempe_context *context = comparison->system->context;
-    kmp_page_libraries libraries;
     kmp_context_begin(context);
-    kempe_status status = kmp_page_libraries_read(context, &libraries);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kempe_report_check(context));
     detail d = {.run = KMP_NEW(int, comparison->way_count + 1),
                 .records = KMP_NEW(kmp_record, comparison->way_count + 1)};
-    if (d.run && d.records)
-        status = make_page(comparison, &d, &libraries, path);
-    else
-        status = kmp_fail_memory(context);
+    kempe_status status = d.run && d.records ? make_page(comparison, &d, path) : kmp_fail_memory(context);
     release(&d);
-    kmp_page_libraries_free(&libraries);
     return status;
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rails are drawn over the range of the wheels, and a little more. */
 #include "report/railway.h"
-#include "report/encode.h"
 #include "symbolic/table.h"
 #include <math.h>
 
@@ -12,21 +11,20 @@ static double axis_at(const kmp_point *point, int i, int k)
     return point->turned ? point->axes[i][k] : i == k;
 }
 
-static void put_disc(kmp_text *text, const kempe_model *model, const kmp_wheel *wheel)
+static void put_disc(kmp_json *json, const kempe_model *model, const kmp_wheel *wheel)
 {
     const kmp_point *point = &model->points[wheel->point];
-    double at[3], axis[3], radius = wheel->radius.value;
+    double at[3], axis[3];
     for (int i = 0; i < 3; i++) {
         at[i] = point->at[i].value;
         axis[i] = axis_at(point, i, 1);
     }
-    kmp_text_printf(text, "{\"body\":%d,\"at\":", point->body);
-    kmp_encode_numbers(text, 3, at, 7);
-    kmp_text_put(text, ",\"axis\":");
-    kmp_encode_numbers(text, 3, axis, 7);
-    kmp_text_put(text, ",\"radius\":");
-    kmp_text_rounded(text, radius, 7);
-    kmp_text_put(text, "}");
+    kmp_json_object(json, NULL);
+    kmp_json_whole(json, "body", point->body);
+    kmp_json_rounded_numbers(json, "at", 3, at, 7);
+    kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
+    kmp_json_rounded(json, "radius", wheel->radius.value, 7);
+    kmp_json_end(json);
 }
 
 /* -- rails ------------------------------------------------------------------------------------------- */
@@ -92,48 +90,39 @@ static void straight_range(const kempe_model *model, int track, const kmp_travel
     }
 }
 
-static void put_rail(kmp_text *text, const kempe_model *model, int number, const kmp_travel *travel, int side)
+static void put_rail(kmp_json *json, const kempe_model *model, int number, const kmp_travel *travel, int side)
 {
     const kmp_track *track = &model->tracks[number];
     double range[2] = {INFINITY, -INFINITY}, left = side == KMP_TRACK_LEFT ? track->rail_at : -track->rail_at;
-    int points = track->curved ? COURSE_POINTS : 2, said = 0;
+    int points = track->curved ? COURSE_POINTS : 2;
     if (track->curved) {
         range[0] = -track->length / COURSE_POINTS;
         range[1] = track->length * (1 + 1.0 / COURSE_POINTS);
     } else
         straight_range(model, number, travel, range);
-    kmp_text_put(text, "[");
+    kmp_json_array(json, NULL);
     for (int k = 0; k < points && range[0] < range[1]; k++) {
         double place[3], at[3];
         rail_place(track, left, range[0] + (range[1] - range[0]) * k / (points - 1), place);
         on_ground(model, track, place, at);
-        if (track->curved && !is_run_on(model, number, travel, at))
-            continue;
-        if (said++)
-            kmp_text_put(text, ",");
-        kmp_encode_numbers(text, 3, at, 7);
+        if (!track->curved || is_run_on(model, number, travel, at))
+            kmp_json_rounded_numbers(json, NULL, 3, at, 7);
     }
-    kmp_text_put(text, "]");
+    kmp_json_end(json);
 }
 
-void kmp_railway_put(kmp_text *text, const kempe_model *model, const kmp_travel *travel)
+void kmp_railway_put(kmp_json *json, const kempe_model *model, const kmp_travel *travel)
 {
     if (model->wheel_count == 0)
         return;
-    kmp_text_put(text, "\"discs\":[");
-    for (int w = 0, said = 0; w < model->wheel_count; w++) {
-        if (model->points[model->wheels[w].point].body > travel->bodies)
-            continue;
-        if (said++)
-            kmp_text_put(text, ",");
-        put_disc(text, model, &model->wheels[w]);
-    }
-    kmp_text_put(text, "],\"rails\":[");
+    kmp_json_array(json, "discs");
+    for (int w = 0; w < model->wheel_count; w++)
+        if (model->points[model->wheels[w].point].body <= travel->bodies)
+            put_disc(json, model, &model->wheels[w]);
+    kmp_json_end(json);
+    kmp_json_array(json, "rails");
     for (int k = 0; k < model->track_count; k++)
-        for (int side = 0; side < KMP_TRACK_SIDES; side++) {
-            if (k > 0 || side > 0)
-                kmp_text_put(text, ",");
-            put_rail(text, model, k, travel, side);
-        }
-    kmp_text_put(text, "],");
+        for (int side = 0; side < KMP_TRACK_SIDES; side++)
+            put_rail(json, model, k, travel, side);
+    kmp_json_end(json);
 }

@@ -3,8 +3,8 @@
 #ifndef KMP_REPORT_RAILWAY_H
 #define KMP_REPORT_RAILWAY_H
 
-#include "base/text.h"
 #include "model/model.h"
+#include "output/json.h"
 
 /** Positions of the moving bodies: 3 numbers for each in each frame, without the ground. */
 typedef struct kmp_travel {
@@ -12,7 +12,7 @@ typedef struct kmp_travel {
     const double *position;
 } kmp_travel;
 
-/** "discs":[..],"rails":[..], and nothing where there is no wheel. */
-void kmp_railway_put(kmp_text *text, const kempe_model *model, const kmp_travel *travel);
+/** The members discs and rails, and nothing where there is no wheel. */
+void kmp_railway_put(kmp_json *json, const kempe_model *model, const kmp_travel *travel);
 
 #endif

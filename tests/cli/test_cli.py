@@ -29,7 +29,7 @@ FOUR_BAR = ROOT / "examples/four_bar/four_bar.yaml"
 SIX_BAR = ROOT / "examples/stephenson/stephenson.yaml"
 SLIDER_CRANK = ROOT / "examples/slider_crank/slider_crank.yaml"
 REFERENCE = ROOT / "examples/andrews/reference.csv"
-COMMANDS = re.findall(r"^CLI_COMMAND\((\w+)\)", (ROOT / "src/cli/commands.def").read_text(), re.M)
+COMMANDS = re.findall(r"^    \{CLI_\w+, \"(\w+)\"", (ROOT / "src/cli/commands.c").read_text(), re.M)
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
 

@@ -7,7 +7,6 @@
 #include "loaded.h"
 #include "random.h"
 #include "report/drawing.h"
-#include "report/encode.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
 #include "report/pose.h"
@@ -161,13 +160,16 @@ static void numbers_in_few_characters(void)
     const double x[] = {1.0 / 3, -1234567.89, 0, -0.0, 6e-310, NAN, 1e300};
     const int16_t shorts[] = {1, -2, 258, 32767};
     kmp_text text = {0};
-    kmp_encode_numbers(&text, 7, x, 4);
-    kmp_encode_short(&text, 4, shorts);
-    kmp_encode_short(&text, 2, shorts);
-    kmp_encode_short(&text, 0, shorts);
-    kmp_encode_string(&text, "a</script>\"\n");
-    CHECK_TEXT(text.s, "[0.3333,-1.235e+06,0,0,6e-310,null,1e+300]"
-                       "\"AQD+/wIB/38=\"\"AQD+/w==\"\"\"\"a\\u003c/script>\\\"\\u000a\"");
+    kmp_json json = kmp_json_begin_compact(&text);
+    kmp_json_array(&json, NULL);
+    kmp_json_rounded_numbers(&json, NULL, 7, x, 4);
+    kmp_motion_picture_shorts(&json, NULL, 4, shorts);
+    kmp_motion_picture_shorts(&json, NULL, 2, shorts);
+    kmp_motion_picture_shorts(&json, NULL, 0, shorts);
+    kmp_json_string(&json, NULL, "a</script>\"\n");
+    kmp_json_end(&json);
+    CHECK_TEXT(text.s, "[[0.3333,-1.235e+06,0,0,6e-310,null,1e+300],"
+                       "\"AQD+/wIB/38=\",\"AQD+/w==\",\"\",\"a\\u003c/script>\\\"\\u000a\"]");
     kmp_text_free(&text);
 }
 

@@ -67,7 +67,7 @@ static void test_json(void)
     kmp_json_number(&json, "tenth", 0.1);
     kmp_json_number(&json, "infinite", INFINITY);
     kmp_json_whole(&json, "whole", -7);
-    kmp_json_true(&json, "true");
+    kmp_json_boolean(&json, "true", true);
     kmp_json_numbers(&json, "numbers", 3, numbers);
     kmp_json_array(&json, "empty");
     kmp_json_end(&json);

@@ -33,15 +33,19 @@ static void json_reference(kmp_json *json, const kempe_comparison *c)
     kmp_json_end(json);
 }
 
+double kmp_compare_error(const kempe_comparison *c, const kmp_compared *run, kmp_quantity quantity)
+{
+    return kmp_compared_is_below(c, run, quantity) ? NAN : run->verdict.error[quantity];
+}
+
 static void json_error(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
 {
     kmp_verdict verdict = run->verdict;
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
-        if (kmp_compared_is_below(c, run, kmp_compare_shown[k]))
-            verdict.error[kmp_compare_shown[k]] = NAN;
+        verdict.error[kmp_compare_shown[k]] = kmp_compare_error(c, run, kmp_compare_shown[k]);
     kmp_print_errors(json, &verdict);
     if (kmp_compared_is_below(c, run, KMP_QUANTITY_Q))
-        kmp_json_true(json, "below_reference");
+        kmp_json_boolean(json, "below_reference", true);
 }
 
 static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
@@ -59,7 +63,7 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
     kmp_json_number(json, "cpu_s", run->cpu_s);
     kmp_json_number(json, "difference", run->apart);
     if (run->left_out)
-        kmp_json_true(json, "left_out");
+        kmp_json_boolean(json, "left_out", true);
     kmp_json_end(json);
 }
 
@@ -70,7 +74,7 @@ static void json_names(kmp_json *json, const kmp_method *way)
     kmp_json_string(json, "integrator", way->integrator);
 }
 
-static void json_sentences(kmp_json *json, const char *key, const kmp_sentences *list)
+void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list)
 {
     kmp_json_array(json, key);
     for (int k = 0; k < list->count; k++)
@@ -97,7 +101,7 @@ static void json_levels(kmp_json *json, const kempe_comparison *c)
         kmp_json_object(json, NULL);
         kmp_json_number(json, "error", c->levels.level[l]);
         if (c->levels.blank[l])
-            kmp_json_true(json, "below_reference");
+            kmp_json_boolean(json, "below_reference", true);
         kmp_json_array(json, "methods");
         for (int w = 0; w < c->way_count && !c->levels.blank[l]; w++)
             json_reached(json, c, w, l);
@@ -119,8 +123,8 @@ static void json_advice(kmp_json *json, const kempe_comparison *c)
     kmp_json_number(json, "rtol", run ? run->rtol : NAN);
     kmp_json_number(json, "error", advice->level);
     if (advice->stiff)
-        kmp_json_true(json, "stiff");
-    json_sentences(json, "reasons", &advice->because);
+        kmp_json_boolean(json, "stiff", true);
+    kmp_sentences_json(json, "reasons", &advice->because);
     kmp_json_end(json);
 }
 
@@ -136,7 +140,7 @@ void kmp_compare_json(kmp_text *text, const kempe_comparison *c)
     kmp_json_end(&j);
     json_levels(&j, c);
     json_advice(&j, c);
-    json_sentences(&j, "failures", &c->failures);
-    json_sentences(&j, "warnings", &c->warnings);
+    kmp_sentences_json(&j, "failures", &c->failures);
+    kmp_sentences_json(&j, "warnings", &c->warnings);
     kmp_json_end(&j);
 }

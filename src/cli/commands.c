@@ -1,0 +1,369 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The commands, in the order of the help. A study is the functions of its result and the files that options ask for;
+ * cli_run_study runs any of them. */
+#include "command.h"
+
+#include <kempe/branches.h>
+#include <kempe/check.h>
+#include <kempe/ensemble.h>
+#include <kempe/linearize.h>
+#include <kempe/table.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* -- studies ----------------------------------------------------------------------------------------- */
+
+#define AT(member) offsetof(cli_settings, member)
+
+#define NO_FILE                                                                                                        \
+    {                                                                                                                  \
+        0, NULL                                                                                                        \
+    }
+
+/* A study whose result is a `type` of the library. `call` makes *result for the job j with the settings s. Then follow
+ * its files: the option that has the path, and the function that writes there. */
+#define STUDY(name, type, call, ...)                                                                                   \
+    static kempe_status name##_make(const cli_job *j, const cli_settings *s, type **result)                            \
+    {                                                                                                                  \
+        (void)j, (void)s;                                                                                              \
+        return call;                                                                                                   \
+    }                                                                                                                  \
+    static kempe_status name##_compute(const cli_job *j, void **object)                                                \
+    {                                                                                                                  \
+        type *result = NULL;                                                                                           \
+        kempe_status status = name##_make(j, j->settings, &result);                                                    \
+        *object = result;                                                                                              \
+        return status;                                                                                                 \
+    }                                                                                                                  \
+    static kempe_status name##_print(const cli_job *j, const void *object, kempe_format format, char **text)           \
+    {                                                                                                                  \
+        (void)j;                                                                                                       \
+        return type##_print(object, format, text);                                                                     \
+    }                                                                                                                  \
+    static void name##_free(void *object)                                                                              \
+    {                                                                                                                  \
+        type##_free(object);                                                                                           \
+    }                                                                                                                  \
+    static const cli_study name##_study = {name##_compute, name##_print, name##_free, {__VA_ARGS__}};
+
+/* The function of the library that writes a result to a file, for results of any type. */
+#define WRITER(function)                                                                                               \
+    static kempe_status any_##function(void *object, const char *path)                                                 \
+    {                                                                                                                  \
+        return function(object, path);                                                                                 \
+    }
+
+/* The writer of a table of a result. */
+#define TABLE(type, name)                                                                                              \
+    static kempe_status type##_write_table(void *object, const char *path)                                             \
+    {                                                                                                                  \
+        kempe_table *table = NULL;                                                                                     \
+        kempe_status status = type##_table(object, name, &table);                                                      \
+        if (status == KEMPE_OK)                                                                                        \
+            status = kempe_table_write(table, path);                                                                   \
+        kempe_table_free(table);                                                                                       \
+        return status;                                                                                                 \
+    }
+
+WRITER(kempe_trajectory_write_csv)
+WRITER(kempe_trajectory_write_npz)
+WRITER(kempe_kinematics_write_csv)
+WRITER(kempe_kinematics_write_svg)
+WRITER(kempe_contact_table_write_csv)
+WRITER(kempe_contact_table_write_svg)
+TABLE(kempe_inverse, "rows")
+WRITER(kempe_linearization_write_npz)
+WRITER(kempe_modes_write_csv)
+WRITER(kempe_modes_write_svg)
+WRITER(kempe_modes_write_report)
+WRITER(kempe_response_write_csv)
+WRITER(kempe_response_write_svg)
+WRITER(kempe_sensitivity_write_csv)
+WRITER(kempe_comparison_write_csv)
+WRITER(kempe_comparison_write_report)
+
+static int seed_of(const cli_settings *s)
+{
+    return s->seed > 0 && s->seed < 1000000000 ? s->seed : 1;
+}
+
+static kempe_status write_trajectory(void *trajectory, const char *path)
+{
+    size_t length = strlen(path);
+    if (length > 4 && strcmp(path + length - 4, ".npz") == 0)
+        return any_kempe_trajectory_write_npz(trajectory, path);
+    return any_kempe_trajectory_write_csv(trajectory, path);
+}
+
+STUDY(check, kempe_check, kempe_check_new(j->system, result), NO_FILE)
+STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), NO_FILE)
+STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result), NO_FILE)
+STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinematics, result),
+      {AT(output), any_kempe_kinematics_write_csv}, {AT(svg), any_kempe_kinematics_write_svg})
+STUDY(contact, kempe_contact_table, kempe_contact_table_new(j->system, &s->contact, result),
+      {AT(output), any_kempe_contact_table_write_csv}, {AT(svg), any_kempe_contact_table_write_svg})
+STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result), {AT(output), write_trajectory})
+STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result),
+      {AT(output), kempe_inverse_write_table})
+STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), {AT(output), any_kempe_modes_write_csv},
+      {AT(svg), any_kempe_modes_write_svg}, {AT(report), any_kempe_modes_write_report})
+STUDY(response, kempe_response, kempe_response_new(j->system, &s->response, result),
+      {AT(output), any_kempe_response_write_csv}, {AT(svg), any_kempe_response_write_svg})
+STUDY(compare, kempe_comparison, kempe_comparison_new(j->system, &s->compare, result),
+      {AT(csv), any_kempe_comparison_write_csv}, {AT(report), any_kempe_comparison_write_report})
+STUDY(count, kempe_count, kempe_count_new(j->model, &s->generation, result), NO_FILE)
+STUDY(code, kempe_code, kempe_code_new(j->model, &s->generation, result), NO_FILE)
+
+/* -- studies with options of several structs --------------------------------------------------------- */
+
+static kempe_status find_equilibrium(const cli_job *j, kempe_equilibrium **result)
+{
+    kempe_equilibrium_options options = j->settings->equilibrium;
+    options.seed = seed_of(j->settings);
+    return kempe_equilibrium_new(j->system, &options, result);
+}
+
+/* Options of state spaces are those that the response has, too. */
+static kempe_status linearize_about(const cli_job *j, kempe_linearization **result)
+{
+    const kempe_response_options *s = &j->settings->response;
+    const kempe_linearize_options options = {
+        .at = s->at, .inputs = s->inputs, .outputs = s->outputs, .independent = s->independent, .backend = s->backend};
+    return kempe_linearization_new(j->system, &options, result);
+}
+
+static kempe_status differentiate(const cli_job *j, kempe_sensitivity **result)
+{
+    kempe_sensitivity_options options = j->settings->sensitivity;
+    options.run = j->settings->run;
+    return kempe_sensitivity_new(j->model, &options, result);
+}
+
+STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), NO_FILE)
+STUDY(linearize, kempe_linearization, linearize_about(j, result), {AT(output), any_kempe_linearization_write_npz})
+STUDY(sensitivity, kempe_sensitivity, differentiate(j, result), {AT(output), any_kempe_sensitivity_write_csv})
+
+/* An ensemble, with what its batch refers to. */
+typedef struct instances {
+    kempe_values *values;
+    kempe_ensemble *ensemble;
+    kempe_batch *batch;
+} instances;
+
+static void instances_free(void *object)
+{
+    instances *i = object;
+    if (!i)
+        return;
+    kempe_batch_free(i->batch);
+    kempe_ensemble_free(i->ensemble);
+    kempe_values_free(i->values);
+    free(i);
+}
+
+static kempe_status take_values(const cli_job *j, kempe_values **values)
+{
+    const cli_settings *s = j->settings;
+    int count = s->instances > 0 ? s->instances : 1000;
+    if (s->values)
+        return kempe_values_read(j->model, s->values, values);
+    return kempe_values_sample(j->model, s->sample, count < 1000000000 ? count : 0, seed_of(s), values);
+}
+
+static kempe_status instances_compute(const cli_job *j, void **object)
+{
+    const cli_settings *s = j->settings;
+    instances *i = calloc(1, sizeof *i);
+    kempe_status status = i ? take_values(j, &i->values) : KEMPE_E_MEMORY;
+    if (status == KEMPE_OK)
+        status = kempe_ensemble_new(j->model, i->values, &i->ensemble);
+    if (status == KEMPE_OK)
+        status = kempe_ensemble_run(i->ensemble, &s->run, s->alone ? -1 : s->lanes, &i->batch);
+    if (i && i->batch)
+        *object = i;
+    else
+        instances_free(i);
+    return status;
+}
+
+static kempe_status instances_print(const cli_job *j, const void *object, kempe_format format, char **text)
+{
+    const instances *i = object;
+    (void)j;
+    return kempe_batch_print(i->batch, format, text);
+}
+
+static kempe_status instances_write(void *object, const char *path)
+{
+    const instances *i = object;
+    return kempe_batch_write_csv(i->batch, path);
+}
+
+static const cli_study ensemble_study = {
+    instances_compute, instances_print, instances_free, {{AT(output), instances_write}}};
+
+/* -- commands with steps of their own ---------------------------------------------------------------- */
+
+static kempe_status run_assemble(const cli_job *j)
+{
+    return cli_run_study(j, j->settings->branches ? &branches_study : &assembly_study);
+}
+
+static kempe_status print_view(const cli_job *j, const void *object, kempe_format format, char **text)
+{
+    const cli_settings *s = j->settings;
+    (void)object;
+    if (s->show_model)
+        return kempe_model_print(j->model, format, text);
+    kempe_view view = s->show_program      ? KEMPE_VIEW_PROGRAM
+                      : !s->show_equations ? KEMPE_VIEW_STATS
+                      : s->show_stats      ? KEMPE_VIEW_PASSES
+                                           : KEMPE_VIEW_EQUATIONS;
+    return kempe_system_print(j->system, view, format, text);
+}
+
+static kempe_status run_show(const cli_job *j)
+{
+    return cli_worse(KEMPE_OK, cli_report(j, print_view, NULL));
+}
+
+/* Writes the files, then the report. */
+static kempe_status run_generate(const cli_job *j)
+{
+    const char *folder = j->settings->output ? j->settings->output : ".";
+    void *result = NULL;
+    if (j->settings->count)
+        return cli_run_study(j, &count_study);
+    kempe_status status = code_study.compute(j, &result);
+    cli_tell_failure(j, status, result != NULL);
+    if (result) {
+        kempe_status written = cli_tell_written(j, kempe_code_write(result, folder));
+        status = cli_worse(status, written == KEMPE_OK ? cli_report(j, code_study.print, result) : written);
+    }
+    code_study.free(result);
+    return status;
+}
+
+/* -- missing and contradicting options --------------------------------------------------------------- */
+
+static const char *kinematics_lacks(const cli_settings *s)
+{
+    return s->kinematics.sweep ? NULL : "the swept coordinate is missing: give --sweep NAME=A:B";
+}
+
+static const char *contact_lacks(const cli_settings *s)
+{
+    return s->contact.sweep
+               ? NULL
+               : "the sweep is missing: --sweep NAME=A:B:N of a coordinate or parameter, for example the lateral "
+                 "position of the wheels, --sweep 'y=0:-6 mm:13'; 'kempe check FILE' lists the coordinates";
+}
+
+static const char *modes_lack(const cli_settings *s)
+{
+    bool sweeps = s->modes.sweep || (s->modes.rates && strchr(s->modes.rates, ':'));
+    return sweeps || !s->svg ? NULL : "--svg draws a sweep: give --sweep NAME=A:B:N or --rates NAME=A:B:N";
+}
+
+static const char *ensemble_lacks(const cli_settings *s)
+{
+    return !s->values != !s->sample ? NULL : "ensemble needs either --values CSV or --sample NAME=A:B,..";
+}
+
+static const char *generate_lacks(const cli_settings *s)
+{
+    return s->count || s->generation.language ? NULL : "generate needs --lang NAME, or --count";
+}
+
+/* `show` prints one view at a time; equations and stats together are the passes. */
+static const char *show_lacks(const cli_settings *s)
+{
+    bool passes = s->show_equations && s->show_stats && !s->show_model && !s->show_program;
+    bool one = passes || s->show_model + s->show_equations + s->show_program + s->show_stats == 1;
+    return one ? NULL : "show needs one of --model, --equations, --program, --stats";
+}
+
+/* -- the commands ------------------------------------------------------------------------------------ */
+
+const cli_command cli_commands[] = {
+    {CLI_NEW, "new", "write a first model, NAME.yaml: a four-bar linkage with comments",
+     "  kempe new four_bar\n"
+     "  kempe check four_bar.yaml\n"
+     "  kempe simulate four_bar.yaml\n",
+     .usage = "NAME [options]", .without_model = true, .run = cli_new},
+    {CLI_CHECK, "check", "model diagnostics: degrees of freedom, redundant closures, independent coordinates",
+     "  kempe check examples/andrews/andrews.yaml\n", .study = &check_study},
+    {CLI_ASSEMBLE, "assemble", "assembly: close the loops, starting from the model's start values; assembly modes",
+     "  kempe assemble examples/four_bar/four_bar.yaml --json start.json\n"
+     "  kempe assemble examples/four_bar/four_bar.yaml --branches\n",
+     .run = run_assemble},
+    {CLI_KINEMATICS, "kinematics", "position analysis: sweep coordinates; velocities, accelerations, dead centres",
+     "  kempe kinematics examples/four_bar/four_bar.yaml --sweep \"A=0 deg:360 deg\" -o turn.csv\n"
+     "  kempe kinematics examples/driven_slider_crank/driven_slider_crank.yaml --sweep t=0:1:101\n"
+     "  kempe kinematics examples/chebyshev/chebyshev.yaml --sweep \"crank=0 deg:360 deg\" --svg paths.svg\n",
+     .usage = "FILE --sweep NAME=A:B[,NAME=A:B..] [options]", .lacks = kinematics_lacks, .dynamics = "plain",
+     .study = &kinematics_study},
+    {CLI_EQUILIBRIUM, "equilibrium", "static or steady-state equilibrium and its stability",
+     "  kempe equilibrium examples/four_bar/four_bar.yaml --global\n"
+     "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5\n"
+     "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5 --solve-for 'qd(shaft)' --hold "
+     "slider=0.6\n",
+     .dynamics = "plain", .study = &equilibrium_study},
+    {CLI_CONTACT, "contact", "wheel-rail contact table: contact positions, creepages and forces over a sweep",
+     "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\"\n"
+     "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\" --law fastsim --svg "
+     "contact.svg\n",
+     .usage = "FILE --sweep NAME=A:B:N[,NAME=A:B..] [options]", .lacks = contact_lacks, .dynamics = "plain",
+     .study = &contact_study},
+    {CLI_SIMULATE, "simulate", "simulate with one formulation; accuracy checks of the result",
+     "  kempe simulate examples/andrews/andrews.yaml -o andrews.csv\n"
+     "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --output-step 0.01\n"
+     "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n",
+     .study = &simulate_study},
+    {CLI_INVERSE, "inverse", "inverse dynamics: actuator forces and torques for a prescribed motion",
+     "  kempe inverse examples/driven_slider_crank/driven_slider_crank.yaml\n"
+     "  kempe inverse examples/stewart/led.yaml --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o "
+     "legs.csv\n"
+     "  kempe inverse examples/parallel_robot/parallel_robot.yaml --actuators a1,b1,a2 --weights a2=4\n",
+     .dynamics = "plain", .study = &inverse_study},
+    {CLI_LINEARIZE, "linearize", "linear state-space model about an equilibrium or the start",
+     "  kempe linearize examples/four_bar/four_bar.yaml --at start\n"
+     "  kempe linearize examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' --outputs q -o car.npz\n",
+     .dynamics = "plain", .study = &linearize_study},
+    {CLI_MODES, "modes", "modal analysis: eigenvalues, damping and mode shapes; root locus over a parameter",
+     "  kempe modes examples/quarter_car/quarter_car.yaml\n"
+     "  kempe modes examples/quarter_car/quarter_car.yaml --sweep \"damper=0:6000:61\" --svg locus.svg\n"
+     "  kempe modes examples/suspension/suspension.yaml --report modes.html\n",
+     .lacks = modes_lack, .dynamics = "plain", .study = &modes_study},
+    {CLI_RESPONSE, "response", "frequency response: amplitude and phase of outputs for harmonic inputs, resonances",
+     "  kempe response examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' \\\n"
+     "      --outputs 'position(chassis.R).z' --frequencies 0.2:20 --svg car.svg\n",
+     .usage = "FILE --inputs NAME,.. [options]", .dynamics = "plain", .study = &response_study},
+    {CLI_SENSITIVITY, "sensitivity", "exact sensitivities with respect to parameters of the model",
+     "  kempe sensitivity examples/four_bar/four_bar.yaml --parameters crank,base --t-end 1 -o by_lengths.csv\n"
+     "  kempe sensitivity examples/stewart/stewart.yaml --method adjoint --outputs 'position(platform.P1).z'\n",
+     .model_alone = true, .study = &sensitivity_study},
+    {CLI_ENSEMBLE, "ensemble", "simulate many instances with different parameters, in parallel vector lanes",
+     "  kempe ensemble examples/four_bar/four_bar.yaml --values bars.csv -o ends.csv\n"
+     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n",
+     .usage = "FILE --values CSV | --sample RANGES [options]", .lacks = ensemble_lacks, .model_alone = true,
+     .study = &ensemble_study},
+    {CLI_COMPARE, "compare", "compare formulations, integrators and tolerances against a reference solution",
+     "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
+     "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --formulations reduced,dae --csv table.csv\n"
+     "  kempe compare examples/andrews/andrews.yaml --report andrews.html\n",
+     .study = &compare_study},
+    {CLI_SHOW, "show", "print the parsed model, its equations or its program",
+     "  kempe show examples/andrews/andrews.yaml --stats\n"
+     "  kempe show examples/four_bar/four_bar.yaml --equations\n"
+     "  kempe show examples/four_bar/four_bar.yaml --equations --stats\n",
+     .usage = "FILE --model | --equations | --program | --stats", .lacks = show_lacks, .run = run_show},
+    {CLI_GENERATE, "generate", "generate equations in C, Octave or Python; operation counts",
+     "  kempe generate examples/andrews/andrews.yaml --lang c -o andrews\n"
+     "  kempe generate examples/andrews/andrews.yaml --count\n"
+     "  kempe generate examples/andrews/andrews.yaml --count --sets M_C,invdyn --keep-parameters --body-inputs\n",
+     .usage = "FILE --lang NAME | --count [options]", .lacks = generate_lacks, .model_alone = true,
+     .run = run_generate},
+    {0},
+};
