@@ -385,7 +385,7 @@ class Kinematics(Case):
             self.assertEqual(dead["extreme"], extreme)
         self.assertEqual((low["instead"], result["coordinates"]["crank"]["least"] < -1), ("coupler, crank", True))
         svg = (self.folder / "half.svg").read_text()
-        self.assertEqual((svg.count("<polyline"), svg.count('class="dead"')), (3, 6))
+        self.assertEqual([svg.count(f'<path class="{name}"') for name in ("curve", "cross")], [6, 6])
         again = self.object(0, "kinematics", self.MODEL, "--sweep", "rocker=90 deg:150 deg:61",
                             "--release", "motor", "--svg", "again.svg", "-o", "again.csv")
         self.assertEqual(without_times(result), without_times(again))
@@ -667,7 +667,7 @@ class Linear(Case):
         self.assertEqual(reference.returncode, 0, reference.stdout + reference.stderr)
         self.assertIn("40 frequencies", reference.stdout)
         picture = xml.etree.ElementTree.parse(self.folder / "response.svg")
-        self.assertEqual(len([p for p in picture.iter() if p.get("stroke-width") == "1.6"]), 2)
+        self.assertEqual(len([p for p in picture.iter() if p.get("class") == "curve"]), 6)
         found = self.object(0, "response", self.RIDE, "--inputs", "drive(road)", "--frequencies", "0.2:50:40", "--linear")
         self.assertKeys(found, "model status reason build_s at u q inputs outputs eigenvalues peaks frequency responses")
         self.assertEqual((len(found["frequency"]), found["frequency"][0], found["frequency"][-1]), (40, 0.2, 50))
@@ -794,7 +794,7 @@ class Modes(Case):
         self.assertLess(abs(critical["eigenvalue"][0]), 1e-9)
         picture = ElementTree.parse(self.folder / "v.svg").getroot()
         drawn = [path.get("class") for path in picture.iter("{http://www.w3.org/2000/svg}path")]
-        self.assertEqual([drawn.count(name) for name in ("branch", "mark", "critical", "order")], [8, 2, 1, 2])
+        self.assertEqual([drawn.count(name) for name in ("curve", "cross", "critical", "order")], [8, 2, 1, 2])
         self.assertNotIn("real ones as far as", (self.folder / "v.svg").read_text())
 
     def test_steady(self):

@@ -3,37 +3,23 @@
  * with the largest extent. The beginning of the sweep and dead centres are marked. */
 #include "base/file.h"
 #include "model/tables/output_table.h"
-#include "output/print.h"
-#include "output/svg.h"
+#include "output/plot.h"
 #include "studies/kinematics/position_sweep.h"
 #include <kempe/kinematics.h>
 #include <math.h>
 
-/* Pixels: the drawing's longer side, room for labels, a mark. */
-enum { SIDE = 560, MARGIN = 64, DOT = 4 };
+/* Pixels: the longer side of the paths, the least of a side, the space around them, a line of the legend, its left. */
+enum { SIDE = 560, LEAST = 160, AROUND = 100, LINE = 18, EDGE = 16 };
 
-static const char *const colours[] = {"#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8c564b"};
-
-enum { COLOURS = sizeof colours / sizeof *colours };
-
-typedef struct picture {
-    const kempe_kinematics *k;
-    kmp_text *text;
-    int axis[2];              /* of x, y, z: to the right and upwards */
-    double least[3], most[3]; /* of all paths */
-    double scale, width, height;
-} picture;
-
-/* First column of the path that column c begins; false: it begins none. */
+/* Column c begins a path. */
 static bool begins_path(const kempe_kinematics *k, int c)
 {
     return k->system->model->outputs[k->column[c].output].kind == KMP_OUTPUT_POSITION && k->column[c].component == 0;
 }
 
 /* Point i of a path: its rows, and the dead centres before and after them. NULL: no more. */
-static const double *place(const picture *p, int i, int column)
+static const double *place(const kempe_kinematics *k, int i, int column)
 {
-    const kempe_kinematics *k = p->k;
     bool before = k->dead_count > 0 && k->count > 0 && k->dead[0].s < k->s[0];
     int row = i - before;
     if (row < 0)
@@ -43,115 +29,86 @@ static const double *place(const picture *p, int i, int column)
     return row == k->count && k->dead_count > before ? k->dead_shown[k->dead_count - 1] + column : NULL;
 }
 
-static void measure(picture *p)
+/* Extends the range of each ground axis to all paths. */
+static void measure(const kempe_kinematics *k, kmp_axis *axis)
 {
     const double *x;
-    for (int a = 0; a < 3; a++) {
-        p->least[a] = INFINITY;
-        p->most[a] = -INFINITY;
-    }
-    for (int c = 0; c < p->k->width; c++)
-        for (int i = 0; begins_path(p->k, c) && (x = place(p, i, c)) != NULL; i++)
+    for (int a = 0; a < 3; a++)
+        axis[a] = (kmp_axis){.name = (const char *[]){"x, m", "y, m", "z, m"}[a], .low = INFINITY, .high = -INFINITY};
+    for (int c = 0; c < k->width; c++)
+        for (int i = 0; begins_path(k, c) && (x = place(k, i, c)) != NULL; i++)
             for (int a = 0; a < 3; a++) {
-                p->least[a] = fmin(p->least[a], x[a]);
-                p->most[a] = fmax(p->most[a], x[a]);
+                axis[a].low = fmin(axis[a].low, x[a]);
+                axis[a].high = fmax(axis[a].high, x[a]);
             }
 }
 
+static double extent(const kmp_axis *axis)
+{
+    return axis->high - axis->low;
+}
+
 /* The view is along the axis of the least extent; the others are in right-handed order. */
-static void choose_plane(picture *p)
+static void choose_plane(const kmp_axis *axis, int *plane)
 {
     int away = 2;
     for (int a = 1; a >= 0; a--)
-        if (p->most[a] - p->least[a] < p->most[away] - p->least[away])
+        if (extent(&axis[a]) < extent(&axis[away]))
             away = a;
-    p->axis[0] = away == 0 ? 1 : 0;
-    p->axis[1] = away == 2 ? 1 : 2;
-    double wide = p->most[p->axis[0]] - p->least[p->axis[0]], high = p->most[p->axis[1]] - p->least[p->axis[1]];
-    double longest = fmax(wide, high);
-    p->scale = longest > 0 ? SIDE / longest : 1;
-    p->width = 2 * MARGIN + wide * p->scale;
-    p->height = 2 * MARGIN + high * p->scale;
-    p->width = fmax(p->width, 0.5 * SIDE + 2 * MARGIN); /* room for words */
+    plane[0] = away == 0 ? 1 : 0;
+    plane[1] = away == 2 ? 1 : 2;
 }
 
-static double right(const picture *p, double x)
-{
-    return MARGIN + (x - p->least[p->axis[0]]) * p->scale;
-}
-
-static double down(const picture *p, double y)
-{
-    return MARGIN + (p->most[p->axis[1]] - y) * p->scale;
-}
-
-static void draw_path(picture *p, int column, const char *colour)
+static void draw_path(kmp_plot *p, const kempe_kinematics *k, int column, const int *plane, const char *colour)
 {
     const double *x;
-    kmp_text_printf(p->text, "<polyline fill=\"none\" stroke=\"%s\" stroke-width=\"1.5\" points=\"", colour);
-    for (int i = 0; (x = place(p, i, column)) != NULL; i++)
-        kmp_text_printf(p->text, "%s%.2f,%.2f", i ? " " : "", right(p, x[p->axis[0]]), down(p, x[p->axis[1]]));
-    kmp_text_put(p->text, "\"/>\n");
+    kmp_curve_begin(p, "curve", colour);
+    for (int i = 0; (x = place(k, i, column)) != NULL; i++)
+        kmp_curve_to(p, x[plane[0]], x[plane[1]]);
+    kmp_curve_end(p);
+    x = place(k, 0, column);
+    if (x)
+        kmp_plot_dot(p, x[plane[0]], x[plane[1]], colour);
+    for (int d = 0; d < k->dead_count; d++)
+        kmp_plot_cross(p, k->dead_shown[d][column + plane[0]], k->dead_shown[d][column + plane[1]]);
 }
 
-static void draw_marks(picture *p, int column, const char *colour)
+/* A path as the legend has it: by its point. */
+static void name_path(const kempe_kinematics *k, kmp_text *text, int column, int line)
 {
-    const kempe_kinematics *k = p->k;
-    const double *first = place(p, 0, column);
-    if (first)
-        kmp_svg_dot(p->text, right(p, first[p->axis[0]]), down(p, first[p->axis[1]]), DOT, colour);
-    for (int d = 0; d < k->dead_count; d++) {
-        const double *x = k->dead_shown[d] + column;
-        kmp_text_printf(p->text,
-                        "<path class=\"dead\" d=\"M%.2f,%.2f m-6,-6 l12,12 m0,-12 l-12,12\" fill=\"none\" "
-                        "stroke=\"#000\" stroke-width=\"2\"/>\n",
-                        right(p, x[p->axis[0]]), down(p, x[p->axis[1]]));
-    }
+    const kempe_model *model = k->system->model;
+    const kmp_point *point = &model->points[model->outputs[k->column[column].output].index];
+    kmp_picture_entry(text, EDGE, LINE * (line + 1), "curve", kmp_plot_colour(line), "%s.%s",
+                      model->bodies[point->body].name, point->name);
 }
 
-/* The first column's name without its axis, in the upper left. */
-static void draw_name(picture *p, int column, int line, const char *colour)
+static void draw(const kempe_kinematics *k, kmp_text *text, int paths)
 {
-    const kempe_model *model = p->k->system->model;
-    const kmp_output *output = &model->outputs[p->k->column[column].output];
-    const kmp_point *point = &model->points[output->index];
-    kmp_text_printf(p->text, "<text x=\"%d\" y=\"%d\" fill=\"%s\">%s.%s</text>\n", 8, 16 + 15 * line, colour,
-                    model->bodies[point->body].name, point->name);
-}
-
-/* A line of 1, 2 or 5 times a power of ten, with its length. */
-static void draw_measure(picture *p)
-{
-    double room = 0.25 * SIDE / p->scale, length = pow(10, floor(log10(room)));
-    length *= room >= 5 * length ? 5 : room >= 2 * length ? 2 : 1;
-    double y = p->height - MARGIN / 3.0, x = MARGIN;
-    kmp_text_printf(p->text,
-                    "<path d=\"M%.2f,%.2f v-5 v5 h%.2f v-5\" fill=\"none\" stroke=\"#444\"/>\n"
-                    "<text x=\"%.2f\" y=\"%.2f\" fill=\"#444\">%g m, %c to the right, %c upwards</text>\n",
-                    x, y, length * p->scale, x + length * p->scale + 8, y, length, "xyz"[p->axis[0]],
-                    "xyz"[p->axis[1]]);
-}
-
-static void draw(picture *p)
-{
-    const kempe_kinematics *k = p->k;
-    int line = 0;
-    measure(p);
-    choose_plane(p);
-    kmp_svg_begin(p->text, p->width, p->height, NULL);
-    for (int c = 0; c < k->width; c++) {
-        if (!begins_path(k, c))
-            continue;
-        const char *colour = colours[line % COLOURS];
-        draw_path(p, c, colour);
-        draw_marks(p, c, colour);
-        draw_name(p, c, line++, colour);
-    }
+    kmp_axis axis[3];
+    int plane[2], line = 0;
+    double side[2], top = LINE * (paths + 1);
+    measure(k, axis);
+    choose_plane(axis, plane);
+    double longest = fmax(extent(&axis[plane[0]]), extent(&axis[plane[1]]));
+    for (int i = 0; i < 2; i++)
+        side[i] = AROUND + fmax(LEAST, longest > 0 ? SIDE * extent(&axis[plane[i]]) / longest : SIDE);
+    kmp_picture_begin(text, side[0], top + side[1], "");
+    for (int c = 0; c < k->width; c++)
+        if (begins_path(k, c))
+            name_path(k, text, c, line++);
     if (k->dead_count > 0)
-        kmp_text_printf(p->text, "<text x=\"8\" y=\"%d\">\xc3\x97 dead centre of %s</text>\n", 16 + 15 * line,
-                        k->dead[0].coordinate);
-    draw_measure(p);
-    kmp_svg_end(p->text);
+        kmp_picture_words(text, EDGE, LINE * (line + 1) + 4, "", "\xc3\x97 dead centre of %s", k->dead[0].coordinate);
+    kmp_plot p = kmp_plot_inside(text, 0, top, side[0], side[1]);
+    for (int i = 0; i < 2; i++)
+        p.axis[i] = axis[plane[i]];
+    p.square = true;
+    kmp_plot_begin(&p, "%s", "");
+    line = 0;
+    for (int c = 0; c < k->width; c++)
+        if (begins_path(k, c))
+            draw_path(&p, k, c, plane, kmp_plot_colour(line++));
+    kmp_plot_end(&p);
+    kmp_picture_end(text);
 }
 
 kempe_status kempe_kinematics_write_svg(const kempe_kinematics *k, const char *path)
@@ -160,16 +117,15 @@ kempe_status kempe_kinematics_write_svg(const kempe_kinematics *k, const char *p
     KMP_WANTED(k->system->context, path, "path");
     kempe_context *context = k->system->context;
     kmp_text text = {0};
-    picture p = {.k = k, .text = &text};
-    bool any = false;
+    int paths = 0;
     kmp_context_clear(context);
     for (int c = 0; c < k->width; c++)
-        any = any || begins_path(k, c);
-    if (!any || k->count == 0)
+        paths += begins_path(k, c);
+    if (paths == 0 || k->count == 0)
         return kmp_fail(context, KEMPE_E_FAILED,
-                        any ? "there is no row to draw a path of"
-                            : "there is no path to draw: the model has no position outputs, as 'run: outputs: "
-                              "[position(BODY.POINT)]' asks for");
-    draw(&p);
+                        paths > 0 ? "there is no row to draw a path of"
+                                  : "there is no path to draw: the model has no position outputs, as 'run: outputs: "
+                                    "[position(BODY.POINT)]' asks for");
+    draw(k, &text, paths);
     return kmp_file_write(context, path, &text);
 }

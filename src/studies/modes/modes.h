@@ -44,7 +44,4 @@ double kmp_mode_frequency(double re, double im);
 double kmp_mode_damping(double re, double im);
 double kmp_mode_time(double re, double im);
 
-/** The locus of a varied parameter as SVG; there must be one. */
-void kmp_modes_put_svg(kmp_text *text, const kempe_modes *modes);
-
 #endif
