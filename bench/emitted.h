@@ -6,7 +6,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "generate/source.h"
+#include "generate/languages/language.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <stdio.h>
@@ -80,7 +80,7 @@ static inline bool emitted_init(emitted *e, const kempe_model *model, const char
         r->program = instead;
         r->kept = KMP_NEW(int, instead->constant_count + instead->input_count + instead->code[instead->stages]);
     }
-    bool ok = mkdtemp(folder) && kmp_language_c.write(&source, &files) &&
+    bool ok = mkdtemp(folder) && kmp_language_write(&kmp_language_c, &source, &files) &&
               emitted_write(model->context, folder, &files) && emitted_compile(e, folder, &source);
     kmp_code_files_free(&files);
     kmp_source_free(&source);

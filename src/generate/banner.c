@@ -92,14 +92,3 @@ void kmp_banner_routine(kmp_text *text, const kmp_code_source *source, const kmp
     for (int a = 0; a < r->array_count; a++)
         put_array(text, &r->arrays[a], mark);
 }
-
-void kmp_banner_quote(kmp_text *text, const char *s)
-{
-    kmp_text_put(text, "\"");
-    for (; *s; s++) {
-        if (*s == '"' || *s == '\\')
-            kmp_text_put(text, "\\");
-        kmp_text_printf(text, "%c", (unsigned char)*s < 0x20 ? ' ' : *s);
-    }
-    kmp_text_put(text, "\"");
-}

@@ -15,7 +15,4 @@ void kmp_banner_routine(kmp_text *text, const kmp_code_source *source, const kmp
 /** The names of a routine's arguments, in order: k, t, q ..; kinds that are not arguments are skipped. */
 extern const char *const kmp_argument_names[KMP_IN_COUNT];
 
-/** Appends a text in double quotes, as C, Octave and Python read it. */
-void kmp_banner_quote(kmp_text *text, const char *s);
-
 #endif

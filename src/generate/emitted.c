@@ -4,7 +4,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "generate/source.h"
+#include "generate/languages/language.h"
 #include "output/print.h"
 #include <kempe/generate.h>
 #include <string.h>
@@ -47,7 +47,7 @@ static kempe_status read_language(kempe_code *code, const kempe_generate_options
             code->language = languages[k];
     if (!code->language)
         return refuse_language(code->context, name);
-    if (g->vectorised && !code->language->vectorises)
+    if (g->vectorised && !code->language->arrays.function)
         return kmp_fail(code->context, KEMPE_E_ARGUMENT,
                         "%s has no vectorised form: omit --vectorised, or use an array language", name);
     return KEMPE_OK;
@@ -65,7 +65,7 @@ static kempe_status check_operations(const kempe_code *code)
                                 "set '%s' contains iterative solutions (implicit variables, wheel contact), which "
                                 "cannot be generated; omit the set with --sets",
                                 r->name);
-            if (!code->language->says(op))
+            if (!kmp_language_has(code->language, op))
                 return kmp_fail(code->context, KEMPE_E_ARGUMENT,
                                 "set '%s' needs the function '%s', which %s does not have; omit the set with --sets",
                                 r->name, kmp_op_text(op), code->language->name);
@@ -85,7 +85,7 @@ static kempe_status make(kempe_code *code, const kempe_model *model, const kempe
         status = check_operations(code);
     if (status != KEMPE_OK)
         return status;
-    bool ok = code->language->write(&code->source, &code->files);
+    bool ok = kmp_language_write(code->language, &code->source, &code->files);
     for (int k = 0; k < code->files.count; k++)
         ok = ok && !code->files.file[k].text.failed && code->files.file[k].text.s;
     return ok ? KEMPE_OK : kmp_fail_memory(code->context);

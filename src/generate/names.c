@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "generate/names.h"
-#include "base/memory.h"
 #include <string.h>
 
 /* Names that are taken, by hash: open addressing over numbers of instructions + 1. */
@@ -90,7 +89,8 @@ static bool give_one(kmp_scalar *s, taken *t, int i, int *others)
         text.s[text.length] = '\0';
         kmp_text_printf(&text, "x%d", again);
     }
-    s->name[i] = kmp_text_take(&text);
+    s->name[i] = text.failed ? NULL : kmp_arena_strdup(&s->arena, text.s);
+    kmp_text_free(&text);
     return s->name[i];
 }
 
@@ -100,14 +100,13 @@ bool kmp_names_give(kmp_scalar *s)
     int others = 0;
     while (t.size < 2 * (size_t)s->variables + 2)
         t.size *= 2;
-    t.slot = KMP_NEW(int, t.size);
-    s->name = KMP_NEW(char *, s->p->code[s->p->stages]);
+    t.slot = KMP_ARENA_NEW(&s->arena, int, t.size);
+    s->name = KMP_ARENA_NEW(&s->arena, char *, s->p->code[s->p->stages]);
     bool ok = t.slot && s->name;
     for (int k = 0; ok && k < s->count; k++) {
         const int set[2] = {s->statements[k].value, s->statements[k].partner};
         for (int j = 0; j < 2 && ok; j++)
             ok = set[j] < 0 || !s->variable[set[j]] || give_one(s, &t, set[j], &others);
     }
-    kmp_free(t.slot);
     return ok;
 }

@@ -2,10 +2,8 @@
 /* Text of expressions with the fewest brackets that keep the order of operations. Values used more than once, or too
  * long for a line, become variables; long routines are cut into chunks. */
 #include "generate/scalar.h"
-#include "base/memory.h"
 #include "generate/banner.h"
 #include "generate/names.h"
-#include <math.h>
 #include <string.h>
 
 enum { LONGEST = 90, LEAF_LENGTH = 8 };
@@ -128,11 +126,12 @@ static int partner_of(const kmp_scalar *s, int i)
     return -1;
 }
 
-static void list_statements(kmp_scalar *s, int chunk)
+static void list_statements(kmp_scalar *s)
 {
     const kmp_program *p = s->p;
+    int chunk = s->language->chunk;
     for (int i = p->code[s->stage]; i < p->code[s->stage + 1]; i++) {
-        bool paired = s->tongue->pair && is_angle_function(p, i);
+        bool paired = s->language->pair && is_angle_function(p, i);
         if (s->first_chunk[i] >= 0 || (!s->variable[i] && s->sink[i] < 0))
             continue;
         kmp_statement *st = &s->statements[s->count];
@@ -165,9 +164,10 @@ static void note_reading(kmp_scalar *s, uint32_t operand, int chunk)
 /* Variables that are read in a later chunk than they are set get a slot, which others take over once it is free. */
 static bool give_slots(kmp_scalar *s)
 {
-    int *stack = KMP_NEW(int, s->count * 2 + 1), depth = 0, chunk = 0, freed = 0;
-    int *order = KMP_NEW(int, s->count * 2 + 1), open = 0; /* variables with slots that are still read */
-    for (int k = 0; stack && order && k < s->count; k++) {
+    int *stack = KMP_ARENA_NEW(&s->arena, int, s->count * 2 + 1), depth = 0, chunk = 0, freed = 0;
+    int *order = KMP_ARENA_NEW(&s->arena, int, s->count * 2 + 1),
+        open = 0; /* variables with slots that are still read */
+    for (int k = 0; !s->arena.failed && k < s->count; k++) {
         const kmp_statement *st = &s->statements[k];
         if (st->chunk > chunk) {
             chunk = st->chunk;
@@ -187,10 +187,7 @@ static bool give_slots(kmp_scalar *s)
                 order[open++] = set[j];
             }
     }
-    bool ok = stack && order;
-    kmp_free(stack);
-    kmp_free(order);
-    return ok;
+    return !s->arena.failed;
 }
 
 static void find_readings(kmp_scalar *s)
@@ -204,73 +201,44 @@ static void find_readings(kmp_scalar *s)
 }
 
 bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_routine *routine, int stage,
-                     const kmp_tongue *tongue, int chunk)
+                     const kmp_language *language)
 {
     const kmp_program *p = routine->program;
     int code = p->code[p->stages], leaves = p->constant_count + p->input_count;
-    *s = (kmp_scalar){.source = source, .routine = routine, .p = p, .tongue = tongue, .stage = stage, .leaves = leaves};
-    s->uses = KMP_NEW(int, code);
-    s->length = KMP_NEW(int, code);
-    s->variable = KMP_NEW(int, code);
-    s->first_chunk = KMP_NEW(int, code);
-    s->last_chunk = KMP_NEW(int, code);
-    s->slot = KMP_NEW(int, code);
-    s->sink = KMP_NEW(int, code);
-    s->statements = KMP_NEW(kmp_statement, code);
-    s->sinks = KMP_NEW(kmp_sink, p->outputs[p->stages] + routine->kept_count);
-    if (!s->uses || !s->length || !s->variable || !s->first_chunk || !s->last_chunk || !s->slot || !s->sink ||
-        !s->statements || !s->sinks) {
-        kmp_scalar_free(s);
-        return false;
+    *s = (kmp_scalar){
+        .source = source, .routine = routine, .p = p, .language = language, .stage = stage, .leaves = leaves};
+    int **const arrays[] = {&s->uses, &s->length, &s->variable, &s->first_chunk, &s->last_chunk, &s->slot, &s->sink};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        *arrays[k] = KMP_ARENA_NEW(&s->arena, int, code);
+    s->statements = KMP_ARENA_NEW(&s->arena, kmp_statement, code);
+    s->sinks = KMP_ARENA_NEW(&s->arena, kmp_sink, p->outputs[p->stages] + routine->kept_count);
+    bool ok = !s->arena.failed;
+    if (ok) {
+        for (int i = 0; i < code; i++)
+            s->first_chunk[i] = s->last_chunk[i] = s->sink[i] = -1;
+        add_sinks(s);
+        count_uses(s);
+        choose_variables(s);
+        list_statements(s);
+        find_readings(s);
+        ok = give_slots(s) && (!source->legible || kmp_names_give(s));
     }
-    for (int i = 0; i < code; i++)
-        s->first_chunk[i] = s->last_chunk[i] = s->sink[i] = -1;
-    add_sinks(s);
-    count_uses(s);
-    choose_variables(s);
-    list_statements(s, chunk);
-    find_readings(s);
-    if (give_slots(s) && (!source->legible || kmp_names_give(s)))
-        return true;
-    kmp_scalar_free(s);
-    return false;
+    if (!ok)
+        kmp_scalar_free(s);
+    return ok;
 }
 
 void kmp_scalar_free(kmp_scalar *s)
 {
-    for (int i = 0; s->name && i < s->p->code[s->p->stages]; i++)
-        kmp_free(s->name[i]);
-    kmp_free(s->name);
-    kmp_free(s->uses);
-    kmp_free(s->length);
-    kmp_free(s->variable);
-    kmp_free(s->first_chunk);
-    kmp_free(s->last_chunk);
-    kmp_free(s->slot);
-    kmp_free(s->sink);
-    kmp_free(s->statements);
-    kmp_free(s->sinks);
+    kmp_arena_free(&s->arena);
     *s = (kmp_scalar){0};
 }
 
 /* -- writing ----------------------------------------------------------------------------------------- */
 
-void kmp_scalar_number(kmp_text *text, const kmp_tongue *tongue, double x)
+static void put_index(kmp_text *text, const kmp_language *language, const char *name, int index)
 {
-    size_t before = text->length;
-    if (!isfinite(x)) {
-        kmp_text_put(text, isnan(x) ? tongue->nan : x < 0 ? "-" : "");
-        kmp_text_put(text, isnan(x) ? "" : tongue->infinity);
-        return;
-    }
-    kmp_text_number(text, x);
-    if (!text->failed && !strpbrk(text->s + before, ".e"))
-        kmp_text_put(text, ".0");
-}
-
-static void put_index(kmp_text *text, const kmp_tongue *tongue, const char *name, int index)
-{
-    kmp_text_printf(text, "%s%c%d%c", name, tongue->open, index + tongue->base, tongue->close);
+    kmp_text_printf(text, "%s%c%d%c", name, language->open, index + language->base, language->close);
 }
 
 static void put_input(kmp_scalar *s, kmp_text *text, const kmp_program_input *in)
@@ -279,7 +247,7 @@ static void put_input(kmp_scalar *s, kmp_text *text, const kmp_program_input *in
     if (in->kind == KMP_IN_TIME)
         kmp_text_put(text, "t");
     else
-        put_index(text, s->tongue, in->kind == KMP_IN_PARAMETER ? "p" : kmp_argument_names[in->kind],
+        put_index(text, s->language, in->kind == KMP_IN_PARAMETER ? "p" : kmp_argument_names[in->kind],
                   in->kind == KMP_IN_PARAMETER ? s->source->place[in->index] : (int)in->index);
 }
 
@@ -290,48 +258,50 @@ static void put_leaf(kmp_scalar *s, kmp_text *text, int value)
     int kept = s->stage > 0 && value >= p->constant_count ? s->routine->kept[value] : 0;
     if (kept) {
         s->used |= 1u << KMP_IN_PARAMETER;
-        put_index(text, s->tongue, "k", kept - 1);
+        put_index(text, s->language, "k", kept - 1);
     } else if (value < p->constant_count) {
-        kmp_scalar_number(text, s->tongue, p->constant[value]);
+        kmp_language_number(text, s->language, p->constant[value]);
     } else {
         put_input(s, text, &p->input[value - p->constant_count]);
     }
 }
 
-void kmp_scalar_variable(kmp_scalar *s, kmp_text *text, int i)
+static void put_variable(kmp_scalar *s, kmp_text *text, int i)
 {
     s->slots_used = s->slots_used || s->slot[i];
     if (s->slot[i])
-        put_index(text, s->tongue, "w", s->slot[i] - 1);
+        put_index(text, s->language, "w", s->slot[i] - 1);
     else if (s->name)
         kmp_text_put(text, s->name[i]);
     else
         kmp_text_printf(text, "v%d", s->variable[i]);
 }
 
-static bool binds_loosely(kmp_op op, const kmp_tongue *tongue, place at)
+static bool binds_loosely(kmp_op op, const kmp_language *language, place at)
 {
     if (op == KMP_OP_ADD)
         return at >= PLACE_RIGHT_TERM;
-    if (op == KMP_OP_MUL || (op == KMP_OP_DIV && !tongue->division))
+    if (op == KMP_OP_MUL || (op == KMP_OP_DIV && !language->divides_by_call))
         return at == PLACE_RIGHT_FACTOR;
     return false;
 }
+
+static void put_expression(kmp_scalar *s, kmp_text *text, int i);
 
 static void put_operand(kmp_scalar *s, kmp_text *text, uint32_t operand, place at)
 {
     int i = instruction_of(s, operand);
     bool here = i >= 0 && !s->variable[i]; /* written in place */
     bool parentheses =
-        operand & 1 ? at > PLACE_TOP : here && binds_loosely((kmp_op)s->p->instruction[i].op, s->tongue, at);
+        operand & 1 ? at > PLACE_TOP : here && binds_loosely((kmp_op)s->p->instruction[i].op, s->language, at);
     kmp_text_put(text, parentheses ? "(" : "");
     if (operand & 1) {
         kmp_text_put(text, "-");
         put_operand(s, text, operand ^ 1u, PLACE_RIGHT_FACTOR);
     } else if (here) {
-        kmp_scalar_expression(s, text, i);
+        put_expression(s, text, i);
     } else if (i >= 0) {
-        kmp_scalar_variable(s, text, i);
+        put_variable(s, text, i);
     } else {
         put_leaf(s, text, (int)(operand >> 1));
     }
@@ -346,16 +316,23 @@ static void put_infix(kmp_scalar *s, kmp_text *text, const kmp_instruction *in)
     put_operand(s, text, minus ? in->b ^ 1u : in->b, sum ? PLACE_RIGHT_TERM : PLACE_RIGHT_FACTOR);
 }
 
+static kmp_writer writer_of(const kmp_scalar *s, kmp_text *text)
+{
+    return (kmp_writer){.text = text, .language = s->language, .source = s->source, .routine = s->routine};
+}
+
 static void put_call(kmp_scalar *s, kmp_text *text, const kmp_instruction *in)
 {
-    if (in->op == KMP_OP_TABLE) {
-        s->tongue->table(text, s->source, s->routine, (int)in->b, (int)in->c);
-    } else if (in->op == KMP_OP_DIV) {
-        kmp_text_printf(text, "%s(", s->tongue->division);
-    } else {
-        s->tongue->function(text, s->source, (kmp_op)in->op);
-        kmp_text_put(text, "(");
-    }
+    const kmp_language *language = s->language;
+    bool table = in->op == KMP_OP_TABLE;
+    kmp_writer w = writer_of(s, text);
+    w.table = table ? (int)in->b : 0;
+    w.derivative = table ? (int)in->c : 0;
+    if (!table && language->call)
+        language->call(&w, (kmp_op)in->op);
+    else
+        kmp_fill(&w, table ? language->table_call : language->functions[in->op].call);
+    kmp_text_put(text, table ? "" : "(");
     for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
         kmp_text_put(text, k ? ", " : "");
         put_operand(s, text, kmp_instruction_operand(in, k), PLACE_TOP);
@@ -363,24 +340,19 @@ static void put_call(kmp_scalar *s, kmp_text *text, const kmp_instruction *in)
     kmp_text_put(text, ")");
 }
 
-void kmp_scalar_expression(kmp_scalar *s, kmp_text *text, int i)
+static void put_expression(kmp_scalar *s, kmp_text *text, int i)
 {
     const kmp_instruction *in = &s->p->instruction[i];
     bool infix = kmp_op_form_of((kmp_op)in->op) == KMP_FORM_INFIX;
-    if (infix && !(in->op == KMP_OP_DIV && s->tongue->division))
+    if (infix && !(in->op == KMP_OP_DIV && s->language->divides_by_call))
         put_infix(s, text, in);
     else
         put_call(s, text, in);
 }
 
-void kmp_scalar_operand(kmp_scalar *s, kmp_text *text, uint32_t operand)
-{
-    put_operand(s, text, operand, PLACE_TOP);
-}
-
 /* -- statements -------------------------------------------------------------------------------------- */
 
-static void put_entry(kmp_text *text, const kmp_tongue *t, const kmp_array *a, int row, int col)
+static void put_entry(kmp_text *text, const kmp_language *t, const kmp_array *a, int row, int col)
 {
     if (col < 0)
         put_index(text, t, a->name, row);
@@ -401,13 +373,13 @@ static void put_places(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
 {
     kmp_text_put(text, "    ");
     if (sink->array < 0) {
-        put_index(text, s->tongue, "k", sink->row);
+        put_index(text, s->language, "k", sink->row);
     } else {
         const kmp_array *a = &s->routine->arrays[sink->array];
-        put_entry(text, s->tongue, a, sink->row, sink->col);
-        if (is_mirrored(s, sink) && s->tongue->chains) {
+        put_entry(text, s->language, a, sink->row, sink->col);
+        if (is_mirrored(s, sink) && s->language->chains) {
             kmp_text_put(text, " = ");
-            put_entry(text, s->tongue, a, sink->col, sink->row);
+            put_entry(text, s->language, a, sink->col, sink->row);
         }
     }
     kmp_text_put(text, " = ");
@@ -417,14 +389,14 @@ static unsigned put_sink(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
 {
     put_places(s, text, sink);
     put_operand(s, text, sink->operand, PLACE_TOP);
-    kmp_text_printf(text, "%s\n", s->tongue->end);
-    if (is_mirrored(s, sink) && !s->tongue->chains) {
+    kmp_text_printf(text, "%s\n", s->language->end);
+    if (is_mirrored(s, sink) && !s->language->chains) {
         const kmp_array *a = &s->routine->arrays[sink->array];
         kmp_text_put(text, "    ");
-        put_entry(text, s->tongue, a, sink->col, sink->row);
+        put_entry(text, s->language, a, sink->col, sink->row);
         kmp_text_put(text, " = ");
-        put_entry(text, s->tongue, a, sink->row, sink->col);
-        kmp_text_printf(text, "%s\n", s->tongue->end);
+        put_entry(text, s->language, a, sink->row, sink->col);
+        kmp_text_printf(text, "%s\n", s->language->end);
     }
     return sink->array >= 0 ? 1u << sink->array : 0;
 }
@@ -446,24 +418,54 @@ static void put_heading(kmp_scalar *s, kmp_text *text, int instruction)
     if (!s->label || s->label->quantity != label->quantity || s->label->link != label->link ||
         s->label->column != label->column)
         kmp_text_printf(text, label->column ? "    %s link %d, %s of motion %d%s\n" : "    %s link %d, %s%.0d%s\n",
-                        s->tongue->comment, label->link, label->quantity->meaning, label->column,
-                        s->tongue->comment_end);
+                        s->language->comment, label->link, label->quantity->meaning, label->column,
+                        s->language->comment_end);
     s->label = label;
+}
+
+/* Sine and cosine at once; a local variable for each that is not needed or has a slot. */
+static void put_pair(kmp_scalar *s, kmp_text *text, const kmp_statement *st)
+{
+    const kmp_instruction *in = &s->p->instruction[st->value];
+    bool sine = in->op == KMP_OP_SIN;
+    const int set[2] = {sine ? st->value : st->partner, sine ? st->partner : st->value};
+    kmp_text angle = {0}, name[2] = {{0}, {0}};
+    kmp_writer w = writer_of(s, text);
+    put_operand(s, &angle, in->a, PLACE_TOP);
+    for (int k = 0; k < 2; k++)
+        if (set[k] < 0 || s->slot[set[k]])
+            kmp_text_printf(&name[k], "%c%d", "sc"[k], s -> variable[st->value]);
+        else
+            put_variable(s, &name[k], set[k]);
+    w.angle = angle.s;
+    w.sine = name[0].s;
+    w.cosine = name[1].s;
+    kmp_fill(&w, s->language->pair);
+    for (int k = 0; k < 2; k++)
+        if (set[k] >= 0 && s->slot[set[k]]) {
+            kmp_text_put(text, "    ");
+            put_variable(s, text, set[k]);
+            kmp_text_printf(text, " = %s%s\n", name[k].s ? name[k].s : "", s->language->end);
+        }
+    text->failed = text->failed || angle.failed || name[0].failed || name[1].failed;
+    kmp_text_free(&angle);
+    kmp_text_free(&name[0]);
+    kmp_text_free(&name[1]);
 }
 
 static unsigned put_statement(kmp_scalar *s, kmp_text *text, const kmp_statement *st)
 {
     put_heading(s, text, st->value);
-    if (s->tongue->pair && is_angle_function(s->p, st->value)) {
-        s->tongue->pair(s, text, st);
+    if (s->language->pair && is_angle_function(s->p, st->value)) {
+        put_pair(s, text, st);
     } else if (s->variable[st->value]) {
-        kmp_text_printf(text, "    %s", s->slot[st->value] ? "" : s->tongue->local);
-        kmp_scalar_variable(s, text, st->value);
+        kmp_text_printf(text, "    %s", s->slot[st->value] ? "" : s->language->local);
+        put_variable(s, text, st->value);
         kmp_text_put(text, " = ");
-        kmp_scalar_expression(s, text, st->value);
-        kmp_text_put(text, s->tongue->end);
+        put_expression(s, text, st->value);
+        kmp_text_put(text, s->language->end);
         if (s->name && s->slot[st->value])
-            kmp_text_printf(text, " %s %s%s", s->tongue->comment, s->name[st->value], s->tongue->comment_end);
+            kmp_text_printf(text, " %s %s%s", s->language->comment, s->name[st->value], s->language->comment_end);
         kmp_text_put(text, "\n");
     }
     unsigned arrays = put_sinks(s, text, st->value);

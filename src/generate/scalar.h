@@ -5,9 +5,7 @@
 #ifndef KMP_GENERATE_SCALAR_H
 #define KMP_GENERATE_SCALAR_H
 
-#include "generate/source.h"
-
-typedef struct kmp_scalar kmp_scalar;
+#include "generate/languages/language.h"
 
 /** The target of a value: entry (row, col) of an array, or of k when array is -1. */
 typedef struct kmp_sink {
@@ -21,27 +19,12 @@ typedef struct kmp_statement {
     int value, partner, chunk;
 } kmp_statement;
 
-/** The syntax of a language. */
-typedef struct kmp_tongue {
-    char open, close;                      /* brackets of an index */
-    int base;                              /* the first index */
-    const char *infinity, *nan, *division; /* `division`: a function; NULL: / */
-    const char *comment, *comment_end;     /* around a comment */
-    const char *local, *end;               /* around an assignment to a variable, and after each */
-    bool flat;                             /* matrices are rows one after another */
-    bool chains;                           /* a = b = x is possible */
-    void (*function)(kmp_text *text, const kmp_code_source *source, kmp_op op);
-    /** A table's call, except the abscissa and the closing text. */
-    void (*table)(kmp_text *text, const kmp_code_source *source, const kmp_routine *routine, int table, int derivative);
-    /** Sine and cosine of one angle as one statement; NULL: two. */
-    void (*pair)(kmp_scalar *s, kmp_text *text, const kmp_statement *statement);
-} kmp_tongue;
-
-struct kmp_scalar {
+typedef struct kmp_scalar {
     const kmp_code_source *source;
     const kmp_routine *routine;
     const kmp_program *p;
-    const kmp_tongue *tongue;
+    const kmp_language *language;
+    kmp_arena arena; /* of all arrays */
     int stage, leaves;
     /* by instruction */
     int *uses, *length, *variable; /* number of its variable from 1 on, 0: part of its user's expression */
@@ -56,11 +39,11 @@ struct kmp_scalar {
     unsigned used; /* input kinds met while writing, as bits; k has the bit of KMP_IN_PARAMETER */
     bool slots_used;
     const kmp_label *label; /* of the value written last */
-};
+} kmp_scalar;
 
-/** chunk: statements in each; 0: all in one. false: no memory. */
+/** false: no memory. */
 bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_routine *routine, int stage,
-                     const kmp_tongue *tongue, int chunk);
+                     const kmp_language *language);
 void kmp_scalar_free(kmp_scalar *s);
 
 /** True if an array has entries that are zero, which nothing is assigned to. */
@@ -68,13 +51,5 @@ bool kmp_scalar_has_zeros(const kmp_scalar *s, int array);
 
 /** The statements of a chunk, from statement *at on, which moves; the arrays that it writes to, bits 1 << array. */
 unsigned kmp_scalar_chunk(kmp_scalar *s, kmp_text *text, int chunk, int *at);
-
-/** The operation of an instruction; its variable; an operand with its sign, as a whole. */
-void kmp_scalar_expression(kmp_scalar *s, kmp_text *text, int instruction);
-void kmp_scalar_variable(kmp_scalar *s, kmp_text *text, int instruction);
-void kmp_scalar_operand(kmp_scalar *s, kmp_text *text, uint32_t operand);
-
-/** Writes a number that reads back to the same double, with a point or an exponent. */
-void kmp_scalar_number(kmp_text *text, const kmp_tongue *tongue, double x);
 
 #endif

@@ -308,18 +308,13 @@ void kmp_source_free(kmp_code_source *source)
 
 /* -- files ------------------------------------------------------------------------------------------- */
 
-kmp_text *kmp_code_add(kmp_code_files *files, const char *name, const char *ending)
+kmp_text *kmp_code_add(kmp_code_files *files, kmp_text *name)
 {
-    kmp_text own = {0};
     kmp_code_file *file = kmp_realloc(files->file, (size_t)files->count + 1, sizeof *file);
-    kmp_text_printf(&own, "%s%s", name, ending);
-    char *taken = kmp_text_take(&own);
-    if (file)
-        files->file = file;
-    if (!file || !taken) {
-        kmp_free(taken);
+    char *taken = file ? kmp_text_take(name) : NULL;
+    files->file = file ? file : files->file;
+    if (!taken)
         return NULL;
-    }
     file[files->count] = (kmp_code_file){.name = taken};
     return &file[files->count++].text;
 }

@@ -61,20 +61,8 @@ typedef struct kmp_code_files {
     int count;
 } kmp_code_files;
 
-/** A new file; its text to be filled, owned by the files. NULL: no memory. */
-kmp_text *kmp_code_add(kmp_code_files *files, const char *name, const char *ending);
+/** A new file, which takes the name; its text to be filled, owned by the files. NULL: no memory. */
+kmp_text *kmp_code_add(kmp_code_files *files, kmp_text *name);
 void kmp_code_files_free(kmp_code_files *files);
-
-/** A language: a row of languages.def and a file. */
-typedef struct kmp_language {
-    const char *name;
-    bool vectorises;
-    bool (*says)(kmp_op op);                                             /* true if the language has the operation */
-    bool (*write)(const kmp_code_source *source, kmp_code_files *files); /* false: no memory */
-} kmp_language;
-
-#define KMP_LANGUAGE(name) extern const kmp_language kmp_language_##name;
-#include "generate/languages/languages.def"
-#undef KMP_LANGUAGE
 
 #endif

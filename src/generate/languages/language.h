@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A language of generated equations is a row of languages.def and a table: the spelling of numbers, lists and
+ * operations, and templates of its files. A template is text with words in $( ), which write.c lists and replaces:
+ *
+ *     $(name)_$(routine)            names
+ *     $(if rows) .. $(end)          text that is there unless the word is empty or 0
+ *     $(each routine) .. $(end)     text for each routine in turn
+ */
+#ifndef KMP_GENERATE_LANGUAGES_LANGUAGE_H
+#define KMP_GENERATE_LANGUAGES_LANGUAGE_H
+
+#include "generate/source.h"
+
+typedef struct kmp_writer kmp_writer;
+
+/** Brackets of a list, the text between items, and the one after each `a_line` of them (0: none). */
+typedef struct kmp_list_spelling {
+    const char *open, *close, *between, *broken;
+    int a_line;
+} kmp_list_spelling;
+
+/** A function: its name in calls (NULL: the language lacks it), and its definition, a template, where the language has
+ * none; another one for arrays where the vectorised form needs it. */
+typedef struct kmp_function_spelling {
+    const char *call, *definition, *of_arrays;
+} kmp_function_spelling;
+
+/** A file; a file with an empty name is left out. */
+typedef struct kmp_page {
+    const char *name, *text;
+} kmp_page;
+
+/** The templates of the vectorised form (levels.h); v is the vector of all values. */
+typedef struct kmp_array_spelling {
+    const char *function;             /* NULL: the language has no vectorised form */
+    const char *table;                /* values of a table for $(operands); NULL: as a call */
+    const char *load, *range, *one;   /* v's places of an $(argument); of results; of a single one, NULL: as of more */
+    const char *gather, *gather_one;  /* the values at $(places); at one */
+    const char *signs, *plus, *minus; /* factors 1 and -1, and an item of their list */
+    const char *scatter;              /* entries of an $(array) at $(places) as the left side of an assignment */
+    const char *define,
+        *define_signs; /* a named list of places, of signs; NULL: lists are written where they are used */
+    const char *times; /* between two factors */
+    bool by_columns;   /* the order of the entries of matrices */
+} kmp_array_spelling;
+
+typedef struct kmp_language {
+    const char *name;
+    int chunk; /* assignments of a function, a longer one is split; 0: never */
+    const char *infinity, *nan;
+    char quote;                                              /* of strings */
+    kmp_list_spelling names, numbers, places, pieces, piece; /* pieces: polynomials of a table */
+    char open, close;                                        /* brackets of an index */
+    int base;                                                /* the first index */
+    bool flat;                                               /* matrices are rows one after another */
+    bool chains;                                             /* a = b = x is possible */
+    bool divides_by_call;                                    /* instead of / */
+    const char *local, *end;                                 /* before an assignment to a variable, and after each */
+    const char *pair; /* sine and cosine of $(angle) at once; NULL: two assignments */
+    const char *comment, *comment_end;
+    const char *mark, *routine_mark;        /* at the beginning of lines of comments on the file, on a routine */
+    const char *input, *output, *number;    /* types of arguments: a vector, a result or room, a number; NULL: none are
+                                             * written, and results are returned */
+    const char *convert;                    /* of an $(argument) that is read; NULL: none */
+    const char *unused;                     /* of an $(argument) that is not read; NULL: none */
+    const char *vector, *matrix;            /* an $(array) of zeros */
+    const char *table, *table_call;         /* definition; a call up to the abscissa */
+    const kmp_function_spelling *functions; /* by operation; NULL: the two functions below */
+    void (*call)(const kmp_writer *writer, kmp_op op);
+    void (*define)(const kmp_writer *writer, kmp_op op);
+    const char *prepare, *function; /* of the parameters; of a routine */
+    const char *part, *part_call;   /* of a split function */
+    kmp_array_spelling arrays;
+    kmp_page pages[4], routine_pages[3]; /* up to the first without a text; the others for each routine */
+} kmp_language;
+
+#define KMP_LANGUAGE(name) extern const kmp_language kmp_language_##name;
+#include "generate/languages/languages.def"
+#undef KMP_LANGUAGE
+
+struct kmp_scalar;
+struct kmp_nesting_levels;
+
+/** A text that is being written, and what its words mean there. */
+struct kmp_writer {
+    kmp_text *text;
+    const kmp_language *language;
+    const kmp_code_source *source;
+    const kmp_routine *routine; /* NULL: all of them */
+    const struct kmp_scalar *scalar;
+    const struct kmp_nesting_levels *levels;
+    const kmp_text *statements;
+    unsigned used, arrays; /* input kinds that are read, arrays that are written, as bits */
+    int part;              /* of a split function, from 1 on; 0: the whole */
+    int table, derivative;
+    const kmp_array *array;
+    const char *argument, *angle, *sine, *cosine;
+    int group, first, last; /* of the vectorised form: of a group; places in v, from the first index to the last */
+    const char *what;       /* of a list of places or signs, with its number and its items */
+    int number, count;
+    const int *places;
+    const bool *signs;
+};
+
+/** Fills in a template. */
+void kmp_fill(const kmp_writer *writer, const char *pattern);
+
+/** True if the language has the operation. */
+bool kmp_language_has(const kmp_language *language, kmp_op op);
+
+/** Writes all files. false: no memory. */
+bool kmp_language_write(const kmp_language *language, const kmp_code_source *source, kmp_code_files *files);
+
+/** Appends a number that reads back to the same double, with a point or an exponent. */
+void kmp_language_number(kmp_text *text, const kmp_language *language, double x);
+
+/** The beginning of item k of a list; the end of a list with `count` items. */
+void kmp_list_item(kmp_text *text, const kmp_list_spelling *list, int k);
+void kmp_list_end(kmp_text *text, const kmp_list_spelling *list, int count);
+
+/* Words of the vectorised form (vectorised.c). */
+void kmp_vectorised_lists(const kmp_writer *writer);
+void kmp_vectorised_load(const kmp_writer *writer);
+void kmp_vectorised_groups(const kmp_writer *writer);
+void kmp_vectorised_operands(const kmp_writer *writer);
+void kmp_vectorised_results(const kmp_writer *writer);
+void kmp_vectorised_places(const kmp_writer *writer);
+void kmp_vectorised_signs(const kmp_writer *writer);
+
+#endif
