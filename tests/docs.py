@@ -22,6 +22,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "schema"))
 sys.path.insert(0, str(ROOT / "docs"))
 import api  # noqa: E402
+import figures  # noqa: E402
 import gallery  # noqa: E402
 import generate  # noqa: E402
 import pictures  # noqa: E402
@@ -160,7 +161,7 @@ class Pages(unittest.TestCase):
 
     def test_generated_pages(self):
         """They are what their scripts write (docs/commands.md: tests/words.py)."""
-        self.assertEqual((api.main(["--check"]), gallery.main(["--check"])), (0, 0))
+        self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures)], [0, 0, 0])
 
     def test_files_named(self):
         page = (ROOT / "docs/overview.md").read_text()
