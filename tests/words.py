@@ -34,7 +34,7 @@ RETIRED = {  # pattern: the word instead
     r"\bstumbles?\b": "fails",
 }
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"
-HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b.*", re.M)
+HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b(?!-to\b).*", re.M)
 REAL_ROADS = re.compile(r"road profile|drive\(road\)|bumpy road|\bthe road\b(?=[^.]*(plate|passengers|wheel|car))|times the road|road's displacement|road of 1 m", re.I)
 
 

@@ -23,7 +23,7 @@ KEMPE_API kempe_status kempe_model_read_text_set(kempe_context *context, const c
                                                  const kempe_setting *settings, int count, kempe_model **model);
 
 /** Reads a number as in a model file, without parameters: "3", "20 ms", "1/25 s". *value is in `unit`; so is a number
- * without a unit. KEMPE_E_ARGUMENT: the text is no number, or its unit has another dimension. */
+ * without a unit. KEMPE_E_ARGUMENT: the text is not a number, or its unit has another dimension. */
 KEMPE_API kempe_status kempe_number_read(kempe_context *context, const char *text, const char *unit, double *value);
 
 /** Sets the largest gap in m that redundant closures may keep, in place of the model's closure_tolerance. Call it

@@ -1,0 +1,86 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes docs/gallery.md from the pages of the examples: title, picture, first sentences and first command of each.
+
+    python3 docs/gallery.py            writes the page
+    python3 docs/gallery.py --check    fails when an example says something else
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs/gallery.md"
+HEAD = """# Gallery
+
+This page is generated from the pages of the examples (`python3 docs/gallery.py`). The [table of examples](../examples/README.md)
+lists the features of each model.
+"""
+GROUPS = (  # title, examples; an example in no group is an error
+    ("Planar linkages", "four_bar crank_rocker slider_crank driven_slider_crank chebyshev peaucellier jansen_leg stephenson coupler_fit "
+                        "double_four_bar n_four_bar andrews"),
+    ("Spatial mechanisms", "bennett bricard slider_crank_spatial spatial_slider_crank n_four_bar_spatial governor"),
+    ("Robots", "parallel_robot stewart"),
+    ("Cars", "quarter_car ride car_axis double_wishbone suspension limousine"),
+    ("Wheels on rails", "wheelset rolling_wheel restrained_wheelset manchester curving bogie bogie_track tram"),
+)
+
+
+def sentence(text):
+    """The first sentence of a page, without links, which lead elsewhere from here."""
+    paragraph = " ".join(text.split("\n\n")[0].split())
+    ends = [m.start() for m in re.finditer(r"\.(?=\s+[A-Z`]|$)", paragraph) if paragraph.count("(", 0, m.start()) == paragraph.count(")", 0, m.start())]
+    first = paragraph[:ends[0]] if ends else paragraph.rstrip(":")
+    return re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", first).rstrip(".") + "."
+
+
+def command(text):
+    """The first command of a page, from the root of the repository."""
+    for block in re.findall(r"(?:^    .*\n)+", text, re.M):
+        folder = re.search(r"^    cd (\S+)", block, re.M)
+        found = re.search(r"^    (kempe .*|build/release/\S+.*)", block, re.M)
+        if found:
+            path = f"{folder.group(1)}/" if folder else ""
+            return re.sub(r"(?<= )([\w/]+\.yaml)", lambda m: path + m.group(1), found.group(1))
+    raise ValueError("no command")
+
+
+def entry(name):
+    text = (ROOT / f"examples/{name}/README.md").read_text()
+    title, rest = re.match(r"# ([^\n]*)\n\n(.*)", text, re.S).groups()
+    words, picture = re.match(r"!\[(.*?)\]\((.*?)\)\n\n", rest).groups()
+    body = re.sub(r"^!\[.*?\]\(.*?\)\n\n", "", rest)
+    return (f"### {title}\n\n[![{words}](../examples/{name}/{picture})](../examples/{name}/README.md)\n\n{sentence(body)}\n"
+            f"[Features](../examples/{name}/README.md): {features()[name]}.\n\n"
+            f"    {command(text)}\n")
+
+
+def features():
+    """What each example shows, by its folder, from the table of examples."""
+    return dict(re.findall(r"^\| \[(\w+)\].*\| (.*) \|$", (ROOT / "examples/README.md").read_text(), re.M))
+
+
+def page():
+    parts = [HEAD]
+    for title, names in GROUPS:
+        parts += [f"## {title}\n", *(entry(name) for name in names.split())]
+    return "\n".join(parts)
+
+
+def main(arguments):
+    there = {path.parent.name for path in ROOT.glob("examples/*/README.md")}
+    listed = {name for _, names in GROUPS for name in names.split()}
+    if there != listed:
+        print("docs/gallery.py: GROUPS and the folders of examples differ:", *sorted(there ^ listed))
+        return 1
+    if arguments == ["--check"]:
+        if PAGE.read_text() == page():
+            return 0
+        print("docs/gallery.md differs from the pages of the examples: run python3 docs/gallery.py")
+        return 1
+    PAGE.write_text(page())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

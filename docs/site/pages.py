@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Builds the site: copies the pages and what they link, adds the navigation of docs/README.md, and runs Sphinx.
+
+    python3 docs/site/pages.py build/site
+
+Exit code 77: a tool is not installed (docs/build installs them). Links that lead nowhere are errors.
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SITE = ROOT / "docs/site"
+LINK = re.compile(r"(\]\()([^)#:\s]+)((?:#[^)\s]*)?\))")
+KATEX = pathlib.Path("/usr/share/javascript/katex")
+SPHINX = "/usr/bin/sphinx-build"  # Debian's, which has Debian's Furo and MyST
+
+
+def missing():
+    """What the build needs and does not find."""
+    test = ["/usr/bin/python3", "-c", "import sphinx, myst_parser, furo"]
+    ready = os.path.exists(SPHINX) and subprocess.run(test, capture_output=True).returncode == 0
+    return [name for name, there in (("sphinx, myst_parser, furo", ready), ("node", shutil.which("node")), ("katex", KATEX.exists()))
+            if not there]
+
+
+def pages():
+    return [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md")), *sorted(ROOT.glob("examples/*/README.md")),
+            ROOT / "examples/README.md", ROOT / "bench/README.md"]
+
+
+def navigation():
+    """(section, [(title, page)]) of docs/README.md; pages from the root of the repository."""
+    for title, body in re.findall(r"^## (.*)\n\n((?:- .*\n)+)", (ROOT / "docs/README.md").read_text(), re.M):
+        yield title, [(name, os.path.normpath(f"docs/{page}")) for name, page in re.findall(r"^- \[(.*?)\]\((.*?)\)", body, re.M)]
+
+
+def tree(entries, caption=""):
+    """A hidden toctree, from which Sphinx makes the navigation."""
+    lines = [f"{title} </{page[:-3]}>" if title else f"/{page[:-3]}" for title, page in entries]
+    return "\n".join(["", "```{toctree}", ":hidden:", *([f":caption: {caption}"] if caption else []), "", *lines, "```", ""])
+
+
+def children(page):
+    """Pages below a page: of the decisions, the headers and the examples."""
+    folder = page.parent
+    if page.name != "README.md" or folder in (ROOT, ROOT / "docs"):
+        return []
+    below = re.findall(r"\]\(([\w/]+\.md)\)", page.read_text())
+    return [("", (folder / name).relative_to(ROOT).as_posix()) for name in dict.fromkeys(below) if (folder / name).exists()]
+
+
+def linked_files(page, text):
+    prose = re.sub(r"`[^`]*`", "", re.sub(r"^    .*$", "", text, flags=re.M))
+    return [path for path in ((page.parent / target).resolve() for _, target, _ in LINK.findall(prose)) if path.exists()]
+
+
+def staged(page, text):
+    """A page as Sphinx reads it: the README is index.md, and folders are not links."""
+    def target(match):
+        path = (page.parent / match.group(2)).resolve()
+        if path == ROOT / "README.md":
+            return match.group(1) + os.path.relpath(ROOT / "index.md", page.parent) + match.group(3)
+        return match.group(1) + match.group(2) + match.group(3)
+    text = re.sub(r"\[([^\]]*)\]\(([^)#:\s]+)\)", lambda m: m.group(1) if (page.parent / m.group(2)).is_dir() else m.group(), text)
+    return LINK.sub(target, text)
+
+
+def stage(folder):
+    for page in pages():
+        text = page.read_text()
+        for path in linked_files(page, text):
+            if path.is_file() and path.suffix != ".md":
+                copy = folder / path.relative_to(ROOT)
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(path, copy)
+        text = staged(page, text)
+        text += tree(children(page)) if children(page) else ""
+        name = page.relative_to(ROOT)
+        if page == ROOT / "README.md":
+            name = pathlib.Path("index.md")
+            text += "".join(tree(entries, caption) for caption, entries in navigation())
+        elif page == ROOT / "docs/README.md":
+            text = "---\norphan: true\n---\n\n" + text
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+
+
+def main(arguments):
+    if missing():
+        print("not installed:", ", ".join(missing()))
+        return 77
+    out = pathlib.Path(arguments[0]).resolve()
+    with tempfile.TemporaryDirectory() as folder:
+        stage(pathlib.Path(folder))
+        command = [SPHINX, "-q", "-W", "--keep-going", "-b", "html", "-j", "2", "-c", SITE, "-d", f"{folder}/.cache", folder, out]
+        done = subprocess.run(command, env={**os.environ, "KATEX": str(KATEX)})
+    if done.returncode == 0:
+        print(f"{out}/index.html")
+    return done.returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
