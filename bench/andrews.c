@@ -42,7 +42,7 @@ typedef struct stand {
     double q[STATES][N], qd[STATES][N]; /* states of the motion, in the order of rows */
     int count;
     double y[STATES][BY_HAND_SIZE], hand[STATES][BY_HAND_SIZE];
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_partition part;
     kmp_margin margin;
     kmp_formulation *formulation;
@@ -150,13 +150,13 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start)
 {
     static stand s;
     double zero[N] = {0}, mine[ROUNDS], hand[ROUNDS], ratio[ROUNDS];
-    s.plant = kmp_plant_new(b->system, "native");
-    kmp_plant_closure(s.plant, 0, start->q);
-    if (kmp_partition_init(&s.part, b->system, s.plant->jacobian, NULL, 0) ||
+    s.eval = kmp_eval_new(b->system, "native");
+    kmp_eval_closure(s.eval, 0, start->q);
+    if (kmp_partition_init(&s.part, b->system, s.eval->jacobian, NULL, 0) ||
         !kmp_margin_init(&s.margin, b->system, &s.part))
         exit(1);
     kmp_formulation_start given = {.system = b->system,
-                                   .plant = s.plant,
+                                   .eval = s.eval,
                                    .part = &s.part,
                                    .margin = &s.margin,
                                    .q = start->q,
@@ -187,7 +187,7 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start)
     s.formulation->release(s.formulation);
     kmp_margin_free(&s.margin);
     kmp_partition_free(&s.part);
-    kmp_plant_free(s.plant);
+    kmp_eval_free(s.eval);
 }
 
 /* -- whole runs -------------------------------------------------------------------------------------- */
@@ -292,18 +292,18 @@ static void build_once(const kempe_assembly *start, double part[3])
     part[0] = bench_now() - begin;
     ok = ok && kempe_system_new(b.model, &b.system) == KEMPE_OK;
     part[1] = bench_now() - begin - part[0];
-    kmp_plant *plant = ok ? kmp_plant_new(b.system, "native") : NULL;
-    if (!plant)
+    kmp_evaluator *eval = ok ? kmp_eval_new(b.system, "native") : NULL;
+    if (!eval)
         exit(1);
-    kmp_plant_closure(plant, 0, start->q);
-    if (kmp_partition_init(&u, b.system, plant->jacobian, NULL, 0) || kmp_reduction_init(&red, plant, &u) ||
+    kmp_eval_closure(eval, 0, start->q);
+    if (kmp_partition_init(&u, b.system, eval->jacobian, NULL, 0) || kmp_reduction_init(&red, eval, &u) ||
         kmp_reduction_factor(&red) || kmp_fused_new(&fused, &red))
         exit(1);
     part[2] = bench_now() - begin - part[0] - part[1];
     kmp_fused_free(fused);
     kmp_reduction_free(&red);
     kmp_partition_free(&u);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     bench_free(&b);
 }
 

@@ -25,7 +25,7 @@ typedef enum hard_end { HARD_RUNS, HARD_STOPS } hard_end;
 #define HARD_ANY HUGE_VAL
 
 /* Error of the rows of a run, by a rule of the case; `state` holds the start by its first row. */
-typedef double hard_rule(const kempe_system *system, const kmp_samples *table, const kmp_plant *plant);
+typedef double hard_rule(const kempe_system *system, const kmp_samples *table, const kmp_evaluator *eval);
 
 typedef struct hard_case {
     const char *name, *model; /* model: a file from the root, or the text of one, or "windows N" */
@@ -142,17 +142,17 @@ static double hard_pendulum_place(double t, double x, double y)
                   : hard_apart(x, y, -0.275087462576116860, -0.961419205099125064);
 }
 
-static double hard_pendulum(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double hard_pendulum(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
     const double *q = hard_last(table);
-    (void)s, (void)plant;
+    (void)s, (void)eval;
     return hard_pendulum_place(hard_end_time(table), -cos(q[0]), -sin(q[0]));
 }
 
-static double hard_pendulum_rod(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double hard_pendulum_rod(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
     const double *q = hard_last(table);
-    (void)s, (void)plant;
+    (void)s, (void)eval;
     return hard_pendulum_place(hard_end_time(table), q[0], q[1]);
 }
 
@@ -172,13 +172,13 @@ static long double hard_swing(int n, long double angle, long double rate, double
 }
 
 /* Largest difference of any angle of the windows from it, relative to max(angle, 1); started as the first row says. */
-static double hard_windows_rule(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double hard_windows_rule(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
     const double *q = hard_last(table), *q0 = kmp_samples_get(table, KMP_QUANTITY_Q, 0);
     int n = (s->n - 1) / 2;
     double rate = kmp_samples_get(table, KMP_QUANTITY_QD, 0)[0], worst = 0;
     double right = (double)hard_swing(n, q0[0], rate, hard_end_time(table));
-    (void)plant;
+    (void)eval;
     for (int i = 0; i < s->n; i++) { /* tree order: each v, then its h */
         bool upright = s->model->motions[i].name[0] == 'a';
         worst = fmax(worst, fabs(q[i] - (upright ? right : -right)) / fmax(1, fabs(right)));
@@ -187,10 +187,10 @@ static double hard_windows_rule(const kempe_system *s, const kmp_samples *table,
 }
 
 /* Bricard: j1 = j3 = j5, j2 = j4, and the relation between them, in every row. */
-static double hard_bricard(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double hard_bricard(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
     double worst = 0;
-    (void)s, (void)plant;
+    (void)s, (void)eval;
     for (int k = 0; k < table->rows; k++) {
         const double *q = kmp_samples_get(table, KMP_QUANTITY_Q, k);
         worst = fmax(worst, fmax(fabs(q[0] - q[2]), fmax(fabs(q[0] - q[4]), fabs(q[1] - q[3]))));
@@ -200,11 +200,11 @@ static double hard_bricard(const kempe_system *s, const kmp_samples *table, cons
 }
 
 /* Bennett: sin(j1/2) sin(j2/2) = K cos(j1/2) cos(j2/2), j3 = -j1, in every row. */
-static double hard_bennett(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double hard_bennett(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
     double alpha = 40 * M_PI / 180, beta = 75 * M_PI / 180, worst = 0;
     double k = sin((beta + alpha) / 2) / sin((beta - alpha) / 2);
-    (void)s, (void)plant;
+    (void)s, (void)eval;
     for (int row = 0; row < table->rows; row++) {
         const double *q = kmp_samples_get(table, KMP_QUANTITY_Q, row);
         double left = sin(q[0] / 2) * sin(q[1] / 2), right = k * cos(q[0] / 2) * cos(q[1] / 2);
@@ -213,20 +213,20 @@ static double hard_bennett(const kempe_system *s, const kmp_samples *table, cons
     return worst;
 }
 
-static double hard_antiparallelogram(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double hard_antiparallelogram(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
     const double *q = hard_last(table);
-    (void)s, (void)plant;
+    (void)s, (void)eval;
     double theta = fabs(q[0] - 1.2 + 20.4780898115) / fabs(q[0]);
     for (int k = 1; k < 3; k++)
         theta = fmax(theta, fabs(q[k] + 2.44089476166473 - 22.7229215014) / fabs(q[k]));
     return theta;
 }
 
-static double hard_fourbar2(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double hard_fourbar2(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
     const double *q = hard_last(table);
-    (void)s, (void)plant;
+    (void)s, (void)eval;
     return fmax(fabs(q[0] / 40.2420250649953602 - 1), fabs(q[1] + 0.417541177807820895));
 }
 
@@ -247,14 +247,14 @@ static double hard_by_hand(by_hand f, const kmp_samples *table, double h)
     return worst;
 }
 
-static double hard_triple_rocker(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double hard_triple_rocker(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
     by_hand f = {.length = {0.8L, 0.5L, 0.7L},
                  .com = {0.4L, 0.25L, 0.35L},
                  .mass = {1, 1, 1},
                  .inertia = {0.05L, 0.02L, 0.04L},
                  .base = 1.2L};
-    (void)s, (void)plant;
+    (void)s, (void)eval;
     return hard_by_hand(f, table, 1e-4);
 }
 
@@ -269,15 +269,15 @@ static double hard_near(const kempe_system *s, const kmp_samples *table, double 
     return hard_by_hand(f, table, 5e-5);
 }
 
-static double hard_near_3(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double hard_near_3(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
-    (void)plant;
+    (void)eval;
     return hard_near(s, table, 1e-3);
 }
 
-static double hard_near_6(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double hard_near_6(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
-    (void)plant;
+    (void)eval;
     return hard_near(s, table, 1e-6);
 }
 
@@ -475,14 +475,14 @@ static bool hard_is_known(const hard_case *c, const hard_result *r)
 static void hard_judge(const hard_scene *s, const hard_case *c, const kmp_samples *table,
                        const kmp_reference *reference, hard_result *r)
 {
-    kmp_plant *plant = kmp_plant_new(s->system, "tape");
-    if (plant && table->rows > 0) {
-        kmp_verdict v = kmp_verdict_of(table, plant, reference);
+    kmp_evaluator *eval = kmp_eval_new(s->system, "tape");
+    if (eval && table->rows > 0) {
+        kmp_verdict v = kmp_verdict_of(table, eval, reference);
         r->residual = fmax(v.h_max, v.hdot_max);
         r->drift = v.drift_rel;
-        r->error = c->rule ? c->rule(s->system, table, plant) : v.error[KMP_QUANTITY_Q];
+        r->error = c->rule ? c->rule(s->system, table, eval) : v.error[KMP_QUANTITY_Q];
     }
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
 }
 
 /* rtol 0: the case's own. */

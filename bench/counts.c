@@ -27,11 +27,11 @@ static void right_hand_side(const bench *b, const char *name)
     kmp_partition part;
     kmp_reduction red;
     kmp_fused *fused = NULL;
-    kmp_plant *plant = kmp_plant_new(s, "tape");
-    if (!plant || kempe_assembly_new(s, &start) != KEMPE_OK)
+    kmp_evaluator *eval = kmp_eval_new(s, "tape");
+    if (!eval || kempe_assembly_new(s, &start) != KEMPE_OK)
         exit(1);
-    kmp_plant_closure(plant, 0, start->q);
-    if (kmp_partition_init(&part, s, plant->jacobian, NULL, 0) || kmp_reduction_init(&red, plant, &part))
+    kmp_eval_closure(eval, 0, start->q);
+    if (kmp_partition_init(&part, s, eval->jacobian, NULL, 0) || kmp_reduction_init(&red, eval, &part))
         exit(1);
     kmp_counts program = kmp_program_count(s->motion, 1, s->motion->stages - 1), solves = kmp_reduction_count(&red);
     printf("%s, one right-hand side of the reduced formulation\n", name);
@@ -46,7 +46,7 @@ static void right_hand_side(const bench *b, const char *name)
     kmp_fused_free(fused);
     kmp_reduction_free(&red);
     kmp_partition_free(&part);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kempe_assembly_free(start);
 }
 

@@ -43,14 +43,14 @@ int main(void)
     if (kempe_assembly_new(b.system, &start) ||
         kmp_reference_read(b.system, "examples/andrews/reference.csv", &reference))
         return 1;
-    judged with = {.b = &b, .reference = &reference, .plant = kmp_plant_new(b.system, "tape")};
+    judged with = {.b = &b, .reference = &reference, .eval = kmp_eval_new(b.system, "tape")};
     printf("%-7s %-8s %-5s | %-7s %-7s %-7s | %-7s %-7s | %6s %6s %6s %6s | %8s %6s\n", "form", "linear", "rtol",
            "error q", "qd", "lambda", "|h|", "|hdot|", "steps", "Newton", "reject", "factor", "cpu ms", "us/it");
     for (int f = 0; kmp_formulation_get(f); f++)
         for (int l = 0; kmp_formulation_get(f)->dae && l < 3; l++)
             for (size_t k = 0; k < sizeof rtols / sizeof *rtols; k++)
                 one(&with, start, kmp_formulation_get(f)->form, linear[l], rtols[k]);
-    kmp_plant_free(with.plant);
+    kmp_eval_free(with.eval);
     kmp_reference_free(&reference);
     kempe_assembly_free(start);
     bench_free(&b);

@@ -5,7 +5,7 @@
 #define KEMPE_BENCH_INCONSISTENT_H
 
 #include "bench/battery.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include <kempe/check.h>
 
@@ -26,7 +26,7 @@ enum { PUSH_SIZES = 3 };
 
 typedef struct push_scene {
     hard_scene s;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_partition part;
     double *q, *qd; /* closed */
     double *given;  /* pushed off */
@@ -40,14 +40,15 @@ static double push_random(push_scene *p)
     return (double)(p->random >> 8) / (1 << 23) - 1;
 }
 
-/* x of least scaled norm with J x = -b on `rank` rows, the largest of what is left first; J at the plant's closure. */
+/* x of least scaled norm with J x = -b on `rank` rows, the largest of what is left first; J at the evaluator's closure.
+ */
 static void push_least(const push_scene *p, int rank, const double *b, double *x)
 {
     const kempe_system *s = p->s.system;
     int n = s->n, m = s->m;
     double *jac = KMP_NEW(double, m *n);
     long double *a = KMP_NEW(long double, (size_t)m *(size_t)n), *beta = KMP_NEW(long double, m);
-    kmp_plant_dense_jacobian(p->plant, jac);
+    kmp_eval_dense_jacobian(p->eval, jac);
     for (int r = 0; r < m; r++) {
         beta[r] = -(long double)b[r] / s->row_scale[r];
         for (int k = 0; k < n; k++)
@@ -126,15 +127,15 @@ static bool push_load(push_scene *p, const char *root, const push_case *c)
     memcpy(p->q, kempe_assembly_q(assembly), n * sizeof *p->q);
     memcpy(p->qd, kempe_assembly_qd(assembly), n * sizeof *p->qd);
     kempe_assembly_free(assembly);
-    p->plant = kmp_plant_new(p->s.system, "tape");
-    kmp_plant_closure(p->plant, 0, p->q);
-    return kmp_partition_init(&p->part, p->s.system, p->plant->jacobian, NULL, 0) == KEMPE_OK;
+    p->eval = kmp_eval_new(p->s.system, "tape");
+    kmp_eval_closure(p->eval, 0, p->q);
+    return kmp_partition_init(&p->part, p->s.system, p->eval->jacobian, NULL, 0) == KEMPE_OK;
 }
 
 static void push_unload(push_scene *p)
 {
     kmp_partition_free(&p->part);
-    kmp_plant_free(p->plant);
+    kmp_eval_free(p->eval);
     kmp_free(p->q);
     hard_unload(&p->s);
 }
@@ -164,8 +165,8 @@ static double push_free(push_scene *p, double size, double ways[2])
     for (int k = 0; k < n; k++)
         p->own[k] = p->given[k] = p->q[k] + size * push_random(p) * p->s.system->scale[k];
     for (int pass = 0; pass < 12; pass++) {
-        kmp_plant_closure(p->plant, 0, p->own);
-        push_least(p, p->part.r, p->plant->h, x);
+        kmp_eval_closure(p->eval, 0, p->own);
+        push_least(p, p->part.r, p->eval->h, x);
         for (int k = 0; k < n; k++)
             p->own[k] += x[k];
     }
@@ -190,8 +191,8 @@ static double push_rates(push_scene *p, double size)
         fastest = fmax(fastest, fabs(p->qd[k]) / s->scale[k]);
     for (int k = 0; k < s->n; k++)
         p->own[k] = p->given[k] = p->qd[k] + size * fastest * push_random(p) * s->scale[k];
-    kmp_plant_closure(p->plant, 0, p->q);
-    kmp_plant_rates(p->plant, p->given, rate);
+    kmp_eval_closure(p->eval, 0, p->q);
+    kmp_eval_rates(p->eval, p->given, rate);
     push_least(p, p->part.r, rate, x);
     for (int k = 0; k < s->n; k++)
         p->own[k] += x[k];

@@ -5,7 +5,7 @@
 
 #include "base/memory.h"
 #include "bench.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/run/run.h"
 #include "output/reference.h"
 #include <kempe/check.h>
@@ -15,7 +15,7 @@
 typedef struct judged {
     const bench *b;
     const kmp_reference *reference;
-    kmp_plant *plant; /* for the residuals; may be NULL */
+    kmp_evaluator *eval; /* for the residuals; may be NULL */
     double q, qd, lambda, h, hdot;
     kmp_run_report report;
     double cpu; /* median */
@@ -42,10 +42,10 @@ static inline int judged_row(void *user, double t, const double *q, const double
     j->q = fmax(j->q, judged_error(j, t, KMP_QUANTITY_Q, s->n, q));
     j->qd = fmax(j->qd, judged_error(j, t, KMP_QUANTITY_QD, s->n, qd));
     j->lambda = fmax(j->lambda, judged_error(j, t, KMP_QUANTITY_LAMBDA, s->m, lambda));
-    if (j->plant) {
-        kmp_plant_closure(j->plant, t, q);
-        j->h = fmax(j->h, kmp_plant_residual(j->plant));
-        j->hdot = fmax(j->hdot, kmp_plant_rate_residual(j->plant, qd));
+    if (j->eval) {
+        kmp_eval_closure(j->eval, t, q);
+        j->h = fmax(j->h, kmp_eval_residual(j->eval));
+        j->hdot = fmax(j->hdot, kmp_eval_rate_residual(j->eval, qd));
     }
     return 0;
 }

@@ -103,7 +103,7 @@ static void whole_runs(const bench *b, const kempe_assembly *start, const kmp_re
 typedef struct stand {
     const bench *b;
     rows at; /* states of the motion */
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_partition part;
     kmp_reduction red;
     kmp_fused *fused;
@@ -122,10 +122,10 @@ static void run_trig(stand *s, int k)
 
 static void run_program(stand *s, int k)
 {
-    kmp_plant_closure(s->plant, 0, s->at.q[k]);
-    kmp_plant_mass(s->plant);
-    kmp_plant_bias(s->plant, s->at.qd[k]);
-    s->sink += s->plant->bias[0];
+    kmp_eval_closure(s->eval, 0, s->at.q[k]);
+    kmp_eval_mass(s->eval);
+    kmp_eval_bias(s->eval, s->at.qd[k]);
+    s->sink += s->eval->bias[0];
 }
 
 static void run_algebra(stand *s, int k)
@@ -217,13 +217,13 @@ static void gather_states(stand *s, const kempe_assembly *start)
 static void stand_init(stand *s, const bench *b, const kempe_assembly *start, const char *backend)
 {
     double zero[N] = {0};
-    *s = (stand){.b = b, .plant = kmp_plant_new(b->system, backend), .angles = N};
-    kmp_plant_closure(s->plant, 0, start->q);
-    if (kmp_partition_init(&s->part, b->system, s->plant->jacobian, NULL, 0) || s->part.p != 1 ||
-        kmp_reduction_init(&s->red, s->plant, &s->part))
+    *s = (stand){.b = b, .eval = kmp_eval_new(b->system, backend), .angles = N};
+    kmp_eval_closure(s->eval, 0, start->q);
+    if (kmp_partition_init(&s->part, b->system, s->eval->jacobian, NULL, 0) || s->part.p != 1 ||
+        kmp_reduction_init(&s->red, s->eval, &s->part))
         exit(1);
     kmp_formulation_start given = {.system = b->system,
-                                   .plant = s->plant,
+                                   .eval = s->eval,
                                    .part = &s->part,
                                    .q = start->q,
                                    .qd = start->qd,
@@ -244,7 +244,7 @@ static void stand_free(stand *s)
     kmp_fused_free(s->fused);
     kmp_reduction_free(&s->red);
     kmp_partition_free(&s->part);
-    kmp_plant_free(s->plant);
+    kmp_eval_free(s->eval);
 }
 
 static void one_right_hand_side(const bench *b, const kempe_assembly *start, const char *backend)

@@ -51,7 +51,7 @@ static double carried(const kempe_model *model, const kmp_linear *l)
     double weight = 0, sum = 0;
     for (int k = 1; k < model->body_count; k++)
         weight -= model->bodies[k].mass.value * model->gravity[2].value;
-    const double *shown = kmp_plant_shown(l->plant, 0, l->q, l->qd, l->qdd, l->lambda);
+    const double *shown = kmp_eval_shown(l->eval, 0, l->q, l->qd, l->qdd, l->lambda);
     for (int o = 0; o < model->output_count; shown += kmp_output_width(model, &model->outputs[o]), o++) {
         if (model->outputs[o].kind != KMP_OUTPUT_FORCE)
             continue;

@@ -82,26 +82,26 @@ static void evaluate_formulation(const kmp_runner *run, double *time)
     free(j);
 }
 
-static void evaluate_plant(const kmp_runner *run, double *time)
+static void evaluate_all(const kmp_runner *run, double *time)
 {
     double sample[SAMPLES], other[SAMPLES];
-    kmp_plant *plant = run->plant;
-    size_t n = (size_t)plant->n;
+    kmp_evaluator *eval = run->eval;
+    size_t n = (size_t)eval->n;
     double *q = malloc(n * sizeof *q), *qd = malloc(n * sizeof *qd);
     if (!q || !qd)
         exit(1);
     for (int k = 0; k < SAMPLES; k++) {
-        for (int i = 0; i < plant->n; i++) {
+        for (int i = 0; i < eval->n; i++) {
             q[i] = run->state[i] + 1e-6 * sin(0.01 * k + i);
-            qd[i] = run->state[plant->n + i] + 1e-5 * cos(0.01 * k + i);
+            qd[i] = run->state[eval->n + i] + 1e-5 * cos(0.01 * k + i);
         }
-        kmp_plant_closure(plant, 0, q);
-        kmp_plant_mass(plant);
+        kmp_eval_closure(eval, 0, q);
+        kmp_eval_mass(eval);
         double from = now();
-        kmp_plant_bias(plant, qd);
+        kmp_eval_bias(eval, qd);
         sample[k] = now() - from;
         from = now();
-        (void)kmp_plant_power(plant, 0, q, qd);
+        (void)kmp_eval_power(eval, 0, q, qd);
         other[k] = now() - from;
     }
     lower(&time[BIAS], SAMPLES, sample);
@@ -138,7 +138,7 @@ static void put_evaluations(const bench *b, const kempe_assembly *start)
         for (int t = 0; t < MOST; t++) {
             call(run[t]->team, &time[t][CALL]);
             evaluate_formulation(run[t], time[t]);
-            evaluate_plant(run[t], time[t]);
+            evaluate_all(run[t], time[t]);
         }
     printf("%7s | %6s %8s %8s %8s %8s\n", "threads", "call", "C, jdqd", "power", "rhs", "Jacobian");
     for (int t = 0; t < MOST; t++) {
@@ -175,7 +175,7 @@ static double time_of_run(const bench *b, const kempe_assembly *start, int way, 
     double time = now() - from;
     *sum = 0;
     for (int i = 0; status == KEMPE_OK && i < b->system->n; i++)
-        *sum += run->plant->q[i];
+        *sum += run->eval->q[i];
     kmp_runner_free(run);
     return status == KEMPE_OK ? time : NAN;
 }

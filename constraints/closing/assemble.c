@@ -26,7 +26,7 @@ enum { MOST_CORRECTIONS = 40, MAX_CHOICES = 4, MOST_DENSE = 128 /* number of row
 typedef struct work {
     const kempe_system *s;
     kempe_assembly *a;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_least_change least;
     kmp_closer closer;
     const kmp_guess *guess;
@@ -47,12 +47,12 @@ typedef struct work {
 
 static void evaluate(work *w)
 {
-    kmp_plant_closure(w->plant, 0, w->a->q);
+    kmp_eval_closure(w->eval, 0, w->a->q);
 }
 
 static double residual(const work *w)
 {
-    return kmp_plant_residual(w->plant);
+    return kmp_eval_residual(w->eval);
 }
 
 static void copy(const work *w, double *to, const double *from)
@@ -96,7 +96,7 @@ static int dependent_rows(void *self, const double *v, double *out)
         w->a->q[w->part.v[i]] = v[i];
     evaluate(w);
     for (int i = 0; i < w->part.r; i++)
-        out[i] = w->plant->h[w->part.rows[i]];
+        out[i] = w->eval->h[w->part.rows[i]];
     return 0;
 }
 
@@ -105,7 +105,7 @@ static int dependent_matrix(void *self, const double *v, double *out)
     work *w = self;
     int r = w->part.r;
     (void)dependent_rows(w, v, w->trial);
-    kmp_plant_dense_jacobian(w->plant, w->jacobian);
+    kmp_eval_dense_jacobian(w->eval, w->jacobian);
     for (int k = 0; k < r; k++)
         for (int i = 0; i < r; i++)
             out[i + k * r] = w->jacobian[w->part.rows[i] + w->part.v[k] * w->m];
@@ -121,8 +121,8 @@ static bool choose_dependent(work *w)
     for (int k = 0; k < w->n; k++)
         if (w->guess->hold[k])
             w->held[held++] = k;
-    bool chosen = kmp_partition_init(&w->part, w->s, w->plant->jacobian, w->held, held) == KEMPE_OK ||
-                  kmp_partition_init(&w->part, w->s, w->plant->jacobian, NULL, 0) == KEMPE_OK;
+    bool chosen = kmp_partition_init(&w->part, w->s, w->eval->jacobian, w->held, held) == KEMPE_OK ||
+                  kmp_partition_init(&w->part, w->s, w->eval->jacobian, NULL, 0) == KEMPE_OK;
     kmp_context_clear(w->s->context);
     if (!chosen || part->r == 0 || part->r > MOST_DENSE ||
         !(part->pivots[part->r - 1] > KMP_CLOSED_DECIDED * residual(w) * part->pivots[0]))
@@ -188,7 +188,7 @@ static void polish(work *w)
 static bool choose_rows(work *w, bool *dropped)
 {
     kmp_partition part;
-    if (kmp_partition_of_rank(&part, w->s, w->plant->jacobian, w->rank, NULL, 0) != KEMPE_OK) {
+    if (kmp_partition_of_rank(&part, w->s, w->eval->jacobian, w->rank, NULL, 0) != KEMPE_OK) {
         kmp_context_clear(w->s->context);
         return false;
     }
@@ -206,15 +206,15 @@ static void close_independent(work *w)
     bool *before = KMP_NEW(bool, w->m), *dropped = w->a->dropped;
     w->starved = w->starved || !before;
     for (int pass = 0; before && pass < MAX_CHOICES; pass++) {
-        w->plant->left_out = NULL;
+        w->eval->left_out = NULL;
         evaluate(w);
         memcpy(before, dropped, bytes);
         if (!choose_rows(w, dropped) || (pass > 0 && memcmp(before, dropped, bytes) == 0))
             break;
-        w->plant->left_out = dropped;
+        w->eval->left_out = dropped;
         polish(w);
     }
-    w->plant->left_out = dropped;
+    w->eval->left_out = dropped;
     evaluate(w);
     kmp_free(before);
 }
@@ -231,13 +231,13 @@ static bool center_joints(work *w)
     for (int c = 0; c < charts; c++) {
         const bool *hold = w->guess->hold + w->s->chart_first[c];
         if (hold[0] == hold[1] && hold[1] == hold[2] && kmp_chart_regular(w->s, c, w->a->q) < KMP_AXES_TURNED) {
-            kmp_chart_center(w->s, c, w->plant->chart, w->a->q, NULL, NULL);
+            kmp_chart_center(w->s, c, w->eval->chart, w->a->q, NULL, NULL);
             centred++;
         }
     }
     if (centred == 0)
         return true;
-    kmp_plant_set_charts(w->plant, w->plant->chart);
+    kmp_eval_set_charts(w->eval, w->eval->chart);
     const kmp_arena_group groups[] = {{w->n, {&w->a->inner_q, &w->a->inner_qd}},
                                       {(ptrdiff_t)KMP_CHART_SIZE * charts, {&w->a->chart}}};
     return kmp_arena_make_groups(&w->a->arena, sizeof groups / sizeof *groups, groups);
@@ -253,7 +253,7 @@ static void show_angles(work *w, int c, double angles[3])
         return;
     }
     memcpy(w->trial, w->a->q, (size_t)w->n * sizeof *w->trial);
-    (void)kmp_chart_show(w->s, c, w->plant->chart, guess, w->trial, NULL, NULL);
+    (void)kmp_chart_show(w->s, c, w->eval->chart, guess, w->trial, NULL, NULL);
     memcpy(angles, w->trial + k, 3 * sizeof *angles);
 }
 
@@ -264,7 +264,7 @@ static void show_state(work *w)
     if (a->inner_q) {
         memcpy(a->inner_q, a->q, (size_t)w->n * sizeof *a->q);
         memcpy(a->inner_qd, a->qd, (size_t)w->n * sizeof *a->qd);
-        memcpy(a->chart, w->plant->chart, (size_t)(KMP_CHART_SIZE * w->s->chart_count) * sizeof *a->chart);
+        memcpy(a->chart, w->eval->chart, (size_t)(KMP_CHART_SIZE * w->s->chart_count) * sizeof *a->chart);
     }
     for (int c = 0; a->inner_q && c < kmp_charts_count(w->s); c++) {
         double angles[3], near[3];
@@ -289,7 +289,7 @@ static double correct_rates(work *w, const bool *fixed)
     if (w->closer.place(w->closer.self, 0, w->a->q) == 0)
         kmp_close_rates(&w->closer, w->rate, w->a->qd);
     w->least.hold = w->guess->hold;
-    return kmp_plant_rate_residual(w->plant, w->a->qd);
+    return kmp_eval_rate_residual(w->eval, w->a->qd);
 }
 
 /* Sets the model's rates, for centred joints in their charts: one given rate of a joint counts as all three. */
@@ -302,12 +302,12 @@ static void given_rates(work *w)
     }
     for (int c = 0; c < kmp_charts_count(w->s); c++) {
         int k = w->s->chart_first[c];
-        if (kmp_chart_is_own(w->plant->chart, c))
+        if (kmp_chart_is_own(w->eval->chart, c))
             continue;
         double angles[3], rates[3];
         show_angles(w, c, angles);
         memcpy(rates, w->a->qd + k, sizeof rates);
-        kmp_chart_enter(w->s, c, w->plant->chart, angles, rates, w->a->q, w->a->qd);
+        kmp_chart_enter(w->s, c, w->eval->chart, angles, rates, w->a->q, w->a->qd);
         w->fixed[k] = w->fixed[k + 1] = w->fixed[k + 2] = w->fixed[k] || w->fixed[k + 1] || w->fixed[k + 2];
     }
 }
@@ -317,8 +317,8 @@ static double fastest(const work *w)
     double size = 0;
     for (int k = 0; k < w->n; k++)
         size = fmax(size, fabs(w->a->qd[k]) / w->s->scale[k]);
-    for (int r = 0; w->plant->h_t && r < w->m; r++)
-        size = fmax(size, fabs(w->plant->h_t[r]) / w->s->row_scale[r]);
+    for (int r = 0; w->eval->h_t && r < w->m; r++)
+        size = fmax(size, fabs(w->eval->h_t[r]) / w->s->row_scale[r]);
     return size;
 }
 
@@ -352,12 +352,12 @@ static void judge(work *w)
     a->residual = w->m > 0 ? residual(w) : 0;
     for (int r = 0; r < w->m; r++) {
         int c = w->s->rows[r].closure;
-        a->open[r] = kmp_plant_opening(w->plant, r);
+        a->open[r] = kmp_eval_opening(w->eval, r);
         a->gaps[c] = hypot(a->gaps[c], a->open[r] * w->s->length);
         a->misfit = a->dropped[r] ? fmax(a->misfit, a->open[r]) : a->misfit;
     }
     a->closed = a->residual <= KMP_CLOSED_ENOUGH && a->misfit * w->s->length <= w->s->closure_tolerance;
-    w->starved = !kmp_partition_pivots(w->s, w->plant->jacobian, a->pivots) || w->starved;
+    w->starved = !kmp_partition_pivots(w->s, w->eval->jacobian, a->pivots) || w->starved;
     for (int c = 0; c < model->closure_count; c++) {
         a->gap = fmax(a->gap, a->gaps[c]);
         if (a->closed || a->gaps[c] <= KMP_CLOSED_ENOUGH * w->s->length)
@@ -373,7 +373,7 @@ static void judge(work *w)
 
 static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, kempe_assembly *a)
 {
-    *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .plant = kmp_plant_new(s, "tape")};
+    *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .eval = kmp_eval_new(s, "tape")};
     const kmp_rounding *rounding = kmp_rounding_of(s);
     w->rank = guess->rank > 0 ? guess->rank : rounding ? rounding->rank : -1;
     w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);
@@ -383,7 +383,7 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
     w->rate = KMP_ARENA_NEW(&w->arena, double, s->m);
     w->fixed = KMP_ARENA_NEW(&w->arena, bool, s->n);
     w->held = KMP_ARENA_NEW(&w->arena, int, s->n);
-    if (!w->plant || w->arena.failed || !kmp_least_change_init(&w->least, w->plant))
+    if (!w->eval || w->arena.failed || !kmp_least_change_init(&w->least, w->eval))
         return false;
     w->least.hold = guess->hold;
     w->closer = kmp_least_change_closer(&w->least);
@@ -396,7 +396,7 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
 static void work_free(work *w)
 {
     kmp_least_change_free(&w->least);
-    kmp_plant_free(w->plant);
+    kmp_eval_free(w->eval);
     kmp_arena_free(&w->arena);
 }
 
@@ -425,7 +425,7 @@ static bool seek_goals(work *w)
     if (!kmp_goals_seek(w->s, w->guess->hold, w->a->q, goals))
         return false;
     w->a->iterations += goals->steps;
-    if (w->plant->left_out)
+    if (w->eval->left_out)
         close_independent(w);
     else if (w->m > 0)
         polish(w);

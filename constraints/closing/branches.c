@@ -86,7 +86,7 @@ static void stand_at_start(search *s)
 {
     const kempe_assembly *a = s->b->assembly;
     if (a->chart)
-        kmp_plant_set_charts(s->walk->plant, a->chart);
+        kmp_eval_set_charts(s->walk->eval, a->chart);
     kmp_walk_evaluate(s->walk, a->inner_q ? a->inner_q : a->q);
 }
 
@@ -112,7 +112,7 @@ static bool choose_kept(search *s)
     for (int k = count = 0; k < n; k++)
         count += kept[k];
     stand_at_start(s);
-    int free = kmp_partition_prefer(system, s->walk->plant->jacobian, kept, s->order);
+    int free = kmp_partition_prefer(system, s->walk->eval->jacobian, kept, s->order);
     for (int k = free - 1; k >= 0 && count < free; k--)
         if (is_own(s, s->order[k])) {
             count += !kept[s->order[k]];
@@ -130,9 +130,9 @@ static void choose_blocks(search *s)
         if (s->b->kept[k])
             s->order[count++] = k;
     stand_at_start(s);
-    if (count == 0 || kmp_partition_init(&s->part, system, s->walk->plant->jacobian, s->order, count) != KEMPE_OK)
-        (void)kmp_partition_init(&s->part, system, s->walk->plant->jacobian, NULL, 0);
-    s->block_count = s->part.r > 0 ? kmp_loop_blocks(s->walk->plant, &s->part, &s->b->arena, &s->blocks) : 0;
+    if (count == 0 || kmp_partition_init(&s->part, system, s->walk->eval->jacobian, s->order, count) != KEMPE_OK)
+        (void)kmp_partition_init(&s->part, system, s->walk->eval->jacobian, NULL, 0);
+    s->block_count = s->part.r > 0 ? kmp_loop_blocks(s->walk->eval, &s->part, &s->b->arena, &s->blocks) : 0;
     kmp_context_clear(system->context);
 }
 
@@ -235,8 +235,8 @@ static kempe_status find(kempe_branches *b, int seed)
     bool made = s.walk && !b->arena.failed && choose_kept(&s);
     if (made) {
         choose_blocks(&s);
-        kmp_charts_reset(b->system, s.walk->plant->chart);
-        kmp_plant_set_charts(s.walk->plant, s.walk->plant->chart);
+        kmp_charts_reset(b->system, s.walk->eval->chart);
+        kmp_eval_set_charts(s.walk->eval, s.walk->eval->chart);
         status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s, seed);
         sort(b);
     }

@@ -27,7 +27,7 @@ static double measure(const kmp_closer *c, const kmp_close_rule *rule, double *w
 static double noise(const kmp_closer *c, const double *x)
 {
     double size = 1;
-    for (int i = 0; i < c->plant->n; i++)
+    for (int i = 0; i < c->eval->n; i++)
         size = fmax(size, fabs(x[i]) / c->scale[i]);
     return 16 * DBL_EPSILON * size;
 }
@@ -36,10 +36,10 @@ static double residual(const kmp_closer *c)
 {
     double worst = 0;
     for (int k = 0; c->rows && k < c->row_count; k++) {
-        double open = kmp_plant_opening(c->plant, c->rows[k]);
+        double open = kmp_eval_opening(c->eval, c->rows[k]);
         worst = open <= worst ? worst : open;
     }
-    return c->rows ? worst : kmp_plant_residual(c->plant);
+    return c->rows ? worst : kmp_eval_residual(c->eval);
 }
 
 double kmp_close_rounding(const kempe_system *system)
@@ -57,7 +57,7 @@ kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, 
 {
     kmp_closed out = {0};
     double last = INFINITY, weighted, floor_ = noise(c, x);
-    while (out.corrections < rule->most && c->place(c->self, t, x) == 0 && c->correct(c->self, c->plant->h, c->dx)) {
+    while (out.corrections < rule->most && c->place(c->self, t, x) == 0 && c->correct(c->self, c->eval->h, c->dx)) {
         double size = measure(c, rule, &weighted);
         bool done = size <= floor_ || weighted <= rule->fraction ||
                     ((!rule->led || size > 0.1 * last) && residual(c) <= KMP_CLOSED_ROUNDING);
@@ -80,12 +80,12 @@ kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, 
 
 /* -- from a distant guess ------------------------------------------------------------------------------ */
 
-double kmp_close_length(const kmp_plant *plant)
+double kmp_close_length(const kmp_evaluator *eval)
 {
     double sum = 0;
-    for (int r = 0; r < plant->m; r++)
-        if (kmp_plant_counts(plant, r))
-            sum += kmp_plant_opening(plant, r) * kmp_plant_opening(plant, r);
+    for (int r = 0; r < eval->m; r++)
+        if (kmp_eval_counts(eval, r))
+            sum += kmp_eval_opening(eval, r) * kmp_eval_opening(eval, r);
     return isnan(sum) ? INFINITY : sqrt(sum);
 }
 
@@ -95,7 +95,7 @@ static double bounded_correction(const kmp_closer *c, double h, double bound)
     const kmp_close_rule rule = {0};
     double damping = fmax(h, DBL_MIN), weighted;
     for (int k = 0; k < MOST_DAMPINGS; k++, damping *= MORE_DAMPING) {
-        if ((k > 0 && c->damp(c->self, damping)) || !c->correct(c->self, c->plant->h, c->dx))
+        if ((k > 0 && c->damp(c->self, damping)) || !c->correct(c->self, c->eval->h, c->dx))
             return INFINITY;
         if (measure(c, &rule, &weighted) <= bound)
             return c->promise(c->self);
@@ -107,17 +107,17 @@ static double bounded_correction(const kmp_closer *c, double h, double bound)
  * prediction and grows after those that meet it. */
 static double step_down(const kmp_closer *c, double t, double *x, double *trial, double *bound)
 {
-    size_t bytes = (size_t)c->plant->n * sizeof *x;
+    size_t bytes = (size_t)c->eval->n * sizeof *x;
     for (; *bound > KMP_SHORTEST_CORRECTION; *bound *= 0.4) {
         if (c->place(c->self, t, x))
             return 0;
-        double before = kmp_close_length(c->plant), promised = before - bounded_correction(c, before, *bound);
+        double before = kmp_close_length(c->eval), promised = before - bounded_correction(c, before, *bound);
         if (!(promised > 0)) /* zero gradient */
             return 0;
         memcpy(trial, x, bytes);
         add(c, 1, trial);
-        kmp_plant_closure(c->plant, t, trial);
-        double gained = before - kmp_close_length(c->plant);
+        kmp_eval_closure(c->eval, t, trial);
+        double gained = before - kmp_close_length(c->eval);
         if (gained > 0.1 * promised) {
             memcpy(x, trial, bytes);
             *bound = gained > 0.6 * promised ? fmin(2 * *bound, KMP_LONGEST_CORRECTION) : *bound;
@@ -132,11 +132,11 @@ int kmp_close_from_afar(const kmp_closer *c, double near, double worth, double t
     double bound = KMP_LONGEST_CORRECTION;
     int steps = 0;
     bool worthwhile = true;
-    kmp_plant_closure(c->plant, t, x);
-    while (worthwhile && steps < MOST_FROM_AFAR && !(kmp_plant_residual(c->plant) <= near)) {
+    kmp_eval_closure(c->eval, t, x);
+    while (worthwhile && steps < MOST_FROM_AFAR && !(kmp_eval_residual(c->eval) <= near)) {
         double gained = step_down(c, t, x, trial, &bound);
-        kmp_plant_closure(c->plant, t, x);
-        worthwhile = gained > worth * kmp_close_length(c->plant);
+        kmp_eval_closure(c->eval, t, x);
+        worthwhile = gained > worth * kmp_close_length(c->eval);
         steps++;
     }
     return steps;
@@ -148,11 +148,11 @@ void kmp_close_rates(const kmp_closer *c, double *room, double *qd)
 {
     double last = INFINITY;
     for (int pass = 0; pass < (c->damp ? MOST_OF_RATES : 2); pass++) {
-        double left = c->damp ? kmp_plant_rate_residual(c->plant, qd) : 0;
+        double left = c->damp ? kmp_eval_rate_residual(c->eval, qd) : 0;
         if (pass > 1 && !(left < 0.5 * last))
             return;
         last = left;
-        kmp_plant_rates(c->plant, qd, room);
+        kmp_eval_rates(c->eval, qd, room);
         if (c->correct(c->self, room, c->dx))
             add(c, 1, qd);
     }

@@ -6,19 +6,20 @@
 #ifndef KMP_CONSTRAINTS_CLOSING_CLOSE_H
 #define KMP_CONSTRAINTS_CLOSING_CLOSE_H
 
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 
 /* A method of correcting x, whose first coordinates are q. */
 typedef struct kmp_closer {
     void *self;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     const double *scale; /* of x */
     int count;           /* number of corrected entries of x */
     const int *at;       /* count: their indices in x; NULL: the first ones */
     double *dx;          /* count: work space */
     const int *rows;     /* rows to be solved, whose |h| counts; NULL: all rows that are to be met */
     int row_count;
-    /** Evaluates the plant's closure at (t, x) and prepares corrections. Returns 0, or nonzero if there are none. */
+    /** Evaluates the evaluator's closure at (t, x) and prepares corrections. Returns 0, or nonzero if there are none.
+     */
     int (*place)(void *self, double t, const double *x);
     /** Finds dx with J dx = -violation (m values). false: there is none. */
     bool (*correct)(void *self, const double *violation, double *dx);
@@ -50,17 +51,17 @@ typedef struct kmp_closed {
     double first, ratio; /* length of the first correction; largest ratio of a correction to the one before it */
 } kmp_closed;
 
-/** Closes x. The plant's closure and the factors are then those of x to that accuracy. */
+/** Closes x. The evaluator's closure and the factors are then those of x to that accuracy. */
 kmp_closed kmp_close(const kmp_closer *closer, const kmp_close_rule *rule, double t, double *x);
 
 /** Closes from a distant guess with damped corrections (Levenberg, Marquardt). Their length has a bound, which
  * shrinks where |h| falls by less than predicted. Ends when no row is open by more than `near`, when no correction
- * reduces |h| by the part `worth`, or after many corrections. Returns their number; the plant's closure is then
+ * reduces |h| by the part `worth`, or after many corrections. Returns their number; the evaluator's closure is then
  * that of x. trial: n values of work space. */
 int kmp_close_from_afar(const kmp_closer *closer, double near, double worth, double t, double *x, double *trial);
 
-/** |h| of the plant's last closure: the root of the sum of squares of the rows that count, scaled. */
-double kmp_close_length(const kmp_plant *plant);
+/** |h| of the evaluator's last closure: the root of the sum of squares of the rows that count, scaled. */
+double kmp_close_length(const kmp_evaluator *eval);
 
 /** Scaled |h| that is rounding where corrections no longer shrink, also of points far from the origin. */
 double kmp_close_rounding(const kempe_system *system);

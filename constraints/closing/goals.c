@@ -191,9 +191,9 @@ static double bend_once(search *w, const place *p, double sign)
     double sum = 0;
     for (int c = 0; c < w->n; c++)
         w->step[c] = sign * w->rate[c] * w->s->scale[c];
-    kmp_plant_bias(w->walk->plant, w->step);
+    kmp_eval_bias(w->walk->eval, w->step);
     for (int j = 0; j < w->m; j++)
-        sum -= w->multiplier[j] * w->walk->plant->jdqd[j] / w->s->row_scale[j];
+        sum -= w->multiplier[j] * w->walk->eval->jdqd[j] / w->s->row_scale[j];
     if (!w->points)
         return sum;
     kmp_machine_set(w->points, KMP_IN_QD, w->step);
@@ -216,7 +216,7 @@ static bool find_hessian(search *w, const place *p)
     int n = w->n, d = p->d;
     if (!find_multipliers(w, p))
         return false;
-    kmp_plant_mass(w->walk->plant);
+    kmp_eval_mass(w->walk->eval);
     for (int a = 0; a < d; a++)
         for (int b = 0; b <= a; b++) {
             const double *x = p->tangent + a * n, *y = p->tangent + b * n;

@@ -41,12 +41,12 @@ static bool make_sparse(kmp_least_change *c, const kmp_pattern *jac, int n, int 
     return c->sparse;
 }
 
-bool kmp_least_change_init(kmp_least_change *c, kmp_plant *plant)
+bool kmp_least_change_init(kmp_least_change *c, kmp_evaluator *eval)
 {
-    const kmp_pattern *jac = &plant->system->jacobian;
-    int n = plant->n, m = plant->m, places = n + m + 2 * jac->count;
+    const kmp_pattern *jac = &eval->system->jacobian;
+    int n = eval->n, m = eval->m, places = n + m + 2 * jac->count;
     bool large = m > SPARSE_FROM && places < (long)(n + m) * (n + m) / SPARSE_BELOW;
-    *c = (kmp_least_change){.plant = plant};
+    *c = (kmp_least_change){.eval = eval};
     c->entry = KMP_ARENA_NEW(&c->arena, double, jac->count);
     c->start = KMP_ARENA_NEW(&c->arena, int, n + 1);
     c->column = KMP_ARENA_NEW(&c->arena, int, jac->count);
@@ -71,8 +71,8 @@ void kmp_least_change_free(kmp_least_change *c)
 /* Factors J J' + `square`. false: singular. */
 static bool factor_sparse(kmp_least_change *c, double square)
 {
-    const kmp_pattern *jac = &c->plant->system->jacobian;
-    int n = c->plant->n, m = c->plant->m;
+    const kmp_pattern *jac = &c->eval->system->jacobian;
+    int n = c->eval->n, m = c->eval->m;
     double *value = c->matrix + n + m;
     for (int k = 0; k < n + m; k++)
         c->matrix[k] = k < n ? 1 : square;
@@ -85,12 +85,12 @@ static bool factor_sparse(kmp_least_change *c, double square)
 
 static bool factor_dense(kmp_least_change *c, double square)
 {
-    const int *row = c->plant->system->jacobian.row;
-    int m = c->plant->m;
+    const int *row = c->eval->system->jacobian.row;
+    int m = c->eval->m;
     memset(c->matrix, 0, (size_t)(m * m) * sizeof *c->matrix);
     for (int r = 0; r < m; r++)
         c->matrix[r + r * m] = square;
-    for (int k = 0; k < c->plant->n; k++)
+    for (int k = 0; k < c->eval->n; k++)
         for (int a = c->start[k]; a < c->start[k + 1]; a++)
             for (int b = c->start[k]; b <= a; b++) {
                 int i = c->column[a], j = c->column[b], high = row[i] > row[j] ? row[i] : row[j];
@@ -110,24 +110,24 @@ static int damp(void *self, double damping)
 static int place(void *self, double t, const double *q)
 {
     kmp_least_change *c = self;
-    const kempe_system *s = c->plant->system;
+    const kempe_system *s = c->eval->system;
     const kmp_pattern *jac = &s->jacobian;
-    kmp_plant_closure(c->plant, t, q);
+    kmp_eval_closure(c->eval, t, q);
     for (int e = 0; e < jac->count; e++) {
-        bool none = (c->hold && c->hold[jac->col[e]]) || !kmp_plant_counts(c->plant, jac->row[e]);
-        c->entry[e] = none ? 0 : c->plant->jacobian[e] * s->scale[jac->col[e]] / s->row_scale[jac->row[e]];
+        bool none = (c->hold && c->hold[jac->col[e]]) || !kmp_eval_counts(c->eval, jac->row[e]);
+        c->entry[e] = none ? 0 : c->eval->jacobian[e] * s->scale[jac->col[e]] / s->row_scale[jac->row[e]];
     }
-    return damp(c, fmax(kmp_close_length(c->plant), KMP_LEAST_DAMPING));
+    return damp(c, fmax(kmp_close_length(c->eval), KMP_LEAST_DAMPING));
 }
 
 static bool correct(void *self, const double *violation, double *dx)
 {
     kmp_least_change *c = self;
-    const kempe_system *s = c->plant->system;
+    const kempe_system *s = c->eval->system;
     int n = s->n, m = s->m;
     double *y = c->right + n;
     for (int r = 0; r < m; r++)
-        y[r] = kmp_plant_counts(c->plant, r) ? -violation[r] / s->row_scale[r] : 0;
+        y[r] = kmp_eval_counts(c->eval, r) ? -violation[r] / s->row_scale[r] : 0;
     if (c->sparse) {
         memset(c->right, 0, (size_t)n * sizeof *c->right);
         kmp_sparse_solve(c->sparse, 1, c->right);
@@ -148,17 +148,17 @@ static double promise(void *self)
 {
     const kmp_least_change *c = self;
     double sum = 0;
-    for (int r = 0; r < c->plant->m; r++)
-        sum += c->right[c->plant->n + r] * c->right[c->plant->n + r];
+    for (int r = 0; r < c->eval->m; r++)
+        sum += c->right[c->eval->n + r] * c->right[c->eval->n + r];
     return c->damping * c->damping * sqrt(sum);
 }
 
 kmp_closer kmp_least_change_closer(kmp_least_change *c)
 {
     return (kmp_closer){.self = c,
-                        .plant = c->plant,
-                        .scale = c->plant->system->scale,
-                        .count = c->plant->n,
+                        .eval = c->eval,
+                        .scale = c->eval->system->scale,
+                        .count = c->eval->n,
                         .dx = c->dx,
                         .place = place,
                         .correct = correct,

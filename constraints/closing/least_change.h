@@ -14,7 +14,7 @@
 #include "linalg/sparse.h"
 
 typedef struct kmp_least_change {
-    kmp_plant *plant;    /* not owned */
+    kmp_evaluator *eval; /* not owned */
     const bool *hold;    /* n, not owned: coordinates that stay; NULL: none */
     double *entry;       /* entries of the scaled J, in its order; zero for held coordinates and for rows that need not
                           * be met */
@@ -28,7 +28,7 @@ typedef struct kmp_least_change {
 } kmp_least_change;
 
 /** Allocates all memory; false: no memory. */
-bool kmp_least_change_init(kmp_least_change *least, kmp_plant *plant);
+bool kmp_least_change_init(kmp_least_change *least, kmp_evaluator *eval);
 void kmp_least_change_free(kmp_least_change *least);
 
 kmp_closer kmp_least_change_closer(kmp_least_change *least);

@@ -29,36 +29,36 @@ static void put_forces(const kempe_model *model, int motion, kmp_text *text)
         }
 }
 
-static bool put_not_finite(kmp_plant *plant, double t, const double *q, const double *qd, kmp_text *text)
+static bool put_not_finite(kmp_evaluator *eval, double t, const double *q, const double *qd, kmp_text *text)
 {
-    const kempe_system *s = plant->system;
+    const kempe_system *s = eval->system;
     int bad;
-    kmp_plant_closure(plant, t, q);
-    if ((bad = first_bad(s->m, plant->h)) >= 0 ||
-        ((bad = first_bad(s->jacobian.count, plant->jacobian)) >= 0 && (bad = s->jacobian.row[bad]) >= 0)) {
+    kmp_eval_closure(eval, t, q);
+    if ((bad = first_bad(s->m, eval->h)) >= 0 ||
+        ((bad = first_bad(s->jacobian.count, eval->jacobian)) >= 0 && (bad = s->jacobian.row[bad]) >= 0)) {
         kmp_text_printf(text, "closure row '%s' is not a finite number at t = %.9g", s->row_names[bad], t);
         return true;
     }
-    kmp_plant_mass(plant);
-    if ((bad = first_bad(s->mass.count, plant->mass)) >= 0) {
+    kmp_eval_mass(eval);
+    if ((bad = first_bad(s->mass.count, eval->mass)) >= 0) {
         kmp_text_printf(text, "the mass that '%s' moves is not a finite number at t = %.9g",
                         s->model->motions[s->mass.row[bad]].name, t);
         return true;
     }
-    kmp_plant_bias(plant, qd);
-    if ((bad = first_bad(s->n, plant->bias)) < 0)
+    kmp_eval_bias(eval, qd);
+    if ((bad = first_bad(s->n, eval->bias)) < 0)
         return false;
     kmp_text_printf(text, "the forces on '%s' are not a finite number (%s) at t = %.9g", s->model->motions[bad].name,
-                    isnan(plant->bias[bad]) ? "not a number" : "infinite", t);
+                    isnan(eval->bias[bad]) ? "not a number" : "infinite", t);
     put_forces(s->model, bad, text);
     return true;
 }
 
-bool kmp_put_not_finite(kmp_plant *plant, double t, const double *q, const double *qd, kmp_text *text)
+bool kmp_put_not_finite(kmp_evaluator *eval, double t, const double *q, const double *qd, kmp_text *text)
 {
-    bool by_bodies = plant->by_bodies;
-    kmp_plant_take(plant, false);
-    bool found = put_not_finite(plant, t, q, qd, text);
-    kmp_plant_take(plant, by_bodies);
+    bool by_bodies = eval->by_bodies;
+    kmp_eval_take(eval, false);
+    bool found = put_not_finite(eval, t, q, qd, text);
+    kmp_eval_take(eval, by_bodies);
     return found;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/closing/saddle.h"
 #include "base/memory.h"
-#include "constraints/evaluation/pressing.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
@@ -16,7 +16,7 @@ enum { SPARSE_FROM = 48, SPARSE_BELOW = 8 };
  * dropped row. */
 static int list_entries(const kmp_saddle *saddle, int *row, int *col)
 {
-    const kmp_pattern *mass = &saddle->plant->system->mass, *jac = &saddle->plant->system->jacobian;
+    const kmp_pattern *mass = &saddle->eval->system->mass, *jac = &saddle->eval->system->jacobian;
     int count = 0, n = saddle->n;
     for (int k = 0; k < mass->count; k++)
         for (int side = 0; side < (mass->row[k] == mass->col[k] ? 1 : 2); side++, count++) {
@@ -49,19 +49,19 @@ static bool make_sparse(kmp_saddle *saddle, int most)
 
 static int factor_dense(kmp_saddle *saddle)
 {
-    const kmp_plant *plant = saddle->plant;
-    const kmp_pattern *mass = &plant->system->mass, *jac = &plant->system->jacobian;
+    const kmp_evaluator *eval = saddle->eval;
+    const kmp_pattern *mass = &eval->system->mass, *jac = &eval->system->jacobian;
     int n = saddle->n, size = n + saddle->r;
     memset(saddle->matrix, 0, (size_t)(size * size) * sizeof(double));
     for (int k = 0; k < mass->count; k++)
         saddle->matrix[mass->row[k] + mass->col[k] * size] = saddle->matrix[mass->col[k] + mass->row[k] * size] =
-            plant->mass[k];
+            eval->mass[k];
     for (int k = 0; k < jac->count; k++) {
         int at = saddle->position[jac->row[k]];
         if (at < 0)
             continue;
-        saddle->matrix[n + at + jac->col[k] * size] = plant->jacobian[k];
-        saddle->matrix[jac->col[k] + (n + at) * size] = -plant->jacobian[k];
+        saddle->matrix[n + at + jac->col[k] * size] = eval->jacobian[k];
+        saddle->matrix[jac->col[k] + (n + at) * size] = -eval->jacobian[k];
     }
     for (int k = n; saddle->out && k < size; k++)
         for (int i = 0; saddle->out[k - n] && i < size; i++)
@@ -76,21 +76,21 @@ static bool is_out(const kmp_saddle *saddle, int k)
 
 static int factor_sparse(kmp_saddle *saddle)
 {
-    const kmp_plant *plant = saddle->plant;
-    const kmp_pattern *mass = &plant->system->mass, *jac = &plant->system->jacobian;
+    const kmp_evaluator *eval = saddle->eval;
+    const kmp_pattern *mass = &eval->system->mass, *jac = &eval->system->jacobian;
     double *value = saddle->matrix;
     if (!saddle->sparse)
         return 1;
     for (int k = 0; k < mass->count; k++) {
-        *value++ = plant->mass[k];
+        *value++ = eval->mass[k];
         if (mass->row[k] != mass->col[k])
-            *value++ = plant->mass[k];
+            *value++ = eval->mass[k];
     }
     for (int k = 0; k < jac->count; k++) {
         int at = saddle->position[jac->row[k]];
         if (at < 0)
             continue;
-        double entry = is_out(saddle, at) ? 0 : plant->jacobian[k];
+        double entry = is_out(saddle, at) ? 0 : eval->jacobian[k];
         *value++ = entry;
         *value++ = -entry;
     }
@@ -113,19 +113,19 @@ static void solve_whole(kmp_saddle *saddle, const double *rows)
 
 /* -- rows chosen at each factorisation ----------------------------------------------------------------- */
 
-/* Partitions all rows; those that are independent at the plant's last closure stay in. */
+/* Partitions all rows; those that are independent at the evaluator's last closure stay in. */
 static void choose_rows(kmp_saddle *saddle)
 {
-    const kempe_system *s = saddle->plant->system;
+    const kempe_system *s = saddle->eval->system;
     int m = s->m;
     memset(saddle->scaled, 0, (size_t)(m * s->n) * sizeof *saddle->scaled);
     for (int e = 0; e < s->jacobian.count; e++) {
         int r = s->jacobian.row[e], k = s->jacobian.col[e];
-        saddle->scaled[r + k * m] = saddle->plant->jacobian[e] * s->scale[k] / s->row_scale[r];
+        saddle->scaled[r + k * m] = saddle->eval->jacobian[e] * s->scale[k] / s->row_scale[r];
     }
     kmp_pivots_complete(m, s->n, saddle->scaled, saddle->largest, saddle->row, saddle->col, saddle->pivots);
     int rank = kmp_partition_rank(s, saddle->pivots);
-    double undecided = KMP_CLOSED_DECIDED * kmp_plant_residual(saddle->plant) * (rank > 0 ? saddle->pivots[0] : 0);
+    double undecided = KMP_CLOSED_DECIDED * kmp_eval_residual(saddle->eval) * (rank > 0 ? saddle->pivots[0] : 0);
     while (saddle->rank >= 0 && rank > saddle->rank && !(saddle->pivots[rank - 1] > undecided))
         rank--;
     for (int i = 0; i < m; i++)
@@ -136,13 +136,13 @@ static void choose_rows(kmp_saddle *saddle)
 
 static int factor_mobility(kmp_saddle *saddle)
 {
-    const kmp_pattern *mobility = &saddle->plant->system->mobility;
+    const kmp_pattern *mobility = &saddle->eval->system->mobility;
     int r = saddle->r;
     memset(saddle->matrix, 0, (size_t)(r * r) * sizeof(double));
     for (int k = 0; k < mobility->count; k++) {
         int a = saddle->position[mobility->row[k]], b = saddle->position[mobility->col[k]];
         if (a >= 0 && b >= 0)
-            saddle->matrix[(a > b ? a : b) + (a > b ? b : a) * r] = saddle->plant->mobility[k];
+            saddle->matrix[(a > b ? a : b) + (a > b ? b : a) * r] = saddle->eval->mobility[k];
     }
     return kmp_cholesky_factor(r, saddle->matrix);
 }
@@ -151,7 +151,7 @@ double kmp_saddle_spread(const kmp_saddle *saddle)
 {
     double least = INFINITY, largest = 0;
     for (int k = 0; k < saddle->r; k++) {
-        double pivot = saddle->matrix[k * (saddle->r + 1)] / saddle->plant->system->row_scale[saddle->part->rows[k]];
+        double pivot = saddle->matrix[k * (saddle->r + 1)] / saddle->eval->system->row_scale[saddle->part->rows[k]];
         least = fmin(least, pivot * pivot);
         largest = fmax(largest, pivot * pivot);
     }
@@ -161,8 +161,8 @@ double kmp_saddle_spread(const kmp_saddle *saddle)
 /* Solves by bodies from y in x, and b + J y. */
 static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
 {
-    const kmp_plant *plant = saddle->plant;
-    const kmp_pattern *compliance = &plant->system->compliance;
+    const kmp_evaluator *eval = saddle->eval;
+    const kmp_pattern *compliance = &eval->system->compliance;
     double *x = saddle->x, *a = x + saddle->n;
     for (int k = 0; k < saddle->r; k++)
         a[k] = -rows[saddle->part->rows[k]];
@@ -170,7 +170,7 @@ static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
     for (int k = 0; k < compliance->count; k++) {
         int at = saddle->position[compliance->row[k]];
         if (at >= 0)
-            x[compliance->col[k]] += plant->compliance[k] * a[at];
+            x[compliance->col[k]] += eval->compliance[k] * a[at];
     }
 }
 
@@ -178,7 +178,7 @@ static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
 
 static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way way)
 {
-    const kempe_system *s = saddle->plant->system;
+    const kempe_system *s = saddle->eval->system;
     int n = part->n, r = part->r, size = way == KMP_SADDLE_BY_BODIES ? r : n + r;
     int entries = 2 * (s->mass.count + s->jacobian.count) + r;
     saddle->part = part;
@@ -195,7 +195,7 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way w
         saddle->position[k] = -1;
     for (int k = 0; k < r; k++)
         saddle->position[part->rows[k]] = k;
-    kmp_plant_drop(saddle->plant, part->m - part->r, part->redundant);
+    kmp_eval_drop(saddle->eval, part->m - part->r, part->redundant);
     return way != KMP_SADDLE_SPARSE || make_sparse(saddle, entries);
 }
 
@@ -210,21 +210,21 @@ bool kmp_saddle_has_row(const kmp_saddle *saddle, int row)
     return saddle->position[row] >= 0 && !is_out(saddle, saddle->position[row]);
 }
 
-static kmp_saddle_way by_size(const kmp_plant *plant, int rows)
+static kmp_saddle_way by_size(const kmp_evaluator *eval, int rows)
 {
-    return is_large(plant->system, plant->n + rows) ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
+    return is_large(eval->system, eval->n + rows) ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
 }
 
-bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
+bool kmp_saddle_init(kmp_saddle *saddle, kmp_evaluator *eval, const kmp_partition *part)
 {
-    *saddle = (kmp_saddle){.plant = plant};
-    return init(saddle, part, plant->by_bodies ? KMP_SADDLE_BY_BODIES : by_size(plant, part->r));
+    *saddle = (kmp_saddle){.eval = eval};
+    return init(saddle, part, eval->by_bodies ? KMP_SADDLE_BY_BODIES : by_size(eval, part->r));
 }
 
-bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank)
+bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_evaluator *eval, int rank)
 {
-    int n = plant->n, m = plant->m;
-    *saddle = (kmp_saddle){.plant = plant, .rank = rank};
+    int n = eval->n, m = eval->m;
+    *saddle = (kmp_saddle){.eval = eval, .rank = rank};
     saddle->all = (kmp_partition){.n = n, .m = m, .r = m, .rows = KMP_ARENA_NEW(&saddle->arena, int, m)};
     saddle->out = KMP_ARENA_NEW(&saddle->arena, bool, m);
     saddle->row = KMP_ARENA_NEW(&saddle->arena, int, m);
@@ -234,7 +234,7 @@ bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank)
     saddle->pivots = KMP_ARENA_NEW(&saddle->arena, double, m + n);
     for (int i = 0; saddle->all.rows && i < m; i++)
         saddle->all.rows[i] = i;
-    return saddle->all.rows && init(saddle, &saddle->all, by_size(plant, m));
+    return saddle->all.rows && init(saddle, &saddle->all, by_size(eval, m));
 }
 
 void kmp_saddle_free(kmp_saddle *saddle)
@@ -283,7 +283,7 @@ static void put_force(kmp_saddle *saddle, const double *force)
 /* Copies the multipliers of the independent rows to their places among all. */
 static void take_multipliers(const kmp_saddle *saddle, double *lambda)
 {
-    memset(lambda, 0, (size_t)saddle->plant->m * sizeof *lambda);
+    memset(lambda, 0, (size_t)saddle->eval->m * sizeof *lambda);
     for (int k = 0; k < saddle->r; k++)
         lambda[saddle->part->rows[k]] = saddle->x[saddle->n + k];
 }
@@ -303,27 +303,27 @@ static void multipliers(void *self, const double *bias, bool change, double *lam
 {
     kmp_saddle *saddle = self;
     put_force(saddle, bias);
-    solve(saddle, change ? NULL : saddle->plant->jdqd);
+    solve(saddle, change ? NULL : saddle->eval->jdqd);
     take_multipliers(saddle, lambda);
 }
 
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
 {
-    kmp_plant *plant = saddle->plant;
+    kmp_evaluator *eval = saddle->eval;
     const kmp_answer pressed = {saddle, multipliers};
-    if (!kmp_press(plant, &pressed)) {
+    if (!kmp_load_settle(eval, &pressed)) {
         for (int i = 0; i < saddle->n; i++)
             qdd[i] = NAN;
-        for (int k = 0; lambda && k < plant->m; k++)
+        for (int k = 0; lambda && k < eval->m; k++)
             lambda[k] = NAN;
         return;
     }
     bool by_bodies = saddle->way == KMP_SADDLE_BY_BODIES;
     if (by_bodies)
-        memcpy(saddle->x, plant->free_qdd, (size_t)saddle->n * sizeof *qdd);
+        memcpy(saddle->x, eval->free_qdd, (size_t)saddle->n * sizeof *qdd);
     else
-        put_force(saddle, plant->bias);
-    solve(saddle, by_bodies ? plant->drift : plant->jdqd);
+        put_force(saddle, eval->bias);
+    solve(saddle, by_bodies ? eval->drift : eval->jdqd);
     memcpy(qdd, saddle->x, (size_t)saddle->n * sizeof *qdd);
     if (lambda)
         take_multipliers(saddle, lambda);
@@ -337,8 +337,8 @@ void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *
 static int place(void *self, double t, const double *q)
 {
     kmp_saddle *saddle = self;
-    kmp_plant_closure(saddle->plant, t, q);
-    kmp_plant_mass(saddle->plant);
+    kmp_eval_closure(saddle->eval, t, q);
+    kmp_eval_mass(saddle->eval);
     return kmp_saddle_factor(saddle);
 }
 
@@ -351,8 +351,8 @@ static bool correct(void *self, const double *violation, double *dx)
 kmp_closer kmp_saddle_closer(kmp_saddle *saddle, double *dx)
 {
     return (kmp_closer){.self = saddle,
-                        .plant = saddle->plant,
-                        .scale = saddle->plant->system->scale,
+                        .eval = saddle->eval,
+                        .scale = saddle->eval->system->scale,
                         .count = saddle->n,
                         .dx = dx,
                         .place = place,

@@ -3,7 +3,7 @@
  *
  *     M x - J' a = -f      J x = -b
  *
- * dense, or sparse when it is large. If the plant uses articulated bodies, it is solved for the multipliers alone,
+ * dense, or sparse when it is large. If the evaluator uses articulated bodies, it is solved for the multipliers alone,
  * whatever its size, and on a tree there is nothing to solve:
  *
  *     J M^-1 J' a = -(b + J y)      x = y + M^-1 J' a      y = -M^-1 f.
@@ -15,14 +15,14 @@
 
 #include "base/arena.h"
 #include "constraints/closing/close.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "linalg/sparse.h"
 
 typedef enum kmp_saddle_way { KMP_SADDLE_DENSE, KMP_SADDLE_SPARSE, KMP_SADDLE_BY_BODIES } kmp_saddle_way;
 
 typedef struct kmp_saddle {
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     const kmp_partition *part;
     int n, r;
     kmp_saddle_way way;
@@ -40,17 +40,17 @@ typedef struct kmp_saddle {
     int *row, *col;
 } kmp_saddle;
 
-bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
+bool kmp_saddle_init(kmp_saddle *saddle, kmp_evaluator *eval, const kmp_partition *part);
 void kmp_saddle_free(kmp_saddle *saddle);
 
 /** Prepares for any state, with rows chosen at each factorisation. `rank` (-1: unknown) is that of closed states. Near
  * closed states redundant rows appear weakly independent, and count only if |h| leaves no doubt. */
-bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank);
+bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_evaluator *eval, int rank);
 
 /** True if a row counts at the last factorisation. */
 bool kmp_saddle_has_row(const kmp_saddle *saddle, int row);
 
-/** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
+/** Factors at the evaluator's last closure and mass. 0, or nonzero when singular. */
 int kmp_saddle_factor(kmp_saddle *saddle);
 
 /** Returns the ratio of the smallest to the largest pivot by bodies, rows scaled; 1 without rows. */
@@ -63,8 +63,8 @@ double kmp_saddle_operations(const kmp_saddle *saddle);
  */
 void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a);
 
-/** qdd and lambda (m; zero for dropped rows; NULL: not wanted) from the plant's last bias. Forces that depend on
- * multipliers update the bias (constraints/evaluation/pressing.h); results are not finite if that fails. */
+/** qdd and lambda (m; zero for dropped rows; NULL: not wanted) from the evaluator's last bias. Forces that depend on
+ * multipliers update the bias (constraints/evaluation/load_multipliers.h); results are not finite if that fails. */
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
 
 /** Mass-orthogonal correction: dx of least qd-norm with J dx = -violation (m values). */

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/diagnosis/diagnose.h"
 #include "base/memory.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/massless.h"
 #include <kempe/check.h>
 #include <string.h>
 
 /* Rank without the rows of drives that move. */
-static kempe_status count_driven(kempe_check *check, const kmp_plant *plant)
+static kempe_status count_driven(kempe_check *check, const kmp_evaluator *eval)
 {
     const kempe_system *s = check->system;
     kmp_partition free = {0};
@@ -18,7 +18,7 @@ static kempe_status count_driven(kempe_check *check, const kmp_plant *plant)
         const kmp_closure *closure = &s->model->closures[s->rows[s->jacobian.row[e]].closure];
         bool drives = kmp_closure_is_drive(closure) && closure->function;
         any = any || drives;
-        j[e] = drives ? 0 : plant->jacobian[e];
+        j[e] = drives ? 0 : eval->jacobian[e];
     }
     if (status == KEMPE_OK && any) {
         status = kmp_partition_init(&free, s, j, NULL, 0);
@@ -30,17 +30,17 @@ static kempe_status count_driven(kempe_check *check, const kmp_plant *plant)
 }
 
 /* Reports undetermined accelerations, with which every run would end. */
-static kempe_status foresee(kempe_check *check, kmp_plant *plant, const double *q)
+static kempe_status foresee(kempe_check *check, kmp_evaluator *eval, const double *q)
 {
     kmp_text why = {0};
-    kempe_status status = kmp_foresee_massless(plant, &check->part, 0, q, &why);
+    kempe_status status = kmp_foresee_massless(eval, &check->part, 0, q, &why);
     if (why.s) {
         check->undetermined = kmp_arena_strdup(&check->arena, why.s);
         kmp_log(check->system->context, KEMPE_LOG_WARNING, "%s", why.s);
         status = check->undetermined ? status : kmp_fail_memory(check->system->context);
     }
     kmp_text_free(&why);
-    kmp_plant_closure(plant, 0, q);
+    kmp_eval_closure(eval, 0, q);
     return status;
 }
 
@@ -50,21 +50,21 @@ static kempe_status examine(kempe_check *check)
     const kempe_system *s = check->system;
     const kempe_assembly *a = check->assembly;
     const double *q = a->inner_q ? a->inner_q : a->q;
-    kmp_plant *plant = kmp_plant_new(s, "tape");
-    if (!plant)
+    kmp_evaluator *eval = kmp_eval_new(s, "tape");
+    if (!eval)
         return kmp_fail_memory(s->context);
     if (a->chart)
-        kmp_plant_set_charts(plant, a->chart);
-    kmp_plant_closure(plant, 0, q);
-    kempe_status status = kmp_partition_init(&check->part, s, plant->jacobian, s->model->run.independent,
-                                             s->model->run.independent_count);
+        kmp_eval_set_charts(eval, a->chart);
+    kmp_eval_closure(eval, 0, q);
+    kempe_status status =
+        kmp_partition_init(&check->part, s, eval->jacobian, s->model->run.independent, s->model->run.independent_count);
     if (status == KEMPE_OK)
-        status = count_driven(check, plant);
+        status = count_driven(check, eval);
     if (status == KEMPE_OK)
-        status = foresee(check, plant, q);
+        status = foresee(check, eval, q);
     if (status == KEMPE_OK)
-        status = kmp_doctor_examine(&check->doctor, plant, q, &check->part, &check->arena);
-    kmp_plant_free(plant);
+        status = kmp_doctor_examine(&check->doctor, eval, q, &check->part, &check->arena);
+    kmp_eval_free(eval);
     return status;
 }
 

@@ -132,7 +132,7 @@ typedef struct kmp_examination {
 } kmp_examination;
 
 /** Runs the whole examination into `doctor`. KEMPE_E_MEMORY. */
-kempe_status kmp_doctor_examine(kmp_doctor *doctor, kmp_plant *plant, const double *q, const kmp_partition *part,
+kempe_status kmp_doctor_examine(kmp_doctor *doctor, kmp_evaluator *eval, const double *q, const kmp_partition *part,
                                 kmp_arena *arena);
 
 /** Finds the reason why an assembly stays open. */
@@ -151,7 +151,7 @@ void kmp_doctor_limits(kmp_examination *x);
 
 /** Lists the blocks of Jv with their rows and closures in `blocks` (arena); returns their number. -1: no memory or
  * singular. */
-int kmp_loop_blocks(kmp_plant *plant, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks);
+int kmp_loop_blocks(kmp_evaluator *eval, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks);
 
 /** Jacobian k of the examination: 0 here, 1 .. point_count at the random configurations. */
 const double *kmp_doctor_jacobian(const kmp_examination *x, int k);

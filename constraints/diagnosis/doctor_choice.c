@@ -94,16 +94,16 @@ static void fill_block(const kmp_reduction *red, int b, kmp_arena *arena, kmp_lo
         block->columns[i] = red->part->v[column[i]];
     }
     for (int i = 0; !arena->failed && i < block->size; i++) {
-        int c = red->plant->system->rows[block->rows[i]].closure;
+        int c = red->eval->system->rows[block->rows[i]].closure;
         if (block->closure_count == 0 || block->closures[block->closure_count - 1] != c)
             block->closures[block->closure_count++] = c;
     }
 }
 
-int kmp_loop_blocks(kmp_plant *plant, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks)
+int kmp_loop_blocks(kmp_evaluator *eval, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks)
 {
     kmp_reduction red;
-    if (kmp_reduction_init(&red, plant, part) != KEMPE_OK)
+    if (kmp_reduction_init(&red, eval, part) != KEMPE_OK)
         return -1;
     int count = kmp_block_count(red.block);
     *blocks = KMP_ARENA_NEW(arena, kmp_loop_block, count);

@@ -97,7 +97,7 @@ static void extend(kmp_swing *swing, double q, bool dead, double scale)
 static bool is_unseen(const way *w, int k)
 {
     int c = kmp_chart_of(w->x->system, k);
-    return c >= 0 && !kmp_chart_is_own(w->x->walk->plant->chart, c);
+    return c >= 0 && !kmp_chart_is_own(w->x->walk->eval->chart, c);
 }
 
 static void remember(way *w, int coordinate, const double *q, double margin)
@@ -109,7 +109,7 @@ static void remember(way *w, int coordinate, const double *q, double margin)
     if (!copy_q)
         return;
     memcpy(copy_q, q, (size_t)w->n * sizeof *copy_q);
-    kmp_charts_show(w->x->system, w->x->walk->plant->chart, q, copy_q, NULL);
+    kmp_charts_show(w->x->system, w->x->walk->eval->chart, q, copy_q, NULL);
     l->landmark[l->landmark_count++] = (kmp_landmark){coordinate, copy_q, margin};
 }
 

@@ -25,9 +25,9 @@ static void gamma_of(const kmp_examination *x, const double *a, const double *b,
     const kempe_system *s = x->system;
     for (int k = 0; k < s->n; k++)
         f->qd[k] = (a[k] + (b ? b[k] : 0)) * s->scale[k];
-    kmp_plant_bias(x->walk->plant, f->qd);
+    kmp_eval_bias(x->walk->eval, f->qd);
     for (int r = 0; r < s->m; r++)
-        out[r] = x->walk->plant->jdqd[r] / s->row_scale[r] - f->gamma0[r];
+        out[r] = x->walk->eval->jdqd[r] / s->row_scale[r] - f->gamma0[r];
 }
 
 /* gamma(e_i, e_k) = (gamma(e_i + e_k) - gamma(e_i) - gamma(e_k)) / 2. */
@@ -155,7 +155,7 @@ void kmp_doctor_second_order(kmp_examination *x)
     bool extra = rank < d->generic_rank, stuck = !d->moved && rank < x->part->n;
     if (x->part->m == rank || !(extra || stuck) || !prepare(x, rank, &f))
         return;
-    kmp_plant_mass(x->walk->plant);
+    kmp_eval_mass(x->walk->eval);
     gamma_of(x, f.qd, NULL, &f, f.gamma0); /* d and gamma0 are both zero here */
     polarise(x, &f);
     contract(x, &f);

@@ -22,7 +22,7 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
     if (!w)
         return NULL;
     int n = system->n, m = system->m, size = imax(n, m);
-    *w = (kmp_walk){.system = system, .n = n, .m = m, .plant = kmp_plant_new(system, "tape")};
+    *w = (kmp_walk){.system = system, .n = n, .m = m, .eval = kmp_eval_new(system, "tape")};
     const kmp_rounding *rounding = kmp_rounding_of(system);
     w->rank = rounding ? rounding->rank : -1;
     const kmp_arena_group groups[] = {
@@ -30,8 +30,8 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
     w->order = KMP_ARENA_NEW(&w->arena, int, size);
     w->row_order = KMP_ARENA_NEW(&w->arena, int, size);
     w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
-    if (kmp_arena_make_groups(&w->arena, sizeof groups / sizeof *groups, groups) && w->plant &&
-        kmp_least_change_init(&w->least, w->plant))
+    if (kmp_arena_make_groups(&w->arena, sizeof groups / sizeof *groups, groups) && w->eval &&
+        kmp_least_change_init(&w->least, w->eval))
         return w;
     kmp_walk_free(w);
     return NULL;
@@ -42,7 +42,7 @@ void kmp_walk_free(kmp_walk *w)
     if (!w)
         return;
     kmp_least_change_free(&w->least);
-    kmp_plant_free(w->plant);
+    kmp_eval_free(w->eval);
     kmp_arena_free(&w->arena);
     kmp_free(w);
 }
@@ -50,10 +50,10 @@ void kmp_walk_free(kmp_walk *w)
 void kmp_walk_evaluate(kmp_walk *w, const double *q)
 {
     const kempe_system *s = w->system;
-    kmp_plant_closure(w->plant, 0, q);
-    kmp_plant_dense_jacobian(w->plant, w->jacobian);
+    kmp_eval_closure(w->eval, 0, q);
+    kmp_eval_dense_jacobian(w->eval, w->jacobian);
     for (int r = 0; r < w->m; r++)
-        w->h[r] = w->excluded && w->excluded[r] ? 0 : w->plant->h[r] / s->row_scale[r];
+        w->h[r] = w->excluded && w->excluded[r] ? 0 : w->eval->h[r] / s->row_scale[r];
     for (int k = 0; k < w->n; k++)
         for (int r = 0; r < w->m; r++)
             w->jacobian[r + k * w->m] *=
@@ -74,7 +74,7 @@ static void leave_out(kmp_walk *w, const double *q)
         int r = w->rank >= 0 ? w->row_order[k] : k;
         w->dropped[r] = (w->rank >= 0 && k >= w->rank) || (w->excluded && w->excluded[r]);
     }
-    w->plant->left_out = w->dropped;
+    w->eval->left_out = w->dropped;
 }
 
 bool kmp_walk_close(kmp_walk *w, double *q)
@@ -85,7 +85,7 @@ bool kmp_walk_close(kmp_walk *w, double *q)
     if (w->rank >= 0 || w->excluded)
         leave_out(w, q);
     bool closed = kmp_close(&closer, &rule, 0, q).closed;
-    w->plant->left_out = NULL;
+    w->eval->left_out = NULL;
     kmp_walk_evaluate(w, q);
     return closed;
 }

@@ -10,7 +10,7 @@
 
 typedef struct kmp_walk {
     const kempe_system *system;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_arena arena;
     const bool *hold;     /* n: fixed coordinates; NULL: none */
     const bool *excluded; /* m: rows to be ignored; NULL: none */

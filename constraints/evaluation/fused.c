@@ -26,7 +26,7 @@ struct kmp_fused {
 /* True if all numbers come from the program, and the linear algebra is small. */
 static bool can_be(const kmp_reduction *red)
 {
-    const kempe_system *s = red->plant->system;
+    const kempe_system *s = red->eval->system;
     bool can = red->p <= KMP_FUSED_FREEDOMS && s->motion->block_count == 0;
     for (int b = kmp_block_count(red->block); can && b-- > 0;) {
         int size;
@@ -38,19 +38,19 @@ static bool can_be(const kmp_reduction *red)
 
 static void run_constants(kmp_fused *f)
 {
-    kmp_machine_set(f->machine, KMP_IN_CHART, f->red->plant->chart);
+    kmp_machine_set(f->machine, KMP_IN_CHART, f->red->eval->chart);
     (void)kmp_machine_run(f->machine, KMP_STAGE_PARAMETERS);
-    f->chart_version = f->red->plant->chart_version;
+    f->chart_version = f->red->eval->chart_version;
 }
 
 /* -- place --------------------------------------------------------------------------------------------- */
 
 static void set_place(kmp_fused *f, double t, const double *y)
 {
-    if (f->chart_version != f->red->plant->chart_version)
+    if (f->chart_version != f->red->eval->chart_version)
         run_constants(f);
     if (f->reads[KMP_IN_MODE])
-        kmp_machine_set(f->machine, KMP_IN_MODE, f->red->plant->mode);
+        kmp_machine_set(f->machine, KMP_IN_MODE, f->red->eval->mode);
     if (f->reads[KMP_IN_TIME])
         kmp_machine_set(f->machine, KMP_IN_TIME, &t);
     kmp_machine_set(f->machine, KMP_IN_Q, y);
@@ -77,10 +77,10 @@ static void find_turns(kmp_fused *f)
 {
     const kmp_reduction *red = f->red;
     for (int c = 0; c < red->p; c++)
-        f->state[c] = red->plant->q[red->part->u[c]];
+        f->state[c] = red->eval->q[red->part->u[c]];
     for (int i = 0; i < red->r; i++)
-        f->state[2 * red->p + i] = red->plant->q[red->part->v[i]];
-    set_place(f, red->plant->t, f->state);
+        f->state[2 * red->p + i] = red->eval->q[red->part->v[i]];
+    set_place(f, red->eval->t, f->state);
     (void)kmp_machine_run(f->machine, KMP_FUSED_RATES);
     const double *end = kmp_machine_run(f->machine, KMP_FUSED_END);
     (void)find_signs(f, end + f->layout.multipliers, f->signs);
@@ -94,7 +94,7 @@ static void find_turns(kmp_fused *f)
 
 static bool allocate(kmp_fused *f)
 {
-    int n = f->red->n, efforts = f->red->plant->system->force ? n : 0;
+    int n = f->red->n, efforts = f->red->eval->system->force ? n : 0;
     f->state = KMP_ARENA_NEW(&f->arena, double, 2 * n);
     f->turn = KMP_ARENA_NEW(&f->arena, int, f->red->r);
     f->signs = KMP_ARENA_NEW(&f->arena, int, f->red->r);
@@ -110,7 +110,7 @@ static kmp_program *write_program(const kmp_reduction *red, kmp_fused_layout *la
     if (!order)
         return NULL;
     kmp_fused_order(red, order);
-    const kmp_fused_plan plan = {order, red->plant->system->row_scale, red->plant->system->dissipative};
+    const kmp_fused_plan plan = {order, red->eval->system->row_scale, red->eval->system->dissipative};
     kmp_program *program = kmp_fused_write(red, &plan, layout);
     kmp_free(order);
     return program;
@@ -125,15 +125,15 @@ kempe_status kmp_fused_new(kmp_fused **out, const kmp_reduction *red)
     if (f) {
         *f = (kmp_fused){.red = red};
         f->program = write_program(red, &f->layout);
-        f->machine = f->program ? kmp_machine_new(f->program, red->plant->backend) : NULL;
+        f->machine = f->program ? kmp_machine_new(f->program, red->eval->backend) : NULL;
     }
     if (!f || !f->machine || !allocate(f)) {
         kmp_fused_free(f);
-        return kmp_fail_memory(red->plant->system->context);
+        return kmp_fail_memory(red->eval->system->context);
     }
     for (int k = 0; k < f->program->input_count; k++)
         f->reads[f->program->input[k].kind] = true;
-    kmp_machine_set(f->machine, KMP_IN_PARAMETER, red->plant->system->parameters);
+    kmp_machine_set(f->machine, KMP_IN_PARAMETER, red->eval->system->parameters);
     run_constants(f);
     find_turns(f);
     *out = f;
@@ -168,7 +168,7 @@ static const double *with_efforts(kmp_fused *f, double t, const double *y, const
         f->qd[part->v[i]] = state[2 * p + r + i] = rate[i];
     }
     kmp_machine_set(f->machine, KMP_IN_QD, state);
-    kmp_system_effort(f->red->plant->system, t, f->q, f->qd, f->effort);
+    kmp_system_effort(f->red->eval->system, t, f->q, f->qd, f->effort);
     kmp_machine_set(f->machine, KMP_IN_EFFORT, f->effort);
     return kmp_machine_run(f->machine, KMP_FUSED_ACCELERATIONS);
 }
@@ -205,7 +205,7 @@ double kmp_fused_power(const kmp_fused *f)
 
 bool kmp_fused_applies(const kmp_fused *f)
 {
-    return f->red->plant->frozen || f->red->plant->system->events.count == 0;
+    return f->red->eval->frozen || f->red->eval->system->events.count == 0;
 }
 
 static bool is_good(const kmp_fused *f, const double *multiplier)
@@ -218,7 +218,7 @@ static bool is_good(const kmp_fused *f, const double *multiplier)
 
 kmp_fused_end kmp_fused_at_end(kmp_fused *f)
 {
-    const kempe_system *s = f->red->plant->system;
+    const kempe_system *s = f->red->eval->system;
     const double *out = kmp_machine_run(f->machine, KMP_FUSED_END), *pivot = out + f->layout.multipliers;
     kmp_fused_end end = {.good = is_good(f, out), .regular = find_signs(f, pivot, f->signs), .signs = f->signs};
     for (int block = kmp_block_count(f->red->block); block-- > 0;)

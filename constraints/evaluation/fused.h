@@ -9,20 +9,20 @@
 
 typedef struct kmp_fused kmp_fused;
 
-/** Makes the program from a reduction with its factors at the plant's last closure, whose values determine the order of
- * elimination. *fused is NULL if there is none: large blocks, many degrees of freedom, implicit blocks.
+/** Makes the program from a reduction with its factors at the evaluator's last closure, whose values determine the
+ * order of elimination. *fused is NULL if there is none: large blocks, many degrees of freedom, implicit blocks.
  * KEMPE_E_MEMORY. */
 kempe_status kmp_fused_new(kmp_fused **fused, const kmp_reduction *red);
 void kmp_fused_free(kmp_fused *fused);
 
-/** Evaluates at (t, y), y = (u, ud, v), with the plant's charts and frozen conditions: dy = (ud, udd, vd), which may be
- * NaN. false: the reduced mass is not positive. No allocation. */
+/** Evaluates at (t, y), y = (u, ud, v), with the evaluator's charts and frozen conditions: dy = (ud, udd, vd), which
+ * may be NaN. false: the reduced mass is not positive. No allocation. */
 bool kmp_fused_run(kmp_fused *fused, double t, const double *y, double *dy);
 
 /** The power of non-conservative forces, user-defined ones included, at the last run. */
 double kmp_fused_power(const kmp_fused *fused);
 
-/** True if the model has no conditions or they are frozen (kmp_plant_freeze): the program does not look for their
+/** True if the model has no conditions or they are frozen (kmp_eval_freeze): the program does not look for their
  * changes. */
 bool kmp_fused_applies(const kmp_fused *fused);
 
@@ -31,7 +31,7 @@ typedef struct kmp_fused_end {
     bool good;                        /* the order of elimination is good; otherwise results may have lost digits */
     bool regular;                     /* Jv is regular */
     const int *signs;                 /* signs of its blocks, as from kmp_block_take_signs */
-    const double *h, *jacobian, *h_t; /* as in kmp_plant */
+    const double *h, *jacobian, *h_t; /* as in kmp_evaluator */
     const double *bvu, *dv;           /* as in kmp_reduction: Bvu, the correction of v */
 } kmp_fused_end;
 

@@ -28,7 +28,7 @@ typedef struct kmp_fused_plan {
     bool power;              /* power of non-conservative forces, after the pivots of the reduced mass */
 } kmp_fused_plan;
 
-/** The order in which partial pivoting takes the rows at the plant's last closure. */
+/** The order in which partial pivoting takes the rows at the evaluator's last closure. */
 void kmp_fused_order(const kmp_reduction *red, int *order);
 
 /** Writes the program; NULL: no memory. */

@@ -65,7 +65,7 @@ static double value_at(const kmp_reduction *red, int row, int col)
 {
     for (int e = 0; e < red->jv_count; e++)
         if (red->jv_row[e] == row && red->jv_col[e] == col)
-            return red->plant->jacobian[red->jv_entry[e]];
+            return red->eval->jacobian[red->jv_entry[e]];
     return 0;
 }
 
@@ -78,7 +78,7 @@ static void swap(int *a, int *b)
 
 void kmp_fused_order(const kmp_reduction *red, int *order)
 {
-    const double *scale = red->plant->system->row_scale;
+    const double *scale = red->eval->system->row_scale;
     double value[KMP_FUSED_BLOCK * KMP_FUSED_BLOCK];
     int size, pivot[KMP_FUSED_BLOCK];
     for (int number = 0, count = kmp_block_count(red->block); number < count; number++, order += size) {
@@ -454,7 +454,7 @@ static kmp_program *make_program(maker *k)
 kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout)
 {
     maker k = {
-        .red = red, .s = red->plant->system, .plan = plan, .n = red->n, .p = red->p, .r = red->r, .power = KMP_ZERO};
+        .red = red, .s = red->eval->system, .plan = plan, .n = red->n, .p = red->p, .r = red->r, .power = KMP_ZERO};
     kmp_program *program = make_program(&k);
     *layout = (kmp_fused_layout){k.multipliers, k.pivots, k.factor};
     kmp_graph_free(k.g);

@@ -7,7 +7,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/least_change.h"
 #include "constraints/closing/saddle.h"
-#include "constraints/evaluation/pressing.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
 #include <kempe/check.h>
@@ -22,7 +22,7 @@ enum { MAX_CORRECTIONS = 100 };
 struct kempe_workspace {
     const kempe_system *system;
     kmp_arena arena;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_saddle saddle;
     kmp_least_change least;
     int n, m;
@@ -77,9 +77,9 @@ static kempe_status choose(kempe_workspace *ws, const kempe_assembly *a)
 {
     if (a->inner_q)
         return KEMPE_OK;
-    kmp_plant_closure(ws->plant, 0, a->q);
-    kempe_status status = kmp_partition_init(&ws->part, ws->system, ws->plant->jacobian, NULL, 0);
-    ws->chosen = status == KEMPE_OK && kmp_reduction_init(&ws->red, ws->plant, &ws->part) == KEMPE_OK;
+    kmp_eval_closure(ws->eval, 0, a->q);
+    kempe_status status = kmp_partition_init(&ws->part, ws->system, ws->eval->jacobian, NULL, 0);
+    ws->chosen = status == KEMPE_OK && kmp_reduction_init(&ws->red, ws->eval, &ws->part) == KEMPE_OK;
     return status;
 }
 
@@ -95,14 +95,14 @@ kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **w
     ws->system = system;
     ws->n = system->n;
     ws->m = system->m;
-    ws->plant = kmp_plant_new(system, kmp_backend_default());
+    ws->eval = kmp_eval_new(system, kmp_backend_default());
     kempe_assembly *a = NULL;
     kempe_status status = kempe_assembly_new(system, &a);
-    bool made = ws->plant && allocate(ws) && status != KEMPE_E_MEMORY;
+    bool made = ws->eval && allocate(ws) && status != KEMPE_E_MEMORY;
     if (made && status == KEMPE_OK)
         made = choose(ws, a) != KEMPE_E_MEMORY;
-    made = made && kmp_saddle_init_anywhere(&ws->saddle, ws->plant, ws->chosen ? ws->part.r : -1) &&
-           kmp_least_change_init(&ws->least, ws->plant) && choose_bodies(ws, a) == KEMPE_OK;
+    made = made && kmp_saddle_init_anywhere(&ws->saddle, ws->eval, ws->chosen ? ws->part.r : -1) &&
+           kmp_least_change_init(&ws->least, ws->eval) && choose_bodies(ws, a) == KEMPE_OK;
     kempe_assembly_free(a);
     kmp_context_clear(system->context);
     if (made) {
@@ -123,7 +123,7 @@ void kempe_workspace_free(kempe_workspace *ws)
     kmp_saddle_free(&ws->saddle);
     kmp_saddle_free(&ws->bodies);
     kmp_least_change_free(&ws->least);
-    kmp_plant_free(ws->plant);
+    kmp_eval_free(ws->eval);
     kmp_free(ws);
 }
 
@@ -150,28 +150,28 @@ static void keep_state(kempe_workspace *ws, double t, const double *q, const dou
 
 static void copy(kempe_workspace *ws)
 {
-    const kmp_plant *plant = ws->plant;
-    kmp_plant_dense_mass(plant, ws->mass);
-    kmp_plant_dense_jacobian(plant, ws->jacobian);
-    memcpy(ws->bias, plant->bias, (size_t)ws->n * sizeof *ws->bias);
-    memcpy(ws->h, plant->h, (size_t)ws->m * sizeof *ws->h);
-    memcpy(ws->jdqd, plant->jdqd, (size_t)ws->m * sizeof *ws->jdqd);
+    const kmp_evaluator *eval = ws->eval;
+    kmp_eval_dense_mass(eval, ws->mass);
+    kmp_eval_dense_jacobian(eval, ws->jacobian);
+    memcpy(ws->bias, eval->bias, (size_t)ws->n * sizeof *ws->bias);
+    memcpy(ws->h, eval->h, (size_t)ws->m * sizeof *ws->h);
+    memcpy(ws->jdqd, eval->jdqd, (size_t)ws->m * sizeof *ws->jdqd);
 }
 
 static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
-    kmp_plant *plant = ws->plant;
+    kmp_evaluator *eval = ws->eval;
     const kempe_system *s = ws->system;
     ws->message[0] = '\0';
     keep_state(ws, t, q, qd);
     ws->stale = false;
-    kmp_plant_closure(plant, t, ws->q);
-    kmp_plant_mass(plant);
-    kmp_press_forget(plant);
-    kmp_plant_bias(plant, ws->qd);
+    kmp_eval_closure(eval, t, ws->q);
+    kmp_eval_mass(eval);
+    kmp_load_forget(eval);
+    kmp_eval_bias(eval, ws->qd);
     copy(ws);
-    if (all_finite(s->mass.count, plant->mass) && all_finite(ws->n, plant->bias) && all_finite(ws->m, plant->h) &&
-        all_finite(s->jacobian.count, plant->jacobian) && all_finite(ws->m, plant->jdqd))
+    if (all_finite(s->mass.count, eval->mass) && all_finite(ws->n, eval->bias) && all_finite(ws->m, eval->h) &&
+        all_finite(s->jacobian.count, eval->jacobian) && all_finite(ws->m, eval->jdqd))
         return KEMPE_OK;
     return fail(ws, "the equations are not finite at t = %.9g", t);
 }
@@ -230,13 +230,13 @@ const double *kempe_workspace_jdqd(const kempe_workspace *workspace)
 double kempe_workspace_kinetic(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NAN);
-    return up_to_date(workspace)->plant->mass ? kmp_plant_kinetic(workspace->plant, workspace->qd) : 0;
+    return up_to_date(workspace)->eval->mass ? kmp_eval_kinetic(workspace->eval, workspace->qd) : 0;
 }
 
 double kempe_workspace_potential(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NAN);
-    return up_to_date(workspace)->plant->mass ? kmp_plant_potential(workspace->plant, workspace->t, workspace->q) : 0;
+    return up_to_date(workspace)->eval->mass ? kmp_eval_potential(workspace->eval, workspace->t, workspace->q) : 0;
 }
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
@@ -248,8 +248,8 @@ kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, con
     if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd) || !given(ws, "Q", Q))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(evaluate(ws, t, q, qd));
-    memcpy(ws->answer, ws->plant->bias, (size_t)ws->n * sizeof *Q);
-    kmp_plant_add_mass_times(ws->plant, qdd, ws->answer);
+    memcpy(ws->answer, ws->eval->bias, (size_t)ws->n * sizeof *Q);
+    kmp_eval_add_mass_times(ws->eval, qdd, ws->answer);
     memcpy(Q, ws->answer, (size_t)ws->n * sizeof *Q);
     return KEMPE_OK;
 }
@@ -261,7 +261,7 @@ static const double *find_shares(kempe_workspace *ws, int r)
     memset(ws->row, 0, (size_t)ws->n * sizeof *ws->row);
     for (int e = 0; e < jac->count; e++)
         if (jac->row[e] == r)
-            ws->row[jac->col[e]] = ws->plant->jacobian[e];
+            ws->row[jac->col[e]] = ws->eval->jacobian[e];
     kmp_saddle_solve(&ws->saddle, ws->row, NULL, NULL, ws->answer);
     return ws->answer;
 }
@@ -270,12 +270,12 @@ static const double *find_shares(kempe_workspace *ws, int r)
 static int find_shared(kempe_workspace *ws)
 {
     const kempe_system *s = ws->system;
-    for (int r = 0; s->pressed_count > 0 && r < ws->m; r++) {
+    for (int r = 0; s->load_row_count > 0 && r < ws->m; r++) {
         if (kmp_saddle_has_row(&ws->saddle, r))
             continue;
         const double *share = find_shares(ws, r);
-        for (int k = 0; k < s->pressed_count; k++) {
-            int row = s->pressed[k];
+        for (int k = 0; k < s->load_row_count; k++) {
+            int row = s->load_rows[k];
             if (row == r || fabs(share[row]) * s->row_scale[row] > KMP_RANK_SHARED * s->row_scale[r])
                 return row;
         }
@@ -286,7 +286,7 @@ static int find_shared(kempe_workspace *ws)
 static kempe_status fail_unsettled(kempe_workspace *ws)
 {
     kmp_text text = {0};
-    kmp_put_unsettled(ws->plant, &text);
+    kmp_put_unsettled(ws->eval, &text);
     kempe_status status = fail(ws, "%s", text.s ? text.s : "");
     kmp_text_free(&text);
     return status;
@@ -296,7 +296,7 @@ static kempe_status fail_unsettled(kempe_workspace *ws)
 static bool drops_rightly(const kempe_workspace *ws)
 {
     const kempe_system *s = ws->system;
-    double most = fmax(KMP_RANK_NOT_REDUNDANT, KMP_CLOSED_DECIDED * kmp_plant_residual(ws->plant));
+    double most = fmax(KMP_RANK_NOT_REDUNDANT, KMP_CLOSED_DECIDED * kmp_eval_residual(ws->eval));
     for (int k = 0; ws->part.r < ws->m && k < ws->part.p; k++)
         if (!(kmp_reduction_slip(&ws->red, k, NULL) * s->scale[ws->part.u[k]] <= most))
             return false;
@@ -308,7 +308,7 @@ static bool by_partition(kempe_workspace *ws)
 {
     int v, u;
     double *udd = ws->row;
-    if (!ws->chosen || ws->system->pressed_count > 0 || kmp_reduction_factor(&ws->red))
+    if (!ws->chosen || ws->system->load_row_count > 0 || kmp_reduction_factor(&ws->red))
         return false;
     kmp_reduction_tangent(&ws->red);
     if (!(kmp_reduction_lever(&ws->red) <= KMP_GROWTH_LEVER) ||
@@ -332,7 +332,7 @@ static kempe_status by_saddle(kempe_workspace *ws)
             "a force depends on the multiplier of closure row '%s', which is undetermined because of redundant rows",
             ws->system->row_names[shared]);
     kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
-    if (kmp_is_unsettled(ws->plant))
+    if (kmp_is_unsettled(ws->eval))
         return fail_unsettled(ws);
     return all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
 }
@@ -340,20 +340,20 @@ static kempe_status by_saddle(kempe_workspace *ws)
 /* Computes accelerations by articulated bodies into `answer`. false: they are too inaccurate here. */
 static bool by_bodies(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q)
 {
-    kmp_plant *plant = ws->plant;
+    kmp_evaluator *eval = ws->eval;
     ws->message[0] = '\0';
     keep_state(ws, t, q, qd);
     ws->stale = true;
-    kmp_plant_take(plant, true);
-    kmp_plant_closure(plant, t, ws->q);
-    kmp_plant_mass(plant);
-    kmp_plant_give(plant, Q);
-    kmp_plant_bias(plant, ws->qd);
+    kmp_eval_take(eval, true);
+    kmp_eval_closure(eval, t, ws->q);
+    kmp_eval_mass(eval);
+    kmp_eval_give(eval, Q);
+    kmp_eval_bias(eval, ws->qd);
     bool good = kmp_saddle_factor(&ws->bodies) == 0 && kmp_saddle_spread(&ws->bodies) >= KMP_ARTICULATED_PIVOT;
     if (good)
         kmp_saddle_accelerations(&ws->bodies, ws->answer, ws->answer + ws->n);
-    kmp_plant_give(plant, NULL);
-    kmp_plant_take(plant, false);
+    kmp_eval_give(eval, NULL);
+    kmp_eval_take(eval, false);
     return good && all_finite(ws->n + ws->m, ws->answer);
 }
 
@@ -365,10 +365,10 @@ static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
     double size = 1, off = 0;
     if (!s->articulated || !ws->chosen || ws->part.r < ws->m)
         return KEMPE_OK;
-    kempe_status status = kmp_plant_add_articulated(ws->plant);
-    kmp_plant_take(ws->plant, true);
-    bool made = status == KEMPE_OK && kmp_saddle_init(&ws->bodies, ws->plant, &ws->part);
-    kmp_plant_take(ws->plant, false);
+    kempe_status status = kmp_eval_add_articulated(ws->eval);
+    kmp_eval_take(ws->eval, true);
+    bool made = status == KEMPE_OK && kmp_saddle_init(&ws->bodies, ws->eval, &ws->part);
+    kmp_eval_take(ws->eval, false);
     if (!made)
         return KEMPE_E_MEMORY;
     bool good = kempe_workspace_forward_dynamics(ws, 0, a->q, a->qd, NULL, ws->trial, NULL) == KEMPE_OK &&
@@ -399,12 +399,12 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
         return KEMPE_OK;
     }
     KMP_TRY(evaluate(ws, t, q, qd));
-    kmp_plant_give(ws->plant, Q);
+    kmp_eval_give(ws->eval, Q);
     kempe_status status = by_partition(ws) ? KEMPE_OK : by_saddle(ws);
-    kmp_plant_give(ws->plant, NULL);
+    kmp_eval_give(ws->eval, NULL);
     if (status != KEMPE_OK)
         return status;
-    memcpy(ws->bias, ws->plant->bias, (size_t)ws->n * sizeof *ws->bias);
+    memcpy(ws->bias, ws->eval->bias, (size_t)ws->n * sizeof *ws->bias);
     put_answer(ws, qdd, lambda);
     return KEMPE_OK;
 }
@@ -429,7 +429,7 @@ static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, d
     kmp_close_rates(closer, rate, ws->qd);
     for (int i = 0; i < ws->n; i++)
         size = fmax(size, fabs(ws->qd[i]) / ws->system->scale[i]);
-    kmp_plant_rates(ws->plant, ws->qd, rate);
+    kmp_eval_rates(ws->eval, ws->qd, rate);
     int row = widest(ws, rate);
     double left = fabs(rate[row]) / ws->system->row_scale[row];
     if (!(left <= KMP_CLOSED_RATES * size))
@@ -454,9 +454,9 @@ kempe_status kempe_workspace_close(kempe_workspace *ws, double t, double *q, dou
     ws->least.hold = hold ? ws->hold : NULL;
     memcpy(ws->trial, q, (size_t)ws->n * sizeof *q);
     if (!kmp_close(&closer, &rule, t, ws->trial).closed) {
-        int row = widest(ws, ws->plant->h);
+        int row = widest(ws, ws->eval->h);
         return fail(ws, "the loops cannot be closed from this state: closure row '%s' has the residual %.3g (scaled)",
-                    ws->system->row_names[row], kmp_plant_opening(ws->plant, row));
+                    ws->system->row_names[row], kmp_eval_opening(ws->eval, row));
     }
     kempe_status status = qd ? close_rates(ws, &closer, qd) : KEMPE_OK;
     if (status == KEMPE_OK)

@@ -297,7 +297,7 @@ kmp_zeros *kmp_zeros_new(const kmp_reduction *red)
     z->column = KMP_ARENA_NEW(&z->arena, double, z->n);
     z->packed = KMP_ARENA_NEW(&z->arena, double, z->p);
     sets x = sets_new(z, z->p, z->n), coupled = sets_new(z, z->p, z->p);
-    bool ok = !z->arena.failed && !z->scratch.failed && find_x(z, red, x) && list_mass(z, &red->plant->system->mass) &&
+    bool ok = !z->arena.failed && !z->scratch.failed && find_x(z, red, x) && list_mass(z, &red->eval->system->mass) &&
               find_coupled(z, x, coupled) && order_factor(z, coupled) && (part->r > 0 || !z->whole);
     kmp_arena_free(&z->scratch);
     if (!ok) {

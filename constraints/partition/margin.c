@@ -237,10 +237,10 @@ static void find_t(kmp_margin *margin)
     }
 }
 
-static void take(kmp_margin *margin, const kmp_plant *plant)
+static void take(kmp_margin *margin, const kmp_evaluator *eval)
 {
     for (int e = 0; e < margin->system->jacobian.count; e++)
-        margin->jacobian[e] = margin->weight[e] * plant->jacobian[e];
+        margin->jacobian[e] = margin->weight[e] * eval->jacobian[e];
 }
 
 static bool factor(kmp_margin *margin)
@@ -267,13 +267,13 @@ static double measure(kmp_margin *margin)
     return margin->last > 0 ? stale : 0;
 }
 
-double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
+double kmp_margin_at(kmp_margin *margin, const kmp_evaluator *eval)
 {
     if (margin->r == 0)
         return 1;
-    take(margin, plant);
+    take(margin, eval);
     if (measure(margin) > KMP_MARGIN_STALE &&
-        kmp_partition_exchange(&margin->part, margin->system, plant->jacobian, KMP_PICK_GROWTH) == KEMPE_OK &&
+        kmp_partition_exchange(&margin->part, margin->system, eval->jacobian, KMP_PICK_GROWTH) == KEMPE_OK &&
         renew_block(margin))
         (void)measure(margin);
     margin->usual = fmax(margin->usual, margin->last);
@@ -286,14 +286,14 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
 
 /* The larger |w| when the k-th free coordinate is displaced by KMP_MARGIN_NEAR_BY in either direction and the others
  * follow along the tangent. */
-static double turned(kmp_margin *margin, kmp_plant *plant, double t, const double *q, int k, double *work)
+static double turned(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q, int k, double *work)
 {
     const kempe_system *s = margin->system;
     const kmp_pattern *jac = &s->jacobian;
     int n = s->n, free = margin->part.u[k];
     double *along = work, *other = work + n, most = 0;
-    kmp_plant_closure(plant, t, q);
-    take(margin, plant);
+    kmp_eval_closure(eval, t, q);
+    take(margin, eval);
     (void)measure(margin);
     memset(along, 0, (size_t)margin->r * sizeof *along);
     for (int e = 0; e < jac->count; e++)
@@ -306,8 +306,8 @@ static double turned(kmp_margin *margin, kmp_plant *plant, double t, const doubl
             double turn = i == free ? KMP_MARGIN_NEAR_BY : v >= 0 ? KMP_MARGIN_NEAR_BY * along[v] : 0;
             other[i] = q[i] + side * turn * s->scale[i];
         }
-        kmp_plant_closure(plant, t, other);
-        take(margin, plant);
+        kmp_eval_closure(eval, t, other);
+        take(margin, eval);
         (void)measure(margin);
         most = fmax(most, margin->last);
     }
@@ -316,7 +316,7 @@ static double turned(kmp_margin *margin, kmp_plant *plant, double t, const doubl
 
 /* The median |w| with all coordinates displaced by up to KMP_MARGIN_ELSEWHERE, with the closures open: lengths that
  * differ by a factor of a thousand make it small everywhere. */
-static double elsewhere(kmp_margin *margin, kmp_plant *plant, double t, const double *q, double *other)
+static double elsewhere(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q, double *other)
 {
     double found[ELSEWHERE];
     unsigned chance = 1;
@@ -326,8 +326,8 @@ static double elsewhere(kmp_margin *margin, kmp_plant *plant, double t, const do
             double turn = KMP_MARGIN_ELSEWHERE * ((double)chance / 2147483648.0 - 1);
             other[i] = margin->system->model->motions[i].rotation ? q[i] + turn : q[i] * (1 + turn);
         }
-        kmp_plant_closure(plant, t, other);
-        take(margin, plant);
+        kmp_eval_closure(eval, t, other);
+        take(margin, eval);
         (void)measure(margin);
         found[k] = margin->last;
         for (int i = k; i > 0 && found[i] < found[i - 1]; i--) {
@@ -339,24 +339,24 @@ static double elsewhere(kmp_margin *margin, kmp_plant *plant, double t, const do
     return found[ELSEWHERE / 2];
 }
 
-bool kmp_margin_begin(kmp_margin *margin, kmp_plant *plant, double t, const double *q)
+bool kmp_margin_begin(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q)
 {
     const kmp_partition *part = &margin->part;
     if (margin->r == 0)
         return true;
-    (void)kmp_margin_at(margin, plant);
+    (void)kmp_margin_at(margin, eval);
     double here = margin->last, most = here;
     if (!margin->ignored && part->pivots[part->r - 1] < KMP_MARGIN_LOOK * part->pivots[0]) {
         double *work = KMP_NEW(double, 2 * margin->system->n);
         for (int k = 0; work && k < part->p; k++)
-            most = fmax(most, turned(margin, plant, t, q, k, work));
+            most = fmax(most, turned(margin, eval, t, q, k, work));
         if (work)
-            most = fmax(here, fmin(most, elsewhere(margin, plant, t, q, work)));
+            most = fmax(here, fmin(most, elsewhere(margin, eval, t, q, work)));
         kmp_free(work);
         if (!work)
             return false;
-        kmp_plant_closure(plant, t, q);
-        (void)kmp_margin_at(margin, plant);
+        kmp_eval_closure(eval, t, q);
+        (void)kmp_margin_at(margin, eval);
     }
     margin->usual = most;
     margin->near = here < KMP_MARGIN_NEAR * most;
@@ -442,11 +442,11 @@ static bool passes(kmp_margin *margin)
 
 /* True if a cheap test excludes a singularity: no pivot of the block has fallen far, no sign has changed, and dropped
  * rows depend little on the kept ones. If change points are ignored only the rows are needed. */
-static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
+static bool looks_well(kmp_margin *margin, const kmp_evaluator *eval)
 {
     if (!margin->stands || margin->refused || !(margin->pivot > 0))
         return false;
-    take(margin, plant);
+    take(margin, eval);
     double least = factor(margin) ? kmp_block_smallest(margin->block) : 0;
     margin->rows = INFINITY;
     if (least > 0)
@@ -486,20 +486,20 @@ static void catch_up(kmp_margin *margin)
     margin->seen = true;
 }
 
-bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t)
+bool kmp_margin_refuses(kmp_margin *margin, const kmp_evaluator *eval, double t)
 {
     if (kmp_margin_unwatched(margin))
         return false;
     margin->step_t = t;
-    if (looks_well(margin, plant))
+    if (looks_well(margin, eval))
         return margin->ignored && rows_lost(margin);
     catch_up(margin);
-    (void)kmp_margin_at(margin, plant);
+    (void)kmp_margin_at(margin, eval);
     if (!margin->stands)
         return false;
     if (!margin->seen) { /* seen with another block */
         catch_up(margin);
-        (void)kmp_margin_at(margin, plant);
+        (void)kmp_margin_at(margin, eval);
     }
     if (margin->part.m > margin->r && rows_lost(margin))
         return true;
@@ -514,11 +514,11 @@ bool kmp_margin_knows(const kmp_margin *margin, double t)
     return margin->step_t == t;
 }
 
-double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t)
+double kmp_margin_after_step(kmp_margin *margin, const kmp_evaluator *eval, double t)
 {
     if (!kmp_margin_knows(margin, t)) {
         catch_up(margin);
-        return kmp_margin_at(margin, plant);
+        return kmp_margin_at(margin, eval);
     }
     return margin->quick ? 1 : margin->usual > 0 ? margin->last / margin->usual : 0;
 }
@@ -554,11 +554,11 @@ void kmp_margin_stand(kmp_margin *margin)
     margin->stands = true;
 }
 
-void kmp_margin_stand_anew(kmp_margin *margin, const kmp_plant *plant)
+void kmp_margin_stand_anew(kmp_margin *margin, const kmp_evaluator *eval)
 {
     if (kmp_margin_unwatched(margin))
         return;
-    (void)kmp_margin_at(margin, plant);
+    (void)kmp_margin_at(margin, eval);
     kmp_margin_stand(margin);
     margin->step_t = NAN;
 }
@@ -595,16 +595,16 @@ static void exchange_apart(kmp_margin *margin)
     }
 }
 
-bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant)
+bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_evaluator *eval)
 {
     kmp_partition *part = &margin->part;
-    (void)kmp_margin_at(margin, plant);
+    (void)kmp_margin_at(margin, eval);
     for (int k = 0; margin->rows > KMP_ROWS_OUT && k < 4 * part->m; k++) {
         exchange_apart(margin);
         kmp_partition_sort(part);
         if (!renew_block(margin))
             return false;
-        (void)kmp_margin_at(margin, plant);
+        (void)kmp_margin_at(margin, eval);
     }
     margin->step_t = NAN;
     kmp_margin_stand(margin);
@@ -614,28 +614,28 @@ bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant)
 /* -- locks -------------------------------------------------------------------------------------------- */
 
 /* The least of the first `which` pivots of the rows other than `without`; NaN without memory. */
-static double pivot_without(const kmp_margin *margin, const kmp_plant *plant, int without, int which)
+static double pivot_without(const kmp_margin *margin, const kmp_evaluator *eval, int without, int which)
 {
     const kempe_system *s = margin->system;
     const kmp_pattern *jac = &s->jacobian;
     double *pivots = KMP_NEW(double, s->m + s->n + jac->count), *rest = pivots ? pivots + s->m + s->n : NULL,
            found = NAN;
     for (int e = 0; rest && e < jac->count; e++)
-        rest[e] = jac->row[e] == without ? 0 : plant->jacobian[e];
+        rest[e] = jac->row[e] == without ? 0 : eval->jacobian[e];
     if (rest && kmp_partition_pivots(s, rest, pivots))
         found = which > 0 ? pivots[which - 1] : INFINITY;
     kmp_free(pivots);
     return found;
 }
 
-int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant, bool been)
+int kmp_margin_lock(kmp_margin *margin, const kmp_evaluator *eval, bool been)
 {
     int m = margin->system->m, found = -1;
-    if (margin->r == 0 || !plant->h_t || (kmp_margin_at(margin, plant) > KMP_MARGIN_LOCKED && !been))
+    if (margin->r == 0 || !eval->h_t || (kmp_margin_at(margin, eval) > KMP_MARGIN_LOCKED && !been))
         return -1;
     for (int row = 0; row < m && found < 0; row++)
-        if (fabs(plant->h_t[row]) > 0 &&
-            pivot_without(margin, plant, row, margin->r - 1) > KMP_MARGIN_FREED * margin->usual)
+        if (fabs(eval->h_t[row]) > 0 &&
+            pivot_without(margin, eval, row, margin->r - 1) > KMP_MARGIN_FREED * margin->usual)
             found = row;
     return found;
 }

@@ -11,7 +11,7 @@
 #define KMP_CONSTRAINTS_PARTITION_MARGIN_H
 
 #include "base/arena.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "linalg/block.h"
 
@@ -65,13 +65,13 @@ void kmp_margin_free(kmp_margin *margin);
 /** Takes other rows; earlier measurements are forgotten. false: no memory. */
 bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part);
 
-/** Measures at the start, (t, q), the place of the plant's last closure, and sets the usual values. Sets `near` if a
- * motion along the closures reaches a change point in some thousandths of a radian. Restores the plant's last closure.
- * false: no memory. */
-bool kmp_margin_begin(kmp_margin *margin, kmp_plant *plant, double t, const double *q);
+/** Measures at the start, (t, q), the place of the evaluator's last closure, and sets the usual values. Sets `near` if
+ * a motion along the closures reaches a change point in some thousandths of a radian. Restores the evaluator's last
+ * closure. false: no memory. */
+bool kmp_margin_begin(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q);
 
-/** |w| at the plant's last closure over its usual size; 1 without closures, 0 where they are singular. */
-double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant);
+/** |w| at the evaluator's last closure over its usual size; 1 without closures, 0 where they are singular. */
+double kmp_margin_at(kmp_margin *margin, const kmp_evaluator *eval);
 
 /** Ignores change points from here on. */
 void kmp_margin_ignore(kmp_margin *margin);
@@ -79,14 +79,14 @@ void kmp_margin_ignore(kmp_margin *margin);
 /** True if there is nothing to watch: change points are ignored, and there are no dropped rows. */
 bool kmp_margin_unwatched(const kmp_margin *margin);
 
-/** True if a step that ends at t, at the plant's last closure, must be shortened. It has passed a singular place, or it
- * ends deep in the surroundings of a change point, where a formulation that keeps all rows loses digits. Or the
+/** True if a step that ends at t, at the evaluator's last closure, must be shortened. It has passed a singular place,
+ * or it ends deep in the surroundings of a change point, where a formulation that keeps all rows loses digits. Or the
  * independent rows have nearly lost their rank at its end. */
-bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t);
+bool kmp_margin_refuses(kmp_margin *margin, const kmp_evaluator *eval, double t);
 
-/** As kmp_margin_at; results of kmp_margin_refuses for the same t are reused, and the plant's closure is then not
+/** As kmp_margin_at; results of kmp_margin_refuses for the same t are reused, and the evaluator's closure is then not
  * needed. */
-double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t);
+double kmp_margin_after_step(kmp_margin *margin, const kmp_evaluator *eval, double t);
 bool kmp_margin_knows(const kmp_margin *margin, double t);
 
 /** True if a motion that continues as in the last step seems to reach a change point soon; *when in lengths of that
@@ -100,15 +100,15 @@ double kmp_margin_when(const kmp_margin *margin);
 /** Marks the last margin as that of an accepted step's end. */
 void kmp_margin_stand(kmp_margin *margin);
 
-/** Repeats kmp_margin_stand for the plant's last closure after a change of coordinates. */
-void kmp_margin_stand_anew(kmp_margin *margin, const kmp_plant *plant);
+/** Repeats kmp_margin_stand for the evaluator's last closure after a change of coordinates. */
+void kmp_margin_stand_anew(kmp_margin *margin, const kmp_evaluator *eval);
 
-/** Exchanges rows at the plant's last closure until no coefficient |T| exceeds KMP_ROWS_OUT: margin->part has the new
- * rows, and the margin belongs to them. false: no memory. */
-bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant);
+/** Exchanges rows at the evaluator's last closure until no coefficient |T| exceeds KMP_ROWS_OUT: margin->part has the
+ * new rows, and the margin belongs to them. false: no memory. */
+bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_evaluator *eval);
 
-/** A row that moves with time and without which J, at the plant's last closure, has all its rank but one: a closure
+/** A row that moves with time and without which J, at the evaluator's last closure, has all its rank but one: a closure
  * that demands a motion which the others do not allow. `been`: J had lost a row shortly before. -1: none. */
-int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant, bool been);
+int kmp_margin_lock(kmp_margin *margin, const kmp_evaluator *eval, bool been);
 
 #endif

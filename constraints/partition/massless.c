@@ -15,10 +15,10 @@
 static void reduced_mass(const kmp_reduction *red, double *mx, double *mr)
 {
     int n = red->n, p = red->p;
-    const double *scale = red->plant->system->scale;
+    const double *scale = red->eval->system->scale;
     for (int k = 0; k < p; k++) {
         memset(mx, 0, (size_t)n * sizeof *mx);
-        kmp_plant_add_mass_times(red->plant, red->x + k * n, mx);
+        kmp_eval_add_mass_times(red->eval, red->x + k * n, mx);
         for (int i = 0; i < p; i++)
             mr[i + k * p] = kmp_dot(n, red->x + i * n, mx) * scale[red->part->u[i]] * scale[red->part->u[k]];
     }
@@ -27,7 +27,7 @@ static void reduced_mass(const kmp_reduction *red, double *mx, double *mr)
 /* The coordinate with the largest scaled change in the motion s of u. */
 static int largest(const kmp_reduction *red, const double *s)
 {
-    const double *scale = red->plant->system->scale;
+    const double *scale = red->eval->system->scale;
     int most = 0;
     double size = -1;
     for (int i = 0; i < red->n; i++) {
@@ -44,7 +44,7 @@ static int largest(const kmp_reduction *red, const double *s)
 
 static void name(const kmp_reduction *red, const double *s, kmp_text *why)
 {
-    const kempe_model *model = red->plant->system->model;
+    const kempe_model *model = red->eval->system->model;
     int motion = largest(red, s);
     const kmp_body *body = &model->bodies[model->motions[motion].body];
     kmp_text_printf(why,
@@ -80,47 +80,48 @@ static bool search(kmp_reduction *red, bool found, kmp_text *why)
 }
 
 /* Reports angles at a singular position; KEMPE_OK if that is not the cause. */
-static kempe_status blame_angles(const kmp_plant *plant, const double *q)
+static kempe_status blame_angles(const kmp_evaluator *eval, const double *q)
 {
     kmp_text why = {0};
-    kmp_angles_explain(plant->system->model, q, &why);
+    kmp_angles_explain(eval->system->model, q, &why);
     kempe_status status =
-        why.failed ? kmp_fail_memory(plant->system->context)
-        : why.s    ? kmp_fail(plant->system->context, KEMPE_E_FAILED, "the accelerations are not determined%s", why.s)
+        why.failed ? kmp_fail_memory(eval->system->context)
+        : why.s    ? kmp_fail(eval->system->context, KEMPE_E_FAILED, "the accelerations are not determined%s", why.s)
                    : KEMPE_OK;
     kmp_text_free(&why);
     return status;
 }
 
-static kempe_status look(kmp_plant *plant, const kmp_partition *part, double t, const double *q, bool found,
+static kempe_status look(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q, bool found,
                          kmp_text *why)
 {
     kmp_reduction red = {0};
-    kempe_status status = kmp_reduction_init(&red, plant, part);
-    kmp_plant_closure(plant, t, q);
-    kmp_plant_mass(plant);
+    kempe_status status = kmp_reduction_init(&red, eval, part);
+    kmp_eval_closure(eval, t, q);
+    kmp_eval_mass(eval);
     if (status == KEMPE_OK && !kmp_reduction_factor(&red) && !search(&red, found, why))
-        status = kmp_fail_memory(plant->system->context);
+        status = kmp_fail_memory(eval->system->context);
     kmp_reduction_free(&red);
     return status;
 }
 
-kempe_status kmp_explain_massless(kmp_plant *plant, const kmp_partition *part, double t, const double *q)
+kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q)
 {
     kmp_text why = {0};
-    if (blame_angles(plant, q) != KEMPE_OK)
+    if (blame_angles(eval, q) != KEMPE_OK)
         return KEMPE_E_FAILED;
     if (part->p == 0)
-        return kmp_fail(plant->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
-    kempe_status status = look(plant, part, t, q, true, &why);
+        return kmp_fail(eval->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
+    kempe_status status = look(eval, part, t, q, true, &why);
     if (status == KEMPE_OK)
-        status = kmp_fail(plant->system->context, KEMPE_E_FAILED, "%s",
+        status = kmp_fail(eval->system->context, KEMPE_E_FAILED, "%s",
                           why.s ? why.s : "the closures do not determine the accelerations");
     kmp_text_free(&why);
     return status;
 }
 
-kempe_status kmp_foresee_massless(kmp_plant *plant, const kmp_partition *part, double t, const double *q, kmp_text *why)
+kempe_status kmp_foresee_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
+                                  kmp_text *why)
 {
-    return part->p > 0 ? look(plant, part, t, q, false, why) : KEMPE_OK;
+    return part->p > 0 ? look(eval, part, t, q, false, why) : KEMPE_OK;
 }

@@ -2,7 +2,7 @@
 #include "constraints/partition/reduction.h"
 #include "base/memory.h"
 #include "constraints/closing/close.h"
-#include "constraints/evaluation/pressing.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
@@ -35,7 +35,7 @@ static bool allocate(kmp_reduction *red, int entries, int m)
 /* Splits the Jacobian's entries into Jv and Ju. */
 static void split(kmp_reduction *red)
 {
-    const kmp_pattern *pattern = &red->plant->system->jacobian;
+    const kmp_pattern *pattern = &red->eval->system->jacobian;
     for (int k = 0; k < pattern->count; k++) {
         int i = red->row_of[pattern->row[k]], place = red->place[pattern->col[k]];
         if (i < 0)
@@ -64,11 +64,11 @@ static bool analyse(kmp_reduction *red)
     return red->mx && kmp_memory_failures() == failures; /* mx also holds one qdd */
 }
 
-kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_partition *part)
+kempe_status kmp_reduction_init(kmp_reduction *red, kmp_evaluator *eval, const kmp_partition *part)
 {
-    *red = (kmp_reduction){.plant = plant, .part = part, .n = part->n, .p = part->p, .r = part->r};
+    *red = (kmp_reduction){.eval = eval, .part = part, .n = part->n, .p = part->p, .r = part->r};
     unsigned long failures = kmp_memory_failures();
-    bool ok = allocate(red, plant->system->jacobian.count, part->m);
+    bool ok = allocate(red, eval->system->jacobian.count, part->m);
     for (int i = 0; ok && i < part->m; i++)
         red->row_of[i] = -1;
     for (int k = 0; ok && k < part->r; k++) {
@@ -82,13 +82,13 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_
     if (ok)
         split(red);
     if (ok && analyse(red)) {
-        kmp_plant_drop(plant, part->m - part->r, part->redundant);
+        kmp_eval_drop(eval, part->m - part->r, part->redundant);
         return KEMPE_OK;
     }
     kmp_reduction_free(red);
     if (kmp_memory_failures() != failures)
-        return kmp_fail_memory(plant->system->context);
-    return kmp_fail(plant->system->context, KEMPE_E_FAILED, "Jv cannot be factored: its pattern is singular");
+        return kmp_fail_memory(eval->system->context);
+    return kmp_fail(eval->system->context, KEMPE_E_FAILED, "Jv cannot be factored: its pattern is singular");
 }
 
 void kmp_reduction_free(kmp_reduction *red)
@@ -106,7 +106,7 @@ int kmp_reduction_factor(kmp_reduction *red)
     if (red->r == 0)
         return 0;
     for (int k = 0; k < red->jv_count; k++)
-        red->jv[k] = red->plant->jacobian[red->jv_entry[k]];
+        red->jv[k] = red->eval->jacobian[red->jv_entry[k]];
     red->factorizations++;
     int fault = kmp_block_factor(red->block, red->jv);
     return fault ? 1 + red->part->v[fault - 1] : 0;
@@ -145,14 +145,14 @@ void kmp_reduction_tangent(kmp_reduction *red)
         return;
     memset(red->bvu, 0, (size_t)(r * p) * sizeof *red->bvu);
     for (int k = 0; k < red->ju_count; k++)
-        red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->plant->jacobian[red->ju_entry[k]];
+        red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->eval->jacobian[red->ju_entry[k]];
     solve_tangent(red);
     for (int k = 0; k < p; k++)
         for (int i = 0; i < r; i++)
             red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
-    if (!red->plant->h_t)
+    if (!red->eval->h_t)
         return;
-    solve_rows(red, -1, red->plant->h_t);
+    solve_rows(red, -1, red->eval->h_t);
     put_dependent(red, red->x_t);
 }
 
@@ -178,11 +178,11 @@ void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd)
 
 void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
 {
-    const double *h_t = red->plant->h_t;
+    const double *h_t = red->eval->h_t;
     for (int i = 0; i < red->r; i++)
         red->dv[i] = h_t ? -h_t[red->part->rows[i]] : 0;
     for (int k = 0; k < red->ju_count; k++)
-        red->dv[red->ju_row[k]] -= red->plant->jacobian[red->ju_entry[k]] * ud[red->ju_col[k]];
+        red->dv[red->ju_row[k]] -= red->eval->jacobian[red->ju_entry[k]] * ud[red->ju_col[k]];
     if (red->r > 0)
         kmp_block_solve(red->block, 1, red->dv);
     for (int k = 0; k < red->p; k++)
@@ -202,29 +202,29 @@ static void set_force(kmp_reduction *red, const double *bias, const double *qdd)
 {
     memcpy(red->force, bias, (size_t)red->n * sizeof *red->force);
     if (qdd)
-        kmp_plant_add_mass_times(red->plant, qdd, red->force);
+        kmp_eval_add_mass_times(red->eval, qdd, red->force);
 }
 
 /* a0 = (0; -Jv^-1 jdqd), force = C + M a0. */
 static void bias_force(kmp_reduction *red)
 {
-    solve_rows(red, -1, red->plant->jdqd);
+    solve_rows(red, -1, red->eval->jdqd);
     put_dependent(red, red->a0);
-    set_force(red, red->plant->bias, red->r > 0 ? red->a0 : NULL);
+    set_force(red, red->eval->bias, red->r > 0 ? red->a0 : NULL);
 }
 
 /* On a tree X is a permutation: Mr = M but for the order of coordinates. */
 static void take_mass(kmp_reduction *red, double *udd)
 {
-    const kmp_pattern *m = &red->plant->system->mass;
+    const kmp_pattern *m = &red->eval->system->mass;
     int p = red->p;
     memset(red->mr, 0, (size_t)(p * p) * sizeof *red->mr);
     for (int k = 0; k < m->count; k++) {
         int i = -1 - red->place[m->row[k]], j = -1 - red->place[m->col[k]];
-        red->mr[(i > j ? i : j) + (i > j ? j : i) * p] = red->plant->mass[k];
+        red->mr[(i > j ? i : j) + (i > j ? j : i) * p] = red->eval->mass[k];
     }
     for (int k = 0; k < p; k++)
-        udd[k] = -red->plant->bias[red->part->u[k]];
+        udd[k] = -red->eval->bias[red->part->u[k]];
 }
 
 void kmp_reduction_solve_mass(const kmp_reduction *red, double *b)
@@ -295,7 +295,7 @@ static void answer_moving(void *self, const double *bias, bool change, double *l
     kmp_reduction_solve_mass(red, red->answer);
     memset(qdd, 0, (size_t)red->n * sizeof *qdd);
     spread(red, red->answer, qdd, qdd);
-    kmp_plant_add_mass_times(red->plant, qdd, red->force);
+    kmp_eval_add_mass_times(red->eval, qdd, red->force);
     kmp_reduction_pull(red, red->force, lambda);
 }
 
@@ -308,12 +308,12 @@ static void answer_given(void *self, const double *bias, bool change, double *la
 }
 
 /* Solves for C at its own multipliers, and for the accelerations. */
-static int accelerate_pressed(kmp_reduction *red, double *udd)
+static int accelerate_load_dependent(kmp_reduction *red, double *udd)
 {
     const kmp_answer answer = {red, answer_moving};
-    if (!kmp_press(red->plant, &answer))
+    if (!kmp_load_settle(red->eval, &answer))
         return fail(red->p, udd);
-    set_force(red, red->plant->bias, red->a0);
+    set_force(red, red->eval->bias, red->a0);
     kmp_reduction_project(red, red->force, udd);
     kmp_reduction_solve_mass(red, udd);
     return 0;
@@ -324,13 +324,13 @@ static void reduce(kmp_reduction *red, double *udd)
 {
     int n = red->n, p = red->p;
     if (red->zeros) {
-        kmp_zeros_reduce(red->zeros, red->x, red->plant->mass, red->mr);
+        kmp_zeros_reduce(red->zeros, red->x, red->eval->mass, red->mr);
         kmp_zeros_project(red->zeros, red->x, red->force, udd);
         return;
     }
     memset(red->mx, 0, (size_t)(n * p) * sizeof *red->mx);
     for (int k = 0; k < p; k++) {
-        kmp_plant_add_mass_times(red->plant, red->x + k * n, red->mx + k * n);
+        kmp_eval_add_mass_times(red->eval, red->x + k * n, red->mx + k * n);
         udd[k] = -kmp_dot(n, red->x + k * n, red->force);
         for (int i = k; i < p; i++)
             red->mr[i + k * p] = kmp_dot(n, red->x + i * n, red->mx + k * n);
@@ -346,7 +346,7 @@ int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
     bias_force(red);
     reduce(red, udd);
     int fault = solve_reduced(red, udd);
-    return fault || !red->plant->press ? fault : accelerate_pressed(red, udd);
+    return fault || !red->eval->load ? fault : accelerate_load_dependent(red, udd);
 }
 
 void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
@@ -356,11 +356,11 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
     bias_force(red);
     spread(red, udd, red->a0, qdd);
     const kmp_answer answer = {red, answer_given};
-    if (red->r > 0 && !kmp_press(red->plant, &answer)) {
+    if (red->r > 0 && !kmp_load_settle(red->eval, &answer)) {
         (void)fail(red->p, out);
         return;
     }
-    set_force(red, red->plant->bias, qdd);
+    set_force(red, red->eval->bias, qdd);
     if (red->zeros) {
         kmp_zeros_project(red->zeros, red->x, red->force, out);
         for (int k = 0; k < red->p; k++)
@@ -374,21 +374,21 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
     }
 }
 
-bool kmp_reduction_press_factor(kmp_reduction *red, bool moving)
+bool kmp_reduction_load_factor(kmp_reduction *red, bool moving)
 {
     const kmp_answer answer = {red, moving ? answer_moving : answer_given};
-    return kmp_press_factor(red->plant, &answer);
+    return kmp_load_factor(red->eval, &answer);
 }
 
-void kmp_reduction_press_change(kmp_reduction *red, bool moving, double *bias)
+void kmp_reduction_load_change(kmp_reduction *red, bool moving, double *bias)
 {
     const kmp_answer answer = {red, moving ? answer_moving : answer_given};
-    kmp_press_change(red->plant, &answer, bias);
+    kmp_load_change(red->eval, &answer, bias);
 }
 
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda)
 {
-    set_force(red, red->plant->bias, qdd);
+    set_force(red, red->eval->bias, qdd);
     kmp_reduction_pull(red, red->force, lambda);
 }
 
@@ -396,13 +396,13 @@ void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *la
 
 void kmp_reduction_correction(kmp_reduction *red)
 {
-    solve_rows(red, -1, red->plant->h);
+    solve_rows(red, -1, red->eval->h);
 }
 
 static int place(void *self, double t, const double *q)
 {
     kmp_reduction *red = self;
-    kmp_plant_closure(red->plant, t, q);
+    kmp_eval_closure(red->eval, t, q);
     return kmp_reduction_factor(red);
 }
 
@@ -417,9 +417,9 @@ static bool correct(void *self, const double *violation, double *dv)
 
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction)
 {
-    const kempe_system *s = red->plant->system;
+    const kempe_system *s = red->eval->system;
     const kmp_closer closer = {.self = red,
-                               .plant = red->plant,
+                               .eval = red->eval,
                                .scale = s->scale,
                                .count = red->r,
                                .at = red->part->v,
@@ -435,7 +435,7 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
 
 double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)
 {
-    const double *scale = red->plant->system->scale;
+    const double *scale = red->eval->system->scale;
     double worst = 0;
     *v = *u = -1;
     for (int k = 0; k < red->p; k++)
@@ -453,7 +453,7 @@ double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)
 
 double kmp_reduction_lever(kmp_reduction *red)
 {
-    const kempe_system *s = red->plant->system;
+    const kempe_system *s = red->eval->system;
     unsigned state = 1;
     double most = 0;
     for (int i = 0; i < red->r; i++) {
@@ -469,7 +469,7 @@ double kmp_reduction_lever(kmp_reduction *red)
 
 double kmp_reduction_slip(const kmp_reduction *red, int k, const bool *left_out)
 {
-    const kempe_system *s = red->plant->system;
+    const kempe_system *s = red->eval->system;
     const kmp_pattern *j = &s->jacobian;
     const double *x = red->x + k * red->n;
     double most = 0;
@@ -478,7 +478,7 @@ double kmp_reduction_slip(const kmp_reduction *red, int k, const bool *left_out)
         double slip = 0;
         bool looked_at = red->row_of[row] < 0 && !(left_out && left_out[row]);
         for (; e < j->count && j->row[e] == row; e++)
-            slip += looked_at ? red->plant->jacobian[e] * x[j->col[e]] : 0;
+            slip += looked_at ? red->eval->jacobian[e] * x[j->col[e]] : 0;
         most = fmax(most, isfinite(slip) ? fabs(slip) / s->row_scale[row] : INFINITY);
     }
     return most;
@@ -500,9 +500,9 @@ static void count_products(kmp_counts *c, long products)
 }
 
 /* Operation count of add_mass_times. */
-static long mass_products(const kmp_plant *plant)
+static long mass_products(const kmp_evaluator *eval)
 {
-    const kmp_pattern *m = &plant->system->mass;
+    const kmp_pattern *m = &eval->system->mass;
     long products = 0;
     for (int k = 0; k < m->count; k++)
         products += m->row[k] == m->col[k] ? 1 : 2;
@@ -512,12 +512,12 @@ static long mass_products(const kmp_plant *plant)
 kmp_counts kmp_reduction_count(const kmp_reduction *red)
 {
     kmp_counts c = {0};
-    long n = red->n, p = red->p, mass = mass_products(red->plant);
+    long n = red->n, p = red->p, mass = mass_products(red->eval);
     const kmp_zeros *zeros = red->zeros;
     if (red->r > 0) {
         count(&c, 1, kmp_block_factor_flops(red->block));
         /* columns of Bvu, x_t, a0 */
-        count(&c, (zeros ? 0 : p) + 1 + (red->plant->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
+        count(&c, (zeros ? 0 : p) + 1 + (red->eval->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
         count_products(&c, mass);
     }
     if (zeros) {

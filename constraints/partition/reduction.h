@@ -6,20 +6,20 @@
 #define KMP_CONSTRAINTS_PARTITION_REDUCTION_H
 
 #include "base/arena.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/zeros.h"
 #include "constraints/partition/partition.h"
 #include "linalg/block.h"
 
 typedef struct kmp_reduction {
-    kmp_plant *plant;          /* not owned */
+    kmp_evaluator *eval;       /* not owned */
     const kmp_partition *part; /* not owned */
     kmp_arena arena;
     int n, p, r;
     kmp_block *block; /* Jv; NULL when r = 0 */
     kmp_zeros *zeros; /* NULL: X counts as dense */
     int jv_count, ju_count;
-    int *jv_entry, *jv_row, *jv_col; /* of the plant's Jacobian values, position in rows, position in v */
+    int *jv_entry, *jv_row, *jv_col; /* of the evaluator's Jacobian values, position in rows, position in v */
     int *ju_entry, *ju_row, *ju_col; /* entry, position in rows, position in u */
     int *place;                      /* position of a coordinate in v; -1 - that in u */
     int *row_of;                     /* position of a row of h among the independent rows, -1 when dropped */
@@ -37,10 +37,10 @@ typedef struct kmp_reduction {
 } kmp_reduction;
 
 /** KEMPE_E_MEMORY, or KEMPE_E_FAILED when Jv is structurally singular. */
-kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_partition *part);
+kempe_status kmp_reduction_init(kmp_reduction *red, kmp_evaluator *eval, const kmp_partition *part);
 void kmp_reduction_free(kmp_reduction *red);
 
-/** Factors Jv of the plant's last closure. 0, or 1 + the coordinate of the singular column. */
+/** Factors Jv of the evaluator's last closure. 0, or 1 + the coordinate of the singular column. */
 int kmp_reduction_factor(kmp_reduction *red);
 
 /** Bvu, X and x_t from the factors. */
@@ -52,9 +52,9 @@ void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd)
 /** qd = X ud + x_t by one solution with the factors, without the tangent. */
 void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd);
 
-/** Reduced accelerations at qd from the plant's M, C, jdqd: eq. (46). 0, or 1 + k when the reduced mass is not positive
- * for u[k]. Forces that depend on multipliers are solved for (constraints/evaluation/pressing.h); results are not
- * finite if that fails. */
+/** Reduced accelerations at qd from the evaluator's M, C, jdqd: eq. (46). 0, or 1 + k when the reduced mass is not
+ * positive for u[k]. Forces that depend on multipliers are solved for (constraints/evaluation/load_multipliers.h);
+ * results are not finite if that fails. */
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd);
 
 /** b (p) <- Mr^-1 b, after kmp_reduction_accelerate. */
@@ -63,8 +63,8 @@ void kmp_reduction_solve_mass(const kmp_reduction *red, double *b);
 /** out (p) = -X' force (n). */
 void kmp_reduction_project(const kmp_reduction *red, const double *force, double *out);
 
-/** out = X' (M qdd + C) at qdd = X udd + a0, from the plant's M, C, jdqd, without the reduced mass. Forces that depend
- * on multipliers take those of these accelerations; results are not finite if that fails. */
+/** out = X' (M qdd + C) at qdd = X udd + a0, from the evaluator's M, C, jdqd, without the reduced mass. Forces that
+ * depend on multipliers take those of these accelerations; results are not finite if that fails. */
 void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out);
 
 /** qdd = X udd + a0 after kmp_reduction_accelerate or kmp_reduction_residual. */
@@ -74,20 +74,20 @@ void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, do
 void kmp_reduction_push(kmp_reduction *red, double factor, const double *rows, double *out);
 void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows);
 
-/** Small changes of C near a state where it is at its multipliers (kmp_press_factor, kmp_press_change). `moving`:
+/** Small changes of C near a state where it is at its multipliers (kmp_load_factor, kmp_load_change). `moving`:
  * accelerations change with C, as after kmp_reduction_accelerate; otherwise they are constant, as after
  * kmp_reduction_residual. `bias` may be red->force. */
-bool kmp_reduction_press_factor(kmp_reduction *red, bool moving);
-void kmp_reduction_press_change(kmp_reduction *red, bool moving, double *bias);
+bool kmp_reduction_load_factor(kmp_reduction *red, bool moving);
+void kmp_reduction_load_change(kmp_reduction *red, bool moving, double *bias);
 
 /** lambda (m; zero for dropped rows) from Jv' lambda = (M qdd + C)_v. */
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda);
 
-/** dv = -Jv^-1 h from the plant's last h and the present factors, in red->dv. */
+/** dv = -Jv^-1 h from the evaluator's last h and the present factors, in red->dv. */
 void kmp_reduction_correction(kmp_reduction *red);
 
 /** Closes v of q for its u by Newton's method from the given v, with a new Jacobian in each iteration. Ends when a
- * correction is within `fraction` of the weights w (n; NULL: to round-off). The plant's closure and the factors are
+ * correction is within `fraction` of the weights w (n; NULL: to round-off). The evaluator's closure and the factors are
  * then those of q to that accuracy. 0; 1 when corrections no longer contract or Jv is singular. */
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);
 
@@ -95,8 +95,8 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
  * size of one over the last pivot of the scaled Jv. */
 double kmp_reduction_lever(kmp_reduction *red);
 
-/** Motion of dropped rows with column k of X: the largest |J_r X_k| / row scale at the plant's last closure, over rows
- * that are not left out (m; NULL: none is). */
+/** Motion of dropped rows with column k of X: the largest |J_r X_k| / row scale at the evaluator's last closure, over
+ * rows that are not left out (m; NULL: none is). */
 double kmp_reduction_slip(const kmp_reduction *red, int k, const bool *left_out);
 
 /** Operation count of one right-hand side without the program: kmp_reduction_factor, _tangent, _rates, _accelerate;

@@ -94,7 +94,7 @@ static kempe_status add_closures(search *x, double times)
         const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = s->parameters,
                                               [KMP_IN_TIME] = &start,
                                               [KMP_IN_Q] = x->at.q + (size_t)k * (size_t)s->n,
-                                              [KMP_IN_CHART] = x->walk->plant->chart};
+                                              [KMP_IN_CHART] = x->walk->eval->chart};
         kmp_graph_eval(eq.graph, inputs, value);
         for (int r = 0; r < m; r++) {
             int row = eq.row[KMP_CLOSURE_ROWS * s->rows[r].closure + s->rows[r].component];
@@ -154,7 +154,7 @@ static kmp_walk *walk_of(const search *x, const kempe_system *s)
     w->rank = x->rank;
     w->excluded = x->excluded;
     if (x->a->chart)
-        kmp_plant_set_charts(w->plant, x->a->chart);
+        kmp_eval_set_charts(w->eval, x->a->chart);
     return w;
 }
 

@@ -19,12 +19,12 @@ const kmp_rounding *kmp_rounding_of(const kempe_system *system)
     return system->rounding && atomic_load(&system->rounding->state) == 2 ? system->rounding : NULL;
 }
 
-bool kmp_rounding_closed(const kmp_plant *plant)
+bool kmp_rounding_closed(const kmp_evaluator *eval)
 {
     int row;
-    const kmp_rounding *rounding = kmp_rounding_of(plant->system);
-    return kmp_plant_residual(plant) <= KMP_CLOSED_DROPPED &&
-           kmp_plant_misfit(plant, &row) <= fmax(KMP_CLOSED_DROPPED, rounding ? rounding->tolerance : 0);
+    const kmp_rounding *rounding = kmp_rounding_of(eval->system);
+    return kmp_eval_residual(eval) <= KMP_CLOSED_DROPPED &&
+           kmp_eval_misfit(eval, &row) <= fmax(KMP_CLOSED_DROPPED, rounding ? rounding->tolerance : 0);
 }
 
 double kmp_rounding_zero(const kempe_system *system, double strict)
@@ -143,7 +143,7 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
         x.walk->rank = x.rank = t->rank - kmp_rounding_drives(system, t->dropped, x.driven);
         x.walk->excluded = x.driven;
         if (chart)
-            kmp_plant_set_charts(x.walk->plant, chart);
+            kmp_eval_set_charts(x.walk->eval, chart);
         set_parts(&x);
         memcpy(q, from, (size_t)n * sizeof *q);
         judge(&x, place, kmp_rounding_waypoints(x.walk, x.part, PLACES, q, place));

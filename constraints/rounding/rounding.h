@@ -6,7 +6,7 @@
 #ifndef KMP_CONSTRAINTS_ROUNDING_ROUNDING_H
 #define KMP_CONSTRAINTS_ROUNDING_ROUNDING_H
 
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 
 struct kmp_walk;
 
@@ -16,9 +16,9 @@ const kmp_rounding *kmp_rounding_of(const kempe_system *system);
 /** Zero tolerance for pivots of J, and for directions of its rows: `strict`, or more if numbers are rounded. */
 double kmp_rounding_zero(const kempe_system *system, double strict);
 
-/** True if every row, dropped ones included, is closed at the plant's last closure up to rounding of the model's
+/** True if every row, dropped ones included, is closed at the evaluator's last closure up to rounding of the model's
  * numbers. With the kept rows alone a long step may reach another branch. */
-bool kmp_rounding_closed(const kmp_plant *plant);
+bool kmp_rounding_closed(const kmp_evaluator *eval);
 
 /** A configuration reached by finite motions. */
 typedef struct kmp_waypoint {

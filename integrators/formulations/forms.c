@@ -53,7 +53,7 @@ typedef struct dae {
     kmp_formulation formulation; /* first */
     form form;
     const kempe_system *s;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_margin *margin;
     const kmp_partition *part;
     kmp_saddle saddle;
@@ -223,9 +223,9 @@ static kmp_instant instant(dae *d, double t, const double *y, const double *yp)
                          .qdd = yp + at_v(d),
                          .lambda = d->lambda,
                          .mu = d->form.mu ? d->mu : NULL,
-                         .mode = d->plant->mode,
-                         .chart = d->plant->chart,
-                         .chart_version = d->plant->chart_version};
+                         .mode = d->eval->mode,
+                         .chart = d->eval->chart,
+                         .chart_version = d->eval->chart_version};
 }
 
 /* Adds the rows of group g of `out`. */
@@ -287,9 +287,9 @@ static int accept(void *self, double t, const double *y, const double *yp)
     (void)yp;
     if (kmp_margin_unwatched(d->margin))
         return KMP_GO;
-    kmp_plant_closure(d->plant, t, y);
-    int said = kmp_redundant_check(d->plant, d->part, t, d->tolerance, &d->formulation.reason);
-    return said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t) ? KMP_RETRY : said;
+    kmp_eval_closure(d->eval, t, y);
+    int said = kmp_redundant_check(d->eval, d->part, t, d->tolerance, &d->formulation.reason);
+    return said == KMP_GO && kmp_margin_refuses(d->margin, d->eval, t) ? KMP_RETRY : said;
 }
 
 /* A row has q and qd of the integrator; accelerations and multipliers come from the saddle system there. */
@@ -304,9 +304,9 @@ static int row(kmp_formulation *formulation, double t, const double *y, const do
         memcpy(qd, y + d->n, (size_t)d->n * sizeof *qd);
     if (!qdd)
         return KMP_GO;
-    kmp_plant_closure(d->plant, t, q);
-    kmp_plant_mass(d->plant);
-    kmp_plant_bias(d->plant, qd);
+    kmp_eval_closure(d->eval, t, q);
+    kmp_eval_mass(d->eval);
+    kmp_eval_bias(d->eval, qd);
     if (kmp_saddle_factor(&d->saddle)) {
         kmp_text_printf(&formulation->reason,
                         "accelerations and multipliers are not determined at the output time t = %.9g", t);
@@ -334,7 +334,7 @@ static int close_state(dae *d, double t, double *q, double *qd, double *qdd)
     if (!kmp_close_state(&closer, d->mu, t, q, qd))
         return KMP_HALT;
     memset(d->mu, 0, (size_t)d->m * sizeof *d->mu);
-    kmp_plant_bias(d->plant, qd);
+    kmp_eval_bias(d->eval, qd);
     kmp_saddle_accelerations(&d->saddle, qdd, d->lambda);
     return KMP_GO;
 }
@@ -373,7 +373,7 @@ static bool allocate(dae *d, int size)
     d->lambda = KMP_ARENA_NEW(a, double, d->m);
     d->mu = KMP_ARENA_NEW(a, double, d->m);
     d->position = KMP_ARENA_NEW(a, int, d->m);
-    return !a->failed && kmp_saddle_init(&d->saddle, d->plant, d->part);
+    return !a->failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
 }
 
 static void choose_form(dae *d, const form *chosen, double rate_scale)
@@ -422,7 +422,7 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_st
     if (!allocate(d, 2 * d->n + chosen->groups * d->r))
         return kmp_fail_memory(d->s->context);
     choose_form(d, chosen, start->rate_scale);
-    kempe_status status = kmp_tangents_init(&d->tangents, d->s, d->plant->backend, values_of(chosen));
+    kempe_status status = kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen));
     if (status == KEMPE_OK && !compress(d))
         status = kmp_fail_memory(d->s->context);
     if (status == KEMPE_OK)
@@ -436,7 +436,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     if (!d)
         return NULL;
     d->s = start->system;
-    d->plant = start->plant;
+    d->eval = start->eval;
     d->margin = start->margin;
     d->part = start->part;
     d->n = start->part->n;

@@ -7,7 +7,7 @@
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/saddle.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/margin.h"
 #include "constraints/partition/partition.h"
 #include "integrators/formulations/dae.h"
@@ -23,7 +23,7 @@ enum { KMP_FORMULATION_BRIEF = 16 };
 /** Inputs of a formulation, which must not outlive them. */
 typedef struct kmp_formulation_start {
     const kempe_system *system;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     const kmp_partition *part; /* at the start */
     kmp_margin *margin;        /* of the run */
     double t;
@@ -48,7 +48,7 @@ typedef struct kmp_formulation_kind {
     bool corrected;                          /* `accept` corrects y: multistep methods are excluded */
     bool both;                               /* the ODE is also available as a DAE */
     bool jacobian;                           /* the Jacobian of the ODE is available, for implicit integrators */
-    bool by_bodies;                          /* uses articulated bodies if the plant has them */
+    bool by_bodies;                          /* uses articulated bodies if the evaluator has them */
     const struct kmp_formulation_kind *zone; /* formulation across change points; NULL: kmp_formulation_zone */
     const void *detail;                      /* for `create`, if several kinds share it */
 

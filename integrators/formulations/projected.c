@@ -18,7 +18,7 @@ enum { MOST_CORRECTIONS = 8 };
 typedef struct projected {
     kmp_formulation formulation; /* first */
     const kempe_system *s;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_margin *margin;
     const kmp_partition *part;
     kmp_saddle saddle;
@@ -35,16 +35,16 @@ typedef struct projected {
     double noise;                   /* rounding of rates, over the fastest */
 } projected;
 
-/* Evaluates plant and factors at (t, q, qd). */
+/* Evaluates bias and factors at (t, q, qd). */
 static int place(projected *d, double t, const double *q, const double *qd)
 {
-    kmp_plant_closure(d->plant, t, q);
-    kmp_plant_mass(d->plant);
-    kmp_plant_bias(d->plant, qd);
+    kmp_eval_closure(d->eval, t, q);
+    kmp_eval_mass(d->eval);
+    kmp_eval_bias(d->eval, qd);
     return kmp_saddle_factor(&d->saddle) ? KMP_RETRY : KMP_GO;
 }
 
-/* dy at the state of the plant and the factors. */
+/* dy at the state of the evaluator and the factors. */
 static int give(projected *d, const double *y, double *dy)
 {
     int n = d->n;
@@ -54,7 +54,7 @@ static int give(projected *d, const double *y, double *dy)
         if (!isfinite(dy[n + i]))
             return KMP_RETRY;
     if (d->has_work)
-        dy[2 * n] = kmp_plant_power_here(d->plant, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
+        dy[2 * n] = kmp_eval_power_here(d->eval, y + n) + kmp_eval_drive_power(d->eval, d->lambda);
     return KMP_GO;
 }
 
@@ -73,18 +73,18 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
         .most = MOST_CORRECTIONS, .enough = KMP_CLOSED_ENOUGH, .w = d->s->scale, .fraction = KMP_CORRECTION_LAST};
     int n = d->n, said = KMP_GO;
     if (!dy)
-        kmp_plant_closure(d->plant, t, y);
+        kmp_eval_closure(d->eval, t, y);
     else if ((!as_it_is && !kmp_close(&closer, &rule, t, y).closed) || place(d, t, y, y + n) != KMP_GO)
         said = KMP_RETRY;
     else {
         if (!as_it_is) {
             kmp_close_rates(&closer, d->violation, y + n);
-            kmp_plant_bias(d->plant, y + n);
+            kmp_eval_bias(d->eval, y + n);
         }
         said = give(d, y, dy);
     }
     if (distance)
-        *distance = kmp_margin_at(d->margin, d->plant);
+        *distance = kmp_margin_at(d->margin, d->eval);
     return said;
 }
 
@@ -129,21 +129,21 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     projected *d = self;
     int n = d->n;
     (void)dy;
-    if (kmp_redundant_check(d->plant, d->part, t, d->atol + d->rtol, &d->formulation.reason) != KMP_GO)
+    if (kmp_redundant_check(d->eval, d->part, t, d->atol + d->rtol, &d->formulation.reason) != KMP_GO)
         return KMP_HALT;
-    kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
+    kmp_saddle_correction(&d->saddle, d->eval->h, d->dx);
     bool small = is_small(n, d->dx, w);
-    double open = kmp_plant_residual(d->plant);
+    double open = kmp_eval_residual(d->eval);
     if (!small && open > KMP_CLOSED)
         return KMP_RETRY;
     for (int i = 0; i < n; i++)
         d->q[i] = y[i] + (small ? d->dx[i] : 0);
-    kmp_plant_closure(d->plant, t, d->q);
-    kmp_plant_rates(d->plant, y + n, d->violation);
+    kmp_eval_closure(d->eval, t, d->q);
+    kmp_eval_rates(d->eval, y + n, d->violation);
     kmp_saddle_correction(&d->saddle, d->violation, d->qd);
     if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, open, d->qd, y + n))
         return KMP_RETRY;
-    if (kmp_margin_refuses(d->margin, d->plant, t))
+    if (kmp_margin_refuses(d->margin, d->eval, t))
         return KMP_RETRY;
     for (int i = 0; i < n; i++) {
         y[i] = d->q[i];
@@ -172,7 +172,7 @@ static int row(kmp_formulation *formulation, double t, const double *y, const do
         return KMP_HALT;
     }
     if (qdd) {
-        kmp_plant_bias(d->plant, qd);
+        kmp_eval_bias(d->eval, qd);
         kmp_saddle_accelerations(&d->saddle, qdd, lambda);
     }
     *work = d->has_work ? y[2 * n] : 0;
@@ -205,7 +205,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     int n = d->n = d->formulation.n;
     kmp_arena *a = &d->formulation.arena;
     d->s = start->system;
-    d->plant = start->plant;
+    d->eval = start->eval;
     d->margin = start->margin;
     d->part = start->part;
     d->m = start->part->m;
@@ -225,7 +225,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.resume = resume;
     d->formulation.ode =
         (kmp_ode){.n = d->formulation.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
-    if (a->failed || !kmp_saddle_init(&d->saddle, d->plant, d->part)) {
+    if (a->failed || !kmp_saddle_init(&d->saddle, d->eval, d->part)) {
         (void)kmp_fail_memory(start->system->context);
         release(&d->formulation);
         return NULL;

@@ -77,7 +77,7 @@ int kmp_reduced_place(kmp_reduced *d, double t, const double *y)
 {
     put_q(d, t, y);
     if (d->integrated)
-        kmp_plant_closure(d->plant, t, d->q);
+        kmp_eval_closure(d->eval, t, d->q);
     if (d->integrated ? kmp_reduction_factor(&d->red)
                       : kmp_reduction_close(&d->red, t, d->q, d->weight, KMP_CORRECTION_IN_STAGE))
         return KMP_RETRY;
@@ -101,8 +101,8 @@ static int accelerate_at_once(kmp_reduced *d)
 /* udd at the present q and qd. */
 static int accelerate_closed(kmp_reduced *d)
 {
-    kmp_plant_mass(d->plant);
-    kmp_plant_bias(d->plant, d->qd);
+    kmp_eval_mass(d->eval);
+    kmp_eval_bias(d->eval, d->qd);
     if (d->by_saddle)
         return accelerate_at_once(d);
     return kmp_reduction_accelerate(&d->red, d->udd) ? KMP_RETRY : KMP_GO;
@@ -127,7 +127,7 @@ double kmp_reduced_drive_power(kmp_reduced *d)
     if (!d->s->rheonomic)
         return 0;
     complete(d);
-    return kmp_plant_drive_power(d->plant, d->lambda);
+    return kmp_eval_drive_power(d->eval, d->lambda);
 }
 
 static bool is_fused(const kmp_reduced *d)
@@ -159,7 +159,7 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
             return KMP_RETRY;
     if (said == KMP_GO && d->has_work)
         dy[kmp_reduced_work(d)] =
-            fused ? kmp_fused_power(d->fused) : kmp_plant_power_here(d->plant, d->qd) + kmp_reduced_drive_power(d);
+            fused ? kmp_fused_power(d->fused) : kmp_eval_power_here(d->eval, d->qd) + kmp_reduced_drive_power(d);
     return said;
 }
 
@@ -188,7 +188,7 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
     }
     *end = kmp_fused_at_end(d->fused);
     put_q(d, t, y);
-    kmp_plant_lend_closure(d->plant, t, d->q, end->h, end->jacobian, end->h_t);
+    kmp_eval_lend_closure(d->eval, t, d->q, end->h, end->jacobian, end->h_t);
     if (d->r > 0) {
         memcpy(d->red.bvu, end->bvu, (size_t)(d->r * d->p) * sizeof *end->bvu);
         memcpy(d->red.dv, end->dv, (size_t)d->r * sizeof *end->dv);
@@ -201,7 +201,7 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
 static int correct(kmp_reduced *d, double *v, const double *w)
 {
     bool still = d->p == 0 && !d->s->rheonomic;
-    if (!d->integrated || d->r == 0 || still || kmp_plant_residual(d->plant) < KMP_CLOSED)
+    if (!d->integrated || d->r == 0 || still || kmp_eval_residual(d->eval) < KMP_CLOSED)
         return KMP_GO;
     double limit = d->part.m > d->r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT, worst = 0;
     for (int i = 0; i < d->r; i++) {
@@ -248,8 +248,8 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fus
 {
     int said = kmp_reduced_watch(d, t, end->signs);
     if (said == KMP_GO)
-        said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->formulation.reason);
-    if (said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t))
+        said = kmp_redundant_check(d->eval, &d->part, t, d->atol + d->rtol, &d->formulation.reason);
+    if (said == KMP_GO && kmp_margin_refuses(d->margin, d->eval, t))
         said = KMP_RETRY;
     if (said != KMP_GO)
         return said;
@@ -287,7 +287,7 @@ static void position(kmp_formulation *formulation, double t, const double *y, do
 /* Row at d->q, which is closed. */
 static int row_of_rates(kmp_reduced *d, double t, const double *y, double *qd, double *qdd, double *lambda)
 {
-    kmp_plant_closure(d->plant, t, d->q);
+    kmp_eval_closure(d->eval, t, d->q);
     if (kmp_reduction_factor(&d->red))
         return KMP_HALT;
     kmp_reduction_tangent(&d->red);
@@ -310,7 +310,7 @@ static void explain_open(kmp_reduced *d, double t)
     int worst = 0;
     double most = -1;
     for (int r = 0; r < part->m; r++) {
-        double open = kmp_plant_opening(d->plant, r);
+        double open = kmp_eval_opening(d->eval, r);
         if (!(open <= most)) {
             most = open;
             worst = r;
@@ -345,7 +345,7 @@ static int row(kmp_formulation *formulation, double t, const double *y, const do
 
 int kmp_reduced_settle(kmp_reduced *d, double t, const double *y)
 {
-    kmp_plant_closure(d->plant, t, d->q);
+    kmp_eval_closure(d->eval, t, d->q);
     if (kmp_reduction_factor(&d->red))
         return KMP_HALT;
     kmp_reduction_tangent(&d->red);
@@ -427,9 +427,9 @@ static bool begin(kmp_reduced *d, const kmp_formulation_start *start)
 
 static bool prepare(kmp_reduced *d, const kmp_formulation_start *start)
 {
-    if (kmp_reduction_init(&d->red, start->plant, &d->part) != KEMPE_OK)
+    if (kmp_reduction_init(&d->red, start->eval, &d->part) != KEMPE_OK)
         return false;
-    d->by_saddle = d->plant->by_bodies;
+    d->by_saddle = d->eval->by_bodies;
     if (!kmp_reduced_renew_saddle(d) || (!(start->implicit || start->dae) && !kmp_reduced_try_saddle(d))) {
         (void)kmp_fail_memory(d->s->context);
         return false;
@@ -454,7 +454,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     if (!d)
         return NULL;
     d->s = start->system;
-    d->plant = start->plant;
+    d->eval = start->eval;
     d->margin = start->margin;
     d->fixed = start->fixed;
     d->journal = start->journal;

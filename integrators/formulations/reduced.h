@@ -11,7 +11,7 @@
 typedef struct kmp_reduced {
     kmp_formulation formulation; /* first */
     const kempe_system *s;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_margin *margin;
     kmp_partition part; /* own copy: exchanges change it */
     kmp_reduction red;
@@ -87,7 +87,7 @@ int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs);
  * changes its sign. */
 void kmp_reduced_explain(kmp_formulation *formulation);
 
-/** Makes a due exchange at d->q and d->qd, the plant's place; y becomes the state in the new unknowns. */
+/** Makes a due exchange at d->q and d->qd, the evaluator's place; y becomes the state in the new unknowns. */
 int kmp_reduced_exchange(kmp_reduced *d, double t, double *y);
 
 /** Makes the fused program for the present choice of u with its factors, if it is `worth` while. */

@@ -92,7 +92,7 @@ void kmp_reduced_explain(kmp_formulation *formulation)
  * multipliers, and so do forces that depend on them, by iteration. */
 static bool can_fuse(const kmp_reduced *d)
 {
-    return d->integrated && !d->by_saddle && !(d->has_work && d->s->rheonomic) && d->s->pressed_count == 0;
+    return d->integrated && !d->by_saddle && !(d->has_work && d->s->rheonomic) && d->s->load_row_count == 0;
 }
 
 int kmp_reduced_fuse(kmp_reduced *d, bool worth)
@@ -107,9 +107,9 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth)
 /* With many degrees of freedom the sparse saddle system costs less than the reduced mass, which has fewer zeros. */
 bool kmp_reduced_try_saddle(kmp_reduced *d)
 {
-    if (d->p < MANY_FREEDOMS || d->plant->by_bodies)
+    if (d->p < MANY_FREEDOMS || d->eval->by_bodies)
         return true;
-    if (!kmp_saddle_init(&d->saddle, d->plant, &d->part))
+    if (!kmp_saddle_init(&d->saddle, d->eval, &d->part))
         return false;
     double cost = kmp_saddle_operations(&d->saddle), count = (double)kmp_reduction_count(&d->red).paper;
     count *= d->red.zeros ? BY_LISTS : 1;
@@ -119,12 +119,12 @@ bool kmp_reduced_try_saddle(kmp_reduced *d)
     return true;
 }
 
-/* The plant already uses the formulation's dynamics. */
+/* The evaluator already uses the formulation's dynamics. */
 bool kmp_reduced_renew_saddle(kmp_reduced *d)
 {
     long factorizations = d->saddle.factorizations;
     kmp_saddle_free(&d->saddle);
-    bool made = !d->by_saddle || kmp_saddle_init(&d->saddle, d->plant, &d->part);
+    bool made = !d->by_saddle || kmp_saddle_init(&d->saddle, d->eval, &d->part);
     d->saddle.factorizations = factorizations;
     return made;
 }
@@ -159,7 +159,7 @@ static void log_exchange(const kmp_reduced *d, double t, const kmp_partition *be
 static int take_over(kmp_reduced *d, double t, double *y)
 {
     kmp_reduction before = d->red;
-    if (kmp_reduction_init(&d->red, d->plant, &d->part) != KEMPE_OK) {
+    if (kmp_reduction_init(&d->red, d->eval, &d->part) != KEMPE_OK) {
         d->red = before;
         return KMP_HALT;
     }
@@ -181,7 +181,7 @@ int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
     d->due = false;
     if (!kmp_partition_copy(&before, &d->part))
         return KMP_HALT;
-    int said = kmp_partition_exchange(&d->part, d->s, d->plant->jacobian, exchange_growth(d)) == KEMPE_OK
+    int said = kmp_partition_exchange(&d->part, d->s, d->eval->jacobian, exchange_growth(d)) == KEMPE_OK
                    ? take_over(d, t, y)
                    : KMP_HALT;
     if (said == KMP_GO)

@@ -12,8 +12,8 @@ static int prepare_residual(kmp_reduced *d, double t, const double *y)
 {
     if (kmp_reduced_place(d, t, y) != KMP_GO)
         return KMP_RETRY;
-    kmp_plant_mass(d->plant);
-    kmp_plant_bias(d->plant, d->qd);
+    kmp_eval_mass(d->eval);
+    kmp_eval_bias(d->eval, d->qd);
     return KMP_GO;
 }
 
@@ -31,7 +31,7 @@ static int residual(void *self, double t, const double *y, const double *yp, dou
     }
     if (d->has_work)
         r[kmp_reduced_work(d)] =
-            yp[kmp_reduced_work(d)] - kmp_plant_power_here(d->plant, d->qd) - kmp_reduced_drive_power(d);
+            yp[kmp_reduced_work(d)] - kmp_eval_power_here(d->eval, d->qd) - kmp_reduced_drive_power(d);
     return KMP_GO;
 }
 

@@ -34,7 +34,7 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
     kmp_tangents_add(tangents, KMP_R_Q, d, 1, dq, force);
     kmp_tangents_add(tangents, KMP_R_QD, d, 1, dqd, force);
     kmp_tangents_add(tangents, KMP_M, d, 1, dqdd, force);
-    kmp_reduction_press_change(red, moving, force);
+    kmp_reduction_load_change(red, moving, force);
     if (response->residual)
         kmp_reduction_project(red, force, response->residual);
     for (int k = 0; response->residual && k < red->p; k++)
@@ -58,8 +58,8 @@ kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduc
                                        .room = KMP_ARENA_NEW(&a, double, 5 * n + m)};
     jacobian->arena = a;
     if (a.failed)
-        return kmp_fail_memory(red->plant->system->context);
-    return kmp_tangents_init(&jacobian->tangents, red->plant->system, red->plant->backend,
+        return kmp_fail_memory(red->eval->system->context);
+    return kmp_tangents_init(&jacobian->tangents, red->eval->system, red->eval->backend,
                              KMP_TANGENTS_NEAR | (power ? 1u << KMP_VALUE_POWER : 0));
 }
 
@@ -70,15 +70,15 @@ void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian)
     *jacobian = (kmp_reduced_jacobian){0};
 }
 
-/* Derivatives at (t, q, qd, udd), with the multipliers of the plant's state. */
+/* Derivatives at (t, q, qd, udd), with the multipliers of the evaluator's state. */
 static const double *derive(kmp_reduced_jacobian *jacobian, bool moving, double t, const double *q, const double *qd,
                             const double *udd)
 {
     kmp_reduction *red = jacobian->red;
     kmp_reduction_accelerations(red, udd, jacobian->qdd);
     kmp_reduction_multipliers(red, jacobian->qdd, jacobian->lambda);
-    kmp_instant at = kmp_instant_of(red->plant, t, q, qd, jacobian->qdd, jacobian->lambda);
-    (void)kmp_reduction_press_factor(red, moving);
+    kmp_instant at = kmp_instant_of(red->eval, t, q, qd, jacobian->qdd, jacobian->lambda);
+    (void)kmp_reduction_load_factor(red, moving);
     return kmp_tangents_derivatives(&jacobian->tangents, &at);
 }
 

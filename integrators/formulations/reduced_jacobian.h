@@ -34,7 +34,7 @@ void kmp_spread(kmp_reduction *red, const double *du, const double *rows, double
 
 /** Computes the response at the state of the derivatives `d`, where the reduction has factors and tangent. Forces that
  * depend on multipliers change with those of the given accelerations; or, with `moving`, of the resulting ones
- * (kmp_reduction_press_change, with its factors). Room: 5 n + m. No allocation. */
+ * (kmp_reduction_load_change, with its factors). Room: 5 n + m. No allocation. */
 void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *d, bool moving,
                 const kmp_change *change, const kmp_response *response, double *room);
 
@@ -57,7 +57,8 @@ void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const d
                                const double *udd, int size, double *j);
 
 /** j = dF/d(u, ud[, work]) + cj dF/d(u', ud'[, work']), column-major as in kmp_reduced_jacobian_eval, of F = (u' - ud,
- * X' (M qdd + C)[, work' - power]) at ud' = udd, where the reduction has factors, tangent and a0, the plant M and C. */
+ * X' (M qdd + C)[, work' - power]) at ud' = udd, where the reduction has factors, tangent and a0, the evaluator M and
+ * C. */
 void kmp_reduced_jacobian_of_residual(kmp_reduced_jacobian *jacobian, double t, double cj, const double *q,
                                       const double *qd, const double *udd, int size, double *j);
 

@@ -104,17 +104,17 @@ static void add_mass_and_jacobian(gather *g)
 /* Derivatives by multipliers of forces that depend on them. */
 static bool add_loads(gather *g, const kempe_system *system)
 {
-    if (system->pressed_count == 0)
+    if (system->load_row_count == 0)
         return true;
     kmp_partials *partials = kmp_partials_new(g->eq.graph, g->eq.n, g->eq.inverse);
     bool ok = partials;
-    for (int k = 0; ok && k < system->pressed_count; k++) {
+    for (int k = 0; ok && k < system->load_row_count; k++) {
         const int *row;
         const kmp_ref *value;
-        kmp_ref lambda = kmp_input(g->eq.graph, KMP_IN_LAMBDA, (uint32_t)system->pressed[k]);
+        kmp_ref lambda = kmp_input(g->eq.graph, KMP_IN_LAMBDA, (uint32_t)system->load_rows[k]);
         int count = kmp_partials_along(partials, lambda, &row, &value);
         for (int i = 0; i < count; i++)
-            kmp_listing_put(&g->list, KMP_C_LAMBDA, row[i], system->pressed[k], value[i]);
+            kmp_listing_put(&g->list, KMP_C_LAMBDA, row[i], system->load_rows[k], value[i]);
         ok = count >= 0;
     }
     kmp_partials_free(partials);
@@ -322,7 +322,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
         sets |= KMP_SET_CLOSED_Q | KMP_SET_INVERSE_QD;
     sets |= values & 1u << KMP_VALUE_CURVE ? KMP_SET_JDQD : 0;
     sets |= values & 1u << KMP_VALUE_POWER ? KMP_SET_ENERGY : 0;
-    sets |= system->pressed_count > 0 ? KMP_SET_INVERSE : 0;
+    sets |= system->load_row_count > 0 ? KMP_SET_INVERSE : 0;
     *tangents = (kmp_tangents){.n = system->n, .m = system->m, .forced = system->force ? system : NULL};
     gather g = {.t = tangents};
     kmp_events events = system->events; /* the system has recorded all conditions: none is added */

@@ -36,7 +36,7 @@ static outputs find_outputs(const kempe_system *s)
 
 bool kmp_tangent_numbers_can(const kempe_system *system)
 {
-    return !system->force && system->pressed_count == 0 && system->n <= MOST_MOTIONS && kmp_duals_know(system->motion);
+    return !system->force && system->load_row_count == 0 && system->n <= MOST_MOTIONS && kmp_duals_know(system->motion);
 }
 
 /* -- assembly of blocks ---------------------------------------------------------------------------------- */

@@ -66,9 +66,9 @@ static void release(kmp_ensemble *e)
         kmp_pool_free(e->pools[k]);
     e->pool_count = 0;
     kmp_lane_room_free(&e->room);
-    kmp_plant_free(e->plant);
+    kmp_eval_free(e->eval);
     kmp_arena_free(&e->arena);
-    e->plant = NULL;
+    e->eval = NULL;
 }
 
 static bool allocate(kmp_ensemble *e)
@@ -88,8 +88,8 @@ static bool allocate(kmp_ensemble *e)
 static kempe_status prepare(kmp_ensemble *e)
 {
     int width = e->way.width > 0 ? e->way.width : kmp_lanes_best();
-    e->plant = kmp_plant_new(e->s, "tape");
-    if (!e->plant)
+    e->eval = kmp_eval_new(e->s, "tape");
+    if (!e->eval)
         return KEMPE_E_MEMORY;
     bool ok = allocate(e) && (kmp_ensemble_no_lanes(e) || kmp_lane_room_init(&e->room, e, width));
     if (!ok)

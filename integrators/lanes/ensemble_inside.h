@@ -74,7 +74,7 @@ struct kmp_ensemble {
     /* of a run */
     kmp_run_spec spec;
     kmp_ensemble_way way;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     int count;
     const double *values;
     kmp_arena arena; /* of the instances and their arrays */
@@ -109,8 +109,8 @@ void kmp_instance_leave(kmp_ensemble *e, int i, const char *why);
 
 /* ensemble_pool.c */
 
-/** Finds the pool of a partition; Jv at the plant's last closure determines the order of elimination. NULL in *pool:
- * there are too many, or its program cannot be written. */
+/** Finds the pool of a partition; Jv at the evaluator's last closure determines the order of elimination. NULL in
+ * *pool: there are too many, or its program cannot be written. */
 kempe_status kmp_pool_find(kmp_ensemble *e, const kmp_partition *part, kmp_pool **pool);
 void kmp_pool_free(kmp_pool *pool);
 void kmp_pool_put(kmp_ensemble *e, kmp_pool *pool, int i);

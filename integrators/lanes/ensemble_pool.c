@@ -68,7 +68,7 @@ static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *p
     pool->has_part = kmp_partition_copy(&pool->part, part);
     if (!pool->order || !pool->has_part)
         return kmp_fail_memory(e->context);
-    kempe_status status = kmp_reduction_init(&pool->red, e->plant, &pool->part);
+    kempe_status status = kmp_reduction_init(&pool->red, e->eval, &pool->part);
     pool->has_red = status == KEMPE_OK;
     if (status != KEMPE_OK || !has_small_blocks(&pool->red))
         return status == KEMPE_E_MEMORY ? status : KEMPE_E_FAILED;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Operations on one instance at a time: its start, an exchange of u, its end, and its separate run if lanes cannot run
- * it. The plant and the scales of the system are those of the current instance. */
+ * it. The evaluator and the scales of the system are those of the current instance. */
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/partition/massless.h"
@@ -29,7 +29,7 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
         {s->chart_count > 0, "spherical joints"},
         {s->articulated != NULL, "the articulated-body algorithm"},
         {s->force != NULL, "user-defined forces"},
-        {s->pressed_count > 0, "forces that depend on multipliers"},
+        {s->load_row_count > 0, "forces that depend on multipliers"},
         {s->motion->block_count > 0, "points on curves"},
         {s->m > KMP_LANE_ROWS || e->p > KMP_FUSED_FREEDOMS, "a large system"},
         {e->p <= 0, "redundant closure rows"}};
@@ -80,7 +80,7 @@ static void take_constants(kmp_ensemble *e, const kmp_instance *x)
     memcpy(s->row_scale, x->constants + e->parameters + e->n, (size_t)e->m * sizeof(double));
     s->length = x->length;
     s->reach = x->reach;
-    kmp_plant_renew_parameters(e->plant);
+    kmp_eval_renew_parameters(e->eval);
 }
 
 void kmp_instance_leave(kmp_ensemble *e, int i, const char *why)
@@ -108,8 +108,8 @@ static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, con
     if (kmp_reduction_factor(&pool->red))
         return false;
     kmp_reduction_tangent(&pool->red);
-    kmp_plant_mass(e->plant);
-    kmp_plant_bias(e->plant, qd);
+    kmp_eval_mass(e->eval);
+    kmp_eval_bias(e->eval, qd);
     if (kmp_reduction_accelerate(&pool->red, udd))
         return false;
     kmp_reduction_accelerations(&pool->red, udd, qdd);
@@ -118,8 +118,8 @@ static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, con
         x->rate_scale = fmax(x->rate_scale, fabs(qd[k]) / e->s->scale[k]);
         x->rate_scale = fmax(x->rate_scale, sqrt(fabs(qdd[k]) / e->s->scale[k]));
     }
-    x->kinetic = kmp_plant_kinetic(e->plant, qd);
-    x->potential = kmp_plant_potential(e->plant, 0, q);
+    x->kinetic = kmp_eval_kinetic(e->eval, qd);
+    x->potential = kmp_eval_potential(e->eval, 0, q);
     return isfinite(x->rate_scale);
 }
 
@@ -129,9 +129,9 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     kmp_instance *x = &e->instances[i];
     kmp_partition part;
     kmp_pool *pool = NULL;
-    kmp_plant_closure(e->plant, 0, q);
+    kmp_eval_closure(e->eval, 0, q);
     kempe_status status =
-        kmp_partition_init(&part, e->s, e->plant->jacobian, e->spec.u_count > 0 ? e->spec.u : NULL, e->spec.u_count);
+        kmp_partition_init(&part, e->s, e->eval->jacobian, e->spec.u_count > 0 ? e->spec.u : NULL, e->spec.u_count);
     if (status == KEMPE_E_FAILED) { /* a wish that is not possible is told by a run */
         kmp_instance_leave(e, i, "given independent coordinates");
         kmp_context_clear(e->context);
@@ -167,7 +167,7 @@ kempe_status kmp_instance_start(kmp_ensemble *e, int i)
     if (status != KEMPE_OK)
         return status == KEMPE_E_INPUT ? KEMPE_OK : status;
     keep_constants(e, &e->instances[i]);
-    kmp_plant_renew_parameters(e->plant);
+    kmp_eval_renew_parameters(e->eval);
     status = kempe_assembly_new(e->s, &a);
     if (status == KEMPE_OK) {
         e->results[i].rates_changed = a->rates_changed;
@@ -194,7 +194,7 @@ static bool unpack(kmp_ensemble *e, kmp_pool *pool, const kmp_instance *x, doubl
         q[pool->part.v[k]] = x->y[2 * e->p + k];
     if (closed && kmp_reduction_close(&pool->red, x->t, q, NULL, 0))
         return false;
-    kmp_plant_closure(e->plant, x->t, q);
+    kmp_eval_closure(e->eval, x->t, q);
     if (kmp_reduction_factor(&pool->red))
         return false;
     kmp_reduction_tangent(&pool->red);
@@ -214,7 +214,7 @@ kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
     }
     if (!kmp_partition_copy(&part, &from->part))
         return kmp_fail_memory(e->context);
-    kempe_status status = kmp_partition_exchange(&part, e->s, e->plant->jacobian, KMP_EXCHANGE_GROWTH);
+    kempe_status status = kmp_partition_exchange(&part, e->s, e->eval->jacobian, KMP_EXCHANGE_GROWTH);
     if (status == KEMPE_OK)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && pool) {
@@ -261,16 +261,15 @@ static double drift_of(const kmp_instance *x, double kinetic, double potential, 
     return size > 0 ? drift / size : drift;
 }
 
-/* Measures the end of an instance; the plant's closure is that of q. */
+/* Measures the end of an instance; the evaluator's closure is that of q. */
 static void judge(kmp_ensemble *e, int i, double t, const double *q, const double *qd, double work)
 {
     kmp_ensemble_result *result = &e->results[i];
-    kmp_plant_mass(e->plant);
+    kmp_eval_mass(e->eval);
     result->t = t;
-    result->h = kmp_plant_residual(e->plant);
-    result->hdot = kmp_plant_rate_residual(e->plant, qd);
-    result->drift =
-        drift_of(&e->instances[i], kmp_plant_kinetic(e->plant, qd), kmp_plant_potential(e->plant, t, q), work);
+    result->h = kmp_eval_residual(e->eval);
+    result->hdot = kmp_eval_rate_residual(e->eval, qd);
+    result->drift = drift_of(&e->instances[i], kmp_eval_kinetic(e->eval, qd), kmp_eval_potential(e->eval, t, q), work);
     memcpy(e->q + (size_t)i * (size_t)e->n, q, (size_t)e->n * sizeof(double));
     memcpy(e->qd + (size_t)i * (size_t)e->n, qd, (size_t)e->n * sizeof(double));
 }
@@ -315,7 +314,7 @@ static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_sta
                                     .drift = NAN};
     if (row && run->solver &&
         kmp_runner_row(run, report.t, row, row + n, row + 2 * n, row + 3 * n, &work) == KEMPE_OK) {
-        kmp_plant_closure(e->plant, report.t, row);
+        kmp_eval_closure(e->eval, report.t, row);
         judge(e, i, report.t, row, row + n, work);
     }
     kmp_free(row);
@@ -326,10 +325,10 @@ static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_sta
 static void measure_start(kmp_ensemble *e, int i, const kempe_assembly *a)
 {
     const double *q = kempe_assembly_q(a), *qd = kempe_assembly_qd(a);
-    kmp_plant_closure(e->plant, 0, q);
-    kmp_plant_mass(e->plant);
-    e->instances[i].kinetic = kmp_plant_kinetic(e->plant, qd);
-    e->instances[i].potential = kmp_plant_potential(e->plant, 0, q);
+    kmp_eval_closure(e->eval, 0, q);
+    kmp_eval_mass(e->eval);
+    e->instances[i].kinetic = kmp_eval_kinetic(e->eval, qd);
+    e->instances[i].potential = kmp_eval_potential(e->eval, 0, q);
 }
 
 /* Reports the reason of a failed start. */
@@ -350,7 +349,7 @@ kempe_status kmp_instance_alone(kmp_ensemble *e, int i)
     kempe_status status = take_values(e, i);
     if (status != KEMPE_OK)
         return status == KEMPE_E_INPUT ? KEMPE_OK : status;
-    kmp_plant_renew_parameters(e->plant);
+    kmp_eval_renew_parameters(e->eval);
     status = kempe_assembly_new(e->s, &a);
     if (status == KEMPE_OK) {
         e->results[i].rates_changed = a->rates_changed;

@@ -83,7 +83,7 @@ static void keep_look(const kmp_crossing *c, double t, kmp_look *look)
     }
     for (int i = 0, at = 0; i < 2; at += c->search.solved[i++])
         if (c->search.solved[i] > 0)
-            memcpy(look->solved + at, c->plant->solved[i], (size_t)c->search.solved[i] * sizeof(double));
+            memcpy(look->solved + at, c->eval->solved[i], (size_t)c->search.solved[i] * sizeof(double));
 }
 
 static kempe_status look_at(kmp_crossing *c, double t, kmp_look *look)
@@ -163,9 +163,9 @@ static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, 
     case KMP_IN_QD:
         return over(h, x[n + i], x[2 * n + i], y[n + i], y[2 * n + i]);
     case KMP_IN_MODE:
-        return still(c->plant->mode[i]);
+        return still(c->eval->mode[i]);
     case KMP_IN_CHART:
-        return still(c->plant->chart[i]);
+        return still(c->eval->chart[i]);
     case KMP_IN_PARAMETER:
         return still(c->s->parameters[i]);
     default: /* accelerations and multipliers */
@@ -185,8 +185,8 @@ static void run_bounds(kmp_crossing *c, const piece *p)
             if (kmp_bounds_is_solved(s->bounds, s->first_solved[i] + k))
                 kmp_bounds_give(s->bounds, s->first_solved[i] + k,
                                 through(p->b->t - p->a->t, p->a->solved[at], p->m->solved[at], p->b->solved[at]));
-    kmp_bounds_run(s->bounds, s->charts != c->plant->chart_version);
-    s->charts = c->plant->chart_version;
+    kmp_bounds_run(s->bounds, s->charts != c->eval->chart_version);
+    s->charts = c->eval->chart_version;
 }
 
 /* -- decided conditions --------------------------------------------------------------------------------- */
@@ -207,7 +207,7 @@ static bool is_settled(const kmp_crossing *c, int k, const kmp_look *a, const km
     kmp_bound r = kmp_bounds_get(c->search.bounds, c->search.output[k]);
     if (r.down >= 0 || r.up <= 0)
         return true;
-    bool holds = c->plant->mode[k] > 0;
+    bool holds = c->eval->mode[k] > 0;
     double h = b->t - a->t, x = a->change[k], y = b->change[k];
     double low = holds ? fmax(-r.high, cone(h, -x, -y, -r.up, -r.down)) : fmax(r.low, cone(h, x, y, r.down, r.up));
     return holds ? low > 0 : low >= 0;
@@ -350,7 +350,7 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
     c->end = -1;
     if (!(end > from))
         return KEMPE_OK;
-    bool ready = s->ready && s->look[0].t == from && s->charts == c->plant->chart_version;
+    bool ready = s->ready && s->look[0].t == from && s->charts == c->eval->chart_version;
     kempe_status status = ready ? KEMPE_OK : look_at(c, from, &s->look[0]);
     s->ready = false;
     if (status == KEMPE_OK)

@@ -27,7 +27,7 @@ bool kmp_crossing_move(kmp_crossing *c, kmp_formulation *formulation, const kmp_
     return !formulation->arena.failed;
 }
 
-kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, double span, double rtol, bool closely,
+kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_evaluator *eval, double span, double rtol, bool closely,
                                kmp_journal *journal)
 {
     int n = system->n, count = system->events.count;
@@ -35,7 +35,7 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, dou
     if (!c)
         return NULL;
     *c = (kmp_crossing){
-        .s = system, .plant = plant, .journal = journal, .instant = INSTANT * span, .kink = KINK * rtol, .end = -1};
+        .s = system, .eval = eval, .journal = journal, .instant = INSTANT * span, .kink = KINK * rtol, .end = -1};
     const kmp_arena_group groups[] = {{n, {&c->q, &c->qd, &c->qdd}},
                                       {system->m, {&c->lambda}},
                                       {count, {&c->change, &c->last, &c->most, &c->largest}}};
@@ -89,7 +89,7 @@ kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole)
     double *qdd = whole || c->s->changes_by_rates ? c->qdd : NULL;
     if (c->formulation->row(c->formulation, t, c->y, c->yp, c->q, c->qd, qdd, c->lambda, &c->work) != KMP_GO)
         return KEMPE_E_FAILED;
-    kmp_plant_all_changes(c->plant, t, c->q, c->qd, c->qdd, c->lambda, c->change);
+    kmp_eval_all_changes(c->eval, t, c->q, c->qd, c->qdd, c->lambda, c->change);
     return KEMPE_OK;
 }
 
@@ -106,7 +106,7 @@ void kmp_crossing_hold_free(kmp_crossing *c, const double *change)
             continue;
         c->largest[k] = fmax(c->largest[k], fabs(change[k]));
         if (kmp_crossing_is_free(c, k) && fabs(change[k]) > 2 * c->kink * c->largest[k])
-            kmp_plant_set_kink(c->plant, k, change[k] < 0 ? 1 : -1);
+            kmp_eval_set_kink(c->eval, k, change[k] < 0 ? 1 : -1);
     }
 }
 
@@ -144,20 +144,20 @@ static kempe_status change_branch(kmp_crossing *c, int k, double t)
     bool idle = c->most[k] <= c->kink * c->largest[k] || c->repeats[k] >= MOST_REPEATS;
     c->last[k] = t;
     c->most[k] = 0;
-    kmp_plant_set_kink(c->plant, k, idle ? 0 : c->plant->mode[k] > 0 ? -1 : 1);
+    kmp_eval_set_kink(c->eval, k, idle ? 0 : c->eval->mode[k] > 0 ? -1 : 1);
     return KEMPE_OK;
 }
 
 static kempe_status change_condition(kmp_crossing *c, int k, double t)
 {
     const char *advice = c->s->events.condition[k].advice;
-    bool holds = !(c->plant->mode[k] > 0);
+    bool holds = !(c->eval->mode[k] > 0);
     c->search.ready = false;
     if (c->s->events.condition[k].kink)
         return change_branch(c, k, t);
     const kmp_expr *e = c->s->events.condition[k].expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
-    kmp_plant_set_mode(c->plant, k, holds);
+    kmp_eval_set_mode(c->eval, k, holds);
     kmp_journal_note(c->journal, "event", t, NAN, NAN, "%s became %s", c->s->event_text[k],
                      holds == stated ? "true" : "false");
     c->count++;
@@ -183,7 +183,7 @@ static kempe_status change_conditions(kmp_crossing *c, double t)
                 status = change_condition(c, k, t);
         if (status != KEMPE_OK)
             return status;
-        memcpy(c->change, kmp_plant_changes(c->plant, t, c->q, c->qd), (size_t)c->s->events.count * sizeof(double));
+        memcpy(c->change, kmp_eval_changes(c->eval, t, c->q, c->qd), (size_t)c->s->events.count * sizeof(double));
     }
     int k = first_switched(c);
     return k < 0 ? KEMPE_OK
@@ -198,7 +198,7 @@ kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, con
     c->search.ready = false;
     memcpy(c->q, q, (size_t)c->s->n * sizeof *q);
     memcpy(c->qd, qd, (size_t)c->s->n * sizeof *qd);
-    memcpy(c->change, kmp_plant_changes(c->plant, t, q, qd), (size_t)count * sizeof(double));
+    memcpy(c->change, kmp_eval_changes(c->eval, t, q, qd), (size_t)count * sizeof(double));
     for (int k = 0; k < count; k++)
         c->stays[k] = again && (c->stays[k] || c->last[k] == t);
     *changed = first_switched(c) >= 0;

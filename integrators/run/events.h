@@ -41,7 +41,7 @@ typedef struct kmp_event_search {
 
 typedef struct kmp_crossing {
     const kempe_system *s;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_formulation *formulation;
     const kmp_solver_kind *kind;
     kmp_solver *solver;
@@ -69,7 +69,7 @@ typedef struct kmp_crossing {
  * With rtol > 0 kinks of abs, min and max are passed like events, for one-step methods: between them the equations are
  * smooth, as high orders need. They are neither counted nor noted. Multistep methods, which restart at order one after
  * each kink, gain nothing. A kink that is passed within the errors of steps is ignored. */
-kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, double span, double rtol, bool closely,
+kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_evaluator *eval, double span, double rtol, bool closely,
                                kmp_journal *journal);
 void kmp_crossing_free(kmp_crossing *crossing);
 
@@ -97,13 +97,13 @@ kempe_status kmp_crossing_change(kmp_crossing *crossing, double t, const double 
 /** True for a kink without a fixed branch. */
 static inline bool kmp_crossing_is_free(const kmp_crossing *c, int k)
 {
-    return c->s->events.condition[k].kink && c->plant->mode[k] == 0;
+    return c->s->events.condition[k].kink && c->eval->mode[k] == 0;
 }
 
 /** True if condition k with the value `change` differs from its fixed state. */
 static inline bool kmp_crossing_differs(const kmp_crossing *c, int k, double change)
 {
-    return !kmp_crossing_is_free(c, k) && (change < 0) != (c->plant->mode[k] > 0);
+    return !kmp_crossing_is_free(c, k) && (change < 0) != (c->eval->mode[k] > 0);
 }
 static inline bool kmp_crossing_changed(const kmp_crossing *c, int k)
 {

@@ -2,10 +2,10 @@
 #include "integrators/run/instant.h"
 #include "base/memory.h"
 
-kmp_instant kmp_instant_of(const kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
+kmp_instant kmp_instant_of(const kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                            const double *lambda)
 {
-    return (kmp_instant){t, q, qd, qdd, lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+    return (kmp_instant){t, q, qd, qdd, lambda, NULL, eval->mode, eval->chart, eval->chart_version};
 }
 
 /* -- outputs ----------------------------------------------------------------------------------------- */

@@ -4,7 +4,7 @@
 #define KMP_INTEGRATORS_RUN_INSTANT_H
 
 #include "backend/x86/machine.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "dynamics/equations.h"
 
 /** Lambda and mu have m entries, mu may be NULL when nothing depends on it. */
@@ -16,8 +16,8 @@ typedef struct kmp_instant {
     long chart_version;
 } kmp_instant;
 
-/** A state with the plant's present conditions and charts. */
-kmp_instant kmp_instant_of(const kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
+/** A state with the evaluator's present conditions and charts. */
+kmp_instant kmp_instant_of(const kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                            const double *lambda);
 
 /** A non-zero of a matrix: output `source` of a program is entry (row, col) of its block. */

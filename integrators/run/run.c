@@ -104,7 +104,7 @@ void kmp_runner_free(kmp_runner *run)
         run->formulation->release(run->formulation);
     if (run->has_part)
         kmp_partition_free(&run->part);
-    kmp_plant_free(run->plant);
+    kmp_eval_free(run->eval);
     kmp_team_free(run->team);
     kmp_margin_free(&run->margin);
     kmp_arena_free(&run->arena);

@@ -3,7 +3,7 @@
 #ifndef KMP_INTEGRATORS_RUN_RUNNER_H
 #define KMP_INTEGRATORS_RUN_RUNNER_H
 
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/margin.h"
 #include "constraints/partition/partition.h"
 #include "integrators/formulations/formulation.h"
@@ -16,8 +16,8 @@
 struct kmp_runner {
     const kempe_system *s;
     kmp_run_spec spec;
-    kmp_team *team; /* thread pool of the plant and all users of its back end; NULL: none */
-    kmp_plant *plant;
+    kmp_team *team; /* thread pool of the evaluator and all users of its back end; NULL: none */
+    kmp_evaluator *eval;
     kmp_arena arena; /* of all arrays except those of a formulation */
     bool by_bodies;  /* formulations that can use articulated bodies do */
     kmp_partition part;
@@ -70,7 +70,7 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
 bool kmp_runner_is_off(kmp_runner *run, double t, const double *q);
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd);
 
-/** Computes qdd and lambda of the chosen rows at the plant's last closure, which was at (t, q). */
+/** Computes qdd and lambda of the chosen rows at the evaluator's last closure, which was at (t, q). */
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
 
 /** The formulation that steps across change points in place of the present one. */

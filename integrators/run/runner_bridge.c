@@ -41,13 +41,13 @@ static void tear_down(bridge *b)
 static bool set_up(bridge *b)
 {
     kmp_runner *run = b->run;
-    kmp_plant_closure(run->plant, b->t, b->q);
-    if (kmp_partition_of_rank(&b->part, run->s, run->plant->jacobian, run->margin.r, NULL, 0) != KEMPE_OK ||
+    kmp_eval_closure(run->eval, b->t, b->q);
+    if (kmp_partition_of_rank(&b->part, run->s, run->eval->jacobian, run->margin.r, NULL, 0) != KEMPE_OK ||
         !kmp_margin_init(&b->margin, run->s, &b->part))
         return false;
     kmp_margin_ignore(&b->margin);
     const kmp_formulation_start given = {.system = run->s,
-                                         .plant = run->plant,
+                                         .eval = run->eval,
                                          .part = &b->part,
                                          .margin = &b->margin,
                                          .t = b->t,
@@ -79,7 +79,7 @@ static bool march(bridge *b)
         b->t = b->solver->t;
         if (!good || b->part.r == b->part.m)
             continue;
-        (void)kmp_margin_after_step(&b->margin, b->run->plant, b->t);
+        (void)kmp_margin_after_step(&b->margin, b->run->eval, b->t);
         kmp_margin_stand(&b->margin);
         stays = b->margin.rows <= KMP_ROWS_OUT;
     }
@@ -92,13 +92,13 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double 
     double *state = KMP_NEW(double, 3 * n + run->s->m), start = kmp_runner_t_old(run);
     kmp_text why = run->formulation->reason;
     run->formulation->reason = (kmp_text){0};
-    bool by_bodies = run->plant->by_bodies, found = state && start < t;
+    bool by_bodies = run->eval->by_bodies, found = state && start < t;
     found = found && kmp_formulation_find(run->way->formulation, run->way->form) ==
                          run->way; /* other formulations have other unknowns */
     bridge b = {.run = run, .t = start, .end = t, .q = state, .qd = state ? state + n : NULL};
     found = found && run->kind->dense(run->solver, start, run->y, run->yp) == KEMPE_OK &&
             run->formulation->row(run->formulation, start, run->y, run->yp, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
-    kmp_plant_take(run->plant, false);
+    kmp_eval_take(run->eval, false);
     while (found && b.t < t) {
         double *other = state + 2 * n, *multipliers = state + 3 * n;
         found = set_up(&b) && march(&b) && b.kind->dense(b.solver, b.t, b.y, NULL) == KEMPE_OK &&
@@ -115,7 +115,7 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double 
         }
         tear_down(&b);
     }
-    kmp_plant_take(run->plant, by_bodies);
+    kmp_eval_take(run->eval, by_bodies);
     kmp_free(state);
     kmp_text_free(&run->formulation->reason);
     if (!found) {

@@ -20,7 +20,7 @@ enum { MOST_HALVINGS = 24 };
 
 static bool has_moved(const kmp_runner *run)
 {
-    return run->plant->chart_version > 0 && kmp_charts_count(run->s) > 0;
+    return run->eval->chart_version > 0 && kmp_charts_count(run->s) > 0;
 }
 
 /* -- coordinates of the user --------------------------------------------------------------------------- */
@@ -34,8 +34,8 @@ static bool look(kmp_runner *run, const double *q, bool anyhow)
     memcpy(next, q, (size_t)s->n * sizeof *next);
     for (int c = 0; c < kmp_charts_count(s); c++) {
         int first = s->chart_first[c];
-        if (!kmp_chart_is_own(run->plant->chart, c) &&
-            kmp_chart_follow(s, c, run->plant->chart, seen + first, !anyhow, q, next + first) > NEAR_BY && !anyhow)
+        if (!kmp_chart_is_own(run->eval->chart, c) &&
+            kmp_chart_follow(s, c, run->eval->chart, seen + first, !anyhow, q, next + first) > NEAR_BY && !anyhow)
             return false;
     }
     memcpy(seen, next, (size_t)s->n * sizeof *seen);
@@ -72,8 +72,8 @@ void kmp_runner_follow(kmp_runner *run, double t)
 void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd)
 {
     for (int c = 0; has_moved(run) && c < kmp_charts_count(run->s); c++)
-        if (!kmp_chart_is_own(run->plant->chart, c))
-            (void)kmp_chart_show(run->s, c, run->plant->chart, run->seen + run->s->chart_first[c], q, qd, qdd);
+        if (!kmp_chart_is_own(run->eval->chart, c))
+            (void)kmp_chart_show(run->s, c, run->eval->chart, run->seen + run->s->chart_first[c], q, qd, qdd);
 }
 
 /* -- centring ---------------------------------------------------------------------------------------- */
@@ -96,16 +96,16 @@ void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start)
     memcpy(qd, start->inner_q ? start->inner_qd : start->qd, n * sizeof *qd);
     run->seen_t = run->spec.t_start;
     if (start->inner_q)
-        kmp_plant_set_charts(run->plant, start->chart);
+        kmp_eval_set_charts(run->eval, start->chart);
     for (int c = 0; c < kmp_charts_count(run->s); c++)
-        if (!kmp_chart_is_own(run->plant->chart, c) ||
+        if (!kmp_chart_is_own(run->eval->chart, c) ||
             (!run->spec.own_angles && kmp_chart_regular(run->s, c, q) < KMP_AXES_CENTRED)) {
-            kmp_chart_center(run->s, c, run->plant->chart, q, qd, NULL);
+            kmp_chart_center(run->s, c, run->eval->chart, q, qd, NULL);
             run->centrings++;
             note(run, c, run->spec.t_start, kmp_chart_regular(run->s, c, start->q));
         }
     if (run->centrings > 0)
-        kmp_plant_set_charts(run->plant, run->plant->chart);
+        kmp_eval_set_charts(run->eval, run->eval->chart);
 }
 
 /* True if joint c may be centred: none of its coordinates must stay independent. */
@@ -133,11 +133,11 @@ static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd
         double regular = kmp_chart_regular(run->s, c, q);
         if (!may_center(run, c) || regular > ALONG)
             continue;
-        kmp_chart_center(run->s, c, run->plant->chart, q, qd, qdd);
+        kmp_chart_center(run->s, c, run->eval->chart, q, qd, qdd);
         run->centrings++;
         note(run, c, t, regular);
     }
-    kmp_plant_set_charts(run->plant, run->plant->chart);
+    kmp_eval_set_charts(run->eval, run->eval->chart);
 }
 
 /* True if the formulation has the given state: its rates are those given. */
@@ -178,8 +178,8 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
         memcpy(run->seen, q, (size_t)run->s->n * sizeof *q);
     run->seen_t = t;
     center(run, t, q, qd, run->qdd);
-    kmp_plant_closure(run->plant, t, q);
-    kmp_margin_stand_anew(&run->margin, run->plant);
+    kmp_eval_closure(run->eval, t, q);
+    kmp_margin_stand_anew(&run->margin, run->eval);
     if (!resume(run, t))
         return kmp_runner_take_up(run, t, run->in_zone, work, h);
     return kmp_runner_start(run, t, run->y, run->yp, h);

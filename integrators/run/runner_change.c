@@ -33,7 +33,7 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
     kmp_partition_free(&before);
     if (status != KEMPE_OK || run->margin.r == 0)
         return status;
-    if (!kmp_margin_choose(&run->margin, &run->part) || !kmp_margin_exchange_rows(&run->margin, run->plant))
+    if (!kmp_margin_choose(&run->margin, &run->part) || !kmp_margin_exchange_rows(&run->margin, run->eval))
         return kmp_fail_memory(run->s->context);
     kmp_partition_take_rows(&run->part, &run->margin.part);
     return KEMPE_OK;
@@ -91,14 +91,15 @@ static kempe_status change_rows(kmp_runner *run, double t)
     return status;
 }
 
-/* Evaluates the plant's closure at the end of the last step, unless its formulation has computed the margin there. */
+/* Evaluates the evaluator's closure at the end of the last step, unless its formulation has computed the margin there.
+ */
 static kempe_status come_to(kmp_runner *run, double t)
 {
     if (kmp_margin_knows(&run->margin, t))
         return KEMPE_OK;
     KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
     run->formulation->position(run->formulation, t, run->y, run->state);
-    kmp_plant_closure(run->plant, t, run->state);
+    kmp_eval_closure(run->eval, t, run->state);
     return KEMPE_OK;
 }
 
@@ -130,8 +131,8 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
         double when, next;
         for (int i = 0; i < n; i++)
             way[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
-        kmp_plant_closure(run->plant, t + tau, way);
-        found = kmp_margin_at(&run->margin, run->plant) < there;
+        kmp_eval_closure(run->eval, t + tau, way);
+        found = kmp_margin_at(&run->margin, run->eval) < there;
         when = kmp_margin_when(&run->margin);
         kmp_margin_stand(&run->margin);
         farthest = fmax(farthest, tau);
@@ -141,8 +142,8 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
         before = tau;
         tau = next;
     }
-    kmp_plant_closure(run->plant, t, q);
-    (void)kmp_margin_at(&run->margin, run->plant);
+    kmp_eval_closure(run->eval, t, q);
+    (void)kmp_margin_at(&run->margin, run->eval);
     kmp_margin_stand(&run->margin);
     run->margin.tried = tried; /* probes do not leave the surroundings */
     run->margin.clear_t = found ? t : t + 0.5 * farthest;
@@ -204,7 +205,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     if (kmp_margin_unwatched(&run->margin) || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     KMP_TRY(come_to(run, t));
-    (void)kmp_margin_after_step(&run->margin, run->plant, t);
+    (void)kmp_margin_after_step(&run->margin, run->eval, t);
     double when;
     bool enters = kmp_margin_leads_on(&run->margin, &when);
     kmp_margin_stand(&run->margin);
@@ -219,7 +220,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
  * former are so large that their rounding shows, because a joint moves almost no inertia, M and C are used. */
 static kempe_status watch_bodies(kmp_runner *run, double t)
 {
-    const double *open = run->plant->by_bodies && run->margin.r > 0 ? run->plant->free_qdd : NULL;
+    const double *open = run->eval->by_bodies && run->margin.r > 0 ? run->eval->free_qdd : NULL;
     double most = 0;
     for (int i = 0; open && i < run->s->n; i++)
         most = isfinite(open[i]) ? fmax(most, fabs(open[i]) / run->s->scale[i]) : INFINITY;
@@ -262,14 +263,14 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
     double *q = run->state, *qd = q + run->s->n, before = 0;
     kempe_status status = KEMPE_OK;
     bool changed = true;
-    kmp_plant_take(run->plant, false);
+    kmp_eval_take(run->eval, false);
     for (int pass = 0; status == KEMPE_OK && changed; pass++) { /* each changes once at most */
         status = kmp_crossing_change(run->crossing, t, q, qd, pass > 0, &changed);
         if (status == KEMPE_OK && (changed || pass == 0))
             status = choose_again(run, t, q);
         if (status == KEMPE_OK && pass == 0) {
-            kmp_plant_mass(run->plant);
-            before = kmp_plant_kinetic(run->plant, qd);
+            kmp_eval_mass(run->eval);
+            before = kmp_eval_kinetic(run->eval, qd);
         }
         if (status == KEMPE_OK && changed)
             status = kmp_runner_project(run, t, q, qd);
@@ -277,7 +278,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
     if (status == KEMPE_OK)
         status = kmp_runner_accelerate(run, t, q, qd);
     if (status == KEMPE_OK)
-        *energy = kmp_plant_kinetic(run->plant, qd) - before;
+        *energy = kmp_eval_kinetic(run->eval, qd) - before;
     return status;
 }
 
@@ -290,7 +291,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
         status = meet_closures(run, t, &energy);
     if (status != KEMPE_OK)
         return status;
-    double after = kmp_plant_kinetic(run->plant, q + run->s->n), before = after - energy;
+    double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > run->spec.rtol * before)
         kmp_journal_note(run->journal, "impact", t, before, after,
                          "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
@@ -427,8 +428,8 @@ static bool is_near_zone(kmp_runner *run, double t)
         run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return false;
     run->formulation->position(run->formulation, t, run->y, run->state);
-    kmp_plant_closure(run->plant, t, run->state);
-    return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN;
+    kmp_eval_closure(run->eval, t, run->state);
+    return kmp_margin_at(&run->margin, run->eval) < KMP_ZONE_IN;
 }
 
 /* Restarts a stopped implicit integrator once from its last place, projected and with rows chosen again: errors of past

@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "constraints/closing/angles.h"
 #include "constraints/closing/not_finite.h"
-#include "constraints/evaluation/pressing.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 
@@ -41,10 +41,10 @@ int kmp_runner_lock(kmp_runner *run, double t)
         run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return -1;
     run->formulation->position(run->formulation, t, run->y, run->state);
-    kmp_plant_closure(run->plant, t, run->state);
-    bool open = kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH; /* beyond a dead centre no motion closes it */
+    kmp_eval_closure(run->eval, t, run->state);
+    bool open = kmp_eval_residual(run->eval) > KMP_CLOSED_ENOUGH; /* beyond a dead centre no motion closes it */
     bool been = run->margin.tried > 0 && open;
-    return kmp_margin_lock(&run->margin, run->plant, been);
+    return kmp_margin_lock(&run->margin, run->eval, been);
 }
 
 /* Reports a drive that demands more than the mechanism can do; false if that is not the cause. Integrators stop up to
@@ -67,7 +67,7 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
 static bool explain_end(kmp_runner *run, double t, const double *q, const double *qd, kmp_text *text)
 {
     const kempe_system *s = run->s;
-    const double *change = kmp_plant_changes(run->plant, t, q, qd);
+    const double *change = kmp_eval_changes(run->eval, t, q, qd);
     for (int k = 0; change && k < s->events.count; k++) {
         const kmp_condition *condition = &s->events.condition[k];
         if (!condition->ends || condition->late || !(change[k] < 0))
@@ -83,7 +83,7 @@ kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *
 {
     kmp_text text = {0};
     if (!explain_end(run, t, q, qd, &text))
-        return kmp_fail_unsettled(run->plant);
+        return kmp_fail_unsettled(run->eval);
     kempe_status status =
         text.failed ? kmp_fail_memory(run->s->context) : kmp_fail(run->s->context, KEMPE_E_FAILED, "%s", text.s);
     kmp_text_free(&text);
@@ -108,11 +108,11 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     if (run->formulation && run->formulation->explain && run->formulation->reason.length == 0 && !*said)
         run->formulation->explain(run->formulation);
     const double *begin = run->state; /* the state at the start */
-    if (t == run->spec.t_start && begin && run->plant && explain_end(run, t, begin, begin + run->s->n, text))
+    if (t == run->spec.t_start && begin && run->eval && explain_end(run, t, begin, begin + run->s->n, text))
         return false;
     bool prepared = run->solver || !*said; /* a failed preparation has set its own message */
-    if (t == run->spec.t_start && begin && run->plant && prepared &&
-        kmp_put_not_finite(run->plant, t, begin, begin + run->s->n, text)) {
+    if (t == run->spec.t_start && begin && run->eval && prepared &&
+        kmp_put_not_finite(run->eval, t, begin, begin + run->s->n, text)) {
         name_unknowns(run, text);
         return false;
     }
@@ -121,11 +121,11 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
         kmp_text_put(text, run->formulation->reason.s);
     else if (!locks && *said)
         kmp_text_put(text, said);
-    else if (!locks && kmp_is_unsettled(run->plant))
-        kmp_put_unsettled(run->plant, text);
+    else if (!locks && kmp_is_unsettled(run->eval))
+        kmp_put_unsettled(run->eval, text);
     else if (!locks)
         kmp_text_printf(text, "%s at t = %.9g", otherwise, t);
-    if (!locks && run->formulation && !kmp_is_unsettled(run->plant) && !(run->crossing && run->crossing->stuck))
+    if (!locks && run->formulation && !kmp_is_unsettled(run->eval) && !(run->crossing && run->crossing->stuck))
         name_unknowns(run, text);
     kmp_runner_explain_angles(run, text);
     return locks;

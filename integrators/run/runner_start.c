@@ -2,7 +2,7 @@
 /* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
 #include "base/memory.h"
-#include "constraints/evaluation/pressing.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/massless.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
@@ -26,12 +26,12 @@ static double rate_scale_of(const kmp_runner *run, const double *qd)
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)
 {
     const kempe_system *s = run->s;
-    kmp_plant_closure(run->plant, t, q);
-    kempe_status status = kmp_partition_of_rank(&run->part, s, run->plant->jacobian, rank, wish, wish_count);
+    kmp_eval_closure(run->eval, t, q);
+    kempe_status status = kmp_partition_of_rank(&run->part, s, run->eval->jacobian, rank, wish, wish_count);
     run->has_part = status == KEMPE_OK;
     if (run->has_part)
-        kmp_plant_drop(run->plant, run->part.m - run->part.r, run->part.redundant);
-    return status == KEMPE_OK ? kmp_pressing_check(run->plant, &run->part) : status;
+        kmp_eval_drop(run->eval, run->part.m - run->part.r, run->part.redundant);
+    return status == KEMPE_OK ? kmp_load_check(run->eval, &run->part) : status;
 }
 
 /* Closes q and qd on the rows that are now independent. The rows before closed only themselves, and a DAE integrator
@@ -39,8 +39,7 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_saddle saddle = {0};
-    kempe_status status =
-        kmp_saddle_init(&saddle, run->plant, &run->part) ? KEMPE_OK : kmp_fail_memory(run->s->context);
+    kempe_status status = kmp_saddle_init(&saddle, run->eval, &run->part) ? KEMPE_OK : kmp_fail_memory(run->s->context);
     const kmp_closer closer = kmp_saddle_closer(&saddle, run->moved);
     if (status == KEMPE_OK && !kmp_close_state(&closer, run->lambda, t, q, qd))
         status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
@@ -53,8 +52,8 @@ bool kmp_runner_is_off(kmp_runner *run, double t, const double *q)
 {
     if (!kmp_rounding_of(run->s))
         return false;
-    kmp_plant_closure(run->plant, t, q);
-    return kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH;
+    kmp_eval_closure(run->eval, t, q);
+    return kmp_eval_residual(run->eval) > KMP_CLOSED_ENOUGH;
 }
 
 /* Checks that the closures allow the rates they demand: a coordinate cannot be driven at its dead centre. */
@@ -66,13 +65,13 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
     if (!s->rheonomic)
         return KEMPE_OK; /* the assembly has checked it */
     for (int r = 0; r < s->m; r++) {
-        rate[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
+        rate[r] = run->eval->h_t ? run->eval->h_t[r] : 0;
         size = fmax(size, fabs(rate[r]) / s->row_scale[r]);
         row = fabs(rate[r]) > 0 ? r : row; /* a moving row is the cause */
     }
     for (int i = 0; i < s->n; i++)
         size = fmax(size, fabs(qd[i]) / s->scale[i]);
-    kmp_plant_rates(run->plant, qd, rate);
+    kmp_eval_rates(run->eval, qd, rate);
     for (int r = 0; r < s->m; r++)
         worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
     if (worst <= KMP_CLOSED_START * size)
@@ -88,15 +87,15 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
 {
     kmp_saddle saddle = {0};
     kempe_status status = KEMPE_OK;
-    kmp_plant_mass(run->plant);
-    kmp_plant_bias(run->plant, qd);
-    if (!kmp_saddle_init(&saddle, run->plant, &run->part))
+    kmp_eval_mass(run->eval);
+    kmp_eval_bias(run->eval, qd);
+    if (!kmp_saddle_init(&saddle, run->eval, &run->part))
         status = kmp_fail_memory(run->s->context);
     else if (kmp_saddle_factor(&saddle))
-        status = kmp_explain_massless(run->plant, &run->part, t, q);
+        status = kmp_explain_massless(run->eval, &run->part, t, q);
     else
         kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
-    if (status == KEMPE_OK && kmp_is_unsettled(run->plant))
+    if (status == KEMPE_OK && kmp_is_unsettled(run->eval))
         status = kmp_runner_fail_unsettled(run, t, q, qd);
     kmp_saddle_free(&saddle);
     return status;
@@ -111,7 +110,7 @@ kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_
                                          const double *qd, double work)
 {
     kmp_formulation_start given = {.system = run->s,
-                                   .plant = run->plant,
+                                   .eval = run->eval,
                                    .part = &run->part,
                                    .margin = &run->margin,
                                    .t = t,
@@ -130,8 +129,8 @@ kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_
                                    .implicit = kmp_solver_find(run->spec.integrator)->implicit,
                                    .dae = kmp_solver_find(run->spec.integrator)->dae,
                                    .user = run->spec.user};
-    kmp_plant_take(run->plant, run->by_bodies && way->by_bodies && !given.implicit && !given.dae);
-    run->before.by_bodies = run->before.by_bodies || run->plant->by_bodies;
+    kmp_eval_take(run->eval, run->by_bodies && way->by_bodies && !given.implicit && !given.dae);
+    run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
     run->formulation = way->create(way, &given);
     return run->formulation ? KEMPE_OK : KEMPE_E_FAILED;
 }
@@ -142,11 +141,11 @@ static kempe_status compare_bodies(kmp_runner *run, const double *q, const doubl
     const kempe_system *s = run->s;
     kmp_saddle saddle = {0};
     double *qdd = run->moved, size = run->rate_scale * run->rate_scale;
-    kmp_plant_take(run->plant, true);
-    kmp_plant_closure(run->plant, run->spec.t_start, q);
-    kmp_plant_mass(run->plant);
-    kmp_plant_bias(run->plant, qd);
-    bool made = kmp_saddle_init(&saddle, run->plant, &run->part);
+    kmp_eval_take(run->eval, true);
+    kmp_eval_closure(run->eval, run->spec.t_start, q);
+    kmp_eval_mass(run->eval);
+    kmp_eval_bias(run->eval, qd);
+    bool made = kmp_saddle_init(&saddle, run->eval, &run->part);
     *off = INFINITY;
     if (made && !kmp_saddle_factor(&saddle)) {
         kmp_saddle_accelerations(&saddle, qdd, NULL);
@@ -165,7 +164,7 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     double off;
     if (!run->s->articulated || !run->way->by_bodies)
         return KEMPE_OK;
-    kempe_status status = kmp_plant_add_articulated(run->plant);
+    kempe_status status = kmp_eval_add_articulated(run->eval);
     if (status == KEMPE_OK)
         status = compare_bodies(run, q, qd, &off);
     run->by_bodies = status == KEMPE_OK && off <= KMP_ARTICULATED_AGREE;
@@ -206,7 +205,7 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
     if (!run->solver || !run->s->changes)
         return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
     if (!run->crossing)
-        run->crossing = kmp_crossing_new(run->s, run->plant, run->spec.t_end - run->spec.t_start,
+        run->crossing = kmp_crossing_new(run->s, run->eval, run->spec.t_end - run->spec.t_start,
                                          run->kind->corrects && !run->spec.kind ? run->spec.rtol : 0, run->spec.closely,
                                          run->journal);
     return run->crossing && kmp_crossing_move(run->crossing, formulation, run->kind, run->solver)
@@ -234,8 +233,8 @@ static kempe_status look_at_margin(kmp_runner *run, const double *q)
     if (made && word && strcmp(word, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0)
         kmp_margin_ignore(&run->margin);
     if (made)
-        kmp_plant_closure(run->plant, run->spec.t_start, q);
-    made = made && kmp_margin_begin(&run->margin, run->plant, run->spec.t_start, q);
+        kmp_eval_closure(run->eval, run->spec.t_start, q);
+    made = made && kmp_margin_begin(&run->margin, run->eval, run->spec.t_start, q);
     return made ? KEMPE_OK : kmp_fail_memory(run->s->context);
 }
 
@@ -244,14 +243,14 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     int n = run->s->n, m = run->s->m;
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
-    run->plant = kmp_plant_new_shared(run->s, run->spec.backend, run->team);
+    run->eval = kmp_eval_new_shared(run->s, run->spec.backend, run->team);
     const kmp_arena_group groups[] = {
         {n, {&run->qdd, &run->seen, &run->next_seen}}, {m, {&run->lambda}}, {3 * n + m, {&run->moved, &run->state}}};
-    if (!run->plant || !kmp_arena_make_groups(&run->arena, sizeof groups / sizeof *groups, groups))
+    if (!run->eval || !kmp_arena_make_groups(&run->arena, sizeof groups / sizeof *groups, groups))
         return kmp_fail_memory(run->s->context);
     kmp_runner_center_start(run, start);
     double *q = run->state, *qd = q + n;
-    kmp_plant_freeze(run->plant, run->spec.t_start, q, qd);
+    kmp_eval_freeze(run->eval, run->spec.t_start, q, qd);
     kempe_status status = kmp_runner_choose(run, run->spec.t_start, q, -1, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK && kmp_runner_is_off(run, run->spec.t_start, q))
         status = kmp_runner_project(run, run->spec.t_start, q, qd);

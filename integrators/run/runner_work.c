@@ -7,14 +7,14 @@ static double power_at(kmp_runner *run, double t)
 {
     int n = run->s->n;
     double *q = run->moved, *lambda = run->moved + 3 * n, work;
-    bool asked = run->s->rheonomic || run->s->pressed_count > 0;
+    bool asked = run->s->rheonomic || run->s->load_row_count > 0;
     asked = asked &&
             run->formulation->row(run->formulation, t, run->y, run->yp, q, q + n, q + 2 * n, lambda, &work) == KMP_GO;
-    double power = kmp_plant_power(run->plant, t, run->y, run->y + n);
+    double power = kmp_eval_power(run->eval, t, run->y, run->y + n);
     if (!asked || !run->s->rheonomic)
         return power;
-    kmp_plant_closure(run->plant, t, run->y);
-    return power + kmp_plant_drive_power(run->plant, lambda);
+    kmp_eval_closure(run->eval, t, run->y);
+    return power + kmp_eval_drive_power(run->eval, lambda);
 }
 
 /* Quadrature with Gauss's three points on the integrator's polynomial, from work_t to t within the last step. */

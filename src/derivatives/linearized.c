@@ -21,12 +21,12 @@ static bool make_room(kmp_linear *l)
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
 {
     *linear = (kmp_linear){.system = system, .n = system->n, .m = system->m};
-    linear->plant = kmp_plant_new(system, backend);
-    if (!linear->plant)
+    linear->eval = kmp_eval_new(system, backend);
+    if (!linear->eval)
         return KEMPE_E_MEMORY;
     kempe_status status = make_room(linear) ? KEMPE_OK : kmp_fail_memory(system->context);
     if (status == KEMPE_OK)
-        status = kmp_tangents_init_few(&linear->tangents, system, linear->plant->backend);
+        status = kmp_tangents_init_few(&linear->tangents, system, linear->eval->backend);
     if (status != KEMPE_OK)
         kmp_linear_free(linear);
     return status;
@@ -47,14 +47,14 @@ void kmp_linear_free(kmp_linear *linear)
 {
     forget_choice(linear);
     kmp_tangents_free(&linear->tangents);
-    kmp_plant_free(linear->plant);
+    kmp_eval_free(linear->eval);
     kmp_arena_free(&linear->arena);
     *linear = (kmp_linear){0};
 }
 
 void kmp_linear_renew_parameters(kmp_linear *linear)
 {
-    kmp_plant_renew_parameters(linear->plant);
+    kmp_eval_renew_parameters(linear->eval);
     kmp_tangents_renew_parameters(&linear->tangents, linear->system->parameters);
 }
 
@@ -69,7 +69,7 @@ kempe_status kmp_linear_vary(kmp_linear *linear, kempe_system *system, kmp_varia
     if (status == KEMPE_E_INPUT)
         status = why.s ? kmp_fail(system->context, KEMPE_E_FAILED, "%s", why.s) : KEMPE_E_FAILED;
     kmp_text_free(&why);
-    if (status == KEMPE_OK && linear->plant)
+    if (status == KEMPE_OK && linear->eval)
         kmp_linear_renew_parameters(linear);
     return status;
 }
@@ -78,8 +78,8 @@ kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, co
 {
     kmp_partition part;
     forget_choice(linear);
-    kmp_plant_closure(linear->plant, t, q);
-    kempe_status status = kmp_partition_init(&part, linear->system, linear->plant->jacobian, wish, wish_count);
+    kmp_eval_closure(linear->eval, t, q);
+    kempe_status status = kmp_partition_init(&part, linear->system, linear->eval->jacobian, wish, wish_count);
     return status == KEMPE_OK ? kmp_linear_take(linear, &part) : status;
 }
 
@@ -91,10 +91,10 @@ int kmp_linear_place(const kmp_linear *linear, int coordinate)
     return -1;
 }
 
-void kmp_linear_lend(kmp_linear *linear, kmp_plant *plant)
+void kmp_linear_lend(kmp_linear *linear, kmp_evaluator *eval)
 {
     forget_choice(linear);
-    linear->plant = plant;
+    linear->eval = eval;
 }
 
 kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
@@ -105,7 +105,7 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
     *part = (kmp_partition){0};
     int p = linear->p = linear->part.p;
     kmp_arena *a = &linear->choice;
-    bool pressed = s->pressed_count > 0;
+    bool pressed = s->load_row_count > 0;
     const kmp_arena_group groups[] = {{p, {&linear->residual}},
                                       {p * p, {&linear->mass, &linear->damping, &linear->stiffness}},
                                       {p * p, {&linear->pressed, &linear->inertia}}};
@@ -114,7 +114,7 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
         linear->pivot = KMP_ARENA_NEW(a, int, p);
     if (a->failed)
         return kmp_fail_memory(s->context);
-    kempe_status status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
+    kempe_status status = kmp_reduction_init(&linear->red, linear->eval, &linear->part);
     linear->chosen = status == KEMPE_OK;
     return status;
 }
@@ -124,26 +124,26 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
 /* q closed, qd, M and C there, with the conditions of the state. */
 static kempe_status place(kmp_linear *l, double t, const double *q, const double *ud)
 {
-    kmp_plant *plant = l->plant;
+    kmp_evaluator *eval = l->eval;
     l->t = t;
     memcpy(l->q, q, (size_t)l->n * sizeof *q);
     memset(l->qd, 0, (size_t)l->n * sizeof *l->qd);
     if (!l->held)
-        plant->frozen = false;
+        eval->frozen = false;
     if (kmp_reduction_close(&l->red, t, l->q, NULL, 0))
         return KEMPE_E_FAILED;
-    kmp_plant_closure(plant, t, l->q);
-    if (!kmp_rounding_closed(plant) || kmp_reduction_factor(&l->red))
+    kmp_eval_closure(eval, t, l->q);
+    if (!kmp_rounding_closed(eval) || kmp_reduction_factor(&l->red))
         return KEMPE_E_FAILED;
     kmp_reduction_tangent(&l->red);
     memset(l->work, 0, (size_t)l->p * sizeof *l->work);
     kmp_reduction_rates(&l->red, ud ? ud : l->work, l->qd);
     if (!l->held) {
-        kmp_plant_freeze(plant, t, l->q, l->qd);
-        kmp_plant_closure(plant, t, l->q);
+        kmp_eval_freeze(eval, t, l->q, l->qd);
+        kmp_eval_closure(eval, t, l->q);
     }
-    kmp_plant_mass(plant);
-    kmp_plant_bias(plant, l->qd);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, l->qd);
     return KEMPE_OK;
 }
 
@@ -152,7 +152,7 @@ void kmp_linear_derive(kmp_linear *linear)
     kmp_tangents derived;
     if (!linear->tangents.numbers)
         return;
-    if (kmp_tangents_init(&derived, linear->system, linear->plant->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
+    if (kmp_tangents_init(&derived, linear->system, linear->eval->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
         kmp_context_clear(linear->system->context);
         return;
     }
@@ -163,7 +163,7 @@ void kmp_linear_derive(kmp_linear *linear)
 kmp_instant kmp_linear_instant(const kmp_linear *linear)
 {
     const kmp_linear *l = linear;
-    return kmp_instant_of(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
+    return kmp_instant_of(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda);
 }
 
 /* Deriving the tangents takes as long as some hundred evaluations number by number. */
@@ -178,7 +178,7 @@ static void complete(kmp_linear *l)
         return;
     if (++l->looks == WORTH)
         kmp_linear_derive(l);
-    (void)kmp_reduction_press_factor(&l->red, false); /* the state was reached with this factorisation */
+    (void)kmp_reduction_load_factor(&l->red, false); /* the state was reached with this factorisation */
     kmp_instant at = kmp_linear_instant(l);
     l->d = kmp_tangents_derivatives(&l->tangents, &at);
     l->factored = false;

@@ -6,10 +6,10 @@
  *     Kr = N' [(M qdd + C - J' lambda)_q N + C_qd dqd/du + M dqdd/du].
  *
  * Where forces depend on multipliers C changes with dlambda, which itself depends on dR's force
- * (constraints/evaluation/pressing.h), so that Mr is neither N' M N nor symmetric. The terms include the multipliers'
- * share, lambda times the second derivatives of h (reduction by Wehage and Haug 1982 and Fisette and Samin 1996, eqs.
- * 42-46). This is the geometric stiffness, d(N')/du F = -N' (J' lambda)_q N at constant lambda. The state need not be
- * an equilibrium. */
+ * (constraints/evaluation/load_multipliers.h), so that Mr is neither N' M N nor symmetric. The terms include the
+ * multipliers' share, lambda times the second derivatives of h (reduction by Wehage and Haug 1982 and Fisette and Samin
+ * 1996, eqs. 42-46). This is the geometric stiffness, d(N')/du F = -N' (J' lambda)_q N at constant lambda. The state
+ * need not be an equilibrium. */
 #ifndef KMP_DERIVATIVES_LINEARIZED_H
 #define KMP_DERIVATIVES_LINEARIZED_H
 
@@ -21,7 +21,7 @@
 typedef struct kmp_linear {
     const kempe_system *system;
     kmp_arena arena, choice; /* of all arrays; of those for the choice of coordinates */
-    kmp_plant *plant;        /* its own, at the state */
+    kmp_evaluator *eval;     /* its own, at the state */
     kmp_partition part;
     kmp_reduction red;
     kmp_tangents tangents;
@@ -29,7 +29,7 @@ typedef struct kmp_linear {
     int looks;       /* states so far */
     int n, m, p;
     bool chosen;                        /* part and red are there */
-    bool held;                          /* set by the caller: conditions of the model keep the plant's values */
+    bool held;                          /* set by the caller: conditions of the model keep the evaluator's values */
     bool plain;                         /* set by the caller: only the state is needed, no small changes */
     double t, *q, *qd, *qdd, *lambda;   /* the state: n, n, n, m */
     double *force;                      /* n: M qdd + C */
@@ -67,8 +67,8 @@ kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, co
 /** Takes a choice made elsewhere, which is its own from now on. KEMPE_E_MEMORY, KEMPE_E_FAILED. */
 kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part);
 
-/** Uses another plant of the same system, not owned, until its own is restored; no coordinates are chosen then. */
-void kmp_linear_lend(kmp_linear *linear, kmp_plant *plant);
+/** Uses another evaluator of the same system, not owned, until its own is restored; no coordinates are chosen then. */
+void kmp_linear_lend(kmp_linear *linear, kmp_evaluator *eval);
 
 /** The index of a coordinate in u; -1: it is not independent. */
 int kmp_linear_place(const kmp_linear *linear, int coordinate);

@@ -42,7 +42,7 @@ kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *
 int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction);
 
 /** Derives the partial derivatives for a system of a variant's model; `names`: of variable parameters. Includes the
- * outputs if requested, whose values are those of kmp_plant_shown. A system whose model is no variant has outputs, and
+ * outputs if requested, whose values are those of kmp_eval_shown. A system whose model is no variant has outputs, and
  * no parameters (count 0). KEMPE_E_ARGUMENT: a name that is not variable. KEMPE_E_MEMORY. */
 kempe_status kmp_slopes_new(const kempe_system *system, const char *backend, int count, const char *const *names,
                             bool with_outputs, kmp_slopes **slopes);
@@ -67,7 +67,7 @@ void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double
                          const double *force, double *out);
 
 /** Takes the state for outputs or conditions and their derivatives. Returns their values, in the order of
- * kmp_plant_shown or as kmp_plant_changes has them, valid until the next call. Conditions that end a run are zero. */
+ * kmp_eval_shown or as kmp_eval_changes has them, valid until the next call. Conditions that end a run are zero. */
 const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at);
 
 /** A direction of differentiation, or a gradient; a NULL member is zero. */

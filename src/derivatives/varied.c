@@ -53,7 +53,7 @@ kempe_status kmp_varied_choose(kmp_varied *varied, double t, const double *q, co
     kmp_linear *l = &varied->linear;
     KMP_TRY(kmp_linear_choose(l, t, q, wish, wish_count));
     if (!l->held)
-        kmp_plant_freeze(l->plant, t, q, qd);
+        kmp_eval_freeze(l->eval, t, q, qd);
     l->held = true;
     stand_alone(varied, t, q);
     return KEMPE_OK;

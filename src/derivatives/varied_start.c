@@ -57,8 +57,8 @@ static bool is_nearly_closed(beginning *b)
     const kempe_system *s = b->v->system;
     for (int i = 0; i < b->n; i++)
         b->x[i] = s->model->start.q[i].value;
-    kmp_plant_closure(b->v->linear.plant, 0, b->x);
-    return kmp_plant_residual(b->v->linear.plant) <= KMP_CLOSED_NEAR;
+    kmp_eval_closure(b->v->linear.eval, 0, b->x);
+    return kmp_eval_residual(b->v->linear.eval) <= KMP_CLOSED_NEAR;
 }
 
 static kempe_status choose_as_assembled(beginning *b)
@@ -126,7 +126,7 @@ static bool find_correction(beginning *b)
 {
     const kmp_start *start = &b->v->system->model->start;
     double *transposed = KMP_NEW(double, (size_t)b->m *(size_t)b->n);
-    kmp_plant_dense_jacobian(b->v->linear.plant, b->jacobian);
+    kmp_eval_dense_jacobian(b->v->linear.eval, b->jacobian);
     for (int i = 0; i < b->n; i++) {
         b->free[i] = b->a->rates_changed || !start->qd_given[i];
         b->x[i] = b->free[i] ? (b->a->qd[i] - start->qd[i].value) / b->v->system->scale[i] : 0;

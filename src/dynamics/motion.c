@@ -6,7 +6,7 @@
  * are faster. */
 #include "dynamics/motion.h"
 #include "base/memory.h"
-#include "dynamics/pressed.h"
+#include "dynamics/load_dependent.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
 #include "symbolic/partials.h"
@@ -101,12 +101,12 @@ static bool depends_on_loads(const kmp_graph *g, kmp_ref x)
 }
 
 /* dC/dlambda row by row (n x m), and which rows C depends on. NULL: no memory. */
-static kmp_ref *find_pressing(kempe_system *s, const kmp_equations *eq)
+static kmp_ref *find_load_jacobian(kempe_system *s, const kmp_equations *eq)
 {
     kmp_ref *entry = KMP_NEW(kmp_ref, s->n * s->m);
     kmp_partials *partials = kmp_partials_new(eq->graph, s->n, eq->bias);
-    s->pressed = KMP_NEW(int, s->m);
-    bool ok = entry && partials && s->pressed;
+    s->load_rows = KMP_NEW(int, s->m);
+    bool ok = entry && partials && s->load_rows;
     for (int r = 0; ok && r < s->m; r++) {
         const int *row;
         const kmp_ref *value;
@@ -114,7 +114,7 @@ static kmp_ref *find_pressing(kempe_system *s, const kmp_equations *eq)
         for (int i = 0; i < count; i++)
             entry[row[i] * s->m + r] = value[i];
         if (count > 0)
-            s->pressed[s->pressed_count++] = r;
+            s->load_rows[s->load_row_count++] = r;
         ok = count >= 0;
     }
     kmp_partials_free(partials);
@@ -149,30 +149,30 @@ static bool list_unloaded(const kmp_graph *g, int count, const kmp_ref *of, kmp_
 }
 
 /* The last two stages: jdqd and all that multipliers do not change, then C and dC/dlambda. */
-static bool finish_pressed(groups *g, kempe_system *s, const kmp_equations *eq, const kmp_ref *entry)
+static bool finish_load_dependent(groups *g, kempe_system *s, const kmp_equations *eq, const kmp_ref *entry)
 {
     int n = s->n, m = s->m, before = g->count[0] + g->count[1], found;
-    kmp_ref *last = KMP_NEW(kmp_ref, n + n * s->pressed_count);
+    kmp_ref *last = KMP_NEW(kmp_ref, n + n * s->load_row_count);
     kmp_ref *grown = kmp_realloc(
-        g->out, (size_t)before + (size_t)m + kmp_graph_count(eq->graph) + (size_t)(n + n * s->pressed_count + 1),
+        g->out, (size_t)before + (size_t)m + kmp_graph_count(eq->graph) + (size_t)(n + n * s->load_row_count + 1),
         sizeof *grown);
     g->out = grown ? grown : g->out;
-    bool ok = last && grown && kmp_pattern_init(&s->pressing, n, m, entry, last + n);
+    bool ok = last && grown && kmp_pattern_init(&s->load_jacobian, n, m, entry, last + n);
     if (ok) {
         memcpy(last, eq->bias, (size_t)n * sizeof *last);
         memcpy(g->out + before, eq->jdqd, (size_t)m * sizeof *last);
-        ok = list_unloaded(eq->graph, n + s->pressing.count, last, g->out + before + m, &found);
+        ok = list_unloaded(eq->graph, n + s->load_jacobian.count, last, g->out + before + m, &found);
     }
     if (ok) {
         g->count[2] = m + found;
-        g->count[3] = n + s->pressing.count;
+        g->count[3] = n + s->load_jacobian.count;
         memcpy(g->out + before + g->count[2], last, (size_t)g->count[3] * sizeof *last);
     }
     kmp_free(last);
     return ok;
 }
 
-static bool is_pressed(const kmp_equations *eq)
+static bool is_load_dependent(const kmp_equations *eq)
 {
     bool found = false;
     for (int k = 0; k < eq->n; k++)
@@ -184,11 +184,11 @@ static bool is_pressed(const kmp_equations *eq)
 static bool finish_motion(groups *g, kempe_system *s, const kmp_equations *eq)
 {
     bool ok = true;
-    if (!is_pressed(eq)) {
+    if (!is_load_dependent(eq)) {
         finish(g, s->n, eq->bias, s->m, eq->jdqd);
     } else {
-        kmp_ref *entry = find_pressing(s, eq);
-        ok = entry && finish_pressed(g, s, eq, entry);
+        kmp_ref *entry = find_load_jacobian(s, eq);
+        ok = entry && finish_load_dependent(g, s, eq, entry);
         kmp_free(entry);
     }
     if (ok)
@@ -373,24 +373,24 @@ static kempe_status try_articulated(kempe_system *s)
 }
 
 /* Their recursion has the forces in it. */
-static kempe_status refuse_pressed(const kempe_system *s)
+static kempe_status refuse_load_dependent(const kempe_system *s)
 {
-    int row = s->pressed[0];
+    int row = s->load_rows[0];
     return kmp_fail(s->context, KEMPE_E_FAILED,
                     "algorithm articulated: force '%s' depends on the multiplier of closure row '%s', which this "
                     "algorithm does not support; use the algorithm composite",
-                    kmp_pressed_force(s, row), s->row_names[row]);
+                    kmp_load_dependent_force(s, row), s->row_names[row]);
 }
 
 kempe_status kmp_motion_add_articulated(kempe_system *s)
 {
-    bool pressed = s->pressed_count > 0;
+    bool pressed = s->load_row_count > 0;
     if (s->dynamics == KMP_DYNAMICS_AUTO)
         return pressed ? KEMPE_OK : try_articulated(s);
     if (s->dynamics != KMP_DYNAMICS_ARTICULATED)
         return KEMPE_OK;
     if (pressed)
-        return refuse_pressed(s);
+        return refuse_load_dependent(s);
     if ((double)s->m * s->n > MOST_ENTRIES)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "algorithm articulated: the forces of %d closure rows on %d coordinates exceed the limit of "

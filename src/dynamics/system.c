@@ -438,8 +438,8 @@ void kempe_system_free(kempe_system *s)
     kmp_pattern_free(&s->mass);
     kmp_pattern_free(&s->compliance);
     kmp_pattern_free(&s->mobility);
-    kmp_pattern_free(&s->pressing);
-    kmp_free(s->pressed);
+    kmp_pattern_free(&s->load_jacobian);
+    kmp_free(s->load_rows);
     kmp_program_free(s->motion);
     kmp_program_free(s->articulated);
     kmp_program_free(s->judge);

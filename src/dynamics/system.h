@@ -44,10 +44,10 @@ enum {
                           M^-1 J' (compliance.count), J M^-1 J', lower triangle (mobility.count) */
     KMP_STAGE_BIAS, /* qd: C (n), jdqd (m); qd, efforts: accelerations without closure forces (n), their product with J
                        and jdqd (m) */
-    KMP_STAGE_PRESSING, /* where C depends on lambda, KMP_STAGE_BIAS has jdqd (m) and operands that do not depend on it;
-                           here qd, lambda: C (n), dC/dlambda (pressing.count) */
-    KMP_STAGE_WORKING   /* where forces are not conservative: their power, at the arguments of C or of the accelerations
-                         */
+    KMP_STAGE_LOAD, /* where C depends on lambda, KMP_STAGE_BIAS has jdqd (m) and operands that do not depend on it;
+                           here qd, lambda: C (n), dC/dlambda (load_jacobian.count) */
+    KMP_STAGE_WORKING /* where forces are not conservative: their power, at the arguments of C or of the accelerations
+                       */
 };
 
 /* Stages of the judging program. */
@@ -66,7 +66,7 @@ struct kempe_system {
     kmp_row *rows;
     char **row_names;
     kmp_pattern jacobian, mass;
-    kmp_pattern pressing;             /* coordinate and row: dC/dlambda */
+    kmp_pattern load_jacobian;        /* coordinate and row: dC/dlambda */
     kmp_pattern compliance, mobility; /* row of J and coordinate; rows of J. Of `articulated` */
     bool rheonomic;                   /* h depends on t */
     bool switches;                    /* h depends on conditions: J may jump where they change, and rates with it */
@@ -86,9 +86,9 @@ struct kempe_system {
     int *chart_first;      /* their first rotations */
     bool *chart_before;    /* the chart comes before them, otherwise after */
     double length;         /* characteristic length, m */
-    double reach; /* the largest distance of a closed point from the origin, m: the rounding of h is relative to it */
-    int *pressed; /* rows whose multipliers forces depend on, ascending: C is a function of those too */
-    int pressed_count;        /* 0: M qdd + C = J' lambda is linear in lambda */
+    double reach;   /* the largest distance of a closed point from the origin, m: the rounding of h is relative to it */
+    int *load_rows; /* rows whose multipliers forces depend on, ascending: C is a function of those too */
+    int load_row_count;       /* 0: M qdd + C = J' lambda is linear in lambda */
     double *scale;            /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
     double *row_scale;        /* m: size of a closure row */
     double *parameters;       /* values */

@@ -5,7 +5,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
-#include "dynamics/pressed.h"
+#include "dynamics/load_dependent.h"
 #include "generate/symbols.h"
 #include "model/print/model_print.h"
 #include <ctype.h>
@@ -257,7 +257,7 @@ kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, 
 {
     kmp_set_choice choice;
     *source = (kmp_code_source){.context = model->context, .model = model, .n = model->motion_count};
-    kempe_status status = kmp_refuse_pressed_model(model, "generate");
+    kempe_status status = kmp_refuse_load_dependent_model(model, "generate");
     if (status == KEMPE_OK)
         status = read_form(source, g->form);
     if (status == KEMPE_OK)

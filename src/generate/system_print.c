@@ -127,11 +127,11 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
 {
     const char *const *names;
     const kmp_program *p = program_of(system, &names);
-    int last = p->stages > KMP_STAGE_WORKING ? KMP_STAGE_PRESSING : p->stages - 1; /* of variable stages */
+    int last = p->stages > KMP_STAGE_WORKING ? KMP_STAGE_LOAD : p->stages - 1; /* of variable stages */
     kmp_tally whole = kmp_tally_program(p, 0, last);
     show_header(text, "stage of the program", false);
     for (int s = 0; s < p->stages; s++) {
-        if (s == KMP_STAGE_PRESSING && p->outputs[s] == p->outputs[s + 1])
+        if (s == KMP_STAGE_LOAD && p->outputs[s] == p->outputs[s + 1])
             continue;
         kmp_counts c = kmp_program_count(p, s, s);
         show_counts(text, names[s], &c);

@@ -42,11 +42,11 @@ static void add_energy(balance *b, double kinetic, double potential, double work
 }
 
 /* Takes the misfit of the rows with the largest residuals, as many as are dropped as redundant. */
-static void judge_misfit(kmp_verdict *verdict, double t, kmp_plant *plant)
+static void judge_misfit(kmp_verdict *verdict, double t, kmp_evaluator *eval)
 {
     int row;
-    kmp_plant_drop_widest(plant);
-    double misfit = kmp_plant_misfit(plant, &row);
+    kmp_eval_drop_widest(eval);
+    double misfit = kmp_eval_misfit(eval, &row);
     if (row < 0 || misfit <= verdict->misfit)
         return;
     verdict->misfit = misfit;
@@ -54,16 +54,16 @@ static void judge_misfit(kmp_verdict *verdict, double t, kmp_plant *plant)
     verdict->misfit_t = t;
 }
 
-static void judge_row(kmp_verdict *verdict, balance *b, const kmp_samples *table, int row, kmp_plant *plant)
+static void judge_row(kmp_verdict *verdict, balance *b, const kmp_samples *table, int row, kmp_evaluator *eval)
 {
     double t = kmp_samples_time(table, row);
     const double *q = kmp_samples_get(table, KMP_QUANTITY_Q, row), *qd = kmp_samples_get(table, KMP_QUANTITY_QD, row);
-    kmp_plant_closure(plant, t, q);
-    kmp_plant_mass(plant);
-    judge_misfit(verdict, t, plant);
-    verdict->h_max = larger(verdict->h_max, kmp_plant_residual(plant));
-    verdict->hdot_max = larger(verdict->hdot_max, kmp_plant_rate_residual(plant, qd));
-    double kinetic = kmp_plant_kinetic(plant, qd), potential = kmp_plant_potential(plant, t, q);
+    kmp_eval_closure(eval, t, q);
+    kmp_eval_mass(eval);
+    judge_misfit(verdict, t, eval);
+    verdict->h_max = larger(verdict->h_max, kmp_eval_residual(eval));
+    verdict->hdot_max = larger(verdict->hdot_max, kmp_eval_rate_residual(eval, qd));
+    double kinetic = kmp_eval_kinetic(eval, qd), potential = kmp_eval_potential(eval, t, q);
     add_energy(b, kinetic, potential, kmp_samples_work(table, row), row == 0);
 }
 
@@ -172,7 +172,7 @@ void kmp_verdict_errors(const kmp_samples *table, const kempe_system *system, co
     kmp_free(room);
 }
 
-kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_plant *plant, const kmp_reference *reference)
+kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const kmp_reference *reference)
 {
     kmp_verdict verdict = kmp_verdict_none();
     balance b = {0};
@@ -180,10 +180,10 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_plant *plant, const kmp
         return verdict;
     verdict.h_max = verdict.hdot_max = 0;
     for (int row = 0; row < table->rows; row++)
-        judge_row(&verdict, &b, table, row, plant);
+        judge_row(&verdict, &b, table, row, eval);
     double size = fmax(fmax(b.kinetic, b.highest - b.lowest), AT_REST * b.value);
     verdict.drift_rel = size > 0 ? b.drift / size : 0;
     if (reference)
-        kmp_verdict_errors(table, plant->system, reference, INFINITY, verdict.error);
+        kmp_verdict_errors(table, eval->system, reference, INFINITY, verdict.error);
     return verdict;
 }

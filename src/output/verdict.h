@@ -3,7 +3,7 @@
 #ifndef KMP_OUTPUT_VERDICT_H
 #define KMP_OUTPUT_VERDICT_H
 
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "output/reference.h"
 
 typedef struct kmp_verdict {
@@ -21,7 +21,7 @@ typedef struct kmp_verdict {
 kmp_verdict kmp_verdict_none(void);
 
 /** Judges a table, NaN when it is empty. `reference` may be NULL; only rows at exactly its times are compared. */
-kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_plant *plant, const kmp_reference *reference);
+kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const kmp_reference *reference);
 
 /** The errors alone, of the rows up to a time. */
 void kmp_verdict_errors(const kmp_samples *table, const kempe_system *system, const kmp_reference *reference,

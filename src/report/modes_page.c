@@ -40,7 +40,7 @@ static bool move(maker *w, int c, double amplitude)
         if (kmp_station_move(w->m->station, &w->m->modes, c, amplitude, 2 * acos(-1) * f / (FRAMES - 1), q))
             return false;
         if (w->m->station->state->chart) /* as the user counts the angles */
-            kmp_charts_show(l->system, l->plant->chart, w->m->q, q, w->zero);
+            kmp_charts_show(l->system, l->eval->chart, w->m->q, q, w->zero);
     }
     return true;
 }

@@ -98,17 +98,17 @@ static kempe_status run_again(const kempe_comparison *c, kmp_record *record, dou
 
 /* -- residuals and energy ---------------------------------------------------------------------------- */
 
-static void judge_row(kmp_record *record, int row, kmp_plant *plant)
+static void judge_row(kmp_record *record, int row, kmp_evaluator *eval)
 {
     double t = kmp_samples_time(&record->row, row);
     const double *q = kmp_samples_get(&record->row, KMP_QUANTITY_Q, row);
     const double *qd = kmp_samples_get(&record->row, KMP_QUANTITY_QD, row);
-    kmp_plant_closure(plant, t, q);
-    kmp_plant_mass(plant);
-    record->h[row] = kmp_plant_residual(plant);
-    record->hdot[row] = kmp_plant_rate_residual(plant, qd);
-    record->kinetic[row] = kmp_plant_kinetic(plant, qd);
-    record->potential[row] = kmp_plant_potential(plant, t, q);
+    kmp_eval_closure(eval, t, q);
+    kmp_eval_mass(eval);
+    record->h[row] = kmp_eval_residual(eval);
+    record->hdot[row] = kmp_eval_rate_residual(eval, qd);
+    record->kinetic[row] = kmp_eval_kinetic(eval, qd);
+    record->potential[row] = kmp_eval_potential(eval, t, q);
     record->energy[row] = record->kinetic[row] + record->potential[row] - kmp_samples_work(&record->row, row);
 }
 
@@ -133,12 +133,12 @@ static kempe_status judge(const kempe_comparison *c, kmp_record *record)
 {
     kmp_run_spec spec = {.t_end = c->t_end};
     kempe_status status = kmp_run_resolve(c->system, &spec);
-    kmp_plant *plant = status == KEMPE_OK ? kmp_plant_new(c->system, spec.backend) : NULL;
-    if (!plant)
+    kmp_evaluator *eval = status == KEMPE_OK ? kmp_eval_new(c->system, spec.backend) : NULL;
+    if (!eval)
         return status == KEMPE_OK ? KEMPE_E_MEMORY : status;
     for (int row = 0; row < record->row.rows; row++)
-        judge_row(record, row, plant);
-    kmp_plant_free(plant);
+        judge_row(record, row, eval);
+    kmp_eval_free(eval);
     relate_energy(record);
     return KEMPE_OK;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Of every model of examples and tests whose equations can be written: C computes the bits of Kempe's tape and machine
  * code for the same functions, and to rounding what the workspace gives, whose equations are derived all together. */
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "generate/emitted.h"
 #include "generate/models.h"
 #include <kempe/generate.h>
@@ -27,24 +27,24 @@ static double largest(int count, const double *x)
 }
 
 /* M, C, h, J by rows, jdqd, as the functions give them. */
-static double *evaluate(kmp_plant *plant, const state *s, double *out)
+static double *evaluate(kmp_evaluator *eval, const state *s, double *out)
 {
-    int n = plant->n, m = plant->m;
-    kmp_plant_closure(plant, s->t, s->q);
-    kmp_plant_mass(plant);
-    kmp_plant_bias(plant, s->qd);
-    kmp_plant_dense_mass(plant, out);
+    int n = eval->n, m = eval->m;
+    kmp_eval_closure(eval, s->t, s->q);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, s->qd);
+    kmp_eval_dense_mass(eval, out);
     out += n * n;
-    memcpy(out, plant->bias, (size_t)n * sizeof *out);
+    memcpy(out, eval->bias, (size_t)n * sizeof *out);
     out += n;
-    memcpy(out, plant->h, (size_t)m * sizeof *out);
+    memcpy(out, eval->h, (size_t)m * sizeof *out);
     out += m;
-    const kmp_pattern *p = &plant->system->jacobian;
+    const kmp_pattern *p = &eval->system->jacobian;
     memset(out, 0, (size_t)(m * n) * sizeof *out);
     for (int k = 0; k < p->count; k++)
-        out[p->row[k] * n + p->col[k]] = plant->jacobian[k];
+        out[p->row[k] * n + p->col[k]] = eval->jacobian[k];
     out += m * n;
-    memcpy(out, plant->jdqd, (size_t)m * sizeof *out);
+    memcpy(out, eval->jdqd, (size_t)m * sizeof *out);
     return out + m;
 }
 
@@ -65,11 +65,11 @@ static void compare_workspace(const kempe_model *model, const char *path, int si
     double most = 0;
     if (kempe_system_new(model, &system) != KEMPE_OK)
         return;
-    kmp_plant *plant = kmp_plant_new(system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(system, "tape");
     int n = system->n, m = system->m;
     const int sizes[] = {n * n, n, m, m * n, m};
     for (int s = 0; s < STATES; s++) {
-        CHECK(evaluate(plant, &states[s], own) - own == size);
+        CHECK(evaluate(eval, &states[s], own) - own == size);
         const double *a = got[s], *b = own;
         for (int k = 0; k < 5; a += sizes[k], b += sizes[k], k++)
             most = fmax(most, distance(sizes[k], a, b));
@@ -81,7 +81,7 @@ static void compare_workspace(const kempe_model *model, const char *path, int si
     CHECK(most <= ROUNDING);
     f->most = fmax(f->most, most);
     f->bits += bits;
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kempe_system_free(system);
 }
 

@@ -5,7 +5,7 @@
 
 #include "base/text.h"
 #include "check.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "model/model.h"
 #include "studies/simulate/columns.h"
 #include <kempe/kempe.h>
@@ -104,16 +104,16 @@ static inline int run_text(const char *text, const char *formulation, double t_e
     if (!good)
         printf("%s\n%s\n", kempe_context_message(context), text);
     CHECK(good);
-    kmp_plant *plant = good ? kmp_plant_new(system, "tape") : NULL;
-    if (plant && kmp_columns_init(&columns, system) && columns.count <= MOST_COLUMNS) {
-        kmp_columns_fill(t, &columns, plant, 0, first);
-        kmp_columns_fill(t, &columns, plant, kempe_trajectory_row_count(t) - 1, last);
+    kmp_evaluator *eval = good ? kmp_eval_new(system, "tape") : NULL;
+    if (eval && kmp_columns_init(&columns, system) && columns.count <= MOST_COLUMNS) {
+        kmp_columns_fill(t, &columns, eval, 0, first);
+        kmp_columns_fill(t, &columns, eval, kempe_trajectory_row_count(t) - 1, last);
         count = columns.count - 1;
         memmove(first, first + 1, (size_t)count * sizeof *first);
         memmove(last, last + 1, (size_t)count * sizeof *last);
     }
     kmp_columns_free(&columns);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kempe_trajectory_free(t);
     kempe_system_free(system);
     kempe_model_free(model);

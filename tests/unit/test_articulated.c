@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "check.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/run/run.h"
 #include "output/reference.h"
 #include <kempe/check.h>
@@ -371,7 +371,7 @@ static void time_evaluations(const kempe_system *system, double *by_workspace, d
 {
     const double q[LARGEST] = {0}, qd[LARGEST] = {0};
     kempe_workspace *ws = NULL;
-    kmp_plant *tape = kmp_plant_new(system, "tape");
+    kmp_evaluator *tape = kmp_eval_new(system, "tape");
     *by_workspace = *by_tape = INFINITY;
     CHECK(tape && system->n <= LARGEST && kempe_workspace_new(system, &ws) == KEMPE_OK);
     for (int k = 0; k < 400; k++) {
@@ -380,15 +380,15 @@ static void time_evaluations(const kempe_system *system, double *by_workspace, d
             CHECK(kempe_workspace_evaluate(ws, 0, q, qd) == KEMPE_OK);
         clock_t between = clock();
         for (int call = 0; call < 10; call++) {
-            kmp_plant_closure(tape, 0, q);
-            kmp_plant_mass(tape);
-            kmp_plant_bias(tape, qd);
+            kmp_eval_closure(tape, 0, q);
+            kmp_eval_mass(tape);
+            kmp_eval_bias(tape, qd);
         }
         *by_workspace = fmin(*by_workspace, (double)(between - from) / 10 / CLOCKS_PER_SEC);
         *by_tape = fmin(*by_tape, (double)(clock() - between) / 10 / CLOCKS_PER_SEC);
     }
     kempe_workspace_free(ws);
-    kmp_plant_free(tape);
+    kmp_eval_free(tape);
 }
 
 /* As runs do, where the machine has any. */

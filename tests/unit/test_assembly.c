@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "loaded.h"
 #include "random.h"
@@ -203,15 +203,15 @@ static void redundant_closures_assemble(void)
         for (int k = 0; k < l.system->n; k++)
             l.model->start.q[k].value = between(-size, size);
         kempe_assembly *a = assembled(&l);
-        kmp_plant *plant = kmp_plant_new(l.system, "tape");
+        kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
         kmp_partition part;
-        kmp_plant_closure(plant, 0, a->q);
-        CHECK(kmp_partition_init(&part, l.system, plant->jacobian, NULL, 0) == KEMPE_OK);
+        kmp_eval_closure(eval, 0, a->q);
+        CHECK(kmp_partition_init(&part, l.system, eval->jacobian, NULL, 0) == KEMPE_OK);
         CHECK(part.r == 4 && part.p == 1);
         for (int k = 0; k < l.system->n; k++)
             CHECK(fabs(a->moved[k]) < 3 * size);
         kmp_partition_free(&part);
-        kmp_plant_free(plant);
+        kmp_eval_free(eval);
         kempe_assembly_free(a);
     }
     unload(&l);
@@ -221,10 +221,10 @@ static void redundant_closures_assemble(void)
 
 static double rate_residual(const loaded *l, const kempe_assembly *a)
 {
-    kmp_plant *plant = kmp_plant_new(l->system, "tape");
-    kmp_plant_closure(plant, 0, a->q);
-    double worst = kmp_plant_rate_residual(plant, a->qd);
-    kmp_plant_free(plant);
+    kmp_evaluator *eval = kmp_eval_new(l->system, "tape");
+    kmp_eval_closure(eval, 0, a->q);
+    double worst = kmp_eval_rate_residual(eval, a->qd);
+    kmp_eval_free(eval);
     return worst;
 }
 

@@ -280,7 +280,7 @@ static void about_one_axis_it_is_the_sine(void)
 static double tyres(const kempe_model *model, const kmp_linear *l)
 {
     double sum = 0;
-    const double *shown = kmp_plant_shown(l->plant, 0, l->q, l->qd, l->qdd, l->lambda);
+    const double *shown = kmp_eval_shown(l->eval, 0, l->q, l->qd, l->qdd, l->lambda);
     for (int o = 0; o < model->output_count; shown += kmp_output_width(model, &model->outputs[o]), o++)
         sum += model->outputs[o].kind == KMP_OUTPUT_FORCE ? shown[2] : 0;
     return sum;

@@ -741,14 +741,14 @@ static void test_compared_words(void)
             values[2][3 * row + i] = i == 1 ? -qdd[1] : qdd[i];
         }
     }
-    kmp_plant *plant = kmp_plant_new(s.system, "tape");
-    kmp_verdict verdict = kmp_verdict_of(&s.t->table, plant, &reference);
+    kmp_evaluator *eval = kmp_eval_new(s.system, "tape");
+    kmp_verdict verdict = kmp_verdict_of(&s.t->table, eval, &reference);
     for (int k = 0; k < 3; k++)
         CHECK(verdict.error[k] < 1e-11);
     values[0][32] += 1e-3; /* an error stays one */
-    verdict = kmp_verdict_of(&s.t->table, plant, &reference);
+    verdict = kmp_verdict_of(&s.t->table, eval, &reference);
     CHECK(verdict.error[0] > 1e-5 && verdict.error[0] < 1e-2);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     scene_free(&s);
     kmp_text_free(&text);
 }

@@ -3,7 +3,7 @@
  * test's own. A bead moves freely in its plane or in space; the curve is all that holds it. */
 #include "check.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
 #include <kempe/check.h>
 #include <stdlib.h>
@@ -40,9 +40,9 @@ static end run(const char *motions, const char *closure, const char *start, cons
         memcpy(e.q, kempe_trajectory_q(t, row), (size_t)e.n * sizeof *e.q);
         memcpy(e.qd, kempe_trajectory_qd(t, row), (size_t)e.n * sizeof *e.qd);
         memcpy(e.lambda, kempe_trajectory_lambda(t, row), (size_t)e.m * sizeof *e.lambda);
-        kmp_plant *plant = kmp_plant_new(l.system, "tape");
-        memcpy(e.force, kmp_plant_reactions(plant, t_end, e.q, e.lambda), sizeof e.force);
-        kmp_plant_free(plant);
+        kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
+        memcpy(e.force, kmp_eval_reactions(eval, t_end, e.q, e.lambda), sizeof e.force);
+        kmp_eval_free(eval);
     } else {
         printf("%s\n%s\n", text, kempe_context_message(l.context));
         CHECK(e.n > 0);

@@ -52,18 +52,18 @@ static double block_distance(kmp_tangents *a, kmp_tangents *b, const kmp_instant
     return worst / size;
 }
 
-/* At three places, by the plant's conditions and charts. */
+/* At three places, by the evaluator's conditions and charts. */
 static void compare(const kempe_system *system, const char *name)
 {
     kmp_tangents few, many;
-    kmp_plant *plant = kmp_plant_new(system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(system, "tape");
     const kmp_backend *tape = kmp_backend_find("tape");
     CHECK(kmp_tangents_init_few(&few, system, tape) == KEMPE_OK && few.numbers);
     CHECK(kmp_tangents_init(&many, system, tape, KMP_TANGENTS_NEAR) == KEMPE_OK && !many.numbers);
     for (int k = 0; k < 3; k++) {
         place p = random_place();
-        kmp_plant_freeze(plant, 0.7, p.q, p.qd);
-        kmp_instant at = {0.7, p.q, p.qd, p.qdd, p.lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+        kmp_eval_freeze(eval, 0.7, p.q, p.qd);
+        kmp_instant at = {0.7, p.q, p.qd, p.qdd, p.lambda, NULL, eval->mode, eval->chart, eval->chart_version};
         for (int block = 0; block < KMP_TANGENT_BLOCKS; block++) {
             double worst = block_distance(&few, &many, &at, block);
             if (!(worst < 1e-11))
@@ -73,7 +73,7 @@ static void compare(const kempe_system *system, const char *name)
     }
     kmp_tangents_free(&few);
     kmp_tangents_free(&many);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
 }
 
 static void random_mechanisms(void)

@@ -2,7 +2,7 @@
 /* The equations of random spatial mechanisms against each other and against plain mechanics: Lagrange's equations by
  * differences, kinematics by rotation matrices. */
 #include "check.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "distance.h"
 #include "random_model.h"
@@ -469,22 +469,22 @@ static void test_closure_rates(void)
     for_all_models(closure_rates);
 }
 
-/* -- the plant --------------------------------------------------------------------------------------------- */
+/* -- the evaluator ----------------------------------------------------------------------------------------- */
 
 /* The staged programs and their sparse patterns give what the sets give. */
-static void plant_agrees(int number, const random_model *r, derived *d)
+static void evaluator_agrees(int number, const random_model *r, derived *d)
 {
     static double mass[MODEL_MAX_N * MODEL_MAX_N], jacobian[MODEL_MAX_N * MODEL_MAX_N];
     kempe_system *system = NULL;
     CHECK(kempe_system_new(r->model, &system) == KEMPE_OK);
-    kmp_plant *plant = kmp_plant_new(system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(system, "tape");
     state s = random_state_vectors();
     double product[MODEL_MAX_N], other[MODEL_MAX_N] = {0}, kinetic = 0;
-    kmp_plant_closure(plant, s.t, s.q);
-    kmp_plant_mass(plant);
-    kmp_plant_bias(plant, s.qd);
-    kmp_plant_dense_mass(plant, mass);
-    kmp_plant_dense_jacobian(plant, jacobian);
+    kmp_eval_closure(eval, s.t, s.q);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, s.qd);
+    kmp_eval_dense_mass(eval, mass);
+    kmp_eval_dense_jacobian(eval, jacobian);
     derived_eval(d, &s);
     derived_mass_times(d, s.qdd, product);
     for (int i = 0; i < d->n * d->n; i++)
@@ -495,23 +495,23 @@ static void plant_agrees(int number, const random_model *r, derived *d)
     derived_mass_times(d, s.qd, product);
     for (int i = 0; i < d->n; i++)
         kinetic += s.qd[i] * product[i] / 2;
-    CHECK_NEAR(kmp_plant_kinetic(plant, s.qd), kinetic, 1e-12);
-    CHECK_CLOSE(d->m, plant->h, d->h, 1e-12);
-    CHECK_CLOSE(d->n, plant->bias, d->bias, 1e-12);
-    CHECK_CLOSE(d->m, plant->jdqd, d->jdqd, 1e-12);
-    CHECK_NEAR(kmp_plant_potential(plant, s.t, s.q), *d->potential, 1e-12);
-    CHECK_NEAR(kmp_plant_power_here(plant, s.qd), *d->power, 1e-12);
-    CHECK_NEAR(kmp_plant_power(plant, s.t, s.q, s.qd), *d->power, 1e-12);
-    CHECK_CLOSE(3 * r->model->closure_count, kmp_plant_reactions(plant, s.t, s.q, s.lambda), d->reaction, 1e-12);
-    const double *shown = kmp_plant_shown(plant, s.t, s.q, s.qd, s.qdd, s.lambda);
+    CHECK_NEAR(kmp_eval_kinetic(eval, s.qd), kinetic, 1e-12);
+    CHECK_CLOSE(d->m, eval->h, d->h, 1e-12);
+    CHECK_CLOSE(d->n, eval->bias, d->bias, 1e-12);
+    CHECK_CLOSE(d->m, eval->jdqd, d->jdqd, 1e-12);
+    CHECK_NEAR(kmp_eval_potential(eval, s.t, s.q), *d->potential, 1e-12);
+    CHECK_NEAR(kmp_eval_power_here(eval, s.qd), *d->power, 1e-12);
+    CHECK_NEAR(kmp_eval_power(eval, s.t, s.q, s.qd), *d->power, 1e-12);
+    CHECK_CLOSE(3 * r->model->closure_count, kmp_eval_reactions(eval, s.t, s.q, s.lambda), d->reaction, 1e-12);
+    const double *shown = kmp_eval_shown(eval, s.t, s.q, s.qd, s.qdd, s.lambda);
     CHECK_CLOSE(d->eq.shown_count, shown, d->shown, 1e-12);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kempe_system_free(system);
 }
 
-static void test_plant(void)
+static void test_evaluator(void)
 {
-    for_all_models(plant_agrees);
+    for_all_models(evaluator_agrees);
 }
 
 /* -- deep trees --------------------------------------------------------------------------------------------- */
@@ -597,7 +597,7 @@ int main(void)
     TEST(test_lagrange);
     TEST(test_closures);
     TEST(test_closure_rates);
-    TEST(test_plant);
+    TEST(test_evaluator);
     TEST(test_deep_chains);
     return check_report();
 }

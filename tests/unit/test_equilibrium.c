@@ -3,7 +3,7 @@
  * guesses, the double four-bar's potential, the governor's heights; how fast the end converges; loads that only the
  * multipliers' stiffness tells to fall; unknowns exchanged; what is said where there is none. */
 #include "backend/x86/machine.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
 #include "studies/equilibrium/operating.h"
 #include "studies/equilibrium/stability.h"
@@ -478,13 +478,13 @@ static void every_row_is_closed_at_the_end(void)
         (void)snprintf(path, sizeof path, "tests/models/%s.yaml", models[k]);
         loaded m = load(path);
         kempe_equilibrium *e = NULL;
-        kmp_plant *plant = kmp_plant_new(m.system, "tape");
+        kmp_evaluator *eval = kmp_eval_new(m.system, "tape");
         CHECK(kempe_equilibrium_new(m.system, NULL, &e) == KEMPE_OK);
-        CHECK(plant && kempe_equilibrium_residual(e, 0) < 1e-10);
-        kmp_plant_closure(plant, 0, kempe_equilibrium_q(e, 0));
-        for (int r = 0; r < plant->m; r++)
-            CHECK(kmp_plant_opening(plant, r) < 1e-9);
-        kmp_plant_free(plant);
+        CHECK(eval && kempe_equilibrium_residual(e, 0) < 1e-10);
+        kmp_eval_closure(eval, 0, kempe_equilibrium_q(e, 0));
+        for (int r = 0; r < eval->m; r++)
+            CHECK(kmp_eval_opening(eval, r) < 1e-9);
+        kmp_eval_free(eval);
         kempe_equilibrium_free(e);
         unload(&m);
     }
@@ -539,13 +539,13 @@ static void a_spherical_pendulum_hangs(void)
     kempe_equilibrium *e = NULL;
     CHECK(kempe_equilibrium_new(m.system, NULL, &e) == KEMPE_OK);
     if (e) {
-        kmp_plant *plant = kmp_plant_new(m.system, "tape");
-        kmp_plant_closure(plant, 0, kempe_equilibrium_q(e, 0));
-        const double rest[3] = {0}, *p = kmp_plant_shown(plant, 0, kempe_equilibrium_q(e, 0), rest, rest, NULL);
+        kmp_evaluator *eval = kmp_eval_new(m.system, "tape");
+        kmp_eval_closure(eval, 0, kempe_equilibrium_q(e, 0));
+        const double rest[3] = {0}, *p = kmp_eval_shown(eval, 0, kempe_equilibrium_q(e, 0), rest, rest, NULL);
         CHECK_NEAR(p[0], 1, 1e-14);
         CHECK(fabs(p[1]) < 1e-10 && fabs(p[2]) < 1e-10);
         CHECK_TEXT(kempe_equilibrium_stability(e, 0), "neutral"); /* about its own axis */
-        kmp_plant_free(plant);
+        kmp_eval_free(eval);
     }
     kempe_equilibrium_free(e);
     unload(&m);

@@ -3,7 +3,7 @@
  * problems of tests/models. Where a choice of u fails, it must say so. */
 #include "base/memory.h"
 #include "check.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "output/reference.h"
@@ -206,12 +206,12 @@ static void spatial_problems_reach_their_digits(void)
 
         l = load("tests/models/bricard.yaml"); /* IFToMM A04: P3 after 10 s; 6 rows of rank 4 */
         CHECK(run(&l, ways[k][0], ways[k][1], 1e-12, 10, 1, &end, &row, NULL) == KEMPE_OK);
-        kmp_plant *plant = kmp_plant_new(l.system, "tape");
-        const double *p3 = kmp_plant_shown(plant, 10, row.q, row.qd, row.qdd, row.lambda);
+        kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
+        const double *p3 = kmp_eval_shown(eval, 10, row.q, row.qd, row.qdd, row.lambda);
         CHECK_NEAR(p3[0], 0.999730987303835346, 1e-9);
         CHECK_NEAR(p3[1], -0.999999963825817275, 1e-9);
         CHECK_NEAR(p3[2], -2.68976512249305e-4, 1e-9);
-        kmp_plant_free(plant);
+        kmp_eval_free(eval);
         unload(&l);
     }
 }
@@ -408,11 +408,11 @@ static void the_dae_formulation_costs_what_is_known(void)
     unload(&l);
 }
 
-static double energy(kmp_plant *plant, const last_row *r)
+static double energy(kmp_evaluator *eval, const last_row *r)
 {
-    kmp_plant_closure(plant, r->t, r->q);
-    kmp_plant_mass(plant);
-    return kmp_plant_kinetic(plant, r->qd) + kmp_plant_potential(plant, r->t, r->q);
+    kmp_eval_closure(eval, r->t, r->q);
+    kmp_eval_mass(eval);
+    return kmp_eval_kinetic(eval, r->qd) + kmp_eval_potential(eval, r->t, r->q);
 }
 
 /* A formulation that goes through a change of mobility at all keeps the energy; the others say where they stopped. */
@@ -421,7 +421,7 @@ static void a_change_of_mobility_swallows_no_energy(void)
     static const char *const ways[4][2] = {
         {"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}, {"dae", "stabilized1"}};
     loaded l = load("tests/models/parallelogram.yaml");
-    kmp_plant *plant = kmp_plant_new(l.system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
     int through[4] = {0};
     for (int way = 0; way < 4; way++)
         for (int k = 0; k <= 24; k++) {
@@ -431,13 +431,13 @@ static void a_change_of_mobility_swallows_no_energy(void)
             CHECK(run(&l, ways[way][0], ways[way][1], rtol, 2, 1, &zero, &first, NULL) != KEMPE_E_BUG);
             kempe_status status = run(&l, ways[way][0], ways[way][1], rtol, 2, 1, &end, &last, &reason);
             CHECK(status == KEMPE_OK);
-            CHECK(fabs(energy(plant, &last) - energy(plant, &first)) < 0.2); /* J, of seventeen */
+            CHECK(fabs(energy(eval, &last) - energy(eval, &first)) < 0.2); /* J, of seventeen */
             through[way] += status == KEMPE_OK;
             kmp_free(reason);
         }
     printf("  25 tolerances, through: integrated %d, newton %d, projected %d, dae %d\n", through[0], through[1],
            through[2], through[3]);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     unload(&l);
 }
 

@@ -70,19 +70,19 @@ static double apart(int count, const double *a, const double *b)
     return off / size;
 }
 
-/* What the end of a step is told, against the plant and the reduction where they are. */
+/* What the end of a step is told, against the evaluator and the reduction where they are. */
 static double difference_at_end(kmp_fused *fused, kmp_reduction *red)
 {
-    const kmp_plant *plant = red->plant;
-    const kempe_system *s = plant->system;
+    const kmp_evaluator *eval = red->eval;
+    const kempe_system *s = eval->system;
     kmp_fused_end end = kmp_fused_at_end(fused);
-    double worst = 0, closed = kmp_plant_residual(plant);
+    double worst = 0, closed = kmp_eval_residual(eval);
     for (int k = 0; k < s->m; k++)
-        worst = check_max(worst, fabs(end.h[k] - plant->h[k]) / s->row_scale[k]);
-    worst = check_max(worst, apart(s->jacobian.count, end.jacobian, plant->jacobian));
-    CHECK(!end.h_t == !plant->h_t);
+        worst = check_max(worst, fabs(end.h[k] - eval->h[k]) / s->row_scale[k]);
+    worst = check_max(worst, apart(s->jacobian.count, end.jacobian, eval->jacobian));
+    CHECK(!end.h_t == !eval->h_t);
     if (end.h_t)
-        worst = check_max(worst, apart(s->m, end.h_t, plant->h_t));
+        worst = check_max(worst, apart(s->m, end.h_t, eval->h_t));
     CHECK(end.regular);
     if (red->r == 0)
         return worst;
@@ -104,12 +104,12 @@ static double difference(kmp_fused *fused, kmp_reduction *red, double t, const d
     double worst = 0, size = 1e-300, rates = 1e-300;
     for (int k = 0; k < p; k++)
         ud[k] = all[red->part->u[k]];
-    kmp_plant_closure(red->plant, t, q);
+    kmp_eval_closure(red->eval, t, q);
     CHECK(kmp_reduction_factor(red) == 0);
     kmp_reduction_tangent(red);
     kmp_reduction_rates(red, ud, qd);
-    kmp_plant_mass(red->plant);
-    kmp_plant_bias(red->plant, qd);
+    kmp_eval_mass(red->eval);
+    kmp_eval_bias(red->eval, qd);
     CHECK(kmp_reduction_accelerate(red, udd) == 0);
     put_state(red->part, q, all, y);
     CHECK(kmp_fused_run(fused, t, y, dy));
@@ -124,8 +124,8 @@ static double difference(kmp_fused *fused, kmp_reduction *red, double t, const d
         worst = check_max(worst, fabs(ud[k] - dy[k]) / rates);
     for (int i = 0; i < red->r; i++)
         worst = check_max(worst, fabs(qd[red->part->v[i]] - dy[2 * p + i]) / rates);
-    if (red->plant->system->dissipative) {
-        double power = kmp_plant_power(red->plant, t, q, qd);
+    if (red->eval->system->dissipative) {
+        double power = kmp_eval_power(red->eval, t, q, qd);
         worst = check_max(worst, fabs(kmp_fused_power(fused) - power) / check_max(fabs(power), size));
     }
     worst = check_max(worst, difference_at_end(fused, red));
@@ -164,15 +164,15 @@ static void far_away(kmp_fused *fused, kmp_reduction *red, const char *name)
 
 static void along_the_motion(const kempe_system *system, const states *at, double end, const char *name)
 {
-    kmp_plant *plant = kmp_plant_new(system, "native");
+    kmp_evaluator *eval = kmp_eval_new(system, "native");
     kmp_partition part;
     kmp_reduction red;
     kmp_fused *fused = NULL;
     double worst = 0;
     int bad = 0;
-    kmp_plant_closure(plant, 0, at->q);
-    CHECK(kmp_partition_init(&part, system, plant->jacobian, NULL, 0) == KEMPE_OK);
-    CHECK(kmp_reduction_init(&red, plant, &part) == KEMPE_OK && kmp_reduction_factor(&red) == 0);
+    kmp_eval_closure(eval, 0, at->q);
+    CHECK(kmp_partition_init(&part, system, eval->jacobian, NULL, 0) == KEMPE_OK);
+    CHECK(kmp_reduction_init(&red, eval, &part) == KEMPE_OK && kmp_reduction_factor(&red) == 0);
     CHECK(kmp_fused_new(&fused, &red) == KEMPE_OK);
     for (int k = 0; fused && k < at->count; k++) {
         double t = end * k / STATES, d = difference(fused, &red, t, at->q + k * at->n, at->qd + k * at->n);
@@ -192,7 +192,7 @@ static void along_the_motion(const kempe_system *system, const states *at, doubl
     kmp_fused_free(fused);
     kmp_reduction_free(&red);
     kmp_partition_free(&part);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
 }
 
 static void one_example(kempe_context *context, const char *name)

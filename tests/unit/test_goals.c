@@ -3,7 +3,7 @@
  * closed form, against plane geometry, and against what scipy finds. */
 #include "check.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
 #include "random.h"
 #include <kempe/build.h>

@@ -51,16 +51,16 @@ static void follow(const char *model, int which, double unit, double tolerance, 
     kmp_run_spec spec = {.rtol = c.rtol, .t_end = c.t_end, .time_count = count, .times = times};
     CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
     CHECK(kmp_run(s.system, &spec, NULL, kmp_samples_add, &table, &report) == KEMPE_OK && table.rows == count);
-    kmp_plant *plant = kmp_plant_new(s.system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(s.system, "tape");
     for (int k = 0; k < table.rows; k++) {
         memcpy(row, kmp_samples_get(&table, KMP_QUANTITY_Q, k), (size_t)s.system->n * sizeof *row);
-        const double *at = kmp_plant_shown(plant, times[k], row, rest, rest, rest) + (ptrdiff_t)3 * which;
+        const double *at = kmp_eval_shown(eval, times[k], row, rest, rest, rest) + (ptrdiff_t)3 * which;
         if (!isnan(place[k][0]))
             CHECK_NEAR(at[0] / unit, place[k][0], tolerance);
         if (!isnan(place[k][1]))
             CHECK_NEAR(at[1] / unit, place[k][1], tolerance);
     }
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kmp_samples_free(&table);
     kmp_free(report.reason);
     hard_unload(&s);
@@ -144,9 +144,9 @@ static void the_four_bar_by_hand_has_published_digits(void)
 
 static double near_delta;
 
-static double near_rule(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+static double near_rule(const kempe_system *s, const kmp_samples *table, const kmp_evaluator *eval)
 {
-    (void)plant;
+    (void)eval;
     return hard_near(s, table, near_delta);
 }
 

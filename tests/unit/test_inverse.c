@@ -2,7 +2,7 @@
 /* Inverse dynamics: against the multipliers of drives, closed forms, the balance of power, forward dynamics there and
  * back, and the conditions of least norm solved as one dense system. */
 #include "check.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "dynamics/system.h"
 #include "linalg/dense/least.h"
 #include "linalg/dense/singular.h"
@@ -452,18 +452,18 @@ static void reactions_are_the_outputs(void)
                          "loops: {W: {weld: [arm.P, box.Q]}}\nstart: {q: {arm: 0.3}, hold: [arm], qd: {arm: 2}}\n"
                          "run: {outputs: [reaction(W), moment(W)]}\n");
     kempe_inverse *r = invert(&m, &(kempe_inverse_options){.actuators = "arm"}, KEMPE_OK);
-    kmp_plant *plant = kmp_plant_new(m.system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(m.system, "tape");
     double size[2] = {0};
     CHECK(r && r->loops == 1);
     if (r) {
-        const double *shown = kmp_plant_shown(plant, 0, r->q, r->qd, r->qdd, r->lambda);
+        const double *shown = kmp_eval_shown(eval, 0, r->q, r->qd, r->qdd, r->lambda);
         for (int k = 0; k < KMP_REACTION; k++) {
             CHECK_NEAR(r->reaction[k], shown[k], 1e-13);
             size[k / 3] += fabs(shown[k]);
         }
     }
     CHECK(size[0] > 1 && size[1] > 1);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kempe_inverse_free(r);
     unload(&m);
 }
@@ -475,15 +475,15 @@ static void solve_dense(const loaded *m, const kempe_inverse *r, int row, const 
 {
     const kempe_system *s = m->system;
     int n = s->n, rows = s->m, a = kempe_inverse_actuator_count(r), size = a + rows + n;
-    kmp_plant *plant = kmp_plant_new(s, "tape");
+    kmp_evaluator *eval = kmp_eval_new(s, "tape");
     double *matrix = calloc((size_t)(size * size), sizeof *matrix), *rhs = calloc((size_t)size, sizeof *rhs);
     double *x = calloc((size_t)size, sizeof *x), *mass = calloc((size_t)(n * n), sizeof *mass);
-    kmp_plant_closure(plant, kempe_inverse_time(r, row), kempe_inverse_q(r, row));
-    kmp_plant_mass(plant);
-    kmp_plant_bias(plant, kempe_inverse_qd(r, row));
-    kmp_plant_dense_mass(plant, mass);
+    kmp_eval_closure(eval, kempe_inverse_time(r, row), kempe_inverse_q(r, row));
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, kempe_inverse_qd(r, row));
+    kmp_eval_dense_mass(eval, mass);
     for (int i = 0; i < n; i++) {
-        rhs[a + rows + i] = plant->bias[i];
+        rhs[a + rows + i] = eval->bias[i];
         for (int k = 0; k < n; k++)
             rhs[a + rows + i] += mass[i + k * n] * kempe_inverse_qdd(r, row)[k];
     }
@@ -495,12 +495,12 @@ static void solve_dense(const loaded *m, const kempe_inverse *r, int row, const 
     }
     for (int e = 0; e < s->jacobian.count; e++) {
         int i = s->jacobian.row[e], k = s->jacobian.col[e];
-        matrix[a + i + (a + rows + k) * size] = plant->jacobian[e];
-        matrix[a + rows + k + (a + i) * size] = plant->jacobian[e];
+        matrix[a + i + (a + rows + k) * size] = eval->jacobian[e];
+        matrix[a + rows + k + (a + i) * size] = eval->jacobian[e];
     }
     CHECK(kmp_least_squares(size, size, matrix, rhs, 1e-12, x) > 0);
     memcpy(tau, x, (size_t)a * sizeof *tau);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     free(matrix);
     free(rhs);
     free(x);

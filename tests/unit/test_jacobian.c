@@ -13,7 +13,7 @@ enum { MOST = 64, MODELS = 120 };
 typedef struct bench {
     kempe_system *system;
     kempe_assembly *assembly;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_partition part;
     kmp_formulation *formulation;
 } bench;
@@ -23,7 +23,7 @@ static void bench_close(bench *b)
     if (b->formulation)
         b->formulation->release(b->formulation);
     kmp_partition_free(&b->part);
-    kmp_plant_free(b->plant);
+    kmp_eval_free(b->eval);
     kempe_assembly_free(b->assembly);
     kempe_system_free(b->system);
 }
@@ -35,12 +35,12 @@ static bool bench_open(bench *b, const kempe_model *model)
     *b = (bench){0};
     if (kempe_system_new(model, &b->system) != KEMPE_OK || kempe_assembly_new(b->system, &b->assembly) != KEMPE_OK)
         return false;
-    b->plant = kmp_plant_new(b->system, "tape");
-    kmp_plant_closure(b->plant, 0, b->assembly->q);
-    if (kmp_partition_init(&b->part, b->system, b->plant->jacobian, NULL, 0) != KEMPE_OK || b->part.p == 0)
+    b->eval = kmp_eval_new(b->system, "tape");
+    kmp_eval_closure(b->eval, 0, b->assembly->q);
+    if (kmp_partition_init(&b->part, b->system, b->eval->jacobian, NULL, 0) != KEMPE_OK || b->part.p == 0)
         return false;
     kmp_formulation_start start = {.system = b->system,
-                                   .plant = b->plant,
+                                   .eval = b->eval,
                                    .part = &b->part,
                                    .q = b->assembly->q,
                                    .qd = b->assembly->qd,

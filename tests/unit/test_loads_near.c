@@ -43,9 +43,9 @@ static void efforts_come_back(void)
     efforts e = {.n = s.system->n};
     int actuator[2] = {0, 3};
     double qdd[MOST] = {0};
-    kmp_plant *plant = kmp_plant_new(s.system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(s.system, "tape");
     CHECK(kempe_assembly_new(s.system, &a) == KEMPE_OK);
-    CHECK(kmp_inverse_init(&inverse, plant, 2, actuator, NULL) == KEMPE_OK);
+    CHECK(kmp_inverse_init(&inverse, eval, 2, actuator, NULL) == KEMPE_OK);
     for (int i = 0; i < s.system->n; i++)
         qdd[i] = 0.4 - 0.3 * i;
     CHECK(kmp_inverse_at(&inverse, 0, a->q, a->qd, qdd) == KEMPE_OK);
@@ -65,7 +65,7 @@ static void efforts_come_back(void)
         CHECK_NEAR(forward.lambda[r], inverse.lambda[r], 1e-10);
     kmp_linear_free(&forward);
     kmp_inverse_free(&inverse);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kempe_assembly_free(a);
     unload(&s);
 }

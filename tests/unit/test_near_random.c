@@ -26,7 +26,7 @@ typedef struct rig {
 
 static void close_rig(rig *r)
 {
-    if (r->linear.plant)
+    if (r->linear.eval)
         kmp_linear_free(&r->linear);
     kmp_slopes_free(r->slopes);
     kempe_system_free(r->system);
@@ -63,7 +63,7 @@ static bool open_rig(rig *r, uint64_t seed, unsigned flags)
     CHECK(kmp_linear_init(&r->linear, r->system, "tape") == KEMPE_OK);
     CHECK(kmp_slopes_new(r->system, "tape", PARAMETERS, names, false, &r->slopes) == KEMPE_OK);
     if (ok && a->chart)
-        kmp_plant_set_charts(r->linear.plant, a->chart);
+        kmp_eval_set_charts(r->linear.eval, a->chart);
     ok = ok && kmp_linear_choose(&r->linear, 0, a->inner_q ? a->inner_q : a->q, NULL, 0) == KEMPE_OK && r->linear.p > 0;
     for (int k = 0; k < MOST; k++) {
         r->ud[k] = between(-1, 1);

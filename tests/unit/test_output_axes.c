@@ -121,16 +121,16 @@ static void run_scene(const char *joint, const char *closure, bool top)
     loaded l = load_text(text);
     kempe_run_options run = kempe_run_options_default();
     kempe_trajectory *t = NULL;
-    kmp_plant *plant = l.system ? kmp_plant_new(l.system, "tape") : NULL;
-    CHECK(plant && kempe_simulate(l.system, &run, &t) == KEMPE_OK);
+    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
+    CHECK(eval && kempe_simulate(l.system, &run, &t) == KEMPE_OK);
     if (t) {
-        memcpy(&s, kmp_trajectory_shown(t, plant, 0), sizeof s);
+        memcpy(&s, kmp_trajectory_shown(t, eval, 0), sizeof s);
         check_balance(&s, !origin);
     } else {
         printf("%s: %s\n%s\n", kempe_context_message(l.context), loop, text);
     }
     kempe_trajectory_free(t);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     unload(&l);
 }
 
@@ -156,18 +156,18 @@ static void rows_of_a_ball_are_components(void)
                        "loops: {W: {ball: [base.P, b.Q]}}\n",
                        joints[j]);
         loaded l = load_text(text);
-        kmp_plant *plant = l.system ? kmp_plant_new(l.system, "tape") : NULL;
+        kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
         int first = two ? 2 : strstr(joints[j], "weld") ? 0 : 1;
         double q[5] = {0.3, -0.8};
         const double slide[3] = {0.3, -0.2, 0.7}, h[3] = {0.6, -0.3, 1.1};
         memcpy(q + first, slide, sizeof slide);
-        CHECK(plant);
-        if (plant) {
-            kmp_plant_closure(plant, 0, q);
+        CHECK(eval);
+        if (eval) {
+            kmp_eval_closure(eval, 0, q);
             for (int k = 0; k < 3; k++)
-                CHECK_NEAR(plant->h[k], h[k], 1e-14);
+                CHECK_NEAR(eval->h[k], h[k], 1e-14);
         }
-        kmp_plant_free(plant);
+        kmp_eval_free(eval);
         unload(&l);
     }
 }
@@ -239,12 +239,12 @@ static void points_take_them(void)
                          "bodies:\n  b: {joint: {name: A, revolute: x, at: ground.O}, mass: 1, inertia: {xx: 1, yy: 1, "
                          "zz: 1}, points: {P: [1, 0, 0]}}\nrun: {outputs: [position(b.P)]}\n");
     static const double expected[3] = {0.970134, 0.239382, 0.039202};
-    kmp_plant *plant = l.system ? kmp_plant_new(l.system, "tape") : NULL;
+    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
     double zero = 0;
-    CHECK(plant);
-    for (int k = 0; plant && k < 3; k++)
-        CHECK_NEAR(kmp_plant_shown(plant, 0, &zero, &zero, &zero, NULL)[k], expected[k], 1e-6);
-    kmp_plant_free(plant);
+    CHECK(eval);
+    for (int k = 0; eval && k < 3; k++)
+        CHECK_NEAR(kmp_eval_shown(eval, 0, &zero, &zero, &zero, NULL)[k], expected[k], 1e-6);
+    kmp_eval_free(eval);
     unload(&l);
 }
 

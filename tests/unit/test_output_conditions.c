@@ -42,10 +42,10 @@ static void check_close(int count, const double *a, const double *b, double tole
 static int check_rows(const loaded *l, kempe_run_options run, bool forces)
 {
     kempe_trajectory *t = NULL;
-    kmp_plant *plant = kmp_plant_new(l->system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(l->system, "tape");
     bool seen[2] = {false, false};
     CHECK(kempe_simulate(l->system, &run, &t) == KEMPE_OK);
-    for (int row = 0; t && plant && row < kempe_trajectory_row_count(t); row++) {
+    for (int row = 0; t && eval && row < kempe_trajectory_row_count(t); row++) {
         double q = kempe_trajectory_q(t, row)[0], qd = kempe_trajectory_qd(t, row)[0], x[MOST];
         int count = expect(kempe_trajectory_time(t, row), q, qd, x);
         if (forces) {
@@ -53,10 +53,10 @@ static int check_rows(const loaded *l, kempe_run_options run, bool forces)
             x[count++] = qd < 0 ? 0.1 : -0.1;
         }
         seen[qd < 0] = true;
-        check_close(count, kmp_trajectory_shown(t, plant, row), x, 1e-12);
+        check_close(count, kmp_trajectory_shown(t, eval, row), x, 1e-12);
     }
     kempe_trajectory_free(t);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     return seen[0] + seen[1];
 }
 
@@ -108,18 +108,18 @@ static void multipliers_decide(void)
                          "run: {t_end: 3, output_step: 0.05, outputs: [held, slow]}\n");
     kempe_run_options run = kempe_run_options_default();
     kempe_trajectory *t = NULL;
-    kmp_plant *plant = l.system ? kmp_plant_new(l.system, "tape") : NULL;
+    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
     int sum[2] = {0, 0}, rows = 0;
-    CHECK(plant && kempe_simulate(l.system, &run, &t) == KEMPE_OK);
+    CHECK(eval && kempe_simulate(l.system, &run, &t) == KEMPE_OK);
     for (int row = 0; t && row < (rows = kempe_trajectory_row_count(t)); row++) {
         double x[2] = {kempe_trajectory_lambda(t, row)[0] > 0, kempe_trajectory_qd(t, row)[0] < -1};
-        check_close(2, kmp_trajectory_shown(t, plant, row), x, 0);
+        check_close(2, kmp_trajectory_shown(t, eval, row), x, 0);
         sum[0] += x[0] > 0;
         sum[1] += x[1] > 0;
     }
     CHECK(sum[0] > 5 && sum[0] < rows - 5 && sum[1] > 5 && sum[1] < rows - 5);
     kempe_trajectory_free(t);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     unload(&l);
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outputs and sensors against differences and formulas, and that those not asked for cost nothing. */
 #include "check.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "loaded.h"
 #include "model/tables/output_table.h"
@@ -25,7 +25,7 @@ typedef struct scene {
     kempe_context *context;
     kempe_model *model;
     kempe_system *system;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
 } scene;
 
 static scene open_scene(const char *outputs)
@@ -33,13 +33,13 @@ static scene open_scene(const char *outputs)
     char text[2048];
     (void)snprintf(text, sizeof text, form, outputs);
     loaded l = load_text(text);
-    return (scene){l.context, l.model, l.system, l.system ? kmp_plant_new(l.system, "tape") : NULL};
+    return (scene){l.context, l.model, l.system, l.system ? kmp_eval_new(l.system, "tape") : NULL};
 }
 
 static void close_scene(scene *s)
 {
     loaded l = {s->context, s->model, s->system};
-    kmp_plant_free(s->plant);
+    kmp_eval_free(s->eval);
     unload(&l);
 }
 
@@ -51,7 +51,7 @@ static void moved(scene *s, const state *at, double h, double out[6])
         n.q[k] += h * at->qd[k] + h * h / 2 * at->qdd[k];
         n.qd[k] += h * at->qdd[k];
     }
-    memcpy(out, kmp_plant_shown(s->plant, at->t + h, n.q, n.qd, n.qdd, n.lambda), 6 * sizeof *out);
+    memcpy(out, kmp_eval_shown(s->eval, at->t + h, n.q, n.qd, n.qdd, n.lambda), 6 * sizeof *out);
 }
 
 static void rates(void)
@@ -59,12 +59,12 @@ static void rates(void)
     const double h = 1e-4;
     scene s = open_scene(all);
     random_seed(3);
-    for (int round = 0; s.plant && round < 5; round++) {
+    for (int round = 0; s.eval && round < 5; round++) {
         state at = random_state_vectors();
         double up[6], down[6];
         moved(&s, &at, h, up);
         moved(&s, &at, -h, down);
-        const double *x = kmp_plant_shown(s.plant, at.t, at.q, at.qd, at.qdd, at.lambda);
+        const double *x = kmp_eval_shown(s.eval, at.t, at.q, at.qd, at.qdd, at.lambda);
         for (int k = 0; k < 6; k++)
             CHECK_NEAR(x[3 + k], (up[k] - down[k]) / (2 * h), 1e-5);
     }
@@ -77,11 +77,11 @@ static void values(void)
     state at = random_state_vectors();
     double x[21], length = 0;
     CHECK(kmp_outputs_width(s.model) == 19);
-    memcpy(x, kmp_plant_shown(s.plant, at.t, at.q, at.qd, at.qdd, at.lambda), 19 * sizeof *x);
-    kmp_plant_closure(s.plant, at.t, at.q);
-    kmp_plant_mass(s.plant);
-    CHECK_NEAR(x[9], kmp_plant_kinetic(s.plant, at.qd), 1e-12);
-    CHECK_NEAR(x[10], kmp_plant_potential(s.plant, at.t, at.q), 1e-12);
+    memcpy(x, kmp_eval_shown(s.eval, at.t, at.q, at.qd, at.qdd, at.lambda), 19 * sizeof *x);
+    kmp_eval_closure(s.eval, at.t, at.q);
+    kmp_eval_mass(s.eval);
+    CHECK_NEAR(x[9], kmp_eval_kinetic(s.eval, at.qd), 1e-12);
+    CHECK_NEAR(x[10], kmp_eval_potential(s.eval, at.t, at.q), 1e-12);
     CHECK_NEAR(x[11], x[9] + x[10], 1e-12);
     static const double ground[3] = {0.3, 1, -0.2};
     for (int k = 0; k < 3; k++)
@@ -103,10 +103,10 @@ static void tension_of_a_spring_without_length(void)
         "  b: {joint: {name: A, revolute: z, at: ground.G}, mass: 1, inertia: {zz: 1}, points: {P: [0, 0, 0]}}\n"
         "forces: {s: {spring: [ground.G, b.P], stiffness: 4, free_length: 0.2, damping: 3}}\n"
         "run: {outputs: [force(s)]}\n");
-    kmp_plant *plant = kmp_plant_new(l.system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
     const double q = 0.3, qd = 1, qdd = 0;
-    CHECK(fabs(kmp_plant_shown(plant, 0, &q, &qd, &qdd, NULL)[0] + 0.8) < 1e-15);
-    kmp_plant_free(plant);
+    CHECK(fabs(kmp_eval_shown(eval, 0, &q, &qd, &qdd, NULL)[0] + 0.8) < 1e-15);
+    kmp_eval_free(eval);
     unload(&l);
 }
 

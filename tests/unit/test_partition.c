@@ -5,7 +5,7 @@
 #include "check.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/diagnosis/diagnose.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 #include "integrators/run/run.h"
@@ -199,11 +199,11 @@ static kempe_status wish(double angle, int count, const int *u, kmp_partition *p
     loaded l = load_text(text);
     kempe_assembly *a = NULL;
     CHECK(kempe_assembly_new(l.system, &a) == KEMPE_OK);
-    kmp_plant *plant = kmp_plant_new(l.system, "tape");
-    kmp_plant_closure(plant, 0, a->q);
-    kempe_status status = kmp_partition_init(part, l.system, plant->jacobian, u, count);
+    kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
+    kmp_eval_closure(eval, 0, a->q);
+    kempe_status status = kmp_partition_init(part, l.system, eval->jacobian, u, count);
     snprintf(message, size, "%s", kempe_context_message(l.context));
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kempe_assembly_free(a);
     unload(&l);
     free(text);
@@ -258,14 +258,14 @@ static void the_arithmetic_is_that_counted_by_hand(void)
     kmp_reduction red;
     CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
     CHECK(check->part.p == 1 && check->part.u[0] == 1 && check->doctor.block_count == 2);
-    kmp_plant *plant = kmp_plant_new(l.system, "tape");
-    CHECK(kmp_reduction_init(&red, plant, &check->part) == KEMPE_OK);
+    kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
+    CHECK(kmp_reduction_init(&red, eval, &check->part) == KEMPE_OK);
     kmp_counts c = kmp_reduction_count(&red);
     CHECK(c.add == 2 * 1 + 2 * 5 + 2 + 2 * 3 && c.mul == 2 * 3 + 2 * 5 + 2 + 2 * 3);
     CHECK(c.div == 2 + 2 && c.other == 1 && c.trig == 0);
     CHECK(c.paper == c.add + c.mul + c.div && c.robotran == c.paper + 1);
     kmp_reduction_free(&red);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kempe_check_free(check);
     unload(&l);
     free(text);
@@ -278,17 +278,17 @@ static void check_accelerations(kmp_reduction *red, const double *udd)
 {
     int n = red->n, m = red->part->m;
     double *mass = KMP_NEW(double, n *n), *j = KMP_NEW(double, n *m), *qdd = KMP_NEW(double, n);
-    kmp_plant_dense_mass(red->plant, mass);
-    kmp_plant_dense_jacobian(red->plant, j);
+    kmp_eval_dense_mass(red->eval, mass);
+    kmp_eval_dense_jacobian(red->eval, j);
     kmp_reduction_accelerations(red, udd, qdd);
     for (int k = 0; k < red->p; k++) {
         double sum = 0, size = 0;
         for (int i = 0; i < n; i++) {
-            double force = red->plant->bias[i];
+            double force = red->eval->bias[i];
             for (int c = 0; c < n; c++)
                 force += mass[i + c * n] * qdd[c];
             sum += red->x[i + k * n] * force;
-            size = check_max(size, fabs(red->x[i + k * n]) * fmax(fabs(force), fabs(red->plant->bias[i])));
+            size = check_max(size, fabs(red->x[i + k * n]) * fmax(fabs(force), fabs(red->eval->bias[i])));
         }
         CHECK(fabs(sum) <= 1e-9 * fmax(size, 1));
         for (int row = 0; row < m; row++) {
@@ -312,26 +312,26 @@ static void accelerations_obey_the_whole_equations(void)
         kempe_check *check = NULL;
         kmp_reduction red;
         CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
-        kmp_plant *plant = kmp_plant_new(l.system, "tape");
-        CHECK(kmp_reduction_init(&red, plant, &check->part) == KEMPE_OK && red.zeros);
+        kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
+        CHECK(kmp_reduction_init(&red, eval, &check->part) == KEMPE_OK && red.zeros);
         double *qd = KMP_NEW(double, red.n), *udd = KMP_NEW(double, red.p);
         for (int i = 0; i < red.p; i++)
             udd[i] = between(-1, 1);
         kempe_assembly *a = NULL;
         CHECK(kempe_assembly_new(l.system, &a) == KEMPE_OK);
-        kmp_plant_closure(plant, 0, a->q);
+        kmp_eval_closure(eval, 0, a->q);
         CHECK(kmp_reduction_factor(&red) == 0);
         kmp_reduction_tangent(&red);
         kmp_reduction_rates(&red, udd, qd);
-        kmp_plant_mass(plant);
-        kmp_plant_bias(plant, qd);
+        kmp_eval_mass(eval);
+        kmp_eval_bias(eval, qd);
         CHECK(kmp_reduction_accelerate(&red, udd) == 0);
         check_accelerations(&red, udd);
         kmp_free(qd);
         kmp_free(udd);
         kempe_assembly_free(a);
         kmp_reduction_free(&red);
-        kmp_plant_free(plant);
+        kmp_eval_free(eval);
         kempe_check_free(check);
         unload(&l);
     }

@@ -81,17 +81,17 @@ static int rank_near_state(const loaded *l)
 static int rank_anywhere(const loaded *l, int known, double aside)
 {
     kmp_saddle saddle;
-    kmp_plant *plant = kmp_plant_new(l->system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(l->system, "tape");
     double *q = state_of(l, aside);
     int rank = 0;
-    CHECK(kmp_saddle_init_anywhere(&saddle, plant, known));
-    kmp_plant_closure(plant, 0, q);
-    kmp_plant_mass(plant);
+    CHECK(kmp_saddle_init_anywhere(&saddle, eval, known));
+    kmp_eval_closure(eval, 0, q);
+    kmp_eval_mass(eval);
     CHECK(kmp_saddle_factor(&saddle) == 0);
     for (int r = 0; r < l->system->m; r++)
         rank += kmp_saddle_has_row(&saddle, r);
     kmp_saddle_free(&saddle);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kmp_free(q);
     return rank;
 }

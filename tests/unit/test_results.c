@@ -36,21 +36,21 @@ typedef struct scene {
     kempe_context *context;
     kempe_model *model;
     kempe_system *system;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
 } scene;
 
 static scene open_scene(const char *text)
 {
     loaded l = load_text(text);
-    scene s = {l.context, l.model, l.system, kmp_plant_new(l.system, "tape")};
-    CHECK(s.plant != NULL);
+    scene s = {l.context, l.model, l.system, kmp_eval_new(l.system, "tape")};
+    CHECK(s.eval != NULL);
     return s;
 }
 
 static void close_scene(scene *s)
 {
     loaded l = {s->context, s->model, s->system};
-    kmp_plant_free(s->plant);
+    kmp_eval_free(s->eval);
     unload(&l);
 }
 
@@ -261,11 +261,11 @@ static void test_residual(void)
     const double closed[] = {0, 0, 0}, open[] = {0, 0, 1e-3}, rest[] = {0, 0, 0}, moving[] = {0, 0, -2e-3};
     const double lambda[] = {0, 0};
     kmp_samples_init(&table, 3, 2);
-    kmp_verdict verdict = kmp_verdict_of(&table, s.plant, NULL);
+    kmp_verdict verdict = kmp_verdict_of(&table, s.eval, NULL);
     CHECK(isnan(verdict.h_max) && isnan(verdict.drift_rel));
     kmp_samples_add(&table, 0, closed, moving, rest, lambda, 0);
     kmp_samples_add(&table, 1, open, rest, rest, lambda, 0);
-    verdict = kmp_verdict_of(&table, s.plant, NULL);
+    verdict = kmp_verdict_of(&table, s.eval, NULL);
     CHECK_NEAR(s.system->length, 0.5, 0);
     CHECK_NEAR(verdict.h_max, 2e-3, 1e-15); /* 1 mm of 0.5 m */
     CHECK_NEAR(verdict.hdot_max, 4e-3, 1e-15);
@@ -287,14 +287,14 @@ static void test_energy(void)
     kmp_samples_init(&table, 1, 0);
     add_fall(&table, 0, 0, 0, 0);
     add_fall(&table, 1, -5, -10, 0);
-    CHECK_NEAR(kmp_verdict_of(&table, s.plant, NULL).drift_rel, 0, 1e-15);
+    CHECK_NEAR(kmp_verdict_of(&table, s.eval, NULL).drift_rel, 0, 1e-15);
     add_fall(&table, 2, -20, -21, 0); /* T = 441 where 400 is right */
-    CHECK_NEAR(kmp_verdict_of(&table, s.plant, NULL).drift_rel, 41.0 / 441, 1e-14);
+    CHECK_NEAR(kmp_verdict_of(&table, s.eval, NULL).drift_rel, 41.0 / 441, 1e-14);
     table.rows = 2;
     add_fall(&table, 2, -20, -21, 41); /* and something pushed */
-    CHECK_NEAR(kmp_verdict_of(&table, s.plant, NULL).drift_rel, 0, 1e-14);
+    CHECK_NEAR(kmp_verdict_of(&table, s.eval, NULL).drift_rel, 0, 1e-14);
     table.rows = 1;
-    CHECK_NEAR(kmp_verdict_of(&table, s.plant, NULL).drift_rel, 0, 0);
+    CHECK_NEAR(kmp_verdict_of(&table, s.eval, NULL).drift_rel, 0, 0);
     kmp_samples_free(&table);
     close_scene(&s);
 }
@@ -309,13 +309,13 @@ static void test_error(void)
     add_fall(&table, 0, 0, 0, 0);
     add_fall(&table, 1, -5, -10, 0);
     add_fall(&table, 2, -20, -20, 0);
-    kmp_verdict verdict = kmp_verdict_of(&table, s.plant, &reference);
+    kmp_verdict verdict = kmp_verdict_of(&table, s.eval, &reference);
     CHECK_NEAR(verdict.error[KMP_QUANTITY_Q], 1, 1e-15); /* max(1 / 4, 10 / 10) */
     CHECK(isnan(verdict.error[KMP_QUANTITY_QD]));
     CHECK(isnan(verdict.error[KMP_QUANTITY_LAMBDA]));
     kmp_reference_free(&reference);
     CHECK(kmp_reference_from_table(&reference, &table));
-    CHECK_NEAR(kmp_verdict_of(&table, s.plant, &reference).error[KMP_QUANTITY_QDD], 0, 0);
+    CHECK_NEAR(kmp_verdict_of(&table, s.eval, &reference).error[KMP_QUANTITY_QDD], 0, 0);
     kmp_reference_free(&reference);
     kmp_samples_free(&table);
     close_scene(&s);

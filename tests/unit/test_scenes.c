@@ -2,7 +2,7 @@
 /* Only what the scene needs: operation counts of the examples, planar mechanisms without any spatial work, programs
  * without what was not asked for. */
 #include "check.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "loaded.h"
 #include "model/model.h"
@@ -72,20 +72,20 @@ static bool same_counts(kmp_counts a, kmp_counts b)
 static void motion_values(const loaded *l, char *text, size_t size)
 {
     state s;
-    kmp_plant *plant = kmp_plant_new(l->system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(l->system, "tape");
     const kmp_program *p = l->system->motion;
     size_t at = 0;
     random_seed(5);
     s = random_state_vectors();
-    kmp_plant_closure(plant, 0, s.q);
-    kmp_plant_mass(plant);
-    kmp_plant_bias(plant, s.qd);
+    kmp_eval_closure(eval, 0, s.q);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, s.qd);
     for (int stage = KMP_STAGE_CLOSURE; stage <= KMP_STAGE_BIAS; stage++) {
-        const double *out = kmp_machine_run(plant->motion, stage);
+        const double *out = kmp_machine_run(eval->motion, stage);
         for (int k = 0; k < p->outputs[stage + 1] - p->outputs[stage]; k++)
             at += (size_t)snprintf(text + at, size - at, "%a\n", out[k]);
     }
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
 }
 
 static void test_planar_bodies(void)

@@ -3,7 +3,7 @@
  * against adjoint, and against runs with moved parameters. */
 #include "check.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "random_model.h"
 #include <kempe/check.h>
@@ -26,10 +26,10 @@ static bool hold_all(kempe_context *context, const char *text, kmp_text *out)
     kmp_partition part = {0};
     bool ok = kempe_model_read_text(context, text, "random", &model) == KEMPE_OK &&
               kempe_system_new(model, &system) == KEMPE_OK && kempe_assembly_new(system, &a) == KEMPE_OK && a->closed;
-    kmp_plant *plant = ok ? kmp_plant_new(system, "tape") : NULL;
-    if (plant) {
-        kmp_plant_closure(plant, 0, a->q);
-        ok = kmp_partition_init(&part, system, plant->jacobian, NULL, 0) == KEMPE_OK && part.p > 0;
+    kmp_evaluator *eval = ok ? kmp_eval_new(system, "tape") : NULL;
+    if (eval) {
+        kmp_eval_closure(eval, 0, a->q);
+        ok = kmp_partition_init(&part, system, eval->jacobian, NULL, 0) == KEMPE_OK && part.p > 0;
         kmp_text_printf(out, "%sstart: {hold: [", text);
         for (int k = 0; k < part.p; k++)
             kmp_text_printf(out, "%s%s", k ? ", " : "", model->motions[part.u[k]].name);
@@ -39,7 +39,7 @@ static bool hold_all(kempe_context *context, const char *text, kmp_text *out)
         kmp_text_put(out, "}}\n");
     }
     kmp_partition_free(&part);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kempe_assembly_free(a);
     kempe_system_free(system);
     kempe_model_free(model);

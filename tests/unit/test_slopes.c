@@ -3,7 +3,7 @@
  * of the numbers that a run works with, of the best step; those of the outputs by the state likewise; what follows from
  * a parameter, what stands for itself. */
 #include "check.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "derivatives/parameter_slopes.h"
 #include "loaded.h"
 #include "model/variant.h"
@@ -16,7 +16,7 @@ typedef struct fixture {
     kempe_model *model;
     kmp_variant *variant;
     kempe_system *system;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_slopes *slopes;
     int count;
     const char *names[MOST];
@@ -59,7 +59,7 @@ static fixture open_fixture(const char *path, const char *text, int more, const 
     for (int k = 0; k < f.count; k++)
         f.values[k] = value_of(m, f.names[k]);
     CHECK(kempe_system_new(m, &f.system) == KEMPE_OK);
-    f.plant = kmp_plant_new(f.system, "tape");
+    f.eval = kmp_eval_new(f.system, "tape");
     CHECK(kmp_slopes_new(f.system, "tape", f.count, f.names, true, &f.slopes) == KEMPE_OK);
     return f;
 }
@@ -67,7 +67,7 @@ static fixture open_fixture(const char *path, const char *text, int more, const 
 static void close_fixture(fixture *f)
 {
     kmp_slopes_free(f->slopes);
-    kmp_plant_free(f->plant);
+    kmp_eval_free(f->eval);
     kempe_system_free(f->system);
     kmp_variant_free(f->variant);
     kempe_model_free(f->model);
@@ -78,19 +78,19 @@ typedef struct point {
     double t, q[MOST], qd[MOST], qdd[MOST], lambda[MOST];
 } point;
 
-/* h, rate, curve, force, the outputs and the conditions, as the plant has them. */
+/* h, rate, curve, force, the outputs and the conditions, as the evaluator has them. */
 static void numbers_at(fixture *f, const point *x, double *out)
 {
     static double jacobian[MOST * MOST], mass[MOST * MOST];
-    kmp_plant *p = f->plant;
+    kmp_evaluator *p = f->eval;
     int n = p->n, m = p->m;
-    kmp_plant_closure(p, x->t, x->q);
-    kmp_plant_mass(p);
-    kmp_plant_bias(p, x->qd);
-    kmp_plant_dense_jacobian(p, jacobian);
-    kmp_plant_dense_mass(p, mass);
+    kmp_eval_closure(p, x->t, x->q);
+    kmp_eval_mass(p);
+    kmp_eval_bias(p, x->qd);
+    kmp_eval_dense_jacobian(p, jacobian);
+    kmp_eval_dense_mass(p, mass);
     memcpy(out, p->h, (size_t)m * sizeof *out);
-    kmp_plant_rates(p, x->qd, out + m);
+    kmp_eval_rates(p, x->qd, out + m);
     for (int i = 0; i < m; i++) {
         out[2 * m + i] = p->jdqd[i];
         for (int k = 0; k < n; k++)
@@ -104,9 +104,9 @@ static void numbers_at(fixture *f, const point *x, double *out)
             sum -= jacobian[r + i * m] * x->lambda[r];
         out[3 * m + i] = sum;
     }
-    const double *shown = kmp_plant_shown(p, x->t, x->q, x->qd, x->qdd, x->lambda);
+    const double *shown = kmp_eval_shown(p, x->t, x->q, x->qd, x->qdd, x->lambda);
     memcpy(out + 3 * m + n, shown, (size_t)f->slopes->shown * sizeof *out);
-    const double *changes = kmp_plant_changes(p, x->t, x->q, x->qd);
+    const double *changes = kmp_eval_changes(p, x->t, x->q, x->qd);
     for (int k = 0; k < f->system->events.count; k++)
         out[3 * m + n + f->slopes->shown + k] = changes[k];
 }
@@ -120,7 +120,7 @@ static bool set_parameters(fixture *f, int k, double change)
         values[k] += change;
     bool ok = kmp_variant_set(f->variant, values, &why) == KEMPE_OK && kmp_system_rescale(f->system);
     kmp_text_free(&why);
-    kmp_plant_renew_parameters(f->plant);
+    kmp_eval_renew_parameters(f->eval);
     kmp_slopes_renew_parameters(f->slopes);
     return ok;
 }
@@ -138,7 +138,7 @@ static double distance(int count, const double *plus, const double *minus, doubl
 
 static kmp_instant instant_of(const fixture *f, const point *x)
 {
-    const kmp_plant *p = f->plant;
+    const kmp_evaluator *p = f->eval;
     return (kmp_instant){x->t, x->q, x->qd, x->qdd, x->lambda, NULL, p->mode, p->chart, p->chart_version};
 }
 
@@ -146,7 +146,7 @@ static kmp_instant instant_of(const fixture *f, const point *x)
 static void check_parameter(fixture *f, const point *x, int k)
 {
     static double plus[MOST_NUMBERS], minus[MOST_NUMBERS], exact[MOST_NUMBERS];
-    int n = f->plant->n, m = f->plant->m, equations = 3 * m + n,
+    int n = f->eval->n, m = f->eval->m, equations = 3 * m + n,
         all = equations + f->slopes->shown + f->system->events.count;
     CHECK(all <= MOST_NUMBERS);
     CHECK(set_parameters(f, -1, 0));
@@ -183,7 +183,7 @@ static void check_state(fixture *f, const point *x)
 {
     static double plus[MOST_NUMBERS], minus[MOST_NUMBERS], exact[MOST_NUMBERS];
     point d = {.t = 1};
-    int n = f->plant->n, m = f->plant->m, equations = 3 * m + n;
+    int n = f->eval->n, m = f->eval->m, equations = 3 * m + n;
     for (int i = 0; i < n; i++) {
         d.q[i] = between(-1, 1);
         d.qd[i] = between(-1, 1);
@@ -223,7 +223,7 @@ static void check_state(fixture *f, const point *x)
 /* w' (what follows along d) = (what w asks of each part)' d. */
 static void check_gradients(fixture *f, const point *x)
 {
-    int n = f->plant->n, m = f->plant->m, shown = f->slopes->shown, count = f->count;
+    int n = f->eval->n, m = f->eval->m, shown = f->slopes->shown, count = f->count;
     static double w[MOST_NUMBERS], along[MOST_NUMBERS], by[MOST_NUMBERS], h[4 * MOST], sums[MOST];
     point d = {.t = between(-1, 1)}, g = {0};
     double change[MOST], gradient[MOST] = {0}, left = 0, right = 0;
@@ -272,14 +272,14 @@ static void check_all(fixture *f)
 {
     point x = {.t = 0.3};
     const kempe_model *m = kmp_variant_model(f->variant);
-    for (int i = 0; i < f->plant->n; i++) {
+    for (int i = 0; i < f->eval->n; i++) {
         x.q[i] = m->start.q[i].value + 0.1 * between(-1, 1);
         x.qd[i] = between(-1, 1);
         x.qdd[i] = between(-1, 1);
     }
-    for (int i = 0; i < f->plant->m; i++)
+    for (int i = 0; i < f->eval->m; i++)
         x.lambda[i] = between(-1, 1);
-    kmp_plant_freeze(f->plant, x.t, x.q, x.qd);
+    kmp_eval_freeze(f->eval, x.t, x.q, x.qd);
     for (int k = 0; k < f->count; k++)
         check_parameter(f, &x, k);
     check_state(f, &x);

@@ -33,34 +33,34 @@ static int push(void *user, double t, const double *q, const double *qd, double 
 
 /* -- power ------------------------------------------------------------------------------------------- */
 
-static void place(kmp_plant *plant, double t, const double *q, const double *qd)
+static void place(kmp_evaluator *eval, double t, const double *q, const double *qd)
 {
     double nu[MOST] = {0};
-    kmp_plant_closure(plant, t, q);
-    kmp_plant_mass(plant);
-    kmp_plant_bias(plant, qd);
-    for (int k = 0; plant->nu && k < plant->system->pressed_count; k++)
-        nu[plant->system->pressed[k]] = between(-100, 100);
-    if (plant->nu)
-        kmp_plant_bias_with(plant, nu);
+    kmp_eval_closure(eval, t, q);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, qd);
+    for (int k = 0; eval->nu && k < eval->system->load_row_count; k++)
+        nu[eval->system->load_rows[k]] = between(-100, 100);
+    if (eval->nu)
+        kmp_eval_bias_with(eval, nu);
 }
 
 /* Parts of the largest power that any of the states has. */
-static double power_apart(kmp_plant *plant, const kempe_assembly *at, bool by_bodies)
+static double power_apart(kmp_evaluator *eval, const kempe_assembly *at, bool by_bodies)
 {
     double qd[MOST], worst = 0, most = 1e-300;
     random_seed(5);
-    kmp_plant_take(plant, by_bodies);
+    kmp_eval_take(eval, by_bodies);
     for (int k = 0; k < STATES; k++) {
-        for (int i = 0; i < plant->n; i++)
+        for (int i = 0; i < eval->n; i++)
             qd[i] = at->qd[i] + 0.1 * between(-1, 1);
-        place(plant, 0.1 * k, at->q, qd);
-        double power = kmp_plant_power_here(plant, qd), judged = kmp_plant_power(plant, 0.1 * k, at->q, qd);
+        place(eval, 0.1 * k, at->q, qd);
+        double power = kmp_eval_power_here(eval, qd), judged = kmp_eval_power(eval, 0.1 * k, at->q, qd);
         CHECK(isfinite(power) && isfinite(judged));
         worst = check_max(worst, fabs(power - judged));
         most = check_max(most, fabs(judged));
     }
-    CHECK(most > 1e-300 || (plant->system->rheonomic && !plant->system->force)); /* drives do work by multipliers */
+    CHECK(most > 1e-300 || (eval->system->rheonomic && !eval->system->force)); /* drives do work by multipliers */
     return worst / most;
 }
 
@@ -74,12 +74,12 @@ static void check_power(const char *name, kempe_system *system, bool pushed)
         kempe_system_set_force(system, push, &n);
     const char *const backends[] = {"native", "tape"};
     for (int k = 0; at && k < 2; k++) {
-        kmp_plant *plant = kmp_plant_new(system, backends[k]);
-        CHECK(plant && kmp_plant_add_articulated(plant) == KEMPE_OK);
-        double apart = power_apart(plant, at, false), bodies = plant->articulated ? power_apart(plant, at, true) : 0;
+        kmp_evaluator *eval = kmp_eval_new(system, backends[k]);
+        CHECK(eval && kmp_eval_add_articulated(eval) == KEMPE_OK);
+        double apart = power_apart(eval, at, false), bodies = eval->articulated ? power_apart(eval, at, true) : 0;
         printf("  %s, %s: %.1e, %.1e\n", name, backends[k], apart, bodies);
         CHECK(apart < 1e-12 && bodies < 1e-12);
-        kmp_plant_free(plant);
+        kmp_eval_free(eval);
     }
     kempe_assembly_free(at);
 }
@@ -143,11 +143,11 @@ static void rows_on(const kmp_formulation_kind *kind, const kempe_system *system
 {
     double zero[MOST] = {0};
     kmp_partition part;
-    kmp_plant *plant = kmp_plant_new(system, "native");
-    kmp_plant_closure(plant, 0, at->q);
-    CHECK(kmp_partition_init(&part, system, plant->jacobian, NULL, 0) == KEMPE_OK);
+    kmp_evaluator *eval = kmp_eval_new(system, "native");
+    kmp_eval_closure(eval, 0, at->q);
+    CHECK(kmp_partition_init(&part, system, eval->jacobian, NULL, 0) == KEMPE_OK);
     const kmp_formulation_start start = {.system = system,
-                                         .plant = plant,
+                                         .eval = eval,
                                          .part = &part,
                                          .q = at->q,
                                          .qd = at->qd,
@@ -163,7 +163,7 @@ static void rows_on(const kmp_formulation_kind *kind, const kempe_system *system
         formulation->release(formulation);
     }
     kmp_partition_free(&part);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
 }
 
 static void rows(void)

@@ -10,7 +10,7 @@ enum { SIZE = 64, DOF = 32, MODELS = 40 };
 
 typedef struct bench {
     kempe_system *system;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_partition part;
     kmp_formulation *formulation;
 } bench;
@@ -22,14 +22,14 @@ static bool bench_open(bench *b, const random_model *r, const kmp_formulation_ki
     *b = (bench){0};
     if (kempe_system_new(r->model, &b->system) != KEMPE_OK)
         return false;
-    b->plant = kmp_plant_new(b->system, "tape");
+    b->eval = kmp_eval_new(b->system, "tape");
     for (int k = 0; k < b->system->n; k++)
         q[k] = between(-1, 1);
-    kmp_plant_closure(b->plant, 0, q);
-    if (kmp_partition_init(&b->part, b->system, b->plant->jacobian, NULL, 0) != KEMPE_OK)
+    kmp_eval_closure(b->eval, 0, q);
+    if (kmp_partition_init(&b->part, b->system, b->eval->jacobian, NULL, 0) != KEMPE_OK)
         return false;
     kmp_formulation_start start = {.system = b->system,
-                                   .plant = b->plant,
+                                   .eval = b->eval,
                                    .part = &b->part,
                                    .q = q,
                                    .qd = zero,
@@ -47,7 +47,7 @@ static void bench_close(bench *b)
     if (b->formulation)
         b->formulation->release(b->formulation);
     kmp_partition_free(&b->part);
-    kmp_plant_free(b->plant);
+    kmp_eval_free(b->eval);
     kempe_system_free(b->system);
 }
 
@@ -156,7 +156,7 @@ static void test_loads(void)
         if (!kmp_formulation_get(k)->dae)
             continue;
         CHECK(bench_open(&b, &r, kmp_formulation_get(k)));
-        CHECK(b.system->pressed_count == 3);
+        CHECK(b.system->load_row_count == 3);
         for (int n = 0; n < 5; n++)
             check_matrix(n, &b.formulation->dae, 0.7);
         bench_close(&b);

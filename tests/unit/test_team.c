@@ -4,7 +4,7 @@
 #include "backend/program_parts.h"
 #include "base/clock.h"
 #include "base/memory.h"
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
@@ -231,20 +231,20 @@ static void move(const kempe_assembly *start, int n, int k, double *q, double *q
 }
 
 /* The equations at a state, one after another: n, n, m and 1 values. */
-static void evaluate(kmp_plant *plant, const double *q, const double *qd, double *out)
+static void evaluate(kmp_evaluator *eval, const double *q, const double *qd, double *out)
 {
-    size_t n = (size_t)plant->n, m = (size_t)plant->m;
-    kmp_plant_freeze(plant, 0, q, qd);
-    kmp_plant_closure(plant, 0, q);
-    kmp_plant_mass(plant);
-    kmp_plant_bias(plant, qd);
-    memcpy(out, plant->bias, n * sizeof *out);
-    memcpy(out + n, plant->jdqd, m * sizeof *out);
-    out[n + m] = kmp_plant_power(plant, 0, q, qd);
+    size_t n = (size_t)eval->n, m = (size_t)eval->m;
+    kmp_eval_freeze(eval, 0, q, qd);
+    kmp_eval_closure(eval, 0, q);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, qd);
+    memcpy(out, eval->bias, n * sizeof *out);
+    memcpy(out + n, eval->jdqd, m * sizeof *out);
+    out[n + m] = kmp_eval_power(eval, 0, q, qd);
 }
 
 /* States with other bits, or with no numbers. */
-static int count_other(const kempe_assembly *start, kmp_plant *one, kmp_plant *shared)
+static int count_other(const kempe_assembly *start, kmp_evaluator *one, kmp_evaluator *shared)
 {
     double q[256], qd[256], a[512], b[512];
     int bad = 0, count = one->n + one->m + 1;
@@ -266,20 +266,20 @@ static void bits_are_the_same(const char *file)
     const kmp_program *programs[] = {s.system->motion, s.system->judge};
     kempe_assembly *start = NULL;
     CHECK(kempe_assembly_new(s.system, &start) == KEMPE_OK);
-    kmp_plant *one = kmp_plant_new(s.system, "native");
+    kmp_evaluator *one = kmp_eval_new(s.system, "native");
     for (int threads = 2; threads <= 4; threads++) {
         kmp_team *team = kmp_team_new(threads);
-        kmp_plant *shared = kmp_plant_new_shared(s.system, "native", team);
+        kmp_evaluator *shared = kmp_eval_new_shared(s.system, "native", team);
         double outside;
         for (int k = 0; k < 2; k++)
             for (int stage = 1; stage < programs[k]->stages; stage++)
                 CHECK(parts_of(programs[k], stage, team, &outside) >= 0);
         CHECK(parts_of(s.system->motion, KMP_STAGE_BIAS, team, &outside) > 1);
         CHECK(count_other(start, one, shared) == 0);
-        kmp_plant_free(shared);
+        kmp_eval_free(shared);
         kmp_team_free(team);
     }
-    kmp_plant_free(one);
+    kmp_eval_free(one);
     kempe_assembly_free(start);
     unload(&s);
 }

@@ -18,27 +18,27 @@ enum { MOST = 128 };
 static bool jacobian(const kempe_linearization *l, double *j)
 {
     const kmp_linear *from = &l->channels.linear;
-    kmp_plant *plant = kmp_plant_new(from->system, "tape");
+    kmp_evaluator *eval = kmp_eval_new(from->system, "tape");
     kmp_reduction red;
     kmp_reduced_jacobian jac;
     double udd[MOST];
-    bool ok = plant && kmp_reduction_init(&red, plant, &from->part) == KEMPE_OK &&
+    bool ok = eval && kmp_reduction_init(&red, eval, &from->part) == KEMPE_OK &&
               kmp_reduced_jacobian_init(&jac, &red, false) == KEMPE_OK;
     if (!ok)
         return false;
-    if (from->plant->system->chart_count)
-        kmp_plant_set_charts(plant, from->plant->chart);
-    kmp_plant_freeze(plant, 0, from->q, from->qd);
-    kmp_plant_closure(plant, 0, from->q);
+    if (from->eval->system->chart_count)
+        kmp_eval_set_charts(eval, from->eval->chart);
+    kmp_eval_freeze(eval, 0, from->q, from->qd);
+    kmp_eval_closure(eval, 0, from->q);
     ok = kmp_reduction_factor(&red) == 0;
     kmp_reduction_tangent(&red);
-    kmp_plant_mass(plant);
-    kmp_plant_bias(plant, from->qd);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, from->qd);
     ok = ok && kmp_reduction_accelerate(&red, udd) == 0;
     kmp_reduced_jacobian_eval(&jac, 0, from->q, from->qd, udd, 2 * from->p, j);
     kmp_reduced_jacobian_free(&jac);
     kmp_reduction_free(&red);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     return ok;
 }
 
@@ -152,7 +152,7 @@ static int evaluate(nonlinear *f, const double *q, const double *x, const double
         out[at++] = l->qdd[k];
     for (int k = 0; k < l->m; k++)
         out[at++] = l->lambda[k];
-    const double *shown = kmp_plant_shown(l->plant, 0, l->q, l->qd, l->qdd, l->lambda);
+    const double *shown = kmp_eval_shown(l->eval, 0, l->q, l->qd, l->qdd, l->lambda);
     for (int k = 0; k < 3 * 4 + 2; k++)
         out[at++] = shown[k];
     return at;

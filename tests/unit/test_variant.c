@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A system that keeps parameters open against models read with their values: the numbers of the equations at any state,
  * the scales, the start; values that are zero in the file; what cannot vary, and values that a model cannot have. */
-#include "constraints/evaluation/plant.h"
+#include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
 #include "model/variant.h"
 #include "random.h"
@@ -29,19 +29,19 @@ typedef struct numbers {
     double mass[400], jacobian[400], bias[20], h[20], jdqd[20], potential, power;
 } numbers;
 
-static void evaluate(kmp_plant *plant, double t, const double *q, const double *qd, numbers *x)
+static void evaluate(kmp_evaluator *eval, double t, const double *q, const double *qd, numbers *x)
 {
     memset(x, 0, sizeof *x);
-    kmp_plant_closure(plant, t, q);
-    kmp_plant_mass(plant);
-    kmp_plant_bias(plant, qd);
-    kmp_plant_dense_jacobian(plant, x->jacobian);
-    kmp_plant_dense_mass(plant, x->mass);
-    memcpy(x->bias, plant->bias, (size_t)plant->n * sizeof(double));
-    memcpy(x->h, plant->h, (size_t)plant->m * sizeof(double));
-    memcpy(x->jdqd, plant->jdqd, (size_t)plant->m * sizeof(double));
-    x->potential = kmp_plant_potential(plant, t, q);
-    x->power = kmp_plant_power(plant, t, q, qd);
+    kmp_eval_closure(eval, t, q);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, qd);
+    kmp_eval_dense_jacobian(eval, x->jacobian);
+    kmp_eval_dense_mass(eval, x->mass);
+    memcpy(x->bias, eval->bias, (size_t)eval->n * sizeof(double));
+    memcpy(x->h, eval->h, (size_t)eval->m * sizeof(double));
+    memcpy(x->jdqd, eval->jdqd, (size_t)eval->m * sizeof(double));
+    x->potential = kmp_eval_potential(eval, t, q);
+    x->power = kmp_eval_power(eval, t, q, qd);
 }
 
 static void compare_systems(const kempe_system *open, const kempe_system *closed)
@@ -56,7 +56,7 @@ static void compare_systems(const kempe_system *open, const kempe_system *closed
         CHECK(open->model->start.q[k].value == closed->model->start.q[k].value);
         CHECK(open->model->start.qd[k].value == closed->model->start.qd[k].value);
     }
-    kmp_plant *p = kmp_plant_new(open, "tape"), *c = kmp_plant_new(closed, "tape");
+    kmp_evaluator *p = kmp_eval_new(open, "tape"), *c = kmp_eval_new(closed, "tape");
     CHECK(p && c);
     for (int s = 0; p && c && s < STATES && open->m == m; s++) {
         double q[20], qd[20], t = between(0, 1);
@@ -74,8 +74,8 @@ static void compare_systems(const kempe_system *open, const kempe_system *closed
         CHECK_NEAR(a.potential, b.potential, 1e-11);
         CHECK_NEAR(a.power, b.power, 1e-11);
     }
-    kmp_plant_free(p);
-    kmp_plant_free(c);
+    kmp_eval_free(p);
+    kmp_eval_free(c);
 }
 
 static bool reads_set(kempe_context *c, const char *path, const char *text, const kempe_setting *set, int count,

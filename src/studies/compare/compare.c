@@ -2,7 +2,7 @@
 /* Comparison: every chosen method at every tolerance from one assembled start, judged at the reference's times. */
 #include "studies/compare/compare.h"
 #include "base/memory.h"
-#include "constraints/evaluation/pressing.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "output/times.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
@@ -78,7 +78,7 @@ static kempe_status settle_t_end(kmp_compare_job *j, const kempe_compare_options
     if (status == KEMPE_OK && !(spec.t_end > 0))
         status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
     j->comparison->t_end = j->comparison->until = spec.t_end;
-    if (status == KEMPE_OK && !(j->plant = kmp_plant_new(j->comparison->system, spec.backend)))
+    if (status == KEMPE_OK && !(j->eval = kmp_eval_new(j->comparison->system, spec.backend)))
         status = KEMPE_E_MEMORY;
     return status;
 }
@@ -120,8 +120,8 @@ static kempe_status find_shared(kmp_compare_job *j)
     if (!c->shared)
         return kmp_fail_memory(j->context);
     if (j->start->chart)
-        kmp_plant_set_charts(j->plant, j->start->chart);
-    kempe_status status = kmp_find_shared(j->plant, 0, q, c->shared, &count);
+        kmp_eval_set_charts(j->eval, j->start->chart);
+    kempe_status status = kmp_find_shared(j->eval, 0, q, c->shared, &count);
     if (status == KEMPE_OK && count > 0 &&
         !kmp_sentences_add(&c->warnings,
                            "%d of %d multipliers are not unique because of redundant rows: their errors are omitted "
@@ -164,7 +164,7 @@ static void release(kmp_compare_job *j)
 {
     kmp_choice_free(&j->choice);
     kempe_assembly_free(j->start);
-    kmp_plant_free(j->plant);
+    kmp_eval_free(j->eval);
     kmp_reference_free(&j->reference);
     kmp_times_free(&j->times);
     kmp_times_free(&j->few);

@@ -104,7 +104,7 @@ typedef struct kmp_compare_job {
     kempe_context *context;
     kmp_compare_choice choice;
     kempe_assembly *start;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_reference reference;
     kmp_times times; /* of judged rows */
     kmp_times few;   /* of rows in timed runs */

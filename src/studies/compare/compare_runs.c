@@ -99,7 +99,7 @@ static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_
     kempe_status status = kmp_compare_once(j, run->way, run->rtol, &j->times, limit_s, table, &run->report);
     bool cut = run->report.cut;
     if (status == KEMPE_OK) {
-        run->verdict = kmp_verdict_of(table, j->plant, j->comparison->has_reference ? &j->reference : NULL);
+        run->verdict = kmp_verdict_of(table, j->eval, j->comparison->has_reference ? &j->reference : NULL);
         status = time_run(j, run);
     }
     if (!kmp_compare_has_result(status))

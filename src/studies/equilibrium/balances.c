@@ -35,7 +35,7 @@ static void show(const kmp_linear *l, const double *near, double *q, double *qd)
     memcpy(q, l->q, (size_t)l->n * sizeof *q);
     memcpy(qd, l->qd, (size_t)l->n * sizeof *qd);
     if (s->chart_count > 0)
-        kmp_charts_show(s, l->plant->chart, near, q, qd);
+        kmp_charts_show(s, l->eval->chart, near, q, qd);
 }
 
 static void keep_history(kempe_equilibrium *e, const kmp_search *search, kmp_balance *b)
@@ -74,9 +74,9 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
         if (s->model->motions[k].rotation && kmp_chart_of(s, k) < 0)
             q[k] = near[k] + remainder(q[k] - near[k], TWO_PI);
     b->lambda = copy(e, s->m, linear->lambda);
-    b->potential = kmp_plant_potential(linear->plant, linear->t, linear->q);
+    b->potential = kmp_eval_potential(linear->eval, linear->t, linear->q);
     b->reaction = copy(e, 3 * closures,
-                       closures > 0 ? kmp_plant_reactions(linear->plant, linear->t, linear->q, linear->lambda) : NULL);
+                       closures > 0 ? kmp_eval_reactions(linear->eval, linear->t, linear->q, linear->lambda) : NULL);
     b->freed = copy(e, e->freed_count, e->exchange ? e->exchange->value : NULL);
     for (int i = 0, f = 0; !e->exchange && b->freed && i < e->rate_count; i++)
         if (e->rates[i].how == KMP_RATE_FREED)
@@ -138,7 +138,7 @@ static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const 
 {
     memcpy(q, start->inner_q ? start->inner_q : start->q, (size_t)e->system->n * sizeof *q);
     if (start->chart)
-        kmp_plant_set_charts(linear->plant, start->chart);
+        kmp_eval_set_charts(linear->eval, start->chart);
     kempe_status status = kmp_equilibrium_or_steady(linear, 0, q, start->inner_q ? start->inner_qd : start->qd, search);
     if (search->rates != e->rates) {
         kmp_free(e->rates);
@@ -199,10 +199,10 @@ static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_a
                               const double *near)
 {
     kmp_search search = {.rates = e->rates, .rate_count = e->rate_count, .newton = e->starts % 2 == 0, .quiet = true};
-    kmp_charts_reset(e->system, l->plant->chart);
+    kmp_charts_reset(e->system, l->eval->chart);
     if (a->chart)
-        memcpy(l->plant->chart, a->chart, (size_t)(KMP_CHART_SIZE * e->system->chart_count) * sizeof(double));
-    kmp_plant_set_charts(l->plant, l->plant->chart);
+        memcpy(l->eval->chart, a->chart, (size_t)(KMP_CHART_SIZE * e->system->chart_count) * sizeof(double));
+    kmp_eval_set_charts(l->eval, l->eval->chart);
     memcpy(q, a->inner_q ? a->inner_q : a->q, (size_t)e->system->n * sizeof *q);
     kempe_status status = kmp_equilibrium_find(l, 0, q, &search);
     if (status == KEMPE_OK) {
@@ -264,7 +264,7 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
         status = kmp_linear_init(&linear, e->system, kmp_backend_default());
     if (status == KEMPE_OK)
         status = find_first(e, &linear, start);
-    if (e->all && (status == KEMPE_OK || (status == KEMPE_E_FAILED && linear.plant))) {
+    if (e->all && (status == KEMPE_OK || (status == KEMPE_E_FAILED && linear.eval))) {
         char *why = kmp_strdup(kempe_context_message(e->system->context));
         status = why ? sample(e, &linear, start, ask->seed > 0 ? ask->seed : 1) : kmp_fail_memory(e->system->context);
         if (status == KEMPE_OK && e->count == 0)

@@ -31,7 +31,7 @@ bool kmp_way_init(kmp_descent *w)
     if (charts > 0)
         w->given_chart = KMP_ARENA_NEW(&w->arena, double, charts);
     if (w->given_chart)
-        memcpy(w->given_chart, w->l->plant->chart, charts * sizeof *w->given_chart);
+        memcpy(w->given_chart, w->l->eval->chart, charts * sizeof *w->given_chart);
     return !w->arena.failed;
 }
 
@@ -40,7 +40,7 @@ void kmp_way_give_up(kmp_descent *w)
     for (int k = 0; w->given && k < w->search->rate_count; k++)
         w->search->rates[k].rate = w->given[k];
     if (w->given_chart)
-        kmp_plant_set_charts(w->l->plant, w->given_chart);
+        kmp_eval_set_charts(w->l->eval, w->given_chart);
 }
 
 /* -- the measure of R -------------------------------------------------------------------------------- */
@@ -201,7 +201,7 @@ static kempe_status choose_with_steady(kmp_descent *w)
     bool *liked = KMP_NEW(bool, s->n);
     for (int k = 0; liked && k < w->search->rate_count; k++)
         liked[w->search->rates[k].coordinate] = true;
-    int count = liked ? kmp_partition_prefer(s, w->l->plant->jacobian, liked, w->pivot) : -1;
+    int count = liked ? kmp_partition_prefer(s, w->l->eval->jacobian, liked, w->pivot) : -1;
     kmp_free(liked);
     return count < 0 ? kmp_fail_memory(s->context) : kmp_linear_choose(w->l, w->t, w->q, w->pivot, count);
 }
@@ -244,11 +244,11 @@ bool kmp_way_center(kmp_descent *w)
     bool any = false;
     for (int c = 0; c < kmp_charts_count(s); c++)
         if (kmp_chart_regular(s, c, w->q) < KMP_AXES_CENTRED) {
-            kmp_chart_center(s, c, w->l->plant->chart, w->q, NULL, NULL);
+            kmp_chart_center(s, c, w->l->eval->chart, w->q, NULL, NULL);
             any = true;
         }
     if (any)
-        kmp_plant_set_charts(w->l->plant, w->l->plant->chart);
+        kmp_eval_set_charts(w->l->eval, w->l->eval->chart);
     return any;
 }
 

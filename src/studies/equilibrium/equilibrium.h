@@ -28,7 +28,7 @@ typedef struct kmp_search {
     int exchanges;   /* of independent coordinates during the search */
 } kmp_search;
 
-/** Searches from q (n, closed, in the charts of linear->plant), which becomes the equilibrium; charts may be centred.
+/** Searches from q (n, closed, in the charts of linear->eval), which becomes the equilibrium; charts may be centred.
  * `linear` then has this state, with its matrices, and possibly other independent coordinates. KEMPE_E_FAILED, with the
  * reason: there is none, or it is not found; q and rates are then restored. */
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search);

@@ -81,7 +81,7 @@ static bool find(const kmp_linear *l, const double *x, load_path *path, double *
             return false;
         add(path, k, difference(l->n, x, with, without));
     }
-    const double *effort = kmp_plant_effort(l->plant, l->t, l->q, l->qd);
+    const double *effort = kmp_eval_effort(l->eval, l->t, l->q, l->qd);
     if (effort)
         add(path, USER, kmp_dot(l->n, x, effort));
     while (path->count > 0 && fabs(path->pull[path->count - 1].effort) <= NOTHING * fabs(path->pull[0].effort))

@@ -85,7 +85,7 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
         return kmp_fail_memory(l->system->context);
     memcpy(q, o->inner_q, n);
     if (o->chart)
-        kmp_plant_set_charts(l->plant, o->chart);
+        kmp_eval_set_charts(l->eval, o->chart);
     kempe_status status = search->newton ? close_loops(o, l, q) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = kmp_equilibrium_or_steady(l, o->t, q, o->inner_qd, search);
@@ -100,7 +100,7 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
         o->residual = search->residual;
     }
     if (status == KEMPE_OK && o->chart) {
-        memcpy(o->chart, l->plant->chart, (size_t)(KMP_CHART_SIZE * l->system->chart_count) * sizeof *o->chart);
+        memcpy(o->chart, l->eval->chart, (size_t)(KMP_CHART_SIZE * l->system->chart_count) * sizeof *o->chart);
         kmp_charts_show(l->system, o->chart, q, o->q, o->qd);
     }
     kmp_free(q);
@@ -205,7 +205,7 @@ static kempe_status explain(const kmp_linear *l, kempe_status status)
 kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count)
 {
     if (operating->chart)
-        kmp_plant_set_charts(linear->plant, operating->chart);
+        kmp_eval_set_charts(linear->eval, operating->chart);
     kempe_status status = kmp_linear_choose(linear, operating->t, operating->inner_q, wish, wish_count);
     if (status != KEMPE_OK)
         return status;

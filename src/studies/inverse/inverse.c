@@ -134,11 +134,11 @@ static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
     kempe_context *context = j->context;
     kempe_assembly *a = NULL;
     kmp_partition part = {0};
-    kmp_plant *plant = kmp_plant_new(s, kmp_backend_default());
-    kempe_status status = plant ? kempe_assembly_new(s, &a) : KEMPE_E_MEMORY;
+    kmp_evaluator *eval = kmp_eval_new(s, kmp_backend_default());
+    kempe_status status = eval ? kempe_assembly_new(s, &a) : KEMPE_E_MEMORY;
     if (status == KEMPE_OK) {
-        kmp_plant_closure(plant, 0, a->q);
-        status = kmp_partition_init(&part, s, plant->jacobian, NULL, 0);
+        kmp_eval_closure(eval, 0, a->q);
+        status = kmp_partition_init(&part, s, eval->jacobian, NULL, 0);
     }
     *freedoms = status == KEMPE_OK ? part.p : -1;
     for (int k = 0; k < *freedoms && k < MOST_CANDIDATES; k++)
@@ -146,7 +146,7 @@ static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
     kmp_context_clear(context);
     kmp_partition_free(&part);
     kempe_assembly_free(a);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     return status != KEMPE_E_MEMORY && !text->failed;
 }
 
@@ -310,7 +310,7 @@ static kempe_status prepare_numbers(job *j)
     kempe_status status = kmp_guide_init(&j->guide, j->system, backend, j->ask->motion ? &j->table : NULL, at_rest,
                                          r->start_u, r->start_u_count);
     if (status == KEMPE_OK)
-        status = kmp_inverse_init(&j->inverse, j->guide.plant, r->a, r->actuator, r->weight);
+        status = kmp_inverse_init(&j->inverse, j->guide.eval, r->a, r->actuator, r->weight);
     if (status == KEMPE_OK)
         status = kmp_reactions_init(&j->reactions, j->system);
     if (status == KEMPE_OK && !make_rows(r, j->times.count))
@@ -503,9 +503,9 @@ static kempe_status check_again(job *j)
         size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), LEFT_BY_ROUNDING * r->size);
     r->again = (kmp_convergence){.known = ready, .rtol = NAN, .limit = DERIVATIVES_HOLD, .stopped = NAN};
     if (status == KEMPE_OK)
-        status = kmp_guide_init(&again.guide, j->system, j->guide.plant->backend->name, &again.table, false, NULL, 0);
+        status = kmp_guide_init(&again.guide, j->system, j->guide.eval->backend->name, &again.table, false, NULL, 0);
     if (status == KEMPE_OK)
-        status = kmp_inverse_init(&inverse, again.guide.plant, r->a, r->actuator, r->weight);
+        status = kmp_inverse_init(&inverse, again.guide.eval, r->a, r->actuator, r->weight);
     kmp_context_quiet(j->context, true);
     if (status == KEMPE_OK)
         status = follow_again(&again, &inverse, size, again.table.t[again.table.rows - 1]);
@@ -570,7 +570,7 @@ static kempe_status run(job *j)
     r->off = j->guide.off;
     r->off_t = j->guide.off_t;
     r->off_coordinate = j->guide.off_coordinate;
-    if (r->motion == KMP_INVERSE_START && j->guide.red.plant) {
+    if (r->motion == KMP_INVERSE_START && j->guide.red.eval) {
         r->start_u_count = j->guide.part.p;
         memcpy(r->start_u, j->guide.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
     }

@@ -2,7 +2,7 @@
 /* Least-squares solution of N' S tau = N' (M qdd + C) by a singular value decomposition in scaled orthonormal
  * coordinates. The multipliers follow from the remaining rows (Fisette and Samin 1996, eq. 44). */
 #include "studies/inverse/inverse_dynamics.h"
-#include "constraints/evaluation/pressing.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "dynamics/closures.h"
 #include "linalg/dense/dense.h"
@@ -14,7 +14,7 @@
 
 static bool make_room(kmp_inverse *v)
 {
-    ptrdiff_t n = v->n, entries = v->system->jacobian.count, pressed = v->system->pressed_count > 0 ? n : 0;
+    ptrdiff_t n = v->n, entries = v->system->jacobian.count, pressed = v->system->load_row_count > 0 ? n : 0;
     const kmp_arena_group groups[] = {{v->a, {&v->weight, &v->tau}},
                                       {v->m, {&v->lambda}},
                                       {entries, {&v->masked}},
@@ -25,12 +25,12 @@ static bool make_room(kmp_inverse *v)
     return kmp_arena_make_groups(&v->arena, sizeof groups / sizeof *groups, groups);
 }
 
-kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_plant *plant, int count, const int *actuator,
+kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int count, const int *actuator,
                               const double *weight)
 {
-    const kempe_system *s = plant->system;
+    const kempe_system *s = eval->system;
     kmp_inverse *v = inverse;
-    *v = (kmp_inverse){.system = s, .plant = plant, .n = s->n, .m = s->m, .a = count};
+    *v = (kmp_inverse){.system = s, .eval = eval, .n = s->n, .m = s->m, .a = count};
     if (!make_room(v)) {
         kmp_inverse_free(v);
         return kmp_fail_memory(s->context);
@@ -61,11 +61,11 @@ void kmp_inverse_free(kmp_inverse *inverse)
 
 /* -- the choice of independent coordinates ----------------------------------------------------------- */
 
-/* Chooses coordinates at the plant's last closure. */
+/* Chooses coordinates at the evaluator's last closure. */
 static kempe_status choose(kmp_inverse *v)
 {
     forget_choice(v);
-    kmp_plant_mask(v->plant, v->left_out, v->masked);
+    kmp_eval_mask(v->eval, v->left_out, v->masked);
     KMP_TRY(kmp_partition_init(&v->part, v->system, v->masked, NULL, 0));
     int p = v->p = v->part.p;
     const kmp_arena_group groups[] = {
@@ -73,7 +73,7 @@ static kempe_status choose(kmp_inverse *v)
     if (!kmp_arena_make_groups(&v->choices, sizeof groups / sizeof *groups, groups) ||
         !kmp_singular_init(&v->svd, p, v->a))
         return kmp_fail_memory(v->system->context);
-    return kmp_reduction_init(&v->red, v->plant, &v->part);
+    return kmp_reduction_init(&v->red, v->eval, &v->part);
 }
 
 /* True if the rows dropped from a loop are satisfied along all motions that the others permit. */
@@ -90,7 +90,7 @@ static bool rows_are_redundant(const kmp_inverse *v)
 static bool tangent_is_good(kmp_inverse *v)
 {
     int at_v, at_u;
-    if (!v->red.plant || kmp_reduction_factor(&v->red))
+    if (!v->red.eval || kmp_reduction_factor(&v->red))
         return false;
     kmp_reduction_tangent(&v->red);
     return kmp_reduction_growth(&v->red, &at_v, &at_u) < KMP_EXCHANGE_LED && rows_are_redundant(v);
@@ -196,11 +196,11 @@ static void find_residual(kmp_inverse *v)
     const kmp_pattern *j = &s->jacobian;
     double worst = 0, size = 0;
     for (int i = 0; i < v->n; i++) {
-        double bias = v->plant->bias[i];
+        double bias = v->eval->bias[i];
         v->sum[i] = fabs(v->red.force[i] - bias) + fabs(bias) + fabs(v->red.force[i] - v->rest[i]);
     }
     for (int e = 0; e < j->count; e++) {
-        double x = v->plant->jacobian[e] * v->lambda[j->row[e]];
+        double x = v->eval->jacobian[e] * v->lambda[j->row[e]];
         v->rest[j->col[e]] -= x;
         v->sum[j->col[e]] += fabs(x);
     }
@@ -214,10 +214,10 @@ static void find_residual(kmp_inverse *v)
 /* The reduced equations: sizes of C and M qdd, the remainder without tau; then lambda. */
 static void judge(kmp_inverse *v)
 {
-    project(v, v->plant->bias, v->left);
+    project(v, v->eval->bias, v->left);
     double bias = norm_of(v, v->left);
     for (int i = 0; i < v->n; i++)
-        v->rest[i] = v->red.force[i] - v->plant->bias[i];
+        v->rest[i] = v->red.force[i] - v->eval->bias[i];
     project(v, v->rest, v->left);
     v->size = bias + norm_of(v, v->left);
     memcpy(v->rest, v->red.force, (size_t)v->n * sizeof *v->rest);
@@ -256,14 +256,14 @@ static void answer(void *self, const double *bias, bool change, double *lambda)
 /* C at the multipliers that the efforts leave. */
 static bool press(kmp_inverse *v)
 {
-    if (v->system->pressed_count == 0)
+    if (v->system->load_row_count == 0)
         return true;
     for (int i = 0; i < v->n; i++)
-        v->inertia[i] = v->red.force[i] - v->plant->bias[i];
+        v->inertia[i] = v->red.force[i] - v->eval->bias[i];
     const kmp_answer with_efforts = {v, answer};
-    bool settled = kmp_press(v->plant, &with_efforts);
+    bool settled = kmp_load_settle(v->eval, &with_efforts);
     for (int i = 0; i < v->n; i++)
-        v->red.force[i] = v->plant->bias[i] + v->inertia[i];
+        v->red.force[i] = v->eval->bias[i] + v->inertia[i];
     return settled;
 }
 
@@ -275,20 +275,20 @@ static kempe_status fail_at(const kmp_inverse *v, double t)
 kempe_status kmp_inverse_at(kmp_inverse *inverse, double t, const double *q, const double *qd, const double *qdd)
 {
     kmp_inverse *v = inverse;
-    kmp_plant_closure(v->plant, t, q);
+    kmp_eval_closure(v->eval, t, q);
     KMP_TRY(make_tangent(v, t));
-    kmp_plant_mass(v->plant);
-    kmp_plant_bias(v->plant, qd);
+    kmp_eval_mass(v->eval);
+    kmp_eval_bias(v->eval, qd);
     for (int k = 0; k < v->p; k++)
         v->choice[k] = qdd[v->part.u[k]];
     kmp_reduction_residual(&v->red, v->choice, v->reach);
-    if (kmp_is_unsettled(v->plant))
-        return kmp_fail_unsettled(v->plant);
+    if (kmp_is_unsettled(v->eval))
+        return kmp_fail_unsettled(v->eval);
     if (!make_equations(v) || !kmp_singular_decompose(&v->svd, v->matrix))
         return fail_at(v, t);
     find_rank(v);
     if (!press(v))
-        return kmp_fail_unsettled(v->plant);
+        return kmp_fail_unsettled(v->eval);
     if (!find_efforts(v))
         return fail_at(v, t);
     judge(v);

@@ -21,7 +21,7 @@
 
 typedef struct kmp_inverse {
     const kempe_system *system;
-    kmp_plant *plant; /* not owned */
+    kmp_evaluator *eval; /* not owned */
     int n, m, p, a;
     int *actuator;            /* a */
     double *weight;           /* a, positive */
@@ -45,8 +45,8 @@ typedef struct kmp_inverse {
     double residual; /* max |M qdd + C - J' lambda - S tau| over the largest sum of the four terms, scaled */
 } kmp_inverse;
 
-/** `weight` NULL: all 1. The plant is used, and owned by the caller. KEMPE_E_MEMORY. */
-kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_plant *plant, int count, const int *actuator,
+/** `weight` NULL: all 1. The evaluator is used, and owned by the caller. KEMPE_E_MEMORY. */
+kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int count, const int *actuator,
                               const double *weight);
 void kmp_inverse_free(kmp_inverse *inverse);
 

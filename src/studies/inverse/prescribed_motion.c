@@ -63,8 +63,8 @@ kempe_status kmp_guide_init(kmp_guide *guide, const kempe_system *system, const 
                      .m = system->m,
                      .off_coordinate = -1};
     unsigned long failures = kmp_memory_failures();
-    g->plant = kmp_plant_new(system, backend);
-    if (!g->plant)
+    g->eval = kmp_eval_new(system, backend);
+    if (!g->eval)
         return kmp_memory_failures() != failures ? KEMPE_E_MEMORY : KEMPE_E_ARGUMENT;
     if (!make_room(g)) {
         kmp_guide_free(g);
@@ -73,7 +73,7 @@ kempe_status kmp_guide_init(kmp_guide *guide, const kempe_system *system, const 
     for (int k = 0; motion && k < motion->count; k++)
         g->given[motion->coordinate[k]] = true;
     leave_out(g);
-    g->plant->left_out = g->left_out;
+    g->eval->left_out = g->left_out;
     return KEMPE_OK;
 }
 
@@ -88,7 +88,7 @@ void kmp_guide_free(kmp_guide *guide)
     kmp_guide *g = guide;
     forget_choice(g);
     kmp_arena_free(&g->arena);
-    kmp_plant_free(g->plant);
+    kmp_eval_free(g->eval);
     *g = (kmp_guide){0};
 }
 
@@ -140,8 +140,8 @@ static kempe_status choose(kmp_guide *g, double t, const double *q)
     bool some = g->motion && g->motion->count < g->n;
     int count = g->at_rest ? g->wish_count : 0;
     forget_choice(g);
-    kmp_plant_closure(g->plant, t, q);
-    kmp_plant_mask(g->plant, g->left_out, g->masked);
+    kmp_eval_closure(g->eval, t, q);
+    kmp_eval_mask(g->eval, g->left_out, g->masked);
     if (count > 0)
         memcpy(g->u, g->wish, (size_t)count * sizeof *g->u);
     kempe_status status = some ? choose_among_given(g, &count) : KEMPE_OK;
@@ -151,7 +151,7 @@ static kempe_status choose(kmp_guide *g, double t, const double *q)
         return status;
     if (!g->motion && !g->at_rest && g->part.p > 0)
         return fail_undetermined(g, g->part.p, g->part.u);
-    status = kmp_reduction_init(&g->red, g->plant, &g->part);
+    status = kmp_reduction_init(&g->red, g->eval, &g->part);
     if (status == KEMPE_OK && g->red.block && kmp_reduction_factor(&g->red) == 0)
         kmp_block_take_signs(g->red.block, g->sign);
     return status;
@@ -169,15 +169,15 @@ static void read_table(kmp_guide *g, double t)
 /* Closes `trial` on its u; rows that were dropped as redundant must close with it. */
 static bool close_trial(kmp_guide *g, double t)
 {
-    return kmp_reduction_close(&g->red, t, g->trial, NULL, 0) == 0 && kmp_rounding_closed(g->plant);
+    return kmp_reduction_close(&g->red, t, g->trial, NULL, 0) == 0 && kmp_rounding_closed(g->eval);
 }
 
 /* Rates and accelerations of q = trial at t, where it becomes the state. KEMPE_E_FAILED: Jv is singular. */
 static kempe_status settle(kmp_guide *g, double t)
 {
-    kmp_plant *plant = g->plant;
+    kmp_evaluator *eval = g->eval;
     kmp_reduction *red = &g->red;
-    kmp_plant_closure(plant, t, g->trial);
+    kmp_eval_closure(eval, t, g->trial);
     if (kmp_reduction_factor(red))
         return KEMPE_E_FAILED;
     kmp_reduction_tangent(red);
@@ -186,8 +186,8 @@ static kempe_status settle(kmp_guide *g, double t)
         g->udd[k] = g->at_rest ? 0 : g->tqdd[g->part.u[k]];
     }
     kmp_reduction_rates(red, g->ud, g->qd);
-    kmp_plant_mass(plant);
-    kmp_plant_bias(plant, g->qd);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, g->qd);
     kmp_reduction_residual(red, g->udd, g->rest);
     kmp_reduction_accelerations(red, g->udd, g->qdd);
     for (int k = 0; k < g->n; k++)
@@ -203,7 +203,7 @@ static kempe_status settle(kmp_guide *g, double t)
 static kempe_status close_anew(kmp_guide *g, double t, bool *closed)
 {
     kempe_status status = choose(g, t, g->trial);
-    *closed = status == KEMPE_OK && (close_trial(g, t) || kmp_plant_residual(g->plant) <= STALLED);
+    *closed = status == KEMPE_OK && (close_trial(g, t) || kmp_eval_residual(g->eval) <= STALLED);
     if (!*closed)
         return status;
     status = choose(g, t, g->trial);
@@ -343,7 +343,7 @@ static kempe_status approach(kmp_guide *g, double t)
     kmp_parts way = KMP_PARTS;
     memcpy(g->from, g->q, (size_t)g->n * sizeof *g->q);
     while (kmp_parts_next(&way, SHORTEST)) {
-        kmp_plant_closure(g->plant, way.done * t, g->q);
+        kmp_eval_closure(g->eval, way.done * t, g->q);
         if (kmp_reduction_factor(&g->red))
             break;
         kmp_reduction_tangent(&g->red);
@@ -399,7 +399,7 @@ kempe_status kmp_guide_start(kmp_guide *guide, double t)
         return kmp_fail(
             g->system->context, KEMPE_E_FAILED,
             "the loops cannot be closed at the beginning of the motion, t = %.9g s: |h| remains %.3g (scaled)", t,
-            kmp_plant_residual(g->plant));
+            kmp_eval_residual(g->eval));
     note_off(g);
     return KEMPE_OK;
 }

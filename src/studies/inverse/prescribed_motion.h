@@ -15,7 +15,7 @@
 typedef struct kmp_guide {
     kmp_arena arena; /* of all arrays */
     const kempe_system *system;
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     const kmp_prescribed *motion; /* not owned; NULL: the drives alone */
     bool at_rest;                 /* no motion at all: the start, whose independent coordinates are not accelerated */
     const int *wish;              /* then: coordinates requested as independent, not owned */

@@ -90,7 +90,7 @@ static void show(job *j, double s, const double *q, const double *qd, const doub
     double t = k->time < 0 ? 0 : kmp_lead_value(&k->lead[k->time], s);
     if (k->width == 0)
         return;
-    const double *all = kmp_plant_shown(j->sweep.plant, t, q, qd, qdd, j->zero);
+    const double *all = kmp_eval_shown(j->sweep.eval, t, q, qd, qdd, j->zero);
     for (int c = 0; c < k->width; c++)
         out[c] = all[k->column[c].at];
 }

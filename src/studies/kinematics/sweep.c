@@ -69,14 +69,14 @@ static bool make_room(kmp_sweep *w)
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures)
 {
     *sweep = (kmp_sweep){.system = system, .n = system->n, .time = -1};
-    sweep->plant = kmp_plant_new(system, backend);
-    if (!sweep->plant)
+    sweep->eval = kmp_eval_new(system, backend);
+    if (!sweep->eval)
         return KEMPE_E_MEMORY;
     if (!make_room(sweep)) {
         kmp_sweep_free(sweep);
         return kmp_fail_memory(system->context);
     }
-    sweep->plant->left_out = sweep->dropped;
+    sweep->eval->left_out = sweep->dropped;
     memcpy(sweep->unit, system->scale, (size_t)system->n * sizeof *sweep->unit);
     sweep->unit[system->n] = 1;
     for (int r = 0; r < system->m; r++) {
@@ -117,18 +117,18 @@ void kmp_sweep_free(kmp_sweep *sweep)
     kmp_margin_free(&sweep->margin);
     kmp_arena_free(&sweep->of_leads);
     kmp_arena_free(&sweep->arena);
-    kmp_plant_free(sweep->plant);
+    kmp_eval_free(sweep->eval);
     *sweep = (kmp_sweep){0};
 }
 
-/* Chooses u, v and rows at the plant's last closure; rank -1: by the pivots. */
+/* Chooses u, v and rows at the evaluator's last closure; rank -1: by the pivots. */
 static kempe_status choose(kmp_sweep *w, int rank)
 {
     forget_choice(w);
     KMP_TRY(kmp_partition_of_rank(&w->part, w->system, kmp_sweep_jacobian(w), rank, NULL, 0));
     if (w->margin.system && !kmp_margin_choose(&w->margin, &w->part))
         return kmp_fail_memory(w->system->context);
-    KMP_TRY(kmp_reduction_init(&w->red, w->plant, &w->part));
+    KMP_TRY(kmp_reduction_init(&w->red, w->eval, &w->part));
     w->span = KMP_ARENA_NEW(&w->of_choice, double, (w->n + 1) * (w->part.p + 1));
     w->signs = KMP_ARENA_NEW(&w->of_choice, int, w->part.r);
     return w->of_choice.failed ? kmp_fail_memory(w->system->context) : KEMPE_OK;
@@ -149,7 +149,7 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
         return kmp_fail_memory(w->system->context);
     if (w->any_dropped)
         w->margin.near = w->part.r > 0 && w->part.pivots[w->part.r - 1] < KMP_MARGIN_EXACT * w->part.pivots[0];
-    else if (!kmp_margin_begin(&w->margin, w->plant, t, q))
+    else if (!kmp_margin_begin(&w->margin, w->eval, t, q))
         return kmp_fail_memory(w->system->context);
     (void)kmp_sweep_evaluate(w, w->here.x);
     if (w->margin.near)
@@ -165,9 +165,9 @@ static void find_moving(kmp_sweep *w, const kmp_lead *time, const double *q)
 {
     w->moving_count = 0;
     for (int k = 0; k <= SAMPLES; k++) {
-        kmp_plant_closure(w->plant, kmp_lead_value(time, (double)k / SAMPLES), q);
-        for (int r = 0; w->plant->h_t && r < w->system->m; r++)
-            if (w->plant->h_t[r] != 0 && !w->dropped[r]) {
+        kmp_eval_closure(w->eval, kmp_lead_value(time, (double)k / SAMPLES), q);
+        for (int r = 0; w->eval->h_t && r < w->system->m; r++)
+            if (w->eval->h_t[r] != 0 && !w->dropped[r]) {
                 w->dropped[r] = w->any_dropped = true;
                 w->moving[w->moving_count++] = r;
             }

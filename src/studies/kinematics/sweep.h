@@ -32,7 +32,7 @@ typedef struct kmp_sweep_effort {
 typedef struct kmp_sweep {
     kmp_arena arena, of_choice, of_leads; /* of all arrays; of the current u and v, and driven values */
     const kempe_system *system;
-    kmp_plant *plant; /* its own */
+    kmp_evaluator *eval; /* its own */
     kmp_partition part;
     kmp_reduction red;
     kmp_margin margin;

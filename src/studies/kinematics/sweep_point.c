@@ -43,8 +43,8 @@ static void span(kmp_sweep *w)
 
 bool kmp_sweep_evaluate(kmp_sweep *w, const double *x)
 {
-    kmp_plant_closure(w->plant, time_at(w, x[w->n]), x);
-    if (!w->red.plant || kmp_reduction_factor(&w->red))
+    kmp_eval_closure(w->eval, time_at(w, x[w->n]), x);
+    if (!w->red.eval || kmp_reduction_factor(&w->red))
         return false;
     kmp_reduction_tangent(&w->red);
     span(w);
@@ -54,17 +54,17 @@ bool kmp_sweep_evaluate(kmp_sweep *w, const double *x)
 const double *kmp_sweep_jacobian(kmp_sweep *w)
 {
     if (!w->any_dropped)
-        return w->plant->jacobian;
-    kmp_plant_mask(w->plant, w->dropped, w->masked);
+        return w->eval->jacobian;
+    kmp_eval_mask(w->eval, w->dropped, w->masked);
     return w->masked;
 }
 
 double kmp_sweep_margin(kmp_sweep *w, const kmp_sweep_pose *pose)
 {
     double t = time_at(w, pose->x[w->n]);
-    kmp_plant_closure(w->plant, t, pose->x);
-    kmp_plant_lend_closure(w->plant, t, pose->x, w->plant->h, kmp_sweep_jacobian(w), w->plant->h_t);
-    return kmp_margin_at(&w->margin, w->plant);
+    kmp_eval_closure(w->eval, t, pose->x);
+    kmp_eval_lend_closure(w->eval, t, pose->x, w->eval->h, kmp_sweep_jacobian(w), w->eval->h_t);
+    return kmp_margin_at(&w->margin, w->eval);
 }
 
 /* -- measures ---------------------------------------------------------------------------------------- */
@@ -114,8 +114,8 @@ static void put_gradients(kmp_sweep *w, const kmp_sweep_pose *base)
         int r = w->moving[k];
         for (int e = 0; e < j->count; e++)
             if (j->row[e] == r)
-                row[j->col[e]] = w->plant->jacobian[e] / w->system->row_scale[r];
-        row[n] = w->plant->h_t[r] * pace_of_time(w) / w->system->row_scale[r];
+                row[j->col[e]] = w->eval->jacobian[e] / w->system->row_scale[r];
+        row[n] = w->eval->h_t[r] * pace_of_time(w) / w->system->row_scale[r];
     }
     for (int i = 0; base && i <= n; i++)
         row[i] = base->dx[i] / (w->unit[i] * w->unit[i]);
@@ -206,7 +206,7 @@ bool kmp_sweep_close(kmp_sweep *w, const kmp_sweep_target *target, kmp_sweep_pos
 {
     closing c = {.w = w, .target = target};
     const kmp_closer closer = {.self = &c,
-                               .plant = w->plant,
+                               .eval = w->eval,
                                .scale = w->unit,
                                .count = w->n + 1,
                                .dx = w->dx,
@@ -254,25 +254,25 @@ double kmp_sweep_hold(kmp_sweep *w, const kmp_sweep_pose *pose)
 /* jdqd at rates qs: at constant time it is the second-order part of the rates alone. */
 static void take_curve(kmp_sweep *w, const double *qs)
 {
-    kmp_plant *plant = w->plant;
+    kmp_evaluator *eval = w->eval;
     double pace = pace_of_time(w);
     int m = w->system->m;
-    kmp_plant_mass(plant);
-    if (pace != 0 || !plant->h_t) {
+    kmp_eval_mass(eval);
+    if (pace != 0 || !eval->h_t) {
         for (int i = 0; i < w->n; i++)
             w->dx[i] = pace != 0 ? qs[i] / pace : qs[i];
-        kmp_plant_bias(plant, w->dx);
+        kmp_eval_bias(eval, w->dx);
         for (int r = 0; r < m; r++)
-            w->jd[r] = plant->jdqd[r] * (pace != 0 ? pace * pace : 1);
+            w->jd[r] = eval->jdqd[r] * (pace != 0 ? pace * pace : 1);
         return;
     }
     memset(w->jd, 0, (size_t)m * sizeof *w->jd);
     for (int k = -1; k <= 1; k++) {
         for (int i = 0; i < w->n; i++)
             w->dx[i] = k * qs[i];
-        kmp_plant_bias(plant, w->dx);
+        kmp_eval_bias(eval, w->dx);
         for (int r = 0; r < m; r++)
-            w->jd[r] += k == 0 ? -plant->jdqd[r] : plant->jdqd[r] / 2;
+            w->jd[r] += k == 0 ? -eval->jdqd[r] : eval->jdqd[r] / 2;
     }
 }
 

@@ -8,7 +8,7 @@
 /** Closures, factors and the tangent space at x. false: Jv is singular. */
 bool kmp_sweep_evaluate(kmp_sweep *sweep, const double *x);
 
-/** J of the plant's last closure without the dropped rows, valid until the next call. */
+/** J of the evaluator's last closure without the dropped rows, valid until the next call. */
 const double *kmp_sweep_jacobian(kmp_sweep *sweep);
 
 /** The end of a corrector: at s (base NULL), or at the distance `offset` along the tangent of `base`. */

@@ -105,7 +105,7 @@ static void show(kmp_modes *s, const kmp_linear *l, double *q)
             double *to = (part ? s->shown_im : s->shown_re) + (ptrdiff_t)c * s->n;
             memcpy(q, l->q, n);
             memcpy(to, from, n);
-            kmp_charts_show(s->system, l->plant->chart, q, q, to);
+            kmp_charts_show(s->system, l->eval->chart, q, q, to);
         }
 }
 
@@ -114,7 +114,7 @@ static kempe_status measure(kmp_modes *s, kmp_linear *l)
     double *mass = KMP_NEW(double, (size_t)s->n *(size_t)s->n), *work = KMP_NEW(double, 4 * (size_t)s->n);
     bool ok = mass && work;
     if (ok) {
-        kmp_plant_dense_mass(l->plant, mass);
+        kmp_eval_dense_mass(l->eval, mass);
         for (int c = 0; c < s->count; c++)
             shape(s, l, c);
         energies(s, l, mass, work);

@@ -37,7 +37,7 @@ void kmp_station_free(kmp_station *station);
  * KEMPE_E_FAILED where the model rejects the value. */
 kempe_status kmp_station_go(kmp_station *station, double value, kmp_modes *modes);
 
-/** q (n, in the charts of linear.plant) of the last state displaced along eigenvalue c of its modes, by `amplitude`
+/** q (n, in the charts of linear.eval) of the last state displaced along eigenvalue c of its modes, by `amplitude`
  * times Re(shape e^{i angle}), and closed again. 0; 1 where the loops do not close. */
 int kmp_station_move(kmp_station *station, const kmp_modes *modes, int c, double amplitude, double angle, double *q);
 

@@ -3,7 +3,7 @@
  * t_end - t. */
 #include "studies/sensitivity/adjoint.h"
 #include "base/memory.h"
-#include "dynamics/pressed.h"
+#include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
 #include "linalg/dot.h"
 #include <math.h>
@@ -197,7 +197,7 @@ static void weigh_target(adjoint *a, double *out)
     kmp_copy_or_zero(a->m, x->lambda, a->wlambda);
     const kmp_linear *l = &v->linear;
     if (!a->integral) /* else it has no angles that are others in other charts */
-        carry_back(a, &(kmp_chart_motion){l->plant->chart, l->q, l->qd, l->qdd},
+        carry_back(a, &(kmp_chart_motion){l->eval->chart, l->q, l->qd, l->qdd},
                    &(kmp_chart_motion){a->own_chart, a->own_q, a->own_qd, a->own_qdd}, true);
     if (!x->shown)
         return;
@@ -301,11 +301,11 @@ static kempe_status stand(adjoint *a, double t, const double *q, const int *u, c
 /* The state before a mark, in its own unknowns, charts and conditions. */
 static kempe_status stand_before(adjoint *a, const kmp_varied_mark *mark)
 {
-    kmp_plant *plant = a->v->linear.plant;
+    kmp_evaluator *eval = a->v->linear.eval;
     for (int k = 0; k < a->v->system->events.count; k++)
-        kmp_plant_set_mode(plant, k, mark->mode[k] != 0);
+        kmp_eval_set_mode(eval, k, mark->mode[k] != 0);
     if (mark->next.chart)
-        kmp_plant_set_charts(plant, mark->chart);
+        kmp_eval_set_charts(eval, mark->chart);
     return stand(a, mark->t, mark->q, mark->u, mark->y);
 }
 
@@ -494,8 +494,8 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
                  .gradient = gradient};
     kmp_run_spec spec = *ask->spec;
     *report = (kmp_adjoint_report){0};
-    if (varied->system->pressed_count > 0)
-        return kmp_refuse_pressed(varied->system, "the adjoint method");
+    if (varied->system->load_row_count > 0)
+        return kmp_refuse_load_dependent(varied->system, "the adjoint method");
     spec.times = &spec.t_end;
     spec.time_count = 1;
     const kmp_forward motion = {.spec = &spec,

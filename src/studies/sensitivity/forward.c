@@ -76,7 +76,7 @@ static void follow(kmp_forward_formulation *f, int k, const kmp_chart_motion *us
 {
     kmp_varied *v = f->v;
     const kmp_linear *l = &v->linear;
-    const kmp_chart_motion inner = {l->plant->chart, l->q, l->qd, l->qdd};
+    const kmp_chart_motion inner = {l->eval->chart, l->q, l->qd, l->qdd};
     double *dq = f->dq + k * f->n, *dqd = f->dqd + k * f->n, *dqdd = f->dqdd + k * f->n;
     double *dlambda = f->dlambda + k * f->m;
     kmp_forward_follow(f, f->row_y, k, dq, dqd, dqdd, dlambda);
@@ -119,25 +119,25 @@ static int take_step(void *user, kmp_runner *runner, double from, double to)
 
 /* -- the formulation ---------------------------------------------------------------------------------------- */
 
-/* v uses another plant from now on. */
-static void go_by(kmp_forward_formulation *f, kmp_plant *plant)
+/* v uses another evaluator from now on. */
+static void go_by(kmp_forward_formulation *f, kmp_evaluator *eval)
 {
-    kmp_linear_lend(&f->v->linear, plant);
+    kmp_linear_lend(&f->v->linear, eval);
     kmp_linear_renew_parameters(&f->v->linear);
     kmp_slopes_renew_parameters(f->v->slopes);
 }
 
-/* Restores its own plant with the runner's charts and conditions. */
+/* Restores its own evaluator with the runner's charts and conditions. */
 static void release(kmp_formulation *formulation)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
-    const kmp_plant *plant = kmp_forward_plant(f);
+    const kmp_evaluator *eval = kmp_forward_eval(f);
     kmp_arena_free(&formulation->arena);
-    if (plant == f->own)
+    if (eval == f->own)
         return;
-    kmp_plant_set_charts(f->own, plant->chart);
+    kmp_eval_set_charts(f->own, eval->chart);
     for (int k = 0; k < f->system->events.count; k++)
-        kmp_plant_set_mode(f->own, k, plant->mode[k] != 0);
+        kmp_eval_set_mode(f->own, k, eval->mode[k] != 0);
     go_by(f, f->own);
 }
 
@@ -156,7 +156,7 @@ static int keep(kmp_formulation *formulation, double t, const double *y)
 static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
     int k = 0;
-    while (k < f->system->events.count && (f->mode[k] != 0) == (start->plant->mode[k] != 0))
+    while (k < f->system->events.count && (f->mode[k] != 0) == (start->eval->mode[k] != 0))
         k++;
     if (k < f->system->events.count)
         return kmp_fail(
@@ -181,7 +181,7 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     f->redundant = start->part->m - start->part->r;
     if (!kmp_forward_make_unknowns(f) || !kmp_partition_copy(&part, start->part))
         return kmp_fail_memory(f->system->context);
-    go_by(f, start->plant);
+    go_by(f, start->eval);
     f->v->linear.held = true;
     f->v->linear.plain = f->count == 0;
     KMP_TRY(kmp_varied_take(f->v, start->t, start->q, &part));
@@ -250,7 +250,7 @@ static kempe_status prepare(kmp_forward_formulation *f)
     if (!make_room(f))
         return kmp_fail_memory(f->system->context);
     kmp_charts_reset(f->system, f->chart);
-    kmp_plant_set_charts(f->own, f->chart);
+    kmp_eval_set_charts(f->own, f->chart);
     go_by(f, f->own);
     v->linear.plain = false;
     kempe_status status = kmp_varied_start(v, f->q, f->qd, f->dq, f->dqd);
@@ -306,7 +306,7 @@ kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const d
                                                  .keep = keep,
                                                  .explain = kmp_forward_explain},
                                  .v = varied,
-                                 .own = varied->linear.plant,
+                                 .own = varied->linear.eval,
                                  .ask = ask,
                                  .system = varied->system,
                                  .sizes = sizes,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Changes between steps: other independent coordinates, conditions that change, spherical joints that are centred. The
- * plant is the runner's: at a new start its conditions and charts show the changes since the last one. */
+ * eval is the runner's: at a new start its conditions and charts show the changes since the last one. */
 #include "studies/sensitivity/forward_inside.h"
 #include <math.h>
 #include <string.h>
@@ -18,7 +18,7 @@ int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y)
     f->t = t;
     memcpy(f->q, v->linear.q, (size_t)f->n * sizeof *f->q);
     memcpy(f->qd, v->linear.qd, (size_t)f->n * sizeof *f->qd);
-    memcpy(f->chart, v->linear.plant->chart, kmp_forward_chart_bytes(f));
+    memcpy(f->chart, v->linear.eval->chart, kmp_forward_chart_bytes(f));
     for (int k = 0; k < f->count; k++)
         kmp_forward_follow(f, y, k, f->dq + k * f->n, f->dqd + k * f->n, NULL, NULL);
     return KMP_GO;
@@ -26,7 +26,7 @@ int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y)
 
 void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const double *qd)
 {
-    const kmp_chart_motion from = {f->chart, f->q, f->qd, NULL}, to = {kmp_forward_plant(f)->chart, q, qd, NULL};
+    const kmp_chart_motion from = {f->chart, f->q, f->qd, NULL}, to = {kmp_forward_eval(f)->chart, q, qd, NULL};
     for (int c = 0; c < f->system->chart_count; c++)
         for (int k = 0; k < f->count && memcmp(from.chart + KMP_CHART_SIZE * c, to.chart + KMP_CHART_SIZE * c,
                                                KMP_CHART_SIZE * sizeof(double)) != 0;
@@ -39,7 +39,7 @@ void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const
 
 bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart)
 {
-    return memcmp(chart, kmp_forward_plant(f)->chart, kmp_forward_chart_bytes(f)) != 0;
+    return memcmp(chart, kmp_forward_eval(f)->chart, kmp_forward_chart_bytes(f)) != 0;
 }
 
 /* -- marks ------------------------------------------------------------------------------------------- */
@@ -69,12 +69,12 @@ int kmp_forward_tell_mark(kmp_forward_formulation *f, double t, int condition)
 
 /* -- other coordinates ------------------------------------------------------------------------------- */
 
-/* Chooses other independent coordinates at the place, in the plant's state: as many, again. */
+/* Chooses other independent coordinates at the place, in the evaluator's state: as many, again. */
 static int choose_anew(kmp_forward_formulation *f, double *y)
 {
     kmp_linear *l = &f->v->linear;
     kmp_partition part;
-    kempe_status status = kmp_partition_of_rank(&part, f->system, l->plant->jacobian, l->part.r, NULL, 0);
+    kempe_status status = kmp_partition_of_rank(&part, f->system, l->eval->jacobian, l->part.r, NULL, 0);
     if (status != KEMPE_OK || kmp_varied_take(f->v, f->t, f->q, &part) != KEMPE_OK)
         return KMP_HALT;
     if (kmp_forward_take_up(f, f->t, y) != KMP_GO)
@@ -103,8 +103,8 @@ int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double 
 static void set_modes(const kmp_forward_formulation *f, const double *mode)
 {
     for (int k = 0; k < f->system->events.count; k++)
-        if ((kmp_forward_plant(f)->mode[k] != 0) != (mode[k] != 0))
-            kmp_plant_set_mode(kmp_forward_plant(f), k, mode[k] != 0);
+        if ((kmp_forward_eval(f)->mode[k] != 0) != (mode[k] != 0))
+            kmp_eval_set_mode(kmp_forward_eval(f), k, mode[k] != 0);
 }
 
 /* dt_e/dp of condition k at the place, which is the last state. False: the condition is touched, not passed. */
@@ -166,7 +166,7 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
                        "respect to parameters there",
                        k, t);
     kmp_forward_keep_old(f);
-    memcpy(f->mode, l->plant->mode, kmp_forward_mode_bytes(f));
+    memcpy(f->mode, l->eval->mode, kmp_forward_mode_bytes(f));
     double integrand = integrand_here(f);
     for (int i = 0; i < f->width; i++)
         f->before[i] = l->qdd[kmp_forward_unknowns(f)[i]];
@@ -184,12 +184,12 @@ static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
 {
     const kmp_linear *l = &f->v->linear;
     int count = f->system->events.count, last = -1, said = KMP_GO;
-    memcpy(f->new_mode, l->plant->mode, kmp_forward_mode_bytes(f));
+    memcpy(f->new_mode, l->eval->mode, kmp_forward_mode_bytes(f));
     memcpy(f->next_mode, f->mode, kmp_forward_mode_bytes(f));
     set_modes(f, f->mode);
     if (kmp_forward_stand_at(f, t, y, false) != KMP_GO)
         return KMP_HALT;
-    kmp_plant_all_changes(l->plant, t, l->q, l->qd, l->qdd, l->lambda, f->changes);
+    kmp_eval_all_changes(l->eval, t, l->q, l->qd, l->qdd, l->lambda, f->changes);
     for (int k = 0; k < count; k++) {
         bool changes = (f->new_mode[k] != 0) != (f->mode[k] != 0);
         f->cause[k] = changes && (f->changes[k] < 0) != (f->mode[k] != 0);
@@ -209,17 +209,17 @@ static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
 /* Joints have been centred: converts the place from the charts before to (q, qd) in the current ones. */
 static int pass_charts(kmp_forward_formulation *f, double t, const double *q, const double *qd, double *y)
 {
-    memcpy(f->new_chart, kmp_forward_plant(f)->chart, kmp_forward_chart_bytes(f));
-    kmp_plant_set_charts(kmp_forward_plant(f), f->chart);
+    memcpy(f->new_chart, kmp_forward_eval(f)->chart, kmp_forward_chart_bytes(f));
+    kmp_eval_set_charts(kmp_forward_eval(f), f->chart);
     if (kmp_forward_spread(f, t, y) != KMP_GO)
         return KMP_HALT;
-    kmp_plant_set_charts(kmp_forward_plant(f), f->new_chart);
+    kmp_eval_set_charts(kmp_forward_eval(f), f->new_chart);
     kmp_forward_keep_old(f);
     kmp_forward_enter_charts(f, q, qd);
     if (kmp_forward_tell_mark(f, t, -1) != KMP_GO)
         return KMP_HALT;
     kmp_forward_keep_old(f);
-    kmp_plant_closure(kmp_forward_plant(f), t, q);
+    kmp_eval_closure(kmp_forward_eval(f), t, q);
     if (!f->start.fixed && !f->zone)
         return choose_anew(f, y);
     kmp_forward_pack(f, y);
@@ -232,7 +232,7 @@ int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, 
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     int half = kmp_forward_blocks(f);
     (void)qdd, (void)lambda, (void)yp;
-    if (f->system->events.count > 0 && memcmp(f->mode, kmp_forward_plant(f)->mode, kmp_forward_mode_bytes(f)) != 0 &&
+    if (f->system->events.count > 0 && memcmp(f->mode, kmp_forward_eval(f)->mode, kmp_forward_mode_bytes(f)) != 0 &&
         pass_conditions(f, t, y) != KMP_GO)
         return KMP_HALT;
     if (kmp_forward_charts_differ(f, f->chart) && pass_charts(f, t, q, qd, y) != KMP_GO)

@@ -15,7 +15,7 @@ typedef struct kmp_forward_formulation {
     kmp_formulation formulation; /* first */
     kmp_arena arena;
     kmp_varied *v;
-    kmp_plant *own; /* of v, while the runner's is lent */
+    kmp_evaluator *own; /* of v, while the runner's is lent */
     const kmp_forward *ask;
     const kempe_system *system;
     const double *sizes;
@@ -53,9 +53,9 @@ static inline const int *kmp_forward_unknowns(const kmp_forward_formulation *f)
     return f->zone ? f->every : f->v->linear.part.u;
 }
 
-static inline kmp_plant *kmp_forward_plant(const kmp_forward_formulation *f)
+static inline kmp_evaluator *kmp_forward_eval(const kmp_forward_formulation *f)
 {
-    return f->v->linear.plant;
+    return f->v->linear.eval;
 }
 
 static inline size_t kmp_forward_chart_bytes(const kmp_forward_formulation *f)
@@ -100,7 +100,7 @@ void kmp_forward_explain(kmp_formulation *formulation);
 /** Puts the whole mechanism at (t, y) into the place. */
 int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y);
 
-/** Converts the place to the plant's charts, in which it is (q, qd). */
+/** Converts the place to the evaluator's charts, in which it is (q, qd). */
 void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const double *qd);
 
 bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart);

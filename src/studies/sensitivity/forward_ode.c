@@ -160,7 +160,7 @@ void kmp_forward_settle(kmp_forward_formulation *f)
 {
     kmp_linear *l = &f->v->linear;
     int row, column;
-    memcpy(f->mode, l->plant->mode, kmp_forward_mode_bytes(f));
+    memcpy(f->mode, l->eval->mode, kmp_forward_mode_bytes(f));
     kmp_varied_anchor(f->v);
     f->crossed = false;
     if (l->red.r == 0)
@@ -197,7 +197,7 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
 {
     kmp_forward_formulation *f = self;
     if (!dy)
-        kmp_plant_closure(kmp_forward_plant(f), t, y);
+        kmp_eval_closure(kmp_forward_eval(f), t, y);
     else if (kmp_forward_come_to(f, t, y) != KMP_GO)
         return KMP_RETRY;
     if (dy && !as_it_is)
@@ -205,7 +205,7 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     if (dy)
         give(f, y, dy);
     if (distance)
-        *distance = kmp_margin_at(f->start.margin, kmp_forward_plant(f));
+        *distance = kmp_margin_at(f->start.margin, kmp_forward_eval(f));
     return KMP_GO;
 }
 
@@ -246,12 +246,12 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         if (crosses || kmp_varied_miss(f->v, y) > FARTHEST)
             return KMP_RETRY;
     }
-    if (f->ask->alone && l->red.r > 0 && kmp_margin_at(f->start.margin, l->plant) < KMP_MARGIN_ENDS) {
+    if (f->ask->alone && l->red.r > 0 && kmp_margin_at(f->start.margin, l->eval) < KMP_MARGIN_ENDS) {
         say_change_point(f, t);
         return KMP_HALT;
     }
-    int said = kmp_redundant_check(l->plant, &l->part, t, f->start.atol + f->start.rtol, &f->formulation.reason);
-    if (said == KMP_GO && kmp_margin_refuses(f->start.margin, l->plant, t))
+    int said = kmp_redundant_check(l->eval, &l->part, t, f->start.atol + f->start.rtol, &f->formulation.reason);
+    if (said == KMP_GO && kmp_margin_refuses(f->start.margin, l->eval, t))
         said = KMP_RETRY;
     if (said == KMP_GO)
         kmp_forward_settle(f);
@@ -262,9 +262,9 @@ void kmp_forward_explain(kmp_formulation *formulation)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     double t = f->v->anchor[0].t;
-    kmp_plant_closure(kmp_forward_plant(f), t, f->v->anchor[0].q);
+    kmp_eval_closure(kmp_forward_eval(f), t, f->v->anchor[0].q);
     if (f->zone || f->crossed ||
-        (f->growth < KMP_GROWTH_EXPLAINS && kmp_margin_at(f->start.margin, kmp_forward_plant(f)) < KMP_MARGIN_EXPLAINS))
+        (f->growth < KMP_GROWTH_EXPLAINS && kmp_margin_at(f->start.margin, kmp_forward_eval(f)) < KMP_MARGIN_EXPLAINS))
         say_change_point(f, t);
     else if (f->growth >= KMP_GROWTH_EXPLAINS)
         kmp_text_printf(&formulation->reason,

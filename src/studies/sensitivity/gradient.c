@@ -63,10 +63,10 @@ static kmp_instant instant(const kempe_gradient *g)
 static bool close_loops(kempe_gradient *g, double *q)
 {
     kmp_reduction *red = &g->linear.red;
-    kmp_plant *plant = g->linear.plant;
+    kmp_evaluator *eval = g->linear.eval;
     if (kmp_reduction_close(red, 0, q, NULL, 0))
         return false;
-    kmp_plant_closure(plant, 0, q);
+    kmp_eval_closure(eval, 0, q);
     if (kmp_reduction_factor(red))
         return false;
     kmp_reduction_tangent(red);
@@ -326,7 +326,7 @@ static kempe_status stand(kempe_gradient *g, const int *driven)
     kmp_operating *start = NULL;
     KMP_TRY(kmp_operating_new(g->system, "start", NULL, &start));
     if (start->chart)
-        kmp_plant_set_charts(g->linear.plant, start->chart);
+        kmp_eval_set_charts(g->linear.eval, start->chart);
     kempe_status status = kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven);
     if (status == KEMPE_OK && g->linear.p != g->driven)
         status = tell_freedoms(g);

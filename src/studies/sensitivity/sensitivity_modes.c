@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensitivities of modes: one row, with real and imaginary part, frequency and damping of each. */
 #include "base/memory.h"
-#include "dynamics/pressed.h"
+#include "dynamics/load_dependent.h"
 #include "studies/modes/mode_slopes.h"
 #include "studies/sensitivity/sensitivity_state.h"
 #include <kempe/sensitivity.h>
@@ -112,7 +112,7 @@ static kempe_status find(kempe_sensitivity *s)
                         : KEMPE_OK;
     x = (kmp_sensitivity_state){0};
     if (status == KEMPE_OK)
-        status = kmp_refuse_pressed(s->system, "sensitivities of modes");
+        status = kmp_refuse_load_dependent(s->system, "sensitivities of modes");
     if (status == KEMPE_OK)
         status = kmp_sensitivity_state_init(&x, s, false);
     if (status == KEMPE_OK)

@@ -409,7 +409,7 @@ static kempe_status find(kempe_sensitivity *s)
     kempe_status status = prepare(&w);
     s->build_s += kmp_cpu_now() - begin;
     const char *method = s->ask->method;
-    bool many = s->ask->integral && s->count >= WORTH_ADJOINT && s->system->pressed_count == 0;
+    bool many = s->ask->integral && s->count >= WORTH_ADJOINT && s->system->load_row_count == 0;
     w.adjoint = method ? strcmp(method, "adjoint") == 0 : many;
     s->method = w.adjoint ? "adjoint" : "forward";
     if (status == KEMPE_OK)

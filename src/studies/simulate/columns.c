@@ -163,9 +163,10 @@ void kmp_columns_free(kmp_columns *columns)
     *columns = (kmp_columns){0};
 }
 
-void kmp_columns_fill(const kempe_trajectory *t, const kmp_columns *columns, kmp_plant *plant, int row, double *values)
+void kmp_columns_fill(const kempe_trajectory *t, const kmp_columns *columns, kmp_evaluator *eval, int row,
+                      double *values)
 {
-    const double *shown = kmp_trajectory_shown(t, plant, row);
+    const double *shown = kmp_trajectory_shown(t, eval, row);
     values[0] = kmp_samples_time(&t->table, row);
     for (int k = 1; k < columns->count; k++) {
         const kmp_column *of = &columns->of[k];

@@ -2,7 +2,7 @@
 /* Simulating: options to a run, a run to a trajectory. */
 #include "studies/simulate/trajectory.h"
 #include "base/memory.h"
-#include "constraints/evaluation/pressing.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
@@ -247,15 +247,15 @@ static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
     return t->status;
 }
 
-const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, int row)
+const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_evaluator *eval, int row)
 {
-    return kmp_plant_shown(plant, kmp_samples_time(&t->table, row), kmp_samples_get(&t->table, KMP_QUANTITY_Q, row),
-                           kmp_samples_get(&t->table, KMP_QUANTITY_QD, row),
-                           kmp_samples_get(&t->table, KMP_QUANTITY_QDD, row),
-                           kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, row));
+    return kmp_eval_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_get(&t->table, KMP_QUANTITY_Q, row),
+                          kmp_samples_get(&t->table, KMP_QUANTITY_QD, row),
+                          kmp_samples_get(&t->table, KMP_QUANTITY_QDD, row),
+                          kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, row));
 }
 
-static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
+static void judge_last_row(kempe_trajectory *t, kmp_evaluator *eval)
 {
     const kempe_model *model = t->system->model;
     int last = t->table.rows - 1, shown = kmp_outputs_width(model);
@@ -264,10 +264,10 @@ static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
     double time = kmp_samples_time(&t->table, last);
     const double *q = kmp_samples_get(&t->table, KMP_QUANTITY_Q, last);
     if (model->closure_count > 0)
-        memcpy(t->reaction, kmp_plant_reactions(plant, time, q, kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
+        memcpy(t->reaction, kmp_eval_reactions(eval, time, q, kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
                3 * (size_t)model->closure_count * sizeof(double));
     if (shown > 0)
-        memcpy(t->shown, kmp_trajectory_shown(t, plant, last), (size_t)shown * sizeof(double));
+        memcpy(t->shown, kmp_trajectory_shown(t, eval, last), (size_t)shown * sizeof(double));
 }
 
 /* A complete run may be wrong: its closure residuals and its energy balance show that. */
@@ -291,7 +291,7 @@ static void warn_of_verdict(const kempe_trajectory *t)
 }
 
 /* Multipliers that redundant rows leave open have no error. */
-static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_plant *plant, bool **shared)
+static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_evaluator *eval, bool **shared)
 {
     int count;
     *shared = KMP_NEW(bool, t->system->m);
@@ -299,7 +299,7 @@ static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_plan
         return kmp_fail_memory(j->context);
     if (t->table.rows == 0)
         return KEMPE_OK;
-    kempe_status status = kmp_find_shared(plant, kmp_samples_time(&t->table, 0),
+    kempe_status status = kmp_find_shared(eval, kmp_samples_time(&t->table, 0),
                                           kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), *shared, &count);
     j->reference.shared = *shared;
     return status;
@@ -308,17 +308,17 @@ static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_plan
 static kempe_status judge(kempe_trajectory *t, job *j)
 {
     bool *shared = NULL;
-    kmp_plant *plant = kmp_plant_new(t->system, t->backend);
-    if (!plant)
+    kmp_evaluator *eval = kmp_eval_new(t->system, t->backend);
+    if (!eval)
         return KEMPE_E_MEMORY;
-    kempe_status status = j->has_reference ? leave_out_shared(t, j, plant, &shared) : KEMPE_OK;
+    kempe_status status = j->has_reference ? leave_out_shared(t, j, eval, &shared) : KEMPE_OK;
     if (status == KEMPE_OK)
-        t->verdict = kmp_verdict_of(&t->table, plant, j->has_reference ? &j->reference : NULL);
+        t->verdict = kmp_verdict_of(&t->table, eval, j->has_reference ? &j->reference : NULL);
     j->reference.shared = NULL;
     kmp_free(shared);
     warn_of_verdict(t);
-    judge_last_row(t, plant);
-    kmp_plant_free(plant);
+    judge_last_row(t, eval);
+    kmp_eval_free(eval);
     return status;
 }
 

@@ -25,8 +25,8 @@ struct kempe_trajectory {
     double *shown;         /* values of outputs in addition to the table, per row */
 };
 
-/** The outputs in addition to the table (model/tables/output_table.h) at a row; owned by the plant. */
-const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, int row);
+/** The outputs in addition to the table (model/tables/output_table.h) at a row; owned by the evaluator. */
+const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_evaluator *eval, int row);
 
 /** The run of the options, with names and defaults resolved. `spec` points to `*u`, to be freed by the caller
  * (kmp_free), and to the strings of `run`. */

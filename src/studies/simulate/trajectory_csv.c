@@ -21,13 +21,13 @@ static void write_row(kmp_text *text, const double *values, int count)
     kmp_text_put(text, "\n");
 }
 
-static void write_all(kmp_text *text, const kempe_trajectory *trajectory, const kmp_columns *columns, kmp_plant *plant,
-                      double *values)
+static void write_all(kmp_text *text, const kempe_trajectory *trajectory, const kmp_columns *columns,
+                      kmp_evaluator *eval, double *values)
 {
     write_line(text, "# units: ", columns->unit, columns->count);
     write_line(text, "", columns->name, columns->count);
     for (int row = 0; row < trajectory->table.rows; row++) {
-        kmp_columns_fill(trajectory, columns, plant, row, values);
+        kmp_columns_fill(trajectory, columns, eval, row, values);
         write_row(text, values, columns->count);
     }
 }
@@ -38,19 +38,19 @@ kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajectory, cons
     KMP_WANTED(trajectory->system->context, path, "path");
     const kempe_system *system = trajectory->system;
     kmp_context_clear(system->context);
-    kmp_plant *plant = kmp_plant_new(system, trajectory->backend);
-    if (!plant)
+    kmp_evaluator *eval = kmp_eval_new(system, trajectory->backend);
+    if (!eval)
         return KEMPE_E_MEMORY;
     kmp_text text = {0};
     kmp_columns columns;
     bool ok = kmp_columns_init(&columns, system);
     double *values = ok ? KMP_NEW(double, columns.count) : NULL;
     if (values)
-        write_all(&text, trajectory, &columns, plant, values);
+        write_all(&text, trajectory, &columns, eval, values);
     ok = ok && values && !text.failed;
     kempe_status status = ok ? kempe_write_file(system->context, path, text.s) : kmp_fail_memory(system->context);
     kmp_columns_free(&columns);
-    kmp_plant_free(plant);
+    kmp_eval_free(eval);
     kmp_text_free(&text);
     kmp_free(values);
     return status;

@@ -20,7 +20,7 @@ typedef struct job {
     kmp_arena arena;
     kmp_linear linear;
     kmp_operating *start;
-    double *q, *before;                    /* n: the last state, in the charts of the plant */
+    double *q, *before;                    /* n: the last state, in the charts of the evaluator */
     double *here, *there, *from, *between; /* values of the swept quantities */
     double *parameters;
     int shown; /* the first output of wheels among all computed ones */
@@ -155,7 +155,7 @@ static kempe_status begin(job *j, const kempe_contact_options *ask)
     if (status != KEMPE_OK)
         return status;
     if (j->start->chart)
-        kmp_plant_set_charts(j->linear.plant, j->start->chart);
+        kmp_eval_set_charts(j->linear.eval, j->start->chart);
     memcpy(j->q, j->start->inner_q, (size_t)t->system->n * sizeof *j->q);
     status = hold_what_moves(j);
     for (int k = 0; k < t->over.count; k++)
@@ -216,7 +216,7 @@ static kempe_status check_ends(const job *j)
     double *change = KMP_NEW(double, s->events.count);
     kempe_status status = change ? KEMPE_OK : kmp_fail_memory(s->context);
     if (status == KEMPE_OK && s->events.count > 0)
-        kmp_plant_all_changes(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda, change);
+        kmp_eval_all_changes(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda, change);
     for (int k = 0; status == KEMPE_OK && k < s->events.count; k++)
         if (s->events.condition[k].ends && change[k] < 0)
             status = kmp_fail(s->context, KEMPE_E_FAILED, "%s%s%s", s->event_text[k],
@@ -237,8 +237,8 @@ static kempe_status take_row(job *j)
     memcpy(q, l->q, n * sizeof *q);
     memcpy(qd, l->qd, n * sizeof *qd);
     if (t->system->chart_count > 0)
-        kmp_charts_show(t->system, l->plant->chart, l->q, q, qd);
-    const double *shown = kmp_plant_shown(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
+        kmp_charts_show(t->system, l->eval->chart, l->q, q, qd);
+    const double *shown = kmp_eval_shown(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda);
     kempe_contact_patch *patch = t->patch + row * (size_t)t->first[t->wheel_count];
     for (int w = 0; w < t->wheel_count; w++)
         for (int z = t->first[w]; z < t->first[w + 1]; z++)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Finds the force that depends on multipliers, and rejects analyses that do not support one. */
-#include "dynamics/pressed.h"
+#include "dynamics/load_dependent.h"
 #include <string.h>
 
 static bool depends_on(const kmp_expr *e, int closure)
@@ -18,7 +18,7 @@ static bool force_depends_on(const kmp_force *force, int closure)
     return any;
 }
 
-const char *kmp_pressed_force(const kempe_system *s, int row)
+const char *kmp_load_dependent_force(const kempe_system *s, int row)
 {
     const kempe_model *model = s->model;
     int closure = s->rows[row].closure;
@@ -36,18 +36,18 @@ static bool is_wheel(const kempe_model *model, const char *name)
     return false;
 }
 
-kempe_status kmp_refuse_pressed(const kempe_system *s, const char *what)
+kempe_status kmp_refuse_load_dependent(const kempe_system *s, const char *what)
 {
-    if (s->pressed_count == 0)
+    if (s->load_row_count == 0)
         return KEMPE_OK;
-    const char *force = kmp_pressed_force(s, s->pressed[0]);
+    const char *force = kmp_load_dependent_force(s, s->load_rows[0]);
     return kmp_fail(s->context, KEMPE_E_ARGUMENT,
                     "%s: force '%s' depends on the multiplier of closure row '%s', which is not supported there; %s",
-                    what, force, s->row_names[s->pressed[0]],
+                    what, force, s->row_names[s->load_rows[0]],
                     is_wheel(s->model, force) ? "use elastic contact" : "give it a law without lambda");
 }
 
-kempe_status kmp_refuse_pressed_model(const kempe_model *model, const char *what)
+kempe_status kmp_refuse_load_dependent_model(const kempe_model *model, const char *what)
 {
     for (int k = 0; k < model->force_count; k++) {
         const kmp_expr *lambda = kmp_force_lambda(&model->forces[k]);

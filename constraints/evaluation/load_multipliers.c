@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/evaluation/pressing.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
-#include "dynamics/pressed.h"
+#include "dynamics/load_dependent.h"
 #include "linalg/dense/dense.h"
 #include <float.h>
 #include <math.h>
@@ -18,7 +18,7 @@ enum { MAX_NEWTON = 30, MAX_HALVINGS = 12 };
 /* Least relative decrease of the residual; otherwise the step is halved. */
 #define DESCENT 0.1
 
-typedef struct kmp_press_work {
+typedef struct kmp_load_work {
     kmp_arena arena;
     int count;                /* number of unknowns */
     double *lambda, *changed; /* m */
@@ -28,15 +28,15 @@ typedef struct kmp_press_work {
     double *from;             /* m: nu before the step */
     int *pivot;
     int worst; /* row of the largest residual when Newton's method failed; -1: it did not */
-} kmp_press_work;
+} kmp_load_work;
 
-struct kmp_press_work *kmp_press_work_new(const kempe_system *s)
+struct kmp_load_work *kmp_load_work_new(const kempe_system *s)
 {
-    kmp_press_work *w = KMP_NEW(kmp_press_work, 1);
-    size_t count = (size_t)s->pressed_count, m = (size_t)s->m;
+    kmp_load_work *w = KMP_NEW(kmp_load_work, 1);
+    size_t count = (size_t)s->load_row_count, m = (size_t)s->m;
     if (!w)
         return NULL;
-    w->count = s->pressed_count;
+    w->count = s->load_row_count;
     w->worst = -1;
     w->lambda = KMP_ARENA_NEW(&w->arena, double, m);
     w->changed = KMP_ARENA_NEW(&w->arena, double, m);
@@ -48,11 +48,11 @@ struct kmp_press_work *kmp_press_work_new(const kempe_system *s)
     w->pivot = KMP_ARENA_NEW(&w->arena, int, count);
     if (!w->arena.failed)
         return w;
-    kmp_press_work_free(w);
+    kmp_load_work_free(w);
     return NULL;
 }
 
-void kmp_press_work_free(struct kmp_press_work *w)
+void kmp_load_work_free(struct kmp_load_work *w)
 {
     if (w)
         kmp_arena_free(&w->arena);
@@ -67,21 +67,21 @@ typedef struct distance {
     double energy, part;
 } distance;
 
-/* Measures at the plant's bias. Steps are judged by the energy alone: the terms of the part change with nu. */
-static distance look(const kmp_plant *plant, const kmp_answer *answer)
+/* Measures at the evaluator's bias. Steps are judged by the energy alone: the terms of the part change with nu. */
+static distance look(const kmp_evaluator *eval, const kmp_answer *answer)
 {
-    const kempe_system *s = plant->system;
-    kmp_press_work *w = plant->press;
+    const kempe_system *s = eval->system;
+    kmp_load_work *w = eval->load;
     double size = 0, worst = 0;
-    answer->multipliers(answer->self, plant->bias, false, w->lambda);
+    answer->multipliers(answer->self, eval->bias, false, w->lambda);
     for (int r = 0; r < s->m; r++)
-        size = fmax(size, fmax(fabs(w->lambda[r]), fabs(plant->nu[r])) * s->row_scale[r]);
+        size = fmax(size, fmax(fabs(w->lambda[r]), fabs(eval->nu[r])) * s->row_scale[r]);
     for (int i = 0; i < s->n; i++)
-        size = fmax(size, fabs(plant->bias[i]) * s->scale[i]);
-    w->worst = s->pressed[0];
+        size = fmax(size, fabs(eval->bias[i]) * s->scale[i]);
+    w->worst = s->load_rows[0];
     for (int k = 0; k < w->count; k++) {
-        int r = s->pressed[k];
-        w->residual[k] = w->lambda[r] - plant->nu[r];
+        int r = s->load_rows[k];
+        w->residual[k] = w->lambda[r] - eval->nu[r];
         double part = fabs(w->residual[k]) * s->row_scale[r];
         if (!isfinite(part))
             return (distance){INFINITY, INFINITY};
@@ -92,63 +92,63 @@ static distance look(const kmp_plant *plant, const kmp_answer *answer)
 }
 
 /* dLambda/dnu - 1. */
-static void fill_matrix(const kmp_plant *plant, const kmp_answer *answer)
+static void fill_matrix(const kmp_evaluator *eval, const kmp_answer *answer)
 {
-    const kempe_system *s = plant->system;
-    const kmp_pattern *pressing = &s->pressing;
-    kmp_press_work *w = plant->press;
+    const kempe_system *s = eval->system;
+    const kmp_pattern *load = &s->load_jacobian;
+    kmp_load_work *w = eval->load;
     for (int k = 0; k < w->count; k++) {
         memset(w->column, 0, (size_t)s->n * sizeof *w->column);
-        for (int e = 0; e < pressing->count; e++)
-            if (pressing->col[e] == s->pressed[k])
-                w->column[pressing->row[e]] = plant->pressing[e];
+        for (int e = 0; e < load->count; e++)
+            if (load->col[e] == s->load_rows[k])
+                w->column[load->row[e]] = eval->load_jacobian[e];
         answer->multipliers(answer->self, w->column, true, w->changed);
         for (int i = 0; i < w->count; i++)
-            w->matrix[i + k * w->count] = w->changed[s->pressed[i]] - (i == k);
+            w->matrix[i + k * w->count] = w->changed[s->load_rows[i]] - (i == k);
     }
 }
 
-bool kmp_press_factor(kmp_plant *plant, const kmp_answer *answer)
+bool kmp_load_factor(kmp_evaluator *eval, const kmp_answer *answer)
 {
-    kmp_press_work *w = plant->press;
+    kmp_load_work *w = eval->load;
     if (!w)
         return true;
-    fill_matrix(plant, answer);
+    fill_matrix(eval, answer);
     return kmp_lu_factor(w->count, w->matrix, w->pivot) == 0;
 }
 
 /* step = -(dLambda/dnu - 1)^-1 rhs */
-static void solve(kmp_press_work *w)
+static void solve(kmp_load_work *w)
 {
     for (int k = 0; k < w->count; k++)
         w->step[k] = -w->step[k];
     kmp_lu_solve(w->count, w->matrix, w->pivot, 1, w->step);
 }
 
-void kmp_press_change(const kmp_plant *plant, const kmp_answer *answer, double *bias)
+void kmp_load_change(const kmp_evaluator *eval, const kmp_answer *answer, double *bias)
 {
-    const kempe_system *s = plant->system;
-    const kmp_pattern *pressing = &s->pressing;
-    kmp_press_work *w = plant->press;
+    const kempe_system *s = eval->system;
+    const kmp_pattern *load = &s->load_jacobian;
+    kmp_load_work *w = eval->load;
     if (!w)
         return;
     memcpy(w->column, bias, (size_t)s->n * sizeof *bias); /* bias may be scratch of the answer */
     answer->multipliers(answer->self, w->column, true, w->changed);
     for (int k = 0; k < w->count; k++)
-        w->step[k] = w->changed[s->pressed[k]];
+        w->step[k] = w->changed[s->load_rows[k]];
     solve(w);
     for (int k = 0; k < w->count; k++)
-        w->changed[s->pressed[k]] = w->step[k];
+        w->changed[s->load_rows[k]] = w->step[k];
     memcpy(bias, w->column, (size_t)s->n * sizeof *bias);
-    for (int e = 0; e < pressing->count; e++)
-        bias[pressing->row[e]] += plant->pressing[e] * w->changed[pressing->col[e]];
+    for (int e = 0; e < load->count; e++)
+        bias[load->row[e]] += eval->load_jacobian[e] * w->changed[load->col[e]];
 }
 
 /* Computes the Newton step; false: it is not determined. */
-static bool find_step(kmp_plant *plant, const kmp_answer *answer)
+static bool find_step(kmp_evaluator *eval, const kmp_answer *answer)
 {
-    kmp_press_work *w = plant->press;
-    if (!kmp_press_factor(plant, answer))
+    kmp_load_work *w = eval->load;
+    if (!kmp_load_factor(eval, answer))
         return false;
     memcpy(w->step, w->residual, (size_t)w->count * sizeof *w->step);
     solve(w);
@@ -156,22 +156,22 @@ static bool find_step(kmp_plant *plant, const kmp_answer *answer)
 }
 
 /* Takes the step, or the part of it that reduces the residual; false: no part does. */
-static bool go(kmp_plant *plant, const kmp_answer *answer, distance *now)
+static bool go(kmp_evaluator *eval, const kmp_answer *answer, distance *now)
 {
-    const kempe_system *s = plant->system;
-    kmp_press_work *w = plant->press;
+    const kempe_system *s = eval->system;
+    kmp_load_work *w = eval->load;
     double part = 1, before = now->energy;
-    memcpy(w->from, plant->nu, (size_t)s->m * sizeof *w->from);
+    memcpy(w->from, eval->nu, (size_t)s->m * sizeof *w->from);
     for (int half = 0; half <= MAX_HALVINGS; half++, part /= 2) {
         for (int k = 0; k < w->count; k++)
-            w->changed[s->pressed[k]] = w->from[s->pressed[k]] + part * w->step[k];
+            w->changed[s->load_rows[k]] = w->from[s->load_rows[k]] + part * w->step[k];
         for (int r = 0, k = 0; r < s->m; r++) {
-            bool pressed = k < w->count && s->pressed[k] == r;
+            bool pressed = k < w->count && s->load_rows[k] == r;
             w->changed[r] = pressed ? w->changed[r] : 0;
             k += pressed;
         }
-        kmp_plant_bias_with(plant, w->changed);
-        *now = look(plant, answer);
+        kmp_eval_bias_with(eval, w->changed);
+        *now = look(eval, answer);
         if (now->energy <= (1 - DESCENT * part) * before || (half == 0 && now->part <= MOSTLY_ROUNDED))
             return true;
     }
@@ -179,14 +179,14 @@ static bool go(kmp_plant *plant, const kmp_answer *answer, distance *now)
 }
 
 /* Iterates from the present nu. */
-static bool settle(kmp_plant *plant, const kmp_answer *answer)
+static bool settle(kmp_evaluator *eval, const kmp_answer *answer)
 {
-    distance now = look(plant, answer);
+    distance now = look(eval, answer);
     for (int k = 0; k < MAX_NEWTON; k++) {
         if (now.part <= ROUNDING)
             return true;
         double before = now.energy;
-        if (!(before < INFINITY) || !find_step(plant, answer) || !go(plant, answer, &now))
+        if (!(before < INFINITY) || !find_step(eval, answer) || !go(eval, answer, &now))
             return false;
         if (now.part <= MOSTLY_ROUNDED && !(now.energy < 0.5 * before))
             return true;
@@ -194,55 +194,55 @@ static bool settle(kmp_plant *plant, const kmp_answer *answer)
     return false;
 }
 
-bool kmp_press(kmp_plant *plant, const kmp_answer *answer)
+bool kmp_load_settle(kmp_evaluator *eval, const kmp_answer *answer)
 {
-    kmp_press_work *w = plant->press;
+    kmp_load_work *w = eval->load;
     if (!w)
         return true;
-    bool settled = settle(plant, answer);
+    bool settled = settle(eval, answer);
     if (!settled) { /* the last solution may be far away */
-        memset(w->changed, 0, (size_t)plant->m * sizeof *w->changed);
-        kmp_plant_bias_with(plant, w->changed);
-        settled = settle(plant, answer);
+        memset(w->changed, 0, (size_t)eval->m * sizeof *w->changed);
+        kmp_eval_bias_with(eval, w->changed);
+        settled = settle(eval, answer);
     }
     if (!settled) {
-        memset(plant->nu, 0, (size_t)plant->m * sizeof *plant->nu);
+        memset(eval->nu, 0, (size_t)eval->m * sizeof *eval->nu);
         return false;
     }
     w->worst = -1;
     return true;
 }
 
-void kmp_press_forget(kmp_plant *plant)
+void kmp_load_forget(kmp_evaluator *eval)
 {
-    if (plant->nu)
-        memset(plant->nu, 0, (size_t)plant->m * sizeof *plant->nu);
+    if (eval->nu)
+        memset(eval->nu, 0, (size_t)eval->m * sizeof *eval->nu);
 }
 
 /* -- sentences --------------------------------------------------------------------------------------- */
 
-bool kmp_is_unsettled(const kmp_plant *plant)
+bool kmp_is_unsettled(const kmp_evaluator *eval)
 {
-    return plant->press && plant->press->worst >= 0;
+    return eval->load && eval->load->worst >= 0;
 }
 
-void kmp_put_unsettled(const kmp_plant *plant, kmp_text *text)
+void kmp_put_unsettled(const kmp_evaluator *eval, kmp_text *text)
 {
-    const kempe_system *s = plant->system;
-    int row = plant->press->worst;
+    const kempe_system *s = eval->system;
+    int row = eval->load->worst;
     kmp_text_printf(
         text,
         "force '%s' depends on the multiplier of closure row '%s', and at t = %.9g no consistent value of both is "
         "found: such friction locks or has several solutions; reduce it, or widen its regularisation",
-        kmp_pressed_force(s, row), s->row_names[row], plant->t);
+        kmp_load_dependent_force(s, row), s->row_names[row], eval->t);
 }
 
-kempe_status kmp_fail_unsettled(const kmp_plant *plant)
+kempe_status kmp_fail_unsettled(const kmp_evaluator *eval)
 {
     kmp_text text = {0};
-    kmp_put_unsettled(plant, &text);
-    kempe_status status = text.failed ? kmp_fail_memory(plant->system->context)
-                                      : kmp_fail(plant->system->context, KEMPE_E_FAILED, "%s", text.s);
+    kmp_put_unsettled(eval, &text);
+    kempe_status status = text.failed ? kmp_fail_memory(eval->system->context)
+                                      : kmp_fail(eval->system->context, KEMPE_E_FAILED, "%s", text.s);
     kmp_text_free(&text);
     return status;
 }
@@ -254,18 +254,18 @@ static kempe_status complain_shared(const kempe_system *s, int row, int other)
     return kmp_fail(s->context, KEMPE_E_FAILED,
                     "force '%s' depends on the multiplier of closure row '%s', which is not determined: it and row "
                     "'%s' are redundant, so that their shares of the load are unknown; remove one of them",
-                    kmp_pressed_force(s, row), s->row_names[row], s->row_names[other]);
+                    kmp_load_dependent_force(s, row), s->row_names[row], s->row_names[other]);
 }
 
 /* share (m): part of each kept row in the dropped one, from Jv' a = its v columns, scaled; infinite for the dropped
  * row. */
 static void shares_of(kmp_reduction *red, int dropped, double *share)
 {
-    const kempe_system *s = red->plant->system;
+    const kempe_system *s = red->eval->system;
     memset(red->force, 0, (size_t)red->n * sizeof *red->force);
     for (int e = 0; e < s->jacobian.count; e++)
         if (s->jacobian.row[e] == dropped)
-            red->force[s->jacobian.col[e]] = red->plant->jacobian[e];
+            red->force[s->jacobian.col[e]] = red->eval->jacobian[e];
     kmp_reduction_pull(red, red->force, share);
     for (int r = 0; r < s->m; r++)
         share[r] = r == dropped ? INFINITY : fabs(share[r]) * s->row_scale[r] / s->row_scale[dropped];
@@ -273,49 +273,49 @@ static void shares_of(kmp_reduction *red, int dropped, double *share)
 
 static kempe_status check_row(kmp_reduction *red, int dropped)
 {
-    const kempe_system *s = red->plant->system;
-    double *share = red->plant->press->changed;
+    const kempe_system *s = red->eval->system;
+    double *share = red->eval->load->changed;
     int most = red->part->rows[0];
     shares_of(red, dropped, share);
     for (int i = 1; i < red->r; i++)
         if (share[red->part->rows[i]] > share[most])
             most = red->part->rows[i];
-    for (int k = 0; k < s->pressed_count; k++)
-        if (share[s->pressed[k]] > KMP_RANK_SHARED)
-            return complain_shared(s, s->pressed[k], s->pressed[k] == dropped ? most : dropped);
+    for (int k = 0; k < s->load_row_count; k++)
+        if (share[s->load_rows[k]] > KMP_RANK_SHARED)
+            return complain_shared(s, s->load_rows[k], s->load_rows[k] == dropped ? most : dropped);
     return KEMPE_OK;
 }
 
-kempe_status kmp_pressing_check(kmp_plant *plant, const kmp_partition *part)
+kempe_status kmp_load_check(kmp_evaluator *eval, const kmp_partition *part)
 {
     kmp_reduction red;
-    if (!plant->press || part->r == part->m || part->r == 0)
+    if (!eval->load || part->r == part->m || part->r == 0)
         return KEMPE_OK;
-    kempe_status status = kmp_reduction_init(&red, plant, part);
+    kempe_status status = kmp_reduction_init(&red, eval, part);
     if (status != KEMPE_OK)
         return status;
     if (kmp_reduction_factor(&red))
-        status = kmp_fail(plant->system->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", plant->t);
+        status = kmp_fail(eval->system->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", eval->t);
     for (int k = 0; status == KEMPE_OK && k < part->m - part->r; k++)
         status = check_row(&red, part->redundant[k]);
     kmp_reduction_free(&red);
     return status;
 }
 
-kempe_status kmp_find_shared(kmp_plant *plant, double t, const double *q, bool *shared, int *count)
+kempe_status kmp_find_shared(kmp_evaluator *eval, double t, const double *q, bool *shared, int *count)
 {
-    const kempe_system *s = plant->system;
+    const kempe_system *s = eval->system;
     kmp_reduction red = {0};
     kmp_partition part = {0};
     double *share = KMP_NEW(double, s->m);
     *count = 0;
     memset(shared, 0, (size_t)s->m * sizeof *shared);
-    kmp_plant_closure(plant, t, q);
+    kmp_eval_closure(eval, t, q);
     kempe_status status = !share     ? kmp_fail_memory(s->context)
-                          : s->m > 0 ? kmp_partition_init(&part, s, plant->jacobian, NULL, 0)
+                          : s->m > 0 ? kmp_partition_init(&part, s, eval->jacobian, NULL, 0)
                                      : KEMPE_OK;
     if (status == KEMPE_OK && part.r < part.m) {
-        status = kmp_reduction_init(&red, plant, &part);
+        status = kmp_reduction_init(&red, eval, &part);
         bool good = status == KEMPE_OK && !kmp_reduction_factor(&red);
         for (int k = 0; good && k < part.m - part.r; k++) {
             shares_of(&red, part.redundant[k], share);

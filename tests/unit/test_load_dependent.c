@@ -2,7 +2,7 @@
 /* Forces that depend on what closures transmit: M qdd + C(lambda) = J' lambda, against formulas and an integration of
  * its own, on all formulations. */
 #include "base/memory.h"
-#include "constraints/evaluation/pressing.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/reduction.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
@@ -39,9 +39,9 @@ static void equations(void)
 {
     loaded l = load_text(rough);
     if (l.system) {
-        CHECK(l.system->m == 2 && l.system->pressed_count == 2);
-        CHECK(l.system->pressed[0] == 0 && l.system->pressed[1] == 1);
-        CHECK(l.system->pressing.count >= 2);
+        CHECK(l.system->m == 2 && l.system->load_row_count == 2);
+        CHECK(l.system->load_rows[0] == 0 && l.system->load_rows[1] == 1);
+        CHECK(l.system->load_jacobian.count >= 2);
         CHECK(l.system->motion->stages == KMP_STAGE_WORKING + 1);
     }
     unload(&l);
@@ -245,7 +245,7 @@ static void guide(void)
 /* -- Newton ------------------------------------------------------------------------------------------ */
 
 typedef struct bench {
-    kmp_plant *plant;
+    kmp_evaluator *eval;
     kmp_partition part;
     kmp_reduction red;
 } bench;
@@ -254,22 +254,22 @@ typedef struct bench {
 static void set_up(bench *b, const loaded *l, double phi, double rate)
 {
     double rod = asin(-0.3 * sin(phi) / 0.7), q[2] = {phi, rod - phi}, qd[2], ud = rate;
-    b->plant = kmp_plant_new(l->system, "tape");
-    kmp_plant_closure(b->plant, 0, q);
-    CHECK(kmp_partition_init(&b->part, l->system, b->plant->jacobian, (int[]){0}, 1) == KEMPE_OK);
-    CHECK(kmp_reduction_init(&b->red, b->plant, &b->part) == KEMPE_OK);
+    b->eval = kmp_eval_new(l->system, "tape");
+    kmp_eval_closure(b->eval, 0, q);
+    CHECK(kmp_partition_init(&b->part, l->system, b->eval->jacobian, (int[]){0}, 1) == KEMPE_OK);
+    CHECK(kmp_reduction_init(&b->red, b->eval, &b->part) == KEMPE_OK);
     CHECK(kmp_reduction_factor(&b->red) == 0);
     kmp_reduction_tangent(&b->red);
     kmp_reduction_rates(&b->red, &ud, qd);
-    kmp_plant_mass(b->plant);
-    kmp_plant_bias(b->plant, qd);
+    kmp_eval_mass(b->eval);
+    kmp_eval_bias(b->eval, qd);
 }
 
 static void take_down(bench *b)
 {
     kmp_reduction_free(&b->red);
     kmp_partition_free(&b->part);
-    kmp_plant_free(b->plant);
+    kmp_eval_free(b->eval);
 }
 
 /* Whatever it begins with, and by reduction or by the saddle system. */
@@ -282,14 +282,14 @@ static void same_root(void)
         double expected, load = accelerate(phi, 5, &expected), udd;
         set_up(&b, &l, phi, 5);
         for (size_t k = 0; k < sizeof from / sizeof *from; k++) {
-            kmp_plant_bias_with(b.plant, &from[k]);
+            kmp_eval_bias_with(b.eval, &from[k]);
             CHECK(kmp_reduction_accelerate(&b.red, &udd) == 0);
             CHECK_NEAR(udd, expected, 1e-12);
-            CHECK_NEAR(b.plant->nu[0], load, 1e-12);
+            CHECK_NEAR(b.eval->nu[0], load, 1e-12);
             kmp_saddle saddle;
             double qdd[2], lambda;
-            CHECK(kmp_saddle_init(&saddle, b.plant, &b.part) && kmp_saddle_factor(&saddle) == 0);
-            kmp_plant_bias_with(b.plant, &from[k]);
+            CHECK(kmp_saddle_init(&saddle, b.eval, &b.part) && kmp_saddle_factor(&saddle) == 0);
+            kmp_eval_bias_with(b.eval, &from[k]);
             kmp_saddle_accelerations(&saddle, qdd, &lambda);
             CHECK_NEAR(qdd[0], expected, 1e-12);
             CHECK_NEAR(lambda, load, 1e-12);
@@ -362,12 +362,12 @@ static void workspace(void)
 static double reduced(bench *b, double u, double ud, bool given, double udd)
 {
     double q[2] = {u, asin(-0.3 * sin(u) / 0.7) - u}, qd[2], out = udd;
-    kmp_plant_closure(b->plant, 0, q);
+    kmp_eval_closure(b->eval, 0, q);
     CHECK(kmp_reduction_factor(&b->red) == 0);
     kmp_reduction_tangent(&b->red);
     kmp_reduction_rates(&b->red, &ud, qd);
-    kmp_plant_mass(b->plant);
-    kmp_plant_bias(b->plant, qd);
+    kmp_eval_mass(b->eval);
+    kmp_eval_bias(b->eval, qd);
     if (given)
         kmp_reduction_residual(&b->red, &udd, &out);
     else

@@ -1,0 +1,521 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/evaluation/evaluator.h"
+#include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include "constraints/evaluation/load_multipliers.h"
+#include "constraints/rounding/rounding.h"
+#include <math.h>
+#include <string.h>
+
+/* -- conditions -------------------------------------------------------------------------------------- */
+
+/* Sets an input of all programs. */
+static void set_all(kmp_evaluator *eval, kmp_input_kind kind, const double *values)
+{
+    kmp_machine *machines[] = {eval->composite, eval->articulated, eval->judge, eval->changes};
+    for (size_t k = 0; k < sizeof machines / sizeof *machines; k++)
+        if (machines[k])
+            kmp_machine_set(machines[k], kind, values);
+}
+
+static void set_modes(kmp_evaluator *eval)
+{
+    set_all(eval, KMP_IN_MODE, eval->mode);
+}
+
+/* Updates the conditions to the state. Conditions may depend on conditions: each pass settles one level. */
+static void follow(kmp_evaluator *eval)
+{
+    int count = eval->system->events.count;
+    for (int pass = 0; pass <= count; pass++) {
+        bool same = true;
+        const double *change = kmp_machine_run(eval->changes, 1);
+        for (int k = 0; k < count; k++) {
+            const kmp_condition *condition = &eval->system->events.condition[k];
+            double mode = change[k] < 0 && !condition->ends && !condition->kink ? 1 : 0;
+            same = same && mode == eval->mode[k];
+            eval->mode[k] = mode;
+        }
+        if (same)
+            return;
+        set_modes(eval);
+    }
+}
+
+/* Takes new inputs of an evaluation; inputs that are NULL keep their last values. */
+static void visit(kmp_evaluator *eval, const double *t, const double *q, const double *qd)
+{
+    if (!eval->changes || eval->frozen)
+        return;
+    if (t)
+        kmp_machine_set(eval->changes, KMP_IN_TIME, t);
+    if (q)
+        kmp_machine_set(eval->changes, KMP_IN_Q, q);
+    if (qd)
+        kmp_machine_set(eval->changes, KMP_IN_QD, qd);
+    follow(eval);
+}
+
+const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, const double *qd)
+{
+    if (!eval->changes)
+        return NULL;
+    kmp_machine_set(eval->changes, KMP_IN_TIME, &t);
+    kmp_machine_set(eval->changes, KMP_IN_Q, q);
+    kmp_machine_set(eval->changes, KMP_IN_QD, qd);
+    return kmp_machine_run(eval->changes, 1);
+}
+
+void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                          const double *lambda, double *change)
+{
+    const kmp_events *events = &eval->system->events;
+    const double *now = kmp_eval_changes(eval, t, q, qd), *late = NULL;
+    for (int k = 0; k < events->count; k++)
+        change[k] = now[k];
+    for (int k = 0; k < events->count; k++) {
+        if (!events->condition[k].late)
+            continue;
+        if (!late) {
+            kmp_machine_set(eval->changes, KMP_IN_QDD, qdd);
+            kmp_machine_set(eval->changes, KMP_IN_LAMBDA, lambda);
+            late = kmp_machine_run(eval->changes, 2);
+        }
+        change[k] = *late++;
+    }
+    eval->solved[0] = now + events->count;
+    eval->solved[1] = late;
+}
+
+void kmp_eval_freeze(kmp_evaluator *eval, double t, const double *q, const double *qd)
+{
+    eval->frozen = false;
+    visit(eval, &t, q, qd);
+    eval->frozen = true;
+}
+
+void kmp_eval_set_mode(kmp_evaluator *eval, int condition, bool holds)
+{
+    eval->mode[condition] = holds && !eval->system->events.condition[condition].kink ? 1 : 0;
+    set_modes(eval);
+}
+
+void kmp_eval_set_kink(kmp_evaluator *eval, int condition, int side)
+{
+    eval->mode[condition] = side;
+    set_modes(eval);
+}
+
+/* -- charts ------------------------------------------------------------------------------------------ */
+
+/* Evaluates all values that are constant during steps. */
+static void run_constants(kmp_evaluator *eval)
+{
+    kmp_machine *machines[] = {eval->composite, eval->articulated, eval->judge, eval->changes};
+    set_all(eval, KMP_IN_CHART, eval->chart);
+    for (size_t k = 0; k < sizeof machines / sizeof *machines; k++)
+        if (machines[k])
+            (void)kmp_machine_run(machines[k], KMP_STAGE_PARAMETERS);
+}
+
+void kmp_eval_renew_parameters(kmp_evaluator *eval)
+{
+    set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
+    run_constants(eval);
+}
+
+void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
+{
+    memmove(eval->chart, chart, (size_t)(KMP_CHART_SIZE * eval->system->chart_count) * sizeof *chart);
+    eval->chart_version++;
+    run_constants(eval);
+}
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+/* Prepares the machines. Programs that are rarely evaluated use the tape, which needs no compilation. */
+static bool prepare(kmp_evaluator *eval, const kmp_backend *backend)
+{
+    const kmp_backend *seldom = kmp_backend_find("tape");
+    eval->motion = eval->composite = kmp_machine_new(eval->system->motion, backend);
+    eval->judge = kmp_machine_new(eval->system->judge, eval->system->dissipative ? backend : seldom);
+    if (eval->system->changes)
+        eval->changes = kmp_machine_new(eval->system->changes, seldom);
+    const kmp_arena_group groups[] = {{eval->n, {&eval->q, &eval->with_force, &eval->effort}},
+                                      {eval->system->events.count, {&eval->mode}},
+                                      {(ptrdiff_t)KMP_CHART_SIZE * eval->system->chart_count, {&eval->chart}},
+                                      {eval->m, {eval->system->load_row_count > 0 ? &eval->nu : NULL}}};
+    eval->dropped = KMP_ARENA_NEW(&eval->arena, bool, eval->m);
+    if (!kmp_arena_make_groups(&eval->arena, sizeof groups / sizeof *groups, groups) || !eval->motion || !eval->judge ||
+        (eval->system->changes && !eval->changes))
+        return false;
+    if (eval->nu) {
+        eval->load = kmp_load_work_new(eval->system);
+        if (!eval->load)
+            return false;
+        set_all(eval, KMP_IN_LAMBDA, eval->nu);
+    }
+    set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
+    set_modes(eval);
+    kmp_charts_reset(eval->system, eval->chart);
+    run_constants(eval);
+    return true;
+}
+
+kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend)
+{
+    return kmp_eval_new_shared(system, backend, NULL);
+}
+
+kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team)
+{
+    const kmp_backend *b = kmp_backend_find(backend);
+    if (!b) {
+        (void)kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend,
+                       kmp_backend_names());
+        return NULL;
+    }
+    kmp_evaluator *eval = KMP_NEW(kmp_evaluator, 1);
+    if (eval) {
+        *eval = (kmp_evaluator){.system = system, .shared = *b, .n = system->n, .m = system->m};
+        eval->shared.team = team;
+        eval->backend = team ? &eval->shared : b;
+    }
+    if (!eval || !prepare(eval, eval->backend)) {
+        kmp_eval_free(eval);
+        (void)kmp_fail_memory(system->context);
+        return NULL;
+    }
+    return eval;
+}
+
+kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
+{
+    const kempe_system *s = eval->system;
+    if (!s->articulated || eval->articulated)
+        return KEMPE_OK;
+    eval->articulated = kmp_machine_new(s->articulated, eval->backend);
+    if (!eval->articulated)
+        return kmp_fail_memory(s->context);
+    set_all(eval, KMP_IN_PARAMETER, s->parameters);
+    set_modes(eval);
+    kmp_machine_set(eval->articulated, KMP_IN_EFFORT, eval->effort); /* zero, or set before use */
+    run_constants(eval);
+    return KEMPE_OK;
+}
+
+/* Switches between the two machines. Values of the other one are no longer valid. */
+void kmp_eval_take(kmp_evaluator *eval, bool by_bodies)
+{
+    eval->by_bodies = by_bodies && eval->articulated;
+    eval->motion = eval->by_bodies ? eval->articulated : eval->composite;
+    eval->mass = eval->bias = eval->jdqd = NULL;
+    eval->compliance = eval->mobility = eval->free_qdd = eval->drift = NULL;
+}
+
+void kmp_eval_free(kmp_evaluator *eval)
+{
+    if (!eval)
+        return;
+    kmp_machine_free(eval->composite);
+    kmp_machine_free(eval->articulated);
+    kmp_machine_free(eval->judge);
+    kmp_machine_free(eval->changes);
+    kmp_arena_free(&eval->arena);
+    kmp_load_work_free(eval->load);
+    kmp_free(eval);
+}
+
+/* -- evaluation -------------------------------------------------------------------------------------- */
+
+void kmp_eval_closure(kmp_evaluator *eval, double t, const double *q)
+{
+    visit(eval, &t, q, NULL);
+    kmp_machine_set(eval->motion, KMP_IN_TIME, &t);
+    kmp_machine_set(eval->motion, KMP_IN_Q, q);
+    eval->h = kmp_machine_run(eval->motion, KMP_STAGE_CLOSURE);
+    eval->jacobian = eval->h + eval->m;
+    eval->h_t = eval->system->rheonomic ? eval->jacobian + eval->system->jacobian.count : NULL;
+    eval->t = t;
+    memmove(eval->q, q, (size_t)eval->n * sizeof *q);
+}
+
+void kmp_eval_lend_closure(kmp_evaluator *eval, double t, const double *q, const double *h, const double *jacobian,
+                           const double *h_t)
+{
+    eval->h = h;
+    eval->jacobian = jacobian;
+    eval->h_t = h_t;
+    eval->t = t;
+    memmove(eval->q, q, (size_t)eval->n * sizeof *q);
+}
+
+void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked)
+{
+    const kmp_pattern *j = &eval->system->jacobian;
+    for (int e = 0; e < j->count; e++)
+        masked[e] = left_out[j->row[e]] ? 0 : eval->jacobian[e];
+}
+
+void kmp_eval_mass(kmp_evaluator *eval)
+{
+    const double *out = kmp_machine_run(eval->motion, KMP_STAGE_MASS);
+    if (eval->by_bodies) {
+        eval->compliance = out;
+        eval->mobility = out + eval->system->compliance.count;
+    } else {
+        eval->mass = out;
+    }
+}
+
+/* Accelerations without closure forces, by the recursion; adds efforts outside the program. `effort` is zero, or that
+ * of the user-defined force. */
+static void accelerate_bodies(kmp_evaluator *eval)
+{
+    for (int i = 0; eval->given && i < eval->n; i++)
+        eval->with_force[i] = eval->effort[i] + eval->given[i];
+    if (eval->given || eval->gave || eval->system->force)
+        kmp_machine_set(eval->motion, KMP_IN_EFFORT, eval->given ? eval->with_force : eval->effort);
+    eval->gave = eval->given;
+    eval->free_qdd = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+    eval->drift = eval->free_qdd + eval->n;
+}
+
+/* Adds generalized forces outside the program to C. */
+static void add_efforts(kmp_evaluator *eval)
+{
+    const double *effort = eval->system->force ? eval->effort : NULL;
+    eval->bias = eval->own_bias;
+    if (!effort && !eval->given)
+        return;
+    for (int i = 0; i < eval->n; i++)
+        eval->with_force[i] = eval->own_bias[i] - (effort ? effort[i] : 0) - (eval->given ? eval->given[i] : 0);
+    eval->bias = eval->with_force;
+}
+
+void kmp_eval_give(kmp_evaluator *eval, const double *effort)
+{
+    eval->given = effort;
+    if (!eval->by_bodies)
+        add_efforts(eval);
+}
+
+/* Evaluates C with the present multipliers, after jdqd. */
+static void run_load_dependent(kmp_evaluator *eval)
+{
+    kmp_machine_set(eval->motion, KMP_IN_LAMBDA, eval->nu);
+    eval->own_bias = kmp_machine_run(eval->motion, KMP_STAGE_LOAD);
+    eval->load_jacobian = eval->own_bias + eval->n;
+}
+
+/* Evaluates bias and jdqd of the machine by M and C. */
+static void run_bias(kmp_evaluator *eval)
+{
+    eval->own_bias = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+    eval->jdqd = eval->nu ? eval->own_bias : eval->own_bias + eval->n;
+    if (eval->nu)
+        run_load_dependent(eval);
+    add_efforts(eval);
+}
+
+void kmp_eval_bias_with(kmp_evaluator *eval, const double *nu)
+{
+    memmove(eval->nu, nu, (size_t)eval->m * sizeof *nu);
+    run_load_dependent(eval);
+    add_efforts(eval);
+}
+
+void kmp_eval_bias(kmp_evaluator *eval, const double *qd)
+{
+    visit(eval, NULL, NULL, qd);
+    kmp_machine_set(eval->motion, KMP_IN_QD, qd);
+    (void)kmp_eval_effort(eval, eval->t, eval->q, qd);
+    if (eval->by_bodies)
+        accelerate_bodies(eval);
+    else
+        run_bias(eval);
+}
+
+const double *kmp_eval_effort(kmp_evaluator *eval, double t, const double *q, const double *qd)
+{
+    if (!eval->system->force)
+        return NULL;
+    kmp_system_effort(eval->system, t, q, qd, eval->effort);
+    return eval->effort;
+}
+
+void kmp_eval_dense_jacobian(const kmp_evaluator *eval, double *jacobian)
+{
+    const kmp_pattern *p = &eval->system->jacobian;
+    memset(jacobian, 0, (size_t)(eval->m * eval->n) * sizeof *jacobian);
+    for (int k = 0; k < p->count; k++)
+        jacobian[p->row[k] + p->col[k] * eval->m] = eval->jacobian[k];
+}
+
+void kmp_eval_dense_mass(const kmp_evaluator *eval, double *mass)
+{
+    const kmp_pattern *p = &eval->system->mass;
+    int n = eval->n;
+    memset(mass, 0, (size_t)(n * n) * sizeof *mass);
+    for (int k = 0; k < p->count; k++)
+        mass[p->row[k] + p->col[k] * n] = mass[p->col[k] + p->row[k] * n] = eval->mass[k];
+}
+
+void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double *out)
+{
+    const kmp_pattern *m = &eval->system->mass;
+    for (int k = 0; k < m->count; k++) {
+        int i = m->row[k], j = m->col[k];
+        out[i] += eval->mass[k] * x[j];
+        if (i != j)
+            out[j] += eval->mass[k] * x[i];
+    }
+}
+
+double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q)
+{
+    visit(eval, &t, q, NULL);
+    kmp_machine_set(eval->judge, KMP_IN_TIME, &t);
+    kmp_machine_set(eval->judge, KMP_IN_Q, q);
+    return *kmp_machine_run(eval->judge, KMP_STAGE_POTENTIAL);
+}
+
+/* Stages build on each other: the power's needs the potential's. The power uses the multipliers of the last C. */
+double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const double *qd)
+{
+    visit(eval, &t, q, qd);
+    (void)kmp_eval_potential(eval, t, q);
+    kmp_machine_set(eval->judge, KMP_IN_QD, qd);
+    if (eval->nu)
+        kmp_machine_set(eval->judge, KMP_IN_LAMBDA, eval->nu);
+    double power = *kmp_machine_run(eval->judge, KMP_STAGE_POWER);
+    const double *effort = kmp_eval_effort(eval, t, q, qd);
+    for (int i = 0; effort && i < eval->n; i++)
+        power += effort[i] * qd[i];
+    return power;
+}
+
+double kmp_eval_power_here(kmp_evaluator *eval, const double *qd)
+{
+    const kmp_program *program = eval->by_bodies ? eval->system->articulated : eval->system->motion;
+    double power = program->stages > KMP_STAGE_WORKING ? *kmp_machine_run(eval->motion, KMP_STAGE_WORKING) : 0;
+    for (int i = 0; eval->system->force && i < eval->n; i++)
+        power += eval->effort[i] * qd[i];
+    return power;
+}
+
+const double *kmp_eval_reactions(kmp_evaluator *eval, double t, const double *q, const double *lambda)
+{
+    (void)kmp_eval_potential(eval, t, q);
+    kmp_machine_set(eval->judge, KMP_IN_LAMBDA, lambda);
+    (void)kmp_machine_run(eval->judge, KMP_STAGE_POWER);
+    return kmp_machine_run(eval->judge, KMP_STAGE_REACTION);
+}
+
+const double *kmp_eval_shown(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                             const double *lambda)
+{
+    visit(eval, &t, q, qd);
+    kmp_machine_set(eval->judge, KMP_IN_QD, qd);
+    kmp_machine_set(eval->judge, KMP_IN_QDD, qdd);
+    (void)kmp_eval_reactions(eval, t, q, lambda);
+    (void)kmp_machine_run(eval->judge, KMP_STAGE_POSITION);
+    return kmp_machine_run(eval->judge, KMP_STAGE_SHOWN);
+}
+
+double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda)
+{
+    double power = 0;
+    for (int r = 0; eval->h_t && r < eval->m; r++)
+        power -= lambda[r] * eval->h_t[r];
+    return power;
+}
+
+double kmp_eval_kinetic(const kmp_evaluator *eval, const double *qd)
+{
+    const kmp_pattern *p = &eval->system->mass;
+    double sum = 0;
+    for (int k = 0; k < p->count; k++)
+        sum += eval->mass[k] * qd[p->row[k]] * qd[p->col[k]] * (p->row[k] == p->col[k] ? 0.5 : 1);
+    return sum;
+}
+
+bool kmp_eval_counts(const kmp_evaluator *eval, int row)
+{
+    return !eval->dropped[row] && (!eval->left_out || !eval->left_out[row]);
+}
+
+void kmp_eval_drop(kmp_evaluator *eval, int count, const int *rows)
+{
+    if (!kmp_rounding_of(eval->system))
+        return;
+    memset(eval->dropped, 0, (size_t)eval->m * sizeof *eval->dropped);
+    for (int k = 0; k < count; k++)
+        eval->dropped[rows[k]] = true;
+}
+
+void kmp_eval_drop_widest(kmp_evaluator *eval)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(eval->system);
+    if (!rounding)
+        return;
+    memset(eval->dropped, 0, (size_t)eval->m * sizeof *eval->dropped);
+    for (int k = rounding->rank; k < eval->m; k++) {
+        int widest = -1;
+        for (int r = 0; r < eval->m; r++)
+            if (!eval->dropped[r] && (widest < 0 || kmp_eval_opening(eval, r) > kmp_eval_opening(eval, widest)))
+                widest = r;
+        eval->dropped[widest] = true;
+    }
+}
+
+double kmp_eval_opening(const kmp_evaluator *eval, int row)
+{
+    return fabs(eval->h[row]) / eval->system->row_scale[row];
+}
+
+double kmp_eval_misfit(const kmp_evaluator *eval, int *row)
+{
+    double widest = 0;
+    *row = -1;
+    for (int r = 0; r < eval->m; r++)
+        if (eval->dropped[r] && !(eval->left_out && eval->left_out[r]) && !(kmp_eval_opening(eval, r) <= widest)) {
+            widest = kmp_eval_opening(eval, r);
+            *row = r;
+        }
+    return widest;
+}
+
+double kmp_eval_residual(const kmp_evaluator *eval)
+{
+    double worst = 0;
+    for (int r = 0; r < eval->m; r++) {
+        double open = kmp_eval_counts(eval, r) ? kmp_eval_opening(eval, r) : 0;
+        if (!(open <= worst))
+            worst = isnan(open) ? INFINITY : open;
+    }
+    return worst;
+}
+
+void kmp_eval_rates(const kmp_evaluator *eval, const double *qd, double *rates)
+{
+    const kmp_pattern *p = &eval->system->jacobian;
+    for (int r = 0; r < eval->m; r++)
+        rates[r] = eval->h_t ? eval->h_t[r] : 0;
+    for (int k = 0; k < p->count; k++)
+        rates[p->row[k]] += eval->jacobian[k] * qd[p->col[k]];
+}
+
+double kmp_eval_rate_residual(const kmp_evaluator *eval, const double *qd)
+{
+    const kmp_pattern *p = &eval->system->jacobian;
+    double worst = 0;
+    for (int r = 0, k = 0; r < eval->m; r++) { /* entries are in row-major order */
+        double rate = eval->h_t ? eval->h_t[r] : 0;
+        for (; k < p->count && p->row[k] == r; k++)
+            rate += eval->jacobian[k] * qd[p->col[k]];
+        if (kmp_eval_counts(eval, r))
+            worst = fmax(worst, fabs(rate) / eval->system->row_scale[r]);
+    }
+    return worst;
+}

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The numbers of a mechanism at one state, from the motion program. One per thread; no allocation after
+ * kmp_eval_new. */
+#ifndef KMP_CONSTRAINTS_EVALUATION_EVALUATOR_H
+#define KMP_CONSTRAINTS_EVALUATION_EVALUATOR_H
+
+#include "backend/x86/machine.h"
+#include "base/arena.h"
+#include "dynamics/system.h"
+
+typedef struct kmp_evaluator {
+    const kempe_system *system;
+    const kmp_backend *backend;
+    kmp_arena arena;
+    kmp_backend shared;                            /* the back end with a thread pool */
+    kmp_machine *composite, *articulated, *motion; /* by M and C; by articulated bodies, NULL: none; the active one */
+    kmp_machine *judge, *changes;
+    bool by_bodies;     /* `motion` is `articulated` */
+    double *chart;      /* of the system's spherical joints: nine numbers each, initially C = 1 */
+    long chart_version; /* number of their changes */
+    double *mode;       /* the conditions (1 or 0), branches of kinks */
+    bool frozen;        /* conditions are fixed; otherwise they follow the state */
+    int n, m;
+    const double *h;          /* m; the first four are those of the last kmp_eval_closure */
+    const double *jacobian;   /* system->jacobian.count values */
+    const double *h_t;        /* m, NULL when h does not depend on t */
+    const double *mass;       /* system->mass.count values, since kmp_eval_mass */
+    const double *bias;       /* n, since kmp_eval_bias */
+    const double *jdqd;       /* m */
+    const double *compliance; /* by bodies: compliance to drift replace mass to jdqd */
+    const double *mobility;   /* system->mobility.count */
+    const double *free_qdd;   /* n: accelerations without closure forces, since kmp_eval_bias */
+    const double *drift;      /* m: J free_qdd + jdqd */
+    const bool *left_out;     /* m, not owned: rows that need not be met; NULL: all must be */
+    bool *dropped;            /* m: rows that rounded numbers leave open: they need not be met either */
+    const double *solved[2];  /* solutions of implicit blocks in conditions: of all conditions, and of late ones, since
+                               * the last kmp_eval_all_changes */
+    double t, *q;             /* n: of the last kmp_eval_closure, for the user-defined force */
+    const double *own_bias;   /* n: C of the program alone */
+    const double *given;      /* n, not owned: further generalized forces; NULL: none */
+    bool gave;                /* by articulated bodies: the machine still has such forces */
+    double *with_force;       /* n: bias minus forces outside the program; by bodies their sum */
+    double *effort;           /* n */
+    double *nu; /* m: multipliers in the last C (constraints/evaluation/load_multipliers.h); NULL: C has none */
+    const double *load_jacobian; /* system->load_jacobian.count values: dC/dlambda, with C */
+    struct kmp_load_work *load;  /* of kmp_load_settle */
+} kmp_evaluator;
+
+/** Makes an evaluator; NULL after a message (unknown back end, no memory). */
+kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend);
+
+/** Makes an evaluator with a thread pool (NULL: none), used if the back end can; the pool outlives the evaluator. */
+kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team);
+void kmp_eval_free(kmp_evaluator *eval);
+
+/** Prepares, once, the dynamics by articulated bodies, if the system has them. KEMPE_E_MEMORY. */
+kempe_status kmp_eval_add_articulated(kmp_evaluator *eval);
+
+/** Selects M and C (initially) or articulated bodies for the values from the next kmp_eval_closure on. A kmp_saddle
+ * accepts either. */
+void kmp_eval_take(kmp_evaluator *eval, bool by_bodies);
+
+/** Evaluates h, J, h_t at (t, q); then M there; then C and jdqd at qd. Each call needs the ones before it. */
+void kmp_eval_closure(kmp_evaluator *eval, double t, const double *q);
+void kmp_eval_mass(kmp_evaluator *eval);
+void kmp_eval_bias(kmp_evaluator *eval, const double *qd);
+
+/** Sets additional generalized forces (n, not owned; NULL: none) for later calls, and for M and C in the last
+ * kmp_eval_bias. */
+void kmp_eval_give(kmp_evaluator *eval, const double *effort);
+
+/** Evaluates C again with other multipliers, after kmp_eval_bias, for systems with forces that depend on multipliers
+ * (system->load_row_count). */
+void kmp_eval_bias_with(kmp_evaluator *eval, const double *nu);
+
+/** Takes new values of the system's parameters; earlier results are no longer valid. */
+void kmp_eval_renew_parameters(kmp_evaluator *eval);
+
+/** Uses h, J and h_t (NULL: none) at (t, q) of the caller, who keeps them until the next kmp_eval_closure. M, C and
+ * jdqd need a preceding kmp_eval_closure or kmp_eval_lend_closure. */
+void kmp_eval_lend_closure(kmp_evaluator *eval, double t, const double *q, const double *h, const double *jacobian,
+                           const double *h_t);
+
+/** Copies J of the last closure with the rows in `left_out` (m) zero, into room for all entries of J. */
+void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked);
+
+/** For a system of rounded numbers: marks the rows that a choice drops, or the widest rows at the last
+ * kmp_eval_closure. Nothing closes them, so that they no longer count as open; kmp_eval_misfit reports them. */
+void kmp_eval_drop(kmp_evaluator *eval, int count, const int *rows);
+void kmp_eval_drop_widest(kmp_evaluator *eval);
+
+/** Sets the charts of the spherical joints (constraints/closing/charts.h); earlier results are no longer valid. */
+void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart);
+
+/** first - second of each condition at (t, q, qd); NULL without conditions. A condition holds if this is negative. */
+const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, const double *qd);
+
+/** Evaluates all conditions into `change`, one value per condition, including those that depend on accelerations and
+ * multipliers, which kmp_eval_changes gives as zero. */
+void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                          const double *lambda, double *change);
+
+/** Fixes the conditions as they are at (t, q, qd) for all later states, until `frozen` is cleared. kmp_eval_set_mode
+ * changes a fixed one. */
+void kmp_eval_freeze(kmp_evaluator *eval, double t, const double *q, const double *qd);
+void kmp_eval_set_mode(kmp_evaluator *eval, int condition, bool holds);
+
+/** Selects the branch of a kink (kmp_tree_kink); 0, initially: by the state. Not changed by kmp_eval_set_mode. */
+void kmp_eval_set_kink(kmp_evaluator *eval, int condition, int side);
+
+/** User-defined generalized forces at (t, q, qd), owned by the evaluator, not finite on failure; NULL: none. */
+const double *kmp_eval_effort(kmp_evaluator *eval, double t, const double *q, const double *qd);
+
+/** Dense copies of the last values, column-major: J is m x n, M n x n and symmetric. */
+void kmp_eval_dense_jacobian(const kmp_evaluator *eval, double *jacobian);
+void kmp_eval_dense_mass(const kmp_evaluator *eval, double *mass);
+
+/** out += M x. */
+void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double *out);
+
+/** Potential energy at (t, q); power of the non-conservative forces at (t, q, qd); closure forces (3 per closure) at
+ * (t, q, lambda). */
+double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q);
+double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const double *qd);
+/** Power of the non-conservative forces from the last kmp_eval_bias, whose rates are qd. */
+double kmp_eval_power_here(kmp_evaluator *eval, const double *qd);
+const double *kmp_eval_reactions(kmp_evaluator *eval, double t, const double *q, const double *lambda);
+
+/** Values of the model's outputs in addition to the table, in their order (model/output_table.h). */
+const double *kmp_eval_shown(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                             const double *lambda);
+
+/** Power of moving closures at given multipliers, lambda' J qd = -lambda' h_t, with h_t of the last
+ * kmp_eval_closure. */
+double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda);
+
+/** Kinetic energy qd' M qd / 2 of the last kmp_eval_mass. */
+double kmp_eval_kinetic(const kmp_evaluator *eval, const double *qd);
+
+/** |h| / row scale of a row at the last kmp_eval_closure; the largest of the dropped rows and its index, -1: none is
+ * open. */
+double kmp_eval_opening(const kmp_evaluator *eval, int row);
+double kmp_eval_misfit(const kmp_evaluator *eval, int *row);
+/** True if a row must be met. */
+bool kmp_eval_counts(const kmp_evaluator *eval, int row);
+
+/** max |h| / row scale at the last kmp_eval_closure, over the rows that count. */
+double kmp_eval_residual(const kmp_evaluator *eval);
+
+/** J qd + h_t (m values) at the last kmp_eval_closure. */
+void kmp_eval_rates(const kmp_evaluator *eval, const double *qd, double *rates);
+
+/** max |J qd + h_t| / row scale at the last kmp_eval_closure, over the rows that count. */
+double kmp_eval_rate_residual(const kmp_evaluator *eval, const double *qd);
+
+#endif

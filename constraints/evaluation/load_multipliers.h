@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Forces that depend on multipliers: C(t, q, qd, lambda). At a state M qdd + C = J' lambda, J qdd + jdqd = 0 is then a
+ * nonlinear system in the few multipliers nu of such forces (system->load_rows). For C at given nu all else is linear,
+ * and gives multipliers Lambda(nu). Newton's method solves nu = Lambda(nu) with the exact dC/dlambda. */
+#ifndef KMP_CONSTRAINTS_EVALUATION_LOAD_MULTIPLIERS_H
+#define KMP_CONSTRAINTS_EVALUATION_LOAD_MULTIPLIERS_H
+
+#include "constraints/evaluation/evaluator.h"
+#include "constraints/partition/partition.h"
+
+/** Callback that solves for multipliers with the present factors of M and J. */
+typedef struct kmp_answer {
+    void *self;
+    /** lambda (m) for C (n) and the evaluator's jdqd; `change`: for a small change of C alone, without jdqd. */
+    void (*multipliers)(void *self, const double *bias, bool change, double *lambda);
+} kmp_answer;
+
+/** Solves for nu and updates the evaluator's bias, beginning with the last nu, which changes a unique solution only by
+ * rounding. Without such forces it does nothing. false: Newton's method failed; kmp_put_unsettled has the message. */
+bool kmp_load_settle(kmp_evaluator *eval, const kmp_answer *answer);
+
+/** Small changes near a state where C is at its multipliers. `factor` once, false if they are not determined; then
+ * `change` adds to a change of C (n) at constant multipliers the part of their change. */
+bool kmp_load_factor(kmp_evaluator *eval, const kmp_answer *answer);
+void kmp_load_change(const kmp_evaluator *eval, const kmp_answer *answer, double *bias);
+
+/** Restarts from nu = 0 the next time: C without load. */
+void kmp_load_forget(kmp_evaluator *eval);
+
+/** True if the last kmp_load_settle has failed; the sentence that reports it. */
+bool kmp_is_unsettled(const kmp_evaluator *eval);
+void kmp_put_unsettled(const kmp_evaluator *eval, kmp_text *text);
+kempe_status kmp_fail_unsettled(const kmp_evaluator *eval);
+
+/** KEMPE_E_FAILED if a force depends on a multiplier that redundant rows leave undetermined, at the evaluator's last
+ * closure. */
+kempe_status kmp_load_check(kmp_evaluator *eval, const kmp_partition *part);
+
+/** Marks in shared (m) the rows whose multipliers redundant rows leave undetermined at (t, q), a closed configuration;
+ * count: their number. If Jv is singular none is marked. KEMPE_E_MEMORY. */
+kempe_status kmp_find_shared(kmp_evaluator *eval, double t, const double *q, bool *shared, int *count);
+
+/** Allocates the workspace of an evaluator. NULL: no memory. */
+struct kmp_load_work *kmp_load_work_new(const kempe_system *system);
+void kmp_load_work_free(struct kmp_load_work *work);
+
+#endif
