@@ -2,16 +2,15 @@
 /* Functions that all commands share. Each command makes one result object and reports it: text on stdout, errors on
  * stderr, JSON at the path of --json. */
 #include "command.h"
+#include "terminal.h"
 
 #include <kempe/compare.h>
 #include <kempe/settings.h>
-#include <math.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-/* -- signals and log ------------------------------------------------------------------------------- */
+/* -- signals -------------------------------------------------------------------------------------- */
 
 static kempe_context *volatile interrupted_context;
 
@@ -32,25 +31,11 @@ static void watch_interrupt(kempe_context *context)
     sigaction(SIGINT, &action, NULL);
 }
 
-static void on_log(void *user, kempe_level level, const char *line)
-{
-    const bool *terminal = user;
-    if (level == KEMPE_LOG_WARNING)
-        fprintf(stderr, "kempe: warning: %s\n", line);
-    else if (*terminal)
-        fprintf(stderr, "%s\n", line);
-}
-
 /* -- reporting ------------------------------------------------------------------------------------- */
 
 static void complain(kempe_status status, const char *message)
 {
-    const char *prefix = status == KEMPE_E_INPUT ? "" : "kempe: "; /* file:line:column comes first */
-    while (*message) {
-        int length = (int)strcspn(message, "\n");
-        fprintf(stderr, "%s%.*s\n", prefix, length, message);
-        message += length + (message[length] == '\n');
-    }
+    cli_terminal_error(status == KEMPE_E_INPUT ? "" : "kempe: ", message); /* file:line:column comes first */
 }
 
 static kempe_status write_json(const cli_job *j, const char *text)
@@ -83,6 +68,7 @@ kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *objec
 {
     const char *json = j->settings->json;
     kempe_status status = KEMPE_OK;
+    cli_terminal_clear();
     if (!json || strcmp(json, "-") != 0)
         status = report_as(j, print, object, KEMPE_TEXT);
     if (json && status == KEMPE_OK)
@@ -190,14 +176,6 @@ kempe_status cli_run_study(const cli_job *j, const cli_study *study)
 
 /* -- running one ----------------------------------------------------------------------------------- */
 
-static kempe_status set_closure_tolerance(const cli_job *j)
-{
-    char *end;
-    double metres = strtod(j->settings->closure_tolerance, &end);
-    bool number = end != j->settings->closure_tolerance && !*end;
-    return kempe_model_set_closure_tolerance(j->model, number ? metres : NAN);
-}
-
 static kempe_status prepare(cli_job *j, const cli_command *command)
 {
     if (command->without_model)
@@ -206,8 +184,8 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
     const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;
     kempe_status status =
         kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
-    if (status == KEMPE_OK && j->settings->closure_tolerance)
-        status = set_closure_tolerance(j);
+    if (status == KEMPE_OK && j->settings->closure_tolerance >= 0)
+        status = kempe_model_set_closure_tolerance(j->model, j->settings->closure_tolerance);
     if (status == KEMPE_OK && equations)
         status = kempe_system_new_with_algorithm(j->model, dynamics, &j->system);
     cli_tell_failure(j, status, false);
@@ -246,13 +224,13 @@ int cli_refuse(const char *json)
 
 int cli_run(const cli_command *command, const cli_settings *settings)
 {
-    bool terminal = isatty(STDERR_FILENO);
     cli_job j = {.settings = settings, .context = kempe_context_new()};
     if (!j.context) {
         fputs("kempe: out of memory\n", stderr);
         return CLI_BUG;
     }
-    kempe_context_set_log(j.context, on_log, &terminal);
+    cli_terminal_begin(settings->quiet);
+    kempe_context_set_log(j.context, cli_terminal_log, NULL);
     watch_interrupt(j.context);
     kempe_status status = prepare(&j, command);
     if (status == KEMPE_OK)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The command `kempe`: help and the choice of a command. It includes the public header alone. */
 #include "command.h"
+#include "terminal.h"
 
 #include <string.h>
 
@@ -81,6 +82,7 @@ static int choose(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
+    cli_terminal_begin(false);
     int code = choose(argc, argv);
     if ((fflush(stdout) != 0 || ferror(stdout)) && code == CLI_DONE) {
         fputs("kempe: the result could not be written to standard output\n", stderr);

@@ -2,6 +2,7 @@
 /* Option parsing. A new option is one row of `options`; help text, parser and suggestions follow from it.
  * Accepted: --name value, --name=value, -o value, and `--` before a file name that begins with a dash. */
 #include "options.h"
+#include "terminal.h"
 
 #include <kempe/compare.h>
 #include <kempe/settings.h>
@@ -18,6 +19,8 @@ typedef enum option_kind {
     OPTION_TEXT,
     OPTION_NUMBER,
     OPTION_TIME,
+    OPTION_LENGTH,
+    OPTION_ANGLE,
     OPTION_WHOLE,
     OPTION_LONG,
     OPTION_SETTING,
@@ -34,6 +37,12 @@ static const char *const endings[OPTION_KINDS] = {[OPTION_CSV] = ".csv",
                                                   [OPTION_NPZ] = ".npz",
                                                   [OPTION_SVG] = ".svg",
                                                   [OPTION_PAGE] = ".html, .htm"};
+
+/* Units of quantities: a plain number is in these, "20 ms" or "0.1 mm" in its own. */
+static const char *const units[OPTION_KINDS] = {[OPTION_TIME] = "s", [OPTION_LENGTH] = "m", [OPTION_ANGLE] = "rad"};
+static const char *const examples[OPTION_KINDS] = {[OPTION_TIME] = "time in s, as 3 or '20 ms'",
+                                                   [OPTION_LENGTH] = "length in m, as 1e-5 or '10 um'",
+                                                   [OPTION_ANGLE] = "angle in rad, as 1e-6 or '0.001 deg'"};
 
 /* The help prints the options of a command group by group. */
 typedef enum option_group { IN_MODEL, IN_RUN, IN_OUTPUT, IN_OTHER, OPTION_GROUPS } option_group;
@@ -56,7 +65,7 @@ typedef struct option {
 static const option options[] = {
     {CLI_ALL & ~CLI_NEW, IN_MODEL, "set", 0, OPTION_SETTING, 0, "NAME=VALUE",
      "set a parameter of the model to another value; may be repeated"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance", 0, OPTION_TEXT,
+    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance", 0, OPTION_LENGTH,
      AT(closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
     {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW, IN_MODEL, "algorithm", 0, OPTION_TEXT, AT(algorithm), "NAME",
@@ -160,7 +169,7 @@ static const option options[] = {
      "linear solver of the dae formulation: auto (default), klu, umfpack, dense"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "rtol", 0, OPTION_NUMBER, AT(run.rtol), "X",
      "relative tolerance (default: that of the model, or 1e-8)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "atol", 0, OPTION_NUMBER, AT(run.atol), "X",
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "atol", 0, OPTION_ANGLE, AT(run.atol), "X",
      "absolute tolerance of an angle, rad (default: rtol)"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "t-end", 0, OPTION_TIME, AT(run.t_end), "T",
      "end of the run, s (default: that of the model)"},
@@ -194,7 +203,7 @@ static const option options[] = {
      "reference solution (default: computed by several formulations and integrators)"},
     {CLI_COMPARE, IN_RUN, "t-end", 0, OPTION_TIME, AT(compare.t_end), "T",
      "end of every run, s (default: that of the model)"},
-    {CLI_COMPARE, IN_RUN, "budget", 0, OPTION_NUMBER, AT(compare.budget_s), "S",
+    {CLI_COMPARE, IN_RUN, "budget", 0, OPTION_TIME, AT(compare.budget_s), "S",
      "processor time for all runs together, s (default: 60)"},
     {CLI_KINEMATICS, IN_RUN, "backend", 0, OPTION_TEXT, AT(kinematics.backend), "NAME", BACKENDS},
     {CLI_CONTACT, IN_RUN, "backend", 0, OPTION_TEXT, AT(contact.backend), "NAME", BACKENDS},
@@ -263,6 +272,8 @@ static const option options[] = {
      "write an HTML page: recommendation, diagrams, animation of the mechanism"},
     {CLI_ALL, IN_OUTPUT, "json", 0, OPTION_TEXT, AT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
+    {CLI_ALL, IN_OUTPUT, "quiet", 'q', OPTION_FLAG, AT(quiet), NULL,
+     "no progress and no notes on stderr; warnings stay"},
     {CLI_ALL, IN_OTHER, "help", 'h', OPTION_FLAG, AT(help), NULL, "print this text"},
 };
 
@@ -278,7 +289,7 @@ void cli_complain(const char *format, ...)
     va_start(list, format);
     vsnprintf(last_complaint, sizeof last_complaint, format, list);
     va_end(list);
-    fprintf(stderr, "kempe: %s\n", last_complaint);
+    cli_terminal_error("kempe: ", last_complaint);
 }
 
 const char *cli_complaint(void)
@@ -375,16 +386,17 @@ static bool store_number(const option *o, const char *text, void *place)
     return true;
 }
 
-/* "3", "20 ms" */
-static bool store_time(const option *o, const char *text, double *value)
+/* "3", "20 ms". Zero is a value of lengths alone. */
+static bool store_quantity(const option *o, const char *text, double *value)
 {
     kempe_context *context = kempe_context_new();
     double x = 0;
-    bool good = context && kempe_number_read(context, text, "s", &x) == KEMPE_OK && x > 0;
+    bool good = context && kempe_number_read(context, text, units[o->kind], &x) == KEMPE_OK &&
+                (x > 0 || (x == 0 && o->kind == OPTION_LENGTH));
     if (!context)
         cli_complain("out of memory");
     else if (!good)
-        cli_complain("--%s needs a positive time in s, as 3 or '20 ms', not '%s'", o->name, text);
+        cli_complain("--%s needs a positive %s, not '%s'", o->name, examples[o->kind], text);
     kempe_context_free(context);
     if (good)
         *value = x;
@@ -426,8 +438,8 @@ static bool store(const option *o, char *text, cli_settings *settings)
     void *place = (char *)settings + o->offset;
     if (o->kind == OPTION_NUMBER || o->kind == OPTION_WHOLE || o->kind == OPTION_LONG)
         return store_number(o, text, place);
-    if (o->kind == OPTION_TIME)
-        return store_time(o, text, place);
+    if (units[o->kind])
+        return store_quantity(o, text, place);
     if (o->kind == OPTION_SETTING)
         return store_setting(text, settings);
     if (!has_ending(o, text)) {
@@ -484,7 +496,8 @@ const char *cli_json_word(int count, char **words)
 
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings)
 {
-    *settings = (cli_settings){.run = kempe_run_options_default(), .compare = kempe_compare_options_default()};
+    *settings = (cli_settings){
+        .run = kempe_run_options_default(), .compare = kempe_compare_options_default(), .closure_tolerance = -1};
     bool names_only = false;
     for (int k = 0; k < count;) {
         if (!names_only && strcmp(words[k], "--") == 0) {

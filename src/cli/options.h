@@ -46,7 +46,8 @@ typedef struct cli_settings {
     const char *json, *output, *csv, *report;
     kempe_setting sets[CLI_MOST_SETS]; /* --set NAME=VALUE */
     int set_count;
-    const char *algorithm, *closure_tolerance;
+    const char *algorithm;
+    double closure_tolerance; /* < 0: not given */
     kempe_run_options run;
     kempe_compare_options compare;
     kempe_generate_options generation;
@@ -59,7 +60,7 @@ typedef struct cli_settings {
     kempe_response_options response; /* and of state spaces */
     const char *svg, *values, *sample;
     int seed, instances, lanes;
-    int count, branches, alone, help; /* flags: 0 or 1 */
+    int count, branches, alone, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
 } cli_settings;
 

@@ -10,6 +10,7 @@ import json
 import math
 import os
 import pathlib
+import pty
 import re
 import resource
 import shlex
@@ -91,6 +92,51 @@ class Case(unittest.TestCase):
         path = self.folder / "model.yaml"
         path.write_text(text)
         return path
+
+
+class Terminal(Case):
+    """Progress, notes and colour are for terminals; a pipe sees warnings and errors alone."""
+
+    def on_terminal(self, *words, **environment):
+        """Text of stderr when that is a terminal."""
+        parent, child = pty.openpty()
+        variables = {key: value for key, value in os.environ.items() if key != "NO_COLOR"}
+        with subprocess.Popen([KEMPE, *map(str, words)], stdout=subprocess.DEVNULL, stderr=child,
+                              env={**variables, "TERM": "xterm", **environment}) as process:
+            os.close(child)
+            text = b""
+            try:
+                while part := os.read(parent, 4096):
+                    text += part
+            except OSError:  # the other end is closed
+                pass
+            process.wait(timeout=300)
+        os.close(parent)
+        return text.decode()
+
+    def test_progress_is_one_line(self):
+        words = ["simulate", ROOT / "examples/tram/tram.yaml", "--t-end", "1.5", "--no-convergence-check"]
+        text = self.on_terminal(*words)
+        self.assertRegex(text, r"\r\x1b\[Kt = [0-9.]+ of 1\.5 s \([0-9]+ %\), [0-9.e+-]+ s per second, [0-9.e+]+ s left")
+        self.assertNotIn("\n", text.rstrip("\n"))
+        self.assertTrue(text.endswith("\r\x1b[K"), text[-80:])
+        self.assertEqual(self.on_terminal(*words, "--quiet"), "")
+
+    def test_colour(self):
+        self.assertIn("\x1b[31mkempe: \x1b[0m", self.on_terminal("simulate", "nothing.yaml"))
+        for plain in ({"NO_COLOR": "1"}, {"TERM": "dumb"}):
+            self.assertNotIn("\x1b", self.on_terminal("simulate", "nothing.yaml", **plain))
+        self.assertNotIn("\x1b", kempe("simulate", "nothing.yaml").stderr)
+
+    def test_units_of_options(self):
+        run = ["simulate", FOUR_BAR, "--json", "-"]
+        plain = kempe(*run, "--t-end", "0.1", "--atol", "0.25").stdout
+        united = kempe(*run, "--t-end", "100 ms", "--atol", "0.25 rad").stdout
+        self.assertEqual(without_times(strict(plain)), without_times(strict(united)))
+        self.assertEqual(kempe("check", FOUR_BAR, "--closure-tolerance", "0.1 mm").returncode, 0)
+        refused = kempe("check", FOUR_BAR, "--closure-tolerance", "1 s")
+        self.assertEqual(refused.returncode, 3)
+        self.assertIn("needs a positive length in m", refused.stderr)
 
 
 class Rounded(Case):

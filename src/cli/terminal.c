@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "terminal.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#define RED    "\033[31m"
+#define YELLOW "\033[33m"
+#define PLAIN  "\033[0m"
+#define ERASE  "\r\033[K"
+
+static bool is_terminal, has_colour, is_quiet, progress_shown;
+
+void cli_terminal_begin(bool quiet)
+{
+    const char *none = getenv("NO_COLOR"), *term = getenv("TERM");
+    is_terminal = isatty(STDERR_FILENO) != 0;
+    is_quiet = quiet;
+    has_colour = is_terminal && !(none && *none) && term && strcmp(term, "dumb") != 0;
+}
+
+void cli_terminal_clear(void)
+{
+    if (progress_shown)
+        fputs(ERASE, stderr);
+    progress_shown = false;
+}
+
+static void show_progress(const char *line)
+{
+    struct winsize size = {0};
+    int width = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col - 1 : 79;
+    fprintf(stderr, ERASE "%.*s", width, line);
+    fflush(stderr);
+    progress_shown = true;
+}
+
+void cli_terminal_log(void *user, kempe_level level, const char *line)
+{
+    (void)user;
+    if (level == KEMPE_LOG_WARNING) {
+        cli_terminal_clear();
+        fprintf(stderr, "%skempe: warning:%s %s\n", has_colour ? YELLOW : "", has_colour ? PLAIN : "", line);
+    } else if (is_terminal && !is_quiet && level == KEMPE_LOG_PROGRESS) {
+        show_progress(line);
+    } else if (is_terminal && !is_quiet) {
+        cli_terminal_clear();
+        fprintf(stderr, "%s\n", line);
+    }
+}
+
+void cli_terminal_error(const char *prefix, const char *message)
+{
+    cli_terminal_clear();
+    while (*message) {
+        int length = (int)strcspn(message, "\n");
+        fprintf(stderr, "%s%s%s%.*s\n", has_colour ? RED : "", prefix, has_colour ? PLAIN : "", length, message);
+        message += length + (message[length] == '\n');
+    }
+}

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Lines on stderr: errors, warnings, notes, and one progress line that is written over. Progress and notes appear on a
+ * terminal only. Colour appears there unless the environment has NO_COLOR (https://no-color.org) or TERM is "dumb". */
+#ifndef KEMPE_CLI_TERMINAL_H
+#define KEMPE_CLI_TERMINAL_H
+
+#include <kempe/kempe.h>
+#include <stdbool.h>
+
+/** Quiet: neither progress nor notes. */
+void cli_terminal_begin(bool quiet);
+
+/** The log function of a context; `user` is unused. */
+void cli_terminal_log(void *user, kempe_level level, const char *line);
+
+/** Prints an error, each of its lines after `prefix`. */
+void cli_terminal_error(const char *prefix, const char *message);
+
+/** Removes the progress line before other text. */
+void cli_terminal_clear(void);
+
+#endif
