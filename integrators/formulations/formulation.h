@@ -44,13 +44,14 @@ typedef struct kmp_formulation_start {
 typedef struct kmp_formulation_kind {
     const char *formulation, *form;
     bool dae;
-    bool standard;                           /* compare runs it by default */
-    bool corrected;                          /* `accept` corrects y: multistep methods are excluded */
-    bool both;                               /* the ODE is also available as a DAE */
-    bool jacobian;                           /* the Jacobian of the ODE is available, for implicit integrators */
-    bool by_bodies;                          /* uses articulated bodies if the evaluator has them */
-    const struct kmp_formulation_kind *zone; /* formulation across change points; NULL: kmp_formulation_zone */
-    const void *detail;                      /* for `create`, if several kinds share it */
+    bool standard;  /* compare runs it by default */
+    bool corrected; /* `accept` corrects y: multistep methods are excluded */
+    bool both;      /* the ODE is also available as a DAE */
+    bool jacobian;  /* the Jacobian of the ODE is available, for implicit integrators */
+    bool by_bodies; /* uses articulated bodies if the evaluator has them */
+    const struct kmp_formulation_kind
+        *near_singular; /* formulation across change points; NULL: kmp_formulation_near_singular */
+    const void *detail; /* for `create`, if several kinds share it */
 
     /** Makes a formulation; NULL after a message. */
     kmp_formulation *(*create)(const struct kmp_formulation_kind *kind, const kmp_formulation_start *start);
@@ -116,7 +117,7 @@ const kmp_formulation_kind *kmp_formulation_get(int k);
 const kmp_formulation_kind *kmp_formulation_find(const char *formulation, const char *form);
 
 /** The formulation across change points: only a runner enters and leaves it. */
-extern const kmp_formulation_kind kmp_formulation_zone;
+extern const kmp_formulation_kind kmp_formulation_near_singular;
 
 #define KMP_FORMULATION(id) extern const kmp_formulation_kind kmp_formulation_##id;
 #include "integrators/formulations/formulations.def"

@@ -3,9 +3,9 @@
  * qd return to the closures along the mass-orthogonal direction, by one simplified Newton step with the present
  * factors. It needs no choice of u. The independent rows are those of the start; dropped ones are monitored.
  *
- * These unknowns also serve to step across a change point. An integrator that chooses where to evaluate (leap.h) then
- * has each state closed first: off the closures accelerations are not those of the motion if J is near to losing a
- * row. */
+ * These unknowns also serve to step across a change point. An integrator that chooses where to evaluate
+ * (singular_step.h) then has each state closed first: off the closures accelerations are not those of the motion if J
+ * is near to losing a row. */
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/redundant.h"
@@ -246,5 +246,5 @@ const kmp_formulation_kind kmp_formulation_projected = {.formulation = "projecte
                                                         .create = create};
 
 /* Uses M and C: the equations of articulated bodies have the square of J's condition. */
-const kmp_formulation_kind kmp_formulation_zone = {
-    .formulation = "zone", .form = "none", .corrected = true, .create = create};
+const kmp_formulation_kind kmp_formulation_near_singular = {
+    .formulation = "near_singular", .form = "none", .corrected = true, .create = create};

@@ -369,7 +369,7 @@ static bool nears_change(kmp_instance *x, double t, double h, double margin)
     double fall = since > 0 && x->seen_t >= 0 ? (x->seen_margin - margin) / since : 0;
     x->seen_margin = margin;
     x->seen_t = isfinite(margin) ? t : -1;
-    return margin < fall * KMP_GROWING * h || margin < KMP_ZONE_IN;
+    return margin < fall * KMP_GROWING * h || margin < KMP_NEAR_SINGULAR_IN;
 }
 
 /* -- control ----------------------------------------------------------------------------------------- */

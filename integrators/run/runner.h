@@ -25,10 +25,10 @@ struct kmp_runner {
     kmp_margin margin;
     kmp_formulation *formulation;
     const kmp_formulation_kind *way; /* the chosen formulation, also near change points */
-    bool in_zone;
-    bool walks;    /* crosses a change point in dop853 steps, after the integrator and all steps across failed */
-    double zone_t; /* time of entry into the surroundings of a change point */
-    bool brief;    /* the formulation before lasted for a few steps */
+    bool near_singular;
+    bool walks; /* crosses a change point in dop853 steps, after the integrator and all steps across failed */
+    double near_singular_t; /* time of entry into the surroundings of a change point */
+    bool brief;             /* the formulation before lasted for a few steps */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
     kmp_run_report before; /* work of earlier formulations and solvers */
@@ -74,7 +74,7 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
 
 /** The formulation that steps across change points in place of the present one. */
-const kmp_formulation_kind *kmp_runner_zone(const kmp_runner *run);
+const kmp_formulation_kind *kmp_runner_near_singular(const kmp_runner *run);
 kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
                                          const double *qd, double work);
 kempe_status kmp_runner_make_solver(kmp_runner *run);
@@ -95,11 +95,11 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t);
 kempe_status kmp_runner_rescue(kmp_runner *run, double t);
 
 /** Continues at t with another formulation, from the state that the old one completes. */
-kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool to_zone);
+kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool near_singular);
 
 /** Continues with another formulation from a state in the present charts (q, qd, qdd in run->state) with a first
  * step. */
-kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step);
+kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, double work, double first_step);
 
 /* runner_center.c */
 

@@ -181,6 +181,6 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
     kmp_eval_closure(run->eval, t, q);
     kmp_margin_stand_anew(&run->margin, run->eval);
     if (!resume(run, t))
-        return kmp_runner_take_up(run, t, run->in_zone, work, h);
+        return kmp_runner_take_up(run, t, run->near_singular, work, h);
     return kmp_runner_start(run, t, run->y, run->yp, h);
 }

@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
-#include "integrators/steppers/leap.h"
+#include "integrators/steppers/singular_step.h"
 #include <float.h>
 #include <math.h>
 
@@ -39,23 +39,24 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
     return KEMPE_OK;
 }
 
-kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step)
+kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, double work, double first_step)
 {
     double *q = run->state, *qd = q + run->s->n;
     if (run->formulation->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
                                    run->formulation->keep(run->formulation, t, run->y) != KMP_GO))
         return KEMPE_E_FAILED;
     release_formulation(run);
-    run->zone_t = run->in_zone ? run->zone_t : t;
-    run->in_zone = to_zone;
+    run->near_singular_t = run->near_singular ? run->near_singular_t : t;
+    run->near_singular = near_singular;
     kempe_status status = choose_again(run, t, q);
-    bool meets = status == KEMPE_OK && ((run->way->dae && !to_zone) || kmp_runner_is_off(run, t, q));
+    bool meets = status == KEMPE_OK && ((run->way->dae && !near_singular) || kmp_runner_is_off(run, t, q));
     if (meets)
         status = kmp_runner_project(run, t, q, qd);
     if (status == KEMPE_OK && meets)
         status = kmp_runner_accelerate(run, t, q, qd);
     if (status == KEMPE_OK)
-        status = kmp_runner_make_formulation(run, to_zone ? kmp_runner_zone(run) : run->way, t, q, qd, work);
+        status =
+            kmp_runner_make_formulation(run, near_singular ? kmp_runner_near_singular(run) : run->way, t, q, qd, work);
     if (status == KEMPE_OK)
         status = kmp_runner_make_solver(run);
     run->work = work;
@@ -66,16 +67,16 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
 }
 
 /* Changes the formulation; first_step: as for an integrator's start. */
-static kempe_status change_formulation(kmp_runner *run, double t, bool to_zone, double first_step)
+static kempe_status change_formulation(kmp_runner *run, double t, bool near_singular, double first_step)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
-    return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, first_step) : status;
+    return status == KEMPE_OK ? kmp_runner_take_up(run, t, near_singular, work, first_step) : status;
 }
 
-kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool to_zone)
+kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool near_singular)
 {
-    return change_formulation(run, t, to_zone, 0);
+    return change_formulation(run, t, near_singular, 0);
 }
 
 /* Exchanges dropped rows with large coefficients in kept rows. */
@@ -151,7 +152,7 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
 }
 
 /* Changes to the formulation across change points if the margin leads to one. */
-static kempe_status enter_zone(kmp_runner *run, double t, double tau)
+static kempe_status enter_near_singular(kmp_runner *run, double t, double tau)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
@@ -162,12 +163,12 @@ static kempe_status enter_zone(kmp_runner *run, double t, double tau)
 
 /* Returns to the formulation: after a single step across, or after steps when the surroundings of the change point are
  * left. */
-static kempe_status leave_zone(kmp_runner *run, double t)
+static kempe_status leave_near_singular(kmp_runner *run, double t)
 {
     if (run->walks && run->margin.tried > 0)
         return KEMPE_OK;
     if (run->walks) {
-        double since = run->zone_t;
+        double since = run->near_singular_t;
         run->walks = false;
         kempe_status status = kmp_runner_change_formulation(run, t, false);
         if (status == KEMPE_OK)
@@ -178,10 +179,10 @@ static kempe_status leave_zone(kmp_runner *run, double t)
         return status;
     }
     double from = kmp_runner_t_old(run), at, size;
-    kmp_leap_nearest(run->solver, &at, &size);
+    kmp_singular_step_nearest(run->solver, &at, &size);
     kempe_status status = kmp_runner_change_formulation(run, t, false);
     bool through = at > from || from == run->spec.t_start;
-    if (status == KEMPE_OK && through && size < KMP_ZONE_IN)
+    if (status == KEMPE_OK && through && size < KMP_NEAR_SINGULAR_IN)
         kmp_journal_note(run->journal, "change point", at, size, run->margin.last / run->margin.usual,
                          "crossed a change point between t = %.9g and %.9g in one step, in the direction of motion; "
                          "margin of the closures %.2g",
@@ -191,7 +192,7 @@ static kempe_status leave_zone(kmp_runner *run, double t)
 
 /* The motion turns before the predicted change point: the formulation continues from there, and change points are
  * ignored until it has left the surroundings. */
-static kempe_status quit_zone(kmp_runner *run, double t)
+static kempe_status turn_back(kmp_runner *run, double t)
 {
     kempe_status status = kmp_runner_change_formulation(run, t, false);
     run->margin.tried = run->margin.last; /* at t again: the step across evaluated it elsewhere */
@@ -209,11 +210,11 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     double when;
     bool enters = kmp_margin_leads_on(&run->margin, &when);
     kmp_margin_stand(&run->margin);
-    if (run->in_zone)
-        return run->margin.last > KMP_ZONE_OUT * run->margin.usual ? leave_zone(run, t) : KEMPE_OK;
+    if (run->near_singular)
+        return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
     if (run->margin.rows > KMP_ROWS_OUT)
         return change_rows(run, t);
-    return enters ? enter_zone(run, t, when * (t - kmp_runner_t_old(run))) : KEMPE_OK;
+    return enters ? enter_near_singular(run, t, when * (t - kmp_runner_t_old(run))) : KEMPE_OK;
 }
 
 /* By articulated bodies accelerations are the sum of those with the loops open and of the closure forces' part. If the
@@ -400,7 +401,7 @@ static kempe_status take_projected(kmp_runner *run, double t)
 }
 
 /* Makes the first step near a change point, a single step across or one of many. */
-static kempe_status step_in_zone(kmp_runner *run, double t, bool walks)
+static kempe_status step_near_singular(kmp_runner *run, double t, bool walks)
 {
     run->walks = walks;
     kmp_text_free(&run->formulation->reason);
@@ -411,42 +412,42 @@ static kempe_status step_in_zone(kmp_runner *run, double t, bool walks)
 
 /* Continues near a singular place after the formulation stopped: by a single step across, unless all failed before;
  * otherwise in ordinary steps, which restart where they ended. */
-static kempe_status take_zone(kmp_runner *run, double t)
+static kempe_status continue_near_singular(kmp_runner *run, double t)
 {
-    bool leaps = !(run->margin.tried > 0);
-    kempe_status status = leaps ? step_in_zone(run, t, false) : KEMPE_E_FAILED;
+    bool single = !(run->margin.tried > 0);
+    kempe_status status = single ? step_near_singular(run, t, false) : KEMPE_E_FAILED;
     if (status != KEMPE_E_FAILED)
         return status;
     run->margin.tried = run->margin.last;
-    return step_in_zone(run, t, true);
+    return step_near_singular(run, t, true);
 }
 
 /* True if a step across may be tried: J is near to losing a row, and change points are not ignored. */
-static bool is_near_zone(kmp_runner *run, double t)
+static bool is_near_singular(kmp_runner *run, double t)
 {
-    if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||
-        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+    if (run->near_singular || run->margin.ignored || run->margin.r == 0 ||
+        kmp_memory_failures() != run->memory_failures || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return false;
     run->formulation->position(run->formulation, t, run->y, run->state);
     kmp_eval_closure(run->eval, t, run->state);
-    return kmp_margin_at(&run->margin, run->eval) < KMP_ZONE_IN;
+    return kmp_margin_at(&run->margin, run->eval) < KMP_NEAR_SINGULAR_IN;
 }
 
 /* Restarts a stopped implicit integrator once from its last place, projected and with rows chosen again: errors of past
  * steps may be the only cause. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
-    kempe_status quitted = run->in_zone && !run->walks ? quit_zone(run, t) : KEMPE_E_FAILED;
+    kempe_status quitted = run->near_singular && !run->walks ? turn_back(run, t) : KEMPE_E_FAILED;
     if (quitted != KEMPE_E_FAILED)
         return quitted;
-    if (run->in_zone && run->walks)
-        return take_zone(run, t);
+    if (run->near_singular && run->walks)
+        return continue_near_singular(run, t);
     if (may_project(run))
         return take_projected(run, t);
     if (kmp_runner_lock(run, t) >= 0)
         return KEMPE_E_FAILED;
-    if (is_near_zone(run, t))
-        return take_zone(run, t);
+    if (is_near_singular(run, t))
+        return continue_near_singular(run, t);
     if (!run->yp || run->formulation->reason.length > 0 ||
         (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
         return KEMPE_E_FAILED;

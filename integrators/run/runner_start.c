@@ -7,7 +7,7 @@
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
-#include "integrators/steppers/leap.h"
+#include "integrators/steppers/singular_step.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -101,9 +101,9 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
     return status;
 }
 
-const kmp_formulation_kind *kmp_runner_zone(const kmp_runner *run)
+const kmp_formulation_kind *kmp_runner_near_singular(const kmp_runner *run)
 {
-    return run->way->zone ? run->way->zone : &kmp_formulation_zone;
+    return run->way->near_singular ? run->way->near_singular : &kmp_formulation_near_singular;
 }
 
 kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
@@ -182,9 +182,9 @@ static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
     const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
     bool cannot = !asked->dae && (asked->implicit || !asked->corrects) && run->part.p == 0;
-    if (run->in_zone && !run->walks)
-        return &kmp_solver_leap;
-    return cannot || run->in_zone ? kmp_solver_find("dop853") : asked;
+    if (run->near_singular && !run->walks)
+        return &kmp_solver_singular_step;
+    return cannot || run->near_singular ? kmp_solver_find("dop853") : asked;
 }
 
 kempe_status kmp_runner_make_solver(kmp_runner *run)
@@ -272,9 +272,9 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
                 "depend on rounding");
     run->rate_scale = rate_scale_of(run, qd);
     run->way = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
-    run->in_zone = run->margin.near;
+    run->near_singular = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));
-    status = kmp_runner_make_formulation(run, run->in_zone ? kmp_runner_zone(run) : run->way, run->spec.t_start, q, qd,
-                                         run->spec.work_start);
+    status = kmp_runner_make_formulation(run, run->near_singular ? kmp_runner_near_singular(run) : run->way,
+                                         run->spec.t_start, q, qd, run->spec.work_start);
     return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;
 }

@@ -29,9 +29,9 @@ typedef struct kmp_ode {
     /** j = df/dy (n x n, column-major, zeroed before), exact. NULL: there is none. For implicit integrators. */
     int (*jacobian)(void *self, double t, const double *y, double *j);
 
-    /** For an integrator that chooses where to evaluate (leap.h). Closes y, unless `as_it_is`; then computes dy = f(t,
-     * y) with nothing left out, and the distance from a singularity of f over its usual value. dy or distance may be
-     * NULL. NULL: none. */
+    /** For an integrator that chooses where to evaluate (singular_step.h). Closes y, unless `as_it_is`; then computes
+     * dy = f(t, y) with nothing left out, and the distance from a singularity of f over its usual value. dy or distance
+     * may be NULL. NULL: none. */
     int (*closed)(void *self, double t, double *y, bool as_it_is, double *dy, double *distance);
     int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
     int quadratures; /* the last of y, on which f does not depend */

@@ -147,7 +147,7 @@ static kempe_status start(void *solver, double t, const double *y, const double 
     s->first = true;
     s->rejected = s->has_step = s->has_jacobian = s->fresh = s->factored = s->collapsed = false;
     s->base.hopeless = 0;
-    s->together = s->held = false;
+    s->together = s->newton_limits = false;
     s->patience = PATIENCE;
     memcpy(s->y, y, (size_t)s->n * sizeof *y);
     int said = kmp_radau_call(s, t, s->y, s->dy);
@@ -264,12 +264,13 @@ static void choose_newton(kmp_radau *s, double h, double error)
     double size = (double)s->inner * s->s / CHEAP;
     if (s->together && --s->trust <= 0)
         s->together = s->has_jacobian = false;
-    else if (!s->together && s->coupled && s->held && after_error(s, h, error, 1) >= (WORTH + size * size) * h) {
+    else if (!s->together && s->coupled && s->newton_limits &&
+             after_error(s, h, error, 1) >= (WORTH + size * size) * h) {
         s->together = true;
         s->trust = s->patience;
         s->patience = s->patience < MOST_PATIENCE ? 2 * s->patience : MOST_PATIENCE;
     }
-    s->held = false;
+    s->newton_limits = false;
 }
 
 static void take(kmp_radau *s, double h, double t_new, double error, int iterations)
@@ -315,7 +316,7 @@ static void refuse(kmp_radau *s, kmp_radau_outcome what, double h, double error,
         s->base.h = stale ? h : shorter * h;
     else
         s->base.h = what == KMP_RADAU_BAD_STAGE ? h / 4 : h / 2;
-    s->held = s->held || (what == KMP_RADAU_BAD_NEWTON && !stale);
+    s->newton_limits = s->newton_limits || (what == KMP_RADAU_BAD_NEWTON && !stale);
     if (what != KMP_RADAU_BAD_ERROR || s->contraction > KEEP_JACOBIAN)
         s->has_jacobian = s->has_jacobian && !stale;
     s->rejected = true;

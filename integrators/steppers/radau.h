@@ -45,7 +45,7 @@ typedef struct kmp_radau {
     double ready;       /* bound of the remainder of a correction, over its size */
     double error_old, h_old;
     bool first, rejected, has_step, has_jacobian, fresh, factored, collapsed;
-    bool held;           /* Newton's method has rejected a longer step than the one taken */
+    bool newton_limits;  /* Newton's method has rejected a longer step than the one taken */
     int trust, patience; /* steps until one Jacobian for all stages is tried again; their number the next time */
     kmp_arena arena;     /* of all arrays */
 } kmp_radau;

@@ -177,7 +177,7 @@ static void rows(void)
         for (int r = 0; at && kmp_formulation_get(r); r++)
             rows_on(kmp_formulation_get(r), l.system, at);
         if (at)
-            rows_on(&kmp_formulation_zone, l.system, at);
+            rows_on(&kmp_formulation_near_singular, l.system, at);
         kempe_assembly_free(at);
         unload(&l);
     }

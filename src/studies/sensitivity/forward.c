@@ -212,7 +212,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
 static const kmp_formulation_kind varied_zone = {
     .formulation = "varied", .form = "zone", .corrected = true, .create = create};
 static const kmp_formulation_kind varied_formulation = {
-    .formulation = "varied", .form = "newton", .corrected = true, .zone = &varied_zone, .create = create};
+    .formulation = "varied", .form = "newton", .corrected = true, .near_singular = &varied_zone, .create = create};
 
 /* -- the run ----------------------------------------------------------------------------------------- */
 
