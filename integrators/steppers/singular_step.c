@@ -9,7 +9,6 @@
  * coefficients show if the solution is smooth. They do not vanish where it turns instead of continuing straight, and
  * they are noise where a node is too near to the place; the step is then rejected. */
 #include "integrators/steppers/singular_step.h"
-#include "base/memory.h"
 #include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
@@ -22,8 +21,6 @@ static const double LANDINGS[] = {0.25, 0.06, 0.5};
 
 typedef struct singular_step {
     kmp_solver base; /* first */
-    kmp_ode ode;
-    kmp_tolerance tolerance;
     double nearest, nearest_t;
     double *y;        /* n */
     double *y0, *dy0; /* n: start of the step */
@@ -35,7 +32,6 @@ typedef struct singular_step {
     double x[NODES], weight[NODES];
     double p[NODES][NODES];        /* P_k at node j: p[k][j] */
     double integral[NODES][NODES]; /* I_k at node j */
-    double *memory;
 } singular_step;
 
 /* -- Legendre's polynomials ------------------------------------------------------------------------- */
@@ -84,7 +80,7 @@ static void find_nodes(singular_step *s)
 /* Computes the coefficients from the slopes. */
 static void fit(singular_step *s)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     memset(s->a, 0, (size_t)(NODES * n) * sizeof *s->a);
     for (int k = 0; k < NODES; k++)
         for (int j = 0; j < NODES; j++) {
@@ -97,7 +93,7 @@ static void fit(singular_step *s)
 /* y = y0 + h/2 sum a_k integral_k */
 static void combine(const singular_step *s, const double *integral, double *y)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     for (int i = 0; i < n; i++) {
         double sum = 0;
         for (int k = NODES - 1; k >= 0; k--)
@@ -119,9 +115,9 @@ static void at(const singular_step *s, double t, double *y)
 static double weighted(const singular_step *s, const double *x)
 {
     double most = 0;
-    for (int i = 0; i < s->ode.n; i++) {
-        double w =
-            (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y0[i])) * KMP_SINGULAR_SMOOTH / s->tolerance.rtol;
+    for (int i = 0; i < s->base.ode.n; i++) {
+        double w = (s->base.tolerance.atol[i] + s->base.tolerance.rtol * fabs(s->y0[i])) * KMP_SINGULAR_SMOOTH /
+                   s->base.tolerance.rtol;
         most = isfinite(x[i]) ? fmax(most, fabs(x[i]) / w) : INFINITY;
     }
     return most;
@@ -130,7 +126,7 @@ static double weighted(const singular_step *s, const double *x)
 /* Extrapolates y by tau from (q, qd): along the slope and its change. */
 static void extrapolate(const singular_step *s, const double *y, const double *dy, double tau, double *to)
 {
-    int n = s->ode.n, m = s->ode.positions;
+    int n = s->base.ode.n, m = s->base.ode.positions;
     for (int i = 0; i < n; i++)
         to[i] = y[i] + tau * (dy[i] + (i < m ? 0.5 * tau * dy[i + m] : 0));
 }
@@ -138,7 +134,7 @@ static void extrapolate(const singular_step *s, const double *y, const double *d
 static double distance(singular_step *s, double t, double *y)
 {
     double d = 0;
-    return s->ode.closed(s->ode.self, t, y, true, NULL, &d) == KMP_GO ? d : INFINITY;
+    return s->base.ode.closed(s->base.ode.self, t, y, true, NULL, &d) == KMP_GO ? d : INFINITY;
 }
 
 /* Distance from the singular place along the extrapolation. */
@@ -223,16 +219,17 @@ static double length_of(const singular_step *s, double wanted, double most, doub
 
 static int evaluate(singular_step *s, int j)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     s->base.work.rhs++;
     memcpy(s->trial, s->node + j * n, (size_t)n * sizeof *s->trial);
-    return s->ode.closed(s->ode.self, s->base.t + 0.5 * s->h * (1 + s->x[j]), s->trial, false, s->slope + j * n, NULL);
+    return s->base.ode.closed(s->base.ode.self, s->base.t + 0.5 * s->h * (1 + s->x[j]), s->trial, false,
+                              s->slope + j * n, NULL);
 }
 
 /* Predicts the nodes, each from the one before. */
 static int predict(singular_step *s)
 {
-    int n = s->ode.n, said = KMP_GO;
+    int n = s->base.ode.n, said = KMP_GO;
     const double *y = s->y0, *dy = s->dy0;
     for (int j = 0; said == KMP_GO && j < NODES; j++) {
         extrapolate(s, y, dy, 0.5 * s->h * (s->x[j] - (j ? s->x[j - 1] : -1)), s->node + j * n);
@@ -246,7 +243,7 @@ static int predict(singular_step *s)
 /* One Picard iteration; *change: that of the nodes, in error weights. */
 static int sweep(singular_step *s, double *change)
 {
-    int n = s->ode.n, said = KMP_GO;
+    int n = s->base.ode.n, said = KMP_GO;
     *change = 0;
     fit(s);
     for (int j = 0; said == KMP_GO && j < NODES; j++) {
@@ -268,7 +265,7 @@ static int sweep(singular_step *s, double *change)
 /* The last terms of the polynomial, in error weights. */
 static double roughness(singular_step *s)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     for (int i = 0; i < n; i++)
         s->trial[i] =
             0.5 * s->h *
@@ -312,7 +309,7 @@ static double place_within(singular_step *s)
  * found again along the polynomial. */
 static outcome step_to(singular_step *s, double now, double landing)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     double place, end = s->base.t, left = s->base.t_end - s->base.t, wanted = look_ahead(s, now, landing, &place),
                   ones[NODES] = {2};
     outcome what = UNSETTLED;
@@ -330,7 +327,7 @@ static outcome step_to(singular_step *s, double now, double landing)
         return what;
     combine(s, ones, s->y); /* I_k(1) = 0 but for k = 0 */
     s->base.work.rhs++;
-    if (s->ode.closed(s->ode.self, end, s->y, false, s->slope, NULL) != KMP_GO) {
+    if (s->base.ode.closed(s->base.ode.self, end, s->y, false, s->slope, NULL) != KMP_GO) {
         memcpy(s->y, s->y0, (size_t)n * sizeof *s->y);
         return UNSETTLED;
     }
@@ -342,13 +339,13 @@ static outcome step_to(singular_step *s, double now, double landing)
 /* Tries a step across from the present closed state, at the landings in turn. */
 static bool try(singular_step *s)
 {
-    size_t size = (size_t)s->ode.n * sizeof *s->y0;
+    size_t size = (size_t)s->base.ode.n * sizeof *s->y0;
     double now = 0;
     outcome what = UNSETTLED;
     memcpy(s->y0, s->y, size);
     memcpy(s->trial, s->y, size);
     s->base.work.rhs++;
-    if (s->ode.closed(s->ode.self, s->base.t, s->trial, true, s->dy0, &now) != KMP_GO)
+    if (s->base.ode.closed(s->base.ode.self, s->base.t, s->trial, true, s->dy0, &now) != KMP_GO)
         return false;
     for (size_t k = 0; k < sizeof LANDINGS / sizeof *LANDINGS && what != SMOOTHLY && (k < 2 || what == UNSETTLED); k++)
         what = step_to(s, now, LANDINGS[k]);
@@ -358,49 +355,26 @@ static bool try(singular_step *s)
 
 /* -- interface ---------------------------------------------------------------------------------------- */
 
-static void release(void *solver)
-{
-    singular_step *s = solver;
-    if (!s)
-        return;
-    kmp_free(s->memory);
-    kmp_free(s);
-}
-
 static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
-    (void)kind;
-    enum { SINGLE = 4, VECTORS = SINGLE + 3 * NODES };
-    int n = setup->ode->n;
-    singular_step *s = KMP_NEW(singular_step, 1);
-    if (s) {
-        s->ode = *setup->ode;
-        s->tolerance = setup->tolerance;
-        s->memory = KMP_NEW(double, VECTORS *n);
-    }
-    if (!s || !s->memory) {
-        (void)kmp_fail_memory(setup->context);
-        release(s);
+    singular_step *s = kmp_solver_new(kind, setup, sizeof *s);
+    if (!s)
         return NULL;
-    }
-    double **vector[SINGLE] = {&s->y, &s->y0, &s->dy0, &s->trial};
-    for (int k = 0; k < SINGLE; k++)
-        *vector[k] = s->memory + k * n;
-    s->node = s->memory + SINGLE * n;
-    s->slope = s->node + NODES * n;
-    s->a = s->slope + NODES * n;
+    int n = s->base.ode.n;
+    const kmp_arena_group groups[] = {{n, {&s->y, &s->y0, &s->dy0, &s->trial}},
+                                      {NODES * n, {&s->node, &s->slope, &s->a}}};
+    (void)kmp_arena_make_groups(&s->base.arena, sizeof groups / sizeof *groups, groups);
     find_nodes(s);
-    return s;
+    return kmp_solver_made(s);
 }
 
 static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
 {
     singular_step *s = solver;
     (void)yp, (void)h0;
-    s->base.t = s->base.t_old = t;
-    s->base.t_end = t_end;
+    kmp_solver_begin(&s->base, t, t_end, 0);
     s->nearest = INFINITY;
-    memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
+    memcpy(s->y, y, (size_t)s->base.ode.n * sizeof *y);
     return KEMPE_OK;
 }
 
@@ -423,7 +397,7 @@ static kempe_status dense(void *solver, double time, double *y, double *yp)
     singular_step *s = solver;
     (void)yp;
     if (time == s->base.t)
-        memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
+        memcpy(y, s->y, (size_t)s->base.ode.n * sizeof *y);
     else
         at(s, time, y);
     return KEMPE_OK;
@@ -439,7 +413,7 @@ void kmp_singular_step_nearest(const void *solver, double *time, double *size)
 const kmp_solver_kind kmp_solver_singular_step = {.name = "singular_step",
                                                   .corrects = true,
                                                   .create = create,
-                                                  .release = release,
+                                                  .release = kmp_solver_free,
                                                   .start = start,
                                                   .step = step,
                                                   .dense = dense};

@@ -4,7 +4,6 @@
  * straight. A parameter that moves the closures there makes this impossible; where one is present nothing is stepped
  * over. */
 #include "constraints/tolerances.h"
-#include "integrators/formulations/redundant.h"
 #include "studies/sensitivity/forward_inside.h"
 #include <math.h>
 #include <string.h>
