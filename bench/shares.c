@@ -10,8 +10,8 @@
 #include "bench.h"
 #include "chain.h"
 #include "integrators/run/runner.h"
-#include "integrators/sundials/host_vector.h"
 #include "integrators/sundials/linear.h"
+#include "integrators/sundials/sundials_host.h"
 #include <kempe/check.h>
 #include <string.h>
 

@@ -184,10 +184,10 @@
 /** IN: the margin below which a run steps across a change point straight ahead. OUT: the margin at which the
  * formulation takes over after the step. LEFT: the margin above which the surroundings of a place that no step could
  * cross are left. GROWING bounds the next step of an ensemble's lane over the last one. */
-#define KMP_ZONE_IN   0.15
-#define KMP_ZONE_OUT  0.03
-#define KMP_ZONE_LEFT 0.2
-#define KMP_GROWING   1.5
+#define KMP_NEAR_SINGULAR_IN   0.15
+#define KMP_NEAR_SINGULAR_OUT  0.03
+#define KMP_NEAR_SINGULAR_LEFT 0.2
+#define KMP_GROWING            1.5
 /** AIM: least predicted margin along the line ahead, below which the line meets a change point. STEEP: that margin
  * relative to the present one, so that small margins alone raise no alarm. Mechanisms that pass at one or a few
  * hundredths are resolved by ordinary steps. */
@@ -240,14 +240,14 @@
 /** Relative size of the last terms at which the polynomial is smooth. Picard's iteration is carried to SETTLED of
  * SMOOTH, must shrink by SHRINKS, and may end in NOISE times it. Beyond ROUGH, or ROUGH times the last change, it is
  * given up. */
-#define KMP_LEAP_SMOOTH  1e-9
-#define KMP_LEAP_SETTLED 1e-2
-#define KMP_LEAP_SHRINKS 0.7
-#define KMP_LEAP_NOISE   10.0
-#define KMP_LEAP_ROUGH   100.0
+#define KMP_SINGULAR_SMOOTH  1e-9
+#define KMP_SINGULAR_SETTLED 1e-2
+#define KMP_SINGULAR_SHRINKS 0.7
+#define KMP_SINGULAR_NOISE   10.0
+#define KMP_SINGULAR_ROUGH   100.0
 /** Relative difference of equal lengths of steps across; a landing may be BEYOND times as far as predicted. */
-#define KMP_LEAP_SAME   1e-4
-#define KMP_LEAP_BEYOND 1.3
+#define KMP_SINGULAR_SAME   1e-4
+#define KMP_SINGULAR_BEYOND 1.3
 /** Coefficients |T| of dropped rows in the kept ones. Beyond OUT (SWEEP in sweeps) a dropped row replaces a kept one,
  * which enlarges |det Jv| by that factor; a step that ends beyond LOST goes too far. */
 #define KMP_ROWS_OUT   1.5

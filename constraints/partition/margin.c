@@ -528,7 +528,7 @@ bool kmp_margin_leads_on(const kmp_margin *margin, double *when)
     if (!margin->stands || margin->quick || margin->ignored || margin->r == 0)
         return false;
     line l = line_of(margin);
-    double soonest = margin->tried > 0 ? KMP_MARGIN_AGAIN * margin->tried : KMP_ZONE_IN * margin->usual;
+    double soonest = margin->tried > 0 ? KMP_MARGIN_AGAIN * margin->tried : KMP_NEAR_SINGULAR_IN * margin->usual;
     bool soon = (margin->refused && margin->tried == 0) || margin->last < soonest;
     *when = l.when;
     return l.when > 0 && soon && aims(margin, &l, margin->last, KMP_MARGIN_AIM);
@@ -549,7 +549,7 @@ void kmp_margin_stand(kmp_margin *margin)
     exchange(&margin->z, &margin->z_stood);
     exchange_needs(margin);
     margin->seen = !margin->quick;
-    margin->tried = margin->quick || margin->last > KMP_ZONE_LEFT * margin->usual ? 0 : margin->tried;
+    margin->tried = margin->quick || margin->last > KMP_NEAR_SINGULAR_LEFT * margin->usual ? 0 : margin->tried;
     margin->refused = false;
     margin->stands = true;
 }

@@ -14,7 +14,6 @@
  * Weights exclude multipliers from every error norm: the first steps are tiny, the condition of the iteration matrix
  * grows like h^-(index - 1), and corrections of multipliers never fall below rounding times that condition. */
 #include "integrators/formulations/formulation.h"
-#include "integrators/formulations/redundant.h"
 #include "integrators/formulations/tangent.h"
 #include <float.h>
 #include <math.h>
@@ -68,18 +67,11 @@ typedef struct dae {
     double *lambda, *mu; /* m: spread over all rows */
 } dae;
 
-/* Position of v. Rows of the equations of motion are those of v, rows of group g begin at at_group(g). */
+/* Position of v, whose rows are the equations of motion; of the rows of group g, which are those of lambda (0) and mu
+ * (1). */
 static int at_v(const dae *d)
 {
     return d->n;
-}
-static int at_lambda(const dae *d)
-{
-    return 2 * d->n;
-}
-static int at_mu(const dae *d)
-{
-    return 2 * d->n + d->r;
 }
 static int at_group(const dae *d, int g)
 {
@@ -102,9 +94,9 @@ static void add_term(dae *d, int row, int col, int source, bool cj, double facto
 static void add_jacobian(dae *d, const kmp_tangent *e, int at)
 {
     bool cj = d->form.integrated;
-    add_term(d, at_v(d) + e->col, at_lambda(d) + at, e->source, cj, -1);
+    add_term(d, at_v(d) + e->col, at_group(d, 0) + at, e->source, cj, -1);
     if (d->form.mu)
-        add_term(d, e->col, at_mu(d) + at, e->source, cj, 1);
+        add_term(d, e->col, at_group(d, 1) + at, e->source, cj, 1);
     for (int g = 0; g < d->form.groups; g++) {
         const double *weight = d->form.weight[g];
         int row = at_group(d, g) + at;
@@ -114,50 +106,32 @@ static void add_jacobian(dae *d, const kmp_tangent *e, int at)
     }
 }
 
-/* Adds an entry of a block of closure rows, by its weight in each group. */
-static void add_closure(dae *d, const kmp_tangent *e, int at, int col, int order)
-{
-    for (int g = 0; g < d->form.groups; g++)
-        add_term(d, at_group(d, g) + at, col, e->source, false, d->form.weight[g][order]);
-}
+/* Places of blocks: rows of the equations of q (0) or v (1), or closure rows of an order of h; columns of q or v. */
+static const struct {
+    bool motion, closure;
+    int row, col; /* closure: the order of h */
+    bool cj;
+} places[KMP_TANGENT_BLOCKS] = {
+    [KMP_R_Q] = {.motion = true, .row = 1, .col = 0},           [KMP_R_QD] = {.motion = true, .row = 1, .col = 1},
+    [KMP_M] = {.motion = true, .row = 1, .col = 1, .cj = true}, [KMP_JTMU_Q] = {.motion = true, .row = 0, .col = 0},
+    [KMP_RATE_Q] = {.closure = true, .row = 1, .col = 0},       [KMP_CURVE_Q] = {.closure = true, .row = 2, .col = 0},
+    [KMP_CURVE_QD] = {.closure = true, .row = 2, .col = 1}};
 
 static void add_entry(dae *d, const kmp_tangent *e)
 {
-    bool closure = e->block == KMP_J || e->block == KMP_RATE_Q || e->block == KMP_CURVE_Q || e->block == KMP_CURVE_QD;
-    int at = closure ? d->position[e->row] : e->block == KMP_C_LAMBDA ? d->position[e->col] : 0;
+    int n = d->n, row = places[e->block].row, col = places[e->block].col * n + e->col;
+    bool jacobian = e->block == KMP_J, by_lambda = e->block == KMP_C_LAMBDA;
+    int at = jacobian || places[e->block].closure ? d->position[e->row] : by_lambda ? d->position[e->col] : 0;
     if (at < 0) /* the row is dropped */
         return;
-    switch (e->block) {
-    case KMP_R_Q:
-        add_term(d, at_v(d) + e->row, e->col, e->source, false, 1);
-        break;
-    case KMP_R_QD:
-        add_term(d, at_v(d) + e->row, at_v(d) + e->col, e->source, false, 1);
-        break;
-    case KMP_M:
-        add_term(d, at_v(d) + e->row, at_v(d) + e->col, e->source, true, 1);
-        break;
-    case KMP_JTMU_Q:
-        add_term(d, e->row, e->col, e->source, false, 1);
-        break;
-    case KMP_RATE_Q:
-        add_closure(d, e, at, e->col, 1);
-        break;
-    case KMP_CURVE_Q:
-        add_closure(d, e, at, e->col, 2);
-        break;
-    case KMP_CURVE_QD:
-        add_closure(d, e, at, at_v(d) + e->col, 2);
-        break;
-    case KMP_J:
+    if (jacobian)
         add_jacobian(d, e, at);
-        break;
-    case KMP_C_LAMBDA:
-        add_term(d, at_v(d) + e->row, at_lambda(d) + at, e->source, d->form.integrated, 1);
-        break;
-    default:
-        break;
-    }
+    if (by_lambda)
+        add_term(d, at_v(d) + e->row, at_group(d, 0) + at, e->source, d->form.integrated, 1);
+    if (places[e->block].motion)
+        add_term(d, row * n + e->row, col, e->source, places[e->block].cj, 1);
+    for (int g = 0; places[e->block].closure && g < d->form.groups; g++)
+        add_term(d, at_group(d, g) + at, col, e->source, false, d->form.weight[g][row]);
 }
 
 static void add_terms(dae *d)
@@ -213,29 +187,25 @@ static kmp_instant instant(dae *d, double t, const double *y, const double *yp)
 {
     const double *multipliers = d->form.integrated ? yp : y;
     for (int i = 0; i < d->r; i++) {
-        d->lambda[d->part->rows[i]] = multipliers[at_lambda(d) + i];
+        d->lambda[d->part->rows[i]] = multipliers[at_group(d, 0) + i];
         if (d->form.mu)
-            d->mu[d->part->rows[i]] = multipliers[at_mu(d) + i];
+            d->mu[d->part->rows[i]] = multipliers[at_group(d, 1) + i];
     }
-    return (kmp_instant){.t = t,
-                         .q = y,
-                         .qd = y + at_v(d),
-                         .qdd = yp + at_v(d),
-                         .lambda = d->lambda,
-                         .mu = d->form.mu ? d->mu : NULL,
-                         .mode = d->eval->mode,
-                         .chart = d->eval->chart,
-                         .chart_version = d->eval->chart_version};
+    kmp_instant at = kmp_instant_of(d->eval, t, y, y + at_v(d), yp + at_v(d), d->lambda);
+    at.mu = d->form.mu ? d->mu : NULL;
+    return at;
 }
+
+/* Values of h and its derivatives by time, by their order. */
+static const kmp_value closure_value[3] = {KMP_VALUE_H, KMP_VALUE_RATE, KMP_VALUE_CURVE};
 
 /* Adds the rows of group g of `out`. */
 static void put_group(const dae *d, const double *out, int g, double *r)
 {
-    static const kmp_value kind[3] = {KMP_VALUE_H, KMP_VALUE_RATE, KMP_VALUE_CURVE};
     const int *row = d->part->rows;
     bool first = true;
     for (int order = 0; order < 3; order++) {
-        const double weight = d->form.weight[g][order], *value = out + d->tangents.at[kind[order]];
+        const double weight = d->form.weight[g][order], *value = out + d->tangents.at[closure_value[order]];
         if (weight == 0)
             continue;
         for (int i = 0; i < d->r; i++)
@@ -293,11 +263,10 @@ static int accept(void *self, double t, const double *y, const double *yp)
 }
 
 /* A row has q and qd of the integrator; accelerations and multipliers come from the saddle system there. */
-static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
-               double *qdd, double *lambda, double *work)
+static int row(kmp_formulation *formulation, double t, const double *y, double *q, double *qd, double *qdd,
+               double *lambda, double *work)
 {
     dae *d = (dae *)formulation;
-    (void)yp;
     memcpy(q, y, (size_t)d->n * sizeof *q);
     *work = 0;
     if (qd)
@@ -321,9 +290,9 @@ static void put_multipliers(const dae *d, const double *lambda, double *y, doubl
 {
     double *multipliers = d->form.integrated ? yp : y;
     for (int i = 0; i < d->r; i++) {
-        multipliers[at_lambda(d) + i] = lambda[d->part->rows[i]];
+        multipliers[at_group(d, 0) + i] = lambda[d->part->rows[i]];
         if (d->form.mu)
-            multipliers[at_mu(d) + i] = 0;
+            multipliers[at_group(d, 1) + i] = 0;
     }
 }
 
@@ -339,12 +308,10 @@ static int close_state(dae *d, double t, double *q, double *qd, double *qdd)
     return KMP_GO;
 }
 
-static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
-                  const double *lambda, double *y, double *yp)
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     dae *d = (dae *)formulation;
     int n = d->n;
-    (void)qdd, (void)lambda;
     memcpy(y, q, (size_t)n * sizeof *y);
     memcpy(y + n, qd, (size_t)n * sizeof *y);
     if (close_state(d, t, y, y + n, yp + n) != KMP_GO)
@@ -393,11 +360,9 @@ static void choose_form(dae *d, const form *chosen, double rate_scale)
 static unsigned values_of(const form *f)
 {
     unsigned values = 1u << KMP_VALUE_R | (f->mu ? 1u << KMP_VALUE_JTMU : 0);
-    for (int g = 0; g < f->groups; g++) {
-        values |= f->weight[g][0] != 0 ? 1u << KMP_VALUE_H : 0;
-        values |= f->weight[g][1] != 0 ? 1u << KMP_VALUE_RATE : 0;
-        values |= f->weight[g][2] != 0 ? 1u << KMP_VALUE_CURVE : 0;
-    }
+    for (int g = 0; g < f->groups; g++)
+        for (int order = 0; order < 3; order++)
+            values |= f->weight[g][order] != 0 ? 1u << closure_value[order] : 0;
     return values;
 }
 
@@ -422,12 +387,11 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_st
     if (!allocate(d, 2 * d->n + chosen->groups * d->r))
         return kmp_fail_memory(d->s->context);
     choose_form(d, chosen, start->rate_scale);
-    kempe_status status = kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen));
-    if (status == KEMPE_OK && !compress(d))
-        status = kmp_fail_memory(d->s->context);
-    if (status == KEMPE_OK)
-        begin(d, start);
-    return status;
+    KMP_TRY(kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen)));
+    if (!compress(d))
+        return kmp_fail_memory(d->s->context);
+    begin(d, start);
+    return KEMPE_OK;
 }
 
 static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/formulation.h"
 #include "base/memory.h"
+#include "constraints/rounding/rounding.h"
+#include "constraints/tolerances.h"
+#include <math.h>
 #include <string.h>
 
 void *kmp_formulation_new(const kmp_formulation_start *start, size_t bytes)
@@ -20,6 +23,12 @@ void kmp_formulation_free(kmp_formulation *formulation)
     kmp_text_free(&formulation->reason);
     kmp_arena_free(&formulation->arena);
     kmp_free(formulation);
+}
+
+int kmp_formulation_row(kmp_formulation *formulation, double t, const double *y, double *row, double *work)
+{
+    int n = formulation->n;
+    return formulation->row(formulation, t, y, row, row + n, row + 2 * n, row + 3 * n, work);
 }
 
 void kmp_formulation_make_unknowns(kmp_formulation *formulation, int size, bool slopes)
@@ -45,4 +54,36 @@ void kmp_formulation_position_of_state(kmp_formulation *formulation, double t, c
 {
     (void)t;
     memcpy(q, y, (size_t)formulation->n * sizeof *q);
+}
+
+int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, double t, double tolerance,
+                        kmp_text *reason)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(eval->system);
+    double allowed = fmax(KMP_DROPPED_WEIGHTS * tolerance, rounding ? KMP_DROPPED_TOLERANCES * rounding->tolerance : 0);
+    for (int k = 0; part->m > part->r && k < part->r; k++)
+        allowed = fmax(allowed, KMP_DROPPED_OVER_KEPT * kmp_eval_opening(eval, part->rows[k]));
+    for (int k = 0; k < part->m - part->r; k++) {
+        int row = part->redundant[k];
+        double h = kmp_eval_opening(eval, row);
+        if (h <= allowed)
+            continue;
+        kmp_text_printf(
+            reason,
+            "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the run began at a "
+            "change point, where the closures have a lower rank; start near it, on the intended branch",
+            eval->system->row_names[row], h, t);
+        return KMP_HALT;
+    }
+    return KMP_GO;
+}
+
+double kmp_formulation_rate_scale(const kempe_system *system, double t_end, const double *qd, const double *qdd)
+{
+    double scale = 1 / t_end;
+    for (int i = 0; i < system->n; i++) {
+        scale = fmax(scale, fabs(qd[i]) / system->scale[i]);
+        scale = fmax(scale, sqrt(fabs(qdd[i]) / system->scale[i]));
+    }
+    return scale;
 }

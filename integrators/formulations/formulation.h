@@ -10,7 +10,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/margin.h"
 #include "constraints/partition/partition.h"
-#include "integrators/formulations/dae.h"
 #include "integrators/run/journal.h"
 #include "integrators/steppers/ode.h"
 
@@ -44,13 +43,14 @@ typedef struct kmp_formulation_start {
 typedef struct kmp_formulation_kind {
     const char *formulation, *form;
     bool dae;
-    bool standard;                           /* compare runs it by default */
-    bool corrected;                          /* `accept` corrects y: multistep methods are excluded */
-    bool both;                               /* the ODE is also available as a DAE */
-    bool jacobian;                           /* the Jacobian of the ODE is available, for implicit integrators */
-    bool by_bodies;                          /* uses articulated bodies if the evaluator has them */
-    const struct kmp_formulation_kind *zone; /* formulation across change points; NULL: kmp_formulation_zone */
-    const void *detail;                      /* for `create`, if several kinds share it */
+    bool standard;  /* compare runs it by default */
+    bool corrected; /* `accept` corrects y: multistep methods are excluded */
+    bool both;      /* the ODE is also available as a DAE */
+    bool jacobian;  /* the Jacobian of the ODE is available, for implicit integrators */
+    bool by_bodies; /* uses articulated bodies if the evaluator has them */
+    const struct kmp_formulation_kind
+        *near_singular; /* formulation across change points; NULL: kmp_formulation_near_singular */
+    const void *detail; /* for `create`, if several kinds share it */
 
     /** Makes a formulation; NULL after a message. */
     kmp_formulation *(*create)(const struct kmp_formulation_kind *kind, const kmp_formulation_start *start);
@@ -59,10 +59,10 @@ typedef struct kmp_formulation_kind {
 struct kmp_formulation {
     void (*release)(kmp_formulation *formulation);
 
-    /** Row at (t, y[, yp]). If qdd is NULL, accelerations and multipliers are left out; if qd is NULL too, so are
+    /** Row at (t, y). If qdd is NULL, accelerations and multipliers are left out; if qd is NULL too, so are
      * rates. The remaining values have the same bits. 0, or KMP_HALT with the reason in the context. */
-    int (*row)(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
-               double *qdd, double *lambda, double *work);
+    int (*row)(kmp_formulation *formulation, double t, const double *y, double *q, double *qd, double *qdd,
+               double *lambda, double *work);
 
     /** q at (t, y), to the accuracy of the integration. */
     void (*position)(kmp_formulation *formulation, double t, const double *y, double *q);
@@ -72,8 +72,7 @@ struct kmp_formulation {
     int (*renew)(kmp_formulation *formulation, double t, double *y, double *yp);
 
     /** Puts a closed state into y (and yp) as a new start; other unknowns (work) are unchanged. */
-    int (*resume)(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
-                  const double *lambda, double *y, double *yp);
+    int (*resume)(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp);
 
     /** Takes from y the unknowns that are not part of a state, before another formulation of the same kind starts at
      * (t, y). NULL: none. */
@@ -102,12 +101,23 @@ void *kmp_formulation_new(const kmp_formulation_start *start, size_t bytes);
 /** Frees the reason, the arena and the struct itself. */
 void kmp_formulation_free(kmp_formulation *formulation);
 
+/** The whole row at (t, y) in one array: q, qd, qdd, lambda. Results as of the member `row`. */
+int kmp_formulation_row(kmp_formulation *formulation, double t, const double *y, double *row, double *work);
+
 /** Allocates `size` unknowns, and their slopes if wanted; failures are recorded in the arena. */
 void kmp_formulation_make_unknowns(kmp_formulation *formulation, int size, bool slopes);
 
 /** For formulations whose unknowns begin with q and qd: the state of a start and the tolerances; q. */
 void kmp_formulation_begin_with_state(kmp_formulation *formulation, const kmp_formulation_start *start);
 void kmp_formulation_position_of_state(kmp_formulation *formulation, double t, const double *y, double *q);
+
+/** Checks that the dropped rows close, too, at the evaluator's last closure (at t): not wider than many tolerances
+ * (scaled), nor than a multiple of the kept rows. KMP_GO, or KMP_HALT with the reason. */
+int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, double t, double tolerance,
+                        kmp_text *reason);
+
+/** 1/s: the largest of the initial rates, the roots of the initial accelerations, and 1 / t_end, all scaled. */
+double kmp_formulation_rate_scale(const kempe_system *system, double t_end, const double *qd, const double *qdd);
 
 /** Row k of the table, NULL after the last. */
 const kmp_formulation_kind *kmp_formulation_get(int k);
@@ -116,7 +126,7 @@ const kmp_formulation_kind *kmp_formulation_get(int k);
 const kmp_formulation_kind *kmp_formulation_find(const char *formulation, const char *form);
 
 /** The formulation across change points: only a runner enters and leaves it. */
-extern const kmp_formulation_kind kmp_formulation_zone;
+extern const kmp_formulation_kind kmp_formulation_near_singular;
 
 #define KMP_FORMULATION(id) extern const kmp_formulation_kind kmp_formulation_##id;
 #include "integrators/formulations/formulations.def"

@@ -3,12 +3,11 @@
  * qd return to the closures along the mass-orthogonal direction, by one simplified Newton step with the present
  * factors. It needs no choice of u. The independent rows are those of the start; dropped ones are monitored.
  *
- * These unknowns also serve to step across a change point. An integrator that chooses where to evaluate (leap.h) then
- * has each state closed first: off the closures accelerations are not those of the motion if J is near to losing a
- * row. */
+ * These unknowns also serve to step across a change point. An integrator that chooses where to evaluate
+ * (singular_step.h) then has each state closed first: off the closures accelerations are not those of the motion if J
+ * is near to losing a row. */
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
-#include "integrators/formulations/redundant.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -157,13 +156,12 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 }
 
 /* Projects rows between steps too, to round-off. */
-static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
-               double *qdd, double *lambda, double *work)
+static int row(kmp_formulation *formulation, double t, const double *y, double *q, double *qd, double *qdd,
+               double *lambda, double *work)
 {
     projected *d = (projected *)formulation;
     int n = d->n;
     const kmp_closer closer = kmp_saddle_closer(&d->saddle, d->dx);
-    (void)yp;
     memcpy(q, y, (size_t)n * sizeof *q);
     qd = qd ? qd : d->qd;
     memcpy(qd, y + n, (size_t)n * sizeof *qd);
@@ -179,12 +177,11 @@ static int row(kmp_formulation *formulation, double t, const double *y, const do
     return KMP_GO;
 }
 
-static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
-                  const double *lambda, double *y, double *yp)
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     projected *d = (projected *)formulation;
     d->t = t;
-    (void)qdd, (void)lambda, (void)yp;
+    (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
     memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
     return KMP_GO;
@@ -246,5 +243,5 @@ const kmp_formulation_kind kmp_formulation_projected = {.formulation = "projecte
                                                         .create = create};
 
 /* Uses M and C: the equations of articulated bodies have the square of J's condition. */
-const kmp_formulation_kind kmp_formulation_zone = {
-    .formulation = "zone", .form = "none", .corrected = true, .create = create};
+const kmp_formulation_kind kmp_formulation_near_singular = {
+    .formulation = "near_singular", .form = "none", .corrected = true, .create = create};

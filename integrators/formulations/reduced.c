@@ -8,7 +8,6 @@
  *   step only. An evaluation whose corrections stop contracting fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
 #include "constraints/tolerances.h"
-#include "integrators/formulations/redundant.h"
 #include <math.h>
 #include <string.h>
 
@@ -17,14 +16,14 @@ int kmp_reduced_work(const kmp_reduced *d)
     return 2 * d->p + (d->integrated ? d->r : 0);
 }
 
-void kmp_reduced_pack(kmp_reduced *d, const double *q, const double *qd, double *y)
+void kmp_reduced_pack(const kmp_partition *part, bool integrated, const double *q, const double *qd, double *y)
 {
-    for (int k = 0; k < d->p; k++) {
-        y[k] = q[d->part.u[k]];
-        y[d->p + k] = qd[d->part.u[k]];
+    for (int k = 0; k < part->p; k++) {
+        y[k] = q[part->u[k]];
+        y[part->p + k] = qd[part->u[k]];
     }
-    for (int i = 0; d->integrated && i < d->r; i++)
-        y[2 * d->p + i] = q[d->part.v[i]];
+    for (int i = 0; integrated && i < part->r; i++)
+        y[2 * part->p + i] = q[part->v[i]];
 }
 
 void kmp_reduced_set_tolerances(kmp_reduced *d)
@@ -326,11 +325,10 @@ static void explain_open(kmp_reduced *d, double t)
                                                  "the model's numbers more digits, or remove the row");
 }
 
-static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
-               double *qdd, double *lambda, double *work)
+static int row(kmp_formulation *formulation, double t, const double *y, double *q, double *qd, double *qdd,
+               double *lambda, double *work)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
-    (void)yp;
     put_q(d, t, y);
     if (kmp_reduction_close(&d->red, t, d->q, NULL, 0)) {
         explain_open(d, t);
@@ -370,14 +368,12 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
     return said == KMP_GO && put_slope(d, t, y, yp) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
-static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
-                  const double *lambda, double *y, double *yp)
+static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
-    (void)qdd, (void)lambda;
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
-    kmp_reduced_pack(d, q, qd, y);
+    kmp_reduced_pack(&d->part, d->integrated, q, qd, y);
     if (kmp_reduced_settle(d, t, y) != KMP_GO)
         return KMP_HALT;
     kmp_reduced_judge(d);
@@ -416,7 +412,7 @@ static bool allocate(kmp_reduced *d)
 static bool begin(kmp_reduced *d, const kmp_formulation_start *start)
 {
     memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
-    kmp_reduced_pack(d, start->q, start->qd, d->formulation.y);
+    kmp_reduced_pack(&d->part, d->integrated, start->q, start->qd, d->formulation.y);
     if (d->has_work)
         d->formulation.y[kmp_reduced_work(d)] = start->work;
     if (kmp_reduced_settle(d, start->t, d->formulation.y) == KMP_GO)

@@ -51,8 +51,10 @@ typedef struct kmp_reduced {
 /** Index of the work among the unknowns. */
 int kmp_reduced_work(const kmp_reduced *d);
 
-/** Sets the unknowns of a state, except the work; sets their tolerances. */
-void kmp_reduced_pack(kmp_reduced *d, const double *q, const double *qd, double *y);
+/** Sets the unknowns of a state, except the work, with v if it is `integrated`. */
+void kmp_reduced_pack(const kmp_partition *part, bool integrated, const double *q, const double *qd, double *y);
+
+/** Sets the tolerances of the unknowns. */
 void kmp_reduced_set_tolerances(kmp_reduced *d);
 
 /** Computes factors, tangent, signs and anchor of d->q with the present partition. */

@@ -31,35 +31,22 @@ typedef struct gather {
 
 /* -- expressions ------------------------------------------------------------------------------------- */
 
-static kmp_ref value_of(kmp_equations *eq, kmp_value value, int i)
-{
-    switch (value) {
-    case KMP_VALUE_R:
-        return eq->residual[i];
-    case KMP_VALUE_JTMU:
-        return eq->jt_mu[i];
-    case KMP_VALUE_H:
-        return eq->h[i];
-    case KMP_VALUE_RATE:
-        return eq->hdot[i];
-    case KMP_VALUE_CURVE:
-        return kmp_equations_curve(eq, i);
-    default:
-        return eq->power;
-    }
-}
-
 static bool collect_values(gather *g, unsigned values)
 {
     int n = g->eq.n, m = g->eq.m;
     const int size[KMP_VALUES] = {n, n, m, m, m, 1};
+    const kmp_ref *value[KMP_VALUES] = {[KMP_VALUE_R] = g->eq.residual,
+                                        [KMP_VALUE_JTMU] = g->eq.jt_mu,
+                                        [KMP_VALUE_H] = g->eq.h,
+                                        [KMP_VALUE_RATE] = g->eq.hdot,
+                                        [KMP_VALUE_POWER] = &g->eq.power};
     g->value = KMP_ARENA_NEW(&g->arena, kmp_ref, 2 * n + 3 * m + 1);
     for (int v = 0; g->value && v < KMP_VALUES; v++) {
         bool asked = (values >> v & 1u) != 0;
         g->t->at[v] = asked ? g->value_count : -1;
         g->size[v] = asked ? size[v] : 0;
         for (int i = 0; i < g->size[v]; i++)
-            g->value[g->value_count++] = value_of(&g->eq, (kmp_value)v, i);
+            g->value[g->value_count++] = v == KMP_VALUE_CURVE ? kmp_equations_curve(&g->eq, i) : value[v][i];
     }
     return g->value;
 }
@@ -357,7 +344,7 @@ kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *s
     for (int v = 0; v < KMP_VALUES; v++)
         tangents->at[v] = -1;
     kmp_listing list = {0};
-    tangents->numbers = kmp_tangent_numbers_new(system, &list);
+    tangents->numbers = kmp_tangent_numbers_new(system, &list, &tangents->arena);
     sort_entries(tangents, &list);
     if (!tangents->numbers || !list_columns(tangents)) {
         kmp_tangents_free(tangents);
@@ -369,7 +356,6 @@ kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *s
 
 void kmp_tangents_free(kmp_tangents *tangents)
 {
-    kmp_tangent_numbers_free(tangents->numbers);
     kmp_formulas_free(&tangents->value);
     kmp_formulas_free(&tangents->tangent);
     kmp_free(tangents->entry);

@@ -3,7 +3,6 @@
  * jdqd by q are those of M, C, J, h_t and jdqd; the derivatives by qd are those of C and jdqd. */
 #include "integrators/formulations/tangent_numbers.h"
 #include "backend/duals.h"
-#include "base/memory.h"
 #include <string.h>
 
 /* Each block needs room for a whole matrix. */
@@ -172,37 +171,24 @@ static void list_marked(const kmp_tangent_numbers *x, int block, const bool *mar
             kmp_listing_place(list, block, k / x->n, k % x->n, place + k);
 }
 
-kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_listing *list)
+kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_listing *list, kmp_arena *arena)
 {
-    kmp_tangent_numbers *x = KMP_NEW(kmp_tangent_numbers, 1);
+    kmp_tangent_numbers *x = KMP_ARENA_NEW(arena, kmp_tangent_numbers, 1);
     if (!x)
         return NULL;
     *x = (kmp_tangent_numbers){.system = system, .n = system->n, .m = system->m};
     place_blocks(x);
-    bool *mark = KMP_NEW(bool, x->size);
-    x->duals = kmp_duals_new(system->motion);
-    x->value = KMP_NEW(double, x->size);
-    bool ok = mark && x->duals && x->value;
-    if (ok)
-        add_all(x, NULL, mark);
-    for (int k = 0; ok && k < COMPUTED; k++)
+    bool *mark = KMP_ARENA_NEW(arena, bool, x->size);
+    x->duals = kmp_duals_new(system->motion, arena);
+    x->value = KMP_ARENA_NEW(arena, double, x->size);
+    if (arena->failed)
+        return NULL;
+    add_all(x, NULL, mark);
+    for (int k = 0; k < COMPUTED; k++)
         list_marked(x, computed[k], mark, list);
     list_pattern(x, KMP_M, &system->mass, list);
     list_pattern(x, KMP_J, &system->jacobian, list);
-    kmp_free(mark);
-    if (ok && !list->failed)
-        return x;
-    kmp_tangent_numbers_free(x);
-    return NULL;
-}
-
-void kmp_tangent_numbers_free(kmp_tangent_numbers *numbers)
-{
-    if (!numbers)
-        return;
-    kmp_duals_free(numbers->duals);
-    kmp_free(numbers->value);
-    kmp_free(numbers);
+    return list->failed ? NULL : x;
 }
 
 /* -- numbers ------------------------------------------------------------------------------------------- */

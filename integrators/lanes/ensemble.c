@@ -9,6 +9,22 @@
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
+static kempe_status make(kmp_ensemble *e, const kempe_model *model, const char *const *names)
+{
+    KMP_TRY(kmp_variant_new(model, e->columns, names, &e->variant));
+    KMP_TRY(kmp_system_of_variant(e->variant, &e->s));
+    e->n = e->s->n;
+    e->m = e->r = e->s->m;
+    e->p = e->n - e->m;
+    e->size = e->n + e->p + e->s->dissipative;
+    e->parameters = kmp_variant_model(e->variant)->parameter_count;
+    e->unit_row_scale = KMP_NEW(double, e->m);
+    if (!e->unit_row_scale)
+        return kmp_fail_memory(e->context);
+    memcpy(e->unit_row_scale, e->s->row_scale, (size_t)e->m * sizeof(double));
+    return KEMPE_OK;
+}
+
 kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *const *names, kmp_ensemble **ensemble)
 {
     kmp_ensemble *e = KMP_NEW(kmp_ensemble, 1);
@@ -16,26 +32,12 @@ kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *c
         return kmp_fail_memory(model->context);
     e->context = model->context;
     e->columns = count;
-    kempe_status status = kmp_variant_new(model, count, names, &e->variant);
+    kempe_status status = make(e, model, names);
     if (status == KEMPE_OK)
-        status = kmp_system_of_variant(e->variant, &e->s);
-    if (status != KEMPE_OK) {
+        *ensemble = e;
+    else
         kmp_ensemble_free(e);
-        return status;
-    }
-    e->n = e->s->n;
-    e->m = e->r = e->s->m;
-    e->p = e->n - e->m;
-    e->size = e->n + e->p + e->s->dissipative;
-    e->unit_row_scale = KMP_NEW(double, e->m);
-    if (!e->unit_row_scale) {
-        kmp_ensemble_free(e);
-        return kmp_fail_memory(model->context);
-    }
-    memcpy(e->unit_row_scale, e->s->row_scale, (size_t)e->m * sizeof(double));
-    e->parameters = kmp_variant_model(e->variant)->parameter_count;
-    *ensemble = e;
-    return KEMPE_OK;
+    return status;
 }
 
 void kmp_ensemble_free(kmp_ensemble *e)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "integrators/lanes/ensemble_kernels.h"
-#include "backend/lanes.h"
 #include "base/clones.h"
+#include "integrators/lanes/ensemble_inside.h"
 #include "integrators/steppers/dop853_table.h"
 #include "integrators/steppers/rk.h"
 #include <math.h>

@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/lanes/ensemble_inside.h"
-#include "integrators/lanes/ensemble_kernels.h"
 #include "integrators/steppers/dop853_table.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
@@ -121,6 +120,13 @@ static void empty(kmp_lane_room *room, size_t l)
     room->step[l] = 0;
 }
 
+/* Leaves the instance of a lane to a separate run. */
+static void expel(kmp_ensemble *e, size_t l, const char *why)
+{
+    kmp_instance_leave(e, e->room.who[l], why);
+    empty(&e->room, l);
+}
+
 /* -- first steps ------------------------------------------------------------------------------------- */
 
 /* sum of ((a - b) / w)^2 of a lane; b NULL: 0 */
@@ -164,10 +170,8 @@ static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
         double most = fmax(bend, sqrt(slope[l]));
         double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.order);
         room->h[l] = fmin(fmin(100 * h, h1), e->spec.t_end - room->t[l]);
-        if (room->bad[l] != 0) {
-            kmp_instance_leave(e, room->who[l], "a right-hand side that cannot be evaluated");
-            empty(room, l);
-        }
+        if (room->bad[l] != 0)
+            expel(e, l, "a right-hand side that cannot be evaluated");
     }
 }
 
@@ -207,8 +211,7 @@ static void begin_lanes(kmp_ensemble *e, kmp_pool *pool)
         if (!x || x->signs != 0)
             continue;
         if (room->bad[l] != 0) {
-            kmp_instance_leave(e, room->who[l], "a right-hand side that cannot be evaluated");
-            empty(room, l);
+            expel(e, l, "a right-hand side that cannot be evaluated");
             continue;
         }
         x->signs = signs_of(e, pool, pivot, l);
@@ -253,12 +256,10 @@ static void choose_tries(kmp_ensemble *e)
         if (room->who[l] < 0)
             continue;
         double h = kmp_solver_next_step(room->t[l], e->spec.t_end, room->h[l], &room->t_new[l]);
-        if (!(h > 0)) {
-            kmp_instance_leave(e, room->who[l], "a step size that becomes too small");
-            empty(room, l);
-        } else {
+        if (h > 0)
             room->step[l] = h;
-        }
+        else
+            expel(e, l, "a step size that becomes too small");
     }
 }
 
@@ -271,10 +272,16 @@ typedef struct watched {
     double margin[KMP_LANES_MOST]; /* over its usual size; infinite: far from any change point */
 } watched;
 
-static void measure(kmp_ensemble *e, const kmp_pool *pool, watched *x)
+static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
 {
     kmp_lane_room *room = &e->room;
     size_t w = room->w;
+    x->multiplier = kmp_lanes_run(pool->lanes, KMP_FUSED_END);
+    x->pivot = pivots_of(e, pool, x->multiplier);
+    x->h = x->pivot + (size_t)pool->layout.pivots * w;
+    x->jacobian = x->h + (size_t)e->m * w;
+    x->b = x->jacobian + (size_t)(e->s->jacobian.count + (e->s->rheonomic ? e->m : 0)) * w;
+    x->dv = x->b + (size_t)(e->r * e->p) * w;
     const kmp_lanes_end end = {.p = e->p,
                                .r = e->r,
                                .u = pool->part.u,
@@ -289,18 +296,6 @@ static void measure(kmp_ensemble *e, const kmp_pool *pool, watched *x)
                                .correction = x->correction,
                                .growth = x->growth};
     kmp_lanes_measure(w, &end);
-}
-
-static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
-{
-    size_t w = e->room.w;
-    x->multiplier = kmp_lanes_run(pool->lanes, KMP_FUSED_END);
-    x->pivot = pivots_of(e, pool, x->multiplier);
-    x->h = x->pivot + (size_t)pool->layout.pivots * w;
-    x->jacobian = x->h + (size_t)e->m * w;
-    x->b = x->jacobian + (size_t)(e->s->jacobian.count + (e->s->rheonomic ? e->m : 0)) * w;
-    x->dv = x->b + (size_t)(e->r * e->p) * w;
-    measure(e, pool, x);
 }
 
 /* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
@@ -369,7 +364,7 @@ static bool nears_change(kmp_instance *x, double t, double h, double margin)
     double fall = since > 0 && x->seen_t >= 0 ? (x->seen_margin - margin) / since : 0;
     x->seen_margin = margin;
     x->seen_t = isfinite(margin) ? t : -1;
-    return margin < fall * KMP_GROWING * h || margin < KMP_ZONE_IN;
+    return margin < fall * KMP_GROWING * h || margin < KMP_NEAR_SINGULAR_IN;
 }
 
 /* -- control ----------------------------------------------------------------------------------------- */
@@ -388,10 +383,8 @@ static void refuse(kmp_ensemble *e, size_t l, outcome what)
                  : what == BAD_STAGE ? h / 4
                                      : h / 2;
     x->rejected = true;
-    if (++x->tries >= MOST_TRIES) {
-        kmp_instance_leave(e, room->who[l], "a step size that becomes too small");
-        empty(room, l);
-    }
+    if (++x->tries >= MOST_TRIES)
+        expel(e, l, "a step size that becomes too small");
 }
 
 /* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */

@@ -5,6 +5,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/partition/massless.h"
 #include "constraints/tolerances.h"
+#include "integrators/formulations/reduced.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/run/runner.h"
 #include "model/check_mass.h"
@@ -41,7 +42,7 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
 
 /* -- the current instance ----------------------------------------------------------------------------- */
 
-/* Puts the values of an instance into the model. KEMPE_E_INPUT: they are impossible. */
+/* Puts the values of an instance into the model. KEMPE_E_INPUT: they are impossible, and its result says why. */
 static kempe_status take_values(kmp_ensemble *e, int i)
 {
     kmp_ensemble_result *result = &e->results[i];
@@ -91,16 +92,6 @@ void kmp_instance_leave(kmp_ensemble *e, int i, const char *why)
 
 /* -- start ------------------------------------------------------------------------------------------- */
 
-static void pack(const kmp_ensemble *e, const kmp_partition *part, const double *q, const double *qd, double *y)
-{
-    for (int k = 0; k < e->p; k++) {
-        y[k] = q[part->u[k]];
-        y[e->p + k] = qd[part->u[k]];
-    }
-    for (int i = 0; i < e->r; i++)
-        y[2 * e->p + i] = q[part->v[i]];
-}
-
 /* Sets the scale of rates from the accelerations at the start. false: these are not available. */
 static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, const double *q, const double *qd)
 {
@@ -113,11 +104,7 @@ static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, con
     if (kmp_reduction_accelerate(&pool->red, udd))
         return false;
     kmp_reduction_accelerations(&pool->red, udd, qdd);
-    x->rate_scale = 1 / e->spec.t_end;
-    for (int k = 0; k < e->n; k++) {
-        x->rate_scale = fmax(x->rate_scale, fabs(qd[k]) / e->s->scale[k]);
-        x->rate_scale = fmax(x->rate_scale, sqrt(fabs(qdd[k]) / e->s->scale[k]));
-    }
+    x->rate_scale = kmp_formulation_rate_scale(e->s, e->spec.t_end, qd, qdd);
     x->kinetic = kmp_eval_kinetic(e->eval, qd);
     x->potential = kmp_eval_potential(e->eval, 0, q);
     return isfinite(x->rate_scale);
@@ -148,7 +135,7 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
         x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
         x->error_old = KMP_RK_ERROR_FLOOR;
         x->seen_t = -1;
-        pack(e, &part, q, qd, x->y);
+        kmp_reduced_pack(&part, true, q, qd, x->y);
         kmp_pool_put(e, pool, i);
     } else {
         kmp_instance_leave(e, i,
@@ -160,26 +147,30 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     return status;
 }
 
+/* Takes the values of an instance and assembles it: KEMPE_E_INPUT, or the status of the assembly. */
+static kempe_status assemble(kmp_ensemble *e, int i, kempe_assembly **a)
+{
+    KMP_TRY(take_values(e, i));
+    kmp_eval_renew_parameters(e->eval);
+    KMP_TRY(kempe_assembly_new(e->s, a));
+    e->results[i].rates_changed = (*a)->rates_changed;
+    return KEMPE_OK;
+}
+
 kempe_status kmp_instance_start(kmp_ensemble *e, int i)
 {
     kempe_assembly *a = NULL;
-    kempe_status status = take_values(e, i);
-    if (status != KEMPE_OK)
-        return status == KEMPE_E_INPUT ? KEMPE_OK : status;
-    keep_constants(e, &e->instances[i]);
-    kmp_eval_renew_parameters(e->eval);
-    status = kempe_assembly_new(e->s, &a);
+    kempe_status status = assemble(e, i, &a);
     if (status == KEMPE_OK) {
-        e->results[i].rates_changed = a->rates_changed;
+        keep_constants(e, &e->instances[i]);
         memcpy(e->state, kempe_assembly_q(a), (size_t)e->n * sizeof(double));
         memcpy(e->state + e->n, kempe_assembly_qd(a), (size_t)e->n * sizeof(double));
         status = enter(e, i, e->state, e->state + e->n);
     } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
         kmp_instance_leave(e, i, "loops that do not close");
-        status = KEMPE_OK;
     }
     kempe_assembly_free(a);
-    return status;
+    return status == KEMPE_E_INPUT || status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
 
 /* -- exchange ---------------------------------------------------------------------------------------- */
@@ -218,7 +209,7 @@ kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
     if (status == KEMPE_OK)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && pool) {
-        pack(e, &part, q, qd, x->y);
+        kmp_reduced_pack(&part, true, q, qd, x->y);
         x->has_slope = x->rejected = false;
         x->signs = 0;
         x->hopeless = 0;
@@ -312,8 +303,7 @@ static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_sta
                                     .h = NAN,
                                     .hdot = NAN,
                                     .drift = NAN};
-    if (row && run->solver &&
-        kmp_runner_row(run, report.t, row, row + n, row + 2 * n, row + 3 * n, &work) == KEMPE_OK) {
+    if (row && run->solver && kmp_runner_row(run, report.t, row, &work) == KEMPE_OK) {
         kmp_eval_closure(e->eval, report.t, row);
         judge(e, i, report.t, row, row + n, work);
     }
@@ -346,13 +336,10 @@ kempe_status kmp_instance_alone(kmp_ensemble *e, int i)
 {
     kempe_assembly *a = NULL;
     kmp_runner *run = NULL;
-    kempe_status status = take_values(e, i);
-    if (status != KEMPE_OK)
-        return status == KEMPE_E_INPUT ? KEMPE_OK : status;
-    kmp_eval_renew_parameters(e->eval);
-    status = kempe_assembly_new(e->s, &a);
+    kempe_status status = assemble(e, i, &a);
+    if (status == KEMPE_E_INPUT)
+        return KEMPE_OK;
     if (status == KEMPE_OK) {
-        e->results[i].rates_changed = a->rates_changed;
         measure_start(e, i, a);
         status = kmp_runner_new(e->s, &e->spec, a, &run);
     }

@@ -57,11 +57,11 @@ bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool
     int count = system->events.count;
     s->charts = -1;
     s->least = closely ? CLOSELY : 0;
-    s->bounds = kmp_bounds_new(system->changes);
+    s->bounds = kmp_bounds_new(system->changes, arena);
     s->output = KMP_ARENA_NEW(arena, int, count);
     s->third = KMP_ARENA_NEW(arena, bool, count);
     s->open = KMP_ARENA_NEW(arena, bool, count *(KMP_SEARCH_DEPTH + 1));
-    if (!s->bounds || arena->failed)
+    if (arena->failed)
         return false;
     find_outputs(s, system);
     make_looks(s, system, arena);
@@ -258,15 +258,15 @@ static void begin_piece(kmp_crossing *c, int depth)
 static kempe_status find_side(kmp_crossing *c, int k, double *low, double high, bool *found)
 {
     double from = *low, width = high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width);
-    kempe_status status = kmp_crossing_look(c, *low);
-    while (status == KEMPE_OK && kmp_crossing_changed(c, k) && width > least) {
+    KMP_TRY(kmp_crossing_look(c, *low));
+    while (kmp_crossing_changed(c, k) && width > least) {
         width /= 2;
         *low = from + width;
-        status = kmp_crossing_look(c, *low);
+        KMP_TRY(kmp_crossing_look(c, *low));
     }
-    *found = status == KEMPE_OK && !kmp_crossing_changed(c, k);
+    *found = !kmp_crossing_changed(c, k);
     *low = *found ? *low : from;
-    return status;
+    return KEMPE_OK;
 }
 
 /* Narrows (low, *high], at whose end condition k has changed, to rounding. Leaves c at *high. */
@@ -274,17 +274,16 @@ static kempe_status narrow(kmp_crossing *c, int k, double low, double *high)
 {
     double from = low, f_high = c->change[k], x;
     bool found;
-    kempe_status status = find_side(c, k, &from, *high, &found);
+    KMP_TRY(find_side(c, k, &from, *high, &found));
     kmp_bracket bracket = kmp_bracket_of(from, c->change[k], found ? *high : from, f_high);
-    while (status == KEMPE_OK &&
-           kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
-        status = kmp_crossing_look(c, x);
+    while (kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
+        KMP_TRY(kmp_crossing_look(c, x));
         bool beyond = kmp_crossing_changed(c, k);
         kmp_bracket_take(&bracket, x, c->change[k], beyond);
         c->most[k] = beyond ? c->most[k] : fmax(c->most[k], fabs(c->change[k]));
     }
     *high = bracket.far;
-    return status == KEMPE_OK ? kmp_crossing_look(c, *high) : status;
+    return kmp_crossing_look(c, *high);
 }
 
 /* Records the distance that a condition with a lag has covered since its last change, to distinguish chattering. Leaves
@@ -293,24 +292,23 @@ static kempe_status note_way(kmp_crossing *c, int k, double low, double high)
 {
     if (!(c->s->events.condition[k].lag > 0))
         return KEMPE_OK;
-    kempe_status status = kmp_crossing_look(c, low + (high - low) / 2);
+    KMP_TRY(kmp_crossing_look(c, low + (high - low) / 2));
     c->most[k] = fmax(c->most[k], kmp_crossing_changed(c, k) ? 0 : fabs(c->change[k]));
-    return status == KEMPE_OK ? kmp_crossing_look(c, high) : status;
+    return kmp_crossing_look(c, high);
 }
 
 /* Finds the earliest change in (a, b]. Leaves c there. */
 static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_look *b, double *t)
 {
-    kempe_status status = kmp_crossing_look(c, b->t);
+    KMP_TRY(kmp_crossing_look(c, b->t));
     *t = b->t;
-    for (int k = 0; status == KEMPE_OK && *t > a->t && k < c->s->events.count; k++) {
+    for (int k = 0; *t > a->t && k < c->s->events.count; k++) {
         if (!kmp_crossing_changed(c, k))
             continue;
-        status = narrow(c, k, a->t, t);
-        if (status == KEMPE_OK)
-            status = note_way(c, k, a->t, *t);
+        KMP_TRY(narrow(c, k, a->t, t));
+        KMP_TRY(note_way(c, k, a->t, *t));
     }
-    return status;
+    return KEMPE_OK;
 }
 
 /* -- the search -------------------------------------------------------------------------------------- */
@@ -351,21 +349,20 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
     if (!(end > from))
         return KEMPE_OK;
     bool ready = s->ready && s->look[0].t == from && s->charts == c->eval->chart_version;
-    kempe_status status = ready ? KEMPE_OK : look_at(c, from, &s->look[0]);
     s->ready = false;
-    if (status == KEMPE_OK)
-        status = look_at(c, end, &s->look[1]);
-    if (status != KEMPE_OK)
-        return status;
+    if (!ready)
+        KMP_TRY(look_at(c, from, &s->look[0]));
+    KMP_TRY(look_at(c, end, &s->look[1]));
     s->left = MOST_LOOKS;
-    status = search(c, 0, &s->look[0], &s->look[1], t, found);
-    if (status == KEMPE_OK && *found)
+    KMP_TRY(search(c, 0, &s->look[0], &s->look[1], t, found));
+    if (*found) {
         c->end = kmp_crossing_first_end(c);
-    if (status == KEMPE_OK && !*found)
-        kmp_crossing_hold_free(c, s->look[1].change);
+        return KEMPE_OK;
+    }
+    kmp_crossing_hold_free(c, s->look[1].change);
     kmp_look last = s->look[1];
     s->look[1] = s->look[0];
     s->look[0] = last;
-    s->ready = status == KEMPE_OK && !*found;
-    return status;
+    s->ready = true;
+    return KEMPE_OK;
 }

@@ -53,10 +53,8 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_evaluator *eval, 
 
 void kmp_crossing_free(kmp_crossing *c)
 {
-    if (!c)
-        return;
-    kmp_bounds_free(c->search.bounds);
-    kmp_arena_free(&c->arena);
+    if (c)
+        kmp_arena_free(&c->arena);
     kmp_free(c);
 }
 
@@ -87,7 +85,7 @@ static int first_switched(const kmp_crossing *c)
 kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole)
 {
     double *qdd = whole || c->s->changes_by_rates ? c->qdd : NULL;
-    if (c->formulation->row(c->formulation, t, c->y, c->yp, c->q, c->qd, qdd, c->lambda, &c->work) != KMP_GO)
+    if (c->formulation->row(c->formulation, t, c->y, c->q, c->qd, qdd, c->lambda, &c->work) != KMP_GO)
         return KEMPE_E_FAILED;
     kmp_eval_all_changes(c->eval, t, c->q, c->qd, c->qdd, c->lambda, c->change);
     return KEMPE_OK;
@@ -95,8 +93,8 @@ kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole)
 
 kempe_status kmp_crossing_look(kmp_crossing *c, double t)
 {
-    kempe_status status = c->kind->dense(c->solver, t, c->y, c->kind->dae ? c->yp : NULL);
-    return status == KEMPE_OK ? kmp_crossing_complete(c, t, false) : status;
+    KMP_TRY(c->kind->dense(c->solver, t, c->y, c->kind->dae ? c->yp : NULL));
+    return kmp_crossing_complete(c, t, false);
 }
 
 void kmp_crossing_hold_free(kmp_crossing *c, const double *change)
@@ -118,12 +116,11 @@ kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
     *ends = false;
     if (!any)
         return KEMPE_OK;
-    kempe_status status = kmp_crossing_look(c, t);
-    if (status == KEMPE_OK)
-        kmp_crossing_hold_free(c, c->change);
-    c->end = status == KEMPE_OK ? kmp_crossing_first_end(c) : -1;
+    KMP_TRY(kmp_crossing_look(c, t));
+    kmp_crossing_hold_free(c, c->change);
+    c->end = kmp_crossing_first_end(c);
     *ends = c->end >= 0;
-    return status;
+    return KEMPE_OK;
 }
 
 /* -- passing ----------------------------------------------------------------------------------------- */
@@ -138,14 +135,13 @@ static bool just_changed(const kmp_crossing *c, int k, double t)
 
 /* Continues with the other branch of a kink. Its branch follows the state if the kink is passed within the errors of
  * steps, as at rest, or repeatedly. */
-static kempe_status change_branch(kmp_crossing *c, int k, double t)
+static void change_branch(kmp_crossing *c, int k, double t)
 {
     c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;
     bool idle = c->most[k] <= c->kink * c->largest[k] || c->repeats[k] >= MOST_REPEATS;
     c->last[k] = t;
     c->most[k] = 0;
     kmp_eval_set_kink(c->eval, k, idle ? 0 : c->eval->mode[k] > 0 ? -1 : 1);
-    return KEMPE_OK;
 }
 
 static kempe_status change_condition(kmp_crossing *c, int k, double t)
@@ -153,8 +149,10 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     const char *advice = c->s->events.condition[k].advice;
     bool holds = !(c->eval->mode[k] > 0);
     c->search.ready = false;
-    if (c->s->events.condition[k].kink)
-        return change_branch(c, k, t);
+    if (c->s->events.condition[k].kink) {
+        change_branch(c, k, t);
+        return KEMPE_OK;
+    }
     const kmp_expr *e = c->s->events.condition[k].expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     kmp_eval_set_mode(c->eval, k, holds);
@@ -176,13 +174,10 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
 /* Changes conditions. Conditions may depend on others, so that one change causes the next. */
 static kempe_status change_conditions(kmp_crossing *c, double t)
 {
-    kempe_status status = KEMPE_OK;
     for (int pass = 0; pass < MOST_REPEATS && first_switched(c) >= 0; pass++) {
-        for (int k = 0; status == KEMPE_OK && k < c->s->events.count; k++)
+        for (int k = 0; k < c->s->events.count; k++)
             if (has_switched(c, k))
-                status = change_condition(c, k, t);
-        if (status != KEMPE_OK)
-            return status;
+                KMP_TRY(change_condition(c, k, t));
         memcpy(c->change, kmp_eval_changes(c->eval, t, c->q, c->qd), (size_t)c->s->events.count * sizeof(double));
     }
     int k = first_switched(c);
@@ -209,16 +204,11 @@ kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, con
 
 kempe_status kmp_crossing_pass(kmp_crossing *c, double t, double *y, double *yp)
 {
-    kempe_status status = kmp_crossing_look(c, t);
-    if (status == KEMPE_OK)
-        status = change_conditions(c, t);
-    if (status == KEMPE_OK)
-        status = kmp_crossing_complete(c, t, true); /* accelerations and multipliers after the change */
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_crossing_look(c, t));
+    KMP_TRY(change_conditions(c, t));
+    KMP_TRY(kmp_crossing_complete(c, t, true)); /* accelerations and multipliers after the change */
     memcpy(y, c->y, (size_t)c->formulation->size * sizeof *y);
     if (yp)
         memcpy(yp, c->yp, (size_t)c->formulation->size * sizeof *yp);
-    return c->formulation->resume(c->formulation, t, c->q, c->qd, c->qdd, c->lambda, y, yp) == KMP_GO ? KEMPE_OK
-                                                                                                      : KEMPE_E_FAILED;
+    return c->formulation->resume(c->formulation, t, c->q, c->qd, y, yp) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
 }

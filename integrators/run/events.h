@@ -122,7 +122,7 @@ kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole);
 /** Completes the state at a time within the last step, and evaluates the conditions. */
 kempe_status kmp_crossing_look(kmp_crossing *c, double t);
 
-/** Allocates a search; on false (no memory) its bounds and the arena must still be freed. */
+/** Allocates a search in the arena; false: no memory. */
 bool kmp_event_search_init(kmp_event_search *search, const kempe_system *system, bool closely, kmp_arena *arena);
 
 #endif

@@ -171,10 +171,8 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
 
 kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec)
 {
-    kempe_status status = resolve_way(system, spec);
-    if (status == KEMPE_OK)
-        status = resolve_tools(system, spec);
-    if (status == KEMPE_OK)
-        status = resolve_change_points(system, spec);
-    return status == KEMPE_OK ? resolve_numbers(system, spec) : status;
+    KMP_TRY(resolve_way(system, spec));
+    KMP_TRY(resolve_tools(system, spec));
+    KMP_TRY(resolve_change_points(system, spec));
+    return resolve_numbers(system, spec);
 }

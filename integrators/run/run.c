@@ -185,29 +185,28 @@ kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
     return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", t);
 }
 
-kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,
-                                  double *work)
+kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double *work)
 {
     kempe_status status = kmp_runner_add_work(run, t);
     *work = 0;
     if (status != KEMPE_OK)
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
     if ((run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
-         run->formulation->row(run->formulation, t, run->y, run->yp, q, qd, qdd, lambda, work) != KMP_GO) &&
-        !kmp_runner_bridge(run, t, q, qd, qdd, lambda, work))
+         kmp_formulation_row(run->formulation, t, run->y, row, work) != KMP_GO) &&
+        !kmp_runner_bridge(run, t, row, work))
         return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be completed", t);
     if (run->yp && run->way->dae)
         *work = run->work;
     return KEMPE_OK;
 }
 
-kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work)
+kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work)
 {
+    int n = run->s->n;
     kmp_runner_follow(run, t);
-    kempe_status status = kmp_runner_inner_row(run, t, q, qd, qdd, lambda, work);
-    if (status == KEMPE_OK)
-        kmp_runner_show(run, q, qd, qdd);
-    return status;
+    KMP_TRY(kmp_runner_inner_row(run, t, row, work));
+    kmp_runner_show(run, row, row + n, row + 2 * n);
+    return KEMPE_OK;
 }
 
 const double *kmp_runner_unknowns(kmp_runner *run, double t)
@@ -235,7 +234,7 @@ static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_f
 {
     int n = run->s->n;
     double work;
-    KMP_TRY(kmp_runner_row(run, t, row, row + n, row + 2 * n, row + 3 * n, &work));
+    KMP_TRY(kmp_runner_row(run, t, row, &work));
     return take(user, t, row, row + n, row + 2 * n, row + 3 * n, work) ? kmp_fail_memory(run->s->context) : KEMPE_OK;
 }
 

@@ -88,9 +88,8 @@ double kmp_runner_t_old(const kmp_runner *runner);
 /** True if a condition has ended the run, at the end of the last step. */
 bool kmp_runner_ended(const kmp_runner *runner);
 
-/** Row at a time within the last step, rows of one step in ascending order: q, qd, qdd (n), lambda (m), work. */
-kempe_status kmp_runner_row(kmp_runner *runner, double t, double *q, double *qd, double *qdd, double *lambda,
-                            double *work);
+/** Row at a time within the last step, rows of one step in ascending order: q, qd, qdd (n each), lambda (m); work. */
+kempe_status kmp_runner_row(kmp_runner *runner, double t, double *row, double *work);
 
 /** The unknowns of the formulation at a time within the last step, valid until the next call; NULL: not available. */
 const double *kmp_runner_unknowns(kmp_runner *runner, double t);

@@ -25,27 +25,26 @@ struct kmp_runner {
     kmp_margin margin;
     kmp_formulation *formulation;
     const kmp_formulation_kind *way; /* the chosen formulation, also near change points */
-    bool in_zone;
-    bool walks;    /* crosses a change point in dop853 steps, after the integrator and all steps across failed */
-    double zone_t; /* time of entry into the surroundings of a change point */
-    bool brief;    /* the formulation before lasted for a few steps */
+    bool near_singular;
+    bool walks; /* crosses a change point in dop853 steps, after the integrator and all steps across failed */
+    double near_singular_t; /* time of entry into the surroundings of a change point */
+    bool brief;             /* the formulation before lasted for a few steps */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
-    kmp_run_report before; /* work of earlier formulations and solvers */
-    double *state;         /* q, qd, qdd, lambda at a change of formulation */
-    double *seen, seen_t;  /* the user's coordinates (n) of spherical joints, and their time */
-    double *next_seen;     /* n */
+    kmp_run_report before;        /* work of earlier formulations and solvers */
+    double *state, *qdd, *lambda; /* q, qd, qdd, lambda at the start or a change; the last two of these */
+    double *seen, seen_t;         /* the user's coordinates (n) of spherical joints, and their time */
+    double *next_seen;            /* n */
     long centrings;
     kmp_crossing *crossing; /* NULL without conditions */
     bool at_event;
-    double event_t;       /* the end of the last step if at_event */
-    double stop;          /* no step goes beyond; spec.t_end unless the caller sets it (kmp_runner_cut) */
-    bool anew;            /* the next step restarts the integrator: external inputs of the equations may have changed */
-    double pace;          /* the proposed step, if steps that end at `stop` are shorter; 0: they are not */
-    double *y, *yp;       /* at a row; yp for a DAE only */
-    double *qdd, *lambda; /* at the start */
-    double *moved;        /* 3 n + m: a row, if moving closures do work */
-    double work;          /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
+    double event_t; /* the end of the last step if at_event */
+    double stop;    /* no step goes beyond; spec.t_end unless the caller sets it (kmp_runner_cut) */
+    bool anew;      /* the next step restarts the integrator: external inputs of the equations may have changed */
+    double pace;    /* the proposed step, if steps that end at `stop` are shorter; 0: they are not */
+    double *y, *yp; /* at a row; yp for a DAE only */
+    double *moved;  /* 3 n + m: a row, if moving closures do work */
+    double work;    /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
     double work_t;
     double rate_scale, build_s, began, progress; /* last two: seconds on the wall, 0: not yet */
     unsigned long memory_failures;               /* at the creation of the run */
@@ -74,7 +73,7 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
 
 /** The formulation that steps across change points in place of the present one. */
-const kmp_formulation_kind *kmp_runner_zone(const kmp_runner *run);
+const kmp_formulation_kind *kmp_runner_near_singular(const kmp_runner *run);
 kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
                                          const double *qd, double work);
 kempe_status kmp_runner_make_solver(kmp_runner *run);
@@ -94,14 +93,16 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t);
  * if the user did not choose it, is replaced by the projected one. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t);
 
-/** Continues at t with another formulation, from the state that the old one completes. */
-kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool to_zone);
-
 /** Continues with another formulation from a state in the present charts (q, qd, qdd in run->state) with a first
  * step. */
-kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step);
+kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, double work, double first_step);
 
 /* runner_center.c */
+
+/** q at t within the last step, to the accuracy of the integration; kmp_runner_place: in run->state, with the closures
+ * of the evaluator evaluated there. */
+kempe_status kmp_runner_position(kmp_runner *run, double t, double *q);
+kempe_status kmp_runner_place(kmp_runner *run, double t);
 
 /** Sets q and qd of the start in run->state; spherical joints with nearly singular angles are centred. */
 void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start);
@@ -115,15 +116,14 @@ void kmp_runner_follow(kmp_runner *run, double t);
 /** Converts a row to the user's coordinates, at the time to which these were followed. */
 void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd);
 
-/** Row at a time within the last step, in the coordinates of the present charts. */
-kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,
-                                  double *work);
+/** kmp_runner_row in the coordinates of the present charts. */
+kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double *work);
 
 /* runner_bridge.c */
 
 /** Computes the row at t within the last step by another formulation after its own has failed, and notes it in the
  * journal; arguments as for kmp_runner_inner_row. false: not available, and nothing is changed. */
-bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work);
+bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work);
 
 /* runner_explain.c */
 
@@ -138,7 +138,7 @@ kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text);
 
 /** Appends to a reason the spherical joint with nearly singular angles at the last step, if there is one. */
-void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text);
+void kmp_runner_explain_angles(kmp_runner *run, kmp_text *text);
 
 /** The row of a prescribed motion that cannot continue beyond the last step's end, a dead centre; -1: none. */
 int kmp_runner_lock(kmp_runner *run, double t);

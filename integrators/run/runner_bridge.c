@@ -86,40 +86,43 @@ static bool march(bridge *b)
     return good;
 }
 
-bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work)
+/* Repeats the step from `start` to t, in `row`; false: it failed. */
+static bool repeat(kmp_runner *run, double start, double t, double *row, double *work)
 {
-    int n = run->s->n;
-    double *state = KMP_NEW(double, 3 * n + run->s->m), start = kmp_runner_t_old(run);
-    kmp_text why = run->formulation->reason;
-    run->formulation->reason = (kmp_text){0};
-    bool by_bodies = run->eval->by_bodies, found = state && start < t;
-    found = found && kmp_formulation_find(run->way->formulation, run->way->form) ==
-                         run->way; /* other formulations have other unknowns */
-    bridge b = {.run = run, .t = start, .end = t, .q = state, .qd = state ? state + n : NULL};
-    found = found && run->kind->dense(run->solver, start, run->y, run->yp) == KEMPE_OK &&
-            run->formulation->row(run->formulation, start, run->y, run->yp, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
+    kmp_formulation *own = run->formulation;
+    bridge b = {.run = run, .t = start, .end = t, .q = row, .qd = row + run->s->n};
+    bool found = run->kind->dense(run->solver, start, run->y, run->yp) == KEMPE_OK &&
+                 own->row(own, start, run->y, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
     kmp_eval_take(run->eval, false);
     while (found && b.t < t) {
-        double *other = state + 2 * n, *multipliers = state + 3 * n;
         found = set_up(&b) && march(&b) && b.kind->dense(b.solver, b.t, b.y, NULL) == KEMPE_OK &&
-                b.formulation->row(b.formulation, b.t, b.y, NULL, b.q, b.qd, other, multipliers, &b.work) == KMP_GO;
-        if (found && !(b.t < t)) {
-            memcpy(q, b.q, (size_t)n * sizeof *q);
-            if (qd)
-                memcpy(qd, b.qd, (size_t)n * sizeof *qd);
-            if (qdd)
-                memcpy(qdd, other, (size_t)n * sizeof *qdd);
-            if (qdd)
-                memcpy(lambda, multipliers, (size_t)run->s->m * sizeof *lambda);
-            *work = b.work;
-        }
+                kmp_formulation_row(b.formulation, b.t, b.y, row, &b.work) == KMP_GO;
         tear_down(&b);
     }
+    *work = b.work;
+    return found;
+}
+
+bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work)
+{
+    kmp_formulation *own = run->formulation;
+    size_t size = (size_t)(3 * run->s->n + run->s->m);
+    double *state = KMP_NEW(double, size), start = kmp_runner_t_old(run), done;
+    kmp_text why = own->reason;
+    own->reason = (kmp_text){0};
+    bool by_bodies = run->eval->by_bodies;
+    bool known =
+        kmp_formulation_find(run->way->formulation, run->way->form) == run->way; /* others have other unknowns */
+    bool found = state && start < t && known && repeat(run, start, t, state, &done);
     kmp_eval_take(run->eval, by_bodies);
+    if (found) {
+        memcpy(row, state, size * sizeof *row);
+        *work = done;
+    }
     kmp_free(state);
-    kmp_text_free(&run->formulation->reason);
+    kmp_text_free(&own->reason);
     if (!found) {
-        run->formulation->reason = why;
+        own->reason = why;
         return false;
     }
     kmp_context_clear(run->s->context);

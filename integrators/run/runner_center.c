@@ -42,12 +42,18 @@ static bool look(kmp_runner *run, const double *q, bool anyhow)
     return true;
 }
 
-static bool position_at(kmp_runner *run, double t, double *q)
+kempe_status kmp_runner_position(kmp_runner *run, double t, double *q)
 {
-    if (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
-        return false;
+    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
     run->formulation->position(run->formulation, t, run->y, q);
-    return true;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_runner_place(kmp_runner *run, double t)
+{
+    KMP_TRY(kmp_runner_position(run, t, run->state));
+    kmp_eval_closure(run->eval, t, run->state);
+    return KEMPE_OK;
 }
 
 void kmp_runner_follow(kmp_runner *run, double t)
@@ -56,7 +62,7 @@ void kmp_runner_follow(kmp_runner *run, double t)
     if (!has_moved(run))
         return;
     for (int halvings = 0; run->seen_t < t;) {
-        if (!position_at(run, end, q))
+        if (kmp_runner_position(run, end, q) != KEMPE_OK)
             return;
         if (!look(run, q, halvings >= MOST_HALVINGS)) {
             end = from + (end - from) / 2;
@@ -151,17 +157,15 @@ static bool is_same(const kmp_runner *run, const double *qd, const double *given
     return off <= SAME * most;
 }
 
-/* Sets the formulation's unknowns from the mapped state in run->state, run->qdd and run->lambda, and again from the row
+/* Sets the formulation's unknowns from the mapped state in run->state, and again from the row
  * that it completes, which corrects its predictions. false: the formulation cannot continue. */
 static bool resume(kmp_runner *run, double t)
 {
     int n = run->s->n;
     double *q = run->state, *qd = q + n, *row = run->moved, work;
     for (int pass = 0; pass < 2; pass++)
-        if (run->formulation->resume(run->formulation, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO ||
-            run->formulation->row(run->formulation, t, run->y, run->yp, row, row + n, row + 2 * n, row + 3 * n,
-                                  &work) != KMP_GO ||
-            !is_same(run, row + n, qd))
+        if (run->formulation->resume(run->formulation, t, q, qd, run->y, run->yp) != KMP_GO ||
+            kmp_formulation_row(run->formulation, t, run->y, row, &work) != KMP_GO || !is_same(run, row + n, qd))
             return false;
     return true;
 }
@@ -171,9 +175,10 @@ static bool resume(kmp_runner *run, double t)
 kempe_status kmp_runner_center(kmp_runner *run, double t)
 {
     double h = t - kmp_runner_t_old(run), *q = run->state, *qd = q + run->s->n, work;
-    if (kmp_charts_count(run->s) == 0 || run->spec.own_angles || !(h > 0) || !position_at(run, t, q) || !is_due(run, q))
+    if (kmp_charts_count(run->s) == 0 || run->spec.own_angles || !(h > 0) ||
+        kmp_runner_position(run, t, q) != KEMPE_OK || !is_due(run, q))
         return KEMPE_OK;
-    KMP_TRY(kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
     if (!has_moved(run))
         memcpy(run->seen, q, (size_t)run->s->n * sizeof *q);
     run->seen_t = t;
@@ -181,6 +186,6 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
     kmp_eval_closure(run->eval, t, q);
     kmp_margin_stand_anew(&run->margin, run->eval);
     if (!resume(run, t))
-        return kmp_runner_take_up(run, t, run->in_zone, work, h);
+        return kmp_runner_take_up(run, t, run->near_singular, work, h);
     return kmp_runner_start(run, t, run->y, run->yp, h);
 }

@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
-#include "integrators/steppers/leap.h"
+#include "integrators/steppers/singular_step.h"
 #include <float.h>
 #include <math.h>
 
@@ -39,67 +39,53 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
     return KEMPE_OK;
 }
 
-kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step)
+kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, double work, double first_step)
 {
     double *q = run->state, *qd = q + run->s->n;
     if (run->formulation->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
                                    run->formulation->keep(run->formulation, t, run->y) != KMP_GO))
         return KEMPE_E_FAILED;
     release_formulation(run);
-    run->zone_t = run->in_zone ? run->zone_t : t;
-    run->in_zone = to_zone;
-    kempe_status status = choose_again(run, t, q);
-    bool meets = status == KEMPE_OK && ((run->way->dae && !to_zone) || kmp_runner_is_off(run, t, q));
-    if (meets)
-        status = kmp_runner_project(run, t, q, qd);
-    if (status == KEMPE_OK && meets)
-        status = kmp_runner_accelerate(run, t, q, qd);
-    if (status == KEMPE_OK)
-        status = kmp_runner_make_formulation(run, to_zone ? kmp_runner_zone(run) : run->way, t, q, qd, work);
-    if (status == KEMPE_OK)
-        status = kmp_runner_make_solver(run);
+    run->near_singular_t = run->near_singular ? run->near_singular_t : t;
+    run->near_singular = near_singular;
     run->work = work;
     run->work_t = t;
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(choose_again(run, t, q));
+    if ((run->way->dae && !near_singular) || kmp_runner_is_off(run, t, q)) {
+        KMP_TRY(kmp_runner_project(run, t, q, qd));
+        KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
+    }
+    const kmp_formulation_kind *kind = near_singular ? kmp_runner_near_singular(run) : run->way;
+    KMP_TRY(kmp_runner_make_formulation(run, kind, t, q, qd, work));
+    KMP_TRY(kmp_runner_make_solver(run));
     return kmp_runner_start(run, t, run->formulation->y, run->formulation->yp, first_step);
 }
 
-/* Changes the formulation; first_step: as for an integrator's start. */
-static kempe_status change_formulation(kmp_runner *run, double t, bool to_zone, double first_step)
+/* Continues at t with another formulation, from the state that the old one completes; first_step: as for an
+ * integrator's start. */
+static kempe_status change_formulation(kmp_runner *run, double t, bool near_singular, double first_step)
 {
-    double *q = run->state, work;
-    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
-    return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, first_step) : status;
+    double work;
+    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    return kmp_runner_take_up(run, t, near_singular, work, first_step);
 }
 
-kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool to_zone)
+/* Continues at t with another formulation, and makes a step. */
+static kempe_status step_with_another(kmp_runner *run, double t, bool near_singular)
 {
-    return change_formulation(run, t, to_zone, 0);
+    KMP_TRY(change_formulation(run, t, near_singular, 0));
+    return run->kind->step(run->solver);
 }
 
 /* Exchanges dropped rows with large coefficients in kept rows. */
 static kempe_status change_rows(kmp_runner *run, double t)
 {
     double before = run->margin.rows, h = run->solver->h;
-    kempe_status status = change_formulation(run, t, false, h);
-    if (status == KEMPE_OK)
-        kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
-                         "the choice of independent closure rows changed: largest dependence of a redundant row on "
-                         "them %.2g, now %.2g",
-                         before, run->margin.rows);
-    return status;
-}
-
-/* Evaluates the evaluator's closure at the end of the last step, unless its formulation has computed the margin there.
- */
-static kempe_status come_to(kmp_runner *run, double t)
-{
-    if (kmp_margin_knows(&run->margin, t))
-        return KEMPE_OK;
-    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
-    run->formulation->position(run->formulation, t, run->y, run->state);
-    kmp_eval_closure(run->eval, t, run->state);
+    KMP_TRY(change_formulation(run, t, false, h));
+    kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
+                     "the choice of independent closure rows changed: largest dependence of a redundant row on "
+                     "them %.2g, now %.2g",
+                     before, run->margin.rows);
     return KEMPE_OK;
 }
 
@@ -108,10 +94,9 @@ static kempe_status come_to(kmp_runner *run, double t)
 static void find_jerk(kmp_runner *run, double t, double *jerk)
 {
     int n = run->s->n;
-    double *q = run->moved, *qdd = q + 2 * n, work, back = 0.5 * (t - kmp_runner_t_old(run));
-    bool found =
-        back > 0 && run->kind->dense(run->solver, t - back, run->y, run->yp) == KEMPE_OK &&
-        run->formulation->row(run->formulation, t - back, run->y, run->yp, q, q + n, qdd, q + 3 * n, &work) == KMP_GO;
+    double *row = run->moved, *qdd = row + 2 * n, work, back = 0.5 * (t - kmp_runner_t_old(run));
+    bool found = back > 0 && run->kind->dense(run->solver, t - back, run->y, run->yp) == KEMPE_OK &&
+                 kmp_formulation_row(run->formulation, t - back, run->y, row, &work) == KMP_GO;
     for (int i = 0; i < n; i++)
         jerk[i] = found ? (run->qdd[i] - qdd[i]) / back : 0;
 }
@@ -151,49 +136,43 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
 }
 
 /* Changes to the formulation across change points if the margin leads to one. */
-static kempe_status enter_zone(kmp_runner *run, double t, double tau)
+static kempe_status enter_near_singular(kmp_runner *run, double t, double tau)
 {
-    double *q = run->state, work;
-    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
-    if (status != KEMPE_OK || !lies_ahead(run, t, tau))
-        return status;
-    return kmp_runner_change_formulation(run, t, true);
+    double work;
+    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    return lies_ahead(run, t, tau) ? change_formulation(run, t, true, 0) : KEMPE_OK;
 }
 
 /* Returns to the formulation: after a single step across, or after steps when the surroundings of the change point are
  * left. */
-static kempe_status leave_zone(kmp_runner *run, double t)
+static kempe_status leave_near_singular(kmp_runner *run, double t)
 {
-    if (run->walks && run->margin.tried > 0)
+    bool walked = run->walks;
+    double since = run->near_singular_t, from = kmp_runner_t_old(run), at = 0, size = 0;
+    if (walked && run->margin.tried > 0)
         return KEMPE_OK;
-    if (run->walks) {
-        double since = run->zone_t;
-        run->walks = false;
-        kempe_status status = kmp_runner_change_formulation(run, t, false);
-        if (status == KEMPE_OK)
-            kmp_journal_note(run->journal, "change point", t, NAN, NAN,
-                             "the integrator stopped near a change point; the projected formulation continued from t = "
-                             "%.9g to this time with dop853",
-                             since);
-        return status;
-    }
-    double from = kmp_runner_t_old(run), at, size;
-    kmp_leap_nearest(run->solver, &at, &size);
-    kempe_status status = kmp_runner_change_formulation(run, t, false);
-    bool through = at > from || from == run->spec.t_start;
-    if (status == KEMPE_OK && through && size < KMP_ZONE_IN)
+    if (!walked)
+        kmp_singular_step_nearest(run->solver, &at, &size);
+    run->walks = false;
+    KMP_TRY(change_formulation(run, t, false, 0));
+    if (walked)
+        kmp_journal_note(run->journal, "change point", t, NAN, NAN,
+                         "the integrator stopped near a change point; the projected formulation continued from t = "
+                         "%.9g to this time with dop853",
+                         since);
+    else if ((at > from || from == run->spec.t_start) && size < KMP_NEAR_SINGULAR_IN)
         kmp_journal_note(run->journal, "change point", at, size, run->margin.last / run->margin.usual,
                          "crossed a change point between t = %.9g and %.9g in one step, in the direction of motion; "
                          "margin of the closures %.2g",
                          from, t, size);
-    return status;
+    return KEMPE_OK;
 }
 
 /* The motion turns before the predicted change point: the formulation continues from there, and change points are
  * ignored until it has left the surroundings. */
-static kempe_status quit_zone(kmp_runner *run, double t)
+static kempe_status turn_back(kmp_runner *run, double t)
 {
-    kempe_status status = kmp_runner_change_formulation(run, t, false);
+    kempe_status status = change_formulation(run, t, false, 0);
     run->margin.tried = run->margin.last; /* at t again: the step across evaluated it elsewhere */
     return status == KEMPE_OK ? run->kind->step(run->solver) : status;
 }
@@ -204,16 +183,17 @@ static kempe_status watch_margin(kmp_runner *run, double t)
 {
     if (kmp_margin_unwatched(&run->margin) || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
-    KMP_TRY(come_to(run, t));
+    if (!kmp_margin_knows(&run->margin, t))
+        KMP_TRY(kmp_runner_place(run, t));
     (void)kmp_margin_after_step(&run->margin, run->eval, t);
     double when;
     bool enters = kmp_margin_leads_on(&run->margin, &when);
     kmp_margin_stand(&run->margin);
-    if (run->in_zone)
-        return run->margin.last > KMP_ZONE_OUT * run->margin.usual ? leave_zone(run, t) : KEMPE_OK;
+    if (run->near_singular)
+        return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
     if (run->margin.rows > KMP_ROWS_OUT)
         return change_rows(run, t);
-    return enters ? enter_zone(run, t, when * (t - kmp_runner_t_old(run))) : KEMPE_OK;
+    return enters ? enter_near_singular(run, t, when * (t - kmp_runner_t_old(run))) : KEMPE_OK;
 }
 
 /* By articulated bodies accelerations are the sum of those with the loops open and of the closure forces' part. If the
@@ -228,12 +208,11 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     if (DBL_EPSILON * most <= KMP_MARGIN_CANCELLED * run->spec.rtol * size || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     run->by_bodies = false;
-    kempe_status status = kmp_runner_change_formulation(run, t, false);
-    if (status == KEMPE_OK)
-        kmp_journal_note(run->journal, "dynamics", t, most, size,
-                         "with open loops some joint moves almost no inertia: M and C are used from this time on, not "
-                         "the articulated-body algorithm");
-    return status;
+    KMP_TRY(change_formulation(run, t, false, 0));
+    kmp_journal_note(run->journal, "dynamics", t, most, size,
+                     "with open loops some joint moves almost no inertia: M and C are used from this time on, not "
+                     "the articulated-body algorithm");
+    return KEMPE_OK;
 }
 
 /* Lets the formulation change its unknowns at the end of the last step; the integrator then restarts, a one-step method
@@ -261,36 +240,30 @@ static kempe_status renew(kmp_runner *run, double t)
 static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
 {
     double *q = run->state, *qd = q + run->s->n, before = 0;
-    kempe_status status = KEMPE_OK;
     bool changed = true;
     kmp_eval_take(run->eval, false);
-    for (int pass = 0; status == KEMPE_OK && changed; pass++) { /* each changes once at most */
-        status = kmp_crossing_change(run->crossing, t, q, qd, pass > 0, &changed);
-        if (status == KEMPE_OK && (changed || pass == 0))
-            status = choose_again(run, t, q);
-        if (status == KEMPE_OK && pass == 0) {
+    for (int pass = 0; changed; pass++) { /* each changes once at most */
+        KMP_TRY(kmp_crossing_change(run->crossing, t, q, qd, pass > 0, &changed));
+        if (changed || pass == 0)
+            KMP_TRY(choose_again(run, t, q));
+        if (pass == 0) {
             kmp_eval_mass(run->eval);
             before = kmp_eval_kinetic(run->eval, qd);
         }
-        if (status == KEMPE_OK && changed)
-            status = kmp_runner_project(run, t, q, qd);
+        if (changed)
+            KMP_TRY(kmp_runner_project(run, t, q, qd));
     }
-    if (status == KEMPE_OK)
-        status = kmp_runner_accelerate(run, t, q, qd);
-    if (status == KEMPE_OK)
-        *energy = kmp_eval_kinetic(run->eval, qd) - before;
-    return status;
+    KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
+    *energy = kmp_eval_kinetic(run->eval, qd) - before;
+    return KEMPE_OK;
 }
 
 /* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
-    double *q = run->state, h = t - run->solver->t_old, work, energy = 0;
-    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
-    if (status == KEMPE_OK)
-        status = meet_closures(run, t, &energy);
-    if (status != KEMPE_OK)
-        return status;
+    double *q = run->state, h = t - run->solver->t_old, work, energy;
+    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    KMP_TRY(meet_closures(run, t, &energy));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > run->spec.rtol * before)
         kmp_journal_note(run->journal, "impact", t, before, after,
@@ -320,13 +293,8 @@ static kempe_status pass_event(kmp_runner *run, double t)
         return KEMPE_OK;
     if (run->crossing->end >= 0)
         return end_run(run, t, run->crossing->end);
-    if (run->s->switches) {
-        kempe_status passed = pass_switch(run, t);
-        run->at_event = passed != KEMPE_OK;
-        return passed;
-    }
-    kempe_status status = kmp_crossing_pass(run->crossing, t, run->y, run->yp);
-    if (status == KEMPE_OK)
+    kempe_status status = run->s->switches ? pass_switch(run, t) : kmp_crossing_pass(run->crossing, t, run->y, run->yp);
+    if (status == KEMPE_OK && !run->s->switches)
         status = kmp_runner_start(run, t, run->y, run->yp, h);
     run->at_event = status != KEMPE_OK;
     return status;
@@ -342,8 +310,8 @@ static double step_it_had(const kmp_runner *run, double t)
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
     double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
-    KMP_TRY(kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work));
-    if (run->formulation->resume(run->formulation, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO)
+    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    if (run->formulation->resume(run->formulation, t, q, qd, run->y, run->yp) != KMP_GO)
         return KEMPE_E_FAILED;
     if (run->crossing)
         run->crossing->search.ready = false; /* accelerations have changed */
@@ -355,16 +323,12 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 kempe_status kmp_runner_change(kmp_runner *run, double t)
 {
     kmp_runner_follow(run, t);
-    kempe_status status = pass_event(run, t);
-    if (status == KEMPE_OK)
-        status = kmp_runner_center(run, t);
-    if (status == KEMPE_OK)
-        status = watch_margin(run, t);
-    if (status == KEMPE_OK)
-        status = watch_bodies(run, t);
-    if (status == KEMPE_OK)
-        status = renew(run, t);
-    return status == KEMPE_OK && run->anew ? kmp_runner_begin_anew(run, t) : status;
+    KMP_TRY(pass_event(run, t));
+    KMP_TRY(kmp_runner_center(run, t));
+    KMP_TRY(watch_margin(run, t));
+    KMP_TRY(watch_bodies(run, t));
+    KMP_TRY(renew(run, t));
+    return run->anew ? kmp_runner_begin_anew(run, t) : KEMPE_OK;
 }
 
 /* True if the projected formulation may continue: the user did not choose this one, and the integrator fits both. */
@@ -387,9 +351,7 @@ static kempe_status take_projected(kmp_runner *run, double t)
     run->way = kmp_formulation_find("projected", NULL);
     run->spec.keep_independent = false;
     kmp_context_clear(run->s->context);
-    kempe_status status = kmp_runner_change_formulation(run, t, false);
-    if (status == KEMPE_OK)
-        status = run->kind->step(run->solver);
+    kempe_status status = step_with_another(run, t, false);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "formulation", t, NAN, NAN,
                          "no choice of independent coordinates can continue (%s); the run continues with the projected "
@@ -400,63 +362,57 @@ static kempe_status take_projected(kmp_runner *run, double t)
 }
 
 /* Makes the first step near a change point, a single step across or one of many. */
-static kempe_status step_in_zone(kmp_runner *run, double t, bool walks)
+static kempe_status step_near_singular(kmp_runner *run, double t, bool walks)
 {
     run->walks = walks;
     kmp_text_free(&run->formulation->reason);
     kmp_context_clear(run->s->context);
-    kempe_status status = kmp_runner_change_formulation(run, t, true);
-    return status == KEMPE_OK ? run->kind->step(run->solver) : status;
+    return step_with_another(run, t, true);
 }
 
 /* Continues near a singular place after the formulation stopped: by a single step across, unless all failed before;
  * otherwise in ordinary steps, which restart where they ended. */
-static kempe_status take_zone(kmp_runner *run, double t)
+static kempe_status continue_near_singular(kmp_runner *run, double t)
 {
-    bool leaps = !(run->margin.tried > 0);
-    kempe_status status = leaps ? step_in_zone(run, t, false) : KEMPE_E_FAILED;
+    bool single = !(run->margin.tried > 0);
+    kempe_status status = single ? step_near_singular(run, t, false) : KEMPE_E_FAILED;
     if (status != KEMPE_E_FAILED)
         return status;
     run->margin.tried = run->margin.last;
-    return step_in_zone(run, t, true);
+    return step_near_singular(run, t, true);
 }
 
 /* True if a step across may be tried: J is near to losing a row, and change points are not ignored. */
-static bool is_near_zone(kmp_runner *run, double t)
+static bool is_near_singular(kmp_runner *run, double t)
 {
-    if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||
-        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+    if (run->near_singular || run->margin.ignored || run->margin.r == 0 ||
+        kmp_memory_failures() != run->memory_failures || kmp_runner_place(run, t) != KEMPE_OK)
         return false;
-    run->formulation->position(run->formulation, t, run->y, run->state);
-    kmp_eval_closure(run->eval, t, run->state);
-    return kmp_margin_at(&run->margin, run->eval) < KMP_ZONE_IN;
+    return kmp_margin_at(&run->margin, run->eval) < KMP_NEAR_SINGULAR_IN;
 }
 
 /* Restarts a stopped implicit integrator once from its last place, projected and with rows chosen again: errors of past
  * steps may be the only cause. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
-    kempe_status quitted = run->in_zone && !run->walks ? quit_zone(run, t) : KEMPE_E_FAILED;
+    kempe_status quitted = run->near_singular && !run->walks ? turn_back(run, t) : KEMPE_E_FAILED;
     if (quitted != KEMPE_E_FAILED)
         return quitted;
-    if (run->in_zone && run->walks)
-        return take_zone(run, t);
+    if (run->near_singular && run->walks)
+        return continue_near_singular(run, t);
     if (may_project(run))
         return take_projected(run, t);
     if (kmp_runner_lock(run, t) >= 0)
         return KEMPE_E_FAILED;
-    if (is_near_zone(run, t))
-        return take_zone(run, t);
+    if (is_near_singular(run, t))
+        return continue_near_singular(run, t);
     if (!run->yp || run->formulation->reason.length > 0 ||
         (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
         return KEMPE_E_FAILED;
     run->rescued_at = kmp_runner_tried(run);
     kmp_context_clear(run->s->context); /* message of the stopped integrator */
-    kempe_status status = kmp_runner_change_formulation(run, t, false);
-    if (status == KEMPE_OK)
-        status = run->kind->step(run->solver);
-    if (status == KEMPE_OK)
-        kmp_journal_note(run->journal, "restart", t, NAN, NAN,
-                         "the integrator stopped and was restarted from the same state");
-    return status;
+    KMP_TRY(step_with_another(run, t, false));
+    kmp_journal_note(run->journal, "restart", t, NAN, NAN,
+                     "the integrator stopped and was restarted from the same state");
+    return KEMPE_OK;
 }

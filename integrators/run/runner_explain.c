@@ -24,24 +24,18 @@ static kempe_status fail_memory(const kmp_runner *run)
     return kmp_fail_memory(run->s->context);
 }
 
-void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text)
+void kmp_runner_explain_angles(kmp_runner *run, kmp_text *text)
 {
     if (!run->formulation || !run->solver)
         return;
-    double t = run->solver->t;
-    if (!(t > run->spec.t_start) || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
-        return;
-    run->formulation->position(run->formulation, t, run->y, run->state);
-    kmp_angles_explain(run->s->model, run->state, text);
+    if (run->solver->t > run->spec.t_start && kmp_runner_position(run, run->solver->t, run->state) == KEMPE_OK)
+        kmp_angles_explain(run->s->model, run->state, text);
 }
 
 int kmp_runner_lock(kmp_runner *run, double t)
 {
-    if (!run->formulation || !run->solver || !run->s->rheonomic ||
-        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+    if (!run->formulation || !run->solver || !run->s->rheonomic || kmp_runner_place(run, t) != KEMPE_OK)
         return -1;
-    run->formulation->position(run->formulation, t, run->y, run->state);
-    kmp_eval_closure(run->eval, t, run->state);
     bool open = kmp_eval_residual(run->eval) > KMP_CLOSED_ENOUGH; /* beyond a dead centre no motion closes it */
     bool been = run->margin.tried > 0 && open;
     return kmp_margin_lock(&run->margin, run->eval, been);

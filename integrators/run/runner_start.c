@@ -7,44 +7,42 @@
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
-#include "integrators/steppers/leap.h"
+#include "integrators/steppers/singular_step.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
-
-/* 1/s: the largest of the initial rates, the roots of the initial accelerations, and 1 / t_end, all scaled. */
-static double rate_scale_of(const kmp_runner *run, const double *qd)
-{
-    double scale = 1 / run->spec.t_end;
-    for (int i = 0; i < run->s->n; i++) {
-        scale = fmax(scale, fabs(qd[i]) / run->s->scale[i]);
-        scale = fmax(scale, sqrt(fabs(run->qdd[i]) / run->s->scale[i]));
-    }
-    return scale;
-}
 
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)
 {
     const kempe_system *s = run->s;
     kmp_eval_closure(run->eval, t, q);
-    kempe_status status = kmp_partition_of_rank(&run->part, s, run->eval->jacobian, rank, wish, wish_count);
-    run->has_part = status == KEMPE_OK;
-    if (run->has_part)
-        kmp_eval_drop(run->eval, run->part.m - run->part.r, run->part.redundant);
-    return status == KEMPE_OK ? kmp_load_check(run->eval, &run->part) : status;
+    run->has_part = false;
+    KMP_TRY(kmp_partition_of_rank(&run->part, s, run->eval->jacobian, rank, wish, wish_count));
+    run->has_part = true;
+    kmp_eval_drop(run->eval, run->part.m - run->part.r, run->part.redundant);
+    return kmp_load_check(run->eval, &run->part);
+}
+
+/* Makes a saddle system of the chosen rows. */
+static kempe_status make_saddle(kmp_runner *run, kmp_saddle *saddle)
+{
+    if (kmp_saddle_init(saddle, run->eval, &run->part))
+        return KEMPE_OK;
+    kmp_saddle_free(saddle);
+    return kmp_fail_memory(run->s->context);
 }
 
 /* Closes q and qd on the rows that are now independent. The rows before closed only themselves, and a DAE integrator
  * would take the remaining gap of the others for a jump. */
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)
 {
-    kmp_saddle saddle = {0};
-    kempe_status status = kmp_saddle_init(&saddle, run->eval, &run->part) ? KEMPE_OK : kmp_fail_memory(run->s->context);
+    kmp_saddle saddle;
+    KMP_TRY(make_saddle(run, &saddle));
     const kmp_closer closer = kmp_saddle_closer(&saddle, run->moved);
-    if (status == KEMPE_OK && !kmp_close_state(&closer, run->lambda, t, q, qd))
-        status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
+    bool closed = kmp_close_state(&closer, run->lambda, t, q, qd);
     kmp_saddle_free(&saddle);
-    return status;
+    return closed ? KEMPE_OK
+                  : kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
 }
 
 /* True for rounded numbers, whose dropped rows are open, if q was closed on other rows than those kept now. */
@@ -85,13 +83,12 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
 
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd)
 {
-    kmp_saddle saddle = {0};
+    kmp_saddle saddle;
     kempe_status status = KEMPE_OK;
     kmp_eval_mass(run->eval);
     kmp_eval_bias(run->eval, qd);
-    if (!kmp_saddle_init(&saddle, run->eval, &run->part))
-        status = kmp_fail_memory(run->s->context);
-    else if (kmp_saddle_factor(&saddle))
+    KMP_TRY(make_saddle(run, &saddle));
+    if (kmp_saddle_factor(&saddle))
         status = kmp_explain_massless(run->eval, &run->part, t, q);
     else
         kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
@@ -101,9 +98,9 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
     return status;
 }
 
-const kmp_formulation_kind *kmp_runner_zone(const kmp_runner *run)
+const kmp_formulation_kind *kmp_runner_near_singular(const kmp_runner *run)
 {
-    return run->way->zone ? run->way->zone : &kmp_formulation_zone;
+    return run->way->near_singular ? run->way->near_singular : &kmp_formulation_near_singular;
 }
 
 kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
@@ -139,37 +136,35 @@ kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_
 static kempe_status compare_bodies(kmp_runner *run, const double *q, const double *qd, double *off)
 {
     const kempe_system *s = run->s;
-    kmp_saddle saddle = {0};
+    kmp_saddle saddle;
     double *qdd = run->moved, size = run->rate_scale * run->rate_scale;
     kmp_eval_take(run->eval, true);
     kmp_eval_closure(run->eval, run->spec.t_start, q);
     kmp_eval_mass(run->eval);
     kmp_eval_bias(run->eval, qd);
-    bool made = kmp_saddle_init(&saddle, run->eval, &run->part);
-    *off = INFINITY;
-    if (made && !kmp_saddle_factor(&saddle)) {
+    KMP_TRY(make_saddle(run, &saddle));
+    if (!kmp_saddle_factor(&saddle)) {
         kmp_saddle_accelerations(&saddle, qdd, NULL);
         *off = 0;
         for (int i = 0; i < s->n; i++)
             *off = isfinite(qdd[i]) ? fmax(*off, fabs(qdd[i] - run->qdd[i]) / (s->scale[i] * size)) : INFINITY;
     }
     kmp_saddle_free(&saddle);
-    return made ? KEMPE_OK : kmp_fail_memory(s->context);
+    return KEMPE_OK;
 }
 
 /* Articulated bodies divide by the inertia that each joint moves with the loops open. If only the loops determine the
  * accelerations, M and C are used instead. */
 static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
 {
-    double off;
+    double off = INFINITY;
     if (!run->s->articulated || !run->way->by_bodies)
         return KEMPE_OK;
-    kempe_status status = kmp_eval_add_articulated(run->eval);
-    if (status == KEMPE_OK)
-        status = compare_bodies(run, q, qd, &off);
-    run->by_bodies = status == KEMPE_OK && off <= KMP_ARTICULATED_AGREE;
-    if (status != KEMPE_OK || run->by_bodies || run->s->dynamics == KMP_DYNAMICS_AUTO)
-        return status;
+    KMP_TRY(kmp_eval_add_articulated(run->eval));
+    KMP_TRY(compare_bodies(run, q, qd, &off));
+    run->by_bodies = off <= KMP_ARTICULATED_AGREE;
+    if (run->by_bodies || run->s->dynamics == KMP_DYNAMICS_AUTO)
+        return KEMPE_OK;
     return kmp_fail(run->s->context, KEMPE_E_FAILED,
                     "algorithm articulated: with open loops some motion has almost no inertia at the start, and the "
                     "accelerations have a relative error of %.3g; use the algorithm composite",
@@ -182,9 +177,9 @@ static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
     const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
     bool cannot = !asked->dae && (asked->implicit || !asked->corrects) && run->part.p == 0;
-    if (run->in_zone && !run->walks)
-        return &kmp_solver_leap;
-    return cannot || run->in_zone ? kmp_solver_find("dop853") : asked;
+    if (run->near_singular && !run->walks)
+        return &kmp_solver_singular_step;
+    return cannot || run->near_singular ? kmp_solver_find("dop853") : asked;
 }
 
 kempe_status kmp_runner_make_solver(kmp_runner *run)
@@ -241,40 +236,37 @@ static kempe_status look_at_margin(kmp_runner *run, const double *q)
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
 {
     int n = run->s->n, m = run->s->m;
+    double t = run->spec.t_start;
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
     run->eval = kmp_eval_new_shared(run->s, run->spec.backend, run->team);
-    const kmp_arena_group groups[] = {
-        {n, {&run->qdd, &run->seen, &run->next_seen}}, {m, {&run->lambda}}, {3 * n + m, {&run->moved, &run->state}}};
+    const kmp_arena_group groups[] = {{n, {&run->seen, &run->next_seen}}, {3 * n + m, {&run->moved, &run->state}}};
     if (!run->eval || !kmp_arena_make_groups(&run->arena, sizeof groups / sizeof *groups, groups))
         return kmp_fail_memory(run->s->context);
-    kmp_runner_center_start(run, start);
     double *q = run->state, *qd = q + n;
-    kmp_eval_freeze(run->eval, run->spec.t_start, q, qd);
-    kempe_status status = kmp_runner_choose(run, run->spec.t_start, q, -1, run->spec.u, run->spec.u_count);
-    if (status == KEMPE_OK && kmp_runner_is_off(run, run->spec.t_start, q))
-        status = kmp_runner_project(run, run->spec.t_start, q, qd);
-    if (status == KEMPE_OK)
-        status = check_rates(run, qd);
-    if (status == KEMPE_OK)
-        status = kmp_runner_accelerate(run, run->spec.t_start, q, qd);
-    if (status == KEMPE_OK)
-        status = look_at_margin(run, q);
-    if (status != KEMPE_OK)
-        return status;
+    run->qdd = q + 2 * n;
+    run->lambda = q + 3 * n;
+    kmp_runner_center_start(run, start);
+    kmp_eval_freeze(run->eval, t, q, qd);
+    KMP_TRY(kmp_runner_choose(run, t, q, -1, run->spec.u, run->spec.u_count));
+    if (kmp_runner_is_off(run, t, q))
+        KMP_TRY(kmp_runner_project(run, t, q, qd));
+    KMP_TRY(check_rates(run, qd));
+    KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
+    KMP_TRY(look_at_margin(run, q));
     if (run->part.p == 0 && !run->s->rheonomic)
-        kmp_journal_note(run->journal, "rest", run->spec.t_start, NAN, NAN,
+        kmp_journal_note(run->journal, "rest", t, NAN, NAN,
                          "the mechanism cannot move: it has no degree of freedom, and no closure depends on time; "
                          "'kempe check' examines its closures");
     if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */
         kmp_log(run->s->context, KEMPE_LOG_WARNING,
                 "the start is near a change point, where branches of the mechanism meet: the branch of the motion may "
                 "depend on rounding");
-    run->rate_scale = rate_scale_of(run, qd);
+    run->rate_scale = kmp_formulation_rate_scale(run->s, run->spec.t_end, qd, run->qdd);
     run->way = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
-    run->in_zone = run->margin.near;
+    run->near_singular = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));
-    status = kmp_runner_make_formulation(run, run->in_zone ? kmp_runner_zone(run) : run->way, run->spec.t_start, q, qd,
-                                         run->spec.work_start);
-    return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;
+    const kmp_formulation_kind *kind = run->near_singular ? kmp_runner_near_singular(run) : run->way;
+    KMP_TRY(kmp_runner_make_formulation(run, kind, t, q, qd, run->spec.work_start));
+    return kmp_runner_make_solver(run);
 }

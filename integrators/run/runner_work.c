@@ -6,10 +6,9 @@
 static double power_at(kmp_runner *run, double t)
 {
     int n = run->s->n;
-    double *q = run->moved, *lambda = run->moved + 3 * n, work;
+    double *row = run->moved, *lambda = row + 3 * n, work;
     bool asked = run->s->rheonomic || run->s->load_row_count > 0;
-    asked = asked &&
-            run->formulation->row(run->formulation, t, run->y, run->yp, q, q + n, q + 2 * n, lambda, &work) == KMP_GO;
+    asked = asked && kmp_formulation_row(run->formulation, t, run->y, row, &work) == KMP_GO;
     double power = kmp_eval_power(run->eval, t, run->y, run->y + n);
     if (!asked || !run->s->rheonomic)
         return power;

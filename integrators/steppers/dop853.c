@@ -31,7 +31,7 @@ static const double D[4][DENSE_TERMS] = {
 
 static int run(kmp_rk *s, double h, double t_new)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     double t = s->base.t, *y = s->y, **k = s->k;
     (void)t_new;
     KMP_DOP853_STAGES(KMP_STAGE, k);
@@ -42,9 +42,9 @@ static int run(kmp_rk *s, double h, double t_new)
  * e5^2 / sqrt((e5^2 + 0.01 e3^2) n) (II.10): 1 is at the tolerance. */
 static double solution_and_error(kmp_rk *s, double h)
 {
-    int n = s->ode.n;
-    double **k = s->k, rtol = s->tolerance.rtol, e5 = 0.0, e3 = 0.0;
-    const double *y0 = s->y, *atol = s->tolerance.atol;
+    int n = s->base.ode.n;
+    double **k = s->k, rtol = s->base.tolerance.rtol, e5 = 0.0, e3 = 0.0;
+    const double *y0 = s->y, *atol = s->base.tolerance.atol;
     double *restrict y1 = s->y_old, *restrict w = s->w;
     for (int i = 0; i < n; i++) {
         double g[] = {k[1][i], k[6][i], k[7][i], k[8][i], k[9][i], k[10][i], k[11][i], k[12][i]};
@@ -70,7 +70,7 @@ static double solution_and_error(kmp_rk *s, double h)
 
 static int extra_stages(kmp_rk *s)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     double t = s->base.t_old, h = s->taken, *y = s->y_old, **k = s->k;
     KMP_STAGE(14, A14, k[1], k[7], k[8], k[9], k[10], k[11], k[12], k[13]);
     KMP_STAGE(15, A15, k[1], k[6], k[7], k[8], k[11], k[12], k[13], k[14]);
@@ -81,7 +81,7 @@ static int extra_stages(kmp_rk *s)
 /* II.6: the values and slopes at both ends, and four more coefficients. */
 static int prepare_dense(kmp_rk *s)
 {
-    int n = s->ode.n, said = extra_stages(s);
+    int n = s->base.ode.n, said = extra_stages(s);
     if (said != KMP_GO)
         return said;
     double h = s->taken, **r = s->interpolant, **k = s->k;
@@ -99,7 +99,7 @@ static int prepare_dense(kmp_rk *s)
 static void interpolate(const kmp_rk *s, double x, double *y)
 {
     double z = 1.0 - x, *const *r = s->interpolant;
-    for (int i = 0; i < s->ode.n; i++) {
+    for (int i = 0; i < s->base.ode.n; i++) {
         double high = r[4][i] + x * (r[5][i] + z * (r[6][i] + x * r[7][i]));
         y[i] = r[0][i] + x * (r[1][i] + z * (r[2][i] + x * (r[3][i] + z * high)));
     }

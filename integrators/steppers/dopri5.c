@@ -25,7 +25,7 @@ static const double D[] = {-12715105075.0 / 11282082432,  87487479700.0 / 327004
 
 static int run(kmp_rk *s, double h, double t_new)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     double t = s->base.t, *y = s->y, **k = s->k;
     KMP_STAGE(2, A2, k[1]);
     KMP_STAGE(3, A3, k[1], k[2]);
@@ -33,7 +33,7 @@ static int run(kmp_rk *s, double h, double t_new)
     KMP_STAGE(5, A5, k[1], k[2], k[3], k[4]);
     KMP_STAGE(6, A6, k[1], k[2], k[3], k[4], k[5]);
     kmp_rk_combine(n, y, h, KMP_TERMS(B), B, (const double *const[]){k[1], k[3], k[4], k[5], k[6]}, s->y_old);
-    return kmp_rk_call(s, t_new, s->y_old, k[7]);
+    return kmp_solver_call(&s->base, t_new, s->y_old, k[7]);
 }
 
 /* sum over stages 1, 3 .. 7 */
@@ -44,10 +44,10 @@ KMP_INLINE double six(const double *a, double *const *k, int i)
 
 static double error_of(kmp_rk *s, double h)
 {
-    int n = s->ode.n;
-    double sum = 0, rtol = s->tolerance.rtol;
+    int n = s->base.ode.n;
+    double sum = 0, rtol = s->base.tolerance.rtol;
     for (int i = 0; i < n; i++) {
-        s->w[i] = s->tolerance.atol[i] + rtol * fmax(fabs(s->y[i]), fabs(s->y_old[i]));
+        s->w[i] = s->base.tolerance.atol[i] + rtol * fmax(fabs(s->y[i]), fabs(s->y_old[i]));
         double e = h * six(E, s->k, i) / s->w[i];
         sum += e * e;
     }
@@ -57,7 +57,7 @@ static double error_of(kmp_rk *s, double h)
 static int prepare_dense(kmp_rk *s)
 {
     kmp_rk_begin_dense(s);
-    for (int i = 0; i < s->ode.n; i++)
+    for (int i = 0; i < s->base.ode.n; i++)
         s->interpolant[4][i] = s->taken * six(D, s->k, i);
     return KMP_GO;
 }
@@ -65,7 +65,7 @@ static int prepare_dense(kmp_rk *s)
 static void interpolate(const kmp_rk *s, double x, double *y)
 {
     double z = 1.0 - x, *const *r = s->interpolant;
-    for (int i = 0; i < s->ode.n; i++)
+    for (int i = 0; i < s->base.ode.n; i++)
         y[i] = r[0][i] + x * (r[1][i] + z * (r[2][i] + x * (r[3][i] + z * r[4][i])));
 }
 

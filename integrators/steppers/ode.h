@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Interface between a formulation and an integrator: an initial value problem with a callback at every accepted step.
- * Integrators are independent of mechanisms, formulations of integration methods. */
+/* Interface between a formulation and an integrator: an initial value problem y' = f(t, y) or F(t, y, y') = 0, with a
+ * callback at every accepted step. Integrators are independent of mechanisms, formulations of integration methods. */
 #ifndef KMP_INTEGRATORS_STEPPERS_ODE_H
 #define KMP_INTEGRATORS_STEPPERS_ODE_H
 
@@ -29,13 +29,33 @@ typedef struct kmp_ode {
     /** j = df/dy (n x n, column-major, zeroed before), exact. NULL: there is none. For implicit integrators. */
     int (*jacobian)(void *self, double t, const double *y, double *j);
 
-    /** For an integrator that chooses where to evaluate (leap.h). Closes y, unless `as_it_is`; then computes dy = f(t,
-     * y) with nothing left out, and the distance from a singularity of f over its usual value. dy or distance may be
-     * NULL. NULL: none. */
+    /** For an integrator that chooses where to evaluate (singular_step.h). Closes y, unless `as_it_is`; then computes
+     * dy = f(t, y) with nothing left out, and the distance from a singularity of f over its usual value. dy or distance
+     * may be NULL. NULL: none. */
     int (*closed)(void *self, double t, double *y, bool as_it_is, double *dy, double *distance);
     int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
     int quadratures; /* the last of y, on which f does not depend */
 } kmp_ode;
+
+/** F(t, y, y') = 0 with an analytic sparse iteration matrix. */
+typedef struct kmp_dae {
+    int n, nz;                  /* unknowns; entries of dF/dy + cj dF/dy' */
+    const long *col_start;      /* n + 1, compressed columns, rows ascending in each */
+    const long *row;            /* nz */
+    const double *differential; /* n: 1 for a differential unknown, 0 for an algebraic one */
+    const double *factor;       /* n: multiplies the error weight (1e8 excludes an unknown from every test) */
+    void *self;
+
+    /** r = F(t, y, yp). KMP_GO, KMP_RETRY or KMP_HALT. */
+    int (*residual)(void *self, double t, const double *y, const double *yp, double *r);
+
+    /** values[nz] = dF/dy + cj dF/dy'. */
+    int (*matrix)(void *self, double t, double cj, const double *y, const double *yp, double *values);
+
+    /** Called after every step that the integrator accepts. KMP_RETRY: the integrator restarts with a shorter step.
+     * KMP_HALT ends the run. NULL: none. */
+    int (*accept)(void *self, double t, const double *y, const double *yp);
+} kmp_dae;
 
 /** Error control: weight of y[i] is atol[i] + rtol max(|y_old|, |y_new|). */
 typedef struct kmp_tolerance {

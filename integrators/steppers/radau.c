@@ -5,13 +5,12 @@
  *
  * A one-step method: the formulation corrects y between steps. */
 #include "integrators/steppers/radau.h"
-#include "base/memory.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { MAX_REJECT = 1000, FIRST_TRIES = 10 };
+enum { MAX_REJECT = 1000 };
 
 /* Safety, least and largest quotient of two steps. Hairer's bound is eight: the leading coefficients of two such steps
  * would give a poor estimate. */
@@ -30,11 +29,11 @@ enum { PATIENCE = 20, MOST_PATIENCE = 5000 };
 
 /* -- creation ---------------------------------------------------------------------------------------- */
 
-static bool allocate(kmp_radau *s)
+static void allocate(kmp_radau *s)
 {
     int n = s->n, inner = s->inner, square = inner * inner, all = inner * s->s;
-    bool coupled = s->ode.jacobian && all <= MOST_COUPLED;
-    kmp_arena *a = &s->arena;
+    bool coupled = s->base.ode.jacobian && all <= MOST_COUPLED;
+    kmp_arena *a = &s->base.arena;
     const kmp_arena_group vectors = {
         n, {&s->y, &s->y_old, &s->dy, &s->trial, &s->scale, &s->w, &s->error, &s->bend, &s->lead, &s->lead_old}};
     (void)kmp_arena_make_groups(a, 1, &vectors);
@@ -45,7 +44,7 @@ static bool allocate(kmp_radau *s)
             s->jacobian[i] = KMP_ARENA_NEW(a, double, n *n);
     }
     s->real = (kmp_radau_block){.re = KMP_ARENA_NEW(a, double, square), .pivot = KMP_ARENA_NEW(a, int, inner)};
-    for (int i = 0; i < s->method.pairs; i++)
+    for (int i = 0; i < s->method->pairs; i++)
         s->complex[i] = (kmp_radau_block){.re = KMP_ARENA_NEW(a, double, square),
                                           .im = KMP_ARENA_NEW(a, double, square),
                                           .pivot = KMP_ARENA_NEW(a, int, inner)};
@@ -54,14 +53,6 @@ static bool allocate(kmp_radau *s)
         s->joint = KMP_ARENA_NEW(a, double, all);
         s->coupled_pivot = KMP_ARENA_NEW(a, int, all);
     }
-    return !a->failed;
-}
-
-static void release(void *solver)
-{
-    kmp_radau *s = solver;
-    kmp_arena_free(&s->arena);
-    kmp_free(s);
 }
 
 /* Sets the limits of error and Newton's method. The estimate is of order s, the method of order 2 s - 1: the tolerance
@@ -70,31 +61,25 @@ static void release(void *solver)
 static void choose_limits(kmp_radau *s)
 {
     double part = (s->s + 1) / (2.0 * s->s);
-    double rtol = 0.1 * pow(s->tolerance.rtol, part);
-    s->widen = rtol / s->tolerance.rtol;
+    double rtol = 0.1 * pow(s->base.tolerance.rtol, part);
+    s->widen = rtol / s->base.tolerance.rtol;
     s->limit = fmax(10 * DBL_EPSILON / rtol, fmin(0.03, pow(rtol, 1 / part - 1)));
     s->most_iterations = 7 + (s->s - 3) * 5 / 2;
 }
 
 static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
-    int stages = *(const int *)kind->method;
-    kmp_radau *s = KMP_NEW(kmp_radau, 1);
-    if (s) {
-        s->ode = *setup->ode;
-        s->tolerance = setup->tolerance;
-        s->n = s->ode.n;
-        s->s = stages;
-        s->p = s->ode.positions;
-        s->inner = s->n - s->p - s->ode.quadratures;
-        kmp_radau_method_derive(&s->method, stages);
-        choose_limits(s);
-        if (allocate(s))
-            return s;
-        release(s);
-    }
-    (void)kmp_fail_memory(setup->context);
-    return NULL;
+    kmp_radau *s = kmp_solver_new(kind, setup, sizeof *s);
+    if (!s)
+        return NULL;
+    s->n = s->base.ode.n;
+    s->method = kind->method;
+    s->s = s->method->stages;
+    s->p = s->base.ode.positions;
+    s->inner = s->n - s->p - s->base.ode.quadratures;
+    choose_limits(s);
+    allocate(s);
+    return kmp_solver_made(s);
 }
 
 /* -- start ------------------------------------------------------------------------------------------- */
@@ -102,7 +87,7 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 static void weigh(kmp_radau *s)
 {
     for (int i = 0; i < s->n; i++)
-        s->scale[i] = s->widen * (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y[i]));
+        s->scale[i] = s->widen * (s->base.tolerance.atol[i] + s->base.tolerance.rtol * fabs(s->y[i]));
 }
 
 /* Norm of (a - b) in the weights; b NULL: of a. */
@@ -123,14 +108,7 @@ static int choose_first_step(kmp_radau *s)
     weigh(s);
     double slope = norm(s, s->dy, NULL), size = norm(s, s->y, NULL);
     double h = fmin(slope <= 1e-5 || size <= 1e-5 ? 1e-6 : 0.01 * size / slope, longest);
-    int said = KMP_RETRY;
-    for (int attempt = 0; said == KMP_RETRY && attempt < FIRST_TRIES; attempt++) {
-        h = attempt ? h / 4 : h;
-        for (int i = 0; i < s->n; i++)
-            s->trial[i] = s->y[i] + h * s->dy[i];
-        said = kmp_radau_call(s, s->base.t + h, s->trial, s->f[0]);
-        s->base.work.refused += said == KMP_RETRY;
-    }
+    int said = kmp_solver_euler(&s->base, &h, s->y, s->dy, s->trial, s->f[0]);
     double most = fmax(said == KMP_GO ? norm(s, s->f[0], s->dy) / h : 0, slope);
     double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / (s->s + 1));
     s->base.h = fmin(fmin(100 * h, h1), longest);
@@ -141,16 +119,13 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 {
     kmp_radau *s = solver;
     (void)yp;
-    s->base.t = s->base.t_old = t;
-    s->base.t_end = t_end;
-    s->base.h = h0;
+    kmp_solver_begin(&s->base, t, t_end, h0);
     s->first = true;
     s->rejected = s->has_step = s->has_jacobian = s->fresh = s->factored = s->collapsed = false;
-    s->base.hopeless = 0;
-    s->together = s->held = false;
+    s->together = s->newton_limits = false;
     s->patience = PATIENCE;
     memcpy(s->y, y, (size_t)s->n * sizeof *y);
-    int said = kmp_radau_call(s, t, s->y, s->dy);
+    int said = kmp_solver_call(&s->base, t, s->y, s->dy);
     if (said == KMP_GO && h0 == 0 && t_end > t)
         said = choose_first_step(s);
     return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
@@ -161,7 +136,7 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 /* Computes (g/h - J)^-1 (f - p'(0) / h) into `error`; returns its size. */
 static double defect(kmp_radau *s, double h, const double *f)
 {
-    const double *slope = s->method.slope;
+    const double *slope = s->method->slope;
     for (int k = 0; k < s->n; k++) {
         double sum = 0;
         for (int j = 0; j < s->s; j++)
@@ -176,9 +151,9 @@ static double defect(kmp_radau *s, double h, const double *f)
  * stiff part of the estimate, which dense output contains like the rest. */
 static double misfit(kmp_radau *s, double h)
 {
-    const double *weight = s->method.node_weight + 1;
+    const double *weight = s->method->node_weight + 1;
     double ratio = h / s->taken, power = pow(ratio, s->s);
-    double by = s->method.gap / ((s->s + 1) * (s->method.centre + (1 - s->method.centre) / ratio)), sum = 0;
+    double by = s->method->gap / ((s->s + 1) * (s->method->centre + (1 - s->method->centre) / ratio)), sum = 0;
     memset(s->lead, 0, (size_t)s->n * sizeof *s->lead);
     for (int j = 0; j < s->s; j++)
         for (int k = 0; k < s->n; k++)
@@ -200,7 +175,7 @@ static kmp_radau_outcome estimate(kmp_radau *s, double h, double *error)
     if (*error >= 1 && (s->first || s->rejected)) {
         for (int k = 0; k < s->n; k++)
             s->trial[k] = s->y[k] + s->error[k];
-        int said = kmp_radau_call(s, s->base.t, s->trial, s->f[0]);
+        int said = kmp_solver_call(&s->base, s->base.t, s->trial, s->f[0]);
         if (said == KMP_HALT)
             return KMP_RADAU_HALTED;
         if (said == KMP_GO)
@@ -217,12 +192,12 @@ static kmp_radau_outcome finish(kmp_radau *s, double t_new)
     const double *end = s->z[s->s - 1];
     for (int k = 0; k < s->n; k++) {
         s->y_old[k] = s->y[k] + end[k];
-        s->w[k] = s->tolerance.atol[k] + s->tolerance.rtol * fmax(fabs(s->y[k]), fabs(s->y_old[k]));
+        s->w[k] = s->base.tolerance.atol[k] + s->base.tolerance.rtol * fmax(fabs(s->y[k]), fabs(s->y_old[k]));
     }
-    int said = kmp_radau_call(s, t_new, s->y_old, s->f[0]);
+    int said = kmp_solver_call(&s->base, t_new, s->y_old, s->f[0]);
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_RADAU_BAD_STAGE : KMP_RADAU_HALTED;
-    said = s->ode.accept ? s->ode.accept(s->ode.self, t_new, s->y_old, s->f[0], s->w) : KMP_GO;
+    said = s->base.ode.accept ? s->base.ode.accept(s->base.ode.self, t_new, s->y_old, s->f[0], s->w) : KMP_GO;
     return said == KMP_GO ? KMP_RADAU_TAKEN : said == KMP_RETRY ? KMP_RADAU_BAD_STEP : KMP_RADAU_HALTED;
 }
 
@@ -251,25 +226,19 @@ static double predict(const kmp_radau *s, double h, double error)
     return h * fmax(SHRINK, fmin(GROW, quotient));
 }
 
-static void swap(double **a, double **b)
-{
-    double *t = *a;
-    *a = *b;
-    *b = t;
-}
-
 /* Uses the Jacobians of all stages for a while if Newton's method keeps steps far below the error's limit. */
 static void choose_newton(kmp_radau *s, double h, double error)
 {
     double size = (double)s->inner * s->s / CHEAP;
     if (s->together && --s->trust <= 0)
         s->together = s->has_jacobian = false;
-    else if (!s->together && s->coupled && s->held && after_error(s, h, error, 1) >= (WORTH + size * size) * h) {
+    else if (!s->together && s->coupled && s->newton_limits &&
+             after_error(s, h, error, 1) >= (WORTH + size * size) * h) {
         s->together = true;
         s->trust = s->patience;
         s->patience = s->patience < MOST_PATIENCE ? 2 * s->patience : MOST_PATIENCE;
     }
-    s->held = false;
+    s->newton_limits = false;
 }
 
 static void take(kmp_radau *s, double h, double t_new, double error, int iterations)
@@ -285,13 +254,13 @@ static void take(kmp_radau *s, double h, double t_new, double error, int iterati
     /* the formulation's correction belongs to the polynomial's end */
     for (int k = 0; k < s->n; k++) {
         end[k] = s->y_old[k] - s->y[k];
-        s->bend[k] = s->error[k] * s->method.g;
+        s->bend[k] = s->error[k] * s->method->g;
     }
-    swap(&s->y, &s->y_old);
-    swap(&s->dy, &s->f[0]);
-    swap(&s->lead, &s->lead_old);
+    kmp_solver_swap(&s->y, &s->y_old);
+    kmp_solver_swap(&s->dy, &s->f[0]);
+    kmp_solver_swap(&s->lead, &s->lead_old);
     for (int i = 0; i < s->s; i++)
-        swap(&s->z[i], &s->z_old[i]);
+        kmp_solver_swap(&s->z[i], &s->z_old[i]);
     s->has_step = true;
     s->first = s->rejected = s->fresh = false;
     s->taken = h;
@@ -315,7 +284,7 @@ static void refuse(kmp_radau *s, kmp_radau_outcome what, double h, double error,
         s->base.h = stale ? h : shorter * h;
     else
         s->base.h = what == KMP_RADAU_BAD_STAGE ? h / 4 : h / 2;
-    s->held = s->held || (what == KMP_RADAU_BAD_NEWTON && !stale);
+    s->newton_limits = s->newton_limits || (what == KMP_RADAU_BAD_NEWTON && !stale);
     if (what != KMP_RADAU_BAD_ERROR || s->contraction > KEEP_JACOBIAN)
         s->has_jacobian = s->has_jacobian && !stale;
     s->rejected = true;
@@ -362,17 +331,16 @@ static kempe_status dense(void *solver, double t, double *y, double *yp)
     return KEMPE_OK;
 }
 
-#define RADAU(order)                                                                                                   \
-    static const int stages_##order = ((order) + 1) / 2;                                                               \
+#define RADAU(order, stages)                                                                                           \
     const kmp_solver_kind kmp_solver_radau##order = {.name = "radau" #order,                                           \
                                                      .corrects = true,                                                 \
                                                      .implicit = true,                                                 \
-                                                     .method = &stages_##order,                                        \
+                                                     .method = &kmp_radau_##stages,                                    \
                                                      .create = create,                                                 \
-                                                     .release = release,                                               \
+                                                     .release = kmp_solver_free,                                       \
                                                      .start = start,                                                   \
                                                      .step = step,                                                     \
                                                      .dense = dense}
 
-RADAU(5);
-RADAU(9);
+RADAU(5, 3);
+RADAU(9, 5);

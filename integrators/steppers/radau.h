@@ -3,7 +3,6 @@
 #ifndef KMP_INTEGRATORS_STEPPERS_RADAU_H
 #define KMP_INTEGRATORS_STEPPERS_RADAU_H
 
-#include "base/arena.h"
 #include "integrators/steppers/radau_method.h"
 #include "integrators/steppers/solver.h"
 
@@ -17,9 +16,7 @@ typedef struct kmp_radau_block {
 
 typedef struct kmp_radau {
     kmp_solver base; /* first */
-    kmp_ode ode;
-    kmp_tolerance tolerance;
-    kmp_radau_method method;
+    const kmp_radau_method *method;
     int n, s, p, inner; /* unknowns, stages, positions, size of the linear systems */
     double widen;       /* weights of the estimate over those of the tolerance */
     double limit;       /* remainder of a correction at which Newton's method stops */
@@ -45,9 +42,8 @@ typedef struct kmp_radau {
     double ready;       /* bound of the remainder of a correction, over its size */
     double error_old, h_old;
     bool first, rejected, has_step, has_jacobian, fresh, factored, collapsed;
-    bool held;           /* Newton's method has rejected a longer step than the one taken */
+    bool newton_limits;  /* Newton's method has rejected a longer step than the one taken */
     int trust, patience; /* steps until one Jacobian for all stages is tried again; their number the next time */
-    kmp_arena arena;     /* of all arrays */
 } kmp_radau;
 
 /* Result of an attempt. */
@@ -59,9 +55,6 @@ typedef enum kmp_radau_outcome {
     KMP_RADAU_BAD_STEP,
     KMP_RADAU_HALTED
 } kmp_radau_outcome;
-
-/** dy = f(t, y), counted. */
-int kmp_radau_call(kmp_radau *s, double t, const double *y, double *dy);
 
 /** Stages of a step h in z. KMP_RADAU_BAD_NEWTON: *shorter is the part of h to try next. */
 kmp_radau_outcome kmp_radau_find_stages(kmp_radau *s, double h, double *shorter);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Coefficients of Radau IIA of s stages, which is collocation at the zeros c of a Radau polynomial, c[s - 1] = 1: order
- * 2 s - 1, stage order s, L-stable (Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed., IV.5). They
- * are computed, not tabulated. */
+ * 2 s - 1, stage order s, L-stable (Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed., IV.5). */
 #ifndef KMP_INTEGRATORS_STEPPERS_RADAU_METHOD_H
 #define KMP_INTEGRATORS_STEPPERS_RADAU_METHOD_H
 
@@ -29,8 +28,7 @@ typedef struct kmp_radau_method {
     double bend[KMP_RADAU_MAX_STAGES + 2]; /* powers of x of the integral of prod (x - c[i]) / prod (-c[i]) from 0 */
 } kmp_radau_method;
 
-/** Computes the coefficients of an odd number of stages, at most KMP_RADAU_MAX_STAGES. */
-void kmp_radau_method_derive(kmp_radau_method *method, int stages);
+extern const kmp_radau_method kmp_radau_3, kmp_radau_5; /* of 3 and 5 stages */
 
 /** weight[0 .. stages): p(x) = sum weight[j] z[j]. */
 void kmp_radau_weights(const kmp_radau_method *method, double x, double *weight);

@@ -17,12 +17,6 @@
 
 enum { S = KMP_RADAU_MAX_STAGES };
 
-int kmp_radau_call(kmp_radau *s, double t, const double *y, double *dy)
-{
-    s->base.work.rhs++;
-    return s->ode.rhs(s->ode.self, t, y, dy);
-}
-
 /* -- Jacobians --------------------------------------------------------------------------------------- */
 
 /* Computes the Jacobian by differences at y, if the formulation has none. */
@@ -34,11 +28,11 @@ static int differentiate(kmp_radau *s)
         volatile double moved = s->y[k] + sqrt(DBL_EPSILON * fmax(1e-5, fabs(s->y[k])));
         double by = moved - s->y[k];
         s->trial[k] = moved;
-        int said = kmp_radau_call(s, s->base.t, s->trial, column);
+        int said = kmp_solver_call(&s->base, s->base.t, s->trial, column);
         if (said == KMP_RETRY) {
             by = -by;
             s->trial[k] = s->y[k] + by;
-            said = kmp_radau_call(s, s->base.t, s->trial, column);
+            said = kmp_solver_call(&s->base, s->base.t, s->trial, column);
         }
         if (said != KMP_GO)
             return said;
@@ -52,14 +46,14 @@ static int evaluate_jacobian(kmp_radau *s, double t, const double *y, double *j)
 {
     s->base.work.matrices++;
     memset(j, 0, (size_t)s->n * (size_t)s->n * sizeof *j);
-    return s->ode.jacobian(s->ode.self, t, y, j);
+    return s->base.ode.jacobian(s->base.ode.self, t, y, j);
 }
 
 static int renew_jacobian(kmp_radau *s)
 {
     int said;
     s->factored = false;
-    if (s->ode.jacobian)
+    if (s->base.ode.jacobian)
         said = evaluate_jacobian(s, s->base.t, s->y, s->jacobian[0]);
     else {
         s->base.work.matrices++;
@@ -94,7 +88,7 @@ static bool factor(const kmp_radau *s, kmp_radau_block *e, double re, double im)
 
 static bool factor_all(kmp_radau *s, double h)
 {
-    const kmp_radau_method *m = &s->method;
+    const kmp_radau_method *m = s->method;
     s->base.work.factorizations++;
     bool good = factor(s, &s->real, m->g / h, 0);
     for (int i = 0; good && i < m->pairs; i++)
@@ -175,7 +169,7 @@ static void transform(const kmp_radau *s, const double *matrix, double *const *i
 /* Turns the right-hand sides in f into transformed corrections of the stages. */
 static void correct_apart(kmp_radau *s)
 {
-    const kmp_radau_method *m = &s->method;
+    const kmp_radau_method *m = s->method;
     double *const *change = s->change;
     transform(s, m->inverse[0], s->f, change);
     for (int k = 0; k < s->n; k++)
@@ -210,14 +204,14 @@ static bool factor_together(kmp_radau *s, double h)
         for (int l = 0; l < inner; l++) {
             double *column = s->coupled + (j * inner + l) * size;
             for (int i = 0; i < s->s; i++) {
-                double *to = column + i * inner, ha = h * s->method.butcher[i][j];
+                double *to = column + i * inner, ha = h * s->method->butcher[i][j];
                 const double *own = s->jacobian[i] + (p + l) * n + p, *of = s->jacobian[i] + l * n + p;
                 for (int k = 0; k < inner; k++)
                     to[k] = (i == j ? -own[k] : 0) - (l < p ? ha * of[k] : 0);
-                to[l] += s->method.d[i][j] / h;
+                to[l] += s->method->d[i][j] / h;
             }
         }
-    return factor(s, &s->real, s->method.g / h, 0) && kmp_lu_factor(size, s->coupled, s->coupled_pivot) == 0;
+    return factor(s, &s->real, s->method->g / h, 0) && kmp_lu_factor(size, s->coupled, s->coupled_pivot) == 0;
 }
 
 /* Evaluates the Jacobian of each stage at its predicted place. */
@@ -226,7 +220,7 @@ static kmp_radau_outcome prepare_together(kmp_radau *s, double h)
     for (int i = 0; i < s->s; i++) {
         for (int k = 0; k < s->n; k++)
             s->trial[k] = s->y[k] + s->z[i][k];
-        int said = evaluate_jacobian(s, s->base.t + s->method.c[i] * h, s->trial, s->jacobian[i]);
+        int said = evaluate_jacobian(s, s->base.t + s->method->c[i] * h, s->trial, s->jacobian[i]);
         if (said != KMP_GO)
             return said == KMP_RETRY ? KMP_RADAU_BAD_STAGE : KMP_RADAU_HALTED;
     }
@@ -238,11 +232,11 @@ static void correct_together(kmp_radau *s, double h)
 {
     int n = s->n, p = s->p, inner = s->inner, end = p + inner;
     double *const *r = s->change, *const *x = s->f;
-    transform(s, s->method.d[0], s->z, r);
+    transform(s, s->method->d[0], s->z, r);
     for (int i = 0; i < s->s; i++)
         for (int k = 0; k < n; k++)
             r[i][k] = x[i][k] - r[i][k] / h;
-    transform(s, s->method.butcher[0], r, x); /* of which only positions and quadratures are used */
+    transform(s, s->method->butcher[0], r, x); /* of which only positions and quadratures are used */
     for (int i = 0; i < s->s; i++) {
         double *to = s->joint + i * inner;
         memcpy(to, r[i] + p, (size_t)inner * sizeof *to);
@@ -256,7 +250,7 @@ static void correct_together(kmp_radau *s, double h)
     for (int i = 0; i < s->s; i++)
         for (int j = 0; j < s->s; j++)
             for (int k = 0; k < p; k++)
-                x[i][k] = (j == 0 ? h * x[i][k] : x[i][k]) + h * s->method.butcher[i][j] * r[j][p + k];
+                x[i][k] = (j == 0 ? h * x[i][k] : x[i][k]) + h * s->method->butcher[i][j] * r[j][p + k];
     for (int i = 0; i < s->s; i++)
         memcpy(x[i] + p, r[i] + p, (size_t)inner * sizeof *s->joint);
     for (int k = end; k < n; k++) {
@@ -269,7 +263,7 @@ static void correct_together(kmp_radau *s, double h)
         for (int i = 0; i < s->s; i++) {
             x[i][k] = 0;
             for (int j = 0; j < s->s; j++)
-                x[i][k] += h * s->method.butcher[i][j] * rest[j];
+                x[i][k] += h * s->method->butcher[i][j] * rest[j];
         }
     }
 }
@@ -278,8 +272,8 @@ static void correct_together(kmp_radau *s, double h)
 
 void kmp_radau_extrapolate(const kmp_radau *s, double x, double *z)
 {
-    double weight[S], bend = kmp_radau_bend(&s->method, x);
-    kmp_radau_weights(&s->method, x, weight);
+    double weight[S], bend = kmp_radau_bend(s->method, x);
+    kmp_radau_weights(s->method, x, weight);
     weight[s->s - 1] -= 1;
     for (int k = 0; k < s->n; k++)
         z[k] = bend * s->bend[k];
@@ -292,7 +286,7 @@ static kmp_radau_outcome begin(kmp_radau *s, double h)
 {
     for (int i = 0; i < s->s; i++) {
         if (s->has_step)
-            kmp_radau_extrapolate(s, 1 + s->method.c[i] * h / s->taken, s->z[i]);
+            kmp_radau_extrapolate(s, 1 + s->method->c[i] * h / s->taken, s->z[i]);
         else
             memset(s->z[i], 0, (size_t)s->n * sizeof(double));
     }
@@ -302,7 +296,7 @@ static kmp_radau_outcome begin(kmp_radau *s, double h)
         return KMP_RADAU_HALTED;
     if ((!s->factored || s->h_matrix != h) && !factor_all(s, h))
         return KMP_RADAU_BAD_NEWTON;
-    transform(s, s->method.inverse[0], s->z, s->u);
+    transform(s, s->method->inverse[0], s->z, s->u);
     return KMP_RADAU_TAKEN;
 }
 
@@ -312,7 +306,7 @@ static kmp_radau_outcome evaluate(kmp_radau *s, double h)
     for (int i = 0; i < s->s; i++) {
         for (int k = 0; k < s->n; k++)
             s->trial[k] = s->y[k] + s->z[i][k];
-        int said = kmp_radau_call(s, s->base.t + s->method.c[i] * h, s->trial, s->f[i]);
+        int said = kmp_solver_call(&s->base, s->base.t + s->method->c[i] * h, s->trial, s->f[i]);
         if (said != KMP_GO)
             return said == KMP_RETRY ? KMP_RADAU_BAD_STAGE : KMP_RADAU_HALTED;
     }

@@ -3,7 +3,6 @@
  * dense output on demand. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4; Hairer,
  * Wanner, II, IV.2. */
 #include "integrators/steppers/rk.h"
-#include "base/memory.h"
 
 #include <math.h>
 #include <string.h>
@@ -14,45 +13,24 @@ enum { MAX_REJECT = 1000 };
 
 void *kmp_rk_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
-    enum { OWN = 4, MOST = OWN + KMP_RK_MAX_STAGES + KMP_RK_MAX_INTERPOLANTS };
     const kmp_rk_method *method = kind->method;
-    int n = setup->ode->n, vectors = OWN + method->stages + method->interpolants;
-    kmp_rk *s = KMP_NEW(kmp_rk, 1);
-    double *v = s ? KMP_NEW(double, (size_t)vectors *(size_t)n) : NULL;
-    if (!v) {
-        kmp_free(s);
-        (void)kmp_fail_memory(setup->context);
+    kmp_rk *s = kmp_solver_new(kind, setup, sizeof *s);
+    if (!s)
         return NULL;
-    }
-    double **vector[MOST] = {&s->y, &s->y_old, &s->stage, &s->w};
-    for (int i = 0; i < method->stages; i++)
-        vector[OWN + i] = &s->k[1 + i];
+    int n = s->base.ode.n;
+    kmp_arena *a = &s->base.arena;
+    const kmp_arena_group own = {n, {&s->y, &s->y_old, &s->stage, &s->w}};
+    (void)kmp_arena_make_groups(a, 1, &own);
+    for (int i = 1; i <= method->stages; i++)
+        s->k[i] = KMP_ARENA_NEW(a, double, n);
     for (int i = 0; i < method->interpolants; i++)
-        vector[OWN + method->stages + i] = &s->interpolant[i];
-    for (int i = 0; i < vectors; i++)
-        *vector[i] = v + (size_t)i * (size_t)n;
-    s->memory = v;
+        s->interpolant[i] = KMP_ARENA_NEW(a, double, n);
     s->method = method;
     s->dy = s->k[method->end];
-    s->ode = *setup->ode;
-    s->tolerance = setup->tolerance;
-    return s;
-}
-
-void kmp_rk_release(void *solver)
-{
-    kmp_rk *s = solver;
-    kmp_free(s->memory);
-    kmp_free(s);
+    return kmp_solver_made(s);
 }
 
 /* -- start ----------------------------------------------------------------------------------------- */
-
-int kmp_rk_call(kmp_rk *s, double t, const double *y, double *dy)
-{
-    s->base.work.rhs++;
-    return s->ode.rhs(s->ode.self, t, y, dy);
-}
 
 /* sum of ((a - b) / w)^2; b NULL: 0 */
 static double weighted_square(int n, const double *a, const double *b, const double *w)
@@ -69,21 +47,14 @@ static double weighted_square(int n, const double *a, const double *b, const dou
  * from the second derivative over it. */
 static int choose_first_step(kmp_rk *s)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     double longest = s->base.t_end - s->base.t;
     for (int i = 0; i < n; i++)
-        s->w[i] = s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y[i]);
+        s->w[i] = s->base.tolerance.atol[i] + s->base.tolerance.rtol * fabs(s->y[i]);
     double slope = weighted_square(n, s->dy, NULL, s->w), size = weighted_square(n, s->y, NULL, s->w);
     double h = slope <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope);
     h = fmin(h, longest);
-    int said = KMP_RETRY;
-    for (int attempt = 0; said == KMP_RETRY && attempt < 10; attempt++) {
-        h = attempt ? h / 4 : h;
-        for (int i = 0; i < n; i++)
-            s->stage[i] = s->y[i] + h * s->dy[i];
-        said = kmp_rk_call(s, s->base.t + h, s->stage, s->k[2]);
-        s->base.work.refused += said == KMP_RETRY;
-    }
+    int said = kmp_solver_euler(&s->base, &h, s->y, s->dy, s->stage, s->k[2]);
     double bend = sqrt(weighted_square(n, s->k[2], s->dy, s->w)) / h, most = fmax(bend, sqrt(slope));
     double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / s->method->order);
     s->base.h = fmin(fmin(100 * h, h1), longest);
@@ -94,29 +65,18 @@ kempe_status kmp_rk_start(void *solver, double t, const double *y, const double 
 {
     kmp_rk *s = solver;
     (void)yp;
-    s->base.t = s->base.t_old = t;
-    s->base.t_end = t_end;
-    s->base.h = h0;
+    kmp_solver_begin(&s->base, t, t_end, h0);
     s->error_old = KMP_RK_ERROR_FLOOR;
-    s->rejected = s->dense_ready = false;
-    s->base.hopeless = 0;
-    s->collapsed = false;
+    s->rejected = s->dense_ready = s->collapsed = false;
     s->dy = s->k[s->method->end];
-    memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
-    int said = kmp_rk_call(s, t, s->y, s->dy);
+    memcpy(s->y, y, (size_t)s->base.ode.n * sizeof *y);
+    int said = kmp_solver_call(&s->base, t, s->y, s->dy);
     if (said == KMP_GO && h0 == 0.0 && t_end > t)
         said = choose_first_step(s);
     return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
 /* -- one attempt ----------------------------------------------------------------------------------- */
-
-static void swap(double **a, double **b)
-{
-    double *t = *a;
-    *a = *b;
-    *b = t;
-}
 
 /* Result of an attempt. */
 typedef enum outcome { TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP, HALTED } outcome;
@@ -132,10 +92,10 @@ static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
     if (!(*error <= 1.0))
         return BAD_ERROR;
     if (!method->ends_with_derivative)
-        said = kmp_rk_call(s, t_new, s->y_old, s->k[method->end]);
+        said = kmp_solver_call(&s->base, t_new, s->y_old, s->k[method->end]);
     if (said != KMP_GO)
         return said == KMP_RETRY ? BAD_STAGE : HALTED;
-    said = s->ode.accept ? s->ode.accept(s->ode.self, t_new, s->y_old, s->k[method->end], s->w) : KMP_GO;
+    said = s->base.ode.accept ? s->base.ode.accept(s->base.ode.self, t_new, s->y_old, s->k[method->end], s->w) : KMP_GO;
     if (said != KMP_GO)
         return said == KMP_RETRY ? BAD_STEP : HALTED;
     return TAKEN;
@@ -152,7 +112,7 @@ static void take(kmp_rk *s, double h, double t_new, double error)
     s->taken = h;
     s->base.t = t_new;
     s->dy = s->k[s->method->end];
-    swap(&s->y, &s->y_old);
+    kmp_solver_swap(&s->y, &s->y_old);
 }
 
 static void refuse(kmp_rk *s, outcome what, double h, double error)
@@ -173,7 +133,7 @@ kempe_status kmp_rk_step(void *solver)
     if (!(s->base.t < s->base.t_end))
         return KEMPE_OK;
     if (s->dy == s->k[s->method->end]) {
-        swap(&s->k[1], &s->k[s->method->end]);
+        kmp_solver_swap(&s->k[1], &s->k[s->method->end]);
         s->dy = s->k[1];
     }
     for (int tries = 0; tries < MAX_REJECT; tries++) {
@@ -199,7 +159,7 @@ void kmp_rk_begin_dense(kmp_rk *s)
 {
     double h = s->taken, **r = s->interpolant;
     const double *begin = s->k[1], *end = s->k[s->method->end];
-    for (int i = 0; i < s->ode.n; i++) {
+    for (int i = 0; i < s->base.ode.n; i++) {
         double rise = s->y[i] - s->y_old[i], bend = h * begin[i] - rise;
         r[0][i] = s->y_old[i];
         r[1][i] = rise;
@@ -214,7 +174,7 @@ kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
     (void)yp;
     bool at_end = t == s->base.t || !(s->base.t > s->base.t_old); /* no step yet, or the last one failed */
     if (at_end || !(t > s->base.t_old)) {                         /* needs no stages, which may fail */
-        memcpy(y, at_end ? s->y : s->y_old, (size_t)s->ode.n * sizeof *y);
+        memcpy(y, at_end ? s->y : s->y_old, (size_t)s->base.ode.n * sizeof *y);
         return KEMPE_OK;
     }
     s->dense_ready = s->dense_ready || s->method->prepare_dense(s) == KMP_GO;

@@ -49,8 +49,6 @@ extern const kmp_rk_method kmp_dopri5; /* order 5, dense output of order 4 */
 struct kmp_rk {
     kmp_solver base; /* first */
     const kmp_rk_method *method;
-    kmp_ode ode;
-    kmp_tolerance tolerance;
     double taken;     /* the last step */
     double error_old; /* of the last accepted one */
     bool rejected;    /* the last attempt was rejected: no growth */
@@ -60,11 +58,7 @@ struct kmp_rk {
     double *stage, *w;
     double *k[KMP_RK_MAX_STAGES + 1];
     double *interpolant[KMP_RK_MAX_INTERPOLANTS];
-    double *memory;
 };
-
-/** dy = f(t, y), counted. */
-int kmp_rk_call(kmp_rk *s, double t, const double *y, double *dy);
 
 /** Sets the first four vectors of the interpolant: a cubic by the values and slopes at both ends of the last step. */
 void kmp_rk_begin_dense(kmp_rk *s);
@@ -110,7 +104,7 @@ KMP_INLINE void kmp_rk_combine(int n, const double *y, double h, int terms, cons
 #define KMP_STAGE(stage_number, a, ...)                                                                                \
     do {                                                                                                               \
         kmp_rk_combine(n, y, h, KMP_TERMS(a), a, (const double *const[]){__VA_ARGS__}, s->stage);                      \
-        int said = kmp_rk_call(s, t + C[stage_number] * h, s->stage, k[stage_number]);                                 \
+        int said = kmp_solver_call(&s->base, t + C[stage_number] * h, s->stage, k[stage_number]);                      \
         if (said != KMP_GO)                                                                                            \
             return said;                                                                                               \
     } while (0)
@@ -118,7 +112,6 @@ KMP_INLINE void kmp_rk_combine(int n, const double *y, double h, int terms, cons
 /* -- interface ---------------------------------------------------------------------------------------- */
 
 void *kmp_rk_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup);
-void kmp_rk_release(void *solver);
 kempe_status kmp_rk_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0);
 kempe_status kmp_rk_step(void *solver);
 
@@ -132,7 +125,7 @@ kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp);
                                              .standard = is_standard,                                                  \
                                              .method = &kmp_##id,                                                      \
                                              .create = kmp_rk_create,                                                  \
-                                             .release = kmp_rk_release,                                                \
+                                             .release = kmp_solver_free,                                               \
                                              .start = kmp_rk_start,                                                    \
                                              .step = kmp_rk_step,                                                      \
                                              .dense = kmp_rk_dense}

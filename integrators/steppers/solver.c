@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/steppers/solver.h"
+#include "base/memory.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -21,6 +22,67 @@ const kmp_solver_kind *kmp_solver_find(const char *name)
         if (strcmp(kinds[k]->name, name) == 0)
             return kinds[k];
     return NULL;
+}
+
+void *kmp_solver_new(const kmp_solver_kind *kind, const kmp_solver_setup *setup, size_t bytes)
+{
+    kmp_solver *solver = kmp_calloc(1, bytes);
+    if (!solver) {
+        (void)kmp_fail_memory(setup->context);
+        return NULL;
+    }
+    solver->context = setup->context;
+    solver->tolerance = setup->tolerance;
+    if (kind->dae)
+        solver->dae = *setup->dae;
+    else
+        solver->ode = *setup->ode;
+    return solver;
+}
+
+void kmp_solver_free(void *solver)
+{
+    if (solver)
+        kmp_arena_free(&((kmp_solver *)solver)->arena);
+    kmp_free(solver);
+}
+
+void *kmp_solver_made(void *solver)
+{
+    kmp_solver *s = solver;
+    if (!s->arena.failed)
+        return s;
+    (void)kmp_fail_memory(s->context);
+    kmp_solver_free(s);
+    return NULL;
+}
+
+void kmp_solver_begin(kmp_solver *solver, double t, double t_end, double h)
+{
+    solver->t = solver->t_old = t;
+    solver->t_end = t_end;
+    solver->h = h;
+    solver->hopeless = 0;
+}
+
+int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy)
+{
+    solver->work.rhs++;
+    return solver->ode.rhs(solver->ode.self, t, y, dy);
+}
+
+int kmp_solver_euler(kmp_solver *solver, double *h, const double *y, const double *dy, double *y1, double *f)
+{
+    enum { MOST = 10 };
+    int said = KMP_RETRY;
+    for (int attempt = 0; said == KMP_RETRY && attempt < MOST; attempt++) {
+        *h = attempt ? *h / 4 : *h;
+        for (int i = 0; i < solver->ode.n; i++)
+            y1[i] = y[i] + *h * dy[i];
+        said = kmp_solver_call(solver, solver->t + *h, y1, f);
+        solver->work.refused += said == KMP_RETRY;
+    }
+    return said;
 }
 
 /* Parts of t, in units of rounding: LEAST bounds a step; repeated steps below COLLAPSED are a collapse. */

@@ -4,8 +4,8 @@
 #ifndef KMP_INTEGRATORS_STEPPERS_SOLVER_H
 #define KMP_INTEGRATORS_STEPPERS_SOLVER_H
 
+#include "base/arena.h"
 #include "base/context.h"
-#include "integrators/formulations/dae.h"
 #include "integrators/steppers/ode.h"
 
 typedef struct kmp_solver_setup {
@@ -24,13 +24,18 @@ typedef struct kmp_solver_work {
     long newton, matrices, factorizations;
 } kmp_solver_work;
 
-/** First member of every integrator, read by its owner. */
+/** First member of every integrator. Its owner reads times, step and work. */
 typedef struct kmp_solver {
     double t, t_old; /* ends of the last accepted step; equal before the first one after a start */
     double t_end;
     double h;     /* the next step, for a start from the same place in other unknowns; 0: the last one */
     int hopeless; /* successive steps near the limit of resolution */
     kmp_solver_work work;
+    kempe_context *context;
+    kmp_ode ode; /* one of ode and dae, by the kind */
+    kmp_dae dae;
+    kmp_tolerance tolerance;
+    kmp_arena arena; /* of an integrator's arrays */
 } kmp_solver;
 
 typedef struct kmp_solver_kind {
@@ -56,6 +61,30 @@ typedef struct kmp_solver_kind {
     /** y (and y' if yp is not NULL, of a DAE) at a time t in [t_old, t] of the solver. */
     kempe_status (*dense)(void *solver, double t, double *y, double *yp);
 } kmp_solver_kind;
+
+/** Makes a zeroed struct of `bytes` bytes that begins with a kmp_solver and has the problem of the setup. NULL after a
+ * message. kmp_solver_free frees it with its arena. */
+void *kmp_solver_new(const kmp_solver_kind *kind, const kmp_solver_setup *setup, size_t bytes);
+void kmp_solver_free(void *solver);
+
+/** The solver when all its arrays are made; NULL after a message and kmp_solver_free without memory. */
+void *kmp_solver_made(void *solver);
+
+/** Sets times and step of a start. */
+void kmp_solver_begin(kmp_solver *solver, double t, double t_end, double h);
+
+/** dy = f(t, y) of the ODE, counted. */
+int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy);
+
+/** f after an Euler step of length *h from y with slope dy, in `y1`; *h is quartered until f can be evaluated. */
+int kmp_solver_euler(kmp_solver *solver, double *h, const double *y, const double *dy, double *y1, double *f);
+
+static inline void kmp_solver_swap(double **a, double **b)
+{
+    double *t = *a;
+    *a = *b;
+    *b = t;
+}
 
 /** Row k of the table, NULL after the last; the row of a name, NULL if it does not exist. */
 const kmp_solver_kind *kmp_solver_get(int k);

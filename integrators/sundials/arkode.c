@@ -16,7 +16,7 @@
 static int configure_implicit(kmp_sun *s)
 {
     int bad = KMP_SUN_ARK(SetLinearSolver)(s->memory, s->linear, s->matrix);
-    if (!bad && s->ode.jacobian)
+    if (!bad && s->base.ode.jacobian)
         bad = KMP_SUN_ARK(SetJacFn)(s->memory, kmp_sun_jacobian);
     bad = bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_ESDIRK436L2SA_6_3_4, ARKODE_ERK_NONE);
     bad = bad ? bad : KMP_SUN_ARK(SetInterpolantDegree)(s->memory, 3);
@@ -38,7 +38,7 @@ static int configure(kmp_sun *s)
         return 0;
     KMP_SUN_QUIET(ARKStepSetErrHandlerFn, s->memory);
     int bad = KMP_SUN_ARK(SetUserData)(s->memory, s);
-    bad = bad ? bad : KMP_SUN_ARK(SVtolerances)(s->memory, s->tolerance.rtol, kmp_sun_atol(s));
+    bad = bad ? bad : KMP_SUN_ARK(SVtolerances)(s->memory, s->base.tolerance.rtol, kmp_sun_atol(s));
     bad = bad ? bad : KMP_SUN_ARK(SetMaxNumSteps)(s->memory, -1);
     bad = bad ? bad : KMP_SUN_ARK(SetMaxHnilWarns)(s->memory, -1);
     bad = bad ? bad : KMP_SUN_ARK(SetMaxErrTestFails)(s->memory, 20);
@@ -58,18 +58,8 @@ static int advance(kmp_sun *s, double *t)
     return KMP_SUN_ARK(Evolve)(s->memory, s->base.t_end, s->y, t, ARK_ONE_STEP);
 }
 
-static const kmp_sun_flag flags[] = {
-    {ARK_TOO_MUCH_ACC, KMP_SUN_TOO_FINE, false},
-    {ARK_ERR_FAILURE, KMP_SUN_NOT_SMOOTH, false},
-    {ARK_CONV_FAILURE, "Newton's method did not converge down to the smallest step", false},
-    {ARK_LSETUP_FAIL, KMP_SUN_NOT_FACTORED, false},
-    {ARK_LSOLVE_FAIL, KMP_SUN_NOT_FACTORED, false},
-    {ARK_RHSFUNC_FAIL, KMP_SUN_NOT_EVALUATED, true},
-    {ARK_FIRST_RHSFUNC_ERR, KMP_SUN_NOT_EVALUATED, true},
-    {ARK_REPTD_RHSFUNC_ERR, KMP_SUN_NOT_EVALUATED, true},
-    {ARK_UNREC_RHSFUNC_ERR, KMP_SUN_NOT_EVALUATED, true},
-    {ARK_MEM_FAIL, KMP_SUN_OUT_OF_MEMORY, false},
-    {0, NULL, false}};
+static const kmp_sun_flag flags[] = {{ARK_RHSFUNC_FAIL, KMP_SUN_NOT_EVALUATED, true},
+                                     KMP_SUN_ODE_FLAGS(ARK, "Newton's method did not converge", true)};
 
 static const kmp_sun_package package = {.name = "ARKODE",
                                         .flags = flags,

@@ -11,11 +11,9 @@
 static int configure(kmp_sun *s)
 {
     static kmp_sun_counter *const counter[KMP_SUN_COUNTERS] = {
-        CVodeGetNumSteps, CVodeGetNumErrTestFails, CVodeGetNumStepSolveFails, NULL, CVodeGetNumNonlinSolvIters};
-    static kmp_sun_counter *const all[KMP_SUN_COUNTERS] = {
         CVodeGetNumSteps,           CVodeGetNumErrTestFails, CVodeGetNumStepSolveFails, NULL,
         CVodeGetNumNonlinSolvIters, CVodeGetNumJacEvals,     CVodeGetNumLinSolvSetups};
-    s->counter = s->linear ? all : counter;
+    s->counter = counter;
     s->iteration = s->linear ? NULL : SUNNonlinSol_FixedPoint(s->y, 0, s->sun);
     s->memory = s->linear || s->iteration ? CVodeCreate(s->linear ? CV_BDF : CV_ADAMS, s->sun) : NULL;
     if (!s->memory)
@@ -23,7 +21,7 @@ static int configure(kmp_sun *s)
     KMP_SUN_QUIET(CVodeSetErrHandlerFn, s->memory);
     int bad = CVodeInit(s->memory, kmp_sun_rhs, 0.0, s->y);
     bad = bad ? bad : CVodeSetUserData(s->memory, s);
-    bad = bad ? bad : CVodeSVtolerances(s->memory, s->tolerance.rtol, kmp_sun_atol(s));
+    bad = bad ? bad : CVodeSVtolerances(s->memory, s->base.tolerance.rtol, kmp_sun_atol(s));
     bad = bad ? bad : CVodeSetMaxNumSteps(s->memory, -1);
     bad = bad ? bad : CVodeSetMaxHnilWarns(s->memory, -1);
     bad = bad ? bad : CVodeSetMaxErrTestFails(s->memory, 20);
@@ -31,7 +29,7 @@ static int configure(kmp_sun *s)
     if (!s->linear)
         return bad ? bad : CVodeSetNonlinearSolver(s->memory, s->iteration);
     bad = bad ? bad : CVodeSetLinearSolver(s->memory, s->linear, s->matrix);
-    return bad || !s->ode.jacobian ? bad : CVodeSetJacFn(s->memory, kmp_sun_jacobian);
+    return bad || !s->base.ode.jacobian ? bad : CVodeSetJacFn(s->memory, kmp_sun_jacobian);
 }
 
 static int begin(kmp_sun *s, double t)
@@ -44,17 +42,7 @@ static int advance(kmp_sun *s, double *t)
     return CVode(s->memory, s->base.t_end, s->y, t, CV_ONE_STEP);
 }
 
-static const kmp_sun_flag flags[] = {
-    {CV_TOO_MUCH_ACC, KMP_SUN_TOO_FINE, false},
-    {CV_ERR_FAILURE, KMP_SUN_NOT_SMOOTH, false},
-    {CV_CONV_FAILURE, "the iteration did not converge down to the smallest step", false},
-    {CV_LSETUP_FAIL, KMP_SUN_NOT_FACTORED, false},
-    {CV_LSOLVE_FAIL, KMP_SUN_NOT_FACTORED, false},
-    {CV_REPTD_RHSFUNC_ERR, KMP_SUN_NOT_EVALUATED, false},
-    {CV_FIRST_RHSFUNC_ERR, KMP_SUN_NOT_EVALUATED, false},
-    {CV_UNREC_RHSFUNC_ERR, KMP_SUN_NOT_EVALUATED, false},
-    {CV_MEM_FAIL, KMP_SUN_OUT_OF_MEMORY, false},
-    {0, NULL, false}};
+static const kmp_sun_flag flags[] = {KMP_SUN_ODE_FLAGS(CV, "the iteration did not converge", false)};
 
 static const kmp_sun_package package = {.name = "CVODE",
                                         .flags = flags,

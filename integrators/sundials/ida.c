@@ -17,7 +17,7 @@ static const double NEWTON_TOLERANCE = 0.01;
 /* KMP_RETRY is IDA's recoverable failure (positive), KMP_HALT its fatal one (negative). */
 static int residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *user)
 {
-    const kmp_dae *dae = &((kmp_sun *)user)->dae;
+    const kmp_dae *dae = &((kmp_sun *)user)->base.dae;
     return dae->residual(dae->self, t, kmp_sun_data(y), kmp_sun_data(yp), kmp_sun_data(r));
 }
 
@@ -26,7 +26,7 @@ static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Ve
                     N_Vector w1, N_Vector w2, N_Vector w3)
 {
     (void)r, (void)w1, (void)w2, (void)w3;
-    const kmp_dae *dae = &((kmp_sun *)user)->dae;
+    const kmp_dae *dae = &((kmp_sun *)user)->base.dae;
     memcpy(SUNSparseMatrix_IndexPointers(a), dae->col_start, ((size_t)dae->n + 1) * sizeof *dae->col_start);
     memcpy(SUNSparseMatrix_IndexValues(a), dae->row, (size_t)dae->nz * sizeof *dae->row);
     return dae->matrix(dae->self, t, cj, kmp_sun_data(y), kmp_sun_data(yp), SUNSparseMatrix_Data(a));
@@ -35,7 +35,8 @@ static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Ve
 static int weights(N_Vector y, N_Vector w, void *user)
 {
     const kmp_sun *s = user;
-    const double *value = kmp_sun_data(y), *atol = s->tolerance.atol, *factor = s->dae.factor, rtol = s->tolerance.rtol;
+    const double *value = kmp_sun_data(y), *atol = s->base.tolerance.atol, *factor = s->base.dae.factor,
+                 rtol = s->base.tolerance.rtol;
     double *restrict weight = kmp_sun_data(w);
     int bad = 0, n = s->n; /* no branch, so that the loop vectorises */
     for (int i = 0; i < n; i++) {
@@ -54,8 +55,8 @@ static int configure(kmp_sun *s)
         IDAGetNumNonlinSolvIters, IDAGetNumJacEvals,     IDAGetNumLinSolvSetups};
     bool algebraic = false;
     for (int i = 0; i < s->n; i++)
-        algebraic = algebraic || s->dae.differential[i] == 0.0;
-    memcpy(kmp_sun_data(s->out), s->dae.differential, (size_t)s->n * sizeof(double));
+        algebraic = algebraic || s->base.dae.differential[i] == 0.0;
+    memcpy(kmp_sun_data(s->out), s->base.dae.differential, (size_t)s->n * sizeof(double));
     s->counter = counter;
     s->memory = IDACreate(s->sun);
     if (!s->memory)

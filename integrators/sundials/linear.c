@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Kinds of linear solvers behind a SUNLinearSolver. */
 #include "integrators/sundials/linear.h"
+#include "base/memory.h"
 #include "integrators/steppers/solver.h"
 
 #include <string.h>
@@ -7,21 +9,23 @@
 /* Below this size a dense factorisation is the cheapest. */
 enum { DENSE_BELOW = 10 };
 
-static const struct {
-    const char *name;
-    SUNLinearSolver (*make)(SUNMatrix a, SUNContext context);
-} kinds[] = {
-#define KMP_LINEAR(name) {#name, kmp_linear_##name},
+static const kmp_linear_kind *const kinds[] = {
+#define KMP_LINEAR(name) &kmp_linear_##name,
 #include "integrators/sundials/linear.def"
 #undef KMP_LINEAR
 };
 
+static const kmp_linear_kind *find(const char *name)
+{
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (strcmp(kinds[i]->name, name) == 0)
+            return kinds[i];
+    return NULL;
+}
+
 bool kmp_linear_known(const char *name)
 {
-    bool known = strcmp(name, "auto") == 0;
-    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
-        known = known || strcmp(kinds[i].name, name) == 0;
-    return known;
+    return strcmp(name, "auto") == 0 || find(name);
 }
 
 const char *kmp_linear_names(void)
@@ -33,17 +37,14 @@ const char *kmp_linear_names(void)
         ;
 }
 
-SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context)
-{
-    if (strcmp(name, "auto") == 0)
-        name = SUNSparseMatrix_Columns(a) < DENSE_BELOW ? "dense" : "klu";
-    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
-        if (strcmp(kinds[i].name, name) == 0)
-            return kinds[i].make(a, context);
-    return NULL;
-}
+/* -- a SUNLinearSolver -------------------------------------------------------------------------------- */
 
-/* -- common part -------------------------------------------------------------------------------------- */
+typedef struct content {
+    const kmp_linear_kind *kind;
+    kmp_arena arena;
+    void *self; /* the kind's */
+    int last;
+} content;
 
 static SUNLinearSolver_Type type(SUNLinearSolver s)
 {
@@ -59,41 +60,61 @@ static SUNLinearSolver_ID id(SUNLinearSolver s)
 
 static int initialize(SUNLinearSolver s)
 {
-    kmp_linear_head *head = s->content;
-    return head->last = 0;
+    return ((content *)s->content)->last = 0;
+}
+
+static int setup(SUNLinearSolver s, SUNMatrix a)
+{
+    content *c = s->content;
+    return c->last = c->kind->factor(c->self, a);
+}
+
+static int solve(SUNLinearSolver s, SUNMatrix a, N_Vector x, N_Vector b, sunrealtype tolerance)
+{
+    (void)tolerance;
+    content *c = s->content;
+    return c->last = c->kind->solve(c->self, a, kmp_sun_data(x), kmp_sun_data(b));
 }
 
 static sunindextype last_flag(SUNLinearSolver s)
 {
-    const kmp_linear_head *head = s->content;
-    return head->last;
+    return ((content *)s->content)->last;
 }
 
 static int release(SUNLinearSolver s)
 {
-    kmp_linear_head *head = s->content;
-    if (head)
-        head->ops->release(head);
+    content *c = s->content;
+    if (c && c->self && c->kind->release)
+        c->kind->release(c->self);
+    if (c)
+        kmp_arena_free(&c->arena);
+    kmp_free(c);
     s->content = NULL;
     SUNLinSolFreeEmpty(s);
     return 0;
 }
 
-SUNLinearSolver kmp_linear_wrap(kmp_linear_head *content, const kmp_linear_ops *ops, SUNContext context)
+SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context)
 {
-    SUNLinearSolver s = SUNLinSolNewEmpty(context);
-    if (!s) {
-        ops->release(content);
+    bool choose = strcmp(name, "auto") == 0;
+    const kmp_linear_kind *kind = find(!choose ? name : SUNSparseMatrix_Columns(a) < DENSE_BELOW ? "dense" : "klu");
+    SUNLinearSolver s = kind ? SUNLinSolNewEmpty(context) : NULL;
+    if (!s)
         return NULL;
-    }
-    content->ops = ops;
-    s->content = content;
     s->ops->gettype = type;
     s->ops->getid = id;
     s->ops->initialize = initialize;
-    s->ops->setup = ops->setup;
-    s->ops->solve = ops->solve;
+    s->ops->setup = setup;
+    s->ops->solve = solve;
     s->ops->lastflag = last_flag;
     s->ops->free = release;
-    return s;
+    content *c = s->content = KMP_NEW(content, 1);
+    if (c) {
+        c->kind = kind;
+        c->self = kind->create(a, &c->arena);
+    }
+    if (c && c->self)
+        return s;
+    release(s);
+    return NULL;
 }

@@ -4,6 +4,7 @@
 #ifndef KMP_INTEGRATORS_SUNDIALS_LINEAR_H
 #define KMP_INTEGRATORS_SUNDIALS_LINEAR_H
 
+#include "base/arena.h"
 #include "constraints/sundials_compat.h"
 
 #include <sundials/sundials_linearsolver.h>
@@ -14,21 +15,18 @@
  * frees it. */
 SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context);
 
-/* Functions of one solver. */
-typedef struct kmp_linear_ops {
-    int (*setup)(SUNLinearSolver s, SUNMatrix a);
-    int (*solve)(SUNLinearSolver s, SUNMatrix a, N_Vector x, N_Vector b, sunrealtype tolerance);
-    void (*release)(void *content);
-} kmp_linear_ops;
+/** One kind of solver. Functions return 0 or a code of sundials_compat.h. */
+typedef struct kmp_linear_kind {
+    const char *name;
 
-/** `content` begins with a kmp_linear_head. It is freed with the solver, or at once when memory is exhausted. */
-typedef struct kmp_linear_head {
-    const kmp_linear_ops *ops;
-    int last;
-} kmp_linear_head;
-SUNLinearSolver kmp_linear_wrap(kmp_linear_head *content, const kmp_linear_ops *ops, SUNContext context);
+    /** Makes the data for matrices like a, arrays in the arena. NULL: no memory. */
+    void *(*create)(SUNMatrix a, kmp_arena *arena);
+    int (*factor)(void *self, SUNMatrix a);
+    int (*solve)(void *self, SUNMatrix a, double *x, const double *b); /* x may be b */
+    void (*release)(void *self);                                       /* data that are not in the arena; NULL: none */
+} kmp_linear_kind;
 
-#define KMP_LINEAR(name) SUNLinearSolver kmp_linear_##name(SUNMatrix a, SUNContext context);
+#define KMP_LINEAR(name) extern const kmp_linear_kind kmp_linear_##name;
 #include "integrators/sundials/linear.def"
 #undef KMP_LINEAR
 

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/sundials/sundials_host.h"
-#include "base/memory.h"
-#include "integrators/sundials/host_vector.h"
 #include "integrators/sundials/linear.h"
 
 #include <math.h>
@@ -28,15 +26,12 @@ static void get(const kmp_sun *s, N_Vector from, double *to)
 static bool make_arrays(kmp_sun *s)
 {
     N_Vector (*make)(sunindextype, SUNContext) = s->kind->dae ? kmp_vector_new : N_VNew_Serial;
+    const kmp_arena_group arrays = {s->n, {&s->y_old, &s->yp_old, &s->dy, &s->w}};
     s->y = make(s->n, s->sun);
     s->yp = s->kind->dae ? make(s->n, s->sun) : NULL;
     s->out = make(s->n, s->sun);
-    s->y_old = KMP_NEW(double, 4 * s->n);
-    if (!s->y || !s->out || !s->y_old || (s->kind->dae && !s->yp))
+    if (!s->y || !s->out || (s->kind->dae && !s->yp) || !kmp_arena_make_groups(&s->base.arena, 1, &arrays))
         return false;
-    s->yp_old = s->y_old + s->n;
-    s->dy = s->yp_old + s->n;
-    s->w = s->dy + s->n;
     put(s, s->y, s->y_old); /* zeros */
     if (s->yp)
         put(s, s->yp, s->yp_old);
@@ -46,7 +41,7 @@ static bool make_arrays(kmp_sun *s)
 static bool make_linear_solver(kmp_sun *s, const char *name)
 {
     int n = s->n;
-    s->matrix = s->kind->dae ? SUNSparseMatrix(n, n, s->dae.nz, CSC_MAT, s->sun) : SUNDenseMatrix(n, n, s->sun);
+    s->matrix = s->kind->dae ? SUNSparseMatrix(n, n, s->base.dae.nz, CSC_MAT, s->sun) : SUNDenseMatrix(n, n, s->sun);
     if (s->matrix)
         s->linear = s->kind->dae ? kmp_linear_new(name, s->matrix, s->sun) : SUNLinSol_Dense(s->y, s->matrix, s->sun);
     return s->linear;
@@ -59,23 +54,17 @@ void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
         return NULL;
     }
     int bad = 0;
-    kmp_sun *s = KMP_NEW(kmp_sun, 1);
-    if (s) {
-        s->kind = kind;
-        s->package = kind->method;
-        s->context = setup->context;
-        s->tolerance = setup->tolerance;
-        if (kind->dae)
-            s->dae = *setup->dae;
-        else
-            s->ode = *setup->ode;
-        s->n = kind->dae ? s->dae.n : s->ode.n;
-        s->sun = kmp_sun_context();
-        if (s->sun && make_arrays(s) && (!(kind->dae || kind->implicit) || make_linear_solver(s, setup->linear)))
-            bad = s->package->configure(s);
-        if (s->memory && !bad)
-            return s;
-    }
+    kmp_sun *s = kmp_solver_new(kind, setup, sizeof *s);
+    if (!s)
+        return NULL;
+    s->kind = kind;
+    s->package = kind->method;
+    s->n = kind->dae ? s->base.dae.n : s->base.ode.n;
+    s->sun = kmp_sun_context();
+    if (s->sun && make_arrays(s) && (!(kind->dae || kind->implicit) || make_linear_solver(s, setup->linear)))
+        bad = s->package->configure(s);
+    if (s->memory && !bad)
+        return s;
     if (bad)
         (void)kmp_fail(setup->context, KEMPE_E_BUG, "%s rejected its settings (flag %d)", s->package->name, bad);
     else
@@ -103,8 +92,7 @@ void kmp_sun_release(void *solver)
             N_VDestroy(vectors[i]);
     if (s->sun)
         SUNContext_Free(&s->sun);
-    kmp_free(s->y_old);
-    kmp_free(s);
+    kmp_solver_free(s);
 }
 
 /* -- callbacks ------------------------------------------------------------------------------------- */
@@ -113,7 +101,7 @@ int kmp_sun_rhs(sunrealtype t, N_Vector y, N_Vector dy, void *user)
 {
     kmp_sun *s = user;
     s->base.work.rhs = ++s->more.rhs; /* includes evaluations of an interpolant between two steps */
-    int said = s->ode.rhs(s->ode.self, t, kmp_sun_data(y), kmp_sun_data(dy));
+    int said = s->base.ode.rhs(s->base.ode.self, t, kmp_sun_data(y), kmp_sun_data(dy));
     s->halted = s->halted || said == KMP_HALT;
     return said;
 }
@@ -124,14 +112,14 @@ int kmp_sun_jacobian(sunrealtype t, N_Vector y, N_Vector dy, SUNMatrix j, void *
     (void)dy, (void)w1, (void)w2, (void)w3;
     kmp_sun *s = user;
     SUNMatZero(j);
-    int said = s->ode.jacobian(s->ode.self, t, kmp_sun_data(y), SUNDenseMatrix_Data(j));
+    int said = s->base.ode.jacobian(s->base.ode.self, t, kmp_sun_data(y), SUNDenseMatrix_Data(j));
     s->halted = s->halted || said == KMP_HALT;
     return said;
 }
 
 N_Vector kmp_sun_atol(kmp_sun *s)
 {
-    put(s, s->out, s->tolerance.atol);
+    put(s, s->out, s->base.tolerance.atol);
     return s->out;
 }
 
@@ -152,7 +140,7 @@ static kempe_status complain(const kmp_sun *s, int flag)
         return KEMPE_E_FAILED;
     const char *meaning = row_of(s, flag)->meaning;
     char *name = s->package->flag_name(flag);
-    kempe_status status = kmp_fail(s->context, KEMPE_E_FAILED, "%s stopped at t = %.9g: %s (%s)", s->package->name,
+    kempe_status status = kmp_fail(s->base.context, KEMPE_E_FAILED, "%s stopped at t = %.9g: %s (%s)", s->package->name,
                                    s->base.t, meaning ? meaning : "an unexpected failure", name);
     free(name);
     return status;
@@ -163,7 +151,8 @@ static kmp_solver_work count(const kmp_sun *s)
 {
     kmp_solver_work w = s->more;
     long own[KMP_SUN_COUNTERS] = {0};
-    for (int k = 0; k < KMP_SUN_COUNTERS; k++)
+    int readable = s->linear ? KMP_SUN_COUNTERS : KMP_SUN_COUNTERS - 2; /* the last two are of linear solvers */
+    for (int k = 0; k < readable; k++)
         if (s->counter[k])
             (void)s->counter[k](s->memory, &own[k]);
     w.steps += own[0];
@@ -200,9 +189,7 @@ static int restart(kmp_sun *s, bool anew, const double *y, const double *yp, dou
 kempe_status kmp_sun_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
 {
     kmp_sun *s = solver;
-    s->base.t = s->base.t_old = t;
-    s->base.t_end = t_end;
-    s->base.hopeless = 0;
+    kmp_solver_begin(&s->base, t, t_end, 0);
     s->halted = s->moved = false;
     int bad = restart(s, true, y, yp, h0);
     s->base.work = count(s);
@@ -214,17 +201,17 @@ static int consent(kmp_sun *s, double t)
 {
     double *y = kmp_sun_data(s->out);
     int said = KMP_GO;
-    if (s->dae.accept)
-        said = s->dae.accept(s->dae.self, t, kmp_sun_data(s->y), kmp_sun_data(s->yp));
+    if (s->base.dae.accept)
+        said = s->base.dae.accept(s->base.dae.self, t, kmp_sun_data(s->y), kmp_sun_data(s->yp));
     if (!s->kind->dae)
         get(s, s->y, y);
-    if (s->ode.accept) {
+    if (s->base.ode.accept) {
         s->more.rhs++;
-        said = s->ode.rhs(s->ode.self, t, y, s->dy);
+        said = s->base.ode.rhs(s->base.ode.self, t, y, s->dy);
         for (int i = 0; i < s->n; i++)
-            s->w[i] = s->tolerance.atol[i] + s->tolerance.rtol * fmax(fabs(s->y_old[i]), fabs(y[i]));
+            s->w[i] = s->base.tolerance.atol[i] + s->base.tolerance.rtol * fmax(fabs(s->y_old[i]), fabs(y[i]));
         if (said == KMP_GO)
-            said = s->ode.accept(s->ode.self, t, y, s->dy, s->w);
+            said = s->base.ode.accept(s->base.ode.self, t, y, s->dy, s->w);
     }
     s->halted = s->halted || said == KMP_HALT;
     return said;
@@ -278,7 +265,7 @@ static kempe_status make_step(kmp_sun *s)
         if (bad == 0 && !kmp_solver_collapsed(&s->base.hopeless, s->base.t - s->base.t_old, s->base.t))
             return KEMPE_OK;
         if (bad == 0)
-            return kmp_fail(s->context, KEMPE_E_FAILED, "%s stopped at t = %.9g: " KMP_SOLVER_COLLAPSED,
+            return kmp_fail(s->base.context, KEMPE_E_FAILED, "%s stopped at t = %.9g: " KMP_SOLVER_COLLAPSED,
                             s->package->name, s->base.t);
         if (bad < 0)
             break;
@@ -317,7 +304,7 @@ kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp)
     double *to[] = {y, yp};
     for (int k = 0; k < 2 && end[k] && to[k]; k++) {
         if (!at_end && (!is_within(&s->base, t) || s->package->derivative(s->memory, t, k, s->out)))
-            return kmp_fail(s->context, KEMPE_E_BUG, "%s has no value at t = %.9g: its last step is %.9g to %.9g",
+            return kmp_fail(s->base.context, KEMPE_E_BUG, "%s has no value at t = %.9g: its last step is %.9g to %.9g",
                             s->package->name, t, s->base.t_old, s->base.t);
         get(s, at_end ? end[k] : s->out, to[k]);
     }

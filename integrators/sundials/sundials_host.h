@@ -28,6 +28,19 @@ typedef struct kmp_sun_flag {
 #define KMP_SUN_NOT_EVALUATED "the right-hand side could not be evaluated, even with the smallest step"
 #define KMP_SUN_OUT_OF_MEMORY "out of memory"
 
+/** The flags of a package for ODEs, CV or ARK, and the end of the table. */
+#define KMP_SUN_ODE_FLAGS(package, not_converged, may_be_shorter)                                                      \
+    {package##_TOO_MUCH_ACC, KMP_SUN_TOO_FINE, false}, {package##_ERR_FAILURE, KMP_SUN_NOT_SMOOTH, false},             \
+        {package##_CONV_FAILURE, not_converged " down to the smallest step", false},                                   \
+        {package##_LSETUP_FAIL, KMP_SUN_NOT_FACTORED, false}, {package##_LSOLVE_FAIL, KMP_SUN_NOT_FACTORED, false},    \
+        {package##_FIRST_RHSFUNC_ERR, KMP_SUN_NOT_EVALUATED, may_be_shorter},                                          \
+        {package##_REPTD_RHSFUNC_ERR, KMP_SUN_NOT_EVALUATED, may_be_shorter},                                          \
+        {package##_UNREC_RHSFUNC_ERR, KMP_SUN_NOT_EVALUATED, may_be_shorter},                                          \
+        {package##_MEM_FAIL, KMP_SUN_OUT_OF_MEMORY, false},                                                            \
+    {                                                                                                                  \
+        0, NULL, false                                                                                                 \
+    }
+
 /** Reads one counter; NULL: there is none. A set of counters is in the order of kmp_solver_work. */
 typedef int kmp_sun_counter(void *memory, long *count);
 enum { KMP_SUN_COUNTERS = sizeof(kmp_solver_work) / sizeof(long) };
@@ -63,10 +76,6 @@ struct kmp_sun {
     const kmp_solver_kind *kind;
     const kmp_sun_package *package;
     kmp_sun_counter *const *counter;
-    kempe_context *context;
-    kmp_ode ode; /* one of ode and dae, by the kind */
-    kmp_dae dae;
-    kmp_tolerance tolerance;
     int n;
     SUNContext sun;
     void *memory;
@@ -88,6 +97,11 @@ int kmp_sun_jacobian(sunrealtype t, N_Vector y, N_Vector dy, SUNMatrix j, void *
 
 /** s->out filled with the absolute tolerances, for a package to copy. */
 N_Vector kmp_sun_atol(kmp_sun *s);
+
+/** A serial vector of n numbers with Kempe's arithmetic (host_vector.c), and its clones. For a small mechanism the
+ * vector operations of an implicit integrator between two evaluations cost more than the equations. NULL: no memory.
+ * N_VDestroy frees it. */
+N_Vector kmp_vector_new(sunindextype n, SUNContext context);
 
 /* Functions common to all kinds. */
 void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hides UMFPACK (Davis, ACM TOMS 30 (2004) 196): one symbolic analysis, one numeric factorisation per setup, and solves
  * without iterative refinement in a separate workspace. */
-#include "base/memory.h"
 #include "integrators/sundials/linear.h"
 
 #include <string.h>
@@ -10,7 +9,6 @@
 _Static_assert(sizeof(SuiteSparse_long) == sizeof(sunindextype), "SuiteSparse and SUNDIALS must agree on indices");
 
 typedef struct umfpack {
-    kmp_linear_head head; /* first */
     SuiteSparse_long n, *wi;
     void *symbolic, *numeric;
     double *w, *b;
@@ -36,9 +34,23 @@ static int meaning(SuiteSparse_long status)
     return status == UMFPACK_ERROR_out_of_memory ? KMP_SUN_NO_MEMORY : KMP_SUN_PACKAGE_FAILED;
 }
 
-static int setup(SUNLinearSolver s, SUNMatrix a)
+static void *create(SUNMatrix a, kmp_arena *arena)
 {
-    umfpack *u = s->content;
+    umfpack *u = KMP_ARENA_NEW(arena, umfpack, 1);
+    if (!u)
+        return NULL;
+    u->n = SUNSparseMatrix_Columns(a);
+    u->wi = KMP_ARENA_NEW(arena, SuiteSparse_long, u->n);
+    u->w = KMP_ARENA_NEW(arena, double, u->n);
+    u->b = KMP_ARENA_NEW(arena, double, u->n);
+    umfpack_dl_defaults(u->control);
+    u->control[UMFPACK_IRSTEP] = 0;
+    return arena->failed ? NULL : u;
+}
+
+static int factor(void *self, SUNMatrix a)
+{
+    umfpack *u = self;
     SuiteSparse_long status = UMFPACK_OK;
     if (!u->symbolic)
         status = umfpack_dl_symbolic(u->n, u->n, columns(a), rows(a), NULL, &u->symbolic, u->control, NULL);
@@ -46,50 +58,26 @@ static int setup(SUNLinearSolver s, SUNMatrix a)
     if (status == UMFPACK_OK)
         status = umfpack_dl_numeric(columns(a), rows(a), SUNSparseMatrix_Data(a), u->symbolic, &u->numeric, u->control,
                                     NULL);
-    return u->head.last = meaning(status);
+    return meaning(status);
 }
 
 /* UMFPACK needs separate x and b. */
-static int solve(SUNLinearSolver s, SUNMatrix a, N_Vector x, N_Vector b, sunrealtype tolerance)
+static int solve(void *self, SUNMatrix a, double *x, const double *b)
 {
-    (void)tolerance;
-    umfpack *u = s->content;
-    double *right = kmp_sun_data(b);
+    umfpack *u = self;
     if (!u->numeric)
-        return u->head.last = KMP_SUN_PACKAGE_FAILED;
-    if (right == kmp_sun_data(x))
-        right = memcpy(u->b, right, (size_t)u->n * sizeof *right);
-    SuiteSparse_long status = umfpack_dl_wsolve(UMFPACK_A, columns(a), rows(a), SUNSparseMatrix_Data(a),
-                                                kmp_sun_data(x), right, u->numeric, u->control, NULL, u->wi, u->w);
-    return u->head.last = meaning(status);
+        return KMP_SUN_PACKAGE_FAILED;
+    if (b == x)
+        b = memcpy(u->b, b, (size_t)u->n * sizeof *b);
+    return meaning(umfpack_dl_wsolve(UMFPACK_A, columns(a), rows(a), SUNSparseMatrix_Data(a), x, b, u->numeric,
+                                     u->control, NULL, u->wi, u->w));
 }
 
-static void release(void *content)
+static void release(void *self)
 {
-    umfpack *u = content;
+    umfpack *u = self;
     umfpack_dl_free_numeric(&u->numeric);
     umfpack_dl_free_symbolic(&u->symbolic);
-    kmp_free(u->wi);
-    kmp_free(u->w);
-    kmp_free(u->b);
-    kmp_free(u);
 }
 
-SUNLinearSolver kmp_linear_umfpack(SUNMatrix a, SUNContext context)
-{
-    long n = SUNSparseMatrix_Columns(a);
-    static const kmp_linear_ops ops = {setup, solve, release};
-    umfpack *u = KMP_NEW(umfpack, 1);
-    if (!u)
-        return NULL;
-    u->n = n;
-    u->wi = KMP_NEW(SuiteSparse_long, n);
-    u->w = KMP_NEW(double, n);
-    u->b = KMP_NEW(double, n);
-    umfpack_dl_defaults(u->control);
-    u->control[UMFPACK_IRSTEP] = 0;
-    if (u->wi && u->w && u->b)
-        return kmp_linear_wrap(&u->head, &ops, context);
-    release(u);
-    return NULL;
-}
+const kmp_linear_kind kmp_linear_umfpack = {"umfpack", create, factor, solve, release};

@@ -2,7 +2,6 @@
 /* Interval arithmetic over the instructions of a program, with the chain rule along time (Moore 1966; Neumaier 1990).
  * Each value has bounds of itself and of its rate; a program's constants are evaluated once. */
 #include "backend/bounds.h"
-#include "base/memory.h"
 #include "symbolic/table.h"
 #include <math.h>
 #include <string.h>
@@ -86,47 +85,27 @@ static void find_order(kmp_bounds *b, knowledge *value)
     }
 }
 
-kmp_bounds *kmp_bounds_new(const kmp_program *program)
+kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
 {
-    kmp_bounds *r = KMP_NEW(kmp_bounds, 1);
+    kmp_bounds *r = KMP_ARENA_NEW(arena, kmp_bounds, 1);
     if (!r)
         return NULL;
     int operations = program->code[program->stages];
     *r = (kmp_bounds){.program = program, .inputs = program->constant_count};
     r->first = r->inputs + program->input_count;
     int values = r->first + operations;
-    knowledge *marks = KMP_NEW(knowledge, values);
-    r->order = KMP_NEW(int, operations);
-    r->known = KMP_NEW(bool, program->outputs[program->stages]);
-    r->given = KMP_NEW(bool, program->outputs[program->stages]);
-    r->value = KMP_NEW(kmp_bound, values);
-    bool ok = marks && r->order && r->known && r->given && r->value;
-    if (ok) {
-        find_known(r, marks);
-        find_order(r, marks);
-        for (int k = 0; k < program->constant_count; k++)
-            r->value[k] = (kmp_bound){program->constant[k], program->constant[k], 0, 0};
-    }
-    kmp_free(marks);
-    if (!ok)
-        kmp_bounds_free(r);
-    return ok ? r : NULL;
-}
-
-void kmp_bounds_free(kmp_bounds *bounds)
-{
-    if (!bounds)
-        return;
-    kmp_free(bounds->order);
-    kmp_free(bounds->known);
-    kmp_free(bounds->given);
-    kmp_free(bounds->value);
-    kmp_free(bounds);
-}
-
-bool kmp_bounds_know(const kmp_bounds *bounds, int k)
-{
-    return bounds->known[k];
+    knowledge *marks = KMP_ARENA_NEW(arena, knowledge, values);
+    r->order = KMP_ARENA_NEW(arena, int, operations);
+    r->known = KMP_ARENA_NEW(arena, bool, program->outputs[program->stages]);
+    r->given = KMP_ARENA_NEW(arena, bool, program->outputs[program->stages]);
+    r->value = KMP_ARENA_NEW(arena, kmp_bound, values);
+    if (arena->failed)
+        return NULL;
+    find_known(r, marks);
+    find_order(r, marks);
+    for (int k = 0; k < program->constant_count; k++)
+        r->value[k] = (kmp_bound){program->constant[k], program->constant[k], 0, 0};
+    return r;
 }
 
 bool kmp_bounds_need(const kmp_bounds *bounds, int k)

@@ -5,6 +5,7 @@
 #ifndef KMP_BACKEND_BOUNDS_H
 #define KMP_BACKEND_BOUNDS_H
 
+#include "base/arena.h"
 #include "symbolic/program/program.h"
 
 /** A quantity during a time interval: its values lie within [low, high], its rates within [down, up]. */
@@ -14,15 +15,11 @@ typedef struct kmp_bound {
 
 typedef struct kmp_bounds kmp_bounds;
 
-/** Bounds of a program, which must outlive them. NULL: no memory. */
-kmp_bounds *kmp_bounds_new(const kmp_program *program);
-void kmp_bounds_free(kmp_bounds *bounds);
+/** Bounds of a program, which must outlive them, in the arena. NULL: no memory. */
+kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena);
 
-/** True if bounds of output k (of all stages, in order) can be computed. Unknowns of implicit blocks have to be given,
- * which is possible where an unknown is itself an output. */
-bool kmp_bounds_know(const kmp_bounds *bounds, int k);
-
-/** kmp_bounds_is_solved: true if output k is an unknown of an implicit block. kmp_bounds_give: gives its bounds. */
+/** kmp_bounds_is_solved: true if output k (of all stages, in order) is an unknown of an implicit block.
+ * kmp_bounds_give: gives its bounds, which outputs that depend on it need. */
 bool kmp_bounds_is_solved(const kmp_bounds *bounds, int k);
 void kmp_bounds_give(kmp_bounds *bounds, int k, kmp_bound bound);
 

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/compiled.h"
-#include "backend/x86/pages.h"
-#include "base/memory.h"
 #include <string.h>
 
 bool kmp_code_is_straight(const kmp_instruction *in)
@@ -12,20 +10,12 @@ bool kmp_code_is_straight(const kmp_instruction *in)
 
 /* -- the operations ---------------------------------------------------------------------------------- */
 
-/* Data by instruction for listing. */
 typedef struct lister {
     kmp_code *code;
     const kmp_layout *layout;
-    uint32_t *segment_of;
-    uint8_t *kept; /* read outside its segment's arithmetic */
+    uint8_t *kept; /* by instruction: read outside its segment's arithmetic */
     uint32_t count;
 } lister;
-
-static void note_segment(void *self, uint32_t segment, int i)
-{
-    lister *b = self;
-    b->segment_of[i] = segment;
-}
 
 /* Values that are read by functions, by other segments, or at the end. */
 static void find_kept(lister *b)
@@ -36,7 +26,7 @@ static void find_kept(lister *b)
         const kmp_instruction *in = &p->instruction[i];
         for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
             int j = kmp_layout_instruction(l, kmp_instruction_operand(in, k));
-            if (j >= 0 && (!kmp_code_is_straight(in) || b->segment_of[i] != b->segment_of[j]))
+            if (j >= 0 && (!kmp_code_is_straight(in) || !kmp_layout_together(l, i, j)))
                 b->kept[j] = 1;
         }
     }
@@ -45,7 +35,7 @@ static void find_kept(lister *b)
             b->kept[kmp_layout_instruction(l, p->output[k])] = 1;
 }
 
-static void add_operation(void *self, uint32_t segment, int i)
+static void add_operation(void *self, int i)
 {
     lister *b = self;
     const kmp_layout *l = b->layout;
@@ -61,46 +51,39 @@ static void add_operation(void *self, uint32_t segment, int i)
                                                      .x = unary ? 0 : kmp_layout_slot(l, in->a),
                                                      .y = kmp_layout_slot(l, unary ? in->a : in->b),
                                                      .kept = b->kept[i]};
-    b->code->start[segment + 1] = b->count;
 }
 
-bool kmp_code_list(kmp_code *code, const kmp_layout *l)
+bool kmp_code_list(kmp_code *code, kmp_layout *l)
 {
     int count = l->program->code[l->program->stages];
-    uint32_t segments = l->frame->segment_count;
-    *code = (kmp_code){.operations = KMP_NEW(kmp_straight, count), .start = KMP_NEW(uint32_t, segments + 1)};
-    lister b = {.code = code, .layout = l, .segment_of = KMP_NEW(uint32_t, count), .kept = KMP_NEW(uint8_t, count)};
-    bool ok = code->operations && code->start && b.segment_of && b.kept;
-    if (ok) {
-        kmp_layout_visit(l, note_segment, &b);
-        find_kept(&b);
-        kmp_layout_visit(l, add_operation, &b);
-        for (uint32_t g = 0; g < segments; g++) /* segments without an operation */
-            if (code->start[g + 1] < code->start[g])
-                code->start[g + 1] = code->start[g];
-    }
-    kmp_free(b.segment_of);
-    kmp_free(b.kept);
-    return ok;
+    lister b = {.code = code, .layout = l, .kept = KMP_ARENA_NEW(&l->arena, uint8_t, count)};
+    *code = (kmp_code){0};
+    code->operations = KMP_ARENA_NEW(&code->list, kmp_straight, count);
+    code->start = KMP_ARENA_NEW(&code->list, uint32_t, l->frame->segment_count + 1);
+    if (!b.kept || code->list.failed)
+        return false;
+    find_kept(&b);
+    kmp_layout_visit(l, add_operation, &b, &b.count, code->start);
+    return true;
 }
 
 /* -- machine code ------------------------------------------------------------------------------------ */
 
-static bool write_segments(const kmp_code *code, uint32_t slots, uint32_t segments, kmp_x86 *x86, size_t *offset)
+static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, size_t *offset)
 {
-    kmp_registers registers = {0};
-    uint32_t longest = 0;
+    kmp_registers registers;
+    const uint32_t *start = code->start;
+    uint32_t longest = 0, segments = l->frame->segment_count;
     for (uint32_t g = 0; g < segments; g++)
-        longest = code->start[g + 1] - code->start[g] > longest ? code->start[g + 1] - code->start[g] : longest;
-    bool ok = kmp_registers_init(&registers, slots, longest);
-    for (uint32_t g = 0; ok && g < segments; g++) {
+        longest = start[g + 1] - start[g] > longest ? start[g + 1] - start[g] : longest;
+    if (!kmp_registers_init(&registers, &l->arena, l->frame->slots, longest))
+        return false;
+    for (uint32_t g = 0; g < segments; g++) {
         offset[g] = x86->size;
-        if (code->start[g + 1] > code->start[g])
-            kmp_registers_write(&registers, x86, code->start[g + 1] - code->start[g],
-                                code->operations + code->start[g]);
+        if (start[g + 1] > start[g])
+            kmp_registers_write(&registers, x86, start[g + 1] - start[g], code->operations + start[g]);
     }
-    kmp_registers_free(&registers);
-    return ok && !x86->failed;
+    return !x86->failed;
 }
 
 /* C converts an object's address to a function pointer only by copying. */
@@ -113,13 +96,13 @@ static kmp_routine *routine_at(const kmp_code *code, uint32_t segment, size_t of
     return routine;
 }
 
-bool kmp_code_write(kmp_code *code, const kmp_layout *l, kmp_x86_form form)
+bool kmp_code_write(kmp_code *code, kmp_layout *l, kmp_x86_form form)
 {
     uint32_t segments = l->frame->segment_count;
     kmp_x86 x86 = {.form = form};
-    size_t *offset = KMP_NEW(size_t, segments);
-    code->segment = KMP_NEW(kmp_routine *, segments);
-    bool ok = offset && code->segment && write_segments(code, l->frame->slots, segments, &x86, offset);
+    size_t *offset = KMP_ARENA_NEW(&l->arena, size_t, segments);
+    code->segment = KMP_ARENA_NEW(&l->frame->arena, kmp_routine *, segments);
+    bool ok = offset && code->segment && write_segments(code, l, &x86, offset);
     if (ok && x86.size > 0) {
         code->size = x86.size;
         code->pages = kmp_pages_new(x86.code, x86.size);
@@ -127,22 +110,12 @@ bool kmp_code_write(kmp_code *code, const kmp_layout *l, kmp_x86_form form)
     for (uint32_t g = 0; ok && code->pages && g < segments; g++)
         code->segment[g] = routine_at(code, g, offset[g]);
     kmp_x86_free(&x86);
-    kmp_free(offset);
     return ok;
-}
-
-void kmp_code_drop_list(kmp_code *code)
-{
-    kmp_free(code->operations);
-    kmp_free(code->start);
-    code->operations = NULL;
-    code->start = NULL;
 }
 
 void kmp_code_free(kmp_code *code)
 {
-    kmp_code_drop_list(code);
+    kmp_arena_free(&code->list);
     kmp_pages_free(code->pages, code->size);
-    kmp_free(code->segment);
     *code = (kmp_code){0};
 }

@@ -10,24 +10,22 @@
 typedef void kmp_routine(double *v);
 
 typedef struct kmp_code {
+    kmp_arena list; /* of the next two */
     kmp_straight *operations;
     uint32_t *start; /* first operation of each segment, and the end */
     void *pages;     /* NULL: the system does not let code run */
     size_t size;
-    kmp_routine **segment; /* NULL: it has no arithmetic */
+    kmp_routine **segment; /* in the frame's arena; NULL: it has no arithmetic */
 } kmp_code;
 
 /** True if an instruction is straight-line arithmetic of this back end: for kmp_layout_init. */
 bool kmp_code_is_straight(const kmp_instruction *in);
 
 /** Lists the operations, of a layout made with that. false: no memory; kmp_code_free in any case. */
-bool kmp_code_list(kmp_code *code, const kmp_layout *l);
+bool kmp_code_list(kmp_code *code, kmp_layout *l);
 
 /** Writes them as machine code; where it cannot run, `pages` stays NULL. false: no memory. */
-bool kmp_code_write(kmp_code *code, const kmp_layout *l, kmp_x86_form form);
-
-/** The list is not needed once the code is written. */
-void kmp_code_drop_list(kmp_code *code);
+bool kmp_code_write(kmp_code *code, kmp_layout *l, kmp_x86_form form);
 
 void kmp_code_free(kmp_code *code);
 

@@ -2,8 +2,6 @@
 /* Forward-mode differentiation, instruction by instruction (Griewank and Walther 2008, ch. 3): each value has its
  * derivatives along KMP_DUALS_WIDTH inputs. Values that no current input changes are skipped. */
 #include "backend/duals.h"
-#include "base/memory.h"
-
 #include "symbolic/table.h"
 #include <math.h>
 #include <string.h>
@@ -34,38 +32,25 @@ bool kmp_duals_know(const kmp_program *program)
     return true;
 }
 
-kmp_duals *kmp_duals_new(const kmp_program *program)
+kmp_duals *kmp_duals_new(const kmp_program *program, kmp_arena *arena)
 {
-    kmp_duals *d = KMP_NEW(kmp_duals, 1);
+    kmp_duals *d = KMP_ARENA_NEW(arena, kmp_duals, 1);
     if (!d)
         return NULL;
     int operations = program->code[program->stages];
     *d = (kmp_duals){.program = program, .inputs = program->constant_count};
     d->first = d->inputs + program->input_count;
     d->count = d->first + operations;
-    d->value = KMP_NEW(double, d->count);
-    d->steps = KMP_NEW(step, operations);
-    d->moves = KMP_NEW(bool, d->count);
-    d->slopes = KMP_NEW(double, (size_t)d->count *KMP_DUALS_WIDTH);
-    d->marks = KMP_NEW(uint64_t, d->count);
-    if (!d->value || !d->steps || !d->moves || !d->slopes || !d->marks) {
-        kmp_duals_free(d);
+    d->value = KMP_ARENA_NEW(arena, double, d->count);
+    d->steps = KMP_ARENA_NEW(arena, step, operations);
+    d->moves = KMP_ARENA_NEW(arena, bool, d->count);
+    d->slopes = KMP_ARENA_NEW(arena, double, (size_t)d->count *KMP_DUALS_WIDTH);
+    d->marks = KMP_ARENA_NEW(arena, uint64_t, d->count);
+    if (arena->failed)
         return NULL;
-    }
-    memcpy(d->value, program->constant, (size_t)program->constant_count * sizeof *d->value);
+    if (program->constant_count > 0)
+        memcpy(d->value, program->constant, (size_t)program->constant_count * sizeof *d->value);
     return d;
-}
-
-void kmp_duals_free(kmp_duals *duals)
-{
-    if (!duals)
-        return;
-    kmp_free(duals->value);
-    kmp_free(duals->steps);
-    kmp_free(duals->moves);
-    kmp_free(duals->slopes);
-    kmp_free(duals->marks);
-    kmp_free(duals);
 }
 
 void kmp_duals_set(kmp_duals *duals, kmp_input_kind kind, const double *values)

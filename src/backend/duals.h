@@ -5,6 +5,7 @@
 #ifndef KMP_BACKEND_DUALS_H
 #define KMP_BACKEND_DUALS_H
 
+#include "base/arena.h"
 #include "symbolic/program/program.h"
 
 enum { KMP_DUALS_WIDTH = 8, KMP_DUALS_MARKED = 64 }; /* inputs at a time */
@@ -14,9 +15,8 @@ typedef struct kmp_duals kmp_duals;
 /** True if all operations of the program are supported here: implicit blocks are not. */
 bool kmp_duals_know(const kmp_program *program);
 
-/** Derivatives of a program, which must outlive them. NULL: no memory. */
-kmp_duals *kmp_duals_new(const kmp_program *program);
-void kmp_duals_free(kmp_duals *duals);
+/** Derivatives of a program, which must outlive them, in the arena. NULL: no memory. */
+kmp_duals *kmp_duals_new(const kmp_program *program, kmp_arena *arena);
 
 /** All inputs of a kind. */
 void kmp_duals_set(kmp_duals *duals, kmp_input_kind kind, const double *values);

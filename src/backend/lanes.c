@@ -12,8 +12,8 @@ struct kmp_lanes {
     kmp_frame frame; /* of one instance: positions of values */
     kmp_code code;
     int width;
-    double *memory, *v; /* slots x width */
-    double *lane;       /* 3 x angles x width */
+    double *v;    /* slots x width */
+    double *lane; /* 3 x angles x width */
 };
 
 int kmp_lanes_best(void)
@@ -39,12 +39,12 @@ static bool find_form(int width, kmp_x86_form *form)
 static bool spread(kmp_lanes *lanes)
 {
     size_t w = (size_t)lanes->width, slots = lanes->frame.slots;
-    lanes->memory = KMP_NEW(double, slots *w + ALIGNED / sizeof(double));
-    lanes->lane = KMP_NEW(double, 3 * w * lanes->frame.angles);
-    if (!lanes->memory || !lanes->lane)
+    double *memory = KMP_ARENA_NEW(&lanes->frame.arena, double, slots *w + ALIGNED / sizeof(double));
+    lanes->lane = KMP_ARENA_NEW(&lanes->frame.arena, double, 3 * w * lanes->frame.angles);
+    if (lanes->frame.arena.failed)
         return false;
-    size_t off = (uintptr_t)lanes->memory % ALIGNED / sizeof(double);
-    lanes->v = lanes->memory + (off ? ALIGNED / sizeof(double) - off : 0);
+    size_t off = (uintptr_t)memory % ALIGNED / sizeof(double);
+    lanes->v = memory + (off ? ALIGNED / sizeof(double) - off : 0);
     for (size_t k = 0; k < slots; k++)
         for (size_t l = 0; l < w; l++)
             lanes->v[k * w + l] = lanes->frame.v[k];
@@ -82,14 +82,7 @@ void kmp_lanes_free(kmp_lanes *lanes)
         return;
     kmp_frame_free(&lanes->frame);
     kmp_code_free(&lanes->code);
-    kmp_free(lanes->memory);
-    kmp_free(lanes->lane);
     kmp_free(lanes);
-}
-
-int kmp_lanes_width(const kmp_lanes *lanes)
-{
-    return lanes->width;
 }
 
 bool kmp_lanes_native(const kmp_lanes *lanes)
@@ -175,19 +168,6 @@ static void run_angles(kmp_lanes *lanes, uint32_t first, uint32_t end)
     }
 }
 
-static double run_implicit(const kmp_lanes *lanes, const kmp_special *s, size_t lane)
-{
-    const kmp_frame *f = &lanes->frame;
-    const kmp_instruction *in = &f->program->instruction[s->instruction];
-    kmp_solving *solving = f->solving[s->operand[1]];
-    double *p = kmp_solving_arguments(solving);
-    for (int k = 0; k < f->program->block[in->b].arguments; k++) {
-        const kmp_list_item *a = &f->items[s->operand[0] + (uint32_t)k];
-        p[k] = lanes->v[a->slot * (size_t)lanes->width + lane] * a->factor;
-    }
-    return kmp_solving_value(solving, (int)in->c);
-}
-
 /* Other functions lane by lane. An operand that a function does not have is the slot of 1. */
 static void run_special(const kmp_lanes *lanes, const kmp_special *s)
 {
@@ -195,7 +175,7 @@ static void run_special(const kmp_lanes *lanes, const kmp_special *s)
     for (size_t l = 0; l < w; l++) {
         double x[3], *d = lanes->v + s->d * w + l;
         if (s->op == KMP_OP_IMPLICIT) {
-            *d = run_implicit(lanes, s, l);
+            *d = kmp_frame_implicit(&lanes->frame, s, lanes->v + l, w);
             continue;
         }
         for (int k = 0; k < 3; k++) {

@@ -21,7 +21,6 @@ int kmp_lanes_best(void);
 kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
 void kmp_lanes_free(kmp_lanes *lanes);
 
-int kmp_lanes_width(const kmp_lanes *lanes);
 /** True if it runs as machine code. */
 bool kmp_lanes_native(const kmp_lanes *lanes);
 

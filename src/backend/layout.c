@@ -3,7 +3,6 @@
  * segment ends where sines, cosines or other functions are needed, which are then evaluated together. */
 #include "backend/layout.h"
 #include "backend/program_parts.h"
-#include "base/memory.h"
 #include <string.h>
 
 /* Segment from which an operand is available to an instruction: 0 for leaves, earlier stages and other parts. */
@@ -62,7 +61,7 @@ static bool part_stage(kmp_layout *l, int stage)
     int parts = kmp_parts_find(l, stage, kmp_team_threads(l->frame->team));
     if (parts <= 0)
         return parts == 0;
-    parting->first = KMP_NEW(uint32_t, parts + 3);
+    parting->first = KMP_ARENA_NEW(&l->frame->arena, uint32_t, parts + 3);
     parting->parts = parts;
     return parting->first;
 }
@@ -197,7 +196,7 @@ static bool write_segments(kmp_layout *l)
     uint32_t most = 0;
     for (int s = 0; s < p->stages; s++)
         most = deepest(l, s) > most ? deepest(l, s) : most;
-    uint32_t *first = KMP_NEW(uint32_t, most + 2);
+    uint32_t *first = KMP_ARENA_NEW(&l->arena, uint32_t, most + 2);
     for (int s = 0; first && s < p->stages; s++) {
         uint32_t segments = deepest(l, s) + 1, begin = (uint32_t)p->code[s];
         f->stage[s] = f->segment_count;
@@ -210,16 +209,19 @@ static bool write_segments(kmp_layout *l)
     f->stage[p->stages] = f->segment_count;
     f->segments[f->segment_count] = (kmp_segment){.angle = f->angles, .special = f->special_count};
     l->segment_start[f->segment_count] = (uint32_t)p->code[p->stages];
-    kmp_free(first);
     return first;
 }
 
-void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self)
+void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self, const uint32_t *count, uint32_t *start)
 {
-    for (uint32_t g = 0; g < l->frame->segment_count; g++)
+    uint32_t segments = l->frame->segment_count;
+    for (uint32_t g = 0; g < segments; g++) {
+        start[g] = *count;
         for (uint32_t k = l->segment_start[g]; k < l->segment_start[g + 1]; k++)
             if (l->straight(&l->program->instruction[l->order[k]]))
-                write(self, g, l->order[k]);
+                write(self, l->order[k]);
+    }
+    start[segments] = *count;
 }
 
 static uint32_t count_segments(const kmp_layout *l)
@@ -265,15 +267,14 @@ static bool allocate_blocks(kmp_layout *l)
             count++;
             items += (size_t)p->block[p->instruction[i].b].arguments;
         }
-    f->items = KMP_NEW(kmp_list_item, items);
-    f->solving = KMP_NEW(kmp_solving *, count);
-    l->solving_of = KMP_NEW(uint32_t, p->code[p->stages]);
-    const kmp_instruction **first = KMP_NEW(const kmp_instruction *, count); /* of each segment */
-    bool ok = f->items && f->solving && l->solving_of && first;
+    f->items = KMP_ARENA_NEW(&f->arena, kmp_list_item, items);
+    f->solving = KMP_ARENA_NEW(&f->arena, kmp_solving *, count);
+    l->solving_of = KMP_ARENA_NEW(&l->arena, uint32_t, p->code[p->stages]);
+    const kmp_instruction **first = KMP_ARENA_NEW(&l->arena, const kmp_instruction *, count); /* of each solving */
+    bool ok = !f->arena.failed && !l->arena.failed;
     for (int i = 0; ok && i < p->code[p->stages]; i++)
         if (p->instruction[i].op == KMP_OP_IMPLICIT)
             ok = place_block(l, i, first);
-    kmp_free(first);
     return ok;
 }
 
@@ -287,27 +288,27 @@ static double *aligned(double *memory)
 static bool allocate(kmp_layout *l, uint32_t extra)
 {
     kmp_frame *f = l->frame;
+    kmp_arena *a = &f->arena;
     const kmp_program *p = l->program;
     uint32_t code = (uint32_t)p->code[p->stages], outputs = (uint32_t)p->outputs[p->stages];
     uint32_t segments = count_segments(l), angles = most_angles(l, segments);
     l->lanes = KMP_FIRST_SLOT + (uint32_t)l->leaves + code + outputs;
     l->lanes += (KMP_LANES - l->lanes % KMP_LANES) % KMP_LANES;
     f->slots = l->lanes + 2 * angles;
-    f->memory = KMP_NEW(double, f->slots + extra + KMP_LANES);
-    f->v = f->memory ? aligned(f->memory) : NULL;
-    f->specials = KMP_NEW(kmp_special, code);
-    f->angle = KMP_NEW(uint32_t, angles);
-    f->sine = KMP_NEW(uint32_t, angles);
-    f->cosine = KMP_NEW(uint32_t, angles);
-    f->segments = KMP_NEW(kmp_segment, segments);
-    f->stage = KMP_NEW(uint32_t, p->stages + 1);
-    f->copies = KMP_NEW(kmp_copy, outputs);
-    f->copy_start = KMP_NEW(uint32_t, p->stages + 1);
-    f->feeds = KMP_NEW(kmp_feed, p->input_count);
-    l->segment_start = KMP_NEW(uint32_t, segments);
-    l->angle_of = KMP_NEW(uint32_t, f->slots);
-    return f->v && f->specials && f->angle && f->sine && f->cosine && f->segments && f->stage && f->copies &&
-           f->copy_start && f->feeds && l->segment_start && l->angle_of;
+    double *memory = KMP_ARENA_NEW(a, double, f->slots + extra + KMP_LANES);
+    f->v = memory ? aligned(memory) : NULL;
+    f->specials = KMP_ARENA_NEW(a, kmp_special, code);
+    f->angle = KMP_ARENA_NEW(a, uint32_t, angles);
+    f->sine = KMP_ARENA_NEW(a, uint32_t, angles);
+    f->cosine = KMP_ARENA_NEW(a, uint32_t, angles);
+    f->segments = KMP_ARENA_NEW(a, kmp_segment, segments);
+    f->stage = KMP_ARENA_NEW(a, uint32_t, p->stages + 1);
+    f->copies = KMP_ARENA_NEW(a, kmp_copy, outputs);
+    f->copy_start = KMP_ARENA_NEW(a, uint32_t, p->stages + 1);
+    f->feeds = KMP_ARENA_NEW(a, kmp_feed, p->input_count);
+    l->segment_start = KMP_ARENA_NEW(&l->arena, uint32_t, segments);
+    l->angle_of = KMP_ARENA_NEW(&l->arena, uint32_t, f->slots);
+    return !a->failed && !l->arena.failed;
 }
 
 /* Gives every value its slot, except sines and cosines, which get theirs when segments are written. An instruction that
@@ -358,30 +359,23 @@ static void place_inputs(kmp_layout *l)
 
 void kmp_layout_free(kmp_layout *l)
 {
-    kmp_free(l->depth);
-    kmp_free(l->uses);
-    kmp_free(l->stage_of);
-    kmp_free(l->slot);
-    kmp_free(l->order);
-    kmp_free(l->segment_start);
-    kmp_free(l->angle_of);
-    kmp_free(l->solving_of);
-    kmp_free(l->part);
+    kmp_arena_free(&l->arena);
     *l = (kmp_layout){0};
 }
 
 static bool begin(kmp_layout *l)
 {
     int code = l->program->code[l->program->stages];
-    l->depth = KMP_NEW(uint32_t, code);
-    l->uses = KMP_NEW(uint32_t, code);
-    l->stage_of = KMP_NEW(int, code);
-    l->slot = KMP_NEW(uint32_t, l->leaves + code);
-    l->order = KMP_NEW(int, code);
-    l->part = KMP_NEW(uint8_t, code);
-    if (l->frame->team && !(l->frame->parting = KMP_NEW(kmp_parting, l->program->stages)))
-        return false;
-    return l->part && l->depth && l->uses && l->stage_of && l->slot && l->order;
+    kmp_arena *a = &l->arena;
+    l->depth = KMP_ARENA_NEW(a, uint32_t, code);
+    l->uses = KMP_ARENA_NEW(a, uint32_t, code);
+    l->stage_of = KMP_ARENA_NEW(a, int, code);
+    l->slot = KMP_ARENA_NEW(a, uint32_t, l->leaves + code);
+    l->order = KMP_ARENA_NEW(a, int, code);
+    l->part = KMP_ARENA_NEW(a, uint8_t, code);
+    if (l->frame->team)
+        l->frame->parting = KMP_ARENA_NEW(&l->frame->arena, kmp_parting, l->program->stages);
+    return !a->failed && !l->frame->arena.failed;
 }
 
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
@@ -395,9 +389,7 @@ bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program
                       .program = program,
                       .straight = straight,
                       .leaves = program->constant_count + program->input_count};
-    if (!begin(l) || !analyse(l))
-        return false;
-    if (!allocate(l, extra) || !allocate_blocks(l))
+    if (!begin(l) || !analyse(l) || !allocate(l, extra) || !allocate_blocks(l))
         return false;
     place_values(l);
     place_inputs(l);

@@ -9,6 +9,7 @@
 typedef struct kmp_layout {
     kmp_frame *frame;
     const kmp_program *program;
+    kmp_arena arena;                             /* of all arrays here, and of others that are needed as long */
     bool (*straight)(const kmp_instruction *in); /* true if it is the back end's own arithmetic */
     int leaves;                                  /* constants and inputs: values before the instructions */
     uint32_t *depth;                             /* segment, within the stage, in which a value appears */
@@ -31,9 +32,10 @@ bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program
                      kmp_team *team);
 void kmp_layout_free(kmp_layout *l);
 
-/** The straight instructions of each segment in the program's order, segment by segment. */
-typedef void kmp_layout_write(void *self, uint32_t segment, int instruction);
-void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self);
+/** Visits the straight instructions in the program's order, segment by segment. `start` receives *count, which the
+ * callback increases, at the beginning of each segment and at the end. */
+typedef void kmp_layout_write(void *self, int instruction);
+void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self, const uint32_t *count, uint32_t *start);
 
 /** The instruction behind an operand, -1 for a leaf; the slot of an operand; the slot of an instruction's value. */
 static inline int kmp_layout_instruction(const kmp_layout *l, uint32_t operand)
@@ -48,6 +50,12 @@ static inline uint32_t kmp_layout_slot(const kmp_layout *l, uint32_t operand)
 static inline uint32_t kmp_layout_target(const kmp_layout *l, int instruction)
 {
     return l->slot[l->leaves + instruction];
+}
+
+/** True if two straight instructions are in one segment. */
+static inline bool kmp_layout_together(const kmp_layout *l, int i, int j)
+{
+    return l->stage_of[i] == l->stage_of[j] && l->depth[i] == l->depth[j];
 }
 
 #endif

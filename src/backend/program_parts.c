@@ -2,7 +2,6 @@
 /* A heuristic partition: implicit blocks are merged greedily by the cost of the instructions that feed both, other
  * instructions follow their readers or operands. The number of parts with the shortest estimated duration wins. */
 #include "backend/program_parts.h"
-#include "base/memory.h"
 #include "base/union_find.h"
 #include <string.h>
 
@@ -15,7 +14,8 @@ typedef uint64_t seeds; /* a set of seeds */
 
 typedef struct finder {
     const kmp_layout *l;
-    int from, count; /* instructions of the stage */
+    kmp_arena *arena; /* of the layout */
+    int from, count;  /* instructions of the stage */
     int seed_count;
     seeds *reads, *feeds; /* by instruction of the stage */
     seeds *earlier;       /* by instruction of the stages before: the seeds that it feeds here */
@@ -79,16 +79,14 @@ static bool find_prices(finder *f)
     int end = f->from + f->count, most = 0, count = 0;
     for (int i = 0; i < end; i++)
         most += all[i].op == KMP_OP_IMPLICIT;
-    int *first = KMP_NEW(int, most);
-    f->price = KMP_NEW(double, f->count);
-    bool ok = first && f->price;
-    for (int i = 0; ok && i < end; i++) {
+    int *first = KMP_ARENA_NEW(f->arena, int, most);
+    f->price = KMP_ARENA_NEW(f->arena, double, f->count);
+    for (int i = 0; !f->arena->failed && i < end; i++) {
         bool solves = all[i].op == KMP_OP_IMPLICIT && !is_solved(all, i, first, &count);
         if (i >= f->from)
             f->price[i - f->from] = solves ? SOLVING : price_of((kmp_op)all[i].op);
     }
-    kmp_free(first);
-    return ok;
+    return !f->arena->failed;
 }
 
 /* -- seeds ------------------------------------------------------------------------------------------- */
@@ -97,7 +95,7 @@ static bool find_prices(finder *f)
  * seed. */
 static bool number_seeds(finder *f)
 {
-    uint32_t *list = KMP_NEW(uint32_t, f->count);
+    uint32_t *list = KMP_ARENA_NEW(f->arena, uint32_t, f->count);
     int count = 0;
     for (int i = 0; list && i < f->count; i++) {
         int b = 0;
@@ -113,7 +111,6 @@ static bool number_seeds(finder *f)
     for (int i = 0; list && i < f->count; i++)
         if (instruction(f, i)->op == KMP_OP_IMPLICIT)
             f->reads[i] = f->feeds[i] = (seeds)1 << (count > SEEDS ? (long)f->root[i] * SEEDS / count : f->root[i]);
-    kmp_free(list);
     return list;
 }
 
@@ -354,30 +351,16 @@ static double try_parts(finder *f, int parts, int threads)
 static bool begin(finder *f)
 {
     size_t count = (size_t)f->count;
-    f->reads = KMP_NEW(seeds, count);
-    f->feeds = KMP_NEW(seeds, count);
-    f->earlier = KMP_NEW(seeds, f->from);
-    f->part = KMP_NEW(uint8_t, count);
-    f->best = KMP_NEW(uint8_t, count);
-    f->wish = KMP_NEW(uint8_t, count);
-    f->root = KMP_NEW(int, count);
-    f->weight = KMP_NEW(double, count);
-    return f->reads && f->feeds && f->earlier && f->part && f->best && f->wish && f->root && f->weight &&
-           number_seeds(f);
-}
-
-static void end(finder *f)
-{
-    kmp_free(f->reads);
-    kmp_free(f->feeds);
-    kmp_free(f->earlier);
-    kmp_free(f->part);
-    kmp_free(f->best);
-    kmp_free(f->wish);
-    kmp_free(f->root);
-    kmp_free(f->weight);
-    kmp_free(f->price);
-    kmp_free(f);
+    kmp_arena *a = f->arena;
+    f->reads = KMP_ARENA_NEW(a, seeds, count);
+    f->feeds = KMP_ARENA_NEW(a, seeds, count);
+    f->earlier = KMP_ARENA_NEW(a, seeds, f->from);
+    f->part = KMP_ARENA_NEW(a, uint8_t, count);
+    f->best = KMP_ARENA_NEW(a, uint8_t, count);
+    f->wish = KMP_ARENA_NEW(a, uint8_t, count);
+    f->root = KMP_ARENA_NEW(a, int, count);
+    f->weight = KMP_ARENA_NEW(a, double, count);
+    return !a->failed && number_seeds(f);
 }
 
 /* Numbers the best parts by descending cost: a costly part that begins last would delay all. */
@@ -417,27 +400,27 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
 {
     const int *code = layout->program->code;
     double alone = 0;
-    finder *f = KMP_NEW(finder, 1);
+    finder *f = KMP_ARENA_NEW(&layout->arena, finder, 1);
     if (!f)
         return -1;
     f->l = layout;
+    f->arena = &layout->arena;
     f->from = code[stage];
     f->count = code[stage + 1] - code[stage];
-    bool priced = find_prices(f);
-    for (int i = 0; priced && i < f->count; i++)
+    if (!find_prices(f))
+        return -1;
+    for (int i = 0; i < f->count; i++)
         alone += f->price[i];
-    int parts = priced ? 0 : -1;
-    if (alone >= LEAST && begin(f)) {
-        spread_seeds(f);
-        find_shares(f);
-        parts = choose_parts(f, threads, alone);
-        if (parts > 0) {
-            put_costliest_first(f, parts);
-            memcpy(layout->part + f->from, f->best, (size_t)f->count);
-        }
-    } else if (alone >= LEAST) {
-        parts = -1;
+    if (alone < LEAST)
+        return 0;
+    if (!begin(f))
+        return -1;
+    spread_seeds(f);
+    find_shares(f);
+    int parts = choose_parts(f, threads, alone);
+    if (parts > 0) {
+        put_costliest_first(f, parts);
+        memcpy(layout->part + f->from, f->best, (size_t)f->count);
     }
-    end(f);
     return parts;
 }

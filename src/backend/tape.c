@@ -51,7 +51,7 @@ static bool can_fuse(const builder *b, int i, uint32_t operand)
 {
     int k = kmp_layout_instruction(&b->layout, operand);
     if (k < 0 || b->layout.program->instruction[k].op != KMP_OP_MUL || b->layout.uses[k] != 1 ||
-        b->layout.stage_of[k] != b->layout.stage_of[i] || b->layout.depth[k] != b->layout.depth[i])
+        !kmp_layout_together(&b->layout, k, i))
         return false;
     return !(operand & 1) || is_constant(b, b->layout.program->instruction[k].a);
 }
@@ -94,81 +94,64 @@ static uint32_t negative_slot(builder *b, uint32_t operand)
     return b->negative[k];
 }
 
-static void write_record(void *self, uint32_t segment, int i)
+static void write_record(void *self, int i)
 {
     builder *b = self;
     const kmp_layout *l = &b->layout;
     const kmp_instruction *in = &l->program->instruction[i];
     uint32_t d = kmp_layout_target(l, i), x = kmp_layout_slot(l, in->a), y = kmp_layout_slot(l, in->b);
-    if (!b->fused[i]) {
-        if (in->op == KMP_OP_MUL) {
-            put_record(b->t, d, x, y, KMP_SLOT_MINUS_ZERO);
-        } else if (b->fuse_b[i]) {
-            uint32_t product = b->fuse_b[i] == 2 ? in->b : in->a, other = b->fuse_b[i] == 2 ? x : y;
-            const kmp_instruction *m = &l->program->instruction[kmp_layout_instruction(l, product)];
-            uint32_t factor = product & 1 ? negative_slot(b, m->a) : kmp_layout_slot(l, m->a);
-            put_record(b->t, d, factor, kmp_layout_slot(l, m->b), other);
-        } else if (in->b & 1) {
-            put_record(b->t, d, y, KMP_SLOT_MINUS_ONE, x);
-        } else {
-            put_record(b->t, d, x, KMP_SLOT_ONE, y);
-        }
+    if (b->fused[i])
+        return;
+    if (in->op == KMP_OP_MUL) {
+        put_record(b->t, d, x, y, KMP_SLOT_MINUS_ZERO);
+    } else if (b->fuse_b[i]) {
+        uint32_t product = b->fuse_b[i] == 2 ? in->b : in->a, other = b->fuse_b[i] == 2 ? x : y;
+        const kmp_instruction *m = &l->program->instruction[kmp_layout_instruction(l, product)];
+        uint32_t factor = product & 1 ? negative_slot(b, m->a) : kmp_layout_slot(l, m->a);
+        put_record(b->t, d, factor, kmp_layout_slot(l, m->b), other);
+    } else if (in->b & 1) {
+        put_record(b->t, d, y, KMP_SLOT_MINUS_ONE, x);
+    } else {
+        put_record(b->t, d, x, KMP_SLOT_ONE, y);
     }
-    b->t->start[segment + 1] = b->t->records;
-}
-
-static void write_code(builder *b)
-{
-    tape *t = b->t;
-    kmp_layout_visit(&b->layout, write_record, b);
-    for (uint32_t g = 0; g < t->frame.segment_count; g++) /* segments without a record */
-        if (t->start[g + 1] < t->start[g])
-            t->start[g + 1] = t->start[g];
 }
 
 static bool begin(builder *b, const kmp_program *p)
 {
     int code = p->code[p->stages];
-    b->fused = KMP_NEW(uint8_t, code);
-    b->fuse_b = KMP_NEW(uint8_t, code);
-    b->negative = KMP_NEW(uint32_t, p->constant_count);
-    b->t = KMP_NEW(tape, 1);
-    if (!b->fused || !b->fuse_b || !b->negative || !b->t ||
-        !kmp_layout_init(&b->layout, &b->t->frame, p, is_record, (uint32_t)p->constant_count, NULL, NULL))
+    tape *t = b->t;
+    if (!kmp_layout_init(&b->layout, &t->frame, p, is_record, (uint32_t)p->constant_count, NULL, NULL))
         return false;
-    kmp_frame *f = &b->t->frame;
-    if (f->slots + (uint32_t)p->constant_count <= UINT16_MAX)
-        b->t->narrow = KMP_NEW(record16, code);
+    kmp_arena *own = &b->layout.arena, *a = &t->frame.arena;
+    t->frame.taped = true;
+    b->fused = KMP_ARENA_NEW(own, uint8_t, code);
+    b->fuse_b = KMP_ARENA_NEW(own, uint8_t, code);
+    b->negative = KMP_ARENA_NEW(own, uint32_t, p->constant_count);
+    if (t->frame.slots + (uint32_t)p->constant_count <= UINT16_MAX)
+        t->narrow = KMP_ARENA_NEW(a, record16, code);
     else
-        b->t->wide = KMP_NEW(record32, code);
-    b->t->start = KMP_NEW(uint32_t, f->segment_count + 1);
-    return (b->t->narrow || b->t->wide) && b->t->start;
+        t->wide = KMP_ARENA_NEW(a, record32, code);
+    t->start = KMP_ARENA_NEW(a, uint32_t, t->frame.segment_count + 1);
+    return !own->failed && !a->failed;
 }
 
 static void release(void *code)
 {
     tape *t = code;
-    if (!t)
-        return;
-    kmp_frame_free(&t->frame);
-    kmp_free(t->narrow);
-    kmp_free(t->wide);
-    kmp_free(t->start);
+    if (t)
+        kmp_frame_free(&t->frame);
     kmp_free(t);
 }
 
 static void *prepare(const kmp_program *p)
 {
-    builder b = {0};
-    bool ok = begin(&b, p);
+    builder b = {.t = KMP_NEW(tape, 1)};
+    bool ok = b.t && begin(&b, p);
     if (ok) {
         fuse(&b);
-        write_code(&b);
+        kmp_layout_visit(&b.layout, write_record, &b, &b.t->records, b.t->start);
     }
     kmp_layout_free(&b.layout);
-    kmp_free(b.fused);
-    kmp_free(b.fuse_b);
-    kmp_free(b.negative);
     if (ok)
         return b.t;
     release(b.t);

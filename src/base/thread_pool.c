@@ -4,8 +4,6 @@
 #include "base/thread_pool.h"
 #include "base/clock.h"
 #include "base/memory.h"
-
-#if defined(__unix__) || defined(__APPLE__)
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
@@ -209,46 +207,6 @@ bool kmp_team_rests(const kmp_team *team)
 {
     return team->rest > 0;
 }
-
-#else
-
-struct kmp_team {
-    int threads;
-};
-
-kmp_team *kmp_team_new(int threads)
-{
-    kmp_team *team = KMP_NEW(kmp_team, 1);
-    if (team)
-        team->threads = threads;
-    return team;
-}
-
-void kmp_team_free(kmp_team *team)
-{
-    kmp_free(team);
-}
-
-void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
-{
-    (void)team;
-    for (int k = 0; k < count; k++)
-        work(self, k);
-}
-
-double kmp_team_cpu(const kmp_team *team)
-{
-    (void)team;
-    return 0;
-}
-
-bool kmp_team_rests(const kmp_team *team)
-{
-    (void)team;
-    return false;
-}
-
-#endif
 
 int kmp_team_threads(const kmp_team *team)
 {

@@ -51,7 +51,7 @@ static kempe_status deliver(kmp_runner *runner, kmp_record *record, double t_end
         double at = k == KMP_RECORD_ROWS ? t_end : t_end * k / KMP_RECORD_ROWS;
         if (at > t)
             return KEMPE_OK;
-        KMP_TRY(kmp_runner_row(runner, at, room, room + n, room + 2 * n, room + 3 * n, &work));
+        KMP_TRY(kmp_runner_row(runner, at, room, &work));
         if (kmp_samples_add(&record->row, at, room, room + n, room + 2 * n, room + 3 * n, work))
             return kmp_fail_memory(record->journal.context);
     }

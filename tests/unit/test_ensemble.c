@@ -3,7 +3,6 @@
  * are read with the same values, one by one; what lanes leave to runs of their own; what cannot be run. */
 #include "base/memory.h"
 #include "integrators/lanes/ensemble_inside.h"
-#include "integrators/lanes/ensemble_kernels.h"
 #include "linalg/dense/dense.h"
 #include "loaded.h"
 #include "model/model.h"

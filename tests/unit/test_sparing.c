@@ -132,9 +132,9 @@ static void check_rows(kmp_formulation *formulation, int n)
     memcpy(y, formulation->y, (size_t)formulation->size * sizeof *y);
     for (int i = 0; i < n && i < formulation->size; i++)
         y[i] += 1e-6 * between(-1, 1);
-    CHECK(formulation->row(formulation, 0, y, formulation->yp, q[0], qd[0], qdd, lambda, &work[0]) == KMP_GO);
-    CHECK(formulation->row(formulation, 0, y, formulation->yp, q[1], qd[1], NULL, NULL, &work[1]) == KMP_GO);
-    CHECK(formulation->row(formulation, 0, y, formulation->yp, q[2], NULL, NULL, NULL, &work[2]) == KMP_GO);
+    CHECK(formulation->row(formulation, 0, y, q[0], qd[0], qdd, lambda, &work[0]) == KMP_GO);
+    CHECK(formulation->row(formulation, 0, y, q[1], qd[1], NULL, NULL, &work[1]) == KMP_GO);
+    CHECK(formulation->row(formulation, 0, y, q[2], NULL, NULL, NULL, &work[2]) == KMP_GO);
     CHECK(same(n, q[0], q[1]) && same(n, q[0], q[2]) && same(n, qd[0], qd[1]));
     CHECK(work[0] == work[1] && work[0] == work[2]);
 }
@@ -177,7 +177,7 @@ static void rows(void)
         for (int r = 0; at && kmp_formulation_get(r); r++)
             rows_on(kmp_formulation_get(r), l.system, at);
         if (at)
-            rows_on(&kmp_formulation_zone, l.system, at);
+            rows_on(&kmp_formulation_near_singular, l.system, at);
         kempe_assembly_free(at);
         unload(&l);
     }

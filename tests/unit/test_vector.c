@@ -2,7 +2,7 @@
 /* Vectors of implicit integrators: every operation of ours against plain loops, at lengths around those of lanes, on
  * clones, and where the result takes the place of an operand. */
 #include "check.h"
-#include "integrators/sundials/host_vector.h"
+#include "integrators/sundials/sundials_host.h"
 
 #include <stdbool.h>
 

@@ -2,7 +2,6 @@
 /* Machine code of random straight-line operations against the same in C, to the bit, in each form: values that live
  * long enough to be spilled, operands in memory and in registers, every register. */
 #include "../check.h"
-#include "backend/x86/pages.h"
 #include "backend/x86/registers.h"
 #include "random.h"
 #include <math.h>
@@ -83,8 +82,9 @@ static void one_program(kmp_x86_form form, int count, int reach)
 {
     kmp_x86 code = {.form = form};
     kmp_registers registers;
+    kmp_arena arena = {0};
     make_operations(count, reach);
-    CHECK(kmp_registers_init(&registers, SLOTS, MOST));
+    CHECK(kmp_registers_init(&registers, &arena, SLOTS, MOST));
     for (int again = 0; again < 2; again++) { /* what one piece leaves behind must not trouble the next */
         size_t begin = code.size;
         kmp_registers_write(&registers, &code, (uint32_t)count, operations);
@@ -97,7 +97,7 @@ static void one_program(kmp_x86_form form, int count, int reach)
             CHECK(wrong_bits(form, count, run) == 0);
         kmp_pages_free(pages, code.size - begin);
     }
-    kmp_registers_free(&registers);
+    kmp_arena_free(&arena);
     kmp_x86_free(&code);
 }
 

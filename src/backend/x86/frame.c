@@ -1,27 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/x86/frame.h"
-#include "base/memory.h"
 #include "symbolic/table.h"
 
 void kmp_frame_free(kmp_frame *f)
 {
-    kmp_free(f->memory);
-    kmp_free(f->specials);
-    kmp_free(f->angle);
-    kmp_free(f->sine);
-    kmp_free(f->cosine);
-    kmp_free(f->segments);
-    kmp_free(f->stage);
-    kmp_free(f->copies);
-    kmp_free(f->copy_start);
-    kmp_free(f->feeds);
     for (uint32_t k = 0; k < f->solving_count; k++)
         kmp_solving_free(f->solving[k]);
-    kmp_free(f->solving);
-    kmp_free(f->items);
-    for (int s = 0; f->parting && s < f->program->stages; s++)
-        kmp_free(f->parting[s].first);
-    kmp_free(f->parting);
+    kmp_arena_free(&f->arena);
     *f = (kmp_frame){0};
 }
 
@@ -40,14 +25,14 @@ const double *kmp_frame_outputs(const void *code, int stage)
     return f->out + f->program->outputs[stage];
 }
 
-static double run_implicit(const kmp_frame *f, const kmp_special *s)
+double kmp_frame_implicit(const kmp_frame *f, const kmp_special *s, const double *v, size_t width)
 {
     const kmp_instruction *in = &f->program->instruction[s->instruction];
     kmp_solving *solving = f->solving[s->operand[1]];
     double *p = kmp_solving_arguments(solving);
     for (int l = 0; l < f->program->block[in->b].arguments; l++) {
         const kmp_list_item *a = &f->items[s->operand[0] + (uint32_t)l];
-        p[l] = f->v[a->slot] * a->factor;
+        p[l] = v[a->slot * width] * a->factor;
     }
     return kmp_solving_value(solving, (int)in->c);
 }
@@ -61,7 +46,7 @@ static void run_special(const kmp_frame *f, const kmp_special *s, double *v)
         return;
     }
     if (s->op == KMP_OP_IMPLICIT) {
-        v[s->d] = run_implicit(f, s);
+        v[s->d] = kmp_frame_implicit(f, s, v, 1);
         return;
     }
     if (s->op == KMP_OP_TABLE) {

@@ -7,7 +7,7 @@
 
 #include "backend/sincos.h"
 #include "backend/x86/machine.h"
-#include "base/thread_pool.h"
+#include "base/arena.h"
 #include "symbolic/implicit.h"
 
 /* A function, or a division where that is not the back end's own. Operands of an implicit one: the first item of its
@@ -52,8 +52,8 @@ enum { KMP_LANES = 8 }; /* of sines and cosines */
 
 typedef struct kmp_frame {
     const kmp_program *program;
-    double *memory; /* of v */
-    double *v;      /* slots: those of signs and ones, constants, inputs, instructions, outputs, the back end's own */
+    kmp_arena arena; /* of all arrays */
+    double *v;       /* slots: those of signs and ones, constants, inputs, instructions, outputs, the back end's own */
     uint32_t slots;
     kmp_special *specials;
     uint32_t special_count;
@@ -72,11 +72,15 @@ typedef struct kmp_frame {
     uint32_t solving_count;
     kmp_list_item *items; /* of implicit instructions, one after another */
     uint32_t item_count;
+    bool taped;           /* the code is that of the tape */
     kmp_team *team;       /* NULL: there is none */
     kmp_parting *parting; /* by stage; NULL without a thread pool */
 } kmp_frame;
 
 void kmp_frame_free(kmp_frame *frame);
+
+/** The value of an implicit instruction, with slots of `width` numbers from v on. */
+double kmp_frame_implicit(const kmp_frame *frame, const kmp_special *special, const double *v, size_t width);
 
 /** Functions other than sines and cosines; the copies that end a stage. */
 void kmp_frame_specials(kmp_frame *frame, uint32_t segment);

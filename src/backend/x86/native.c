@@ -1,34 +1,27 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Machine code for the arithmetic between functions, in the program's order: the operations and the roundings of the
- * tape, so that the bits are its bits. Where the machine has no such code, or the system does not let it run, the tape
- * takes the program. */
+ * tape, so that the bits are its bits. Where the machine has no such code, or the system does not let it run, the code
+ * is the tape's. */
 #include "backend/compiled.h"
 #include "base/memory.h"
 
 typedef struct native {
-    kmp_frame frame; /* first */
-    void *tape;      /* the interpreter that runs instead; the other members are then empty */
+    kmp_frame frame; /* first, as in the tape */
     kmp_code code;
 } native;
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-static void drop_code(native *n)
-{
-    kmp_frame_free(&n->frame);
-    kmp_code_free(&n->code);
-    *n = (native){.tape = n->tape};
-}
-
 static void release(void *code)
 {
     native *n = code;
-    if (!n)
-        return;
-    if (n->tape)
-        kmp_backend_tape.release(n->tape);
-    drop_code(n);
-    kmp_free(n);
+    if (n && n->frame.taped) {
+        kmp_backend_tape.release(code);
+    } else if (n) {
+        kmp_frame_free(&n->frame);
+        kmp_code_free(&n->code);
+        kmp_free(n);
+    }
 }
 
 /* false: no memory. Without pages there is no code. */
@@ -38,25 +31,18 @@ static bool make(native *n, const kmp_program *p, kmp_team *team)
     bool ok = kmp_layout_init(&layout, &n->frame, p, kmp_code_is_straight, 0, &kmp_backend_native, team) &&
               kmp_code_list(&n->code, &layout) && kmp_code_write(&n->code, &layout, KMP_X86_ONE);
     kmp_layout_free(&layout);
-    kmp_code_drop_list(&n->code);
+    kmp_arena_free(&n->code.list);
     return ok;
 }
 
 static void *share(const kmp_program *p, kmp_team *team)
 {
     native *n = KMP_NEW(native, 1);
-    if (!n)
-        return NULL;
-    bool ok = !kmp_x86_runs(KMP_X86_ONE) || make(n, p, team);
-    if (ok && !n->code.pages) {
-        drop_code(n);
-        n->tape = kmp_backend_tape.prepare(p);
-        ok = n->tape;
-    }
-    if (ok)
+    bool ok = n && (!kmp_x86_runs(KMP_X86_ONE) || make(n, p, team));
+    if (ok && n->code.pages)
         return n;
     release(n);
-    return NULL;
+    return ok ? kmp_backend_tape.prepare(p) : NULL;
 }
 
 static void *prepare(const kmp_program *p)
@@ -65,15 +51,6 @@ static void *prepare(const kmp_program *p)
 }
 
 /* -- run --------------------------------------------------------------------------------------------- */
-
-static void set(void *code, kmp_input_kind kind, const double *values)
-{
-    native *n = code;
-    if (n->tape)
-        kmp_backend_tape.set(n->tape, kind, values);
-    else
-        kmp_frame_set(n, kind, values);
-}
 
 static void run_segments(native *n, uint32_t begin, uint32_t end)
 {
@@ -109,8 +86,8 @@ static void run(void *code, int stage)
 {
     native *n = code;
     kmp_frame *f = &n->frame;
-    if (n->tape) {
-        kmp_backend_tape.run(n->tape, stage);
+    if (f->taped) {
+        kmp_backend_tape.run(code, stage);
         return;
     }
     const kmp_parting *parting = f->parting ? &f->parting[stage] : NULL;
@@ -121,10 +98,4 @@ static void run(void *code, int stage)
     kmp_frame_copies(f, stage);
 }
 
-static const double *outputs(const void *code, int stage)
-{
-    const native *n = code;
-    return n->tape ? kmp_backend_tape.outputs(n->tape, stage) : kmp_frame_outputs(n, stage);
-}
-
-const kmp_backend kmp_backend_native = {"native", prepare, release, set, run, outputs, share, NULL};
+const kmp_backend kmp_backend_native = {"native", prepare, release, kmp_frame_set, run, kmp_frame_outputs, share, NULL};

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/x86/registers.h"
-#include "base/memory.h"
 #include <string.h>
 
 #define NEVER UINT32_MAX
@@ -12,26 +11,17 @@ typedef struct writer {
     uint32_t at; /* operation */
 } writer;
 
-bool kmp_registers_init(kmp_registers *r, uint32_t slots, uint32_t longest)
+bool kmp_registers_init(kmp_registers *r, kmp_arena *arena, uint32_t slots, uint32_t longest)
 {
-    *r = (kmp_registers){.next = KMP_NEW(uint32_t, slots),
-                         .in = KMP_NEW(int16_t, slots),
-                         .missing = KMP_NEW(uint8_t, slots),
-                         .after = KMP_NEW(uint32_t, 2 * longest)};
-    if (!r->next || !r->in || !r->missing || !r->after)
+    *r = (kmp_registers){.next = KMP_ARENA_NEW(arena, uint32_t, slots),
+                         .in = KMP_ARENA_NEW(arena, int16_t, slots),
+                         .missing = KMP_ARENA_NEW(arena, uint8_t, slots),
+                         .after = KMP_ARENA_NEW(arena, uint32_t, 2 * longest)};
+    if (arena->failed)
         return false;
     memset(r->next, 0xff, slots * sizeof *r->next);
     memset(r->in, 0xff, slots * sizeof *r->in);
     return true;
-}
-
-void kmp_registers_free(kmp_registers *r)
-{
-    kmp_free(r->next);
-    kmp_free(r->in);
-    kmp_free(r->missing);
-    kmp_free(r->after);
-    *r = (kmp_registers){0};
 }
 
 static bool is_unary(kmp_x86_op op)

@@ -5,6 +5,7 @@
 #define KMP_BACKEND_X86_REGISTERS_H
 
 #include "backend/x86/x86.h"
+#include "base/arena.h"
 
 /** slot d = slot x op slot y. SQRT: of y. LOAD: a copy of y. No slot is written twice. */
 typedef struct kmp_straight {
@@ -15,17 +16,15 @@ typedef struct kmp_straight {
 
 /** Data of allocation by slot: shared by all pieces of code. */
 typedef struct kmp_registers {
-    uint32_t *next;   /* next use, as a position */
-    int16_t *in;      /* register, -1: none */
-    uint8_t *missing; /* the register's value is not yet stored in the slot */
-    uint32_t *after;  /* by operation: next uses of x and y after it */
-    uint32_t capacity;
+    uint32_t *next;                    /* next use, as a position */
+    int16_t *in;                       /* register, -1: none */
+    uint8_t *missing;                  /* the register's value is not yet stored in the slot */
+    uint32_t *after;                   /* by operation: next uses of x and y after it */
     uint32_t holds[KMP_X86_REGISTERS]; /* slot + 1 in each register, 0: none */
 } kmp_registers;
 
-/** false: no memory. kmp_registers_free in any case. */
-bool kmp_registers_init(kmp_registers *r, uint32_t slots, uint32_t longest);
-void kmp_registers_free(kmp_registers *r);
+/** For pieces of up to `longest` operations, with arrays in the arena. false: no memory. */
+bool kmp_registers_init(kmp_registers *r, kmp_arena *arena, uint32_t slots, uint32_t longest);
 
 /** Appends the code of the operations, in their order, and a return. Slot k is at byte 8 k width of the form. */
 void kmp_registers_write(kmp_registers *r, kmp_x86 *c, uint32_t count, const kmp_straight *operations);

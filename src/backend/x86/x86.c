@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/x86/x86.h"
 #include "base/memory.h"
+#include <string.h>
+#include <sys/mman.h>
 
 enum { LONGEST = 16, BASE = 7 /* rdi */ };
 
@@ -120,4 +122,24 @@ void kmp_x86_free(kmp_x86 *c)
 {
     kmp_free(c->code);
     *c = (kmp_x86){.form = c->form};
+}
+
+/* -- memory to run it in ----------------------------------------------------------------------------- */
+
+void *kmp_pages_new(const void *code, size_t size)
+{
+    void *pages = size > 0 ? mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) : MAP_FAILED;
+    if (pages == MAP_FAILED)
+        return NULL;
+    memcpy(pages, code, size);
+    if (mprotect(pages, size, PROT_READ | PROT_EXEC) == 0)
+        return pages;
+    (void)munmap(pages, size);
+    return NULL;
+}
+
+void kmp_pages_free(void *pages, size_t size)
+{
+    if (pages)
+        (void)munmap(pages, size);
 }

@@ -45,12 +45,11 @@ static void position(kmp_formulation *formulation, double t, const double *y, do
         memcpy(q, f->v->q, (size_t)f->n * sizeof *q);
 }
 
-static int row(kmp_formulation *formulation, double t, const double *y, const double *yp, double *q, double *qd,
-               double *qdd, double *lambda, double *work)
+static int row(kmp_formulation *formulation, double t, const double *y, double *q, double *qd, double *qdd,
+               double *lambda, double *work)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     const kmp_linear *l = &f->v->linear;
-    (void)yp;
     *work = 0;
     int said = qd || f->zone ? kmp_forward_stand_at(f, t, y, qdd != NULL) : kmp_varied_position(f->v, t, y, q);
     if (said != KMP_GO) {
@@ -212,7 +211,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
 static const kmp_formulation_kind varied_zone = {
     .formulation = "varied", .form = "zone", .corrected = true, .create = create};
 static const kmp_formulation_kind varied_formulation = {
-    .formulation = "varied", .form = "newton", .corrected = true, .zone = &varied_zone, .create = create};
+    .formulation = "varied", .form = "newton", .corrected = true, .near_singular = &varied_zone, .create = create};
 
 /* -- the run ----------------------------------------------------------------------------------------- */
 
@@ -304,7 +303,8 @@ kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const d
                                                  .renew = kmp_forward_renew,
                                                  .resume = kmp_forward_resume,
                                                  .keep = keep,
-                                                 .explain = kmp_forward_explain},
+                                                 .explain = kmp_forward_explain,
+                                                 .n = varied->n},
                                  .v = varied,
                                  .own = varied->linear.eval,
                                  .ask = ask,

@@ -226,12 +226,11 @@ static int pass_charts(kmp_forward_formulation *f, double t, const double *q, co
     return KMP_GO;
 }
 
-int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
-                       const double *lambda, double *y, double *yp)
+int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     int half = kmp_forward_blocks(f);
-    (void)qdd, (void)lambda, (void)yp;
+    (void)yp;
     if (f->system->events.count > 0 && memcmp(f->mode, kmp_forward_eval(f)->mode, kmp_forward_mode_bytes(f)) != 0 &&
         pass_conditions(f, t, y) != KMP_GO)
         return KMP_HALT;

@@ -110,7 +110,7 @@ void kmp_forward_keep_old(kmp_forward_formulation *f);
 int kmp_forward_tell_mark(kmp_forward_formulation *f, double t, int condition);
 
 int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double *yp);
-int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, const double *qdd,
-                       const double *lambda, double *y, double *yp);
+int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y,
+                       double *yp);
 
 #endif

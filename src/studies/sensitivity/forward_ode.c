@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Near a rank loss of J the formulation uses all coordinates and their sensitivities in place of u, with the integrator
- * that steps over such places (integrators/steppers/leap.h). There u and all smooth quantities continue straight. A
- * parameter that moves the closures there makes this impossible; where one is present nothing is stepped over. */
+ * that steps over such places (integrators/steppers/singular_step.h). There u and all smooth quantities continue
+ * straight. A parameter that moves the closures there makes this impossible; where one is present nothing is stepped
+ * over. */
 #include "constraints/tolerances.h"
-#include "integrators/formulations/redundant.h"
 #include "studies/sensitivity/forward_inside.h"
 #include <math.h>
 #include <string.h>

@@ -20,9 +20,8 @@ struct kempe_stepper {
 /* Takes the row at t within the last step; after a failure the old one is unchanged. */
 static kempe_status stand_at(kempe_stepper *s, double t)
 {
-    int n = s->system->n;
     double work, *row = s->next;
-    KMP_TRY(kmp_runner_row(s->runner, t, row, row + n, row + 2 * n, row + 3 * n, &work));
+    KMP_TRY(kmp_runner_row(s->runner, t, row, &work));
     s->next = s->row;
     s->row = row;
     s->t = t;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The integrator that leaps, on equations whose right-hand side is 0/0 at one time while their solution is smooth, or
- * turns close by. */
+/* Steps across singular places, on equations whose right-hand side is 0/0 at one time while their solution is smooth,
+ * or turns close by. */
 #include "check.h"
-#include "integrators/steppers/leap.h"
+#include "integrators/steppers/singular_step.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -56,15 +56,15 @@ static double corner(double t)
     return 1e-6 / pow(d * d + 1e-6, 1.5);
 }
 
-typedef struct flight {
+typedef struct crossing {
     law l;
     double atol[2], q, qd, nearest_t, nearest, end;
-    bool leapt;
+    bool made;
     double middle; /* q at t = 1, by dense output of the step over it */
-} flight;
+} crossing;
 
 /* One step. */
-static void fly(flight *f, double t0, double q, double qd, double t_end)
+static void make_step(crossing *f, double t0, double q, double qd, double t_end)
 {
     kmp_ode ode = {.n = 2, .self = &f->l, .rhs = rhs, .closed = closed, .positions = 1};
     kempe_context *context = kempe_context_new();
@@ -72,34 +72,34 @@ static void fly(flight *f, double t0, double q, double qd, double t_end)
     f->l.nearest = INFINITY;
     f->atol[0] = f->atol[1] = 1e-9;
     kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {1e-9, f->atol}};
-    const kmp_solver_kind *kind = &kmp_solver_leap;
+    const kmp_solver_kind *kind = &kmp_solver_singular_step;
     kmp_solver *solver = kind->create(kind, &setup);
     CHECK(solver && kind->start(solver, t0, y, NULL, t_end, 0) == KEMPE_OK);
-    f->leapt = kind->step(solver) == KEMPE_OK;
+    f->made = kind->step(solver) == KEMPE_OK;
     f->end = solver->t;
     CHECK(kind->dense(solver, f->end, y, NULL) == KEMPE_OK);
     f->q = y[0];
     f->qd = y[1];
-    kmp_leap_nearest(solver, &f->nearest_t, &f->nearest);
+    kmp_singular_step_nearest(solver, &f->nearest_t, &f->nearest);
     CHECK(!(f->end > 1) || kind->dense(solver, 1, y, NULL) == KEMPE_OK);
     f->middle = y[0];
     kind->release(solver);
     kempe_context_free(context);
 }
 
-static void check_swing(const flight *f, double tolerance)
+static void check_swing(const crossing *f, double tolerance)
 {
-    CHECK(f->leapt && f->end > 1);
+    CHECK(f->made && f->end > 1);
     CHECK_NEAR(f->q, -cos(3 * f->end) / 9, tolerance);
     CHECK_NEAR(f->qd, sin(3 * f->end) / 3, tolerance);
 }
 
-static void a_smooth_solution_is_leapt_over(void)
+static void a_smooth_solution_is_crossed(void)
 {
     for (int k = 0; k < 8; k++) { /* wherever it starts */
         double t0 = 0.85 + 0.02 * k;
-        flight f = {.l = {.acceleration = swing}};
-        fly(&f, t0, -cos(3 * t0) / 9, sin(3 * t0) / 3, 1.2);
+        crossing f = {.l = {.acceleration = swing}};
+        make_step(&f, t0, -cos(3 * t0) / 9, sin(3 * t0) / 3, 1.2);
         check_swing(&f, k < 4 ? 1e-11 : 1e-8);
         CHECK_NEAR(f.middle, -cos(3) / 9, k < 4 ? 1e-11 : 1e-8);
         CHECK(f.l.nearest > 1e-3); /* no node at the place */
@@ -109,24 +109,24 @@ static void a_smooth_solution_is_leapt_over(void)
 
 static void a_start_at_the_place_leads_away(void)
 {
-    flight f = {.l = {.acceleration = swing}};
-    fly(&f, 1 + 1e-9, -cos(3) / 9, sin(3) / 3, 1.2);
+    crossing f = {.l = {.acceleration = swing}};
+    make_step(&f, 1 + 1e-9, -cos(3) / 9, sin(3) / 3, 1.2);
     check_swing(&f, 1e-8);
 }
 
 /* No step is made, and the state is as it was. */
-static void a_turn_is_not_leapt_over(void)
+static void a_turn_is_not_crossed(void)
 {
-    flight f = {.l = {.acceleration = corner}};
+    crossing f = {.l = {.acceleration = corner}};
     double d = 0.15, q = sqrt(d * d + 1e-6);
-    fly(&f, 1 - d, q, -d / q, 1.2);
-    CHECK(!f.leapt && f.end == 1 - d && f.q == q && f.qd == -d / q);
+    make_step(&f, 1 - d, q, -d / q, 1.2);
+    CHECK(!f.made && f.end == 1 - d && f.q == q && f.qd == -d / q);
 }
 
 int main(void)
 {
-    TEST(a_smooth_solution_is_leapt_over);
+    TEST(a_smooth_solution_is_crossed);
     TEST(a_start_at_the_place_leads_away);
-    TEST(a_turn_is_not_leapt_over);
+    TEST(a_turn_is_not_crossed);
     return check_report();
 }

@@ -8,8 +8,7 @@
  * Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.7: collocation of order 2 s). The last
  * coefficients show if the solution is smooth. They do not vanish where it turns instead of continuing straight, and
  * they are noise where a node is too near to the place; the step is then rejected. */
-#include "integrators/steppers/leap.h"
-#include "base/memory.h"
+#include "integrators/steppers/singular_step.h"
 #include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
@@ -20,10 +19,8 @@ enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, VERTICES = 12
 /* Distance from the place at which a step lands, over its usual value; landings in the order of trials. */
 static const double LANDINGS[] = {0.25, 0.06, 0.5};
 
-typedef struct leap {
+typedef struct singular_step {
     kmp_solver base; /* first */
-    kmp_ode ode;
-    kmp_tolerance tolerance;
     double nearest, nearest_t;
     double *y;        /* n */
     double *y0, *dy0; /* n: start of the step */
@@ -35,8 +32,7 @@ typedef struct leap {
     double x[NODES], weight[NODES];
     double p[NODES][NODES];        /* P_k at node j: p[k][j] */
     double integral[NODES][NODES]; /* I_k at node j */
-    double *memory;
-} leap;
+} singular_step;
 
 /* -- Legendre's polynomials ------------------------------------------------------------------------- */
 
@@ -60,7 +56,7 @@ static void integrals(double x, double *i)
 }
 
 /* Roots of P_NODES by Newton's method, ascending, and Gauss's weights. */
-static void find_nodes(leap *s)
+static void find_nodes(singular_step *s)
 {
     const double pi = 3.14159265358979323846;
     for (int j = 0; j < NODES; j++) {
@@ -82,9 +78,9 @@ static void find_nodes(leap *s)
 }
 
 /* Computes the coefficients from the slopes. */
-static void fit(leap *s)
+static void fit(singular_step *s)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     memset(s->a, 0, (size_t)(NODES * n) * sizeof *s->a);
     for (int k = 0; k < NODES; k++)
         for (int j = 0; j < NODES; j++) {
@@ -95,9 +91,9 @@ static void fit(leap *s)
 }
 
 /* y = y0 + h/2 sum a_k integral_k */
-static void combine(const leap *s, const double *integral, double *y)
+static void combine(const singular_step *s, const double *integral, double *y)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     for (int i = 0; i < n; i++) {
         double sum = 0;
         for (int k = NODES - 1; k >= 0; k--)
@@ -106,7 +102,7 @@ static void combine(const leap *s, const double *integral, double *y)
     }
 }
 
-static void at(const leap *s, double t, double *y)
+static void at(const singular_step *s, double t, double *y)
 {
     double integral[NODES];
     integrals(2 * (t - s->base.t_old) / s->h - 1, integral);
@@ -116,39 +112,40 @@ static void at(const leap *s, double t, double *y)
 /* -- destination ---------------------------------------------------------------------------------------- */
 
 /* Largest |x| in error weights. */
-static double weighted(const leap *s, const double *x)
+static double weighted(const singular_step *s, const double *x)
 {
     double most = 0;
-    for (int i = 0; i < s->ode.n; i++) {
-        double w = (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y0[i])) * KMP_LEAP_SMOOTH / s->tolerance.rtol;
+    for (int i = 0; i < s->base.ode.n; i++) {
+        double w = (s->base.tolerance.atol[i] + s->base.tolerance.rtol * fabs(s->y0[i])) * KMP_SINGULAR_SMOOTH /
+                   s->base.tolerance.rtol;
         most = isfinite(x[i]) ? fmax(most, fabs(x[i]) / w) : INFINITY;
     }
     return most;
 }
 
 /* Extrapolates y by tau from (q, qd): along the slope and its change. */
-static void extrapolate(const leap *s, const double *y, const double *dy, double tau, double *to)
+static void extrapolate(const singular_step *s, const double *y, const double *dy, double tau, double *to)
 {
-    int n = s->ode.n, m = s->ode.positions;
+    int n = s->base.ode.n, m = s->base.ode.positions;
     for (int i = 0; i < n; i++)
         to[i] = y[i] + tau * (dy[i] + (i < m ? 0.5 * tau * dy[i + m] : 0));
 }
 
-static double distance(leap *s, double t, double *y)
+static double distance(singular_step *s, double t, double *y)
 {
     double d = 0;
-    return s->ode.closed(s->ode.self, t, y, true, NULL, &d) == KMP_GO ? d : INFINITY;
+    return s->base.ode.closed(s->base.ode.self, t, y, true, NULL, &d) == KMP_GO ? d : INFINITY;
 }
 
 /* Distance from the singular place along the extrapolation. */
-static double ahead(leap *s, double tau)
+static double ahead(singular_step *s, double tau)
 {
     extrapolate(s, s->y0, s->dy0, tau, s->trial);
     return distance(s, s->base.t + tau, s->trial);
 }
 
 /* Distance from the singular place along the polynomial. */
-static double within(leap *s, double tau)
+static double within(singular_step *s, double tau)
 {
     at(s, s->base.t_old + tau, s->trial);
     return distance(s, s->base.t_old + tau, s->trial);
@@ -156,7 +153,7 @@ static double within(leap *s, double tau)
 
 /* The time of the least distance between two times. Its square is a parabola as long as the lost row's remainder varies
  * linearly. The vertex of the parabola through three places therefore replaces the worst of them, repeatedly. */
-static double least(leap *s, double (*of)(leap *, double), double from, double to, double *size)
+static double least(singular_step *s, double (*of)(singular_step *, double), double from, double to, double *size)
 {
     double x[3] = {from, 0.5 * (from + to), to}, d[3];
     int best = 0;
@@ -180,7 +177,7 @@ static double least(leap *s, double (*of)(leap *, double), double from, double t
 
 /* The time after which the distance has grown to `landing`, at most to the end; the singular place lies `place` after
  * the start (0: behind it). 0 if the extrapolation does not reach the landing from below. */
-static double look_ahead(leap *s, double now, double landing, double *place)
+static double look_ahead(singular_step *s, double now, double landing, double *place)
 {
     double left = s->base.t_end - s->base.t, tau = 1e-7 * left, low = now, lowest = 0, before = 0, d = now, size = now;
     for (int k = 0; k < PROBES && before < left && !(d > low && d > 1.01 * now); k++) { /* until the distance grows */
@@ -203,14 +200,14 @@ static double look_ahead(leap *s, double now, double landing, double *place)
 }
 
 /* A length near `wanted`, at most `most`, with the singular place between nodes. */
-static double length_of(const leap *s, double wanted, double most, double place)
+static double length_of(const singular_step *s, double wanted, double most, double place)
 {
     double best = fmin(wanted, most), miss = INFINITY;
     if (place <= 0.25 * (1 + s->x[0]) * best)
         return best;
     for (int j = 0; j < NODES - 1; j++) {
         double h = place / (0.25 * (2 + s->x[j] + s->x[j + 1])), off = fabs(log(h / wanted));
-        if (h <= fmin(KMP_LEAP_BEYOND * wanted, most) && off < miss) {
+        if (h <= fmin(KMP_SINGULAR_BEYOND * wanted, most) && off < miss) {
             miss = off;
             best = h;
         }
@@ -220,18 +217,19 @@ static double length_of(const leap *s, double wanted, double most, double place)
 
 /* -- the step ------------------------------------------------------------------------------------------ */
 
-static int evaluate(leap *s, int j)
+static int evaluate(singular_step *s, int j)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     s->base.work.rhs++;
     memcpy(s->trial, s->node + j * n, (size_t)n * sizeof *s->trial);
-    return s->ode.closed(s->ode.self, s->base.t + 0.5 * s->h * (1 + s->x[j]), s->trial, false, s->slope + j * n, NULL);
+    return s->base.ode.closed(s->base.ode.self, s->base.t + 0.5 * s->h * (1 + s->x[j]), s->trial, false,
+                              s->slope + j * n, NULL);
 }
 
 /* Predicts the nodes, each from the one before. */
-static int predict(leap *s)
+static int predict(singular_step *s)
 {
-    int n = s->ode.n, said = KMP_GO;
+    int n = s->base.ode.n, said = KMP_GO;
     const double *y = s->y0, *dy = s->dy0;
     for (int j = 0; said == KMP_GO && j < NODES; j++) {
         extrapolate(s, y, dy, 0.5 * s->h * (s->x[j] - (j ? s->x[j - 1] : -1)), s->node + j * n);
@@ -243,9 +241,9 @@ static int predict(leap *s)
 }
 
 /* One Picard iteration; *change: that of the nodes, in error weights. */
-static int sweep(leap *s, double *change)
+static int sweep(singular_step *s, double *change)
 {
-    int n = s->ode.n, said = KMP_GO;
+    int n = s->base.ode.n, said = KMP_GO;
     *change = 0;
     fit(s);
     for (int j = 0; said == KMP_GO && j < NODES; j++) {
@@ -265,9 +263,9 @@ static int sweep(leap *s, double *change)
 }
 
 /* The last terms of the polynomial, in error weights. */
-static double roughness(leap *s)
+static double roughness(singular_step *s)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     for (int i = 0; i < n; i++)
         s->trial[i] =
             0.5 * s->h *
@@ -279,26 +277,26 @@ static double roughness(leap *s)
 typedef enum outcome { SMOOTHLY, TURNS, UNSETTLED } outcome;
 
 /* Picard's iteration until it ends. */
-static outcome settle(leap *s)
+static outcome settle(singular_step *s)
 {
     double change = INFINITY, last = INFINITY;
     if (predict(s) != KMP_GO)
         return UNSETTLED;
-    for (int k = 0; k < MOST_SWEEPS && !(change <= KMP_LEAP_SETTLED); k++) {
+    for (int k = 0; k < MOST_SWEEPS && !(change <= KMP_SINGULAR_SETTLED); k++) {
         if (sweep(s, &change) != KMP_GO)
             return UNSETTLED;
-        if (k > 2 && change > KMP_LEAP_SHRINKS * last)
+        if (k > 2 && change > KMP_SINGULAR_SHRINKS * last)
             break; /* noise, or no convergence */
-        if (k > 1 && roughness(s) > KMP_LEAP_ROUGH * fmax(1, change * change / last))
+        if (k > 1 && roughness(s) > KMP_SINGULAR_ROUGH * fmax(1, change * change / last))
             return TURNS; /* more than the remaining iterations can correct */
         last = change;
     }
     fit(s);
-    return change > KMP_LEAP_NOISE ? UNSETTLED : roughness(s) > fmax(1, change) ? TURNS : SMOOTHLY;
+    return change > KMP_SINGULAR_NOISE ? UNSETTLED : roughness(s) > fmax(1, change) ? TURNS : SMOOTHLY;
 }
 
 /* The singular place along the present polynomial: a node on it affects the last digits of the slope only. */
-static double place_within(leap *s)
+static double place_within(singular_step *s)
 {
     double size, t_old = s->base.t_old;
     s->base.t_old = s->base.t;
@@ -309,15 +307,15 @@ static double place_within(leap *s)
 
 /* Steps from the start with its slope to a landing. The predicted place is inexact: if nodes are too near to it, it is
  * found again along the polynomial. */
-static outcome leap_to(leap *s, double now, double landing)
+static outcome step_to(singular_step *s, double now, double landing)
 {
-    int n = s->ode.n;
+    int n = s->base.ode.n;
     double place, end = s->base.t, left = s->base.t_end - s->base.t, wanted = look_ahead(s, now, landing, &place),
                   ones[NODES] = {2};
     outcome what = UNSETTLED;
     for (int k = 0; k < MOST_PLACES && what == UNSETTLED; k++) {
         double h = length_of(s, wanted, left, k > 0 ? place_within(s) : place);
-        if (k > 0 && fabs(h - s->h) < KMP_LEAP_SAME * h)
+        if (k > 0 && fabs(h - s->h) < KMP_SINGULAR_SAME * h)
             break;
         s->h = h;
         end = h == left ? s->base.t_end : s->base.t + h;
@@ -329,7 +327,7 @@ static outcome leap_to(leap *s, double now, double landing)
         return what;
     combine(s, ones, s->y); /* I_k(1) = 0 but for k = 0 */
     s->base.work.rhs++;
-    if (s->ode.closed(s->ode.self, end, s->y, false, s->slope, NULL) != KMP_GO) {
+    if (s->base.ode.closed(s->base.ode.self, end, s->y, false, s->slope, NULL) != KMP_GO) {
         memcpy(s->y, s->y0, (size_t)n * sizeof *s->y);
         return UNSETTLED;
     }
@@ -339,73 +337,50 @@ static outcome leap_to(leap *s, double now, double landing)
 }
 
 /* Tries a step across from the present closed state, at the landings in turn. */
-static bool try(leap *s)
+static bool try(singular_step *s)
 {
-    size_t size = (size_t)s->ode.n * sizeof *s->y0;
+    size_t size = (size_t)s->base.ode.n * sizeof *s->y0;
     double now = 0;
     outcome what = UNSETTLED;
     memcpy(s->y0, s->y, size);
     memcpy(s->trial, s->y, size);
     s->base.work.rhs++;
-    if (s->ode.closed(s->ode.self, s->base.t, s->trial, true, s->dy0, &now) != KMP_GO)
+    if (s->base.ode.closed(s->base.ode.self, s->base.t, s->trial, true, s->dy0, &now) != KMP_GO)
         return false;
     for (size_t k = 0; k < sizeof LANDINGS / sizeof *LANDINGS && what != SMOOTHLY && (k < 2 || what == UNSETTLED); k++)
-        what = leap_to(s, now, LANDINGS[k]);
+        what = step_to(s, now, LANDINGS[k]);
     s->base.work.refused += what != SMOOTHLY;
     return what == SMOOTHLY;
 }
 
 /* -- interface ---------------------------------------------------------------------------------------- */
 
-static void release(void *solver)
-{
-    leap *s = solver;
-    if (!s)
-        return;
-    kmp_free(s->memory);
-    kmp_free(s);
-}
-
 static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
-    (void)kind;
-    enum { SINGLE = 4, VECTORS = SINGLE + 3 * NODES };
-    int n = setup->ode->n;
-    leap *s = KMP_NEW(leap, 1);
-    if (s) {
-        s->ode = *setup->ode;
-        s->tolerance = setup->tolerance;
-        s->memory = KMP_NEW(double, VECTORS *n);
-    }
-    if (!s || !s->memory) {
-        (void)kmp_fail_memory(setup->context);
-        release(s);
+    singular_step *s = kmp_solver_new(kind, setup, sizeof *s);
+    if (!s)
         return NULL;
-    }
-    double **vector[SINGLE] = {&s->y, &s->y0, &s->dy0, &s->trial};
-    for (int k = 0; k < SINGLE; k++)
-        *vector[k] = s->memory + k * n;
-    s->node = s->memory + SINGLE * n;
-    s->slope = s->node + NODES * n;
-    s->a = s->slope + NODES * n;
+    int n = s->base.ode.n;
+    const kmp_arena_group groups[] = {{n, {&s->y, &s->y0, &s->dy0, &s->trial}},
+                                      {NODES * n, {&s->node, &s->slope, &s->a}}};
+    (void)kmp_arena_make_groups(&s->base.arena, sizeof groups / sizeof *groups, groups);
     find_nodes(s);
-    return s;
+    return kmp_solver_made(s);
 }
 
 static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
 {
-    leap *s = solver;
+    singular_step *s = solver;
     (void)yp, (void)h0;
-    s->base.t = s->base.t_old = t;
-    s->base.t_end = t_end;
+    kmp_solver_begin(&s->base, t, t_end, 0);
     s->nearest = INFINITY;
-    memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
+    memcpy(s->y, y, (size_t)s->base.ode.n * sizeof *y);
     return KEMPE_OK;
 }
 
 static kempe_status step(void *solver)
 {
-    leap *s = solver;
+    singular_step *s = solver;
     if (!(s->base.t < s->base.t_end))
         return KEMPE_OK;
     if (!try(s))
@@ -419,26 +394,26 @@ static kempe_status step(void *solver)
 
 static kempe_status dense(void *solver, double time, double *y, double *yp)
 {
-    leap *s = solver;
+    singular_step *s = solver;
     (void)yp;
     if (time == s->base.t)
-        memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
+        memcpy(y, s->y, (size_t)s->base.ode.n * sizeof *y);
     else
         at(s, time, y);
     return KEMPE_OK;
 }
 
-void kmp_leap_nearest(const void *solver, double *time, double *size)
+void kmp_singular_step_nearest(const void *solver, double *time, double *size)
 {
-    const leap *s = solver;
+    const singular_step *s = solver;
     *time = s->nearest_t;
     *size = s->nearest;
 }
 
-const kmp_solver_kind kmp_solver_leap = {.name = "leap",
-                                         .corrects = true,
-                                         .create = create,
-                                         .release = release,
-                                         .start = start,
-                                         .step = step,
-                                         .dense = dense};
+const kmp_solver_kind kmp_solver_singular_step = {.name = "singular_step",
+                                                  .corrects = true,
+                                                  .create = create,
+                                                  .release = kmp_solver_free,
+                                                  .start = start,
+                                                  .step = step,
+                                                  .dense = dense};
