@@ -42,11 +42,23 @@ static kempe_status read_wrong_model(scene *s)
     return status == KEMPE_E_INPUT ? KEMPE_OK : status;
 }
 
+/* Writes a table that was given with `status`, and frees it. */
+static kempe_status write_table(kempe_status status, kempe_table **table)
+{
+    untouched(status, *table);
+    if (status == KEMPE_OK)
+        status = kempe_table_write(*table, csv);
+    kempe_table_free(*table);
+    *table = NULL;
+    return status;
+}
+
 /* A rocker that comes to both dead centres, told in all ways. */
 static kempe_status lead_rocker(scene *s)
 {
     kempe_kinematics *kinematics = NULL;
     kempe_kinematics_options ask = {.sweep = "rocker=-1:1:21"};
+    kempe_table *table = NULL;
     char *report = NULL;
     kempe_status status = kempe_kinematics_new(s->system, &ask, &kinematics);
     untouched(status, kinematics);
@@ -57,7 +69,9 @@ static kempe_status lead_rocker(scene *s)
     if (status == KEMPE_OK)
         status = kempe_kinematics_print(kinematics, KEMPE_TEXT, &report);
     if (status == KEMPE_OK)
-        status = kempe_kinematics_write_csv(kinematics, csv);
+        status = write_table(kempe_kinematics_table(kinematics, "rows", &table), &table);
+    if (status == KEMPE_OK)
+        status = write_table(kempe_kinematics_table(kinematics, "dead_centres", &table), &table);
     kempe_text_free(report);
     kempe_kinematics_free(kinematics);
     return status;
@@ -689,11 +703,7 @@ static kempe_status invert(scene *s)
         }
         kempe_table *rows = NULL;
         if (status == KEMPE_OK)
-            status = kempe_inverse_table(inverse, "rows", &rows);
-        untouched(status, rows);
-        if (status == KEMPE_OK)
-            status = kempe_table_write(rows, csv);
-        kempe_table_free(rows);
+            status = write_table(kempe_inverse_table(inverse, "rows", &rows), &rows);
         kempe_inverse_free(inverse);
     }
     return status;
