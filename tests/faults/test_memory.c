@@ -722,6 +722,7 @@ static kempe_status invert_nothing(scene *s)
 static kempe_status find_modes(scene *s)
 {
     kempe_modes *modes = NULL;
+    kempe_table *table = NULL;
     kempe_status status = kempe_modes_new(
         s->system, &(kempe_modes_options){.at = "start", .independent = "rocker", .sweep = "crank=0.3:0.31:2"}, &modes);
     untouched(status, modes);
@@ -732,7 +733,9 @@ static kempe_status find_modes(scene *s)
         kempe_text_free(text);
     }
     if (status == KEMPE_OK)
-        status = kempe_modes_write_csv(modes, csv);
+        status = write_table(kempe_modes_table(modes, "rows", &table), &table);
+    if (status == KEMPE_OK)
+        status = write_table(kempe_modes_table(modes, "critical", &table), &table);
     if (status == KEMPE_OK)
         status = kempe_modes_write_svg(modes, csv);
     if (status == KEMPE_OK)
