@@ -305,6 +305,9 @@ static kempe_status equilibrium_of(kempe_system *system, const kempe_equilibrium
     text = NULL;
     if (status == KEMPE_OK)
         status = kempe_equilibrium_print(e, KEMPE_JSON, &text);
+    kempe_table *table = NULL;
+    if (status == KEMPE_OK)
+        status = write_table(kempe_equilibrium_table(e, "equilibria", &table), &table);
     kempe_text_free(text);
     kempe_equilibrium_free(e);
     return status;
