@@ -4,13 +4,15 @@
  *
  *     kempe_equilibrium *e;
  *     kempe_equilibrium_options ask = {.rates = "shaft=2*pi"};
- *     if (kempe_equilibrium_new(system, &ask, &e) == KEMPE_OK)
- *         show(kempe_equilibrium_q(e, 0), kempe_equilibrium_stable(e, 0));
+ *     kempe_table *table;
+ *     if (kempe_equilibrium_new(system, &ask, &e) == KEMPE_OK &&
+ *         kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK)
+ *         show(kempe_table_number(table, 0, kempe_table_find(table, "q.slider")), kempe_equilibrium_stable(e, 0));
  */
 #ifndef KEMPE_EQUILIBRIUM_H
 #define KEMPE_EQUILIBRIUM_H
 
-#include <kempe/kempe.h>
+#include <kempe/table.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -41,25 +43,17 @@ KEMPE_API void kempe_equilibrium_free(kempe_equilibrium *equilibrium);
 /** The number of equilibria. The first is the one found from the start, if there is one. */
 KEMPE_API int kempe_equilibrium_count(const kempe_equilibrium *equilibrium);
 
-/** State of the k-th equilibrium: q and qd (n values), lambda (row_count of the system), owned by the equilibrium. */
-KEMPE_API const double *kempe_equilibrium_q(const kempe_equilibrium *equilibrium, int k);
-KEMPE_API const double *kempe_equilibrium_qd(const kempe_equilibrium *equilibrium, int k);
-KEMPE_API const double *kempe_equilibrium_lambda(const kempe_equilibrium *equilibrium, int k);
-
 /** Stability of the k-th equilibrium. 1: no small motion about it grows; 0: one does; -1: undecided. In words:
  * "stable"; "neutral", some motions neither grow nor decay; "unstable"; "undecided". */
 KEMPE_API int kempe_equilibrium_stable(const kempe_equilibrium *equilibrium, int k);
 KEMPE_API const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k);
 
-/** Relative residual of the equations; the number of iterations, and the residual of each. */
-KEMPE_API double kempe_equilibrium_residual(const kempe_equilibrium *equilibrium, int k);
-KEMPE_API int kempe_equilibrium_iterations(const kempe_equilibrium *equilibrium, int k);
-KEMPE_API const double *kempe_equilibrium_history(const kempe_equilibrium *equilibrium, int k);
-
-/** The solved-for unknowns: their number, the name of the i-th, its value at the k-th equilibrium. */
-KEMPE_API int kempe_equilibrium_solved_count(const kempe_equilibrium *equilibrium);
-KEMPE_API const char *kempe_equilibrium_solved_name(const kempe_equilibrium *equilibrium, int i);
-KEMPE_API double kempe_equilibrium_solved(const kempe_equilibrium *equilibrium, int k, int i);
+/** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
+ * "equilibria", a row each: stability, in words; residual, relative; potential; hits, the starts that ended there; the
+ * solved-for unknowns, called as in the options; q.NAME, qd.NAME, lambda.CLOSURE.k.
+ * "history", the searches: equilibrium and iteration, from 0; residual; step, its length in scaled coordinates. */
+KEMPE_API kempe_status kempe_equilibrium_table(const kempe_equilibrium *equilibrium, const char *name,
+                                               kempe_table **table);
 
 KEMPE_API kempe_status kempe_equilibrium_print(const kempe_equilibrium *equilibrium, kempe_format format, char **text);
 

@@ -5,8 +5,10 @@
  *
  *     kempe_inverse *inverse = NULL;
  *     kempe_inverse_options ask = {.actuators = "slide1,slide2", .motion = "motion.csv"};
- *     if (kempe_inverse_new(system, &ask, &inverse) == KEMPE_OK)
- *         printf("%g N\n", kempe_inverse_tau(inverse, 0)[0]);
+ *     kempe_table *rows = NULL;
+ *     if (kempe_inverse_new(system, &ask, &inverse) == KEMPE_OK && kempe_inverse_table(inverse, "rows", &rows) ==
+ * KEMPE_OK) printf("%g N\n", kempe_table_number(rows, 0, kempe_table_find(rows, "tau.slide1")));
+ *     kempe_table_free(rows);
  *     kempe_inverse_free(inverse);
  */
 #ifndef KEMPE_INVERSE_H
@@ -47,10 +49,6 @@ KEMPE_API void kempe_inverse_free(kempe_inverse *inverse);
 KEMPE_API const char *kempe_inverse_status(const kempe_inverse *inverse);
 KEMPE_API const char *kempe_inverse_reason(const kempe_inverse *inverse);
 
-KEMPE_API int kempe_inverse_actuator_count(const kempe_inverse *inverse);
-/** Index of the k-th actuator's coordinate (kempe_model_coordinate_name). */
-KEMPE_API int kempe_inverse_actuator(const kempe_inverse *inverse, int k);
-
 /** Degrees of freedom to be actuated, and the rank of the actuators on them, both at the worst row. Rows with singular
  * loops, which have more degrees of freedom, do not count, here and below. */
 KEMPE_API int kempe_inverse_dof(const kempe_inverse *inverse);
@@ -59,22 +57,11 @@ KEMPE_API int kempe_inverse_rank(const kempe_inverse *inverse);
 /** Largest |M qdd + C - J' lambda - S tau| of all rows, relative to the size of its terms. */
 KEMPE_API double kempe_inverse_residual(const kempe_inverse *inverse);
 
-KEMPE_API int kempe_inverse_row_count(const kempe_inverse *inverse);
-KEMPE_API double kempe_inverse_time(const kempe_inverse *inverse, int row);
-
-/** One row, owned by the object: q, qd, qdd (n), forces and powers of the actuators (N m or N, W), lambda (row_count of
- * the system; zero for drives and redundant rows). */
-KEMPE_API const double *kempe_inverse_q(const kempe_inverse *inverse, int row);
-KEMPE_API const double *kempe_inverse_qd(const kempe_inverse *inverse, int row);
-KEMPE_API const double *kempe_inverse_qdd(const kempe_inverse *inverse, int row);
-KEMPE_API const double *kempe_inverse_tau(const kempe_inverse *inverse, int row);
-KEMPE_API const double *kempe_inverse_power(const kempe_inverse *inverse, int row);
-KEMPE_API const double *kempe_inverse_lambda(const kempe_inverse *inverse, int row);
-
 KEMPE_API kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_format format, char **text);
 
-/** The table "rows": t, tau.NAME and power.NAME of the actuators, q, qd, qdd, lambda.CLOSURE.k, reaction.LOOP.x .. and
- * moment.LOOP.x ... Free it with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
+/** The table "rows": t, tau.NAME and power.NAME of the actuators (N m or N, W), q.NAME, qd.NAME, qdd.NAME,
+ * lambda.CLOSURE.k (zero in redundant rows), reaction.LOOP.x .. and moment.LOOP.x ... Free it with kempe_table_free.
+ * KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_inverse_table(const kempe_inverse *inverse, const char *name, kempe_table **table);
 
 #ifdef __cplusplus

@@ -40,6 +40,9 @@ int kmp_text_words(kmp_arena *arena, const char *list, char ***words);
 
 /** Gives the finished string to the caller (free with kmp_free) and empties `text`; NULL on failure. */
 char *kmp_text_take(kmp_text *text);
+
+/** Moves the string to `arena` and empties `text`; NULL, and the arena has failed, when there is no memory. */
+char *kmp_text_keep(kmp_text *text, kmp_arena *arena);
 void kmp_text_free(kmp_text *text);
 
 #endif

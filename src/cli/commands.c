@@ -68,13 +68,13 @@
 
 WRITER(kempe_trajectory_write_csv)
 WRITER(kempe_trajectory_write_npz)
-WRITER(kempe_kinematics_write_csv)
+TABLE(kempe_kinematics, "rows")
 WRITER(kempe_kinematics_write_svg)
 WRITER(kempe_contact_table_write_csv)
 WRITER(kempe_contact_table_write_svg)
 TABLE(kempe_inverse, "rows")
 WRITER(kempe_linearization_write_npz)
-WRITER(kempe_modes_write_csv)
+TABLE(kempe_modes, "rows")
 WRITER(kempe_modes_write_svg)
 WRITER(kempe_modes_write_report)
 WRITER(kempe_response_write_csv)
@@ -100,13 +100,13 @@ STUDY(check, kempe_check, kempe_check_new(j->system, result), NO_FILE)
 STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), NO_FILE)
 STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result), NO_FILE)
 STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinematics, result),
-      {AT(output), any_kempe_kinematics_write_csv}, {AT(svg), any_kempe_kinematics_write_svg})
+      {AT(output), kempe_kinematics_write_table}, {AT(svg), any_kempe_kinematics_write_svg})
 STUDY(contact, kempe_contact_table, kempe_contact_table_new(j->system, &s->contact, result),
       {AT(output), any_kempe_contact_table_write_csv}, {AT(svg), any_kempe_contact_table_write_svg})
 STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result), {AT(output), write_trajectory})
 STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result),
       {AT(output), kempe_inverse_write_table})
-STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), {AT(output), any_kempe_modes_write_csv},
+STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), {AT(output), kempe_modes_write_table},
       {AT(svg), any_kempe_modes_write_svg}, {AT(report), any_kempe_modes_write_report})
 STUDY(response, kempe_response, kempe_response_new(j->system, &s->response, result),
       {AT(output), any_kempe_response_write_csv}, {AT(svg), any_kempe_response_write_svg})

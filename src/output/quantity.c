@@ -16,3 +16,13 @@ const char *kmp_quantity_name(const kempe_system *system, kmp_quantity quantity,
 {
     return quantity == KMP_QUANTITY_LAMBDA ? system->row_names[k] : system->model->motions[k].name;
 }
+
+const char *kmp_quantity_unit(const kempe_system *system, kmp_quantity quantity, int k)
+{
+    static const char *const rotation[] = {"rad", "rad/s", "rad/s^2"}, *const slide[] = {"m", "m/s", "m/s^2"};
+    static const char *const multiplier[] = {"N m", "N", "N/m"}; /* energy over the unit of the row */
+    if (quantity != KMP_QUANTITY_LAMBDA)
+        return system->model->motions[k].rotation ? rotation[quantity] : slide[quantity];
+    int power = system->rows[k].length_power;
+    return power >= 0 && power <= 2 ? multiplier[power] : "";
+}

@@ -16,8 +16,9 @@ typedef enum kmp_quantity {
 /** "q", "qd", "qdd", "lambda": the prefix of a column's name. */
 const char *kmp_quantity_prefix(kmp_quantity quantity);
 
-/** Number of entries (n or m) and the name of entry k: a coordinate's or a closure row's. */
+/** Number of entries (n or m); name and SI unit of entry k: a coordinate's or a closure row's. */
 int kmp_quantity_size(const kempe_system *system, kmp_quantity quantity);
 const char *kmp_quantity_name(const kempe_system *system, kmp_quantity quantity, int k);
+const char *kmp_quantity_unit(const kempe_system *system, kmp_quantity quantity, int k);
 
 #endif

@@ -81,6 +81,13 @@ void kmp_tabulate_column(kempe_table *table, const char *unit, const char *forma
     kmp_text_free(&name);
 }
 
+void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity)
+{
+    for (int k = 0; k < kmp_quantity_size(system, quantity); k++)
+        kmp_tabulate_column(table, kmp_quantity_unit(system, quantity, k), "%s.%s", kmp_quantity_prefix(quantity),
+                            kmp_quantity_name(system, quantity, k));
+}
+
 static bool grow(kempe_table *t)
 {
     int room = 2 * t->row_room + 16;
@@ -149,9 +156,27 @@ kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kem
     return kmp_fail_memory(context);
 }
 
-kempe_status kmp_tabulate_unknown(kempe_context *context, const char *name, const char *names)
+kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *kinds, const void *result,
+                                 const char *name, kempe_table **table)
 {
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "there is no table '%s'; the tables are %s", name, names);
+    KMP_WANTED(context, name, "name");
+    KMP_WANTED(context, table, "table");
+    const kmp_table_kind *kind = kinds;
+    kmp_context_clear(context);
+    while (kind->name && strcmp(kind->name, name) != 0)
+        kind++;
+    if (kind->name) {
+        kempe_table *made = kmp_tabulate(context, name);
+        kind->fill(made, result);
+        return kmp_tabulate_finish(context, made, table);
+    }
+    kmp_text names = {0};
+    for (kind = kinds; kind->name; kind++)
+        kmp_text_printf(&names, "%s%s", kind == kinds ? "" : ", ", kind->name);
+    kempe_status status =
+        kmp_fail(context, KEMPE_E_ARGUMENT, "there is no table '%s'; the tables are %s", name, names.s ? names.s : "");
+    kmp_text_free(&names);
+    return status;
 }
 
 /* -- reading ----------------------------------------------------------------------------------------- */

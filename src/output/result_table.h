@@ -15,6 +15,7 @@
 
 #include "base/context.h"
 #include "output/json.h"
+#include "output/quantity.h"
 #include <kempe/table.h>
 
 /** An empty table; NULL: no memory, which the other functions accept. */
@@ -23,6 +24,9 @@ kempe_table *kmp_tabulate(kempe_context *context, const char *name);
 /** A column more. A unit of NULL: words. Where no column has a unit the CSV has no line of units. */
 void kmp_tabulate_column(kempe_table *table, const char *unit, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+/** A column more for each entry of a quantity: q.NAME .. */
+void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity);
 
 /** A row more, whose cells are unknown. */
 void kmp_tabulate_row(kempe_table *table);
@@ -38,7 +42,14 @@ void kmp_tabulate_csv(kmp_text *text, const kempe_table *table);
 /** Gives the table to the caller, or frees it with KEMPE_E_MEMORY. */
 kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kempe_table **out);
 
-/** KEMPE_E_ARGUMENT: a result has no table of that name; `names` lists those that it has. */
-kempe_status kmp_tabulate_unknown(kempe_context *context, const char *name, const char *names);
+/** A table of a result: its name, and what makes its columns and rows. */
+typedef struct kmp_table_kind {
+    const char *name;
+    void (*fill)(kempe_table *table, const void *result);
+} kmp_table_kind;
+
+/** The table of a name, out of `kinds` up to one without a name. KEMPE_E_ARGUMENT: there is none of that name. */
+kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *kinds, const void *result,
+                                 const char *name, kempe_table **table);
 
 #endif

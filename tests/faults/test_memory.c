@@ -42,11 +42,23 @@ static kempe_status read_wrong_model(scene *s)
     return status == KEMPE_E_INPUT ? KEMPE_OK : status;
 }
 
+/* Writes a table that was given with `status`, and frees it. */
+static kempe_status write_table(kempe_status status, kempe_table **table)
+{
+    untouched(status, *table);
+    if (status == KEMPE_OK)
+        status = kempe_table_write(*table, csv);
+    kempe_table_free(*table);
+    *table = NULL;
+    return status;
+}
+
 /* A rocker that comes to both dead centres, told in all ways. */
 static kempe_status lead_rocker(scene *s)
 {
     kempe_kinematics *kinematics = NULL;
     kempe_kinematics_options ask = {.sweep = "rocker=-1:1:21"};
+    kempe_table *table = NULL;
     char *report = NULL;
     kempe_status status = kempe_kinematics_new(s->system, &ask, &kinematics);
     untouched(status, kinematics);
@@ -57,7 +69,9 @@ static kempe_status lead_rocker(scene *s)
     if (status == KEMPE_OK)
         status = kempe_kinematics_print(kinematics, KEMPE_TEXT, &report);
     if (status == KEMPE_OK)
-        status = kempe_kinematics_write_csv(kinematics, csv);
+        status = write_table(kempe_kinematics_table(kinematics, "rows", &table), &table);
+    if (status == KEMPE_OK)
+        status = write_table(kempe_kinematics_table(kinematics, "dead_centres", &table), &table);
     kempe_text_free(report);
     kempe_kinematics_free(kinematics);
     return status;
@@ -291,6 +305,9 @@ static kempe_status equilibrium_of(kempe_system *system, const kempe_equilibrium
     text = NULL;
     if (status == KEMPE_OK)
         status = kempe_equilibrium_print(e, KEMPE_JSON, &text);
+    kempe_table *table = NULL;
+    if (status == KEMPE_OK)
+        status = write_table(kempe_equilibrium_table(e, "equilibria", &table), &table);
     kempe_text_free(text);
     kempe_equilibrium_free(e);
     return status;
@@ -689,11 +706,7 @@ static kempe_status invert(scene *s)
         }
         kempe_table *rows = NULL;
         if (status == KEMPE_OK)
-            status = kempe_inverse_table(inverse, "rows", &rows);
-        untouched(status, rows);
-        if (status == KEMPE_OK)
-            status = kempe_table_write(rows, csv);
-        kempe_table_free(rows);
+            status = write_table(kempe_inverse_table(inverse, "rows", &rows), &rows);
         kempe_inverse_free(inverse);
     }
     return status;
@@ -712,6 +725,7 @@ static kempe_status invert_nothing(scene *s)
 static kempe_status find_modes(scene *s)
 {
     kempe_modes *modes = NULL;
+    kempe_table *table = NULL;
     kempe_status status = kempe_modes_new(
         s->system, &(kempe_modes_options){.at = "start", .independent = "rocker", .sweep = "crank=0.3:0.31:2"}, &modes);
     untouched(status, modes);
@@ -722,7 +736,9 @@ static kempe_status find_modes(scene *s)
         kempe_text_free(text);
     }
     if (status == KEMPE_OK)
-        status = kempe_modes_write_csv(modes, csv);
+        status = write_table(kempe_modes_table(modes, "rows", &table), &table);
+    if (status == KEMPE_OK)
+        status = write_table(kempe_modes_table(modes, "critical", &table), &table);
     if (status == KEMPE_OK)
         status = kempe_modes_write_svg(modes, csv);
     if (status == KEMPE_OK)

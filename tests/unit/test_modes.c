@@ -5,13 +5,23 @@
 #include "check.h"
 #include "linalg/assign.h"
 #include "loaded.h"
-#include "studies/modes/operating_family.h"
+#include "studies/modes/modes.h"
 #include <complex.h>
 #include <kempe/modes.h>
 #include <kempe/settings.h>
 #include <stdlib.h>
 
 enum { MOST = 64 };
+
+/* A cell of a table of the modes. */
+static double cell(const kempe_modes *modes, const char *name, int row, const char *column)
+{
+    kempe_table *table = NULL;
+    CHECK(kempe_modes_table(modes, name, &table) == KEMPE_OK);
+    double value = kempe_table_number(table, row, kempe_table_find(table, column));
+    kempe_table_free(table);
+    return value;
+}
 
 static kempe_modes *modes_of(const loaded *m, kempe_modes_options ask)
 {
@@ -44,16 +54,17 @@ static void a_quarter_car_is_its_quartic(void)
     loaded m = load("examples/quarter_car/quarter_car.yaml");
     kempe_modes *modes = modes_of(&m, (kempe_modes_options){0});
     double complex sum = 0, product = 1;
-    CHECK(kempe_modes_count(modes) == 4 && kempe_modes_zero_count(modes) == 0 && !kempe_modes_unstable(modes));
+    CHECK(modes->modes.count == 4 && kempe_modes_zero_count(modes) == 0 && !kempe_modes_unstable(modes));
     for (int k = 0; k < 4; k++) {
-        double complex s = kempe_modes_re(modes, k) + I * kempe_modes_im(modes, k), root = quarter_root(s, v);
+        double complex s = modes->modes.spectrum.re[k] + I * modes->modes.spectrum.im[k], root = quarter_root(s, v);
         CHECK(cabs(s - root) <= 1e-12 * cabs(root));
-        CHECK_NEAR(kempe_modes_frequency(modes, k), fabs(cimag(root)) / (2 * acos(-1)), 1e-12);
-        CHECK_NEAR(kempe_modes_damping(modes, k), -creal(root) / cabs(root), 1e-12);
+        CHECK_NEAR(cell(modes, "modes", k, "frequency"), fabs(cimag(root)) / (2 * acos(-1)), 1e-12);
+        CHECK_NEAR(cell(modes, "modes", k, "damping"), -creal(root) / cabs(root), 1e-12);
         sum += root;
         product *= root;
         /* how far the body goes, beside the wheel: body = wheel + relative */
-        const double *re = kempe_modes_shape_re(modes, k), *im = kempe_modes_shape_im(modes, k);
+        const double *re = (modes->modes.shown_re + k * modes->modes.n),
+                     *im = (modes->modes.shown_im + k * modes->modes.n);
         double complex wheel = re[0] + I * im[0], body = wheel + re[1] + I * im[1];
         double complex ratio = (v[3] * root + v[2]) / (v[0] * root * root + v[3] * root + v[2]);
         CHECK(cabs(body / wheel - ratio) <= 1e-11 * cabs(ratio));
@@ -62,8 +73,8 @@ static void a_quarter_car_is_its_quartic(void)
     CHECK(cabs(sum + v[3] * (1 / v[0] + 1 / v[1])) <= 1e-12 * cabs(sum));
     CHECK(cabs(product - v[2] * v[4] / (v[0] * v[1])) <= 1e-12 * cabs(product));
     /* at rest it has sunk by its weight */
-    CHECK_NEAR(kempe_modes_q(modes)[0], 0.32 - (v[0] + v[1]) * 9.81 / v[4], 1e-12);
-    CHECK_NEAR(kempe_modes_q(modes)[1], 0.7 - v[0] * 9.81 / v[2], 1e-12);
+    CHECK_NEAR(modes->q[0], 0.32 - (v[0] + v[1]) * 9.81 / v[4], 1e-12);
+    CHECK_NEAR(modes->q[1], 0.7 - v[0] * 9.81 / v[2], 1e-12);
     kempe_modes_free(modes);
     unload(&m);
 }
@@ -81,10 +92,10 @@ static void an_inverted_pendulum_falls_where_its_spring_is_weak(void)
         loaded a = load_text(text);
         kempe_modes *modes = modes_of(&a, (kempe_modes_options){.at = "start"});
         double square = (k - m * g * l) / (m * l * l);
-        CHECK(kempe_modes_count(modes) == 2 && kempe_modes_unstable(modes) == weak);
-        CHECK_NEAR(weak ? kempe_modes_re(modes, 0) : kempe_modes_im(modes, 0), sqrt(fabs(square)), 1e-13);
-        CHECK((weak ? kempe_modes_im(modes, 0) : kempe_modes_re(modes, 0)) == 0);
-        CHECK(kempe_modes_re(modes, 1) == -kempe_modes_re(modes, 0));
+        CHECK(modes->modes.count == 2 && kempe_modes_unstable(modes) == weak);
+        CHECK_NEAR(weak ? modes->modes.spectrum.re[0] : modes->modes.spectrum.im[0], sqrt(fabs(square)), 1e-13);
+        CHECK((weak ? modes->modes.spectrum.im[0] : modes->modes.spectrum.re[0]) == 0);
+        CHECK(modes->modes.spectrum.re[1] == -modes->modes.spectrum.re[0]);
         kempe_modes_free(modes);
         unload(&a);
     }
@@ -109,8 +120,8 @@ static void a_loaded_four_bar_falls_by_its_closures(void)
         loaded a = load_text(text);
         kempe_modes *modes = modes_of(&a, (kempe_modes_options){.at = "start"});
         double square = k / m - g / l;
-        CHECK(kempe_modes_count(modes) == 2 && kempe_modes_unstable(modes) == weak);
-        CHECK_NEAR(weak ? kempe_modes_re(modes, 0) : kempe_modes_im(modes, 0), sqrt(fabs(square)), 1e-12);
+        CHECK(modes->modes.count == 2 && kempe_modes_unstable(modes) == weak);
+        CHECK_NEAR(weak ? modes->modes.spectrum.re[0] : modes->modes.spectrum.im[0], sqrt(fabs(square)), 1e-12);
         kempe_modes_free(modes);
         unload(&a);
     }
@@ -124,21 +135,22 @@ static void what_is_cyclic_is_exactly_zero(void)
                          "  bob: {joint: {revolute: z, at: cart}, mass: 1, com: [0, -0.4, 0]}\n");
     kempe_modes *modes = modes_of(&m, (kempe_modes_options){0});
     char *text = NULL;
-    CHECK(kempe_modes_count(modes) == 4 && kempe_modes_zero_count(modes) == 2);
+    CHECK(modes->modes.count == 4 && kempe_modes_zero_count(modes) == 2);
     for (int k = 0; k < 2; k++) {
-        CHECK(kempe_modes_re(modes, k) == 0 && kempe_modes_im(modes, k) == 0);
-        CHECK(kempe_modes_shape_re(modes, k)[1] == 0 && kempe_modes_shape_re(modes, k)[0] > 0);
-        CHECK(isnan(kempe_modes_frequency(modes, k)) && isnan(kempe_modes_damping(modes, k)));
+        CHECK(modes->modes.spectrum.re[k] == 0 && modes->modes.spectrum.im[k] == 0);
+        CHECK((modes->modes.shown_re + k * modes->modes.n)[1] == 0 &&
+              (modes->modes.shown_re + k * modes->modes.n)[0] > 0);
+        CHECK(isnan(cell(modes, "modes", k, "frequency")) && isnan(cell(modes, "modes", k, "damping")));
     }
-    CHECK(kempe_modes_re(modes, 2) == 0);
-    CHECK_NEAR(kempe_modes_im(modes, 2), sqrt((1 + 1.0 / 3) * 9.81 / 0.4), 1e-13);
+    CHECK(modes->modes.spectrum.re[2] == 0);
+    CHECK_NEAR(modes->modes.spectrum.im[2], sqrt((1 + 1.0 / 3) * 9.81 / 0.4), 1e-13);
     CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "neutral: free motion along cart"));
     kempe_text_free(text);
     kempe_modes_free(modes);
     unload(&m);
     m = load("examples/suspension/suspension.yaml"); /* four wheels turn freely */
     modes = modes_of(&m, (kempe_modes_options){0});
-    CHECK(kempe_modes_zero_count(modes) == 8 && kempe_modes_im(modes, 8) > 0);
+    CHECK(kempe_modes_zero_count(modes) == 8 && modes->modes.spectrum.im[8] > 0);
     kempe_modes_free(modes);
     unload(&m);
 }
@@ -395,8 +407,9 @@ static const char swing[] =
 /* The largest |q(t) - q0 - size Re(shape e^(s t))| over two periods of eigenvalue k, begun there. */
 static double departure(const kempe_modes *modes, int n, int k, double size)
 {
-    const double *q = kempe_modes_q(modes), *re = kempe_modes_shape_re(modes, k), *im = kempe_modes_shape_im(modes, k);
-    double complex s = kempe_modes_re(modes, k) + I * kempe_modes_im(modes, k);
+    const double *q = modes->q, *re = (modes->modes.shown_re + k * modes->modes.n),
+                 *im = (modes->modes.shown_im + k * modes->modes.n);
+    double complex s = modes->modes.spectrum.re[k] + I * modes->modes.spectrum.im[k];
     static const char *const names[] = {"a", "b", "c", "d"};
     kmp_text text = {0};
     kmp_text_printf(&text, "%sstart: {hold: [a, d], q: {", swing);
@@ -433,7 +446,7 @@ static void a_simulation_begun_on_a_mode_stays_on_it(void)
     kmp_text_printf(&text, "%sstart: {hold: [a], q: {a: 1.5, b: -1, c: 1.9, d: -2}}\n", swing);
     loaded m = load_text(text.s);
     kempe_modes *modes = modes_of(&m, (kempe_modes_options){0});
-    CHECK(kempe_modes_count(modes) == 4 && kempe_modes_im(modes, 0) > 0 && kempe_modes_im(modes, 2) > 0);
+    CHECK(modes->modes.count == 4 && modes->modes.spectrum.im[0] > 0 && modes->modes.spectrum.im[2] > 0);
     for (int k = 0; k < 4; k += 2) {
         double far = departure(modes, 4, k, 2e-3), near = departure(modes, 4, k, 1e-3),
                nearer = departure(modes, 4, k, 1e-4);
@@ -458,22 +471,23 @@ static void a_wheelset_hunts_above_its_critical_speed(void)
     loaded w = load("examples/restrained_wheelset/restrained_wheelset.yaml");
     kempe_modes *modes = modes_of(&w, (kempe_modes_options){.sweep = "V=40:140:6"});
     CHECK_NEAR(speed, 103.91441171838, 1e-12);
-    CHECK(kempe_modes_critical_count(modes) == 1 && kempe_modes_value_count(modes) == 6);
-    CHECK_NEAR(kempe_modes_critical_value(modes, 0), speed, 1e-10);
-    CHECK_NEAR(kempe_modes_critical_frequency(modes, 0) * 2 * acos(-1), sqrt(B / A), 1e-9);
+    CHECK(modes->locus.critical_count == 1 && modes->locus.reached == 6);
+    CHECK_NEAR(modes->locus.critical[0].value, speed, 1e-10);
+    CHECK_NEAR(cell(modes, "critical", 0, "frequency") * 2 * acos(-1), sqrt(B / A), 1e-9);
     CHECK(!kempe_modes_unstable(modes)); /* at its own 80 m/s */
     for (int k = 0; k < 6; k++)
         for (int c = 0; c < 4; c++) {
-            double complex s = kempe_modes_locus_re(modes, k, c) + I * kempe_modes_locus_im(modes, k, c);
-            double v = kempe_modes_value(modes, k);
+            double complex s =
+                modes->locus.re[c + k * modes->locus.count] + I * modes->locus.im[c + k * modes->locus.count];
+            double v = modes->locus.value[k];
             double complex y = m * s * s + 2 * f * s / v + ky, psi = I_z * s * s + 2 * f * b * b * s / v + kpsi;
             double complex det = y * psi + 4 * f * f * b * cone / r0;
             CHECK(cabs(det) <= 1e-10 * (cabs(y) * cabs(psi) + 4 * f * f * b * cone / r0));
         }
     kempe_modes_free(modes);
     modes = modes_of(&w, (kempe_modes_options){.sweep = "V=140:90:4"}); /* downwards it ceases */
-    CHECK(kempe_modes_critical_count(modes) == 1);
-    CHECK_NEAR(kempe_modes_critical_value(modes, 0), speed, 1e-10);
+    CHECK(modes->locus.critical_count == 1);
+    CHECK_NEAR(modes->locus.critical[0].value, speed, 1e-10);
     kempe_modes_free(modes);
     unload(&w);
 }
@@ -491,17 +505,18 @@ static void a_rotor_splits_its_frequencies(void)
                          "start: {qd: {spin: 10}}\n");
     kempe_modes *modes =
         modes_of(&m, (kempe_modes_options){.at = "start", .sweep = "qd.spin=0:60:31", .orders = "1,2"});
-    CHECK(kempe_modes_critical_count(modes) == 0 && kempe_modes_value_count(modes) == 31);
+    CHECK(modes->locus.critical_count == 0 && modes->locus.reached == 31);
     CHECK(kempe_modes_zero_count(modes) == 2);
     int up = 0, down = 0;
     for (int c = 0; c < 6; c++) {
-        double before = kempe_modes_locus_im(modes, 1, c), after = kempe_modes_locus_im(modes, 30, c);
+        double before = modes->locus.im[c + 1 * modes->locus.count],
+               after = modes->locus.im[c + 30 * modes->locus.count];
         if (!(after > 0))
             continue;
         for (int j = 0; j < 31; j++) {
-            double half = C * kempe_modes_value(modes, j) / (2 * A), root = sqrt(half * half + k / A);
-            CHECK_NEAR(kempe_modes_locus_im(modes, j, c), after > before ? root + half : root - half, 1e-11);
-            CHECK(fabs(kempe_modes_locus_re(modes, j, c)) <= 1e-10 * root);
+            double half = C * modes->locus.value[j] / (2 * A), root = sqrt(half * half + k / A);
+            CHECK_NEAR(modes->locus.im[c + j * modes->locus.count], after > before ? root + half : root - half, 1e-11);
+            CHECK(fabs(modes->locus.re[c + j * modes->locus.count]) <= 1e-10 * root);
         }
         up += after > before;
         down += after < before;
@@ -522,23 +537,23 @@ static void a_governor_swings_about_its_steady_height(void)
                          "  arm: {joint: {revolute: -y, at: shaft}, mass: 0.4, com: [0, 0, -0.3]}\n"
                          "start: {q: {arm: 1}}\n");
     kempe_modes *modes = modes_of(&a, (kempe_modes_options){.rates = "shaft=7:20:14", .orders = "1"});
-    CHECK(kempe_modes_value_count(modes) == 14 && kempe_modes_zero_count(modes) == 2);
-    CHECK(kempe_modes_qd(modes)[0] == 7 && kempe_modes_critical_count(modes) == 0);
-    CHECK_NEAR(fabs(kempe_modes_q(modes)[1]), acos(g / (l * 49)), 1e-10);
+    CHECK(modes->locus.reached == 14 && kempe_modes_zero_count(modes) == 2);
+    CHECK(modes->qd[0] == 7 && modes->locus.critical_count == 0);
+    CHECK_NEAR(fabs(modes->q[1]), acos(g / (l * 49)), 1e-10);
     for (int k = 0; k < 14; k++) {
-        double W = kempe_modes_value(modes, k), c = g / (l * W * W), s = sqrt(1 - c * c), most = 0;
+        double W = modes->locus.value[k], c = g / (l * W * W), s = sqrt(1 - c * c), most = 0;
         double D = J + m * l * l * s * s, D1 = 2 * m * l * l * s * c, D2 = 2 * m * l * l * (c * c - s * s), p = D * W;
         double U2 = p * p * (D1 * D1 / (D * D * D) - D2 / (2 * D * D)) + m * g * l * c;
         for (int b = 0; b < 4; b++) {
-            most = check_max(most, kempe_modes_locus_im(modes, k, b));
-            CHECK(fabs(kempe_modes_locus_re(modes, k, b)) <= 1e-10 * W);
+            most = check_max(most, modes->locus.im[b + k * modes->locus.count]);
+            CHECK(fabs(modes->locus.re[b + k * modes->locus.count]) <= 1e-10 * W);
         }
         CHECK_NEAR(most, sqrt(U2 / (m * l * l)), 1e-9);
     }
     kempe_modes_free(modes);
     modes = modes_of(&a, (kempe_modes_options){.at = "equilibrium shaft=7"});
-    CHECK(kempe_modes_qd(modes)[0] == 7);
-    CHECK_NEAR(fabs(kempe_modes_q(modes)[1]), acos(g / (l * 49)), 1e-10);
+    CHECK(modes->qd[0] == 7);
+    CHECK_NEAR(fabs(modes->q[1]), acos(g / (l * 49)), 1e-10);
     kempe_modes_free(modes);
     modes = NULL; /* the arm cannot go on round against its weight */
     CHECK(kempe_modes_new(a.system, &(kempe_modes_options){.rates = "arm=1"}, &modes) == KEMPE_E_FAILED && !modes);
@@ -557,7 +572,8 @@ static void curves_that_cross_go_on_as_themselves(void)
                   "forces: {a: {joint: a, spring: {stiffness: k}}, b: {joint: b, spring: {stiffness: 50 - k}}}\n");
     kempe_modes *modes = modes_of(&m, (kempe_modes_options){.sweep = "k=20:31:2"});
     for (int c = 0; c < 4; c++) {
-        double before = fabs(kempe_modes_locus_im(modes, 0, c)), after = fabs(kempe_modes_locus_im(modes, 1, c));
+        double before = fabs(modes->locus.im[c + 0 * modes->locus.count]),
+               after = fabs(modes->locus.im[c + 1 * modes->locus.count]);
         CHECK_NEAR(before * before, c < 2 ? 20 : 30, 1e-12);
         CHECK_NEAR(after * after, c < 2 ? 31 : 19, 1e-12);
     }
@@ -572,9 +588,9 @@ static void buckling_is_found_by_halves(void)
                          "  a: {joint: {revolute: z, at: ground}, mass: 2, com: [0, 0.5, 0]}\n"
                          "forces: {s: {joint: a, spring: {stiffness: k}}}\n");
     kempe_modes *modes = modes_of(&m, (kempe_modes_options){.at = "start", .sweep = "k=3:20:10"});
-    CHECK(kempe_modes_critical_count(modes) == 1);
-    CHECK_NEAR(kempe_modes_critical_value(modes, 0), 10, 1e-10);
-    CHECK(kempe_modes_critical_frequency(modes, 0) < 1e-4 || isnan(kempe_modes_critical_frequency(modes, 0)));
+    CHECK(modes->locus.critical_count == 1);
+    CHECK_NEAR(modes->locus.critical[0].value, 10, 1e-10);
+    CHECK(cell(modes, "critical", 0, "frequency") < 1e-4 || isnan(cell(modes, "critical", 0, "frequency")));
     kempe_modes_free(modes);
     unload(&m);
 }
@@ -611,7 +627,7 @@ static void what_is_asked_wrongly_is_told(void)
     kempe_modes *modes = NULL;
     CHECK(kempe_modes_new(m.system, &(kempe_modes_options){.sweep = "body=100:-100:5"}, &modes) == KEMPE_STOPPED &&
           modes);
-    CHECK(kempe_modes_value_count(modes) == 3 || kempe_modes_value_count(modes) == 2);
+    CHECK(modes->locus.reached == 3 || modes->locus.reached == 2);
     char *text = NULL;
     CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK &&
           strstr(text, "stopped   'body' was swept from 100 to"));

@@ -38,18 +38,6 @@ static void show(const kmp_linear *l, const double *near, double *q, double *qd)
         kmp_charts_show(s, l->eval->chart, near, q, qd);
 }
 
-static void keep_history(kempe_equilibrium *e, const kmp_search *search, kmp_balance *b)
-{
-    b->iterations = search->iterations;
-    b->exchanges = search->exchanges;
-    b->history = KMP_ARENA_NEW(&e->arena, kmp_iteration, b->iterations);
-    b->residuals = KMP_ARENA_NEW(&e->arena, double, b->iterations);
-    for (int k = 0; b->history && b->residuals && k < b->iterations; k++) {
-        b->history[k] = search->history[k];
-        b->residuals[k] = search->history[k].residual;
-    }
-}
-
 /* Stores l's state, in its charts, if it is a new one. `near` (n): angles are stored within half a turn of these. */
 static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near)
 {
@@ -82,7 +70,10 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
         if (e->rates[i].how == KMP_RATE_FREED)
             b->freed[f++] = e->rates[i].rate;
     b->stability.along = KMP_ARENA_NEW(&e->arena, int, linear->p);
-    keep_history(e, search, b);
+    b->iterations = search->iterations;
+    b->exchanges = search->exchanges;
+    b->residuals = copy(e, b->iterations, search->residuals);
+    b->steps = copy(e, b->iterations, search->steps);
     b->idle = KMP_ARENA_NEW(&e->arena, int, linear->p);
     b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
     if (b->idle_count < 0 || e->arena.failed)
@@ -97,17 +88,15 @@ static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_optio
 {
     e->newton = ask->newton;
     e->all = ask->global;
-    kempe_status status = kmp_steady_read(e->asked->model, ask->rates, &e->rate_count, &e->rates);
-    if (status != KEMPE_OK || !(ask->hold || ask->target || ask->solve_for))
-        return status;
-    status = kmp_exchange_new(e->asked, ask->hold, ask->target, ask->solve_for, e->rates, e->rate_count, &e->exchange);
-    if (status == KEMPE_OK)
-        e->system = e->exchange->system;
-    if (status == KEMPE_OK && e->all)
-        status =
-            kmp_fail(e->asked->context, KEMPE_E_ARGUMENT,
-                     "--global cannot be combined with --hold, --target and --solve-for: omit them, or omit --global");
-    return status;
+    KMP_TRY(kmp_steady_read(e->asked->model, ask->rates, &e->rate_count, &e->rates));
+    if (!(ask->hold || ask->target || ask->solve_for))
+        return KEMPE_OK;
+    KMP_TRY(kmp_exchange_new(e->asked, ask->hold, ask->target, ask->solve_for, e->rates, e->rate_count, &e->exchange));
+    e->system = e->exchange->system;
+    if (!e->all)
+        return KEMPE_OK;
+    return kmp_fail(e->asked->context, KEMPE_E_ARGUMENT,
+                    "--global cannot be combined with --hold, --target and --solve-for: omit them, or omit --global");
 }
 
 /* Names of values that are solved for in addition to the state. */
@@ -124,9 +113,7 @@ static kempe_status name_freed(kempe_equilibrium *e)
         if (e->rates[k].how != KMP_RATE_FREED)
             continue;
         kmp_text_printf(&name, "qd(%s)", e->system->model->motions[e->rates[k].coordinate].name);
-        e->freed_name[e->freed_count++] = name.s ? kmp_arena_strdup(&e->arena, name.s) : NULL;
-        e->arena.failed = e->arena.failed || name.failed;
-        kmp_text_free(&name);
+        e->freed_name[e->freed_count++] = kmp_text_keep(&name, &e->arena);
     }
     return e->arena.failed ? kmp_fail_memory(e->system->context) : KEMPE_OK;
 }
@@ -169,16 +156,12 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const k
     double *q = KMP_ARENA_NEW(&e->arena, double, e->system->n);
     if (!q)
         return kmp_fail_memory(e->system->context);
-    kempe_status status =
-        e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, start, q, &search);
-    if (status == KEMPE_OK)
-        status = name_freed(e);
-    if (status == KEMPE_OK)
-        status = keep(e, linear, &search, start->q);
-    if (status == KEMPE_OK && search.rate_count > 0)
-        status = kmp_operating_check(linear, &search);
-    e->from_start = status == KEMPE_OK;
-    return status;
+    KMP_TRY(e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, start, q, &search));
+    KMP_TRY(name_freed(e));
+    KMP_TRY(keep(e, linear, &search, start->q));
+    KMP_TRY(search.rate_count > 0 ? kmp_operating_check(linear, &search) : KEMPE_OK);
+    e->from_start = true;
+    return KEMPE_OK;
 }
 
 /* -- from random starts ------------------------------------------------------------------------------- */
@@ -318,24 +301,6 @@ int kempe_equilibrium_count(const kempe_equilibrium *equilibrium)
     return equilibrium->count;
 }
 
-const double *kempe_equilibrium_q(const kempe_equilibrium *equilibrium, int k)
-{
-    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
-    return equilibrium->balance[k].q;
-}
-
-const double *kempe_equilibrium_qd(const kempe_equilibrium *equilibrium, int k)
-{
-    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
-    return equilibrium->balance[k].qd;
-}
-
-const double *kempe_equilibrium_lambda(const kempe_equilibrium *equilibrium, int k)
-{
-    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
-    return equilibrium->balance[k].lambda;
-}
-
 int kempe_equilibrium_stable(const kempe_equilibrium *equilibrium, int k)
 {
     KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, -1);
@@ -347,42 +312,4 @@ const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, in
 {
     KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, "");
     return kmp_stability_text(equilibrium->balance[k].stability.word);
-}
-
-double kempe_equilibrium_residual(const kempe_equilibrium *equilibrium, int k)
-{
-    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NAN);
-    return equilibrium->balance[k].residual;
-}
-
-int kempe_equilibrium_iterations(const kempe_equilibrium *equilibrium, int k)
-{
-    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, 0);
-    return equilibrium->balance[k].iterations;
-}
-
-const double *kempe_equilibrium_history(const kempe_equilibrium *equilibrium, int k)
-{
-    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
-    return equilibrium->balance[k].residuals;
-}
-
-int kempe_equilibrium_solved_count(const kempe_equilibrium *equilibrium)
-{
-    KMP_GIVEN(equilibrium, 0);
-    return equilibrium->freed_count;
-}
-
-const char *kempe_equilibrium_solved_name(const kempe_equilibrium *equilibrium, int i)
-{
-    KMP_GIVEN(equilibrium && i >= 0 && i < kempe_equilibrium_solved_count(equilibrium), "");
-    return equilibrium->freed_name[i];
-}
-
-double kempe_equilibrium_solved(const kempe_equilibrium *equilibrium, int k, int i)
-{
-    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count && i >= 0 &&
-                  i < kempe_equilibrium_solved_count(equilibrium),
-              NAN);
-    return equilibrium->balance[k].freed[i];
 }

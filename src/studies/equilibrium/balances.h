@@ -18,10 +18,9 @@ typedef struct kmp_balance {
     kmp_stability stability;
     int *idle; /* coordinates that nothing depends on: they stayed where they were */
     int idle_count;
-    kmp_iteration *history;
-    double *residuals; /* those of the history */
     int iterations, exchanges;
-    int hits; /* starts that ended here */
+    double *residuals, *steps; /* iterations */
+    int hits;                  /* starts that ended here */
 } kmp_balance;
 
 struct kempe_equilibrium {

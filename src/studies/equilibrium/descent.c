@@ -280,15 +280,17 @@ bool kmp_way_arrive(kmp_descent *w)
 void kmp_way_note(kmp_descent *w, double residual)
 {
     kmp_search *s = w->search;
-    if (s->iterations < KMP_MOST_ITERATIONS)
-        s->history[s->iterations++] = (kmp_iteration){.residual = residual};
+    if (s->iterations < KMP_MOST_ITERATIONS) {
+        s->steps[s->iterations] = 0;
+        s->residuals[s->iterations++] = residual;
+    }
     w->told = residual;
 }
 
 void kmp_way_note_step(kmp_descent *w, double step)
 {
     if (w->search->iterations > 0)
-        w->search->history[w->search->iterations - 1].step = step;
+        w->search->steps[w->search->iterations - 1] = step;
 }
 
 /* -- steps ------------------------------------------------------------------------------------------- */

@@ -8,11 +8,6 @@
 #include "derivatives/linearized.h"
 #include "studies/equilibrium/steady.h"
 
-/** One state of the search: its residual, and the length of the step from it, the largest |dq| / scale. */
-typedef struct kmp_iteration {
-    double residual, step;
-} kmp_iteration;
-
 enum { KMP_MOST_ITERATIONS = 400 };
 
 typedef struct kmp_search {
@@ -23,9 +18,9 @@ typedef struct kmp_search {
     bool quiet;    /* failures give no further message */
     struct kmp_exchange *exchange; /* other unknowns and equations (exchange.h); NULL: none */
     int iterations;
-    kmp_iteration history[KMP_MOST_ITERATIONS];
-    double residual; /* reached */
-    int exchanges;   /* of independent coordinates during the search */
+    double residuals[KMP_MOST_ITERATIONS], steps[KMP_MOST_ITERATIONS]; /* a step's length: the largest |dq| / scale */
+    double residual;                                                   /* reached */
+    int exchanges; /* of independent coordinates during the search */
 } kmp_search;
 
 /** Searches from q (n, closed, in the charts of linear->eval), which becomes the equilibrium; charts may be centred.

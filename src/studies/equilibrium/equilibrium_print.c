@@ -82,9 +82,9 @@ static void show_way(kmp_text *text, const kmp_balance *b)
             kmp_text_printf(text, "  ... %d more\n", b->iterations - 16);
             k = b->iterations - 8;
         }
-        kmp_text_printf(text, "  %9d  %10.2e", k, b->history[k].residual);
-        if (b->history[k].step > 0)
-            kmp_text_printf(text, "  %16.2e", b->history[k].step);
+        kmp_text_printf(text, "  %9d  %10.2e", k, b->residuals[k]);
+        if (b->steps[k] > 0)
+            kmp_text_printf(text, "  %16.2e", b->steps[k]);
         kmp_text_put(text, "\n");
     }
 }

@@ -48,18 +48,6 @@ const char *kempe_inverse_reason(const kempe_inverse *inverse)
     return inverse->reason;
 }
 
-int kempe_inverse_actuator_count(const kempe_inverse *inverse)
-{
-    KMP_GIVEN(inverse, 0);
-    return inverse->a;
-}
-
-int kempe_inverse_actuator(const kempe_inverse *inverse, int k)
-{
-    KMP_GIVEN(inverse, -1);
-    return k >= 0 && k < inverse->a ? inverse->actuator[k] : -1;
-}
-
 int kempe_inverse_dof(const kempe_inverse *inverse)
 {
     KMP_GIVEN(inverse, 0);
@@ -76,57 +64,4 @@ double kempe_inverse_residual(const kempe_inverse *inverse)
 {
     KMP_GIVEN(inverse, NAN);
     return inverse->residual;
-}
-
-int kempe_inverse_row_count(const kempe_inverse *inverse)
-{
-    KMP_GIVEN(inverse, 0);
-    return inverse->rows;
-}
-
-double kempe_inverse_time(const kempe_inverse *inverse, int row)
-{
-    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NAN);
-    return inverse->t[row];
-}
-
-static const double *row_of(const double *table, int row, int width)
-{
-    return table + (size_t)row * (size_t)width;
-}
-
-const double *kempe_inverse_q(const kempe_inverse *inverse, int row)
-{
-    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
-    return row_of(inverse->q, row, inverse->n);
-}
-
-const double *kempe_inverse_qd(const kempe_inverse *inverse, int row)
-{
-    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
-    return row_of(inverse->qd, row, inverse->n);
-}
-
-const double *kempe_inverse_qdd(const kempe_inverse *inverse, int row)
-{
-    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
-    return row_of(inverse->qdd, row, inverse->n);
-}
-
-const double *kempe_inverse_tau(const kempe_inverse *inverse, int row)
-{
-    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
-    return row_of(inverse->tau, row, inverse->a);
-}
-
-const double *kempe_inverse_power(const kempe_inverse *inverse, int row)
-{
-    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
-    return row_of(inverse->power, row, inverse->a);
-}
-
-const double *kempe_inverse_lambda(const kempe_inverse *inverse, int row)
-{
-    KMP_GIVEN(inverse && row >= 0 && row < inverse->rows, NULL);
-    return row_of(inverse->lambda, row, inverse->m);
 }

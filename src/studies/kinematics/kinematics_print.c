@@ -1,19 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A sweep as text and JSON, and its rows as CSV. */
-#include "base/file.h"
+/* A sweep as text and JSON. */
 #include "model/tables/output_table.h"
 #include "output/print.h"
 #include "studies/kinematics/position_sweep.h"
-#include "studies/simulate/columns.h"
 #include <kempe/kinematics.h>
 #include <math.h>
 
 /* -- parts ------------------------------------------------------------------------------------------- */
-
-static const char *unit_of(const kempe_kinematics *k, const kmp_lead *lead)
-{
-    return lead->coordinate < 0 ? "s" : kmp_print_unit(k->system, lead->coordinate);
-}
 
 static double value_at(const kempe_kinematics *k, double s)
 {
@@ -55,11 +48,12 @@ static void say_leads(kmp_text *text, const kempe_kinematics *k)
         const kmp_lead *lead = &k->lead[i];
         if (lead->from != lead->to)
             kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, lead), lead->from, lead->to,
-                            unit_of(k, lead));
+                            kmp_kinematics_unit(k, lead));
         else
-            kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, lead), lead->from, unit_of(k, lead));
+            kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, lead), lead->from,
+                            kmp_kinematics_unit(k, lead));
         if (i == k->first && isfinite(k->speed))
-            kmp_text_printf(text, ", at %.6g %s/s", k->speed, unit_of(k, lead));
+            kmp_text_printf(text, ", at %.6g %s/s", k->speed, kmp_kinematics_unit(k, lead));
         kmp_text_put(text, "\n");
     }
     for (int c = 0; c < k->system->model->closure_count; c++)
@@ -84,14 +78,15 @@ static void show_table(kmp_text *text, const kempe_kinematics *k)
 static void show_dead(kmp_text *text, const kempe_kinematics *k)
 {
     for (int d = 0; d < k->dead_count; d++) {
-        const kempe_dead_centre *c = &k->dead[d];
+        const kmp_dead_centre *c = &k->dead[d];
         const kmp_lead *lead = &k->lead[k->first];
-        kmp_text_printf(text, "\ndead centre at %s = %.15g %s, its %s value on this branch\n", c->coordinate, c->value,
-                        unit_of(k, lead), c->largest > 0 ? "greatest" : "least");
+        kmp_text_printf(text, "\ndead centre at %s = %.15g %s, its %s value on this branch\n",
+                        kmp_kinematics_name(k, lead), c->value, kmp_kinematics_unit(k, lead),
+                        c->largest ? "greatest" : "least");
         for (int i = 0; i < k->lead_count; i++)
             if (i != k->first && k->lead[i].from != k->lead[i].to)
                 kmp_text_printf(text, "  with %s = %.15g %s\n", kmp_kinematics_name(k, &k->lead[i]),
-                                kmp_lead_value(&k->lead[i], c->s), unit_of(k, &k->lead[i]));
+                                kmp_lead_value(&k->lead[i], c->s), kmp_kinematics_unit(k, &k->lead[i]));
         kmp_text_printf(text,
                         "  two branches meet there; the rates of the other coordinates relative to it are unbounded\n  "
                         "the swept coordinates determine the others to %.1e, margin of the closures %.2g\n",
@@ -99,7 +94,7 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
         if (*c->instead)
             kmp_text_printf(text, "  alternative driving coordinates: %s\n", c->instead);
         for (int i = 0; i < k->system->n; i++)
-            kmp_text_printf(text, "    %s = %.15g %s\n", k->system->model->motions[i].name, k->dead_q[d][i],
+            kmp_text_printf(text, "    %s = %.15g %s\n", k->system->model->motions[i].name, c->q[i],
                             kmp_print_unit(k->system, i));
     }
 }
@@ -111,7 +106,7 @@ static void show_changes(kmp_text *text, const kempe_kinematics *k)
                         "\nchange point at %s = %.8g %s: a bifurcation, branches meet there (margin of the closures "
                         "below %.1e); the sweep goes straight on\n",
                         kmp_kinematics_name(k, &k->lead[k->first]), value_at(k, k->change[c].s),
-                        unit_of(k, &k->lead[k->first]), k->change[c].margin);
+                        kmp_kinematics_unit(k, &k->lead[k->first]), k->change[c].margin);
 }
 
 static void show_left_out(kmp_text *text, const kempe_kinematics *k)
@@ -152,7 +147,7 @@ static void json_leads(kmp_json *j, const kempe_kinematics *k)
         const kmp_lead *lead = &k->lead[i];
         kmp_json_object(j, NULL);
         kmp_json_string(j, "name", kmp_kinematics_name(k, lead));
-        kmp_json_string(j, "unit", unit_of(k, lead));
+        kmp_json_string(j, "unit", kmp_kinematics_unit(k, lead));
         kmp_json_number(j, "from", lead->from);
         kmp_json_number(j, "to", lead->to);
         kmp_json_whole(j, "held", i >= k->driven);
@@ -196,16 +191,16 @@ static void json_dead(kmp_json *j, const kempe_kinematics *k)
 {
     kmp_json_array(j, "dead_centres");
     for (int d = 0; d < k->dead_count; d++) {
-        const kempe_dead_centre *c = &k->dead[d];
+        const kmp_dead_centre *c = &k->dead[d];
         kmp_json_object(j, NULL);
         kmp_json_number(j, "s", c->s);
-        kmp_json_string(j, "coordinate", c->coordinate);
+        kmp_json_string(j, "coordinate", kmp_kinematics_name(k, &k->lead[k->first]));
         kmp_json_number(j, "value", c->value);
-        kmp_json_string(j, "extreme", c->largest > 0 ? "greatest" : "least");
+        kmp_json_string(j, "extreme", c->largest ? "greatest" : "least");
         kmp_json_number(j, "determined", c->determined);
         kmp_json_number(j, "margin", c->margin);
         kmp_json_string(j, "instead", c->instead);
-        kmp_print_entries(j, "q", k->system, KMP_QUANTITY_Q, k->dead_q[d]);
+        kmp_print_entries(j, "q", k->system, KMP_QUANTITY_Q, c->q);
         kmp_json_end(j);
     }
     kmp_json_end(j);
@@ -268,55 +263,4 @@ kempe_status kempe_kinematics_print(const kempe_kinematics *k, kempe_format form
     else
         show_all(&out, k);
     return kmp_print_finish(k->system->context, &out, text);
-}
-
-/* -- CSV --------------------------------------------------------------------------------------------- */
-
-static const kmp_quantity quantities[] = {KMP_QUANTITY_Q, KMP_QUANTITY_QD, KMP_QUANTITY_QDD};
-
-static void write_head(kmp_text *text, const kempe_kinematics *k)
-{
-    const kempe_system *s = k->system;
-    kmp_text_put(text, "# units: ,s");
-    for (int kind = 0; kind < 3; kind++)
-        for (int i = 0; i < s->n; i++)
-            kmp_text_printf(text, ",%s", kmp_columns_unit(s, quantities[kind], i));
-    for (int c = 0; c < k->width; c++)
-        kmp_text_printf(text, ",%s", kmp_columns_unit_shown(s->model->outputs[k->column[c].output].kind));
-    kmp_text_put(text, "\ns,t");
-    for (int kind = 0; kind < 3; kind++)
-        for (int i = 0; i < s->n; i++)
-            kmp_text_printf(text, ",%s.%s", kmp_quantity_prefix(quantities[kind]), s->model->motions[i].name);
-    for (int c = 0; c < k->width; c++)
-        kmp_text_printf(text, ",%s", k->column[c].name);
-    kmp_text_put(text, "\n");
-}
-
-static void write_values(kmp_text *text, int count, const double *x)
-{
-    for (int i = 0; i < count; i++) {
-        kmp_text_put(text, ",");
-        if (isfinite(x[i]))
-            kmp_text_number(text, x[i]);
-    }
-}
-
-kempe_status kempe_kinematics_write_csv(const kempe_kinematics *k, const char *path)
-{
-    KMP_WANTED(NULL, k, "kinematics");
-    KMP_WANTED(k->system->context, path, "path");
-    kempe_context *context = k->system->context;
-    kmp_text text = {0};
-    kmp_context_clear(context);
-    write_head(&text, k);
-    for (int row = 0; row < k->count; row++) {
-        kmp_text_number(&text, k->s[row]);
-        write_values(&text, 1, (double[]){kempe_kinematics_time(k, row)});
-        write_values(&text, k->system->n, kempe_kinematics_q(k, row));
-        write_values(&text, k->system->n, kempe_kinematics_qd(k, row));
-        write_values(&text, k->system->n, kempe_kinematics_qdd(k, row));
-        write_values(&text, k->width, kempe_kinematics_outputs(k, row));
-        kmp_text_put(&text, "\n");
-    }
-    return kmp_file_write(context, path, &text);
 }

@@ -23,10 +23,10 @@ static const double *place(const kempe_kinematics *k, int i, int column)
     bool before = k->dead_count > 0 && k->count > 0 && k->dead[0].s < k->s[0];
     int row = i - before;
     if (row < 0)
-        return k->dead_shown[0] + column;
+        return k->dead[0].shown + column;
     if (row < k->count)
         return k->shown + (size_t)row * (size_t)k->width + column;
-    return row == k->count && k->dead_count > before ? k->dead_shown[k->dead_count - 1] + column : NULL;
+    return row == k->count && k->dead_count > before ? k->dead[k->dead_count - 1].shown + column : NULL;
 }
 
 /* Extends the range of each ground axis to all paths. */
@@ -70,7 +70,7 @@ static void draw_path(kmp_plot *p, const kempe_kinematics *k, int column, const 
     if (x)
         kmp_plot_dot(p, x[plane[0]], x[plane[1]], colour);
     for (int d = 0; d < k->dead_count; d++)
-        kmp_plot_cross(p, k->dead_shown[d][column + plane[0]], k->dead_shown[d][column + plane[1]]);
+        kmp_plot_cross(p, k->dead[d].shown[column + plane[0]], k->dead[d].shown[column + plane[1]]);
 }
 
 /* A path as the legend has it: by its point. */
@@ -97,7 +97,8 @@ static void draw(const kempe_kinematics *k, kmp_text *text, int paths)
         if (begins_path(k, c))
             name_path(k, text, c, line++);
     if (k->dead_count > 0)
-        kmp_picture_words(text, EDGE, LINE * (line + 1) + 4, "", "\xc3\x97 dead centre of %s", k->dead[0].coordinate);
+        kmp_picture_words(text, EDGE, LINE * (line + 1) + 4, "", "\xc3\x97 dead centre of %s",
+                          kmp_kinematics_name(k, &k->lead[k->first]));
     kmp_plot p = kmp_plot_inside(text, 0, top, side[0], side[1]);
     for (int i = 0; i < 2; i++)
         p.axis[i] = axis[plane[i]];

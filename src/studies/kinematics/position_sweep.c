@@ -8,6 +8,7 @@
 #include "constraints/closing/angles.h"
 #include "constraints/closing/assemble.h"
 #include "model/tables/output_table.h"
+#include "output/print.h"
 #include "studies/kinematics/sweep_options.h"
 #include <kempe/check.h>
 #include <kempe/kinematics.h>
@@ -31,15 +32,7 @@ static bool is_shown(const kempe_model *model, int output)
     return true;
 }
 
-static char *keep_text(kempe_kinematics *k, kmp_text *text)
-{
-    char *kept = text->failed ? NULL : kmp_arena_strdup(&k->arena, text->s ? text->s : "");
-    k->arena.failed = k->arena.failed || !kept;
-    kmp_text_free(text);
-    return kept;
-}
-
-static kempe_status take_columns(kempe_kinematics *k)
+static void take_columns(kempe_kinematics *k)
 {
     const kempe_model *model = k->system->model;
     k->column = KMP_ARENA_NEW(&k->arena, kmp_shown_column, kmp_outputs_width(model));
@@ -48,41 +41,35 @@ static kempe_status take_columns(kempe_kinematics *k)
         for (int c = 0; k->column && c < width && is_shown(model, o); c++) {
             kmp_text name = {0};
             kmp_output_column(&name, model, &model->outputs[o], c);
-            k->column[k->width++] = (kmp_shown_column){o, c, at + c, keep_text(k, &name)};
+            k->column[k->width++] = (kmp_shown_column){o, c, at + c, kmp_text_keep(&name, &k->arena)};
         }
         at += width;
     }
-    return k->arena.failed ? kmp_fail_memory(k->system->context) : KEMPE_OK;
 }
 
-static bool make_room(kempe_kinematics *k)
+static kempe_status make_room(kempe_kinematics *k)
 {
+    take_columns(k);
     ptrdiff_t rows = k->asked, size = rows * k->system->n;
     const kmp_arena_group groups[] = {
         {size, {&k->q, &k->qd, &k->qdd}}, {rows, {&k->asked_s, &k->s}}, {rows * k->width, {&k->shown}}};
-    bool made = kmp_arena_make_groups(&k->arena, sizeof groups / sizeof *groups, groups);
-    for (int i = 0; made && i < k->asked; i++)
+    if (!kmp_arena_make_groups(&k->arena, sizeof groups / sizeof *groups, groups))
+        return kmp_fail_memory(k->system->context);
+    for (int i = 0; i < k->asked; i++)
         k->asked_s[i] = i == k->asked - 1 ? 1 : (double)i / (k->asked - 1);
-    return made;
+    return KEMPE_OK;
 }
 
 /* -- results of the sweep ---------------------------------------------------------------------------- */
 
 typedef struct job {
     kempe_kinematics *k;
+    kempe_assembly *assembly;
     kmp_sweep sweep;
     double *zero;  /* m multipliers */
     double *start; /* n: the swept coordinates' assembled values */
     kmp_text reason;
 } job;
-
-/* ds/dt */
-static double rate_of_s(const kempe_kinematics *k)
-{
-    const kmp_lead *lead = &k->lead[isnan(k->speed) ? k->time : k->first];
-    double range = lead->to - lead->from;
-    return isnan(k->speed) ? 1 / range : k->speed / fabs(range);
-}
 
 static void show(job *j, double s, const double *q, const double *qd, const double *qdd, double *out)
 {
@@ -100,7 +87,7 @@ static void take_row(void *user, double s, const double *q, const double *qs, co
     job *j = user;
     kempe_kinematics *k = j->k;
     size_t at = (size_t)k->count++, n = (size_t)k->system->n;
-    double rate = rate_of_s(k), *qd = k->qd + at * n, *qdd = k->qdd + at * n;
+    double rate = k->rate, *qd = k->qd + at * n, *qdd = k->qdd + at * n;
     k->s[at] = s;
     memcpy(k->q + at * n, q, n * sizeof *q);
     for (size_t i = 0; i < n; i++) {
@@ -153,7 +140,7 @@ static char *list_instead(const job *j)
     }
     for (int k = 0; k < count; k++)
         kmp_text_printf(&text, "%s%s", k ? ", " : "", s->model->motions[best[k]].name);
-    return keep_text(j->k, &text);
+    return kmp_text_keep(&text, &j->k->arena);
 }
 
 static double s_here(const job *j)
@@ -167,29 +154,27 @@ static double value_here(const job *j, const kmp_lead *lead)
 }
 
 /* Stores the current state as a dead centre; `up`: s was increasing. */
-static bool take_dead(job *j, bool up)
+static kempe_status take_dead(job *j, bool up)
 {
     kempe_kinematics *k = j->k;
     kmp_sweep_pose *here = &j->sweep.here;
     const kmp_lead *lead = &k->lead[k->first];
-    size_t n = (size_t)k->system->n, width = (size_t)k->width;
-    int d = k->dead_count++;
+    size_t n = (size_t)k->system->n;
     double *nothing = KMP_ARENA_NEW(&k->arena, double, n);
-    k->dead_q[d] = KMP_ARENA_NEW(&k->arena, double, n);
-    k->dead_shown[d] = KMP_ARENA_NEW(&k->arena, double, width);
-    char *instead = list_instead(j);
+    kmp_dead_centre *dead = &k->dead[k->dead_count++];
+    *dead = (kmp_dead_centre){.s = s_here(j),
+                              .value = value_here(j, lead),
+                              .largest = up == (lead->to > lead->from),
+                              .determined = kmp_sweep_hold(&j->sweep, here),
+                              .margin = kmp_sweep_margin(&j->sweep, here),
+                              .instead = list_instead(j),
+                              .q = KMP_ARENA_NEW(&k->arena, double, n),
+                              .shown = KMP_ARENA_NEW(&k->arena, double, k->width)};
     if (k->arena.failed)
-        return false;
-    memcpy(k->dead_q[d], here->x, n * sizeof *here->x);
-    show(j, s_here(j), here->x, nothing, nothing, k->dead_shown[d]);
-    k->dead[d] = (kempe_dead_centre){s_here(j),
-                                     kmp_kinematics_name(k, lead),
-                                     value_here(j, lead),
-                                     up == (lead->to > lead->from) ? 1 : -1,
-                                     kmp_sweep_hold(&j->sweep, here),
-                                     kmp_sweep_margin(&j->sweep, here),
-                                     instead};
-    return true;
+        return kmp_fail_memory(k->system->context);
+    memcpy(dead->q, here->x, n * sizeof *here->x);
+    show(j, dead->s, here->x, nothing, nothing, dead->shown);
+    return KEMPE_OK;
 }
 
 /* -- the path ---------------------------------------------------------------------------------------- */
@@ -203,22 +188,17 @@ static int first_row_from(const kempe_kinematics *k, double s)
     return row;
 }
 
-static const char *unit_of(const kempe_kinematics *k, const kmp_lead *lead)
-{
-    return lead->coordinate < 0 ? "s" : k->system->model->motions[lead->coordinate].rotation ? "rad" : "m";
-}
-
 static void say_dead(job *j, int d)
 {
     const kempe_kinematics *k = j->k;
-    const kempe_dead_centre *dead = &k->dead[d];
+    const kmp_dead_centre *dead = &k->dead[d];
     int moving = 0;
     for (int i = 0; i < k->lead_count; i++)
         moving += k->lead[i].from != k->lead[i].to;
     kmp_text_printf(&j->reason, "%sdead centre: %s'%s' becomes no %s than %.15g %s on this branch",
                     j->reason.length ? "; " : "", moving > 1 ? "the swept coordinates cannot continue together: " : "",
-                    dead->coordinate, dead->largest > 0 ? "larger" : "smaller", dead->value,
-                    unit_of(k, &k->lead[k->first]));
+                    kmp_kinematics_name(k, &k->lead[k->first]), dead->largest ? "larger" : "smaller", dead->value,
+                    kmp_kinematics_unit(k, &k->lead[k->first]));
     if (k->first == k->time)
         kmp_text_put(&j->reason, ", where the prescribed motion locks");
     if (*dead->instead)
@@ -231,7 +211,7 @@ static void say_lost(job *j)
     const kmp_lead *lead = &k->lead[k->first];
     const kmp_sweep_pose *here = &j->sweep.here;
     kmp_text_printf(&j->reason, "the step size became too small at %s = %.9g %s (margin of the closures %.1e)",
-                    kmp_kinematics_name(k, lead), value_here(j, lead), unit_of(k, lead),
+                    kmp_kinematics_name(k, lead), value_here(j, lead), kmp_kinematics_unit(k, lead),
                     kmp_sweep_margin(&j->sweep, here));
     kmp_angles_explain(k->system->model, here->x, &j->reason);
 }
@@ -240,11 +220,14 @@ static kempe_status end_of(job *j, kmp_sweep_end end)
 {
     if (end == KMP_SWEEP_NO_MEMORY || j->k->arena.failed)
         return kmp_fail_memory(j->k->system->context);
-    if (end == KMP_SWEEP_INTERRUPTED)
-        kmp_text_put(&j->reason, "interrupted");
-    if (end == KMP_SWEEP_LOST)
+    if (end == KMP_SWEEP_LOST) {
         say_lost(j);
-    return end == KMP_SWEEP_LOST ? KEMPE_E_FAILED : end == KMP_SWEEP_INTERRUPTED ? KEMPE_STOPPED : KEMPE_OK;
+        return KEMPE_E_FAILED;
+    }
+    if (end != KMP_SWEEP_INTERRUPTED)
+        return KEMPE_OK;
+    kmp_text_put(&j->reason, "interrupted");
+    return KEMPE_STOPPED;
 }
 
 /* The s of the driven coordinates on their own line. False: they are not on it. */
@@ -295,18 +278,19 @@ static kempe_status approach_aside(job *j)
         way[i] = (kmp_lead){k->lead[i].coordinate, j->start[i], k->lead[i].from};
         moves = moves || way[i].from != way[i].to;
     }
-    kempe_status status = moves ? lead(j, way, 0) : KEMPE_OK;
-    if (!moves || status != KEMPE_OK || (status = go(j, 1, 0, &end)) != KEMPE_OK)
-        return status;
+    if (!moves)
+        return KEMPE_OK;
+    KMP_TRY(lead(j, way, 0));
+    KMP_TRY(go(j, 1, 0, &end));
     if (end == KMP_SWEEP_DEAD)
         return kmp_fail(k->system->context, KEMPE_E_FAILED,
                         "the beginning of the ranges cannot be reached from the assembled position: there is a dead "
                         "centre at '%s' = %.9g before it",
                         kmp_kinematics_name(k, &k->lead[k->first]), value_here(j, &k->lead[k->first]));
-    return s_here(j) == 1
-               ? KEMPE_OK
-               : kmp_fail(k->system->context, KEMPE_E_FAILED,
-                          "the beginning of the ranges is a change point, where branches meet: use another beginning");
+    if (s_here(j) == 1)
+        return KEMPE_OK;
+    return kmp_fail(k->system->context, KEMPE_E_FAILED,
+                    "the beginning of the ranges is a change point, where branches meet: use another beginning");
 }
 
 /* Approaches A along the line of the range itself; where that ends in a dead centre within the range, the rows begin
@@ -315,11 +299,11 @@ static kempe_status approach_along(job *j, double s)
 {
     kempe_kinematics *k = j->k;
     kmp_sweep_end end;
-    kempe_status status = lead(j, k->lead, s);
-    if (status != KEMPE_OK || (status = go(j, 0, 0, &end)) != KEMPE_OK || end != KMP_SWEEP_DEAD)
-        return status;
-    if (!take_dead(j, s < 0))
-        return kmp_fail_memory(k->system->context);
+    KMP_TRY(lead(j, k->lead, s));
+    KMP_TRY(go(j, 0, 0, &end));
+    if (end != KMP_SWEEP_DEAD)
+        return KEMPE_OK;
+    KMP_TRY(take_dead(j, s < 0));
     k->begin = first_row_from(k, s_here(j));
     bool reached = s > 0 && k->begin < k->asked;
     if (k->begin > 0 || !reached)
@@ -332,29 +316,24 @@ static kempe_status go_through(job *j)
     kempe_kinematics *k = j->k;
     int rows = k->asked - k->begin;
     kmp_sweep_end end;
-    kempe_status status = go(j, 1, rows, &end);
-    if (status == KEMPE_OK && end == KMP_SWEEP_DEAD) {
-        if (!take_dead(j, true))
-            return kmp_fail_memory(k->system->context);
+    KMP_TRY(go(j, 1, rows, &end));
+    if (end == KMP_SWEEP_DEAD) {
+        KMP_TRY(take_dead(j, true));
         if (k->count < rows)
             say_dead(j, k->dead_count - 1);
     }
-    return status == KEMPE_OK && k->count < k->asked ? KEMPE_STOPPED : status;
+    return k->count < k->asked ? KEMPE_STOPPED : KEMPE_OK;
 }
 
 static kempe_status follow(job *j)
 {
-    kempe_kinematics *k = j->k;
     double s;
-    kempe_status status = KEMPE_OK;
-    if (on_line(j, &s)) {
-        status = s != 0 ? approach_along(j, s) : lead(j, k->lead, 0);
-    } else {
-        status = approach_aside(j);
-        if (status == KEMPE_OK)
-            status = lead(j, k->lead, 0);
+    if (!on_line(j, &s)) {
+        KMP_TRY(approach_aside(j));
+        s = 0;
     }
-    return status == KEMPE_OK ? go_through(j) : status;
+    KMP_TRY(s != 0 ? approach_along(j, s) : lead(j, j->k->lead, 0));
+    return go_through(j);
 }
 
 /* -- the study --------------------------------------------------------------------------------------- */
@@ -371,49 +350,42 @@ static kempe_status sweep_from(job *j, const double *q)
     }
     bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
     const kmp_lead from_zero = {-1, 0, timed ? k->lead[k->time].to : 0};
-    kempe_status status = kmp_sweep_stand(&j->sweep, 0, q);
-    if (status == KEMPE_OK)
-        status = kmp_kinematics_check_leads(k, &j->sweep);
-    if (status == KEMPE_OK && timed)
-        status = kmp_sweep_let_move(&j->sweep, &from_zero, 0, q);
-    if (status == KEMPE_OK)
-        status = follow(j);
-    k->effort = j->sweep.effort;
-    return status;
+    KMP_TRY(kmp_sweep_stand(&j->sweep, 0, q));
+    KMP_TRY(kmp_kinematics_check_leads(k, &j->sweep));
+    if (timed)
+        KMP_TRY(kmp_sweep_let_move(&j->sweep, &from_zero, 0, q));
+    return follow(j);
 }
 
 static kempe_status run(job *j, const kempe_kinematics_options *ask)
 {
-    const kempe_system *s = j->k->system;
+    kempe_kinematics *k = j->k;
+    const kempe_system *s = k->system;
     const char *backend = ask->backend ? ask->backend : kmp_backend_default();
-    kempe_assembly *assembly = NULL;
     if (!kmp_backend_find(backend))
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend,
                         kmp_backend_names());
-    kempe_status status = kempe_assembly_new(s, &assembly);
-    j->zero = KMP_ARENA_NEW(&j->k->arena, double, s->m);
-    j->start = KMP_ARENA_NEW(&j->k->arena, double, j->k->lead_count);
-    if (status == KEMPE_OK && j->k->arena.failed)
-        status = kmp_fail_memory(s->context);
-    if (status == KEMPE_OK)
-        status = kmp_sweep_init(&j->sweep, s, backend, j->k->released);
-    if (status == KEMPE_OK) {
-        status = sweep_from(j, assembly->q);
-        kmp_sweep_free(&j->sweep);
-    }
-    kempe_assembly_free(assembly);
-    return status;
+    KMP_TRY(kempe_assembly_new(s, &j->assembly));
+    j->zero = KMP_ARENA_NEW(&k->arena, double, s->m);
+    j->start = KMP_ARENA_NEW(&k->arena, double, k->lead_count);
+    if (k->arena.failed)
+        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_sweep_init(&j->sweep, s, backend, k->released));
+    return sweep_from(j, j->assembly->q);
 }
 
 static kempe_status finish(job *j, kempe_status status)
 {
     kempe_kinematics *k = j->k;
+    k->effort = j->sweep.effort;
     k->status = status;
+    kmp_sweep_free(&j->sweep);
+    kempe_assembly_free(j->assembly);
     if (j->reason.length == 0)
         return status;
     if (status == KEMPE_E_FAILED && !j->reason.failed)
         (void)kmp_fail(k->system->context, status, "%s", j->reason.s);
-    k->reason = keep_text(k, &j->reason);
+    k->reason = kmp_text_keep(&j->reason, &k->arena);
     return k->reason ? status : kmp_fail_memory(k->system->context);
 }
 
@@ -432,9 +404,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
     job j = {.k = k};
     kempe_status status = kmp_kinematics_ask(k, ask);
     if (status == KEMPE_OK)
-        status = take_columns(k);
-    if (status == KEMPE_OK && !make_room(k))
-        status = kmp_fail_memory(system->context);
+        status = make_room(k);
     if (status == KEMPE_OK)
         status = finish(&j, run(&j, ask));
     k->cpu_s = kmp_cpu_now() - begin;
@@ -462,101 +432,11 @@ void kempe_kinematics_free(kempe_kinematics *k)
 const char *kempe_kinematics_status(const kempe_kinematics *k)
 {
     KMP_GIVEN(k, "");
-    return k->status == KEMPE_OK ? "ok" : k->status == KEMPE_STOPPED ? "stopped" : "failed";
+    return kmp_status_word(k->status);
 }
 
 const char *kempe_kinematics_reason(const kempe_kinematics *k)
 {
     KMP_GIVEN(k, "");
     return k->reason ? k->reason : "";
-}
-
-int kempe_kinematics_row_count(const kempe_kinematics *k)
-{
-    KMP_GIVEN(k, 0);
-    return k->count;
-}
-
-double kempe_kinematics_s(const kempe_kinematics *k, int row)
-{
-    KMP_GIVEN(k, NAN);
-    return row >= 0 && row < k->count ? k->s[row] : NAN;
-}
-
-double kempe_kinematics_time(const kempe_kinematics *k, int row)
-{
-    KMP_GIVEN(k, NAN);
-    double s = kempe_kinematics_s(k, row);
-    return k->time < 0 ? s / rate_of_s(k) : kmp_lead_value(&k->lead[k->time], s);
-}
-
-static const double *row_of(const kempe_kinematics *k, const double *table, int width, int row)
-{
-    return row >= 0 && row < k->count ? table + (size_t)row * (size_t)width : NULL;
-}
-
-const double *kempe_kinematics_q(const kempe_kinematics *k, int row)
-{
-    KMP_GIVEN(k, NULL);
-    return row_of(k, k->q, k->system->n, row);
-}
-
-const double *kempe_kinematics_qd(const kempe_kinematics *k, int row)
-{
-    KMP_GIVEN(k, NULL);
-    return row_of(k, k->qd, k->system->n, row);
-}
-
-const double *kempe_kinematics_qdd(const kempe_kinematics *k, int row)
-{
-    KMP_GIVEN(k, NULL);
-    return row_of(k, k->qdd, k->system->n, row);
-}
-
-int kempe_kinematics_output_count(const kempe_kinematics *k)
-{
-    KMP_GIVEN(k, 0);
-    return k->width;
-}
-
-const char *kempe_kinematics_output_name(const kempe_kinematics *k, int column)
-{
-    KMP_GIVEN(k, NULL);
-    return column >= 0 && column < k->width ? k->column[column].name : NULL;
-}
-
-const double *kempe_kinematics_outputs(const kempe_kinematics *k, int row)
-{
-    KMP_GIVEN(k, NULL);
-    return row_of(k, k->shown, k->width, row);
-}
-
-int kempe_kinematics_dead_count(const kempe_kinematics *k)
-{
-    KMP_GIVEN(k, 0);
-    return k->dead_count;
-}
-
-const kempe_dead_centre *kempe_kinematics_dead(const kempe_kinematics *k, int d)
-{
-    KMP_GIVEN(k, NULL);
-    return d >= 0 && d < k->dead_count ? &k->dead[d] : NULL;
-}
-
-const double *kempe_kinematics_dead_q(const kempe_kinematics *k, int d)
-{
-    KMP_GIVEN(k, NULL);
-    return d >= 0 && d < k->dead_count ? k->dead_q[d] : NULL;
-}
-
-int kempe_kinematics_change_count(const kempe_kinematics *k)
-{
-    KMP_GIVEN(k, 0);
-    return k->change_count;
-}
-
-double kempe_kinematics_change(const kempe_kinematics *k, int c)
-{
-    KMP_GIVEN(k, NAN);
-    return c >= 0 && c < k->change_count ? k->change[c].s : NAN;
 }

@@ -8,6 +8,17 @@
 
 enum { KMP_MOST_DEAD = 2 }; /* one at either end */
 
+/** A limit of the driven coordinates, which no branch continues. */
+typedef struct kmp_dead_centre {
+    double s, value;   /* of the first driven coordinate */
+    bool largest;      /* the value is a local maximum; false: a local minimum */
+    double determined; /* pivot by which the driven coordinates determine the others, 0 in exact arithmetic */
+    double margin;     /* distance from a change point: the last pivot of J over its usual size */
+    char *instead;     /* alternative driving coordinates, the best first */
+    double *q, *shown; /* n; width */
+} kmp_dead_centre;
+
+/** A change point that was crossed without changing direction. */
 typedef struct kmp_change_point {
     double s, margin;
     double *q; /* n */
@@ -30,17 +41,16 @@ struct kempe_kinematics {
     int first;      /* the first that moves */
     int time;       /* the time's, -1 */
     double speed;   /* of the first, NaN with the time */
+    double rate;    /* ds/dt */
     bool *released; /* closures of the model that were */
     int asked;      /* rows */
     double *asked_s;
     int begin, count;         /* the first row that was reached, and the number of rows */
     double *s, *q, *qd, *qdd; /* `asked` rows; n each */
     int width;
-    kmp_shown_column *column; /* width */
-    double *shown;            /* width a row */
-    kempe_dead_centre dead[KMP_MOST_DEAD];
-    double *dead_q[KMP_MOST_DEAD]; /* n each */
-    double *dead_shown[KMP_MOST_DEAD];
+    kmp_shown_column *column;            /* width */
+    double *shown;                       /* width a row */
+    kmp_dead_centre dead[KMP_MOST_DEAD]; /* in the order of s */
     int dead_count;
     kmp_change_point *change;
     int change_count;
@@ -48,7 +58,8 @@ struct kempe_kinematics {
     double cpu_s;
 };
 
-/** "crank", or "t". */
+/** "crank", or "t"; and its unit. */
 const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_lead *lead);
+const char *kmp_kinematics_unit(const kempe_kinematics *k, const kmp_lead *lead);
 
 #endif

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "model/expressions/ranges.h"
 #include "model/tables/nearest.h"
+#include "output/quantity.h"
 #include <kempe/kinematics.h>
 #include <math.h>
 #include <stdio.h>
@@ -65,21 +66,24 @@ const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_lead *lead)
     return lead->coordinate < 0 ? "t" : k->system->model->motions[lead->coordinate].name;
 }
 
+const char *kmp_kinematics_unit(const kempe_kinematics *k, const kmp_lead *lead)
+{
+    return lead->coordinate < 0 ? "s" : kmp_quantity_unit(k->system, KMP_QUANTITY_Q, lead->coordinate);
+}
+
 static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
 {
+    kempe_context *context = k->system->context;
     const char *name = range->name;
     kmp_lead lead = {0, range->from, range->to};
-    kempe_status status = find(k->system->model, name, &lead.coordinate);
-    if (status == KEMPE_OK && lead.coordinate < 0)
-        status = kmp_range_fits(k->system->context, "drive", range, KMP_DIM_TIME);
-    else if (status == KEMPE_OK)
-        status = kmp_range_fits_motion(k->system->context, "drive", range,
-                                       k->system->model->motions[lead.coordinate].rotation, 0);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(find(k->system->model, name, &lead.coordinate));
+    if (lead.coordinate < 0)
+        KMP_TRY(kmp_range_fits(context, "drive", range, KMP_DIM_TIME));
+    else
+        KMP_TRY(kmp_range_fits_motion(context, "drive", range, k->system->model->motions[lead.coordinate].rotation, 0));
     for (int i = 0; i < k->lead_count; i++)
         if (k->lead[i].coordinate == lead.coordinate)
-            return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "'%s' is swept or held twice", name);
+            return kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is swept or held twice", name);
     if (lead.coordinate < 0)
         k->time = k->lead_count;
     k->lead[k->lead_count++] = lead;
@@ -108,26 +112,24 @@ static kempe_status count_rows(kempe_kinematics *k, const kmp_ranges *ranges, in
 
 static kempe_status add_ranges(kempe_kinematics *k, const kmp_ranges *ranges)
 {
-    kempe_status status = KEMPE_OK;
-    for (int i = 0; i < ranges->count && status == KEMPE_OK; i++)
-        status = add_lead(k, &ranges->range[i]);
+    for (int i = 0; i < ranges->count; i++)
+        KMP_TRY(add_lead(k, &ranges->range[i]));
     k->driven = k->lead_count;
-    k->first = -1;
     for (int i = k->driven - 1; i >= 0; i--)
         if (k->lead[i].from != k->lead[i].to)
             k->first = i;
-    if (status == KEMPE_OK && k->first < 0)
-        status = kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
-                          "nothing is swept: give at least one range between different values, NAME=A:B");
-    return status;
+    if (k->first >= 0)
+        return KEMPE_OK;
+    return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
+                    "nothing is swept: give at least one range between different values, NAME=A:B");
 }
 
 static kempe_status add_held(kempe_kinematics *k, char *name)
 {
-    kempe_status status = add_lead(k, &(kmp_range){.name = name});
-    if (status == KEMPE_OK && k->time == k->lead_count - 1)
-        status = kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time cannot be held: without a sweep it is 0");
-    return status;
+    KMP_TRY(add_lead(k, &(kmp_range){.name = name}));
+    if (k->time == k->lead_count - 1)
+        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time cannot be held: without a sweep it is 0");
+    return KEMPE_OK;
 }
 
 /* Deactivates drives and locks of coordinates that the user drives, and those named. */
@@ -150,13 +152,13 @@ static kempe_status release(kempe_kinematics *k, int count, char *const *names)
 
 static kempe_status take_speed(kempe_kinematics *k, double speed)
 {
-    if (k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to) {
-        k->speed = NAN;
-        return speed > 0 ? kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
-                                    "a speed and a range of t exclude each other: the rate of the time is 1")
-                         : KEMPE_OK;
-    }
-    k->speed = speed > 0 ? speed : 1;
+    const kmp_lead *lead = &k->lead[k->first];
+    bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
+    if (timed && speed > 0)
+        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
+                        "a speed and a range of t exclude each other: the rate of the time is 1");
+    k->speed = timed ? NAN : speed > 0 ? speed : 1;
+    k->rate = timed ? 1 / (k->lead[k->time].to - k->lead[k->time].from) : k->speed / fabs(lead->to - lead->from);
     return KEMPE_OK;
 }
 
@@ -169,14 +171,12 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
     k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
     if (k->arena.failed)
         return kmp_fail_memory(k->system->context);
-    kempe_status status = add_ranges(k, ranges);
-    for (int i = 0; status == KEMPE_OK && i < hold_count; i++)
-        status = add_held(k, held[i]);
-    if (status == KEMPE_OK)
-        status = count_rows(k, ranges, ask->points);
-    if (status == KEMPE_OK)
-        status = take_speed(k, ask->speed);
-    return status == KEMPE_OK ? release(k, release_count, released) : status;
+    KMP_TRY(add_ranges(k, ranges));
+    for (int i = 0; i < hold_count; i++)
+        KMP_TRY(add_held(k, held[i]));
+    KMP_TRY(count_rows(k, ranges, ask->points));
+    KMP_TRY(take_speed(k, ask->speed));
+    return release(k, release_count, released);
 }
 
 kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_options *ask)
@@ -228,36 +228,34 @@ static kempe_status contradiction(const kempe_model *model, int follows, int p, 
                     name, names);
 }
 
-kempe_status kmp_kinematics_check_leads(const kempe_kinematics *k, kmp_sweep *sweep)
+kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep)
 {
     const kempe_model *model = k->system->model;
-    int have = 0, follows = -1, p = sweep->p, *order = KMP_NEW(int, sweep->n + sweep->p);
-    bool *given = KMP_NEW(bool, sweep->n);
+    int have = 0, follows = -1, p = sweep->p, *order = KMP_ARENA_NEW(&k->arena, int, sweep->n + p);
+    bool *given = KMP_ARENA_NEW(&k->arena, bool, sweep->n);
     kmp_text names = {0};
-    for (int i = 0; given && i < k->lead_count; i++)
+    if (k->arena.failed)
+        return kmp_fail_memory(model->context);
+    for (int i = 0; i < k->lead_count; i++)
         if (k->lead[i].coordinate >= 0) {
             given[k->lead[i].coordinate] = true;
             have++;
         }
-    int rank = given && order ? kmp_sweep_order(sweep, given, order) : -1;
+    int rank = kmp_sweep_order(sweep, given, order);
+    if (rank < 0)
+        return kmp_fail_memory(model->context);
     for (int i = 0; i < rank; i++)
         given[order[i]] = false;
-    for (int c = 0; rank >= 0 && c < sweep->n && follows < 0; c++)
-        follows = given[c] ? c : -1;
-    for (int i = rank; rank >= 0 && i < p; i++)
+    for (int c = sweep->n - 1; c >= 0; c--)
+        follows = given[c] ? c : follows;
+    for (int i = rank; i < p; i++)
         kmp_text_printf(&names, "%s%s", i > rank ? "," : "", model->motions[order[i]].name);
-    const char *would = names.s ? names.s : "nothing";
-    kempe_status status = KEMPE_OK;
-    if (rank < 0 || names.failed)
-        status = kmp_fail_memory(model->context);
-    else if (have > p)
-        status = too_many(model, p, have);
-    else if (follows >= 0)
-        status = contradiction(model, follows, p, would);
-    else if (have < p)
-        status = too_few(model, p, have, would);
-    kmp_text_free(&names);
-    kmp_free(given);
-    kmp_free(order);
-    return status;
+    const char *would = rank < p ? kmp_text_keep(&names, &k->arena) : "nothing";
+    if (k->arena.failed)
+        return kmp_fail_memory(model->context);
+    if (have > p)
+        return too_many(model, p, have);
+    if (follows >= 0)
+        return contradiction(model, follows, p, would);
+    return have < p ? too_few(model, p, have, would) : KEMPE_OK;
 }

@@ -12,6 +12,6 @@
 kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_options *ask);
 
 /** Reports driven coordinates that do not determine the rest: too few, too many, or in conflict. */
-kempe_status kmp_kinematics_check_leads(const kempe_kinematics *k, kmp_sweep *sweep);
+kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep);
 
 #endif

@@ -31,25 +31,20 @@ static kempe_status read_orders(kempe_modes *m, const char *text)
 /* Rates that are kept; of the one that varies, if any, the range is given away. */
 static kempe_status read_rates(kempe_modes *m, const char *text, kmp_ranges *ranges, int *varies)
 {
-    kempe_status status = text ? kmp_ranges_read(m->system->context, text, ranges) : KEMPE_OK;
-    if (status == KEMPE_OK)
-        status = kmp_steady_take(m->system->model, ranges, varies, &m->rates);
-    if (status == KEMPE_OK)
-        m->rate_count = ranges->count;
-    return status;
+    KMP_TRY(text ? kmp_ranges_read(m->system->context, text, ranges) : KEMPE_OK);
+    KMP_TRY(kmp_steady_take(m->system->model, ranges, varies, &m->rates));
+    m->rate_count = ranges->count;
+    return KEMPE_OK;
 }
 
 static kempe_status here(kempe_modes *m, const kmp_station_ask *ask)
 {
     size_t n = (size_t)m->system->n;
-    kempe_status status = kmp_station_new(m->system, ask, &m->station);
-    if (status == KEMPE_OK)
-        status = kmp_station_go(m->station, 0, &m->modes);
-    if (status != KEMPE_OK)
-        return status;
-    m->q = KMP_NEW(double, n);
-    m->qd = KMP_NEW(double, n);
-    if (!m->q || !m->qd)
+    KMP_TRY(kmp_station_new(m->system, ask, &m->station));
+    KMP_TRY(kmp_station_go(m->station, 0, &m->modes));
+    m->q = KMP_ARENA_NEW(&m->arena, double, n);
+    m->qd = KMP_ARENA_NEW(&m->arena, double, n);
+    if (m->arena.failed)
         return kmp_fail_memory(m->system->context);
     memcpy(m->q, m->station->state->q, n * sizeof *m->q);
     memcpy(m->qd, m->station->state->qd, n * sizeof *m->qd);
@@ -65,7 +60,7 @@ static kempe_status give_reason(kempe_modes *m)
     kmp_text_printf(&reason, "'%s' was swept from %g to %g: %s", m->name, l->value[0],
                     l->value[l->reached > 0 ? l->reached - 1 : 0],
                     kmp_interrupted(context) ? "interrupted" : kempe_context_message(context));
-    m->reason = kmp_text_take(&reason);
+    m->reason = kmp_text_keep(&reason, &m->arena);
     return m->reason ? KEMPE_STOPPED : kmp_fail_memory(context);
 }
 
@@ -76,33 +71,30 @@ static kempe_status sweep(kempe_modes *m, const kmp_station_ask *ask, const kmp_
     if (count < 2 || count > MOST_VALUES || range->from == range->to)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a sweep needs two ends and 2 to %d values, as in '%s=1:2:61'",
                         MOST_VALUES, range->name);
-    double *values = KMP_NEW(double, count);
     kmp_text name = {0};
     kmp_text_printf(&name, "%s%s", ask->varies ? "qd." : "", range->name);
-    m->name = kmp_text_take(&name);
-    kempe_status status = values && m->name ? KEMPE_OK : kmp_fail_memory(context);
+    m->name = kmp_text_keep(&name, &m->arena);
+    double *values = KMP_ARENA_NEW(&m->arena, double, count);
+    if (m->arena.failed)
+        return kmp_fail_memory(context);
+    for (int k = 0; k < count; k++)
+        values[k] = kmp_range_value(range, k, count);
     kmp_station *station = NULL;
     kmp_station_ask own = *ask;
     own.name = ask->varies ? NULL : m->name;
-    if (status == KEMPE_OK)
-        status = kmp_station_new(m->system, &own, &station);
-    for (int k = 0; status == KEMPE_OK && k < count; k++)
-        values[k] = kmp_range_value(range, k, count);
-    if (status == KEMPE_OK)
-        status = kmp_locus_make(station, count, values, &m->locus);
+    KMP_TRY(kmp_station_new(m->system, &own, &station));
+    kempe_status status = kmp_locus_make(station, count, values, &m->locus);
     if (status == KEMPE_STOPPED)
         status = give_reason(m);
     kmp_station_free(station);
-    kmp_free(values);
     return status;
 }
 
 static kempe_status vary(kempe_modes *m, const char *text, const kmp_station_ask *ask)
 {
     kmp_ranges ranges;
-    kempe_status status = kmp_ranges_read(m->system->context, text, &ranges);
-    if (status != KEMPE_OK)
-        return status;
+    kempe_status status;
+    KMP_TRY(kmp_ranges_read(m->system->context, text, &ranges));
     if (ranges.count != 1)
         status = kmp_fail(m->system->context, KEMPE_E_ARGUMENT, "only one quantity can be swept, as in '%s=1:2:61'",
                           ranges.range[0].name);
@@ -125,11 +117,11 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_options *ask, kmp_
     if (m->rate_count > 0 && at->word && strcmp(at->word, "equilibrium") != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "rates belong to an equilibrium, not to '%s': a start has those of the model", at->word);
-    kempe_status status = here(m, at);
-    if (status == KEMPE_OK && ask->sweep)
+    KMP_TRY(here(m, at));
+    if (ask->sweep)
         return vary(m, ask->sweep, at);
-    if (status != KEMPE_OK || !rate)
-        return status;
+    if (!rate)
+        return KEMPE_OK;
     at->varies = &m->rates[varies];
     return sweep(m, at, rate);
 }
@@ -150,17 +142,14 @@ static kempe_status make(kempe_modes *m, const kempe_modes_options *ask)
     kmp_station_ask at = {0};
     const char *rates = rates_of(ask, &at.word);
     kmp_ranges ranges = {0};
-    int varies = -1;
-    m->wish = KMP_NEW(int, m->system->n);
-    kempe_status status = m->wish ? KEMPE_OK : kmp_fail_memory(m->system->context);
-    if (status == KEMPE_OK)
-        status = kmp_coordinates_read(m->system->model, "--independent", ask->independent, m->wish, &at.wish_count);
-    if (status == KEMPE_OK)
-        status = read_orders(m, ask->orders);
-    if (status == KEMPE_OK)
-        status = read_rates(m, rates, &ranges, &varies);
+    int varies = -1, *wish = KMP_ARENA_NEW(&m->arena, int, m->system->n);
+    if (!wish)
+        return kmp_fail_memory(m->system->context);
+    KMP_TRY(kmp_coordinates_read(m->system->model, "--independent", ask->independent, wish, &at.wish_count));
+    KMP_TRY(read_orders(m, ask->orders));
+    kempe_status status = read_rates(m, rates, &ranges, &varies);
     if (status == KEMPE_OK) {
-        at.wish = m->wish;
+        at.wish = wish;
         at.rates = m->rates;
         at.rate_count = m->rate_count;
         status = make_of(m, ask, &at, varies >= 0 ? &ranges.range[varies] : NULL, varies);
@@ -198,97 +187,18 @@ void kempe_modes_free(kempe_modes *modes)
     kmp_modes_free(&modes->modes);
     kmp_locus_free(&modes->locus);
     kmp_station_free(modes->station);
-    kmp_free(modes->wish);
     kmp_free(modes->rates);
-    kmp_free(modes->q);
-    kmp_free(modes->qd);
-    kmp_free(modes->name);
     kmp_free(modes->warnings);
-    kmp_free(modes->reason);
+    kmp_arena_free(&modes->arena);
     kmp_free(modes);
 }
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-double kmp_mode_frequency(double re, double im)
-{
-    return re == 0 && im == 0 ? NAN : fabs(im) / (2 * acos(-1));
-}
-
-double kmp_mode_damping(double re, double im)
-{
-    return re == 0 && im == 0 ? NAN : re == 0 ? 0 : -re / hypot(re, im);
-}
-
-double kmp_mode_time(double re, double im)
-{
-    (void)im;
-    return re == 0 ? NAN : -1 / re;
-}
-
-static bool has(const kempe_modes *m, int k)
-{
-    return k >= 0 && k < m->modes.count;
-}
-
-int kempe_modes_count(const kempe_modes *m)
-{
-    KMP_GIVEN(m, 0);
-    return m->modes.count;
-}
-
 int kempe_modes_zero_count(const kempe_modes *m)
 {
     KMP_GIVEN(m, 0);
     return m->modes.spectrum.zeros;
-}
-
-double kempe_modes_re(const kempe_modes *m, int k)
-{
-    KMP_GIVEN(m, NAN);
-    return has(m, k) ? m->modes.spectrum.re[k] : NAN;
-}
-
-double kempe_modes_im(const kempe_modes *m, int k)
-{
-    KMP_GIVEN(m, NAN);
-    return has(m, k) ? m->modes.spectrum.im[k] : NAN;
-}
-
-double kempe_modes_frequency(const kempe_modes *m, int k)
-{
-    KMP_GIVEN(m, NAN);
-    return has(m, k) ? kmp_mode_frequency(m->modes.spectrum.re[k], m->modes.spectrum.im[k]) : NAN;
-}
-
-double kempe_modes_damping(const kempe_modes *m, int k)
-{
-    KMP_GIVEN(m, NAN);
-    return has(m, k) ? kmp_mode_damping(m->modes.spectrum.re[k], m->modes.spectrum.im[k]) : NAN;
-}
-
-const double *kempe_modes_shape_re(const kempe_modes *m, int k)
-{
-    KMP_GIVEN(m, NULL);
-    return has(m, k) ? m->modes.shown_re + (ptrdiff_t)k * m->modes.n : NULL;
-}
-
-const double *kempe_modes_shape_im(const kempe_modes *m, int k)
-{
-    KMP_GIVEN(m, NULL);
-    return has(m, k) ? m->modes.shown_im + (ptrdiff_t)k * m->modes.n : NULL;
-}
-
-const double *kempe_modes_q(const kempe_modes *m)
-{
-    KMP_GIVEN(m, NULL);
-    return m->q;
-}
-
-const double *kempe_modes_qd(const kempe_modes *m)
-{
-    KMP_GIVEN(m, NULL);
-    return m->qd;
 }
 
 int kempe_modes_unstable(const kempe_modes *m)
@@ -298,52 +208,4 @@ int kempe_modes_unstable(const kempe_modes *m)
         if (m->modes.spectrum.re[k] > kmp_modes_noise(&m->modes))
             return 1;
     return 0;
-}
-
-int kempe_modes_value_count(const kempe_modes *m)
-{
-    KMP_GIVEN(m, 0);
-    return m->locus.reached;
-}
-
-double kempe_modes_value(const kempe_modes *m, int k)
-{
-    KMP_GIVEN(m, NAN);
-    return k >= 0 && k < m->locus.reached ? m->locus.value[k] : NAN;
-}
-
-static bool on_locus(const kempe_modes *m, int k, int branch)
-{
-    return k >= 0 && k < m->locus.reached && branch >= 0 && branch < m->locus.count;
-}
-
-double kempe_modes_locus_re(const kempe_modes *m, int k, int branch)
-{
-    KMP_GIVEN(m, NAN);
-    return on_locus(m, k, branch) ? m->locus.re[branch + (ptrdiff_t)k * m->locus.count] : NAN;
-}
-
-double kempe_modes_locus_im(const kempe_modes *m, int k, int branch)
-{
-    KMP_GIVEN(m, NAN);
-    return on_locus(m, k, branch) ? m->locus.im[branch + (ptrdiff_t)k * m->locus.count] : NAN;
-}
-
-int kempe_modes_critical_count(const kempe_modes *m)
-{
-    KMP_GIVEN(m, 0);
-    return m->locus.critical_count;
-}
-
-double kempe_modes_critical_value(const kempe_modes *m, int k)
-{
-    KMP_GIVEN(m, NAN);
-    return k >= 0 && k < m->locus.critical_count ? m->locus.critical[k].value : NAN;
-}
-
-double kempe_modes_critical_frequency(const kempe_modes *m, int k)
-{
-    KMP_GIVEN(m, NAN);
-    return k >= 0 && k < m->locus.critical_count ? kmp_mode_frequency(m->locus.critical[k].re, m->locus.critical[k].im)
-                                                 : NAN;
 }

@@ -7,15 +7,16 @@
 #include "studies/modes/locus.h"
 #include "studies/modes/operating_family.h"
 #include <kempe/modes.h>
+#include <math.h>
 
 enum { KMP_MOST_ORDERS = 16 };
 
 struct kempe_modes {
     const kempe_system *system;
+    kmp_arena arena; /* of reason, state and name */
     kempe_status status;
-    char *reason;   /* of KEMPE_STOPPED; NULL: none */
-    char *warnings; /* of the computation, one per line */
-    int *wish;
+    char *reason;      /* of KEMPE_STOPPED; NULL: none */
+    char *warnings;    /* of the computation, one per line */
     kmp_steady *rates; /* requested; n of them would be all */
     int rate_count;
     kmp_station *station; /* at the state */
@@ -40,8 +41,19 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *modes);
 
 /** Frequency, Hz, damping ratio and time constant, s (to decay to 1/e; negative: to grow so) of an eigenvalue; NaN
  * where that means nothing. */
-double kmp_mode_frequency(double re, double im);
-double kmp_mode_damping(double re, double im);
-double kmp_mode_time(double re, double im);
+static inline double kmp_mode_frequency(double re, double im)
+{
+    return re == 0 && im == 0 ? NAN : fabs(im) / (2 * acos(-1));
+}
+
+static inline double kmp_mode_damping(double re, double im)
+{
+    return re == 0 && im == 0 ? NAN : re == 0 ? 0 : -re / hypot(re, im);
+}
+
+static inline double kmp_mode_time(double re)
+{
+    return re == 0 ? NAN : -1 / re;
+}
 
 #endif

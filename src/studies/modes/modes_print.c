@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Modes as text, JSON and CSV. */
-#include "base/file.h"
+/* Modes as text and JSON. */
 #include "output/print.h"
 #include "studies/assembly/check_print.h"
 #include "studies/modes/modes.h"
@@ -139,7 +138,7 @@ static void show_modes(kmp_text *text, const kempe_modes *m)
         show_eigenvalue(text, s->re[c], s->im[c]);
         put_number(text, 13, s->im[c] > 0 ? kmp_mode_frequency(s->re[c], s->im[c]) : NAN);
         put_number(text, 9, s->im[c] > 0 ? kmp_mode_damping(s->re[c], s->im[c]) : NAN);
-        put_number(text, 11, kmp_mode_time(s->re[c], s->im[c]));
+        put_number(text, 11, kmp_mode_time(s->re[c]));
         kmp_text_put(text, "  ");
         kmp_modes_put_movers(text, m, c);
         kmp_text_put(text, "\n");
@@ -219,7 +218,7 @@ static void json_mode(kmp_json *j, const kempe_modes *m, int c)
     json_pair(j, "eigenvalue", s->re[c], s->im[c]);
     kmp_json_number(j, "frequency", s->im[c] > 0 ? kmp_mode_frequency(s->re[c], s->im[c]) : NAN);
     kmp_json_number(j, "damping", s->im[c] > 0 ? kmp_mode_damping(s->re[c], s->im[c]) : NAN);
-    kmp_json_number(j, "decay", kmp_mode_time(s->re[c], s->im[c]));
+    kmp_json_number(j, "decay", kmp_mode_time(s->re[c]));
     if (c < s->zeros)
         kmp_modes_put_along(&along, m, c);
     else
@@ -310,65 +309,4 @@ kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format format, ch
     else
         show_all(&out, modes);
     return kmp_print_finish(modes->system->context, &out, text);
-}
-
-/* -- CSV --------------------------------------------------------------------------------------------- */
-
-static void put_cell(kmp_text *text, double x)
-{
-    kmp_text_put(text, ",");
-    if (isfinite(x))
-        kmp_text_number(text, x);
-}
-
-static void table_of_modes(kmp_text *text, const kempe_modes *m)
-{
-    const kmp_spectrum *s = &m->modes.spectrum;
-    kmp_text_put(text, "index,re,im,frequency,damping,decay");
-    for (int k = 0; k < m->modes.n; k++)
-        kmp_text_printf(text, ",re.%s,im.%s", name_of(m, k), name_of(m, k));
-    kmp_text_put(text, "\n");
-    for (int c = 0; c < s->count; c++) {
-        kmp_text_printf(text, "%d", c);
-        put_cell(text, s->re[c]);
-        put_cell(text, s->im[c]);
-        put_cell(text, kmp_mode_frequency(s->re[c], s->im[c]));
-        put_cell(text, kmp_mode_damping(s->re[c], s->im[c]));
-        put_cell(text, kmp_mode_time(s->re[c], s->im[c]));
-        for (int k = 0; k < m->modes.n; k++) {
-            put_cell(text, m->modes.shown_re[k + (ptrdiff_t)c * m->modes.n]);
-            put_cell(text, m->modes.shown_im[k + (ptrdiff_t)c * m->modes.n]);
-        }
-        kmp_text_put(text, "\n");
-    }
-}
-
-static void table_of_values(kmp_text *text, const kempe_modes *m)
-{
-    const kmp_locus *l = &m->locus;
-    kmp_text_printf(text, "%s", m->name);
-    for (int b = 1; b <= l->count; b++)
-        kmp_text_printf(text, ",re.%d,im.%d", b, b);
-    kmp_text_put(text, "\n");
-    for (int k = 0; k < l->reached; k++) {
-        kmp_text_number(text, l->value[k]);
-        for (int b = 0; b < l->count; b++) {
-            put_cell(text, l->re[b + (ptrdiff_t)k * l->count]);
-            put_cell(text, l->im[b + (ptrdiff_t)k * l->count]);
-        }
-        kmp_text_put(text, "\n");
-    }
-}
-
-kempe_status kempe_modes_write_csv(const kempe_modes *modes, const char *path)
-{
-    KMP_WANTED(NULL, modes, "modes");
-    KMP_WANTED(modes->system->context, path, "path");
-    kmp_text text = {0};
-    kmp_context_clear(modes->system->context);
-    if (modes->name)
-        table_of_values(&text, modes);
-    else
-        table_of_modes(&text, modes);
-    return kmp_file_write(modes->system->context, path, &text);
 }

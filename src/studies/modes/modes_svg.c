@@ -20,13 +20,14 @@ typedef drawn point_fn(const kempe_modes *m, int k, int branch);
 
 static drawn in_plane(const kempe_modes *m, int k, int branch)
 {
-    return (drawn){kempe_modes_locus_re(m, k, branch), fabs(kempe_modes_locus_im(m, k, branch))};
+    ptrdiff_t at = branch + (ptrdiff_t)k * m->locus.count;
+    return (drawn){m->locus.re[at], fabs(m->locus.im[at])};
 }
 
 static drawn over_value(const kempe_modes *m, int k, int branch)
 {
-    double im = kempe_modes_locus_im(m, k, branch);
-    return (drawn){kempe_modes_value(m, k), im != 0 ? fabs(im) / (2 * acos(-1)) : NAN};
+    double size = in_plane(m, k, branch).y;
+    return (drawn){m->locus.value[k], size > 0 ? size / (2 * acos(-1)) : NAN};
 }
 
 static void reach_branches(kmp_plot *p, const kempe_modes *m, point_fn *point)

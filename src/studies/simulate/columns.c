@@ -41,16 +41,6 @@ static bool is_repeated(const kempe_model *model, int output)
 
 /* -- units ------------------------------------------------------------------------------------------- */
 
-const char *kmp_columns_unit(const kempe_system *system, kmp_quantity quantity, int k)
-{
-    static const char *const rotation[] = {"rad", "rad/s", "rad/s^2"}, *const slide[] = {"m", "m/s", "m/s^2"};
-    static const char *const multiplier[] = {"N m", "N", "N/m"}; /* energy over the unit of the row */
-    if (quantity != KMP_QUANTITY_LAMBDA)
-        return system->model->motions[k].rotation ? rotation[quantity] : slide[quantity];
-    int power = system->rows[k].length_power;
-    return power >= 0 && power <= 2 ? multiplier[power] : "";
-}
-
 const char *kmp_columns_unit_shown(kmp_output_kind kind)
 {
     switch (kind) {
@@ -111,7 +101,7 @@ static void add_from_table(writer *w, const kempe_system *system, int o)
         if (!is_asked(system, output, k))
             continue;
         kmp_text_printf(&name, "%s.%s", kmp_quantity_prefix(quantity), kmp_quantity_name(system, quantity, k));
-        add(w, &name, kmp_columns_unit(system, quantity, k), (kmp_column){quantity, k, o, 0});
+        add(w, &name, kmp_quantity_unit(system, quantity, k), (kmp_column){quantity, k, o, 0});
     }
 }
 

@@ -12,8 +12,7 @@ typedef struct kmp_column {
     int index, output, component;
 } kmp_column;
 
-/** Unit of entry k of a quantity, and of computed outputs. */
-const char *kmp_columns_unit(const kempe_system *system, kmp_quantity quantity, int k);
+/** Unit of computed outputs. */
 const char *kmp_columns_unit_shown(kmp_output_kind kind);
 
 typedef struct kmp_columns {

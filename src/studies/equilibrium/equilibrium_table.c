@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Equilibria as tables. */
+#include "output/result_table.h"
+#include "studies/equilibrium/balances.h"
+#include <kempe/equilibrium.h>
+
+static void fill_equilibria(kempe_table *table, const void *result)
+{
+    const kempe_equilibrium *e = result;
+    const kempe_system *s = e->system;
+    kmp_tabulate_column(table, NULL, "stability");
+    kmp_tabulate_column(table, "", "residual");
+    kmp_tabulate_column(table, "J", "potential");
+    kmp_tabulate_column(table, "", "hits");
+    for (int k = 0; k < e->freed_count; k++)
+        kmp_tabulate_column(table, "", "%s", e->freed_name[k]);
+    kmp_tabulate_quantity(table, s, KMP_QUANTITY_Q);
+    kmp_tabulate_quantity(table, s, KMP_QUANTITY_QD);
+    kmp_tabulate_quantity(table, s, KMP_QUANTITY_LAMBDA);
+    for (const kmp_balance *b = e->balance; b < e->balance + e->count; b++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_word(table, kmp_stability_text(b->stability.word));
+        kmp_tabulate_number(table, b->residual);
+        kmp_tabulate_number(table, b->potential);
+        kmp_tabulate_number(table, b->hits);
+        kmp_tabulate_numbers(table, e->freed_count, b->freed);
+        kmp_tabulate_numbers(table, s->n, b->q);
+        kmp_tabulate_numbers(table, s->n, b->qd);
+        kmp_tabulate_numbers(table, s->m, b->lambda);
+    }
+}
+
+static void fill_history(kempe_table *table, const void *result)
+{
+    const kempe_equilibrium *e = result;
+    static const char *const names[] = {"equilibrium", "iteration", "residual", "step"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        kmp_tabulate_column(table, "", "%s", names[k]);
+    for (int k = 0; k < e->count; k++)
+        for (int i = 0; i < e->balance[k].iterations; i++) {
+            kmp_tabulate_row(table);
+            kmp_tabulate_numbers(table, 4, (double[]){k, i, e->balance[k].residuals[i], e->balance[k].steps[i]});
+        }
+}
+
+kempe_status kempe_equilibrium_table(const kempe_equilibrium *equilibrium, const char *name, kempe_table **table)
+{
+    static const kmp_table_kind kinds[] = {{"equilibria", fill_equilibria}, {"history", fill_history}, {0}};
+    KMP_WANTED(NULL, equilibrium, "equilibrium");
+    return kmp_tabulate_result(equilibrium->asked->context, kinds, equilibrium, name, table);
+}

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes as tables. */
+#include "output/result_table.h"
+#include "studies/modes/modes.h"
+#include <kempe/modes.h>
+
+static void fill_modes(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    const kmp_spectrum *s = &m->modes.spectrum;
+    static const char *const names[] = {"index", "re", "im", "frequency", "damping", "decay"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        kmp_tabulate_column(table, "", "%s", names[k]);
+    for (int k = 0; k < 2 * m->modes.n; k++)
+        kmp_tabulate_column(table, "", "%s.%s", k % 2 ? "im" : "re", m->system->model->motions[k / 2].name);
+    for (int c = 0; c < s->count; c++) {
+        double re = s->re[c], im = s->im[c];
+        const double values[] = {c, re, im, kmp_mode_frequency(re, im), kmp_mode_damping(re, im), kmp_mode_time(re)};
+        kmp_tabulate_row(table);
+        kmp_tabulate_numbers(table, sizeof values / sizeof *values, values);
+        for (int k = 0; k < m->modes.n; k++) {
+            kmp_tabulate_number(table, m->modes.shown_re[k + (ptrdiff_t)c * m->modes.n]);
+            kmp_tabulate_number(table, m->modes.shown_im[k + (ptrdiff_t)c * m->modes.n]);
+        }
+    }
+}
+
+static void fill_sweep(kempe_table *table, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    kmp_tabulate_column(table, "", "%s", m->name);
+    for (int k = 0; k < 2 * l->count; k++)
+        kmp_tabulate_column(table, "", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
+    for (int k = 0; k < l->reached; k++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_number(table, l->value[k]);
+        for (int b = 0; b < l->count; b++) {
+            kmp_tabulate_number(table, l->re[b + (ptrdiff_t)k * l->count]);
+            kmp_tabulate_number(table, l->im[b + (ptrdiff_t)k * l->count]);
+        }
+    }
+}
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    if (m->name)
+        fill_sweep(table, m);
+    else
+        fill_modes(table, m);
+}
+
+static void fill_critical(kempe_table *table, const void *result)
+{
+    const kmp_locus *l = &((const kempe_modes *)result)->locus;
+    static const char *const names[] = {"value", "re", "im", "frequency", "branch"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        kmp_tabulate_column(table, "", "%s", names[k]);
+    kmp_tabulate_column(table, NULL, "grows");
+    for (const kmp_critical *c = l->critical; c < l->critical + l->critical_count; c++) {
+        const double values[] = {c->value, c->re, c->im, kmp_mode_frequency(c->re, c->im), c->branch + 1};
+        kmp_tabulate_row(table);
+        kmp_tabulate_numbers(table, sizeof values / sizeof *values, values);
+        kmp_tabulate_word(table, c->grows_above ? "above" : "below");
+    }
+}
+
+static void fill_state(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    kmp_tabulate_quantity(table, m->system, KMP_QUANTITY_Q);
+    kmp_tabulate_quantity(table, m->system, KMP_QUANTITY_QD);
+    kmp_tabulate_row(table);
+    kmp_tabulate_numbers(table, m->system->n, m->q);
+    kmp_tabulate_numbers(table, m->system->n, m->qd);
+}
+
+kempe_status kempe_modes_table(const kempe_modes *modes, const char *name, kempe_table **table)
+{
+    static const kmp_table_kind kinds[] = {
+        {"rows", fill_rows}, {"modes", fill_modes}, {"critical", fill_critical}, {"state", fill_state}, {0}};
+    KMP_WANTED(NULL, modes, "modes");
+    return kmp_tabulate_result(modes->system->context, kinds, modes, name, table);
+}
