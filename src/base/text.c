@@ -199,6 +199,14 @@ char *kmp_text_take(kmp_text *text)
     return s;
 }
 
+char *kmp_text_keep(kmp_text *text, kmp_arena *arena)
+{
+    char *s = text->failed ? NULL : kmp_arena_strdup(arena, text->s ? text->s : "");
+    arena->failed = arena->failed || text->failed;
+    kmp_text_free(text);
+    return s;
+}
+
 void kmp_text_free(kmp_text *text)
 {
     kmp_free(text->s);

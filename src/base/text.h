@@ -40,6 +40,8 @@ int kmp_text_words(kmp_arena *arena, const char *list, char ***words);
 
 /** Gives the finished string to the caller (free with kmp_free) and empties `text`; NULL on failure. */
 char *kmp_text_take(kmp_text *text);
+/** Moves the string into `arena` and empties `text`; NULL on failure, which the arena then has, too. */
+char *kmp_text_keep(kmp_text *text, kmp_arena *arena);
 void kmp_text_free(kmp_text *text);
 
 #endif
