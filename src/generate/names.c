@@ -89,8 +89,7 @@ static bool give_one(kmp_scalar *s, taken *t, int i, int *others)
         text.s[text.length] = '\0';
         kmp_text_printf(&text, "x%d", again);
     }
-    s->name[i] = text.failed ? NULL : kmp_arena_strdup(&s->arena, text.s);
-    kmp_text_free(&text);
+    s->name[i] = kmp_text_keep(&text, &s->arena);
     return s->name[i];
 }
 

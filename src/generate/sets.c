@@ -5,20 +5,9 @@
 
 static const struct {
     const char *name;
-    unsigned derive;
-} sets[KMP_EQ_SETS] = {
-#define KMP_EQUATIONS(id, name, derive) {name, derive},
-#define KMP_GROUP(name, members)
-#include "generate/sets.def"
-#undef KMP_EQUATIONS
-#undef KMP_GROUP
-};
-
-static const struct {
-    const char *name;
     unsigned sets;
 } groups[] = {
-#define KMP_EQUATIONS(id, name, derive)
+#define KMP_EQUATIONS(id, name, derive, rows, columns, lower, entries, inputs, array, meaning)
 #define KMP_GROUP(name, members) {name, members},
 #include "generate/sets.def"
 #undef KMP_EQUATIONS
@@ -27,12 +16,30 @@ static const struct {
 
 enum { GROUPS = sizeof groups / sizeof *groups };
 
-/* -- names ------------------------------------------------------------------------------------------- */
-
-const char *kmp_set_name(kmp_eq_set set)
+kmp_set kmp_set_of(const kmp_equations *eq, int set)
 {
-    return sets[set].name;
+    enum { QD = 1 << KMP_IN_QD, QDD = 1 << KMP_IN_QDD, LAMBDA = 1 << KMP_IN_LAMBDA };
+    enum { LOADS = 1 << KMP_IN_FORCE | 1 << KMP_IN_TORQUE };
+    static const kmp_equations none;
+    const kmp_equations *of = eq ? eq : &none;
+    const int n = of->n, m = of->m;
+    const kmp_set sets[] = {
+#define KMP_EQUATIONS(id, name, derive, rows, columns, lower, entries, inputs, array, meaning)                         \
+    {name, derive, rows, columns, lower, of->entries, inputs, array, meaning},
+#define KMP_GROUP(name, members)
+#include "generate/sets.def"
+#undef KMP_EQUATIONS
+#undef KMP_GROUP
+    };
+    return sets[set];
 }
+
+int kmp_set_size(const kmp_set *set)
+{
+    return set->lower ? set->rows * (set->rows + 1) / 2 : set->rows * (set->columns ? set->columns : 1);
+}
+
+/* -- names ------------------------------------------------------------------------------------------- */
 
 static bool is_called(const char *own, const char *name, size_t length)
 {
@@ -45,7 +52,7 @@ unsigned kmp_sets_find(const char *name, size_t length)
         if (is_called(groups[k].name, name, length))
             return groups[k].sets;
     for (int k = 0; k < KMP_EQ_SETS; k++)
-        if (is_called(sets[k].name, name, length))
+        if (is_called(kmp_set_of(NULL, k).name, name, length))
             return 1u << k;
     return 0;
 }
@@ -55,117 +62,48 @@ void kmp_sets_list(kmp_text *text)
     for (int k = 0; k < GROUPS; k++)
         kmp_text_printf(text, "%s%s", k ? ", " : "", groups[k].name);
     for (int k = 0; k < KMP_EQ_SETS; k++)
-        kmp_text_printf(text, ", %s", sets[k].name);
+        kmp_text_printf(text, ", %s", kmp_set_of(NULL, k).name);
 }
 
 unsigned kmp_sets_derive(unsigned wanted)
 {
     unsigned derive = 0;
     for (int k = 0; k < KMP_EQ_SETS; k++)
-        derive |= wanted & 1u << k ? sets[k].derive : 0;
+        derive |= wanted & 1u << k ? kmp_set_of(NULL, k).derive : 0;
     return derive;
 }
 
 /* -- entries ----------------------------------------------------------------------------------------- */
 
-static int set_size(const kmp_equations *eq, kmp_eq_set set)
+static void put_set(kmp_assignment *a, const kmp_set *set)
 {
-    switch (set) {
-    case KMP_EQ_M:
-        return eq->n * (eq->n + 1) / 2;
-    case KMP_EQ_C:
-    case KMP_EQ_INVDYN:
-    case KMP_EQ_QDD:
-    case KMP_EQ_R:
-        return eq->n;
-    case KMP_EQ_INVDYN_Q:
-    case KMP_EQ_INVDYN_QD:
-    case KMP_EQ_R_Q:
-        return eq->n * eq->n;
-    case KMP_EQ_J:
-        return eq->m * eq->n;
-    case KMP_EQ_H:
-    case KMP_EQ_H_T:
-    case KMP_EQ_JDQD:
-    case KMP_EQ_SETS:
-        break;
-    }
-    return eq->m;
-}
-
-static void put_matrix(kmp_assignment *a, const char *name, int rows, int cols, bool lower, const kmp_ref *value)
-{
-    for (int i = 0; i < rows; i++)
-        for (int k = 0; k < (lower ? i + 1 : cols); k++)
-            *a++ = (kmp_assignment){name, i, k, value[i * cols + k]};
-}
-
-static void put_vector(kmp_assignment *a, const char *name, int count, const kmp_ref *value)
-{
-    for (int i = 0; i < count; i++)
-        *a++ = (kmp_assignment){name, i, -1, value[i]};
-}
-
-static void put_set(kmp_assignment *a, const kmp_equations *eq, kmp_eq_set set)
-{
-    const char *name = set < KMP_EQ_SETS ? sets[set].name : "";
-    switch (set) {
-    case KMP_EQ_M:
-        put_matrix(a, name, eq->n, eq->n, true, eq->mass);
-        break;
-    case KMP_EQ_C:
-        put_vector(a, name, eq->n, eq->bias);
-        break;
-    case KMP_EQ_INVDYN:
-        put_vector(a, name, eq->n, eq->inverse);
-        break;
-    case KMP_EQ_INVDYN_Q:
-        put_matrix(a, name, eq->n, eq->n, false, eq->inverse_q);
-        break;
-    case KMP_EQ_INVDYN_QD:
-        put_matrix(a, name, eq->n, eq->n, false, eq->inverse_qd);
-        break;
-    case KMP_EQ_R:
-        put_vector(a, name, eq->n, eq->closed);
-        break;
-    case KMP_EQ_R_Q:
-        put_matrix(a, name, eq->n, eq->n, false, eq->closed_q);
-        break;
-    case KMP_EQ_QDD:
-        put_vector(a, name, eq->n, eq->free_qdd);
-        break;
-    case KMP_EQ_H:
-        put_vector(a, name, eq->m, eq->h);
-        break;
-    case KMP_EQ_J:
-        put_matrix(a, name, eq->m, eq->n, false, eq->jacobian);
-        break;
-    case KMP_EQ_H_T:
-        put_vector(a, name, eq->m, eq->h_t);
-        break;
-    case KMP_EQ_JDQD:
-        put_vector(a, name, eq->m, eq->jdqd);
-        break;
-    case KMP_EQ_SETS:
-        break;
-    }
+    for (int i = 0; i < set->rows; i++)
+        if (set->columns)
+            for (int k = 0; k < (set->lower ? i + 1 : set->columns); k++)
+                *a++ = (kmp_assignment){set->name, i, k, set->entries[i * set->columns + k]};
+        else
+            *a++ = (kmp_assignment){set->name, i, -1, set->entries[i]};
 }
 
 int kmp_sets_size(const kmp_equations *eq, unsigned wanted)
 {
     int size = 0;
-    for (int k = 0; k < KMP_EQ_SETS; k++)
-        size += wanted & 1u << k ? set_size(eq, (kmp_eq_set)k) : 0;
+    for (int k = 0; k < KMP_EQ_SETS; k++) {
+        kmp_set set = kmp_set_of(eq, k);
+        size += wanted & 1u << k ? kmp_set_size(&set) : 0;
+    }
     return size;
 }
 
 void kmp_sets_put(const kmp_equations *eq, unsigned wanted, kmp_assignment *entries)
 {
-    for (int k = 0; k < KMP_EQ_SETS; k++)
-        if (wanted & 1u << k) {
-            put_set(entries, eq, (kmp_eq_set)k);
-            entries += set_size(eq, (kmp_eq_set)k);
-        }
+    for (int k = 0; k < KMP_EQ_SETS; k++) {
+        kmp_set set = kmp_set_of(eq, k);
+        if (!(wanted & 1u << k))
+            continue;
+        put_set(entries, &set);
+        entries += kmp_set_size(&set);
+    }
 }
 
 kmp_program *kmp_sets_program(const kmp_equations *eq, unsigned wanted)

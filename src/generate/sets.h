@@ -8,7 +8,7 @@
 
 /* The rows of sets.def; several together are bits 1 << set. */
 typedef enum kmp_eq_set {
-#define KMP_EQUATIONS(id, name, derive) KMP_EQ_##id,
+#define KMP_EQUATIONS(id, name, derive, rows, columns, lower, entries, inputs, array, meaning) KMP_EQ_##id,
 #define KMP_GROUP(name, sets)
 #include "generate/sets.def"
 #undef KMP_EQUATIONS
@@ -16,7 +16,20 @@ typedef enum kmp_eq_set {
     KMP_EQ_SETS
 } kmp_eq_set;
 
-const char *kmp_set_name(kmp_eq_set set);
+/** A row of sets.def. */
+typedef struct kmp_set {
+    const char *name;
+    unsigned derive;   /* kmp_scene.sets */
+    int rows, columns; /* columns 0: a vector */
+    bool lower;        /* entries with k <= i alone */
+    const kmp_ref *entries;
+    unsigned inputs; /* beside t and q, bits 1 << kmp_input_kind */
+    const char *array, *meaning;
+} kmp_set;
+
+/** Of some equations; NULL: of none, without entries. */
+kmp_set kmp_set_of(const kmp_equations *eq, int set);
+int kmp_set_size(const kmp_set *set);
 
 /** The sets of a name, which is that of a set or of a group; 0: none. `length` of its characters count. */
 unsigned kmp_sets_find(const char *name, size_t length);

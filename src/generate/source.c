@@ -12,17 +12,21 @@
 #include <kempe/generate.h>
 #include <string.h>
 
+const char *const kmp_argument_names[KMP_IN_COUNT] = {
+    [KMP_IN_PARAMETER] = "k", [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",
+    [KMP_IN_QDD] = "qdd",     [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque"};
+
 /* -- names ------------------------------------------------------------------------------------------- */
 
 /* The model's name as an identifier. */
-static char *identifier_of(const char *name)
+static char *identifier_of(kmp_arena *arena, const char *name)
 {
     kmp_text text = {0};
     if (!isalpha((unsigned char)name[0]))
         kmp_text_put(&text, "m_");
     for (; *name; name++)
         kmp_text_printf(&text, "%c", isalnum((unsigned char)*name) ? *name : '_');
-    return kmp_text_take(&text);
+    return kmp_text_keep(&text, arena);
 }
 
 /* FNV-1a over the model without its run settings (Fowler, Noll, Vo). */
@@ -41,75 +45,40 @@ static bool hash_model(const kempe_model *model, char out[17])
     return ok;
 }
 
-static bool name_rows(kmp_code_source *source, const kmp_equations *eq)
+static void name_rows(kmp_code_source *source, const kmp_equations *eq)
 {
     if (source->row_names || eq->m == 0)
-        return true;
+        return;
     source->m = eq->m;
-    source->row_names = KMP_NEW(char *, eq->m);
+    source->row_names = KMP_ARENA_NEW(&source->arena, char *, eq->m);
     for (int r = 0; source->row_names && r < eq->m; r++) {
         kmp_text text = {0};
         const kmp_row *row = &eq->rows[r];
         kmp_text_printf(&text, "%s.%d", eq->model->closures[row->closure].name, row->number + 1);
-        source->row_names[r] = kmp_text_take(&text);
-        if (!source->row_names[r])
-            return false;
+        source->row_names[r] = kmp_text_keep(&text, &source->arena);
     }
-    return source->row_names;
 }
 
 /* -- routines ---------------------------------------------------------------------------------------- */
 
-static unsigned arguments_of(unsigned sets, bool inputs)
+static void shape_arrays(kmp_routine *r, const kmp_equations *eq, unsigned sets, bool inputs)
 {
-    const unsigned closed = 1u << KMP_EQ_R | 1u << KMP_EQ_R_Q;
-    const unsigned accelerated = 1u << KMP_EQ_INVDYN | 1u << KMP_EQ_INVDYN_Q | closed;
-    const unsigned pushed = 1u << KMP_EQ_C | 1u << KMP_EQ_QDD | accelerated;
-    unsigned a = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
-    if (sets & (pushed | 1u << KMP_EQ_JDQD | 1u << KMP_EQ_INVDYN_QD))
-        a |= 1u << KMP_IN_QD;
-    if (sets & accelerated)
-        a |= 1u << KMP_IN_QDD;
-    if (sets & closed)
-        a |= 1u << KMP_IN_LAMBDA;
-    if (inputs && sets & pushed)
-        a |= 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
-    return a;
-}
-
-/* The name of a set's output. */
-static const char *array_name(kmp_eq_set set)
-{
-    switch (set) {
-    case KMP_EQ_INVDYN:
-        return "Q";
-    case KMP_EQ_INVDYN_Q:
-        return "Q_q";
-    case KMP_EQ_INVDYN_QD:
-        return "Q_qd";
-    case KMP_EQ_QDD:
-        return "acc";
-    default:
-        return kmp_set_name(set);
-    }
-}
-
-static void shape_arrays(kmp_routine *r, unsigned sets, int n, int m)
-{
+    const unsigned loads = 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
     int first = 0;
+    r->arguments = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
     for (int k = 0; k < KMP_EQ_SETS; k++) {
         if (!(sets & 1u << k))
             continue;
-        kmp_array *a = &r->arrays[r->array_count++];
-        bool closures = k == KMP_EQ_H || k == KMP_EQ_J || k == KMP_EQ_H_T || k == KMP_EQ_JDQD, mass = k == KMP_EQ_M;
-        bool tangent = k == KMP_EQ_INVDYN_Q || k == KMP_EQ_INVDYN_QD || k == KMP_EQ_R_Q;
-        *a = (kmp_array){.name = array_name((kmp_eq_set)k),
-                         .rows = closures ? m : n,
-                         .cols = mass || tangent || k == KMP_EQ_J ? n : 0,
-                         .symmetric = mass,
-                         .first = first};
-        a->count = mass ? n * (n + 1) / 2 : a->rows * (a->cols ? a->cols : 1);
-        first += a->count;
+        kmp_set set = kmp_set_of(eq, k);
+        r->arrays[r->array_count++] = (kmp_array){.name = set.array,
+                                                  .meaning = set.meaning,
+                                                  .rows = set.rows,
+                                                  .cols = set.columns,
+                                                  .symmetric = set.lower,
+                                                  .first = first,
+                                                  .count = kmp_set_size(&set)};
+        r->arguments |= inputs ? set.inputs : set.inputs & ~loads;
+        first += kmp_set_size(&set);
     }
 }
 
@@ -123,10 +92,10 @@ static void keep(kmp_routine *r, uint32_t operand)
 }
 
 /* Finds the values of the parameters that stage 1 needs. */
-static bool find_kept(kmp_routine *r)
+static bool find_kept(kmp_arena *arena, kmp_routine *r)
 {
     const kmp_program *p = r->program;
-    r->kept = KMP_NEW(int, p->constant_count + p->input_count + p->code[p->stages]);
+    r->kept = KMP_ARENA_NEW(arena, int, p->constant_count + p->input_count + p->code[p->stages]);
     if (!r->kept)
         return false;
     for (int i = p->code[1]; i < p->code[2]; i++)
@@ -148,29 +117,26 @@ static bool take_symbols(kmp_code_source *source, const kmp_tree *tree)
 {
     if (source->place)
         return true;
+    kmp_arena *arena = &source->arena;
     source->symbol_count = kmp_tree_symbol_count(tree);
-    source->place = KMP_NEW(int, source->symbol_count);
-    source->value = KMP_NEW(double, source->symbol_count);
-    source->parameter_name = KMP_NEW(char *, source->symbol_count);
-    if (!source->place || !source->value || !source->parameter_name)
-        return false;
-    for (int k = 0; k < source->symbol_count; k++)
+    source->place = KMP_ARENA_NEW(arena, int, source->symbol_count);
+    source->value = KMP_ARENA_NEW(arena, double, source->symbol_count);
+    source->parameter_name = KMP_ARENA_NEW(arena, char *, source->symbol_count);
+    for (int k = 0; !arena->failed && k < source->symbol_count; k++)
         source->place[k] = -1;
-    return true;
+    return !arena->failed;
 }
 
 /* A symbol has its value where it was met. */
-static bool take_values(kmp_code_source *source, const kmp_tree *tree)
+static void take_values(kmp_code_source *source, const kmp_tree *tree)
 {
-    double *value = KMP_NEW(double, source->symbol_count);
+    double *value = KMP_ARENA_NEW(&source->arena, double, source->symbol_count);
     if (!value)
-        return false;
+        return;
     kmp_tree_symbol_values(tree, value);
     for (int k = 0; k < source->symbol_count; k++)
         if (value[k] != 0)
             source->value[k] = value[k];
-    kmp_free(value);
-    return true;
 }
 
 static bool take_routine(kmp_code_source *source, kmp_routine *r, const kmp_chosen *chosen, const kmp_equations *eq)
@@ -179,14 +145,16 @@ static bool take_routine(kmp_code_source *source, kmp_routine *r, const kmp_chos
     for (char *s = r->name; *s; s++)
         *s = *s == '+' ? '_' : *s;
     r->program = kmp_sets_program(eq, chosen->sets);
-    if (!r->program || !name_rows(source, eq) || !take_symbols(source, &eq->tree) || !take_values(source, &eq->tree) ||
-        (eq->links.symbols && !take_values(source, &eq->links)))
+    name_rows(source, eq);
+    if (!r->program || !take_symbols(source, &eq->tree))
         return false;
-    shape_arrays(r, chosen->sets, eq->n, eq->m);
-    r->arguments = arguments_of(chosen->sets, source->inputs);
+    take_values(source, &eq->tree);
+    if (eq->links.symbols)
+        take_values(source, &eq->links);
+    shape_arrays(r, eq, chosen->sets, source->inputs);
     r->tally = kmp_tally_program(r->program, 0, 1);
     mark_symbols(source, r->program);
-    return find_kept(r);
+    return find_kept(&source->arena, r) && !source->arena.failed;
 }
 
 static kempe_status derive(kmp_code_source *source, kmp_routine *r, const kmp_set_choice *choice,
@@ -230,11 +198,9 @@ static bool place_symbols(kmp_code_source *source)
             continue;
         int at = source->place[k] = source->parameter_count++;
         source->value[at] = source->value[k]; /* at <= k */
-        source->parameter_name[at] = kmp_symbol_name(source->model, k);
-        if (!source->parameter_name[at])
-            return false;
+        source->parameter_name[at] = kmp_symbol_name(&source->arena, source->model, k);
     }
-    return true;
+    return !source->arena.failed;
 }
 
 static kempe_status read_form(kmp_code_source *source, const char *form)
@@ -253,33 +219,37 @@ static kempe_status find_meant(kmp_code_source *source)
     return status;
 }
 
-kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g)
+static kempe_status make(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g)
 {
     kmp_set_choice choice;
-    *source = (kmp_code_source){.context = model->context, .model = model, .n = model->motion_count};
-    kempe_status status = kmp_refuse_load_dependent_model(model, "generate");
-    if (status == KEMPE_OK)
-        status = read_form(source, g->form);
-    if (status == KEMPE_OK)
-        status = kmp_choice_read(model, g, &choice);
-    if (status == KEMPE_OK)
-        status = find_meant(source);
-    if (status != KEMPE_OK)
-        return status;
+    kmp_arena *arena = &source->arena;
+    KMP_TRY(kmp_refuse_load_dependent_model(model, "generate"));
+    KMP_TRY(read_form(source, g->form));
+    KMP_TRY(kmp_choice_read(model, g, &choice));
+    KMP_TRY(find_meant(source));
     source->vectorised = g->vectorised;
     source->parameters = g->keep_parameters;
     source->inputs = g->body_inputs;
     source->body_count = model->body_count - 1;
     source->scheme = choice.scheme;
-    source->title = kmp_strdup(model->name);
-    source->name = identifier_of(model->name);
-    source->routines = KMP_NEW(kmp_routine, choice.count);
-    if (!source->title || !source->name || !source->routines || !hash_model(model, source->hash))
-        status = kmp_fail_memory(model->context);
-    for (; source->routines && source->count < choice.count && status == KEMPE_OK; source->count++)
-        status = derive(source, &source->routines[source->count], &choice, &choice.chosen[source->count]);
-    if (status == KEMPE_OK && (!place_symbols(source) || (source->parameters && !warn_of_shapes(model))))
-        status = kmp_fail_memory(model->context);
+    source->title = kmp_arena_strdup(arena, model->name);
+    source->name = identifier_of(arena, model->name);
+    source->routines = KMP_ARENA_NEW(arena, kmp_routine, choice.count);
+    source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
+    for (int k = 0; source->coordinate_names && k < source->n; k++)
+        source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);
+    if (arena->failed || !hash_model(model, source->hash))
+        return kmp_fail_memory(model->context);
+    for (int k = 0; k < choice.count; k++)
+        KMP_TRY(derive(source, &source->routines[source->count++], &choice, &choice.chosen[k]));
+    return place_symbols(source) && (!source->parameters || warn_of_shapes(model)) ? KEMPE_OK
+                                                                                   : kmp_fail_memory(model->context);
+}
+
+kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g)
+{
+    *source = (kmp_code_source){.context = model->context, .model = model, .n = model->motion_count};
+    kempe_status status = make(source, model, g);
     if (status != KEMPE_OK)
         kmp_source_free(source);
     return status;
@@ -287,21 +257,9 @@ kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, 
 
 void kmp_source_free(kmp_code_source *source)
 {
-    for (int k = 0; source->routines && k < source->count; k++) {
+    for (int k = 0; k < source->count; k++)
         kmp_program_free(source->routines[k].program);
-        kmp_free(source->routines[k].kept);
-    }
-    for (int r = 0; source->row_names && r < source->m; r++)
-        kmp_free(source->row_names[r]);
-    for (int k = 0; source->parameter_name && k < source->parameter_count; k++)
-        kmp_free(source->parameter_name[k]);
-    kmp_free(source->routines);
-    kmp_free(source->row_names);
-    kmp_free(source->parameter_name);
-    kmp_free(source->place);
-    kmp_free(source->value);
-    kmp_free(source->title);
-    kmp_free(source->name);
+    kmp_arena_free(&source->arena);
     kmp_variant_free(source->meant);
     *source = (kmp_code_source){0};
 }

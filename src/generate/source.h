@@ -9,7 +9,7 @@
 
 /** An output of a routine: entries first, first + 1, ... of its program, row by row. */
 typedef struct kmp_array {
-    const char *name;
+    const char *name, *meaning;
     int rows, cols; /* cols 0: a vector */
     bool symmetric; /* then the entries are those with column <= row */
     int first, count;
@@ -28,6 +28,7 @@ typedef struct kmp_routine {
 } kmp_routine;
 
 typedef struct kmp_code_source {
+    kmp_arena arena; /* of all arrays */
     kempe_context *context;
     const kempe_model *model;
     struct kmp_variant *meant; /* of a rounded drawing, owns the model; NULL: the model is the caller's */
@@ -37,7 +38,7 @@ typedef struct kmp_code_source {
     bool parameters; /* numbers are kept as symbols: there are p and k */
     bool inputs, legible, vectorised;
     int n, m, body_count; /* bodies with inputs: 3 entries of force and torque each, ground not counted */
-    char **row_names;
+    char **coordinate_names, **row_names;
     int symbol_count, parameter_count;
     int *place; /* by symbol: its position in p, -1: no routine needs it */
     double *value;
@@ -49,6 +50,9 @@ typedef struct kmp_code_source {
 kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model,
                              const kempe_generate_options *generation);
 void kmp_source_free(kmp_code_source *source);
+
+/** The names of arguments: k, t, q .. */
+extern const char *const kmp_argument_names[KMP_IN_COUNT];
 
 /** Files as they are written: name and text. */
 typedef struct kmp_code_file {

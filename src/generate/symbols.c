@@ -112,7 +112,7 @@ static bool find(kmp_text *text, int symbol, const kempe_model *model)
     return found || in_start(text, symbol, model);
 }
 
-char *kmp_symbol_name(const kempe_model *model, int k)
+char *kmp_symbol_name(kmp_arena *arena, const kempe_model *model, int k)
 {
     kmp_text text = {0};
     int symbol = k - model->parameter_count + 1;
@@ -120,5 +120,5 @@ char *kmp_symbol_name(const kempe_model *model, int k)
         kmp_text_put(&text, model->parameters[k].name);
     else if (!find(&text, symbol, model))
         kmp_text_printf(&text, "number.%d", symbol);
-    return kmp_text_take(&text);
+    return kmp_text_keep(&text, arena);
 }

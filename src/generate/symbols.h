@@ -6,7 +6,7 @@
 #include "model/model.h"
 
 /** The name of symbol k (parameters first, then numbers in the order of reading): a parameter's name, "crank.mass",
- * "coupler.B.x". To be freed; NULL: no memory. */
-char *kmp_symbol_name(const kempe_model *model, int k);
+ * "coupler.B.x". In the arena; NULL: no memory. */
+char *kmp_symbol_name(kmp_arena *arena, const kempe_model *model, int k);
 
 #endif

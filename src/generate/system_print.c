@@ -141,7 +141,7 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
     show_header(text, "set", true);
     for (int k = 0; k < KMP_EQ_SETS; k++)
         if (shown & 1u << k) {
-            show_counts(text, kmp_set_name((kmp_eq_set)k), &t[k].counts);
+            show_counts(text, kmp_set_of(NULL, k).name, &t[k].counts);
             kmp_text_printf(text, " | %8ld %8ld\n", t[k].created, t[k].kept);
         }
     show_counts(text, "all in one program", &whole.counts);
@@ -259,7 +259,7 @@ static void json_stats(kmp_json *json, const kempe_system *system, const kmp_tal
     kmp_json_object(json, "sets");
     for (int k = 0; k < KMP_EQ_SETS; k++)
         if (shown & 1u << k)
-            json_tally(json, kmp_set_name((kmp_eq_set)k), &t[k]);
+            json_tally(json, kmp_set_of(NULL, k).name, &t[k]);
     json_tally(json, "all", &whole);
     kmp_json_end(json);
 }

@@ -74,14 +74,20 @@ static const char body[] =
     " * contraction, or with -ffast-math, the results differ from those of Kempe by rounding.\n */\n"
     "#include \"$(name).h\"\n#include \"kempe_runtime.h\"\n\n"
     "const char $(name)_hash[17] = \"$(hash)\";\n"
-    "const char *const $(name)_coordinate_names[] = $(coordinates);\n"
+    "const char *const $(name)_coordinate_names[] = $(coordinate names);\n"
     "$(if rows)const char *const $(name)_row_names[] = $(row names);\n$(end)"
     "$(if parameters)const char *const $(name)_parameter_names[] = $(parameter names);\n"
     "const double $(name)_parameter_values[] = $(values);\n$(end)\n"
     "$(functions)"
-    "$(each routine)$(tables)$(prepare)$(function)$(end)";
+    "$(each routine)"
+    "$(each table)"
+    "static const double $(name)_$(routine)_x$(table)[$(points)] = $(x);\n"
+    "static const double $(name)_$(routine)_y$(table)[$(points)] = $(y);\n"
+    "static const double $(name)_$(routine)_c$(table)[$(polynomials)][4] = $(pieces);\n\n$(end)"
+    "$(prepare)$(function)$(end)";
 
-#define ROOM "$(if slots)    double w[$(slots)];\n$(end)$(unused)"
+#define UNUSED "    (void)$(argument);\n$(end)"
+#define ROOM   "$(if slots)    double w[$(slots)];\n$(end)"
 
 const kmp_language kmp_language_c = {
     .name = "c",
@@ -107,18 +113,17 @@ const kmp_language kmp_language_c = {
     .input = "const double *",
     .output = "double *",
     .number = "double ",
-    .unused = "    (void)$(argument);\n",
-    .vector = "    memset($(array), 0, $(size) * sizeof(double));\n",
-    .matrix = "    memset($(array), 0, $(size) * sizeof(double));\n",
-    .table = "static const double $(name)_$(routine)_x$(table)[$(points)] = $(x);\n"
-             "static const double $(name)_$(routine)_y$(table)[$(points)] = $(y);\n"
-             "static const double $(name)_$(routine)_c$(table)[$(polynomials)][4] = $(pieces);\n\n",
     .table_call = "kempe_table($(points), $(name)_$(routine)_x$(table), $(name)_$(routine)_y$(table), "
                   "$(name)_$(routine)_c$(table), $(derivative), ",
     .call = call,
     .define = define,
-    .prepare = "void $(name)_$(routine)_prepare(const double *p, double *k)\n{\n" ROOM "$(statements)}\n\n",
-    .function = "void $(name)_$(routine)($(arguments))\n{\n" ROOM "$(zeros)$(statements)}\n\n",
-    .part = "static void $(name)_$(routine)$(_prepare)_$(part)($(part parameters))\n{\n$(unused)$(statements)}\n\n",
+    .prepare = "void $(name)_$(routine)_prepare(const double *p, double *k)\n{\n" ROOM "$(each unread parameter)" UNUSED
+               "$(statements)}\n\n",
+    .function =
+        "void $(name)_$(routine)($(arguments))\n{\n" ROOM "$(each empty array)" UNUSED "$(each unread input)" UNUSED
+        "$(each array)$(if has zeros)    memset($(array), 0, $(entries) * sizeof(double));\n$(end)$(end)"
+        "$(statements)}\n\n",
+    .part = "static void $(name)_$(routine)$(_prepare)_$(part)($(part parameters))\n{\n"
+            "$(if _prepare)$(each unread parameter)" UNUSED "$(end)$(statements)}\n\n",
     .part_call = "    $(name)_$(routine)$(_prepare)_$(part)($(part arguments));\n",
     .pages = {{"$(name).h", header}, {"$(name).c", body}, {"kempe_runtime.h", "$(runtime)"}}};

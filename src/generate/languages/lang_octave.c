@@ -62,7 +62,7 @@ static const kmp_function_spelling functions[KMP_OP_COUNT] = {
 
 static const char model[] = "$(banner)function m = $(name)_model()\n"
                             "    m.hash = '$(hash)';\n"
-                            "    m.coordinate_names = $(coordinates);\n"
+                            "    m.coordinate_names = $(coordinate names);\n"
                             "    m.row_names = $(row names);\n"
                             "    m.parameter_names = $(parameter names);\n"
                             "    m.parameter_values = $(values);\n"
@@ -72,7 +72,10 @@ static const char model[] = "$(banner)function m = $(name)_model()\n"
 #define HEAD                                                                                                           \
     ORIGIN "% operations: $(paper); with signs and functions $(robotran); of these $(once) for the parameters\n"       \
            "$(about)function [$(results)] = $(name)_$(routine)($(arguments))\n"
-#define TAIL "end\n$(tables)$(functions)"
+#define ZEROS "$(each array)    $(array) = zeros($(height), $(columns or 1));\n$(end)"
+#define TAIL                                                                                                           \
+    "end\n$(each table)\nfunction v = table$(table)(d, at)\n    x = $(x);\n    y = $(y);\n    c = $(pieces);\n"        \
+    "    v = kempe_table(x, y, c, d, at);\nend\n$(end)$(functions)"
 
 const kmp_language kmp_language_octave = {
     .name = "octave",
@@ -93,22 +96,18 @@ const kmp_language kmp_language_octave = {
     .comment_end = "",
     .mark = "%",
     .routine_mark = "%",
-    .vector = "    $(array) = zeros($(height), $(width));\n",
-    .matrix = "    $(array) = zeros($(height), $(width));\n",
-    .table = "\nfunction v = table$(table)(d, at)\n    x = $(x);\n    y = $(y);\n    c = $(pieces);\n"
-             "    v = kempe_table(x, y, c, d, at);\nend\n",
     .table_call = "table$(table)($(derivative), ",
     .functions = functions,
     .prepare = ORIGIN "% k of $(name)_$(routine) from the parameters (those of the model when none are given): once, "
                       "whenever they have changed\nfunction k = $(name)_$(routine)_prepare(p)\n"
                       "    if nargin < 1\n        p = $(name)_model().parameter_values;\n    end\n"
                       "    k = zeros(1, $(kept));\n$(statements)" TAIL,
-    .function = HEAD "$(zeros)$(statements)" TAIL,
+    .function = HEAD ZEROS "$(statements)" TAIL,
     .arrays = {.function = HEAD "    % $(size) values in $(steps) steps, $(group count) statements\n"
                                 "    v = zeros(1, $(size));\n"
                                 "    v(1:$(constant count)) = $(constants);\n"
-                                "$(load)$(groups)$(zeros)$(scatter)" TAIL,
-               .load = "    v($(first):$(last)) = $(argument);\n",
+                                "$(each input)    v($(first):$(last)) = $(argument);\n$(end)"
+                                "$(groups)" ZEROS "$(scatter)" TAIL,
                .range = "    v($(first):$(last)) = ",
                .one = "    v($(first)) = ",
                .gather = "v($(places))",

@@ -51,24 +51,28 @@ static const kmp_function_spelling functions[KMP_OP_COUNT] = {
                                 "        return c[1] + s*(2*c[2] + s*(3*c[3]))\n"
                                 "    return 2*c[2] + s*(6*c[3]) if d == 2 else 6*c[3] if d == 3 else 0.0")}};
 
-static const char file[] = "$(banner)import bisect\nimport math\nimport operator\n\nimport numpy as np\n\n"
-                           "model_hash = \"$(hash)\"\n"
-                           "coordinate_names = $(coordinates)\n"
-                           "row_names = $(row names)\n"
-                           "$(if prepared)parameter_names = $(parameter names)\n"
-                           "parameter_values = $(values)\n$(end)"
-                           "$(each routine)$(tables)$(end)"
-                           "\n\ndef _ieee(function, other):\n"
-                           "    def call(*x):\n"
-                           "        try:\n"
-                           "            return function(*x)\n"
-                           "        except (ArithmeticError, ValueError):\n"
-                           "            with np.errstate(all='ignore'):\n"
-                           "                return float(other(*x))\n"
-                           "    return call\n\n\n"
-                           "$(functions)\n"
-                           "$(each routine)$(prepare)$(function)$(end)";
+static const char file[] =
+    "$(banner)import bisect\nimport math\nimport operator\n\nimport numpy as np\n\n"
+    "model_hash = \"$(hash)\"\n"
+    "coordinate_names = $(coordinate names)\n"
+    "row_names = $(row names)\n"
+    "$(if prepared)parameter_names = $(parameter names)\n"
+    "parameter_values = $(values)\n$(end)"
+    "$(each routine)$(each table)_$(routine)_table$(table) = ($(x), $(y), $(pieces))\n$(end)$(end)"
+    "\n\ndef _ieee(function, other):\n"
+    "    def call(*x):\n"
+    "        try:\n"
+    "            return function(*x)\n"
+    "        except (ArithmeticError, ValueError):\n"
+    "            with np.errstate(all='ignore'):\n"
+    "                return float(other(*x))\n"
+    "    return call\n\n\n"
+    "$(functions)\n"
+    "$(each routine)$(prepare)$(function)$(end)";
 
+#define ZEROS                                                                                                          \
+    "$(each array)    $(array) = np.zeros($(if columns)($(height), $(columns))$(end)$(if not columns)$(height)$(end))" \
+    "\n$(end)"
 #define HEAD "\n\ndef $(routine)($(arguments)):\n    \"\"\"Indices count from 0.\n\n$(about)    \"\"\"\n"
 
 const kmp_language kmp_language_python = {
@@ -91,24 +95,21 @@ const kmp_language kmp_language_python = {
     .comment_end = "",
     .mark = "#",
     .routine_mark = "   ",
-    .convert = "    $(argument) = np.asarray($(argument), dtype=float).tolist()\n",
-    .vector = "    $(array) = np.zeros($(height))\n",
-    .matrix = "    $(array) = np.zeros(($(height), $(width)))\n",
-    .table = "_$(routine)_table$(table) = ($(x), $(y), $(pieces))\n",
     .table_call = "_table(_$(routine)_table$(table), $(derivative), ",
     .functions = functions,
     .prepare = "\n\ndef $(routine)_prepare(p=parameter_values):\n"
                "    \"\"\"k from the parameters: once, whenever they have changed.\"\"\"\n"
                "    k = [0.0]*$(kept)\n$(statements)    return k\n",
-    .function = HEAD "$(conversions)$(zeros)$(statements)    return $(results)\n",
+    .function = HEAD "$(each read input)    $(argument) = np.asarray($(argument), dtype=float).tolist()\n$(end)" ZEROS
+                     "$(statements)    return $(results)\n",
     .arrays = {.function = "\n\n# $(routine): $(size) values in $(steps) steps, $(group count) statements\n"
                            "_$(routine)_v = np.zeros($(size))\n"
                            "_$(routine)_v[:$(constant count)] = $(constants)\n"
                            "$(lists)" HEAD "    v = _$(routine)_v.copy()\n    take = v.take\n"
-                           "$(load)$(if group count)    with np.errstate(all='ignore'):\n$(end)$(groups)"
-                           "$(zeros)$(scatter)    return $(results)\n",
+                           "$(each input)    v[$(first):$(last)] = $(argument)\n$(end)"
+                           "$(if group count)    with np.errstate(all='ignore'):\n$(end)$(groups)" ZEROS
+                           "$(scatter)    return $(results)\n",
                .table = "[_table(_$(routine)_table$(table), $(derivative), x) for x in $(operands)]",
-               .load = "    v[$(first):$(last)] = $(argument)\n",
                .range = "        v[$(first):$(last)] = ",
                .gather = "take(_$(routine)_$(what)$(number))",
                .signs = "_$(routine)_$(what)$(number)*",

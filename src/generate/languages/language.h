@@ -3,7 +3,7 @@
  * operations, and templates of its files. A template is text with words in $( ), which write.c lists and replaces:
  *
  *     $(name)_$(routine)            names
- *     $(if rows) .. $(end)          text that is there unless the word is empty or 0
+ *     $(if rows) .. $(end)          text that is there unless the word is empty or 0; also $(if not rows)
  *     $(each routine) .. $(end)     text for each routine in turn
  */
 #ifndef KMP_GENERATE_LANGUAGES_LANGUAGE_H
@@ -32,16 +32,15 @@ typedef struct kmp_page {
 
 /** The templates of the vectorised form (levels.h); v is the vector of all values. */
 typedef struct kmp_array_spelling {
-    const char *function;             /* NULL: the language has no vectorised form */
-    const char *table;                /* values of a table for $(operands); NULL: as a call */
-    const char *load, *range, *one;   /* v's places of an $(argument); of results; of a single one, NULL: as of more */
-    const char *gather, *gather_one;  /* the values at $(places); at one */
-    const char *signs, *plus, *minus; /* factors 1 and -1, and an item of their list */
-    const char *scatter;              /* entries of an $(array) at $(places) as the left side of an assignment */
-    const char *define,
-        *define_signs; /* a named list of places, of signs; NULL: lists are written where they are used */
-    const char *times; /* between two factors */
-    bool by_columns;   /* the order of the entries of matrices */
+    const char *function;              /* NULL: the language has no vectorised form */
+    const char *table;                 /* values of a table for $(operands); NULL: as a call */
+    const char *range, *one;           /* results in v as the left side of an assignment; a single one, NULL: as more */
+    const char *gather, *gather_one;   /* the values at $(places); at one */
+    const char *signs, *plus, *minus;  /* factors 1 and -1; an item of their list */
+    const char *scatter;               /* entries of an $(array) at $(places), as the left side of an assignment */
+    const char *define, *define_signs; /* a named list of places, of signs; NULL: lists are where they are used */
+    const char *times;                 /* between two factors */
+    bool by_columns;                   /* the order of the entries of matrices */
 } kmp_array_spelling;
 
 typedef struct kmp_language {
@@ -58,14 +57,11 @@ typedef struct kmp_language {
     const char *local, *end;                                 /* before an assignment to a variable, and after each */
     const char *pair; /* sine and cosine of $(angle) at once; NULL: two assignments */
     const char *comment, *comment_end;
-    const char *mark, *routine_mark;        /* at the beginning of lines of comments on the file, on a routine */
-    const char *input, *output, *number;    /* types of arguments: a vector, a result or room, a number; NULL: none are
-                                             * written, and results are returned */
-    const char *convert;                    /* of an $(argument) that is read; NULL: none */
-    const char *unused;                     /* of an $(argument) that is not read; NULL: none */
-    const char *vector, *matrix;            /* an $(array) of zeros */
-    const char *table, *table_call;         /* definition; a call up to the abscissa */
-    const kmp_function_spelling *functions; /* by operation; NULL: the two functions below */
+    const char *mark, *routine_mark;        /* at the beginning of lines about the file, about a routine */
+    const char *input, *output, *number;    /* types of arguments: a vector, a result, a number; NULL: none are written,
+                                             * and results are returned */
+    const char *table_call;                 /* up to the abscissa */
+    const kmp_function_spelling *functions; /* by operation; NULL: these two */
     void (*call)(const kmp_writer *writer, kmp_op op);
     void (*define)(const kmp_writer *writer, kmp_op op);
     const char *prepare, *function; /* of the parameters; of a routine */
@@ -94,6 +90,7 @@ struct kmp_writer {
     int part;              /* of a split function, from 1 on; 0: the whole */
     int table, derivative;
     const kmp_array *array;
+    const char *mark; /* of comments */
     const char *argument, *angle, *sine, *cosine;
     int group, first, last; /* of the vectorised form: of a group; places in v, from the first index to the last */
     const char *what;       /* of a list of places or signs, with its number and its items */
@@ -120,11 +117,9 @@ void kmp_list_end(kmp_text *text, const kmp_list_spelling *list, int count);
 
 /* Words of the vectorised form (vectorised.c). */
 void kmp_vectorised_lists(const kmp_writer *writer);
-void kmp_vectorised_load(const kmp_writer *writer);
 void kmp_vectorised_groups(const kmp_writer *writer);
 void kmp_vectorised_operands(const kmp_writer *writer);
 void kmp_vectorised_results(const kmp_writer *writer);
-void kmp_vectorised_places(const kmp_writer *writer);
-void kmp_vectorised_signs(const kmp_writer *writer);
+void kmp_vectorised_list(const kmp_writer *writer);
 
 #endif

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The vectorised form of a routine: a statement for all operations of one kind in a step (levels.h). */
-#include "generate/banner.h"
 #include "generate/languages/language.h"
 #include "generate/languages/levels.h"
 
@@ -10,52 +9,38 @@ static const char *const place_lists[OPERANDS] = {"a", "b", "c"}, *const sign_li
 
 /* -- lists ------------------------------------------------------------------------------------------- */
 
-void kmp_vectorised_places(const kmp_writer *w)
+void kmp_vectorised_list(const kmp_writer *w)
 {
+    const kmp_array_spelling *spelling = &w->language->arrays;
     for (int k = 0; k < w->count; k++) {
         kmp_list_item(w->text, &w->language->places, k);
-        kmp_text_printf(w->text, "%d", w->places[k] + w->language->base);
+        if (w->places)
+            kmp_text_printf(w->text, "%d", w->places[k] + w->language->base);
+        else
+            kmp_text_put(w->text, w->signs[k] ? spelling->minus : spelling->plus);
     }
     kmp_list_end(w->text, &w->language->places, w->count);
 }
 
-void kmp_vectorised_signs(const kmp_writer *w)
-{
-    for (int k = 0; k < w->count; k++) {
-        kmp_list_item(w->text, &w->language->places, k);
-        kmp_text_put(w->text, w->signs[k] ? w->language->arrays.minus : w->language->arrays.plus);
-    }
-    kmp_list_end(w->text, &w->language->places, w->count);
-}
-
-static void put_places(const kmp_writer *w, const char *pattern, const char *what, int number, int count,
-                       const int *places)
+/* A list of places, or of signs: what is not given is NULL. */
+static void put_list(const kmp_writer *w, const char *pattern, const char *what, int number, int count,
+                     const int *places, const bool *signs)
 {
     kmp_writer list = *w;
     list.what = what;
     list.number = number;
     list.count = count;
     list.places = places;
-    list.first = places[0] + w->language->base;
-    kmp_fill(&list, pattern);
-}
-
-static void put_signs(const kmp_writer *w, const char *pattern, const char *what, int number, int count,
-                      const bool *signs)
-{
-    kmp_writer list = *w;
-    list.what = what;
-    list.number = number;
-    list.count = count;
     list.signs = signs;
+    list.first = places ? places[0] + w->language->base : 0;
     kmp_fill(&list, pattern);
 }
 
 static void gather(const kmp_writer *w, const char *what, int number, int count, const int *places)
 {
     const kmp_array_spelling *spelling = &w->language->arrays;
-    put_places(w, count == 1 && spelling->gather_one ? spelling->gather_one : spelling->gather, what, number, count,
-               places);
+    put_list(w, count == 1 && spelling->gather_one ? spelling->gather_one : spelling->gather, what, number, count,
+             places, NULL);
 }
 
 /* -- groups ------------------------------------------------------------------------------------------ */
@@ -65,7 +50,7 @@ static void put_operand_signs(const kmp_writer *w, const char *pattern, int k)
     const kmp_nesting_levels *l = w->levels;
     const kmp_group *g = &l->groups[w->group];
     if (g->minus[k])
-        put_signs(w, pattern, sign_lists[k], w->group, g->count, l->minus[k] + g->start);
+        put_list(w, pattern, sign_lists[k], w->group, g->count, NULL, l->minus[k] + g->start);
 }
 
 static void gather_operand(const kmp_writer *w, int k)
@@ -133,19 +118,6 @@ void kmp_vectorised_groups(const kmp_writer *writer)
     }
 }
 
-void kmp_vectorised_load(const kmp_writer *writer)
-{
-    const kmp_nesting_levels *l = writer->levels;
-    kmp_writer one = *writer;
-    for (int kind = 0; kind < KMP_IN_COUNT; kind++) {
-        one.first = l->at[kind] + writer->language->base;
-        one.last = l->at[kind] + l->width[kind];
-        one.argument = kmp_argument_names[kind];
-        if (l->width[kind])
-            kmp_fill(&one, writer->language->arrays.load);
-    }
-}
-
 /* -- results ----------------------------------------------------------------------------------------- */
 
 /* Calls `put` for each array with entries that are not zero. */
@@ -165,9 +137,9 @@ static void each_array(const kmp_writer *writer, void (*put)(const kmp_writer *w
 
 static void put_result(const kmp_writer *w, int array, const kmp_outputs *o)
 {
-    put_places(w, w->language->arrays.scatter, "to", array, o->count, o->to);
+    put_list(w, w->language->arrays.scatter, "to", array, o->count, o->to, NULL);
     if (o->signs)
-        put_signs(w, w->language->arrays.signs, "sign", array, o->count, o->minus);
+        put_list(w, w->language->arrays.signs, "sign", array, o->count, NULL, o->minus);
     gather(w, "from", array, o->count, o->from);
     kmp_text_printf(w->text, "%s\n", w->language->end);
 }
@@ -179,10 +151,10 @@ void kmp_vectorised_results(const kmp_writer *writer)
 
 static void define_result(const kmp_writer *w, int array, const kmp_outputs *o)
 {
-    put_places(w, w->language->arrays.define, "to", array, o->count, o->to);
-    put_places(w, w->language->arrays.define, "from", array, o->count, o->from);
+    put_list(w, w->language->arrays.define, "to", array, o->count, o->to, NULL);
+    put_list(w, w->language->arrays.define, "from", array, o->count, o->from, NULL);
     if (o->signs)
-        put_signs(w, w->language->arrays.define_signs, "sign", array, o->count, o->minus);
+        put_list(w, w->language->arrays.define_signs, "sign", array, o->count, NULL, o->minus);
 }
 
 void kmp_vectorised_lists(const kmp_writer *writer)
@@ -194,8 +166,8 @@ void kmp_vectorised_lists(const kmp_writer *writer)
         const bool needed[OPERANDS] = {true, g->op != KMP_OP_MUL || g->multiplies, g->op != KMP_OP_MUL || g->adds};
         for (int k = 0; k < kmp_group_operands(g); k++)
             if (needed[k])
-                put_places(&one, one.language->arrays.define, place_lists[k], one.group, g->count,
-                           l->operand[k] + g->start);
+                put_list(&one, one.language->arrays.define, place_lists[k], one.group, g->count,
+                         l->operand[k] + g->start, NULL);
         for (int k = 0; k < OPERANDS; k++)
             put_operand_signs(&one, one.language->arrays.define_signs, k);
     }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes the files of any language: fills in its templates. */
-#include "generate/banner.h"
 #include "generate/languages/language.h"
 #include "generate/languages/levels.h"
 #include "generate/languages/runtime_lines.h"
@@ -57,56 +56,19 @@ static void put_string(const kmp_writer *w, const char *s)
     kmp_text_printf(w->text, "%c", quote);
 }
 
-/* names NULL: of the coordinates */
 static void put_names(const kmp_writer *w, int count, char *const *names)
 {
     for (int k = 0; k < count; k++) {
         kmp_list_item(w->text, &w->language->names, k);
-        put_string(w, names ? names[k] : w->source->model->motions[k].name);
+        put_string(w, names[k]);
     }
     kmp_list_end(w->text, &w->language->names, count);
 }
 
-static void put_coordinates(const kmp_writer *w)
-{
-    put_names(w, w->source->n, NULL);
-}
-
-static void put_rows(const kmp_writer *w)
-{
-    put_names(w, w->source->m, w->source->row_names);
-}
-
-static void put_parameters(const kmp_writer *w)
-{
-    put_names(w, w->source->parameter_count, w->source->parameter_name);
-}
-
-static void put_values(const kmp_writer *w)
-{
-    put_numbers(w, &w->language->numbers, w->source->parameter_count, w->source->value);
-}
-
-static void put_constants(const kmp_writer *w)
-{
-    put_numbers(w, &w->language->numbers, w->levels->number_count, w->levels->numbers);
-}
-
-/* -- tables ------------------------------------------------------------------------------------------ */
-
 static const kmp_table *table_of(const kmp_writer *w)
 {
-    return w->routine->program->table[w->table];
-}
-
-static void put_abscissas(const kmp_writer *w)
-{
-    put_numbers(w, &w->language->numbers, table_of(w)->count, table_of(w)->x);
-}
-
-static void put_ordinates(const kmp_writer *w)
-{
-    put_numbers(w, &w->language->numbers, table_of(w)->count, table_of(w)->y);
+    static const kmp_table none;
+    return w->routine && w->table < w->routine->program->table_count ? w->routine->program->table[w->table] : &none;
 }
 
 static void put_pieces(const kmp_writer *w)
@@ -119,13 +81,6 @@ static void put_pieces(const kmp_writer *w)
     kmp_list_end(w->text, &w->language->pieces, table->count - 1);
 }
 
-static void put_tables(const kmp_writer *w)
-{
-    kmp_writer one = *w;
-    for (one.table = 0; one.table < w->routine->program->table_count; one.table++)
-        kmp_fill(&one, w->language->table);
-}
-
 /* -- functions --------------------------------------------------------------------------------------- */
 
 bool kmp_language_has(const kmp_language *language, kmp_op op)
@@ -133,20 +88,15 @@ bool kmp_language_has(const kmp_language *language, kmp_op op)
     return !language->functions || kmp_op_form_of(op) != KMP_FORM_FUNCTION || language->functions[op].call;
 }
 
-static bool is_used_in(const kmp_program *p, kmp_op op)
-{
-    for (int i = 0; i < p->code[p->stages]; i++)
-        if (p->instruction[i].op == op)
-            return true;
-    return false;
-}
-
 static bool is_used(const kmp_writer *w, kmp_op op)
 {
-    bool used = w->routine && is_used_in(w->routine->program, op);
-    for (int k = 0; !w->routine && !used && k < w->source->count; k++)
-        used = is_used_in(w->source->routines[k].program, op);
-    return used;
+    for (int k = 0; k < w->source->count; k++) {
+        const kmp_program *p = w->source->routines[k].program;
+        for (int i = 0; (!w->routine || w->routine->program == p) && i < p->code[p->stages]; i++)
+            if (p->instruction[i].op == op)
+                return true;
+    }
+    return false;
 }
 
 /* Definitions of the functions that the routine needs, or all routines. */
@@ -236,48 +186,6 @@ static void put_part_values(const kmp_writer *w)
     put_part_arguments(w, false);
 }
 
-static void put_for_argument(const kmp_writer *w, const char *pattern, const char *argument)
-{
-    kmp_writer one = *w;
-    one.argument = argument;
-    kmp_fill(&one, pattern);
-}
-
-static void put_unused(const kmp_writer *w)
-{
-    const kmp_scalar *s = w->scalar;
-    if (s->stage == 0 && (w->part > 0 || (s->chunks == 1 && s->sink_count == 0))) {
-        put_for_argument(w, w->language->unused, "p");
-        put_for_argument(w, w->language->unused, "k");
-    }
-    if (s->stage == 0 || w->part > 0)
-        return;
-    for (int a = 0; a < w->routine->array_count; a++)
-        if (w->routine->arrays[a].count == 0)
-            put_for_argument(w, w->language->unused, w->routine->arrays[a].name);
-    for (int kind = 0; kind < KMP_IN_COUNT; kind++)
-        if (kinds_of(w) & ~w->used & 1u << kind)
-            put_for_argument(w, w->language->unused, kmp_argument_names[kind]);
-}
-
-static void put_conversions(const kmp_writer *w)
-{
-    for (int kind = KMP_IN_Q; kind < KMP_IN_COUNT; kind++)
-        if (w->used & 1u << kind)
-            put_for_argument(w, w->language->convert, kmp_argument_names[kind]);
-}
-
-/* Results begin with zeros; those of the caller only where some entry is one. */
-static void put_zeros(const kmp_writer *w)
-{
-    kmp_writer one = *w;
-    for (int a = 0; a < w->routine->array_count; a++) {
-        one.array = &w->routine->arrays[a];
-        if (!w->language->output || kmp_scalar_has_zeros(w->scalar, a))
-            kmp_fill(&one, one.array->cols ? w->language->matrix : w->language->vector);
-    }
-}
-
 /* -- routines ---------------------------------------------------------------------------------------- */
 
 /* The statements of a stage: all of them, or a function for each chunk before, and its calls. */
@@ -349,14 +257,65 @@ static void put_statements(const kmp_writer *w)
     kmp_text_put(w->text, w->statements->s ? w->statements->s : "");
 }
 
+/* -- comments ---------------------------------------------------------------------------------------- */
+
+/* A name in a comment: characters that would end the comment are removed. */
+static void put_comment_name(kmp_text *text, const char *name)
+{
+    for (; *name; name++)
+        kmp_text_printf(text, "%c", (unsigned char)*name < 0x20 || *name == '*' ? ' ' : *name);
+}
+
+static void put_title(const kmp_writer *w)
+{
+    put_comment_name(w->text, w->source->title);
+}
+
+/* "q: 0 crank (rad) 1 ..", a few a line. */
+static void put_legend(const kmp_writer *w, const char *of, int count, char *const *names, const kmp_motion *motions)
+{
+    for (int k = 0; k < count; k++) {
+        if (k % 6 == 0)
+            kmp_text_printf(w->text, "%s%s %s", k ? "\n" : "", w->mark, k ? "  " : of);
+        kmp_text_printf(w->text, " %d ", k + w->language->base);
+        put_comment_name(w->text, names[k]);
+        kmp_text_put(w->text, !motions ? "" : motions[k].rotation ? " (rad)" : " (m)");
+    }
+    kmp_text_put(w->text, count ? "\n" : "");
+}
+
+static void put_legends(const kmp_writer *w)
+{
+    put_legend(w, "q:", w->source->n, w->source->coordinate_names, w->source->model->motions);
+    put_legend(w, "h:", w->source->m, w->source->row_names, NULL);
+}
+
+static void put_comment(const kmp_writer *w, const char *mark, const char *pattern)
+{
+    kmp_writer comment = *w;
+    comment.mark = mark;
+    kmp_fill(&comment, pattern);
+}
+
 static void put_banner(const kmp_writer *w)
 {
-    kmp_banner_put(w->text, w->source, w->language->mark, w->language->base);
+    put_comment(w, w->language->mark,
+                "$(mark) Equations of '$(title)', written by Kempe " KEMPE_VERSION "\n"
+                "$(mark) model $(hash), M by scheme $(scheme), numbers $(if prepared)kept as parameters$(end)"
+                "$(if not prepared)folded$(end)$(if inputs), inputs on bodies$(end)\n$(mark)\n"
+                "$(mark) M qdd + C = J' lambda, Q = M qdd + C, h = 0, J = dh/dq, J qdd + jdqd = 0; SI units\n"
+                "$(mark) operations (+ - * /; with signs and functions; of these for the parameters):\n"
+                "$(each routine)$(mark)   $(routine): $(paper); $(robotran); $(once)\n$(end)$(mark)\n$(legends)");
 }
 
 static void put_about(const kmp_writer *w)
 {
-    kmp_banner_routine(w->text, w->source, w->routine, w->language->routine_mark);
+    put_comment(w, w->language->routine_mark,
+                "$(if prepared)$(mark) k: $(kept), by prepare\n$(end)"
+                "$(mark) t: s; q$(if qd), qd$(end)$(if qdd), qdd$(end): $(motions)\n"
+                "$(if lambda)$(mark) lambda_: $(rows), multipliers of h\n$(end)"
+                "$(if force)$(mark) force, torque: three a body of $(bodies), at its centre of mass, its axes\n$(end)"
+                "$(each array)$(mark) $(array): $(height)$(if columns) x $(columns)$(end), $(meaning)\n$(end)");
 }
 
 static void put_runtime(const kmp_writer *w)
@@ -376,93 +335,130 @@ static bool is(const char *word, size_t length, const char *name)
 static const struct {
     const char *word;
     void (*put)(const kmp_writer *w);
-} texts[] = {{"banner", put_banner},           /* comment on the file */
-             {"about", put_about},             /* comment on the routine */
-             {"coordinates", put_coordinates}, /* lists of names */
-             {"row names", put_rows},
-             {"parameter names", put_parameters},
-             {"values", put_values},       /* of the parameters */
+} texts[] = {{"banner", put_banner}, /* comment on the file */
+             {"about", put_about},   /* comment on the routine */
+             {"title", put_title},
+             {"legends", put_legends},
              {"runtime", put_runtime},     /* kempe/runtime.h */
              {"functions", put_functions}, /* definitions */
-             {"tables", put_tables},
-             {"x", put_abscissas}, /* of a table */
-             {"y", put_ordinates},
-             {"pieces", put_pieces},
-             {"prepare", put_prepare}, /* functions of the routine */
+             {"pieces", put_pieces},       /* of a table */
+             {"prepare", put_prepare},     /* functions of the routine */
              {"function", put_function},
              {"arguments", put_arguments},
              {"results", put_results},
-             {"conversions", put_conversions}, /* of arguments that are read */
-             {"unused", put_unused},           /* statements for arguments that are not */
-             {"zeros", put_zeros},             /* arrays of zeros */
              {"statements", put_statements},
              {"part parameters", put_part_parameters}, /* of a part of a split function */
              {"part arguments", put_part_values},
-             {"constants", put_constants},      /* of the vectorised form: numbers at v's beginning */
-             {"lists", kmp_vectorised_lists},   /* named lists of places and signs */
-             {"load", kmp_vectorised_load},     /* arguments into v */
+             {"lists", kmp_vectorised_lists},   /* of the vectorised form: named lists of places and signs */
              {"groups", kmp_vectorised_groups}, /* all operations */
              {"operands", kmp_vectorised_operands},
              {"scatter", kmp_vectorised_results}, /* v into the results */
-             {"places", kmp_vectorised_places},   /* the items of a list */
-             {"signs", kmp_vectorised_signs}};
+             {"places", kmp_vectorised_list},     /* items of a list */
+             {"signs", kmp_vectorised_list}};
 
-/* Words that stand for a name or a number; those of another context are empty or 0. */
-static void put_value(const kmp_writer *w, const char *word, size_t length)
+static const kmp_routine no_routine;
+static const kmp_array no_array;
+static const kmp_nesting_levels no_levels;
+
+static bool put_name(const kmp_writer *w, const char *word, size_t length)
 {
-    static const kmp_routine no_routine;
-    static const kmp_array no_array;
-    static const kmp_nesting_levels no_levels;
+    const struct {
+        const char *word, *name;
+    } names[] = {{"name", w->source->name},
+                 {"hash", w->source->hash},
+                 {"scheme", w->source->scheme},
+                 {"routine", w->routine ? w->routine->name : NULL},
+                 {"_prepare", w->scalar && w->scalar->stage == 0 ? "_prepare" : NULL},
+                 {"array", w->array ? w->array->name : NULL},
+                 {"meaning", w->array ? w->array->meaning : NULL},
+                 {"mark", w->mark}, /* of comments */
+                 {"argument", w->argument},
+                 {"angle", w->angle},
+                 {"sine", w->sine},
+                 {"cosine", w->cosine},
+                 {"what", w->what}}; /* of a list of places or signs */
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        if (is(word, length, names[k].word)) {
+            kmp_text_put(w->text, names[k].name ? names[k].name : "");
+            return true;
+        }
+    return false;
+}
+
+static bool put_list(const kmp_writer *w, const char *word, size_t length)
+{
+    const kmp_code_source *source = w->source;
+    const kmp_nesting_levels *l = w->levels ? w->levels : &no_levels;
+    const kmp_table *table = table_of(w);
+    const struct {
+        const char *word;
+        int count;
+        char *const *names;
+        const double *numbers;
+    } lists[] = {{"coordinate names", source->n, source->coordinate_names, NULL},
+                 {"row names", source->m, source->row_names, NULL},
+                 {"parameter names", source->parameter_count, source->parameter_name, NULL},
+                 {"values", source->parameter_count, NULL, source->value},
+                 {"x", table->count, NULL, table->x}, /* of a table */
+                 {"y", table->count, NULL, table->y},
+                 {"constants", l->number_count, NULL, l->numbers}}; /* at v's beginning */
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
+        if (!is(word, length, lists[k].word))
+            continue;
+        if (lists[k].numbers)
+            put_numbers(w, &w->language->numbers, lists[k].count, lists[k].numbers);
+        else
+            put_names(w, lists[k].count, lists[k].names);
+        return true;
+    }
+    return false;
+}
+
+static void put_number(const kmp_writer *w, const char *word, size_t length)
+{
+    const kmp_code_source *source = w->source;
     const kmp_routine *r = w->routine ? w->routine : &no_routine;
     const kmp_array *a = w->array ? w->array : &no_array;
     const kmp_nesting_levels *l = w->levels ? w->levels : &no_levels;
-    const kmp_code_source *source = w->source;
-    bool has_table = r->program && w->table < r->program->table_count;
     const struct {
-        const char *word, *text;
-        long value;
-    } values[] = {{"name", source->name, 0},
-                  {"hash", source->hash, 0},
-                  {"routine", r->name, 0},
-                  {"argument", w->argument, 0},
-                  {"array", a->name, 0},
-                  {"angle", w->angle, 0},
-                  {"sine", w->sine, 0},
-                  {"cosine", w->cosine, 0},
-                  {"what", w->what, 0},
-                  {"_prepare", w->scalar && w->scalar->stage == 0 ? "_prepare" : "", 0},
-                  {"motions", NULL, source->n},
-                  {"rows", NULL, source->m},
-                  {"parameters", NULL, source->parameter_count},
-                  {"bodies", NULL, source->body_count},
-                  {"prepared", NULL, source->parameters},
-                  {"kept", NULL, r->kept_count},
-                  {"kept or 1", NULL, r->kept_count ? r->kept_count : 1},
-                  {"paper", NULL, r->tally.counts.paper},
-                  {"robotran", NULL, r->tally.counts.robotran},
-                  {"once", NULL, r->tally.counts.robotran - r->tally.runtime.robotran},
-                  {"height", NULL, a->rows},
-                  {"width", NULL, a->cols ? a->cols : 1},
-                  {"size", NULL, w->levels ? l->size : a->rows * (a->cols ? a->cols : 1)},
-                  {"table", NULL, w->table},
-                  {"derivative", NULL, w->derivative},
-                  {"points", NULL, has_table ? table_of(w)->count : 0},
-                  {"polynomials", NULL, has_table ? table_of(w)->count - 1 : 0},
-                  {"slots", NULL, w->scalar ? w->scalar->slots : 0},
-                  {"part", NULL, w->part},
-                  {"number", NULL, w->number},
-                  {"first", NULL, w->first},
-                  {"last", NULL, w->last},
-                  {"steps", NULL, l->steps},
-                  {"group count", NULL, l->group_count},
-                  {"constant count", NULL, l->number_count}};
-    for (size_t k = 0; k < sizeof values / sizeof *values; k++)
-        if (is(word, length, values[k].word)) {
-            if (values[k].text)
-                kmp_text_put(w->text, values[k].text);
-            else
-                kmp_text_printf(w->text, "%ld", values[k].value);
-        }
+        const char *word;
+        long number;
+    } numbers[] = {{"motions", source->n},
+                   {"rows", source->m},
+                   {"parameters", source->parameter_count},
+                   {"bodies", source->body_count},
+                   {"prepared", source->parameters}, /* there are p and k */
+                   {"inputs", source->inputs},
+                   {"qd", r->arguments & 1u << KMP_IN_QD}, /* it is an argument */
+                   {"qdd", r->arguments & 1u << KMP_IN_QDD},
+                   {"lambda", r->arguments & 1u << KMP_IN_LAMBDA},
+                   {"force", r->arguments & 1u << KMP_IN_FORCE},
+                   {"kept", r->kept_count}, /* entries of k */
+                   {"kept or 1", r->kept_count ? r->kept_count : 1},
+                   {"paper", r->tally.counts.paper},
+                   {"robotran", r->tally.counts.robotran},
+                   {"once", r->tally.counts.robotran - r->tally.runtime.robotran},
+                   {"height", a->rows},
+                   {"columns", a->cols},
+                   {"columns or 1", a->cols ? a->cols : 1},
+                   {"entries", a->rows * (a->cols ? a->cols : 1)},
+                   {"has zeros", w->array && w->scalar && kmp_scalar_has_zeros(w->scalar, (int)(a - r->arrays))},
+                   {"table", w->table},
+                   {"derivative", w->derivative},
+                   {"points", table_of(w)->count},
+                   {"polynomials", table_of(w)->count - 1},
+                   {"slots", w->scalar ? w->scalar->slots : 0},
+                   {"part", w->part},
+                   {"number", w->number}, /* of a list of places or signs */
+                   {"first", w->first},
+                   {"last", w->last},
+                   {"size", l->size}, /* of v */
+                   {"steps", l->steps},
+                   {"group count", l->group_count},
+                   {"constant count", l->number_count}};
+    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
+        if (is(word, length, numbers[k].word))
+            kmp_text_printf(w->text, "%ld", numbers[k].number);
 }
 
 static void put_word(const kmp_writer *w, const char *word, size_t length)
@@ -472,21 +468,106 @@ static void put_word(const kmp_writer *w, const char *word, size_t length)
             texts[k].put(w);
             return;
         }
-    put_value(w, word, length);
+    if (!put_name(w, word, length) && !put_list(w, word, length))
+        put_number(w, word, length);
+}
+
+/* -- loops ------------------------------------------------------------------------------------------- */
+
+static bool take_routine(kmp_writer *w, int k)
+{
+    w->routine = &w->source->routines[k];
+    return true;
+}
+
+static bool take_array(kmp_writer *w, int k)
+{
+    w->array = &w->routine->arrays[k];
+    w->argument = w->array->name;
+    return true;
+}
+
+static bool take_empty_array(kmp_writer *w, int k)
+{
+    return take_array(w, k) && w->array->count == 0;
+}
+
+static bool take_table(kmp_writer *w, int k)
+{
+    w->table = k;
+    return true;
+}
+
+/* An argument, with its places in the vector of the vectorised form. */
+static bool take_input(kmp_writer *w, int kind)
+{
+    w->argument = kmp_argument_names[kind];
+    if (w->levels) {
+        w->first = w->levels->at[kind] + w->language->base;
+        w->last = w->levels->at[kind] + w->levels->width[kind];
+    }
+    return w->levels ? w->levels->width[kind] > 0 : kinds_of(w) >> kind & 1;
+}
+
+/* An array that a function reads. */
+static bool take_read_input(kmp_writer *w, int kind)
+{
+    return take_input(w, kind) && kind >= KMP_IN_Q && w->used >> kind & 1;
+}
+
+static bool take_unread_input(kmp_writer *w, int kind)
+{
+    return take_input(w, kind) && !(w->used >> kind & 1);
+}
+
+/* The arguments of a function of the parameters that has no statements. */
+static bool take_unread_parameter(kmp_writer *w, int k)
+{
+    w->argument = k ? "k" : "p";
+    return w->part > 0 || (w->scalar->chunks == 1 && w->scalar->sink_count == 0);
+}
+
+static void repeat(const kmp_writer *w, const char *word, size_t length, const char *pattern)
+{
+    const kmp_routine *r = w->routine;
+    const struct {
+        const char *word;
+        int count;
+        bool (*take)(kmp_writer *w, int k); /* false: the item is left out */
+    } loops[] = {{"each routine", w->source->count, take_routine},
+                 {"each array", r ? r->array_count : 0, take_array},
+                 {"each empty array", r ? r->array_count : 0, take_empty_array},
+                 {"each table", r ? r->program->table_count : 0, take_table},
+                 {"each input", KMP_IN_COUNT, take_input},
+                 {"each read input", KMP_IN_COUNT, take_read_input},
+                 {"each unread input", KMP_IN_COUNT, take_unread_input},
+                 {"each unread parameter", 2, take_unread_parameter}};
+    for (size_t n = 0; n < sizeof loops / sizeof *loops; n++)
+        for (int k = 0; is(word, length, loops[n].word) && k < loops[n].count; k++) {
+            kmp_writer one = *w;
+            if (loops[n].take(&one, k))
+                kmp_fill(&one, pattern);
+        }
 }
 
 /* -- templates --------------------------------------------------------------------------------------- */
 
-static bool is_true(const kmp_writer *w, const char *word, size_t length)
+static bool begins(const char *word, const char *with)
+{
+    return strncmp(word, with, strlen(with)) == 0;
+}
+
+/* The word is neither empty nor 0. */
+static bool holds(const kmp_writer *w, const char *word, size_t length)
 {
     kmp_text value = {0};
     kmp_writer to = *w;
     to.text = &value;
     put_word(&to, word, length);
-    bool holds = value.length > 0 && strcmp(value.s, "0") != 0;
+    bool is_one = value.length > 0 && strcmp(value.s, "0") != 0;
     w->text->failed = w->text->failed || value.failed;
     kmp_text_free(&value);
-    return holds;
+    return is_one;
 }
 
 /* Fills in up to the end of the template or of its section; not `on`: without writing. The rest of the template. */
@@ -501,14 +582,13 @@ static const char *fill(const kmp_writer *w, const char *s, bool on)
         s = word + length + 1;
         if (is(word, length, "end"))
             return s;
-        if (strncmp(word, "if ", 3) == 0) {
-            s = fill(w, s, on && is_true(w, word + 3, length - 3));
-        } else if (is(word, length, "each routine")) {
-            kmp_writer one = *w;
-            for (int k = 0; on && k < w->source->count; k++) {
-                one.routine = &w->source->routines[k];
-                (void)fill(&one, s, true);
-            }
+        if (begins(word, "if not ")) {
+            s = fill(w, s, on && !holds(w, word + 7, length - 7));
+        } else if (begins(word, "if ")) {
+            s = fill(w, s, on && holds(w, word + 3, length - 3));
+        } else if (begins(word, "each ")) {
+            if (on)
+                repeat(w, word, length, s);
             s = fill(w, s, false);
         } else if (on) {
             put_word(w, word, length);
