@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # What `cmake --install` puts where: library, headers, command with its manual page and completion, the schema of model
-# files, CMake package, pkg-config file.
+# files, pages and examples, CMake package, pkg-config file.
 include(CMakePackageConfigHelpers)
 
 set(KEMPE_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/Kempe)
@@ -16,6 +16,15 @@ if(KEMPE_COMMAND)
     install(FILES ${PROJECT_BINARY_DIR}/kempe.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
     install(FILES packaging/kempe.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME kempe)
     install(FILES schema/kempe.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/kempe)
+
+    # Pages and examples keep their places relative to each other; the site joins them where it was built (target site).
+    install(FILES README.md LICENSE DESTINATION ${KEMPE_DOCDIR})
+    install(DIRECTORY docs bench DESTINATION ${KEMPE_DOCDIR} FILES_MATCHING
+        REGEX "/docs/.*\\.(md|svg|png)$" REGEX "/bench/README\\.md$" REGEX "/bench/results/.*\\.(txt|md|csv)$"
+        PATTERN site EXCLUDE PATTERN peers EXCLUDE)
+    install(DIRECTORY examples DESTINATION ${KEMPE_DOCDIR} PATTERN CMakeLists.txt EXCLUDE PATTERN __pycache__ EXCLUDE)
+    add_custom_target(site COMMAND ${PROJECT_SOURCE_DIR}/docs/build ${PROJECT_BINARY_DIR}/site USES_TERMINAL VERBATIM)
+    install(DIRECTORY ${PROJECT_BINARY_DIR}/site/ DESTINATION ${KEMPE_DOCDIR}/html OPTIONAL PATTERN .buildinfo EXCLUDE)
 endif()
 
 configure_package_config_file(packaging/KempeConfig.cmake.in ${PROJECT_BINARY_DIR}/KempeConfig.cmake

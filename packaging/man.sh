@@ -21,4 +21,5 @@ for command in $("$kempe" --help | awk '/^commands:/{on=1;next} /^$/{on=0} on{pr
     "$kempe" "$command" --help | verbatim
     printf '.fi\n'
 done
-printf '.SH SEE ALSO\ndocs/model_format.md, docs/theory.md and docs/overview.md of the source.\n'
+printf '.SH FILES\nPages and examples are installed in share/doc/kempe of the prefix, which kempe --help prints.\n'
+printf '.SH SEE ALSO\ndocs/tutorial.md, docs/model_format.md, docs/commands.md and docs/README.md, the list of all pages.\n'

@@ -26,6 +26,7 @@ import figures  # noqa: E402
 import gallery  # noqa: E402
 import generate  # noqa: E402
 import pictures  # noqa: E402
+import problems  # noqa: E402
 
 KEMPE = "kempe"  # set by main
 PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md"), *ROOT.glob("bench/*.md")])
@@ -162,6 +163,10 @@ class Pages(unittest.TestCase):
     def test_generated_pages(self):
         """They are what their scripts write (docs/commands.md: tests/words.py)."""
         self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures)], [0, 0, 0])
+
+    def test_published_problems(self):
+        """The errors on the page are those of runs now, but for rounding."""
+        self.assertEqual(problems.main([KEMPE, "--check"]), 0)
 
     def test_files_named(self):
         page = (ROOT / "docs/overview.md").read_text()

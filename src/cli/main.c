@@ -3,7 +3,27 @@
 #include "command.h"
 #include "terminal.h"
 
+#include <limits.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
+
+/* Pages and examples of an installed command are in a folder relative to it, so that its prefix may be moved. In a
+ * build folder there is none: their names are relative to the sources. */
+static void print_folder(FILE *out)
+{
+    char command[PATH_MAX - 64], path[PATH_MAX];
+    ssize_t length = readlink("/proc/self/exe", command, sizeof command - 1);
+    if (length <= 0)
+        return;
+    command[length] = '\0';
+    *strrchr(command, '/') = '\0';
+    snprintf(path, sizeof path, "%s/%s/docs/..", command, CLI_TO_PAGES);
+    char *folder = realpath(path, NULL);
+    if (folder)
+        fprintf(out, "Pages and examples are in %s.\n", folder);
+    free(folder);
+}
 
 static void print_help(FILE *out)
 {
@@ -13,7 +33,10 @@ static void print_help(FILE *out)
     for (const cli_command *c = cli_commands; c->name; c++)
         fprintf(out, "  %-12s%s\n", c->name, c->summary);
     fputs("\n'kempe COMMAND --help' prints the options and examples of a command, 'kempe --version' the version.\nFILE "
-          "is a model in YAML (docs/model_format.md) or a ROBOTRAN model, .mbs (docs/robotran.md).\n\nexamples:\n  "
+          "is a model in YAML (docs/model_format.md) or a ROBOTRAN model, .mbs (docs/robotran.md).\n",
+          out);
+    print_folder(out);
+    fputs("\nexamples:\n  "
           "kempe new four_bar\n  "
           "kempe check examples/andrews/andrews.yaml\n  kempe compare examples/andrews/andrews.yaml --reference "
           "examples/andrews/reference.csv\n\nexit codes: 0 success, 1 failed computation, 2 error in the input, 3 "

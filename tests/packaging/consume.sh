@@ -59,6 +59,12 @@ check_extras()
         grep -q "^.SH kempe $command" "$page"
     done
     grep -q '"title": "Kempe model"' "$work/prefix/share/kempe/kempe.schema.json"
+    pages=$work/prefix/share/doc/kempe
+    "$work/prefix/bin/kempe" --help | grep -q "Pages and examples are in $(realpath "$pages")"
+    { "$work/prefix/bin/kempe" --help; cat "$page"; } | grep -oE '(docs|examples)/[a-zA-Z0-9_/]+[.](md|yaml|csv)' | sort -u | while read -r file; do
+        test -e "$pages/$file" || { echo "the help names $file, which is not installed"; exit 1; }
+    done
+    (cd "$pages" && "$work/prefix/bin/kempe" check examples/andrews/andrews.yaml >/dev/null)
     completion=$work/prefix/share/bash-completion/completions/kempe
     test -f "$completion"
     ! command -v bash >/dev/null || PATH=$work/prefix/bin:$PATH bash -c "

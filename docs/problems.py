@@ -1,0 +1,142 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes docs/problems.md: problems with reference digits that Kempe did not make, and the error of a run against them.
+
+    python3 docs/problems.py build/release/kempe            runs all and writes the page
+    python3 docs/problems.py build/release/kempe --check    fails when an error differs from the page by more than tenfold
+"""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs/problems.md"
+SLACK, ROUNDING = 10, 1e-14  # between machines; differences below are rounding
+TEST_SET = "Test Set for IVP Solvers"
+IFTOMM = "IFToMM benchmark"
+
+# title, introduction, rows: problem, source of the digits, model, reference, tolerance
+PARTS = (
+    ("Published digits", "The digits are those of the named publication. They have errors of their own, which may be larger than Kempe's:\n"
+     "those of Andrews' mechanism and of the windows are recomputed in the next table.", (
+         ("Andrews' squeezing mechanism", f"{TEST_SET}, PSIDE at 1e-14", "andrews/andrews", "andrews/published", "1e-12"),
+         ("Car axis", f"{TEST_SET}, R package deTestSet", "car_axis/car_axis", "car_axis/published", "1e-12"),
+         ("Wheelset", f"{TEST_SET}, DASSL, 58510 steps", "wheelset/wheelset", "wheelset/reference", "1e-8"),
+         ("Windows of four-bars, N = 40", f"{IFTOMM} A02, solution file of six digits", "n_four_bar/n_four_bar_40", "n_four_bar/published_40",
+          "1e-12"))),
+    ("Published problems, recomputed digits", "The data are published. The digits come from separate programs in extended precision, of which two runs agree on all\n"
+     "digits.", (
+         ("Andrews' squeezing mechanism", "113-bit arithmetic, two formulations", "andrews/andrews", "andrews/reference", "1e-12"),
+         ("Car axis", "30 digits, the published equations", "car_axis/car_axis", "car_axis/reference", "1e-12"),
+         ("Windows of four-bars, N = 1", f"{IFTOMM} A02, 113-bit arithmetic", "n_four_bar/n_four_bar_1", "n_four_bar/reference_1", "1e-12"),
+         ("Windows of four-bars, N = 2", f"{IFTOMM} A02, 113-bit arithmetic", "n_four_bar/n_four_bar", "n_four_bar/reference", "1e-12"),
+         ("The same with spatial hinges", f"{IFTOMM} A02, 113-bit arithmetic", "n_four_bar_spatial/n_four_bar_spatial",
+          "n_four_bar_spatial/reference", "1e-12"),
+         ("Windows of four-bars, N = 40", f"{IFTOMM} A02, 113-bit arithmetic", "n_four_bar/n_four_bar_40", "n_four_bar/reference_40", "1e-12"),
+         ("Bricard's six-bar", f"{IFTOMM} A04, 113-bit arithmetic and closed form", "bricard/bricard", "bricard/reference", "1e-12"),
+         ("Stiff flyball governor", f"{IFTOMM} A05, 113-bit arithmetic", "governor/governor", "governor/reference", "1e-12"),
+         ("Spatial slider-crank", "IFToMM library, 113-bit arithmetic", "spatial_slider_crank/spatial_slider_crank",
+          "spatial_slider_crank/reference", "1e-12"),
+         ("Double wishbone", "data of Project Chrono, 113-bit arithmetic", "double_wishbone/double_wishbone", "double_wishbone/reference",
+          "1e-12"))),
+    ("Closed forms", "The digits follow from formulas.", (
+        ("Bennett's four-bar", "product of half-angle tangents", "bennett/bennett", "bennett/reference", "1e-12"),
+        ("Peaucellier's linkage", "inversion in a circle", "peaucellier/peaucellier", "peaucellier/reference", "1e-12"),
+        ("Chebyshev's lambda linkage", "intersection of circles, published positions", "chebyshev/chebyshev", "chebyshev/reference", "1e-12"),
+        ("Jansen's leg", "intersection of circles, published positions", "jansen_leg/jansen_leg", "jansen_leg/reference", "1e-12"),
+        ("Crank-rocker", "intersection of circles, 40 digits", "crank_rocker/crank_rocker", "crank_rocker/reference", "1e-12"),
+        ("Driven slider-crank", "closed form, 50 digits", "driven_slider_crank/driven_slider_crank", "driven_slider_crank/reference", "1e-12"),
+        ("Quarter car", "sum of four modes, 40 digits", "quarter_car/quarter_car", "quarter_car/reference", "1e-12"),
+        ("Grashof four-bar", "integral over the crank angle, 40 digits", "four_bar/four_bar", "four_bar/reference", "1e-12"),
+        ("The same with spatial hinges", "integral over the crank angle, 40 digits", "four_bar/four_bar_spatial", "four_bar/reference", "1e-12"),
+        ("The same, masses 1e-6 : 1 : 1e6", "integral over the crank angle, 40 digits", "four_bar/four_bar_ill", "four_bar/reference_ill",
+         "1e-12"),
+        ("Stephenson's six-bar", "integral over the crank angle, 40 digits", "stephenson/stephenson", "stephenson/reference", "1e-12"))),
+    ("Independent programs", "The models are Kempe's own. Each program has a formulation of its own, and its two step sizes or tolerances agree.", (
+        ("Slider-crank through dead centres", "113-bit arithmetic", "slider_crank/slider_crank", "slider_crank/reference", "1e-12"),
+        ("The same with spatial hinges", "113-bit arithmetic", "slider_crank_spatial/slider_crank_spatial", "slider_crank_spatial/reference",
+         "1e-12"),
+        ("Planar parallel robot", "30 digits, as a five-bar", "parallel_robot/parallel_robot", "parallel_robot/reference", "1e-12"),
+        ("Gough-Stewart platform", "113-bit arithmetic", "stewart/stewart", "stewart/reference", "1e-12"),
+        ("Suspension", "absolute coordinates, long doubles", "suspension/suspension", "suspension/reference", "1e-12"))),
+)
+HEAD = """# Published problems
+
+The tables list the problems with digits that Kempe did not make. The errors are the largest over all instants of the reference,
+as the command below prints them. Those of q and qd are relative to max(1, |value|), those of lambda to the largest load.
+
+    kempe simulate examples/MODEL.yaml --reference examples/REFERENCE.csv --rtol RTOL --no-convergence-check
+
+This page is generated (`python3 docs/problems.py build/release/kempe`), and a test repeats all runs. `-`: the reference has no
+such digits. The error of a long or sensitive motion is larger than the tolerance by the amplification of the motion.
+"""
+ELSEWHERE = """## Further comparisons
+
+| problem | quantity | result | command |
+|---|---|---|---|
+| Simple pendulum, IFToMM benchmark A01, 2000 s | position, exact by elliptic functions | {a01} | `build/release/bench/bench_hard` ([recorded](../bench/results/hard.txt)) |
+| The same on a massless rod as closure | position | {rod} | `build/release/bench/bench_hard` |
+| Manchester contact benchmark, case A-2.2 | places, normal forces and creep forces against CONTACT | [table](../examples/manchester/README.md) | `python3 examples/manchester/compare.py table.csv` |
+| Pendulum of 9 degrees of freedom, Fisette and Samin 1996: 18 vector steps | vector steps of M and C | {pendulum} | `build/release/bench/bench_paper` ([recorded](../bench/results/paper.txt)) |
+| Bogie of the same kind: 23 vector steps | vector steps of M and C | {bogie} | `build/release/bench/bench_paper` |
+| Models of ROBOTRAN's library | operations of M and C | [table](counts.md) | `build/release/bench/bench_robotran` ([recorded](../bench/results/robotran.txt)) |
+| Random models | all results against a second implementation | [validation](validation.md) | `tests/oracle/run` ([recorded](../bench/results/oracle.txt)) |
+"""
+
+
+def errors(kempe, model, reference, rtol):
+    """Errors of q, qd and lambda, None where the reference has no digits."""
+    done = subprocess.run([kempe, "simulate", f"examples/{model}.yaml", "--reference", f"examples/{reference}.csv", "--rtol", rtol,
+                           "--no-convergence-check", "--json", "-"], cwd=ROOT, capture_output=True, text=True, check=True)
+    found = json.loads(done.stdout)["error"]
+    return [found[key] for key in ("q", "qd", "lambda")]
+
+
+def recorded():
+    """Figures of the bench results, as they are there."""
+    text = lambda name: (ROOT / f"bench/results/{name}.txt").read_text()
+    found = lambda name, pattern: re.search(pattern, text(name), re.M).group(1)
+    return {"a01": found("hard", r"^A01, 2000 s +reduced/integrated +\S+ +ok +(\S+)"),
+            "rod": found("hard", r"^A01 on a rod, 2000 s +reduced/integrated +\S+ +ok +(\S+)"),
+            "pendulum": found("paper", r"^  chain of 9 bodies, offset z, centre xyz +\d+ +\d+ +\d+ +\d+ +(\d+) \|"),
+            "bogie": found("paper", r"^  examples/bogie, .*? +\d+ +\d+ +\d+ +\d+ +(\d+) \|")}
+
+
+def page(kempe):
+    parts = [HEAD]
+    for title, introduction, rows in PARTS:
+        lines = [f"## {title}\n", introduction + "\n", "| problem | digits | error q | error qd | error lambda | rtol | model, reference |",
+                 "|---|---|--:|--:|--:|---|---|"]
+        for problem, source, model, reference, rtol in rows:
+            cells = ["-" if e is None else f"{e:.0e}" for e in errors(kempe, model, reference, rtol)]
+            folder, name = reference.split("/")
+            lines.append(f"| [{problem}](../examples/{model.split('/')[0]}/README.md) | {source} | {' | '.join(cells)} | {rtol} | "
+                         f"`{model}`, [`{name}`](../examples/{folder}/{name}.csv) |")
+        parts.append("\n".join(lines) + "\n")
+    return "\n".join([*parts, ELSEWHERE.format(**recorded())])
+
+
+def agree(kept, made):
+    number = re.compile(r"(?<=\| )\d(?:\.\d+)?e[+-]\d\d(?= \|)")
+    if number.sub("#", kept) != number.sub("#", made):
+        return False
+    pairs = zip(map(float, number.findall(kept)), map(float, number.findall(made)))
+    return all(max(a, b) <= max(ROUNDING, SLACK * min(a, b)) for a, b in pairs)
+
+
+def main(arguments):
+    kempe = str(pathlib.Path(arguments[0]).resolve())
+    made = page(kempe)
+    if arguments[1:] == ["--check"]:
+        if agree(PAGE.read_text(), made):
+            return 0
+        print("docs/problems.md differs: run python3 docs/problems.py build/release/kempe")
+        return 1
+    PAGE.write_text(made)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
