@@ -20,8 +20,7 @@
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
-#include "linalg/dense/least.h"
-#include "linalg/dense/symmetric.h"
+#include "linalg/dense/lapack.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>

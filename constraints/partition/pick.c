@@ -49,7 +49,7 @@ bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots)
 {
     if (!c->dense) {
         kmp_entries a = {c->m, c->n, c->nz, c->entry_row, c->entry_col, c->value};
-        return kmp_sparse_complete(&a, fixed, c->row, c->col, pivots);
+        return kmp_sparse_complete(&a, fixed, c->row, c->col, pivots, NULL);
     }
     double *a = KMP_NEW(double, c->m * c->n);
     for (int e = 0; a && e < c->nz; e++)

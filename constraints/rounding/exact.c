@@ -18,7 +18,7 @@
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
-#include "linalg/dense/least.h"
+#include "linalg/dense/lapack.h"
 #include <float.h>
 #include <kempe/check.h>
 #include <math.h>

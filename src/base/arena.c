@@ -71,6 +71,16 @@ bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group
     return !arena->failed;
 }
 
+bool kmp_arena_alloc_each(kmp_arena *arena, size_t n, size_t size, size_t count, const void *pointers)
+{
+    for (size_t k = 0; k < count; k++) {
+        void *place, *made = kmp_arena_alloc(arena, n, size);
+        memcpy(&place, (const char *)pointers + k * sizeof place, sizeof place); /* pointers of any type */
+        memcpy(place, &made, sizeof made);
+    }
+    return !arena->failed;
+}
+
 char *kmp_arena_strdup(kmp_arena *arena, const char *s)
 {
     size_t size = strlen(s) + 1;

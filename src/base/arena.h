@@ -28,4 +28,11 @@ bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group
 
 #define KMP_ARENA_NEW(arena, type, n) ((type *)kmp_arena_alloc((arena), (size_t)(n), sizeof(type)))
 
+/** Allocates n values for each of several pointers to a type, KMP_ARENA_EACH(&arena, int, n, &row, &column). True if
+ * the arena has never failed. */
+#define KMP_ARENA_EACH(arena, type, n, ...)                                                                            \
+    kmp_arena_alloc_each((arena), (size_t)(n), sizeof(type), sizeof((type **[]){__VA_ARGS__}) / sizeof(type **),       \
+                         (type * *[]){__VA_ARGS__})
+bool kmp_arena_alloc_each(kmp_arena *arena, size_t n, size_t size, size_t count, const void *pointers);
+
 #endif

@@ -16,7 +16,7 @@
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "derivatives/varied.h"
-#include "linalg/dense/least.h"
+#include "linalg/dense/lapack.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -1,16 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "linalg/assign.h"
-#include "base/memory.h"
+#include "base/arena.h"
 #include <math.h>
-#include <stdbool.h>
-#include <stddef.h>
 
 /* Prices of rows and columns keep every reduced cost at zero or more; owner[j] is the row that has column j. Entry n of
  * the columns' is where a path begins. */
 typedef struct market {
     int n;
     const double *cost;
-    double *row, *price, *least; /* n, n + 1, n + 1 */
+    double *row, *price, *least; /* n + 1 each */
     int *owner, *before;         /* n + 1 each */
     bool *seen;                  /* n + 1 */
 } market;
@@ -62,24 +60,16 @@ static void place(market *m, int i)
 int kmp_assign(int n, const double *cost, int *column)
 {
     market m = {.n = n, .cost = cost};
-    m.row = KMP_NEW(double, n);
-    m.price = KMP_NEW(double, n + 1);
-    m.least = KMP_NEW(double, n + 1);
-    m.owner = KMP_NEW(int, n + 1);
-    m.before = KMP_NEW(int, n + 1);
-    m.seen = KMP_NEW(bool, n + 1);
-    bool ok = m.row && m.price && m.least && m.owner && m.before && m.seen;
+    kmp_arena arena = {0};
+    m.seen = KMP_ARENA_NEW(&arena, bool, n + 1);
+    bool ok = KMP_ARENA_EACH(&arena, double, n + 1, &m.row, &m.price, &m.least) &&
+              KMP_ARENA_EACH(&arena, int, n + 1, &m.owner, &m.before);
     for (int j = 0; ok && j < n; j++)
         m.owner[j] = -1;
     for (int i = 0; ok && i < n; i++)
         place(&m, i);
     for (int j = 0; ok && j < n; j++)
         column[m.owner[j]] = j;
-    kmp_free(m.row);
-    kmp_free(m.price);
-    kmp_free(m.least);
-    kmp_free(m.owner);
-    kmp_free(m.before);
-    kmp_free(m.seen);
+    kmp_arena_free(&arena);
     return ok ? 0 : -1;
 }

@@ -43,11 +43,6 @@ kmp_flops kmp_block_factor_flops(const kmp_block *b);
 kmp_flops kmp_block_solve_flops(const kmp_block *b);
 kmp_flops kmp_block_solve_flops_some(const kmp_block *b, const char *used);
 
-/** Results of the last factorisation: the sign of det A (+1, -1), and the smallest over all blocks of min |u_ii| / max
- * |u_ii|, the pivots of the block. */
-int kmp_block_sign(const kmp_block *b);
-double kmp_block_quality(const kmp_block *b);
-
 /** The sign of each diagonal block (kmp_block_count of them), up to one that the pattern fixes. Where a factorisation
  * has other signs than an earlier one, some block has been singular in between. */
 void kmp_block_take_signs(const kmp_block *b, int *signs);

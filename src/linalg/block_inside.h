@@ -3,15 +3,17 @@
 #ifndef KMP_LINALG_BLOCK_INSIDE_H
 #define KMP_LINALG_BLOCK_INSIDE_H
 
+#include "base/arena.h"
 #include "linalg/block.h"
 
 struct kmp_block {
+    kmp_arena arena;
     int n, nz, count;
-    int *p, *q, *start;    /* C(i, j) = A(p[i], q[j]); block k is rows and columns start[k] .. start[k+1] - 1 */
-    int *place, *block_of; /* position of each column of A in C; block of each column of C */
-    char *due;             /* blocks that a right-hand side of few entries has reached */
-    int permutation_sign;
-    bool pairs; /* every block has two rows */
+    int *p, *q, *start;     /* C(i, j) = A(p[i], q[j]); block k is rows and columns start[k] .. start[k+1] - 1 */
+    int *place, *row_place; /* positions of each column and row of A in C */
+    int *block_of;          /* block of each column of C */
+    char *due;              /* blocks that a right-hand side of few entries has reached */
+    bool pairs;             /* every block has two rows */
 
     double *lu; /* the dense diagonal blocks, one after another */
     int lu_size;
@@ -25,7 +27,7 @@ struct kmp_block {
     int *target; /* entry -> position in lu, or -1 - position in off */
 
     double *scratch; /* 2 n: right-hand sides in pivoted order, two interleaved */
-    int sign;        /* of det A; 0: the last factorisation failed */
+    bool factored;   /* the last factorisation has not failed */
     int *signs;      /* of the blocks' determinants */
 };
 

@@ -11,32 +11,29 @@
 
 /* -- factors --------------------------------------------------------------------------------------- */
 
-static int factor_block(int size, double *lu, int *pivot, int *order, int first, int *sign)
+/* Factors block k, with reciprocal pivots. Returns 0, or 1 + the index of a pivot that has none. */
+static int factor_block(kmp_block *b, int k)
 {
-    int fault = kmp_lu_factor(size, lu, pivot);
+    int first = b->start[k], size = b->start[k + 1] - first, *order = b->order + first;
+    double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+    int fault = kmp_lu_factor(size, lu, b->pivot);
     if (fault)
         return fault;
     for (int i = 0; i < size; i++)
         order[i] = first + i;
     for (int i = 0; i < size; i++)
-        if (pivot[i] != i) {
+        if (b->pivot[i] != i) {
             int t = order[i];
-            order[i] = order[pivot[i]];
-            order[pivot[i]] = t;
-            *sign = -*sign;
+            order[i] = order[b->pivot[i]];
+            order[b->pivot[i]] = t;
+            b->signs[k] = -b->signs[k];
         }
-    return 0;
-}
-
-/* Reciprocal pivots and their sign. Returns 0, or 1 + the index of a pivot too small to have a reciprocal. */
-static int invert_pivots(int size, const double *lu, double *inverse, int *sign)
-{
     for (int i = 0; i < size; i++) {
         double u = lu[i + i * size];
         inverse[i] = 1.0 / u;
         if (!(fabs(inverse[i]) <= DBL_MAX))
             return i + 1;
-        *sign = u < 0 ? -*sign : *sign;
+        b->signs[k] = u < 0 ? -b->signs[k] : b->signs[k];
     }
     return 0;
 }
@@ -48,7 +45,7 @@ static bool is_reciprocal(double x)
 }
 
 /* Factors a block of two rows, as of a planar loop, at once: the operations of kmp_lu_factor and of the reciprocals. */
-static int factor_pair(kmp_block *b, int k, int *sign)
+static int factor_pair(kmp_block *b, int k)
 {
     int first = b->start[k];
     double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
@@ -62,7 +59,7 @@ static int factor_pair(kmp_block *b, int k, int *sign)
     lu[3] = u1;
     inverse[0] = 1.0 / u0;
     inverse[1] = 1.0 / u1;
-    *sign *= (1 - 2 * lower) * (u0 < 0 ? -1 : 1) * (u1 < 0 ? -1 : 1);
+    b->signs[k] = (1 - 2 * lower) * (u0 < 0 ? -1 : 1) * (u1 < 0 ? -1 : 1);
     return !is_reciprocal(inverse[0]) ? 1 : !is_reciprocal(inverse[1]) ? 2 : 0;
 }
 
@@ -81,21 +78,14 @@ static void scatter(kmp_block *b, const double *values)
 int kmp_block_factor(kmp_block *b, const double *values)
 {
     scatter(b, values);
-    b->sign = b->permutation_sign;
+    b->factored = false;
     for (int k = 0; k < b->count; k++) {
-        int first = b->start[k], size = b->start[k + 1] - first;
-        double *lu = b->lu + b->lu_start[k];
         b->signs[k] = 1;
-        int fault = size == 2 ? factor_pair(b, k, &b->signs[k])
-                              : factor_block(size, lu, b->pivot + first, b->order + first, first, &b->signs[k]);
-        if (!fault && size != 2)
-            fault = invert_pivots(size, lu, b->inverse + first, &b->signs[k]);
-        b->sign *= b->signs[k];
-        if (fault) {
-            b->sign = 0;
-            return 1 + b->q[first + fault - 1];
-        }
+        int fault = b->start[k + 1] - b->start[k] == 2 ? factor_pair(b, k) : factor_block(b, k);
+        if (fault)
+            return 1 + b->q[b->start[k] + fault - 1];
     }
+    b->factored = true;
     return 0;
 }
 
@@ -300,7 +290,7 @@ void kmp_block_solve(const kmp_block *b, int m, double *x)
 
 void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x)
 {
-    if (m == 2)
+    if (m == 2) /* constants, for the compiler */
         solve(b, used, 2, x);
     else
         solve(b, used, 1, x);
@@ -332,15 +322,9 @@ const int *kmp_block_rows(const kmp_block *b, int k)
     return b->p + b->start[k];
 }
 
-int kmp_block_sign(const kmp_block *b)
-{
-    return b->sign;
-}
-
 void kmp_block_take_signs(const kmp_block *b, int *signs)
 {
-    for (int k = 0; k < b->count; k++)
-        signs[k] = b->signs[k];
+    memcpy(signs, b->signs, (size_t)b->count * sizeof *signs);
 }
 
 bool kmp_block_has_signs(const kmp_block *b, const int *signs)
@@ -348,36 +332,12 @@ bool kmp_block_has_signs(const kmp_block *b, const int *signs)
     return memcmp(signs, b->signs, (size_t)b->count * sizeof *signs) == 0;
 }
 
-/* Smallest and largest absolute pivot of block k. */
-static void weigh_pivots(const kmp_block *b, int k, double *low, double *high)
-{
-    int size = b->start[k + 1] - b->start[k];
-    *low = INFINITY;
-    *high = 0.0;
-    for (int i = 0; i < size; i++) {
-        double s = fabs(b->lu[b->lu_start[k] + i + i * size]);
-        *low = fmin(*low, s);
-        *high = fmax(*high, s);
-    }
-}
-
-double kmp_block_quality(const kmp_block *b)
-{
-    double quality = b->sign ? 1.0 : 0.0, low, high;
-    for (int k = 0; b->sign && k < b->count; k++) {
-        weigh_pivots(b, k, &low, &high);
-        quality = fmin(quality, low / high);
-    }
-    return quality;
-}
-
 double kmp_block_smallest(const kmp_block *b)
 {
-    double smallest = b->sign ? INFINITY : 0.0, low, high;
-    for (int k = 0; b->sign && k < b->count; k++) {
-        weigh_pivots(b, k, &low, &high);
-        smallest = fmin(smallest, low);
-    }
+    double smallest = b->factored ? INFINITY : 0.0;
+    for (int k = 0; b->factored && k < b->count; k++)
+        for (int i = 0, size = b->start[k + 1] - b->start[k]; i < size; i++)
+            smallest = fmin(smallest, fabs(b->lu[b->lu_start[k] + i * (size + 1)]));
     return smallest;
 }
 

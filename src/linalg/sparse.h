@@ -13,23 +13,12 @@ typedef struct kmp_entries {
     const double *value;
 } kmp_entries;
 
-/** Complete pivoting of matrices of up to m x n. NULL when there is no memory. */
-typedef struct kmp_pivoting kmp_pivoting;
-kmp_pivoting *kmp_pivoting_new(int m, int n);
-void kmp_pivoting_free(kmp_pivoting *p);
-
 /** Complete pivoting as kmp_lu_complete, without the factors: r, c and pivots agree to the last bit. Where this order
  * of pivots would fill the matrix, entries down to a quarter of the largest are also accepted, and the entry that fills
  * least goes first. This is threshold complete pivoting (Gill, Murray, Saunders, SIAM Review 47 (2005) 99); r, c and
- * pivots are then sorted by the size of the pivots. All pivots are NaN when an entry is not finite. Allocates only
- * where it fills more than before. False: no memory. */
-bool kmp_pivoting_run(kmp_pivoting *p, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots);
-
-/** Products that the last run formed. */
-long kmp_pivoting_products(const kmp_pivoting *p);
-
-/** Complete pivoting of one matrix: creates, runs and frees a kmp_pivoting. */
-bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots);
+ * pivots are then sorted by the size of the pivots. All pivots are NaN when an entry is not finite. *products (NULL:
+ * not wanted): the number of products formed. False: no memory. */
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products);
 
 /** A square matrix, analysed once for its pattern. */
 typedef struct kmp_sparse kmp_sparse;

@@ -7,11 +7,12 @@
  * Where that takes too many products elimination restarts with thresholds. Among the rows with an entry within the
  * threshold it takes one with the fewest entries, and of these entries the one whose column has the fewest rows. When
  * none are left, the next threshold is a fraction of the largest entry then. */
-#include "base/memory.h"
+#include "base/arena.h"
 #include "linalg/sparse.h"
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Beyond so many products for each entry, row and column thresholds are taken, of this part of the largest entry. */
 enum { PRODUCTS_EACH = 40 };
@@ -32,10 +33,9 @@ typedef struct rank {
     bool fixed;
 } rank;
 
-/* Made for a size, used again and again: lists keep their room. */
-struct kmp_pivoting {
-    int rows_made, columns_made;
-    int m, n; /* of the current matrix */
+typedef struct work {
+    kmp_arena arena;
+    int m, n;
     const int *fixed;
     entry **entries; /* of each row, in the remaining columns */
     list *row;
@@ -58,18 +58,18 @@ struct kmp_pivoting {
     bool *in_bucket;
     int lowest; /* no list before it has a row */
     rank *ranks;
-};
+} work;
 
-typedef kmp_pivoting work;
-
-static bool grow(void **p, list *l, size_t size)
+static bool grow(work *w, void **p, list *l, size_t size)
 {
     if (l->count < l->room)
         return true;
     int room = l->room ? 2 * l->room : 4;
-    void *more = kmp_realloc(*p, (size_t)room, size);
+    void *more = kmp_arena_alloc(&w->arena, (size_t)room, size);
     if (!more)
         return false;
+    if (l->count > 0)
+        memcpy(more, *p, (size_t)l->count * size);
     *p = more;
     l->room = room;
     return true;
@@ -78,9 +78,9 @@ static bool grow(void **p, list *l, size_t size)
 static bool add_entry(work *w, int i, int j, double value)
 {
     void *entries = w->entries[i], *rows = w->rows[j];
-    bool ok = grow(&entries, &w->row[i], sizeof **w->entries);
+    bool ok = grow(w, &entries, &w->row[i], sizeof **w->entries);
     w->entries[i] = entries;
-    ok = ok && grow(&rows, &w->column[j], sizeof **w->rows);
+    ok = ok && grow(w, &rows, &w->column[j], sizeof **w->rows);
     w->rows[j] = rows;
     if (!ok)
         return false;
@@ -387,64 +387,9 @@ static void sort_by_size(const work *w, double *pivots)
     }
 }
 
-/* -- construction and release ------------------------------------------------------------------------ */
-
-static bool allocate(work *w)
-{
-    w->entries = KMP_NEW(entry *, w->m);
-    w->row = KMP_NEW(list, w->m);
-    w->rows = KMP_NEW(int *, w->n);
-    w->column = KMP_NEW(list, w->n);
-    w->row_gone = KMP_NEW(bool, w->m);
-    w->column_gone = KMP_NEW(bool, w->n);
-    w->best = KMP_NEW(int, w->m);
-    w->heap = KMP_NEW(int, w->m);
-    w->heap_at = KMP_NEW(int, w->m);
-    w->place = KMP_NEW(int, w->n);
-    w->r_at = KMP_NEW(int, w->m);
-    w->c_at = KMP_NEW(int, w->n);
-    w->users = KMP_NEW(int, w->n);
-    w->bucket = KMP_NEW(int, w->n + 1);
-    w->next = KMP_NEW(int, w->m);
-    w->before = KMP_NEW(int, w->m);
-    w->in_bucket = KMP_NEW(bool, w->m);
-    w->ranks = KMP_NEW(rank, w->m < w->n ? w->m : w->n);
-    return w->entries && w->row && w->rows && w->column && w->row_gone && w->column_gone && w->best && w->heap &&
-           w->heap_at && w->place && w->r_at && w->c_at && w->users && w->bucket && w->next && w->before &&
-           w->in_bucket && w->ranks;
-}
-
-kmp_pivoting *kmp_pivoting_new(int m, int n)
-{
-    work *w = KMP_NEW(work, 1);
-    if (!w)
-        return NULL;
-    w->rows_made = w->m = m;
-    w->columns_made = w->n = n;
-    if (allocate(w))
-        return w;
-    kmp_pivoting_free(w);
-    return NULL;
-}
-
-void kmp_pivoting_free(kmp_pivoting *w)
-{
-    if (!w)
-        return;
-    for (int i = 0; w->entries && i < w->rows_made; i++)
-        kmp_free(w->entries[i]);
-    for (int j = 0; w->rows && j < w->columns_made; j++)
-        kmp_free(w->rows[j]);
-    void *arrays[] = {w->entries,   w->row,   w->rows, w->column, w->row_gone, w->column_gone, w->best, w->heap,
-                      w->heap_at,   w->place, w->r_at, w->c_at,   w->users,    w->bucket,      w->next, w->before,
-                      w->in_bucket, w->ranks, w};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        kmp_free(arrays[k]);
-}
-
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-static void reset_rows(work *w)
+static void reset(work *w)
 {
     for (int i = 0; i < w->m; i++) {
         w->r[i] = w->r_at[i] = i;
@@ -452,11 +397,6 @@ static void reset_rows(work *w)
         w->row_gone[i] = w->in_bucket[i] = false;
         w->heap_at[i] = -1;
     }
-    w->heap_count = 0;
-}
-
-static void reset_columns(work *w)
-{
     for (int j = 0; j < w->n; j++) {
         w->c[j] = w->c_at[j] = j;
         w->column[j].count = w->users[j] = w->place[j] = 0;
@@ -464,6 +404,7 @@ static void reset_columns(work *w)
     }
     for (int k = 0; k <= w->n; k++)
         w->bucket[k] = -1;
+    w->heap_count = 0;
     w->lowest = w->n + 1;
     w->threshold = INFINITY; /* until the first is set */
 }
@@ -471,8 +412,7 @@ static void reset_columns(work *w)
 static bool load(work *w, const kmp_entries *a)
 {
     bool ok = true;
-    reset_rows(w);
-    reset_columns(w);
+    reset(w);
     for (int k = 0; ok && k < a->nz; k++)
         if (fabs(a->value[k]) > 0)
             ok = add_entry(w, a->row[k], a->col[k], a->value[k]);
@@ -496,28 +436,16 @@ static bool all_finite(const kmp_entries *a)
     return true;
 }
 
-/* Makes ready for a matrix; false when its entries are not finite, whose pivots are NaN. */
-static bool begin(kmp_pivoting *w, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots)
+/* All pivots are NaN when an entry is not finite. false: no memory. */
+static bool find_pivots(work *w, const kmp_entries *a, double *pivots)
 {
-    w->m = a->m;
-    w->n = a->n;
-    w->fixed = fixed;
-    w->r = r;
-    w->c = c;
-    w->products = 0;
-    w->most_products = PRODUCTS_EACH * ((long)a->nz + a->m + a->n);
-    if (all_finite(a))
+    if (!all_finite(a)) {
+        reset(w);
+        for (int k = 0; k < a->m && k < a->n; k++)
+            pivots[k] = NAN;
         return true;
-    reset_rows(w);
-    reset_columns(w);
-    for (int k = 0; k < a->m && k < a->n; k++)
-        pivots[k] = NAN;
-    return false;
-}
-
-bool kmp_pivoting_run(kmp_pivoting *w, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots)
-{
-    if (!begin(w, a, fixed, r, c, pivots) || run(w, a, false, pivots))
+    }
+    if (run(w, a, false, pivots))
         return true;
     if (!w->exhausted || !run(w, a, true, pivots))
         return false;
@@ -525,15 +453,27 @@ bool kmp_pivoting_run(kmp_pivoting *w, const kmp_entries *a, const int *fixed, i
     return true;
 }
 
-long kmp_pivoting_products(const kmp_pivoting *w)
+static bool allocate(work *w)
 {
-    return w->products;
+    int m = w->m, n = w->n;
+    w->entries = KMP_ARENA_NEW(&w->arena, entry *, m);
+    w->row = KMP_ARENA_NEW(&w->arena, list, m);
+    w->rows = KMP_ARENA_NEW(&w->arena, int *, n);
+    w->column = KMP_ARENA_NEW(&w->arena, list, n);
+    w->ranks = KMP_ARENA_NEW(&w->arena, rank, m < n ? m : n);
+    w->column_gone = KMP_ARENA_NEW(&w->arena, bool, n);
+    KMP_ARENA_EACH(&w->arena, bool, m, &w->row_gone, &w->in_bucket);
+    KMP_ARENA_EACH(&w->arena, int, m, &w->best, &w->heap, &w->heap_at, &w->r_at, &w->next, &w->before);
+    return KMP_ARENA_EACH(&w->arena, int, n + 1, &w->place, &w->c_at, &w->users, &w->bucket);
 }
 
-bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots)
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products)
 {
-    kmp_pivoting *w = kmp_pivoting_new(a->m, a->n);
-    bool ok = w && kmp_pivoting_run(w, a, fixed, r, c, pivots);
-    kmp_pivoting_free(w);
+    work w = {.m = a->m, .n = a->n, .fixed = fixed, .r = r, .c = c};
+    w.most_products = PRODUCTS_EACH * ((long)a->nz + a->m + a->n);
+    bool ok = allocate(&w) && find_pivots(&w, a, pivots);
+    if (products)
+        *products = w.products;
+    kmp_arena_free(&w.arena);
     return ok;
 }

@@ -2,7 +2,7 @@
 /* Quadratic pencils: right and left vectors against the equations that they solve, both ways against each other, zeros
  * that are exact and their chains. */
 #include "check.h"
-#include "linalg/dense/eigen.h"
+#include "linalg/dense/lapack.h"
 #include "linalg/dense/spectrum.h"
 
 enum { MOST = 12 };

@@ -154,7 +154,7 @@ static void far_away(kmp_fused *fused, kmp_reduction *red, const char *name)
         if (!is_good(fused, red, 0.3, q))
             worn++;
         else
-            worst = check_max(worst, red->block ? d * kmp_block_quality(red->block) : d);
+            worst = check_max(worst, red->block ? d * fmin(1, kmp_block_smallest(red->block)) : d);
     }
     CHECK(worst < 1e-10); /* multipliers up to ten may grow */
     if (!(worst < 1e-10))
@@ -177,7 +177,7 @@ static void along_the_motion(const kempe_system *system, const states *at, doubl
     for (int k = 0; fused && k < at->count; k++) {
         double t = end * k / STATES, d = difference(fused, &red, t, at->q + k * at->n, at->qd + k * at->n);
         bad += !is_good(fused, &red, t, at->q + k * at->n);
-        worst = check_max(worst, red.block ? d * kmp_block_quality(red.block) : d);
+        worst = check_max(worst, red.block ? d * fmin(1, kmp_block_smallest(red.block)) : d);
     }
     CHECK(fused && worst < 1e-13 && bad == 0);
     if (fused) {

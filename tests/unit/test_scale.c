@@ -61,7 +61,6 @@ static void the_pivots_are_those_of_the_dense_matrix(void)
     static double lu[MOST_NZ];
     int r[MOST], c[MOST], dense_r[MOST], dense_c[MOST], fixed[MOST], different = 0;
     double pivots[MOST], dense_pivots[MOST];
-    kmp_pivoting *again = kmp_pivoting_new(MOST, MOST);
     random_seed(5);
     for (int trial = 0; trial < 3000; trial++) {
         int m = 1 + pick(MOST), n = 1 + pick(MOST), least = m < n ? m : n;
@@ -70,12 +69,11 @@ static void the_pivots_are_those_of_the_dense_matrix(void)
             fixed[k] = trial % 3 == 0 && pick(4) == 0;
         memcpy(lu, a.dense, sizeof lu);
         kmp_lu_complete(m, n, lu, fixed, dense_r, dense_c, dense_pivots);
-        CHECK(kmp_pivoting_run(again, &a.entries, fixed, r, c, pivots));
+        CHECK(kmp_sparse_complete(&a.entries, fixed, r, c, pivots, NULL));
         different += memcmp(r, dense_r, (size_t)m * sizeof *r) != 0 || memcmp(c, dense_c, (size_t)n * sizeof *c) != 0 ||
                      memcmp(pivots, dense_pivots, (size_t)least * sizeof *pivots) != 0;
     }
     CHECK(different == 0);
-    kmp_pivoting_free(again);
 }
 
 static void what_is_not_finite_has_no_rank(void)
@@ -86,7 +84,7 @@ static void what_is_not_finite_has_no_rank(void)
     clear(&a, 3, 3);
     for (int k = 0; k < 3; k++)
         add(&a, k, k, k == 1 ? NAN : 1);
-    CHECK(kmp_sparse_complete(&a.entries, NULL, r, c, pivots));
+    CHECK(kmp_sparse_complete(&a.entries, NULL, r, c, pivots, NULL));
     CHECK(isnan(pivots[0]) && r[2] == 2 && c[2] == 2);
 }
 
@@ -97,7 +95,7 @@ static long flat_chain(int n, double small, int *rank)
     int nz = 6 * n, count = 0, *row = KMP_NEW(int, nz), *col = KMP_NEW(int, nz), *r = KMP_NEW(int, 2 * n),
         *c = KMP_NEW(int, 2 * n + 1);
     double *value = KMP_NEW(double, nz), *pivots = KMP_NEW(double, 2 * n);
-    kmp_pivoting *pivoting = kmp_pivoting_new(2 * n, 2 * n + 1);
+    long products;
     for (int i = 0; i < n; i++)
         for (int side = 0; side < 2; side++)
             for (int k = 0; k < 3; k++) {
@@ -107,12 +105,7 @@ static long flat_chain(int n, double small, int *rank)
                 value[count++] = side ? size * (1 + 0.01 * (i % 5)) : small * (k + 1 + 0.1 * (i % 3));
             }
     kmp_entries a = {2 * n, 2 * n + 1, nz, row, col, value};
-    CHECK(kmp_pivoting_run(pivoting, &a, NULL, r, c, pivots));
-    long products = kmp_pivoting_products(pivoting);
-    unsigned long before = kmp_memory_count();
-    CHECK(kmp_pivoting_run(pivoting, &a, NULL, r, c, pivots));
-    CHECK(kmp_memory_count() == before && kmp_pivoting_products(pivoting) == products);
-    kmp_pivoting_free(pivoting);
+    CHECK(kmp_sparse_complete(&a, NULL, r, c, pivots, &products));
     *rank = 0;
     while (*rank < 2 * n && pivots[*rank] > 1e-10 * pivots[0])
         ++*rank;

@@ -89,6 +89,20 @@ static int largest_below(int n, const double *column, int k)
     return p;
 }
 
+/* Eliminates column k below its pivot. */
+static void eliminate(int m, int n, int k, double *a)
+{
+    double *ak = a + (ptrdiff_t)k * m;
+    for (int i = k + 1; i < m; i++)
+        ak[i] /= ak[k];
+    for (int j = k + 1; j < n; j++) {
+        double *restrict aj = a + (ptrdiff_t)j * m;
+        double f = aj[k];
+        for (int i = k + 1; i < m; i++)
+            aj[i] -= ak[i] * f;
+    }
+}
+
 static int factor_n(int n, double *a, int *pivot)
 {
     for (int k = 0; k < n; k++) {
@@ -98,14 +112,7 @@ static int factor_n(int n, double *a, int *pivot)
             swap_rows(n, a, k, p);
         if (!usable(ak[k]))
             return k + 1;
-        for (int i = k + 1; i < n; i++)
-            ak[i] /= ak[k];
-        for (int j = k + 1; j < n; j++) {
-            double *restrict aj = a + (ptrdiff_t)j * n;
-            double f = aj[k];
-            for (int i = k + 1; i < n; i++)
-                aj[i] -= ak[i] * f;
-        }
+        eliminate(n, n, k, a);
     }
     return 0;
 }
@@ -320,29 +327,12 @@ static candidate largest_entry(int m, int n, int k, const double *a, const int *
 
 static void exchange(int m, int n, int k, int row, int column, double *a, int *r, int *c)
 {
-    if (row != k) {
-        for (int j = 0; j < n; j++)
-            swap(&a[k + j * m], &a[row + j * m]);
-        swap_int(&r[k], &r[row]);
-    }
-    if (column != k) {
-        for (int i = 0; i < m; i++)
-            swap(&a[i + k * m], &a[i + column * m]);
-        swap_int(&c[k], &c[column]);
-    }
-}
-
-static void eliminate(int m, int n, int k, double *a)
-{
-    double *ak = a + (ptrdiff_t)k * m;
-    for (int i = k + 1; i < m; i++)
-        ak[i] /= ak[k];
-    for (int j = k + 1; j < n; j++) {
-        double *restrict aj = a + (ptrdiff_t)j * m;
-        double f = aj[k];
-        for (int i = k + 1; i < m; i++)
-            aj[i] -= ak[i] * f;
-    }
+    for (int j = 0; row != k && j < n; j++)
+        swap(&a[k + j * m], &a[row + j * m]);
+    for (int i = 0; column != k && i < m; i++)
+        swap(&a[i + k * m], &a[i + column * m]);
+    swap_int(&r[k], &r[row]);
+    swap_int(&c[k], &c[column]);
 }
 
 void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, double *pivots)

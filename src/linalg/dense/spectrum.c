@@ -2,36 +2,21 @@
 /* Quadratic eigenvalue problem: the symmetric solver where there is no damping, otherwise a scaled companion matrix
  * (Tisseur and Meerbergen 2001, section 3). Zeros are deflated first (spectrum_zeros.c). */
 #include "linalg/dense/spectrum.h"
-#include "base/memory.h"
 #include "linalg/dense/dense.h"
-#include "linalg/dense/eigen.h"
+#include "linalg/dense/lapack.h"
 #include "linalg/dense/spectrum_inside.h"
 #include <stdlib.h>
 #include <string.h>
 
 /* -- one at work ------------------------------------------------------------------------------------- */
 
-static double **rooms(kmp_pencil *w, int k)
-{
-    double **all[] = {&w->l,       &w->g,       &w->k,       &w->t,       &w->h,       &w->a,
-                      &w->s,       &w->vector,  &w->part[0], &w->part[1], &w->part[2], &w->part[3],
-                      &w->part[4], &w->part[5], &w->row,     &w->noise,   &w->apart};
-    return k < (int)(sizeof all / sizeof *all) ? all[k] : NULL;
-}
-
 static bool make_rooms(kmp_pencil *w)
 {
-    bool ok = true;
-    for (int k = 0; rooms(w, k); k++)
-        ok = (*rooms(w, k) = KMP_NEW(double, w->n * w->n + 1)) && ok;
-    return (w->pivot = KMP_NEW(int, w->n)) && ok;
-}
-
-static void free_rooms(kmp_pencil *w)
-{
-    for (int k = 0; rooms(w, k); k++)
-        kmp_free(*rooms(w, k));
-    kmp_free(w->pivot);
+    double **part = w->part;
+    w->pivot = KMP_ARENA_NEW(&w->arena, int, w->n);
+    KMP_ARENA_EACH(&w->arena, double, w->n, &w->s, &w->row, &w->noise);
+    return KMP_ARENA_EACH(&w->arena, double, w->n * w->n, &w->l, &w->g, &w->k, &w->t, &w->h, &w->a, &w->vector,
+                          &w->apart, &part[0], &part[1], &part[2], &part[3], &part[4], &part[5]);
 }
 
 /* out = L^-1 a L^-T; `row` has room for n. */
@@ -148,6 +133,16 @@ static int compare(const void *a, const void *b)
     return (x->from > y->from) - (x->from < y->from);
 }
 
+/* Normalises eigenvalue `at` and, if it is the upper one of a pair, puts the other behind it; returns the next place.
+ */
+static int complete(const kmp_pencil *w, kmp_spectrum *s, int at, bool upper)
+{
+    normalise(w, s, at);
+    if (upper)
+        conjugate(s, at, at + 1);
+    return at + 1 + upper;
+}
+
 /* Orders the nonzero eigenvalues, of each pair the upper one, by modulus; returns their number. */
 static int order(int count, const double *re, const double *im, place *out)
 {
@@ -171,11 +166,9 @@ static int by_symmetry(kmp_pencil *w, kmp_spectrum *s)
             w->vector[i + j * p] = (w->stiffness[i + j * p] + w->stiffness[j + i * p]) / 2;
     memcpy(w->a, w->mass, kmp_bytes(p * p));
     int info = kmp_eigen_symmetric(p, w->vector, w->a, mu);
-    place *places = KMP_NEW(place, 2 * p);
-    if (info || !places) {
-        kmp_free(places);
+    place *places = KMP_ARENA_NEW(&w->arena, place, 2 * p);
+    if (info || !places)
         return info ? info : -1;
-    }
     for (int i = 0; i < p; i++)
         most = fmax(most, fabs(mu[i]));
     double *re = w->part[0], *im = w->part[1]; /* two an eigenvalue, those with a vector first */
@@ -201,13 +194,8 @@ static int by_symmetry(kmp_pencil *w, kmp_spectrum *s)
         s->im[at] = places[k].im;
         memcpy(s->x_re + at * p, w->vector + from * p, kmp_bytes(p));
         memcpy(s->y_re + at * p, w->vector + from * p, kmp_bytes(p));
-        normalise(w, s, at++);
-        if (places[k].im > 0) {
-            conjugate(s, at - 1, at);
-            at++;
-        }
+        at = complete(w, s, at, places[k].im > 0);
     }
-    kmp_free(places);
     return kmp_pencil_put_still(w, s, basis);
 }
 
@@ -255,23 +243,16 @@ static int by_companion(kmp_pencil *w, kmp_spectrum *s)
     for (int j = 0; j < rest; j++)
         memcpy(w->a + j * rest, w->h + done + (done + j) * n, kmp_bytes(rest));
     double *re = w->part[0], *im = w->part[1];
-    place *places = KMP_NEW(place, n);
-    if (!places || kmp_eigen_general(rest, w->a, re, im, w->part[2], w->part[3], w->part[4], w->part[5])) {
-        kmp_free(places);
+    place *places = KMP_ARENA_NEW(&w->arena, place, n);
+    if (!places || kmp_eigen_general(rest, w->a, re, im, w->part[2], w->part[3], w->part[4], w->part[5]))
         return -1;
-    }
     int count = order(rest, re, im, places);
     for (int k = 0; k < count; k++) {
         s->re[at] = places[k].re * w->rate;
         s->im[at] = places[k].im * w->rate;
         lift(w, s, done, places[k].from, places[k].re, places[k].im, at);
-        normalise(w, s, at++);
-        if (places[k].im > 0) {
-            conjugate(s, at - 1, at);
-            at++;
-        }
+        at = complete(w, s, at, places[k].im > 0);
     }
-    kmp_free(places);
     for (int j = 0; j < s->still; j++) {
         memcpy(w->h + j * p, w->t + j * n, kmp_bytes(p)); /* h is no longer needed */
         kmp_cholesky_backward(p, w->l, w->h + j * p);
@@ -323,15 +304,10 @@ static int init(kmp_spectrum *spectrum, kmp_pencil *w, bool companion)
 {
     int p = w->p;
     kmp_spectrum s = {.p = p, .count = 2 * p};
-    s.re = KMP_NEW(double, s.count);
-    s.im = KMP_NEW(double, s.count);
-    s.x_re = KMP_NEW(double, p *s.count);
-    s.x_im = KMP_NEW(double, p *s.count);
-    s.y_re = KMP_NEW(double, p *s.count);
-    s.y_im = KMP_NEW(double, p *s.count);
-    bool ok = make_rooms(w) && s.re && s.im && s.x_re && s.x_im && s.y_re && s.y_im;
+    KMP_ARENA_EACH(&s.arena, double, s.count, &s.re, &s.im);
+    bool ok = KMP_ARENA_EACH(&s.arena, double, p *s.count, &s.x_re, &s.x_im, &s.y_re, &s.y_im) && make_rooms(w);
     int info = ok ? p > 0 ? solve(w, &s, companion) : 0 : -1;
-    free_rooms(w);
+    kmp_arena_free(&w->arena);
     if (info)
         kmp_spectrum_free(&s);
     else
@@ -355,9 +331,7 @@ int kmp_spectrum_init_led(kmp_spectrum *spectrum, int p, const double *mass, con
 
 void kmp_spectrum_free(kmp_spectrum *spectrum)
 {
-    double *all[] = {spectrum->re, spectrum->im, spectrum->x_re, spectrum->x_im, spectrum->y_re, spectrum->y_im};
-    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
-        kmp_free(all[k]);
+    kmp_arena_free(&spectrum->arena);
     *spectrum = (kmp_spectrum){0};
 }
 

@@ -11,7 +11,7 @@
 #ifndef KMP_LINALG_DENSE_SPECTRUM_H
 #define KMP_LINALG_DENSE_SPECTRUM_H
 
-#include <stdbool.h>
+#include "base/arena.h"
 
 /** Eigenvalues and eigenvectors of a pencil. Zeros come first, then by modulus; of a pair the eigenvalue above the real
  * axis comes first. */
@@ -24,6 +24,7 @@ typedef struct kmp_spectrum {
     double *x_re, *x_im; /* p x count: x^H M x = 1, the largest part real and positive; zeros: a basis of the null space
                             of K, the identity in `still` of its coordinates, independent of the LAPACK build */
     double *y_re, *y_im; /* p x count: y^H (2 s M + G) x = 1, or y' y = 1 where that cannot be; of zeros: zero */
+    kmp_arena arena;
 } kmp_spectrum;
 
 /** Solves the pencil of M, G and K (p x p, column-major). `companion`: never by the symmetric solver. 0; -1: no memory,

@@ -9,6 +9,7 @@
 #include <stddef.h>
 
 typedef struct kmp_pencil {
+    kmp_arena arena;
     int p, n; /* n = 2 p */
     const double *mass, *damping, *stiffness;
     const double *led; /* the coefficient of s^2 where it is not the mass; NULL: the mass */
@@ -54,6 +55,6 @@ int kmp_pencil_deflate(kmp_pencil *w, kmp_spectrum *s);
 /** Eigenvectors of zeros as columns of `basis` (p x still): the identity in as many coordinates, those that move most.
  * The basis is one of many with x' M x = 1. Its rows, each times the root of its mass, have singular values of at least
  * 1/sqrt(p), so that no chosen row is small. 0; -1: no memory. */
-int kmp_pencil_put_still(const kmp_pencil *w, kmp_spectrum *s, double *basis);
+int kmp_pencil_put_still(kmp_pencil *w, kmp_spectrum *s, double *basis);
 
 #endif

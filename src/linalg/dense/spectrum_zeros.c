@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Zeros of pencils and their eigenvectors: stage by stage separation of null spaces by singular values (Kublanovskaya
  * 1966). */
-#include "base/memory.h"
 #include "linalg/dense/dense.h"
+#include "linalg/dense/lapack.h"
 #include "linalg/dense/spectrum_inside.h"
-#include "linalg/lapack.h"
 #include <string.h>
 
 /* -- still shapes ------------------------------------------------------------------------------------ */
@@ -49,55 +48,37 @@ static void choose_rows(int p, int n, double *rows, double *row, int *chosen)
     }
 }
 
-int kmp_pencil_put_still(const kmp_pencil *w, kmp_spectrum *s, double *basis)
+int kmp_pencil_put_still(kmp_pencil *w, kmp_spectrum *s, double *basis)
 {
-    int p = s->p, still = s->still, *chosen = KMP_NEW(int, p), *pivot = KMP_NEW(int, p);
+    int p = s->p, still = s->still, *chosen = KMP_ARENA_NEW(&w->arena, int, p);
     double *a = w->a, *scaled = w->vector;
-    bool ok = chosen && pivot;
-    for (int j = 0; ok && j < still; j++)
+    if (!chosen)
+        return -1;
+    for (int j = 0; j < still; j++)
         for (int i = 0; i < p; i++)
             scaled[i + j * p] = basis[i + j * p] * sqrt(w->mass[i + i * p]);
-    if (ok)
-        choose_rows(p, still, scaled, w->row, chosen);
-    for (int j = 0; ok && j < still; j++) /* a = chosen rows transposed */
+    choose_rows(p, still, scaled, w->row, chosen);
+    for (int j = 0; j < still; j++) /* a = chosen rows transposed */
         for (int i = 0; i < still; i++)
             a[j + i * still] = basis[chosen[i] + j * p];
-    ok = ok && kmp_lu_factor(still, a, pivot) == 0;
-    for (int i = 0; ok && i < p; i++) {
+    if (kmp_lu_factor(still, a, w->pivot))
+        return -1;
+    for (int i = 0; i < p; i++) {
         for (int j = 0; j < still; j++)
             w->row[j] = basis[i + j * p];
-        kmp_lu_solve(still, a, pivot, 1, w->row);
+        kmp_lu_solve(still, a, w->pivot, 1, w->row);
         for (int j = 0; j < still; j++)
             s->x_re[i + j * p] = w->row[j];
     }
-    for (int j = 0; ok && j < still; j++)
+    for (int j = 0; j < still; j++)
         for (int i = 0; i < still; i++)
             s->x_re[chosen[i] + j * p] = i == j;
     for (int j = still; j < s->zeros; j++) /* zeros that repeat them */
         memcpy(s->x_re + j * p, s->x_re + (j - still) % (still > 0 ? still : 1) * p, kmp_bytes(p));
-    kmp_free(chosen);
-    kmp_free(pivot);
-    return ok ? 0 : -1;
+    return 0;
 }
 
 /* -- chains of zeros --------------------------------------------------------------------------------- */
-
-/* Right singular vectors of a (n x n, lost) as columns, singular values descending. */
-static int singular(int n, double *a, double *values, double *v)
-{
-    int lwork = 5 * n + 1, one = 1, info = -1;
-    double none, *work = KMP_NEW(double, lwork);
-    if (work)
-        dgesvd_("N", "A", &n, &n, a, &n, values, &none, &one, v, &n, work, &lwork, &info);
-    kmp_free(work);
-    for (int i = 0; info == 0 && i < n; i++)
-        for (int j = 0; j < i; j++) {
-            double kept = v[i + j * n];
-            v[i + j * n] = v[j + i * n];
-            v[j + i * n] = kept;
-        }
-    return info == 0 ? 0 : -1;
-}
 
 /* columns (rows x n) <- columns b, b n x n; `row` has room for n. */
 static void times(int rows, int n, double *columns, const double *b, double *row)
@@ -110,6 +91,20 @@ static void times(int rows, int n, double *columns, const double *b, double *row
         }
         for (int j = 0; j < n; j++)
             columns[i + j * rows] = row[j];
+    }
+}
+
+/* Rows from `first` on, `count` of them, of h <- b' times these; b has the leading dimension `lead`. */
+static void turn_rows(kmp_pencil *w, int first, int count, const double *b, int lead)
+{
+    for (int j = 0; j < w->n; j++) {
+        double *h = w->h + first + j * w->n;
+        for (int i = 0; i < count; i++) {
+            w->row[i] = 0;
+            for (int k = 0; k < count; k++)
+                w->row[i] += b[k + i * lead] * h[k];
+        }
+        memcpy(h, w->row, kmp_bytes(count));
     }
 }
 
@@ -136,7 +131,7 @@ static int separate(kmp_pencil *w, int done)
             double noise = w->noise[done + i], x = w->h[done + i + (done + j) * n];
             w->a[i + j * rest] = noise > 0 ? x / noise : x;
         }
-    if (singular(rest, w->a, w->s, w->vector))
+    if (kmp_singular_right(rest, w->a, w->s, w->vector))
         return -1;
     while (zeros < rest && w->s[rest - 1 - zeros] <= kmp_rounding(n))
         zeros++;
@@ -146,14 +141,7 @@ static int separate(kmp_pencil *w, int done)
         memcpy(w->a + j * rest, w->vector + (rest - 1 - j) * rest, kmp_bytes(rest));
     times(n, rest, w->t + done * n, w->a, w->row);
     times(n, rest, w->h + done * n, w->a, w->row);
-    for (int j = 0; j < n; j++) { /* rows of h */
-        for (int i = 0; i < rest; i++) {
-            w->row[i] = 0;
-            for (int k = 0; k < rest; k++)
-                w->row[i] += w->a[k + i * rest] * w->h[done + k + j * n];
-        }
-        memcpy(w->h + done + j * n, w->row, kmp_bytes(rest));
-    }
+    turn_rows(w, done, rest, w->a, rest);
     turn_noise(w, rest);
     for (int j = done; j < done + zeros; j++)
         memset(w->h + done + j * n, 0, kmp_bytes(rest));
@@ -181,30 +169,22 @@ int kmp_pencil_deflate(kmp_pencil *w, kmp_spectrum *s)
     }
     /* of K alone: its norm is 1, or it is all zero */
     memcpy(w->a, w->k, kmp_bytes(p * p));
-    if (singular(p, w->a, w->s, w->vector))
+    if (kmp_singular_right(p, w->a, w->s, w->vector))
         return -1;
     while (done < p && w->s[p - 1 - done] <= kmp_rounding(p) * w->s[0])
         done++;
     s->still = done;
     if (done == 0)
         return 0;
-    memcpy(w->part[0], w->vector, kmp_bytes(p * p));
-    double *turn = w->part[1]; /* n x n */
+    double *turn = w->part[0]; /* n x n */
     memset(turn, 0, kmp_bytes(n * n));
     for (int j = 0; j < p; j++) {
-        memcpy(turn + j * n, w->part[0] + (p - 1 - j) * p, kmp_bytes(p));
+        memcpy(turn + j * n, w->vector + (p - 1 - j) * p, kmp_bytes(p));
         turn[p + j + (p + j) * n] = 1;
     }
     times(n, n, w->t, turn, w->row);
     times(n, n, w->h, turn, w->row);
-    for (int j = 0; j < n; j++) {
-        for (int i = 0; i < p; i++) {
-            w->row[i] = 0;
-            for (int k = 0; k < p; k++)
-                w->row[i] += turn[k + i * n] * w->h[k + j * n];
-        }
-        memcpy(w->h + j * n, w->row, kmp_bytes(p));
-    }
+    turn_rows(w, 0, p, turn, n);
     for (int j = 0; j < done; j++)
         memset(w->h + j * n, 0, kmp_bytes(n));
     for (int more = done; more > 0 && done < n; done += more)

@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "base/share.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/least.h"
+#include "linalg/dense/lapack.h"
 #include "linalg/dot.h"
 #include "studies/equilibrium/descent.h"
 #include "studies/equilibrium/exchange.h"

@@ -8,7 +8,7 @@
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "linalg/dense/dense.h"
-#include "linalg/dense/symmetric.h"
+#include "linalg/dense/lapack.h"
 #include "linalg/dot.h"
 #include "studies/equilibrium/descent.h"
 #include "studies/equilibrium/load_path.h"

@@ -17,7 +17,7 @@
 
 #include "base/arena.h"
 #include "constraints/partition/reduction.h"
-#include "linalg/dense/singular.h"
+#include "linalg/dense/lapack.h"
 
 typedef struct kmp_inverse {
     const kempe_system *system;

@@ -4,7 +4,7 @@
 #include "studies/modes/mode_slopes.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
-#include "linalg/dense/eigen_complex.h"
+#include "linalg/dense/lapack.h"
 #include <complex.h>
 #include <float.h>
 #include <math.h>
