@@ -378,8 +378,7 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
     w->rank = guess->rank > 0 ? guess->rank : rounding ? rounding->rank : -1;
     w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);
     w->trial = KMP_ARENA_NEW(&w->arena, double, s->n + s->m);
-    w->from = KMP_ARENA_NEW(&w->arena, double, s->n);
-    w->best = KMP_ARENA_NEW(&w->arena, double, s->n);
+    KMP_ARENA_EACH(&w->arena, double, s->n, &w->from, &w->best);
     w->rate = KMP_ARENA_NEW(&w->arena, double, s->m);
     w->fixed = KMP_ARENA_NEW(&w->arena, bool, s->n);
     w->held = KMP_ARENA_NEW(&w->arena, int, s->n);

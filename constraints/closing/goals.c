@@ -382,10 +382,7 @@ static bool search_extend(search *w)
     w->multiplier = KMP_ARENA_NEW(&w->arena, double, m);
     w->transposed = KMP_ARENA_NEW(&w->arena, double, n *m);
     w->hessian = KMP_ARENA_NEW(&w->arena, double, n *n);
-    w->eigen = KMP_ARENA_NEW(&w->arena, double, n);
-    w->y = KMP_ARENA_NEW(&w->arena, double, n);
-    w->step = KMP_ARENA_NEW(&w->arena, double, n);
-    w->rate = KMP_ARENA_NEW(&w->arena, double, n);
+    KMP_ARENA_EACH(&w->arena, double, n, &w->eigen, &w->y, &w->step, &w->rate);
     make_place(w, &w->there);
     if (w->walk)
         w->walk->hold = w->hold;

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/closing/least_change.h"
-#include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
@@ -26,18 +25,18 @@ static void sort_columns(kmp_least_change *c, const kmp_pattern *jac, int n)
 
 static bool make_sparse(kmp_least_change *c, const kmp_pattern *jac, int n, int m)
 {
-    int count = n + m + 2 * jac->count, at = n + m;
-    int *row = KMP_NEW(int, count), *col = KMP_NEW(int, count);
-    bool ok = row && col;
-    for (int k = 0; ok && k < n + m; k++)
-        row[k] = col[k] = k;
-    for (int e = 0; ok && e < jac->count; e++, at += 2) {
-        row[at] = col[at + 1] = n + jac->row[e];
-        col[at] = row[at + 1] = jac->col[e];
+    int count = n + m + 2 * jac->count, at = n + m, *row, *col;
+    kmp_arena room = {0};
+    if (KMP_ARENA_EACH(&room, int, count, &row, &col)) {
+        for (int k = 0; k < n + m; k++)
+            row[k] = col[k] = k;
+        for (int e = 0; e < jac->count; e++, at += 2) {
+            row[at] = col[at + 1] = n + jac->row[e];
+            col[at] = row[at + 1] = jac->col[e];
+        }
+        c->sparse = kmp_sparse_new(n + m, count, row, col, true);
     }
-    c->sparse = ok ? kmp_sparse_new(n + m, count, row, col, true) : NULL;
-    kmp_free(row);
-    kmp_free(col);
+    kmp_arena_free(&room);
     return c->sparse;
 }
 

@@ -12,91 +12,67 @@ enum { SPARSE_FROM = 48, SPARSE_BELOW = 8 };
 
 /* -- dense and sparse -------------------------------------------------------------------------------- */
 
-/* Lists the entries of the sparse matrix: M with both its triangles, then J and -J' alternating, then 1 for each
- * dropped row. */
-static int list_entries(const kmp_saddle *saddle, int *row, int *col)
-{
-    const kmp_pattern *mass = &saddle->eval->system->mass, *jac = &saddle->eval->system->jacobian;
-    int count = 0, n = saddle->n;
-    for (int k = 0; k < mass->count; k++)
-        for (int side = 0; side < (mass->row[k] == mass->col[k] ? 1 : 2); side++, count++) {
-            row[count] = side ? mass->col[k] : mass->row[k];
-            col[count] = side ? mass->row[k] : mass->col[k];
-        }
-    for (int k = 0; k < jac->count; k++) {
-        int at = saddle->position[jac->row[k]];
-        for (int side = 0; at >= 0 && side < 2; side++, count++) {
-            row[count] = side ? jac->col[k] : n + at;
-            col[count] = side ? n + at : jac->col[k];
-        }
-    }
-    for (int k = 0; saddle->out && k < saddle->r; k++, count++)
-        row[count] = col[count] = n + k;
-    return count;
-}
-
-/* Makes the sparse solver. false: no memory; a structurally singular pattern shows when factored. */
-static bool make_sparse(kmp_saddle *saddle, int most)
-{
-    unsigned long failures = kmp_memory_failures();
-    int *row = KMP_NEW(int, most), *col = KMP_NEW(int, most);
-    if (row && col)
-        saddle->sparse = kmp_sparse_new(saddle->n + saddle->r, list_entries(saddle, row, col), row, col, true);
-    kmp_free(row);
-    kmp_free(col);
-    return kmp_memory_failures() == failures;
-}
-
-static int factor_dense(kmp_saddle *saddle)
-{
-    const kmp_evaluator *eval = saddle->eval;
-    const kmp_pattern *mass = &eval->system->mass, *jac = &eval->system->jacobian;
-    int n = saddle->n, size = n + saddle->r;
-    memset(saddle->matrix, 0, (size_t)(size * size) * sizeof(double));
-    for (int k = 0; k < mass->count; k++)
-        saddle->matrix[mass->row[k] + mass->col[k] * size] = saddle->matrix[mass->col[k] + mass->row[k] * size] =
-            eval->mass[k];
-    for (int k = 0; k < jac->count; k++) {
-        int at = saddle->position[jac->row[k]];
-        if (at < 0)
-            continue;
-        saddle->matrix[n + at + jac->col[k] * size] = eval->jacobian[k];
-        saddle->matrix[jac->col[k] + (n + at) * size] = -eval->jacobian[k];
-    }
-    for (int k = n; saddle->out && k < size; k++)
-        for (int i = 0; saddle->out[k - n] && i < size; i++)
-            saddle->matrix[k + i * size] = saddle->matrix[i + k * size] = i == k;
-    return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
-}
-
 static bool is_out(const kmp_saddle *saddle, int k)
 {
     return saddle->out && saddle->out[k];
 }
 
-static int factor_sparse(kmp_saddle *saddle)
+static void add_entry(kmp_saddle *saddle, int row, int col, int from)
 {
-    const kmp_evaluator *eval = saddle->eval;
-    const kmp_pattern *mass = &eval->system->mass, *jac = &eval->system->jacobian;
-    double *value = saddle->matrix;
-    if (!saddle->sparse)
-        return 1;
+    saddle->entry_row[saddle->count] = row;
+    saddle->entry_col[saddle->count] = col;
+    saddle->entry_from[saddle->count++] = from;
+}
+
+/* Lists the entries of the matrix: M with both its triangles, then J and -J' alternating, then 1 for each dropped row.
+ */
+static void list_entries(kmp_saddle *saddle)
+{
+    const kmp_pattern *mass = &saddle->eval->system->mass, *jac = &saddle->eval->system->jacobian;
+    int n = saddle->n;
     for (int k = 0; k < mass->count; k++) {
-        *value++ = eval->mass[k];
+        add_entry(saddle, mass->row[k], mass->col[k], k);
         if (mass->row[k] != mass->col[k])
-            *value++ = eval->mass[k];
+            add_entry(saddle, mass->col[k], mass->row[k], k);
     }
     for (int k = 0; k < jac->count; k++) {
-        int at = saddle->position[jac->row[k]];
-        if (at < 0)
+        int at = n + saddle->position[jac->row[k]];
+        if (at < n)
             continue;
-        double entry = is_out(saddle, at) ? 0 : eval->jacobian[k];
-        *value++ = entry;
-        *value++ = -entry;
+        add_entry(saddle, at, jac->col[k], mass->count + k);
+        add_entry(saddle, jac->col[k], at, mass->count + k);
     }
-    for (int k = 0; saddle->out && k < saddle->r; k++)
-        *value++ = saddle->out[k] ? 1 : 0;
-    return kmp_sparse_factor(saddle->sparse, saddle->matrix) != KMP_SPARSE_FACTORED;
+    for (int k = n; saddle->out && k < n + saddle->r; k++)
+        add_entry(saddle, k, k, -1);
+}
+
+static double value_of(const kmp_saddle *saddle, int entry)
+{
+    const kmp_evaluator *eval = saddle->eval;
+    int n = saddle->n, from = saddle->entry_from[entry], masses = eval->system->mass.count;
+    bool transposed = saddle->entry_col[entry] >= n;
+    if (from >= 0 && from < masses)
+        return eval->mass[from];
+    bool out = is_out(saddle, (transposed ? saddle->entry_col : saddle->entry_row)[entry] - n);
+    if (from < 0 || out)
+        return from < 0 && out ? 1 : 0;
+    return transposed ? -eval->jacobian[from - masses] : eval->jacobian[from - masses];
+}
+
+static int factor_dense(kmp_saddle *saddle)
+{
+    int size = saddle->n + saddle->r;
+    memset(saddle->matrix, 0, (size_t)(size * size) * sizeof(double));
+    for (int e = 0; e < saddle->count; e++)
+        saddle->matrix[saddle->entry_row[e] + saddle->entry_col[e] * size] = value_of(saddle, e);
+    return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
+}
+
+static int factor_sparse(kmp_saddle *saddle)
+{
+    for (int e = 0; e < saddle->count; e++)
+        saddle->matrix[e] = value_of(saddle, e);
+    return !saddle->sparse || kmp_sparse_factor(saddle->sparse, saddle->matrix) != KMP_SPARSE_FACTORED;
 }
 
 /* Solves into x, which has the right-hand side of M. */
@@ -189,14 +165,21 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way w
     saddle->x = KMP_ARENA_NEW(&saddle->arena, double, n + r);
     saddle->pivot = KMP_ARENA_NEW(&saddle->arena, int, n + r);
     saddle->position = KMP_ARENA_NEW(&saddle->arena, int, part->m);
-    if (saddle->arena.failed)
+    if (!KMP_ARENA_EACH(&saddle->arena, int, way == KMP_SADDLE_BY_BODIES ? 0 : entries, &saddle->entry_row,
+                        &saddle->entry_col, &saddle->entry_from))
         return false;
     for (int k = 0; k < part->m; k++)
         saddle->position[k] = -1;
     for (int k = 0; k < r; k++)
         saddle->position[part->rows[k]] = k;
     kmp_eval_drop(saddle->eval, part->m - part->r, part->redundant);
-    return way != KMP_SADDLE_SPARSE || make_sparse(saddle, entries);
+    if (way == KMP_SADDLE_BY_BODIES)
+        return true;
+    list_entries(saddle);
+    unsigned long failures = kmp_memory_failures();
+    if (way == KMP_SADDLE_SPARSE) /* NULL: singular by its pattern, or no memory */
+        saddle->sparse = kmp_sparse_new(n + r, saddle->count, saddle->entry_row, saddle->entry_col, true);
+    return kmp_memory_failures() == failures;
 }
 
 /* True if a sparse factorisation is cheaper. */

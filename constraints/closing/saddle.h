@@ -29,8 +29,10 @@ typedef struct kmp_saddle {
     kmp_arena arena;
     double *matrix, *x; /* size x size when dense; the entries when sparse; r x r by bodies */
     int *pivot;
-    kmp_sparse *sparse; /* NULL: not sparse, or singular by its pattern */
-    int *position;      /* m: of a row among the independent ones, -1 when dropped */
+    int count, *entry_row, *entry_col; /* entries of the matrix; not by bodies */
+    int *entry_from;                   /* of each: an entry of M, then of J; -1: of a row that is left out */
+    kmp_sparse *sparse;                /* NULL: not sparse, or singular by its pattern */
+    int *position;                     /* m: of a row among the independent ones, -1 when dropped */
     long factorizations;
 
     bool *out;         /* m: rows left out; NULL: none. The members below serve states without a chosen set of rows: */

@@ -83,9 +83,7 @@ void kmp_doctor_alternatives(kmp_examination *x)
 static void fill_block(const kmp_reduction *red, int b, kmp_arena *arena, kmp_loop_block *block)
 {
     const int *column = kmp_block_columns(red->block, b, &block->size), *row = kmp_block_rows(red->block, b);
-    block->columns = KMP_ARENA_NEW(arena, int, block->size);
-    block->rows = KMP_ARENA_NEW(arena, int, block->size);
-    block->closures = KMP_ARENA_NEW(arena, int, block->size);
+    KMP_ARENA_EACH(arena, int, block->size, &block->columns, &block->rows, &block->closures);
     for (int i = 0; !arena->failed && i < block->size; i++) {
         int k = i, r = red->part->rows[row[i]];
         for (; k > 0 && block->rows[k - 1] > r; k--)

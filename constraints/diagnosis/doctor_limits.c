@@ -233,8 +233,7 @@ static const char *walk_one_way(way *w)
 
 static bool place_new(const way *w, place *p)
 {
-    p->q = KMP_ARENA_NEW(w->x->arena, double, w->n);
-    p->tangent = KMP_ARENA_NEW(w->x->arena, double, w->n);
+    KMP_ARENA_EACH(w->x->arena, double, w->n, &p->q, &p->tangent);
     return p->q && p->tangent;
 }
 

@@ -27,8 +27,7 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
     w->rank = rounding ? rounding->rank : -1;
     const kmp_arena_group groups[] = {
         {m * n, {&w->jacobian}}, {m, {&w->h}}, {size * size, {&w->copy, &w->basis}}, {m + n, {&w->pivots}}};
-    w->order = KMP_ARENA_NEW(&w->arena, int, size);
-    w->row_order = KMP_ARENA_NEW(&w->arena, int, size);
+    KMP_ARENA_EACH(&w->arena, int, size, &w->order, &w->row_order);
     w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
     if (kmp_arena_make_groups(&w->arena, sizeof groups / sizeof *groups, groups) && w->eval &&
         kmp_least_change_init(&w->least, w->eval))

@@ -96,10 +96,8 @@ static bool allocate(kmp_fused *f)
 {
     int n = f->red->n, efforts = f->red->eval->system->force ? n : 0;
     f->state = KMP_ARENA_NEW(&f->arena, double, 2 * n);
-    f->turn = KMP_ARENA_NEW(&f->arena, int, f->red->r);
-    f->signs = KMP_ARENA_NEW(&f->arena, int, f->red->r);
-    f->q = KMP_ARENA_NEW(&f->arena, double, efforts);
-    f->qd = KMP_ARENA_NEW(&f->arena, double, efforts);
+    KMP_ARENA_EACH(&f->arena, int, f->red->r, &f->turn, &f->signs);
+    KMP_ARENA_EACH(&f->arena, double, efforts, &f->q, &f->qd);
     f->effort = efforts ? KMP_ARENA_NEW(&f->arena, double, efforts) : NULL;
     return !f->arena.failed;
 }

@@ -38,13 +38,10 @@ struct kmp_load_work *kmp_load_work_new(const kempe_system *s)
         return NULL;
     w->count = s->load_row_count;
     w->worst = -1;
-    w->lambda = KMP_ARENA_NEW(&w->arena, double, m);
-    w->changed = KMP_ARENA_NEW(&w->arena, double, m);
+    KMP_ARENA_EACH(&w->arena, double, m, &w->lambda, &w->changed, &w->from);
     w->column = KMP_ARENA_NEW(&w->arena, double, s->n);
     w->matrix = KMP_ARENA_NEW(&w->arena, double, count *count);
-    w->residual = KMP_ARENA_NEW(&w->arena, double, count);
-    w->step = KMP_ARENA_NEW(&w->arena, double, count);
-    w->from = KMP_ARENA_NEW(&w->arena, double, m);
+    KMP_ARENA_EACH(&w->arena, double, count, &w->residual, &w->step);
     w->pivot = KMP_ARENA_NEW(&w->arena, int, count);
     if (!w->arena.failed)
         return w;

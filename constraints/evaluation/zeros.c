@@ -143,8 +143,7 @@ static bool find_x(kmp_zeros *z, const kmp_reduction *red, sets x)
 static bool list_mass(kmp_zeros *z, const kmp_pattern *m)
 {
     z->m_start = KMP_ARENA_NEW(&z->arena, int, z->n + 1);
-    z->m_row = KMP_ARENA_NEW(&z->arena, int, 2 * m->count);
-    z->m_entry = KMP_ARENA_NEW(&z->arena, int, 2 * m->count);
+    KMP_ARENA_EACH(&z->arena, int, 2 * m->count, &z->m_row, &z->m_entry);
     int *next = KMP_ARENA_NEW(&z->scratch, int, z->n);
     if (z->arena.failed || z->scratch.failed)
         return false;

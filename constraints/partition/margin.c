@@ -18,25 +18,17 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     *margin = (kmp_margin){.system = system, .r = r, .step_t = NAN, .clear_t = -INFINITY};
     margin->place = KMP_ARENA_NEW(&margin->arena, int, m);
     margin->column = KMP_ARENA_NEW(&margin->arena, int, n);
-    margin->entry = KMP_ARENA_NEW(&margin->arena, int, entries);
-    margin->signs = KMP_ARENA_NEW(&margin->arena, int, r);
-    margin->signs_stood = KMP_ARENA_NEW(&margin->arena, int, r);
-    margin->drop_start = KMP_ARENA_NEW(&margin->arena, int, m - r + 1);
-    margin->drop_entry = KMP_ARENA_NEW(&margin->arena, int, entries);
-    margin->drop_column = KMP_ARENA_NEW(&margin->arena, int, entries);
-    for (int k = 0; k < 2; k++) {
-        kmp_margin_rows *need = k ? &margin->need_stood : &margin->need;
-        need->start = KMP_ARENA_NEW(&margin->arena, int, m - r + 1);
-        need->kept = KMP_ARENA_NEW(&margin->arena, int, (m - r) * r);
-    }
-    const kmp_arena_group groups[] = {
-        {entries, {&margin->weight, &margin->value, &margin->jacobian, &margin->jacobian_stood}},
-        {m, {&margin->z, &margin->z_stood, &margin->begin}},
-        {r, {&margin->u, &margin->drop_value}},
-        {4 * r, {&margin->room}},
-        {n, {&margin->w, &margin->w_stood}},
-        {(m - r) * r, {&margin->need.t, &margin->need_stood.t}}};
-    if (!kmp_arena_make_groups(&margin->arena, sizeof groups / sizeof *groups, groups))
+    KMP_ARENA_EACH(&margin->arena, int, entries, &margin->entry, &margin->drop_entry, &margin->drop_column);
+    KMP_ARENA_EACH(&margin->arena, int, r, &margin->signs, &margin->signs_stood);
+    KMP_ARENA_EACH(&margin->arena, int, m - r + 1, &margin->drop_start, &margin->now.start, &margin->stood.start);
+    KMP_ARENA_EACH(&margin->arena, int, (m - r) * r, &margin->now.kept, &margin->stood.kept);
+    KMP_ARENA_EACH(&margin->arena, double, (m - r) * r, &margin->now.t, &margin->stood.t);
+    KMP_ARENA_EACH(&margin->arena, double, m, &margin->now.z, &margin->stood.z, &margin->begin);
+    KMP_ARENA_EACH(&margin->arena, double, n, &margin->now.w, &margin->stood.w);
+    KMP_ARENA_EACH(&margin->arena, double, r, &margin->u, &margin->drop_value);
+    margin->room = KMP_ARENA_NEW(&margin->arena, double, 4 * r);
+    if (!KMP_ARENA_EACH(&margin->arena, double, entries, &margin->weight, &margin->value, &margin->now.jacobian,
+                        &margin->stood.jacobian))
         return false;
     for (int e = 0; e < entries; e++)
         margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];
@@ -127,7 +119,7 @@ bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part)
 /* out = G x, G = 1 + T'T: the product of a combination of the kept rows with all rows. */
 static void add_dropped(const kmp_margin *margin, const double *x, double *out)
 {
-    const kmp_margin_rows *need = &margin->need;
+    const kmp_margin_view *need = &margin->now;
     memcpy(out, x, (size_t)margin->r * sizeof *out);
     for (int d = 0; d < margin->part.m - margin->r; d++) {
         double part = 0;
@@ -166,7 +158,7 @@ static void find_u(kmp_margin *margin)
 {
     int r = margin->r, dropped = margin->part.m - r;
     double *u = margin->u, *a = margin->room + 3 * r;
-    const kmp_margin_rows *need = &margin->need;
+    const kmp_margin_view *need = &margin->now;
     for (int k = 0; k < r; k++)
         u[k] = margin->begin[margin->part.rows[k]];
     for (int d = 0; d < dropped; d++)
@@ -188,12 +180,12 @@ static void find_u(kmp_margin *margin)
             a[k] /= size;
     }
     for (int k = 0; k < r; k++)
-        margin->z[margin->part.rows[k]] = a[k];
+        margin->now.z[margin->part.rows[k]] = a[k];
     for (int d = 0; d < dropped; d++) {
         double sum = 0;
         for (int e = need->start[d]; e < need->start[d + 1]; e++)
             sum += need->t[e] * a[need->kept[e]];
-        margin->z[margin->part.redundant[d]] = sum;
+        margin->now.z[margin->part.redundant[d]] = sum;
     }
 }
 
@@ -202,29 +194,29 @@ static double find_w(kmp_margin *margin)
 {
     const kmp_pattern *jac = &margin->system->jacobian;
     double inside = 0, outside = 0;
-    memset(margin->w, 0, (size_t)margin->system->n * sizeof *margin->w);
+    memset(margin->now.w, 0, (size_t)margin->system->n * sizeof *margin->now.w);
     for (int e = 0; e < jac->count; e++) {
         int row = margin->place[jac->row[e]];
         if (row >= 0)
-            margin->w[jac->col[e]] += margin->jacobian[e] * margin->u[row];
+            margin->now.w[jac->col[e]] += margin->now.jacobian[e] * margin->u[row];
     }
     for (int k = 0; k < margin->system->n; k++)
         if (margin->column[k] >= 0)
-            inside = fmax(inside, fabs(margin->w[k]));
+            inside = fmax(inside, fabs(margin->now.w[k]));
         else
-            outside = fmax(outside, fabs(margin->w[k]));
+            outside = fmax(outside, fabs(margin->now.w[k]));
     return outside / inside;
 }
 
 /* Computes T. A dropped row depends only on rows of its own loops. */
 static void find_t(kmp_margin *margin)
 {
-    kmp_margin_rows *need = &margin->need;
+    kmp_margin_view *need = &margin->now;
     margin->rows = 0;
     for (int d = 0; d < margin->part.m - margin->r; d++) {
         int first = margin->drop_start[d], count = margin->drop_start[d + 1] - first, start = need->start[d];
         for (int e = 0; e < count; e++)
-            margin->drop_value[e] = margin->jacobian[margin->drop_entry[first + e]];
+            margin->drop_value[e] = margin->now.jacobian[margin->drop_entry[first + e]];
         int found = kmp_block_solve_transposed_few(margin->block, KMP_ROWS_NOTHING, count, margin->drop_column + first,
                                                    margin->drop_value, need->kept + start, need->t + start);
         need->start[d + 1] = start + found;
@@ -240,13 +232,13 @@ static void find_t(kmp_margin *margin)
 static void take(kmp_margin *margin, const kmp_evaluator *eval)
 {
     for (int e = 0; e < margin->system->jacobian.count; e++)
-        margin->jacobian[e] = margin->weight[e] * eval->jacobian[e];
+        margin->now.jacobian[e] = margin->weight[e] * eval->jacobian[e];
 }
 
 static bool factor(kmp_margin *margin)
 {
     for (int k = 0; k < margin->count; k++)
-        margin->value[k] = margin->jacobian[margin->entry[k]];
+        margin->value[k] = margin->now.jacobian[margin->entry[k]];
     return !kmp_block_factor(margin->block, margin->value);
 }
 
@@ -261,10 +253,24 @@ static double measure(kmp_margin *margin)
         find_t(margin);
         find_u(margin);
         stale = find_w(margin);
-        margin->last = sqrt(kmp_dot(margin->system->n, margin->w, margin->w));
+        margin->last = sqrt(kmp_dot(margin->system->n, margin->now.w, margin->now.w));
     }
     margin->last = isfinite(margin->last) ? margin->last : 0;
     return margin->last > 0 ? stale : 0;
+}
+
+/* The margin |w| at (t, q). */
+static double margin_at(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q)
+{
+    kmp_eval_closure(eval, t, q);
+    take(margin, eval);
+    (void)measure(margin);
+    return margin->last;
+}
+
+static double over_usual(const kmp_margin *margin)
+{
+    return margin->usual > 0 ? margin->last / margin->usual : 0;
 }
 
 double kmp_margin_at(kmp_margin *margin, const kmp_evaluator *eval)
@@ -279,7 +285,7 @@ double kmp_margin_at(kmp_margin *margin, const kmp_evaluator *eval)
     margin->usual = fmax(margin->usual, margin->last);
     if (!(margin->pivot > 0) && margin->last > 0) /* usual pivot of a new block */
         margin->pivot = kmp_block_smallest(margin->block) * margin->usual / margin->last;
-    return margin->usual > 0 ? margin->last / margin->usual : 0;
+    return over_usual(margin);
 }
 
 /* -- the start ---------------------------------------------------------------------------------------- */
@@ -292,13 +298,11 @@ static double turned(kmp_margin *margin, kmp_evaluator *eval, double t, const do
     const kmp_pattern *jac = &s->jacobian;
     int n = s->n, free = margin->part.u[k];
     double *along = work, *other = work + n, most = 0;
-    kmp_eval_closure(eval, t, q);
-    take(margin, eval);
-    (void)measure(margin);
+    (void)margin_at(margin, eval, t, q);
     memset(along, 0, (size_t)margin->r * sizeof *along);
     for (int e = 0; e < jac->count; e++)
         if (jac->col[e] == free && margin->place[jac->row[e]] >= 0)
-            along[margin->place[jac->row[e]]] = -margin->jacobian[e];
+            along[margin->place[jac->row[e]]] = -margin->now.jacobian[e];
     kmp_block_solve(margin->block, 1, along);
     for (int side = -1; side <= 1; side += 2) {
         for (int i = 0; i < n; i++) {
@@ -306,10 +310,7 @@ static double turned(kmp_margin *margin, kmp_evaluator *eval, double t, const do
             double turn = i == free ? KMP_MARGIN_NEAR_BY : v >= 0 ? KMP_MARGIN_NEAR_BY * along[v] : 0;
             other[i] = q[i] + side * turn * s->scale[i];
         }
-        kmp_eval_closure(eval, t, other);
-        take(margin, eval);
-        (void)measure(margin);
-        most = fmax(most, margin->last);
+        most = fmax(most, margin_at(margin, eval, t, other));
     }
     return most;
 }
@@ -326,15 +327,11 @@ static double elsewhere(kmp_margin *margin, kmp_evaluator *eval, double t, const
             double turn = KMP_MARGIN_ELSEWHERE * ((double)chance / 2147483648.0 - 1);
             other[i] = margin->system->model->motions[i].rotation ? q[i] + turn : q[i] * (1 + turn);
         }
-        kmp_eval_closure(eval, t, other);
-        take(margin, eval);
-        (void)measure(margin);
-        found[k] = margin->last;
-        for (int i = k; i > 0 && found[i] < found[i - 1]; i--) {
-            double more = found[i];
+        double here = margin_at(margin, eval, t, other);
+        int i = k;
+        for (; i > 0 && here < found[i - 1]; i--)
             found[i] = found[i - 1];
-            found[i - 1] = more;
-        }
+        found[i] = here;
     }
     return found[ELSEWHERE / 2];
 }
@@ -387,16 +384,16 @@ typedef struct line {
 static line line_of(const kmp_margin *margin)
 {
     int n = margin->system->n;
-    double same = kmp_dot(margin->part.m, margin->z, margin->z_stood), sign = same < 0 ? -1 : 1;
-    double new = kmp_dot(n, margin->w, margin->w), both = sign *kmp_dot(n, margin->w, margin->w_stood),
-           old = kmp_dot(n, margin->w_stood, margin->w_stood), moved = new - 2 * both + old;
+    double same = kmp_dot(margin->part.m, margin->now.z, margin->stood.z), sign = same < 0 ? -1 : 1;
+    double new = kmp_dot(n, margin->now.w, margin->now.w), both = sign *kmp_dot(n, margin->now.w, margin->stood.w),
+           old = kmp_dot(n, margin->stood.w, margin->stood.w), moved = new - 2 * both + old;
     if (fabs(same) < KMP_MARGIN_SAME || !(moved > 0))
         return (line){sqrt(old), INFINITY, sqrt(new), 1, fabs(same) >= KMP_MARGIN_SAME};
     double along = (new - both) / moved;
     return (line){sqrt(old), -along, sqrt(fmax(0, new - along *along *moved)), both / sqrt(old * new), true};
 }
 
-static double needed(const kmp_margin_rows *need, int d, int kept)
+static double needed(const kmp_margin_view *need, int d, int kept)
 {
     for (int e = need->start[d]; e < need->start[d + 1]; e++)
         if (need->kept[e] == kept)
@@ -407,8 +404,8 @@ static double needed(const kmp_margin_rows *need, int d, int kept)
 /* True if the kept rows have lost their rank since the last step's end: T has passed through infinity. */
 static bool rows_lost(const kmp_margin *margin)
 {
-    double before = needed(&margin->need_stood, margin->rows_d, margin->rows_k),
-           after = needed(&margin->need, margin->rows_d, margin->rows_k);
+    double before = needed(&margin->stood, margin->rows_d, margin->rows_k),
+           after = needed(&margin->now, margin->rows_d, margin->rows_k);
     return margin->rows > KMP_ROWS_LOST || (margin->rows > KMP_ROWS_OUT && before * after < 0);
 }
 
@@ -457,18 +454,11 @@ static bool looks_well(kmp_margin *margin, const kmp_evaluator *eval)
     return margin->quick;
 }
 
-static void exchange(double **a, double **b)
+static void exchange_views(kmp_margin *margin)
 {
-    double *t = *a;
-    *a = *b;
-    *b = t;
-}
-
-static void exchange_needs(kmp_margin *margin)
-{
-    kmp_margin_rows now = margin->need;
-    margin->need = margin->need_stood;
-    margin->need_stood = now;
+    kmp_margin_view now = margin->now;
+    margin->now = margin->stood;
+    margin->stood = now;
 }
 
 /* Computes the full margin of the last step's end, which had a quick test alone. */
@@ -476,13 +466,10 @@ static void catch_up(kmp_margin *margin)
 {
     if (!margin->stands || margin->seen)
         return;
-    exchange(&margin->jacobian, &margin->jacobian_stood);
+    exchange_views(margin);
     (void)measure(margin);
     kmp_block_take_signs(margin->block, margin->signs_stood);
-    exchange(&margin->jacobian, &margin->jacobian_stood);
-    exchange(&margin->w, &margin->w_stood);
-    exchange(&margin->z, &margin->z_stood);
-    exchange_needs(margin);
+    exchange_views(margin);
     margin->seen = true;
 }
 
@@ -520,7 +507,7 @@ double kmp_margin_after_step(kmp_margin *margin, const kmp_evaluator *eval, doub
         catch_up(margin);
         return kmp_margin_at(margin, eval);
     }
-    return margin->quick ? 1 : margin->usual > 0 ? margin->last / margin->usual : 0;
+    return margin->quick ? 1 : over_usual(margin);
 }
 
 bool kmp_margin_leads_on(const kmp_margin *margin, double *when)
@@ -544,10 +531,7 @@ void kmp_margin_stand(kmp_margin *margin)
     if (margin->r == 0)
         return;
     kmp_block_take_signs(margin->block, margin->signs_stood);
-    exchange(&margin->jacobian, &margin->jacobian_stood);
-    exchange(&margin->w, &margin->w_stood);
-    exchange(&margin->z, &margin->z_stood);
-    exchange_needs(margin);
+    exchange_views(margin);
     margin->seen = !margin->quick;
     margin->tried = margin->quick || margin->last > KMP_NEAR_SINGULAR_LEFT * margin->usual ? 0 : margin->tried;
     margin->refused = false;
@@ -579,7 +563,7 @@ static void exchange_apart(kmp_margin *margin)
     kmp_partition *part = &margin->part;
     int *taken = margin->signs; /* kept rows already exchanged */
     memset(taken, 0, (size_t)part->r * sizeof *taken);
-    const kmp_margin_rows *need = &margin->need;
+    const kmp_margin_view *need = &margin->now;
     for (int d = 0; d < part->m - part->r; d++) {
         int most = -1;
         bool apart = true;

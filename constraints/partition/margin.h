@@ -15,12 +15,14 @@
 #include "constraints/partition/partition.h"
 #include "linalg/block.h"
 
-/** Dropped rows as combinations of the kept ones, T: row d has coefficient t[e] of kept row kept[e], e from start[d]
- * on. */
-typedef struct kmp_margin_rows {
+/** A measurement. Dropped rows are combinations of the kept ones, T: row d has coefficient t[e] of kept row kept[e], e
+ * from start[d] on. */
+typedef struct kmp_margin_view {
+    double *jacobian;  /* weighted */
+    double *z, *w;     /* m, n */
     int *start, *kept; /* m - r + 1, (m - r) r */
     double *t;
-} kmp_margin_rows;
+} kmp_margin_view;
 
 typedef struct kmp_margin {
     const kempe_system *system;
@@ -46,14 +48,11 @@ typedef struct kmp_margin {
     int *place;     /* m: position of a row among the independent ones; -1 - position of a dropped one */
     int *column;    /* n: position of a coordinate among the columns, -1: none */
     kmp_block *block;
-    int count, *entry;                 /* entries of J in the block */
-    double *value, *u;                 /* r */
-    double *begin;                     /* m: initial vector of inverse iteration */
-    double *room;                      /* 4 r: work space */
-    double *jacobian, *jacobian_stood; /* weighted */
-    double *z, *z_stood;               /* m */
-    double *w, *w_stood;               /* n */
-    kmp_margin_rows need, need_stood;
+    int count, *entry; /* entries of J in the block */
+    double *value, *u; /* r */
+    double *begin;     /* m: initial vector of inverse iteration */
+    double *room;      /* 4 r: work space */
+    kmp_margin_view now, stood;
     int *drop_start, *drop_entry, *drop_column; /* entries of J of each dropped row in the columns of the block */
     double *drop_value;                         /* r */
 } kmp_margin;

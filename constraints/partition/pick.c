@@ -24,10 +24,8 @@ bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, bool dense)
 {
     *c = (kmp_pick){.m = m, .n = n, .dense = dense, .growth = KMP_PICK_GROWTH};
     c->row = KMP_ARENA_NEW(&c->arena, int, m);
-    c->col = KMP_ARENA_NEW(&c->arena, int, n);
-    c->fixed = KMP_ARENA_NEW(&c->arena, int, n);
-    c->entry_row = KMP_ARENA_NEW(&c->arena, int, nz);
-    c->entry_col = KMP_ARENA_NEW(&c->arena, int, nz);
+    KMP_ARENA_EACH(&c->arena, int, n, &c->col, &c->fixed);
+    KMP_ARENA_EACH(&c->arena, int, nz, &c->entry_row, &c->entry_col);
     c->value = KMP_ARENA_NEW(&c->arena, double, nz);
     return !c->arena.failed;
 }
@@ -89,8 +87,7 @@ static bool tableau_init(tableau *t, const kmp_pick *c, int r)
     t->col_at = KMP_ARENA_NEW(&t->arena, int, c->n);
     t->jv = KMP_ARENA_NEW(&t->arena, double, c->dense ? rows *rows : nz);
     t->pivot = KMP_ARENA_NEW(&t->arena, int, rows);
-    t->jv_row = KMP_ARENA_NEW(&t->arena, int, nz);
-    t->jv_col = KMP_ARENA_NEW(&t->arena, int, nz);
+    KMP_ARENA_EACH(&t->arena, int, nz, &t->jv_row, &t->jv_col);
     return !t->arena.failed;
 }
 

@@ -14,12 +14,8 @@ enum { MAX_NEWTON = 12 };
 static bool allocate(kmp_reduction *red, int entries, int m)
 {
     size_t n = (size_t)red->n, p = (size_t)red->p, r = (size_t)red->r;
-    red->jv_entry = KMP_ARENA_NEW(&red->arena, int, entries);
-    red->jv_row = KMP_ARENA_NEW(&red->arena, int, entries);
-    red->jv_col = KMP_ARENA_NEW(&red->arena, int, entries);
-    red->ju_entry = KMP_ARENA_NEW(&red->arena, int, entries);
-    red->ju_row = KMP_ARENA_NEW(&red->arena, int, entries);
-    red->ju_col = KMP_ARENA_NEW(&red->arena, int, entries);
+    KMP_ARENA_EACH(&red->arena, int, entries, &red->jv_entry, &red->jv_row, &red->jv_col, &red->ju_entry, &red->ju_row,
+                   &red->ju_col);
     red->row_of = KMP_ARENA_NEW(&red->arena, int, m);
     red->place = KMP_ARENA_NEW(&red->arena, int, n);
     const kmp_arena_group groups[] = {{entries, {&red->jv}},
