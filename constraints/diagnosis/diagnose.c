@@ -1,18 +1,69 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/diagnosis/diagnose.h"
 #include "base/memory.h"
+#include "constraints/diagnosis/doctor.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/partition/massless.h"
+#include "constraints/kinds/kind.h"
+#include "constraints/partition/causes.h"
 #include <kempe/check.h>
 #include <string.h>
+
+enum { MOST_COORDINATES = 100, MOST_ROWS = 200 };
+
+static int declared_rows(const kempe_model *model)
+{
+    int rows = 0;
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure_kind *kind = kmp_closure_kind_find(model->closures[c].kind);
+        rows += kind ? kmp_closure_rows(kind, &model->closures[c]) : 0;
+    }
+    return rows;
+}
+
+/* Runs all parts of the examination. */
+static kempe_status run_parts(kmp_examination *x, const kmp_evaluator *eval)
+{
+    void (*const parts[])(kmp_examination *) = {kmp_doctor_points,  kmp_doctor_dependents,   kmp_doctor_second_order,
+                                                kmp_doctor_repairs, kmp_doctor_alternatives, kmp_doctor_limits};
+    x->walk = kmp_walk_new(x->system);
+    if (!x->walk)
+        return kmp_fail_memory(x->system->context);
+    kmp_eval_set_charts(x->walk->eval, eval->chart);
+    for (int k = 0; k < (int)(sizeof parts / sizeof *parts) && !x->arena->failed; k++)
+        parts[k](x);
+    kmp_walk_free(x->walk);
+    return KEMPE_OK;
+}
+
+/* Runs the whole examination. Its cost grows with the cube of the coordinates, so that large models skip it. */
+static kempe_status examine_closures(kempe_check *check, kmp_evaluator *eval, const double *q)
+{
+    const kempe_system *s = check->system;
+    kmp_doctor *doctor = &check->doctor;
+    kmp_examination x = {.system = s, .q = q, .part = &check->part, .arena = &check->arena, .doctor = doctor};
+    kempe_status status = KEMPE_OK;
+    doctor->declared = declared_rows(s->model);
+    doctor->generic_rank = check->part.r;
+    doctor->margin = 1;
+    doctor->block_count = kmp_loop_blocks(eval, &check->part, &check->arena, &doctor->blocks);
+    doctor->ran = s->n <= MOST_COORDINATES && s->m <= MOST_ROWS;
+    if (!doctor->ran) {
+        doctor->why_not =
+            "more than 100 coordinates or 200 rows: only rank, choice of coordinates and blocks were examined";
+        doctor->limits.why_not = doctor->why_not;
+    } else if (doctor->block_count >= 0) {
+        status = run_parts(&x, eval);
+    }
+    if (doctor->block_count < 0 && !check->arena.failed)
+        return KEMPE_E_FAILED; /* the reduction has set the message */
+    return check->arena.failed ? kmp_fail_memory(s->context) : status;
+}
 
 /* Rank without the rows of drives that move. */
 static kempe_status count_driven(kempe_check *check, const kmp_evaluator *eval)
 {
     const kempe_system *s = check->system;
-    kmp_partition free = {0};
-    double *j = KMP_NEW(double, s->jacobian.count);
-    kempe_status status = j ? KEMPE_OK : kmp_fail_memory(s->context);
+    kmp_partition free;
+    double *j = KMP_ARENA_NEW(&check->arena, double, s->jacobian.count);
     bool any = false;
     for (int e = 0; j && e < s->jacobian.count; e++) {
         const kmp_closure *closure = &s->model->closures[s->rows[s->jacobian.row[e]].closure];
@@ -20,13 +71,12 @@ static kempe_status count_driven(kempe_check *check, const kmp_evaluator *eval)
         any = any || drives;
         j[e] = drives ? 0 : eval->jacobian[e];
     }
-    if (status == KEMPE_OK && any) {
-        status = kmp_partition_init(&free, s, j, NULL, 0);
-        check->driven = status == KEMPE_OK ? check->part.r - free.r : 0;
-        kmp_partition_free(&free);
-    }
-    kmp_free(j);
-    return status;
+    if (!any)
+        return j ? KEMPE_OK : kmp_fail_memory(s->context);
+    KMP_TRY(kmp_partition_init(&free, s, j, NULL, 0));
+    check->driven = check->part.r - free.r;
+    kmp_partition_free(&free);
+    return KEMPE_OK;
 }
 
 /* Reports undetermined accelerations, with which every run would end. */
@@ -45,25 +95,25 @@ static kempe_status foresee(kempe_check *check, kmp_evaluator *eval, const doubl
 }
 
 /* Computes rank and choice at the assembled configuration, then examines them. */
+static kempe_status examine_at(kempe_check *check, kmp_evaluator *eval, const double *q)
+{
+    const kmp_run_settings *run = &check->system->model->run;
+    kmp_eval_closure(eval, 0, q);
+    KMP_TRY(kmp_partition_init(&check->part, check->system, eval->jacobian, run->independent, run->independent_count));
+    KMP_TRY(count_driven(check, eval));
+    KMP_TRY(foresee(check, eval, q));
+    return examine_closures(check, eval, q);
+}
+
 static kempe_status examine(kempe_check *check)
 {
-    const kempe_system *s = check->system;
     const kempe_assembly *a = check->assembly;
-    const double *q = a->inner_q ? a->inner_q : a->q;
-    kmp_evaluator *eval = kmp_eval_new(s, "tape");
+    kmp_evaluator *eval = kmp_eval_new(check->system, "tape");
     if (!eval)
-        return kmp_fail_memory(s->context);
+        return kmp_fail_memory(check->system->context);
     if (a->chart)
         kmp_eval_set_charts(eval, a->chart);
-    kmp_eval_closure(eval, 0, q);
-    kempe_status status =
-        kmp_partition_init(&check->part, s, eval->jacobian, s->model->run.independent, s->model->run.independent_count);
-    if (status == KEMPE_OK)
-        status = count_driven(check, eval);
-    if (status == KEMPE_OK)
-        status = foresee(check, eval, q);
-    if (status == KEMPE_OK)
-        status = kmp_doctor_examine(&check->doctor, eval, q, &check->part, &check->arena);
+    kempe_status status = examine_at(check, eval, a->inner_q ? a->inner_q : a->q);
     kmp_eval_free(eval);
     return status;
 }

@@ -119,6 +119,22 @@ typedef struct kmp_obstacle {
     int reach_count;
 } kmp_obstacle;
 
+struct kempe_check {
+    const kempe_system *system;
+    kempe_assembly *assembly;
+    bool assembled;        /* false: only `obstacle` is set */
+    kmp_partition part;    /* n, m, p (dof), r (rank), u, v, rows, redundant, cond, max_b */
+    int driven;            /* degrees of freedom of the drives: the decrease of the rank without them */
+    char *undetermined;    /* reason of undetermined accelerations; NULL: they are determined */
+    int body_count;        /* number of bodies without the ground */
+    int loop_count;        /* number of closures */
+    kmp_doctor doctor;     /* results of the examination */
+    kmp_obstacle obstacle; /* reason of a failed assembly */
+    char *reason;          /* message of the failed assembly */
+    kmp_arena arena;       /* of obstacle and reason */
+    char *warnings;        /* of the computation, one per line */
+};
+
 /* Work shared by the parts of one examination. */
 typedef struct kmp_examination {
     const kempe_system *system;
@@ -130,10 +146,6 @@ typedef struct kmp_examination {
     int point_count;   /* random configurations */
     double *jacobians; /* m x n each, scaled: here, then at the points */
 } kmp_examination;
-
-/** Runs the whole examination into `doctor`. KEMPE_E_MEMORY. */
-kempe_status kmp_doctor_examine(kmp_doctor *doctor, kmp_evaluator *eval, const double *q, const kmp_partition *part,
-                                kmp_arena *arena);
 
 /** Finds the reason why an assembly stays open. */
 kempe_status kmp_obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *assembly, kmp_arena *arena);

@@ -76,85 +76,47 @@ static kmp_vec ball_force(const kmp_tree *tree, const kmp_closure *closure, cons
 
 const kmp_part kmp_part_ball = {3, 1, ball, ball_force};
 
-/* -- line: Q is on the line through P along e1, a1.d = b1.d = 0 ----------------------------------------- */
+/* -- products of axes of the first body with d, whose force is along them; or with e2, which have a moment -- */
 
-static void line(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+static void products(const kmp_tree *tree, const kmp_closure *closure, int from, int rows, bool moment, kmp_ref *h)
 {
-    kmp_vec d = kmp_part_gap(tree, closure), axes[3];
-    axes_of(tree, closure, 0, axes);
-    for (int k = 0; k < 2; k++)
-        h[k] = kmp_vec_dot(tree->graph, axes[1 + k], d);
+    kmp_vec first[3], second[3] = {moment ? kmp_vec_zero() : kmp_part_gap(tree, closure)};
+    axes_of(tree, closure, 0, first);
+    if (moment)
+        axes_of(tree, closure, 1, second);
+    for (int k = 0; k < rows; k++)
+        h[k] = kmp_vec_dot(tree->graph, first[from + k], second[0]);
 }
 
-static kmp_vec line_force(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
-{
-    kmp_vec axes[3];
-    axes_of(tree, closure, 0, axes);
-    return kmp_part_own(tree, closure, sum(tree->graph, lambda, axes[1], axes[2]));
-}
-
-const kmp_part kmp_part_line = {2, 1, line, line_force};
-
-/* -- plane: Q is in the plane through P that is normal to e1, e1.d = 0; the force is along e1 ------------ */
-
-static void plane(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
-{
-    kmp_vec d = kmp_part_gap(tree, closure), axes[3];
-    axes_of(tree, closure, 0, axes);
-    h[0] = kmp_vec_dot(tree->graph, axes[0], d);
-}
-
-static kmp_vec plane_force(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
-{
-    kmp_vec axes[3];
-    axes_of(tree, closure, 0, axes);
-    return kmp_part_own(tree, closure, kmp_vec_scale(tree->graph, lambda[0], axes[0]));
-}
-
-const kmp_part kmp_part_plane = {1, 1, plane, plane_force};
-
-/* -- parallel: e2 is parallel to e1, a1.e2 = b1.e2 = 0 --------------------------------------------------- */
-
-static void parallel(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+static kmp_vec load_of_products(const kmp_tree *tree, const kmp_closure *closure, int from, int rows, bool moment,
+                                const kmp_ref *lambda)
 {
     kmp_vec first[3], second[3];
     axes_of(tree, closure, 0, first);
-    axes_of(tree, closure, 1, second);
-    for (int k = 0; k < 2; k++)
-        h[k] = kmp_vec_dot(tree->graph, first[1 + k], second[0]);
+    if (moment)
+        axes_of(tree, closure, 1, second);
+    kmp_vec v = rows == 2 ? sum(tree->graph, lambda, first[from], first[from + 1]) : first[from];
+    if (moment)
+        v = kmp_vec_cross(tree->graph, second[0], v);
+    return kmp_part_own(tree, closure, rows == 1 ? kmp_vec_scale(tree->graph, lambda[0], v) : v);
 }
 
-static kmp_vec parallel_moment(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
-{
-    kmp_vec first[3], second[3];
-    axes_of(tree, closure, 0, first);
-    axes_of(tree, closure, 1, second);
-    kmp_vec moment = kmp_vec_cross(tree->graph, second[0], sum(tree->graph, lambda, first[1], first[2]));
-    return kmp_part_own(tree, closure, moment);
-}
+/* A part of products with axes `from` (0: e1, 1: a1, 2: b1) and on. */
+#define PRODUCTS(name, from, rows, moment)                                                                             \
+    static void name(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)                                     \
+    {                                                                                                                  \
+        products(tree, closure, from, rows, moment, h);                                                                \
+    }                                                                                                                  \
+    static kmp_vec name##_load(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)                \
+    {                                                                                                                  \
+        return load_of_products(tree, closure, from, rows, moment, lambda);                                            \
+    }                                                                                                                  \
+    const kmp_part kmp_part_##name = {rows, !(moment), name, name##_load};
 
-const kmp_part kmp_part_parallel = {2, 0, parallel, parallel_moment};
-
-/* -- perpendicular: e1.e2 = 0 ---------------------------------------------------------------------------- */
-
-static void perpendicular(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
-{
-    kmp_vec first[3], second[3];
-    axes_of(tree, closure, 0, first);
-    axes_of(tree, closure, 1, second);
-    h[0] = kmp_vec_dot(tree->graph, first[0], second[0]);
-}
-
-static kmp_vec perpendicular_moment(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
-{
-    kmp_vec first[3], second[3];
-    axes_of(tree, closure, 0, first);
-    axes_of(tree, closure, 1, second);
-    kmp_vec across_both = kmp_vec_cross(tree->graph, second[0], first[0]);
-    return kmp_part_own(tree, closure, kmp_vec_scale(tree->graph, lambda[0], across_both));
-}
-
-const kmp_part kmp_part_perpendicular = {1, 0, perpendicular, perpendicular_moment};
+PRODUCTS(line, 1, 2, false)         /* Q is on the line through P along e1: a1.d = b1.d = 0 */
+PRODUCTS(plane, 0, 1, false)        /* Q is in the plane through P that is normal to e1: e1.d = 0 */
+PRODUCTS(parallel, 1, 2, true)      /* e2 is parallel to e1: a1.e2 = b1.e2 = 0 */
+PRODUCTS(perpendicular, 0, 1, true) /* e1.e2 = 0 */
 
 /* -- aligned: the points' axes are parallel -------------------------------------------------------------- */
 

@@ -14,7 +14,6 @@
 #include "constraints/rounding/exact.h"
 #include "base/memory.h"
 #include "constraints/diagnosis/doctor_walk.h"
-#include "constraints/rounding/drawn.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
@@ -24,7 +23,203 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_NUMBERS = 600, MOST_PLACES = 128, LEAST_PLACES = 12, PER_NUMBER = 4, STEPS = 24 };
+enum { MOST_DECIMALS = 12, MOST_NUMBERS = 600, MOST_PLACES = 128, LEAST_PLACES = 12, PER_NUMBER = 4, STEPS = 24 };
+
+/* A coordinate of a point or a length, a component of an axis, or a rotation of a frame about one of its axes. */
+typedef struct quantity {
+    kmp_number *scalar; /* NULL: the number belongs to an axis or a frame */
+    double *axes;       /* the axis, or the frame row by row */
+    bool frame;
+    int k;           /* component of the axis; axis of rotation of the frame */
+    double rounding; /* unit of its last digit in the drawing, scaled */
+    kmp_number scalar_drawn;
+    double axes_drawn[9];
+    kmp_expr *sum; /* for a scalar with an expression: that expression plus the shift; in the model's arena */
+} quantity;
+
+/* -- numbers of the drawing ---------------------------------------------------------------------------- */
+
+typedef struct listing {
+    kempe_model *model;
+    quantity *list;
+    int count, most;
+} listing;
+
+static size_t axes_size(const quantity *n)
+{
+    return (n->frame ? 9 : 3) * sizeof *n->axes;
+}
+
+/* Adds a number; bodies and points that several loops share are listed once. */
+static void add(listing *x, quantity n)
+{
+    for (int i = 0; i < x->count; i++)
+        if (x->list[i].scalar == n.scalar && x->list[i].axes == n.axes && x->list[i].k == n.k)
+            return;
+    if (x->count == x->most)
+        return;
+    if (n.axes)
+        memcpy(n.axes_drawn, n.axes, axes_size(&n));
+    else
+        n.scalar_drawn = *n.scalar;
+    if (n.scalar && n.scalar->expr)
+        n.sum = KMP_ARENA_NEW(&x->model->arena, kmp_expr, 2);
+    x->list[x->count++] = n;
+}
+
+static void add_scalar(listing *x, kmp_number *scalar)
+{
+    if (scalar->value != 0)
+        add(x, (quantity){.scalar = scalar});
+}
+
+static void add_axis(listing *x, double axis[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (axis[k] != 0 && fabs(axis[k]) != 1)
+            add(x, (quantity){.axes = axis, .k = k});
+}
+
+static void add_frame(listing *x, bool turned, double frame[3][3])
+{
+    for (int k = 0; turned && k < 3; k++)
+        add(x, (quantity){.axes = &frame[0][0], .frame = true, .k = k});
+}
+
+static void add_point(listing *x, int point)
+{
+    if (point < 0)
+        return;
+    kmp_point *p = &x->model->points[point];
+    for (int k = 0; k < 3; k++)
+        add_scalar(x, &p->at[k]);
+    add_frame(x, p->turned, p->axes);
+}
+
+static void add_chain(listing *x, int body)
+{
+    for (; body != 0; body = x->model->bodies[body].parent) {
+        kmp_body *b = &x->model->bodies[body];
+        add_point(x, b->at);
+        add_point(x, b->to);
+        add_frame(x, b->turned, b->frame);
+        for (int k = b->first_motion; k < b->first_motion + b->motion_count; k++)
+            add_axis(x, x->model->motions[k].axis);
+    }
+}
+
+/* Lists the numbers around the loops of a variant's model that are not zero, at most `most`. Returns their number; -1:
+ * no memory. */
+static int list_numbers(kempe_model *model, int most, quantity *list)
+{
+    listing x = {.model = model, .list = list, .most = most};
+    for (int c = 0; c < model->closure_count; c++) {
+        kmp_closure *closure = &model->closures[c];
+        for (int k = 0; k < 2 && closure->point[0] >= 0 && closure->point[1] >= 0; k++) {
+            add_point(&x, closure->point[k]);
+            add_axis(&x, closure->axis[k]);
+            add_chain(&x, model->points[closure->point[k]].body);
+        }
+        if (!closure->function)
+            add_scalar(&x, &closure->length);
+    }
+    return model->arena.failed ? -1 : x.count;
+}
+
+/* -- rounding ---------------------------------------------------------------------------------------- */
+
+/* Returns the number of decimals that a value is written with; -1: more than a drawing has. */
+static int decimals_of(double value)
+{
+    double tens = 1;
+    for (int d = 0; d <= MOST_DECIMALS; d++, tens *= 10)
+        if (fabs(value * tens - round(value * tens)) <= 8 * DBL_EPSILON * fabs(value * tens))
+            return d;
+    return -1;
+}
+
+/* Finds the rounding of each number. Numbers with more decimals than a drawing has were computed, at least in single
+ * precision. The others have the decimals of most of them, since trailing zeros are not written. Axes lost their digits
+ * when they were normalised and take those of the lengths. Returns the unit of the last digit of most numbers, scaled.
+ */
+static double find_rounding(quantity *list, int count, double length)
+{
+    int with[MOST_DECIMALS + 1] = {0}, some = 0, most = 0;
+    const double computed = FLT_EPSILON;
+    for (int i = 0; i < count; i++) {
+        int d = list[i].scalar ? decimals_of(list[i].scalar->value) : -1;
+        some += d > 0;
+        with[d > 0 ? d : 0] += d > 0;
+    }
+    for (int below = 0; most < MOST_DECIMALS && 2 * (below + with[most]) <= some; most++)
+        below += with[most];
+    double unit = some > 0 ? pow(10, -most) / length : computed;
+    for (int i = 0; i < count; i++) {
+        const kmp_number *p = list[i].scalar;
+        list[i].rounding = p && decimals_of(p->value) < 0 ? fmin(unit, computed) : unit;
+    }
+    return unit;
+}
+
+/* -- shifts ------------------------------------------------------------------------------------------ */
+
+static void put_back(quantity *n)
+{
+    if (n->scalar)
+        *n->scalar = n->scalar_drawn;
+    else
+        memcpy(n->axes, n->axes_drawn, axes_size(n));
+}
+
+/* Shifts a scalar. If it has an expression, it is computed from that expression plus the shift when parameters vary. */
+static void move_scalar(quantity *n, double by)
+{
+    n->scalar->value += by;
+    if (!n->sum)
+        return;
+    n->sum[0] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = by};
+    n->sum[1] = (kmp_expr){.kind = KMP_EXPR_ADD, .a = n->scalar_drawn.expr, .b = &n->sum[0]};
+    n->scalar->expr = &n->sum[1];
+}
+
+/* Turns a frame about its own axis k. */
+static void turn(double *r, int k, double by)
+{
+    int i = (k + 1) % 3, j = (k + 2) % 3;
+    double c = cos(by), s = sin(by);
+    for (int row = 0; row < 3; row++) {
+        double a = r[3 * row + i], b = r[3 * row + j];
+        r[3 * row + i] = c * a + s * b;
+        r[3 * row + j] = c * b - s * a;
+    }
+}
+
+static void move_axes(const quantity *n, double by)
+{
+    double *a = n->axes;
+    if (n->frame) {
+        turn(a, n->k, by);
+        return;
+    }
+    a[n->k] += by;
+    double size = hypot(hypot(a[0], a[1]), a[2]);
+    for (int k = 0; k < 3; k++)
+        a[k] /= size;
+}
+
+/* Writes each number as drawn plus its shift into the model, whatever its parameters; shift NULL: as drawn. */
+static void place_numbers(quantity *list, int count, const double *shift, double length)
+{
+    for (int i = 0; i < count; i++)
+        put_back(&list[i]);
+    for (int i = 0; shift && i < count; i++)
+        if (fabs(shift[i]) > KMP_MEND_NO_SHIFT && list[i].scalar)
+            move_scalar(&list[i], shift[i] * length);
+        else if (fabs(shift[i]) > KMP_MEND_NO_SHIFT)
+            move_axes(&list[i], shift[i]);
+}
+
+/* -- the state of a search ----------------------------------------------------------------------------- */
 
 /* Configurations closed on independent rows of one system, and their conditions. */
 typedef struct survey {
@@ -39,7 +234,7 @@ typedef struct search {
     const kempe_assembly *a;
     kempe_model *model; /* holds the numbers */
     kmp_walk *walk;     /* of the drawing */
-    kmp_drawn *number;
+    quantity *number;
     int count;
     bool *excluded; /* m: rows of drives */
     int rank;       /* rank of the other rows */
@@ -118,7 +313,7 @@ static kempe_status find_slopes(search *x)
         memset(x->h, 0, (size_t)(all_places(x) * x->s->m) * sizeof *x->h);
         for (int side = 1; status == KEMPE_OK && side >= -1; side -= 2) {
             x->total[i] = drawn + side * KMP_MEND_DIFFERENCE;
-            kmp_drawn_place(x->number, x->count, x->total, x->s->length);
+            place_numbers(x->number, x->count, x->total, x->s->length);
             status = add_closures(x, side / (2 * KMP_MEND_DIFFERENCE) * x->number[i].rounding);
         }
         x->total[i] = drawn;
@@ -190,7 +385,7 @@ static bool look(search *x, const kempe_system *s, survey *at)
 /* -- steps ------------------------------------------------------------------------------------------- */
 
 /* Returns the largest permitted shift of a number, scaled. */
-static double farthest(const search *x, const kmp_drawn *n)
+static double farthest(const search *x, const quantity *n)
 {
     if (x->s->model->closure_tolerance_given)
         return x->s->closure_tolerance / x->s->length;
@@ -225,7 +420,7 @@ static double left_by(const search *x)
 static kempe_status try_goal(search *x, bool *reduced)
 {
     kempe_system *s = NULL;
-    kmp_drawn_place(x->number, x->count, x->goal, x->s->length);
+    place_numbers(x->number, x->count, x->goal, x->s->length);
     kempe_status status = kmp_system_of_closures(x->model, &s);
     if (status != KEMPE_OK)
         return status;
@@ -305,12 +500,12 @@ static bool begin(search *x, kmp_arena *arena)
     const kempe_system *s = x->s;
     x->excluded = KMP_ARENA_NEW(arena, bool, s->m);
     x->counts = KMP_ARENA_NEW(arena, bool, MOST_PLACES + 1);
-    x->number = KMP_ARENA_NEW(arena, kmp_drawn, MOST_NUMBERS);
+    x->number = KMP_ARENA_NEW(arena, quantity, MOST_NUMBERS);
     if (arena->failed)
         return false;
     x->rank = s->rounding->rank - kmp_rounding_drives(s, x->a->dropped, x->excluded);
     x->left = s->m - x->rank;
-    x->count = kmp_drawn_list(x->model, MOST_NUMBERS, x->number);
+    x->count = list_numbers(x->model, MOST_NUMBERS, x->number);
     ptrdiff_t places = MOST_PLACES + 1, conditions = MOST_PLACES * x->left + s->m;
     const kmp_arena_group groups[] = {{places * s->n, {&x->at.q, &x->trial.q}},
                                       {conditions, {&x->at.rest, &x->trial.rest}},
@@ -333,7 +528,7 @@ static kempe_status find(const kempe_system *s, const kempe_assembly *a, kmp_var
     search x = {.s = s, .a = a, .model = kmp_variant_model(variant), .strict = strict, .foreseen = INFINITY};
     kmp_arena arena = {0};
     kempe_status status = begin(&x, &arena) ? KEMPE_OK : KEMPE_E_MEMORY;
-    double drawn = x.at.widest, unit = kmp_drawn_find_rounding(x.number, x.count, s->length);
+    double drawn = x.at.widest, unit = find_rounding(x.number, x.count, s->length);
     bool reduced = x.count > 0;
     for (int k = 0; k < STEPS && reduced && status == KEMPE_OK && x.at.widest > KMP_MEND_MET; k++)
         status = step(&x, &reduced);
@@ -344,7 +539,7 @@ static kempe_status find(const kempe_system *s, const kempe_assembly *a, kmp_var
     *by = 0;
     for (int i = 0; *exact && i < x.count; i++)
         *by = fmax(*by, fabs(x.total[i]));
-    kmp_drawn_place(x.number, x.count, *exact ? x.total : NULL, s->length);
+    place_numbers(x.number, x.count, *exact ? x.total : NULL, s->length);
     kempe_system_free(x.system);
     kmp_walk_free(x.walk);
     kmp_arena_free(&arena);

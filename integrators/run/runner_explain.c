@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reason of a run's end, as a sentence. */
 #include "base/memory.h"
-#include "constraints/closing/angles.h"
-#include "constraints/closing/not_finite.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/partition/causes.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 

@@ -3,7 +3,7 @@
  * integrator. */
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "constraints/partition/massless.h"
+#include "constraints/partition/causes.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"

@@ -1,11 +1,42 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hides the permutation C = A(P, Q) to upper block-triangular form (Pothen, Fan, ACM TOMS 16 (1990) 303, by
- * SuiteSparse BTF) and the storage of its blocks. */
-#include "linalg/block_inside.h"
-
+ * SuiteSparse BTF), the storage of its blocks, and the pivoting inside them: `order` gives the row of C in each pivoted
+ * position, so a solve applies both permutations in its gather. */
+#include "linalg/block.h"
+#include "base/arena.h"
 #include "base/memory.h"
-
 #include <btf.h>
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+struct kmp_block {
+    kmp_arena arena;
+    int n, nz, count;
+    int *p, *q, *start;     /* C(i, j) = A(p[i], q[j]); block k is rows and columns start[k] .. start[k+1] - 1 */
+    int *place, *row_place; /* positions of each column and row of A in C */
+    int *block_of;          /* block of each column of C */
+    char *due;              /* blocks that a right-hand side of few entries has reached */
+    bool pairs;             /* every block has two rows */
+
+    double *lu; /* the dense diagonal blocks, one after another */
+    int lu_size;
+    int *lu_start;   /* start of each block in lu */
+    int *order;      /* row of C in each pivoted row */
+    double *inverse; /* 1 / u_ii */
+    int *pivot;
+
+    int *off_start, *off_column; /* entries of C outside the blocks, by rows */
+    double *off;
+    int *target; /* entry -> position in lu, or -1 - position in off */
+
+    double *scratch; /* 2 n: right-hand sides in pivoted order, two interleaved */
+    bool factored;   /* the last factorisation has not failed */
+    int *signs;      /* of the blocks' determinants */
+};
+
+/* -- analysis ---------------------------------------------------------------------------------------- */
 
 static bool allocate(kmp_block *b, int n, int nz)
 {
@@ -124,4 +155,374 @@ void kmp_block_free(kmp_block *b)
     if (b)
         kmp_arena_free(&b->arena);
     kmp_free(b);
+}
+
+/* -- factors --------------------------------------------------------------------------------------- */
+
+/* Factors block k, with reciprocal pivots. Returns 0, or 1 + the index of a pivot that has none. */
+static int factor_block(kmp_block *b, int k)
+{
+    int first = b->start[k], size = b->start[k + 1] - first, *order = b->order + first;
+    double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+    int fault = kmp_lu_factor(size, lu, b->pivot);
+    if (fault)
+        return fault;
+    for (int i = 0; i < size; i++)
+        order[i] = first + i;
+    for (int i = 0; i < size; i++)
+        if (b->pivot[i] != i) {
+            int t = order[i];
+            order[i] = order[b->pivot[i]];
+            order[b->pivot[i]] = t;
+            b->signs[k] = -b->signs[k];
+        }
+    for (int i = 0; i < size; i++) {
+        double u = lu[i + i * size];
+        inverse[i] = 1.0 / u;
+        if (!(fabs(inverse[i]) <= DBL_MAX))
+            return i + 1;
+        b->signs[k] = u < 0 ? -b->signs[k] : b->signs[k];
+    }
+    return 0;
+}
+
+/* True if x is the reciprocal of a pivot that is neither zero, too small, infinite nor NaN. */
+static bool is_reciprocal(double x)
+{
+    return fabs(x) > 0.0 && fabs(x) <= DBL_MAX;
+}
+
+/* Factors a block of two rows, as of a planar loop, at once: the operations of kmp_lu_factor and of the reciprocals. */
+static int factor_pair(kmp_block *b, int k)
+{
+    int first = b->start[k];
+    double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+    int lower = fabs(lu[1]) > fabs(lu[0]);
+    double u0 = lu[lower], l = lu[1 - lower] / u0, u01 = lu[2 + lower], u1 = lu[3 - lower] - l * u01;
+    b->order[first] = first + lower;
+    b->order[first + 1] = first + 1 - lower;
+    lu[0] = u0;
+    lu[1] = l;
+    lu[2] = u01;
+    lu[3] = u1;
+    inverse[0] = 1.0 / u0;
+    inverse[1] = 1.0 / u1;
+    b->signs[k] = (1 - 2 * lower) * (u0 < 0 ? -1 : 1) * (u1 < 0 ? -1 : 1);
+    return !is_reciprocal(inverse[0]) ? 1 : !is_reciprocal(inverse[1]) ? 2 : 0;
+}
+
+static void scatter(kmp_block *b, const double *values)
+{
+    memset(b->lu, 0, (size_t)b->lu_size * sizeof *b->lu);
+    for (int e = 0; e < b->nz; e++) {
+        int t = b->target[e];
+        if (t >= 0)
+            b->lu[t] = values[e];
+        else
+            b->off[-1 - t] = values[e];
+    }
+}
+
+int kmp_block_factor(kmp_block *b, const double *values)
+{
+    scatter(b, values);
+    b->factored = false;
+    for (int k = 0; k < b->count; k++) {
+        b->signs[k] = 1;
+        int fault = b->start[k + 1] - b->start[k] == 2 ? factor_pair(b, k) : factor_block(b, k);
+        if (fault)
+            return 1 + b->q[b->start[k] + fault - 1];
+    }
+    b->factored = true;
+    return 0;
+}
+
+/* -- solves: `lanes` right-hand sides interleaved in w, 1 or 2 ------------------------------------- */
+
+#define INLINE static inline __attribute__((always_inline))
+
+/* w <- U^-1 L^-1 w within one block. */
+INLINE void solve_block(int lanes, int size, const double *lu, const double *inverse, double *w)
+{
+    for (int l = 0; l < lanes; l++) {
+        double *x = w + l;
+        for (int i = 1; i < size; i++) {
+            double s = x[i * lanes];
+            for (int j = 0; j < i; j++)
+                s -= lu[i + j * size] * x[j * lanes];
+            x[i * lanes] = s;
+        }
+        for (int i = size - 1; i >= 0; i--) {
+            double s = x[i * lanes];
+            for (int j = i + 1; j < size; j++)
+                s -= lu[i + j * size] * x[j * lanes];
+            x[i * lanes] = s * inverse[i];
+        }
+    }
+}
+
+/* w <- (L U)^-T w within one block. */
+INLINE void solve_block_transposed(int lanes, int size, const double *lu, const double *inverse, double *w)
+{
+    for (int l = 0; l < lanes; l++) {
+        double *x = w + l;
+        for (int i = 0; i < size; i++) {
+            double s = x[i * lanes];
+            for (int j = 0; j < i; j++)
+                s -= lu[j + i * size] * x[j * lanes];
+            x[i * lanes] = s * inverse[i];
+        }
+        for (int i = size - 2; i >= 0; i--) {
+            double s = x[i * lanes];
+            for (int j = i + 1; j < size; j++)
+                s -= lu[j + i * size] * x[j * lanes];
+            x[i * lanes] = s;
+        }
+    }
+}
+
+/* The compiler unrolls the common sizes. */
+#define FOR_SIZE(solve)                                                                                                \
+    do {                                                                                                               \
+        switch (size) {                                                                                                \
+        case 1:                                                                                                        \
+            solve(lanes, 1, lu, inverse, w);                                                                           \
+            break;                                                                                                     \
+        case 2:                                                                                                        \
+            solve(lanes, 2, lu, inverse, w);                                                                           \
+            break;                                                                                                     \
+        case 3:                                                                                                        \
+            solve(lanes, 3, lu, inverse, w);                                                                           \
+            break;                                                                                                     \
+        default:                                                                                                       \
+            solve(lanes, size, lu, inverse, w);                                                                        \
+        }                                                                                                              \
+    } while (0)
+
+/* The right-hand side of row `row` of C, less the contributions of later unknowns. */
+INLINE double remainder_of(const kmp_block *b, int row, const double *x, const double *solved)
+{
+    double s = x[b->p[row]];
+    for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
+        s -= b->off[e] * solved[b->off_column[e]];
+    return s;
+}
+
+/* Solves for one right-hand side where all blocks have two rows; otherwise as solve(). */
+static void solve_pairs(const kmp_block *b, double *restrict x)
+{
+    double *restrict w = b->scratch;
+    for (int k = b->n - 2; k >= 0; k -= 2) {
+        const double *lu = b->lu + 2 * k, *inverse = b->inverse + k;
+        double s = remainder_of(b, b->order[k], x, w), r = remainder_of(b, b->order[k + 1], x, w) - lu[1] * s;
+        w[k + 1] = r * inverse[1];
+        w[k] = (s - lu[2] * w[k + 1]) * inverse[0];
+    }
+    for (int j = 0; j < b->n; j++)
+        x[b->q[j]] = w[j];
+}
+
+/* Last block first: the right-hand side less the contributions of later unknowns, then the block. */
+INLINE void solve(const kmp_block *b, const char *used, int lanes, double *restrict x)
+{
+    int n = b->n;
+    double *restrict scratch = b->scratch;
+    for (int k = b->count - 1; k >= 0; k--) {
+        int first = b->start[k], size = b->start[k + 1] - first;
+        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+        double *w = scratch + first * lanes;
+        for (int i = 0; used && !used[k] && i < size * lanes; i++)
+            w[i] = 0;
+        if (used && !used[k])
+            continue;
+        for (int i = 0; i < size; i++) {
+            int row = b->order[first + i];
+            for (int l = 0; l < lanes; l++) {
+                double s = x[b->p[row] + l * n];
+                for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
+                    s -= b->off[e] * scratch[b->off_column[e] * lanes + l];
+                w[i * lanes + l] = s;
+            }
+        }
+        FOR_SIZE(solve_block);
+    }
+    for (int j = 0; j < n; j++)
+        for (int l = 0; l < lanes; l++)
+            x[b->q[j] + l * n] = scratch[j * lanes + l];
+}
+
+/* First block first: the block, then its unknowns out of the later right-hand sides. */
+INLINE void solve_transposed(const kmp_block *b, int lanes, double *restrict x)
+{
+    int n = b->n;
+    double *restrict scratch = b->scratch;
+    for (int j = 0; j < n; j++)
+        for (int l = 0; l < lanes; l++)
+            scratch[j * lanes + l] = x[b->q[j] + l * n];
+    for (int k = 0; k < b->count; k++) {
+        int first = b->start[k], size = b->start[k + 1] - first;
+        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+        double *w = scratch + first * lanes;
+        FOR_SIZE(solve_block_transposed);
+        for (int i = 0; i < size; i++) {
+            int row = b->order[first + i];
+            for (int l = 0; l < lanes; l++) {
+                double s = w[i * lanes + l];
+                x[b->p[row] + l * n] = s;
+                for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
+                    scratch[b->off_column[e] * lanes + l] -= b->off[e] * s;
+            }
+        }
+    }
+}
+
+/* Adds to the right-hand side at column j of C; the first entry of a block makes it due. `last`: the last one due. */
+static void reach(const kmp_block *b, int j, double value, int *last)
+{
+    int k = b->block_of[j];
+    if (!b->due[k])
+        memset(b->scratch + b->start[k], 0, (size_t)(b->start[k + 1] - b->start[k]) * sizeof *b->scratch);
+    b->due[k] = 1;
+    b->scratch[j] += value;
+    *last = k > *last ? k : *last;
+}
+
+static bool is_nothing(int count, double nothing, const double *x)
+{
+    for (int i = 0; i < count; i++)
+        if (!(fabs(x[i]) <= nothing))
+            return false;
+    return true;
+}
+
+int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count, const int *column,
+                                   const double *value, int *row, double *x)
+{
+    int first_due = b->count, last = -1, found = 0, lanes = 1;
+    for (int e = 0; e < count; e++) {
+        int k = b->block_of[b->place[column[e]]];
+        first_due = k < first_due ? k : first_due;
+        reach(b, b->place[column[e]], value[e], &last);
+    }
+    for (int k = first_due; k <= last; k++) {
+        int first = b->start[k], size = b->start[k + 1] - first;
+        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+        double *w = b->scratch + first;
+        bool due = b->due[k];
+        b->due[k] = 0;
+        if (!due || is_nothing(size, nothing, w))
+            continue;
+        FOR_SIZE(solve_block_transposed);
+        for (int i = 0; i < size; i++) {
+            int at = b->order[first + i];
+            if (!(fabs(w[i]) <= nothing)) {
+                row[found] = b->p[at];
+                x[found++] = w[i];
+            }
+            for (int e = b->off_start[at]; e < b->off_start[at + 1]; e++)
+                reach(b, b->off_column[e], -b->off[e] * w[i], &last);
+        }
+    }
+    return found;
+}
+
+void kmp_block_solve(const kmp_block *b, int m, double *x)
+{
+    for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
+        solve(b, NULL, 2, x);
+    if (m == 1 && b->pairs)
+        solve_pairs(b, x);
+    else if (m == 1)
+        solve(b, NULL, 1, x);
+}
+
+void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x)
+{
+    if (m == 2) /* constants, for the compiler */
+        solve(b, used, 2, x);
+    else
+        solve(b, used, 1, x);
+}
+
+void kmp_block_solve_transposed(const kmp_block *b, int m, double *x)
+{
+    for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
+        solve_transposed(b, 2, x);
+    if (m == 1)
+        solve_transposed(b, 1, x);
+}
+
+/* -- queries --------------------------------------------------------------------------------------- */
+
+int kmp_block_count(const kmp_block *b)
+{
+    return b ? b->count : 0;
+}
+
+const int *kmp_block_columns(const kmp_block *b, int k, int *count)
+{
+    *count = b->start[k + 1] - b->start[k];
+    return b->q + b->start[k];
+}
+
+const int *kmp_block_rows(const kmp_block *b, int k)
+{
+    return b->p + b->start[k];
+}
+
+void kmp_block_take_signs(const kmp_block *b, int *signs)
+{
+    memcpy(signs, b->signs, (size_t)b->count * sizeof *signs);
+}
+
+bool kmp_block_has_signs(const kmp_block *b, const int *signs)
+{
+    return memcmp(signs, b->signs, (size_t)b->count * sizeof *signs) == 0;
+}
+
+double kmp_block_smallest(const kmp_block *b)
+{
+    double smallest = b->factored ? INFINITY : 0.0;
+    for (int k = 0; b->factored && k < b->count; k++)
+        for (int i = 0, size = b->start[k + 1] - b->start[k]; i < size; i++)
+            smallest = fmin(smallest, fabs(b->lu[b->lu_start[k] + i * (size + 1)]));
+    return smallest;
+}
+
+/* -- counts ---------------------------------------------------------------------------------------- */
+
+static void accumulate(kmp_flops *sum, kmp_flops f)
+{
+    sum->add += f.add;
+    sum->mul += f.mul;
+    sum->div += f.div;
+    sum->root += f.root;
+}
+
+kmp_flops kmp_block_factor_flops(const kmp_block *b)
+{
+    kmp_flops sum = {0};
+    for (int k = 0; k < b->count; k++) {
+        int size = b->start[k + 1] - b->start[k];
+        accumulate(&sum, kmp_lu_flops(size));
+        sum.div += size;
+    }
+    return sum;
+}
+
+kmp_flops kmp_block_solve_flops(const kmp_block *b)
+{
+    return kmp_block_solve_flops_some(b, NULL);
+}
+
+kmp_flops kmp_block_solve_flops_some(const kmp_block *b, const char *used)
+{
+    kmp_flops sum = {0};
+    for (int k = 0; k < b->count; k++) {
+        long size = b->start[k + 1] - b->start[k], off = b->off_start[b->start[k + 1]] - b->off_start[b->start[k]];
+        long products = size * (size - 1) + off;
+        if (!used || used[k])
+            accumulate(&sum, (kmp_flops){.add = products, .mul = products + size});
+    }
+    return sum;
 }

@@ -2,6 +2,7 @@
 /* Hides KLU (Davis and Palamadai Natarajan, ACM TOMS 37 (2010) 36): one analysis and one factorisation with pivoting.
  * Later values are refactored with the same pivots, until pivot growth shows that they no longer suit. */
 #include "linalg/sparse.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include <klu.h>
 #include <math.h>
@@ -19,6 +20,7 @@
 enum { BLOCKS_UP_TO = 4000 };
 
 struct kmp_sparse {
+    kmp_arena arena;
     int n, nz;
     long *start, *row; /* compressed columns */
     int *place;        /* position of each entry in them; NULL: in its own columns */
@@ -53,11 +55,11 @@ static kmp_sparse *make(int n, int nz)
         return NULL;
     s->n = n;
     s->nz = nz;
-    s->start = KMP_NEW(long, n + 1);
-    s->row = KMP_NEW(long, nz);
-    s->value = KMP_NEW(double, nz);
+    s->start = KMP_ARENA_NEW(&s->arena, long, n + 1);
+    s->row = KMP_ARENA_NEW(&s->arena, long, nz);
+    s->value = KMP_ARENA_NEW(&s->arena, double, nz);
     klu_l_defaults(&s->common);
-    if (s->start && s->row && s->value)
+    if (!s->arena.failed)
         return s;
     kmp_sparse_free(s);
     return NULL;
@@ -70,7 +72,7 @@ kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool s
         return NULL;
     s->common.tol = DIAGONAL_KEPT;
     s->common.btf = !symmetric;
-    s->place = KMP_NEW(int, nz);
+    s->place = KMP_ARENA_NEW(&s->arena, int, nz);
     if (s->place)
         compress(s, row, col);
     s->symbolic = s->place && n > 0 ? klu_l_analyze(n, s->start, s->row, &s->common) : NULL;
@@ -105,10 +107,7 @@ void kmp_sparse_free(kmp_sparse *s)
         return;
     klu_l_free_numeric(&s->numeric, &s->common);
     klu_l_free_symbolic(&s->symbolic, &s->common);
-    kmp_free(s->start);
-    kmp_free(s->row);
-    kmp_free(s->place);
-    kmp_free(s->value);
+    kmp_arena_free(&s->arena);
     kmp_free(s);
 }
 

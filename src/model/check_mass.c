@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Massless motions that the tree shows: those of a massless body with massless descendants only, and a last motion that
  * does not move its body's mass. Bodies with closures may be massless: the reduced mass alone shows whether their
- * motions move a mass (constraints/partition/massless.h). */
+ * motions move a mass (constraints/partition/causes.h). */
 #include "model/check_mass.h"
 #include "base/context.h"
 #include "base/memory.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The bogie of examples/bogie: what it is, its closed positions against digits that are not Kempe's, and a motion with
  * the coordinates that an engineer would call independent. */
-#include "constraints/diagnosis/diagnose.h"
+#include "constraints/diagnosis/doctor.h"
 #include "loaded.h"
 #include <kempe/check.h>
 #include <kempe/workspace.h>

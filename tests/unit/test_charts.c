@@ -5,7 +5,7 @@
 #include "check.h"
 #include "constraints/closing/branches.h"
 #include "constraints/closing/charts.h"
-#include "constraints/diagnosis/diagnose.h"
+#include "constraints/diagnosis/doctor.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/branches.h>

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/closing/branches.h"
-#include "constraints/diagnosis/diagnose.h"
+#include "constraints/diagnosis/doctor.h"
 #include "loaded.h"
 #include "random_model.h"
 #include <kempe/branches.h>

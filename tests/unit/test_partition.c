@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/diagnosis/diagnose.h"
+#include "constraints/diagnosis/doctor.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"

@@ -5,7 +5,7 @@
 #include "bench/chain.h"
 #include "check.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/diagnosis/diagnose.h"
+#include "constraints/diagnosis/doctor.h"
 #include "constraints/partition/pick.h"
 #include "integrators/run/run.h"
 #include "integrators/run/runner.h"

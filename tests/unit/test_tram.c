@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The tram, included bogies and all: its counts, the loops of each bogie solved by themselves, what its cranks bear at
  * rest. */
-#include "constraints/diagnosis/diagnose.h"
+#include "constraints/diagnosis/doctor.h"
 #include "loaded.h"
 #include "studies/equilibrium/balances.h"
 #include <kempe/check.h>

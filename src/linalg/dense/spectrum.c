@@ -1,16 +1,58 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Quadratic eigenvalue problem: the symmetric solver where there is no damping, otherwise a scaled companion matrix
- * (Tisseur and Meerbergen 2001, section 3). Zeros are deflated first (spectrum_zeros.c). */
+ * (Tisseur and Meerbergen 2001, section 3). Zeros are deflated first: null spaces are separated stage by stage, by
+ * singular values (Kublanovskaya 1966). */
 #include "linalg/dense/spectrum.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
-#include "linalg/dense/spectrum_inside.h"
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* -- one at work ------------------------------------------------------------------------------------- */
 
-static bool make_rooms(kmp_pencil *w)
+typedef struct pencil {
+    kmp_arena arena;
+    int p, n; /* n = 2 p */
+    const double *mass, *damping, *stiffness;
+    const double *led; /* the coefficient of s^2 where it is not the mass; NULL: the mass */
+    double *apart;     /* LU of `led` in coordinates in which the mass is 1 */
+    int *pivot;
+    double *l;      /* Cholesky factor of the mass */
+    double *g, *k;  /* G and K where M is 1 */
+    double rate;    /* of the time in which K has norm 1 */
+    double *t, *h;  /* n x n: orthogonal, and t' A t */
+    double *a, *s;  /* n x n, n: scratch */
+    double *vector; /* n x n: of an iteration */
+    double *part[6];
+    double *row;   /* n */
+    double *noise; /* n: the magnitude that rounding in a row of h is relative to */
+} pencil;
+
+static size_t bytes(int count)
+{
+    return (size_t)count * sizeof(double);
+}
+
+static double norm_of(int count, const double *a)
+{
+    double sum = 0, largest = 0;
+    for (int i = 0; i < count; i++)
+        largest = fmax(largest, fabs(a[i]));
+    for (int i = 0; largest > 0 && i < count; i++)
+        sum += a[i] / largest * (a[i] / largest);
+    return largest * sqrt(sum);
+}
+
+/* The largest value that counts as rounding, for matrices of size n and norm 1. */
+static double rounding(int n)
+{
+    return 64 * n * DBL_EPSILON;
+}
+
+static bool make_rooms(pencil *w)
 {
     double **part = w->part;
     w->pivot = KMP_ARENA_NEW(&w->arena, int, w->n);
@@ -22,7 +64,7 @@ static bool make_rooms(kmp_pencil *w)
 /* out = L^-1 a L^-T; `row` has room for n. */
 static void congruence(int n, const double *l, const double *a, double *out, double *row)
 {
-    memcpy(out, a, kmp_bytes(n * n));
+    memcpy(out, a, bytes(n * n));
     for (int j = 0; j < n; j++)
         kmp_cholesky_forward(n, l, out + j * n);
     for (int i = 0; i < n; i++) {
@@ -40,14 +82,207 @@ static bool is_symmetric(int n, const double *a, double size)
     for (int j = 0; j < n; j++)
         for (int i = 0; i < j; i++)
             difference = fmax(difference, fabs(a[i + j * n] - a[j + i * n]));
-    return difference <= kmp_rounding(n) * size;
+    return difference <= rounding(n) * size;
+}
+
+/* -- still shapes ------------------------------------------------------------------------------------ */
+
+/* The first of the rows (p x n) that are as long as any. */
+static int longest_row(int p, int n, const double *rows, double *row, double *length)
+{
+    int best = 0;
+    *length = 0;
+    for (int i = 0; i < p; i++) {
+        for (int j = 0; j < n; j++)
+            row[j] = rows[i + j * p];
+        double size = norm_of(n, row);
+        if (size > *length * (1 + 1e-6)) {
+            best = i;
+            *length = size;
+        }
+    }
+    return best;
+}
+
+/* Chooses as many rows (p x n, lost) as there are columns, ascending: each is the longest after projection on the
+ * complement of those before it (Gram, Schmidt). Rotations of the columns change neither lengths and products of rows
+ * nor the choice. */
+static void choose_rows(int p, int n, double *rows, double *row, int *chosen)
+{
+    for (int k = 0; k < n; k++) {
+        double length;
+        int best = longest_row(p, n, rows, row, &length), at = k;
+        for (int j = 0; j < n; j++)
+            row[j] = rows[best + j * p] / length;
+        for (int i = 0; i < p; i++) {
+            double along = 0;
+            for (int j = 0; j < n; j++)
+                along += rows[i + j * p] * row[j];
+            for (int j = 0; j < n; j++)
+                rows[i + j * p] = i == best ? 0 : rows[i + j * p] - along * row[j];
+        }
+        for (; at > 0 && chosen[at - 1] > best; at--)
+            chosen[at] = chosen[at - 1];
+        chosen[at] = best;
+    }
+}
+
+/* Eigenvectors of zeros as columns of `basis` (p x still): the identity in as many coordinates, those that move most.
+ * The basis is one of many with x' M x = 1. Its rows, each times the root of its mass, have singular values of at least
+ * 1/sqrt(p), so that no chosen row is small. 0; -1: no memory. */
+static int put_still(pencil *w, kmp_spectrum *s, double *basis)
+{
+    int p = s->p, still = s->still, *chosen = KMP_ARENA_NEW(&w->arena, int, p);
+    double *a = w->a, *scaled = w->vector;
+    if (!chosen)
+        return -1;
+    for (int j = 0; j < still; j++)
+        for (int i = 0; i < p; i++)
+            scaled[i + j * p] = basis[i + j * p] * sqrt(w->mass[i + i * p]);
+    choose_rows(p, still, scaled, w->row, chosen);
+    for (int j = 0; j < still; j++) /* a = chosen rows transposed */
+        for (int i = 0; i < still; i++)
+            a[j + i * still] = basis[chosen[i] + j * p];
+    if (kmp_lu_factor(still, a, w->pivot))
+        return -1;
+    for (int i = 0; i < p; i++) {
+        for (int j = 0; j < still; j++)
+            w->row[j] = basis[i + j * p];
+        kmp_lu_solve(still, a, w->pivot, 1, w->row);
+        for (int j = 0; j < still; j++)
+            s->x_re[i + j * p] = w->row[j];
+    }
+    for (int j = 0; j < still; j++)
+        for (int i = 0; i < still; i++)
+            s->x_re[chosen[i] + j * p] = i == j;
+    for (int j = still; j < s->zeros; j++) /* zeros that repeat them */
+        memcpy(s->x_re + j * p, s->x_re + (j - still) % (still > 0 ? still : 1) * p, bytes(p));
+    return 0;
+}
+
+/* -- chains of zeros --------------------------------------------------------------------------------- */
+
+/* columns (rows x n) <- columns b, b n x n; `row` has room for n. */
+static void times(int rows, int n, double *columns, const double *b, double *row)
+{
+    for (int i = 0; i < rows; i++) {
+        for (int j = 0; j < n; j++) {
+            row[j] = 0;
+            for (int k = 0; k < n; k++)
+                row[j] += columns[i + k * rows] * b[k + j * n];
+        }
+        for (int j = 0; j < n; j++)
+            columns[i + j * rows] = row[j];
+    }
+}
+
+/* Rows from `first` on, `count` of them, of h <- b' times these; b has the leading dimension `lead`. */
+static void turn_rows(pencil *w, int first, int count, const double *b, int lead)
+{
+    for (int j = 0; j < w->n; j++) {
+        double *h = w->h + first + j * w->n;
+        for (int i = 0; i < count; i++) {
+            w->row[i] = 0;
+            for (int k = 0; k < count; k++)
+                w->row[i] += b[k + i * lead] * h[k];
+        }
+        memcpy(h, w->row, bytes(count));
+    }
+}
+
+/* Noise of the rows of the trailing block, of `rest`, as w->a turns them. */
+static void turn_noise(pencil *w, int rest)
+{
+    double *noise = w->noise + w->n - rest;
+    for (int i = 0; i < rest; i++) {
+        for (int k = 0; k < rest; k++)
+            w->s[k] = w->a[k + i * rest] * noise[k];
+        w->row[i] = norm_of(rest, w->s);
+    }
+    memcpy(noise, w->row, bytes(rest));
+}
+
+/* The number of zero singular values of the trailing block, whose vectors are rotated so that they come first. -1:
+ * failed. A singular value is zero relative to each row's own noise: the friction of a light part is no measure of
+ * other rows. */
+static int separate(pencil *w, int done)
+{
+    int n = w->n, rest = n - done, zeros = 0;
+    for (int j = 0; j < rest; j++)
+        for (int i = 0; i < rest; i++) {
+            double noise = w->noise[done + i], x = w->h[done + i + (done + j) * n];
+            w->a[i + j * rest] = noise > 0 ? x / noise : x;
+        }
+    if (kmp_singular_right(rest, w->a, w->s, w->vector))
+        return -1;
+    while (zeros < rest && w->s[rest - 1 - zeros] <= rounding(n))
+        zeros++;
+    if (zeros == 0)
+        return 0;
+    for (int j = 0; j < rest; j++) /* the last ones first */
+        memcpy(w->a + j * rest, w->vector + (rest - 1 - j) * rest, bytes(rest));
+    times(n, rest, w->t + done * n, w->a, w->row);
+    times(n, rest, w->h + done * n, w->a, w->row);
+    turn_rows(w, done, rest, w->a, rest);
+    turn_noise(w, rest);
+    for (int j = done; j < done + zeros; j++)
+        memset(w->h + done + j * n, 0, bytes(rest));
+    return zeros;
+}
+
+/* Deflates zeros of the companion matrix A of w->g, w->k and w->rate: t is orthogonal and h = t' A t has the zeros
+ * first. These are the null space of K, then zeros of the chains that begin in it. Returns the number of zeros, and
+ * sets s->still; -1: no memory or no convergence. */
+static int deflate(pencil *w, kmp_spectrum *s)
+{
+    int p = w->p, n = w->n, done = 0;
+    memset(w->t, 0, bytes(n * n));
+    memset(w->h, 0, bytes(n * n));
+    for (int i = 0; i < n; i++)
+        w->t[i + i * n] = 1;
+    for (int j = 0; j < p; j++) {
+        w->h[j + (p + j) * n] = 1;
+        for (int i = 0; i < p; i++) {
+            w->h[p + i + j * n] = -w->k[i + j * p] / (w->rate * w->rate);
+            w->h[p + i + (p + j) * n] = -w->g[i + j * p] / w->rate;
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++)
+            w->row[j] = w->h[i + j * n];
+        w->noise[i] = norm_of(n, w->row);
+    }
+    /* of K alone: its norm is 1, or it is all zero */
+    memcpy(w->a, w->k, bytes(p * p));
+    if (kmp_singular_right(p, w->a, w->s, w->vector))
+        return -1;
+    while (done < p && w->s[p - 1 - done] <= rounding(p) * w->s[0])
+        done++;
+    s->still = done;
+    if (done == 0)
+        return 0;
+    double *turn = w->part[0]; /* n x n */
+    memset(turn, 0, bytes(n * n));
+    for (int j = 0; j < p; j++) {
+        memcpy(turn + j * n, w->vector + (p - 1 - j) * p, bytes(p));
+        turn[p + j + (p + j) * n] = 1;
+    }
+    times(n, n, w->t, turn, w->row);
+    times(n, n, w->h, turn, w->row);
+    turn_rows(w, 0, p, turn, n);
+    for (int j = 0; j < done; j++)
+        memset(w->h + j * n, 0, bytes(n));
+    for (int more = done; more > 0 && done < n; done += more)
+        if ((more = separate(w, done)) < 0)
+            return -1;
+    return done;
 }
 
 /* -- vectors ----------------------------------------------------------------------------------------- */
 
 /* out = a^H (z M + G) b with complex z; without G: a^H z M b with the mass in place of M. */
-static void form(const kmp_pencil *w, const double *a_re, const double *a_im, double z_re, double z_im,
-                 bool with_damping, const double *b_re, const double *b_im, double out[2])
+static void form(const pencil *w, const double *a_re, const double *a_im, double z_re, double z_im, bool with_damping,
+                 const double *b_re, const double *b_im, double out[2])
 {
     const double *mass = with_damping && w->led ? w->led : w->mass;
     out[0] = out[1] = 0;
@@ -73,7 +308,7 @@ static void divide(int n, double *re, double *im, double d_re, double d_im)
 }
 
 /* The first component whose modulus is largest. */
-static int largest_part(const kmp_pencil *w, const double *re, const double *im)
+static int largest_part(const pencil *w, const double *re, const double *im)
 {
     int best = 0;
     double most = 0;
@@ -87,7 +322,7 @@ static int largest_part(const kmp_pencil *w, const double *re, const double *im)
     return best;
 }
 
-static void normalise(const kmp_pencil *w, kmp_spectrum *s, int c)
+static void normalise(const pencil *w, kmp_spectrum *s, int c)
 {
     int p = s->p;
     double *x_re = s->x_re + c * p, *x_im = s->x_im + c * p, *y_re = s->y_re + c * p, *y_im = s->y_im + c * p, f[2];
@@ -96,10 +331,10 @@ static void normalise(const kmp_pencil *w, kmp_spectrum *s, int c)
     double size = sqrt(fmax(f[0], DBL_MIN)), turn = hypot(x_re[i], x_im[i]);
     divide(p, x_re, x_im, size * x_re[i] / turn, size * x_im[i] / turn);
     x_im[i] = 0;
-    double length = hypot(kmp_norm_of(p, y_re), kmp_norm_of(p, y_im));
+    double length = hypot(norm_of(p, y_re), norm_of(p, y_im));
     divide(p, y_re, y_im, length, 0);
     form(w, y_re, y_im, 2 * s->re[c], 2 * s->im[c], true, x_re, x_im, f);
-    if (hypot(f[0], f[1]) > kmp_rounding(w->n) * w->rate)
+    if (hypot(f[0], f[1]) > rounding(w->n) * w->rate)
         divide(p, y_re, y_im, f[0], -f[1]);
 }
 
@@ -135,7 +370,7 @@ static int compare(const void *a, const void *b)
 
 /* Normalises eigenvalue `at` and, if it is the upper one of a pair, puts the other behind it; returns the next place.
  */
-static int complete(const kmp_pencil *w, kmp_spectrum *s, int at, bool upper)
+static int complete(const pencil *w, kmp_spectrum *s, int at, bool upper)
 {
     normalise(w, s, at);
     if (upper)
@@ -157,14 +392,14 @@ static int order(int count, const double *re, const double *im, place *out)
 
 /* -- the symmetric solver ---------------------------------------------------------------------------- */
 
-static int by_symmetry(kmp_pencil *w, kmp_spectrum *s)
+static int by_symmetry(pencil *w, kmp_spectrum *s)
 {
     int p = s->p, still = 0, at = 0;
     double *mu = w->s, most = 0, *basis = w->h;
     for (int j = 0; j < p; j++)
         for (int i = 0; i < p; i++)
             w->vector[i + j * p] = (w->stiffness[i + j * p] + w->stiffness[j + i * p]) / 2;
-    memcpy(w->a, w->mass, kmp_bytes(p * p));
+    memcpy(w->a, w->mass, bytes(p * p));
     int info = kmp_eigen_symmetric(p, w->vector, w->a, mu);
     place *places = KMP_ARENA_NEW(&w->arena, place, 2 * p);
     if (info || !places)
@@ -173,9 +408,9 @@ static int by_symmetry(kmp_pencil *w, kmp_spectrum *s)
         most = fmax(most, fabs(mu[i]));
     double *re = w->part[0], *im = w->part[1]; /* two an eigenvalue, those with a vector first */
     for (int i = 0; i < p; i++) {
-        bool zero = fabs(mu[i]) <= kmp_rounding(p) * most;
+        bool zero = fabs(mu[i]) <= rounding(p) * most;
         if (zero)
-            memcpy(basis + still++ * p, w->vector + i * p, kmp_bytes(p));
+            memcpy(basis + still++ * p, w->vector + i * p, bytes(p));
         double root = zero ? 0 : sqrt(fabs(mu[i]));
         re[i] = mu[i] < 0 ? root : 0;
         im[i] = mu[i] < 0 ? 0 : root;
@@ -192,23 +427,23 @@ static int by_symmetry(kmp_pencil *w, kmp_spectrum *s)
         int from = places[k].from % p;
         s->re[at] = places[k].re;
         s->im[at] = places[k].im;
-        memcpy(s->x_re + at * p, w->vector + from * p, kmp_bytes(p));
-        memcpy(s->y_re + at * p, w->vector + from * p, kmp_bytes(p));
+        memcpy(s->x_re + at * p, w->vector + from * p, bytes(p));
+        memcpy(s->y_re + at * p, w->vector + from * p, bytes(p));
         at = complete(w, s, at, places[k].im > 0);
     }
-    return kmp_pencil_put_still(w, s, basis);
+    return put_still(w, s, basis);
 }
 
 /* -- the companion ----------------------------------------------------------------------------------- */
 
 /* Vectors of eigenvalue k of the trailing block, in the pencil's coordinates. */
-static void lift(kmp_pencil *w, kmp_spectrum *s, int done, int k, double re, double im, int to)
+static void lift(pencil *w, kmp_spectrum *s, int done, int k, double re, double im, int to)
 {
     int p = w->p, n = w->n, rest = n - done;
     double *c_re = w->a, *c_im = w->a + n, *x[2] = {s->x_re + to * p, s->x_im + to * p};
     double *y[2] = {s->y_re + to * p, s->y_im + to * p};
-    memcpy(c_re + done, w->part[2] + k * rest, kmp_bytes(rest));
-    memcpy(c_im + done, w->part[3] + k * rest, kmp_bytes(rest));
+    memcpy(c_re + done, w->part[2] + k * rest, bytes(rest));
+    memcpy(c_im + done, w->part[3] + k * rest, bytes(rest));
     for (int i = done - 1; i >= 0; i--) { /* s c = N c + B y, N above its diagonal */
         c_re[i] = c_im[i] = 0;
         for (int j = i + 1; j < n; j++) {
@@ -234,14 +469,14 @@ static void lift(kmp_pencil *w, kmp_spectrum *s, int done, int k, double re, dou
     }
 }
 
-static int by_companion(kmp_pencil *w, kmp_spectrum *s)
+static int by_companion(pencil *w, kmp_spectrum *s)
 {
-    int p = s->p, n = w->n, done = kmp_pencil_deflate(w, s);
+    int p = s->p, n = w->n, done = deflate(w, s);
     if (done < 0)
         return -1;
     int rest = n - done, at = s->zeros = done;
     for (int j = 0; j < rest; j++)
-        memcpy(w->a + j * rest, w->h + done + (done + j) * n, kmp_bytes(rest));
+        memcpy(w->a + j * rest, w->h + done + (done + j) * n, bytes(rest));
     double *re = w->part[0], *im = w->part[1];
     place *places = KMP_ARENA_NEW(&w->arena, place, n);
     if (!places || kmp_eigen_general(rest, w->a, re, im, w->part[2], w->part[3], w->part[4], w->part[5]))
@@ -254,17 +489,17 @@ static int by_companion(kmp_pencil *w, kmp_spectrum *s)
         at = complete(w, s, at, places[k].im > 0);
     }
     for (int j = 0; j < s->still; j++) {
-        memcpy(w->h + j * p, w->t + j * n, kmp_bytes(p)); /* h is no longer needed */
+        memcpy(w->h + j * p, w->t + j * n, bytes(p)); /* h is no longer needed */
         kmp_cholesky_backward(p, w->l, w->h + j * p);
     }
-    return kmp_pencil_put_still(w, s, w->h);
+    return put_still(w, s, w->h);
 }
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
 /* Replaces M by 1 where `led` is not the mass, with E = `led` in coordinates in which the mass is 1. (s^2 E + s g + k)
  * x = 0 becomes (s^2 + s E^-1 g + E^-1 k) x = 0; its left vectors are E' times those of the original pencil. */
-static int divide_led(kmp_pencil *w)
+static int divide_led(pencil *w)
 {
     int p = w->p;
     double off = 0;
@@ -272,7 +507,7 @@ static int divide_led(kmp_pencil *w)
     for (int i = 0; i < p; i++)
         for (int j = 0; j < p; j++)
             off = fmax(off, fabs(w->apart[i + j * p] - (i == j)));
-    if (off <= kmp_rounding(p)) {
+    if (off <= rounding(p)) {
         w->led = NULL;
         return 0;
     }
@@ -283,10 +518,10 @@ static int divide_led(kmp_pencil *w)
     return 0;
 }
 
-static int solve(kmp_pencil *w, kmp_spectrum *s, bool companion)
+static int solve(pencil *w, kmp_spectrum *s, bool companion)
 {
     int p = w->p;
-    memcpy(w->l, w->mass, kmp_bytes(p * p));
+    memcpy(w->l, w->mass, bytes(p * p));
     int info = kmp_cholesky_factor(p, w->l);
     if (info)
         return info;
@@ -294,13 +529,13 @@ static int solve(kmp_pencil *w, kmp_spectrum *s, bool companion)
     congruence(p, w->l, w->stiffness, w->k, w->row);
     if (w->led && (info = divide_led(w)) != 0)
         return info;
-    double k_norm = kmp_norm_of(p * p, w->k), g_norm = kmp_norm_of(p * p, w->g);
+    double k_norm = norm_of(p * p, w->k), g_norm = norm_of(p * p, w->g);
     w->rate = k_norm > 0 ? sqrt(k_norm) : g_norm > 0 ? g_norm : 1;
-    s->conservative = !w->led && g_norm <= kmp_rounding(p) * w->rate && is_symmetric(p, w->k, k_norm);
+    s->conservative = !w->led && g_norm <= rounding(p) * w->rate && is_symmetric(p, w->k, k_norm);
     return s->conservative && !companion ? by_symmetry(w, s) : by_companion(w, s);
 }
 
-static int init(kmp_spectrum *spectrum, kmp_pencil *w, bool companion)
+static int init(kmp_spectrum *spectrum, pencil *w, bool companion)
 {
     int p = w->p;
     kmp_spectrum s = {.p = p, .count = 2 * p};
@@ -318,14 +553,14 @@ static int init(kmp_spectrum *spectrum, kmp_pencil *w, bool companion)
 int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *damping, const double *stiffness,
                       bool companion)
 {
-    kmp_pencil w = {.p = p, .n = 2 * p, .mass = mass, .damping = damping, .stiffness = stiffness};
+    pencil w = {.p = p, .n = 2 * p, .mass = mass, .damping = damping, .stiffness = stiffness};
     return init(spectrum, &w, companion);
 }
 
 int kmp_spectrum_init_led(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
                           const double *stiffness)
 {
-    kmp_pencil w = {.p = p, .n = 2 * p, .mass = mass, .led = led, .damping = damping, .stiffness = stiffness};
+    pencil w = {.p = p, .n = 2 * p, .mass = mass, .led = led, .damping = damping, .stiffness = stiffness};
     return init(spectrum, &w, false);
 }
 
