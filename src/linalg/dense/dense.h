@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Small dense linear algebra, column-major, without allocation: for the hot path of a small mechanism. Larger or
- * general tasks use LAPACK (linalg/dense/least.h), KLU or UMFPACK (integrators/sundials/linear.def). */
+ * general tasks use LAPACK (linalg/dense/lapack.h), KLU or UMFPACK (integrators/sundials/linear.def). */
 #ifndef KMP_LINALG_DENSE_DENSE_H
 #define KMP_LINALG_DENSE_DENSE_H
 
