@@ -18,9 +18,10 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     *margin = (kmp_margin){.system = system, .r = r, .step_t = NAN, .clear_t = -INFINITY};
     margin->place = KMP_ARENA_NEW(&margin->arena, int, m);
     margin->column = KMP_ARENA_NEW(&margin->arena, int, n);
-    KMP_ARENA_EACH(&margin->arena, int, entries, &margin->entry, &margin->drop_entry, &margin->drop_column);
-    KMP_ARENA_EACH(&margin->arena, int, r, &margin->signs, &margin->signs_stood);
-    KMP_ARENA_EACH(&margin->arena, int, m - r + 1, &margin->drop_start, &margin->now.start, &margin->stood.start);
+    margin->row_start = KMP_ARENA_NEW(&margin->arena, int, m + 1);
+    KMP_ARENA_EACH(&margin->arena, int, entries, &margin->entry, &margin->entry_row, &margin->entry_column);
+    KMP_ARENA_EACH(&margin->arena, int, r, &margin->signs, &margin->signs_stood, &margin->drop_column);
+    KMP_ARENA_EACH(&margin->arena, int, m - r + 1, &margin->now.start, &margin->stood.start);
     KMP_ARENA_EACH(&margin->arena, int, (m - r) * r, &margin->now.kept, &margin->stood.kept);
     KMP_ARENA_EACH(&margin->arena, double, (m - r) * r, &margin->now.t, &margin->stood.t);
     KMP_ARENA_EACH(&margin->arena, double, m, &margin->now.z, &margin->stood.z, &margin->begin);
@@ -32,6 +33,11 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
         return false;
     for (int e = 0; e < entries; e++)
         margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];
+    for (int row = 0, e = 0; row < m; row++) {
+        while (e < entries && system->jacobian.row[e] == row)
+            e++;
+        margin->row_start[row + 1] = e;
+    }
     for (int k = 0; k < m; k++) { /* 0.5 .. 1 with either sign, always the same ones */
         chance = chance * 1664525u + 1013904223u;
         margin->begin[k] = ((double)chance / 4294967296.0 * 0.5 + 0.5) * (chance >> 7 & 1 ? 1 : -1);
@@ -47,63 +53,28 @@ void kmp_margin_free(kmp_margin *margin)
     *margin = (kmp_margin){0};
 }
 
-/* True if an entry of J belongs to a dropped row and to a column of the block. */
-static bool is_dropped(const kmp_margin *margin, int e)
-{
-    const kmp_pattern *jac = &margin->system->jacobian;
-    return margin->place[jac->row[e]] < 0 && margin->column[jac->col[e]] >= 0;
-}
-
-/* Entries of J of the dropped rows in the columns of the block, row by row. */
-static void list_dropped(kmp_margin *margin)
-{
-    const kmp_pattern *jac = &margin->system->jacobian;
-    int dropped = margin->part.m - margin->r, *end = margin->drop_start + 1;
-    memset(margin->drop_start, 0, ((size_t)dropped + 1) * sizeof *margin->drop_start);
-    for (int e = 0; e < jac->count; e++)
-        if (is_dropped(margin, e) && margin->place[jac->row[e]] > -dropped)
-            end[-margin->place[jac->row[e]]]++;
-    for (int d = 1; d < dropped; d++)
-        end[d] += end[d - 1];
-    for (int e = 0; e < jac->count; e++)
-        if (is_dropped(margin, e)) {
-            int place = end[-1 - margin->place[jac->row[e]]]++;
-            margin->drop_entry[place] = e;
-            margin->drop_column[place] = margin->column[jac->col[e]];
-        }
-}
-
 /* Makes the block of the rows and columns in margin->part. */
 static bool renew_block(kmp_margin *margin)
 {
     const kmp_pattern *jac = &margin->system->jacobian;
     const kmp_partition *part = &margin->part;
-    int *row = KMP_NEW(int, 2 * jac->count), count = 0;
-    kmp_block_free(margin->block);
-    margin->block = NULL;
-    if (!row)
-        return false;
-    int *col = row + jac->count;
-    for (int k = 0; k < part->r; k++)
+    memset(margin->place, -1, (size_t)part->m * sizeof *margin->place);
+    memset(margin->column, -1, (size_t)part->n * sizeof *margin->column);
+    for (int k = 0; k < part->r; k++) {
         margin->place[part->rows[k]] = k;
-    for (int k = 0; k < part->m - part->r; k++)
-        margin->place[part->redundant[k]] = -1 - k;
-    for (int k = 0; k < part->p; k++)
-        margin->column[part->u[k]] = -1;
-    for (int k = 0; k < part->r; k++)
         margin->column[part->v[k]] = k;
+    }
+    margin->count = 0;
     for (int e = 0; e < jac->count; e++)
         if (margin->place[jac->row[e]] >= 0 && margin->column[jac->col[e]] >= 0) {
-            row[count] = margin->place[jac->row[e]];
-            col[count] = margin->column[jac->col[e]];
-            margin->entry[count++] = e;
+            margin->entry_row[margin->count] = margin->place[jac->row[e]];
+            margin->entry_column[margin->count] = margin->column[jac->col[e]];
+            margin->entry[margin->count++] = e;
         }
-    list_dropped(margin);
-    margin->count = count;
     margin->pivot = 0;
     margin->seen = false; /* the signs of the last step's end belong to another block */
-    margin->block = kmp_block_new(part->r, count, row, col);
-    kmp_free(row);
+    kmp_block_free(margin->block);
+    margin->block = kmp_block_new(part->r, margin->count, margin->entry_row, margin->entry_column);
     return margin->block;
 }
 
@@ -214,10 +185,15 @@ static void find_t(kmp_margin *margin)
     kmp_margin_view *need = &margin->now;
     margin->rows = 0;
     for (int d = 0; d < margin->part.m - margin->r; d++) {
-        int first = margin->drop_start[d], count = margin->drop_start[d + 1] - first, start = need->start[d];
-        for (int e = 0; e < count; e++)
-            margin->drop_value[e] = margin->now.jacobian[margin->drop_entry[first + e]];
-        int found = kmp_block_solve_transposed_few(margin->block, KMP_ROWS_NOTHING, count, margin->drop_column + first,
+        int row = margin->part.redundant[d], count = 0, start = need->start[d];
+        for (int e = margin->row_start[row]; e < margin->row_start[row + 1]; e++) {
+            int column = margin->column[margin->system->jacobian.col[e]];
+            if (column < 0)
+                continue;
+            margin->drop_column[count] = column;
+            margin->drop_value[count++] = margin->now.jacobian[e];
+        }
+        int found = kmp_block_solve_transposed_few(margin->block, KMP_ROWS_NOTHING, count, margin->drop_column,
                                                    margin->drop_value, need->kept + start, need->t + start);
         need->start[d + 1] = start + found;
         for (int e = start; e < start + found; e++)

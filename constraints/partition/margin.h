@@ -45,16 +45,17 @@ typedef struct kmp_margin {
     double tried;   /* margin at which no step across was found, until the motion has left it; 0: none was tried */
     double clear_t; /* no change point was found up to this time */
     double *weight; /* of each entry of J */
-    int *place;     /* m: position of a row among the independent ones; -1 - position of a dropped one */
+    int *row_start; /* m + 1: first entry of each row of J */
+    int *place;     /* m: position of a row among the independent ones, -1: dropped */
     int *column;    /* n: position of a coordinate among the columns, -1: none */
     kmp_block *block;
-    int count, *entry; /* entries of J in the block */
-    double *value, *u; /* r */
-    double *begin;     /* m: initial vector of inverse iteration */
-    double *room;      /* 4 r: work space */
+    int count, *entry, *entry_row, *entry_column; /* entries of J in the block */
+    double *value, *u;                            /* r */
+    double *begin;                                /* m: initial vector of inverse iteration */
+    double *room;                                 /* 4 r: work space */
     kmp_margin_view now, stood;
-    int *drop_start, *drop_entry, *drop_column; /* entries of J of each dropped row in the columns of the block */
-    double *drop_value;                         /* r */
+    int *drop_column; /* r: entries of a dropped row in the columns of the block */
+    double *drop_value;
 } kmp_margin;
 
 /** Allocates for the partition's rows. false: no memory. */

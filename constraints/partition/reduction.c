@@ -13,19 +13,18 @@ enum { MAX_NEWTON = 12 };
 
 static bool allocate(kmp_reduction *red, int entries, int m)
 {
-    size_t n = (size_t)red->n, p = (size_t)red->p, r = (size_t)red->r;
-    KMP_ARENA_EACH(&red->arena, int, entries, &red->jv_entry, &red->jv_row, &red->jv_col, &red->ju_entry, &red->ju_row,
-                   &red->ju_col);
+    int n = red->n, p = red->p, r = red->r;
     red->row_of = KMP_ARENA_NEW(&red->arena, int, m);
     red->place = KMP_ARENA_NEW(&red->arena, int, n);
-    const kmp_arena_group groups[] = {{entries, {&red->jv}},
-                                      {(ptrdiff_t)(r * p), {&red->bvu}},
-                                      {(ptrdiff_t)(n * p), {&red->x}},
-                                      {red->n, {&red->x_t, &red->a0, &red->force}},
-                                      {(ptrdiff_t)(p * p), {&red->mr}},
-                                      {red->r, {&red->dv}},
-                                      {red->p, {&red->answer}}};
-    return kmp_arena_make_groups(&red->arena, sizeof groups / sizeof *groups, groups);
+    red->jv = KMP_ARENA_NEW(&red->arena, double, entries);
+    red->bvu = KMP_ARENA_NEW(&red->arena, double, r *p);
+    red->x = KMP_ARENA_NEW(&red->arena, double, n *p);
+    red->mr = KMP_ARENA_NEW(&red->arena, double, p *p);
+    red->dv = KMP_ARENA_NEW(&red->arena, double, r);
+    red->answer = KMP_ARENA_NEW(&red->arena, double, p);
+    KMP_ARENA_EACH(&red->arena, double, n, &red->x_t, &red->a0, &red->force);
+    return KMP_ARENA_EACH(&red->arena, int, entries, &red->jv_entry, &red->jv_row, &red->jv_col, &red->ju_entry,
+                          &red->ju_row, &red->ju_col);
 }
 
 /* Splits the Jacobian's entries into Jv and Ju. */
@@ -60,24 +59,31 @@ static bool analyse(kmp_reduction *red)
     return red->mx && kmp_memory_failures() == failures; /* mx also holds one qdd */
 }
 
+/* Places rows and coordinates, and analyses their matrices. false: as analyse. */
+static bool prepare(kmp_reduction *red)
+{
+    const kmp_partition *part = red->part;
+    if (!allocate(red, red->eval->system->jacobian.count, part->m))
+        return false;
+    for (int i = 0; i < part->m; i++)
+        red->row_of[i] = -1;
+    for (int k = 0; k < part->r; k++) {
+        red->row_of[part->rows[k]] = k;
+        red->place[part->v[k]] = k;
+    }
+    for (int k = 0; k < red->p; k++) {
+        red->x[part->u[k] + k * red->n] = 1;
+        red->place[part->u[k]] = -1 - k;
+    }
+    split(red);
+    return analyse(red);
+}
+
 kempe_status kmp_reduction_init(kmp_reduction *red, kmp_evaluator *eval, const kmp_partition *part)
 {
     *red = (kmp_reduction){.eval = eval, .part = part, .n = part->n, .p = part->p, .r = part->r};
     unsigned long failures = kmp_memory_failures();
-    bool ok = allocate(red, eval->system->jacobian.count, part->m);
-    for (int i = 0; ok && i < part->m; i++)
-        red->row_of[i] = -1;
-    for (int k = 0; ok && k < part->r; k++) {
-        red->row_of[part->rows[k]] = k;
-        red->place[part->v[k]] = k;
-    }
-    for (int k = 0; ok && k < red->p; k++) {
-        red->x[part->u[k] + k * red->n] = 1;
-        red->place[part->u[k]] = -1 - k;
-    }
-    if (ok)
-        split(red);
-    if (ok && analyse(red)) {
+    if (prepare(red)) {
         kmp_eval_drop(eval, part->m - part->r, part->redundant);
         return KEMPE_OK;
     }
@@ -113,8 +119,7 @@ static void solve_rows(kmp_reduction *red, double factor, const double *rows)
 {
     for (int i = 0; i < red->r; i++)
         red->dv[i] = factor * rows[red->part->rows[i]];
-    if (red->r > 0) /* without rows there are no blocks */
-        kmp_block_solve(red->block, 1, red->dv);
+    kmp_block_solve(red->block, 1, red->dv);
 }
 
 /* Writes dv to the entries of v. */
@@ -179,8 +184,7 @@ void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
         red->dv[i] = h_t ? -h_t[red->part->rows[i]] : 0;
     for (int k = 0; k < red->ju_count; k++)
         red->dv[red->ju_row[k]] -= red->eval->jacobian[red->ju_entry[k]] * ud[red->ju_col[k]];
-    if (red->r > 0)
-        kmp_block_solve(red->block, 1, red->dv);
+    kmp_block_solve(red->block, 1, red->dv);
     for (int k = 0; k < red->p; k++)
         qd[red->part->u[k]] = ud[k];
     put_dependent(red, qd);
@@ -268,8 +272,7 @@ void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows)
     memset(rows, 0, (size_t)red->part->m * sizeof *rows);
     for (int i = 0; i < red->r; i++)
         red->dv[i] = force[red->part->v[i]];
-    if (red->r > 0) /* without rows there are no blocks */
-        kmp_block_solve_transposed(red->block, 1, red->dv);
+    kmp_block_solve_transposed(red->block, 1, red->dv);
     for (int i = 0; i < red->r; i++)
         rows[red->part->rows[i]] = red->dv[i];
 }
@@ -456,8 +459,7 @@ double kmp_reduction_lever(kmp_reduction *red)
         state = state * 1664525u + 1013904223u;
         red->dv[i] = (state >> 31 ? 1 : -1) * s->row_scale[red->part->rows[i]];
     }
-    if (red->r > 0)
-        kmp_block_solve(red->block, 1, red->dv);
+    kmp_block_solve(red->block, 1, red->dv);
     for (int i = 0; i < red->r; i++)
         most = isfinite(red->dv[i]) ? fmax(most, fabs(red->dv[i]) / s->scale[red->part->v[i]]) : INFINITY;
     return most;

@@ -428,6 +428,8 @@ int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count
 
 void kmp_block_solve(const kmp_block *b, int m, double *x)
 {
+    if (!b)
+        return;
     for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
         solve(b, NULL, 2, x);
     if (m == 1 && b->pairs)
@@ -446,6 +448,8 @@ void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x
 
 void kmp_block_solve_transposed(const kmp_block *b, int m, double *x)
 {
+    if (!b)
+        return;
     for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
         solve_transposed(b, 2, x);
     if (m == 1)

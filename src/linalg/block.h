@@ -19,7 +19,7 @@ void kmp_block_free(kmp_block *b);
  * when a diagonal block is singular. */
 int kmp_block_factor(kmp_block *b, const double *values);
 
-/** x <- A^-1 x, x <- A^-T x; x is n x m, leading dimension n. */
+/** x <- A^-1 x, x <- A^-T x; x is n x m, leading dimension n. Nothing for NULL, a matrix without rows. */
 void kmp_block_solve(const kmp_block *b, int m, double *x);
 void kmp_block_solve_transposed(const kmp_block *b, int m, double *x);
 
