@@ -40,7 +40,6 @@ typedef struct work {
     kmp_partition part; /* choice of u and v for KINSOL */
     double *jacobian;   /* m x n, for KINSOL's matrix */
     int *held;          /* n: coordinates that are held */
-    bool starved;       /* an allocation failed */
     int rank;           /* rank of J if other rows stay open by rounding; -1: none */
     double near;        /* scaled |h| below which the rank of J is decided and Newton's method is used */
 } work;
@@ -138,25 +137,24 @@ static bool choose_dependent(work *w)
 static void close_dependent(work *w)
 {
     const kmp_partition *part = &w->part;
-    double *v = choose_dependent(w) ? KMP_NEW(double, 3 * part->r + w->m * w->n) : NULL;
-    double *scale_v = v ? v + part->r : NULL, *scale_h = v ? scale_v + part->r : NULL;
+    double *v, *scale_v, *scale_h;
     int iterations = 0;
+    if (!choose_dependent(w) || !KMP_ARENA_EACH(&w->arena, double, part->r, &v, &scale_v, &scale_h) ||
+        !(w->jacobian = KMP_ARENA_NEW(&w->arena, double, w->m * w->n)))
+        return;
     copy(w, w->best, w->a->q);
-    for (int i = 0; v && i < part->r; i++) {
+    for (int i = 0; i < part->r; i++) {
         v[i] = w->a->q[part->v[i]];
         scale_v[i] = 1 / w->s->scale[part->v[i]];
         scale_h[i] = 1 / w->s->row_scale[part->rows[i]];
     }
     const kmp_kinsol_problem problem = {w, part->r, scale_v, scale_h, dependent_rows, dependent_matrix};
-    w->jacobian = v ? scale_h + part->r : NULL;
-    if (!v || !kmp_kinsol_solve(&problem, KMP_CLOSED_ENOUGH, v, &iterations))
-        copy(w, w->a->q, w->best);
-    else
+    if (kmp_kinsol_solve(&problem, KMP_CLOSED_ENOUGH, v, &iterations))
         (void)dependent_rows(w, v, w->trial);
+    else
+        copy(w, w->a->q, w->best);
     w->a->iterations += iterations;
     evaluate(w);
-    kmp_free(v);
-    kmp_partition_free(&w->part);
 }
 
 /* Corrects q to round-off; true if the loops are then closed, otherwise q is restored. */
@@ -203,8 +201,7 @@ static bool choose_rows(work *w, bool *dropped)
 static void close_independent(work *w)
 {
     size_t bytes = (size_t)w->m * sizeof(bool);
-    bool *before = KMP_NEW(bool, w->m), *dropped = w->a->dropped;
-    w->starved = w->starved || !before;
+    bool *before = KMP_ARENA_NEW(&w->arena, bool, w->m), *dropped = w->a->dropped;
     for (int pass = 0; before && pass < MAX_CHOICES; pass++) {
         w->eval->left_out = NULL;
         evaluate(w);
@@ -216,7 +213,6 @@ static void close_independent(work *w)
     }
     w->eval->left_out = dropped;
     evaluate(w);
-    kmp_free(before);
 }
 
 /* -- spherical joints -------------------------------------------------------------------------------- */
@@ -344,8 +340,8 @@ static void make_rates(work *w)
 
 /* -- result -------------------------------------------------------------------------------------------- */
 
-/* Computes the gap of each closure as a length, and sorts the open ones by size. */
-static void judge(work *w)
+/* Computes the pivots, and the gap of each closure as a length; sorts the open ones by size. false: no memory. */
+static bool judge(work *w)
 {
     kempe_assembly *a = w->a;
     const kempe_model *model = w->s->model;
@@ -357,7 +353,6 @@ static void judge(work *w)
         a->misfit = a->dropped[r] ? fmax(a->misfit, a->open[r]) : a->misfit;
     }
     a->closed = a->residual <= KMP_CLOSED_ENOUGH && a->misfit * w->s->length <= w->s->closure_tolerance;
-    w->starved = !kmp_partition_pivots(w->s, w->eval->jacobian, a->pivots) || w->starved;
     for (int c = 0; c < model->closure_count; c++) {
         a->gap = fmax(a->gap, a->gaps[c]);
         if (a->closed || a->gaps[c] <= KMP_CLOSED_ENOUGH * w->s->length)
@@ -367,6 +362,7 @@ static void judge(work *w)
             a->culprits[k] = a->culprits[k - 1];
         a->culprits[k] = c;
     }
+    return kmp_partition_pivots(w->s, w->eval->jacobian, a->pivots);
 }
 
 /* -- all together ------------------------------------------------------------------------------------ */
@@ -394,6 +390,7 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
 
 static void work_free(work *w)
 {
+    kmp_partition_free(&w->part);
     kmp_least_change_free(&w->least);
     kmp_eval_free(w->eval);
     kmp_arena_free(&w->arena);
@@ -438,13 +435,12 @@ static bool assemble(work *w)
         from_afar(w);
         close_near(w);
     }
-    if (!seek_goals(w))
+    if (!seek_goals(w) || !judge(w))
         return false;
-    judge(w);
     if (w->a->closed)
         make_rates(w);
     show_state(w);
-    return !w->starved;
+    return !w->arena.failed;
 }
 
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)

@@ -188,11 +188,6 @@ static void get(const double *chart, int c, matrix m)
     memcpy(m, chart + (ptrdiff_t)KMP_CHART_SIZE * c, sizeof(matrix));
 }
 
-static void put(double *chart, int c, matrix m)
-{
-    memcpy(chart + (ptrdiff_t)KMP_CHART_SIZE * c, m, sizeof(matrix));
-}
-
 /* Rotation and spin of the whole joint. */
 static void whole(const joint *j, matrix chart, const double *q, const double *qd, const double *qdd, matrix r, spin *s)
 {
@@ -316,7 +311,7 @@ void kmp_chart_center(const kempe_system *system, int c, double *chart, double *
     else
         multiply(inverse, total, own);
     clean(own);
-    put(chart, c, own);
+    memcpy(chart + (ptrdiff_t)KMP_CHART_SIZE * c, own, sizeof own);
     memcpy(q + j.first, center, sizeof center);
     if (j.before) {
         apply(own, true, s.w, s.w);

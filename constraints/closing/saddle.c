@@ -182,26 +182,23 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way w
     return kmp_memory_failures() == failures;
 }
 
-/* True if a sparse factorisation is cheaper. */
-static bool is_large(const kempe_system *s, int size)
-{
-    return size > SPARSE_FROM && 2 * (s->mass.count + s->jacobian.count) < (long)size * size / SPARSE_BELOW;
-}
-
 bool kmp_saddle_has_row(const kmp_saddle *saddle, int row)
 {
     return saddle->position[row] >= 0 && !is_out(saddle, saddle->position[row]);
 }
 
-static kmp_saddle_way by_size(const kmp_evaluator *eval, int rows)
+/* The cheaper factorisation. */
+static kmp_saddle_way by_size(const kempe_system *s, int rows)
 {
-    return is_large(eval->system, eval->n + rows) ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
+    long size = s->n + rows;
+    bool large = size > SPARSE_FROM && 2 * (s->mass.count + s->jacobian.count) < size * size / SPARSE_BELOW;
+    return large ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
 }
 
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_evaluator *eval, const kmp_partition *part)
 {
     *saddle = (kmp_saddle){.eval = eval};
-    return init(saddle, part, eval->by_bodies ? KMP_SADDLE_BY_BODIES : by_size(eval, part->r));
+    return init(saddle, part, eval->by_bodies ? KMP_SADDLE_BY_BODIES : by_size(eval->system, part->r));
 }
 
 bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_evaluator *eval, int rank)
@@ -217,7 +214,7 @@ bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_evaluator *eval, int rank)
     saddle->pivots = KMP_ARENA_NEW(&saddle->arena, double, m + n);
     for (int i = 0; saddle->all.rows && i < m; i++)
         saddle->all.rows[i] = i;
-    return saddle->all.rows && init(saddle, &saddle->all, by_size(eval, m));
+    return saddle->all.rows && init(saddle, &saddle->all, by_size(eval->system, m));
 }
 
 void kmp_saddle_free(kmp_saddle *saddle)

@@ -11,17 +11,12 @@ enum { MOST_ITERATIONS = 40, TRIES = 5 };
 #define STEP  0.3 /* scaled, of the coordinate that moves most */
 #define MOVED 0.2 /* least part of the step after closing */
 
-static int imax(int a, int b)
-{
-    return a > b ? a : b;
-}
-
 kmp_walk *kmp_walk_new(const kempe_system *system)
 {
     kmp_walk *w = KMP_NEW(kmp_walk, 1);
     if (!w)
         return NULL;
-    int n = system->n, m = system->m, size = imax(n, m);
+    int n = system->n, m = system->m, size = m > n ? m : n;
     *w = (kmp_walk){.system = system, .n = n, .m = m, .eval = kmp_eval_new(system, "tape")};
     const kmp_rounding *rounding = kmp_rounding_of(system);
     w->rank = rounding ? rounding->rank : -1;

@@ -102,16 +102,15 @@ static bool allocate(kmp_fused *f)
     return !f->arena.failed;
 }
 
-static kmp_program *write_program(const kmp_reduction *red, kmp_fused_layout *layout)
+static kmp_program *write_program(kmp_fused *f)
 {
-    int *order = KMP_NEW(int, red->r);
+    const kempe_system *s = f->red->eval->system;
+    int *order = KMP_ARENA_NEW(&f->arena, int, f->red->r);
     if (!order)
         return NULL;
-    kmp_fused_order(red, order);
-    const kmp_fused_plan plan = {order, red->eval->system->row_scale, red->eval->system->dissipative};
-    kmp_program *program = kmp_fused_write(red, &plan, layout);
-    kmp_free(order);
-    return program;
+    kmp_fused_order(f->red, order);
+    const kmp_fused_plan plan = {order, s->row_scale, s->dissipative};
+    return kmp_fused_write(f->red, &plan, &f->layout);
 }
 
 kempe_status kmp_fused_new(kmp_fused **out, const kmp_reduction *red)
@@ -122,7 +121,7 @@ kempe_status kmp_fused_new(kmp_fused **out, const kmp_reduction *red)
     kmp_fused *f = KMP_NEW(kmp_fused, 1);
     if (f) {
         *f = (kmp_fused){.red = red};
-        f->program = write_program(red, &f->layout);
+        f->program = write_program(f);
         f->machine = f->program ? kmp_machine_new(f->program, red->eval->backend) : NULL;
     }
     if (!f || !f->machine || !allocate(f)) {

@@ -69,13 +69,6 @@ static double value_at(const kmp_reduction *red, int row, int col)
     return 0;
 }
 
-static void swap(int *a, int *b)
-{
-    int t = *a;
-    *a = *b;
-    *b = t;
-}
-
 void kmp_fused_order(const kmp_reduction *red, int *order)
 {
     const double *scale = red->eval->system->row_scale;
@@ -91,7 +84,7 @@ void kmp_fused_order(const kmp_reduction *red, int *order)
                 value[i + j * size] = value_at(red, row[i], col[j]) / scale[red->part->rows[row[i]]];
         int fault = kmp_lu_factor(size, value, pivot);
         for (int i = 0; i < (fault ? fault - 1 : size); i++)
-            swap(&order[i], &order[pivot[i]]);
+            kmp_swap_int(&order[i], &order[pivot[i]]);
     }
 }
 

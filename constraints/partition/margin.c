@@ -525,13 +525,6 @@ void kmp_margin_stand_anew(kmp_margin *margin, const kmp_evaluator *eval)
 
 /* -- rows --------------------------------------------------------------------------------------------- */
 
-static void swap(int *a, int *b)
-{
-    int t = *a;
-    *a = *b;
-    *b = t;
-}
-
 /* Exchanges each dropped row that depends on a kept one by more than KMP_ROWS_OUT with that row, as many at once as
  * have different kept rows. Each exchange multiplies |det Jv| by that entry, so the loop ends. */
 static void exchange_apart(kmp_margin *margin)
@@ -551,7 +544,7 @@ static void exchange_apart(kmp_margin *margin)
             continue;
         for (int e = need->start[d]; e < need->start[d + 1]; e++)
             taken[need->kept[e]] = 1;
-        swap(&part->rows[need->kept[most]], &part->redundant[d]);
+        kmp_swap_int(&part->rows[need->kept[most]], &part->redundant[d]);
     }
 }
 

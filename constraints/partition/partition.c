@@ -79,21 +79,17 @@ static kempe_status check_wish(const kempe_system *s, int p, int r, const int *b
 
 static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_system *s, const int *wish, int count)
 {
-    double *pivots = KMP_NEW(double, s->m + s->n);
-    int *best = KMP_NEW(int, s->n);
-    kempe_status status = pivots && best ? KEMPE_OK : kmp_fail_memory(s->context);
-    if (status == KEMPE_OK) {
-        memcpy(best, c->col + part->r, (size_t)part->p * sizeof *best);
-        sort(best, part->p);
-        for (int k = 0; k < count; k++)
-            c->fixed[wish[k]] = 1;
-        status = kmp_pick_pivot(c, c->fixed, pivots) ? check_wish(s, part->p, part->r, best, wish, count, pivots)
-                                                     : kmp_fail_memory(s->context);
-        part->user = true;
-    }
-    kmp_free(pivots);
-    kmp_free(best);
-    return status;
+    double *pivots = KMP_ARENA_NEW(&c->arena, double, s->m + s->n);
+    int *best = KMP_ARENA_NEW(&c->arena, int, s->n);
+    if (c->arena.failed)
+        return kmp_fail_memory(s->context);
+    memcpy(best, c->col + part->r, (size_t)part->p * sizeof *best);
+    sort(best, part->p);
+    for (int k = 0; k < count; k++)
+        c->fixed[wish[k]] = 1;
+    part->user = true;
+    return kmp_pick_pivot(c, c->fixed, pivots) ? check_wish(s, part->p, part->r, best, wish, count, pivots)
+                                               : kmp_fail_memory(s->context);
 }
 
 /* Allocates the lists of coordinates and rows in one block. */
@@ -142,16 +138,13 @@ static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system
 static kempe_status choose(kmp_pick *c, kmp_partition *part, const kempe_system *s, int rank, const int *wish,
                            int wish_count)
 {
-    kempe_status status = KEMPE_OK;
     if (!kmp_pick_pivot(c, NULL, part->pivots))
         return kmp_fail_memory(s->context);
     part->r = rank >= 0 ? rank : kmp_partition_rank(s, part->pivots);
     part->p = s->n - part->r;
     if (wish_count > 0)
-        status = follow_wish(c, part, s, wish, wish_count);
-    if (status != KEMPE_OK)
-        return status;
-    status = improve(c, part, s, part->user);
+        KMP_TRY(follow_wish(c, part, s, wish, wish_count));
+    kempe_status status = improve(c, part, s, part->user);
     return status == KEMPE_E_FAILED
                ? kmp_fail(s->context, KEMPE_E_FAILED, "the closures are singular for every choice of coordinates")
                : status;
@@ -167,13 +160,9 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
                                    const int *wish, int wish_count)
 {
     kmp_pick c;
-    kempe_status status;
-    bool ok = choice_init(&c, system, jacobian);
-    ok = allocate(part, system->n, system->m) && ok;
-    if (!ok)
-        status = kmp_fail_memory(system->context);
-    else
-        status = choose(&c, part, system, rank, wish, wish_count);
+    bool made = allocate(part, system->n, system->m);
+    made = choice_init(&c, system, jacobian) && made;
+    kempe_status status = made ? choose(&c, part, system, rank, wish, wish_count) : kmp_fail_memory(system->context);
     kmp_pick_free(&c);
     if (status != KEMPE_OK)
         kmp_partition_free(part);
@@ -183,19 +172,16 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
 int kmp_partition_prefer(const kempe_system *system, const double *jacobian, const bool *liked, int *u)
 {
     kmp_pick c;
-    double *pivots = KMP_NEW(double, system->m + system->n);
     int count = -1;
-    if (choice_init(&c, system, jacobian) && pivots) {
-        for (int k = 0; k < system->n; k++)
-            c.fixed[k] = liked[k];
-        if (kmp_pick_pivot(&c, c.fixed, pivots)) {
-            int rank = kmp_partition_rank(system, pivots);
-            count = system->n - rank;
-            memcpy(u, c.col + rank, (size_t)count * sizeof *u);
-        }
+    double *pivots = choice_init(&c, system, jacobian) ? KMP_ARENA_NEW(&c.arena, double, system->m + system->n) : NULL;
+    for (int k = 0; pivots && k < system->n; k++)
+        c.fixed[k] = liked[k];
+    if (pivots && kmp_pick_pivot(&c, c.fixed, pivots)) {
+        int rank = kmp_partition_rank(system, pivots);
+        count = system->n - rank;
+        memcpy(u, c.col + rank, (size_t)count * sizeof *u);
     }
     kmp_pick_free(&c);
-    kmp_free(pivots);
     return count;
 }
 
@@ -236,7 +222,6 @@ kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *sys
                                     double growth)
 {
     kmp_pick c;
-    kempe_status status;
     if (!choice_init(&c, system, jacobian)) {
         kmp_pick_free(&c);
         return kmp_fail_memory(system->context);
@@ -246,9 +231,8 @@ kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *sys
     memcpy(c.row + part->r, part->redundant, (size_t)(part->m - part->r) * sizeof(int));
     memcpy(c.col, part->v, (size_t)part->r * sizeof(int));
     memcpy(c.col + part->r, part->u, (size_t)part->p * sizeof(int));
-    status = improve(&c, part, system, false);
-    if (status == KEMPE_OK)
-        part->user = false;
+    kempe_status status = improve(&c, part, system, false);
+    part->user = part->user && status != KEMPE_OK;
     kmp_pick_free(&c);
     return status;
 }

@@ -35,16 +35,13 @@ static kempe_status assemble_first(kempe_system *s, kempe_assembly **a, bool *ro
 static kempe_status find_meaning(const kempe_model *model, kmp_variant *given, meaning *x)
 {
     *x = (meaning){.variant = given};
-    kempe_status status = kmp_system_of_closures(model, &x->closures);
-    if (status == KEMPE_OK)
-        status = assemble_first(x->closures, &x->a, &x->rounded);
-    if (status != KEMPE_OK || !x->rounded || x->closures->n > MOST_COORDINATES || x->closures->m > MOST_ROWS)
-        return status;
+    KMP_TRY(kmp_system_of_closures(model, &x->closures));
+    KMP_TRY(assemble_first(x->closures, &x->a, &x->rounded));
+    if (!x->rounded || x->closures->n > MOST_COORDINATES || x->closures->m > MOST_ROWS)
+        return KEMPE_OK;
     if (!given)
-        status = kmp_variant_new(model, 0, NULL, &x->variant);
-    if (status == KEMPE_OK)
-        status = kmp_exact_find(x->closures, x->a, x->variant, &x->drawing, &x->by);
-    return status;
+        KMP_TRY(kmp_variant_new(model, 0, NULL, &x->variant));
+    return kmp_exact_find(x->closures, x->a, x->variant, &x->drawing, &x->by);
 }
 
 /* Frees all except the given variant. */

@@ -136,9 +136,11 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
 {
     kmp_waypoint place[PLACES];
     int n = system->n, m = system->m;
-    trial x = {.t = t, .walk = kmp_walk_new(system), .part = KMP_NEW(double, m), .driven = KMP_NEW(bool, m)};
-    double *q = KMP_NEW(double, (PLACES + 1) * n);
-    bool made = x.walk && x.part && x.driven && q;
+    kmp_arena arena = {0};
+    double *q = KMP_ARENA_NEW(&arena, double, (PLACES + 1) * n);
+    trial x = {.t = t, .part = KMP_ARENA_NEW(&arena, double, m), .driven = KMP_ARENA_NEW(&arena, bool, m)};
+    x.walk = kmp_walk_new(system);
+    bool made = x.walk && !arena.failed;
     if (made) {
         x.walk->rank = x.rank = t->rank - kmp_rounding_drives(system, t->dropped, x.driven);
         x.walk->excluded = x.driven;
@@ -149,8 +151,6 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
         judge(&x, place, kmp_rounding_waypoints(x.walk, x.part, PLACES, q, place));
     }
     kmp_walk_free(x.walk);
-    kmp_free(x.part);
-    kmp_free(x.driven);
-    kmp_free(q);
+    kmp_arena_free(&arena);
     return made;
 }

@@ -171,9 +171,7 @@ static int factor_block(kmp_block *b, int k)
         order[i] = first + i;
     for (int i = 0; i < size; i++)
         if (b->pivot[i] != i) {
-            int t = order[i];
-            order[i] = order[b->pivot[i]];
-            order[b->pivot[i]] = t;
+            kmp_swap_int(&order[i], &order[b->pivot[i]]);
             b->signs[k] = -b->signs[k];
         }
     for (int i = 0; i < size; i++) {

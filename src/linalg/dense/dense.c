@@ -23,13 +23,6 @@ static void swap(double *a, double *b)
     *b = t;
 }
 
-static void swap_int(int *a, int *b)
-{
-    int t = *a;
-    *a = *b;
-    *b = t;
-}
-
 static void swap_rows(int n, double *a, int i, int k)
 {
     for (int j = 0; j < n; j++)
@@ -331,8 +324,8 @@ static void exchange(int m, int n, int k, int row, int column, double *a, int *r
         swap(&a[k + j * m], &a[row + j * m]);
     for (int i = 0; column != k && i < m; i++)
         swap(&a[i + k * m], &a[i + column * m]);
-    swap_int(&r[k], &r[row]);
-    swap_int(&c[k], &c[column]);
+    kmp_swap_int(&r[k], &r[row]);
+    kmp_swap_int(&c[k], &c[column]);
 }
 
 void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, double *pivots)
@@ -413,8 +406,8 @@ void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *
         double *l = a + (ptrdiff_t)c[at] * m;
         int row = row_of(m, k, largest[at], l, r);
         double pivot = leave_out(l, k, row);
-        swap_int(&r[k], &r[row]);
-        swap_int(&c[k], &c[at]);
+        kmp_swap_int(&r[k], &r[row]);
+        kmp_swap_int(&c[k], &c[at]);
         largest[at] = largest[k];
         pivots[k] = fabs(pivot);
         for (int i = k + 1; i < m; i++)

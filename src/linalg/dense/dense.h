@@ -4,6 +4,13 @@
 #ifndef KMP_LINALG_DENSE_DENSE_H
 #define KMP_LINALG_DENSE_DENSE_H
 
+static inline void kmp_swap_int(int *a, int *b)
+{
+    int t = *a;
+    *a = *b;
+    *b = t;
+}
+
 /* a is n x n with leading dimension n throughout; element (i, j) is a[i + j*n]. */
 
 /** LU with partial pivoting in place; pivot[k] is the row exchanged with row k. Returns 0, or k + 1 when
