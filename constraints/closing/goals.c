@@ -340,13 +340,11 @@ static bool descend(search *w)
 
 static void make_place(search *w, place *p)
 {
-    size_t n = (size_t)w->n, count = (size_t)w->count;
-    *p = (place){.q = KMP_ARENA_NEW(&w->arena, double, n),
-                 .r = KMP_ARENA_NEW(&w->arena, double, count),
-                 .slope = KMP_ARENA_NEW(&w->arena, double, count *n),
-                 .tangent = KMP_ARENA_NEW(&w->arena, double, n *(n + 1)),
-                 .gradient = KMP_ARENA_NEW(&w->arena, double, n),
-                 .projected = KMP_ARENA_NEW(&w->arena, double, n)};
+    int n = w->n;
+    p->r = KMP_ARENA_NEW(&w->arena, double, w->count);
+    p->slope = KMP_ARENA_NEW(&w->arena, double, w->count *n);
+    p->tangent = KMP_ARENA_NEW(&w->arena, double, n *(n + 1));
+    KMP_ARENA_EACH(&w->arena, double, n, &p->q, &p->gradient, &p->projected);
 }
 
 /* Makes the points of a start in the user's own charts, in which an assembly with goals stays. false: no memory. */

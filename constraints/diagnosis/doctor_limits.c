@@ -231,12 +231,6 @@ static const char *walk_one_way(way *w)
     return "the motion continues: the search was ended there";
 }
 
-static bool place_new(const way *w, place *p)
-{
-    KMP_ARENA_EACH(w->x->arena, double, w->n, &p->q, &p->tangent);
-    return p->q && p->tangent;
-}
-
 static void begin(way *w)
 {
     const kmp_examination *x = w->x;
@@ -291,8 +285,9 @@ void kmp_doctor_limits(kmp_examination *x)
     if (l->why_not)
         return;
     l->swing = KMP_ARENA_NEW(x->arena, kmp_swing, w.n);
-    if (!l->swing || !place_new(&w, &w.start) || !place_new(&w, &w.before) || !place_new(&w, &w.here) ||
-        !place_new(&w, &w.next) || !place_new(&w, &w.trial) || !place_new(&w, &w.least))
+    KMP_ARENA_EACH(x->arena, double, w.n, &w.start.q, &w.before.q, &w.here.q, &w.next.q, &w.trial.q, &w.least.q);
+    if (!KMP_ARENA_EACH(x->arena, double, w.n, &w.start.tangent, &w.before.tangent, &w.here.tangent, &w.next.tangent,
+                        &w.trial.tangent, &w.least.tangent))
         return;
     begin(&w);
     l->walked = true;

@@ -141,20 +141,18 @@ static bool prepare(kmp_evaluator *eval, const kmp_backend *backend)
     eval->judge = kmp_machine_new(eval->system->judge, eval->system->dissipative ? backend : seldom);
     if (eval->system->changes)
         eval->changes = kmp_machine_new(eval->system->changes, seldom);
-    const kmp_arena_group groups[] = {{eval->n, {&eval->q, &eval->with_force, &eval->effort}},
-                                      {eval->system->events.count, {&eval->mode}},
-                                      {(ptrdiff_t)KMP_CHART_SIZE * eval->system->chart_count, {&eval->chart}},
-                                      {eval->m, {eval->system->load_row_count > 0 ? &eval->nu : NULL}}};
     eval->dropped = KMP_ARENA_NEW(&eval->arena, bool, eval->m);
-    if (!kmp_arena_make_groups(&eval->arena, sizeof groups / sizeof *groups, groups) || !eval->motion || !eval->judge ||
-        (eval->system->changes && !eval->changes))
-        return false;
-    if (eval->nu) {
-        eval->load = kmp_load_work_new(eval->system);
-        if (!eval->load)
-            return false;
-        set_all(eval, KMP_IN_LAMBDA, eval->nu);
+    eval->mode = KMP_ARENA_NEW(&eval->arena, double, eval->system->events.count);
+    eval->chart = KMP_ARENA_NEW(&eval->arena, double, KMP_CHART_SIZE * eval->system->chart_count);
+    KMP_ARENA_EACH(&eval->arena, double, eval->n, &eval->q, &eval->with_force, &eval->effort);
+    if (eval->system->load_row_count > 0) {
+        eval->nu = KMP_ARENA_NEW(&eval->arena, double, eval->m);
+        eval->load = kmp_load_work_new(eval->system, &eval->arena);
     }
+    if (eval->arena.failed || !eval->motion || !eval->judge || (eval->system->changes && !eval->changes))
+        return false;
+    if (eval->nu)
+        set_all(eval, KMP_IN_LAMBDA, eval->nu);
     set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
     set_modes(eval);
     kmp_charts_reset(eval->system, eval->chart);
@@ -222,7 +220,6 @@ void kmp_eval_free(kmp_evaluator *eval)
     kmp_machine_free(eval->judge);
     kmp_machine_free(eval->changes);
     kmp_arena_free(&eval->arena);
-    kmp_load_work_free(eval->load);
     kmp_free(eval);
 }
 

@@ -8,6 +8,8 @@
 #include "base/arena.h"
 #include "dynamics/system.h"
 
+typedef struct kmp_load_work kmp_load_work;
+
 typedef struct kmp_evaluator {
     const kempe_system *system;
     const kmp_backend *backend;
@@ -43,7 +45,7 @@ typedef struct kmp_evaluator {
     double *effort;           /* n */
     double *nu; /* m: multipliers in the last C (constraints/evaluation/load_multipliers.h); NULL: C has none */
     const double *load_jacobian; /* system->load_jacobian.count values: dC/dlambda, with C */
-    struct kmp_load_work *load;  /* of kmp_load_settle */
+    kmp_load_work *load;         /* of kmp_load_settle */
 } kmp_evaluator;
 
 /** Makes an evaluator; NULL after a message (unknown back end, no memory). */

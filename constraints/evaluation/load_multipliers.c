@@ -18,8 +18,7 @@ enum { MAX_NEWTON = 30, MAX_HALVINGS = 12 };
 /* Least relative decrease of the residual; otherwise the step is halved. */
 #define DESCENT 0.1
 
-typedef struct kmp_load_work {
-    kmp_arena arena;
+struct kmp_load_work {
     int count;                /* number of unknowns */
     double *lambda, *changed; /* m */
     double *column;           /* n */
@@ -28,32 +27,21 @@ typedef struct kmp_load_work {
     double *from;             /* m: nu before the step */
     int *pivot;
     int worst; /* row of the largest residual when Newton's method failed; -1: it did not */
-} kmp_load_work;
+};
 
-struct kmp_load_work *kmp_load_work_new(const kempe_system *s)
+kmp_load_work *kmp_load_work_new(const kempe_system *s, kmp_arena *arena)
 {
-    kmp_load_work *w = KMP_NEW(kmp_load_work, 1);
-    size_t count = (size_t)s->load_row_count, m = (size_t)s->m;
+    kmp_load_work *w = KMP_ARENA_NEW(arena, kmp_load_work, 1);
+    int count = s->load_row_count;
     if (!w)
         return NULL;
-    w->count = s->load_row_count;
+    w->count = count;
     w->worst = -1;
-    KMP_ARENA_EACH(&w->arena, double, m, &w->lambda, &w->changed, &w->from);
-    w->column = KMP_ARENA_NEW(&w->arena, double, s->n);
-    w->matrix = KMP_ARENA_NEW(&w->arena, double, count *count);
-    KMP_ARENA_EACH(&w->arena, double, count, &w->residual, &w->step);
-    w->pivot = KMP_ARENA_NEW(&w->arena, int, count);
-    if (!w->arena.failed)
-        return w;
-    kmp_load_work_free(w);
-    return NULL;
-}
-
-void kmp_load_work_free(struct kmp_load_work *w)
-{
-    if (w)
-        kmp_arena_free(&w->arena);
-    kmp_free(w);
+    w->column = KMP_ARENA_NEW(arena, double, s->n);
+    w->matrix = KMP_ARENA_NEW(arena, double, count *count);
+    w->pivot = KMP_ARENA_NEW(arena, int, count);
+    KMP_ARENA_EACH(arena, double, s->m, &w->lambda, &w->changed, &w->from);
+    return KMP_ARENA_EACH(arena, double, count, &w->residual, &w->step) ? w : NULL;
 }
 
 /* -- Newton ------------------------------------------------------------------------------------------ */

@@ -40,8 +40,7 @@ kempe_status kmp_load_check(kmp_evaluator *eval, const kmp_partition *part);
  * count: their number. If Jv is singular none is marked. KEMPE_E_MEMORY. */
 kempe_status kmp_find_shared(kmp_evaluator *eval, double t, const double *q, bool *shared, int *count);
 
-/** Allocates the workspace of an evaluator. NULL: no memory. */
-struct kmp_load_work *kmp_load_work_new(const kempe_system *system);
-void kmp_load_work_free(struct kmp_load_work *work);
+/** Allocates the workspace of an evaluator in its arena. NULL: no memory. */
+kmp_load_work *kmp_load_work_new(const kempe_system *system, kmp_arena *arena);
 
 #endif

@@ -63,13 +63,12 @@ static bool given(kempe_workspace *ws, const char *name, const void *argument)
 static bool allocate(kempe_workspace *ws)
 {
     int n = ws->n, m = ws->m;
-    const kmp_arena_group groups[] = {{(ptrdiff_t)n * n, {&ws->mass}},
-                                      {n, {&ws->bias, &ws->q, &ws->qd, &ws->trial}},
-                                      {m, {&ws->h, &ws->jdqd}},
-                                      {(ptrdiff_t)m * n, {&ws->jacobian}},
-                                      {n + m, {&ws->answer, &ws->row}}};
     ws->hold = KMP_ARENA_NEW(&ws->arena, bool, n);
-    return kmp_arena_make_groups(&ws->arena, sizeof groups / sizeof *groups, groups);
+    ws->mass = KMP_ARENA_NEW(&ws->arena, double, n *n);
+    ws->jacobian = KMP_ARENA_NEW(&ws->arena, double, m *n);
+    KMP_ARENA_EACH(&ws->arena, double, m, &ws->h, &ws->jdqd);
+    KMP_ARENA_EACH(&ws->arena, double, n + m, &ws->answer, &ws->row);
+    return KMP_ARENA_EACH(&ws->arena, double, n, &ws->bias, &ws->q, &ws->qd, &ws->trial);
 }
 
 /* Chooses the rows and coordinates of the start; none if it cannot be assembled. */

@@ -2,7 +2,6 @@
 /* Sets of coordinates are rows of bits. The order of elimination is that of least degree (Tinney and Walker 1967;
  * George and Liu, SIAM Review 31 (1989) 1). */
 #include "constraints/evaluation/zeros.h"
-#include "base/memory.h"
 #include "constraints/partition/reduction.h"
 #include <float.h>
 #include <math.h>
@@ -108,11 +107,11 @@ static bool list_x(kmp_zeros *z, const kmp_reduction *red, sets reach, const int
         count += size_of(reach, i, z->p);
     if ((double)count > MOST_OF_X * z->n * z->p)
         return false;
-    z->x_start = KMP_ARENA_NEW(&z->arena, int, z->p + 1);
-    z->x_row = KMP_ARENA_NEW(&z->arena, int, count);
-    z->b_row = KMP_ARENA_NEW(&z->arena, int, count - z->p + 1);
-    z->used = KMP_ARENA_NEW(&z->arena, char, (size_t)(z->p + 1) / 2 * (size_t)(z->blocks + 1));
-    if (z->arena.failed)
+    z->x_start = KMP_ARENA_NEW(z->arena, int, z->p + 1);
+    z->x_row = KMP_ARENA_NEW(z->arena, int, count);
+    z->b_row = KMP_ARENA_NEW(z->arena, int, count - z->p + 1);
+    z->used = KMP_ARENA_NEW(z->arena, char, (size_t)(z->p + 1) / 2 * (size_t)(z->blocks + 1));
+    if (z->arena->failed)
         return false;
     int *b = z->b_row;
     for (int k = 0; k < z->p; k++) {
@@ -142,10 +141,10 @@ static bool find_x(kmp_zeros *z, const kmp_reduction *red, sets x)
 
 static bool list_mass(kmp_zeros *z, const kmp_pattern *m)
 {
-    z->m_start = KMP_ARENA_NEW(&z->arena, int, z->n + 1);
-    KMP_ARENA_EACH(&z->arena, int, 2 * m->count, &z->m_row, &z->m_entry);
+    z->m_start = KMP_ARENA_NEW(z->arena, int, z->n + 1);
+    KMP_ARENA_EACH(z->arena, int, 2 * m->count, &z->m_row, &z->m_entry);
     int *next = KMP_ARENA_NEW(&z->scratch, int, z->n);
-    if (z->arena.failed || z->scratch.failed)
+    if (z->arena->failed || z->scratch.failed)
         return false;
     for (int k = 0; k < m->count; k++) {
         z->m_start[m->col[k] + 1]++;
@@ -223,8 +222,8 @@ static bool list_columns(kmp_zeros *z, sets of, bool by_u, int from, int **start
     long count = 0;
     for (int c = 0; c < z->p; c++)
         count += size_of(of, c, z->p);
-    *start = KMP_ARENA_NEW(&z->arena, int, z->p + 1);
-    *row = KMP_ARENA_NEW(&z->arena, int, count + z->p);
+    *start = KMP_ARENA_NEW(z->arena, int, z->p + 1);
+    *row = KMP_ARENA_NEW(z->arena, int, count + z->p);
     if (!*start || !*row)
         return false;
     for (int c = 0; c < z->p; c++) {
@@ -254,7 +253,7 @@ static void count_x(kmp_zeros *z)
 static bool order_factor(kmp_zeros *z, sets coupled)
 {
     sets graph = sets_new(z, z->p, z->p), fill = sets_new(z, z->p, z->p);
-    z->order = KMP_ARENA_NEW(&z->arena, int, z->p);
+    z->order = KMP_ARENA_NEW(z->arena, int, z->p);
     if (z->scratch.failed || !z->order)
         return false;
     memcpy(graph.bits, coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
@@ -281,39 +280,23 @@ static void count_solves(kmp_zeros *z, const kmp_reduction *red)
     }
 }
 
-kmp_zeros *kmp_zeros_new(const kmp_reduction *red)
+kmp_zeros *kmp_zeros_new(const kmp_reduction *red, kmp_arena *arena)
 {
     const kmp_partition *part = red->part;
-    if (part->p < LEAST || part->p > MOST)
-        return NULL;
-    kmp_zeros *z = KMP_NEW(kmp_zeros, 1);
+    kmp_zeros *z = part->p < LEAST || part->p > MOST ? NULL : KMP_ARENA_NEW(arena, kmp_zeros, 1);
     if (!z)
         return NULL;
-    z->part = part;
-    z->n = part->n;
-    z->p = part->p;
-    z->blocks = kmp_block_count(red->block);
-    z->column = KMP_ARENA_NEW(&z->arena, double, z->n);
-    z->packed = KMP_ARENA_NEW(&z->arena, double, z->p);
+    *z = (kmp_zeros){.part = part, .arena = arena, .n = part->n, .p = part->p, .blocks = kmp_block_count(red->block)};
+    z->column = KMP_ARENA_NEW(z->arena, double, z->n);
+    z->packed = KMP_ARENA_NEW(z->arena, double, z->p);
     sets x = sets_new(z, z->p, z->n), coupled = sets_new(z, z->p, z->p);
-    bool ok = !z->arena.failed && !z->scratch.failed && find_x(z, red, x) && list_mass(z, &red->eval->system->mass) &&
-              find_coupled(z, x, coupled) && order_factor(z, coupled) && (part->r > 0 || !z->whole);
+    bool some = !z->arena->failed && !z->scratch.failed && find_x(z, red, x) &&
+                list_mass(z, &red->eval->system->mass) && find_coupled(z, x, coupled) && order_factor(z, coupled) &&
+                (part->r > 0 || !z->whole);
     kmp_arena_free(&z->scratch);
-    if (!ok) {
-        kmp_zeros_free(z);
-        return NULL;
-    }
-    if (red->block)
+    if (some && red->block)
         count_solves(z, red);
-    return z;
-}
-
-void kmp_zeros_free(kmp_zeros *z)
-{
-    if (!z)
-        return;
-    kmp_arena_free(&z->arena);
-    kmp_free(z);
+    return some ? z : NULL;
 }
 
 /* -- numbers ------------------------------------------------------------------------------------------------ */

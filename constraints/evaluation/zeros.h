@@ -11,7 +11,7 @@
 
 typedef struct kmp_zeros {
     const kmp_partition *part; /* not owned */
-    kmp_arena arena, scratch;  /* scratch: during construction */
+    kmp_arena *arena, scratch; /* scratch: during construction */
     int n, p, blocks;
     bool whole;                      /* the factor of the reduced mass has few zeros: it is dense, in the order of u */
     int *x_start, *x_row;            /* nonzero rows of X, by columns, ascending */
@@ -29,9 +29,8 @@ typedef struct kmp_zeros {
 
 struct kmp_reduction;
 
-/** Made from a reduction with a split Jacobian. NULL if too little is zero, or without memory. */
-kmp_zeros *kmp_zeros_new(const struct kmp_reduction *red);
-void kmp_zeros_free(kmp_zeros *z);
+/** Made in an arena, from a reduction with a split Jacobian. NULL if too little is zero, or without memory. */
+kmp_zeros *kmp_zeros_new(const struct kmp_reduction *red, kmp_arena *arena);
 
 /** v of out += Bvu s; out = -X' force. */
 void kmp_zeros_spread(const kmp_zeros *z, const double *bvu, const double *s, double *out);

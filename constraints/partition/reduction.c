@@ -54,7 +54,7 @@ static bool analyse(kmp_reduction *red)
     red->block = red->r > 0 ? kmp_block_new(red->r, red->jv_count, red->jv_row, red->jv_col) : NULL;
     if (red->r > 0 && !red->block)
         return false;
-    red->zeros = kmp_zeros_new(red);
+    red->zeros = kmp_zeros_new(red, &red->arena);
     red->mx = KMP_ARENA_NEW(&red->arena, double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p));
     return red->mx && kmp_memory_failures() == failures; /* mx also holds one qdd */
 }
@@ -96,7 +96,6 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_evaluator *eval, const k
 void kmp_reduction_free(kmp_reduction *red)
 {
     kmp_block_free(red->block);
-    kmp_zeros_free(red->zeros);
     kmp_arena_free(&red->arena);
     *red = (kmp_reduction){0};
 }

@@ -507,15 +507,16 @@ static bool begin(search *x, kmp_arena *arena)
     x->left = s->m - x->rank;
     x->count = list_numbers(x->model, MOST_NUMBERS, x->number);
     ptrdiff_t places = MOST_PLACES + 1, conditions = MOST_PLACES * x->left + s->m;
-    const kmp_arena_group groups[] = {{places * s->n, {&x->at.q, &x->trial.q}},
-                                      {conditions, {&x->at.rest, &x->trial.rest}},
-                                      {conditions * s->m, {&x->w}},
-                                      {places * s->m, {&x->h}},
-                                      {conditions * x->count, {&x->matrix}},
-                                      {places, {&x->drawn}},
-                                      {x->count, {&x->total, &x->goal, &x->shift}}};
     x->walk = walk_of(x, s);
-    if (x->count < 0 || !x->walk || !kmp_arena_make_groups(arena, sizeof groups / sizeof *groups, groups))
+    if (x->count < 0 || !x->walk)
+        return false;
+    x->w = KMP_ARENA_NEW(arena, double, conditions * s->m);
+    x->h = KMP_ARENA_NEW(arena, double, places * s->m);
+    x->matrix = KMP_ARENA_NEW(arena, double, conditions * x->count);
+    x->drawn = KMP_ARENA_NEW(arena, double, places);
+    KMP_ARENA_EACH(arena, double, places * s->n, &x->at.q, &x->trial.q);
+    KMP_ARENA_EACH(arena, double, conditions, &x->at.rest, &x->trial.rest);
+    if (!KMP_ARENA_EACH(arena, double, x->count, &x->total, &x->goal, &x->shift))
         return false;
     find_places(x);
     return look(x, s, &x->at);

@@ -138,12 +138,12 @@ bool kmp_singular_init(kmp_singular *svd, int m, int n)
 {
     int k = m < n ? m : n;
     *svd = (kmp_singular){.m = m, .n = n, .k = k, .lwork = 4 * imax(3 * k + imax(m, n), 5 * k) + 1};
-    const kmp_arena_group groups[] = {{(ptrdiff_t)m * k, {&svd->u}},
-                                      {k, {&svd->s}},
-                                      {(ptrdiff_t)k * n, {&svd->vt}},
-                                      {(ptrdiff_t)m * n, {&svd->copy}},
-                                      {svd->lwork, {&svd->work}}};
-    return kmp_arena_make_groups(&svd->arena, sizeof groups / sizeof *groups, groups);
+    svd->u = KMP_ARENA_NEW(&svd->arena, double, m *k);
+    svd->s = KMP_ARENA_NEW(&svd->arena, double, k);
+    svd->vt = KMP_ARENA_NEW(&svd->arena, double, k *n);
+    svd->copy = KMP_ARENA_NEW(&svd->arena, double, m *n);
+    svd->work = KMP_ARENA_NEW(&svd->arena, double, svd->lwork);
+    return !svd->arena.failed;
 }
 
 void kmp_singular_free(kmp_singular *svd)
