@@ -107,7 +107,7 @@ TIMED_VOID(ALGEBRA, kmp_pivots_complete, (int m, int n, double *a, double *large
            (m, n, a, largest, r, c, pivots))
 TIMED(ALGEBRA, int, kmp_block_factor, (kmp_program_block * b, const double *values), (b, values))
 TIMED_VOID(ALGEBRA, kmp_block_solve, (const kmp_program_block *b, int m, double *x), (b, m, x))
-TIMED_VOID(ALGEBRA, kmp_block_solve_transposed, (const kmp_program_block *b, int m, double *x), (b, m, x))
+TIMED_VOID(ALGEBRA, kmp_block_solve_transposed, (const kmp_program_block *b, double *x), (b, x))
 TIMED(ALGEBRA, int, kmp_sparse_factor, (kmp_sparse * s, const double *values), (s, values))
 TIMED_VOID(ALGEBRA, kmp_sparse_solve, (kmp_sparse * s, int m, double *x), (s, m, x))
 TIMED(ALGEBRA, int, kmp_reduction_factor, (kmp_reduction * red), (red))

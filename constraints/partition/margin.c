@@ -145,7 +145,7 @@ static void find_u(kmp_margin *margin)
             u[k] = (pass < PASSES ? a[k] : u[k]) / size;
         if (pass < PASSES) {
             kmp_block_solve(margin->block, 1, u);
-            kmp_block_solve_transposed(margin->block, 1, u);
+            kmp_block_solve_transposed(margin->block, u);
         }
         for (int k = 0; pass == PASSES && k < r; k++)
             a[k] /= size;

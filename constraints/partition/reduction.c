@@ -271,7 +271,7 @@ void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows)
     memset(rows, 0, (size_t)red->part->m * sizeof *rows);
     for (int i = 0; i < red->r; i++)
         red->dv[i] = force[red->part->v[i]];
-    kmp_block_solve_transposed(red->block, 1, red->dv);
+    kmp_block_solve_transposed(red->block, red->dv);
     for (int i = 0; i < red->r; i++)
         rows[red->part->rows[i]] = red->dv[i];
 }

@@ -240,7 +240,7 @@ int kmp_block_factor(kmp_block *b, const double *values)
 #define INLINE static inline __attribute__((always_inline))
 
 /* w <- U^-1 L^-1 w within one block. */
-INLINE void solve_block(int lanes, int size, const double *lu, const double *inverse, double *w)
+INLINE void solve_block(int size, int lanes, const double *lu, const double *inverse, double *w)
 {
     for (int l = 0; l < lanes; l++) {
         double *x = w + l;
@@ -259,41 +259,38 @@ INLINE void solve_block(int lanes, int size, const double *lu, const double *inv
     }
 }
 
-/* w <- (L U)^-T w within one block. */
-INLINE void solve_block_transposed(int lanes, int size, const double *lu, const double *inverse, double *w)
+/* w <- (L U)^-T w within one block, for one right-hand side. */
+INLINE void solve_block_transposed(int size, const double *lu, const double *inverse, double *w)
 {
-    for (int l = 0; l < lanes; l++) {
-        double *x = w + l;
-        for (int i = 0; i < size; i++) {
-            double s = x[i * lanes];
-            for (int j = 0; j < i; j++)
-                s -= lu[j + i * size] * x[j * lanes];
-            x[i * lanes] = s * inverse[i];
-        }
-        for (int i = size - 2; i >= 0; i--) {
-            double s = x[i * lanes];
-            for (int j = i + 1; j < size; j++)
-                s -= lu[j + i * size] * x[j * lanes];
-            x[i * lanes] = s;
-        }
+    for (int i = 0; i < size; i++) {
+        double s = w[i];
+        for (int j = 0; j < i; j++)
+            s -= lu[j + i * size] * w[j];
+        w[i] = s * inverse[i];
+    }
+    for (int i = size - 2; i >= 0; i--) {
+        double s = w[i];
+        for (int j = i + 1; j < size; j++)
+            s -= lu[j + i * size] * w[j];
+        w[i] = s;
     }
 }
 
-/* The compiler unrolls the common sizes. */
-#define FOR_SIZE(solve)                                                                                                \
+/* Calls for `size`; the compiler unrolls the common ones. */
+#define FOR_SIZE(solve, ...)                                                                                           \
     do {                                                                                                               \
         switch (size) {                                                                                                \
         case 1:                                                                                                        \
-            solve(lanes, 1, lu, inverse, w);                                                                           \
+            solve(1, __VA_ARGS__);                                                                                     \
             break;                                                                                                     \
         case 2:                                                                                                        \
-            solve(lanes, 2, lu, inverse, w);                                                                           \
+            solve(2, __VA_ARGS__);                                                                                     \
             break;                                                                                                     \
         case 3:                                                                                                        \
-            solve(lanes, 3, lu, inverse, w);                                                                           \
+            solve(3, __VA_ARGS__);                                                                                     \
             break;                                                                                                     \
         default:                                                                                                       \
-            solve(lanes, size, lu, inverse, w);                                                                        \
+            solve(size, __VA_ARGS__);                                                                                  \
         }                                                                                                              \
     } while (0)
 
@@ -342,7 +339,7 @@ INLINE void solve(const kmp_block *b, const char *used, int lanes, double *restr
                 w[i * lanes + l] = s;
             }
         }
-        FOR_SIZE(solve_block);
+        FOR_SIZE(solve_block, lanes, lu, inverse, w);
     }
     for (int j = 0; j < n; j++)
         for (int l = 0; l < lanes; l++)
@@ -350,26 +347,23 @@ INLINE void solve(const kmp_block *b, const char *used, int lanes, double *restr
 }
 
 /* First block first: the block, then its unknowns out of the later right-hand sides. */
-INLINE void solve_transposed(const kmp_block *b, int lanes, double *restrict x)
+void kmp_block_solve_transposed(const kmp_block *b, double *restrict x)
 {
-    int n = b->n;
+    if (!b)
+        return;
     double *restrict scratch = b->scratch;
-    for (int j = 0; j < n; j++)
-        for (int l = 0; l < lanes; l++)
-            scratch[j * lanes + l] = x[b->q[j] + l * n];
+    for (int j = 0; j < b->n; j++)
+        scratch[j] = x[b->q[j]];
     for (int k = 0; k < b->count; k++) {
         int first = b->start[k], size = b->start[k + 1] - first;
         const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
-        double *w = scratch + first * lanes;
-        FOR_SIZE(solve_block_transposed);
+        double *w = scratch + first;
+        FOR_SIZE(solve_block_transposed, lu, inverse, w);
         for (int i = 0; i < size; i++) {
             int row = b->order[first + i];
-            for (int l = 0; l < lanes; l++) {
-                double s = w[i * lanes + l];
-                x[b->p[row] + l * n] = s;
-                for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
-                    scratch[b->off_column[e] * lanes + l] -= b->off[e] * s;
-            }
+            x[b->p[row]] = w[i];
+            for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
+                scratch[b->off_column[e]] -= b->off[e] * w[i];
         }
     }
 }
@@ -396,7 +390,7 @@ static bool is_nothing(int count, double nothing, const double *x)
 int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count, const int *column,
                                    const double *value, int *row, double *x)
 {
-    int first_due = b->count, last = -1, found = 0, lanes = 1;
+    int first_due = b->count, last = -1, found = 0;
     for (int e = 0; e < count; e++) {
         int k = b->block_of[b->place[column[e]]];
         first_due = k < first_due ? k : first_due;
@@ -410,7 +404,7 @@ int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count
         b->due[k] = 0;
         if (!due || is_nothing(size, nothing, w))
             continue;
-        FOR_SIZE(solve_block_transposed);
+        FOR_SIZE(solve_block_transposed, lu, inverse, w);
         for (int i = 0; i < size; i++) {
             int at = b->order[first + i];
             if (!(fabs(w[i]) <= nothing)) {
@@ -442,16 +436,6 @@ void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x
         solve(b, used, 2, x);
     else
         solve(b, used, 1, x);
-}
-
-void kmp_block_solve_transposed(const kmp_block *b, int m, double *x)
-{
-    if (!b)
-        return;
-    for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
-        solve_transposed(b, 2, x);
-    if (m == 1)
-        solve_transposed(b, 1, x);
 }
 
 /* -- queries --------------------------------------------------------------------------------------- */

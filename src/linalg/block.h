@@ -19,9 +19,9 @@ void kmp_block_free(kmp_block *b);
  * when a diagonal block is singular. */
 int kmp_block_factor(kmp_block *b, const double *values);
 
-/** x <- A^-1 x, x <- A^-T x; x is n x m, leading dimension n. Nothing for NULL, a matrix without rows. */
+/** x <- A^-1 x, n x m with leading dimension n; x <- A^-T x, of n. Nothing for NULL, a matrix without rows. */
 void kmp_block_solve(const kmp_block *b, int m, double *x);
-void kmp_block_solve_transposed(const kmp_block *b, int m, double *x);
+void kmp_block_solve_transposed(const kmp_block *b, double *x);
 
 /** A^-T of a right-hand side with `count` entries, in columns of A, from which few blocks are reached: rows and values
  * (at most n) of the entries found. Smaller values than `nothing` are taken as zero. Returns their number. */

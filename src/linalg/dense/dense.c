@@ -164,7 +164,7 @@ void kmp_lu_solve(int n, const double *lu, const int *pivot, int m, double *b)
 }
 
 /* A' = U' L' P, so: forward with U', backward with L', exchanges in reverse. */
-static void solve_transposed(int n, const double *lu, const int *pivot, double *b)
+void kmp_lu_solve_transposed(int n, const double *lu, const int *pivot, double *b)
 {
     for (int k = 0; k < n; k++) {
         const double *u = lu + (ptrdiff_t)k * n;
@@ -183,12 +183,6 @@ static void solve_transposed(int n, const double *lu, const int *pivot, double *
     for (int k = n - 1; k >= 0; k--)
         if (pivot[k] != k)
             swap(&b[k], &b[pivot[k]]);
-}
-
-void kmp_lu_solve_transposed(int n, const double *lu, const int *pivot, int m, double *b)
-{
-    for (int j = 0; j < m; j++)
-        solve_transposed(n, lu, pivot, b + (ptrdiff_t)j * n);
 }
 
 /* -- Cholesky -------------------------------------------------------------------------------------- */

@@ -17,9 +17,9 @@ static inline void kmp_swap_int(int *a, int *b)
  *  pivot k is zero or not finite (the factors are then unusable). */
 int kmp_lu_factor(int n, double *a, int *pivot);
 
-/** b <- A^-1 b and b <- A^-T b from the factors; b is n x m, leading dimension n. */
+/** b <- A^-1 b, n x m with leading dimension n, and b <- A^-T b, of n, from the factors. */
 void kmp_lu_solve(int n, const double *lu, const int *pivot, int m, double *b);
-void kmp_lu_solve_transposed(int n, const double *lu, const int *pivot, int m, double *b);
+void kmp_lu_solve_transposed(int n, const double *lu, const int *pivot, double *b);
 
 /** LU and solution of a complex matrix, with real and imaginary parts in separate arrays, and one right-hand side. */
 int kmp_lu_complex_factor(int n, double *re, double *im, int *pivot);

@@ -463,7 +463,7 @@ static void lift(pencil *w, kmp_spectrum *s, int done, int k, double re, double 
         }
     for (int part = 0; part < 2; part++) {
         if (w->led)
-            kmp_lu_solve_transposed(p, w->apart, w->pivot, 1, y[part]);
+            kmp_lu_solve_transposed(p, w->apart, w->pivot, y[part]);
         kmp_cholesky_backward(p, w->l, x[part]);
         kmp_cholesky_backward(p, w->l, y[part]);
     }
