@@ -1,12 +1,27 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Assembly: closes the loops from the model's guess and makes rates consistent. */
+/* Assembly: closes the loops from the model's guess and makes rates consistent. Goals: the sum of weight ((x - goal) /
+ * scale)^2 is minimised along the closed positions, starting from the position assembled from the guess. */
 #ifndef KMP_CONSTRAINTS_CLOSING_ASSEMBLE_H
 #define KMP_CONSTRAINTS_CLOSING_ASSEMBLE_H
 
 #include "base/arena.h"
-#include "constraints/closing/goals.h"
 #include "dynamics/system.h"
 #include <kempe/check.h>
+
+typedef enum kmp_goals_end {
+    KMP_GOALS_NONE,    /* no goals, or open loops */
+    KMP_GOALS_MINIMUM, /* a local minimum along the closed positions */
+    KMP_GOALS_SINGULAR /* ended before a minimum: at a position where the closures lose rank, or after too many steps */
+} kmp_goals_end;
+
+typedef struct kmp_goals_verdict {
+    kmp_goals_end end;
+    int count;       /* number of values with a goal: one per coordinate, three per point, in the order of the model */
+    double *value;   /* count: the value reached, rad or m */
+    double distance; /* root of the weighted sum of squares */
+    double slope;    /* gradient of half the squared distance along the closed positions, over that of all directions */
+    int steps;
+} kmp_goals_verdict;
 
 struct kempe_assembly {
     const kempe_system *system;
@@ -55,5 +70,14 @@ void kmp_assembly_put_rates(kmp_text *text, const kempe_assembly *assembly);
 
 /** Makes an empty assembly; NULL when memory is exhausted. */
 kempe_assembly *kmp_assembly_new(const kempe_system *system);
+
+/** Allocates the model's goals in the arena. */
+void kmp_goals_init(kmp_goals_verdict *verdict, const kempe_model *model, kmp_arena *arena);
+
+/** Measures value and distance of the position q. false: no memory. */
+bool kmp_goals_measure(const kempe_system *system, const double *q, kmp_goals_verdict *verdict);
+
+/** Moves q (n), closed at t = 0, with the coordinates in `hold` fixed: sets end, slope and steps. false: no memory. */
+bool kmp_goals_seek(const kempe_system *system, const bool *hold, double *q, kmp_goals_verdict *verdict);
 
 #endif

@@ -129,7 +129,6 @@ static void choose_blocks(search *s)
     for (int k = 0; k < system->n; k++)
         if (s->b->kept[k])
             s->order[count++] = k;
-    stand_at_start(s);
     if (count == 0 || kmp_partition_init(&s->part, system, s->walk->eval->jacobian, s->order, count) != KEMPE_OK)
         (void)kmp_partition_init(&s->part, system, s->walk->eval->jacobian, NULL, 0);
     s->block_count = s->part.r > 0 ? kmp_loop_blocks(s->walk->eval, &s->part, &s->b->arena, &s->blocks) : 0;

@@ -12,9 +12,9 @@
  * step is accepted if the sum falls as predicted, closing moved little in comparison, and the tangent has turned
  * little: so the branch is kept.
  */
-#include "constraints/closing/goals.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "constraints/closing/assemble.h"
 #include "constraints/closing/charts.h"
 #include "constraints/diagnosis/doctor_walk.h"
 #include "constraints/rounding/rounding.h"

@@ -10,6 +10,7 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
+#include "linalg/dot.h"
 #include <kempe/check.h>
 #include <kempe/workspace.h>
 #include <math.h>
@@ -128,14 +129,6 @@ void kempe_workspace_free(kempe_workspace *ws)
 
 /* -- values ------------------------------------------------------------------------------------------ */
 
-static bool all_finite(int n, const double *x)
-{
-    for (int i = 0; i < n; i++)
-        if (!isfinite(x[i]))
-            return false;
-    return true;
-}
-
 /* Copies the state: `qd` may be NULL, and q and qd may be outputs of the caller. */
 static void keep_state(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
@@ -169,8 +162,9 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
     kmp_load_forget(eval);
     kmp_eval_bias(eval, ws->qd);
     copy(ws);
-    if (all_finite(s->mass.count, eval->mass) && all_finite(ws->n, eval->bias) && all_finite(ws->m, eval->h) &&
-        all_finite(s->jacobian.count, eval->jacobian) && all_finite(ws->m, eval->jdqd))
+    if (kmp_all_finite(s->mass.count, eval->mass) && kmp_all_finite(ws->n, eval->bias) &&
+        kmp_all_finite(ws->m, eval->h) && kmp_all_finite(s->jacobian.count, eval->jacobian) &&
+        kmp_all_finite(ws->m, eval->jdqd))
         return KEMPE_OK;
     return fail(ws, "the equations are not finite at t = %.9g", t);
 }
@@ -316,7 +310,7 @@ static bool by_partition(kempe_workspace *ws)
         return false;
     kmp_reduction_accelerations(&ws->red, udd, ws->answer);
     kmp_reduction_multipliers(&ws->red, ws->answer, ws->answer + ws->n);
-    return all_finite(ws->n + ws->m, ws->answer);
+    return kmp_all_finite(ws->n + ws->m, ws->answer);
 }
 
 static kempe_status by_saddle(kempe_workspace *ws)
@@ -333,7 +327,7 @@ static kempe_status by_saddle(kempe_workspace *ws)
     kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
     if (kmp_is_unsettled(ws->eval))
         return fail_unsettled(ws);
-    return all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
+    return kmp_all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
 }
 
 /* Computes accelerations by articulated bodies into `answer`. false: they are too inaccurate here. */
@@ -353,7 +347,7 @@ static bool by_bodies(kempe_workspace *ws, double t, const double *q, const doub
         kmp_saddle_accelerations(&ws->bodies, ws->answer, ws->answer + ws->n);
     kmp_eval_give(eval, NULL);
     kmp_eval_take(eval, false);
-    return good && all_finite(ws->n + ws->m, ws->answer);
+    return good && kmp_all_finite(ws->n + ws->m, ws->answer);
 }
 
 /* Chooses articulated bodies if runs may use them, all rows are independent, and they agree with M and C at the

@@ -11,9 +11,9 @@
  * order (a Sarrus linkage with nearly parallel axes): their derivatives are small, and vanish with the misfit. Zero
  * numbers stay zero. A drawing shows the mechanism assembled: if its start is closed but for the tolerance, h = 0 there
  * is a condition too, of all rows. */
-#include "constraints/rounding/exact.h"
 #include "base/memory.h"
 #include "constraints/diagnosis/doctor_walk.h"
+#include "constraints/rounding/mend.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"

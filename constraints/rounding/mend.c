@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/rounding/mend.h"
-#include "constraints/rounding/exact.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include <kempe/check.h>

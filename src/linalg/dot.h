@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Products of two vectors, in line. */
+/* Products of two vectors and other loops over vectors, in line. */
 #ifndef KMP_LINALG_DOT_H
 #define KMP_LINALG_DOT_H
+
+#include <math.h>
+#include <stdbool.h>
 
 static inline double kmp_dot(int n, const double *a, const double *b)
 {
@@ -16,6 +19,20 @@ static inline void kmp_copy_or_zero(int n, const double *from, double *to)
 {
     for (int i = 0; i < n; i++)
         to[i] = from ? from[i] : 0;
+}
+
+/* Index of the first value that is not finite; -1: all are. */
+static inline int kmp_first_not_finite(int n, const double *x)
+{
+    for (int i = 0; i < n; i++)
+        if (!isfinite(x[i]))
+            return i;
+    return -1;
+}
+
+static inline bool kmp_all_finite(int n, const double *x)
+{
+    return kmp_first_not_finite(n, x) < 0;
 }
 
 static inline double kmp_dot3(const double a[3], const double b[3])

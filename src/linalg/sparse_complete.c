@@ -8,6 +8,7 @@
  * threshold it takes one with the fewest entries, and of these entries the one whose column has the fewest rows. When
  * none are left, the next threshold is a fraction of the largest entry then. */
 #include "base/arena.h"
+#include "linalg/dot.h"
 #include "linalg/sparse.h"
 #include <float.h>
 #include <math.h>
@@ -428,18 +429,10 @@ static bool run(work *w, const kmp_entries *a, bool relaxed, double *pivots)
     return load(w, a) && pivot_all(w, pivots);
 }
 
-static bool all_finite(const kmp_entries *a)
-{
-    for (int k = 0; k < a->nz; k++)
-        if (!isfinite(a->value[k]))
-            return false;
-    return true;
-}
-
 /* All pivots are NaN when an entry is not finite. false: no memory. */
 static bool find_pivots(work *w, const kmp_entries *a, double *pivots)
 {
-    if (!all_finite(a)) {
+    if (!kmp_all_finite(a->nz, a->value)) {
         reset(w);
         for (int k = 0; k < a->m && k < a->n; k++)
             pivots[k] = NAN;

@@ -2,7 +2,7 @@
 /* Hides LAPACK's Fortran binding and its workspace. The lengths of character arguments are left out, as all of them are
  * one letter. */
 #include "linalg/dense/lapack.h"
-#include <math.h>
+#include "linalg/dot.h"
 #include <string.h>
 
 extern void dgeevx_(const char *balanc, const char *jobvl, const char *jobvr, const char *sense, const int *n,
@@ -154,9 +154,8 @@ void kmp_singular_free(kmp_singular *svd)
 bool kmp_singular_decompose(kmp_singular *svd, const double *a)
 {
     int info = 0, entries = svd->m * svd->n;
-    for (int i = 0; i < entries; i++)
-        if (!isfinite(a[i]))
-            return false;
+    if (!kmp_all_finite(entries, a))
+        return false;
     memcpy(svd->copy, a, (size_t)entries * sizeof *a);
     if (svd->k > 0)
         dgesvd_("S", "S", &svd->m, &svd->n, svd->copy, &svd->m, svd->s, svd->u, &svd->m, svd->vt, &svd->k, svd->work,
