@@ -188,11 +188,14 @@ static void get(const double *chart, int c, matrix m)
     memcpy(m, chart + (ptrdiff_t)KMP_CHART_SIZE * c, sizeof(matrix));
 }
 
-/* Rotation and spin of the whole joint. */
-static void whole(const joint *j, matrix chart, const double *q, const double *qd, const double *qdd, matrix r, spin *s)
+/* Rotation and spin of the whole joint c, at coordinates of all joints; qd and qdd may be NULL. */
+static void whole(const joint *j, const double *charts, int c, const double *q, const double *qd, const double *qdd,
+                  matrix r, spin *s)
 {
-    rotation(j, q, r);
-    *s = spin_of(j, q, qd, qdd);
+    matrix chart;
+    get(charts, c, chart);
+    rotation(j, q + j->first, r);
+    *s = spin_of(j, q + j->first, qd ? qd + j->first : NULL, qdd ? qdd + j->first : NULL);
     if (!j->before) {
         multiply(r, chart, r);
         return;
@@ -296,8 +299,7 @@ void kmp_chart_center(const kempe_system *system, int c, double *chart, double *
     double center[3], w[3];
     matrix own, total, r, inverse;
     spin s;
-    get(chart, c, own);
-    whole(&j, own, q + j.first, qd ? qd + j.first : NULL, qdd ? qdd + j.first : NULL, total, &s);
+    whole(&j, chart, c, q, qd, qdd, total, &s);
     memcpy(w, s.w, sizeof w);
     if (j.before)
         apply(total, true, w, w);
@@ -459,11 +461,10 @@ double kmp_chart_follow(const kempe_system *system, int c, const double *chart, 
                         const double *q, double angles[3])
 {
     joint j = joint_of(system, c);
-    matrix own, total;
+    matrix total;
     spin s;
     bool touches = fabs(sin(near[1] - fold(&j))) < KMP_AXES_TOUCH;
-    get(chart, c, own);
-    whole(&j, own, q + j.first, NULL, NULL, total, &s);
+    whole(&j, chart, c, q, NULL, NULL, total, &s);
     return angles_near(&j, total, near, sided && !touches, KMP_AXES_TOUCH, angles);
 }
 
@@ -471,11 +472,10 @@ double kmp_chart_show(const kempe_system *system, int c, const double *chart, co
                       double *qd, double *qdd)
 {
     joint j = joint_of(system, c);
-    matrix own, total;
+    matrix total;
     spin s;
     double angles[3];
-    get(chart, c, own);
-    whole(&j, own, q + j.first, qd ? qd + j.first : NULL, qdd ? qdd + j.first : NULL, total, &s);
+    whole(&j, chart, c, q, qd, qdd, total, &s);
     double far = angles_near(&j, total, near, false, KMP_AXES_NO_ANGLE, angles);
     memcpy(q + j.first, angles, sizeof angles);
     if (qd)

@@ -278,30 +278,19 @@ static void make_rates(const maker *k)
 
 /* -- making ------------------------------------------------------------------------------------------ */
 
-static kmp_ref *refs(maker *k, int count)
-{
-    return KMP_ARENA_NEW(&k->arena, kmp_ref, count);
-}
-
 static bool allocate(maker *k)
 {
+    int r = k->r, outputs = k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m;
     k->block = KMP_ARENA_NEW(&k->arena, block, kmp_block_count(k->red->block));
-    k->block_of = KMP_ARENA_NEW(&k->arena, int, k->r);
-    k->out = refs(k, k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m);
-    k->ju = refs(k, k->r * k->p);
-    k->jv = refs(k, k->r * k->r);
-    k->b = refs(k, k->r * k->p);
-    k->x_t = refs(k, k->r);
-    k->a0 = refs(k, k->r);
-    k->mx = refs(k, k->n * k->p);
-    k->input = refs(k, 2 * k->n);
-    k->by = refs(k, 2 * k->n);
-    k->dv = refs(k, k->r);
-    k->rate = refs(k, k->r);
-    k->pivot = refs(k, k->r);
-    k->multiplier = refs(k, k->r * KMP_FUSED_BLOCK);
-    k->factor = KMP_NEW(double, k->r *KMP_FUSED_BLOCK);
-    return k->factor && !k->arena.failed;
+    k->block_of = KMP_ARENA_NEW(&k->arena, int, r);
+    k->out = KMP_ARENA_NEW(&k->arena, kmp_ref, outputs);
+    k->jv = KMP_ARENA_NEW(&k->arena, kmp_ref, r * r);
+    k->mx = KMP_ARENA_NEW(&k->arena, kmp_ref, k->n * k->p);
+    k->multiplier = KMP_ARENA_NEW(&k->arena, kmp_ref, r * KMP_FUSED_BLOCK);
+    k->factor = KMP_NEW(double, r *KMP_FUSED_BLOCK);
+    KMP_ARENA_EACH(&k->arena, kmp_ref, r * k->p, &k->ju, &k->b);
+    KMP_ARENA_EACH(&k->arena, kmp_ref, r, &k->x_t, &k->a0, &k->dv, &k->rate, &k->pivot);
+    return KMP_ARENA_EACH(&k->arena, kmp_ref, 2 * k->n, &k->input, &k->by) && k->factor;
 }
 
 /* Rows of independent closures in the order of the partition, selected from all rows. */
@@ -430,8 +419,9 @@ static kmp_program *write_program(maker *k)
     make_mx(k);
     make_reduced(k, mr, end);
     solve_reduced(k, mr, end, end + k->p);
-    kmp_ref *all = refs(k, 4 * k->r + 2 * k->p + 1 + k->multipliers + k->pivots + 2 * k->s->m + k->s->jacobian.count +
-                               k->r * k->p);
+    kmp_ref *all = KMP_ARENA_NEW(&k->arena, kmp_ref,
+                                 4 * k->r + 2 * k->p + 1 + k->multipliers + k->pivots + 2 * k->s->m +
+                                     k->s->jacobian.count + k->r * k->p);
     return all ? schedule(k, end, all) : NULL;
 }
 

@@ -276,9 +276,8 @@ kempe_status kmp_load_check(kmp_evaluator *eval, const kmp_partition *part)
     kmp_reduction red;
     if (!eval->load || part->r == part->m || part->r == 0)
         return KEMPE_OK;
-    kempe_status status = kmp_reduction_init(&red, eval, part);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_reduction_init(&red, eval, part));
+    kempe_status status = KEMPE_OK;
     if (kmp_reduction_factor(&red))
         status = kmp_fail(eval->system->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", eval->t);
     for (int k = 0; status == KEMPE_OK && k < part->m - part->r; k++)

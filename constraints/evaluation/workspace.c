@@ -190,35 +190,17 @@ const char *kempe_workspace_message(const kempe_workspace *workspace)
     return workspace->message;
 }
 
-const double *kempe_workspace_mass(const kempe_workspace *workspace)
-{
-    KMP_GIVEN(workspace, NULL);
-    return up_to_date(workspace)->mass;
-}
-
-const double *kempe_workspace_bias(const kempe_workspace *workspace)
-{
-    KMP_GIVEN(workspace, NULL);
-    return up_to_date(workspace)->bias;
-}
-
-const double *kempe_workspace_h(const kempe_workspace *workspace)
-{
-    KMP_GIVEN(workspace, NULL);
-    return up_to_date(workspace)->h;
-}
-
-const double *kempe_workspace_jacobian(const kempe_workspace *workspace)
-{
-    KMP_GIVEN(workspace, NULL);
-    return up_to_date(workspace)->jacobian;
-}
-
-const double *kempe_workspace_jdqd(const kempe_workspace *workspace)
-{
-    KMP_GIVEN(workspace, NULL);
-    return up_to_date(workspace)->jdqd;
-}
+#define VALUES(name)                                                                                                   \
+    const double *kempe_workspace_##name(const kempe_workspace *workspace)                                             \
+    {                                                                                                                  \
+        KMP_GIVEN(workspace, NULL);                                                                                    \
+        return up_to_date(workspace)->name;                                                                            \
+    }
+VALUES(mass)
+VALUES(bias)
+VALUES(h)
+VALUES(jacobian)
+VALUES(jdqd)
 
 double kempe_workspace_kinetic(const kempe_workspace *workspace)
 {
