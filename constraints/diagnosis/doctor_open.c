@@ -122,21 +122,13 @@ static const char *point_name(const kempe_model *model, int point)
     return point < 0 ? "its joint" : model->points[point].name;
 }
 
-/* True if a closure makes its points coincide. */
-static bool joins_points(const kmp_closure *closure)
-{
-    static const char *const kinds[] = {"ball", "revolute", "universal", "weld"};
-    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
-        if (strcmp(closure->kind, kinds[k]) == 0)
-            return true;
-    return false;
-}
-
 static bool too_short(const kempe_model *model, int closure, kmp_reach *reach)
 {
     const kmp_closure *c = &model->closures[closure];
-    bool rod = strcmp(c->kind, "rod") == 0;
-    if (!(rod || joins_points(c)) || c->function)
+    const kmp_closure_kind *kind = kmp_closure_kind_find(c->kind);
+    const kmp_part *part = kind ? kind->force : NULL;
+    bool rod = part == &kmp_part_rod;
+    if (!(rod || part == &kmp_part_ball) || c->function) /* a ball makes its points coincide */
         return false;
     polygon p = polygon_of(model, c);
     if (p.slides)

@@ -273,11 +273,8 @@ static bool order_factor(kmp_zeros *z, sets coupled)
 
 static void count_solves(kmp_zeros *z, const kmp_reduction *red)
 {
-    for (int k = 0; k < z->p; k++) {
-        kmp_flops one = kmp_block_solve_flops_some(red->block, z->used + k / 2 * z->blocks);
-        z->solves.add += one.add;
-        z->solves.mul += one.mul;
-    }
+    for (int k = 0; k < z->p; k++)
+        kmp_flops_add(&z->solves, 1, kmp_block_solve_flops_some(red->block, z->used + k / 2 * z->blocks));
 }
 
 kmp_zeros *kmp_zeros_new(const kmp_reduction *red, kmp_arena *arena)

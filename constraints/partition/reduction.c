@@ -483,17 +483,9 @@ double kmp_reduction_slip(const kmp_reduction *red, int k, const bool *left_out)
 
 /* -- counts ------------------------------------------------------------------------------------------ */
 
-static void count(kmp_counts *c, long times, kmp_flops f)
+static void count_products(kmp_flops *sum, long products)
 {
-    c->add += times * f.add;
-    c->mul += times * f.mul;
-    c->div += times * f.div;
-    c->other += times * f.root;
-}
-
-static void count_products(kmp_counts *c, long products)
-{
-    count(c, 1, (kmp_flops){.add = products, .mul = products});
+    kmp_flops_add(sum, products, (kmp_flops){.add = 1, .mul = 1});
 }
 
 /* Operation count of add_mass_times. */
@@ -508,31 +500,31 @@ static long mass_products(const kmp_evaluator *eval)
 
 kmp_counts kmp_reduction_count(const kmp_reduction *red)
 {
-    kmp_counts c = {0};
+    kmp_flops f = {0};
     long n = red->n, p = red->p, mass = mass_products(red->eval);
     const kmp_zeros *zeros = red->zeros;
     if (red->r > 0) {
-        count(&c, 1, kmp_block_factor_flops(red->block));
+        kmp_flops_add(&f, 1, kmp_block_factor_flops(red->block));
         /* columns of Bvu, x_t, a0 */
-        count(&c, (zeros ? 0 : p) + 1 + (red->eval->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
-        count_products(&c, mass);
+        kmp_flops_add(&f, (zeros ? 0 : p) + 1 + (red->eval->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
+        count_products(&f, mass);
     }
     if (zeros) {
-        count(&c, 1, zeros->solves);
+        kmp_flops_add(&f, 1, zeros->solves);
         /* M X, X' force, X' M X */
-        count_products(&c, 2L * zeros->x_start[p] + zeros->mass_products + zeros->x_products);
+        count_products(&f, 2L * zeros->x_start[p] + zeros->mass_products + zeros->x_products);
     } else if (red->r > 0) {
-        count_products(&c, red->r * p);                           /* rates */
-        count_products(&c, p * (mass + n) + p * (p + 1) / 2 * n); /* M X, X' force, X' M X */
+        count_products(&f, red->r * p);                           /* rates */
+        count_products(&f, p * (mass + n) + p * (p + 1) / 2 * n); /* M X, X' force, X' M X */
     }
     if (zeros && !zeros->whole) {
-        count_products(&c, zeros->factor_products + 2 * zeros->l_entries);
-        count(&c, 1, (kmp_flops){.div = zeros->l_entries + 2 * p, .root = p});
+        count_products(&f, zeros->factor_products + 2 * zeros->l_entries);
+        kmp_flops_add(&f, 1, (kmp_flops){.div = zeros->l_entries + 2 * p, .root = p});
     } else {
-        count(&c, 1, kmp_cholesky_factor_flops(red->p));
-        count(&c, 1, kmp_cholesky_solve_flops(red->p));
+        kmp_flops_add(&f, 1, kmp_cholesky_factor_flops(red->p));
+        kmp_flops_add(&f, 1, kmp_cholesky_solve_flops(red->p));
     }
-    c.paper = c.add + c.mul + c.div;
-    c.robotran = c.paper + c.other;
-    return c;
+    long paper = f.add + f.mul + f.div;
+    return (kmp_counts){
+        .add = f.add, .mul = f.mul, .div = f.div, .other = f.root, .paper = paper, .robotran = paper + f.root};
 }

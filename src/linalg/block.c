@@ -477,20 +477,12 @@ double kmp_block_smallest(const kmp_block *b)
 
 /* -- counts ---------------------------------------------------------------------------------------- */
 
-static void accumulate(kmp_flops *sum, kmp_flops f)
-{
-    sum->add += f.add;
-    sum->mul += f.mul;
-    sum->div += f.div;
-    sum->root += f.root;
-}
-
 kmp_flops kmp_block_factor_flops(const kmp_block *b)
 {
     kmp_flops sum = {0};
     for (int k = 0; k < b->count; k++) {
         int size = b->start[k + 1] - b->start[k];
-        accumulate(&sum, kmp_lu_flops(size));
+        kmp_flops_add(&sum, 1, kmp_lu_flops(size));
         sum.div += size;
     }
     return sum;
@@ -508,7 +500,7 @@ kmp_flops kmp_block_solve_flops_some(const kmp_block *b, const char *used)
         long size = b->start[k + 1] - b->start[k], off = b->off_start[b->start[k + 1]] - b->off_start[b->start[k]];
         long products = size * (size - 1) + off;
         if (!used || used[k])
-            accumulate(&sum, (kmp_flops){.add = products, .mul = products + size});
+            kmp_flops_add(&sum, 1, (kmp_flops){.add = products, .mul = products + size});
     }
     return sum;
 }

@@ -437,18 +437,13 @@ static double leave_out(double *column, int first, int i)
     return x;
 }
 
-static double larger(double size, double x)
-{
-    return fabs(x) > size ? fabs(x) : size;
-}
-
 /* column -= l x below `first`; returns its largest entry there. */
 static double subtract(int m, int first, double x, const double *restrict l, double *restrict column)
 {
     double largest = 0.0;
     for (int i = first; i < m; i++) {
         column[i] -= l[i] * x;
-        largest = larger(largest, column[i]);
+        largest = fabs(column[i]) > largest ? fabs(column[i]) : largest;
     }
     return largest;
 }

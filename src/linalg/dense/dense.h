@@ -38,6 +38,14 @@ typedef struct kmp_flops {
     long add, mul, div, root;
 } kmp_flops;
 
+static inline void kmp_flops_add(kmp_flops *sum, long times, kmp_flops f)
+{
+    sum->add += times * f.add;
+    sum->mul += times * f.mul;
+    sum->div += times * f.div;
+    sum->root += times * f.root;
+}
+
 kmp_flops kmp_lu_flops(int n);
 kmp_flops kmp_cholesky_factor_flops(int n);
 kmp_flops kmp_cholesky_solve_flops(int n);
