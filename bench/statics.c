@@ -86,7 +86,7 @@ static void analyse(kempe_context *context, const kempe_model *model, outcome *o
         give_up(context);
     o->time[STAND] = bench_now() - begin;
     begin = bench_now();
-    if (kmp_spectrum_init(&spectrum, linear.p, linear.mass, linear.damping, linear.stiffness, false))
+    if (kmp_spectrum_init(&spectrum, linear.p, linear.mass, NULL, linear.damping, linear.stiffness, false))
         give_up(context);
     o->time[SWING] = bench_now() - begin;
     note_modes(&spectrum, o);

@@ -329,8 +329,8 @@ kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectru
     const kmp_linear *l = linear;
     kempe_context *context = l->system->context;
     unsigned long failures = kmp_memory_failures();
-    int info = l->inertia ? kmp_spectrum_init_led(spectrum, l->p, l->inertia, l->mass, l->damping, l->stiffness)
-                          : kmp_spectrum_init(spectrum, l->p, l->mass, l->damping, l->stiffness, false);
+    int info = kmp_spectrum_init(spectrum, l->p, l->inertia ? l->inertia : l->mass, l->inertia ? l->mass : NULL,
+                                 l->damping, l->stiffness, false);
     if (info == 0)
         return KEMPE_OK;
     if (kmp_memory_failures() != failures)

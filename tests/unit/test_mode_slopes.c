@@ -52,7 +52,8 @@ static void settle(rig *r)
 static void solve_modes(rig *r)
 {
     kmp_spectrum_free(&r->spectrum);
-    CHECK(kmp_spectrum_init(&r->spectrum, r->p, r->linear.mass, r->linear.damping, r->linear.stiffness, false) == 0);
+    CHECK(kmp_spectrum_init(&r->spectrum, r->p, r->linear.mass, NULL, r->linear.damping, r->linear.stiffness, false) ==
+          0);
 }
 
 /* names: with commas; settles from the assembled start, or stays there. */

@@ -235,7 +235,7 @@ static void undamped_ones_are_on_the_axis(void)
             kmp_station_go(station, 0, &modes) == KEMPE_OK) {
             const kmp_linear *l = &station->linear;
             kmp_spectrum s;
-            CHECK(kmp_spectrum_init(&s, l->p, l->mass, l->damping, l->stiffness, true) == 0);
+            CHECK(kmp_spectrum_init(&s, l->p, l->mass, NULL, l->damping, l->stiffness, true) == 0);
             for (int c = 0; c < s.count; c++) {
                 CHECK(!s.conservative || modes.spectrum.re[c] == 0);
                 CHECK(!s.conservative || fabs(s.re[c]) <= 1e-10 * kmp_modes_size(&modes));

@@ -261,7 +261,7 @@ static bool solve(rig *r, kmp_spectrum *s)
     if (kmp_linear_at_motion(l, 0, r->q, r->ud) != KEMPE_OK)
         return false;
     kmp_linear_matrices(l);
-    return kmp_spectrum_init(s, l->p, l->mass, l->damping, l->stiffness, false) == 0;
+    return kmp_spectrum_init(s, l->p, l->mass, NULL, l->damping, l->stiffness, false) == 0;
 }
 
 /* The eigenvalue nearest to one. */

@@ -535,33 +535,20 @@ static int solve(pencil *w, kmp_spectrum *s, bool companion)
     return s->conservative && !companion ? by_symmetry(w, s) : by_companion(w, s);
 }
 
-static int init(kmp_spectrum *spectrum, pencil *w, bool companion)
+int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
+                      const double *stiffness, bool companion)
 {
-    int p = w->p;
+    pencil w = {.p = p, .n = 2 * p, .mass = mass, .led = led, .damping = damping, .stiffness = stiffness};
     kmp_spectrum s = {.p = p, .count = 2 * p};
     KMP_ARENA_EACH(&s.arena, double, s.count, &s.re, &s.im);
-    bool ok = KMP_ARENA_EACH(&s.arena, double, p *s.count, &s.x_re, &s.x_im, &s.y_re, &s.y_im) && make_rooms(w);
-    int info = ok ? p > 0 ? solve(w, &s, companion) : 0 : -1;
-    kmp_arena_free(&w->arena);
+    bool made = KMP_ARENA_EACH(&s.arena, double, p *s.count, &s.x_re, &s.x_im, &s.y_re, &s.y_im) && make_rooms(&w);
+    int info = !made ? -1 : p > 0 ? solve(&w, &s, companion) : 0;
+    kmp_arena_free(&w.arena);
     if (info)
         kmp_spectrum_free(&s);
     else
         *spectrum = s;
     return info;
-}
-
-int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *damping, const double *stiffness,
-                      bool companion)
-{
-    pencil w = {.p = p, .n = 2 * p, .mass = mass, .damping = damping, .stiffness = stiffness};
-    return init(spectrum, &w, companion);
-}
-
-int kmp_spectrum_init_led(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
-                          const double *stiffness)
-{
-    pencil w = {.p = p, .n = 2 * p, .mass = mass, .led = led, .damping = damping, .stiffness = stiffness};
-    return init(spectrum, &w, false);
 }
 
 void kmp_spectrum_free(kmp_spectrum *spectrum)

@@ -27,17 +27,14 @@ typedef struct kmp_spectrum {
     kmp_arena arena;
 } kmp_spectrum;
 
-/** Solves the pencil of M, G and K (p x p, column-major). `companion`: never by the symmetric solver. 0; -1: no memory,
- * or an iteration did not converge; i + 1: minor i of M is not positive. */
-int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *damping, const double *stiffness,
-                      bool companion);
+/** Solves the pencil of M, G and K (p x p, column-major). `led` (NULL: the mass) replaces M where it is neither
+ * symmetric nor positive; the mass, which is both, is then that of x^H M x and of the choice of coordinates, and the
+ * result is never taken for conservative unless led = mass up to rounding. `companion`: never by the symmetric solver.
+ * 0; -1: no memory, or an iteration did not converge; -2: led is singular; i + 1: minor i of the mass is not positive.
+ */
+int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
+                      const double *stiffness, bool companion);
 void kmp_spectrum_free(kmp_spectrum *spectrum);
-
-/** Solves a pencil whose M, `led`, is neither symmetric nor positive: `mass`, which is both, replaces it in x^H M x and
- * in the choice of coordinates. With led = mass, up to rounding, the result is that of kmp_spectrum_init; otherwise it
- * is never taken for conservative. -2: led is singular. */
-int kmp_spectrum_init_led(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
-                          const double *stiffness);
 
 /** The index of the conjugate of eigenvalue k; k itself when it is real. */
 int kmp_spectrum_conjugate(const kmp_spectrum *spectrum, int k);
