@@ -79,8 +79,6 @@ typedef struct search {
     int *order;
 } search;
 
-/* -- kept coordinates ---------------------------------------------------------------------------------- */
-
 /* Evaluates the walk at the assembled state, in the charts in which it was found, so that J has its rank. */
 static void stand_at_start(search *s)
 {

@@ -148,13 +148,9 @@ static bool go(kmp_evaluator *eval, const kmp_answer *answer, distance *now)
     double part = 1, before = now->energy;
     memcpy(w->from, eval->nu, (size_t)s->m * sizeof *w->from);
     for (int half = 0; half <= MAX_HALVINGS; half++, part /= 2) {
+        memset(w->changed, 0, (size_t)s->m * sizeof *w->changed);
         for (int k = 0; k < w->count; k++)
             w->changed[s->load_rows[k]] = w->from[s->load_rows[k]] + part * w->step[k];
-        for (int r = 0, k = 0; r < s->m; r++) {
-            bool pressed = k < w->count && s->load_rows[k] == r;
-            w->changed[r] = pressed ? w->changed[r] : 0;
-            k += pressed;
-        }
         kmp_eval_bias_with(eval, w->changed);
         *now = look(eval, answer);
         if (now->energy <= (1 - DESCENT * part) * before || (half == 0 && now->part <= MOSTLY_ROUNDED))

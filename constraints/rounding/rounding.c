@@ -50,14 +50,6 @@ void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *tri
 
 /* -- a trial ----------------------------------------------------------------------------------------- */
 
-typedef struct trial {
-    kmp_rounding_trial *t;
-    kmp_walk *walk;
-    int rank;     /* without the rows of drives */
-    bool *driven; /* m: rows of drives */
-    double *part; /* m: the tolerance of a row, relative: positions in a loop smaller than the mechanism have less */
-} trial;
-
 int kmp_rounding_drives(const kempe_system *s, const bool *dropped, bool *driven)
 {
     int kept = 0;
@@ -69,12 +61,12 @@ int kmp_rounding_drives(const kempe_system *s, const bool *dropped, bool *driven
     return kept;
 }
 
-static void set_parts(trial *x)
+/* The tolerance of each row, relative: positions in a loop smaller than the mechanism have less. */
+static void set_parts(const kempe_system *s, double *part)
 {
-    const kempe_system *s = x->walk->system;
     for (int r = 0; r < s->m; r++) {
         double size = s->rows[r].length_power > 0 ? kmp_loop_longest_side(s->model, s->rows[r].closure) : 0;
-        x->part[r] = size > 0 ? fmin(1, size / s->length) : 1;
+        part[r] = size > 0 ? fmin(1, size / s->length) : 1;
     }
 }
 
@@ -114,9 +106,8 @@ int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double *
 }
 
 /* Most of the places that are far from the state must stay closed: some are on other branches. */
-static void judge(trial *x, const kmp_waypoint *place, int count)
+static void judge(kmp_rounding_trial *t, const kmp_walk *walk, const kmp_waypoint *place, int count)
 {
-    kmp_rounding_trial *t = x->t;
     double weak = place[0].weak;
     int far = 0, closed = 0;
     t->here = t->most = place[0].open;
@@ -128,7 +119,7 @@ static void judge(trial *x, const kmp_waypoint *place, int count)
         weak = holds ? fmax(weak, place[k].weak) : weak;
     }
     t->holds = t->here <= t->tolerance &&
-               ((far >= LEAST_FAR && closed >= KMP_ROUNDING_MOST_OF * far) || x->walk->n == x->rank);
+               ((far >= LEAST_FAR && closed >= KMP_ROUNDING_MOST_OF * far) || walk->n == walk->rank);
     t->zero = sqrt(fmax(fmax(weak, t->most), KMP_RANK) * place[0].strong);
 }
 
@@ -137,20 +128,20 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
     kmp_waypoint place[PLACES];
     int n = system->n, m = system->m;
     kmp_arena arena = {0};
-    double *q = KMP_ARENA_NEW(&arena, double, (PLACES + 1) * n);
-    trial x = {.t = t, .part = KMP_ARENA_NEW(&arena, double, m), .driven = KMP_ARENA_NEW(&arena, bool, m)};
-    x.walk = kmp_walk_new(system);
-    bool made = x.walk && !arena.failed;
+    kmp_walk *walk = kmp_walk_new(system);
+    bool *driven = KMP_ARENA_NEW(&arena, bool, m);
+    double *part = KMP_ARENA_NEW(&arena, double, m), *q = KMP_ARENA_NEW(&arena, double, (PLACES + 1) * n);
+    bool made = walk && !arena.failed;
     if (made) {
-        x.walk->rank = x.rank = t->rank - kmp_rounding_drives(system, t->dropped, x.driven);
-        x.walk->excluded = x.driven;
+        walk->rank = t->rank - kmp_rounding_drives(system, t->dropped, driven);
+        walk->excluded = driven;
         if (chart)
-            kmp_eval_set_charts(x.walk->eval, chart);
-        set_parts(&x);
+            kmp_eval_set_charts(walk->eval, chart);
+        set_parts(system, part);
         memcpy(q, from, (size_t)n * sizeof *q);
-        judge(&x, place, kmp_rounding_waypoints(x.walk, x.part, PLACES, q, place));
+        judge(t, walk, place, kmp_rounding_waypoints(walk, part, PLACES, q, place));
     }
-    kmp_walk_free(x.walk);
+    kmp_walk_free(walk);
     kmp_arena_free(&arena);
     return made;
 }
