@@ -120,18 +120,14 @@ static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system
 {
     int exchanges = 0;
     double max_b, cond;
-    switch (kmp_pick_improve(c, part->r, fixed ? 0 : 4 * s->n, &exchanges, &max_b, &cond)) {
-    case KMP_PICK_MADE:
-        part->exchanges += exchanges;
-        part->max_b = max_b;
-        part->cond = cond;
-        keep(c, part);
-        return KEMPE_OK;
-    case KMP_PICK_SINGULAR:
-        return KEMPE_E_FAILED;
-    default:
-        return kmp_fail_memory(s->context);
-    }
+    kmp_pick_outcome outcome = kmp_pick_improve(c, part->r, fixed ? 0 : 4 * s->n, &exchanges, &max_b, &cond);
+    if (outcome != KMP_PICK_MADE)
+        return outcome == KMP_PICK_SINGULAR ? KEMPE_E_FAILED : kmp_fail_memory(s->context);
+    part->exchanges += exchanges;
+    part->max_b = max_b;
+    part->cond = cond;
+    keep(c, part);
+    return KEMPE_OK;
 }
 
 /* Chooses rows and columns; rank < 0: by the pivots. */
