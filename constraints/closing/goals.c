@@ -185,7 +185,7 @@ static bool find_multipliers(search *w, const place *p)
 }
 
 /* sum r_i d2 r_i - sum lambda_j d2 h_j along `sign` times w->rate, including the rates and times of moving closures. */
-static double bend_once(search *w, const place *p, double sign)
+static double second_derivative_once(search *w, const place *p, double sign)
 {
     double sum = 0;
     for (int c = 0; c < w->n; c++)
@@ -196,18 +196,18 @@ static double bend_once(search *w, const place *p, double sign)
     if (!w->points)
         return sum;
     kmp_machine_set(w->points, KMP_IN_QD, w->step);
-    const double *bend = kmp_machine_run(w->points, KMP_STAGE_BEND);
+    const double *second = kmp_machine_run(w->points, KMP_STAGE_BEND);
     const kmp_start *start = &w->s->model->start;
     for (int k = 0, at = 0; k < start->goal_count; at += start->goals[k++].width)
         for (int i = 0; start->goals[k].point >= 0 && i < 3; i++)
-            sum += p->r[at + i] * w->factor[at + i] * *bend++;
+            sum += p->r[at + i] * w->factor[at + i] * *second++;
     return sum;
 }
 
-static double bend(search *w, const place *p)
+static double second_derivative(search *w, const place *p)
 {
-    double there = bend_once(w, p, 1);
-    return w->s->rheonomic ? 0.5 * (there + bend_once(w, p, -1)) - bend_once(w, p, 0) : there;
+    double there = second_derivative_once(w, p, 1);
+    return w->s->rheonomic ? 0.5 * (there + second_derivative_once(w, p, -1)) - second_derivative_once(w, p, 0) : there;
 }
 
 static bool find_hessian(search *w, const place *p)
@@ -225,7 +225,7 @@ static bool find_hessian(search *w, const place *p)
             for (int k = 0; k < (a == b ? 1 : 2); k++) {
                 for (int c = 0; c < n; c++)
                     w->rate[c] = a == b ? x[c] : k == 0 ? x[c] + y[c] : x[c] - y[c];
-                part[k] = bend(w, p);
+                part[k] = second_derivative(w, p);
             }
             w->hessian[a + b * d] = sum + (a == b ? part[0] : 0.25 * (part[0] - part[1]));
         }
