@@ -46,6 +46,7 @@ static void list_entries(kmp_saddle *saddle)
         add_entry(saddle, k, k, -1);
 }
 
+/* Rows that are left out are zero but for the 1. */
 static double value_of(const kmp_saddle *saddle, int entry)
 {
     const kmp_evaluator *eval = saddle->eval;
