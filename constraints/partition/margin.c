@@ -25,8 +25,8 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     KMP_ARENA_EACH(&margin->arena, int, (m - r) * r, &margin->now.kept, &margin->stood.kept);
     KMP_ARENA_EACH(&margin->arena, double, (m - r) * r, &margin->now.t, &margin->stood.t);
     KMP_ARENA_EACH(&margin->arena, double, m, &margin->now.z, &margin->stood.z, &margin->begin);
-    KMP_ARENA_EACH(&margin->arena, double, n, &margin->now.w, &margin->stood.w);
-    KMP_ARENA_EACH(&margin->arena, double, r, &margin->u, &margin->drop_value);
+    KMP_ARENA_EACH(&margin->arena, double, n, &margin->now.w, &margin->stood.w, &margin->other);
+    KMP_ARENA_EACH(&margin->arena, double, r, &margin->u, &margin->drop_value, &margin->along);
     margin->room = KMP_ARENA_NEW(&margin->arena, double, 4 * r);
     if (!KMP_ARENA_EACH(&margin->arena, double, entries, &margin->weight, &margin->value, &margin->now.jacobian,
                         &margin->stood.jacobian))
@@ -268,12 +268,12 @@ double kmp_margin_at(kmp_margin *margin, const kmp_evaluator *eval)
 
 /* The larger |w| when the k-th free coordinate is displaced by KMP_MARGIN_NEAR_BY in either direction and the others
  * follow along the tangent. */
-static double turned(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q, int k, double *work)
+static double turned(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q, int k)
 {
     const kempe_system *s = margin->system;
     const kmp_pattern *jac = &s->jacobian;
     int n = s->n, free = margin->part.u[k];
-    double *along = work, *other = work + n, most = 0;
+    double *along = margin->along, *other = margin->other, most = 0;
     (void)margin_at(margin, eval, t, q);
     memset(along, 0, (size_t)margin->r * sizeof *along);
     for (int e = 0; e < jac->count; e++)
@@ -293,9 +293,9 @@ static double turned(kmp_margin *margin, kmp_evaluator *eval, double t, const do
 
 /* The median |w| with all coordinates displaced by up to KMP_MARGIN_ELSEWHERE, with the closures open: lengths that
  * differ by a factor of a thousand make it small everywhere. */
-static double elsewhere(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q, double *other)
+static double elsewhere(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q)
 {
-    double found[ELSEWHERE];
+    double found[ELSEWHERE], *other = margin->other;
     unsigned chance = 1;
     for (int k = 0; k < ELSEWHERE; k++) {
         for (int i = 0; i < margin->system->n; i++) {
@@ -312,29 +312,23 @@ static double elsewhere(kmp_margin *margin, kmp_evaluator *eval, double t, const
     return found[ELSEWHERE / 2];
 }
 
-bool kmp_margin_begin(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q)
+void kmp_margin_begin(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q)
 {
     const kmp_partition *part = &margin->part;
     if (margin->r == 0)
-        return true;
+        return;
     (void)kmp_margin_at(margin, eval);
     double here = margin->last, most = here;
     if (!margin->ignored && part->pivots[part->r - 1] < KMP_MARGIN_LOOK * part->pivots[0]) {
-        double *work = KMP_NEW(double, 2 * margin->system->n);
-        for (int k = 0; work && k < part->p; k++)
-            most = fmax(most, turned(margin, eval, t, q, k, work));
-        if (work)
-            most = fmax(here, fmin(most, elsewhere(margin, eval, t, q, work)));
-        kmp_free(work);
-        if (!work)
-            return false;
+        for (int k = 0; k < part->p; k++)
+            most = fmax(most, turned(margin, eval, t, q, k));
+        most = fmax(here, fmin(most, elsewhere(margin, eval, t, q)));
         kmp_eval_closure(eval, t, q);
         (void)kmp_margin_at(margin, eval);
     }
     margin->usual = most;
     margin->near = here < KMP_MARGIN_NEAR * most;
     kmp_margin_stand(margin);
-    return true;
 }
 
 void kmp_margin_ignore(kmp_margin *margin)

@@ -53,6 +53,7 @@ typedef struct kmp_margin {
     double *value, *u;                            /* r */
     double *begin;                                /* m: initial vector of inverse iteration */
     double *room;                                 /* 4 r: work space */
+    double *along, *other;                        /* r, n: work space of the start */
     kmp_margin_view now, stood;
     int *drop_column; /* r: entries of a dropped row in the columns of the block */
     double *drop_value;
@@ -67,8 +68,8 @@ bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part);
 
 /** Measures at the start, (t, q), the place of the evaluator's last closure, and sets the usual values. Sets `near` if
  * a motion along the closures reaches a change point in some thousandths of a radian. Restores the evaluator's last
- * closure. false: no memory. */
-bool kmp_margin_begin(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q);
+ * closure. */
+void kmp_margin_begin(kmp_margin *margin, kmp_evaluator *eval, double t, const double *q);
 
 /** |w| at the evaluator's last closure over its usual size; 1 without closures, 0 where they are singular. */
 double kmp_margin_at(kmp_margin *margin, const kmp_evaluator *eval);

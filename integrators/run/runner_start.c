@@ -227,10 +227,11 @@ static kempe_status look_at_margin(kmp_runner *run, const double *q)
     bool made = kmp_margin_init(&run->margin, run->s, &run->part);
     if (made && word && strcmp(word, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0)
         kmp_margin_ignore(&run->margin);
-    if (made)
-        kmp_eval_closure(run->eval, run->spec.t_start, q);
-    made = made && kmp_margin_begin(&run->margin, run->eval, run->spec.t_start, q);
-    return made ? KEMPE_OK : kmp_fail_memory(run->s->context);
+    if (!made)
+        return kmp_fail_memory(run->s->context);
+    kmp_eval_closure(run->eval, run->spec.t_start, q);
+    kmp_margin_begin(&run->margin, run->eval, run->spec.t_start, q);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)

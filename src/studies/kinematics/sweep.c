@@ -149,8 +149,8 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
         return kmp_fail_memory(w->system->context);
     if (w->any_dropped)
         w->margin.near = w->part.r > 0 && w->part.pivots[w->part.r - 1] < KMP_MARGIN_EXACT * w->part.pivots[0];
-    else if (!kmp_margin_begin(&w->margin, w->eval, t, q))
-        return kmp_fail_memory(w->system->context);
+    else
+        kmp_margin_begin(&w->margin, w->eval, t, q);
     (void)kmp_sweep_evaluate(w, w->here.x);
     if (w->margin.near)
         return kmp_fail(w->system->context, KEMPE_E_FAILED,
