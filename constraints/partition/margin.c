@@ -20,7 +20,7 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->column = KMP_ARENA_NEW(&margin->arena, int, n);
     margin->row_start = KMP_ARENA_NEW(&margin->arena, int, m + 1);
     KMP_ARENA_EACH(&margin->arena, int, entries, &margin->entry, &margin->entry_row, &margin->entry_column);
-    KMP_ARENA_EACH(&margin->arena, int, r, &margin->signs, &margin->signs_stood, &margin->drop_column);
+    KMP_ARENA_EACH(&margin->arena, int, r, &margin->taken, &margin->signs_stood, &margin->drop_column);
     KMP_ARENA_EACH(&margin->arena, int, m - r + 1, &margin->now.start, &margin->stood.start);
     KMP_ARENA_EACH(&margin->arena, int, (m - r) * r, &margin->now.kept, &margin->stood.kept);
     KMP_ARENA_EACH(&margin->arena, double, (m - r) * r, &margin->now.t, &margin->stood.t);
@@ -385,14 +385,6 @@ static bool aims(const kmp_margin *margin, const line *l, double size, double ai
     return l->closest < aim * margin->usual && l->closest < KMP_MARGIN_STEEP * size;
 }
 
-/* True if some block has changed its sign since the last step's end. */
-static bool has_turned(kmp_margin *margin)
-{
-    kmp_block_take_signs(margin->block, margin->signs);
-    return memcmp(margin->signs, margin->signs_stood, (size_t)kmp_block_count(margin->block) * sizeof *margin->signs) !=
-           0;
-}
-
 /* True if a step passes a singular place, or enters its close surroundings from afar. A formulation that already is in
  * these surroundings may go deeper. */
 static bool passes(kmp_margin *margin)
@@ -403,7 +395,7 @@ static bool passes(kmp_margin *margin)
     double deep = margin->tried > 0 ? 0.5 * KMP_MARGIN_AGAIN * margin->tried : KMP_MARGIN_DEEP * margin->usual;
     bool deeper = margin->last < deep && l.before > deep;
     if (!l.known) /* decided by a shorter step */
-        return deeper || (margin->part.m == margin->r && has_turned(margin));
+        return deeper || (margin->part.m == margin->r && !kmp_block_has_signs(margin->block, margin->signs_stood));
     return deeper && l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
 }
 
@@ -419,7 +411,8 @@ static bool looks_well(kmp_margin *margin, const kmp_evaluator *eval)
     if (least > 0)
         find_t(margin);
     margin->pivot = fmax(margin->pivot, least);
-    bool well = least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT && !has_turned(margin);
+    bool well = least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT &&
+                kmp_block_has_signs(margin->block, margin->signs_stood);
     margin->quick = margin->ignored || well;
     return margin->quick;
 }
@@ -524,7 +517,7 @@ void kmp_margin_stand_anew(kmp_margin *margin, const kmp_evaluator *eval)
 static void exchange_apart(kmp_margin *margin)
 {
     kmp_partition *part = &margin->part;
-    int *taken = margin->signs; /* kept rows already exchanged */
+    int *taken = margin->taken;
     memset(taken, 0, (size_t)part->r * sizeof *taken);
     const kmp_margin_view *need = &margin->now;
     for (int d = 0; d < part->m - part->r; d++) {

@@ -40,14 +40,15 @@ typedef struct kmp_margin {
     bool seen;    /* so do w and z: a full measurement was made there */
     bool quick;   /* the last margin had the quick test alone: no singularity */
     double pivot; /* the largest minimum pivot of the block so far */
-    int *signs, *signs_stood; /* of the block's diagonal blocks */
-    double step_t;            /* time of the last step examined */
-    double tried;   /* margin at which no step across was found, until the motion has left it; 0: none was tried */
-    double clear_t; /* no change point was found up to this time */
-    double *weight; /* of each entry of J */
-    int *row_start; /* m + 1: first entry of each row of J */
-    int *place;     /* m: position of a row among the independent ones, -1: dropped */
-    int *column;    /* n: position of a coordinate among the columns, -1: none */
+    int *signs_stood; /* of the block's diagonal blocks */
+    int *taken;       /* r: kept rows already exchanged */
+    double step_t;    /* time of the last step examined */
+    double tried;     /* margin at which no step across was found, until the motion has left it; 0: none was tried */
+    double clear_t;   /* no change point was found up to this time */
+    double *weight;   /* of each entry of J */
+    int *row_start;   /* m + 1: first entry of each row of J */
+    int *place;       /* m: position of a row among the independent ones, -1: dropped */
+    int *column;      /* n: position of a coordinate among the columns, -1: none */
     kmp_block *block;
     int count, *entry, *entry_row, *entry_column; /* entries of J in the block */
     double *value, *u;                            /* r */
