@@ -122,8 +122,8 @@ TIMED_VOID(ALGEBRA, kmp_reduction_multipliers, (kmp_reduction * red, const doubl
 TIMED_VOID(ALGEBRA, kmp_reduction_correction, (kmp_reduction * red), (red))
 TIMED(ALGEBRA, int, kmp_saddle_factor, (kmp_saddle * saddle), (saddle))
 TIMED_VOID(ALGEBRA, kmp_saddle_accelerations, (kmp_saddle * saddle, double *qdd, double *lambda), (saddle, qdd, lambda))
-TIMED_VOID(ALGEBRA, kmp_saddle_correction, (kmp_saddle * saddle, const double *violation, double *dx),
-           (saddle, violation, dx))
+TIMED_VOID(ALGEBRA, kmp_saddle_solve, (kmp_saddle * saddle, const double *f, const double *b, double *x, double *a),
+           (saddle, f, b, x, a))
 
 kempe_status REAL(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red);
 kempe_status OURS(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red);

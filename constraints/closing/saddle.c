@@ -310,11 +310,6 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
         take_multipliers(saddle, lambda);
 }
 
-void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx)
-{
-    kmp_saddle_solve(saddle, NULL, violation, dx, NULL);
-}
-
 static int place(void *self, double t, const double *q)
 {
     kmp_saddle *saddle = self;
@@ -325,7 +320,7 @@ static int place(void *self, double t, const double *q)
 
 static bool correct(void *self, const double *violation, double *dx)
 {
-    kmp_saddle_correction(self, violation, dx);
+    kmp_saddle_solve(self, NULL, violation, dx, NULL);
     return true;
 }
 

@@ -61,16 +61,13 @@ double kmp_saddle_spread(const kmp_saddle *saddle);
 /** Operation count of one factorisation and solution when sparse, from its pattern; 0 when dense. */
 double kmp_saddle_operations(const kmp_saddle *saddle);
 
-/** x (n) and a (m; zero for dropped rows; NULL: not wanted) of f (n; NULL: zero) and b (m; NULL: zero). Not by bodies.
- */
+/** x (n) and a (m; zero for dropped rows; NULL: not wanted) of f (n; NULL: zero) and b (m; NULL: zero). Without f: the
+ * mass-orthogonal correction x, of least qd-norm with J x = -b. Not by bodies. */
 void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a);
 
 /** qdd and lambda (m; zero for dropped rows; NULL: not wanted) from the evaluator's last bias. Forces that depend on
  * multipliers update the bias (constraints/evaluation/load_multipliers.h); results are not finite if that fails. */
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
-
-/** Mass-orthogonal correction: dx of least qd-norm with J dx = -violation (m values). */
-void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx);
 
 /** Closer along the mass-orthogonal direction; dx: n values of work space. */
 kmp_closer kmp_saddle_closer(kmp_saddle *saddle, double *dx);

@@ -40,7 +40,7 @@ void kmp_partition_sort(kmp_partition *part)
 static bool choice_init(kmp_pick *c, const kempe_system *s, const double *jacobian)
 {
     const kmp_pattern *j = &s->jacobian;
-    if (!kmp_pick_init(c, s->m, s->n, j->count, !kmp_pick_is_large(s->m, s->n, j->count)))
+    if (!kmp_pick_init(c, s->m, s->n, j->count))
         return false;
     for (int e = 0; e < j->count; e++)
         kmp_pick_add(c, j->row[e], j->col[e], jacobian[e] * s->scale[j->col[e]] / s->row_scale[j->row[e]]);

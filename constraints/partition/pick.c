@@ -14,15 +14,11 @@ enum { SPARSE_FROM = 256, SPARSE_BELOW = 6, DENSE_MOST = 1 << 14 };
 /* B is computed again after an exchange of an entry of this size. */
 #define LONG_DUE 100.0
 
-bool kmp_pick_is_large(int m, int n, int nz)
+bool kmp_pick_init(kmp_pick *c, int m, int n, int nz)
 {
     double places = (double)m * n;
-    return places > DENSE_MOST || (places > SPARSE_FROM && nz * SPARSE_BELOW < places);
-}
-
-bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, bool dense)
-{
-    *c = (kmp_pick){.m = m, .n = n, .dense = dense, .growth = KMP_PICK_GROWTH};
+    bool large = places > DENSE_MOST || (places > SPARSE_FROM && nz * SPARSE_BELOW < places);
+    *c = (kmp_pick){.m = m, .n = n, .dense = !large, .growth = KMP_PICK_GROWTH};
     c->row = KMP_ARENA_NEW(&c->arena, int, m);
     KMP_ARENA_EACH(&c->arena, int, n, &c->col, &c->fixed);
     KMP_ARENA_EACH(&c->arena, int, nz, &c->entry_row, &c->entry_col);

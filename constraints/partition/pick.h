@@ -10,7 +10,7 @@
 typedef struct kmp_pick {
     kmp_arena arena;
     int m, n;
-    bool dense;
+    bool dense;     /* unless it is large and sparse */
     double growth;  /* |Bvu| above which columns are exchanged */
     int *row, *col; /* permutations of the rows and columns: the first r of each are chosen */
     int *fixed;     /* n: columns to be chosen last */
@@ -20,11 +20,8 @@ typedef struct kmp_pick {
     double *value;
 } kmp_pick;
 
-/** True if m x n with nz entries is so large and sparse that it is not made dense. */
-bool kmp_pick_is_large(int m, int n, int nz);
-
 /** Allocates for up to nz entries, initially none; false: no memory; it must be freed also then. */
-bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, bool dense);
+bool kmp_pick_init(kmp_pick *c, int m, int n, int nz);
 void kmp_pick_free(kmp_pick *c);
 void kmp_pick_add(kmp_pick *c, int row, int col, double value);
 

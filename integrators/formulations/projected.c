@@ -130,7 +130,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     (void)dy;
     if (kmp_redundant_check(d->eval, d->part, t, d->atol + d->rtol, &d->formulation.reason) != KMP_GO)
         return KMP_HALT;
-    kmp_saddle_correction(&d->saddle, d->eval->h, d->dx);
+    kmp_saddle_solve(&d->saddle, NULL, d->eval->h, d->dx, NULL);
     bool small = is_small(n, d->dx, w);
     double open = kmp_eval_residual(d->eval);
     if (!small && open > KMP_CLOSED)
@@ -139,7 +139,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         d->q[i] = y[i] + (small ? d->dx[i] : 0);
     kmp_eval_closure(d->eval, t, d->q);
     kmp_eval_rates(d->eval, y + n, d->violation);
-    kmp_saddle_correction(&d->saddle, d->violation, d->qd);
+    kmp_saddle_solve(&d->saddle, NULL, d->violation, d->qd, NULL);
     if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, open, d->qd, y + n))
         return KMP_RETRY;
     if (kmp_margin_refuses(d->margin, d->eval, t))

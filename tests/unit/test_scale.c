@@ -242,7 +242,9 @@ static void blocks_are_chosen_as_the_whole(void)
             shuffle[k] = shuffle[j];
             shuffle[j] = t;
         }
-        CHECK(kmp_pick_init(&whole, m, n, m * (rows + 1), true) && kmp_pick_init(&parts, m, n, m * (rows + 1), false));
+        CHECK(kmp_pick_init(&whole, m, n, m * (rows + 1)) && kmp_pick_init(&parts, m, n, m * (rows + 1)));
+        whole.dense = true;
+        parts.dense = false;
         fill_blocks(&whole, shuffle, blocks, rows);
         for (int e = 0; e < whole.nz; e++)
             kmp_pick_add(&parts, whole.entry_row[e], whole.entry_col[e], whole.value[e]);
@@ -273,7 +275,9 @@ static void a_long_block_is_exchanged_as_well(void)
     double max_b, cond, max_parts, cond_parts;
     int made, made_parts;
     random_seed(17);
-    CHECK(kmp_pick_init(&whole, N, N + 4, 5 * N, true) && kmp_pick_init(&parts, N, N + 4, 5 * N, false));
+    CHECK(kmp_pick_init(&whole, N, N + 4, 5 * N) && kmp_pick_init(&parts, N, N + 4, 5 * N));
+    whole.dense = true;
+    parts.dense = false;
     for (int i = 0; i < N; i++)
         for (int k = 0; k < 5; k++)
             kmp_pick_add(&whole, i, i + k, k % 4 ? between(-0.6, 0.6) : between(0.8, 1.2));
@@ -301,7 +305,8 @@ static void a_singular_choice_is_told(void)
     kmp_pick p;
     double max_b, cond;
     int made;
-    CHECK(kmp_pick_init(&p, 2, 3, 3, false));
+    CHECK(kmp_pick_init(&p, 2, 3, 3));
+    p.dense = false;
     kmp_pick_add(&p, 0, 0, 1); /* v = 0, 1; row 1 has column 2 alone */
     kmp_pick_add(&p, 1, 2, 1);
     for (int k = 0; k < 3; k++)
