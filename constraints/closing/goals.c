@@ -340,9 +340,9 @@ static bool descend(search *w)
 
 static void make_place(search *w, place *p)
 {
-    int n = w->n;
-    p->r = KMP_ARENA_NEW(&w->arena, double, w->count);
-    p->slope = KMP_ARENA_NEW(&w->arena, double, w->count *n);
+    size_t n = (size_t)w->n, count = (size_t)w->count;
+    p->r = KMP_ARENA_NEW(&w->arena, double, count);
+    p->slope = KMP_ARENA_NEW(&w->arena, double, count *n);
     p->tangent = KMP_ARENA_NEW(&w->arena, double, n *(n + 1));
     KMP_ARENA_EACH(&w->arena, double, n, &p->q, &p->gradient, &p->projected);
 }

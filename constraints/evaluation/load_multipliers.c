@@ -32,10 +32,10 @@ struct kmp_load_work {
 kmp_load_work *kmp_load_work_new(const kempe_system *s, kmp_arena *arena)
 {
     kmp_load_work *w = KMP_ARENA_NEW(arena, kmp_load_work, 1);
-    int count = s->load_row_count;
+    size_t count = (size_t)s->load_row_count;
     if (!w)
         return NULL;
-    w->count = count;
+    w->count = s->load_row_count;
     w->worst = -1;
     w->column = KMP_ARENA_NEW(arena, double, s->n);
     w->matrix = KMP_ARENA_NEW(arena, double, count *count);

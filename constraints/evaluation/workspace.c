@@ -63,7 +63,7 @@ static bool given(kempe_workspace *ws, const char *name, const void *argument)
 
 static bool allocate(kempe_workspace *ws)
 {
-    int n = ws->n, m = ws->m;
+    size_t n = (size_t)ws->n, m = (size_t)ws->m;
     ws->hold = KMP_ARENA_NEW(&ws->arena, bool, n);
     ws->mass = KMP_ARENA_NEW(&ws->arena, double, n *n);
     ws->jacobian = KMP_ARENA_NEW(&ws->arena, double, m *n);

@@ -13,7 +13,7 @@ enum { MAX_NEWTON = 12 };
 
 static bool allocate(kmp_reduction *red, int entries, int m)
 {
-    int n = red->n, p = red->p, r = red->r;
+    size_t n = (size_t)red->n, p = (size_t)red->p, r = (size_t)red->r;
     red->row_of = KMP_ARENA_NEW(&red->arena, int, m);
     red->place = KMP_ARENA_NEW(&red->arena, int, n);
     red->jv = KMP_ARENA_NEW(&red->arena, double, entries);
