@@ -234,9 +234,8 @@ static bool center_joints(work *w)
     if (centred == 0)
         return true;
     kmp_eval_set_charts(w->eval, w->eval->chart);
-    const kmp_arena_group groups[] = {{w->n, {&w->a->inner_q, &w->a->inner_qd}},
-                                      {(ptrdiff_t)KMP_CHART_SIZE * charts, {&w->a->chart}}};
-    return kmp_arena_make_groups(&w->a->arena, sizeof groups / sizeof *groups, groups);
+    w->a->chart = KMP_ARENA_NEW(&w->a->arena, double, KMP_CHART_SIZE *charts);
+    return KMP_ARENA_EACH(&w->a->arena, double, w->n, &w->a->inner_q, &w->a->inner_qd);
 }
 
 /* The user's angles of joint c; those of the guess if the joint did not move. */

@@ -99,12 +99,13 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
     if (!a)
         return NULL;
     a->system = s;
-    const kmp_arena_group groups[] = {
-        {s->n, {&a->q, &a->qd, &a->moved}}, {closures, {&a->gaps}}, {s->m, {&a->open}}, {s->m + s->n, {&a->pivots}}};
+    a->gaps = KMP_ARENA_NEW(&a->arena, double, closures);
+    a->open = KMP_ARENA_NEW(&a->arena, double, s->m);
+    a->pivots = KMP_ARENA_NEW(&a->arena, double, s->m + s->n);
     a->culprits = KMP_ARENA_NEW(&a->arena, int, closures);
     a->dropped = KMP_ARENA_NEW(&a->arena, bool, s->m);
     kmp_goals_init(&a->goals, s->model, &a->arena);
-    if (kmp_arena_make_groups(&a->arena, sizeof groups / sizeof *groups, groups))
+    if (KMP_ARENA_EACH(&a->arena, double, s->n, &a->q, &a->qd, &a->moved))
         return a;
     kempe_assembly_free(a);
     return NULL;

@@ -20,11 +20,12 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
     *w = (kmp_walk){.system = system, .n = n, .m = m, .eval = kmp_eval_new(system, "tape")};
     const kmp_rounding *rounding = kmp_rounding_of(system);
     w->rank = rounding ? rounding->rank : -1;
-    const kmp_arena_group groups[] = {
-        {m * n, {&w->jacobian}}, {m, {&w->h}}, {size * size, {&w->copy, &w->basis}}, {m + n, {&w->pivots}}};
+    w->jacobian = KMP_ARENA_NEW(&w->arena, double, m *n);
+    w->h = KMP_ARENA_NEW(&w->arena, double, m);
+    w->pivots = KMP_ARENA_NEW(&w->arena, double, m + n);
     KMP_ARENA_EACH(&w->arena, int, size, &w->order, &w->row_order);
     w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
-    if (kmp_arena_make_groups(&w->arena, sizeof groups / sizeof *groups, groups) && w->eval &&
+    if (KMP_ARENA_EACH(&w->arena, double, size *size, &w->copy, &w->basis) && w->eval &&
         kmp_least_change_init(&w->least, w->eval))
         return w;
     kmp_walk_free(w);
