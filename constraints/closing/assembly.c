@@ -35,30 +35,28 @@ static void put_tolerance(kmp_text *text, const kempe_system *s, double gap)
 static kempe_status complain_open(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
-    kmp_text held = {0}, others = {0}, best = {0}, tolerance = {0};
-    for (int k = 0; k < model->motion_count; k++)
-        if (model->start.hold[k])
-            kmp_text_printf(&held, "%s%s", held.length ? ", " : " while holding ", model->motions[k].name);
-    for (int k = 1; k < a->culprit_count && k <= MOST_NAMED; k++)
-        put_open(&others, k > 1 ? ", " : "; other open loops: ", model->closures[a->culprits[k]].name,
-                 a->gaps[a->culprits[k]]);
-    if (a->culprit_count > MOST_NAMED + 1)
-        kmp_text_printf(&others, " and %d more", a->culprit_count - MOST_NAMED - 1);
     const kmp_closure *worst = &model->closures[a->culprits[0]];
     double gap = a->gaps[a->culprits[0]];
-    put_tolerance(&tolerance, a->system, gap);
-    if (isfinite(gap))
-        kmp_text_printf(&best, "the smallest gap found is %.4g m%s%s; check its lengths, or start", gap,
-                        others.s ? others.s : "", tolerance.s ? tolerance.s : "");
-    else
-        kmp_text_put(&best, "its gap is not a number there; start");
+    int held = 0;
+    kmp_text why = {0};
+    kmp_text_printf(&why, "loop '%s' cannot be closed", worst->name);
+    for (int k = 0; k < model->motion_count; k++)
+        if (model->start.hold[k])
+            kmp_text_printf(&why, "%s%s", held++ ? ", " : " while holding ", model->motions[k].name);
+    if (isfinite(gap)) {
+        kmp_text_printf(&why, ": the smallest gap found is %.4g m", gap);
+        for (int k = 1; k < a->culprit_count && k <= MOST_NAMED; k++)
+            put_open(&why, k > 1 ? ", " : "; other open loops: ", model->closures[a->culprits[k]].name,
+                     a->gaps[a->culprits[k]]);
+        if (a->culprit_count > MOST_NAMED + 1)
+            kmp_text_printf(&why, " and %d more", a->culprit_count - MOST_NAMED - 1);
+        put_tolerance(&why, a->system, gap);
+    }
+    kmp_text_printf(&why, "%s from a better guess",
+                    isfinite(gap) ? "; check its lengths, or start" : ": its gap is not a number there; start");
     (void)kmp_complain(a->system->context, model->files[worst->place.file], worst->place.line, worst->place.column,
-                       "loop '%s' cannot be closed%s: %s from a better guess", worst->name, held.s ? held.s : "",
-                       best.s ? best.s : "");
-    kmp_text_free(&best);
-    kmp_text_free(&held);
-    kmp_text_free(&others);
-    kmp_text_free(&tolerance);
+                       "%s", why.s ? why.s : "");
+    kmp_text_free(&why);
     return KEMPE_E_FAILED;
 }
 
