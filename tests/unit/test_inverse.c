@@ -139,7 +139,8 @@ static void singular_values(void)
 {
     const double a[] = {3, 0, 4, 5, 0, 0}; /* 2 x 3: rows (3 4 0), (0 5 0) */
     kmp_singular svd;
-    CHECK(kmp_singular_init(&svd, 2, 3) && kmp_singular_decompose(&svd, a));
+    kmp_arena arena = {0};
+    CHECK(kmp_singular_init(&svd, &arena, 2, 3) && kmp_singular_decompose(&svd, a));
     CHECK_NEAR(svd.s[0] * svd.s[1], 15, 1e-14); /* sqrt det A A' */
     CHECK_NEAR(svd.s[0] * svd.s[0] + svd.s[1] * svd.s[1], 50, 1e-14);
     for (int i = 0; i < 2; i++)
@@ -150,7 +151,7 @@ static void singular_values(void)
             CHECK_NEAR(sum, a[i + 2 * j], 1e-14);
         }
     CHECK(!kmp_singular_decompose(&svd, (double[]){NAN, 0, 0, 0, 0, 0}));
-    kmp_singular_free(&svd);
+    kmp_arena_free(&arena);
 }
 
 /* -- drives ------------------------------------------------------------------------------------------ */

@@ -134,21 +134,16 @@ int kmp_singular_right(int n, double *a, double *values, double *v)
     return info == 0 ? 0 : -1;
 }
 
-bool kmp_singular_init(kmp_singular *svd, int m, int n)
+bool kmp_singular_init(kmp_singular *svd, kmp_arena *arena, int m, int n)
 {
     int k = m < n ? m : n;
     *svd = (kmp_singular){.m = m, .n = n, .k = k, .lwork = 4 * imax(3 * k + imax(m, n), 5 * k) + 1};
-    svd->u = KMP_ARENA_NEW(&svd->arena, double, m *k);
-    svd->s = KMP_ARENA_NEW(&svd->arena, double, k);
-    svd->vt = KMP_ARENA_NEW(&svd->arena, double, k *n);
-    svd->copy = KMP_ARENA_NEW(&svd->arena, double, m *n);
-    svd->work = KMP_ARENA_NEW(&svd->arena, double, svd->lwork);
-    return !svd->arena.failed;
-}
-
-void kmp_singular_free(kmp_singular *svd)
-{
-    kmp_arena_free(&svd->arena);
+    svd->u = KMP_ARENA_NEW(arena, double, m *k);
+    svd->s = KMP_ARENA_NEW(arena, double, k);
+    svd->vt = KMP_ARENA_NEW(arena, double, k *n);
+    svd->copy = KMP_ARENA_NEW(arena, double, m *n);
+    svd->work = KMP_ARENA_NEW(arena, double, svd->lwork);
+    return !arena->failed;
 }
 
 bool kmp_singular_decompose(kmp_singular *svd, const double *a)

@@ -36,12 +36,10 @@ typedef struct kmp_singular {
     int m, n, k, lwork;
     double *u, *s, *vt;
     double *copy, *work;
-    kmp_arena arena;
 } kmp_singular;
 
-/** false: no memory. */
-bool kmp_singular_init(kmp_singular *svd, int m, int n);
-void kmp_singular_free(kmp_singular *svd);
+/** Allocates in an arena. false: no memory. */
+bool kmp_singular_init(kmp_singular *svd, kmp_arena *arena, int m, int n);
 
 /** Decomposes `a`, which is kept. false: the iteration did not converge (it does for finite entries). No allocation. */
 bool kmp_singular_decompose(kmp_singular *svd, const double *a);

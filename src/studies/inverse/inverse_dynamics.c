@@ -47,7 +47,6 @@ kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int cou
 static void forget_choice(kmp_inverse *v)
 {
     kmp_arena_free(&v->choices);
-    kmp_singular_free(&v->svd);
     kmp_reduction_free(&v->red);
     kmp_partition_free(&v->part);
 }
@@ -71,7 +70,7 @@ static kempe_status choose(kmp_inverse *v)
     const kmp_arena_group groups[] = {
         {p * p, {&v->gram, &v->inner}}, {p * v->a, {&v->matrix}}, {p, {&v->reach, &v->choice, &v->left}}};
     if (!kmp_arena_make_groups(&v->choices, sizeof groups / sizeof *groups, groups) ||
-        !kmp_singular_init(&v->svd, p, v->a))
+        !kmp_singular_init(&v->svd, &v->choices, p, v->a))
         return kmp_fail_memory(v->system->context);
     return kmp_reduction_init(&v->red, v->eval, &v->part);
 }
