@@ -287,11 +287,9 @@ static bool make_room(const gather *g)
     int n = t->n;
     if (!t->forced)
         return true;
-    const kmp_arena_group groups[] = {{n, {&t->effort, &t->moved}},
-                                      {2 * n, {&t->state}},
-                                      {g->value_count, {&t->with_effort}},
-                                      {g->list.output_count + 2 * n * n + 2 * n, {&t->tangents_with_it}}};
-    return kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_GROUPS(&t->arena, {n, {&t->effort, &t->moved}}, {2 * n, {&t->state}},
+                            {g->value_count, {&t->with_effort}},
+                            {g->list.output_count + 2 * n * n + 2 * n, {&t->tangents_with_it}});
 }
 
 static bool is_worth_two_derivations(const kempe_system *system)

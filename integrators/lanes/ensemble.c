@@ -67,7 +67,6 @@ static void release(kmp_ensemble *e)
     for (int k = 0; k < e->pool_count; k++)
         kmp_pool_free(e->pools[k]);
     e->pool_count = 0;
-    kmp_lane_room_free(&e->room);
     kmp_eval_free(e->eval);
     kmp_arena_free(&e->arena);
     e->eval = NULL;
@@ -81,8 +80,7 @@ static bool allocate(kmp_ensemble *e)
     e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
     for (int i = 0; i < e->count && !a->failed; i++) {
         kmp_instance *x = &e->instances[i];
-        const kmp_arena_group groups[] = {{size, {&x->y, &x->dy}}, {e->parameters + e->n + e->m, {&x->constants}}};
-        (void)kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
+        (void)KMP_ARENA_GROUPS(a, {size, {&x->y, &x->dy}}, {e->parameters + e->n + e->m, {&x->constants}});
     }
     return !a->failed;
 }
@@ -93,7 +91,7 @@ static kempe_status prepare(kmp_ensemble *e)
     e->eval = kmp_eval_new(e->s, "tape");
     if (!e->eval)
         return KEMPE_E_MEMORY;
-    bool ok = allocate(e) && (kmp_ensemble_no_lanes(e) || kmp_lane_room_init(&e->room, e, width));
+    bool ok = allocate(e) && (kmp_ensemble_no_lanes(e) || kmp_lane_room_init(e, width));
     if (!ok)
         return kmp_fail_memory(e->context);
     for (int i = 0; i < e->count; i++)

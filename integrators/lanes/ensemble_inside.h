@@ -40,7 +40,6 @@ typedef struct kmp_instance {
 typedef struct kmp_pool {
     kmp_partition part;
     kmp_reduction red;
-    bool has_part, has_red;
     int *order; /* r */
     kmp_program *program;
     kmp_lanes *lanes;
@@ -54,8 +53,7 @@ typedef struct kmp_lane_room {
     int who[KMP_LANES_MOST]; /* instance, -1: none */
     double t[KMP_LANES_MOST], h[KMP_LANES_MOST], t_new[KMP_LANES_MOST], error[KMP_LANES_MOST];
     double step[KMP_LANES_MOST];
-    double bad[KMP_LANES_MOST]; /* not 0: the right-hand side cannot be evaluated */
-    double *memory;
+    double bad[KMP_LANES_MOST];                /* not 0: the right-hand side cannot be evaluated */
     double *y, *y_new, *stage, *weight, *atol; /* size */
     double *k[14];                             /* size, as published: 1 to 13 */
     double *scale;                             /* n */
@@ -118,8 +116,8 @@ int kmp_pool_take(kmp_ensemble *e, kmp_pool *pool);
 
 /* ensemble_lanes.c */
 
-bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width);
-void kmp_lane_room_free(kmp_lane_room *room);
+/** Makes the lanes of an ensemble, in its arena. false: no memory. */
+bool kmp_lane_room_init(kmp_ensemble *e, int width);
 
 /** Runs a pool until it is empty, or until another has more to do. */
 kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane the decisions of rk.c and
  * reduced.c. Lanes of instances that have finished, or that another pool continues, are filled again. */
-#include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/steppers/dop853_table.h"
@@ -17,17 +16,18 @@ typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
-bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width)
+bool kmp_lane_room_init(kmp_ensemble *e, int width)
 {
+    kmp_lane_room *room = &e->room;
     size_t w = (size_t)width, size = (size_t)e->size, n = (size_t)e->n, m = (size_t)e->m;
     *room = (kmp_lane_room){.w = w};
     for (size_t l = 0; l < KMP_LANES_MOST; l++)
         room->who[l] = -1;
-    room->memory = KMP_NEW(double, w *((5 + 13) * size + n + m + 1) + ALIGNED);
-    if (!room->memory)
+    double *at = KMP_ARENA_NEW(&e->arena, double, w *((5 + 13) * size + n + m + 1) + ALIGNED);
+    if (!at)
         return false;
-    size_t off = (uintptr_t)room->memory / sizeof(double) % ALIGNED;
-    double *at = room->memory + (off ? ALIGNED - off : 0);
+    size_t off = (uintptr_t)at / sizeof(double) % ALIGNED;
+    at += off ? ALIGNED - off : 0;
     double **vectors[] = {&room->y, &room->y_new, &room->stage, &room->weight, &room->atol};
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, at += w * size)
         *vectors[k] = at;
@@ -37,12 +37,6 @@ bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width)
     room->row_scale = at + w * n;
     room->at = room->row_scale + w * m;
     return true;
-}
-
-void kmp_lane_room_free(kmp_lane_room *room)
-{
-    kmp_free(room->memory);
-    *room = (kmp_lane_room){0};
 }
 
 /* -- evaluation -------------------------------------------------------------------------------------- */

@@ -36,12 +36,10 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_evaluator *eval, 
         return NULL;
     *c = (kmp_crossing){
         .s = system, .eval = eval, .journal = journal, .instant = INSTANT * span, .kink = KINK * rtol, .end = -1};
-    const kmp_arena_group groups[] = {{n, {&c->q, &c->qd, &c->qdd}},
-                                      {system->m, {&c->lambda}},
-                                      {count, {&c->change, &c->last, &c->most, &c->largest}}};
     c->repeats = KMP_ARENA_NEW(&c->arena, int, count);
     c->stays = KMP_ARENA_NEW(&c->arena, bool, count);
-    if (!kmp_arena_make_groups(&c->arena, sizeof groups / sizeof *groups, groups) ||
+    if (!KMP_ARENA_GROUPS(&c->arena, {n, {&c->q, &c->qd, &c->qdd}}, {system->m, {&c->lambda}},
+                          {count, {&c->change, &c->last, &c->most, &c->largest}}) ||
         !kmp_event_search_init(&c->search, system, closely, &c->arena)) {
         kmp_crossing_free(c);
         return NULL;

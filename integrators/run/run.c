@@ -110,8 +110,7 @@ void kmp_runner_free(kmp_runner *run)
         run->kind->release(run->solver);
     if (run->formulation)
         run->formulation->release(run->formulation);
-    if (run->has_part)
-        kmp_partition_free(&run->part);
+    kmp_partition_free(&run->part);
     kmp_eval_free(run->eval);
     kmp_team_free(run->team);
     kmp_margin_free(&run->margin);
@@ -242,11 +241,10 @@ static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_f
 static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn *take, void *user)
 {
     double t = kmp_runner_t(run);
-    kempe_status status = KEMPE_OK;
-    for (; status == KEMPE_OK && *next < run->spec.time_count && run->spec.times[*next] <= t; ++*next)
-        status = deliver_at(run, run->spec.times[*next], row, take, user);
+    for (; *next < run->spec.time_count && run->spec.times[*next] <= t; ++*next)
+        KMP_TRY(deliver_at(run, run->spec.times[*next], row, take, user));
     bool more = *next < run->spec.time_count && (*next == 0 || run->spec.times[*next - 1] < t);
-    return status == KEMPE_OK && run->ended && more ? deliver_at(run, t, row, take, user) : status;
+    return run->ended && more ? deliver_at(run, t, row, take, user) : KEMPE_OK;
 }
 
 /* Steps between two readings of the processor clock, each of which costs as much as a short step. */
@@ -280,23 +278,21 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
 {
     int next = 0, steps = 0;
     double begin_s = run->spec.limit_s > 0 ? cpu_of(run) : 0;
-    double *row = KMP_NEW(double, 3 * run->s->n + run->s->m);
+    double *row = KMP_ARENA_NEW(&run->arena, double, 3 * run->s->n + run->s->m);
     if (!row)
         return kmp_fail_memory(run->s->context);
-    kempe_status status = deliver(run, &next, row, take, user);
-    while (status == KEMPE_OK && kmp_runner_t(run) < run->spec.t_end) {
-        status = kmp_runner_step(run);
+    KMP_TRY(deliver(run, &next, row, take, user));
+    while (kmp_runner_t(run) < run->spec.t_end) {
+        kempe_status status = kmp_runner_step(run);
         if (status == KEMPE_OK)
             status = tell_step(run);
         if (status == KEMPE_OK)
             status = watch(run, begin_s, &steps);
-        if (status == KEMPE_OK || status == KEMPE_STOPPED) {
-            kempe_status delivered = deliver(run, &next, row, take, user);
-            status = delivered == KEMPE_OK ? status : delivered;
-        }
+        if (status == KEMPE_OK || status == KEMPE_STOPPED)
+            KMP_TRY(deliver(run, &next, row, take, user));
+        KMP_TRY(status);
     }
-    kmp_free(row);
-    return status;
+    return KEMPE_OK;
 }
 
 kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,

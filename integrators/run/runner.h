@@ -21,7 +21,6 @@ struct kmp_runner {
     kmp_arena arena; /* of all arrays except those of a formulation */
     bool by_bodies;  /* formulations that can use articulated bodies do */
     kmp_partition part;
-    bool has_part;
     kmp_margin margin;
     kmp_formulation *formulation;
     const kmp_formulation_kind *way; /* the chosen formulation, also near change points */
@@ -74,6 +73,8 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
 
 /** The formulation that steps across change points in place of the present one. */
 const kmp_formulation_kind *kmp_runner_near_singular(const kmp_runner *run);
+/** The start of a formulation at a state, with the rows and the margin of the run. */
+kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work);
 kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
                                          const double *qd, double work);
 kempe_status kmp_runner_make_solver(kmp_runner *run);

@@ -27,7 +27,7 @@ static void release_formulation(kmp_runner *run)
 static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
     kmp_partition before = run->part;
-    run->has_part = false;
+    run->part = (kmp_partition){0};
     kempe_status status =
         kmp_runner_choose(run, t, q, run->margin.r, before.u, run->spec.keep_independent ? before.p : 0);
     kmp_partition_free(&before);

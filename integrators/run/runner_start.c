@@ -16,9 +16,7 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
 {
     const kempe_system *s = run->s;
     kmp_eval_closure(run->eval, t, q);
-    run->has_part = false;
     KMP_TRY(kmp_partition_of_rank(&run->part, s, run->eval->jacobian, rank, wish, wish_count));
-    run->has_part = true;
     kmp_eval_drop(run->eval, run->part.m - run->part.r, run->part.redundant);
     return kmp_load_check(run->eval, &run->part);
 }
@@ -103,29 +101,35 @@ const kmp_formulation_kind *kmp_runner_near_singular(const kmp_runner *run)
     return run->way->near_singular ? run->way->near_singular : &kmp_formulation_near_singular;
 }
 
-kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
-                                         const double *qd, double work)
+kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
-    kmp_formulation_start given = {.system = run->s,
+    return (kmp_formulation_start){.system = run->s,
                                    .eval = run->eval,
                                    .part = &run->part,
                                    .margin = &run->margin,
                                    .t = t,
                                    .q = q,
                                    .qd = qd,
-                                   .qdd = run->qdd,
-                                   .lambda = run->lambda,
                                    .work = work,
                                    .rtol = run->spec.rtol,
                                    .atol = run->spec.atol,
                                    .rate_scale = run->rate_scale,
-                                   .brief = run->brief,
-                                   .journal = run->journal,
-                                   .fixed = run->spec.keep_independent,
-                                   .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
-                                   .implicit = kmp_solver_find(run->spec.integrator)->implicit,
-                                   .dae = kmp_solver_find(run->spec.integrator)->dae,
-                                   .user = run->spec.user};
+                                   .journal = run->journal};
+}
+
+kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
+                                         const double *qd, double work)
+{
+    const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
+    kmp_formulation_start given = kmp_runner_given(run, t, q, qd, work);
+    given.qdd = run->qdd;
+    given.lambda = run->lambda;
+    given.brief = run->brief;
+    given.fixed = run->spec.keep_independent;
+    given.restarts = !solver->corrects;
+    given.implicit = solver->implicit;
+    given.dae = solver->dae;
+    given.user = run->spec.user;
     kmp_eval_take(run->eval, run->by_bodies && way->by_bodies && !given.implicit && !given.dae);
     run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
     run->formulation = way->create(way, &given);
@@ -240,8 +244,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
     run->eval = kmp_eval_new_shared(run->s, run->spec.backend, run->team);
-    const kmp_arena_group groups[] = {{n, {&run->seen, &run->next_seen}}, {3 * n + m, {&run->moved, &run->state}}};
-    if (!run->eval || !kmp_arena_make_groups(&run->arena, sizeof groups / sizeof *groups, groups))
+    if (!run->eval ||
+        !KMP_ARENA_GROUPS(&run->arena, {n, {&run->seen, &run->next_seen}}, {3 * n + m, {&run->moved, &run->state}}))
         return kmp_fail_memory(run->s->context);
     double *q = run->state, *qd = q + n;
     run->qdd = q + 2 * n;

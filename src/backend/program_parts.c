@@ -133,13 +133,7 @@ static void spread_seeds(finder *f)
 /* The least member of a set that is not empty. */
 static int first_of(seeds s)
 {
-    int k = 0;
-    for (int step = SEEDS / 2; step > 0; step /= 2)
-        if (!(s & (((seeds)1 << step) - 1))) {
-            s >>= step;
-            k += step;
-        }
-    return k;
+    return __builtin_ctzll(s);
 }
 
 /* Lists the members in ascending order; returns their number. */

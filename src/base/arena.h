@@ -26,6 +26,11 @@ typedef struct kmp_arena_group {
 /** Allocates all groups. True if the arena has never failed. */
 bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups);
 
+/** Allocates arrays of doubles by groups: KMP_ARENA_GROUPS(arena, {n, {&p->q, &p->qd}}, {m, {&p->lambda}}). */
+#define KMP_ARENA_GROUPS(arena, ...)                                                                                   \
+    kmp_arena_make_groups((arena), sizeof((kmp_arena_group[]){__VA_ARGS__}) / sizeof(kmp_arena_group),                 \
+                          (const kmp_arena_group[]){__VA_ARGS__})
+
 #define KMP_ARENA_NEW(arena, type, n) ((type *)kmp_arena_alloc((arena), (size_t)(n), sizeof(type)))
 
 #endif
