@@ -150,6 +150,17 @@ static kempe_status run_alone(kmp_ensemble *e)
     return status;
 }
 
+static kempe_status run_all(kmp_ensemble *e)
+{
+    const char *why = kmp_ensemble_no_lanes(e);
+    KMP_TRY(prepare(e));
+    if (!why)
+        KMP_TRY(run_lanes(e));
+    for (int i = 0; why && i < e->count; i++)
+        kmp_instance_leave(e, i, why);
+    return run_alone(e);
+}
+
 kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const kmp_ensemble_way *way, int instances,
                               const double *values, kmp_ensemble_result *results, double *q, double *qd)
 {
@@ -164,14 +175,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     e->qd = qd;
     KMP_TRY(kmp_run_resolve(e->s, &e->spec));
     kmp_context_quiet(e->context, true);
-    kempe_status status = prepare(e);
-    const char *why = kmp_ensemble_no_lanes(e);
-    if (status == KEMPE_OK && !why)
-        status = run_lanes(e);
-    for (int i = 0; status == KEMPE_OK && why && i < instances; i++)
-        kmp_instance_leave(e, i, why);
-    if (status == KEMPE_OK)
-        status = run_alone(e);
+    kempe_status status = run_all(e);
     kmp_context_quiet(e->context, false);
     release(e);
     if (status == KEMPE_OK)

@@ -14,6 +14,8 @@
 #include "integrators/steppers/rk.h"
 #include "model/variant.h"
 
+struct kmp_dop853_step;
+
 enum { KMP_POOLS_MOST = 64, KMP_LANE_ROWS = 24 }; /* bounds; beyond them: separate runs */
 
 /** An instance between its steps, outside the lanes. */
@@ -128,16 +130,8 @@ kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool);
 void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
                        const double *const *k, double *out);
 
-/** Inputs and outputs of an error estimate. */
-typedef struct kmp_lanes_step {
-    const double *y, *h, *atol;
-    double *const *k; /* k[1] .. k[12] */
-    double rtol;
-    double *y_new, *weight, *error; /* error: one per lane */
-} kmp_lanes_step;
-
 /** Computes the solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
-void kmp_lanes_solution(size_t width, size_t size, const kmp_lanes_step *step);
+void kmp_lanes_solution(size_t width, size_t size, const struct kmp_dop853_step *step);
 
 /** Measurements at the end of a step, by lanes. */
 typedef struct kmp_lanes_end {

@@ -3,7 +3,7 @@
  * reduced.c. Lanes of instances that have finished, or that another pool continues, are filled again. */
 #include "constraints/tolerances.h"
 #include "integrators/lanes/ensemble_inside.h"
-#include "integrators/steppers/dop853_table.h"
+#include "integrators/steppers/dop853.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
 #include <string.h>
@@ -429,8 +429,8 @@ static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
     kempe_status status = KEMPE_OK;
     choose_tries(e);
     run_stages(e, pool);
-    const kmp_lanes_step solution = {room->y,      room->step,  room->atol,   room->k,
-                                     e->spec.rtol, room->y_new, room->weight, room->error};
+    const kmp_dop853_step solution = {room->y,      room->step,  room->atol,   room->k,
+                                      e->spec.rtol, room->y_new, room->weight, room->error};
     kmp_lanes_solution(room->w, (size_t)e->size, &solution);
     e->work.sweeps++;
     for (size_t l = 0; l < room->w; l++) {
