@@ -60,6 +60,14 @@ kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *e)
     return e->work;
 }
 
+bool kmp_ensemble_reports(kmp_ensemble *e)
+{
+    double now = (double)time(NULL);
+    bool due = now - e->told >= 1;
+    e->told = due ? now : e->told;
+    return due;
+}
+
 /* -- a run ------------------------------------------------------------------------------------------- */
 
 static void release(kmp_ensemble *e)
@@ -136,11 +144,8 @@ static kempe_status run_alone(kmp_ensemble *e)
             break;
         status = kmp_instance_alone(e, i);
         e->work.alone++;
-        double now = (double)time(NULL);
-        if (now - e->told >= 1) {
-            e->told = now;
+        if (kmp_ensemble_reports(e))
             kmp_log(e->context, KEMPE_LOG_PROGRESS, "instance %d of %d, separately", i + 1, e->count);
-        }
     }
     for (int i = 0; i < e->count && status == KEMPE_OK; i++) {
         kmp_ensemble_result *result = &e->results[i];

@@ -89,6 +89,9 @@ struct kmp_ensemble {
     kmp_ensemble_work work;
 };
 
+/** True if a progress report is due, once a second. */
+bool kmp_ensemble_reports(kmp_ensemble *e);
+
 /* ensemble_start.c: one instance at a time. Statuses concern the whole ensemble: memory. */
 
 /** Reason why lanes can run no instance; NULL: they can. */

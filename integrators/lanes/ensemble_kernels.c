@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/clones.h"
+#include "base/simd4.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/steppers/dop853.h"
 #include <math.h>
 
-/* Eight and four doubles, in memory of any alignment. */
+/* Eight doubles, in memory of any alignment. */
 typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
-typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
 
 #define COMBINE(vector, w)                                                                                             \
     for (size_t i = 0; i < size * (w); i += (w)) {                                                                     \
@@ -22,7 +22,7 @@ KMP_CLONES static void combine_8(size_t size, const double *y, const double *h, 
 KMP_CLONES static void combine_4(size_t size, const double *y, const double *h, int terms, const double *a,
                                  const double *const *k, double *out)
 {
-    COMBINE(four, 4)
+    COMBINE(kmp_four, 4)
 }
 
 void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,

@@ -7,7 +7,6 @@
 #include "linalg/dense/dense.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 enum { MOST_TRIES = 1000, ALIGNED = 64 / sizeof(double), MOST_COLUMNS = KMP_LANE_ROWS + KMP_FUSED_FREEDOMS };
 
@@ -500,13 +499,11 @@ static void park(kmp_ensemble *e, kmp_pool *pool)
 
 static void tell(kmp_ensemble *e)
 {
-    double now = (double)time(NULL);
-    if (now - e->told < 1)
-        return;
     int waiting = 0;
+    if (!kmp_ensemble_reports(e))
+        return;
     for (int k = 0; k < e->pool_count; k++)
         waiting += e->pools[k]->waiting;
-    e->told = now;
     kmp_log(e->context, KEMPE_LOG_PROGRESS, "%d of %d instances wait", waiting, e->count);
 }
 

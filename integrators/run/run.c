@@ -152,10 +152,45 @@ void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
     report->exchanges += run->formulation->exchanges;
 }
 
+/* -- work of non-conservative forces where it is not an unknown of the formulation ---------------------- */
+
+/* Power at the dense state in run->y, moving closures included. If it needs multipliers these come from the row. */
+static double power_at(kmp_runner *run, double t)
+{
+    int n = run->s->n;
+    double *row = run->moved, *lambda = row + 3 * n, work;
+    bool asked = run->s->rheonomic || run->s->load_row_count > 0;
+    asked = asked && kmp_formulation_row(run->formulation, t, run->y, row, &work) == KMP_GO;
+    double power = kmp_eval_power(run->eval, t, run->y, run->y + n);
+    if (!asked || !run->s->rheonomic)
+        return power;
+    kmp_eval_closure(run->eval, t, run->y);
+    return power + kmp_eval_drive_power(run->eval, lambda);
+}
+
+/* Quadrature with Gauss's three points on the integrator's polynomial, from work_t to t within the last step. */
+static kempe_status add_work(kmp_runner *run, double t)
+{
+    static const double node[3] = {-0.7745966692414834, 0, 0.7745966692414834};
+    static const double weight[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+    double a = run->work_t, h = t - a;
+    if (!run->yp || !run->way->dae || !run->s->dissipative || !(h > 0))
+        return KEMPE_OK;
+    for (int k = 0; k < 3; k++) {
+        double at = a + 0.5 * h * (1 + node[k]);
+        KMP_TRY(run->kind->dense(run->solver, at, run->y, run->yp));
+        run->work += 0.5 * h * weight[k] * power_at(run, at);
+    }
+    run->work_t = t;
+    return KEMPE_OK;
+}
+
+/* -- steps and rows ------------------------------------------------------------------------------------ */
+
 kempe_status kmp_runner_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
-    kempe_status status = run->work_t < t ? kmp_runner_add_work(run, t) : KEMPE_OK;
+    kempe_status status = run->work_t < t ? add_work(run, t) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = kmp_runner_change(run, t);
     if (status == KEMPE_OK) {
@@ -186,7 +221,7 @@ kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
 
 kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double *work)
 {
-    kempe_status status = kmp_runner_add_work(run, t);
+    kempe_status status = add_work(run, t);
     *work = 0;
     if (status != KEMPE_OK)
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);

@@ -132,6 +132,9 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work);
  * Other statuses pass. */
 kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t);
 
+/** Appends the sentence of a condition that ends runs. */
+void kmp_runner_put_end(const kmp_runner *run, int condition, double t, kmp_text *text);
+
 /** Fails without multipliers at a state: reports the condition that ends runs there, if there is one, or the force. */
 kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *q, const double *qd);
 
@@ -146,11 +149,6 @@ int kmp_runner_lock(kmp_runner *run, double t);
 
 /** The coordinate that a row alone prescribes, NULL for several. */
 const char *kmp_runner_driven_by(const kempe_system *s, int row);
-
-/* runner_work.c */
-
-/** Adds the work of non-conservative forces on a dae formulation, up to t within the last step. */
-kempe_status kmp_runner_add_work(kmp_runner *run, double t);
 
 /* run.c */
 

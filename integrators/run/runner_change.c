@@ -274,13 +274,11 @@ static kempe_status pass_switch(kmp_runner *run, double t)
 /* Ends the run with the sentence of a condition. */
 static kempe_status end_run(kmp_runner *run, double t, int condition)
 {
-    const char *advice = run->s->events.condition[condition].advice;
     kmp_text text = {0};
     run->ended = true;
     if (run->reason)
         return KEMPE_STOPPED;
-    kmp_text_printf(&text, "%s at t = %.9g s%s%s", run->s->event_text[condition], t, advice ? ": " : "",
-                    advice ? advice : "");
+    kmp_runner_put_end(run, condition, t, &text);
     run->reason = kmp_text_take(&text);
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }

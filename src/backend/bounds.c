@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Interval arithmetic over the instructions of a program, with the chain rule along time (Moore 1966; Neumaier 1990).
- * Each value has bounds of itself and of its rate; a program's constants are evaluated once. */
+/* Each value has bounds of itself and of its rate; a program's constants are evaluated once. */
 #include "backend/bounds.h"
 #include "symbolic/table.h"
 #include <math.h>
