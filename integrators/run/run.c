@@ -105,7 +105,6 @@ void kmp_runner_free(kmp_runner *run)
 {
     if (!run)
         return;
-    kmp_crossing_free(run->crossing);
     if (run->solver)
         run->kind->release(run->solver);
     if (run->formulation)

@@ -291,7 +291,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
         return KEMPE_OK;
     if (run->crossing->end >= 0)
         return end_run(run, t, run->crossing->end);
-    kempe_status status = run->s->switches ? pass_switch(run, t) : kmp_crossing_pass(run->crossing, t, run->y, run->yp);
+    kempe_status status = run->s->switches ? pass_switch(run, t) : kmp_crossing_pass(run->crossing, t);
     if (status == KEMPE_OK && !run->s->switches)
         status = kmp_runner_start(run, t, run->y, run->yp, h);
     run->at_event = status != KEMPE_OK;

@@ -204,12 +204,11 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
     if (!run->solver || !run->s->changes)
         return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
     if (!run->crossing)
-        run->crossing = kmp_crossing_new(run->s, run->eval, run->spec.t_end - run->spec.t_start,
-                                         run->kind->corrects && !run->spec.kind ? run->spec.rtol : 0, run->spec.closely,
-                                         run->journal);
-    return run->crossing && kmp_crossing_move(run->crossing, formulation, run->kind, run->solver)
-               ? KEMPE_OK
-               : kmp_fail_memory(run->s->context);
+        run->crossing = kmp_crossing_new(run);
+    if (!run->crossing)
+        return kmp_fail_memory(run->s->context);
+    run->crossing->search.ready = false;
+    return KEMPE_OK;
 }
 
 /* The first step of an implicit method is of order 1; its error is of the order of the tolerance for this length. */
