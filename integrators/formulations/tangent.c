@@ -298,6 +298,16 @@ static bool is_worth_two_derivations(const kempe_system *system)
            operations >= (long)LEAST_A_MOTION * system->n;
 }
 
+static kempe_status fill(gather *g, const kempe_system *system, const kmp_backend *backend, unsigned values)
+{
+    if (!collect_values(g, values))
+        return kmp_fail_memory(system->context);
+    KMP_TRY(collect_tangents(g, system));
+    sort_entries(g->t, &g->list);
+    bool made = list_columns(g->t) && make_machines(g, backend, system->parameters) && make_room(g);
+    return made ? KEMPE_OK : kmp_fail_memory(system->context);
+}
+
 kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
                                unsigned values)
 {
@@ -315,22 +325,15 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
                              .events = &events,
                              .charted = true,
                              .tangents = KMP_TANGENT_COMPOSITE};
-    kempe_status status = kmp_equations_derive(&g.eq, system->model, &scene);
-    if (status != KEMPE_OK)
-        return status;
-    bool ok = collect_values(&g, values);
-    if (ok && (status = collect_tangents(&g, system)) == KEMPE_OK) {
-        sort_entries(tangents, &g.list);
-        ok = list_columns(tangents) && make_machines(&g, backend, system->parameters) && make_room(&g);
-    }
+    KMP_TRY(kmp_equations_derive(&g.eq, system->model, &scene));
+    kempe_status status = fill(&g, system, backend, values);
     kmp_free(g.list.output);
     kmp_free(g.list.entry);
     kmp_arena_free(&g.arena);
     kmp_equations_free(&g.eq);
-    if (ok && status == KEMPE_OK)
-        return KEMPE_OK;
-    kmp_tangents_free(tangents);
-    return ok ? status : kmp_fail_memory(system->context);
+    if (status != KEMPE_OK)
+        kmp_tangents_free(tangents);
+    return status;
 }
 
 kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend)

@@ -71,13 +71,11 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
 /** Computes qdd and lambda of the chosen rows at the evaluator's last closure, which was at (t, q). */
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
 
-/** The formulation that steps across change points in place of the present one. */
-const kmp_formulation_kind *kmp_runner_near_singular(const kmp_runner *run);
 /** The start of a formulation at a state, with the rows and the margin of the run. */
 kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work);
-kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
-                                         const double *qd, double work);
-kempe_status kmp_runner_make_solver(kmp_runner *run);
+
+/** Makes the formulation at a state, that across change points if the run is near one, and its integrator. */
+kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work);
 
 /** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: of its own choice). */
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h);

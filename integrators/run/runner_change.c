@@ -55,9 +55,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, d
         KMP_TRY(kmp_runner_project(run, t, q, qd));
         KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
     }
-    const kmp_formulation_kind *kind = near_singular ? kmp_runner_near_singular(run) : run->way;
-    KMP_TRY(kmp_runner_make_formulation(run, kind, t, q, qd, work));
-    KMP_TRY(kmp_runner_make_solver(run));
+    KMP_TRY(kmp_runner_make(run, t, q, qd, work));
     return kmp_runner_start(run, t, run->formulation->y, run->formulation->yp, first_step);
 }
 

@@ -96,11 +96,6 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
     return status;
 }
 
-const kmp_formulation_kind *kmp_runner_near_singular(const kmp_runner *run)
-{
-    return run->way->near_singular ? run->way->near_singular : &kmp_formulation_near_singular;
-}
-
 kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
     return (kmp_formulation_start){.system = run->s,
@@ -117,9 +112,11 @@ kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *
                                    .journal = run->journal};
 }
 
-kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
-                                         const double *qd, double work)
+static kempe_status make_formulation(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
+    const kmp_formulation_kind *across =
+        run->way->near_singular ? run->way->near_singular : &kmp_formulation_near_singular;
+    const kmp_formulation_kind *kind = run->near_singular ? across : run->way;
     const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
     kmp_formulation_start given = kmp_runner_given(run, t, q, qd, work);
     given.qdd = run->qdd;
@@ -130,9 +127,9 @@ kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_
     given.implicit = solver->implicit;
     given.dae = solver->dae;
     given.user = run->spec.user;
-    kmp_eval_take(run->eval, run->by_bodies && way->by_bodies && !given.implicit && !given.dae);
+    kmp_eval_take(run->eval, run->by_bodies && kind->by_bodies && !given.implicit && !given.dae);
     run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
-    run->formulation = way->create(way, &given);
+    run->formulation = kind->create(kind, &given);
     return run->formulation ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
@@ -186,8 +183,9 @@ static const kmp_solver_kind *integrator_of(const kmp_runner *run)
     return cannot || run->near_singular ? kmp_solver_find("dop853") : asked;
 }
 
-kempe_status kmp_runner_make_solver(kmp_runner *run)
+kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
+    KMP_TRY(make_formulation(run, t, q, qd, work));
     kmp_formulation *formulation = run->formulation;
     kmp_solver_setup setup = {
         .context = run->s->context,
@@ -269,7 +267,5 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->way = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
     run->near_singular = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));
-    const kmp_formulation_kind *kind = run->near_singular ? kmp_runner_near_singular(run) : run->way;
-    KMP_TRY(kmp_runner_make_formulation(run, kind, t, q, qd, run->spec.work_start));
-    return kmp_runner_make_solver(run);
+    return kmp_runner_make(run, t, q, qd, run->spec.work_start);
 }
