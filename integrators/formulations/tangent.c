@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/tangent.h"
 #include "base/memory.h"
-#include "integrators/formulations/tangent_numbers.h"
 #include "symbolic/partials.h"
 #include <math.h>
 #include <stdlib.h>

@@ -168,24 +168,6 @@ static void run_angles(kmp_lanes *lanes, uint32_t first, uint32_t end)
     }
 }
 
-/* Other functions lane by lane. An operand that a function does not have is the slot of 1. */
-static void run_special(const kmp_lanes *lanes, const kmp_special *s)
-{
-    size_t w = (size_t)lanes->width;
-    for (size_t l = 0; l < w; l++) {
-        double x[3], *d = lanes->v + s->d * w + l;
-        if (s->op == KMP_OP_IMPLICIT) {
-            *d = kmp_frame_implicit(&lanes->frame, s, lanes->v + l, w);
-            continue;
-        }
-        for (int k = 0; k < 3; k++) {
-            x[k] = lanes->v[s->operand[k] * w + l];
-            x[k] = s->minus[k] ? -x[k] : x[k];
-        }
-        *d = kmp_program_value(lanes->frame.program, (int)s->instruction, x[0], x[1], x[2]);
-    }
-}
-
 static void run_copies(kmp_lanes *lanes, int stage)
 {
     const kmp_frame *f = &lanes->frame;
@@ -204,7 +186,8 @@ const double *kmp_lanes_run(kmp_lanes *lanes, int stage)
         if (here->angles > 0)
             run_angles(lanes, here->angle, here->angle + here->angles);
         for (uint32_t i = here->special; i < next->special; i++)
-            run_special(lanes, &f->specials[i]);
+            for (size_t l = 0; l < (size_t)lanes->width; l++)
+                kmp_frame_special(f, &f->specials[i], lanes->v + l, (size_t)lanes->width);
     }
     run_copies(lanes, stage);
     size_t first = (size_t)(f->out - f->v) + (size_t)f->program->outputs[stage];

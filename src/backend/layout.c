@@ -2,7 +2,6 @@
 /* Slots and segments of a program. An instruction belongs to the first segment in which its operands are available; a
  * segment ends where sines, cosines or other functions are needed, which are then evaluated together. */
 #include "backend/layout.h"
-#include "backend/program_parts.h"
 #include <string.h>
 
 /* Segment from which an operand is available to an instruction: 0 for leaves, earlier stages and other parts. */
