@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_TRIES = 1000, ALIGNED = 64 / sizeof(double), MOST_COLUMNS = KMP_LANE_ROWS + KMP_FUSED_FREEDOMS };
+enum { MOST_TRIES = 1000, MOST_COLUMNS = KMP_LANE_ROWS + KMP_FUSED_FREEDOMS };
 
 /* Result of an attempt in a lane. */
 typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
@@ -22,20 +22,16 @@ bool kmp_lane_room_init(kmp_ensemble *e, int width)
     *room = (kmp_lane_room){.w = w};
     for (size_t l = 0; l < KMP_LANES_MOST; l++)
         room->who[l] = -1;
-    double *at = KMP_ARENA_NEW(&e->arena, double, w *((5 + 13) * size + n + m + 1) + ALIGNED);
-    if (!at)
-        return false;
-    size_t off = (uintptr_t)at / sizeof(double) % ALIGNED;
-    at += off ? ALIGNED - off : 0;
+    kmp_arena *a = &e->arena;
     double **vectors[] = {&room->y, &room->y_new, &room->stage, &room->weight, &room->atol};
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, at += w * size)
-        *vectors[k] = at;
-    for (size_t k = 1; k <= 13; k++, at += w * size)
-        room->k[k] = at;
-    room->scale = at;
-    room->row_scale = at + w * n;
-    room->at = room->row_scale + w * m;
-    return true;
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = kmp_arena_aligned(a, w * size);
+    for (size_t k = 1; k <= 13; k++)
+        room->k[k] = kmp_arena_aligned(a, w * size);
+    room->scale = kmp_arena_aligned(a, w * n);
+    room->row_scale = kmp_arena_aligned(a, w * m);
+    room->at = kmp_arena_aligned(a, w);
+    return !a->failed;
 }
 
 /* -- evaluation -------------------------------------------------------------------------------------- */

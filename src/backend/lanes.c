@@ -6,8 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { ALIGNED = 64 }; /* bytes: a register of eight doubles */
-
 struct kmp_lanes {
     kmp_frame frame; /* of one instance: positions of values */
     kmp_code code;
@@ -39,12 +37,10 @@ static bool find_form(int width, kmp_x86_form *form)
 static bool spread(kmp_lanes *lanes)
 {
     size_t w = (size_t)lanes->width, slots = lanes->frame.slots;
-    double *memory = KMP_ARENA_NEW(&lanes->frame.arena, double, slots *w + ALIGNED / sizeof(double));
+    lanes->v = kmp_arena_aligned(&lanes->frame.arena, slots * w);
     lanes->lane = KMP_ARENA_NEW(&lanes->frame.arena, double, 3 * w * lanes->frame.angles);
     if (lanes->frame.arena.failed)
         return false;
-    size_t off = (uintptr_t)memory % ALIGNED / sizeof(double);
-    lanes->v = memory + (off ? ALIGNED / sizeof(double) - off : 0);
     for (size_t k = 0; k < slots; k++)
         for (size_t l = 0; l < w; l++)
             lanes->v[k * w + l] = lanes->frame.v[k];

@@ -64,6 +64,14 @@ void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size)
     return p;
 }
 
+double *kmp_arena_aligned(kmp_arena *arena, size_t n)
+{
+    enum { LINE = 64 / sizeof(double) };
+    double *p = n < SIZE_MAX - LINE ? KMP_ARENA_NEW(arena, double, n + LINE) : fail(arena);
+    size_t past = (uintptr_t)p / sizeof *p % LINE;
+    return past ? p + (LINE - past) : p;
+}
+
 bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups)
 {
     for (size_t k = 0; k < count; k++)

@@ -15,6 +15,8 @@ void kmp_arena_free(kmp_arena *arena);
 
 /** Zeroed, aligned for any type; NULL (and failed set) when there is no memory. */
 void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size);
+/** Doubles from a boundary of 64 bytes on, a cache line or a register of eight. */
+double *kmp_arena_aligned(kmp_arena *arena, size_t n);
 char *kmp_arena_strdup(kmp_arena *arena, const char *s);
 
 /** Arrays of doubles of one size to allocate, and the places of their addresses: up to the first NULL, 15 at most. */
