@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "andrews_by_hand.h"
-#include "integrators/steppers/dop853_table.h"
+#include "integrators/steppers/dop853.h"
 #include <kempe/runtime.h>
 
 enum { N = BY_HAND_SIZE };

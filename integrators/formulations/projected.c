@@ -23,11 +23,11 @@ typedef struct projected {
     kmp_saddle saddle;
     bool has_work;
     int n, m;
-    double *violation; /* m */
-    double *lambda;    /* m: for moving closures */
-    double *dx;        /* n */
-    double *q, *qd;    /* n */
-    double rtol, atol;
+    double *violation;              /* m */
+    double *lambda;                 /* m: for moving closures */
+    double *dx;                     /* n */
+    double *q, *qd;                 /* n */
+    double tolerance;               /* of an angle */
     double t;                       /* of the last accepted step */
     double refused_h, refused_size; /* size and correction of the last step rejected from there for its rates; 0:
                                      * none */
@@ -128,7 +128,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     projected *d = self;
     int n = d->n;
     (void)dy;
-    if (kmp_redundant_check(d->eval, d->part, t, d->atol + d->rtol, &d->formulation.reason) != KMP_GO)
+    if (kmp_redundant_check(d->eval, d->part, t, d->tolerance, &d->formulation.reason) != KMP_GO)
         return KMP_HALT;
     kmp_saddle_solve(&d->saddle, NULL, d->eval->h, d->dx, NULL);
     bool small = is_small(n, d->dx, w);
@@ -200,21 +200,15 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     if (!d)
         return NULL;
     int n = d->n = d->formulation.n;
-    kmp_arena *a = &d->formulation.arena;
     d->s = start->system;
     d->eval = start->eval;
     d->margin = start->margin;
     d->part = start->part;
     d->m = start->part->m;
     d->has_work = start->system->dissipative;
-    d->rtol = start->rtol;
-    d->atol = start->atol;
+    d->tolerance = start->atol + start->rtol;
     d->t = start->t;
-    d->violation = KMP_ARENA_NEW(a, double, d->m);
-    d->lambda = KMP_ARENA_NEW(a, double, d->m);
-    d->dx = KMP_ARENA_NEW(a, double, n);
-    d->q = KMP_ARENA_NEW(a, double, n);
-    d->qd = KMP_ARENA_NEW(a, double, n);
+    (void)KMP_ARENA_GROUPS(&d->formulation.arena, {d->m, {&d->violation, &d->lambda}}, {n, {&d->dx, &d->q, &d->qd}});
     kmp_formulation_make_unknowns(&d->formulation, 2 * n + d->has_work, false);
     d->formulation.release = release;
     d->formulation.row = row;
@@ -222,7 +216,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.resume = resume;
     d->formulation.ode =
         (kmp_ode){.n = d->formulation.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
-    if (a->failed || !kmp_saddle_init(&d->saddle, d->eval, d->part)) {
+    if (d->formulation.arena.failed || !kmp_saddle_init(&d->saddle, d->eval, d->part)) {
         (void)kmp_fail_memory(start->system->context);
         release(&d->formulation);
         return NULL;

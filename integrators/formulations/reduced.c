@@ -30,11 +30,11 @@ void kmp_reduced_set_tolerances(kmp_reduced *d)
 {
     double *atol = d->formulation.atol;
     for (int k = 0; k < d->p; k++) {
-        atol[k] = d->atol * d->s->scale[d->part.u[k]];
-        atol[d->p + k] = atol[k] * d->rate_scale;
+        atol[k] = d->start.atol * d->s->scale[d->part.u[k]];
+        atol[d->p + k] = atol[k] * d->start.rate_scale;
     }
     for (int i = 0; d->integrated && i < d->r; i++)
-        atol[2 * d->p + i] = d->atol * d->s->scale[d->part.v[i]];
+        atol[2 * d->p + i] = d->start.atol * d->s->scale[d->part.v[i]];
     if (d->has_work)
         atol[kmp_reduced_work(d)] = 1e300; /* measured, not controlled */
 }
@@ -240,15 +240,15 @@ static void remember(kmp_reduced *d, double t, const double *y)
     for (int i = 0; i < d->r; i++)
         d->anchor_c[i] = vdd_alone(d, i);
     for (int i = 0; i < d->n; i++)
-        d->weight[i] = d->atol * d->s->scale[i] + d->rtol * fabs(d->q[i]);
+        d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
 }
 
 int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fused_end *end)
 {
     int said = kmp_reduced_watch(d, t, end->signs);
     if (said == KMP_GO)
-        said = kmp_redundant_check(d->eval, &d->part, t, d->atol + d->rtol, &d->formulation.reason);
-    if (said == KMP_GO && kmp_margin_refuses(d->margin, d->eval, t))
+        said = kmp_redundant_check(d->eval, &d->part, t, d->start.atol + d->start.rtol, &d->formulation.reason);
+    if (said == KMP_GO && kmp_margin_refuses(d->start.margin, d->eval, t))
         said = KMP_RETRY;
     if (said != KMP_GO)
         return said;
@@ -398,49 +398,41 @@ static void release(kmp_formulation *formulation)
 static bool allocate(kmp_reduced *d)
 {
     kmp_arena *a = &d->formulation.arena;
-    const kmp_arena_group groups[] = {{d->n, {&d->q, &d->qd, &d->qdd, &d->weight}},
-                                      {d->part.m, {&d->lambda}},
-                                      {d->p, {&d->udd, &d->anchor_u}},
-                                      {d->r * d->p, {&d->anchor_b}},
-                                      {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c}}};
     kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
     d->signs = KMP_ARENA_NEW(a, int, d->r);
     d->signs_now = KMP_ARENA_NEW(a, int, d->r);
-    return kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_GROUPS(a, {d->n, {&d->q, &d->qd, &d->qdd, &d->weight}}, {d->part.m, {&d->lambda}},
+                            {d->p, {&d->udd, &d->anchor_u}}, {d->r * d->p, {&d->anchor_b}},
+                            {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c}});
 }
 
-static bool begin(kmp_reduced *d, const kmp_formulation_start *start)
+static kempe_status begin(kmp_reduced *d, const kmp_formulation_start *start)
 {
     memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
     kmp_reduced_pack(&d->part, d->integrated, start->q, start->qd, d->formulation.y);
     if (d->has_work)
         d->formulation.y[kmp_reduced_work(d)] = start->work;
-    if (kmp_reduced_settle(d, start->t, d->formulation.y) == KMP_GO)
-        return true;
-    (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
-    return false;
+    return kmp_reduced_settle(d, start->t, d->formulation.y) == KMP_GO
+               ? KEMPE_OK
+               : kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
 }
 
-static bool prepare(kmp_reduced *d, const kmp_formulation_start *start)
+static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
 {
-    if (kmp_reduction_init(&d->red, start->eval, &d->part) != KEMPE_OK)
-        return false;
+    bool implicit = start->implicit || start->dae;
+    KMP_TRY(kmp_reduction_init(&d->red, start->eval, &d->part));
     d->by_saddle = d->eval->by_bodies;
-    if (!kmp_reduced_renew_saddle(d) || (!(start->implicit || start->dae) && !kmp_reduced_try_saddle(d))) {
-        (void)kmp_fail_memory(d->s->context);
-        return false;
-    }
-    if (!begin(d, start))
-        return false;
+    if (!kmp_reduced_renew_saddle(d) || (!implicit && !kmp_reduced_try_saddle(d)))
+        return kmp_fail_memory(d->s->context);
+    KMP_TRY(begin(d, start));
     kmp_reduced_set_tolerances(d);
     if (kmp_reduced_fuse(d, !start->brief) != KMP_GO)
-        return false;
-    if (!(start->implicit || start->dae) || d->integrated)
-        return true;
+        return KEMPE_E_FAILED;
+    if (!implicit || d->integrated)
+        return KEMPE_OK;
     d->formulation.ode.jacobian = jacobian;
-    if (kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work) != KEMPE_OK)
-        return false;
-    return !start->dae || kmp_reduced_describe(d, start->t);
+    KMP_TRY(kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work));
+    return start->dae ? kmp_reduced_describe(d, start->t) : KEMPE_OK;
 }
 
 static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
@@ -449,21 +441,15 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     kmp_reduced *d = kmp_formulation_new(start, sizeof *d);
     if (!d)
         return NULL;
+    d->start = *start;
     d->s = start->system;
     d->eval = start->eval;
-    d->margin = start->margin;
-    d->fixed = start->fixed;
-    d->journal = start->journal;
-    d->restarts = start->restarts;
     d->integrated = kind->corrected || part->p == 0; /* without other unknowns, v controls the step size */
     d->has_work = start->system->dissipative;
     d->n = part->n;
     d->p = part->p;
     d->r = part->r;
-    d->rtol = start->rtol;
-    d->atol = start->atol;
     d->corrected_t = NAN;
-    d->rate_scale = start->rate_scale;
     d->formulation.release = release;
     d->formulation.row = row;
     d->formulation.position = position;
@@ -479,7 +465,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
                                        .accept = accept,
                                        .positions = d->p,
                                        .quadratures = d->has_work};
-        if (prepare(d, start))
+        if (prepare(d, start) == KEMPE_OK)
             return &d->formulation;
     }
     release(&d->formulation);

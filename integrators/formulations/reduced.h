@@ -10,9 +10,9 @@
 
 typedef struct kmp_reduced {
     kmp_formulation formulation; /* first */
+    kmp_formulation_start start; /* without the state */
     const kempe_system *s;
     kmp_evaluator *eval;
-    kmp_margin *margin;
     kmp_partition part; /* own copy: exchanges change it */
     kmp_reduction red;
     kmp_fused *fused;  /* fused program of the integrated form; NULL: there is none */
@@ -23,9 +23,8 @@ typedef struct kmp_reduced {
     kmp_saddle saddle; /* rates of v come from the reduction in any case */
     kmp_reduced_jacobian tangents; /* if the Jacobian is used */
     double *jacobian;              /* size x size: of the residual by y, as a DAE */
-    bool integrated, has_work, fixed, restarts;
+    bool integrated, has_work;
     bool due; /* an exchange is due before the next step */
-    kmp_journal *journal;
     int n, p, r;
     double *q, *qd;       /* n */
     double *weight;       /* n: error weights of coordinates at the last accepted step */
@@ -38,9 +37,8 @@ typedef struct kmp_reduced {
     double *qdd, *lambda; /* n, m: for moving closures */
     int *signs;           /* r: signs of the determinants of Jv's blocks, at the start, the last exchange or step */
     int *signs_now;       /* r */
-    double rtol, atol, rate_scale;
-    double t;                      /* of the last accepted step */
-    bool crossed;                  /* det Jv had changed its sign at the end of the last attempted step */
+    double t;             /* of the last accepted step */
+    bool crossed;         /* det Jv had changed its sign at the end of the last attempted step */
     double corrected, corrected_t; /* the last correction of v in error weights, of a step from t */
     double growth;                 /* scaled |Bvu| at t, and its v and u */
     int growth_v, growth_u;
@@ -101,7 +99,7 @@ bool kmp_reduced_try_saddle(kmp_reduced *d);
 
 /* reduced_dae.c */
 
-/** Makes the formulation a DAE, starting at t. false after a message. */
-bool kmp_reduced_describe(kmp_reduced *d, double t);
+/** Makes the formulation a DAE, starting at t. */
+kempe_status kmp_reduced_describe(kmp_reduced *d, double t);
 
 #endif

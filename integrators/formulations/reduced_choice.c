@@ -30,7 +30,7 @@ static int dead_centre(kmp_reduced *d, double t, const char *sign, int v, int u)
 
 static double exchange_growth(const kmp_reduced *d)
 {
-    return d->integrated || d->restarts ? KMP_EXCHANGE_GROWTH : KMP_EXCHANGE_CLOSED;
+    return d->integrated || d->start.restarts ? KMP_EXCHANGE_GROWTH : KMP_EXCHANGE_CLOSED;
 }
 
 void kmp_reduced_judge(kmp_reduced *d)
@@ -38,14 +38,14 @@ void kmp_reduced_judge(kmp_reduced *d)
     if (d->r == 0)
         return;
     d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
-    d->due = !d->fixed && d->growth > (d->part.user ? KMP_EXCHANGE_WISH : exchange_growth(d));
+    d->due = !d->start.fixed && d->growth > (d->part.user ? KMP_EXCHANGE_WISH : exchange_growth(d));
 }
 
 /* True if a block of Jv that was singular within the step is an ignored change point, and no dead centre of u, at which
  * |Bvu| grows. */
 static bool is_passed(const kmp_reduced *d)
 {
-    return d->margin->ignored && d->growth <= KMP_EXCHANGE_WISH;
+    return d->start.margin->ignored && d->growth <= KMP_EXCHANGE_WISH;
 }
 
 static bool same_signs(const kmp_reduced *d, const int *signs)
@@ -59,9 +59,9 @@ int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs)
         return KMP_GO;
     kmp_reduced_judge(d);
     bool crossed = !same_signs(d, signs) && !is_passed(d);
-    if (d->fixed && crossed)
+    if (d->start.fixed && crossed)
         return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
-    if (d->fixed && d->growth > KMP_GROWTH_LIMIT)
+    if (d->start.fixed && d->growth > KMP_GROWTH_LIMIT)
         return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
     d->crossed = crossed;
     if (!crossed)
@@ -148,7 +148,7 @@ static void log_exchange(const kmp_reduced *d, double t, const kmp_partition *be
         if (!is_among(before->u, d->p, d->part.u[k]))
             kmp_text_printf(&in, "%s'%s'", in.length ? ", " : "", name_of(d, d->part.u[k]));
     }
-    kmp_journal_note(d->journal, "exchange", t, d->growth, d->part.max_b,
+    kmp_journal_note(d->start.journal, "exchange", t, d->growth, d->part.max_b,
                      "%s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g", in.s ? in.s : "",
                      out.s ? out.s : "", d->growth, d->part.max_b);
     kmp_text_free(&out);

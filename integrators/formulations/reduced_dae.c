@@ -76,7 +76,7 @@ static int fill_pattern(const kmp_reduced *d, long *col_start, long *row)
     return nz;
 }
 
-bool kmp_reduced_describe(kmp_reduced *d, double t)
+kempe_status kmp_reduced_describe(kmp_reduced *d, double t)
 {
     kmp_arena *a = &d->formulation.arena;
     int size = d->formulation.size;
@@ -84,10 +84,8 @@ bool kmp_reduced_describe(kmp_reduced *d, double t)
     double *ones = KMP_ARENA_NEW(a, double, size);
     d->jacobian = KMP_ARENA_NEW(a, double, size *size);
     d->formulation.yp = KMP_ARENA_NEW(a, double, size);
-    if (a->failed) {
-        (void)kmp_fail_memory(d->s->context);
-        return false;
-    }
+    if (a->failed)
+        return kmp_fail_memory(d->s->context);
     for (int i = 0; i < size; i++)
         ones[i] = 1;
     d->formulation.dae = (kmp_dae){.n = size,
@@ -101,7 +99,6 @@ bool kmp_reduced_describe(kmp_reduced *d, double t)
                                    .matrix = matrix,
                                    .accept = accept};
     if (kmp_reduced_rhs(d, t, d->formulation.y, d->formulation.yp) == KMP_GO)
-        return true;
-    (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "the accelerations cannot be evaluated at t = %.9g", t);
-    return false;
+        return KEMPE_OK;
+    return kmp_fail(d->s->context, KEMPE_E_FAILED, "the accelerations cannot be evaluated at t = %.9g", t);
 }

@@ -48,16 +48,9 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
 kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduction *red, bool power)
 {
     int n = red->n, m = red->part->m;
-    kmp_arena a = {0};
-    *jacobian = (kmp_reduced_jacobian){.red = red,
-                                       .qdd = KMP_ARENA_NEW(&a, double, n),
-                                       .lambda = KMP_ARENA_NEW(&a, double, m),
-                                       .unit = KMP_ARENA_NEW(&a, double, 2 * red->p),
-                                       .dq = KMP_ARENA_NEW(&a, double, n),
-                                       .dqd = KMP_ARENA_NEW(&a, double, n),
-                                       .room = KMP_ARENA_NEW(&a, double, 5 * n + m)};
-    jacobian->arena = a;
-    if (a.failed)
+    *jacobian = (kmp_reduced_jacobian){.red = red};
+    if (!KMP_ARENA_GROUPS(&jacobian->arena, {n, {&jacobian->qdd, &jacobian->dq, &jacobian->dqd}},
+                          {m, {&jacobian->lambda}}, {2 * red->p, {&jacobian->unit}}, {5 * n + m, {&jacobian->room}}))
         return kmp_fail_memory(red->eval->system->context);
     return kmp_tangents_init(&jacobian->tangents, red->eval->system, red->eval->backend,
                              KMP_TANGENTS_NEAR | (power ? 1u << KMP_VALUE_POWER : 0));

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/tangent.h"
 #include "base/memory.h"
-#include "integrators/formulations/tangent_numbers.h"
 #include "symbolic/partials.h"
 #include <math.h>
 #include <stdlib.h>
@@ -145,7 +144,7 @@ static void add_curve(gather *g)
 {
     int count = rows_of(g, KMP_CURVE_QD) * g->eq.n;
     const kmp_ref *rate = g->matrix[KMP_RATE_Q];
-    kmp_ref *curve = g->matrix[KMP_CURVE_QD], *twice = rate && curve ? KMP_NEW(kmp_ref, count) : NULL;
+    kmp_ref *curve = g->matrix[KMP_CURVE_QD], *twice = rate && curve ? KMP_ARENA_NEW(&g->arena, kmp_ref, count) : NULL;
     kmp_ref *const none[2] = {NULL, NULL}, *const ways[2] = {twice, curve};
     kmp_tangent_choice choice = {.by_qd = 1};
     g->list.failed = g->list.failed || (rate && curve && !twice);
@@ -154,7 +153,6 @@ static void add_curve(gather *g)
     if (twice && !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, count, none, ways, &choice))
         g->list.failed = true;
     add_matrix(g, KMP_CURVE_QD, ways[choice.by_qd]);
-    kmp_free(twice);
 }
 
 /* Chooses composite bodies, if R was derived by them too, or differentiation. */
@@ -287,11 +285,9 @@ static bool make_room(const gather *g)
     int n = t->n;
     if (!t->forced)
         return true;
-    const kmp_arena_group groups[] = {{n, {&t->effort, &t->moved}},
-                                      {2 * n, {&t->state}},
-                                      {g->value_count, {&t->with_effort}},
-                                      {g->list.output_count + 2 * n * n + 2 * n, {&t->tangents_with_it}}};
-    return kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_GROUPS(&t->arena, {n, {&t->effort, &t->moved}}, {2 * n, {&t->state}},
+                            {g->value_count, {&t->with_effort}},
+                            {g->list.output_count + 2 * n * n + 2 * n, {&t->tangents_with_it}});
 }
 
 static bool is_worth_two_derivations(const kempe_system *system)
@@ -299,6 +295,16 @@ static bool is_worth_two_derivations(const kempe_system *system)
     long operations = kmp_program_count(system->motion, KMP_STAGE_MASS, KMP_STAGE_BIAS).paper;
     return system->n <= MOST_MOTIONS && operations >= LEAST_OPERATIONS &&
            operations >= (long)LEAST_A_MOTION * system->n;
+}
+
+static kempe_status fill(gather *g, const kempe_system *system, const kmp_backend *backend, unsigned values)
+{
+    if (!collect_values(g, values))
+        return kmp_fail_memory(system->context);
+    KMP_TRY(collect_tangents(g, system));
+    sort_entries(g->t, &g->list);
+    bool made = list_columns(g->t) && make_machines(g, backend, system->parameters) && make_room(g);
+    return made ? KEMPE_OK : kmp_fail_memory(system->context);
 }
 
 kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
@@ -318,22 +324,15 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
                              .events = &events,
                              .charted = true,
                              .tangents = KMP_TANGENT_COMPOSITE};
-    kempe_status status = kmp_equations_derive(&g.eq, system->model, &scene);
-    if (status != KEMPE_OK)
-        return status;
-    bool ok = collect_values(&g, values);
-    if (ok && (status = collect_tangents(&g, system)) == KEMPE_OK) {
-        sort_entries(tangents, &g.list);
-        ok = list_columns(tangents) && make_machines(&g, backend, system->parameters) && make_room(&g);
-    }
+    KMP_TRY(kmp_equations_derive(&g.eq, system->model, &scene));
+    kempe_status status = fill(&g, system, backend, values);
     kmp_free(g.list.output);
     kmp_free(g.list.entry);
     kmp_arena_free(&g.arena);
     kmp_equations_free(&g.eq);
-    if (ok && status == KEMPE_OK)
-        return KEMPE_OK;
-    kmp_tangents_free(tangents);
-    return ok ? status : kmp_fail_memory(system->context);
+    if (status != KEMPE_OK)
+        kmp_tangents_free(tangents);
+    return status;
 }
 
 kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend)

@@ -42,6 +42,8 @@ typedef enum kmp_tangent_block {
     KMP_TANGENT_BLOCKS
 } kmp_tangent_block;
 
+typedef struct kmp_tangent_numbers kmp_tangent_numbers;
+
 typedef struct kmp_tangents {
     kmp_formulas value, tangent;
     int n, m;
@@ -56,7 +58,7 @@ typedef struct kmp_tangents {
     double *with_effort, *tangents_with_it; /* outputs of the programs including that force */
     int first_effort;                       /* source of the force's first tangent */
     kmp_arena arena;                        /* of the arrays here and of `column` */
-    struct kmp_tangent_numbers *numbers;    /* in place of the programs (kmp_tangents_init_few) */
+    kmp_tangent_numbers *numbers;           /* in place of the programs (kmp_tangents_init_few) */
     kmp_tangent_choice choice; /* R by composite bodies (0) or by differentiation (1); operations, 0: not counted */
 } kmp_tangents;
 
@@ -65,7 +67,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
                                unsigned values);
 void kmp_tangents_free(kmp_tangents *tangents);
 
-/** Prepares R, rate and curve for a few places: derivatives alone, by dual numbers if possible (tangent_numbers.h). */
+/** Prepares R, rate and curve for a few places: derivatives alone, by dual numbers if possible. */
 kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
 
 /** Takes new values of the system's parameters. */
@@ -82,5 +84,20 @@ void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, con
 /** out += factor * block' * x. */
 void kmp_tangents_add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
                                  const double *x, double *out);
+
+/* tangent_numbers.c: tangents of R, rate and curve at a few places, from those of the system's own M, C, J, h_t and
+ * jdqd by dual numbers (backend/duals.h). No expressions are derived. */
+
+/** True if available: no implicit block, no user-defined force, a moderate number of coordinates. */
+bool kmp_tangent_numbers_can(const kempe_system *system);
+
+/** Makes the tangents in the arena, and adds all entries to the list with positions in the outputs as sources. NULL:
+ * no memory. */
+kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_listing *list, kmp_arena *arena);
+
+void kmp_tangent_numbers_set_parameters(kmp_tangent_numbers *numbers, const double *parameters);
+
+/** Evaluates all entries; valid until the next call; no allocation. */
+const double *kmp_tangent_numbers_eval(kmp_tangent_numbers *numbers, const kmp_instant *at);
 
 #endif

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* With qdd and lambda constant, the derivatives of R = M qdd + C - J' lambda, rate = J qd + h_t and curve = J qdd +
  * jdqd by q are those of M, C, J, h_t and jdqd; the derivatives by qd are those of C and jdqd. */
-#include "integrators/formulations/tangent_numbers.h"
 #include "backend/duals.h"
+#include "integrators/formulations/tangent.h"
 #include <string.h>
 
 /* Each block needs room for a whole matrix. */

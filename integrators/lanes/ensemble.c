@@ -60,6 +60,14 @@ kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *e)
     return e->work;
 }
 
+bool kmp_ensemble_reports(kmp_ensemble *e)
+{
+    double now = (double)time(NULL);
+    bool due = now - e->told >= 1;
+    e->told = due ? now : e->told;
+    return due;
+}
+
 /* -- a run ------------------------------------------------------------------------------------------- */
 
 static void release(kmp_ensemble *e)
@@ -67,7 +75,6 @@ static void release(kmp_ensemble *e)
     for (int k = 0; k < e->pool_count; k++)
         kmp_pool_free(e->pools[k]);
     e->pool_count = 0;
-    kmp_lane_room_free(&e->room);
     kmp_eval_free(e->eval);
     kmp_arena_free(&e->arena);
     e->eval = NULL;
@@ -81,8 +88,7 @@ static bool allocate(kmp_ensemble *e)
     e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
     for (int i = 0; i < e->count && !a->failed; i++) {
         kmp_instance *x = &e->instances[i];
-        const kmp_arena_group groups[] = {{size, {&x->y, &x->dy}}, {e->parameters + e->n + e->m, {&x->constants}}};
-        (void)kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
+        (void)KMP_ARENA_GROUPS(a, {size, {&x->y, &x->dy}}, {e->parameters + e->n + e->m, {&x->constants}});
     }
     return !a->failed;
 }
@@ -93,7 +99,7 @@ static kempe_status prepare(kmp_ensemble *e)
     e->eval = kmp_eval_new(e->s, "tape");
     if (!e->eval)
         return KEMPE_E_MEMORY;
-    bool ok = allocate(e) && (kmp_ensemble_no_lanes(e) || kmp_lane_room_init(&e->room, e, width));
+    bool ok = allocate(e) && (kmp_ensemble_no_lanes(e) || kmp_lane_room_init(e, width));
     if (!ok)
         return kmp_fail_memory(e->context);
     for (int i = 0; i < e->count; i++)
@@ -138,11 +144,8 @@ static kempe_status run_alone(kmp_ensemble *e)
             break;
         status = kmp_instance_alone(e, i);
         e->work.alone++;
-        double now = (double)time(NULL);
-        if (now - e->told >= 1) {
-            e->told = now;
+        if (kmp_ensemble_reports(e))
             kmp_log(e->context, KEMPE_LOG_PROGRESS, "instance %d of %d, separately", i + 1, e->count);
-        }
     }
     for (int i = 0; i < e->count && status == KEMPE_OK; i++) {
         kmp_ensemble_result *result = &e->results[i];
@@ -150,6 +153,17 @@ static kempe_status run_alone(kmp_ensemble *e)
             status = kmp_fail_memory(e->context);
     }
     return status;
+}
+
+static kempe_status run_all(kmp_ensemble *e)
+{
+    const char *why = kmp_ensemble_no_lanes(e);
+    KMP_TRY(prepare(e));
+    if (!why)
+        KMP_TRY(run_lanes(e));
+    for (int i = 0; why && i < e->count; i++)
+        kmp_instance_leave(e, i, why);
+    return run_alone(e);
 }
 
 kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const kmp_ensemble_way *way, int instances,
@@ -166,14 +180,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     e->qd = qd;
     KMP_TRY(kmp_run_resolve(e->s, &e->spec));
     kmp_context_quiet(e->context, true);
-    kempe_status status = prepare(e);
-    const char *why = kmp_ensemble_no_lanes(e);
-    if (status == KEMPE_OK && !why)
-        status = run_lanes(e);
-    for (int i = 0; status == KEMPE_OK && why && i < instances; i++)
-        kmp_instance_leave(e, i, why);
-    if (status == KEMPE_OK)
-        status = run_alone(e);
+    kempe_status status = run_all(e);
     kmp_context_quiet(e->context, false);
     release(e);
     if (status == KEMPE_OK)

@@ -14,6 +14,8 @@
 #include "integrators/steppers/rk.h"
 #include "model/variant.h"
 
+struct kmp_dop853_step;
+
 enum { KMP_POOLS_MOST = 64, KMP_LANE_ROWS = 24 }; /* bounds; beyond them: separate runs */
 
 /** An instance between its steps, outside the lanes. */
@@ -40,7 +42,6 @@ typedef struct kmp_instance {
 typedef struct kmp_pool {
     kmp_partition part;
     kmp_reduction red;
-    bool has_part, has_red;
     int *order; /* r */
     kmp_program *program;
     kmp_lanes *lanes;
@@ -54,8 +55,7 @@ typedef struct kmp_lane_room {
     int who[KMP_LANES_MOST]; /* instance, -1: none */
     double t[KMP_LANES_MOST], h[KMP_LANES_MOST], t_new[KMP_LANES_MOST], error[KMP_LANES_MOST];
     double step[KMP_LANES_MOST];
-    double bad[KMP_LANES_MOST]; /* not 0: the right-hand side cannot be evaluated */
-    double *memory;
+    double bad[KMP_LANES_MOST];                /* not 0: the right-hand side cannot be evaluated */
     double *y, *y_new, *stage, *weight, *atol; /* size */
     double *k[14];                             /* size, as published: 1 to 13 */
     double *scale;                             /* n */
@@ -89,6 +89,9 @@ struct kmp_ensemble {
     kmp_ensemble_work work;
 };
 
+/** True if a progress report is due, once a second. */
+bool kmp_ensemble_reports(kmp_ensemble *e);
+
 /* ensemble_start.c: one instance at a time. Statuses concern the whole ensemble: memory. */
 
 /** Reason why lanes can run no instance; NULL: they can. */
@@ -118,8 +121,8 @@ int kmp_pool_take(kmp_ensemble *e, kmp_pool *pool);
 
 /* ensemble_lanes.c */
 
-bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width);
-void kmp_lane_room_free(kmp_lane_room *room);
+/** Makes the lanes of an ensemble, in its arena. false: no memory. */
+bool kmp_lane_room_init(kmp_ensemble *e, int width);
 
 /** Runs a pool until it is empty, or until another has more to do. */
 kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool);
@@ -130,16 +133,8 @@ kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool);
 void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
                        const double *const *k, double *out);
 
-/** Inputs and outputs of an error estimate. */
-typedef struct kmp_lanes_step {
-    const double *y, *h, *atol;
-    double *const *k; /* k[1] .. k[12] */
-    double rtol;
-    double *y_new, *weight, *error; /* error: one per lane */
-} kmp_lanes_step;
-
 /** Computes the solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
-void kmp_lanes_solution(size_t width, size_t size, const kmp_lanes_step *step);
+void kmp_lanes_solution(size_t width, size_t size, const struct kmp_dop853_step *step);
 
 /** Measurements at the end of a step, by lanes. */
 typedef struct kmp_lanes_end {

@@ -1,48 +1,37 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane the decisions of rk.c and
  * reduced.c. Lanes of instances that have finished, or that another pool continues, are filled again. */
-#include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/lanes/ensemble_inside.h"
-#include "integrators/steppers/dop853_table.h"
+#include "integrators/steppers/dop853.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
-enum { MOST_TRIES = 1000, ALIGNED = 64 / sizeof(double), MOST_COLUMNS = KMP_LANE_ROWS + KMP_FUSED_FREEDOMS };
+enum { MOST_TRIES = 1000, MOST_COLUMNS = KMP_LANE_ROWS + KMP_FUSED_FREEDOMS };
 
 /* Result of an attempt in a lane. */
 typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
-bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width)
+bool kmp_lane_room_init(kmp_ensemble *e, int width)
 {
+    kmp_lane_room *room = &e->room;
     size_t w = (size_t)width, size = (size_t)e->size, n = (size_t)e->n, m = (size_t)e->m;
     *room = (kmp_lane_room){.w = w};
     for (size_t l = 0; l < KMP_LANES_MOST; l++)
         room->who[l] = -1;
-    room->memory = KMP_NEW(double, w *((5 + 13) * size + n + m + 1) + ALIGNED);
-    if (!room->memory)
-        return false;
-    size_t off = (uintptr_t)room->memory / sizeof(double) % ALIGNED;
-    double *at = room->memory + (off ? ALIGNED - off : 0);
+    kmp_arena *a = &e->arena;
     double **vectors[] = {&room->y, &room->y_new, &room->stage, &room->weight, &room->atol};
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, at += w * size)
-        *vectors[k] = at;
-    for (size_t k = 1; k <= 13; k++, at += w * size)
-        room->k[k] = at;
-    room->scale = at;
-    room->row_scale = at + w * n;
-    room->at = room->row_scale + w * m;
-    return true;
-}
-
-void kmp_lane_room_free(kmp_lane_room *room)
-{
-    kmp_free(room->memory);
-    *room = (kmp_lane_room){0};
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = kmp_arena_aligned(a, w * size);
+    for (size_t k = 1; k <= 13; k++)
+        room->k[k] = kmp_arena_aligned(a, w * size);
+    room->scale = kmp_arena_aligned(a, w * n);
+    room->row_scale = kmp_arena_aligned(a, w * m);
+    room->at = kmp_arena_aligned(a, w);
+    return !a->failed;
 }
 
 /* -- evaluation -------------------------------------------------------------------------------------- */
@@ -435,8 +424,8 @@ static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
     kempe_status status = KEMPE_OK;
     choose_tries(e);
     run_stages(e, pool);
-    const kmp_lanes_step solution = {room->y,      room->step,  room->atol,   room->k,
-                                     e->spec.rtol, room->y_new, room->weight, room->error};
+    const kmp_dop853_step solution = {room->y,      room->step,  room->atol,   room->k,
+                                      e->spec.rtol, room->y_new, room->weight, room->error};
     kmp_lanes_solution(room->w, (size_t)e->size, &solution);
     e->work.sweeps++;
     for (size_t l = 0; l < room->w; l++) {
@@ -506,13 +495,11 @@ static void park(kmp_ensemble *e, kmp_pool *pool)
 
 static void tell(kmp_ensemble *e)
 {
-    double now = (double)time(NULL);
-    if (now - e->told < 1)
-        return;
     int waiting = 0;
+    if (!kmp_ensemble_reports(e))
+        return;
     for (int k = 0; k < e->pool_count; k++)
         waiting += e->pools[k]->waiting;
-    e->told = now;
     kmp_log(e->context, KEMPE_LOG_PROGRESS, "%d of %d instances wait", waiting, e->count);
 }
 

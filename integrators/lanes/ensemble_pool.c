@@ -11,10 +11,8 @@ void kmp_pool_free(kmp_pool *pool)
         return;
     kmp_lanes_free(pool->lanes);
     kmp_program_free(pool->program);
-    if (pool->has_red)
-        kmp_reduction_free(&pool->red);
-    if (pool->has_part)
-        kmp_partition_free(&pool->part);
+    kmp_reduction_free(&pool->red);
+    kmp_partition_free(&pool->part);
     kmp_free(pool->order);
     kmp_free(pool->layout.factor);
     kmp_free(pool);
@@ -65,13 +63,11 @@ static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *p
     unsigned long failures = kmp_memory_failures();
     pool->head = pool->tail = -1;
     pool->order = KMP_NEW(int, part->r);
-    pool->has_part = kmp_partition_copy(&pool->part, part);
-    if (!pool->order || !pool->has_part)
+    if (!pool->order || !kmp_partition_copy(&pool->part, part))
         return kmp_fail_memory(e->context);
-    kempe_status status = kmp_reduction_init(&pool->red, e->eval, &pool->part);
-    pool->has_red = status == KEMPE_OK;
-    if (status != KEMPE_OK || !has_small_blocks(&pool->red))
-        return status == KEMPE_E_MEMORY ? status : KEMPE_E_FAILED;
+    KMP_TRY(kmp_reduction_init(&pool->red, e->eval, &pool->part));
+    if (!has_small_blocks(&pool->red))
+        return KEMPE_E_FAILED;
     kmp_fused_order(&pool->red, pool->order);
     const kmp_fused_plan plan = {pool->order, e->unit_row_scale, true};
     pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);

@@ -93,7 +93,7 @@ void kmp_instance_leave(kmp_ensemble *e, int i, const char *why)
 /* -- start ------------------------------------------------------------------------------------------- */
 
 /* Sets the scale of rates from the accelerations at the start. false: these are not available. */
-static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, const double *q, const double *qd)
+static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, const double *qd)
 {
     double *udd = e->state + 2 * e->n, *qdd = udd + e->n;
     if (kmp_reduction_factor(&pool->red))
@@ -105,8 +105,6 @@ static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, con
         return false;
     kmp_reduction_accelerations(&pool->red, udd, qdd);
     x->rate_scale = kmp_formulation_rate_scale(e->s, e->spec.t_end, qd, qdd);
-    x->kinetic = kmp_eval_kinetic(e->eval, qd);
-    x->potential = kmp_eval_potential(e->eval, 0, q);
     return isfinite(x->rate_scale);
 }
 
@@ -129,7 +127,7 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     bool full = part.r == e->r, near = full && e->r > 0 && part.pivots[e->r - 1] < KMP_MARGIN_LOOK * part.pivots[0];
     if (full && !near)
         status = kmp_pool_find(e, &part, &pool);
-    if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, q, qd)) {
+    if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, qd)) {
         x->bound = (kmp_work_bound){.most = e->spec.max_steps};
         x->usual = e->r > 0 ? part.pivots[e->r - 1] : 1;
         x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
@@ -147,13 +145,19 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     return status;
 }
 
-/* Takes the values of an instance and assembles it: KEMPE_E_INPUT, or the status of the assembly. */
+/* Takes the values of an instance, assembles it, and measures its energies: KEMPE_E_INPUT, or the status of the
+ * assembly. */
 static kempe_status assemble(kmp_ensemble *e, int i, kempe_assembly **a)
 {
     KMP_TRY(take_values(e, i));
     kmp_eval_renew_parameters(e->eval);
     KMP_TRY(kempe_assembly_new(e->s, a));
+    const double *q = kempe_assembly_q(*a), *qd = kempe_assembly_qd(*a);
     e->results[i].rates_changed = (*a)->rates_changed;
+    kmp_eval_closure(e->eval, 0, q);
+    kmp_eval_mass(e->eval);
+    e->instances[i].kinetic = kmp_eval_kinetic(e->eval, qd);
+    e->instances[i].potential = kmp_eval_potential(e->eval, 0, q);
     return KEMPE_OK;
 }
 
@@ -163,9 +167,7 @@ kempe_status kmp_instance_start(kmp_ensemble *e, int i)
     kempe_status status = assemble(e, i, &a);
     if (status == KEMPE_OK) {
         keep_constants(e, &e->instances[i]);
-        memcpy(e->state, kempe_assembly_q(a), (size_t)e->n * sizeof(double));
-        memcpy(e->state + e->n, kempe_assembly_qd(a), (size_t)e->n * sizeof(double));
-        status = enter(e, i, e->state, e->state + e->n);
+        status = enter(e, i, kempe_assembly_q(a), kempe_assembly_qd(a));
     } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
         kmp_instance_leave(e, i, "loops that do not close");
     }
@@ -311,16 +313,6 @@ static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_sta
     return !row ? kmp_fail_memory(e->context) : status == KEMPE_E_MEMORY ? status : KEMPE_OK;
 }
 
-/* Measures the energies at the start, for the drift. */
-static void measure_start(kmp_ensemble *e, int i, const kempe_assembly *a)
-{
-    const double *q = kempe_assembly_q(a), *qd = kempe_assembly_qd(a);
-    kmp_eval_closure(e->eval, 0, q);
-    kmp_eval_mass(e->eval);
-    e->instances[i].kinetic = kmp_eval_kinetic(e->eval, qd);
-    e->instances[i].potential = kmp_eval_potential(e->eval, 0, q);
-}
-
 /* Reports the reason of a failed start. */
 static kempe_status fail_alone(kmp_ensemble *e, int i, kempe_status status)
 {
@@ -339,10 +331,8 @@ kempe_status kmp_instance_alone(kmp_ensemble *e, int i)
     kempe_status status = assemble(e, i, &a);
     if (status == KEMPE_E_INPUT)
         return KEMPE_OK;
-    if (status == KEMPE_OK) {
-        measure_start(e, i, a);
+    if (status == KEMPE_OK)
         status = kmp_runner_new(e->s, &e->spec, a, &run);
-    }
     status = run ? run_alone(e, i, run, status) : fail_alone(e, i, status);
     kmp_runner_free(run);
     kempe_assembly_free(a);

@@ -7,7 +7,7 @@
  * multipliers and solutions of implicit blocks, with unknown rates, are parabolas through the values at both ends and
  * in the middle. */
 #include "base/bracket.h"
-#include "integrators/run/events.h"
+#include "integrators/run/runner.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -343,7 +343,7 @@ static kempe_status search(kmp_crossing *c, int depth, const kmp_look *a, const 
 kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
 {
     kmp_event_search *s = &c->search;
-    double from = c->solver->t_old, end = c->solver->t;
+    double from = c->run->solver->t_old, end = c->run->solver->t;
     *found = false;
     c->end = -1;
     if (!(end > from))

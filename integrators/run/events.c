@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Evaluation of conditions, and their changes at the events that event_search.c has found. */
-#include "integrators/run/events.h"
-#include "base/memory.h"
+#include "integrators/run/runner.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -16,46 +15,31 @@ enum { MOST_REPEATS = 20 }; /* changes of one condition without time between the
  * effect. */
 #define KINK 100
 
-bool kmp_crossing_move(kmp_crossing *c, kmp_formulation *formulation, const kmp_solver_kind *kind, kmp_solver *solver)
+kmp_crossing *kmp_crossing_new(kmp_runner *run)
 {
-    c->search.ready = false;
-    c->formulation = formulation;
-    c->kind = kind;
-    c->solver = solver;
-    c->y = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
-    c->yp = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
-    return !formulation->arena.failed;
-}
-
-kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_evaluator *eval, double span, double rtol, bool closely,
-                               kmp_journal *journal)
-{
+    const kempe_system *system = run->s;
     int n = system->n, count = system->events.count;
-    kmp_crossing *c = KMP_NEW(kmp_crossing, 1);
+    double span = run->spec.t_end - run->spec.t_start;
+    bool passes_kinks = run->kind->corrects && !run->spec.kind;
+    kmp_arena *a = &run->arena;
+    kmp_crossing *c = KMP_ARENA_NEW(a, kmp_crossing, 1);
     if (!c)
         return NULL;
-    *c = (kmp_crossing){
-        .s = system, .eval = eval, .journal = journal, .instant = INSTANT * span, .kink = KINK * rtol, .end = -1};
-    const kmp_arena_group groups[] = {{n, {&c->q, &c->qd, &c->qdd}},
-                                      {system->m, {&c->lambda}},
-                                      {count, {&c->change, &c->last, &c->most, &c->largest}}};
-    c->repeats = KMP_ARENA_NEW(&c->arena, int, count);
-    c->stays = KMP_ARENA_NEW(&c->arena, bool, count);
-    if (!kmp_arena_make_groups(&c->arena, sizeof groups / sizeof *groups, groups) ||
-        !kmp_event_search_init(&c->search, system, closely, &c->arena)) {
-        kmp_crossing_free(c);
+    *c = (kmp_crossing){.run = run,
+                        .s = system,
+                        .eval = run->eval,
+                        .instant = INSTANT * span,
+                        .kink = passes_kinks ? KINK * run->spec.rtol : 0,
+                        .end = -1};
+    c->repeats = KMP_ARENA_NEW(a, int, count);
+    c->stays = KMP_ARENA_NEW(a, bool, count);
+    if (!KMP_ARENA_GROUPS(a, {n, {&c->q, &c->qd, &c->qdd}}, {system->m, {&c->lambda}},
+                          {count, {&c->change, &c->last, &c->most, &c->largest}}) ||
+        !kmp_event_search_init(&c->search, system, run->spec.closely, a))
         return NULL;
-    }
     for (int k = 0; k < count; k++)
         c->last[k] = -INFINITY;
     return c;
-}
-
-void kmp_crossing_free(kmp_crossing *c)
-{
-    if (c)
-        kmp_arena_free(&c->arena);
-    kmp_free(c);
 }
 
 /* -- evaluation ----------------------------------------------------------------------------------------- */
@@ -84,8 +68,9 @@ static int first_switched(const kmp_crossing *c)
 
 kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole)
 {
-    double *qdd = whole || c->s->changes_by_rates ? c->qdd : NULL;
-    if (c->formulation->row(c->formulation, t, c->y, c->q, c->qd, qdd, c->lambda, &c->work) != KMP_GO)
+    double *qdd = whole || c->s->changes_by_rates ? c->qdd : NULL, work;
+    kmp_formulation *formulation = c->run->formulation;
+    if (formulation->row(formulation, t, c->run->y, c->q, c->qd, qdd, c->lambda, &work) != KMP_GO)
         return KEMPE_E_FAILED;
     kmp_eval_all_changes(c->eval, t, c->q, c->qd, c->qdd, c->lambda, c->change);
     return KEMPE_OK;
@@ -93,7 +78,7 @@ kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole)
 
 kempe_status kmp_crossing_look(kmp_crossing *c, double t)
 {
-    KMP_TRY(c->kind->dense(c->solver, t, c->y, c->kind->dae ? c->yp : NULL));
+    KMP_TRY(c->run->kind->dense(c->run->solver, t, c->run->y, c->run->yp));
     return kmp_crossing_complete(c, t, false);
 }
 
@@ -156,7 +141,7 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     const kmp_expr *e = c->s->events.condition[k].expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     kmp_eval_set_mode(c->eval, k, holds);
-    kmp_journal_note(c->journal, "event", t, NAN, NAN, "%s became %s", c->s->event_text[k],
+    kmp_journal_note(c->run->journal, "event", t, NAN, NAN, "%s became %s", c->s->event_text[k],
                      holds == stated ? "true" : "false");
     c->count++;
     c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;
@@ -202,13 +187,12 @@ kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, con
     return status;
 }
 
-kempe_status kmp_crossing_pass(kmp_crossing *c, double t, double *y, double *yp)
+kempe_status kmp_crossing_pass(kmp_crossing *c, double t)
 {
+    kmp_formulation *formulation = c->run->formulation;
     KMP_TRY(kmp_crossing_look(c, t));
     KMP_TRY(change_conditions(c, t));
     KMP_TRY(kmp_crossing_complete(c, t, true)); /* accelerations and multipliers after the change */
-    memcpy(y, c->y, (size_t)c->formulation->size * sizeof *y);
-    if (yp)
-        memcpy(yp, c->yp, (size_t)c->formulation->size * sizeof *yp);
-    return c->formulation->resume(c->formulation, t, c->q, c->qd, y, yp) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+    return formulation->resume(formulation, t, c->q, c->qd, c->run->y, c->run->yp) == KMP_GO ? KEMPE_OK
+                                                                                             : KEMPE_E_FAILED;
 }

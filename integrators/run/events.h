@@ -6,9 +6,8 @@
 #define KMP_INTEGRATORS_RUN_EVENTS_H
 
 #include "backend/bounds.h"
-#include "base/arena.h"
-#include "integrators/formulations/formulation.h"
-#include "integrators/steppers/solver.h"
+#include "constraints/evaluation/evaluator.h"
+#include "integrators/run/run.h"
 
 /** An evaluation at a time within the last step. */
 typedef struct kmp_look {
@@ -40,16 +39,13 @@ typedef struct kmp_event_search {
 } kmp_event_search;
 
 typedef struct kmp_crossing {
+    kmp_runner *run;
     const kempe_system *s;
     kmp_evaluator *eval;
-    kmp_formulation *formulation;
-    const kmp_solver_kind *kind;
-    kmp_solver *solver;
-    double *y, *yp, *q, *qd, *qdd, *lambda;
-    double work;
-    double *change; /* first - second at the last evaluated point */
-    double *last;   /* time of the last change of each condition */
-    double *most;   /* the largest evaluated value of each condition since then */
+    double *q, *qd, *qdd, *lambda; /* of the state in run->y */
+    double *change;                /* first - second at the last evaluated point */
+    double *last;                  /* time of the last change of each condition */
+    double *most;                  /* the largest evaluated value of each condition since then */
     int *repeats;
     double kink;     /* part of the largest value of a kink beyond which it is fixed; 0: none is */
     double *largest; /* value of each condition so far, at ends of steps */
@@ -58,24 +54,15 @@ typedef struct kmp_crossing {
     double instant;  /* least time of any motion of the run */
     long count;      /* of events so far */
     int end;         /* the condition that ends the run at the last event; -1: none */
-    kmp_journal *journal;
     kmp_event_search search;
-    kmp_arena arena; /* of all arrays except those sized by a formulation */
 } kmp_crossing;
 
-/** Makes a crossing; NULL: no memory. The arguments are used in their state at each call. span: length of the run.
- * `closely`: the run checks another one, and each step is evaluated at more places.
+/** Makes the crossing of a run, in its arena; NULL: no memory.
  *
- * With rtol > 0 kinks of abs, min and max are passed like events, for one-step methods: between them the equations are
- * smooth, as high orders need. They are neither counted nor noted. Multistep methods, which restart at order one after
- * each kink, gain nothing. A kink that is passed within the errors of steps is ignored. */
-kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_evaluator *eval, double span, double rtol, bool closely,
-                               kmp_journal *journal);
-void kmp_crossing_free(kmp_crossing *crossing);
-
-/** Continues with a formulation, which must outlive its use, and an integrator. false: no memory. */
-bool kmp_crossing_move(kmp_crossing *crossing, kmp_formulation *formulation, const kmp_solver_kind *kind,
-                       kmp_solver *solver);
+ * For one-step methods kinks of abs, min and max are passed like events: between them the equations are smooth, as high
+ * orders need. They are neither counted nor noted. Multistep methods, which restart at order one after each kink, gain
+ * nothing. A kink that is passed within the errors of steps is ignored. */
+kmp_crossing *kmp_crossing_new(kmp_runner *run);
 
 /** Finds the earliest event of the last step. *t is its time, just beyond the change; unchanged if there is none. */
 kempe_status kmp_crossing_find(kmp_crossing *crossing, double *t, bool *found);
@@ -83,9 +70,9 @@ kempe_status kmp_crossing_find(kmp_crossing *crossing, double *t, bool *found);
 /** Finds the earliest event at a start, the integrator's present place. */
 kempe_status kmp_crossing_begin(kmp_crossing *crossing, double t, bool *ends);
 
-/** Changes the conditions at t of an event, closes the state and puts it into y (and yp): the new start. KEMPE_E_FAILED
- * with a message when conditions change back and forth without end. */
-kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t, double *y, double *yp);
+/** Changes the conditions at t of an event, closes the state and puts it into the run's y (and yp): the new start.
+ * KEMPE_E_FAILED with a message when conditions change back and forth without end. */
+kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t);
 
 /** Changes the conditions at t of an event with the closed state (q, qd). `again`: repeated with other rates. Earlier
  * changes are then kept, because positions that are closed again differ by rounding. *changed: a condition did. */
@@ -116,7 +103,7 @@ void kmp_crossing_hold_free(kmp_crossing *c, const double *change);
 /** The first changed condition that ends the run and that no other follows, -1: none. */
 int kmp_crossing_first_end(const kmp_crossing *c);
 
-/** Completes the state in c->y, entirely or as far as conditions depend on it, and evaluates the conditions. */
+/** Completes the state in the run's y, entirely or as far as conditions depend on it, and evaluates the conditions. */
 kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole);
 
 /** Completes the state at a time within the last step, and evaluates the conditions. */

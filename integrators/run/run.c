@@ -105,13 +105,11 @@ void kmp_runner_free(kmp_runner *run)
 {
     if (!run)
         return;
-    kmp_crossing_free(run->crossing);
     if (run->solver)
         run->kind->release(run->solver);
     if (run->formulation)
         run->formulation->release(run->formulation);
-    if (run->has_part)
-        kmp_partition_free(&run->part);
+    kmp_partition_free(&run->part);
     kmp_eval_free(run->eval);
     kmp_team_free(run->team);
     kmp_margin_free(&run->margin);
@@ -153,10 +151,45 @@ void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
     report->exchanges += run->formulation->exchanges;
 }
 
+/* -- work of non-conservative forces where it is not an unknown of the formulation ---------------------- */
+
+/* Power at the dense state in run->y, moving closures included. If it needs multipliers these come from the row. */
+static double power_at(kmp_runner *run, double t)
+{
+    int n = run->s->n;
+    double *row = run->moved, *lambda = row + 3 * n, work;
+    bool asked = run->s->rheonomic || run->s->load_row_count > 0;
+    asked = asked && kmp_formulation_row(run->formulation, t, run->y, row, &work) == KMP_GO;
+    double power = kmp_eval_power(run->eval, t, run->y, run->y + n);
+    if (!asked || !run->s->rheonomic)
+        return power;
+    kmp_eval_closure(run->eval, t, run->y);
+    return power + kmp_eval_drive_power(run->eval, lambda);
+}
+
+/* Quadrature with Gauss's three points on the integrator's polynomial, from work_t to t within the last step. */
+static kempe_status add_work(kmp_runner *run, double t)
+{
+    static const double node[3] = {-0.7745966692414834, 0, 0.7745966692414834};
+    static const double weight[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+    double a = run->work_t, h = t - a;
+    if (!run->yp || !run->way->dae || !run->s->dissipative || !(h > 0))
+        return KEMPE_OK;
+    for (int k = 0; k < 3; k++) {
+        double at = a + 0.5 * h * (1 + node[k]);
+        KMP_TRY(run->kind->dense(run->solver, at, run->y, run->yp));
+        run->work += 0.5 * h * weight[k] * power_at(run, at);
+    }
+    run->work_t = t;
+    return KEMPE_OK;
+}
+
+/* -- steps and rows ------------------------------------------------------------------------------------ */
+
 kempe_status kmp_runner_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
-    kempe_status status = run->work_t < t ? kmp_runner_add_work(run, t) : KEMPE_OK;
+    kempe_status status = run->work_t < t ? add_work(run, t) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = kmp_runner_change(run, t);
     if (status == KEMPE_OK) {
@@ -187,7 +220,7 @@ kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
 
 kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double *work)
 {
-    kempe_status status = kmp_runner_add_work(run, t);
+    kempe_status status = add_work(run, t);
     *work = 0;
     if (status != KEMPE_OK)
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
@@ -242,11 +275,10 @@ static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_f
 static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn *take, void *user)
 {
     double t = kmp_runner_t(run);
-    kempe_status status = KEMPE_OK;
-    for (; status == KEMPE_OK && *next < run->spec.time_count && run->spec.times[*next] <= t; ++*next)
-        status = deliver_at(run, run->spec.times[*next], row, take, user);
+    for (; *next < run->spec.time_count && run->spec.times[*next] <= t; ++*next)
+        KMP_TRY(deliver_at(run, run->spec.times[*next], row, take, user));
     bool more = *next < run->spec.time_count && (*next == 0 || run->spec.times[*next - 1] < t);
-    return status == KEMPE_OK && run->ended && more ? deliver_at(run, t, row, take, user) : status;
+    return run->ended && more ? deliver_at(run, t, row, take, user) : KEMPE_OK;
 }
 
 /* Steps between two readings of the processor clock, each of which costs as much as a short step. */
@@ -280,23 +312,21 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
 {
     int next = 0, steps = 0;
     double begin_s = run->spec.limit_s > 0 ? cpu_of(run) : 0;
-    double *row = KMP_NEW(double, 3 * run->s->n + run->s->m);
+    double *row = KMP_ARENA_NEW(&run->arena, double, 3 * run->s->n + run->s->m);
     if (!row)
         return kmp_fail_memory(run->s->context);
-    kempe_status status = deliver(run, &next, row, take, user);
-    while (status == KEMPE_OK && kmp_runner_t(run) < run->spec.t_end) {
-        status = kmp_runner_step(run);
+    KMP_TRY(deliver(run, &next, row, take, user));
+    while (kmp_runner_t(run) < run->spec.t_end) {
+        kempe_status status = kmp_runner_step(run);
         if (status == KEMPE_OK)
             status = tell_step(run);
         if (status == KEMPE_OK)
             status = watch(run, begin_s, &steps);
-        if (status == KEMPE_OK || status == KEMPE_STOPPED) {
-            kempe_status delivered = deliver(run, &next, row, take, user);
-            status = delivered == KEMPE_OK ? status : delivered;
-        }
+        if (status == KEMPE_OK || status == KEMPE_STOPPED)
+            KMP_TRY(deliver(run, &next, row, take, user));
+        KMP_TRY(status);
     }
-    kmp_free(row);
-    return status;
+    return KEMPE_OK;
 }
 
 kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,

@@ -21,7 +21,6 @@ struct kmp_runner {
     kmp_arena arena; /* of all arrays except those of a formulation */
     bool by_bodies;  /* formulations that can use articulated bodies do */
     kmp_partition part;
-    bool has_part;
     kmp_margin margin;
     kmp_formulation *formulation;
     const kmp_formulation_kind *way; /* the chosen formulation, also near change points */
@@ -72,11 +71,11 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
 /** Computes qdd and lambda of the chosen rows at the evaluator's last closure, which was at (t, q). */
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
 
-/** The formulation that steps across change points in place of the present one. */
-const kmp_formulation_kind *kmp_runner_near_singular(const kmp_runner *run);
-kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
-                                         const double *qd, double work);
-kempe_status kmp_runner_make_solver(kmp_runner *run);
+/** The start of a formulation at a state, with the rows and the margin of the run. */
+kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work);
+
+/** Makes the formulation at a state, that across change points if the run is near one, and its integrator. */
+kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work);
 
 /** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: of its own choice). */
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h);
@@ -131,6 +130,9 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work);
  * Other statuses pass. */
 kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t);
 
+/** Appends the sentence of a condition that ends runs. */
+void kmp_runner_put_end(const kmp_runner *run, int condition, double t, kmp_text *text);
+
 /** Fails without multipliers at a state: reports the condition that ends runs there, if there is one, or the force. */
 kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *q, const double *qd);
 
@@ -145,11 +147,6 @@ int kmp_runner_lock(kmp_runner *run, double t);
 
 /** The coordinate that a row alone prescribes, NULL for several. */
 const char *kmp_runner_driven_by(const kempe_system *s, int row);
-
-/* runner_work.c */
-
-/** Adds the work of non-conservative forces on a dae formulation, up to t within the last step. */
-kempe_status kmp_runner_add_work(kmp_runner *run, double t);
 
 /* run.c */
 

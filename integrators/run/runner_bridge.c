@@ -46,18 +46,9 @@ static bool set_up(bridge *b)
         !kmp_margin_init(&b->margin, run->s, &b->part))
         return false;
     kmp_margin_ignore(&b->margin);
-    const kmp_formulation_start given = {.system = run->s,
-                                         .eval = run->eval,
-                                         .part = &b->part,
-                                         .margin = &b->margin,
-                                         .t = b->t,
-                                         .q = b->q,
-                                         .qd = b->qd,
-                                         .work = b->work,
-                                         .rtol = run->spec.rtol,
-                                         .atol = run->spec.atol,
-                                         .rate_scale = run->rate_scale,
-                                         .journal = run->journal};
+    kmp_formulation_start given = kmp_runner_given(run, b->t, b->q, b->qd, b->work);
+    given.part = &b->part;
+    given.margin = &b->margin;
     b->formulation = kmp_formulation_projected.create(&kmp_formulation_projected, &given);
     if (!b->formulation)
         return false;

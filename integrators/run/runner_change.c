@@ -27,7 +27,7 @@ static void release_formulation(kmp_runner *run)
 static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
     kmp_partition before = run->part;
-    run->has_part = false;
+    run->part = (kmp_partition){0};
     kempe_status status =
         kmp_runner_choose(run, t, q, run->margin.r, before.u, run->spec.keep_independent ? before.p : 0);
     kmp_partition_free(&before);
@@ -55,9 +55,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, d
         KMP_TRY(kmp_runner_project(run, t, q, qd));
         KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
     }
-    const kmp_formulation_kind *kind = near_singular ? kmp_runner_near_singular(run) : run->way;
-    KMP_TRY(kmp_runner_make_formulation(run, kind, t, q, qd, work));
-    KMP_TRY(kmp_runner_make_solver(run));
+    KMP_TRY(kmp_runner_make(run, t, q, qd, work));
     return kmp_runner_start(run, t, run->formulation->y, run->formulation->yp, first_step);
 }
 
@@ -274,13 +272,11 @@ static kempe_status pass_switch(kmp_runner *run, double t)
 /* Ends the run with the sentence of a condition. */
 static kempe_status end_run(kmp_runner *run, double t, int condition)
 {
-    const char *advice = run->s->events.condition[condition].advice;
     kmp_text text = {0};
     run->ended = true;
     if (run->reason)
         return KEMPE_STOPPED;
-    kmp_text_printf(&text, "%s at t = %.9g s%s%s", run->s->event_text[condition], t, advice ? ": " : "",
-                    advice ? advice : "");
+    kmp_runner_put_end(run, condition, t, &text);
     run->reason = kmp_text_take(&text);
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
@@ -293,7 +289,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
         return KEMPE_OK;
     if (run->crossing->end >= 0)
         return end_run(run, t, run->crossing->end);
-    kempe_status status = run->s->switches ? pass_switch(run, t) : kmp_crossing_pass(run->crossing, t, run->y, run->yp);
+    kempe_status status = run->s->switches ? pass_switch(run, t) : kmp_crossing_pass(run->crossing, t);
     if (status == KEMPE_OK && !run->s->switches)
         status = kmp_runner_start(run, t, run->y, run->yp, h);
     run->at_event = status != KEMPE_OK;

@@ -56,19 +56,23 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
     return true;
 }
 
+void kmp_runner_put_end(const kmp_runner *run, int condition, double t, kmp_text *text)
+{
+    const char *advice = run->s->events.condition[condition].advice;
+    kmp_text_printf(text, "%s at t = %.9g s%s%s", run->s->event_text[condition], t, advice ? ": " : "",
+                    advice ? advice : "");
+}
+
 /* Reports a condition that ends runs and holds at the state. */
 static bool explain_end(kmp_runner *run, double t, const double *q, const double *qd, kmp_text *text)
 {
-    const kempe_system *s = run->s;
+    const kmp_events *events = &run->s->events;
     const double *change = kmp_eval_changes(run->eval, t, q, qd);
-    for (int k = 0; change && k < s->events.count; k++) {
-        const kmp_condition *condition = &s->events.condition[k];
-        if (!condition->ends || condition->late || !(change[k] < 0))
-            continue;
-        kmp_text_printf(text, "%s at t = %.9g s%s%s", s->event_text[k], t, condition->advice ? ": " : "",
-                        condition->advice ? condition->advice : "");
-        return true;
-    }
+    for (int k = 0; change && k < events->count; k++)
+        if (events->condition[k].ends && !events->condition[k].late && change[k] < 0) {
+            kmp_runner_put_end(run, k, t, text);
+            return true;
+        }
     return false;
 }
 

@@ -16,9 +16,7 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
 {
     const kempe_system *s = run->s;
     kmp_eval_closure(run->eval, t, q);
-    run->has_part = false;
     KMP_TRY(kmp_partition_of_rank(&run->part, s, run->eval->jacobian, rank, wish, wish_count));
-    run->has_part = true;
     kmp_eval_drop(run->eval, run->part.m - run->part.r, run->part.redundant);
     return kmp_load_check(run->eval, &run->part);
 }
@@ -98,37 +96,40 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
     return status;
 }
 
-const kmp_formulation_kind *kmp_runner_near_singular(const kmp_runner *run)
+kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
-    return run->way->near_singular ? run->way->near_singular : &kmp_formulation_near_singular;
-}
-
-kempe_status kmp_runner_make_formulation(kmp_runner *run, const kmp_formulation_kind *way, double t, const double *q,
-                                         const double *qd, double work)
-{
-    kmp_formulation_start given = {.system = run->s,
+    return (kmp_formulation_start){.system = run->s,
                                    .eval = run->eval,
                                    .part = &run->part,
                                    .margin = &run->margin,
                                    .t = t,
                                    .q = q,
                                    .qd = qd,
-                                   .qdd = run->qdd,
-                                   .lambda = run->lambda,
                                    .work = work,
                                    .rtol = run->spec.rtol,
                                    .atol = run->spec.atol,
                                    .rate_scale = run->rate_scale,
-                                   .brief = run->brief,
-                                   .journal = run->journal,
-                                   .fixed = run->spec.keep_independent,
-                                   .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
-                                   .implicit = kmp_solver_find(run->spec.integrator)->implicit,
-                                   .dae = kmp_solver_find(run->spec.integrator)->dae,
-                                   .user = run->spec.user};
-    kmp_eval_take(run->eval, run->by_bodies && way->by_bodies && !given.implicit && !given.dae);
+                                   .journal = run->journal};
+}
+
+static kempe_status make_formulation(kmp_runner *run, double t, const double *q, const double *qd, double work)
+{
+    const kmp_formulation_kind *across =
+        run->way->near_singular ? run->way->near_singular : &kmp_formulation_near_singular;
+    const kmp_formulation_kind *kind = run->near_singular ? across : run->way;
+    const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
+    kmp_formulation_start given = kmp_runner_given(run, t, q, qd, work);
+    given.qdd = run->qdd;
+    given.lambda = run->lambda;
+    given.brief = run->brief;
+    given.fixed = run->spec.keep_independent;
+    given.restarts = !solver->corrects;
+    given.implicit = solver->implicit;
+    given.dae = solver->dae;
+    given.user = run->spec.user;
+    kmp_eval_take(run->eval, run->by_bodies && kind->by_bodies && !given.implicit && !given.dae);
     run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
-    run->formulation = way->create(way, &given);
+    run->formulation = kind->create(kind, &given);
     return run->formulation ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
@@ -182,8 +183,9 @@ static const kmp_solver_kind *integrator_of(const kmp_runner *run)
     return cannot || run->near_singular ? kmp_solver_find("dop853") : asked;
 }
 
-kempe_status kmp_runner_make_solver(kmp_runner *run)
+kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
+    KMP_TRY(make_formulation(run, t, q, qd, work));
     kmp_formulation *formulation = run->formulation;
     kmp_solver_setup setup = {
         .context = run->s->context,
@@ -200,12 +202,11 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
     if (!run->solver || !run->s->changes)
         return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
     if (!run->crossing)
-        run->crossing = kmp_crossing_new(run->s, run->eval, run->spec.t_end - run->spec.t_start,
-                                         run->kind->corrects && !run->spec.kind ? run->spec.rtol : 0, run->spec.closely,
-                                         run->journal);
-    return run->crossing && kmp_crossing_move(run->crossing, formulation, run->kind, run->solver)
-               ? KEMPE_OK
-               : kmp_fail_memory(run->s->context);
+        run->crossing = kmp_crossing_new(run);
+    if (!run->crossing)
+        return kmp_fail_memory(run->s->context);
+    run->crossing->search.ready = false;
+    return KEMPE_OK;
 }
 
 /* The first step of an implicit method is of order 1; its error is of the order of the tolerance for this length. */
@@ -241,8 +242,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
     run->eval = kmp_eval_new_shared(run->s, run->spec.backend, run->team);
-    const kmp_arena_group groups[] = {{n, {&run->seen, &run->next_seen}}, {3 * n + m, {&run->moved, &run->state}}};
-    if (!run->eval || !kmp_arena_make_groups(&run->arena, sizeof groups / sizeof *groups, groups))
+    if (!run->eval ||
+        !KMP_ARENA_GROUPS(&run->arena, {n, {&run->seen, &run->next_seen}}, {3 * n + m, {&run->moved, &run->state}}))
         return kmp_fail_memory(run->s->context);
     double *q = run->state, *qd = q + n;
     run->qdd = q + 2 * n;
@@ -267,7 +268,5 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->way = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
     run->near_singular = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));
-    const kmp_formulation_kind *kind = run->near_singular ? kmp_runner_near_singular(run) : run->way;
-    KMP_TRY(kmp_runner_make_formulation(run, kind, t, q, qd, run->spec.work_start));
-    return kmp_runner_make_solver(run);
+    return kmp_runner_make(run, t, q, qd, run->spec.work_start);
 }

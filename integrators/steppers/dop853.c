@@ -2,8 +2,7 @@
 /* DOP853: order 8, combined error estimate of orders 5 and 3, dense output of order 7. Coefficients and estimators
  * after Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.5 (method), II.6 (dense
  * output), II.10 (error), and the authors' published code. */
-#include "integrators/steppers/dop853_table.h"
-#include "integrators/steppers/rk.h"
+#include "integrators/steppers/dop853.h"
 
 #include <math.h>
 
@@ -38,32 +37,13 @@ static int run(kmp_rk *s, double h, double t_new)
     return KMP_GO;
 }
 
-/* Puts the 8th-order solution into y_old (temporarily), sets the weights, and returns the combined error estimate |h|
- * e5^2 / sqrt((e5^2 + 0.01 e3^2) n) (II.10): 1 is at the tolerance. */
 static double solution_and_error(kmp_rk *s, double h)
 {
-    int n = s->base.ode.n;
-    double **k = s->k, rtol = s->base.tolerance.rtol, e5 = 0.0, e3 = 0.0;
-    const double *y0 = s->y, *atol = s->base.tolerance.atol;
-    double *restrict y1 = s->y_old, *restrict w = s->w;
-    for (int i = 0; i < n; i++) {
-        double g[] = {k[1][i], k[6][i], k[7][i], k[8][i], k[9][i], k[10][i], k[11][i], k[12][i]};
-        double slope = B[0] * g[0], error5 = E5[0] * g[0];
-        for (int j = 1; j < 8; j++) {
-            slope += B[j] * g[j];
-            error5 += E5[j] * g[j];
-        }
-        double error3 = slope - B3[0] * g[0] - B3[1] * g[4] - B3[2] * g[7];
-        y1[i] = y0[i] + h * slope;
-        double before = fabs(y0[i]), after = fabs(y1[i]);
-        w[i] = atol[i] + rtol * (before > after ? before : after);
-        error5 /= w[i];
-        error3 /= w[i];
-        e5 += error5 * error5;
-        e3 += error3 * error3;
-    }
-    double both = e5 + 0.01 * e3;
-    return both < 1e-300 ? 0.0 : fabs(h) * e5 * sqrt(1.0 / (both * n)); /* zero error: avoids 0 times infinity */
+    double error;
+    const kmp_dop853_step step = {s->y, &h,    s->base.tolerance.atol, s->k, s->base.tolerance.rtol, s->y_old,
+                                  s->w, &error};
+    kmp_dop853_solution(1, (size_t)s->base.ode.n, &step);
+    return error;
 }
 
 /* -- dense output ---------------------------------------------------------------------------------- */

@@ -34,12 +34,10 @@ static void allocate(kmp_radau *s)
     int n = s->n, inner = s->inner, square = inner * inner, all = inner * s->s;
     bool coupled = s->base.ode.jacobian && all <= MOST_COUPLED;
     kmp_arena *a = &s->base.arena;
-    const kmp_arena_group vectors = {
-        n, {&s->y, &s->y_old, &s->dy, &s->trial, &s->scale, &s->w, &s->error, &s->bend, &s->lead, &s->lead_old}};
-    (void)kmp_arena_make_groups(a, 1, &vectors);
+    (void)KMP_ARENA_GROUPS(
+        a, {n, {&s->y, &s->y_old, &s->dy, &s->trial, &s->scale, &s->w, &s->error, &s->bend, &s->lead, &s->lead_old}});
     for (int i = 0; i < s->s; i++) {
-        const kmp_arena_group stage = {n, {&s->z[i], &s->z_old[i], &s->u[i], &s->f[i], &s->change[i]}};
-        (void)kmp_arena_make_groups(a, 1, &stage);
+        (void)KMP_ARENA_GROUPS(a, {n, {&s->z[i], &s->z_old[i], &s->u[i], &s->f[i], &s->change[i]}});
         if (i == 0 || coupled)
             s->jacobian[i] = KMP_ARENA_NEW(a, double, n *n);
     }

@@ -214,13 +214,19 @@ static bool factor_together(kmp_radau *s, double h)
     return factor(s, &s->real, s->method->g / h, 0) && kmp_lu_factor(size, s->coupled, s->coupled_pivot) == 0;
 }
 
+/* Puts y of stage i of a step h into s->trial; returns its time. */
+static double place_stage(kmp_radau *s, int i, double h)
+{
+    for (int k = 0; k < s->n; k++)
+        s->trial[k] = s->y[k] + s->z[i][k];
+    return s->base.t + s->method->c[i] * h;
+}
+
 /* Evaluates the Jacobian of each stage at its predicted place. */
 static kmp_radau_outcome prepare_together(kmp_radau *s, double h)
 {
     for (int i = 0; i < s->s; i++) {
-        for (int k = 0; k < s->n; k++)
-            s->trial[k] = s->y[k] + s->z[i][k];
-        int said = evaluate_jacobian(s, s->base.t + s->method->c[i] * h, s->trial, s->jacobian[i]);
+        int said = evaluate_jacobian(s, place_stage(s, i, h), s->trial, s->jacobian[i]);
         if (said != KMP_GO)
             return said == KMP_RETRY ? KMP_RADAU_BAD_STAGE : KMP_RADAU_HALTED;
     }
@@ -304,9 +310,7 @@ static kmp_radau_outcome begin(kmp_radau *s, double h)
 static kmp_radau_outcome evaluate(kmp_radau *s, double h)
 {
     for (int i = 0; i < s->s; i++) {
-        for (int k = 0; k < s->n; k++)
-            s->trial[k] = s->y[k] + s->z[i][k];
-        int said = kmp_solver_call(&s->base, s->base.t + s->method->c[i] * h, s->trial, s->f[i]);
+        int said = kmp_solver_call(&s->base, place_stage(s, i, h), s->trial, s->f[i]);
         if (said != KMP_GO)
             return said == KMP_RETRY ? KMP_RADAU_BAD_STAGE : KMP_RADAU_HALTED;
     }

@@ -29,7 +29,6 @@ typedef struct singular_step {
     double *slope;    /* NODES x n: dy/dt at the nodes */
     double *a;        /* NODES x n: coefficients */
     double h;
-    double x[NODES], weight[NODES];
     double p[NODES][NODES];        /* P_k at node j: p[k][j] */
     double integral[NODES][NODES]; /* I_k at node j */
 } singular_step;
@@ -55,21 +54,22 @@ static void integrals(double x, double *i)
         i[k] = (p[k + 1] - p[k - 1]) / (2 * k + 1);
 }
 
-/* Roots of P_NODES by Newton's method, ascending, and Gauss's weights. */
-static void find_nodes(singular_step *s)
+/* Gauss's nodes, the roots of P_NODES, and weights. */
+static const double X[NODES] = {-0.98156063424671924, -0.9041172563704748,  -0.76990267419430469, -0.58731795428661748,
+                                -0.36783149899818018, -0.12523340851146894, 0.12523340851146891,  0.36783149899818018,
+                                0.58731795428661748,  0.76990267419430469,  0.9041172563704748,   0.98156063424671924};
+static const double WEIGHT[NODES] = {0.047175336386511835, 0.10693932599531818, 0.16007832854334633,
+                                     0.20316742672306584,  0.23349253653835478, 0.24914704581340288,
+                                     0.24914704581340288,  0.23349253653835478, 0.20316742672306584,
+                                     0.16007832854334633,  0.10693932599531818, 0.047175336386511835};
+
+/* Tabulates the polynomials at the nodes. */
+static void prepare_nodes(singular_step *s)
 {
-    const double pi = 3.14159265358979323846;
     for (int j = 0; j < NODES; j++) {
-        double p[NODES + 1], i[NODES], x = -cos(pi * (j + 0.75) / (NODES + 0.5)), slope = 1;
-        for (int pass = 0; pass < 8; pass++) {
-            legendre(NODES + 1, x, p);
-            slope = NODES * (x * p[NODES] - p[NODES - 1]) / (x * x - 1);
-            x -= p[NODES] / slope;
-        }
-        s->x[j] = x;
-        s->weight[j] = 2 / ((1 - x * x) * slope * slope);
-        legendre(NODES + 1, x, p);
-        integrals(x, i);
+        double p[NODES], i[NODES];
+        legendre(NODES, X[j], p);
+        integrals(X[j], i);
         for (int k = 0; k < NODES; k++) {
             s->p[k][j] = p[k];
             s->integral[k][j] = i[k];
@@ -84,7 +84,7 @@ static void fit(singular_step *s)
     memset(s->a, 0, (size_t)(NODES * n) * sizeof *s->a);
     for (int k = 0; k < NODES; k++)
         for (int j = 0; j < NODES; j++) {
-            double part = 0.5 * (2 * k + 1) * s->weight[j] * s->p[k][j];
+            double part = 0.5 * (2 * k + 1) * WEIGHT[j] * s->p[k][j];
             for (int i = 0; i < n; i++)
                 s->a[k * n + i] += part * s->slope[j * n + i];
         }
@@ -200,13 +200,13 @@ static double look_ahead(singular_step *s, double now, double landing, double *p
 }
 
 /* A length near `wanted`, at most `most`, with the singular place between nodes. */
-static double length_of(const singular_step *s, double wanted, double most, double place)
+static double length_of(double wanted, double most, double place)
 {
     double best = fmin(wanted, most), miss = INFINITY;
-    if (place <= 0.25 * (1 + s->x[0]) * best)
+    if (place <= 0.25 * (1 + X[0]) * best)
         return best;
     for (int j = 0; j < NODES - 1; j++) {
-        double h = place / (0.25 * (2 + s->x[j] + s->x[j + 1])), off = fabs(log(h / wanted));
+        double h = place / (0.25 * (2 + X[j] + X[j + 1])), off = fabs(log(h / wanted));
         if (h <= fmin(KMP_SINGULAR_BEYOND * wanted, most) && off < miss) {
             miss = off;
             best = h;
@@ -222,8 +222,8 @@ static int evaluate(singular_step *s, int j)
     int n = s->base.ode.n;
     s->base.work.rhs++;
     memcpy(s->trial, s->node + j * n, (size_t)n * sizeof *s->trial);
-    return s->base.ode.closed(s->base.ode.self, s->base.t + 0.5 * s->h * (1 + s->x[j]), s->trial, false,
-                              s->slope + j * n, NULL);
+    return s->base.ode.closed(s->base.ode.self, s->base.t + 0.5 * s->h * (1 + X[j]), s->trial, false, s->slope + j * n,
+                              NULL);
 }
 
 /* Predicts the nodes, each from the one before. */
@@ -232,7 +232,7 @@ static int predict(singular_step *s)
     int n = s->base.ode.n, said = KMP_GO;
     const double *y = s->y0, *dy = s->dy0;
     for (int j = 0; said == KMP_GO && j < NODES; j++) {
-        extrapolate(s, y, dy, 0.5 * s->h * (s->x[j] - (j ? s->x[j - 1] : -1)), s->node + j * n);
+        extrapolate(s, y, dy, 0.5 * s->h * (X[j] - (j ? X[j - 1] : -1)), s->node + j * n);
         said = evaluate(s, j);
         y = s->node + j * n;
         dy = s->slope + j * n;
@@ -314,7 +314,7 @@ static outcome step_to(singular_step *s, double now, double landing)
                   ones[NODES] = {2};
     outcome what = UNSETTLED;
     for (int k = 0; k < MOST_PLACES && what == UNSETTLED; k++) {
-        double h = length_of(s, wanted, left, k > 0 ? place_within(s) : place);
+        double h = length_of(wanted, left, k > 0 ? place_within(s) : place);
         if (k > 0 && fabs(h - s->h) < KMP_SINGULAR_SAME * h)
             break;
         s->h = h;
@@ -361,10 +361,9 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     if (!s)
         return NULL;
     int n = s->base.ode.n;
-    const kmp_arena_group groups[] = {{n, {&s->y, &s->y0, &s->dy0, &s->trial}},
-                                      {NODES * n, {&s->node, &s->slope, &s->a}}};
-    (void)kmp_arena_make_groups(&s->base.arena, sizeof groups / sizeof *groups, groups);
-    find_nodes(s);
+    (void)KMP_ARENA_GROUPS(&s->base.arena, {n, {&s->y, &s->y0, &s->dy0, &s->trial}},
+                           {NODES * n, {&s->node, &s->slope, &s->a}});
+    prepare_nodes(s);
     return kmp_solver_made(s);
 }
 

@@ -92,13 +92,6 @@ static ptrdiff_t length(N_Vector x)
     return NV_LENGTH_S(x);
 }
 
-static void constant(double c, N_Vector z)
-{
-    double *value = NV_DATA_S(z);
-    for (ptrdiff_t i = 0; i < length(z); i++)
-        value[i] = c;
-}
-
 static void linear_sum(double a, N_Vector x, double b, N_Vector y, N_Vector z)
 {
     sum(length(x), a, NV_DATA_S(x), b, NV_DATA_S(y), NV_DATA_S(z));
@@ -143,32 +136,15 @@ static int linear_combination(int count, double *a, N_Vector *x, N_Vector z)
     return 0;
 }
 
-static int linear_sums(int count, double a, N_Vector *x, double b, N_Vector *y, N_Vector *z)
-{
-    for (int k = 0; k < count; k++)
-        linear_sum(a, x[k], b, y[k], z[k]);
-    return 0;
-}
-
-static int scaled_each(int count, double *a, N_Vector *x, N_Vector *z)
-{
-    for (int k = 0; k < count; k++)
-        scaled(a[k], x[k], z[k]);
-    return 0;
-}
-
 N_Vector kmp_vector_new(sunindextype n, SUNContext context)
 {
     N_Vector v = N_VNew_Serial(n, context);
     if (!v)
         return NULL;
-    v->ops->nvconst = constant;
     v->ops->nvlinearsum = linear_sum;
     v->ops->nvscale = scaled;
     v->ops->nvwrmsnorm = norm;
     v->ops->nvwrmsnormmask = norm_where;
     v->ops->nvlinearcombination = linear_combination;
-    v->ops->nvlinearsumvectorarray = linear_sums;
-    v->ops->nvscalevectorarray = scaled_each;
     return v;
 }

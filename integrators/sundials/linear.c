@@ -43,7 +43,6 @@ typedef struct content {
     const kmp_linear_kind *kind;
     kmp_arena arena;
     void *self; /* the kind's */
-    int last;
 } content;
 
 static SUNLinearSolver_Type type(SUNLinearSolver s)
@@ -52,33 +51,17 @@ static SUNLinearSolver_Type type(SUNLinearSolver s)
     return SUNLINEARSOLVER_DIRECT;
 }
 
-static SUNLinearSolver_ID id(SUNLinearSolver s)
-{
-    (void)s;
-    return SUNLINEARSOLVER_CUSTOM;
-}
-
-static int initialize(SUNLinearSolver s)
-{
-    return ((content *)s->content)->last = 0;
-}
-
 static int setup(SUNLinearSolver s, SUNMatrix a)
 {
     content *c = s->content;
-    return c->last = c->kind->factor(c->self, a);
+    return c->kind->factor(c->self, a);
 }
 
 static int solve(SUNLinearSolver s, SUNMatrix a, N_Vector x, N_Vector b, sunrealtype tolerance)
 {
     (void)tolerance;
     content *c = s->content;
-    return c->last = c->kind->solve(c->self, a, kmp_sun_data(x), kmp_sun_data(b));
-}
-
-static sunindextype last_flag(SUNLinearSolver s)
-{
-    return ((content *)s->content)->last;
+    return c->kind->solve(c->self, a, kmp_sun_data(x), kmp_sun_data(b));
 }
 
 static int release(SUNLinearSolver s)
@@ -102,11 +85,8 @@ SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context
     if (!s)
         return NULL;
     s->ops->gettype = type;
-    s->ops->getid = id;
-    s->ops->initialize = initialize;
     s->ops->setup = setup;
     s->ops->solve = solve;
-    s->ops->lastflag = last_flag;
     s->ops->free = release;
     content *c = s->content = KMP_NEW(content, 1);
     if (c) {

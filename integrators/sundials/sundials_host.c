@@ -26,11 +26,11 @@ static void get(const kmp_sun *s, N_Vector from, double *to)
 static bool make_arrays(kmp_sun *s)
 {
     N_Vector (*make)(sunindextype, SUNContext) = s->kind->dae ? kmp_vector_new : N_VNew_Serial;
-    const kmp_arena_group arrays = {s->n, {&s->y_old, &s->yp_old, &s->dy, &s->w}};
     s->y = make(s->n, s->sun);
     s->yp = s->kind->dae ? make(s->n, s->sun) : NULL;
     s->out = make(s->n, s->sun);
-    if (!s->y || !s->out || (s->kind->dae && !s->yp) || !kmp_arena_make_groups(&s->base.arena, 1, &arrays))
+    if (!s->y || !s->out || (s->kind->dae && !s->yp) ||
+        !KMP_ARENA_GROUPS(&s->base.arena, {s->n, {&s->y_old, &s->yp_old, &s->dy, &s->w}}))
         return false;
     put(s, s->y, s->y_old); /* zeros */
     if (s->yp)
@@ -78,20 +78,14 @@ void kmp_sun_release(void *solver)
     kmp_sun *s = solver;
     if (!s)
         return;
-    if (s->memory)
-        s->package->release(&s->memory);
-    if (s->iteration)
-        SUNNonlinSolFree(s->iteration);
-    if (s->linear)
-        SUNLinSolFree(s->linear);
-    if (s->matrix)
-        SUNMatDestroy(s->matrix);
-    N_Vector vectors[] = {s->y, s->yp, s->out};
-    for (int i = 0; i < 3; i++)
-        if (vectors[i])
-            N_VDestroy(vectors[i]);
-    if (s->sun)
-        SUNContext_Free(&s->sun);
+    s->package->release(&s->memory);
+    (void)SUNNonlinSolFree(s->iteration);
+    (void)SUNLinSolFree(s->linear);
+    SUNMatDestroy(s->matrix);
+    N_VDestroy(s->y);
+    N_VDestroy(s->yp);
+    N_VDestroy(s->out);
+    (void)SUNContext_Free(&s->sun);
     kmp_solver_free(s);
 }
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Interval arithmetic over the instructions of a program, with the chain rule along time (Moore 1966; Neumaier 1990).
- * Each value has bounds of itself and of its rate; a program's constants are evaluated once. */
+/* Each value has bounds of itself and of its rate; a program's constants are evaluated once. */
 #include "backend/bounds.h"
 #include "symbolic/table.h"
 #include <math.h>
@@ -216,10 +215,11 @@ static span growing(double (*f)(double x), span x)
     return checked(f(x.low), f(x.high));
 }
 
-static span hyperbolic_cosine(span x)
+/* Bounds of a function that grows with |x|. */
+static span even(double (*f)(double x), span x)
 {
-    double a = cosh(x.low), b = cosh(x.high);
-    return checked(holds(x, 0) ? 1 : fmin(a, b), fmax(a, b));
+    double a = f(x.low), b = f(x.high);
+    return checked(holds(x, 0) ? f(0) : fmin(a, b), fmax(a, b));
 }
 
 /* sqrt(1 - x^2) */
@@ -229,84 +229,62 @@ static span circle(span x)
     return rest.low >= 0 ? growing(sqrt, rest) : (span){0, 1};
 }
 
-static span magnitude(span x)
-{
-    double a = fabs(x.low), b = fabs(x.high);
-    return checked(holds(x, 0) ? 0 : fmin(a, b), fmax(a, b));
-}
-
 static span sign_of(span x)
 {
     return (span){x.low > 0 ? 1 : x.low == 0 ? 0 : -1, x.high < 0 ? -1 : x.high == 0 ? 0 : 1};
 }
 
-/* The value and the derivative with respect to x. False if the function has no bounds here. */
-static bool function(kmp_op op, span x, span *f, span *slope)
+/* A function of x: its value and its derivative; `inside`: it has bounds there. */
+typedef struct mapping {
+    span f, slope;
+    bool inside;
+} mapping;
+
+static mapping mapped(kmp_op op, span x)
 {
     const span one = {1, 1};
+    bool within = x.low >= -1 && x.high <= 1;
+    span f;
     switch (op) {
     case KMP_OP_SIN:
-        *f = sine(x);
-        *slope = cosine(x);
-        return true;
+        return (mapping){sine(x), cosine(x), true};
     case KMP_OP_COS:
-        *f = cosine(x);
-        *slope = scaled(sine(x), -1);
-        return true;
+        return (mapping){cosine(x), scaled(sine(x), -1), true};
     case KMP_OP_SQRT:
-        *f = x.low >= 0 ? growing(sqrt, x) : whole;
-        *slope = x.low > 0 ? scaled(inverse(*f), 0.5) : (span){0, INFINITY};
-        return x.low >= 0;
+        f = x.low >= 0 ? growing(sqrt, x) : whole;
+        return (mapping){f, x.low > 0 ? scaled(inverse(f), 0.5) : (span){0, INFINITY}, x.low >= 0};
     case KMP_OP_EXP:
-        *f = *slope = growing(exp, x);
-        return true;
+        f = growing(exp, x);
+        return (mapping){f, f, true};
     case KMP_OP_LOG:
-        *f = x.low > 0 ? growing(log, x) : whole;
-        *slope = inverse(x);
-        return x.low > 0;
+        return (mapping){x.low > 0 ? growing(log, x) : whole, inverse(x), x.low > 0};
     case KMP_OP_SINH:
-        *f = growing(sinh, x);
-        *slope = hyperbolic_cosine(x);
-        return true;
+        return (mapping){growing(sinh, x), even(cosh, x), true};
     case KMP_OP_COSH:
-        *f = hyperbolic_cosine(x);
-        *slope = growing(sinh, x);
-        return true;
+        return (mapping){even(cosh, x), growing(sinh, x), true};
     case KMP_OP_TANH:
-        *f = growing(tanh, x);
-        *slope = sum(one, scaled(square(*f), -1));
-        return true;
+        f = growing(tanh, x);
+        return (mapping){f, sum(one, scaled(square(f), -1)), true};
     case KMP_OP_ASIN:
-        *f = growing(asin, x);
-        *slope = inverse(circle(x));
-        return x.low >= -1 && x.high <= 1;
+        return (mapping){growing(asin, x), inverse(circle(x)), within};
     case KMP_OP_ACOS:
-        *f = checked(acos(x.high), acos(x.low));
-        *slope = scaled(inverse(circle(x)), -1);
-        return x.low >= -1 && x.high <= 1;
+        return (mapping){checked(acos(x.high), acos(x.low)), scaled(inverse(circle(x)), -1), within};
     case KMP_OP_ATAN:
-        *f = growing(atan, x);
-        *slope = inverse(sum(one, square(x)));
-        return true;
+        return (mapping){growing(atan, x), inverse(sum(one, square(x))), true};
     case KMP_OP_ABS:
-        *f = magnitude(x);
-        *slope = sign_of(x);
-        return true;
+        return (mapping){even(fabs, x), sign_of(x), true};
     case KMP_OP_SIGN:
-        *f = sign_of(x);
-        *slope = f->low == f->high ? (span){0, 0} : whole;
-        return true;
+        f = sign_of(x);
+        return (mapping){f, f.low == f.high ? (span){0, 0} : whole, true};
     default:
-        return false;
+        return (mapping){.inside = false};
     }
 }
 
 static kmp_bound one_variable(kmp_op op, kmp_bound x)
 {
-    span f, slope;
-    if (!function(op, value_of(x), &f, &slope))
-        return anything;
-    return joined(f, product(slope, rate_of(x)));
+    mapping m = mapped(op, value_of(x));
+    return m.inside ? joined(m.f, product(m.slope, rate_of(x))) : anything;
 }
 
 /* -- functions of several ----------------------------------------------------------------------------- */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Forward-mode differentiation, instruction by instruction (Griewank and Walther 2008, ch. 3): each value has its
- * derivatives along KMP_DUALS_WIDTH inputs. Values that no current input changes are skipped. */
+/* Each value has its derivatives along KMP_DUALS_WIDTH inputs. Values that no current input changes are skipped. */
 #include "backend/duals.h"
 #include "symbolic/table.h"
 #include <math.h>

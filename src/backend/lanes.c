@@ -6,8 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { ALIGNED = 64 }; /* bytes: a register of eight doubles */
-
 struct kmp_lanes {
     kmp_frame frame; /* of one instance: positions of values */
     kmp_code code;
@@ -39,12 +37,10 @@ static bool find_form(int width, kmp_x86_form *form)
 static bool spread(kmp_lanes *lanes)
 {
     size_t w = (size_t)lanes->width, slots = lanes->frame.slots;
-    double *memory = KMP_ARENA_NEW(&lanes->frame.arena, double, slots *w + ALIGNED / sizeof(double));
+    lanes->v = kmp_arena_aligned(&lanes->frame.arena, slots * w);
     lanes->lane = KMP_ARENA_NEW(&lanes->frame.arena, double, 3 * w * lanes->frame.angles);
     if (lanes->frame.arena.failed)
         return false;
-    size_t off = (uintptr_t)memory % ALIGNED / sizeof(double);
-    lanes->v = memory + (off ? ALIGNED / sizeof(double) - off : 0);
     for (size_t k = 0; k < slots; k++)
         for (size_t l = 0; l < w; l++)
             lanes->v[k * w + l] = lanes->frame.v[k];
@@ -168,24 +164,6 @@ static void run_angles(kmp_lanes *lanes, uint32_t first, uint32_t end)
     }
 }
 
-/* Other functions lane by lane. An operand that a function does not have is the slot of 1. */
-static void run_special(const kmp_lanes *lanes, const kmp_special *s)
-{
-    size_t w = (size_t)lanes->width;
-    for (size_t l = 0; l < w; l++) {
-        double x[3], *d = lanes->v + s->d * w + l;
-        if (s->op == KMP_OP_IMPLICIT) {
-            *d = kmp_frame_implicit(&lanes->frame, s, lanes->v + l, w);
-            continue;
-        }
-        for (int k = 0; k < 3; k++) {
-            x[k] = lanes->v[s->operand[k] * w + l];
-            x[k] = s->minus[k] ? -x[k] : x[k];
-        }
-        *d = kmp_program_value(lanes->frame.program, (int)s->instruction, x[0], x[1], x[2]);
-    }
-}
-
 static void run_copies(kmp_lanes *lanes, int stage)
 {
     const kmp_frame *f = &lanes->frame;
@@ -204,7 +182,8 @@ const double *kmp_lanes_run(kmp_lanes *lanes, int stage)
         if (here->angles > 0)
             run_angles(lanes, here->angle, here->angle + here->angles);
         for (uint32_t i = here->special; i < next->special; i++)
-            run_special(lanes, &f->specials[i]);
+            for (size_t l = 0; l < (size_t)lanes->width; l++)
+                kmp_frame_special(f, &f->specials[i], lanes->v + l, (size_t)lanes->width);
     }
     run_copies(lanes, stage);
     size_t first = (size_t)(f->out - f->v) + (size_t)f->program->outputs[stage];

@@ -2,7 +2,6 @@
 /* Slots and segments of a program. An instruction belongs to the first segment in which its operands are available; a
  * segment ends where sines, cosines or other functions are needed, which are then evaluated together. */
 #include "backend/layout.h"
-#include "backend/program_parts.h"
 #include <string.h>
 
 /* Segment from which an operand is available to an instruction: 0 for leaves, earlier stages and other parts. */
@@ -278,13 +277,6 @@ static bool allocate_blocks(kmp_layout *l)
     return ok;
 }
 
-/* To where eight doubles that are stored together are not torn apart. */
-static double *aligned(double *memory)
-{
-    size_t past = (uintptr_t)memory / sizeof *memory % KMP_LANES;
-    return past ? memory + (KMP_LANES - past) : memory;
-}
-
 static bool allocate(kmp_layout *l, uint32_t extra)
 {
     kmp_frame *f = l->frame;
@@ -295,8 +287,7 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     l->lanes = KMP_FIRST_SLOT + (uint32_t)l->leaves + code + outputs;
     l->lanes += (KMP_LANES - l->lanes % KMP_LANES) % KMP_LANES;
     f->slots = l->lanes + 2 * angles;
-    double *memory = KMP_ARENA_NEW(a, double, f->slots + extra + KMP_LANES);
-    f->v = memory ? aligned(memory) : NULL;
+    f->v = kmp_arena_aligned(a, f->slots + extra); /* eight doubles that are stored together are not torn apart */
     f->specials = KMP_ARENA_NEW(a, kmp_special, code);
     f->angle = KMP_ARENA_NEW(a, uint32_t, angles);
     f->sine = KMP_ARENA_NEW(a, uint32_t, angles);

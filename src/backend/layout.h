@@ -58,4 +58,12 @@ static inline bool kmp_layout_together(const kmp_layout *l, int i, int j)
     return l->stage_of[i] == l->stage_of[j] && l->depth[i] == l->depth[j];
 }
 
+/* program_parts.c */
+
+enum { KMP_PARTS_MOST = 64 };
+
+/** Writes into layout->part, by instruction of the stage: 0 before, 1 .. parts, parts + 1 after. Returns the number of
+ * parts; 0: division does not pay, all entries are 0; -1: no memory. */
+int kmp_parts_find(kmp_layout *layout, int stage, int threads);
+
 #endif

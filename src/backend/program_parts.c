@@ -1,7 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A heuristic partition: implicit blocks are merged greedily by the cost of the instructions that feed both, other
+/* Parts of a stage that do not read each other: the sub-systems of a vehicle, as far as its equations fall apart.
+ *
+ * Implicit blocks are the seeds: blocks that share most of their inputs' computation go together. Values that several
+ * parts read come before all of them, values that read several parts come after. The instructions and their bits are
+ * unchanged.
+ *
+ * A heuristic partition: implicit blocks are merged greedily by the cost of the instructions that feed both, other
  * instructions follow their readers or operands. The number of parts with the shortest estimated duration wins. */
-#include "backend/program_parts.h"
+#include "backend/layout.h"
 #include "base/union_find.h"
 #include <string.h>
 
@@ -133,13 +139,7 @@ static void spread_seeds(finder *f)
 /* The least member of a set that is not empty. */
 static int first_of(seeds s)
 {
-    int k = 0;
-    for (int step = SEEDS / 2; step > 0; step /= 2)
-        if (!(s & (((seeds)1 << step) - 1))) {
-            s >>= step;
-            k += step;
-        }
-    return k;
+    return __builtin_ctzll(s);
 }
 
 /* Lists the members in ascending order; returns their number. */

@@ -12,13 +12,7 @@ KMP_CLONES static void groups_of_8(int n, const double *x, double *s, double *c)
         kempe_sincos8_core_(x + i, s + i, c + i);
 }
 
-#if defined(__GNUC__)
 typedef double eight __attribute__((vector_size(64)));
-#else
-typedef struct eight {
-    double x[8];
-} eight;
-#endif
 
 /* The arguments are combined in registers: a wide load of values that were just stored one by one would have to wait.
  */

@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { FIRST_SIZE = 2 * 1024, BLOCK_SIZE = 16 * 1024 }; /* many arenas hold a few small arrays */
+enum { FIRST_SIZE = 1024, MOST_SIZE = 16 * 1024 }; /* many arenas hold a few small arrays */
 
 struct kmp_arena_block {
     struct kmp_arena_block *before;
@@ -34,7 +34,8 @@ static void *fail(kmp_arena *arena)
 
 static struct kmp_arena_block *add_block(kmp_arena *arena, size_t need)
 {
-    size_t usual = arena->last ? BLOCK_SIZE : FIRST_SIZE, size = need > usual ? need : usual;
+    size_t twice = arena->last ? 2 * arena->last->size : FIRST_SIZE, usual = twice < MOST_SIZE ? twice : MOST_SIZE;
+    size_t size = need > usual ? need : usual;
     struct kmp_arena_block *block = kmp_calloc(1, sizeof *block + size);
     if (!block)
         return NULL;
@@ -61,6 +62,14 @@ void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size)
     void *p = block->bytes + block->used;
     block->used += need;
     return p;
+}
+
+double *kmp_arena_aligned(kmp_arena *arena, size_t n)
+{
+    enum { LINE = 64 / sizeof(double) };
+    double *p = n < SIZE_MAX - LINE ? KMP_ARENA_NEW(arena, double, n + LINE) : fail(arena);
+    size_t past = (uintptr_t)p / sizeof *p % LINE;
+    return past ? p + (LINE - past) : p;
 }
 
 bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups)

@@ -15,6 +15,8 @@ void kmp_arena_free(kmp_arena *arena);
 
 /** Zeroed, aligned for any type; NULL (and failed set) when there is no memory. */
 void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size);
+/** Doubles from a boundary of 64 bytes on, a cache line or a register of eight. */
+double *kmp_arena_aligned(kmp_arena *arena, size_t n);
 char *kmp_arena_strdup(kmp_arena *arena, const char *s);
 
 /** Arrays of doubles of one size to allocate, and the places of their addresses: up to the first NULL, 15 at most. */
@@ -25,6 +27,11 @@ typedef struct kmp_arena_group {
 
 /** Allocates all groups. True if the arena has never failed. */
 bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups);
+
+/** Allocates arrays of doubles by groups: KMP_ARENA_GROUPS(arena, {n, {&p->q, &p->qd}}, {m, {&p->lambda}}). */
+#define KMP_ARENA_GROUPS(arena, ...)                                                                                   \
+    kmp_arena_make_groups((arena), sizeof((kmp_arena_group[]){__VA_ARGS__}) / sizeof(kmp_arena_group),                 \
+                          (const kmp_arena_group[]){__VA_ARGS__})
 
 #define KMP_ARENA_NEW(arena, type, n) ((type *)kmp_arena_alloc((arena), (size_t)(n), sizeof(type)))
 

@@ -106,15 +106,8 @@ kmp_team *kmp_team_new(int threads)
     if (!team)
         return NULL;
     team->threads = threads < 1 ? 1 : threads > KMP_TEAM_MOST ? KMP_TEAM_MOST : threads;
-    if (pthread_mutex_init(&team->lock, NULL)) {
-        kmp_free(team);
-        return NULL;
-    }
-    if (pthread_cond_init(&team->called, NULL)) {
-        (void)pthread_mutex_destroy(&team->lock);
-        kmp_free(team);
-        return NULL;
-    }
+    team->lock = (pthread_mutex_t)PTHREAD_MUTEX_INITIALIZER;
+    team->called = (pthread_cond_t)PTHREAD_COND_INITIALIZER;
     while (team->started < team->threads - 1 && pthread_create(&team->thread[team->started], NULL, help, team) == 0)
         team->started++;
     return team;

@@ -3,7 +3,7 @@
  * with functions of time; and that few evaluations and many give the same. */
 #include "check.h"
 #include "derivatives/linearized.h"
-#include "integrators/formulations/tangent_numbers.h"
+#include "integrators/formulations/tangent.h"
 #include "loaded.h"
 #include "random_model.h"
 #include <kempe/settings.h>

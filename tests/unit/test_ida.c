@@ -269,7 +269,7 @@ static void check_solves(const char *name, int n)
         if (singular)
             memset(SUNSparseMatrix_Data(a), 0, (size_t)(3 * n - 2) * sizeof(double));
         int flag = SUNLinSolSetup(s, a);
-        CHECK(singular ? flag > 0 && flag == SUNLinSolLastFlag(s) : flag == 0);
+        CHECK(singular ? flag > 0 : flag == 0);
         if (singular)
             continue;
         CHECK(SUNLinSolSolve(s, a, x, k % 2 ? x : b, 0) == 0); /* in place, and apart */

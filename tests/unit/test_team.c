@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A team does every piece once and is done when it says so; equations in parts have the bits of those in one. */
 #include "backend/compiled.h"
-#include "backend/program_parts.h"
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"

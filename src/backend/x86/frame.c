@@ -25,7 +25,7 @@ const double *kmp_frame_outputs(const void *code, int stage)
     return f->out + f->program->outputs[stage];
 }
 
-double kmp_frame_implicit(const kmp_frame *f, const kmp_special *s, const double *v, size_t width)
+static double run_implicit(const kmp_frame *f, const kmp_special *s, const double *v, size_t width)
 {
     const kmp_instruction *in = &f->program->instruction[s->instruction];
     kmp_solving *solving = f->solving[s->operand[1]];
@@ -38,26 +38,32 @@ double kmp_frame_implicit(const kmp_frame *f, const kmp_special *s, const double
 }
 
 /* Operands that an operation has not are the slot of 1. */
-static void run_special(const kmp_frame *f, const kmp_special *s, double *v)
+static inline __attribute__((always_inline)) void run_special(const kmp_frame *f, const kmp_special *s, double *v,
+                                                              size_t width)
 {
     double x[3];
     if (s->op == KMP_OP_DIV) { /* has no signs */
-        v[s->d] = v[s->operand[0]] / v[s->operand[1]];
+        v[s->d * width] = v[s->operand[0] * width] / v[s->operand[1] * width];
         return;
     }
     if (s->op == KMP_OP_IMPLICIT) {
-        v[s->d] = kmp_frame_implicit(f, s, v, 1);
+        v[s->d * width] = run_implicit(f, s, v, width);
         return;
     }
+    x[0] = s->minus[0] ? -v[s->operand[0] * width] : v[s->operand[0] * width];
     if (s->op == KMP_OP_TABLE) {
         const kmp_instruction *in = &f->program->instruction[s->instruction];
-        v[s->d] =
-            kmp_table_value(f->program->table[in->b], (int)in->c, s->minus[0] ? -v[s->operand[0]] : v[s->operand[0]]);
+        v[s->d * width] = kmp_table_value(f->program->table[in->b], (int)in->c, x[0]);
         return;
     }
-    for (int k = 0; k < 3; k++)
-        x[k] = s->minus[k] ? -v[s->operand[k]] : v[s->operand[k]];
-    v[s->d] = kmp_program_value(f->program, (int)s->instruction, x[0], x[1], x[2]);
+    for (int k = 1; k < 3; k++)
+        x[k] = s->minus[k] ? -v[s->operand[k] * width] : v[s->operand[k] * width];
+    v[s->d * width] = kmp_program_value(f->program, (int)s->instruction, x[0], x[1], x[2]);
+}
+
+void kmp_frame_special(const kmp_frame *f, const kmp_special *special, double *v, size_t width)
+{
+    run_special(f, special, v, width);
 }
 
 void kmp_frame_specials(kmp_frame *f, uint32_t segment)
@@ -65,7 +71,7 @@ void kmp_frame_specials(kmp_frame *f, uint32_t segment)
     const kmp_special *special = f->specials + f->segments[segment].special;
     const kmp_special *end = f->specials + f->segments[segment + 1].special;
     for (; special < end; special++)
-        run_special(f, special, f->v);
+        run_special(f, special, f->v, 1);
 }
 
 void kmp_frame_copies(kmp_frame *f, int stage)

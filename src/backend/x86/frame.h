@@ -35,7 +35,7 @@ typedef struct kmp_list_item {
     double factor; /* 1 or -1 */
 } kmp_list_item;
 
-/* A stage in parts that do not read each other (backend/program_parts.h). Entries are first segments within the stage:
+/* A stage in parts that do not read each other (backend/program_parts.c). Entries are first segments within the stage:
  * of the segments before the parts, the parts, the segments after them, the end. */
 typedef struct kmp_parting {
     int parts; /* 0: it is in one */
@@ -79,8 +79,8 @@ typedef struct kmp_frame {
 
 void kmp_frame_free(kmp_frame *frame);
 
-/** The value of an implicit instruction, with slots of `width` numbers from v on. */
-double kmp_frame_implicit(const kmp_frame *frame, const kmp_special *special, const double *v, size_t width);
+/** One function, with slots of `width` numbers from v on. */
+void kmp_frame_special(const kmp_frame *frame, const kmp_special *special, double *v, size_t width);
 
 /** Functions other than sines and cosines; the copies that end a stage. */
 void kmp_frame_specials(kmp_frame *frame, uint32_t segment);

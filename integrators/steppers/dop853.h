@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The coefficients of DOP853 (source in dop853.c): row i holds the nonzero coefficients of stage i, in the order of the
- * stages used. */
-#ifndef KMP_INTEGRATORS_STEPPERS_DOP853_TABLE_H
-#define KMP_INTEGRATORS_STEPPERS_DOP853_TABLE_H
+/* DOP853 (source in dop853.c) for one problem and for lanes of several. Row i of the coefficients holds the nonzero
+ * ones of stage i, in the order of the stages used. */
+#ifndef KMP_INTEGRATORS_STEPPERS_DOP853_H
+#define KMP_INTEGRATORS_STEPPERS_DOP853_H
+
+#include "integrators/steppers/rk.h"
+#include <stddef.h>
 
 static const double C[17] = {0.0,
                              0.0,
@@ -87,5 +90,57 @@ static const double B3[] = {0.244094488188976377952755905512, 0.7338466882816118
     STAGE(10, A10, k[1], k[4], k[5], k[6], k[7], k[8], k[9]);                                                          \
     STAGE(11, A11, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10]);                                                   \
     STAGE(12, A12, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11])
+
+/** Inputs and outputs of an error estimate, with w numbers per component, one for each lane. */
+typedef struct kmp_dop853_step {
+    const double *y, *h, *atol; /* h: one per lane */
+    double *const *k;           /* k[1] .. k[12] */
+    double rtol;
+    double *y_new, *weight, *error; /* error: one per lane */
+} kmp_dop853_step;
+
+enum { KMP_DOP853_WIDEST = 8 };
+
+/* Adds the squares of both errors of the component that begins at i. */
+KMP_INLINE void kmp_dop853_add_errors(size_t w, size_t i, const kmp_dop853_step *s, double *restrict e5,
+                                      double *restrict e3)
+{
+    double *const *k = s->k;
+    const double *g[] = {k[1] + i, k[6] + i, k[7] + i, k[8] + i, k[9] + i, k[10] + i, k[11] + i, k[12] + i};
+    double slope[KMP_DOP853_WIDEST], error5[KMP_DOP853_WIDEST];
+    for (size_t l = 0; l < w; l++) {
+        slope[l] = B[0] * g[0][l];
+        error5[l] = E5[0] * g[0][l];
+    }
+    for (int j = 1; j < 8; j++)
+        for (size_t l = 0; l < w; l++) {
+            slope[l] += B[j] * g[j][l];
+            error5[l] += E5[j] * g[j][l];
+        }
+    for (size_t l = 0; l < w; l++) {
+        double error3 = slope[l] - B3[0] * g[0][l] - B3[1] * g[4][l] - B3[2] * g[7][l];
+        double y0 = s->y[i + l], y1 = y0 + s->h[l] * slope[l], larger = fabs(y0) > fabs(y1) ? fabs(y0) : fabs(y1);
+        double weight = s->atol[i + l] + s->rtol * larger;
+        s->y_new[i + l] = y1;
+        s->weight[i + l] = weight;
+        double five = error5[l] / weight;
+        error3 /= weight;
+        e5[l] += five * five;
+        e3[l] += error3 * error3;
+    }
+}
+
+/* The solution of order 8, the error weights, and the combined error estimate |h| e5^2 / sqrt((e5^2 + 0.01 e3^2) n)
+ * (II.10): 1 is at the tolerance. */
+KMP_INLINE void kmp_dop853_solution(size_t w, size_t n, const kmp_dop853_step *s)
+{
+    double e5[KMP_DOP853_WIDEST] = {0}, e3[KMP_DOP853_WIDEST] = {0};
+    for (size_t i = 0; i < n * w; i += w)
+        kmp_dop853_add_errors(w, i, s, e5, e3);
+    for (size_t l = 0; l < w; l++) {
+        double both = e5[l] + 0.01 * e3[l]; /* zero error: avoids 0 times infinity */
+        s->error[l] = both < 1e-300 ? 0.0 : fabs(s->h[l]) * e5[l] * sqrt(1.0 / (both * (double)n));
+    }
+}
 
 #endif
