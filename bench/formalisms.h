@@ -31,13 +31,13 @@ static inline bool formalism_solves(formalism f)
 static inline kempe_status formalism_derive_plain(kmp_equations *eq, formalism f)
 {
     kmp_forces forces;
-    if (!kmp_forces_init(&forces, &eq->tree, false))
+    kmp_forces_init(&forces, &eq->tree, false);
+    if (kmp_graph_failed(eq->graph))
         return KEMPE_E_MEMORY;
     bool ok = f == FORMALISM_CLASSICAL ? classical_derive(&eq->tree, forces.applied, eq->mass, eq->bias)
                                        : plain_articulated(&eq->tree, forces.applied, forces.effort, eq->free_qdd);
     for (int k = 0; f == FORMALISM_CLASSICAL && k < eq->n; k++)
         eq->bias[k] = kmp_sub(eq->graph, eq->bias[k], forces.effort[k]);
-    kmp_forces_free(&forces);
     return ok ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 

@@ -147,7 +147,9 @@ static inline bool plain_articulated(const kmp_tree *tree, const kmp_wrench *app
 {
     plain_link *l = KMP_NEW(plain_link, tree->count);
     kmp_wrench *share = KMP_NEW(kmp_wrench, tree->count);
-    bool ok = l && share && kmp_newton_euler_shares(tree, applied, share);
+    bool ok = l && share;
+    if (ok)
+        kmp_newton_euler_shares(tree, applied, share);
     for (int i = 1; ok && i < tree->count; i++) {
         plain_own_inertia(tree, i, l[i].inertia);
         l[i].p = (plain_six){{share[i].moment, share[i].force}};

@@ -8,11 +8,9 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
     const kmp_wheel *wheel = &tree->model->wheels[closure->wheel];
     kmp_wheel_pose pose;
     kmp_patch patch;
-    h[0] = KMP_ZERO;
-    if (kmp_wheel_find(tree, wheel, &pose) && kmp_wheel_touch(tree, wheel, &pose, &patch))
-        h[0] = patch.gap;
-    else
-        kmp_graph_fail(tree->graph);
+    kmp_wheel_find(tree, wheel, &pose);
+    kmp_wheel_touch(tree, wheel, &pose, &patch);
+    h[0] = patch.gap;
 }
 
 const kmp_part kmp_part_wheel = {1, 1, residual, kmp_part_effort};

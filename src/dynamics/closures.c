@@ -183,52 +183,13 @@ static kempe_status check_multipliers(const kmp_equations *eq)
     return status;
 }
 
-/* The partial derivative of h with respect to t. */
-static kempe_status derive_time(kmp_equations *eq)
+/* Total derivatives of the rows by time. */
+static void differentiate(const kmp_equations *eq, const kmp_ref *rows, kmp_ref *rates)
 {
-    kmp_ref leaf = kmp_input(eq->graph, KMP_IN_TIME, 0), one = KMP_ONE;
-    kmp_derivative *d = kmp_derivative_new(eq->graph, 1, &leaf, &one);
-    if (!d)
-        return kmp_fail_memory(eq->context);
+    kmp_derivative *d = kmp_time_derivative(&eq->tree);
     for (int r = 0; r < eq->m; r++)
-        eq->h_t[r] = kmp_derivative_of(d, eq->h[r]);
+        rates[r] = kmp_derivative_of(d, rows[r]);
     kmp_derivative_free(d);
-    return KEMPE_OK;
-}
-
-static kempe_status derive_jacobian(kmp_equations *eq)
-{
-    for (int k = 0; k < eq->n; k++)
-        (void)kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k);
-    kmp_partials *partials = kmp_partials_new(eq->graph, eq->m, eq->h);
-    bool ok = partials;
-    for (int k = 0; k < eq->n && ok; k++) {
-        const int *row;
-        const kmp_ref *value;
-        int count = kmp_partials_along(partials, kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k), &row, &value);
-        for (int i = 0; i < count; i++)
-            eq->jacobian[row[i] * eq->n + k] = value[i];
-        ok = count >= 0;
-    }
-    kmp_partials_free(partials);
-    return ok ? derive_time(eq) : kmp_fail_memory(eq->context);
-}
-
-/* hdot = J qd + h_t and gamma = its derivative at constant qd. */
-static kempe_status derive_rates(kmp_equations *eq, bool second)
-{
-    kmp_derivative *first = kmp_time_derivative(&eq->tree);
-    kempe_status status = first ? KEMPE_OK : kmp_fail_memory(eq->context);
-    for (int r = 0; first && r < eq->m; r++)
-        eq->hdot[r] = kmp_derivative_of(first, eq->h[r]);
-    kmp_derivative_free(first);
-    if (status != KEMPE_OK || !second)
-        return status;
-    kmp_derivative *again = kmp_time_derivative(&eq->tree);
-    for (int r = 0; again && r < eq->m; r++)
-        eq->jdqd[r] = kmp_derivative_of(again, eq->hdot[r]);
-    kmp_derivative_free(again);
-    return again ? KEMPE_OK : kmp_fail_memory(eq->context);
 }
 
 /* The first row of a closure; rows are in the order of closures. */
@@ -293,16 +254,20 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
     const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION | KMP_SET_OUTPUT;
     if (!(sets & needing) && !kmp_model_has_loads(eq->model))
         return KEMPE_OK;
-    kempe_status status = derive_rows(eq, scene->loops_alone);
-    if (status == KEMPE_OK && !scene->loops_alone)
-        status = check_multipliers(eq);
-    if (status == KEMPE_OK && sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL))
-        status = derive_jacobian(eq);
-    if (status == KEMPE_OK && sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL))
-        status = derive_rates(eq, sets & KMP_SET_JDQD);
-    if (status == KEMPE_OK && !scene->plain && !kmp_gaps_shorten(eq, sets, !scene->ways))
-        status = kmp_fail_memory(eq->context);
-    if (status == KEMPE_OK && sets & KMP_SET_REACTION)
+    KMP_TRY(derive_rows(eq, scene->loops_alone));
+    if (!scene->loops_alone)
+        KMP_TRY(check_multipliers(eq));
+    if (sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL)) {
+        kmp_partials_all(eq->graph, eq->m, eq->h, KMP_IN_Q, eq->n, eq->jacobian);
+        kmp_derivatives_by(eq->graph, kmp_input(eq->graph, KMP_IN_TIME, 0), eq->m, eq->h, eq->h_t);
+    }
+    if (sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL)) /* hdot = J qd + h_t */
+        differentiate(eq, eq->h, eq->hdot);
+    if (sets & KMP_SET_JDQD) /* at constant qd */
+        differentiate(eq, eq->hdot, eq->jdqd);
+    if (kmp_graph_failed(eq->graph) || (!scene->plain && !kmp_gaps_shorten(eq, sets, !scene->ways)))
+        return kmp_fail_memory(eq->context);
+    if (sets & KMP_SET_REACTION)
         derive_reactions(eq);
-    return status;
+    return KEMPE_OK;
 }

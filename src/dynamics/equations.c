@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Derives the sets in the order in which they share: closures, mass, bias, residual, the rest. */
 #include "dynamics/equations.h"
-#include "base/memory.h"
+#include "base/context.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/closures.h"
 #include "dynamics/forces.h"
@@ -10,7 +10,6 @@
 #include "dynamics/outputs.h"
 #include "dynamics/shorten/fixed_axes.h"
 #include "dynamics/shorten/origins.h"
-#include "dynamics/shorten/pseudo_inertia.h"
 #include "dynamics/shorten/regroup.h"
 #include "model/tables/output_table.h"
 #include "symbolic/label.h"
@@ -25,64 +24,42 @@ static const kmp_tree *frames(const kmp_equations *eq)
     return eq->links.count ? &eq->links : &eq->tree;
 }
 
-/* Newton/Euler with given accelerations, less the efforts. */
-static kempe_status derive_efforts(kmp_equations *eq, const kmp_forces *forces, const kmp_ref *qdd, kmp_ref *out)
+/* Newton/Euler less the efforts, with the accelerations as inputs or zero. */
+static void derive_efforts(kmp_equations *eq, const kmp_forces *forces, bool accelerated, kmp_ref *out)
 {
-    if (!kmp_newton_euler(frames(eq), qdd, forces->applied, out))
-        return kmp_fail_memory(eq->context);
+    kmp_ref *qdd = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+    for (int k = 0; qdd && accelerated && k < eq->n; k++)
+        qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
+    if (qdd)
+        kmp_newton_euler(frames(eq), qdd, forces->applied, out);
     for (int k = 0; k < eq->n; k++)
         out[k] = kmp_sub(eq->graph, out[k], forces->effort[k]);
-    return KEMPE_OK;
 }
 
-static kempe_status derive_bias(kmp_equations *eq, const kmp_forces *forces)
+static void derive_residual(kmp_equations *eq, const kmp_forces *forces)
 {
-    kmp_ref *qdd = KMP_NEW(kmp_ref, eq->n);
-    kempe_status status = qdd ? derive_efforts(eq, forces, qdd, eq->bias) : kmp_fail_memory(eq->context);
-    kmp_free(qdd);
-    return status;
-}
-
-static kempe_status derive_inverse(kmp_equations *eq, const kmp_forces *forces, kmp_ref *out)
-{
-    kmp_ref *qdd = KMP_NEW(kmp_ref, eq->n);
-    kempe_status status = qdd ? KEMPE_OK : kmp_fail_memory(eq->context);
-    for (int k = 0; qdd && k < eq->n; k++)
-        qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
-    if (status == KEMPE_OK)
-        status = derive_efforts(eq, forces, qdd, out);
-    kmp_free(qdd);
-    return status;
-}
-
-static kempe_status derive_residual(kmp_equations *eq, const kmp_forces *forces)
-{
-    kempe_status status = derive_inverse(eq, forces, eq->residual);
-    if (status == KEMPE_OK) {
-        kmp_closures_transposed(eq, KMP_IN_LAMBDA, eq->jt_mu);
-        for (int k = 0; k < eq->n; k++)
-            eq->residual[k] = kmp_sub(eq->graph, eq->residual[k], eq->jt_mu[k]);
-        kmp_closures_transposed(eq, KMP_IN_MU, eq->jt_mu);
-    }
-    return status;
+    derive_efforts(eq, forces, true, eq->residual);
+    kmp_closures_transposed(eq, KMP_IN_LAMBDA, eq->jt_mu);
+    for (int k = 0; k < eq->n; k++)
+        eq->residual[k] = kmp_sub(eq->graph, eq->residual[k], eq->jt_mu[k]);
+    kmp_closures_transposed(eq, KMP_IN_MU, eq->jt_mu);
 }
 
 /* -- tangents ---------------------------------------------------------------------------------------- */
 
 /* After the inverse dynamics. */
-static kempe_status derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigned sets)
+static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigned sets)
 {
-    kmp_ref *jt_lambda = KMP_NEW(kmp_ref, eq->n);
-    bool ok = jt_lambda;
-    if (ok && sets & (KMP_SET_CLOSED | KMP_SET_CLOSED_Q)) {
+    kmp_ref *jt_lambda = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+    if (!jt_lambda)
+        return;
+    if (sets & (KMP_SET_CLOSED | KMP_SET_CLOSED_Q)) {
         kmp_closures_transposed(eq, KMP_IN_LAMBDA, jt_lambda);
         for (int k = 0; k < eq->n; k++)
             eq->closed[k] = kmp_sub(eq->graph, eq->inverse[k], jt_lambda[k]);
     }
-    if (ok && sets & KMP_TANGENT_SETS)
-        ok = kmp_tangent_sets_derive(eq, frames(eq), forces, sets, jt_lambda);
-    kmp_free(jt_lambda);
-    return ok ? KEMPE_OK : kmp_fail_memory(eq->context);
+    if (sets & KMP_TANGENT_SETS && !kmp_tangent_sets_derive(eq, frames(eq), forces, sets, jt_lambda))
+        kmp_graph_fail(eq->graph);
 }
 
 /* -- accelerations ----------------------------------------------------------------------------------- */
@@ -111,23 +88,19 @@ static void derive_compliance(kmp_equations *eq, kmp_articulated *bodies)
 static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *forces, bool efforts)
 {
     kmp_articulated bodies;
-    kmp_wrench *share = KMP_NEW(kmp_wrench, eq->tree.count);
-    kmp_ref *effort = KMP_NEW(kmp_ref, eq->n);
-    kempe_status status = kmp_articulated_init(&bodies, frames(eq));
-    if (status == KEMPE_OK && (!share || !effort || !kmp_newton_euler_shares(frames(eq), forces->applied, share)))
-        status = kmp_fail_memory(eq->context);
-    for (int k = 0; status == KEMPE_OK && k < eq->n; k++) {
+    kmp_wrench *share = KMP_GRAPH_NEW(eq->graph, kmp_wrench, eq->tree.count);
+    kmp_ref *effort = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+    KMP_TRY(kmp_articulated_init(&bodies, frames(eq)));
+    if (!share || !effort)
+        return kmp_fail_memory(eq->context);
+    kmp_newton_euler_shares(frames(eq), forces->applied, share);
+    for (int k = 0; k < eq->n; k++) {
         kmp_ref given = efforts ? kmp_input(eq->graph, KMP_IN_EFFORT, (uint32_t)k) : KMP_ZERO;
         effort[k] = kmp_add(eq->graph, forces->effort[k], given);
     }
-    if (status == KEMPE_OK) {
-        kmp_articulated_solve(&bodies, effort, share, eq->free_qdd);
-        derive_compliance(eq, &bodies);
-    }
-    kmp_articulated_free(&bodies);
-    kmp_free(share);
-    kmp_free(effort);
-    return status;
+    kmp_articulated_solve(&bodies, effort, share, eq->free_qdd);
+    derive_compliance(eq, &bodies);
+    return KEMPE_OK;
 }
 
 /* -- the whole --------------------------------------------------------------------------------------- */
@@ -136,33 +109,37 @@ static bool allocate(kmp_equations *eq)
 {
     const kempe_model *model = eq->model;
     int n = model->motion_count, rows = KMP_KIND_MAX_ROWS * model->closure_count;
-    eq->rows = KMP_NEW(kmp_row, rows);
-    eq->row = KMP_NEW(int, rows);
-    eq->misfit = KMP_NEW(double, model->closure_count);
+    const struct {
+        kmp_ref **to;
+        int count;
+    } list[] = {{&eq->mass, n * n},
+                {&eq->bias, n},
+                {&eq->h, rows},
+                {&eq->h_t, rows},
+                {&eq->jacobian, rows * n},
+                {&eq->jdqd, rows},
+                {&eq->residual, n},
+                {&eq->inverse, n},
+                {&eq->closed, n},
+                {&eq->jt_mu, n},
+                {&eq->hdot, rows},
+                {&eq->reaction, 3 * model->closure_count},
+                {&eq->position, 3 * model->output_count},
+                {&eq->shown, kmp_outputs_width(model)},
+                {&eq->free_qdd, n},
+                {&eq->compliance, rows * n},
+                {&eq->mobility, rows * rows},
+                {&eq->drift, rows}};
+    for (size_t k = 0; k < sizeof list / sizeof *list; k++)
+        *list[k].to = KMP_GRAPH_NEW(eq->graph, kmp_ref, list[k].count);
+    eq->rows = KMP_GRAPH_NEW(eq->graph, kmp_row, rows);
+    eq->row = KMP_GRAPH_NEW(eq->graph, int, rows);
+    eq->misfit = KMP_GRAPH_NEW(eq->graph, double, model->closure_count);
+    eq->run = KMP_GRAPH_NEW(eq->graph, int, n);
+    eq->noted = KMP_GRAPH_NEW(eq->graph, kmp_noted, 1);
     for (int k = 0; eq->row && k < rows; k++)
         eq->row[k] = -1;
-    eq->mass = KMP_NEW(kmp_ref, n * n);
-    eq->bias = KMP_NEW(kmp_ref, n);
-    eq->h = KMP_NEW(kmp_ref, rows);
-    eq->h_t = KMP_NEW(kmp_ref, rows);
-    eq->jacobian = KMP_NEW(kmp_ref, rows * n);
-    eq->jdqd = KMP_NEW(kmp_ref, rows);
-    eq->residual = KMP_NEW(kmp_ref, n);
-    eq->inverse = KMP_NEW(kmp_ref, n);
-    eq->closed = KMP_NEW(kmp_ref, n);
-    eq->jt_mu = KMP_NEW(kmp_ref, n);
-    eq->hdot = KMP_NEW(kmp_ref, rows);
-    eq->reaction = KMP_NEW(kmp_ref, 3 * model->closure_count);
-    eq->position = KMP_NEW(kmp_ref, 3 * model->output_count);
-    eq->shown = KMP_NEW(kmp_ref, kmp_outputs_width(model));
-    eq->free_qdd = KMP_NEW(kmp_ref, n);
-    eq->compliance = KMP_NEW(kmp_ref, rows * n);
-    eq->mobility = KMP_NEW(kmp_ref, rows * rows);
-    eq->drift = KMP_NEW(kmp_ref, rows);
-    bool fast = eq->free_qdd && eq->compliance && eq->mobility && eq->drift;
-    return fast && eq->rows && eq->row && eq->misfit && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian &&
-           eq->jdqd && eq->residual && eq->inverse && eq->closed && eq->jt_mu && eq->hdot && eq->reaction &&
-           eq->position && eq->shown;
+    return !kmp_graph_failed(eq->graph);
 }
 
 static unsigned asked_energy(const kmp_equations *eq, unsigned sets)
@@ -172,37 +149,49 @@ static unsigned asked_energy(const kmp_equations *eq, unsigned sets)
     return sets & KMP_SET_POWER ? KMP_ENERGY_POWER : 0;
 }
 
-static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
+/* The forces, and what is derived from them. */
+static kempe_status derive_loaded(kmp_equations *eq, const kmp_scene *scene, unsigned energy)
 {
-    unsigned sets = scene->sets;
-    kempe_status status = KEMPE_OK;
+    const unsigned sets = scene->sets, tangents = KMP_TANGENT_SETS | KMP_SET_CLOSED;
     kmp_forces forces;
-    kmp_mass_scheme *mass = scene->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite;
-    if (sets & KMP_SET_MASS && !mass(frames(eq), eq->mass))
-        return kmp_fail_memory(eq->context);
-    const unsigned energy = asked_energy(eq, sets);
-    const unsigned tangents = KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q;
-    const unsigned dynamic = KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | tangents;
-    if (!(sets & dynamic) && !energy)
-        return !(sets & KMP_SET_OUTPUT) || kmp_outputs_derive(eq, NULL) ? KEMPE_OK : kmp_fail_memory(eq->context);
-    if (!kmp_forces_init(&forces, frames(eq), energy))
+    kmp_forces_init(&forces, frames(eq), energy);
+    if (kmp_graph_failed(eq->graph))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_BIAS)
-        status = derive_bias(eq, &forces);
-    if (status == KEMPE_OK && sets & KMP_SET_RESIDUAL)
-        status = derive_residual(eq, &forces);
-    if (status == KEMPE_OK && sets & (KMP_SET_INVERSE | tangents))
-        status = derive_inverse(eq, &forces, eq->inverse);
-    if (status == KEMPE_OK && sets & tangents)
-        status = derive_tangents(eq, &forces, sets);
-    if (status == KEMPE_OK && sets & KMP_SET_ACCELERATION)
-        status = derive_accelerations(eq, &forces, scene->efforts);
-    if (status == KEMPE_OK && sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, &forces))
-        status = kmp_fail_memory(eq->context);
+        derive_efforts(eq, &forces, false, eq->bias);
+    if (sets & KMP_SET_RESIDUAL)
+        derive_residual(eq, &forces);
+    if (sets & (KMP_SET_INVERSE | tangents))
+        derive_efforts(eq, &forces, true, eq->inverse);
+    if (sets & tangents)
+        derive_tangents(eq, &forces, sets);
+    if (sets & KMP_SET_ACCELERATION)
+        KMP_TRY(derive_accelerations(eq, &forces, scene->efforts));
+    if (sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, &forces))
+        return kmp_fail_memory(eq->context);
     eq->potential = forces.potential;
     eq->power = forces.power;
-    kmp_forces_free(&forces);
-    return status;
+    return KEMPE_OK;
+}
+
+static void set_rules(const kmp_equations *eq, const kmp_scene *scene, bool apart)
+{
+    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~(scene->without | (apart ? KMP_RULE_RUNS : 0)));
+}
+
+static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
+{
+    const unsigned sets = scene->sets, energy = asked_energy(eq, sets);
+    set_rules(eq, scene, *eq->ways.apart);
+    const unsigned loaded =
+        KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_TANGENT_SETS | KMP_SET_CLOSED;
+    if (sets & KMP_SET_MASS)
+        (scene->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite)(frames(eq), eq->mass);
+    if (sets & loaded || energy)
+        KMP_TRY(derive_loaded(eq, scene, energy));
+    else if (sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, NULL))
+        return kmp_fail_memory(eq->context);
+    return kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : KEMPE_OK;
 }
 
 static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
@@ -243,8 +232,9 @@ static bool add_links(kmp_equations *eq, const kmp_scene *scene)
         tree->links[k + 1].about = ways->about[k];
     kmp_regroup(tree, ways->give);
     kmp_lump(tree, ways->lump);
-    if (ways->spread)
-        kmp_spread_out(tree);
+    tree->spread = *ways->spread;
+    for (int i = 1; tree->spread && i < tree->count; i++)
+        tree->links[i].base.inertia = kmp_tensor_spread(tree->graph, tree->links[i].base.inertia);
     kmp_let_stay(tree, ways->stay);
     finish_tree(scene, tree);
     return true;
@@ -255,12 +245,6 @@ static bool set_frames(kmp_equations *eq, const kmp_scene *scene)
 {
     kmp_ways_copy(&eq->ways, scene->ways, eq->model);
     return kmp_ways_plain(scene->ways, eq->model) || add_links(eq, scene);
-}
-
-static void set_rules(const kmp_equations *eq, const kmp_scene *scene)
-{
-    unsigned without = scene->without | (eq->ways.apart ? KMP_RULE_RUNS : 0);
-    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~without);
 }
 
 /* A copy of the scene's variants, or room for them. */
@@ -292,38 +276,29 @@ void kmp_equations_swap_derived(kmp_equations *eq)
 
 kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene)
 {
-    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~scene->without);
+    set_rules(eq, scene, false);
     kmp_tree_free(&eq->links);
     eq->links.count = 0;
-    if (!set_frames(eq, scene))
+    return set_frames(eq, scene) ? derive_dynamics(eq, scene) : kmp_fail_memory(eq->context);
+}
+
+static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
+{
+    eq->graph = kmp_graph_new();
+    if (!eq->graph || (scene->labels && !kmp_graph_keep_labels(eq->graph)))
         return kmp_fail_memory(eq->context);
-    set_rules(eq, scene);
-    kempe_status status = derive_dynamics(eq, scene);
-    return status == KEMPE_OK && kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : status;
+    set_rules(eq, scene, false);
+    if (!allocate(eq) || !add_tree(eq, scene) || !add_ways(eq, scene))
+        return kmp_fail_memory(eq->context);
+    kmp_tree_runs(&eq->tree, eq->run);
+    KMP_TRY(kmp_closures_derive(eq, scene));
+    return derive_dynamics(eq, scene);
 }
 
 kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
 {
     *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
-    eq->graph = kmp_graph_new();
-    kempe_status status = KEMPE_OK;
-    bool labelled = eq->graph && (!scene->labels || kmp_graph_keep_labels(eq->graph));
-    if (eq->graph)
-        kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~scene->without);
-    eq->run = KMP_NEW(int, eq->n);
-    eq->noted = KMP_NEW(kmp_noted, 1);
-    if (!labelled || !eq->run || !eq->noted || !allocate(eq) || !add_tree(eq, scene) || !add_ways(eq, scene))
-        status = kmp_fail_memory(eq->context);
-    else
-        kmp_tree_runs(&eq->tree, eq->run);
-    if (status == KEMPE_OK)
-        status = kmp_closures_derive(eq, scene);
-    if (status == KEMPE_OK) {
-        set_rules(eq, scene);
-        status = derive_dynamics(eq, scene);
-    }
-    if (status == KEMPE_OK && kmp_graph_failed(eq->graph))
-        status = kmp_fail_memory(eq->context);
+    kempe_status status = derive_sets(eq, scene);
     if (status != KEMPE_OK)
         kmp_equations_free(eq);
     return status;
@@ -348,33 +323,7 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_tree_free(&eq->tree);
     kmp_tree_free(&eq->links);
     kmp_noted_free(eq->noted);
-    kmp_free(eq->run);
     kmp_ways_free(&eq->ways);
     kmp_graph_free(eq->graph);
-    kmp_free(eq->rows);
-    kmp_free(eq->row);
-    kmp_free(eq->misfit);
-    kmp_free(eq->mass);
-    kmp_free(eq->bias);
-    kmp_free(eq->h);
-    kmp_free(eq->h_t);
-    kmp_free(eq->jacobian);
-    kmp_free(eq->jdqd);
-    kmp_free(eq->residual);
-    kmp_free(eq->inverse);
-    kmp_free(eq->closed);
-    kmp_free(eq->inverse_q);
-    kmp_free(eq->inverse_qd);
-    kmp_free(eq->closed_q);
-    kmp_free(eq->jt_mu);
-    kmp_free(eq->hdot);
-    kmp_free(eq->derived);
-    kmp_free(eq->reaction);
-    kmp_free(eq->position);
-    kmp_free(eq->shown);
-    kmp_free(eq->free_qdd);
-    kmp_free(eq->compliance);
-    kmp_free(eq->mobility);
-    kmp_free(eq->drift);
     *eq = (kmp_equations){0};
 }

@@ -60,7 +60,7 @@ typedef struct kmp_row {
 typedef struct kmp_equations {
     kempe_context *context;
     const kempe_model *model;
-    kmp_graph *graph;
+    kmp_graph *graph; /* has the room of all arrays */
     kmp_noted *noted;
     kmp_tree tree;  /* for closures, outputs and users */
     kmp_tree links; /* for the dynamics, when the variants have other links */

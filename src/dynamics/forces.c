@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/forces.h"
-#include "base/memory.h"
 #include "dynamics/forces/law.h"
 
 static kmp_force_law *const laws[KMP_FORCE_KINDS] = {
@@ -51,33 +50,18 @@ void kmp_add_power(kmp_forces *forces, const kmp_tree *tree, kmp_ref effort, kmp
     forces->power = kmp_add(tree->graph, forces->power, kmp_mul(tree->graph, effort, rate));
 }
 
-bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy)
+void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy)
 {
     const kempe_model *model = tree->model;
     kmp_tree kinked = *tree;
     kinked.kinks = true;
     *forces = (kmp_forces){.potential = KMP_ZERO, .power = KMP_ZERO};
-    forces->applied = KMP_NEW(kmp_wrench, tree->count);
-    forces->effort = KMP_NEW(kmp_ref, tree->count);
-    forces->value = KMP_NEW(kmp_ref, KMP_FORCE_WIDTH * model->force_count);
-    bool ok = forces->applied && forces->effort && forces->value;
-    for (int k = 0; ok && k < model->force_count; k++)
-        ok = laws[model->forces[k].kind](forces, &kinked, &model->forces[k], energy,
-                                         forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
-    if (ok && energy & KMP_ENERGY_POTENTIAL)
+    forces->applied = KMP_GRAPH_NEW(tree->graph, kmp_wrench, tree->count);
+    forces->effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, tree->count);
+    forces->value = KMP_GRAPH_NEW(tree->graph, kmp_ref, KMP_FORCE_WIDTH * model->force_count);
+    for (int k = 0; !kmp_graph_failed(tree->graph) && k < model->force_count; k++)
+        laws[model->forces[k].kind](forces, &kinked, &model->forces[k], energy,
+                                    forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
+    if (energy & KMP_ENERGY_POTENTIAL)
         forces->potential = kmp_add(tree->graph, forces->potential, gravity_potential(tree));
-    if (!ok || kmp_graph_failed(tree->graph)) {
-        kmp_forces_free(forces);
-        return false;
-    }
-    return true;
-}
-
-void kmp_forces_free(kmp_forces *forces)
-{
-    kmp_free(forces->applied);
-    kmp_free(forces->effort);
-    kmp_free(forces->value);
-    forces->applied = NULL;
-    forces->effort = forces->value = NULL;
 }

@@ -19,8 +19,8 @@ typedef struct kmp_forces {
 /** Parts of the energy that are derived in addition to the forces. */
 enum { KMP_ENERGY_POTENTIAL = 1, KMP_ENERGY_POWER = 2 };
 
-/** All force elements of the model, with the requested parts `energy`; other parts are zero. False: no memory. */
-bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy);
-void kmp_forces_free(kmp_forces *forces);
+/** All force elements of the model, with the requested parts `energy`; other parts are zero. Arrays are in
+ * the room of the graph, which fails when there is no memory. */
+void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy);
 
 #endif

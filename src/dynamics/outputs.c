@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/outputs.h"
-#include "base/memory.h"
 #include "dynamics/closures.h"
 #include "dynamics/formalisms/newton_euler.h"
 #include "model/print/model_print.h"
 #include "model/tables/output_table.h"
-#include "symbolic/derivative.h"
 #include "wheel/wheel_contact.h"
 
 bool kmp_outputs_need_forces(const kempe_model *model)
@@ -16,81 +14,47 @@ bool kmp_outputs_need_forces(const kempe_model *model)
     return false;
 }
 
-/* Direction of total time derivatives of expressions in rates: q -> qd, qd -> qdd, t -> 1. */
-static kmp_derivative *second_derivative(const kmp_tree *tree)
-{
-    kmp_graph *g = tree->graph;
-    int n = tree->count - 1;
-    kmp_ref *leaf = KMP_NEW(kmp_ref, 2 * n + 1), *direction = KMP_NEW(kmp_ref, 2 * n + 1);
-    kmp_derivative *d = NULL;
-    for (int k = 0; leaf && direction && k < n; k++) {
-        leaf[k] = kmp_input(g, KMP_IN_Q, (uint32_t)k);
-        direction[k] = leaf[n + k] = kmp_input(g, KMP_IN_QD, (uint32_t)k);
-        direction[n + k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);
-    }
-    if (leaf && direction) {
-        leaf[2 * n] = kmp_input(g, KMP_IN_TIME, 0);
-        direction[2 * n] = KMP_ONE;
-        d = kmp_derivative_new(g, 2 * n + 1, leaf, direction);
-    }
-    kmp_free(leaf);
-    kmp_free(direction);
-    return d;
-}
-
-static bool differentiate(kmp_derivative *d, kmp_vec *x)
-{
-    for (int k = 0; d && k < 3; k++)
-        x->x[k] = kmp_derivative_of(d, x->x[k]);
-    kmp_derivative_free(d);
-    return d;
-}
-
 /* Velocity (order 1) or acceleration (order 2) of a point. */
-static bool point_rate(const kmp_tree *tree, int point, int order, kmp_vec *x)
+static kmp_vec point_rate(const kmp_tree *tree, int point, int order)
 {
-    *x = kmp_point_position(tree, point, 0);
-    return differentiate(kmp_time_derivative(tree), x) && (order == 1 || differentiate(second_derivative(tree), x));
+    kmp_vec rate = kmp_vec_rate(tree, kmp_point_position(tree, point, 0));
+    return order == 1 ? rate : kmp_vec_acceleration(tree, rate);
 }
 
 /* qd' M qd / 2, the potential, and their sum. */
-static bool energies(kmp_equations *eq, const kmp_forces *forces, kmp_vec *x)
+static kmp_vec energies(kmp_equations *eq, const kmp_forces *forces)
 {
     kmp_graph *g = eq->graph;
-    kmp_ref *mass = KMP_NEW(kmp_ref, eq->n * eq->n), kinetic = KMP_ZERO;
-    bool ok = mass && kmp_mass_composite(&eq->tree, mass);
-    for (int i = 0; ok && i < eq->n; i++)
+    kmp_ref *mass = KMP_GRAPH_NEW(g, kmp_ref, eq->n * eq->n), kinetic = KMP_ZERO;
+    if (mass)
+        kmp_mass_composite(&eq->tree, mass);
+    for (int i = 0; mass && i < eq->n; i++)
         for (int k = 0; k <= i; k++) {
             kmp_ref rates = kmp_mul(g, kmp_input(g, KMP_IN_QD, (uint32_t)i), kmp_input(g, KMP_IN_QD, (uint32_t)k));
             kmp_ref half = i == k ? kmp_const(g, 0.5) : KMP_ONE;
             kinetic = kmp_add(g, kinetic, kmp_mul(g, kmp_mul(g, half, mass[i * eq->n + k]), rates));
         }
-    kmp_free(mass);
-    *x = (kmp_vec){{kinetic, forces->potential, kmp_add(g, kinetic, forces->potential)}};
-    return ok;
+    return (kmp_vec){{kinetic, forces->potential, kmp_add(g, kinetic, forces->potential)}};
 }
 
-static bool derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output, kmp_vec *x)
+static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
     switch (output->kind) {
     case KMP_OUTPUT_POSITION:
-        *x = kmp_point_position(&eq->tree, output->index, 0);
-        return true;
+        return kmp_point_position(&eq->tree, output->index, 0);
     case KMP_OUTPUT_VELOCITY:
-        return point_rate(&eq->tree, output->index, 1, x);
+        return point_rate(&eq->tree, output->index, 1);
     case KMP_OUTPUT_ACCELERATION:
-        return point_rate(&eq->tree, output->index, 2, x);
+        return point_rate(&eq->tree, output->index, 2);
     case KMP_OUTPUT_REACTION:
     case KMP_OUTPUT_MOMENT:
-        *x = kmp_closures_reaction(eq, output->index, output->kind == KMP_OUTPUT_MOMENT);
-        return true;
+        return kmp_closures_reaction(eq, output->index, output->kind == KMP_OUTPUT_MOMENT);
     case KMP_OUTPUT_ENERGY:
-        return energies(eq, forces, x);
+        return energies(eq, forces);
     case KMP_OUTPUT_SENSOR:
-        x->x[0] = kmp_tree_expression(&eq->tree, eq->model->sensors[output->index].expr);
-        return true;
+        return kmp_vec_axis(kmp_tree_expression(&eq->tree, eq->model->sensors[output->index].expr), 0);
     default:
-        return true;
+        return kmp_vec_zero();
     }
 }
 
@@ -120,51 +84,42 @@ static bool derive_until(const kmp_tree *tree)
 }
 
 /* The values of each contact of a wheel. */
-static bool show_contacts(kmp_equations *eq, int number)
+static void show_contacts(kmp_equations *eq, int number)
 {
     const kmp_wheel *wheel = &eq->model->wheels[number];
     kmp_wheel_pose pose;
-    bool ok = kmp_wheel_find(&eq->tree, wheel, &pose);
-    for (int k = 0; ok && k < kmp_wheel_contacts(wheel); k++) {
+    kmp_wheel_find(&eq->tree, wheel, &pose);
+    for (int k = 0; k < kmp_wheel_contacts(wheel); k++) {
         kmp_contact contact;
-        ok = kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
-        if (ok)
-            kmp_contact_values(&eq->tree, wheel, &pose, &contact, eq->shown + eq->shown_count);
+        kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
+        kmp_contact_values(&eq->tree, wheel, &pose, &contact, eq->shown + eq->shown_count);
         eq->shown_count += KMP_CONTACT_SHOWN;
     }
-    return ok;
 }
 
-/* In the order of the model, into eq->shown. */
-static bool derive_all(kmp_equations *eq, const kmp_forces *forces)
+static void show(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
-    bool ok = true;
-    for (int o = 0; ok && o < eq->model->output_count; o++) {
-        const kmp_output *output = &eq->model->outputs[o];
-        kmp_vec x = kmp_vec_zero();
-        if (output->kind == KMP_OUTPUT_CONTACT) {
-            ok = show_contacts(eq, output->index);
-            continue;
-        }
-        ok = derive_one(eq, forces, output, &x);
-        const kmp_ref *values =
-            output->kind == KMP_OUTPUT_FORCE ? forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * output->index : x.x;
-        for (int k = 0; k < kmp_output_width(eq->model, output); k++)
-            eq->shown[eq->shown_count++] = values[k];
-        for (int k = 0; output->kind == KMP_OUTPUT_POSITION && k < 3; k++)
-            eq->position[3 * eq->position_count + k] = x.x[k];
-        eq->position_count += output->kind == KMP_OUTPUT_POSITION;
-    }
-    return ok;
+    kmp_vec x = derive_one(eq, forces, output);
+    const kmp_ref *values =
+        output->kind == KMP_OUTPUT_FORCE ? forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * output->index : x.x;
+    for (int k = 0; k < kmp_output_width(eq->model, output); k++)
+        eq->shown[eq->shown_count++] = values[k];
+    for (int k = 0; output->kind == KMP_OUTPUT_POSITION && k < 3; k++)
+        eq->position[3 * eq->position_count + k] = x.x[k];
+    eq->position_count += output->kind == KMP_OUTPUT_POSITION;
 }
 
-/* Conditions of outputs alone are no events: they are evaluated at the state of each row. */
+/* In the order of the model. Conditions of outputs alone are no events: they are evaluated at the state of each row. */
 bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
 {
     if (!derive_until(&eq->tree))
         return false;
     eq->tree.settled = true;
-    bool ok = derive_all(eq, forces);
+    for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
+        if (eq->model->outputs[o].kind == KMP_OUTPUT_CONTACT)
+            show_contacts(eq, eq->model->outputs[o].index);
+        else
+            show(eq, forces, &eq->model->outputs[o]);
     eq->tree.settled = false;
-    return ok;
+    return !kmp_graph_failed(eq->graph);
 }

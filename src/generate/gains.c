@@ -96,38 +96,21 @@ static kempe_status rules(const kempe_model *model, kmp_scene scene, kmp_gains *
 
 /* -- variants ---------------------------------------------------------------------------------------- */
 
-enum { CLOSURES, ORIGINS, REGROUPING, SECOND_MOMENTS, STAYING, MOMENTS, APART };
-
 static const char *const kind_names[KMP_GAINS_WAYS] = {
     "closures point by point", "origins along axes",   "base parameters", "second moments",
     "axes that stay",          "moments about joints", "rotations apart"};
 
 static void take_away(kmp_ways *ways, const kempe_model *model, int kind)
 {
-    size_t n = (size_t)model->motion_count;
-    switch (kind) {
-    case CLOSURES:
-        memset(ways->way, 0, 4 * (size_t)model->closure_count);
-        break;
-    case ORIGINS:
-        memset(ways->origin, 0, n);
-        break;
-    case REGROUPING:
-        memset(ways->give, 0, n);
+    const size_t n = (size_t)model->motion_count, points = 4 * (size_t)model->closure_count;
+    const struct {
+        uint8_t *way;
+        size_t count;
+    } list[KMP_GAINS_WAYS] = {{ways->way, points}, {ways->origin, n}, {ways->give, n}, {ways->spread, 1},
+                              {ways->stay, n},     {ways->about, n},  {ways->apart, 1}};
+    memset(list[kind].way, 0, list[kind].count);
+    if (list[kind].way == ways->give)
         memset(ways->lump, 0, n);
-        break;
-    case SECOND_MOMENTS:
-        ways->spread = false;
-        break;
-    case STAYING:
-        memset(ways->stay, 0, n * sizeof *ways->stay);
-        break;
-    case MOMENTS:
-        memset(ways->about, 0, n * sizeof *ways->about);
-        break;
-    default:
-        ways->apart = false;
-    }
 }
 
 /* The operations of the equations as a program, after all passes, with the scene's variants. */

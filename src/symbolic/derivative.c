@@ -53,8 +53,10 @@ bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, c
         d->memo[d->known[k]] = UNKNOWN;
     d->known_count = 0;
     d->depends = 0;
-    if (!reserve(d, kmp_graph_count(d->g)))
+    if (!reserve(d, kmp_graph_count(d->g))) {
+        kmp_graph_fail(d->g);
         return false;
+    }
     for (int k = 0; k < count; k++) {
         set(d, kmp_id(leaf[k]), direction[k]);
         d->depends |= kmp_graph_node(d->g, kmp_id(leaf[k]))->depends;
@@ -62,16 +64,24 @@ bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, c
     return true;
 }
 
-kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction)
+static kmp_derivative *allocate(kmp_graph *g, bool few)
 {
     kmp_derivative *d = KMP_NEW(kmp_derivative, 1);
-    if (!d)
-        return NULL;
-    d->g = g;
-    if (kmp_derivative_restart(d, count, leaf, direction))
+    if (d)
+        *d = (kmp_derivative){.g = g, .few = few};
+    if (d && reserve(d, kmp_graph_count(g)))
         return d;
+    kmp_graph_fail(g);
     kmp_derivative_free(d);
     return NULL;
+}
+
+kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction)
+{
+    kmp_derivative *d = allocate(g, false);
+    if (d)
+        (void)kmp_derivative_restart(d, count, leaf, direction); /* has its room */
+    return d;
 }
 
 void kmp_derivative_free(kmp_derivative *d)
@@ -86,15 +96,7 @@ void kmp_derivative_free(kmp_derivative *d)
 
 kmp_derivative *kmp_derivative_of_few(kmp_graph *g)
 {
-    kmp_derivative *d = KMP_NEW(kmp_derivative, 1);
-    if (!d)
-        return NULL;
-    d->g = g;
-    d->few = true;
-    if (reserve(d, kmp_graph_count(g)))
-        return d;
-    kmp_derivative_free(d);
-    return NULL;
+    return allocate(g, true);
 }
 
 bool kmp_derivative_begin(kmp_derivative *d, kmp_ref leaf, kmp_ref direction, uint32_t count, const uint32_t *moved)
@@ -300,6 +302,8 @@ static kmp_ref give_up(kmp_derivative *d)
 kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
 {
     uint32_t top = 0;
+    if (!d)
+        return KMP_ZERO;
     if (kmp_graph_failed(d->g) || !reserve(d, kmp_graph_count(d->g)) || !push(d, &top, kmp_id(x)))
         return give_up(d);
     while (top) {
@@ -321,4 +325,13 @@ kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
         top--;
     }
     return of(d, x);
+}
+
+void kmp_derivatives_by(kmp_graph *g, kmp_ref leaf, int count, const kmp_ref *of, kmp_ref *slope)
+{
+    static const kmp_ref one = KMP_ONE;
+    kmp_derivative *d = kmp_derivative_new(g, 1, &leaf, &one);
+    for (int i = 0; i < count; i++)
+        slope[i] = kmp_derivative_of(d, of[i]);
+    kmp_derivative_free(d);
 }

@@ -8,7 +8,8 @@
 
 typedef struct kmp_derivative kmp_derivative;
 
-/** Direction: d(leaf[k]) = direction[k], every other input is constant. NULL when there is no memory. */
+/** Direction: d(leaf[k]) = direction[k], every other input is constant. NULL when there is no memory: the graph has
+ * then failed, and derivatives by NULL are zero. */
 kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction);
 /** Restarts along another direction. False when there is no memory. */
 bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction);
@@ -23,5 +24,8 @@ void kmp_derivative_end(kmp_derivative *d, uint32_t count, const uint32_t *moved
 
 /** The derivative of x. Results are remembered: many x share one pass. */
 kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x);
+
+/** The derivatives of several expressions by one input. */
+void kmp_derivatives_by(kmp_graph *g, kmp_ref leaf, int count, const kmp_ref *of, kmp_ref *slope);
 
 #endif

@@ -3,6 +3,7 @@
  * of src/symbolic/rules. Equal expressions are one node, so that an expression that occurs twice is an auxiliary
  * variable (Fisette and Samin 1996, section 3.1). */
 #include "symbolic/graph.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "symbolic/implicit.h"
 #include "symbolic/label.h"
@@ -24,6 +25,7 @@ struct kmp_graph {
     kmp_implicit **implicits;
     int implicit_count;
     unsigned rules;
+    kmp_arena room;
     bool failed;
 };
 
@@ -177,7 +179,13 @@ void kmp_graph_free(kmp_graph *g)
     kmp_free(g->seen.nodes);
     kmp_free(g->seen.values);
     kmp_free(g->table);
+    kmp_arena_free(&g->room);
     kmp_free(g);
+}
+
+void *kmp_graph_room(kmp_graph *g, size_t n, size_t size)
+{
+    return kmp_arena_alloc(&g->room, n, size);
 }
 
 void kmp_graph_fail(kmp_graph *g)
@@ -187,7 +195,7 @@ void kmp_graph_fail(kmp_graph *g)
 
 bool kmp_graph_failed(const kmp_graph *g)
 {
-    return g->failed || kmp_rotations_failed(g->rotations) || kmp_labels_failed(g->labels);
+    return g->failed || g->room.failed || kmp_rotations_failed(g->rotations) || kmp_labels_failed(g->labels);
 }
 
 kmp_rotations *kmp_graph_rotations(kmp_graph *g)
@@ -296,13 +304,13 @@ kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
 
 int kmp_graph_add_table(kmp_graph *g, const kmp_table *table)
 {
-    for (int k = 0; k < g->table_count; k++)
+    for (int k = 0; table && k < g->table_count; k++)
         if (kmp_table_equal(g->tables[k], table))
             return k;
     kmp_table **tables = kmp_realloc(g->tables, (size_t)g->table_count + 1, sizeof(kmp_table *));
     if (tables)
         g->tables = tables;
-    kmp_table *copy = tables ? kmp_table_new(table->method, table->count, table->x, table->y) : NULL;
+    kmp_table *copy = tables && table ? kmp_table_new(table->method, table->count, table->x, table->y) : NULL;
     if (!copy) {
         g->failed = true;
         return -1;
@@ -324,12 +332,12 @@ int kmp_graph_add_implicit(kmp_graph *g, kmp_implicit *block)
             return k;
         }
     kmp_implicit **blocks = kmp_realloc(g->implicits, (size_t)g->implicit_count + 1, sizeof(kmp_implicit *));
-    if (!blocks) {
+    g->implicits = blocks ? blocks : g->implicits;
+    if (!blocks || !block) {
         kmp_implicit_free(block);
         g->failed = true;
         return -1;
     }
-    g->implicits = blocks;
     blocks[g->implicit_count] = block;
     return g->implicit_count++;
 }

@@ -8,6 +8,7 @@
 #define KMP_SYMBOLIC_GRAPH_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 typedef uint32_t kmp_ref;
@@ -73,6 +74,11 @@ bool kmp_graph_failed(const kmp_graph *g);
 
 /** Marks the graph as failed: an operation on it has run out of memory, so its references are invalid too. */
 void kmp_graph_fail(kmp_graph *g);
+
+/** Zeroed memory that lives as long as the graph, for n objects of `size` bytes. NULL: there is none, and the graph has
+ * failed. */
+void *kmp_graph_room(kmp_graph *g, size_t n, size_t size);
+#define KMP_GRAPH_NEW(g, type, n) ((type *)kmp_graph_room((g), (size_t)(n), sizeof(type)))
 
 static inline uint32_t kmp_id(kmp_ref r)
 {

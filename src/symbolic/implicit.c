@@ -14,48 +14,29 @@ enum { MOST = KMP_IMPLICIT_MOST };
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-static bool derive_slopes(kmp_implicit *b, const kmp_ref *residual)
+static void derive_slopes(kmp_implicit *b, const kmp_ref *residual)
 {
     int n = b->block.unknowns;
+    kmp_ref column[MOST];
     for (int j = 0; j < n; j++) {
-        kmp_ref y = kmp_input(b->local, KMP_IN_Q, (uint32_t)j), one = KMP_ONE;
-        kmp_derivative *d = kmp_derivative_new(b->local, 1, &y, &one);
-        if (!d)
-            return false;
+        kmp_derivatives_by(b->local, kmp_input(b->local, KMP_IN_Q, (uint32_t)j), n, residual, column);
         for (int i = 0; i < n; i++)
-            b->slope[i * n + j] = kmp_derivative_of(d, residual[i]);
-        kmp_derivative_free(d);
+            b->slope[i * n + j] = column[i];
     }
-    return true;
 }
 
-static bool derive_changes(kmp_implicit *b, const kmp_ref *residual)
+static void derive_changes(kmp_implicit *b, const kmp_ref *residual)
 {
     int count = b->block.arguments;
-    kmp_ref *p = KMP_NEW(kmp_ref, 2 * count);
-    kmp_derivative *d = NULL;
+    kmp_ref *p = KMP_GRAPH_NEW(b->local, kmp_ref, 2 * count);
     for (int l = 0; p && l < count; l++) {
         p[l] = kmp_input(b->local, KMP_IN_PARAMETER, (uint32_t)l);
         p[count + l] = kmp_input(b->local, KMP_IN_LAMBDA, (uint32_t)l);
     }
-    if (p)
-        d = kmp_derivative_new(b->local, count, p, p + count);
-    for (int i = 0; d && i < b->block.unknowns; i++)
+    kmp_derivative *d = p ? kmp_derivative_new(b->local, count, p, p + count) : NULL;
+    for (int i = 0; i < b->block.unknowns; i++)
         b->change[i] = kmp_derivative_of(d, residual[i]);
     kmp_derivative_free(d);
-    kmp_free(p);
-    return d;
-}
-
-/* The derivative of the merit by the only unknown. */
-static bool derive_merit(kmp_implicit *b, kmp_ref merit, kmp_ref *slope)
-{
-    kmp_ref y = kmp_input(b->local, KMP_IN_Q, 0), one = KMP_ONE;
-    kmp_derivative *d = kmp_derivative_new(b->local, 1, &y, &one);
-    if (d)
-        *slope = kmp_derivative_of(d, merit);
-    kmp_derivative_free(d);
-    return d;
 }
 
 /* The start of a block's Newton iteration. */
@@ -78,14 +59,15 @@ static bool make_program(kmp_implicit *b, const kmp_ref *residual, const beginni
     }
     for (int i = 0; i < n * n; i++)
         equations[n + i] = b->slope[i];
-    if (among && n == 1 && !derive_merit(b, begin->merit, &equations[2]))
-        return false;
+    if (among && n == 1)
+        kmp_derivatives_by(b->local, kmp_input(b->local, KMP_IN_Q, 0), 1, &begin->merit, &equations[2]);
     const kmp_ref *groups[3] = {guess, &begin->merit, equations};
     if (!among) {
         count[1] = count[2];
         groups[1] = equations;
     }
-    b->block.program = kmp_program_new(b->local, among ? 3 : 2, count, groups);
+    if (!kmp_graph_failed(b->local))
+        b->block.program = kmp_program_new(b->local, among ? 3 : 2, count, groups);
     return b->block.program;
 }
 
@@ -118,12 +100,14 @@ static kmp_implicit *new_block(kmp_graph *local, int unknowns, int arguments, co
     b->block.unknowns = unknowns;
     b->block.arguments = arguments;
     bool plain = unknowns >= 1 && unknowns <= MOST && !kmp_graph_implicit(local, 0);
-    if (!plain || !kmp_block_candidates(&b->block, begin->candidates, begin->candidate) ||
-        !derive_slopes(b, residual) || !derive_changes(b, residual) || !make_program(b, residual, begin)) {
-        kmp_implicit_free(b);
-        return NULL;
+    if (plain && kmp_block_candidates(&b->block, begin->candidates, begin->candidate)) {
+        derive_slopes(b, residual);
+        derive_changes(b, residual);
+        if (make_program(b, residual, begin))
+            return b;
     }
-    return b;
+    kmp_implicit_free(b);
+    return NULL;
 }
 
 kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
@@ -194,9 +178,9 @@ kmp_ref kmp_implicit_component(kmp_graph *g, int block, int component, kmp_ref l
 
 void kmp_implicit_at(kmp_graph *g, int block, const kmp_ref *arguments, kmp_ref *unknowns)
 {
-    const kmp_program_block *b = &kmp_graph_implicit(g, block)->block;
-    kmp_ref list = list_of(g, b->arguments, arguments);
-    for (int j = 0; j < b->unknowns; j++)
+    const kmp_implicit *b = kmp_graph_implicit(g, block);
+    kmp_ref list = b ? list_of(g, b->block.arguments, arguments) : KMP_ZERO;
+    for (int j = 0; b && j < b->block.unknowns; j++)
         unknowns[j] = kmp_implicit_component(g, block, j, list);
 }
 
@@ -256,7 +240,7 @@ static int linear_block(kmp_graph *g, int n)
     kmp_graph *local = kmp_graph_new();
     kmp_ref residual[MOST], guess[MOST] = {0};
     if (!local)
-        return -1;
+        return kmp_graph_add_implicit(g, NULL);
     for (int i = 0; i < n; i++) {
         residual[i] = kmp_input(local, KMP_IN_PARAMETER, (uint32_t)(n * n + i));
         for (int j = 0; j < n; j++)
@@ -265,9 +249,8 @@ static int linear_block(kmp_graph *g, int n)
                                           kmp_input(local, KMP_IN_Q, (uint32_t)j)));
     }
     kmp_implicit *b = kmp_implicit_new(local, n, n * n + n, residual, guess);
-    if (!b)
-        return -1;
-    b->block.linear = true;
+    if (b)
+        b->block.linear = true;
     return kmp_graph_add_implicit(g, b);
 }
 
@@ -288,11 +271,9 @@ kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref 
     if (b->block.averages)
         return kmp_average_derivative(g, block, component, list, differentials);
     int n = b->block.unknowns, m = b->block.arguments;
-    kmp_ref *p = KMP_NEW(kmp_ref, 2 * m), y[MOST], dy[MOST], equations[MOST * MOST + MOST] = {0};
-    if (!p || differentials == KMP_ZERO) {
-        kmp_free(p);
+    kmp_ref *p = KMP_GRAPH_NEW(g, kmp_ref, 2 * m), y[MOST], dy[MOST] = {0}, equations[MOST * MOST + MOST] = {0};
+    if (!p || differentials == KMP_ZERO)
         return KMP_ZERO;
-    }
     kmp_list_items(g, list, m, p);
     kmp_list_items(g, differentials, m, p + m);
     for (int j = 0; j < n; j++)
@@ -302,15 +283,12 @@ kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref 
     for (int i = 0; i < n; i++)
         equations[n * n + i] = b->change[i];
     const kmp_setting s = {g, y, p, p + m};
-    bool ok = kmp_local_import(&s, b->local, n * n + n, equations);
-    kmp_free(p);
-    if (ok && n == 1)
+    if (!kmp_local_import(&s, b->local, n * n + n, equations))
+        kmp_graph_fail(g);
+    if (n == 1)
         return kmp_neg(kmp_div(g, equations[1], equations[0]));
-    if (ok && n == 2)
+    if (n == 2)
         return derivative_of_two(g, equations, component);
-    int linear = ok ? linear_block(g, n) : -1;
-    if (linear < 0)
-        return KMP_ZERO;
-    kmp_implicit_at(g, linear, equations, dy);
+    kmp_implicit_at(g, linear_block(g, n), equations, dy);
     return dy[component];
 }

@@ -36,12 +36,12 @@ bool kmp_implicit_equal(const kmp_implicit *a, const kmp_implicit *b);
 const kmp_program_block *kmp_implicit_block(const kmp_implicit *block);
 
 /** Number of the block in the graph, which owns it from now on; the number of an equal block if the graph has one. -1:
- * no memory. */
+ * no memory, or no block: the graph has then failed. */
 int kmp_graph_add_implicit(kmp_graph *g, kmp_implicit *block);
 /** NULL when there is no such number. */
 const kmp_implicit *kmp_graph_implicit(const kmp_graph *g, int block);
 
-/** The unknowns for given arguments. */
+/** The unknowns for given arguments; unchanged if the block is -1. */
 void kmp_implicit_at(kmp_graph *g, int block, const kmp_ref *arguments, kmp_ref *unknowns);
 
 /** One unknown for a list of arguments. */

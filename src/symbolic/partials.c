@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hides the users of each node, in compressed lists; from a leaf upwards they give all nodes that depend on it. */
 #include "symbolic/partials.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "symbolic/derivative.h"
 #include <stdlib.h>
 
 struct kmp_partials {
     kmp_graph *g;
+    kmp_arena room; /* of all arrays */
     kmp_derivative *derivative;
     uint32_t count;         /* nodes that there were */
     uint32_t *first, *user; /* users of each node */
@@ -35,61 +37,60 @@ static void begin_again(uint32_t *first, uint32_t count)
     first[0] = 0;
 }
 
-static bool list_users(kmp_partials *p)
+static void list_users(kmp_partials *p)
 {
-    p->first = KMP_NEW(uint32_t, p->count + 1);
-    for (uint32_t id = 0; p->first && id < p->count; id++) {
+    for (uint32_t id = 0; id < p->count; id++) {
         const kmp_node *n = kmp_graph_node(p->g, id);
         for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
             p->first[kmp_id(kmp_operand(n, k)) + 1]++;
     }
-    if (!p->first)
-        return false;
     add_up(p->first, p->count);
-    p->user = KMP_NEW(uint32_t, p->first[p->count]);
-    if (!p->user)
-        return false;
-    for (uint32_t id = 0; id < p->count; id++) {
+    p->user = KMP_ARENA_NEW(&p->room, uint32_t, p->first[p->count]);
+    for (uint32_t id = 0; p->user && id < p->count; id++) {
         const kmp_node *n = kmp_graph_node(p->g, id);
         for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
             p->user[p->first[kmp_id(kmp_operand(n, k))]++] = id;
     }
     begin_again(p->first, p->count);
-    return true;
 }
 
-static bool list_roots(kmp_partials *p)
+static void list_roots(kmp_partials *p)
 {
-    p->first_root = KMP_NEW(uint32_t, p->count + 1);
-    p->root = KMP_NEW(int, p->roots);
-    if (!p->first_root || !p->root)
-        return false;
     for (int k = 0; k < p->roots; k++)
         p->first_root[kmp_id(p->of[k]) + 1]++;
     add_up(p->first_root, p->count);
     for (int k = 0; k < p->roots; k++)
         p->root[p->first_root[kmp_id(p->of[k])]++] = k;
     begin_again(p->first_root, p->count);
-    return true;
+}
+
+/* False: no memory. */
+static bool init(kmp_partials *p)
+{
+    p->derivative = kmp_derivative_of_few(p->g);
+    p->first = KMP_ARENA_NEW(&p->room, uint32_t, p->count + 1);
+    p->first_root = KMP_ARENA_NEW(&p->room, uint32_t, p->count + 1);
+    p->root = KMP_ARENA_NEW(&p->room, int, p->roots);
+    p->met = KMP_ARENA_NEW(&p->room, bool, p->count);
+    p->found = KMP_ARENA_NEW(&p->room, uint32_t, p->count);
+    p->which = KMP_ARENA_NEW(&p->room, int, p->roots);
+    p->value = KMP_ARENA_NEW(&p->room, kmp_ref, p->roots);
+    if (p->room.failed || !p->derivative)
+        return false;
+    list_users(p);
+    list_roots(p);
+    return !p->room.failed;
 }
 
 kmp_partials *kmp_partials_new(kmp_graph *g, int count, const kmp_ref *of)
 {
     kmp_partials *p = KMP_NEW(kmp_partials, 1);
-    if (!p)
-        return NULL;
-    p->g = g;
-    p->count = kmp_graph_count(g);
-    p->roots = count;
-    p->of = of;
-    p->derivative = kmp_derivative_of_few(g);
-    p->met = KMP_NEW(bool, p->count);
-    p->found = KMP_NEW(uint32_t, p->count);
-    p->which = KMP_NEW(int, count);
-    p->value = KMP_NEW(kmp_ref, count);
-    if (p->derivative && p->met && p->found && p->which && p->value && list_users(p) && list_roots(p))
+    if (p)
+        *p = (kmp_partials){.g = g, .count = kmp_graph_count(g), .roots = count, .of = of};
+    if (p && init(p))
         return p;
     kmp_partials_free(p);
+    kmp_graph_fail(g);
     return NULL;
 }
 
@@ -98,14 +99,7 @@ void kmp_partials_free(kmp_partials *p)
     if (!p)
         return;
     kmp_derivative_free(p->derivative);
-    kmp_free(p->first);
-    kmp_free(p->user);
-    kmp_free(p->first_root);
-    kmp_free(p->root);
-    kmp_free(p->met);
-    kmp_free(p->found);
-    kmp_free(p->which);
-    kmp_free(p->value);
+    kmp_arena_free(&p->room);
     kmp_free(p);
 }
 
@@ -133,6 +127,8 @@ static int compare(const void *a, const void *b)
 int kmp_partials_along(kmp_partials *p, kmp_ref leaf, const int **which, const kmp_ref **value)
 {
     int count = 0;
+    if (!p)
+        return -1;
     *which = p->which;
     *value = p->value;
     if (kmp_id(leaf) >= p->count)
@@ -151,4 +147,21 @@ int kmp_partials_along(kmp_partials *p, kmp_ref leaf, const int **which, const k
         p->value[k] = kmp_derivative_of(p->derivative, p->of[p->which[k]]);
     kmp_derivative_end(p->derivative, found, p->found);
     return ok && !kmp_graph_failed(p->g) ? count : -1;
+}
+
+void kmp_partials_all(kmp_graph *g, int count, const kmp_ref *of, kmp_input_kind kind, int inputs, kmp_ref *out)
+{
+    for (int k = 0; k < count * inputs; k++)
+        out[k] = KMP_ZERO;
+    for (int k = 0; k < inputs; k++)
+        (void)kmp_input(g, kind, (uint32_t)k); /* all of them before others are made */
+    kmp_partials *partials = kmp_partials_new(g, count, of);
+    for (int k = 0; k < inputs; k++) {
+        const int *row;
+        const kmp_ref *value;
+        int found = kmp_partials_along(partials, kmp_input(g, kind, (uint32_t)k), &row, &value);
+        for (int i = 0; i < found; i++)
+            out[row[i] * inputs + k] = value[i];
+    }
+    kmp_partials_free(partials);
 }

@@ -53,7 +53,8 @@ const char *kmp_table_method_name(kmp_table_method method);
 
 /* Tables in the graph. The graph keeps a copy of its tables, a program copies of those that it needs. */
 
-/** Number of the table in the graph (an equal one is not added twice); -1: no memory (and the graph has failed). */
+/** Number of the table in the graph (an equal one is not added twice); -1: no memory, or no table (NULL),
+ * and the graph has failed. */
 int kmp_graph_add_table(kmp_graph *g, const kmp_table *table);
 /** NULL when there is no such number. Owned by the graph. */
 const kmp_table *kmp_graph_table(const kmp_graph *g, int table);

@@ -66,18 +66,15 @@ static kmp_implicit *block_of(const kmp_wheel_pair *p, const kmp_wheel *wheel, i
     return kmp_average_new(local, *count, exponent, needed, 3, averaged, places_of(wheel, zone, step, place), place);
 }
 
-/* The zone's averages for a spread e, at each `step` of its places. False: no memory. */
-static bool spread_by(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref e, kmp_ref up,
+/* The zone's averages for a spread e, at each `step` of its places. */
+static void spread_by(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref e, kmp_ref up,
                       averages *all)
 {
     kmp_graph *g = p->g;
-    kmp_ref list[KMP_PAIR_ARGUMENTS], value[4];
+    kmp_ref list[KMP_PAIR_ARGUMENTS], value[4] = {0};
     int count = 0;
     kmp_implicit *made = block_of(p, wheel, zone, step, kmp_div(g, KMP_ONE, e), up, list, &count);
-    int block = made ? kmp_graph_add_implicit(g, made) : -1;
-    if (block < 0)
-        return false;
-    kmp_implicit_at(g, block, list, value);
+    kmp_implicit_at(g, kmp_graph_add_implicit(g, made), list, value);
     kmp_ref variance = kmp_sub(g, value[2], kmp_mul(g, value[1], value[1]));
     double narrow = NARROW * wheel->scale;
     all->variance = kmp_add(g, variance, kmp_const(g, narrow * narrow));
@@ -86,20 +83,17 @@ static bool spread_by(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone,
     all->height = kmp_mul(g, e, kmp_sub(g, value[0], lost));
     all->s = kmp_add(g, value[1], kmp_const(g, (wheel->zone[zone][0] + wheel->zone[zone][1]) / 2));
     all->slope = value[3];
-    return true;
 }
 
 /* e of the current penetration, and at least the spread that the zone's places resolve. */
-static bool loaded_spread(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, kmp_ref up, kmp_ref *e)
+static kmp_ref loaded_spread(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, kmp_ref up)
 {
     kmp_graph *g = p->g;
     averages first;
-    if (!spread_by(p, wheel, zone, 2, kmp_const(g, WIDER * wheel->least_spread[zone]), up, &first))
-        return false;
+    spread_by(p, wheel, zone, 2, kmp_const(g, WIDER * wheel->least_spread[zone]), up, &first);
     kmp_ref deep = kmp_binary(g, KMP_OP_MAX, kmp_sub(g, first.height, up), KMP_ZERO);
     kmp_ref loaded = kmp_mul(g, kmp_const(g, LOADED), deep), least = kmp_const(g, wheel->least_spread[zone]);
-    *e = kmp_sqrt(g, kmp_sqrt(g, kmp_add(g, kmp_power(g, loaded, 4), kmp_power(g, least, 4))));
-    return true;
+    return kmp_sqrt(g, kmp_sqrt(g, kmp_add(g, kmp_power(g, loaded, 4), kmp_power(g, least, 4))));
 }
 
 /* At constant s: dy/ds, and the rate of D without that of the centre's height. */
@@ -108,7 +102,7 @@ typedef struct held {
 } held;
 
 /* Derives them in a graph of its own, where s and the arguments are inputs, and their rates. */
-static bool derive_held(const kmp_wheel_pair *in, int count, held *h)
+static held derive_held(const kmp_wheel_pair *in, int count)
 {
     kmp_graph *local = in->g;
     kmp_ref s = kmp_input(local, KMP_IN_Q, 0), argument[KMP_PAIR_ARGUMENTS], rate[KMP_PAIR_ARGUMENTS];
@@ -118,32 +112,30 @@ static bool derive_held(const kmp_wheel_pair *in, int count, held *h)
     }
     kmp_trace t = kmp_trace_at(in, s);
     kmp_derivative *d = kmp_derivative_new(local, count, argument, rate);
-    if (!d)
-        return false;
-    h->rate = kmp_derivative_of(d, kmp_pair_drop(in, &t));
+    held h = {.rate = kmp_derivative_of(d, kmp_pair_drop(in, &t))};
     kmp_derivative_free(d);
-    h->way = kmp_slope_of(local, t.y, s);
-    return !kmp_graph_failed(local);
+    h.way = kmp_slope_of(local, t.y, s);
+    return h;
 }
 
-static bool held_at(const kmp_wheel_pair *p, kmp_derivative *dt, kmp_ref s, held *h)
+static held held_at(const kmp_wheel_pair *p, kmp_derivative *dt, kmp_ref s)
 {
     kmp_ref list[KMP_PAIR_ARGUMENTS], rate[KMP_PAIR_ARGUMENTS];
     int count = 0;
+    held h = {0};
     kmp_graph *local = kmp_graph_new();
-    bool ok = local;
-    if (ok) {
+    if (local) {
         kmp_wheel_pair in = kmp_pair_inside(p, local, list, &count);
-        ok = derive_held(&in, count, h);
+        h = derive_held(&in, count);
     }
-    for (int l = 0; ok && l < count; l++)
+    for (int l = 0; l < count; l++)
         rate[l] = kmp_derivative_of(dt, list[l]);
     const kmp_setting setting = {p->g, &s, list, rate};
-    kmp_ref both[2] = {h->way, h->rate};
-    ok = ok && kmp_local_import(&setting, local, 2, both);
+    kmp_ref both[2] = {h.way, h.rate};
+    if (!local || kmp_graph_failed(local) || !kmp_local_import(&setting, local, 2, both))
+        kmp_graph_fail(p->g);
     kmp_graph_free(local);
-    *h = (held){both[0], both[1]};
-    return ok;
+    return (held){both[0], both[1]};
 }
 
 /* D'' from averages: e over the variance, along the slope. */
@@ -153,24 +145,20 @@ static kmp_ref average_across(kmp_graph *g, const averages *all, kmp_ref way, km
     return kmp_div(g, e, kmp_mul(g, kmp_mul(g, all->variance, kmp_mul(g, way, way)), steep));
 }
 
-bool kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone,
-                     const kmp_wheel_pose *pose, kmp_spread *spread)
+kmp_spread kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone,
+                           const kmp_wheel_pose *pose)
 {
     kmp_graph *g = p->g;
-    kmp_ref e;
     averages all;
-    held h = {0};
     kmp_derivative *dt = kmp_time_derivative(tree);
-    bool ok = dt && loaded_spread(p, wheel, zone, pose->up, &e) && spread_by(p, wheel, zone, 1, e, pose->up, &all) &&
-              held_at(p, dt, all.s, &h);
-    if (ok) {
-        kmp_ref cosine = kmp_cosine_of(g, all.slope);
-        spread->s = all.s;
-        spread->slope = all.slope;
-        spread->depth = kmp_mul(g, cosine, kmp_sub(g, all.height, pose->up));
-        spread->across = average_across(g, &all, h.way, e);
-        spread->closing = kmp_mul(g, cosine, kmp_add(g, kmp_derivative_of(dt, pose->up), h.rate));
-    }
+    kmp_ref e = loaded_spread(p, wheel, zone, pose->up);
+    spread_by(p, wheel, zone, 1, e, pose->up, &all);
+    const held h = held_at(p, dt, all.s);
+    kmp_ref cosine = kmp_cosine_of(g, all.slope);
+    kmp_spread spread = {.s = all.s, .slope = all.slope};
+    spread.depth = kmp_mul(g, cosine, kmp_sub(g, all.height, pose->up));
+    spread.across = average_across(g, &all, h.way, e);
+    spread.closing = kmp_mul(g, cosine, kmp_add(g, kmp_derivative_of(dt, pose->up), h.rate));
     kmp_derivative_free(dt);
-    return ok && !kmp_graph_failed(g);
+    return spread;
 }

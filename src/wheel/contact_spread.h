@@ -13,8 +13,8 @@ typedef struct kmp_spread {
     kmp_ref closing; /* rate of the gap along the normal at constant s, m/s */
 } kmp_spread;
 
-/** false: no memory. */
-bool kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *pair, const kmp_wheel *wheel, int zone,
-                     const kmp_wheel_pose *pose, kmp_spread *spread);
+/** The graph fails when there is no memory. */
+kmp_spread kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *pair, const kmp_wheel *wheel, int zone,
+                           const kmp_wheel_pose *pose);
 
 #endif

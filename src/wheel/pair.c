@@ -21,15 +21,15 @@
 #include "symbolic/derivative.h"
 #include "symbolic/table.h"
 #include <math.h>
+#include <string.h>
 
-bool kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_wheel_pair *p)
+kmp_wheel_pair kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose)
 {
-    *p = (kmp_wheel_pair){.g = tree->graph, .radius = kmp_tree_number(tree, &wheel->radius), .out = pose->out};
-    for (int k = 0; k < 3; k++)
-        p->axle[k] = pose->axle[k];
-    p->wheel = kmp_graph_add_table(tree->graph, wheel->profile->height);
-    p->rail = kmp_track_rail_table(tree, &tree->model->tracks[wheel->track]);
-    return p->wheel >= 0 && p->rail >= 0;
+    kmp_wheel_pair p = {.g = tree->graph, .radius = kmp_tree_number(tree, &wheel->radius), .out = pose->out};
+    memcpy(p.axle, pose->axle, sizeof p.axle);
+    p.wheel = kmp_graph_add_table(tree->graph, wheel->profile->height);
+    p.rail = kmp_graph_add_table(tree->graph, tree->model->tracks[wheel->track].rail);
+    return p;
 }
 
 /* Numbers become numbers of the local graph, everything else an argument. */
@@ -88,13 +88,8 @@ kmp_ref kmp_pair_drop(const kmp_wheel_pair *p, const kmp_trace *t)
 
 kmp_ref kmp_slope_of(kmp_graph *g, kmp_ref x, kmp_ref s)
 {
-    kmp_ref one = KMP_ONE, slope = KMP_ZERO;
-    kmp_derivative *d = kmp_derivative_new(g, 1, &s, &one);
-    if (d)
-        slope = kmp_derivative_of(d, x);
-    else
-        kmp_graph_fail(g);
-    kmp_derivative_free(d);
+    kmp_ref slope;
+    kmp_derivatives_by(g, s, 1, &x, &slope);
     return slope;
 }
 

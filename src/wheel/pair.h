@@ -22,8 +22,7 @@ typedef struct kmp_trace {
     kmp_ref x, y, z;
 } kmp_trace;
 
-/** false: no memory. */
-bool kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_wheel_pair *pair);
+kmp_wheel_pair kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose);
 
 /** The pair in a graph of its own, for a block: each expression that is not a number becomes an argument, and is
  * appended to the list. */

@@ -2,8 +2,6 @@
 /* The contact of a wheel: a rigid wheel touches at the nearest point of all zones, an elastic wheel in each zone where
  * it lies on the rail. */
 #include "wheel/patch.h"
-#include "base/memory.h"
-#include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
 #include "symbolic/table.h"
 #include "wheel/contact_spread.h"
@@ -32,31 +30,26 @@ static int candidates_of(const kmp_wheel *wheel, int index, double *candidate)
     return count;
 }
 
-/* s where D is least; false: no memory. */
-static bool nearest(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, kmp_ref *s)
+/* s where D is least. */
+static kmp_ref nearest(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone)
 {
-    kmp_ref list[KMP_PAIR_ARGUMENTS], guess = KMP_ZERO;
+    kmp_ref list[KMP_PAIR_ARGUMENTS], guess = KMP_ZERO, s = KMP_ZERO;
     double candidate[MOST + 2 * BEYOND];
     int count = 0;
     kmp_graph *local = kmp_graph_new();
-    if (!local)
-        return false;
+    if (!local) {
+        kmp_graph_fail(p->g);
+        return s;
+    }
     kmp_wheel_pair in = kmp_pair_inside(p, local, list, &count);
     kmp_ref unknown = kmp_input(local, KMP_IN_Q, 0);
     kmp_trace t = kmp_trace_at(&in, unknown);
     kmp_ref merit = kmp_add(local, kmp_pair_drop(&in, &t), kmp_zone_penalty(local, wheel, zone, unknown));
     kmp_ref residual = kmp_slope_of(local, merit, unknown);
-    if (kmp_graph_failed(local)) {
-        kmp_graph_free(local);
-        return false;
-    }
     kmp_implicit *made = kmp_implicit_new_among(local, 1, count, &residual, &guess,
                                                 candidates_of(wheel, zone, candidate), candidate, merit);
-    int block = made ? kmp_graph_add_implicit(p->g, made) : -1;
-    if (block < 0)
-        return false;
-    kmp_implicit_at(p->g, block, list, s);
-    return true;
+    kmp_implicit_at(p->g, kmp_graph_add_implicit(p->g, made), list, &s);
+    return s;
 }
 
 /* Relative curvature of both profiles in the plane of their normals: D'' with respect to y along the slope. It is never
@@ -79,13 +72,9 @@ static kmp_ref curvature_across(const kmp_wheel_pair *p, kmp_ref s, kmp_ref slop
 
 kmp_ref kmp_patch_fit(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch)
 {
-    kmp_wheel_pair p;
     if (wheel->form == KMP_CONTACT_RIGID)
         return KMP_ZERO;
-    if (!kmp_pair_of(tree, wheel, pose, &p)) {
-        kmp_graph_fail(tree->graph);
-        return KMP_ZERO;
-    }
+    const kmp_wheel_pair p = kmp_pair_of(tree, wheel, pose);
     return kmp_div(tree->graph, curvature_across(&p, patch->s, patch->slope, patch->along), patch->across);
 }
 
@@ -98,14 +87,13 @@ static kmp_vec combine(kmp_graph *g, const kmp_vec axis[3], kmp_ref x, kmp_ref y
     return kmp_vec_add(g, sum, kmp_vec_scale(g, z, axis[2]));
 }
 
-bool kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose *pose)
+void kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose *pose)
 {
     static const double leftwards[3] = {0, 1, 0};
     kmp_graph *g = tree->graph;
     bool left = wheel->side == KMP_TRACK_LEFT;
     pose->centre = kmp_point_position(tree, wheel->point, 0);
-    if (!kmp_track_at(tree, &tree->model->tracks[wheel->track], pose->centre, &pose->place))
-        return false;
+    kmp_track_at(tree, &tree->model->tracks[wheel->track], pose->centre, &pose->place);
     const kmp_track_place *place = &pose->place;
     kmp_vec axle = kmp_point_direction(tree, wheel->point, leftwards, 0), way = pose->centre;
     pose->axis[0] = place->axis[0];
@@ -117,7 +105,6 @@ bool kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose
     pose->up = kmp_sub(g, kmp_vec_dot(g, way, pose->axis[2]), place->upwards[wheel->side]);
     for (int k = 0; k < 3; k++)
         pose->axle[k] = kmp_vec_dot(g, axle, pose->axis[k]);
-    return !kmp_graph_failed(g);
 }
 
 /* Fills in the contact at s, with patch->slope there: all but the gap and the curvature across. */
@@ -138,22 +125,18 @@ static void fill(const kmp_wheel_pair *p, const kmp_wheel *wheel, const kmp_whee
     patch->closing = KMP_ZERO;
 }
 
-bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, const kmp_wheel_pose *pose,
+void kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, const kmp_wheel_pose *pose,
                      kmp_patch *patch)
 {
-    kmp_graph *g = tree->graph;
-    kmp_wheel_pair p;
-    kmp_spread spread;
-    if (!kmp_pair_of(tree, wheel, pose, &p) || !kmp_spread_find(tree, &p, wheel, zone, pose, &spread))
-        return false;
+    const kmp_wheel_pair p = kmp_pair_of(tree, wheel, pose);
+    const kmp_spread spread = kmp_spread_find(tree, &p, wheel, zone, pose);
     kmp_trace t = kmp_trace_at(&p, spread.s);
     patch->slope = spread.slope;
     fill(&p, wheel, pose, &t, spread.s, patch);
     patch->gap = kmp_neg(spread.depth);
     patch->across = spread.across;
     patch->closing = spread.closing;
-    patch->weight = kmp_zone_weight(g, wheel, zone, spread.s);
-    return !kmp_graph_failed(g);
+    patch->weight = kmp_zone_weight(tree->graph, wheel, zone, spread.s);
 }
 
 /* -- a rigid wheel ----------------------------------------------------------------------------------- */
@@ -169,17 +152,13 @@ static kmp_ref is_nearer(const kmp_tree *tree, const kmp_wheel *wheel, int zone,
                               "wheel '%s': contact in zone %d", wheel->name, zone + 1);
 }
 
-bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch)
+void kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch)
 {
     kmp_graph *g = tree->graph;
-    kmp_wheel_pair p;
+    const kmp_wheel_pair p = kmp_pair_of(tree, wheel, pose);
     kmp_ref s = KMP_ZERO, least = KMP_ZERO;
-    if (!kmp_pair_of(tree, wheel, pose, &p))
-        return false;
     for (int zone = 0; zone < wheel->zone_count; zone++) {
-        kmp_ref other;
-        if (!nearest(&p, wheel, zone, &other))
-            return false;
+        kmp_ref other = nearest(&p, wheel, zone);
         kmp_trace t = kmp_trace_at(&p, other);
         kmp_ref gap = kmp_add(g, kmp_pair_drop(&p, &t), kmp_zone_penalty(g, wheel, zone, other));
         kmp_ref nearer = KMP_ONE;
@@ -193,20 +172,13 @@ bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whe
     fill(&p, wheel, pose, &t, s, patch);
     patch->gap = kmp_mul(g, kmp_cosine_of(g, patch->slope), kmp_add(g, pose->up, kmp_pair_drop(&p, &t)));
     patch->across = curvature_across(&p, s, patch->slope, patch->along);
-    return !kmp_graph_failed(g);
 }
 
-bool kmp_wheel_slip(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch,
+void kmp_wheel_slip(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch,
                     kmp_slip *slip)
 {
     kmp_graph *g = tree->graph;
-    kmp_vec centre;
-    kmp_derivative *dt = kmp_time_derivative(tree);
-    for (int k = 0; dt && k < 3; k++)
-        centre.x[k] = kmp_derivative_of(dt, pose->centre.x[k]);
-    kmp_derivative_free(dt);
-    if (!dt)
-        return false;
+    kmp_vec centre = kmp_vec_rate(tree, pose->centre);
     kmp_vec spin = kmp_link_spin(tree, kmp_point_link(tree, wheel->point), 0);
     slip->turn = spin;
     slip->velocity = kmp_vec_add(g, centre, kmp_vec_cross(g, spin, kmp_vec_sub(g, patch->point, pose->centre)));
@@ -216,5 +188,4 @@ bool kmp_wheel_slip(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whee
     slip->across = kmp_div(g, kmp_vec_dot(g, slip->velocity, patch->side), slip->speed);
     slip->sense = kmp_unary(g, KMP_OP_TANH, kmp_div(g, forwards, least));
     slip->spin = kmp_mul(g, slip->sense, kmp_div(g, kmp_vec_dot(g, spin, patch->normal), slip->speed));
-    return !kmp_graph_failed(g);
 }

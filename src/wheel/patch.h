@@ -15,8 +15,8 @@ typedef struct kmp_wheel_pose {
     kmp_ref axle[3]; /* unit vector of the axle, outwards, in these axes */
 } kmp_wheel_pose;
 
-/** false: no memory. */
-bool kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose *pose);
+/* The graph fails when there is no memory, here and below. */
+void kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose *pose);
 
 /** The place where a zone of a wheel is nearest to the rail: for an elastic wheel the average over its neighbourhood.
  */
@@ -32,12 +32,11 @@ typedef struct kmp_patch {
     kmp_ref weight;        /* 1, falling to 0 where the nearest point would be beyond the zone */
 } kmp_patch;
 
-/** false: no memory. */
-bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, const kmp_wheel_pose *pose,
+void kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, const kmp_wheel_pose *pose,
                      kmp_patch *patch);
 
 /** The contact of the nearest of all zones, chosen by conditions of the wheel; its weight is 1. */
-bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch);
+void kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch);
 
 /** The curvature across at the place of an elastic wheel's patch, divided by the patch's curvature, which is an
  * average. It is 1 where the gap is a parabola, and the patch one ellipse. The patch of a rigid wheel is unknown: 0. */
@@ -52,7 +51,7 @@ typedef struct kmp_slip {
     kmp_vec turn;                /* angular velocity of the wheel */
 } kmp_slip;
 
-bool kmp_wheel_slip(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch,
+void kmp_wheel_slip(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch,
                     kmp_slip *slip);
 
 #endif

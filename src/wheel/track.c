@@ -44,7 +44,7 @@ static int add_block(kmp_graph *g, const kmp_track *track)
 {
     kmp_graph *local = kmp_graph_new();
     if (!local)
-        return -1;
+        return kmp_graph_add_implicit(g, NULL);
     const kmp_table *line[PLANE] = {track->x, track->y};
     kmp_ref s = kmp_input(local, KMP_IN_Q, 0), residual = KMP_ZERO, merit = KMP_ZERO, guess = KMP_ZERO;
     for (unsigned k = 0; k < PLANE; k++) {
@@ -55,7 +55,7 @@ static int add_block(kmp_graph *g, const kmp_track *track)
     }
     kmp_implicit *block =
         kmp_implicit_new_among(local, 1, PLANE, &residual, &guess, track->candidate_count, track->candidate, merit);
-    return block ? kmp_graph_add_implicit(g, block) : -1;
+    return kmp_graph_add_implicit(g, block);
 }
 
 /* Turned about the track's direction: the left rail goes up. */
@@ -87,7 +87,7 @@ static void cross_section(const kmp_tree *tree, const kmp_track *track, const gr
         cant(tree, track, place);
 }
 
-static bool curved(const kmp_tree *tree, const kmp_track *track, const ground *at, kmp_vec point,
+static void curved(const kmp_tree *tree, const kmp_track *track, const ground *at, kmp_vec point,
                    kmp_track_place *place)
 {
     kmp_graph *g = tree->graph;
@@ -96,11 +96,9 @@ static bool curved(const kmp_tree *tree, const kmp_track *track, const ground *a
     int block = find_block(g, track);
     if (block < 0)
         block = add_block(g, track);
-    if (block < 0)
-        return false;
+    place->along = KMP_ZERO;
     kmp_implicit_at(g, block, plane, &place->along);
     cross_section(tree, track, at, place);
-    return true;
 }
 
 /* -- irregularities -------------------------------------------------------------------------------- */
@@ -130,19 +128,13 @@ static void shift_rails(const kmp_tree *tree, const kmp_track *track, kmp_track_
 
 /* -- the track ------------------------------------------------------------------------------------- */
 
-bool kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place)
+void kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place)
 {
     ground at = {.begin = kmp_point_position(tree, track->point, 0)};
     kmp_point_axes(tree, track->point, 0, at.axis);
-    if (!track->curved)
+    if (track->curved)
+        curved(tree, track, &at, point, place);
+    else
         straight(tree, &at, point, place);
-    else if (!curved(tree, track, &at, point, place))
-        return false;
     shift_rails(tree, track, place);
-    return !kmp_graph_failed(tree->graph);
-}
-
-int kmp_track_rail_table(const kmp_tree *tree, const kmp_track *track)
-{
-    return kmp_graph_add_table(tree->graph, track->rail);
 }

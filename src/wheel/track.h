@@ -15,10 +15,7 @@ typedef struct kmp_track_place {
 } kmp_track_place;
 
 /** The cross-section in whose plane a point is (from the ground's origin, axes of the ground's link). Of a curved track
- *  the arc length is an implicit unknown, on a straight one nothing is. false: no memory. */
-bool kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place);
-
-/** The height of a rail over the lateral coordinate (outwards from the track's middle) as a table of the graph. */
-int kmp_track_rail_table(const kmp_tree *tree, const kmp_track *track);
+ *  the arc length is an implicit unknown, on a straight one nothing is. The graph fails when there is no memory. */
+void kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place);
 
 #endif

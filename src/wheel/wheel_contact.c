@@ -50,20 +50,20 @@ static void creep(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_
     c->pressed = kmp_vec_scale(g, c->normal, c->patch.normal);
 }
 
-bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, int k,
+void kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, int k,
                        kmp_contact *contact)
 {
     kmp_graph *g = tree->graph;
     bool rigid = wheel->form == KMP_CONTACT_RIGID;
-    bool found = rigid ? kmp_wheel_touch(tree, wheel, pose, &contact->patch)
-                       : kmp_wheel_patch(tree, wheel, k, pose, &contact->patch);
-    if (!found || !kmp_wheel_slip(tree, wheel, pose, &contact->patch, &contact->slip))
-        return false;
+    if (rigid)
+        kmp_wheel_touch(tree, wheel, pose, &contact->patch);
+    else
+        kmp_wheel_patch(tree, wheel, k, pose, &contact->patch);
+    kmp_wheel_slip(tree, wheel, pose, &contact->patch, &contact->slip);
     contact->lateral = kmp_add(g, contact->patch.y, pose->place.outwards[wheel->side]);
     contact->normal = rigid ? kmp_binary(g, KMP_OP_MAX, kmp_tree_multiplier(tree, wheel->closure, 0), KMP_ZERO)
                             : pressing(tree, wheel, &contact->patch);
     creep(tree, wheel, pose, contact);
-    return !kmp_graph_failed(g);
 }
 
 void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_contact *c,

@@ -17,8 +17,8 @@ typedef struct kmp_contact {
     kmp_vec pressed; /* N along the normal */
 } kmp_contact;
 
-/** Number k of its contacts (kmp_wheel_contacts). false: no memory. */
-bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, int k,
+/** Number k of its contacts (kmp_wheel_contacts). The graph fails when there is no memory. */
+void kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, int k,
                        kmp_contact *contact);
 
 /** The values of a contact that outputs show (KMP_CONTACT_SHOWN values; names in model/tables/output_table.c): place on

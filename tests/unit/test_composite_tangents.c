@@ -62,7 +62,7 @@ static void eval(derived *d, const inputs *in, const state *s)
 /* Axes stay, moments are about joints, origins elsewhere and masses with parents wherever, every third model. */
 typedef struct choice {
     bool stay[STATE_MAX], about[STATE_MAX];
-    uint8_t way[64], origin[STATE_MAX], give[STATE_MAX], lump[STATE_MAX];
+    uint8_t origin[STATE_MAX], give[STATE_MAX], lump[STATE_MAX];
 } choice;
 
 static void choose_ways(choice *c, int number)
@@ -74,27 +74,28 @@ static void choose_ways(choice *c, int number)
         c->give[k] = (uint8_t)(number % 3 == 2 ? pick(KMP_GIVE_ALL + 1) : 0);
         c->lump[k] = (uint8_t)(number % 3 == 2 ? pick(KMP_GIVE_ALL + 1) : 0);
     }
-    for (int k = 0; k < 64; k++)
-        c->way[k] = 0;
 }
 
 static bool derive(derived *d, const kempe_model *model, choice *c, kmp_tangent_way way, int number)
 {
-    const kmp_ways ways = {.stay = c->stay,
-                           .about = c->about,
-                           .origin = c->origin,
-                           .give = c->give,
-                           .lump = c->lump,
-                           .way = c->way,
-                           .by_q = way,
-                           .by_qd = way};
+    kmp_ways ways;
+    const size_t n = (size_t)model->motion_count;
+    CHECK(kmp_ways_init(&ways, model));
+    memcpy(ways.stay, c->stay, n);
+    memcpy(ways.about, c->about, n);
+    memcpy(ways.origin, c->origin, n);
+    memcpy(ways.give, c->give, n);
+    memcpy(ways.lump, c->lump, n);
+    ways.by_q = ways.by_qd = way;
     const kmp_scene scene = {.sets = SETS,
                              .ways = &ways,
                              .keep = number % 2 ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING,
                              .body_inputs = number % 4 < 2,
                              .charted = number % 5 < 3};
     *d = (derived){0};
-    if (kmp_equations_derive_once(&d->eq, model, &scene) != KEMPE_OK)
+    kempe_status status = kmp_equations_derive_once(&d->eq, model, &scene);
+    kmp_ways_free(&ways);
+    if (status != KEMPE_OK)
         return false;
     derived_finish(d);
     return true;

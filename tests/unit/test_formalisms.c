@@ -118,11 +118,10 @@ static bool classical_init(derived *d, const kempe_model *model)
     if (kmp_equations_init(&d->eq, model, 0, KMP_SCHEME_COMPOSITE, false) != KEMPE_OK)
         return false;
     kmp_forces forces;
-    CHECK(kmp_forces_init(&forces, &d->eq.tree, false));
+    kmp_forces_init(&forces, &d->eq.tree, false);
     CHECK(classical_derive(&d->eq.tree, forces.applied, d->eq.mass, d->eq.bias));
     for (int k = 0; k < d->n; k++)
         d->eq.bias[k] = kmp_sub(d->eq.graph, d->eq.bias[k], forces.effort[k]);
-    kmp_forces_free(&forces);
     const int count[2] = {d->n * d->n, d->n};
     const kmp_ref *const groups[2] = {d->eq.mass, d->eq.bias};
     d->program = kmp_program_new(d->eq.graph, 2, count, groups);
@@ -251,9 +250,8 @@ static bool plain_init(derived *d, const kempe_model *model)
     if (kmp_equations_init(&d->eq, model, 0, KMP_SCHEME_COMPOSITE, false) != KEMPE_OK)
         return false;
     kmp_forces forces;
-    CHECK(kmp_forces_init(&forces, &d->eq.tree, false));
+    kmp_forces_init(&forces, &d->eq.tree, false);
     CHECK(plain_articulated(&d->eq.tree, forces.applied, forces.effort, d->eq.free_qdd));
-    kmp_forces_free(&forces);
     const kmp_ref *const group = d->eq.free_qdd;
     d->program = kmp_program_new(d->eq.graph, 1, &d->n, &group);
     d->machine = kmp_machine_new(d->program, kmp_backend_find("tape"));
@@ -311,16 +309,16 @@ static kempe_model *model_of(kempe_context *context, const char *bodies)
 static void pick_ways(kmp_ways *ways, const kempe_model *model)
 {
     for (int k = 0; k < model->motion_count; k++) {
-        ways->stay[k] = pick(2);
-        ways->about[k] = pick(2);
+        ways->stay[k] = (uint8_t)pick(2);
+        ways->about[k] = (uint8_t)pick(2);
         ways->origin[k] = (uint8_t)pick(KMP_ORIGINS);
         ways->give[k] = (uint8_t)pick(KMP_GIVE_ALL + 1);
         ways->lump[k] = (uint8_t)pick(KMP_GIVE_ALL + 1);
     }
     for (int k = 0; k < 4 * model->closure_count; k++)
         ways->way[k] = (uint8_t)pick(3);
-    ways->spread = pick(2);
-    ways->apart = pick(2);
+    *ways->spread = (uint8_t)pick(2);
+    *ways->apart = (uint8_t)pick(2);
 }
 
 static void check_ways(int number, const kempe_model *model)

@@ -2,7 +2,7 @@
 /* A torque on a body, components in ground axes. Its power is counted: a constant torque has no potential in space. */
 #include "dynamics/forces/law.h"
 
-bool kmp_law_body_torque(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
+void kmp_law_body_torque(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                          kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
@@ -15,5 +15,4 @@ bool kmp_law_body_torque(kmp_forces *forces, const kmp_tree *tree, const kmp_for
     applied->moment = kmp_vec_add(g, applied->moment, kmp_from_ancestor(tree, link, 0, torque));
     if (energy & KMP_ENERGY_POWER)
         forces->power = kmp_add(g, forces->power, kmp_vec_dot(g, torque, kmp_link_spin(tree, link, 0)));
-    return true;
 }

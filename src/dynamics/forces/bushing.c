@@ -128,7 +128,7 @@ static kmp_vec moment(kmp_forces *forces, const bushing *b, const kmp_force *for
 }
 
 /* Places, axes and rates in the axes of the common ancestor. */
-static bool init(bushing *b, const kmp_tree *tree, const int point[2])
+static void init(bushing *b, const kmp_tree *tree, const int point[2])
 {
     kmp_graph *g = tree->graph;
     int link[2] = {kmp_point_link(tree, point[0]), kmp_point_link(tree, point[1])};
@@ -138,12 +138,7 @@ static bool init(bushing *b, const kmp_tree *tree, const int point[2])
     kmp_point_axes(tree, point[1], b->frame, b->q);
     kmp_vec first = kmp_link_spin(tree, link[0], b->frame);
     b->spin = kmp_vec_sub(g, kmp_link_spin(tree, link[1], b->frame), first);
-    kmp_derivative *dt = kmp_time_derivative(tree);
-    for (int i = 0; dt && i < 3; i++)
-        b->rate.x[i] = kmp_derivative_of(dt, b->way.x[i]);
-    kmp_derivative_free(dt);
-    b->rate = kmp_vec_sub(g, b->rate, kmp_vec_cross(g, first, b->way));
-    return dt;
+    b->rate = kmp_vec_sub(g, kmp_vec_rate(tree, b->way), kmp_vec_cross(g, first, b->way));
 }
 
 /* A moment onto a link, or the opposite one. */
@@ -157,13 +152,12 @@ static void turn(kmp_forces *forces, const bushing *b, int link, kmp_vec x, bool
     *sum = back ? kmp_vec_sub(g, *sum, own) : kmp_vec_add(g, *sum, own);
 }
 
-bool kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
+void kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     const int *point = force->point;
     bushing b;
-    if (!init(&b, tree, point))
-        return false;
+    init(&b, tree, point);
     kmp_vec f = pull(forces, &b, force, energy), m = moment(forces, &b, force, energy);
     kmp_apply_at(tree, point[0], b.frame, f, forces->applied);
     kmp_apply_at(tree, point[1], b.frame, kmp_vec_sub(g, kmp_vec_zero(), f), forces->applied);
@@ -173,5 +167,4 @@ bool kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *
         value[i] = kmp_neg(kmp_vec_dot(g, b.p[i], f));
         value[3 + i] = kmp_neg(kmp_vec_dot(g, b.p[i], m));
     }
-    return true;
 }

@@ -2,7 +2,7 @@
 /* An effort given as an expression. A constant one has a potential; any other counts its power. */
 #include "dynamics/forces/law.h"
 
-bool kmp_law_effort(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
+void kmp_law_effort(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     kmp_ref effort = kmp_tree_expression(tree, force->effort);
@@ -14,5 +14,4 @@ bool kmp_law_effort(kmp_forces *forces, const kmp_tree *tree, const kmp_force *f
         forces->potential = kmp_sub(g, forces->potential, kmp_mul(g, effort, kmp_input(g, KMP_IN_Q, k)));
     if (!conserves && energy & KMP_ENERGY_POWER)
         kmp_add_power(forces, tree, effort, kmp_input(g, KMP_IN_QD, k));
-    return true;
 }

@@ -3,7 +3,7 @@
  * viscous, -F/s qd, far below it. There is no sticking: a load below F creeps at about s load / F. */
 #include "dynamics/forces/law.h"
 
-bool kmp_law_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
+void kmp_law_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     kmp_ref qd = kmp_input(g, KMP_IN_QD, (uint32_t)force->motion), s = kmp_tree_number(tree, &force->speed);
@@ -13,5 +13,4 @@ bool kmp_law_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force 
     kmp_apply_effort(forces, tree, force->motion, *value);
     if (energy & KMP_ENERGY_POWER)
         kmp_add_power(forces, tree, *value, qd);
-    return true;
 }

@@ -2,7 +2,7 @@
 /* Spring-damper in a joint: effort -k (q - rest) - c qd, potential k (q - rest)^2 / 2, power -c qd^2. */
 #include "dynamics/forces/law.h"
 
-bool kmp_law_joint_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
+void kmp_law_joint_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                           kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
@@ -18,5 +18,4 @@ bool kmp_law_joint_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_fo
     }
     if (energy & KMP_ENERGY_POWER)
         kmp_add_power(forces, tree, kmp_neg(drag), qd);
-    return true;
 }

@@ -7,9 +7,8 @@
 #include "dynamics/forces.h"
 #include "symbolic/derivative.h"
 
-/** `value`: the values of an output force(NAME), initially zero; their number is in force_kinds.def. False: no memory.
- */
-typedef bool kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
+/** `value`: the values of an output force(NAME), initially zero; their number is in force_kinds.def. */
+typedef void kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                            kmp_ref *value);
 
 #define KMP_FORCE(kind, name, place, word, width) kmp_force_law kmp_law_##name;

@@ -2,27 +2,27 @@
 /* A force at a point, components in ground axes. A constant one has the potential -F.x, any other counts F.xd. */
 #include "dynamics/forces/law.h"
 
-static bool add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_vec f, unsigned energy)
+static void add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_vec f, unsigned energy)
 {
     kmp_graph *g = tree->graph;
     bool constant = true;
     for (int i = 0; i < 3; i++)
         constant = constant && kmp_expr_is_constant(force->vector[i]);
     if (!(energy & (constant ? KMP_ENERGY_POTENTIAL : KMP_ENERGY_POWER)))
-        return true;
+        return;
     kmp_vec x = kmp_point_position(tree, force->point[0], 0);
     if (constant) {
         forces->potential = kmp_sub(g, forces->potential, kmp_vec_dot(g, f, x));
-        return true;
+        return;
     }
-    kmp_derivative *dt = kmp_time_derivative(tree);
-    for (int i = 0; dt && i < 3; i++)
-        kmp_add_power(forces, tree, f.x[i], f.x[i] == KMP_ZERO ? KMP_ZERO : kmp_derivative_of(dt, x.x[i]));
-    kmp_derivative_free(dt);
-    return dt;
+    for (int i = 0; i < 3; i++)
+        x.x[i] = f.x[i] == KMP_ZERO ? KMP_ZERO : x.x[i];
+    x = kmp_vec_rate(tree, x);
+    for (int i = 0; i < 3; i++)
+        kmp_add_power(forces, tree, f.x[i], x.x[i]);
 }
 
-bool kmp_law_point_force(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
+void kmp_law_point_force(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                          kmp_ref *value)
 {
     kmp_vec f;
@@ -30,5 +30,5 @@ bool kmp_law_point_force(kmp_forces *forces, const kmp_tree *tree, const kmp_for
     for (int i = 0; i < 3; i++)
         f.x[i] = kmp_tree_expression(tree, force->vector[i]);
     kmp_apply_at(tree, force->point[0], 0, f, forces->applied);
-    return add_energy(forces, tree, force, f, energy);
+    add_energy(forces, tree, force, f, energy);
 }

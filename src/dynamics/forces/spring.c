@@ -4,7 +4,7 @@
 /* Point-to-point spring-damper: tension k (L - L0) + c Ld. With d from the first point to the second and Ld = d.dd / L
  * the force on the first point is (k - k L0 / L + c d.dd / L^2) d. Points at a constant distance have a tension, too.
  */
-bool kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
+void kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     int frame;
@@ -15,14 +15,7 @@ bool kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *f
     kmp_ref stretch = kmp_sub(g, length, free_length), tension = kmp_mul(g, k, stretch);
     ratio = kmp_sub(g, k, kmp_div(g, kmp_mul(g, k, free_length), length));
     if (c != KMP_ZERO) {
-        kmp_derivative *dt = kmp_time_derivative(tree);
-        kmp_vec dd;
-        if (!dt)
-            return false;
-        for (int i = 0; i < 3; i++)
-            dd.x[i] = kmp_derivative_of(dt, d.x[i]);
-        kmp_derivative_free(dt);
-        kmp_ref rate = kmp_vec_dot(g, d, dd); /* L Ld */
+        kmp_ref rate = kmp_vec_dot(g, d, kmp_vec_rate(tree, d)); /* L Ld */
         kmp_ref damping = kmp_mul(g, c, kmp_div(g, rate, square));
         ratio = kmp_add(g, ratio, damping);
         if (rate != KMP_ZERO)
@@ -38,5 +31,4 @@ bool kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *f
         kmp_ref work = kmp_mul(g, kmp_mul(g, kmp_const(g, 0.5), k), kmp_mul(g, stretch, stretch));
         forces->potential = kmp_add(g, forces->potential, work);
     }
-    return true;
 }

@@ -33,7 +33,7 @@ static kmp_ref stop(kmp_forces *forces, const kmp_tree *tree, const kmp_force *f
     return upper ? kmp_neg(push) : push;
 }
 
-bool kmp_law_stops(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
+void kmp_law_stops(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     *value = KMP_ZERO;
     if (force->has_lower)
@@ -41,5 +41,4 @@ bool kmp_law_stops(kmp_forces *forces, const kmp_tree *tree, const kmp_force *fo
     if (force->has_upper)
         *value = kmp_add(tree->graph, *value, stop(forces, tree, force, &force->upper, true, energy));
     kmp_apply_effort(forces, tree, force->motion, *value);
-    return true;
 }

@@ -52,19 +52,17 @@ static void add_ends(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whe
                      "wheel '%s' is unloaded", wheel->name);
 }
 
-bool kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
+void kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     const kmp_wheel *wheel = &tree->model->wheels[force->wheel];
     bool rigid = wheel->form == KMP_CONTACT_RIGID;
     kmp_wheel_pose pose;
-    if (!kmp_wheel_find(tree, wheel, &pose))
-        return false;
+    kmp_wheel_find(tree, wheel, &pose);
     add_ends(tree, wheel, &pose);
     for (int k = 0; k < kmp_wheel_contacts(wheel); k++) {
         kmp_contact c;
-        if (!kmp_wheel_contact(tree, wheel, &pose, k, &c))
-            return false;
+        kmp_wheel_contact(tree, wheel, &pose, k, &c);
         kmp_vec arm = kmp_vec_sub(g, c.patch.point, pose.centre);
         kmp_vec applied = rigid ? c.force : kmp_vec_add(g, c.force, c.pressed);
         push(forces, tree, wheel->point, arm, applied, c.moment);
@@ -75,5 +73,4 @@ bool kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *fo
             forces->power = kmp_add(g, forces->power, kmp_add(g, power, turning));
         }
     }
-    return true;
 }

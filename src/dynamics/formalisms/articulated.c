@@ -10,7 +10,6 @@
  * relative to that state. */
 #include "dynamics/formalisms/articulated.h"
 #include "base/context.h"
-#include "base/memory.h"
 
 typedef struct inertia {
     kmp_tensor k, a;
@@ -133,40 +132,22 @@ static kempe_status refuse(const kmp_tree *tree, int i)
 
 kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree)
 {
-    inertia *r = KMP_NEW(inertia, tree->count);
+    kmp_graph *g = tree->graph;
+    inertia *r = KMP_GRAPH_NEW(g, inertia, tree->count);
     *a = (kmp_articulated){.tree = tree,
-                           .inverse = KMP_NEW(kmp_ref, tree->count),
-                           .passed = KMP_NEW(kmp_wrench, tree->count),
-                           .down = KMP_NEW(kmp_wrench, tree->count)};
-    if (!r || !a->inverse || !a->passed || !a->down) {
-        kmp_free(r);
-        kmp_articulated_free(a);
-        return kmp_fail_memory(tree->model->context);
-    }
-    kempe_status status = KEMPE_OK;
-    for (int i = 1; i < tree->count; i++)
+                           .inverse = KMP_GRAPH_NEW(g, kmp_ref, tree->count),
+                           .passed = KMP_GRAPH_NEW(g, kmp_wrench, tree->count),
+                           .down = KMP_GRAPH_NEW(g, kmp_wrench, tree->count)};
+    for (int i = 1; !kmp_graph_failed(g) && i < tree->count; i++)
         r[i] = own_inertia(tree, i);
-    for (int i = tree->count - 1; status == KEMPE_OK && i > 0; i--) {
+    for (int i = tree->count - 1; !kmp_graph_failed(g) && i > 0; i--) {
         a->inverse[i] = release(tree, i, &r[i], &a->passed[i]);
-        if (kmp_graph_failed(tree->graph))
-            status = kmp_fail_memory(tree->model->context);
-        else if (a->inverse[i] == KMP_ZERO)
-            status = refuse(tree, i);
-        else if (tree->links[i].parent > 0)
+        if (!kmp_graph_failed(g) && a->inverse[i] == KMP_ZERO)
+            return refuse(tree, i);
+        if (tree->links[i].parent > 0)
             add_to_parent(tree, i, r[i], &r[tree->links[i].parent]);
     }
-    kmp_free(r);
-    if (status != KEMPE_OK)
-        kmp_articulated_free(a);
-    return status;
-}
-
-void kmp_articulated_free(kmp_articulated *a)
-{
-    kmp_free(a->inverse);
-    kmp_free(a->passed);
-    kmp_free(a->down);
-    *a = (kmp_articulated){0};
+    return kmp_graph_failed(g) ? kmp_fail_memory(tree->model->context) : KEMPE_OK;
 }
 
 static kmp_ref *component(const kmp_link *link, kmp_wrench *w)

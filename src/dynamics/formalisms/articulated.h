@@ -6,8 +6,8 @@
 
 #include "dynamics/formalisms/newton_euler.h"
 
-/** Values of the recursion for each joint: its inertia S.U and U / S.U, the wrench that a unit generalized force
- * transmits. */
+/** In the room of the tree's graph, values of the recursion for each joint: its inertia S.U and U / S.U, the wrench
+ * that a unit generalized force transmits. */
 typedef struct kmp_articulated {
     const kmp_tree *tree;
     kmp_ref *inverse;   /* 1 / S.U of each link */
@@ -18,7 +18,6 @@ typedef struct kmp_articulated {
 /** Articulated inertias from the leaves inwards. KEMPE_E_FAILED: a joint that moves no mass, S.U = 0, by name;
  *  KEMPE_E_MEMORY. */
 kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree);
-void kmp_articulated_free(kmp_articulated *a);
 
 /** The accelerations (n) by the generalized forces (n, NULL: none), where link i needs the wrench share[i] at qdd = 0
  * (NULL: nothing): M qdd = effort - C. Without shares qdd = M^-1 effort. */

@@ -2,9 +2,7 @@
 /* All quantities of link i are in its own axes. p_z^{hi} is the joint's offset p plus, for a translation, its slide.
  * Applied forces enter with their moment about the link's origin instead of the centre of mass. */
 #include "dynamics/formalisms/newton_euler.h"
-#include "base/memory.h"
 #include "dynamics/naming.h"
-#include "dynamics/shorten/pseudo_inertia.h"
 
 /* (13) */
 static void set_beta(kmp_graph *g, kmp_movement *m)
@@ -128,19 +126,17 @@ static kmp_ref project(const kmp_link *link, const kmp_wrench *w)
     return signed_for(link, link->rotation ? w->moment.x[link->axis] : w->force.x[link->axis]);
 }
 
-bool kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)
+void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)
 {
-    kmp_movement *m = KMP_NEW(kmp_movement, tree->count);
-    if (m) {
-        m[0].alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity);
-        for (int i = 1; i < tree->count; i++) {
-            share[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
-            forward(tree, i, KMP_ZERO, m);
-            body_wrench(tree, i, &m[i], &applied[i], &share[i]);
-        }
+    kmp_movement *m = KMP_GRAPH_NEW(tree->graph, kmp_movement, tree->count);
+    if (!m)
+        return;
+    m[0].alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity);
+    for (int i = 1; i < tree->count; i++) {
+        share[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+        forward(tree, i, KMP_ZERO, m);
+        body_wrench(tree, i, &m[i], &applied[i], &share[i]);
     }
-    kmp_free(m);
-    return m && !kmp_graph_failed(tree->graph);
 }
 
 void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_movement *m,
@@ -163,16 +159,12 @@ void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
     }
 }
 
-bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort)
+void kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort)
 {
-    kmp_movement *m = KMP_NEW(kmp_movement, tree->count);
-    kmp_wrench *w = KMP_NEW(kmp_wrench, tree->count);
-    bool ok = m && w;
-    if (ok)
+    kmp_movement *m = KMP_GRAPH_NEW(tree->graph, kmp_movement, tree->count);
+    kmp_wrench *w = KMP_GRAPH_NEW(tree->graph, kmp_wrench, tree->count);
+    if (m && w)
         kmp_newton_euler_whole(tree, qdd, applied, m, w, effort);
-    kmp_free(m);
-    kmp_free(w);
-    return ok && !kmp_graph_failed(tree->graph);
 }
 
 /* -- M by columns ------------------------------------------------------------------------------------ */
@@ -248,18 +240,14 @@ static void clear(kmp_ref *m, int count)
         m[k] = KMP_ZERO;
 }
 
-bool kmp_mass_ner(const kmp_tree *tree, kmp_ref *m)
+void kmp_mass_ner(const kmp_tree *tree, kmp_ref *m)
 {
     int n = tree->count - 1;
-    column *c = KMP_NEW(column, tree->count);
-    kmp_wrench *w = KMP_NEW(kmp_wrench, tree->count);
+    column *c = KMP_GRAPH_NEW(tree->graph, column, tree->count);
+    kmp_wrench *w = KMP_GRAPH_NEW(tree->graph, kmp_wrench, tree->count);
     clear(m, n * n);
     for (int k = 1; c && w && k < tree->count; k++)
         mass_column(tree, k, c, w, m);
-    bool ok = c && w && !kmp_graph_failed(tree->graph);
-    kmp_free(c);
-    kmp_free(w);
-    return ok;
 }
 
 /* -- M by composite bodies --------------------------------------------------------------------------- */
@@ -279,22 +267,19 @@ void kmp_composite_to_parent(const kmp_tree *tree, int i, kmp_composite c, kmp_c
     *parent = kmp_composite_add(g, *parent, c);
 }
 
-static kmp_composite shifted(const kmp_tree *tree, kmp_composite c, kmp_vec d)
-{
-    return tree->spread ? kmp_spread_shifted(tree->graph, c, d) : kmp_composite_shifted(tree->graph, c, d);
-}
-
 /* The composite body about the parent's origin, with second moments in the tree's form and the mass that is lumped
  * there already. */
 static kmp_composite lumped_to_parent(const kmp_tree *tree, int i, kmp_composite c)
 {
-    c = shifted(tree, c, kmp_link_slide(tree, i));
+    kmp_composite (*shifted)(kmp_graph *, kmp_composite, kmp_vec) =
+        tree->spread ? kmp_spread_shifted : kmp_composite_shifted;
+    c = shifted(tree->graph, c, kmp_link_slide(tree, i));
     c.moment = kmp_link_to_parent(tree, i, c.moment);
     c.inertia = kmp_link_tensor_to_parent(tree, i, c.inertia);
     kmp_ref mass = c.mass;
     if (tree->links[i].lumped)
         c.mass = KMP_ZERO;
-    c = shifted(tree, c, tree->links[i].p);
+    c = shifted(tree->graph, c, tree->links[i].p);
     c.mass = mass;
     return c;
 }
@@ -322,10 +307,10 @@ static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const kmp_composite *
     return (kmp_wrench){kmp_vec_scale(g, c->mass, e), kmp_vec_cross(g, c->moment, e)};
 }
 
-bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
+void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
 {
     int n = tree->count - 1;
-    kmp_composite *c = KMP_NEW(kmp_composite, tree->count);
+    kmp_composite *c = KMP_GRAPH_NEW(tree->graph, kmp_composite, tree->count);
     clear(m, n * n);
     for (int i = 1; c && i < tree->count; i++)
         c[i] = tree->links[i].base;
@@ -346,7 +331,4 @@ bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
         if (h > 0)
             c[h] = kmp_composite_add(tree->graph, c[h], lumped_to_parent(tree, i, c[i]));
     }
-    bool ok = c && !kmp_graph_failed(tree->graph);
-    kmp_free(c);
-    return ok;
 }

@@ -18,8 +18,9 @@ typedef struct kmp_movement {
 } kmp_movement;
 
 /** The joint forces that give the accelerations qdd[k] (motion k; all zero: the bias C): eqs. (11)-(14), (25), (27),
- * and (18)-(21), (31)-(33), (37). applied[link] for every link. Signed like q. false: no memory. */
-bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort);
+ * and (18)-(21), (31)-(33), (37). applied[link] for every link. Signed like q. Here and below the graph
+ * fails when there is no memory. */
+void kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort);
 
 /** Inverse dynamics as kmp_newton_euler, with the movement of every link and the wrench about its origin that moves its
  * subtree: both arrays of tree->count. */
@@ -27,13 +28,13 @@ void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
                             kmp_wrench *w, kmp_ref *effort);
 
 /** Each link's own share of (25) and (27) with the coordinates at rest in their rates (qdd = 0), about its origin. */
-bool kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share);
+void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share);
 
 /** Adds link i's wrench about its origin to its parent's: the sums of (25) and (27). */
 void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent);
 
 /** M[i, k] for k <= i as m[i * n + k]; entries off the tree are zero. */
-typedef bool kmp_mass_scheme(const kmp_tree *tree, kmp_ref *m);
+typedef void kmp_mass_scheme(const kmp_tree *tree, kmp_ref *m);
 
 /** Column by column as the paper: eqs. (22), (23), (34)-(36), (38). */
 kmp_mass_scheme kmp_mass_ner;

@@ -1,28 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/formalisms/tangent_sets.h"
-#include "base/memory.h"
+#include "symbolic/partials.h"
 
-/* Room for both derivations of both matrices: by composite bodies, by differentiation. */
+/* Both derivations of both matrices: by composite bodies, by differentiation. */
 typedef struct both_ways {
-    kmp_ref *room, *qdd;
     kmp_ref *by_q[2], *by_qd[2];
 } both_ways;
-
-static bool init_both_ways(both_ways *b, int n)
-{
-    size_t size = (size_t)n * (size_t)n;
-    *b = (both_ways){.room = KMP_NEW(kmp_ref, 4 * size), .qdd = KMP_NEW(kmp_ref, n)};
-    for (size_t k = 0; b->room && k < 2; k++) {
-        b->by_q[k] = b->room + 2 * k * size;
-        b->by_qd[k] = b->room + (2 * k + 1) * size;
-    }
-    return b->room && b->qdd;
-}
 
 /* Chooses the requested variant, or the one in which all requested sets have the fewest operations. */
 static bool choose_ways(kmp_equations *eq, unsigned sets, const both_ways *b)
 {
-    kmp_ref *other = KMP_NEW(kmp_ref, kmp_equations_most_outputs(eq));
+    kmp_ref *other = KMP_GRAPH_NEW(eq->graph, kmp_ref, kmp_equations_most_outputs(eq));
     const bool q = sets & (KMP_SET_INVERSE_Q | KMP_SET_CLOSED_Q), qd = sets & KMP_SET_INVERSE_QD;
     kmp_ref *const by_q[2] = {q ? b->by_q[0] : NULL, q ? b->by_q[1] : NULL};
     kmp_ref *const by_qd[2] = {qd ? b->by_qd[0] : NULL, qd ? b->by_qd[1] : NULL};
@@ -33,29 +21,25 @@ static bool choose_ways(kmp_equations *eq, unsigned sets, const both_ways *b)
     bool ok = other && kmp_tangents_choose(eq->graph, others, other, eq->n * eq->n, by_q, by_qd, &choice);
     eq->ways.by_q = choice.by_q ? KMP_TANGENT_FORWARD : KMP_TANGENT_COMPOSITE;
     eq->ways.by_qd = choice.by_qd ? KMP_TANGENT_FORWARD : KMP_TANGENT_COMPOSITE;
-    kmp_free(other);
     return ok;
 }
 
 static bool derive_both_ways(kmp_equations *eq, const kmp_tree *tree, const kmp_forces *forces, unsigned sets,
-                             both_ways *b)
+                             const both_ways *b, kmp_ref *qdd)
 {
     kmp_ways *ways = &eq->ways;
     const bool open = ways->by_q == KMP_TANGENT_SHORTER || ways->by_qd == KMP_TANGENT_SHORTER;
     if (open)
         ways->by_q = ways->by_qd = KMP_TANGENT_SHORTER;
     for (int k = 0; k < eq->n; k++)
-        b->qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
-    if ((ways->by_q != KMP_TANGENT_FORWARD || ways->by_qd != KMP_TANGENT_FORWARD) &&
-        !kmp_tangents_composite(tree, b->qdd, forces, b->by_q[0], b->by_qd[0]))
-        return false;
-    if (ways->by_q != KMP_TANGENT_COMPOSITE &&
-        !kmp_tangents_forward(eq->graph, eq->n, eq->inverse, KMP_IN_Q, b->by_q[1]))
-        return false;
-    if (ways->by_qd != KMP_TANGENT_COMPOSITE &&
-        !kmp_tangents_forward(eq->graph, eq->n, eq->inverse, KMP_IN_QD, b->by_qd[1]))
-        return false;
-    if (open && !choose_ways(eq, sets, b))
+        qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
+    if (ways->by_q != KMP_TANGENT_FORWARD || ways->by_qd != KMP_TANGENT_FORWARD)
+        kmp_tangents_composite(tree, qdd, forces, b->by_q[0], b->by_qd[0]);
+    if (ways->by_q != KMP_TANGENT_COMPOSITE)
+        kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_Q, eq->n, b->by_q[1]);
+    if (ways->by_qd != KMP_TANGENT_COMPOSITE)
+        kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_QD, eq->n, b->by_qd[1]);
+    if (kmp_graph_failed(eq->graph) || (open && !choose_ways(eq, sets, b)))
         return false;
     for (int k = 0; k < eq->n * eq->n; k++) {
         eq->inverse_q[k] = b->by_q[ways->by_q == KMP_TANGENT_FORWARD][k];
@@ -68,30 +52,25 @@ static bool derive_both_ways(kmp_equations *eq, const kmp_tree *tree, const kmp_
 static bool derive_closed(kmp_equations *eq, const kmp_ref *jt_lambda, kmp_ref *room)
 {
     int n = eq->n;
-    if (!kmp_tangents_forward(eq->graph, n, jt_lambda, KMP_IN_Q, room) || !kmp_tangents_mirror(eq->graph, n, room))
+    kmp_partials_all(eq->graph, n, jt_lambda, KMP_IN_Q, n, room);
+    if (kmp_graph_failed(eq->graph) || !kmp_tangents_mirror(eq->graph, n, room))
         return false;
     for (int k = 0; k < n * n; k++)
         eq->closed_q[k] = kmp_sub(eq->graph, eq->inverse_q[k], room[k]);
     return true;
 }
 
-static bool make_room(kmp_equations *eq)
-{
-    size_t size = (size_t)eq->n * (size_t)eq->n;
-    eq->inverse_q = KMP_NEW(kmp_ref, size);
-    eq->inverse_qd = KMP_NEW(kmp_ref, size);
-    eq->closed_q = KMP_NEW(kmp_ref, size);
-    return eq->inverse_q && eq->inverse_qd && eq->closed_q;
-}
-
 bool kmp_tangent_sets_derive(kmp_equations *eq, const kmp_tree *tree, const kmp_forces *forces, unsigned sets,
                              const kmp_ref *jt_lambda)
 {
-    both_ways b = {0};
-    bool ok = make_room(eq) && init_both_ways(&b, eq->n) && derive_both_ways(eq, tree, forces, sets, &b);
-    if (ok && sets & KMP_SET_CLOSED_Q)
-        ok = derive_closed(eq, jt_lambda, b.room);
-    kmp_free(b.room);
-    kmp_free(b.qdd);
-    return ok;
+    size_t size = (size_t)eq->n * (size_t)eq->n;
+    kmp_ref *room = KMP_GRAPH_NEW(eq->graph, kmp_ref, 7 * size), *qdd = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+    if (!room || !qdd)
+        return false;
+    const both_ways b = {{room, room + size}, {room + 2 * size, room + 3 * size}};
+    eq->inverse_q = room + 4 * size;
+    eq->inverse_qd = room + 5 * size;
+    eq->closed_q = room + 6 * size;
+    return derive_both_ways(eq, tree, forces, sets, &b, qdd) &&
+           (!(sets & KMP_SET_CLOSED_Q) || derive_closed(eq, jt_lambda, room));
 }

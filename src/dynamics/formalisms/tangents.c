@@ -32,7 +32,6 @@
  * Forces of the model act as wrenches whose components in link axes depend on q and qd. These are differentiated one by
  * one and projected on the joints; their rotation with the links is in S x* F. */
 #include "dynamics/formalisms/tangents.h"
-#include "base/memory.h"
 #include "symbolic/partials.h"
 
 /* Twice H and f of a subtree. */
@@ -306,18 +305,16 @@ static void bring_to_joints(const scheme *s, int j, kmp_wrench *w, kmp_ref *to)
 }
 
 /* Collects all components and the generalized forces. */
-static kmp_ref *force_values(const scheme *s, const kmp_forces *forces)
+static void collect_forces(const scheme *s, const kmp_forces *forces, kmp_ref *value)
 {
     int links = s->tree->count;
-    kmp_ref *value = KMP_NEW(kmp_ref, (COMPONENTS + 1) * links);
-    for (int k = 0; value && k < COMPONENTS * links; k++)
+    for (int k = 0; k < COMPONENTS * links; k++)
         value[k] = *component(&forces->applied[k / COMPONENTS], k % COMPONENTS);
-    for (int k = 0; value && k < links - 1; k++)
+    for (int k = 0; k < links - 1; k++)
         value[COMPONENTS * links + k] = forces->effort[k];
-    return value;
 }
 
-static bool force_columns(scheme *s, const kmp_forces *forces, kmp_partials *partials, kmp_wrench *w)
+static void force_columns(scheme *s, const kmp_forces *forces, kmp_partials *partials, kmp_wrench *w)
 {
     int links = s->tree->count, n = links - 1;
     for (int k = 0; k < 2 * n; k++) {
@@ -327,8 +324,6 @@ static bool force_columns(scheme *s, const kmp_forces *forces, kmp_partials *par
         const kmp_ref *value;
         kmp_ref leaf = kmp_input(s->g, k < n ? KMP_IN_Q : KMP_IN_QD, (uint32_t)j - 1);
         int count = kmp_partials_along(partials, leaf, &which, &value);
-        if (count < 0)
-            return false;
         for (int i = 0; i < count; i++)
             if (which[i] < COMPONENTS * links) {
                 *component(&w[which[i] / COMPONENTS], which[i] % COMPONENTS) = value[i];
@@ -340,19 +335,19 @@ static bool force_columns(scheme *s, const kmp_forces *forces, kmp_partials *par
             turn_back(s, forces, j, w);
         bring_to_joints(s, j, w, to);
     }
-    return true;
 }
 
-static bool add_forces(scheme *s, const kmp_forces *forces)
+static void add_forces(scheme *s, const kmp_forces *forces)
 {
-    kmp_ref *value = force_values(s, forces);
-    kmp_partials *partials = value ? kmp_partials_new(s->g, (COMPONENTS + 1) * s->tree->count, value) : NULL;
-    kmp_wrench *w = KMP_NEW(kmp_wrench, s->tree->count);
-    bool ok = partials && w && (s->tree->count == 1 || force_columns(s, forces, partials, w));
+    int links = s->tree->count;
+    kmp_ref *value = KMP_GRAPH_NEW(s->g, kmp_ref, (COMPONENTS + 1) * links);
+    kmp_wrench *w = KMP_GRAPH_NEW(s->g, kmp_wrench, links);
+    if (!value || !w)
+        return;
+    collect_forces(s, forces, value);
+    kmp_partials *partials = kmp_partials_new(s->g, (COMPONENTS + 1) * links, value);
+    force_columns(s, forces, partials, w);
     kmp_partials_free(partials);
-    kmp_free(value);
-    kmp_free(w);
-    return ok;
 }
 
 /* -- the whole ----------------------------------------------------------------------------------------- */
@@ -360,50 +355,34 @@ static bool add_forces(scheme *s, const kmp_forces *forces)
 static bool allocate(scheme *s)
 {
     int count = s->tree->count;
-    s->m = KMP_NEW(kmp_movement, count);
-    s->w = KMP_NEW(kmp_wrench, count);
-    s->twice_w = KMP_NEW(kmp_vec, count);
-    s->slide_rate = KMP_NEW(kmp_vec, count);
-    s->base_rate = KMP_NEW(kmp_vec, count);
-    s->body = KMP_NEW(kmp_composite, count);
-    s->flow = KMP_NEW(flow, count);
-    s->change = KMP_NEW(change, count);
-    return s->m && s->w && s->twice_w && s->slide_rate && s->base_rate && s->body && s->flow && s->change;
+    s->m = KMP_GRAPH_NEW(s->g, kmp_movement, count);
+    s->w = KMP_GRAPH_NEW(s->g, kmp_wrench, count);
+    s->twice_w = KMP_GRAPH_NEW(s->g, kmp_vec, count);
+    s->slide_rate = KMP_GRAPH_NEW(s->g, kmp_vec, count);
+    s->base_rate = KMP_GRAPH_NEW(s->g, kmp_vec, count);
+    s->body = KMP_GRAPH_NEW(s->g, kmp_composite, count);
+    s->flow = KMP_GRAPH_NEW(s->g, flow, count);
+    s->change = KMP_GRAPH_NEW(s->g, change, count);
+    return !kmp_graph_failed(s->g);
 }
 
-static void release(scheme *s)
-{
-    kmp_free(s->m);
-    kmp_free(s->w);
-    kmp_free(s->twice_w);
-    kmp_free(s->slide_rate);
-    kmp_free(s->base_rate);
-    kmp_free(s->body);
-    kmp_free(s->flow);
-    kmp_free(s->change);
-}
-
-bool kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_forces *forces, kmp_ref *by_q,
+void kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_forces *forces, kmp_ref *by_q,
                             kmp_ref *by_qd)
 {
     scheme s = {.tree = tree, .g = tree->graph, .by_q = by_q, .by_qd = by_qd};
-    kmp_ref *effort = KMP_NEW(kmp_ref, tree->count);
+    kmp_ref *effort = KMP_GRAPH_NEW(s.g, kmp_ref, tree->count);
     int n = tree->count - 1;
-    bool ok = effort && allocate(&s);
     for (int k = 0; k < n * n; k++)
         by_q[k] = by_qd[k] = KMP_ZERO;
-    if (ok) {
-        kmp_newton_euler_whole(tree, qdd, forces->applied, s.m, s.w, effort);
-        for (int i = 1; i < tree->count; i++) {
-            set_rates(&s, i);
-            set_change(&s, i);
-            s.body[i] = tree->links[i].own;
-            s.flow[i] = own_flow(&s, i);
-        }
-        all_passes(&s);
-        ok = add_forces(&s, forces);
+    if (!effort || !allocate(&s))
+        return;
+    kmp_newton_euler_whole(tree, qdd, forces->applied, s.m, s.w, effort);
+    for (int i = 1; i < tree->count; i++) {
+        set_rates(&s, i);
+        set_change(&s, i);
+        s.body[i] = tree->links[i].own;
+        s.flow[i] = own_flow(&s, i);
     }
-    release(&s);
-    kmp_free(effort);
-    return ok && !kmp_graph_failed(tree->graph);
+    all_passes(&s);
+    add_forces(&s, forces);
 }

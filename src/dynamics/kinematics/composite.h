@@ -8,7 +8,7 @@
 typedef struct kmp_composite {
     kmp_ref mass;
     kmp_vec moment;     /* sum m x */
-    kmp_tensor inertia; /* sum m (x.x 1 - x x'); or sum m x x' with kmp_tree.spread (shorten/pseudo_inertia.h) */
+    kmp_tensor inertia; /* K = sum m (x.x 1 - x x'); or P = sum m x x' with kmp_tree.spread */
 } kmp_composite;
 
 /** The moments of a body with its centre of mass at `com` and its inertia about that point. */
@@ -19,12 +19,15 @@ kmp_composite kmp_composite_add(kmp_graph *g, kmp_composite a, kmp_composite b);
 /** The moments about a point d before the composite's own. */
 kmp_composite kmp_composite_shifted(kmp_graph *g, kmp_composite c, kmp_vec d);
 
-/** With b the first moment, b' = b + m d the new one, put in c->moment. The increment of second moments contains b and
- * b'. Where m and d are numbers, it contains twice b and, separately, m d, which then joins other constants. Returns
- * true in the second case, with the other vector in *other. */
-bool kmp_composite_moved(kmp_graph *g, kmp_composite *c, kmp_vec d, kmp_vec *other);
+/* Pseudo-inertia: second moments as P = sum m x x' instead of K = tr(P) 1 - P. A change of origin adds one product to
+ * each of three diagonal entries, but an axis' column of K takes a sum. In the plane P has three entries and K has one.
+ */
 
-/** d (a + b): 2 d, mostly a number or a parameter, once if both are one. */
-kmp_ref kmp_composite_both(kmp_graph *g, kmp_ref d, kmp_ref a, kmp_ref b);
+/** P of K: tr(K)/2 1 - K. */
+kmp_tensor kmp_tensor_spread(kmp_graph *g, kmp_tensor inertia);
+/** K e for e along a coordinate axis. */
+kmp_vec kmp_spread_column(kmp_graph *g, kmp_tensor spread, int axis);
+/** kmp_composite_shifted with P for the inertia. */
+kmp_composite kmp_spread_shifted(kmp_graph *g, kmp_composite c, kmp_vec d);
 
 #endif

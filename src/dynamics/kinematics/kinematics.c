@@ -322,13 +322,12 @@ static void set_body(kmp_tree *tree, int b)
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
     *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
-    tree->links = KMP_NEW(kmp_link, tree->count);
-    tree->mounts = KMP_NEW(kmp_mount, model->body_count);
-    tree->symbols = KMP_NEW(double, kmp_tree_symbol_count(tree));
-    tree->unknown = KMP_NEW(kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count);
-    tree->solved = KMP_NEW(bool, model->unknowns_count);
-    if (!tree->links || !tree->mounts || !tree->symbols || !tree->unknown || !tree->solved ||
-        !kmp_tree_place_charts(tree)) {
+    tree->links = KMP_ARENA_NEW(&tree->arena, kmp_link, tree->count);
+    tree->mounts = KMP_ARENA_NEW(&tree->arena, kmp_mount, model->body_count);
+    tree->symbols = KMP_ARENA_NEW(&tree->arena, double, kmp_tree_symbol_count(tree));
+    tree->unknown = KMP_ARENA_NEW(&tree->arena, kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count);
+    tree->solved = KMP_ARENA_NEW(&tree->arena, bool, model->unknowns_count);
+    if (tree->arena.failed || !kmp_tree_place_charts(tree)) {
         kmp_tree_free(tree);
         return false;
     }
@@ -377,14 +376,5 @@ void kmp_tree_add_inputs(kmp_tree *tree, const char *without)
 
 void kmp_tree_free(kmp_tree *tree)
 {
-    kmp_free(tree->links);
-    kmp_free(tree->mounts);
-    kmp_free(tree->symbols);
-    kmp_free(tree->unknown);
-    kmp_free(tree->solved);
-    tree->unknown = NULL;
-    tree->solved = NULL;
-    tree->links = NULL;
-    tree->mounts = NULL;
-    tree->symbols = NULL;
+    kmp_arena_free(&tree->arena);
 }

@@ -92,10 +92,11 @@ enum { KMP_CLOSURE_ROWS = 6 };
 typedef struct kmp_tree {
     kmp_graph *graph;
     const kempe_model *model;
+    kmp_arena arena; /* of all arrays that it owns */
     kmp_keep keep;
     double *symbols; /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
     bool charted;    /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
-    bool spread;     /* second moments of composite bodies are sums m x x' (shorten/pseudo_inertia.h) */
+    bool spread;     /* second moments of composite bodies are sums m x x' (composite.h) */
     int count;       /* links, ground included: motion k is link k + 1 */
     kmp_link *links;
     kmp_mount *mounts; /* of each body */
@@ -206,8 +207,12 @@ kmp_vec kmp_from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec 
  * axes may be non-rotating. */
 kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor);
 
-/** Direction of total time derivatives: q -> qd, t -> 1. NULL: no memory. */
+/** Direction of total time derivatives: q -> qd, t -> 1. NULL: no memory, and the graph has failed. */
 struct kmp_derivative *kmp_time_derivative(const kmp_tree *tree);
+
+/** The total time derivative of x(q, t), and that of a rate, with qd -> qdd. */
+kmp_vec kmp_vec_rate(const kmp_tree *tree, kmp_vec x);
+kmp_vec kmp_vec_acceleration(const kmp_tree *tree, kmp_vec rate);
 
 /** v of a body's axes in the axes of its link, and the reverse. They differ where the joint's axis is oblique, the body
  * is attached by a point with axes, or it is welded. */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Positions of the charts of spherical joints in the chain of links. */
-#include "base/memory.h"
 #include "dynamics/kinematics/kinematics.h"
 #include "model/spherical.h"
 
@@ -62,7 +61,9 @@ bool kmp_tree_chart_before(const kempe_model *model, int first)
 
 bool kmp_tree_place_charts(kmp_tree *tree)
 {
-    int *first = KMP_NEW(int, tree->count), count = first && tree->charted ? kmp_spherical_find(tree->model, first) : 0;
+    int *first = KMP_ARENA_NEW(&tree->arena, int, tree->count), count = 0;
+    if (first && tree->charted)
+        count = kmp_spherical_find(tree->model, first);
     for (int i = 0; i < tree->count; i++)
         tree->links[i].before = tree->links[i].after = -1;
     for (int c = 0; c < count; c++)
@@ -70,6 +71,5 @@ bool kmp_tree_place_charts(kmp_tree *tree)
             tree->links[first[c] + 1].before = c;
         else
             tree->links[first[c] + 3].after = c;
-    kmp_free(first);
     return first && count >= 0;
 }

@@ -16,10 +16,8 @@ void kmp_events_free(kmp_events *events)
 
 void kmp_noted_free(kmp_noted *noted)
 {
-    if (!noted)
-        return;
-    kmp_free(noted->note);
-    kmp_free(noted);
+    if (noted)
+        kmp_free(noted->note);
 }
 
 /* -- numbers of conditions --------------------------------------------------------------------------- */

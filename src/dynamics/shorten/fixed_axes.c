@@ -13,7 +13,7 @@ static void turn_composite(kmp_graph *g, const kmp_link *link, kmp_composite *c)
     c->inertia = kmp_tensor_turn(g, link->axis, link->lag, c->inertia);
 }
 
-void kmp_let_stay(kmp_tree *tree, const bool *stay)
+void kmp_let_stay(kmp_tree *tree, const uint8_t *stay)
 {
     kmp_graph *g = tree->graph;
     for (int i = 1; i < tree->count; i++) {

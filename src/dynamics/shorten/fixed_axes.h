@@ -8,6 +8,6 @@
 #include "dynamics/kinematics/kinematics.h"
 
 /** Sets `stay` of each motion, of rotations alone; the tree's axes must all turn with their links. */
-void kmp_let_stay(kmp_tree *tree, const bool *stay);
+void kmp_let_stay(kmp_tree *tree, const uint8_t *stay);
 
 #endif

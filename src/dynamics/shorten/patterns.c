@@ -128,14 +128,12 @@ static void nothing_given(const kmp_tree *tree, kmp_ways *ways)
     give(tree, ways->give, 0, 0);
 }
 
-/* -- the model --------------------------------------------------------------------------------------- */
-
 /* Rotations apart, where there is a sum of angles to replace. */
 static void rotations_apart(const kmp_tree *tree, kmp_ways *ways)
 {
     for (int i = 1; i < tree->count; i++)
         if (is_parallel(tree, i)) {
-            ways->apart = !ways->apart;
+            *ways->apart = !*ways->apart;
             return;
         }
 }
@@ -143,7 +141,7 @@ static void rotations_apart(const kmp_tree *tree, kmp_ways *ways)
 static void spread_out(const kmp_tree *tree, kmp_ways *ways)
 {
     (void)tree;
-    ways->spread = !ways->spread;
+    *ways->spread = !*ways->spread;
 }
 
 static const kmp_cost_pattern patterns[] = {

@@ -2,7 +2,6 @@
 /* From the leaves inwards, so that a link passes on the mass that it received with its own. Links whose equations use
  * the centre of mass can give and receive inertia alone. */
 #include "dynamics/shorten/regroup.h"
-#include "base/memory.h"
 
 static kmp_composite nothing(void)
 {
@@ -95,7 +94,7 @@ static void give_composite(kmp_tree *tree, int i, uint8_t give, kmp_ref mass)
 
 void kmp_lump(kmp_tree *tree, const uint8_t *give)
 {
-    kmp_ref *mass = KMP_NEW(kmp_ref, tree->count); /* of all that a link carries, and its own */
+    kmp_ref *mass = KMP_GRAPH_NEW(tree->graph, kmp_ref, tree->count); /* of all that a link carries, and its own */
     for (int i = tree->count - 1; mass && i > 0; i--) {
         int h = tree->links[i].parent;
         mass[i] = kmp_add(tree->graph, mass[i], tree->links[i].mass);
@@ -103,7 +102,4 @@ void kmp_lump(kmp_tree *tree, const uint8_t *give)
         if (give[i - 1] && h > 0)
             give_composite(tree, i, give[i - 1], mass[i]);
     }
-    if (!mass)
-        kmp_graph_fail(tree->graph);
-    kmp_free(mass);
 }

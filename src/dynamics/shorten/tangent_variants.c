@@ -1,29 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Derivatives by differentiating in the graph, and the choice of the shorter derivation of the same matrices. */
+/* The choice of the shorter derivation of the same matrices. */
 #include "base/memory.h"
 #include "dynamics/formalisms/tangents.h"
-#include "symbolic/partials.h"
 #include "symbolic/program/cost.h"
-
-bool kmp_tangents_forward(kmp_graph *g, int n, const kmp_ref *of, kmp_input_kind kind, kmp_ref *out)
-{
-    for (int k = 0; k < n * n; k++)
-        out[k] = KMP_ZERO;
-    for (int k = 0; k < n; k++)
-        (void)kmp_input(g, kind, (uint32_t)k);
-    kmp_partials *partials = kmp_partials_new(g, n, of);
-    bool ok = partials;
-    for (int k = 0; k < n && ok; k++) {
-        const int *row;
-        const kmp_ref *value;
-        int count = kmp_partials_along(partials, kmp_input(g, kind, (uint32_t)k), &row, &value);
-        for (int i = 0; i < count; i++)
-            out[row[i] * n + k] = value[i];
-        ok = count >= 0;
-    }
-    kmp_partials_free(partials);
-    return ok && !kmp_graph_failed(g);
-}
 
 /* An entry that is zero has a twin that is. */
 static void pair_zeros(int n, kmp_ref *m)

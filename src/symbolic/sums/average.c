@@ -63,20 +63,18 @@ static bool copy_rows(const kmp_implicit *b, kmp_graph *to, kmp_ref *argument, k
 }
 
 /* Rows of derivatives for each argument in turn: dE, then df_k + f_k dE for each k. */
-static bool derive_rows(kmp_graph *g, int rows, const kmp_ref *row, int arguments, const kmp_ref *argument,
+static void derive_rows(kmp_graph *g, int rows, const kmp_ref *row, int arguments, const kmp_ref *argument,
                         kmp_ref *slope)
 {
+    static const kmp_ref one = KMP_ONE;
     for (int l = 0; l < arguments; l++) {
-        kmp_ref one = KMP_ONE, *of = slope + l * rows;
+        kmp_ref *of = slope + l * rows;
         kmp_derivative *d = kmp_derivative_new(g, 1, &argument[l], &one);
-        if (!d)
-            return false;
         of[0] = kmp_derivative_of(d, row[0]);
         for (int k = 1; k < rows; k++)
             of[k] = kmp_add(g, kmp_derivative_of(d, row[k]), kmp_mul(g, row[k], of[0]));
         kmp_derivative_free(d);
     }
-    return true;
 }
 
 /* The block with the averages of derivatives: component 1 + l rows + k belongs to argument l and row k. */
@@ -84,42 +82,37 @@ static kmp_implicit *derive(const kmp_implicit *b)
 {
     int rows = b->block.unknowns, m = b->block.arguments;
     kmp_graph *local = kmp_graph_new();
-    kmp_ref *argument = KMP_NEW(kmp_ref, m), *row = KMP_NEW(kmp_ref, rows + 1), *slope = KMP_NEW(kmp_ref, rows * m);
-    kmp_implicit *made = NULL;
-    if (local && argument && row && slope && copy_rows(b, local, argument, row) &&
-        derive_rows(local, rows, row, m, argument, slope))
-        made = kmp_average_new(local, m, row[0], row[rows], rows * m, slope, b->block.candidates, b->block.candidate);
-    else
+    if (!local)
+        return NULL;
+    kmp_ref *argument = KMP_GRAPH_NEW(local, kmp_ref, m), *row = KMP_GRAPH_NEW(local, kmp_ref, rows + 1);
+    kmp_ref *slope = KMP_GRAPH_NEW(local, kmp_ref, rows * m);
+    if (!argument || !row || !slope || !copy_rows(b, local, argument, row)) {
         kmp_graph_free(local);
-    kmp_free(argument);
-    kmp_free(row);
-    kmp_free(slope);
-    return made;
+        return NULL;
+    }
+    derive_rows(local, rows, row, m, argument, slope);
+    return kmp_average_new(local, m, row[0], row[rows], rows * m, slope, b->block.candidates, b->block.candidate);
 }
 
 static int derived_block(kmp_graph *g, int block)
 {
     const kmp_implicit *b = kmp_graph_implicit(g, block);
-    if (*b->derived < 0) {
-        kmp_implicit *made = derive(b);
-        int number = made ? kmp_graph_add_implicit(g, made) : -1;
-        *b->derived = number;
-    }
-    return *b->derived;
+    int *derived = b->derived; /* adding a block moves the others */
+    if (*derived < 0)
+        *derived = kmp_graph_add_implicit(g, derive(b));
+    return *derived;
 }
 
 kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials)
 {
     const kmp_program_block *b = &kmp_graph_implicit(g, block)->block;
-    int rows = b->unknowns, m = b->arguments, derived = -1;
-    kmp_ref sum = KMP_ZERO, *dp = KMP_NEW(kmp_ref, m);
-    if (dp && differentials != KMP_ZERO)
-        derived = derived_block(g, block);
-    if (derived >= 0)
-        kmp_list_items(g, differentials, m, dp);
-    else if (!dp || differentials != KMP_ZERO)
-        kmp_graph_fail(g);
-    for (int l = 0; derived >= 0 && l < m; l++) {
+    int rows = b->unknowns, m = b->arguments;
+    kmp_ref sum = KMP_ZERO, *dp = KMP_GRAPH_NEW(g, kmp_ref, m);
+    int derived = dp && differentials != KMP_ZERO ? derived_block(g, block) : -1;
+    if (derived < 0)
+        return sum;
+    kmp_list_items(g, differentials, m, dp);
+    for (int l = 0; l < m; l++) {
         if (dp[l] == KMP_ZERO)
             continue;
         kmp_ref slope = kmp_implicit_component(g, derived, 1 + l * rows + component, list);
@@ -130,7 +123,6 @@ kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref l
         }
         sum = kmp_add(g, sum, kmp_mul(g, slope, dp[l]));
     }
-    kmp_free(dp);
     return sum;
 }
 
