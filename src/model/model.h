@@ -8,8 +8,7 @@
 #include "model/algebraic.h"
 #include "model/expressions/expression.h"
 #include "model/rail/wheels.h"
-#include "model/tables/change_points.h"
-#include "model/tables/dynamics.h"
+#include "model/tables/run_settings.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
 

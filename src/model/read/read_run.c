@@ -2,7 +2,7 @@
 /* Start values and settings of runs. */
 #include "model/limits.h"
 #include "model/read/reading.h"
-#include "model/tables/rows.h"
+#include "model/tables/run_settings.h"
 #include <math.h>
 #include <string.h>
 

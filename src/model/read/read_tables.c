@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables: functions of one variable by points, in the file or in columns of a CSV file in its folder. */
 #include "model/read/reading.h"
-#include "model/tables/named_table.h"
+#include "symbolic/table.h"
 #include <string.h>
 
 /* -- tables -------------------------------------------------------------------------------------- */
@@ -12,7 +12,7 @@ static bool check_points(const kmp_points *p, kmp_place place)
         kmp_reader_complain(p->r, place, "%s: a table needs at least two points, not %d", p->what, p->count);
         return false;
     }
-    int bad = kmp_named_table_check(p->count, p->x, p->y);
+    int bad = kmp_table_check(p->count, p->x, p->y);
     if (bad > 0)
         kmp_reader_complain(p->r, p->place[bad], "%s: x must increase: %.9g comes after %.9g", p->what, p->x[bad],
                             p->x[bad - 1]);
@@ -48,7 +48,8 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
     bool linear = is_linear(r, kmp_yaml_get(map, "method"), p.what);
     if (!kmp_read_points(&p) || !check_points(&p, map->place))
         return;
-    if (!kmp_named_table_make(table, linear, p.count, p.x, p.y))
+    table->table = kmp_table_new(linear ? KMP_TABLE_LINEAR : KMP_TABLE_CUBIC, p.count, p.x, p.y);
+    if (!table->table)
         r->scratch.failed = true;
 }
 

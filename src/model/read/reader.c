@@ -8,7 +8,7 @@
 #include "model/files/document.h"
 #include "model/rail/rail.h"
 #include "model/read/reading.h"
-#include "model/tables/named_table.h"
+#include "symbolic/table.h"
 #include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>
@@ -220,7 +220,7 @@ void kempe_model_free(kempe_model *model)
     if (!model)
         return;
     for (int k = 0; k < model->table_count; k++)
-        kmp_named_table_free(&model->tables[k]);
+        kmp_table_free(model->tables[k].table);
     for (int k = 0; k < model->profile_count; k++)
         kmp_profile_free(&model->profiles[k]);
     for (int k = 0; k < model->track_count; k++)
