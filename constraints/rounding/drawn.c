@@ -89,7 +89,7 @@ int kmp_drawn_list(kempe_model *model, int most, kmp_drawn *list)
             add_chain(&x, model->points[closure->point[k]].body);
         }
         if (!closure->function)
-            add_scalar(&x, &closure->length);
+            add_scalar(&x, &closure->number);
     }
     return model->arena.failed ? -1 : x.count;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as one JSON object. */
 #include "model/print/model_print.h"
-#include "model/tables/force_table.h"
+#include "model/tables/closure_table.h"
 #include "model/tables/output_table.h"
 #include "symbolic/table.h"
 #include <math.h>
@@ -163,8 +163,8 @@ static void put_body(kmp_json *json, const kempe_model *model, int i)
     put_motions(json, model, body);
     if (body->turned)
         put_axes(json, "frame", body->frame);
-    if (body->screw)
-        kmp_json_number(json, "pitch", body->pitch.value);
+    if (body->coupling)
+        kmp_json_number(json, kmp_joint_key(body->coupling), body->number.value);
     kmp_json_number(json, "mass", body->mass.value);
     put_vector(json, "com", body->com);
     kmp_json_object(json, "inertia");
@@ -234,10 +234,11 @@ static void put_closure(kmp_json *json, const kempe_model *model, const kmp_clos
         kmp_json_string(json, "table", closure->table->name);
     else if (closure->curve_count > 0)
         put_curve(json, model, closure);
+    const kmp_closure_number *own = kmp_closure_number_of(closure->kind);
     if (closure->function)
-        put_expr(json, closure->point[0] < 0 ? "function" : "length", model, closure->function);
-    else if (closure->length.value > 0)
-        kmp_json_number(json, "length", closure->length.value);
+        put_expr(json, own ? own->key : "function", model, closure->function);
+    else if (own)
+        kmp_json_number(json, own->key, closure->number.value);
 }
 
 static void put_closures(kmp_json *json, const kempe_model *model)

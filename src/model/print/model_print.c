@@ -3,27 +3,9 @@
 #include "model/print/model_print.h"
 #include <string.h>
 
-static const char *parameter_name(const void *user, int index)
-{
-    const kempe_model *model = user;
-    return model->parameters[index].name;
-}
-
-static const char *coordinate_name(const void *user, int index)
-{
-    const kempe_model *model = user;
-    return model->motions[index].name;
-}
-
-static const char *closure_name(const void *user, int index)
-{
-    const kempe_model *model = user;
-    return model->closures[index].name;
-}
-
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
 {
-    const kmp_expr_names names = {model, parameter_name, coordinate_name, closure_name};
+    const kmp_expr_names names = {KMP_NAMED(model, parameter), KMP_NAMED(model, motion), KMP_NAMED(model, closure)};
     kmp_expr_print(text, expr, &names);
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as a summary to read. */
 #include "model/print/model_print.h"
-#include "model/tables/force_table.h"
+#include "model/tables/closure_table.h"
 #include "model/tables/output_table.h"
 #include "symbolic/table.h"
 #include <string.h>
@@ -149,8 +149,10 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
     for (int k = 0; k < body->motion_count; k++)
         show_motion(text, &model->motions[body->first_motion + k]);
     kmp_text_put(text, body->motion_count ? "" : " weld");
-    if (body->screw)
-        put_number(text, ", pitch ", body->pitch.value);
+    if (body->coupling) {
+        kmp_text_printf(text, ", %s", kmp_joint_key(body->coupling));
+        put_number(text, " ", body->number.value);
+    }
     if (body->turned)
         put_axes(text, ", frame ", body->frame);
     kmp_text_put(text, "\n");
@@ -185,10 +187,13 @@ static void show_between(kmp_text *text, const kempe_model *model, const kmp_clo
 {
     put_point(text, "", model, closure->point[0]);
     put_point(text, " - ", model, closure->point[1]);
+    const kmp_closure_number *own = kmp_closure_number_of(closure->kind);
+    if (own)
+        kmp_text_printf(text, ", %s ", own->key);
     if (closure->function)
-        put_expr(text, ", length ", model, closure->function);
-    else if (closure->length.value > 0)
-        put_number(text, ", length ", closure->length.value);
+        put_expr(text, "", model, closure->function);
+    else if (own)
+        put_number(text, "", closure->number.value);
     if (kmp_closure_has_axes(closure)) {
         put_axis(text, ", axes ", closure->axis[0]);
         put_axis(text, " and ", closure->axis[1]);

@@ -4,9 +4,6 @@
 #include "model/rail/wave_spectrum.h"
 #include "symbolic/table.h"
 
-static const char *const irregularity_words[] = {"alignment", "level", "cross", "gauge"};
-static const char *const course_words[] = {"straight", "transition", "left", "right"};
-
 /* -- the summary --------------------------------------------------------------------------------- */
 
 static void show_irregularities(kmp_text *text, const kmp_irregularities *all)
@@ -14,10 +11,11 @@ static void show_irregularities(kmp_text *text, const kmp_irregularities *all)
     const kmp_wave_spectrum *s = &all->spectrum;
     for (int k = 0; k < KMP_IRREGULARITIES; k++)
         if (all->named[k])
-            kmp_text_printf(text, "    %s by table %s\n", irregularity_words[k], all->named[k]->name);
+            kmp_text_printf(text, "    %s by table %s\n", kmp_irregularity_words[k], all->named[k]->name);
     if (s->kind >= 0)
         kmp_text_printf(text, "    spectrum %s, seed %.9g, from %.9g to %.9g, wavelengths %.9g to %.9g, scale %.9g\n",
-                        kmp_wave_spectrum_word(s->kind), s->seed, s->from, s->to, s->shortest, s->longest, s->scale);
+                        kmp_name_at(kmp_wave_spectrum_words, s->kind), s->seed, s->from, s->to, s->shortest, s->longest,
+                        s->scale);
 }
 
 static void show_track(kmp_text *text, const kempe_model *model, const kmp_track *track)
@@ -28,7 +26,7 @@ static void show_track(kmp_text *text, const kempe_model *model, const kmp_track
                     track->gauge, track->gauge_depth, track->inclination);
     for (int k = 0; k < track->course_count; k++) {
         const kmp_course_piece *piece = &track->course[k];
-        kmp_text_printf(text, "    %s %.9g", course_words[piece->kind], piece->length);
+        kmp_text_printf(text, "    %s %.9g", kmp_course_words[piece->kind], piece->length);
         if (piece->radius > 0)
             kmp_text_printf(text, ", radius %.9g", piece->radius);
         if (piece->cant != 0)
@@ -64,9 +62,9 @@ static void put_irregularities(kmp_json *json, const kmp_irregularities *all)
     kmp_json_object(json, "irregularities");
     for (int k = 0; k < KMP_IRREGULARITIES; k++)
         if (all->named[k])
-            kmp_json_string(json, irregularity_words[k], all->named[k]->name);
+            kmp_json_string(json, kmp_irregularity_words[k], all->named[k]->name);
     if (s->kind >= 0) {
-        kmp_json_string(json, "spectrum", kmp_wave_spectrum_word(s->kind));
+        kmp_json_string(json, "spectrum", kmp_name_at(kmp_wave_spectrum_words, s->kind));
         kmp_json_number(json, "seed", s->seed);
         kmp_json_number(json, "from", s->from);
         kmp_json_number(json, "to", s->to);
@@ -82,7 +80,7 @@ static void put_course(kmp_json *json, const kmp_track *track)
     for (int k = 0; k < track->course_count; k++) {
         const kmp_course_piece *piece = &track->course[k];
         kmp_json_object(json, NULL);
-        kmp_json_number(json, course_words[piece->kind], piece->length);
+        kmp_json_number(json, kmp_course_words[piece->kind], piece->length);
         if (piece->radius > 0)
             kmp_json_number(json, "radius", piece->radius);
         if (piece->cant != 0)

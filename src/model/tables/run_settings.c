@@ -13,6 +13,9 @@ static const char *const change_points_words[KMP_CHANGE_POINTS_COUNT] = {
 #undef KMP_CHANGE_POINTS
 };
 
+const kmp_name_list kmp_dynamics_words = {dynamics_words, sizeof(char *), KMP_DYNAMICS_COUNT};
+const kmp_name_list kmp_change_points_words = {change_points_words, sizeof(char *), KMP_CHANGE_POINTS_COUNT};
+
 const char *kmp_dynamics_word(kmp_dynamics dynamics)
 {
     return dynamics_words[dynamics];
@@ -25,13 +28,12 @@ const char *kmp_change_points_word(kmp_change_points what)
 
 kmp_dynamics kmp_dynamics_find(const char *word, kmp_text *complaint)
 {
-    return (kmp_dynamics)kmp_word_find(word, KMP_NAMES_OF(dynamics_words), "algorithm", complaint);
+    return (kmp_dynamics)kmp_word_find(word, kmp_dynamics_words, "algorithm", complaint);
 }
 
 kmp_change_points kmp_change_points_find(const char *word, kmp_text *complaint)
 {
-    return (kmp_change_points)kmp_word_find(word, KMP_NAMES_OF(change_points_words), "value of change_points",
-                                            complaint);
+    return (kmp_change_points)kmp_word_find(word, kmp_change_points_words, "value of change_points", complaint);
 }
 
 bool kmp_rows_fit(double every, double t_end, kmp_text *complaint)

@@ -20,6 +20,8 @@ typedef enum kmp_change_points {
     KMP_CHANGE_POINTS_COUNT
 } kmp_change_points;
 
+extern const kmp_name_list kmp_dynamics_words, kmp_change_points_words;
+
 const char *kmp_dynamics_word(kmp_dynamics dynamics);
 const char *kmp_change_points_word(kmp_change_points what);
 
