@@ -22,9 +22,10 @@ def keys(source, array):
     """The strings of a list of keys in a source of the reader; a table that it includes gives its rows' names."""
     text = next((ROOT / "src/model").rglob(source)).read_text()
     body = re.search(rf"{array}\[\] = \{{(.*?)\}};", text, re.S).group(1)
-    macros = re.findall(r"#define (\w+)\(", body)
+    macros = re.findall(r"#define (\w+)\((.*?)\) #(\w+)", body)
     tables = re.findall(r'#include "model/(?:\w+/)*(\w+\.def)"', body)
-    names = [row[0] for macro, name in zip(macros, tables) for row in rows(name, macro)]
+    names = [row[columns.split(", ").index(column)] for (macro, columns, column), name in zip(macros, tables)
+             for row in rows(name, macro)]
     return names + re.findall(r'"(\w+)"', re.sub(r"#.*", "", body))
 
 

@@ -366,7 +366,7 @@ static void put_start(kmp_json *json, const kempe_model *model)
 static void put_run(kmp_json *json, const kempe_model *model)
 {
     const kmp_run_settings *run = &model->run;
-    kmp_setting list[KMP_SETTINGS];
+    kmp_shown_setting list[KMP_SETTINGS];
     kmp_model_settings(run, list);
     kmp_model_json_begin(json, "run");
     for (int k = 0; k < KMP_SETTINGS; k++)

@@ -34,10 +34,10 @@ bool kmp_closure_has_axes(const kmp_closure *closure)
 
 const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
 
-void kmp_model_settings(const kmp_run_settings *run, kmp_setting list[KMP_SETTINGS])
+void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_SETTINGS])
 {
     bool automatic = run->dynamics == KMP_DYNAMICS_AUTO, cross = run->change_points == KMP_CHANGE_POINTS_CROSS;
-    const kmp_setting all[KMP_SETTINGS] = {
+    const kmp_shown_setting all[KMP_SETTINGS] = {
         {"t_end", false, run->t_end, NULL},
         {"output_step", false, run->output_step, NULL},
         {"rtol", false, run->rtol, NULL},

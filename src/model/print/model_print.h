@@ -39,12 +39,12 @@ extern const char *const kmp_inertia_names[6];
 
 /** The settings of a run that are a word or a number, with their keys. */
 enum { KMP_SETTINGS = 10 };
-typedef struct kmp_setting {
+typedef struct kmp_shown_setting {
     const char *key;
     bool is_word;
     double number;    /* 0: not given */
     const char *word; /* NULL: not given */
-} kmp_setting;
-void kmp_model_settings(const kmp_run_settings *run, kmp_setting list[KMP_SETTINGS]);
+} kmp_shown_setting;
+void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_SETTINGS]);
 
 #endif

@@ -312,7 +312,7 @@ static void show_start(kmp_text *text, const kempe_model *model)
 static void show_run(kmp_text *text, const kempe_model *model)
 {
     const kmp_run_settings *run = &model->run;
-    kmp_setting list[KMP_SETTINGS];
+    kmp_shown_setting list[KMP_SETTINGS];
     kmp_model_settings(run, list);
     kmp_text_put(text, "run:");
     for (int k = 0; k < KMP_SETTINGS; k++) {
