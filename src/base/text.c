@@ -187,14 +187,6 @@ int kmp_text_words(kmp_arena *arena, const char *list, char ***words)
     return count;
 }
 
-const char *kmp_text_keep(kmp_text *text, kmp_arena *arena)
-{
-    const char *kept = text->failed ? NULL : kmp_arena_strdup(arena, text->s ? text->s : "");
-    arena->failed = arena->failed || text->failed;
-    kmp_text_free(text);
-    return kept;
-}
-
 const char *kmp_arena_vprintf(kmp_arena *arena, const char *format, va_list arguments)
 {
     kmp_text text = {0};

@@ -38,9 +38,6 @@ size_t kmp_text_to_number(const char *s, double *value);
  * of words; 0 when there is no memory. */
 int kmp_text_words(kmp_arena *arena, const char *list, char ***words);
 
-/** A copy of the finished string in `arena`; the text is freed. NULL on failure, which the arena then has too. */
-const char *kmp_text_keep(kmp_text *text, kmp_arena *arena);
-
 /** A string in an arena; NULL without memory. */
 const char *kmp_arena_printf(kmp_arena *arena, const char *format, ...) __attribute__((format(printf, 2, 3)));
 const char *kmp_arena_vprintf(kmp_arena *arena, const char *format, va_list arguments)
