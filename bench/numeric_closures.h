@@ -46,7 +46,7 @@ static inline void numeric_closures_free(numeric_closures *c)
 
 static inline void numeric_read_cut(const kmp_tree *tree, const kmp_closure *from, numeric_cut *to)
 {
-    double length = from->length.value;
+    double length = from->number.value;
     *to = (numeric_cut){.view = -1, .row = {-1, -1, -1}, .square = length * length};
     to->rod = strcmp(from->kind, "rod") == 0;
     to->link[0] = -1;

@@ -14,7 +14,7 @@ NAME = "^[^\\x00-\\x40\\x5b-\\x5e\\x60\\x7b-\\x7f][^\\x00-\\x2f\\x3a-\\x40\\x5b-
 
 def rows(table, macro):
     """The arguments of every row `macro(..)` of a .def table."""
-    text = re.sub(r"/\*.*?\*/", "", next((ROOT / "src/model").rglob(table)).read_text(), flags=re.S)
+    text = re.sub(r"/\*.*?\*/|^#.*?$", "", next((ROOT / "src/model").rglob(table)).read_text(), flags=re.S | re.M)
     return [[a.strip().strip('"') for a in m.group(1).split(",")] for m in re.finditer(rf"{macro}\((.*)\)", text)]
 
 
@@ -22,9 +22,10 @@ def keys(source, array):
     """The strings of a list of keys in a source of the reader; a table that it includes gives its rows' names."""
     text = next((ROOT / "src/model").rglob(source)).read_text()
     body = re.search(rf"{array}\[\] = \{{(.*?)\}};", text, re.S).group(1)
-    macros = re.findall(r"#define (\w+)\(", body)
+    macros = re.findall(r"#define (\w+)\((.*?)\) #(\w+)", body)
     tables = re.findall(r'#include "model/(?:\w+/)*(\w+\.def)"', body)
-    names = [row[0] for macro, name in zip(macros, tables) for row in rows(name, macro)]
+    names = [row[columns.split(", ").index(column)] for (macro, columns, column), name in zip(macros, tables)
+             for row in rows(name, macro)]
     return names + re.findall(r'"(\w+)"', re.sub(r"#.*", "", body))
 
 
@@ -70,6 +71,10 @@ def force():
     return closed(properties)
 
 
+def joint_numbers():
+    return {row[1]: ref("number") for row in rows("closure_numbers.def", "KMP_COUPLING_NUMBER")}
+
+
 def joint():
     chains = dict(rows("joints.def", "KMP_JOINT"))
     pair = {"anyOf": [ref("axis"), ref("two_axes")]}
@@ -78,7 +83,7 @@ def joint():
                         closed({"T": ref("axis")}, ["T"])]}
     properties.update(motions={"type": "array", "minItems": 1, "items": motion}, name=ref("word"), at=ref("word"),
                       coordinates={"type": "array", "items": {"type": ["string", "number", "null"]}},
-                      to=ref("word"), frame=ref("axes"), pitch=ref("number"), reversed=ref("yes"))
+                      to=ref("word"), frame=ref("axes"), **joint_numbers(), reversed=ref("yes"))
     return dict(closed(properties, ["at"]), oneOf=[{"required": [key]} for key in [*chains, "motions"]])
 
 
@@ -87,7 +92,7 @@ def edge():
     chains = dict(rows("joints.def", "KMP_JOINT"))
     chains.pop("free")
     properties = {name: ref("two_points") for name in chains}
-    properties.update(axis=ref("axis"), axes=ref("two_axes"), pitch=ref("number"), cut={"enum": ["yes", "no", True, False]})
+    properties.update(axis=ref("axis"), axes=ref("two_axes"), **joint_numbers(), cut={"enum": ["yes", "no", True, False]})
     wants = {name: [chain.split("=")[1]] for name, chain in chains.items() if "=" in chain}
     return dict(closed(properties), oneOf=[{"required": [name, *wants.get(name, [])]} for name in chains])
 
@@ -96,12 +101,14 @@ def loop():
     kinds = dict(rows("closure_kinds.def", "KMP_CLOSURE"))
     terms = {"type": "object", "additionalProperties": ref("number"), "minProperties": 2}
     own = {"TERMS": terms, "EXPRESSION": ref("number")}
-    wants = {"LENGTH": ["length"], "TWO_AXES": ["axes"]}
+    numbers = {row[0]: row[1] for row in rows("closure_numbers.def", "KMP_CLOSURE_NUMBER")}
+    wants = {name: [numbers[name]] if name in numbers else ["axes"] if needs == "TWO_AXES" else []
+             for name, needs in kinds.items()}
     curve = {"anyOf": [ref("number"), {"type": "array", "items": ref("number"), "minItems": 1, "maxItems": 2}]}
     properties = {name: own.get(needs, ref("two_points")) for name, needs in kinds.items()}
-    properties.update(length=ref("number"), axis=ref("axis"), axes=ref("two_axes"), table=ref("word"),
+    properties.update({key: ref("number") for key in numbers.values()}, axis=ref("axis"), axes=ref("two_axes"), table=ref("word"),
                       y=ref("number"), z=ref("number"), curve=curve, equals=ref("number"), power=ref("number"))
-    return dict(closed(properties), oneOf=[{"required": [name, *wants.get(needs, [])]} for name, needs in kinds.items()])
+    return dict(closed(properties), oneOf=[{"required": [name, *wants[name]]} for name in kinds])
 
 
 def drive():

@@ -133,7 +133,7 @@ static bool too_short(const kempe_model *model, int closure, kmp_reach *reach)
     polygon p = polygon_of(model, c);
     if (p.slides)
         return false;
-    double length = rod ? c->length.value : 0, others = p.sum - p.longest + length;
+    double length = rod ? c->number.value : 0, others = p.sum - p.longest + length;
     if (length > p.longest && length > p.sum) { /* the rod is the longest side */
         *reach = (kmp_reach){closure, length, p.sum, NULL, NULL, NULL};
         return true;

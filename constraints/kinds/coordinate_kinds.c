@@ -53,7 +53,7 @@ static void screw(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_graph *g = tree->graph;
     uint32_t slide = (uint32_t)closure->motion;
-    kmp_ref rate = kmp_mul(g, kmp_const(g, 1 / (8 * atan(1))), kmp_tree_number(tree, &closure->length));
+    kmp_ref rate = kmp_mul(g, kmp_const(g, 1 / (8 * atan(1))), kmp_tree_number(tree, &closure->number));
     h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, slide), kmp_mul(g, rate, kmp_input(g, KMP_IN_Q, slide + 1)));
 }
 

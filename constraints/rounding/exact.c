@@ -121,7 +121,7 @@ static int list_numbers(kempe_model *model, int most, quantity *list)
             add_chain(&x, model->points[closure->point[k]].body);
         }
         if (!closure->function)
-            add_scalar(&x, &closure->length);
+            add_scalar(&x, &closure->number);
     }
     return model->arena.failed ? -1 : x.count;
 }

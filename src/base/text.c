@@ -187,6 +187,22 @@ int kmp_text_words(kmp_arena *arena, const char *list, char ***words)
     return count;
 }
 
+const char *kmp_arena_vprintf(kmp_arena *arena, const char *format, va_list arguments)
+{
+    kmp_text text = {0};
+    kmp_text_vprintf(&text, format, arguments);
+    return kmp_text_keep(&text, arena);
+}
+
+const char *kmp_arena_printf(kmp_arena *arena, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    const char *made = kmp_arena_vprintf(arena, format, arguments);
+    va_end(arguments);
+    return made;
+}
+
 char *kmp_text_take(kmp_text *text)
 {
     char *s = reserve(text, 0) ? text->s : NULL;

@@ -6,7 +6,9 @@
 #include "dynamics/goal_equations.h"
 #include "dynamics/motion.h"
 #include "model/check_mass.h"
+#include "model/print/model_print.h"
 #include "model/spherical.h"
+#include "model/tables/closure_table.h"
 #include "model/variant.h"
 #include <kempe/extend.h>
 #include <math.h>
@@ -77,8 +79,9 @@ kmp_lever kmp_system_lever(const kempe_model *model)
         if (model->bodies[b].at >= 0 && model->bodies[b].parent > 0)
             offer_point(&best, model, model->bodies[b].at);
     for (int c = 0; c < model->closure_count; c++) {
-        if (model->closures[c].length.value > 0)
-            offer_number(&best, &model->closures[c].length);
+        const kmp_number *length = kmp_closure_length(&model->closures[c]);
+        if (length)
+            offer_number(&best, length);
         for (int k = 0; k < 2; k++)
             if (model->closures[c].point[k] >= 0 && model->points[model->closures[c].point[k]].body > 0)
                 offer_point(&best, model, model->closures[c].point[k]);
@@ -165,21 +168,6 @@ static bool make_judge(kempe_system *s, kmp_equations *eq)
 
 /* -- conditions -------------------------------------------------------------------------------------- */
 
-static const char *parameter_name(const void *user, int index)
-{
-    return ((const kempe_model *)user)->parameters[index].name;
-}
-
-static const char *coordinate_name(const void *user, int index)
-{
-    return ((const kempe_model *)user)->motions[index].name;
-}
-
-static const char *closure_name(const void *user, int index)
-{
-    return ((const kempe_model *)user)->closures[index].name;
-}
-
 static bool is_within(const kmp_expr *part, const kmp_expr *whole)
 {
     return whole &&
@@ -189,14 +177,13 @@ static bool is_within(const kmp_expr *part, const kmp_expr *whole)
 /* "'motor': q(A) < 0.2", with the name of the force that the condition belongs to. */
 static char *text_of_expression(const kempe_model *model, const kmp_expr *condition)
 {
-    const kmp_expr_names names = {model, parameter_name, coordinate_name, closure_name};
     kmp_text text = {0};
     for (int k = 0; k < model->force_count; k++)
         if (is_within(condition, model->forces[k].effort)) {
             kmp_text_printf(&text, "'%s': ", model->forces[k].name);
             break;
         }
-    kmp_expr_print(&text, condition->b ? condition : condition->a, &names);
+    kmp_model_put_expr(&text, model, condition->b ? condition : condition->a);
     kmp_text_put(&text, condition->b ? "" : " < 0");
     return kmp_text_take(&text);
 }

@@ -19,4 +19,10 @@ typedef struct kmp_unknowns {
     const kmp_expr *leaves;                  /* all that occurs in them but operations, added up; NULL: nothing yet */
 } kmp_unknowns;
 
+/** The names that expressions use: of the variables, or of the expression. */
+static inline kmp_name_list kmp_unknown_names(const kmp_unknowns *u)
+{
+    return u->count > 0 ? KMP_NAMES(u->unknown, u->count) : KMP_NAMES(&u->name, 1);
+}
+
 #endif

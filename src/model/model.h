@@ -8,8 +8,8 @@
 #include "model/algebraic.h"
 #include "model/expressions/expression.h"
 #include "model/rail/wheels.h"
-#include "model/tables/change_points.h"
-#include "model/tables/dynamics.h"
+#include "model/tables/joint_table.h"
+#include "model/tables/run_settings.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
@@ -53,8 +53,8 @@ typedef struct kmp_body {
     bool reversed; /* its joint's coordinates are those of the parent relative to the body: the chain has the inverse
                       motions, and a frame is at its end */
     int first_motion, motion_count; /* its chain; no motion: it is welded to its parent */
-    bool screw;                     /* the first two motions, a slide and a turn, are one */
-    kmp_number pitch;               /* of a screw, m per turn */
+    const kmp_joint_row *coupling;  /* its row if that couples the two motions by a number; NULL: it does not */
+    kmp_number number;              /* of the coupling */
     kmp_number mass;
     kmp_number com[3];
     kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */
@@ -72,14 +72,14 @@ typedef struct kmp_closure {
     const char *name;
     const char *kind; /* "ball", "rod", "drive", ... */
     kmp_place place;
-    int point[2];               /* -1 when it is not between points */
-    double axis[2][3];          /* in the axes of either point */
-    kmp_number length;          /* rod: at t = 0 when it is a function of time; screw: its pitch */
-    int motion;                 /* of a drive; of a coupling the first one, which determines its unit; else -1 */
-    const kmp_expr *function;   /* a drive's coordinate and a rod's length over t (NULL when constant); a constraint */
-    kmp_term *terms;            /* of a coupling */
-    int term_count;             /* 0: it couples nothing */
-    const kmp_number *constant; /* of a coupling; NULL: its value at the start */
+    int point[2];                 /* -1 when it is not between points */
+    double axis[2][3];            /* in the axes of either point */
+    kmp_number number;            /* of its row of closure_numbers.def; at t = 0 when it is a function of time */
+    int motion;                   /* of a drive; of a coupling the first one, which determines its unit; else -1 */
+    const kmp_expr *function;     /* a drive's coordinate and its number over t (NULL when constant); a constraint */
+    kmp_term *terms;              /* of a coupling */
+    int term_count;               /* 0: it couples nothing */
+    const kmp_number *constant;   /* of a coupling; NULL: its value at the start */
     const kmp_named_table *table; /* of a curve from a table */
     int wheel;                    /* of a wheel's contact; meaningless otherwise */
     const kmp_expr *curve[2];     /* of a curve: over x, y, z of the first point's axes */
@@ -170,6 +170,10 @@ typedef struct kmp_run_settings {
     int until_count;
     kmp_place until_place;
 } kmp_run_settings;
+
+/* The names of a part of the model: KMP_NAMED(model, force). */
+#define KMP_NAMED(model, part) KMP_NAMES((model)->part##s, (model)->part##_count)
+#define KMP_BODY_NAMES(model)  KMP_NAMES((model)->bodies, (model)->body_count)
 
 struct kempe_model {
     kempe_context *context;

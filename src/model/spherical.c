@@ -2,7 +2,6 @@
 #include "model/spherical.h"
 #include "base/memory.h"
 #include <math.h>
-#include <string.h>
 
 /* Cosine of the angle between perpendicular unit axes, up to the rounding of their components. */
 #define ACROSS 1e-14
@@ -24,8 +23,6 @@ static void mark_closure(const kmp_closure *closure, bool *used)
 {
     if (closure->motion >= 0)
         used[closure->motion] = true;
-    if (closure->motion >= 0 && strcmp(closure->kind, "screw") == 0)
-        used[closure->motion + 1] = true;
     for (int k = 0; k < closure->term_count; k++)
         used[closure->terms[k].motion] = true;
     mark_expression(closure->function, used);
@@ -46,6 +43,9 @@ static void mark_used(const kempe_model *model, bool *used)
 {
     for (int c = 0; c < model->closure_count; c++)
         mark_closure(&model->closures[c], used);
+    for (int b = 0; b < model->body_count; b++)
+        if (model->bodies[b].coupling)
+            used[model->bodies[b].first_motion + 1] = true; /* the closure has the first one */
     for (int k = 0; k < model->force_count; k++)
         mark_force(&model->forces[k], used);
     for (int k = 0; k < model->start.goal_count; k++)

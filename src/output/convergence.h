@@ -5,8 +5,8 @@
 #ifndef KMP_OUTPUT_CONVERGENCE_H
 #define KMP_OUTPUT_CONVERGENCE_H
 
+#include "base/json.h"
 #include "integrators/run/run.h"
-#include "output/json.h"
 #include "output/samples.h"
 #include <kempe/check.h>
 

@@ -4,8 +4,8 @@
 #define KMP_OUTPUT_PRINT_H
 
 #include "base/context.h"
+#include "base/json.h"
 #include "integrators/run/run.h"
-#include "output/json.h"
 #include "output/verdict.h"
 
 /** "ok", "stopped" or "failed". */

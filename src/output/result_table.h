@@ -14,7 +14,7 @@
 #define KMP_OUTPUT_RESULT_TABLE_H
 
 #include "base/context.h"
-#include "output/json.h"
+#include "base/json.h"
 #include "output/quantity.h"
 #include <kempe/table.h>
 

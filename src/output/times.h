@@ -3,7 +3,7 @@
 #ifndef KMP_OUTPUT_TIMES_H
 #define KMP_OUTPUT_TIMES_H
 
-#include "model/tables/rows.h"
+#include "model/tables/run_settings.h"
 #include "output/reference.h"
 
 typedef struct kmp_times {

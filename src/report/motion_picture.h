@@ -3,7 +3,7 @@
 #ifndef KMP_REPORT_MOTION_PICTURE_H
 #define KMP_REPORT_MOTION_PICTURE_H
 
-#include "output/json.h"
+#include "base/json.h"
 #include "report/record.h"
 #include <stdint.h>
 

@@ -3,8 +3,8 @@
 #ifndef KMP_REPORT_RAILWAY_H
 #define KMP_REPORT_RAILWAY_H
 
+#include "base/json.h"
 #include "model/model.h"
-#include "output/json.h"
 
 /** Positions of the moving bodies: 3 numbers for each in each frame, without the ground. */
 typedef struct kmp_travel {

@@ -36,24 +36,6 @@ static int find_closure(void *user, const char *name)
     return find(closures, 2, name);
 }
 
-static const char *closure_name(const void *user, int index)
-{
-    (void)user;
-    return closures[index];
-}
-
-static const char *parameter_name(const void *user, int index)
-{
-    (void)user;
-    return parameters[index];
-}
-
-static const char *coordinate_name(const void *user, int index)
-{
-    (void)user;
-    return coordinates[index];
-}
-
 static const kmp_expr *parse(kmp_arena *arena, const char *text)
 {
     kempe_context *context = fuzz_context_new();
@@ -75,7 +57,7 @@ static const kmp_expr *parse(kmp_arena *arena, const char *text)
 
 static char *text_of(const kmp_expr *expr)
 {
-    static const kmp_expr_names names = {NULL, parameter_name, coordinate_name, closure_name};
+    const kmp_expr_names names = {KMP_NAMES_OF(parameters), KMP_NAMES_OF(coordinates), KMP_NAMES_OF(closures)};
     kmp_text text = {0};
     kmp_expr_print(&text, expr, &names);
     char *s = kmp_text_take(&text);

@@ -148,7 +148,7 @@ static void change_law(const kmp_code_source *kept, const kmp_expr *law)
 
 static void change_closure(const kmp_code_source *kept, const kempe_model *model, const kmp_closure *closure)
 {
-    change(kept, model, &closure->length);
+    change(kept, model, &closure->number);
     if (closure->constant)
         change(kept, model, closure->constant);
     for (int k = 0; k < closure->term_count; k++)

@@ -69,7 +69,7 @@ static inline void put_needs(kmp_text *text, const kempe_model *model, const cha
         else
             kmp_text_printf(text, "constraint: \"sin(q(%s))*q(%s) + cos(q(%s)) - 0.3\"", a, b, b);
     }
-    if (strcmp(needs, "LENGTH") == 0) {
+    if (strcmp(needs, "NUMBER") == 0) {
         kmp_text_put(text, ", length: ");
         put_number(text, between(0.3, 2), flags);
     }

@@ -326,7 +326,7 @@ static double plain_square(const kempe_model *model, const double *q, const kmp_
         for (int k = 0; k < c->term_count; k++)
             sum += c->terms[k].factor.value * q[c->terms[k].motion];
         if (strcmp(kind, "screw") == 0)
-            sum = q[c->motion] - c->length.value * q[c->motion + 1] / (8 * atan(1));
+            sum = q[c->motion] - c->number.value * q[c->motion + 1] / (8 * atan(1));
         return strcmp(kind, "constraint") == 0 ? -1 : sum * sum;
     }
     geometry x = plain_geometry(model, p, c);
@@ -335,7 +335,7 @@ static double plain_square(const kempe_model *model, const double *q, const kmp_
     if (strcmp(kind, "ball") == 0)
         return gap;
     if (strcmp(kind, "rod") == 0)
-        return square((gap - square(c->length.value)) / 2);
+        return square((gap - square(c->number.value)) / 2);
     if (strcmp(kind, "revolute") == 0)
         return gap + parallel;
     if (strcmp(kind, "universal") == 0)

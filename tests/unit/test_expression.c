@@ -35,24 +35,6 @@ static int find_closure(void *user, const char *name)
     return find(closure_names, 2, name);
 }
 
-static const char *closure_name(const void *user, int index)
-{
-    (void)user;
-    return closure_names[index];
-}
-
-static const char *parameter_name(const void *user, int index)
-{
-    (void)user;
-    return parameter_names[index];
-}
-
-static const char *coordinate_name(const void *user, int index)
-{
-    (void)user;
-    return coordinate_names[index];
-}
-
 static const kmp_expr *parse(kmp_arena *arena, const char *text, bool constant)
 {
     kmp_expr_scope scope = {.context = context,
@@ -178,7 +160,8 @@ static void limits(void)
 
 static void prints(const char *text, const char *expected)
 {
-    const kmp_expr_names names = {NULL, parameter_name, coordinate_name, closure_name};
+    const kmp_expr_names names = {KMP_NAMES_OF(parameter_names), KMP_NAMES_OF(coordinate_names),
+                                  KMP_NAMES_OF(closure_names)};
     kmp_arena arena = {0};
     kmp_text first = {0}, second = {0};
     const kmp_expr *expr = parse(&arena, text, false);

@@ -159,7 +159,7 @@ static void closures_and_forces(void)
     CHECK(m->closure_count == 2 && m->force_count == 3);
     CHECK_TEXT(m->closures[0].kind, "ball");
     CHECK_TEXT(m->closures[1].kind, "rod");
-    CHECK_NEAR(m->closures[1].length.value, 0.6, 0);
+    CHECK_NEAR(m->closures[1].number.value, 0.6, 0);
     CHECK_TEXT(m->bodies[m->points[m->closures[0].point[1]].body].name, "rocker");
     CHECK(m->forces[0].kind == KMP_FORCE_JOINT && m->forces[0].motion == 0);
     CHECK(m->forces[0].effort && !kmp_expr_is_constant(m->forces[0].effort));

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results: the JSON writer, tables, output times, reference files good and bad, verdicts on tables made by hand,
  * reports of what failed. */
+#include "base/json.h"
 #include "base/memory.h"
 #include "check.h"
 #include "loaded.h"
-#include "output/json.h"
 #include "output/times.h"
 #include "output/verdict.h"
 #include <kempe/check.h>

@@ -8,6 +8,7 @@
 #include "base/context.h"
 #include "base/text.h"
 #include "model/expressions/dimension.h"
+#include "model/tables/nearest.h"
 
 typedef enum kmp_expr_kind {
     KMP_EXPR_NUMBER,    /* value */
@@ -95,10 +96,7 @@ typedef struct kmp_expr_scope {
 
 /** Names of an expression's symbols. */
 typedef struct kmp_expr_names {
-    const void *user;
-    const char *(*parameter)(const void *user, int index);
-    const char *(*coordinate)(const void *user, int index);
-    const char *(*closure)(const void *user, int index);
+    kmp_name_list parameters, coordinates, closures;
 } kmp_expr_names;
 
 /** NULL after an error (with the column inside the expression), or when the arena has failed for want of memory. */
@@ -126,6 +124,10 @@ kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dime
 
 /** Appends the sentence that belongs to a fault. */
 void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault);
+
+/** The first node for which `is` is true, each before its operands; NULL when there is none. */
+typedef bool (*kmp_expr_test)(const kmp_expr *expr, const void *user);
+const kmp_expr *kmp_expr_find(const kmp_expr *expr, kmp_expr_test is, const void *user);
 
 /** The first lambda(..) in an expression, NULL when there is none; NULL has none. */
 const kmp_expr *kmp_expr_lambda(const kmp_expr *expr);

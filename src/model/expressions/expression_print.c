@@ -58,7 +58,7 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         kmp_text_number(text, expr->value);
         break;
     case KMP_EXPR_PARAMETER:
-        kmp_text_put(text, names->parameter(names->user, expr->index));
+        kmp_text_put(text, kmp_name_at(names->parameters, expr->index));
         break;
     case KMP_EXPR_PLACE:
         kmp_text_printf(text, "%c", "xyz"[expr->index]);
@@ -67,13 +67,13 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         kmp_text_put(text, "t");
         break;
     case KMP_EXPR_Q:
-        kmp_text_printf(text, "q(%s)", names->coordinate(names->user, expr->index));
+        kmp_text_printf(text, "q(%s)", kmp_name_at(names->coordinates, expr->index));
         break;
     case KMP_EXPR_QD:
-        kmp_text_printf(text, "qd(%s)", names->coordinate(names->user, expr->index));
+        kmp_text_printf(text, "qd(%s)", kmp_name_at(names->coordinates, expr->index));
         break;
     case KMP_EXPR_LAMBDA:
-        kmp_text_printf(text, "lambda(%s.%d)", names->closure(names->user, expr->index), expr->number + 1);
+        kmp_text_printf(text, "lambda(%s.%d)", kmp_name_at(names->closures, expr->index), expr->number + 1);
         break;
     case KMP_EXPR_UNKNOWN:
         kmp_text_put(text, expr->unknowns->count ? expr->unknowns->unknown[expr->number] : expr->unknowns->name);

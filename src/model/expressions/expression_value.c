@@ -69,23 +69,34 @@ double kmp_expr_value(const kmp_expr *expr, const double *parameters)
     return kmp_expr_value_at(expr, parameters, NAN);
 }
 
+const kmp_expr *kmp_expr_find(const kmp_expr *expr, kmp_expr_test is, const void *user)
+{
+    if (!expr || is(expr, user))
+        return expr;
+    const kmp_expr *found = kmp_expr_find(expr->a, is, user);
+    found = found ? found : kmp_expr_find(expr->b, is, user);
+    return found ? found : kmp_expr_find(expr->c, is, user);
+}
+
+static bool is_lambda(const kmp_expr *expr, const void *user)
+{
+    (void)user;
+    return expr->kind == KMP_EXPR_LAMBDA;
+}
+
 const kmp_expr *kmp_expr_lambda(const kmp_expr *expr)
 {
-    if (!expr || expr->kind == KMP_EXPR_LAMBDA)
-        return expr;
-    const kmp_expr *found = kmp_expr_lambda(expr->a);
-    found = found ? found : kmp_expr_lambda(expr->b);
-    return found ? found : kmp_expr_lambda(expr->c);
+    return kmp_expr_find(expr, is_lambda, NULL);
+}
+
+static bool is_variable(const kmp_expr *expr, const void *user)
+{
+    (void)user;
+    return expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD ||
+           expr->kind == KMP_EXPR_LAMBDA || expr->kind == KMP_EXPR_UNKNOWN || expr->kind == KMP_EXPR_PLACE;
 }
 
 bool kmp_expr_is_constant(const kmp_expr *expr)
 {
-    if (expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD ||
-        expr->kind == KMP_EXPR_LAMBDA || expr->kind == KMP_EXPR_UNKNOWN || expr->kind == KMP_EXPR_PLACE)
-        return false;
-    const kmp_expr *operands[] = {expr->a, expr->b, expr->c};
-    for (int k = 0; k < 3; k++)
-        if (operands[k] && !kmp_expr_is_constant(operands[k]))
-            return false;
-    return true;
+    return !kmp_expr_find(expr, is_variable, NULL);
 }

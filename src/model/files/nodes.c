@@ -52,3 +52,11 @@ void kmp_yaml_put(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *
     if (name)
         kmp_yaml_append(arena, map, name, item);
 }
+
+kmp_yaml *kmp_yaml_copy(kmp_arena *arena, const kmp_yaml *from)
+{
+    kmp_yaml *copy = kmp_yaml_new(arena, from->kind, from->place);
+    for (int i = 0; i < from->count; i++)
+        kmp_yaml_append(arena, copy, from->keys ? from->keys[i] : NULL, from->items[i]);
+    return copy;
+}

@@ -10,6 +10,9 @@
 /** An empty list or mapping. */
 kmp_yaml *kmp_yaml_new(kmp_arena *arena, kmp_yaml_kind kind, kmp_place place);
 
+/** A list or mapping of the same items, to be changed. */
+kmp_yaml *kmp_yaml_copy(kmp_arena *arena, const kmp_yaml *from);
+
 /** A scalar; NULL and "" are nothing. */
 kmp_yaml *kmp_yaml_word(kmp_arena *arena, kmp_place place, const char *text);
 

@@ -1,53 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as the reader understood it: common parts of its summary and its JSON, and the choice of one. */
 #include "model/print/model_print.h"
-
-static const char *parameter_name(const void *user, int index)
-{
-    const kempe_model *model = user;
-    return model->parameters[index].name;
-}
-
-static const char *coordinate_name(const void *user, int index)
-{
-    const kempe_model *model = user;
-    return model->motions[index].name;
-}
-
-static const char *closure_name(const void *user, int index)
-{
-    const kempe_model *model = user;
-    return model->closures[index].name;
-}
+#include <string.h>
 
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
 {
-    const kmp_expr_names names = {model, parameter_name, coordinate_name, closure_name};
+    const kmp_expr_names names = {KMP_NAMED(model, parameter), KMP_NAMED(model, motion), KMP_NAMED(model, closure)};
     kmp_expr_print(text, expr, &names);
 }
 
-void kmp_model_put_quoted_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
-{
-    kmp_text inner = {0};
-    kmp_model_put_expr(&inner, model, expr);
-    if (inner.failed)
-        text->failed = true;
-    else
-        kmp_text_quote(text, inner.s);
-    kmp_text_free(&inner);
-}
-
-void kmp_model_put_vector(kmp_text *text, const kmp_number vector[3])
-{
-    kmp_text_put(text, "[");
-    for (int i = 0; i < 3; i++) {
-        kmp_text_put(text, i > 0 ? ", " : "");
-        kmp_text_number(text, vector[i].value);
-    }
-    kmp_text_put(text, "]");
-}
-
-/* BODY.POINT */
 void kmp_model_put_point(kmp_text *text, const kempe_model *model, int index)
 {
     const kmp_point *point = &model->points[index];
@@ -65,16 +26,6 @@ void kmp_model_put_goal(kmp_text *text, const kempe_model *model, const kmp_goal
     kmp_text_put(text, ")");
 }
 
-void kmp_model_put_axis(kmp_text *text, const double axis[3])
-{
-    kmp_text_put(text, "[");
-    for (int i = 0; i < 3; i++) {
-        kmp_text_put(text, i > 0 ? ", " : "");
-        kmp_text_number(text, axis[i]);
-    }
-    kmp_text_put(text, "]");
-}
-
 bool kmp_closure_has_axes(const kmp_closure *closure)
 {
     const double *a = closure->axis[0];
@@ -82,6 +33,24 @@ bool kmp_closure_has_axes(const kmp_closure *closure)
 }
 
 const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
+
+void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_SETTINGS])
+{
+    bool automatic = run->dynamics == KMP_DYNAMICS_AUTO, cross = run->change_points == KMP_CHANGE_POINTS_CROSS;
+    const kmp_shown_setting all[KMP_SETTINGS] = {
+        {"t_end", false, run->t_end, NULL},
+        {"output_step", false, run->output_step, NULL},
+        {"rtol", false, run->rtol, NULL},
+        {"atol", false, run->atol, NULL},
+        {"max_steps", false, (double)run->max_steps, NULL},
+        {"formulation", true, 0, run->formulation},
+        {"form", true, 0, run->form},
+        {"integrator", true, 0, run->integrator},
+        {"algorithm", true, 0, automatic ? NULL : kmp_dynamics_word(run->dynamics)},
+        {"change_points", true, 0, cross ? NULL : kmp_change_points_word(run->change_points)},
+    };
+    memcpy(list, all, sizeof all);
+}
 
 kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text)
 {

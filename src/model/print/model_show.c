@@ -1,36 +1,77 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as a summary to read. */
 #include "model/print/model_print.h"
-#include "model/tables/force_table.h"
+#include "model/tables/closure_table.h"
 #include "model/tables/output_table.h"
 #include "symbolic/table.h"
+#include <string.h>
 
-static void show_named(kmp_text *text, const char *name, const kempe_model *model, const kmp_number *number)
+/* -- pieces, each after some words ----------------------------------------------------------------- */
+
+static void put_number(kmp_text *text, const char *words, double x)
 {
-    kmp_text_printf(text, "%s = ", name);
-    kmp_text_number(text, number->value);
-    if (number->expr) {
-        kmp_text_put(text, "  (");
-        kmp_model_put_expr(text, model, number->expr);
-        kmp_text_put(text, ")");
-    }
-    kmp_text_put(text, "\n");
+    kmp_text_put(text, words);
+    kmp_text_number(text, x);
 }
+
+static void put_axis(kmp_text *text, const char *words, const double axis[3])
+{
+    kmp_text_put(text, words);
+    for (int i = 0; i < 3; i++)
+        put_number(text, i > 0 ? ", " : "[", axis[i]);
+    kmp_text_put(text, "]");
+}
+
+static void put_vector(kmp_text *text, const char *words, const kmp_number v[3])
+{
+    put_axis(text, words, (const double[]){v[0].value, v[1].value, v[2].value});
+}
+
+/* x [..], z [..] */
+static void put_axes(kmp_text *text, const char *words, double m[3][3])
+{
+    kmp_text_put(text, words);
+    put_axis(text, "x ", (const double[]){m[0][0], m[1][0], m[2][0]});
+    put_axis(text, ", z ", (const double[]){m[0][2], m[1][2], m[2][2]});
+}
+
+static void put_point(kmp_text *text, const char *words, const kempe_model *model, int point)
+{
+    kmp_text_put(text, words);
+    kmp_model_put_point(text, model, point);
+}
+
+static void put_expr(kmp_text *text, const char *words, const kempe_model *model, const kmp_expr *expr)
+{
+    kmp_text_put(text, words);
+    kmp_model_put_expr(text, model, expr);
+}
+
+/* The headline of a part of the model that is not empty. */
+static void begin(kmp_text *text, const char *title, int count)
+{
+    if (count > 0)
+        kmp_text_printf(text, "%s\n", title);
+}
+
+/* -- names and their values ------------------------------------------------------------------------ */
 
 static void show_parameters(kmp_text *text, const kempe_model *model)
 {
-    if (model->parameter_count > 0)
-        kmp_text_put(text, "parameters\n");
+    begin(text, "parameters", model->parameter_count);
     for (int i = 0; i < model->parameter_count; i++) {
-        kmp_text_put(text, "  ");
-        show_named(text, model->parameters[i].name, model, &model->parameters[i].number);
+        const kmp_number *number = &model->parameters[i].number;
+        kmp_text_printf(text, "  %s", model->parameters[i].name);
+        put_number(text, " = ", number->value);
+        if (number->expr)
+            put_expr(text, "  (", model, number->expr);
+        kmp_text_put(text, number->expr ? ")\n" : "\n");
     }
 }
 
 static void show_tables(kmp_text *text, const kempe_model *model)
 {
-    if (model->table_count > 0)
-        kmp_text_put(text, "tables\n");
+    begin(text, "tables", model->table_count);
     for (int i = 0; i < model->table_count; i++) {
         const kmp_table *table = model->tables[i].table;
         kmp_text_printf(text, "  %s: %s, %d points, x from %.9g to %.9g\n", model->tables[i].name,
@@ -41,20 +82,19 @@ static void show_tables(kmp_text *text, const kempe_model *model)
 
 static void show_unknowns(kmp_text *text, const kempe_model *model)
 {
-    if (model->unknowns_count > 0)
-        kmp_text_put(text, "unknowns\n");
+    begin(text, "unknowns", model->unknowns_count);
     for (int i = 0; i < model->unknowns_count; i++) {
         const kmp_unknowns *u = &model->unknowns[i];
-        kmp_text_printf(text, "  %s%s", u->name, u->count ? ":" : " = ");
+        kmp_text_printf(text, "  %s%s", u->name, u->count ? ":" : "");
         for (int k = 0; k < u->count; k++)
             kmp_text_printf(text, "%s %s from %.9g", k ? "," : "", u->unknown[k], u->guess[k].value);
-        for (int k = 0; k < (u->count ? u->count : 1); k++) {
-            kmp_text_put(text, u->count ? "\n    0 = " : "");
-            kmp_model_put_expr(text, model, u->zero[k]);
-        }
+        for (int k = 0; k < (u->count ? u->count : 1); k++)
+            put_expr(text, u->count ? "\n    0 = " : " = ", model, u->zero[k]);
         kmp_text_put(text, "\n");
     }
 }
+
+/* -- bodies ---------------------------------------------------------------------------------------- */
 
 /* R3, -T1, or R[0, 0.6, 0.8] */
 static void show_motion(kmp_text *text, const kmp_motion *motion)
@@ -62,49 +102,35 @@ static void show_motion(kmp_text *text, const kmp_motion *motion)
     const char *letter = motion->rotation ? "R" : "T";
     for (int i = 0; i < 3; i++)
         if (motion->axis[i] == 1 || motion->axis[i] == -1) {
-            kmp_text_printf(text, "%s%s%d", motion->axis[i] < 0 ? "-" : "", letter, i + 1);
+            kmp_text_printf(text, " %s%s%d", motion->axis[i] < 0 ? "-" : "", letter, i + 1);
             return;
         }
-    kmp_text_put(text, letter);
-    kmp_model_put_axis(text, motion->axis);
-}
-
-/* x [..], z [..] */
-static void show_axes(kmp_text *text, double m[3][3])
-{
-    for (int k = 0; k < 3; k += 2) {
-        const double axis[3] = {m[0][k], m[1][k], m[2][k]};
-        kmp_text_put(text, k ? ", z " : "x ");
-        kmp_model_put_axis(text, axis);
-    }
+    put_axis(text, motion->rotation ? " R" : " T", motion->axis);
 }
 
 static void show_points(kmp_text *text, const kempe_model *model, int body)
 {
     for (int i = 0; i < model->point_count; i++) {
-        if (model->points[i].body != body)
+        kmp_point *point = &model->points[i];
+        if (point->body != body)
             continue;
-        kmp_text_printf(text, "    point %s ", model->points[i].name);
-        kmp_model_put_vector(text, model->points[i].at);
-        if (model->points[i].turned) {
-            kmp_text_put(text, ", axes ");
-            show_axes(text, model->points[i].axes);
-        }
+        kmp_text_printf(text, "    point %s", point->name);
+        put_vector(text, " ", point->at);
+        if (point->turned)
+            put_axes(text, ", axes ", point->axes);
         kmp_text_put(text, "\n");
     }
 }
 
 static void show_inertia(kmp_text *text, const kmp_body *body)
 {
-    kmp_text_put(text, "    mass ");
-    kmp_text_number(text, body->mass.value);
-    kmp_text_put(text, ", com ");
-    kmp_model_put_vector(text, body->com);
+    put_number(text, "    mass ", body->mass.value);
+    put_vector(text, ", com ", body->com);
     kmp_text_put(text, ", inertia");
     for (int i = 0; i < 6; i++)
         if (i < 3 || body->inertia[i].value != 0) {
-            kmp_text_printf(text, " %s ", kmp_inertia_names[i]);
-            kmp_text_number(text, body->inertia[i].value);
+            kmp_text_printf(text, " %s", kmp_inertia_names[i]);
+            put_number(text, " ", body->inertia[i].value);
         }
     kmp_text_put(text, "\n");
 }
@@ -120,19 +146,15 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
     if (body->to >= 0)
         kmp_text_printf(text, " to %s", model->points[body->to].name);
     kmp_text_put(text, body->reversed ? ", reversed:" : ":");
-    for (int k = 0; k < body->motion_count; k++) {
-        kmp_text_put(text, " ");
+    for (int k = 0; k < body->motion_count; k++)
         show_motion(text, &model->motions[body->first_motion + k]);
-    }
     kmp_text_put(text, body->motion_count ? "" : " weld");
-    if (body->screw) {
-        kmp_text_put(text, ", pitch ");
-        kmp_text_number(text, body->pitch.value);
+    if (body->coupling) {
+        kmp_text_printf(text, ", %s", kmp_joint_key(body->coupling));
+        put_number(text, " ", body->number.value);
     }
-    if (body->turned) {
-        kmp_text_put(text, ", frame ");
-        show_axes(text, body->frame);
-    }
+    if (body->turned)
+        put_axes(text, ", frame ", body->frame);
     kmp_text_put(text, "\n");
     show_inertia(text, body);
     show_points(text, model, i);
@@ -146,56 +168,51 @@ static void show_bodies(kmp_text *text, const kempe_model *model)
         show_body(text, model, i);
 }
 
+/* -- closures -------------------------------------------------------------------------------------- */
+
 /* A closure that is not between points. */
 static void show_relation(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
 {
     for (int k = 0; k < closure->term_count; k++) {
-        kmp_text_put(text, k > 0 ? " + " : "");
-        kmp_text_number(text, closure->terms[k].factor.value);
+        put_number(text, k > 0 ? " + " : "", closure->terms[k].factor.value);
         kmp_text_printf(text, " %s", model->motions[closure->terms[k].motion].name);
     }
     if (closure->term_count == 0 && closure->motion >= 0)
         kmp_text_put(text, model->motions[closure->motion].name);
-    if (closure->function) {
-        kmp_text_put(text, closure->motion >= 0 ? " = " : "0 = ");
-        kmp_model_put_expr(text, model, closure->function);
+    if (closure->function)
+        put_expr(text, closure->motion >= 0 ? " = " : "0 = ", model, closure->function);
+}
+
+static void show_between(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
+{
+    put_point(text, "", model, closure->point[0]);
+    put_point(text, " - ", model, closure->point[1]);
+    const kmp_closure_number *own = kmp_closure_number_of(closure->kind);
+    if (own)
+        kmp_text_printf(text, ", %s ", own->key);
+    if (closure->function)
+        put_expr(text, "", model, closure->function);
+    else if (own)
+        put_number(text, "", closure->number.value);
+    if (kmp_closure_has_axes(closure)) {
+        put_axis(text, ", axes ", closure->axis[0]);
+        put_axis(text, " and ", closure->axis[1]);
     }
-    kmp_text_put(text, "\n");
+    if (closure->table)
+        kmp_text_printf(text, ", table %s", closure->table->name);
+    for (int k = 0; k < closure->curve_count && !closure->table; k++) {
+        kmp_text_printf(text, ", %c", "0yz"[closure->curve_side[k]]);
+        put_expr(text, " = ", model, closure->curve[k]);
+    }
 }
 
 static void show_closures(kmp_text *text, const kempe_model *model)
 {
-    if (model->closure_count > 0)
-        kmp_text_put(text, "loops\n");
+    begin(text, "loops", model->closure_count);
     for (int i = 0; i < model->closure_count; i++) {
         const kmp_closure *closure = &model->closures[i];
         kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
-        if (closure->point[0] < 0) {
-            show_relation(text, model, closure);
-            continue;
-        }
-        kmp_model_put_point(text, model, closure->point[0]);
-        kmp_text_put(text, " - ");
-        kmp_model_put_point(text, model, closure->point[1]);
-        if (closure->function) {
-            kmp_text_put(text, ", length ");
-            kmp_model_put_expr(text, model, closure->function);
-        } else if (closure->length.value > 0) {
-            kmp_text_put(text, ", length ");
-            kmp_text_number(text, closure->length.value);
-        }
-        if (kmp_closure_has_axes(closure)) {
-            kmp_text_put(text, ", axes ");
-            kmp_model_put_axis(text, closure->axis[0]);
-            kmp_text_put(text, " and ");
-            kmp_model_put_axis(text, closure->axis[1]);
-        }
-        if (closure->table)
-            kmp_text_printf(text, ", table %s", closure->table->name);
-        for (int k = 0; k < closure->curve_count && !closure->table; k++) {
-            kmp_text_printf(text, ", %c = ", "0yz"[closure->curve_side[k]]);
-            kmp_model_put_expr(text, model, closure->curve[k]);
-        }
+        (closure->point[0] < 0 ? show_relation : show_between)(text, model, closure);
         kmp_text_put(text, "\n");
     }
 }
@@ -210,8 +227,7 @@ void kmp_cut_print(kmp_text *text, const kmp_cut *cut)
 
 static void show_cuts(kmp_text *text, const kempe_model *model)
 {
-    if (model->cut_count > 0)
-        kmp_text_put(text, "cuts\n");
+    begin(text, "cuts", model->cut_count);
     for (int i = 0; i < model->cut_count; i++) {
         kmp_text_put(text, "  ");
         kmp_cut_print(text, &model->cuts[i]);
@@ -219,91 +235,61 @@ static void show_cuts(kmp_text *text, const kempe_model *model)
     }
 }
 
-static void show_fields(kmp_text *text, const kempe_model *model, const kmp_force *force)
-{
-    for (int k = 0; k < kmp_force_field_count; k++) {
-        if (kmp_force_fields[k].kind != force->kind || !kmp_force_has(force, k))
-            continue;
-        kmp_text_printf(text, ", %s ", kmp_force_key(model, force->motion, kmp_force_fields[k].key));
-        if (kmp_force_fields[k].size == 1)
-            kmp_text_number(text, kmp_force_get(force, k)->value);
-        else
-            kmp_model_put_vector(text, kmp_force_get(force, k));
-    }
-}
-
-static void put_components(kmp_text *text, const kempe_model *model, const kmp_force *force)
-{
-    for (int k = 0; k < 3; k++) {
-        kmp_text_put(text, k > 0 ? ", " : "[");
-        kmp_model_put_expr(text, model, force->vector[k]);
-    }
-    kmp_text_put(text, "]");
-}
+/* -- forces and sensors ---------------------------------------------------------------------------- */
 
 static void show_force(kmp_text *text, const kempe_model *model, const kmp_force *force)
 {
-    const char *word = kmp_force_rows[force->kind].word;
+    const kmp_force_row *row = &kmp_force_rows[force->kind];
+    kmp_json fields = kmp_json_begin_as(text, KMP_JSON_WORDS);
     kmp_text_printf(text, "  %s: ", force->name);
     if (force->kind == KMP_FORCE_WHEEL) {
         kmp_text_put(text, "wheel");
-    } else if (!word) {
-        kmp_text_printf(text, "%s ", kmp_force_rows[force->kind].place);
-        kmp_model_put_point(text, model, force->point[0]);
-        kmp_text_put(text, " - ");
-        kmp_model_put_point(text, model, force->point[1]);
+    } else if (!row->word) {
+        kmp_text_put(text, row->place);
+        put_point(text, " ", model, force->point[0]);
+        put_point(text, " - ", model, force->point[1]);
     } else if (force->motion >= 0) {
-        kmp_text_printf(text, "%s on %s", kmp_force_key(model, force->motion, word),
+        kmp_text_printf(text, "%s on %s", kmp_force_key(model, force->motion, row->word),
                         model->motions[force->motion].name);
     } else if (force->kind == KMP_FORCE_BODY) {
         kmp_text_printf(text, "torque on %s", model->bodies[force->body].name);
     } else {
-        kmp_text_put(text, "force at ");
-        kmp_model_put_point(text, model, force->point[0]);
+        put_point(text, "force at ", model, force->point[0]);
     }
-    show_fields(text, model, force);
-    if (force->effort) {
-        kmp_text_put(text, " = ");
-        kmp_model_put_expr(text, model, force->effort);
-    } else if (force->vector[0]) {
-        kmp_text_put(text, " = ");
-        put_components(text, model, force);
-    }
-    kmp_text_put(text, "\n");
+    fields.filled = true; /* by these words */
+    kmp_model_json_fields(&fields, model, force);
+    if (force->effort)
+        put_expr(text, " = ", model, force->effort);
+    for (int k = 0; k < 3 && force->vector[0]; k++)
+        put_expr(text, k > 0 ? ", " : " = [", model, force->vector[k]);
+    kmp_text_put(text, force->vector[0] ? "]\n" : "\n");
 }
 
 static void show_forces(kmp_text *text, const kempe_model *model)
 {
-    if (model->force_count > 0)
-        kmp_text_put(text, "forces\n");
+    begin(text, "forces", model->force_count);
     for (int i = 0; i < model->force_count; i++)
         show_force(text, model, &model->forces[i]);
-}
-
-static void show_sensors(kmp_text *text, const kempe_model *model)
-{
-    if (model->sensor_count > 0)
-        kmp_text_put(text, "sensors\n");
+    begin(text, "sensors", model->sensor_count);
     for (int i = 0; i < model->sensor_count; i++) {
-        kmp_text_printf(text, "  %s = ", model->sensors[i].name);
-        kmp_model_put_expr(text, model, model->sensors[i].expr);
+        kmp_text_printf(text, "  %s", model->sensors[i].name);
+        put_expr(text, " = ", model, model->sensors[i].expr);
         kmp_text_put(text, "\n");
     }
 }
+
+/* -- start and run --------------------------------------------------------------------------------- */
 
 static void show_goal(kmp_text *text, const kempe_model *model, const kmp_goal *goal)
 {
     kmp_text_put(text, "  ");
     kmp_model_put_goal(text, model, goal);
-    kmp_text_put(text, ": ");
     if (goal->width == 3) {
-        kmp_model_put_vector(text, goal->value);
-        kmp_text_put(text, ", ");
-        kmp_model_put_vector(text, goal->weight);
+        put_vector(text, ": ", goal->value);
+        put_vector(text, ", ", goal->weight);
     } else {
-        kmp_text_number(text, goal->value[0].value);
-        kmp_text_put(text, ", ");
-        kmp_text_number(text, goal->weight[0].value);
+        put_number(text, ": ", goal->value[0].value);
+        put_number(text, ", ", goal->weight[0].value);
     }
     kmp_text_put(text, "\n");
 }
@@ -313,51 +299,35 @@ static void show_start(kmp_text *text, const kempe_model *model)
     const kmp_start *start = &model->start;
     kmp_text_printf(text, "coordinates (%d): start q, qd\n", model->motion_count);
     for (int i = 0; i < model->motion_count; i++) {
-        kmp_text_printf(text, "  %s: ", model->motions[i].name);
-        kmp_text_number(text, start->q[i].value);
-        kmp_text_put(text, ", ");
-        kmp_text_number(text, start->qd[i].value);
+        kmp_text_printf(text, "  %s", model->motions[i].name);
+        put_number(text, ": ", start->q[i].value);
+        put_number(text, ", ", start->qd[i].value);
         kmp_text_put(text, start->hold[i] ? ", held\n" : "\n");
     }
-    if (start->goal_count > 0)
-        kmp_text_put(text, "goals: value, weight\n");
+    begin(text, "goals: value, weight", start->goal_count);
     for (int i = 0; i < start->goal_count; i++)
         show_goal(text, model, &start->goals[i]);
-}
-
-static void show_setting(kmp_text *text, const char *name, double value)
-{
-    if (value > 0) {
-        kmp_text_printf(text, " %s ", name);
-        kmp_text_number(text, value);
-    }
 }
 
 static void show_run(kmp_text *text, const kempe_model *model)
 {
     const kmp_run_settings *run = &model->run;
+    kmp_shown_setting list[KMP_SETTINGS];
+    kmp_model_settings(run, list);
     kmp_text_put(text, "run:");
-    show_setting(text, "t_end", run->t_end);
-    show_setting(text, "output_step", run->output_step);
-    show_setting(text, "rtol", run->rtol);
-    show_setting(text, "atol", run->atol);
-    show_setting(text, "max_steps", (double)run->max_steps);
-    if (run->formulation)
-        kmp_text_printf(text, " formulation %s", run->formulation);
-    if (run->form)
-        kmp_text_printf(text, " form %s", run->form);
-    if (run->integrator)
-        kmp_text_printf(text, " integrator %s", run->integrator);
-    if (run->dynamics != KMP_DYNAMICS_AUTO)
-        kmp_text_printf(text, " dynamics %s", kmp_dynamics_word(run->dynamics));
-    if (run->change_points != KMP_CHANGE_POINTS_CROSS)
-        kmp_text_printf(text, " change_points %s", kmp_change_points_word(run->change_points));
+    for (int k = 0; k < KMP_SETTINGS; k++) {
+        if (!list[k].word && !(list[k].number > 0))
+            continue;
+        kmp_text_printf(text, " %s", strcmp(list[k].key, "algorithm") == 0 ? "dynamics" : list[k].key);
+        if (list[k].word)
+            kmp_text_printf(text, " %s", list[k].word);
+        else
+            put_number(text, " ", list[k].number);
+    }
     for (int i = 0; i < run->independent_count; i++)
         kmp_text_printf(text, "%s%s", i == 0 ? " u " : ", ", model->motions[run->independent[i]].name);
-    for (int i = 0; i < run->until_count; i++) {
-        kmp_text_put(text, i == 0 ? " until " : ", ");
-        kmp_model_put_expr(text, model, run->until[i]);
-    }
+    for (int i = 0; i < run->until_count; i++)
+        put_expr(text, i == 0 ? " until " : ", ", model, run->until[i]);
     kmp_text_put(text, "\noutputs:");
     for (int i = 0; i < model->output_count; i++) {
         kmp_text_put(text, " ");
@@ -368,8 +338,8 @@ static void show_run(kmp_text *text, const kempe_model *model)
 
 void kmp_model_show(kmp_text *text, const kempe_model *model)
 {
-    kmp_text_printf(text, "%s\ngravity ", model->name);
-    kmp_model_put_vector(text, model->gravity);
+    kmp_text_put(text, model->name);
+    put_vector(text, "\ngravity ", model->gravity);
     kmp_text_put(text, "\n");
     show_parameters(text, model);
     show_tables(text, model);
@@ -380,7 +350,6 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     show_closures(text, model);
     show_cuts(text, model);
     show_forces(text, model);
-    show_sensors(text, model);
     show_start(text, model);
     show_run(text, model);
 }

@@ -5,10 +5,7 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-static const char *const kinds[] = {"straight", "transition", "left", "right"};
 static const char *const piece_keys[] = {"straight", "transition", "left", "right", "radius", "cant", NULL};
-
-enum { KINDS = sizeof kinds / sizeof kinds[0] };
 
 typedef struct reading {
     kmp_reader *r;
@@ -16,34 +13,21 @@ typedef struct reading {
     const char *what;
 } reading;
 
+/* The length under the key for the kind. */
 static const kmp_yaml *find_kind(const reading *c, const kmp_yaml *map, kmp_course_kind *kind)
 {
-    const kmp_yaml *length = NULL;
-    int count = 0;
-    for (int k = 0; k < KINDS; k++) {
-        const kmp_yaml *node = kmp_yaml_get(map, kinds[k]);
-        if (!node)
-            continue;
-        count++;
-        length = node;
-        *kind = (kmp_course_kind)k;
-    }
+    int first = 0, count = kmp_count_keys(map, KMP_NAMES(kmp_course_words, KMP_COURSE_KINDS), &first);
+    *kind = (kmp_course_kind)first;
     if (count == 1)
-        return length;
+        return kmp_yaml_get(map, kmp_course_words[first]);
     kmp_reader_complain(c->r, map->place, "%s has one of straight, transition, left, right%s", c->what,
                         count ? ", not several" : "");
     return NULL;
 }
 
-/* A length that no equation has. */
 static bool read_length(const reading *c, const kmp_yaml *node, const char *key, double *value)
 {
-    kmp_number number;
-    if (!kmp_read_number(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), KMP_DIM_LENGTH, &number))
-        return false;
-    kmp_reader_fix(c->r, &number);
-    *value = number.value;
-    return true;
+    return kmp_read_fixed(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), KMP_DIM_LENGTH, value);
 }
 
 static bool read_radius(const reading *c, const kmp_yaml *map, double *radius)
@@ -77,24 +61,22 @@ static bool read_cant(const reading *c, const kmp_yaml *map, double *cant)
 
 static bool read_piece(const reading *c, const kmp_yaml *map, kmp_course_piece *piece)
 {
-    double length;
     if (!kmp_read_map(c->r, map, c->what, piece_keys))
         return false;
     const kmp_yaml *node = find_kind(c, map, &piece->kind);
-    if (!node || !read_length(c, node, kinds[piece->kind], &length))
+    const char *kind = kmp_course_words[piece->kind];
+    if (!node || !read_length(c, node, kind, &piece->length))
         return false;
-    piece->length = length;
-    if (!(length * 1000 >= KMP_COURSE_SHORTEST)) {
-        kmp_reader_complain(c->r, node->place, "%s of %s must be at least %d mm long, not %.9g m", kinds[piece->kind],
-                            c->what, KMP_COURSE_SHORTEST, length);
+    if (!(piece->length * 1000 >= KMP_COURSE_SHORTEST)) {
+        kmp_reader_complain(c->r, node->place, "%s of %s must be at least %d mm long, not %.9g m", kind, c->what,
+                            KMP_COURSE_SHORTEST, piece->length);
         return false;
     }
     bool curve = piece->kind == KMP_COURSE_LEFT || piece->kind == KMP_COURSE_RIGHT;
     for (int k = 0; k < 2 && !curve; k++) {
         const char *key = k ? "cant" : "radius";
         if (kmp_yaml_get(map, key)) {
-            kmp_reader_complain(c->r, kmp_yaml_get(map, key)->place, "%s: a %s has no %s", c->what, kinds[piece->kind],
-                                key);
+            kmp_reader_complain(c->r, kmp_yaml_get(map, key)->place, "%s: a %s has no %s", c->what, kind, key);
             return false;
         }
     }

@@ -7,7 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-/* The first ones name tables, in the order of kmp_irregularity. */
 static const char *const irregularity_keys[] = {"alignment", "level", "cross",       "gauge", "spectrum", "seed",
                                                 "from",      "to",    "wavelengths", "scale", NULL};
 static const char *const spectrum_keys[] = {"seed", "from", "to", "wavelengths", "scale"};
@@ -24,46 +23,26 @@ typedef struct reading {
 
 static bool read_value(const reading *c, const kmp_yaml *node, const char *key, kmp_dimension wanted, double *value)
 {
-    kmp_number number;
-    if (!kmp_read_number(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), wanted, &number))
-        return false;
-    kmp_reader_fix(c->r, &number);
-    *value = number.value;
-    return true;
+    return kmp_read_fixed(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), wanted, value);
 }
 
 static bool read_kind(const reading *c, const kmp_yaml *node)
 {
-    const char *word = kmp_read_word(c->r, node, kmp_reader_say(c->r, "spectrum of %s", c->what));
-    if (!word)
+    if (!kmp_read_word(c->r, node, kmp_reader_say(c->r, "spectrum of %s", c->what)))
         return false;
-    kmp_nearest nearest = kmp_nearest_begin(word);
-    kmp_text words = {0};
-    for (int k = 0; kmp_wave_spectrum_word(k); k++) {
-        kmp_nearest_offer(&nearest, kmp_wave_spectrum_word(k));
-        kmp_text_printf(&words, "%s%s", k > 0 ? ", " : "", kmp_wave_spectrum_word(k));
-        if (strcmp(kmp_wave_spectrum_word(k), word) == 0)
-            c->spectrum->kind = k;
-    }
-    if (c->spectrum->kind < 0)
-        kmp_reader_complain_near(c->r, node->place, &nearest, "%s: spectra are %s, not '%s'", c->what,
-                                 words.failed ? "" : words.s, word);
-    c->r->scratch.failed = c->r->scratch.failed || words.failed;
-    kmp_text_free(&words);
+    c->spectrum->kind = kmp_read_choice(c->r, node, c->what, kmp_wave_spectrum_words, "spectra are", ", ");
     return c->spectrum->kind >= 0;
 }
 
 static bool read_seed(const reading *c)
 {
     const kmp_yaml *node = kmp_read_required(c->r, c->map, c->what, "seed");
-    double seed;
-    if (!node || !read_value(c, node, "seed", KMP_DIM_NUMBER, &seed))
+    double *seed = &c->spectrum->seed;
+    if (!node || !read_value(c, node, "seed", KMP_DIM_NUMBER, seed))
         return false;
-    if (seed >= 0 && seed <= 1e9 && seed == floor(seed)) {
-        c->spectrum->seed = seed;
+    if (*seed >= 0 && *seed <= 1e9 && *seed == floor(*seed))
         return true;
-    }
-    kmp_reader_complain(c->r, node->place, "seed of %s is an integer up to 1e9, not %.9g", c->what, seed);
+    kmp_reader_complain(c->r, node->place, "seed of %s is an integer up to 1e9, not %.9g", c->what, *seed);
     return false;
 }
 
@@ -84,22 +63,19 @@ static bool read_stretch(const reading *c)
 static bool read_wavelengths(const reading *c)
 {
     const kmp_yaml *list = kmp_yaml_get(c->map, "wavelengths");
-    double value[2];
+    double *shortest = &c->spectrum->shortest, *longest = &c->spectrum->longest;
     if (!list)
         return true;
     const char *what = kmp_reader_say(c->r, "wavelengths of %s", c->what);
     if (!kmp_read_list(c->r, list, what, 2) ||
-        !read_value(c, list->items[0], "wavelengths", KMP_DIM_LENGTH, &value[0]) ||
-        !read_value(c, list->items[1], "wavelengths", KMP_DIM_LENGTH, &value[1]))
+        !read_value(c, list->items[0], "wavelengths", KMP_DIM_LENGTH, shortest) ||
+        !read_value(c, list->items[1], "wavelengths", KMP_DIM_LENGTH, longest))
         return false;
-    if (value[0] >= finest && value[1] > value[0]) {
-        c->spectrum->shortest = value[0];
-        c->spectrum->longest = value[1];
+    if (*shortest >= finest && *longest > *shortest)
         return true;
-    }
     kmp_reader_complain(c->r, list->place,
                         "%s are the shortest and the longest one, at least %.9g m, not %.9g and %.9g", what, finest,
-                        value[0], value[1]);
+                        *shortest, *longest);
     return false;
 }
 
@@ -122,17 +98,15 @@ static bool check_size(const reading *c)
 static bool read_scale(const reading *c)
 {
     const kmp_yaml *node = kmp_yaml_get(c->map, "scale");
-    double scale;
+    double *scale = &c->spectrum->scale;
     if (!node)
         return true;
-    if (!read_value(c, node, "scale", KMP_DIM_NUMBER, &scale))
+    if (!read_value(c, node, "scale", KMP_DIM_NUMBER, scale))
         return false;
-    if (scale >= 0 && scale <= largest_scale) {
-        c->spectrum->scale = scale;
+    if (*scale >= 0 && *scale <= largest_scale)
         return true;
-    }
     kmp_reader_complain(c->r, node->place, "scale of %s is a factor from 0 to %.9g, not %.9g", c->what, largest_scale,
-                        scale);
+                        *scale);
     return false;
 }
 
@@ -165,9 +139,10 @@ void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *wha
     if (!map || !kmp_read_map(r, map, c.what, irregularity_keys))
         return;
     for (int k = 0; k < KMP_IRREGULARITIES; k++) {
-        const kmp_yaml *node = kmp_yaml_get(map, irregularity_keys[k]);
+        const char *key = kmp_irregularity_words[k];
+        const kmp_yaml *node = kmp_yaml_get(map, key);
         if (node)
-            all->named[k] = kmp_read_table_name(r, node, kmp_reader_say(r, "%s of %s", irregularity_keys[k], c.what));
+            all->named[k] = kmp_read_table_name(r, node, kmp_reader_say(r, "%s of %s", key, c.what));
     }
     if (kmp_yaml_get(map, "spectrum")) {
         if (read_spectrum(&c) && !r->wrong)

@@ -136,33 +136,17 @@ static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profil
 void kmp_read_profiles(kmp_reader *r)
 {
     kempe_model *model = r->model;
-    const kmp_yaml *map = kmp_yaml_get(r->root, "profiles");
-    if (!map || !kmp_read_map(r, map, "profiles", NULL))
-        return;
-    model->profiles = KMP_ARENA_NEW(&model->arena, kmp_profile, map->count);
-    for (int i = 0; model->profiles && i < map->count; i++) {
-        kmp_profile *profile = &model->profiles[i];
-        (void)kmp_read_name(r, map->keys[i], "a profile");
-        profile->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
-        if (!profile->name)
-            return;
-        model->profile_count++;
-        read_profile(r, map->items[i], profile);
+    kmp_section s = kmp_read_section(r, "profiles", "profile");
+    model->profiles = KMP_ARENA_NEW(&model->arena, kmp_profile, s.count);
+    while (model->profiles && kmp_section_next(&s)) {
+        kmp_profile *profile = &model->profiles[model->profile_count++];
+        profile->name = s.name;
+        read_profile(r, s.node, profile);
     }
 }
 
 const kmp_profile *kmp_read_profile(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
-    const char *word = kmp_read_word(r, node, what);
-    if (!word)
-        return NULL;
-    const char *name = kmp_reader_name(r, node->place.file, word);
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int k = 0; k < r->model->profile_count; k++) {
-        kmp_nearest_offer(&nearest, r->model->profiles[k].name);
-        if (strcmp(r->model->profiles[k].name, name) == 0)
-            return &r->model->profiles[k];
-    }
-    kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown profile '%s'", what, word);
-    return NULL;
+    int found = kmp_read_reference(r, node, what, "profile", KMP_NAMED(r->model, profile));
+    return found < 0 ? NULL : &r->model->profiles[found];
 }

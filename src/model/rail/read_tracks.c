@@ -9,55 +9,39 @@ static const char *const track_keys[] = {"at",          "rail",   "gauge",      
 
 static const double usual_depth = 0.014; /* m below the top of the rails, where a gauge is measured (EN 13848-1) */
 
-/* A number outside the equations: its parameters cannot vary. */
-static bool read_size(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value)
-{
-    kmp_number number;
-    if (!kmp_read_number(r, node, what, wanted, &number))
-        return false;
-    kmp_reader_fix(r, &number);
-    *value = number.value;
-    return true;
-}
-
 static bool read_length(kmp_reader *r, const kmp_yaml *node, const char *what, double *value)
 {
     double read;
-    if (!read_size(r, node, what, KMP_DIM_LENGTH, &read))
+    if (!kmp_read_fixed(r, node, what, KMP_DIM_LENGTH, &read))
         return false;
-    if (read > 0) {
+    if (read > 0)
         *value = read;
-        return true;
-    }
-    kmp_reader_complain(r, node->place, "%s must be positive, not %.9g", what, read);
-    return false;
+    else
+        kmp_reader_complain(r, node->place, "%s must be positive, not %.9g", what, read);
+    return read > 0;
 }
 
 static bool read_inclination(kmp_reader *r, const kmp_yaml *node, const char *what, double *value)
 {
     double read;
-    if (!read_size(r, node, what, KMP_DIM_NUMBER, &read))
+    if (!kmp_read_fixed(r, node, what, KMP_DIM_NUMBER, &read))
         return false;
-    if (fabs(read) < 1) {
+    if (fabs(read) < 1)
         *value = read;
-        return true;
-    }
-    kmp_reader_complain(r, node->place, "%s is a slope such as 1/40, not %.9g", what, read);
-    return false;
+    else
+        kmp_reader_complain(r, node->place, "%s is a slope such as 1/40, not %.9g", what, read);
+    return fabs(read) < 1;
 }
 
-static bool read_at(kmp_reader *r, const kmp_yaml *node, const char *what, int *point)
+/* A point of the ground; -1 after an error. */
+static int read_at(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
-    int read = kmp_read_point(r, node, what);
-    if (read < 0)
-        return false;
-    if (r->model->points[read].body == 0) {
-        *point = read;
-        return true;
-    }
+    int point = kmp_read_point(r, node, what);
+    if (point < 0 || r->model->points[point].body == 0)
+        return point;
     kmp_reader_complain(r, node->place, "%s must begin at a point of the ground, not of body '%s'", what,
-                        r->model->bodies[r->model->points[read].body].name);
-    return false;
+                        r->model->bodies[r->model->points[point].body].name);
+    return -1;
 }
 
 static bool read_rails(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track)
@@ -96,15 +80,12 @@ static void place_rails(kmp_reader *r, const kmp_yaml *map, const char *what, km
         r->scratch.failed = true;
 }
 
-static void read_track(kmp_reader *r, const kmp_yaml *map, kmp_track *track)
+static void read_track(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track)
 {
-    const char *what = kmp_reader_say(r, "track '%s'", track->name);
     if (!kmp_read_map(r, map, what, track_keys))
         return;
     const kmp_yaml *at = kmp_read_required(r, map, what, "at");
-    track->point = -1;
-    if (at)
-        (void)read_at(r, at, what, &track->point);
+    track->point = at ? read_at(r, at, what) : -1;
     if (read_rails(r, map, what, track))
         place_rails(r, map, what, track);
     const kmp_yaml *course = kmp_yaml_get(map, "course");
@@ -116,17 +97,11 @@ static void read_track(kmp_reader *r, const kmp_yaml *map, kmp_track *track)
 void kmp_read_tracks(kmp_reader *r)
 {
     kempe_model *model = r->model;
-    const kmp_yaml *map = kmp_yaml_get(r->root, "tracks");
-    if (!map || !kmp_read_map(r, map, "tracks", NULL))
-        return;
-    model->tracks = KMP_ARENA_NEW(&model->arena, kmp_track, map->count);
-    for (int i = 0; model->tracks && i < map->count; i++) {
-        kmp_track *track = &model->tracks[i];
-        (void)kmp_read_name(r, map->keys[i], "a track");
-        track->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
-        if (!track->name)
-            return;
-        model->track_count++;
-        read_track(r, map->items[i], track);
+    kmp_section s = kmp_read_section(r, "tracks", "track");
+    model->tracks = KMP_ARENA_NEW(&model->arena, kmp_track, s.count);
+    while (model->tracks && kmp_section_next(&s)) {
+        kmp_track *track = &model->tracks[model->track_count++];
+        track->name = s.name;
+        read_track(r, s.node, s.what, track);
     }
 }

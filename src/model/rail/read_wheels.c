@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails: each becomes a force, and where its contact is rigid a closure, of its name. */
+#include "model/numbers.h"
 #include "model/rail/zones.h"
 #include "model/read/reading.h"
 #include <string.h>
@@ -19,27 +20,16 @@ typedef struct reading {
 /* -- words --------------------------------------------------------------------------------------- */
 
 /* One of a list's words; `number` is unchanged after an error. */
-static bool read_choice(const reading *w, const char *key, const char *const *words, int *number)
+static bool read_choice(const reading *w, const char *key, kmp_name_list words, int *number)
 {
     const kmp_yaml *node = kmp_yaml_get(w->map, key);
-    const char *word = node ? kmp_read_word(w->r, node, kmp_reader_say(w->r, "%s of %s", key, w->what)) : NULL;
-    kmp_text all = {0};
-    if (!word)
-        return !node;
-    kmp_nearest nearest = kmp_nearest_begin(word);
-    for (int k = 0; words[k]; k++) {
-        if (strcmp(words[k], word) == 0) {
-            *number = k;
-            kmp_text_free(&all);
-            return true;
-        }
-        kmp_nearest_offer(&nearest, words[k]);
-        kmp_text_printf(&all, "%s%s", k == 0 ? "" : words[k + 1] ? ", " : " or ", words[k]);
-    }
-    kmp_reader_complain_near(w->r, node->place, &nearest, "%s: %s is %s, not '%s'", w->what, key, all.s ? all.s : "",
-                             word);
-    kmp_text_free(&all);
-    return false;
+    if (!node)
+        return true;
+    if (!kmp_read_word(w->r, node, kmp_reader_say(w->r, "%s of %s", key, w->what)))
+        return false;
+    int found = kmp_read_choice(w->r, node, w->what, words, kmp_reader_say(w->r, "%s is", key), " or ");
+    *number = found < 0 ? *number : found;
+    return found >= 0;
 }
 
 /* TRACK.left or TRACK.right */
@@ -47,27 +37,19 @@ static bool read_rail(const reading *w, const kmp_yaml *node)
 {
     kmp_reader *r = w->r;
     const char *word = kmp_read_word(r, node, w->what), *dot = word ? strrchr(word, '.') : NULL;
-    int side = -1;
-    for (int k = 0; dot && kmp_track_side_words[k]; k++)
-        if (strcmp(kmp_track_side_words[k], dot + 1) == 0)
-            side = k;
+    int side = dot ? kmp_name_find(KMP_NAMES(kmp_track_side_words, KMP_TRACK_SIDES), dot + 1) : -1;
     if (!word)
         return false;
     if (side < 0) {
         kmp_reader_complain(r, node->place, "%s: a rail is TRACK.left or TRACK.right, not '%s'", w->what, word);
         return false;
     }
-    const char *name = kmp_reader_name(r, node->place.file, kmp_reader_say(r, "%.*s", (int)(dot - word), word));
-    kmp_nearest nearest = kmp_nearest_begin(name);
     w->wheel->side = (kmp_track_side)side;
-    for (int k = 0; k < r->model->track_count; k++) {
-        w->wheel->track = k;
-        if (strcmp(r->model->tracks[k].name, name) == 0)
-            return true;
-        kmp_nearest_offer(&nearest, r->model->tracks[k].name);
-    }
-    kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown track '%s'", w->what, name);
-    return false;
+    kmp_yaml name = *node;
+    name.text = kmp_reader_say(r, "%.*s", (int)(dot - word), word);
+    int track = kmp_read_reference(r, &name, w->what, "track", KMP_NAMED(r->model, track));
+    w->wheel->track = track < 0 ? 0 : track;
+    return track >= 0;
 }
 
 static bool read_centre(const reading *w, const kmp_yaml *node)
@@ -84,54 +66,38 @@ static bool read_centre(const reading *w, const kmp_yaml *node)
 
 /* -- numbers ------------------------------------------------------------------------------------- */
 
-/* A positive one, or with `zero` one that is not negative. */
-static bool read_number(const reading *w, const char *key, kmp_dimension dimension, bool zero, kmp_number *number)
-{
-    const kmp_yaml *node = kmp_yaml_get(w->map, key);
-    const char *name = kmp_reader_say(w->r, "the %s of %s", key, w->what);
-    if (!node)
-        return true;
-    if (!kmp_read_number(w->r, node, name, dimension, number))
-        return false;
-    if (number->value > 0 || (zero && number->value == 0))
-        return true;
-    kmp_reader_complain(w->r, node->place, "%s is %.6g: it must %s", name, number->value,
-                        zero ? "not be negative" : "be positive");
-    return false;
-}
-
 static bool read_poisson(const reading *w)
 {
-    kmp_number number = {.value = w->wheel->poisson};
+    double *poisson = &w->wheel->poisson;
     const kmp_yaml *node = kmp_yaml_get(w->map, "poisson");
     if (!node)
         return true;
-    if (!kmp_read_number(w->r, node, kmp_reader_say(w->r, "poisson of %s", w->what), KMP_DIM_NUMBER, &number))
+    if (!kmp_read_fixed(w->r, node, kmp_reader_say(w->r, "poisson of %s", w->what), KMP_DIM_NUMBER, poisson))
         return false;
-    kmp_reader_fix(w->r, &number);
-    w->wheel->poisson = number.value;
-    if (number.value >= 0 && number.value <= 0.5)
+    if (*poisson >= 0 && *poisson <= 0.5)
         return true;
-    kmp_reader_complain(w->r, node->place, "%s: poisson must be between 0 and 0.5, not %.6g", w->what, number.value);
+    kmp_reader_complain(w->r, node->place, "%s: poisson must be between 0 and 0.5, not %.6g", w->what, *poisson);
     return false;
 }
 
 static bool read_numbers(const reading *w)
 {
     kmp_wheel *wheel = w->wheel;
-    const kmp_dimension pressure = KMP_DIM(-1, 1, -2), hertz = KMP_DIM(-0.5, 1, -2), rate = KMP_DIM(-1, 0, 1);
-    bool radius = kmp_read_required(w->r, w->map, w->what, "radius");
+    bool good = kmp_read_required(w->r, w->map, w->what, "radius");
     wheel->friction.value = 0.3;
     wheel->shear_modulus.value = 82e9;
     wheel->poisson = 0.28;
     wheel->speed.value = 0.01;
     wheel->has_stiffness = kmp_yaml_get(w->map, "stiffness");
-    bool good = read_number(w, "radius", KMP_DIM_LENGTH, false, &wheel->radius) && radius;
-    good = read_number(w, "friction", KMP_DIM_NUMBER, true, &wheel->friction) && good;
-    good = read_number(w, "shear_modulus", pressure, false, &wheel->shear_modulus) && good;
-    good = read_number(w, "stiffness", hertz, false, &wheel->stiffness) && good;
-    good = read_number(w, "damping", rate, true, &wheel->damping) && good;
-    good = read_number(w, "speed", KMP_DIM(1, 0, -1), false, &wheel->speed) && good;
+    for (int k = 0; k < KMP_WHEEL_FIELDS; k++) {
+        const kmp_wheel_field *field = &kmp_wheel_fields[k];
+        const kmp_yaml *node = kmp_yaml_get(w->map, field->key);
+        const char *name = kmp_reader_say(w->r, "the %s of %s", field->key, w->what);
+        kmp_number *number = (kmp_number *)(void *)((char *)wheel + field->offset);
+        if (node)
+            good = kmp_read_number(w->r, node, name, field->dimension, number) &&
+                   kmp_check_rule(w->r, node, name, field->rule, number->value, "") && good;
+    }
     return read_poisson(w) && good;
 }
 
@@ -157,13 +123,9 @@ static bool read_zone(const reading *w, const kmp_yaml *node, int k, double (*zo
     const char *what = kmp_reader_say(w->r, "zone %d of %s", k + 1, w->what);
     if (!kmp_read_list(w->r, node, what, 2))
         return false;
-    for (int i = 0; i < 2; i++) {
-        kmp_number number;
-        if (!kmp_read_number(w->r, node->items[i], what, KMP_DIM_LENGTH, &number))
+    for (int i = 0; i < 2; i++)
+        if (!kmp_read_fixed(w->r, node->items[i], what, KMP_DIM_LENGTH, &zone[k][i]))
             return false;
-        kmp_reader_fix(w->r, &number);
-        zone[k][i] = number.value;
-    }
     if (zone[k][0] < zone[k][1] && (k == 0 || zone[k][0] >= zone[k - 1][1]))
         return true;
     kmp_reader_complain(w->r, node->place, "%s is from %.6g to %.6g: zones must increase without overlap", what,
@@ -252,8 +214,8 @@ static void read_wheel(const reading *w)
     good = at && read_centre(w, at) && good;
     wheel->profile = profile ? kmp_read_profile(r, profile, w->what) : NULL;
     good = wheel->profile && wheel->profile->height && good;
-    good = read_choice(w, "contact", kmp_contact_form_words, &form) && good;
-    good = read_choice(w, "creep", kmp_creep_law_words, &law) && good;
+    good = read_choice(w, "contact", KMP_NAMES(kmp_contact_form_words, KMP_CONTACT_ELASTIC + 1), &form) && good;
+    good = read_choice(w, "creep", KMP_NAMES(kmp_creep_law_words, KMP_CREEP_LAWS), &law) && good;
     wheel->form = (kmp_contact_form)form;
     wheel->law = (kmp_creep_law)law;
     good = check_form(w) && good;
@@ -273,32 +235,13 @@ static void read_wheel(const reading *w)
 void kmp_read_wheels(kmp_reader *r)
 {
     kempe_model *model = r->model;
-    const kmp_yaml *map = kmp_yaml_get(r->root, "wheels");
-    if (!map || !kmp_read_map(r, map, "wheels", NULL))
-        return;
-    model->wheels = KMP_ARENA_NEW(&model->arena, kmp_wheel, map->count);
-    for (int i = 0; model->wheels && i < map->count; i++) {
-        kmp_wheel *wheel = &model->wheels[i];
-        (void)kmp_read_name(r, map->keys[i], "a wheel");
-        *wheel = (kmp_wheel){.name = kmp_arena_strdup(&model->arena, map->keys[i]->text),
-                             .place = map->keys[i]->place,
-                             .point = -1,
-                             .closure = -1,
-                             .force = -1};
-        if (!wheel->name)
-            return;
-        model->wheel_count++;
-        const reading w = {r, map->items[i], kmp_reader_say(r, "wheel '%s'", wheel->name), wheel};
-        read_wheel(&w);
+    kmp_section s = kmp_read_section(r, "wheels", "wheel");
+    model->wheels = KMP_ARENA_NEW(&model->arena, kmp_wheel, s.count);
+    while (model->wheels && kmp_section_next(&s)) {
+        kmp_wheel *wheel = &model->wheels[model->wheel_count++];
+        *wheel = (kmp_wheel){.name = s.name, .place = s.key->place, .point = -1, .closure = -1, .force = -1};
+        read_wheel(&(reading){r, s.node, s.what, wheel});
     }
-}
-
-int kmp_count_rigid_wheels(const kempe_model *model)
-{
-    int count = 0;
-    for (int k = 0; k < model->wheel_count; k++)
-        count += model->wheels[k].form == KMP_CONTACT_RIGID;
-    return count;
 }
 
 static void complain_name(kmp_reader *r, const kmp_wheel *wheel, const char *other)
@@ -314,9 +257,8 @@ void kmp_add_wheel_closures(kmp_reader *r)
         kmp_wheel *wheel = &model->wheels[k];
         if (wheel->form != KMP_CONTACT_RIGID)
             continue;
-        for (int c = 0; c < model->closure_count; c++)
-            if (strcmp(model->closures[c].name, wheel->name) == 0)
-                complain_name(r, wheel, "loop");
+        if (kmp_name_find(KMP_NAMED(model, closure), wheel->name) >= 0)
+            complain_name(r, wheel, "loop");
         wheel->closure = model->closure_count++;
         model->closures[wheel->closure] = (kmp_closure){
             .name = wheel->name, .kind = "wheel", .place = wheel->place, .point = {-1, -1}, .motion = -1, .wheel = k};
@@ -328,9 +270,8 @@ void kmp_add_wheel_forces(kmp_reader *r)
     kempe_model *model = r->model;
     for (int k = 0; k < model->wheel_count; k++) {
         kmp_wheel *wheel = &model->wheels[k];
-        for (int f = 0; f < model->force_count; f++)
-            if (strcmp(model->forces[f].name, wheel->name) == 0)
-                complain_name(r, wheel, "force");
+        if (kmp_name_find(KMP_NAMED(model, force), wheel->name) >= 0)
+            complain_name(r, wheel, "force");
         wheel->force = model->force_count++;
         model->forces[wheel->force] =
             (kmp_force){.name = wheel->name, .kind = KMP_FORCE_WHEEL, .place = wheel->place, .motion = -1, .wheel = k};

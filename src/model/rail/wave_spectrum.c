@@ -18,15 +18,12 @@ static const level levels[] = {
 #undef KMP_SPECTRUM
 };
 
-enum { LEVELS = sizeof levels / sizeof levels[0], KNOTS_A_WAVE = 16, FLAT_KNOTS = 8 };
+enum { KNOTS_A_WAVE = 16, FLAT_KNOTS = 8 };
 
 static const double pi = 3.14159265358979323846;
 static const double rise = 10; /* m over which irregularities begin and end */
 
-const char *kmp_wave_spectrum_word(int k)
-{
-    return k >= 0 && k < LEVELS ? levels[k].word : NULL;
-}
+const kmp_name_list kmp_wave_spectrum_words = {levels, sizeof *levels, sizeof levels / sizeof *levels};
 
 /* ERRI B176: S = A wc^2 / ((w^2 + wr^2) (w^2 + wc^2)). For the angle between the rails, with half their distance b, A /
  * b^2 wc^2 w^2 / ((w^2 + wr^2) (w^2 + wc^2) (w^2 + ws^2)); for the height over 2 b this has the factor 4. */

@@ -5,8 +5,8 @@
 
 #include "model/rail/wheels.h"
 
-/** The k-th word of spectra.def, NULL after the last. */
-const char *kmp_wave_spectrum_word(int k);
+/** The words of spectra.def. */
+extern const kmp_name_list kmp_wave_spectrum_words;
 
 /** Density of alignment, level or cross level at an angular frequency over the length, rad/m, in m^2/(rad/m). The
  * variance is its integral over the frequencies from the longest wavelength to the shortest one. 0 for other

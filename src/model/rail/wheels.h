@@ -52,7 +52,8 @@ typedef enum kmp_course_kind {
     KMP_COURSE_STRAIGHT,
     KMP_COURSE_TRANSITION, /* curvature and cant change from those of the piece before to those of the piece after it */
     KMP_COURSE_LEFT,
-    KMP_COURSE_RIGHT
+    KMP_COURSE_RIGHT,
+    KMP_COURSE_KINDS
 } kmp_course_kind;
 
 typedef struct kmp_course_piece {
@@ -126,6 +127,7 @@ typedef struct kmp_wheel {
 
 /** The words of the language for these, in order; NULL ends each list. */
 extern const char *const kmp_track_side_words[], *const kmp_contact_form_words[], *const kmp_creep_law_words[];
+extern const char *const kmp_irregularity_words[], *const kmp_course_words[];
 
 /** The number of contacts of a wheel: one per zone if elastic, a single one if rigid. */
 int kmp_wheel_contacts(const kmp_wheel *wheel);

@@ -6,48 +6,14 @@
 #include "model/read/linkage.h"
 #include <string.h>
 
-static const struct {
-    const char *name, *chain;
-} joints[] = {
-#define KMP_JOINT(name, chain) {#name, chain},
-#include "model/tables/joints.def"
-#undef KMP_JOINT
-};
-
-static const struct {
-    const char *joint, *closure;
-    int rows;
-    kmp_cut_axes axes;
-} cuts[] = {
-#define KMP_CUT(joint, closure, rows, axes) {#joint, #closure, rows, KMP_CUT_##axes},
-#include "model/tables/cuts.def"
-#undef KMP_CUT
-};
-
-enum { JOINTS = sizeof joints / sizeof joints[0], CUTS = sizeof cuts / sizeof cuts[0] };
-
-bool kmp_joint_kind_at(int k, kmp_joint_kind *kind)
-{
-    if (k >= JOINTS)
-        return false;
-    *kind = (kmp_joint_kind){.name = joints[k].name, .chain = joints[k].chain};
-    for (int i = 0; i < CUTS; i++)
-        if (strcmp(cuts[i].joint, kind->name) == 0) {
-            kind->closure = cuts[i].closure;
-            kind->rows = cuts[i].rows;
-            kind->axes = cuts[i].axes;
-        }
-    return true;
-}
-
 bool kmp_edge_must_stay(const kmp_edge *edge)
 {
-    return edge->own || edge->wish == KMP_CUT_NO || !edge->kind.closure || edge->need;
+    return edge->own || edge->wish == KMP_CUT_NO || !edge->cut || edge->need;
 }
 
 /* -- paths --------------------------------------------------------------------------------------- */
 
-static int other_end(const kmp_edge *edge, int body)
+int kmp_edge_far_end(const kmp_edge *edge, int body)
 {
     return edge->body[0] == body ? edge->body[1] : edge->body[0];
 }
@@ -62,10 +28,10 @@ static int path_in_tree(kmp_linkage *g, int from, int to)
     while (from != to)
         if (place[from] > place[to]) {
             g->path[count++] = g->by[from];
-            from = other_end(&g->edges[g->by[from]], from);
+            from = kmp_edge_far_end(&g->edges[g->by[from]], from);
         } else {
             down[tail++] = g->by[to];
-            to = other_end(&g->edges[g->by[to]], to);
+            to = kmp_edge_far_end(&g->edges[g->by[to]], to);
         }
     while (tail > 0)
         g->path[count++] = down[--tail];
@@ -85,13 +51,13 @@ static int path_among_staying(kmp_linkage *g, int from, int to)
             int here = g->order[k], there;
             if (!edge->stays || (edge->body[0] != here && edge->body[1] != here))
                 continue;
-            there = other_end(edge, here);
+            there = kmp_edge_far_end(edge, here);
             if (there == to || g->by[there] >= 0)
                 continue;
             g->by[there] = e;
             g->order[count++] = there;
         }
-    for (int b = from; b != to; b = other_end(&g->edges[g->by[b]], b))
+    for (int b = from; b != to; b = kmp_edge_far_end(&g->edges[g->by[b]], b))
         g->path[length++] = g->by[b];
     return length;
 }
@@ -120,17 +86,13 @@ static bool join(kmp_linkage *g, const kmp_edge *edge)
 static void complain_loop(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
 {
     int count = kmp_linkage_path(g, edge->body[0], edge->body[1]);
-    kmp_text reasons = {0};
     const char *bodies = kmp_linkage_bodies(r, g, edge->body[0], count);
-    kmp_text_printf(&reasons, "%s (%s)", edge->name, kmp_edge_reason(r, edge));
+    const char *reasons = kmp_edge_name_reason(r, edge);
     for (int k = 0; k < count; k++)
-        kmp_text_printf(&reasons, ", %s (%s)", g->edges[g->path[k]].name, kmp_edge_reason(r, &g->edges[g->path[k]]));
-    if (reasons.failed)
-        r->scratch.failed = true;
+        reasons = kmp_reader_say(r, "%s, %s", reasons, kmp_edge_name_reason(r, &g->edges[g->path[k]]));
     kmp_reader_complain(r, edge->key->place,
                         "%s: none of the joints of the loop %s can be cut: %s; permit the cut of one of them",
-                        kmp_edge_what(r, edge), bodies, reasons.failed ? "" : reasons.s);
-    kmp_text_free(&reasons);
+                        kmp_edge_what(r, edge), bodies, reasons);
     edge->faulty = true;
 }
 
@@ -146,11 +108,11 @@ static void check_wish(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
 {
     if (edge->faulty || edge->wish != KMP_CUT_YES || !kmp_edge_must_stay(edge))
         return;
-    if (!edge->kind.closure)
+    if (!edge->cut)
         kmp_reader_complain(
             r, place_of(edge, "cut"),
             "%s: a %s cannot be cut, because there is no equivalent closure: cut another joint of its loop",
-            kmp_edge_what(r, edge), edge->kind.name);
+            kmp_edge_what(r, edge), edge->kind->name);
     else
         kmp_reader_complain(r, place_of(edge, "cut"),
                             "%s: a cut joint has no coordinate, but %s: remove one of the two", kmp_edge_what(r, edge),
@@ -161,7 +123,7 @@ static void check_wish(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
 /* Bodies' own joints first, then the user's requests, then joints without alternative. */
 static int rank_of_staying(const kmp_edge *edge)
 {
-    return edge->own ? 0 : edge->wish == KMP_CUT_NO ? 1 : !edge->kind.closure ? 2 : 3;
+    return edge->own ? 0 : edge->wish == KMP_CUT_NO ? 1 : !edge->cut ? 2 : 3;
 }
 
 static void join_staying(kmp_reader *r, kmp_linkage *g)
@@ -187,7 +149,7 @@ static int rank_of(const kmp_edge *edge)
         return -1;
     if (edge->stays)
         return 1000;
-    return edge->asked ? 0 : 2 * edge->kind.rows + (edge->start != NULL);
+    return edge->asked ? 0 : 2 * edge->cut->rows + (edge->start != NULL);
 }
 
 static bool is_reached(const kmp_linkage *g, int body)

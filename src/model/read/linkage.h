@@ -5,29 +5,17 @@
 
 #include "model/read/reading.h"
 
-typedef enum kmp_cut_axes { KMP_CUT_NONE, KMP_CUT_SAME, KMP_CUT_BOTH } kmp_cut_axes;
-
-/** A kind of joint: its rows of joints.def and of cuts.def. */
-typedef struct kmp_joint_kind {
-    const char *name, *chain;
-    const char *closure; /* NULL: it cannot be cut */
-    int rows;
-    kmp_cut_axes axes;
-} kmp_joint_kind;
-
-/** The k-th of all kinds; false after the last one. */
-bool kmp_joint_kind_at(int k, kmp_joint_kind *kind);
-
 typedef enum kmp_cut_wish { KMP_CUT_CHOICE, KMP_CUT_YES, KMP_CUT_NO } kmp_cut_wish;
 
 /** A joint between two bodies. Joints declared in a body must stay. */
 typedef struct kmp_edge {
     const char *name; /* as the model has it */
     const kmp_yaml *key, *map;
-    bool own;                 /* it is declared in its second body */
-    int body[2];              /* the first and the second, as the joint's coordinates are counted */
-    const kmp_yaml *point[2]; /* BODY.POINT; of an own joint `at` and `to`, which may be absent */
-    kmp_joint_kind kind;      /* without a name: unknown, or motions */
+    bool own;                  /* it is declared in its second body */
+    int body[2];               /* the first and the second, as the joint's coordinates are counted */
+    const kmp_yaml *point[2];  /* BODY.POINT; of an own joint `at` and `to`, which may be absent */
+    const kmp_joint_row *kind; /* NULL: unknown, or motions */
+    const kmp_cut_row *cut;    /* NULL: it cannot be cut */
     int freedoms;
     kmp_cut_wish wish;
     const char *need;      /* why it must have a coordinate, NULL: it need not */
@@ -57,8 +45,11 @@ struct kmp_linkage {
 /** True if a joint has to stay in the tree. */
 bool kmp_edge_must_stay(const kmp_edge *edge);
 
-/** Why: "force 'motor' acts on it". */
-const char *kmp_edge_reason(kmp_reader *r, const kmp_edge *edge);
+/** Its name and the reason: "A (force 'motor' acts on it)". */
+const char *kmp_edge_name_reason(kmp_reader *r, const kmp_edge *edge);
+
+/** Its other body. */
+int kmp_edge_far_end(const kmp_edge *edge, int body);
 
 /** "joint 'A'", or "the joint of body 'a'". */
 const char *kmp_edge_what(kmp_reader *r, const kmp_edge *edge);

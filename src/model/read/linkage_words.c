@@ -8,27 +8,23 @@ const char *kmp_edge_what(kmp_reader *r, const kmp_edge *edge)
                      : kmp_reader_say(r, "joint '%s'", edge->name);
 }
 
-const char *kmp_edge_reason(kmp_reader *r, const kmp_edge *edge)
+const char *kmp_edge_name_reason(kmp_reader *r, const kmp_edge *edge)
 {
+    const char *reason = edge->need ? edge->need : "";
     if (edge->own)
-        return kmp_reader_say(r, "it is defined in body '%s'", edge->key->text);
-    if (edge->wish == KMP_CUT_NO)
-        return "cut: no";
-    if (!edge->kind.closure)
-        return kmp_reader_say(r, "a %s cannot be cut", edge->kind.name ? edge->kind.name : "joint of motions");
-    return edge->need ? edge->need : "";
-}
-
-static int far_end(const kmp_edge *edge, int body)
-{
-    return edge->body[0] == body ? edge->body[1] : edge->body[0];
+        reason = kmp_reader_say(r, "it is defined in body '%s'", edge->key->text);
+    else if (edge->wish == KMP_CUT_NO)
+        reason = "cut: no";
+    else if (!edge->cut)
+        reason = kmp_reader_say(r, "a %s cannot be cut", edge->kind ? edge->kind->name : "joint of motions");
+    return kmp_reader_say(r, "%s (%s)", edge->name, reason);
 }
 
 const char *kmp_linkage_bodies(kmp_reader *r, const kmp_linkage *g, int from, int count)
 {
     const char *names = g->body_names[from];
     for (int k = 0; k < count; k++) {
-        from = far_end(&g->edges[g->path[k]], from);
+        from = kmp_edge_far_end(&g->edges[g->path[k]], from);
         names = kmp_reader_say(r, "%s - %s", names, g->body_names[from]);
     }
     return names;
@@ -63,10 +59,9 @@ static rivals compare(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
     int count = kmp_linkage_path(g, cut->body[0], cut->body[1]);
     for (int k = 0; k < count; k++) {
         const kmp_edge *edge = &g->edges[g->path[k]];
-        const char *staying = kmp_reader_say(r, "%s (%s)", edge->name, kmp_edge_reason(r, edge));
         if (edge->stays)
-            of.staying = add_name(r, of.staying, staying);
-        else if (edge->kind.rows > cut->kind.rows)
+            of.staying = add_name(r, of.staying, kmp_edge_name_reason(r, edge));
+        else if (edge->cut->rows > cut->cut->rows)
             of.more = add_name(r, of.more, edge->name);
         else if (edge->start && !cut->start)
             of.started = add_name(r, of.started, edge->name);
@@ -97,9 +92,5 @@ const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
     put_clause(&text, of.nearer, "it is farther from the ground than");
     put_clause(&text, of.before, "it comes after");
     put_clause(&text, of.staying, text.length > 0 ? "not to be cut:" : "the others of its loop are not to be cut:");
-    if (text.failed)
-        r->scratch.failed = true;
-    const char *why = text.failed || !text.s ? "" : kmp_reader_say(r, "%s", text.s);
-    kmp_text_free(&text);
-    return why;
+    return kmp_reader_take(r, &text);
 }

@@ -6,6 +6,7 @@
 
 /* A body in its order of the file. */
 typedef struct source {
+    const char *name;
     const kmp_yaml *key, *map, *joint, *at, *to;
     int parent; /* source, -1 the ground */
     bool placed;
@@ -39,6 +40,7 @@ static bool take_sources(sources *s, const kmp_yaml *map)
     for (int i = 0; i < map->count; i++) {
         const char *what = kmp_reader_say(r, "body '%s'", map->keys[i]->text);
         source *to = &s->list[i];
+        to->name = map->keys[i]->text;
         to->key = map->keys[i];
         to->map = map->items[i];
         to->parent = -1;
@@ -66,48 +68,37 @@ static const char *what_of(kmp_reader *r, const kmp_yaml *joint, const char *end
 static void find_parent(sources *s, source *child)
 {
     kmp_reader *r = s->r;
-    const char *what = what_of(r, child->joint, "at", child->key->text);
+    const char *what = what_of(r, child->joint, "at", child->name);
     const char *text = child->at ? kmp_read_word(r, child->at, what) : NULL;
     if (!text)
         return;
     const char *said = kmp_reader_say(r, "%.*s", (int)strcspn(text, "."), text);
     const char *name = kmp_reader_body_name(r, child->at->place.file, said);
-    bool found = strcmp(name, "ground") == 0;
-    for (int i = 0; i < s->count && !found; i++)
-        if (strcmp(s->list[i].key->text, name) == 0) {
-            child->parent = i;
-            found = true;
-        }
-    if (found)
+    if (strcmp(name, "ground") == 0)
+        return;
+    child->parent = kmp_name_find(KMP_NAMES(s->list, s->count), name);
+    if (child->parent >= 0)
         return;
     kmp_nearest nearest = kmp_nearest_begin(name);
     kmp_nearest_offer(&nearest, "ground");
-    for (int i = 0; i < s->count; i++)
-        kmp_nearest_offer(&nearest, s->list[i].key->text);
+    kmp_nearest_offer_all(&nearest, KMP_NAMES(s->list, s->count));
     if (strcmp(said, "ground") != 0) /* otherwise the include is in error, which puts it on no body */
         kmp_reader_complain_near(r, child->at->place, &nearest, "%s: unknown body '%s'", what, said);
     child->at = NULL;
+}
+
+static int parent_of(const void *user, int i)
+{
+    return ((const source *)user)[i].parent;
 }
 
 /* Reports that `on` is its own ancestor. The cycle is cut at its first body in the file, so that it is reported once.
  */
 static void complain_circle(sources *s, int on)
 {
-    kmp_text chain = {0};
-    int first = on;
-    for (int k = s->list[on].parent; k != on; k = s->list[k].parent)
-        first = k < first ? k : first;
-    int i = first;
-    do {
-        kmp_text_printf(&chain, "%s -> ", s->list[i].key->text);
-        i = s->list[i].parent;
-    } while (i != first);
-    kmp_text_put(&chain, s->list[first].key->text);
-    if (chain.failed)
-        s->r->scratch.failed = true;
-    kmp_reader_complain(s->r, s->list[first].at->place, "bodies are attached to each other in a cycle: %s",
-                        chain.failed ? "" : chain.s);
-    kmp_text_free(&chain);
+    int first;
+    const char *chain = kmp_reader_cycle(s->r, KMP_NAMES(s->list, s->count), parent_of, s->list, on, &first);
+    kmp_reader_complain(s->r, s->list[first].at->place, "bodies are attached to each other in a cycle: %s", chain);
     s->list[first].parent = -1;
     s->list[first].at = NULL;
 }
@@ -144,7 +135,7 @@ static bool make_bodies(sources *s)
     for (int k = 0; k < s->count; k++) {
         const source *from = &s->list[s->order[k]];
         kmp_body *body = &model->bodies[k + 1];
-        body->name = kmp_arena_strdup(&model->arena, from->key->text);
+        body->name = kmp_arena_strdup(&model->arena, from->name);
         body->joint = body->name;
         body->place = from->key->place;
         body->at = body->to = -1;
@@ -262,7 +253,7 @@ static int place_ground(kmp_reader *r, const kmp_include_instance *instance)
     kmp_point *point = &model->points[model->point_count];
     const char *name = kmp_reader_body_name(r, instance->file, "ground");
     kmp_number offset[3] = {{.value = 0}};
-    int body = kmp_find_body(model, name, strlen(name)), base = -1;
+    int body = kmp_name_find(KMP_BODY_NAMES(model), name), base = -1;
     const kmp_include_instance *outer = kmp_reader_instance(r, instance->parent);
     if (instance->at && strchr(instance->at->text, '.'))
         base = kmp_read_point_text(r, instance->at->place, instance->at->text, "'at' of an include");

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Loop closures and drives. */
 #include "model/read/reading.h"
+#include "model/tables/closure_table.h"
 #include <string.h>
 
-typedef enum needs { NOTHING, LENGTH, AXIS, SAME_AXIS, TWO_AXES, CURVE, TERMS, EXPRESSION } needs;
+typedef enum needs { NOTHING, NUMBER, AXIS, SAME_AXIS, TWO_AXES, CURVE, TERMS, EXPRESSION } needs;
 
 typedef struct closure_kind {
     const char *name;
@@ -16,71 +17,57 @@ static const closure_kind kinds[] = {
 #undef KMP_CLOSURE
 };
 
-enum { KINDS = sizeof kinds / sizeof kinds[0] };
-
 static const char *const closure_keys[] = {
 #define KMP_CLOSURE(name, needs) #name,
 #include "model/closure_kinds.def"
 #undef KMP_CLOSURE
-    "length", "axis", "axes", "table", "y", "z", "curve", "equals", "power", NULL};
+#define KMP_CLOSURE_NUMBER(kind, key, m, kg, s, rule, hint) #key,
+#include "model/closure_numbers.def"
+    "axis", "axes", "table", "y", "z", "curve", "equals", "power", NULL};
 
-/* The kinds that accept a key. */
+/* The kinds that accept a key; a number's own key belongs to the kind of its row. */
 static const struct {
-    const char *key;
+    const char *key, *kind;
     unsigned needs;
-} takes[] = {{"length", 1u << LENGTH},
-             {"axis", 1u << AXIS | 1u << SAME_AXIS},
-             {"axes", 1u << SAME_AXIS | 1u << TWO_AXES},
-             {"table", 1u << CURVE},
-             {"y", 1u << CURVE},
-             {"z", 1u << CURVE},
-             {"curve", 1u << CURVE},
-             {"equals", 1u << TERMS},
-             {"power", 1u << EXPRESSION | 1u << CURVE}};
+} takes[] = {
+#define KMP_CLOSURE_NUMBER(kind, key, m, kg, s, rule, hint) {#key, #kind, 0},
+#include "model/closure_numbers.def"
+    {"axis", NULL, 1u << AXIS | 1u << SAME_AXIS},
+    {"axes", NULL, 1u << SAME_AXIS | 1u << TWO_AXES},
+    {"table", NULL, 1u << CURVE},
+    {"y", NULL, 1u << CURVE},
+    {"z", NULL, 1u << CURVE},
+    {"curve", NULL, 1u << CURVE},
+    {"equals", NULL, 1u << TERMS},
+    {"power", NULL, 1u << EXPRESSION | 1u << CURVE}};
 
 static void check_keys(kmp_reader *r, const kmp_yaml *map, const char *what, const closure_kind *kind)
 {
+    const kmp_closure_number *own = kmp_closure_number_of(kind->name);
     for (size_t k = 0; k < sizeof takes / sizeof *takes; k++) {
         const kmp_yaml *node = kmp_yaml_get(map, takes[k].key);
-        if (node && !(takes[k].needs & 1u << kind->needs))
+        bool good = takes[k].kind ? own && strcmp(own->key, takes[k].key) == 0 : takes[k].needs & 1u << kind->needs;
+        if (node && !good)
             kmp_reader_complain(r, node->place, "%s: a %s closure has no %s", what, kind->name, takes[k].key);
     }
 }
 
-/* For a function of time the value at t = 0 is checked. */
-static void read_length(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
+/* The number of its kind; for a function of time the value at t = 0 is checked. */
+static void read_number(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
-    const char *length_of = kmp_reader_say(r, "the length of %s", what);
+    const kmp_closure_number *own = kmp_closure_number_of(closure->kind);
+    const kmp_yaml *node = kmp_read_required(r, map, what, own->key);
+    const char *name = kmp_reader_say(r, "the %s of %s", own->key, what);
     double first = 0;
-    const kmp_expr *expr = kmp_read_function(r, node, length_of, KMP_DIM_LENGTH, &first);
+    const kmp_expr *expr = node ? kmp_read_function(r, node, name, own->dimension, &first) : NULL;
     if (!expr)
         return;
-    closure->length = kmp_number_of(expr, first);
+    closure->number = kmp_number_of(expr, first);
     if (!kmp_expr_is_constant(expr)) {
-        closure->length.expr = NULL;
+        closure->number.expr = NULL;
         closure->function = expr;
     }
-    if (!(first > 0))
-        kmp_reader_complain(r, node->place, "%s is %.6g: it must be positive (a ball closure has length zero)",
-                            length_of, first);
-}
-
-static const closure_kind *find_kind(kmp_reader *r, const kmp_yaml *map, const char *what)
-{
-    const closure_kind *kind = NULL;
-    int found = 0;
-    for (int i = 0; i < KINDS; i++)
-        if (kmp_yaml_get(map, kinds[i].name)) {
-            kind = &kinds[i];
-            found++;
-        }
-    if (found == 1)
-        return kind;
-    const char *names = kinds[0].name;
-    for (int i = 1; i < KINDS; i++)
-        names = kmp_reader_say(r, "%s, %s", names, kinds[i].name);
-    kmp_reader_complain(r, map->place, "%s: exactly one of the keys %s is expected, not %d", what, names, found);
-    return NULL;
+    (void)kmp_check_rule(r, node, name, own->rule, first, own->hint);
 }
 
 /* `axis` for both points, or `axes: [of the first, of the second]`; z without either. */
@@ -103,12 +90,11 @@ static void read_closure_axes(kmp_reader *r, const kmp_yaml *map, const char *wh
 static void read_power(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     const kmp_yaml *power = kmp_yaml_get(map, "power");
-    kmp_number number = {.value = 1};
+    double value = 1;
     if (power)
-        kmp_read_number(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &number);
-    kmp_reader_fix(r, &number);
-    closure->power = (int)number.value;
-    if (power && (closure->power != number.value || number.value < 0 || number.value > 2))
+        (void)kmp_read_fixed(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &value);
+    closure->power = (int)value;
+    if (closure->power != value || value < 0 || value > 2)
         kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);
 }
 
@@ -120,17 +106,17 @@ static void add_curve(kmp_closure *closure, const kmp_expr *expr, int side)
     closure->curve[closure->curve_count++] = expr;
 }
 
-static bool has_condition(const kmp_expr *e)
+static bool is_condition(const kmp_expr *e, const void *user)
 {
-    bool own = e && e->kind == KMP_EXPR_CALL && (e->function == KMP_FUNCTION_if || e->function == KMP_FUNCTION_sign);
-    return e && (own || has_condition(e->a) || has_condition(e->b) || has_condition(e->c));
+    (void)user;
+    return e->kind == KMP_EXPR_CALL && (e->function == KMP_FUNCTION_if || e->function == KMP_FUNCTION_sign);
 }
 
 /* Rows are differentiated twice: no jumps. */
 static void read_curve_expression(kmp_reader *r, const kmp_yaml *node, const char *what, int side, kmp_closure *closure)
 {
     const kmp_expr *expr = kmp_read_curve(r, node, what, side ? KMP_DIM_LENGTH : KMP_DIM_ANY, side ? 1 : 3);
-    if (has_condition(expr))
+    if (kmp_expr_find(expr, is_condition, NULL))
         kmp_reader_complain(r, node->place, "%s: a curve must be smooth, without 'if' and 'sign'", what);
     add_curve(closure, expr, side);
 }
@@ -210,16 +196,17 @@ static void read_terms(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         closure->constant = constant;
 }
 
-static bool has_rate(const kmp_expr *e)
+static bool is_rate(const kmp_expr *e, const void *user)
 {
-    return e && (e->kind == KMP_EXPR_QD || has_rate(e->a) || has_rate(e->b) || has_rate(e->c));
+    (void)user;
+    return e->kind == KMP_EXPR_QD;
 }
 
 static void read_constraint(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "constraint");
     closure->function = kmp_read_state(r, node, what, KMP_DIM_ANY);
-    if (has_rate(closure->function))
+    if (kmp_expr_find(closure->function, is_rate, NULL))
         kmp_reader_complain(r, node->place, "%s: a constraint may depend on t and q(..), not on qd(..)", what);
     read_power(r, map, what, closure);
 }
@@ -228,9 +215,10 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
 {
     if (!kmp_read_map(r, map, what, closure_keys))
         return;
-    const closure_kind *kind = find_kind(r, map, what);
-    if (!kind)
+    int found = kmp_read_one_key(r, map, what, KMP_NAMES_OF(kinds));
+    if (found < 0)
         return;
+    const closure_kind *kind = &kinds[found];
     closure->kind = kind->name;
     check_keys(r, map, what, kind);
     if (kind->needs == TERMS) {
@@ -244,9 +232,8 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
     kmp_read_two_points(r, kmp_yaml_get(map, kind->name), what, closure->point);
     if (kind->needs == AXIS || kind->needs == SAME_AXIS || kind->needs == TWO_AXES)
         read_closure_axes(r, map, what, kind, closure);
-    const kmp_yaml *length = kind->needs == LENGTH ? kmp_read_required(r, map, what, "length") : NULL;
-    if (length)
-        read_length(r, length, what, closure);
+    if (kind->needs == NUMBER)
+        read_number(r, map, what, closure);
     if (kind->needs == CURVE)
         read_curve(r, map, what, closure);
 }
@@ -313,114 +300,73 @@ static void check_driven(kmp_reader *r, int number)
 
 /* -- the whole ----------------------------------------------------------------------------------- */
 
-static const kmp_closure *find_namesake(const kempe_model *model, int number)
+static kmp_closure *add_closure(kmp_reader *r, const char *name, const char *kind, kmp_place place)
 {
-    for (int k = 0; k < number; k++)
-        if (strcmp(model->closures[k].name, model->closures[number].name) == 0)
-            return &model->closures[k];
-    return NULL;
-}
-
-static kmp_closure *add_closure(kmp_reader *r, const kmp_yaml *key, const char *what, const char *kind)
-{
-    kempe_model *model = r->model;
-    kmp_closure *closure = &model->closures[model->closure_count];
-    if (what)
-        kmp_read_name(r, key, what);
-    *closure = (kmp_closure){.kind = kind, .place = key->place, .point = {-1, -1}, .motion = -1};
-    closure->name = kmp_arena_strdup(&model->arena, key->text);
-    if (!closure->name)
-        return NULL;
-    if (what && find_namesake(model, model->closure_count))
-        kmp_reader_complain(r, key->place, "a drive cannot have the name '%s' of a loop: lambda(%s) would be ambiguous",
-                            closure->name, closure->name);
-    model->closure_count++;
+    kmp_closure *closure = &r->model->closures[r->model->closure_count++];
+    *closure = (kmp_closure){.name = name, .kind = kind, .place = place, .point = {-1, -1}, .motion = -1};
     return closure;
-}
-
-static void read_loops(kmp_reader *r, const kmp_yaml *map)
-{
-    for (int i = 0; i < map->count; i++) {
-        kmp_closure *closure = add_closure(r, map->keys[i], "a loop", "");
-        if (!closure)
-            return;
-        read_closure(r, map->items[i], kmp_reader_say(r, "loop '%s'", closure->name), closure);
-    }
 }
 
 /* Joints between bodies that are cut; their names are checked where they are declared. */
 static void read_cuts(kmp_reader *r, const kmp_yaml *map)
 {
     for (int i = 0; i < map->count; i++) {
-        kmp_closure *closure = add_closure(r, map->keys[i], NULL, "");
-        if (!closure)
+        const char *name = kmp_arena_strdup(&r->model->arena, map->keys[i]->text);
+        if (!name)
             return;
+        kmp_closure *closure = add_closure(r, name, "", map->keys[i]->place);
         if (map->items[i])
-            read_closure(r, map->items[i], kmp_reader_say(r, "joint '%s'", closure->name), closure);
+            read_closure(r, map->items[i], kmp_reader_say(r, "joint '%s'", name), closure);
     }
 }
 
-static void read_drives(kmp_reader *r, const kmp_yaml *map)
+static void read_drives(kmp_section *s)
 {
-    for (int i = 0; i < map->count; i++) {
-        kmp_closure *drive = add_closure(r, map->keys[i], "a drive", "drive");
-        if (!drive)
-            return;
-        read_drive(r, map->items[i], kmp_reader_say(r, "drive '%s'", drive->name), drive);
+    kmp_reader *r = s->r;
+    while (kmp_section_next(s)) {
+        if (kmp_name_find(KMP_NAMED(r->model, closure), s->name) >= 0)
+            kmp_reader_complain(r, s->key->place,
+                                "a drive cannot have the name '%s' of a loop: lambda(%s) would be ambiguous", s->name,
+                                s->name);
+        read_drive(r, s->node, s->what, add_closure(r, s->name, "drive", s->key->place));
         check_driven(r, r->model->closure_count - 1);
     }
 }
 
-static int count_screws(const kempe_model *model)
-{
-    int count = 0;
-    for (int b = 1; b < model->body_count; b++)
-        count += model->bodies[b].screw;
-    return count;
-}
-
-/* The coupling of a screw is called like its joint. */
-static void add_screws(kmp_reader *r)
+/* The coupling of a joint with a number, a closure of the kind's and of the joint's name. */
+static void add_couplings(kmp_reader *r)
 {
     kempe_model *model = r->model;
     for (int b = 1; b < model->body_count; b++) {
         const kmp_body *body = &model->bodies[b];
-        if (!body->screw || body->motion_count != 2)
+        if (!body->coupling || body->motion_count != 2)
             continue;
-        kmp_closure *closure = &model->closures[model->closure_count];
-        *closure = (kmp_closure){.name = body->joint,
-                                 .kind = "screw",
-                                 .place = body->place,
-                                 .point = {-1, -1},
-                                 .motion = body->first_motion,
-                                 .length = body->pitch};
-        const kmp_closure *other = find_namesake(model, model->closure_count);
-        if (other)
-            kmp_reader_complain(r, other->place,
-                                "'%s' is the name of a screw joint, whose coupling is a closure of that name: "
+        int other = kmp_name_find(KMP_NAMED(model, closure), body->joint);
+        if (other >= 0)
+            kmp_reader_complain(r, model->closures[other].place,
+                                "'%s' is the name of a %s joint, whose coupling is a closure of that name: "
                                 "lambda(%s) would be ambiguous",
-                                other->name, other->name);
-        model->closure_count++;
+                                body->joint, body->coupling->name, body->joint);
+        kmp_closure *closure = add_closure(r, body->joint, body->coupling->name, body->place);
+        closure->motion = body->first_motion;
+        closure->number = body->number;
     }
 }
 
 void kmp_read_closures(kmp_reader *r)
 {
-    const kmp_yaml *loops = kmp_yaml_get(r->root, "loops"), *drives = kmp_yaml_get(r->root, "drives");
+    kempe_model *model = r->model;
+    kmp_section loops = kmp_read_section(r, "loops", "loop"), drives = kmp_read_section(r, "drives", "drive");
     const kmp_yaml *cuts = kmp_linkage_cuts(r);
-    bool has_loops = loops && kmp_read_map(r, loops, "loops", NULL);
-    bool has_drives = drives && kmp_read_map(r, drives, "drives", NULL);
-    int count = (has_loops ? loops->count : 0) + (cuts ? cuts->count : 0) + (has_drives ? drives->count : 0) +
-                count_screws(r->model) + kmp_count_rigid_wheels(r->model);
-    r->model->closures = KMP_ARENA_NEW(&r->model->arena, kmp_closure, count);
-    if (!r->model->closures)
+    int count = loops.count + (cuts ? cuts->count : 0) + drives.count + model->body_count + model->wheel_count;
+    model->closures = KMP_ARENA_NEW(&model->arena, kmp_closure, count);
+    if (!model->closures)
         return;
-    if (has_loops)
-        read_loops(r, loops);
+    while (kmp_section_next(&loops))
+        read_closure(r, loops.node, loops.what, add_closure(r, loops.name, "", loops.key->place));
     if (cuts)
         read_cuts(r, cuts);
-    if (has_drives)
-        read_drives(r, drives);
-    add_screws(r);
+    read_drives(&drives);
+    add_couplings(r);
     kmp_add_wheel_closures(r);
 }

@@ -23,8 +23,6 @@ static const char *const force_keys[] = {"joint",
 
 static const char *const places[] = {"joint", "spring", "bushing", "at", "on"};
 
-enum { PLACES = sizeof places / sizeof places[0] };
-
 /* An element being read. */
 typedef struct element {
     kmp_reader *r;
@@ -38,19 +36,11 @@ typedef struct element {
 /* The key for the place of action; `spring` is the kind when there is a joint. */
 static const char *find_place(const element *e)
 {
-    const char *place = NULL;
-    int found = 0;
-    bool joint = kmp_yaml_get(e->map, "joint");
-    for (int k = 0; k < PLACES; k++)
-        if (kmp_yaml_get(e->map, places[k]) && !(joint && strcmp(places[k], "spring") == 0)) {
-            place = places[k];
-            found++;
-        }
-    if (found == 1)
-        return place;
-    kmp_reader_complain(e->r, e->map->place,
-                        "%s: exactly one of the keys joint, spring, bushing, at, on is expected, not %d", e->what,
-                        found);
+    int place = -1, count = kmp_count_keys(e->map, KMP_NAMES_OF(places), &place);
+    count -= kmp_yaml_get(e->map, "joint") && kmp_yaml_get(e->map, "spring");
+    if (count == 1)
+        return places[place];
+    kmp_complain_keys(e->r, e->map->place, e->what, KMP_NAMES_OF(places), count);
     return NULL;
 }
 
@@ -100,18 +90,6 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 
-static void check_rule(const element *e, const kmp_yaml *node, const char *what, int k)
-{
-    kmp_field_rule rule = kmp_force_fields[k].rule;
-    for (int i = 0; i < kmp_force_fields[k].size; i++) {
-        double value = kmp_force_get(e->force, k)[i].value;
-        if (rule == KMP_FIELD_POSITIVE && !(value > 0))
-            kmp_reader_complain(e->r, node->place, "%s is %.6g: it must be positive", what, value);
-        if (rule == KMP_FIELD_NOT_NEGATIVE && value < 0)
-            kmp_reader_complain(e->r, node->place, "%s is %.6g: it must not be negative", what, value);
-    }
-}
-
 /* One number, or three: a list of them, or one for all. */
 static bool read_field(const element *e, const kmp_yaml *node, const char *what, int k)
 {
@@ -140,8 +118,9 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
         if (!node)
             continue;
         const char *name = kmp_reader_say(e->r, "the %s of %s", key, e->what);
-        if (read_field(e, node, name, k))
-            check_rule(e, node, name, k);
+        bool good = read_field(e, node, name, k);
+        for (int i = 0; good && i < field->size; i++)
+            (void)kmp_check_rule(e->r, node, name, field->rule, kmp_force_get(e->force, k)[i].value, "");
     }
 }
 
@@ -276,22 +255,14 @@ static void read_force(const element *e)
 void kmp_read_forces(kmp_reader *r)
 {
     kempe_model *model = r->model;
-    const kmp_yaml *map = kmp_yaml_get(r->root, "forces");
-    int count = map && kmp_read_map(r, map, "forces", NULL) ? map->count : 0;
-    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force, count + model->wheel_count);
+    kmp_section s = kmp_read_section(r, "forces", "force");
+    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force, s.count + model->wheel_count);
     if (!model->forces)
         return;
-    for (int i = 0; i < count; i++) {
-        kmp_force *force = &model->forces[i];
-        kmp_read_name(r, map->keys[i], "a force");
-        force->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
-        if (!force->name)
-            return;
-        force->place = map->keys[i]->place;
-        force->motion = -1;
-        model->force_count++;
-        element e = {r, map->items[i], kmp_reader_say(r, "force '%s'", force->name), force};
-        read_force(&e);
+    while (kmp_section_next(&s)) {
+        kmp_force *force = &model->forces[model->force_count++];
+        *force = (kmp_force){.name = s.name, .place = s.key->place, .motion = -1};
+        read_force(&(element){r, s.node, s.what, force});
     }
     kmp_add_wheel_forces(r);
 }

@@ -64,10 +64,8 @@ static void read_weights(kmp_reader *r, const kmp_yaml *node, const char *what, 
         goal->weight[1] = goal->weight[2] = goal->weight[0];
     }
     for (int k = 0; k < goal->width; k++)
-        if (goal->weight[k].value < 0) {
-            kmp_reader_complain(r, node->place, "%s is %.6g: it must not be negative", what, goal->weight[k].value);
+        if (!kmp_check_rule(r, node, what, KMP_FIELD_NOT_NEGATIVE, goal->weight[k].value, ""))
             return;
-        }
 }
 
 void kmp_read_goals(kmp_reader *r, const kmp_yaml *map)

@@ -2,9 +2,9 @@
 /* Included models. The mappings of an included file are merged with those of the including file before anything is
  * read. Names that its keys define are prefixed here. Names that it refers to are prefixed at look-up
  * (kmp_reader_name), by the file of the referring node. Its ground is a point of the body that it is put on. */
-#include "base/file.h"
 #include "base/memory.h"
 #include "model/files/document.h"
+#include "model/files/nodes.h"
 #include "model/limits.h"
 #include "model/read/reading.h"
 #include <string.h>
@@ -66,12 +66,6 @@ bool kmp_reader_said(kmp_reader *r, const char *what, const kmp_yaml *again, kmp
 
 /* -- loading ------------------------------------------------------------------------------------- */
 
-static const char *path_beside(kmp_reader *r, int file, const char *name)
-{
-    const char *from = r->model->files[file], *slash = strrchr(from, '/');
-    return name[0] == '/' || !slash ? name : kmp_reader_say(r, "%.*s%s", (int)(slash - from) + 1, from, name);
-}
-
 /* A file that is being included already, further up. */
 static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, const char *path)
 {
@@ -89,20 +83,12 @@ static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, cons
 
 static const kmp_yaml *load(kmp_reader *r, const kmp_yaml *node, const char *path, int file)
 {
-    kempe_context *aside = kempe_context_new();
     const kmp_yaml *root = NULL;
-    char *text = NULL;
     size_t length;
-    kempe_status status = aside ? kmp_file_read(aside, path, &text, &length) : KEMPE_E_MEMORY;
-    if (status == KEMPE_E_MEMORY) {
-        r->scratch.failed = true;
-    } else if (status != KEMPE_OK) {
-        kmp_reader_complain(r, node->place, "include: %s", kempe_context_message(aside));
-    } else if (kmp_document_load(r->context, &r->scratch, path, file, text, length, &root) != KEMPE_OK) {
+    char *text = kmp_read_file(r, node, "include", path, &length);
+    if (text && kmp_document_load(r->context, &r->scratch, path, file, text, length, &root) != KEMPE_OK)
         r->wrong = true;
-    }
     kmp_free(text);
-    kempe_context_free(aside);
     return root;
 }
 
@@ -112,10 +98,7 @@ static bool check_root(kmp_reader *r, const kmp_yaml *root)
         kmp_reader_complain(r, root->place, "a model is a mapping that begins with 'kempe: 1'");
         return false;
     }
-    const kmp_yaml *version = kmp_read_required(r, root, "the included model", "kempe");
-    if (version && strcmp(version->text, "1") != 0)
-        kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model format, not '%s'",
-                            version->text);
+    (void)kmp_read_version(r, root, "the included model");
     return kmp_read_map(r, root, "the included model", kmp_model_keys);
 }
 
@@ -155,78 +138,41 @@ static const kmp_yaml *join_maps(kmp_reader *r, const kmp_yaml *map, const kmp_y
 {
     if (!more || more->kind != KMP_YAML_MAP || (map && map->kind != KMP_YAML_MAP && !map->empty))
         return map ? map : more;
-    int count = map ? map->count : 0;
-    kmp_yaml *joined = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
-    const kmp_yaml **keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, count + more->count);
-    const kmp_yaml **items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, count + more->count);
-    if (!joined || !keys || !items)
-        return map;
-    *joined = map ? *map : *more;
-    joined->kind = KMP_YAML_MAP;
-    joined->empty = false;
-    joined->keys = keys;
-    joined->items = items;
-    joined->count = 0;
-    for (int i = 0; i < count; i++, joined->count++) {
-        keys[i] = map->keys[i];
-        items[i] = map->items[i];
-    }
+    kmp_yaml *joined = map && !map->empty ? kmp_yaml_copy(&r->scratch, map)
+                                          : kmp_yaml_new(&r->scratch, KMP_YAML_MAP, (map ? map : more)->place);
     for (int i = 0; i < more->count; i++) {
         const kmp_yaml *key = file < 0 ? more->keys[i] : rename_key(r, more->keys[i], file);
         const kmp_yaml *there = file < 0 ? NULL : find_key(map, key->text);
-        if (there) {
+        if (there)
             kmp_reader_complain(r, key->place, "the name '%s' exists already in %s:%d: use another prefix", key->text,
                                 r->model->files[there->place.file], there->place.line);
-            continue;
-        }
-        keys[joined->count] = key;
-        items[joined->count++] = more->items[i];
+        else
+            kmp_yaml_append(&r->scratch, joined, key, more->items[i]);
     }
-    return joined;
+    return joined ? joined : map;
 }
 
 static const kmp_yaml *join_lists(kmp_reader *r, const kmp_yaml *list, const kmp_yaml *more)
 {
     if (!list || !more || list->kind != KMP_YAML_LIST || more->kind != KMP_YAML_LIST)
         return list ? list : more;
-    kmp_yaml *joined = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
-    const kmp_yaml **items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, list->count + more->count);
-    if (!joined || !items)
-        return list;
-    *joined = *list;
-    memcpy(items, list->items, (size_t)list->count * sizeof *items);
-    if (more->count > 0)
-        memcpy(items + list->count, more->items, (size_t)more->count * sizeof *items);
-    joined->items = items;
-    joined->count = list->count + more->count;
-    return joined;
+    kmp_yaml *joined = kmp_yaml_copy(&r->scratch, list);
+    for (int i = 0; i < more->count; i++)
+        kmp_yaml_append(&r->scratch, joined, NULL, more->items[i]);
+    return joined ? joined : list;
 }
 
 /* `map` with another value of `key`. */
 static const kmp_yaml *with_item(kmp_reader *r, const kmp_yaml *map, const char *key, const kmp_yaml *item)
 {
-    kmp_yaml *changed = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1), *name = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
-    const kmp_yaml **keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, map->count + 1);
-    const kmp_yaml **items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, map->count + 1);
-    if (!item || !changed || !name || !keys || !items)
-        return map;
-    *changed = *map;
-    changed->keys = keys;
-    changed->items = items;
-    changed->count = 0;
-    *name = (kmp_yaml){.place = item->place, .text = key};
-    bool there = false;
-    for (int i = 0; i < map->count; i++) {
-        bool same = strcmp(map->keys[i]->text, key) == 0;
-        there = there || same;
-        keys[changed->count] = map->keys[i];
-        items[changed->count++] = same ? item : map->items[i];
-    }
-    if (!there) {
-        keys[changed->count] = name;
-        items[changed->count++] = item;
-    }
-    return changed;
+    kmp_yaml *changed = item ? kmp_yaml_copy(&r->scratch, map) : NULL;
+    const kmp_yaml *there = find_key(changed, key);
+    for (int i = 0; there && i < changed->count; i++)
+        if (changed->keys[i] == there)
+            changed->items[i] = item;
+    if (changed && !there)
+        kmp_yaml_put(&r->scratch, changed, item->place, key, item);
+    return changed ? changed : map;
 }
 
 /* The parameters of an included file, some of them set by the including file. */
@@ -240,7 +186,7 @@ static const kmp_yaml *set_parameters(kmp_reader *r, const kmp_yaml *root, const
         kmp_nearest nearest = kmp_nearest_begin(set->keys[i]->text);
         for (int k = 0; parameters && k < parameters->count; k++)
             kmp_nearest_offer(&nearest, parameters->keys[k]->text);
-        if (parameters && there)
+        if (there)
             parameters = with_item(r, parameters, there->text, set->items[i]);
         else
             kmp_reader_complain_near(r, set->keys[i]->place, &nearest, "include set: '%s' has no parameter '%s'",
@@ -251,11 +197,12 @@ static const kmp_yaml *set_parameters(kmp_reader *r, const kmp_yaml *root, const
 
 static const kmp_yaml *join_start(kmp_reader *r, const kmp_yaml *start, const kmp_yaml *more)
 {
+    static const char *const maps[] = {"q", "qd", "goals"};
     if (!start || !more || start->kind != KMP_YAML_MAP || more->kind != KMP_YAML_MAP)
         return start ? start : more;
-    start = with_item(r, start, "q", join_maps(r, kmp_yaml_get(start, "q"), kmp_yaml_get(more, "q"), -1));
-    start = with_item(r, start, "qd", join_maps(r, kmp_yaml_get(start, "qd"), kmp_yaml_get(more, "qd"), -1));
-    start = with_item(r, start, "goals", join_maps(r, kmp_yaml_get(start, "goals"), kmp_yaml_get(more, "goals"), -1));
+    for (int k = 0; k < 3; k++)
+        start =
+            with_item(r, start, maps[k], join_maps(r, kmp_yaml_get(start, maps[k]), kmp_yaml_get(more, maps[k]), -1));
     return with_item(r, start, "hold", join_lists(r, kmp_yaml_get(start, "hold"), kmp_yaml_get(more, "hold")));
 }
 
@@ -284,12 +231,12 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
     const kmp_yaml *name = kmp_read_required(r, node, "an include", "file"), *prefix = kmp_yaml_get(node, "prefix");
     const char *word = name ? kmp_read_word(r, name, "file of an include") : NULL;
     const char *own = prefix ? kmp_read_name(r, prefix, "the prefix of an include") : "";
-    const char *path = word ? path_beside(r, parent, word) : NULL;
+    const char *path = word ? kmp_path_beside(r, parent, word) : NULL;
     if (!path || !own || goes_in_circle(r, name, parent, path))
         return;
     int file = kmp_reader_add_file(r, path);
     const kmp_yaml *root = file < 0 ? NULL : load(r, name, path, file);
-    const char *whole = kmp_reader_say(r, "%s", kmp_reader_name(r, parent, own));
+    const char *whole = kmp_reader_name(r, parent, own);
     kmp_include_instance *instance = root && check_root(r, root) ? add_instance(r) : NULL;
     if (!instance)
         return;

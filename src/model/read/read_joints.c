@@ -1,24 +1,25 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints as chains of elementary motions: a row of joints.def with its axis, or the chain written out. */
 #include "model/read/reading.h"
+#include "model/tables/closure_table.h"
 #include <math.h>
 #include <string.h>
 
-static const struct {
-    const char *name, *chain;
-} joints[] = {
-#define KMP_JOINT(name, chain) {#name, chain},
+/* The keys that determine the kind of joint: its name, or the motions. */
+static const char *const kinds[] = {
+#define KMP_JOINT(name, chain) #name,
 #include "model/tables/joints.def"
 #undef KMP_JOINT
-};
-
-enum { JOINTS = sizeof joints / sizeof joints[0] };
+    "motions"};
 
 static const char *const joint_keys[] = {
 #define KMP_JOINT(name, chain) #name,
 #include "model/tables/joints.def"
 #undef KMP_JOINT
-    "motions", "coordinates", "name", "at", "to", "frame", "pitch", "reversed", NULL};
+    "motions",  "coordinates", "name", "at", "to", "frame",
+#define KMP_COUPLING_NUMBER(kind, joint_key, key, m, kg, s) #joint_key,
+#include "model/closure_numbers.def"
+    "reversed", NULL};
 
 /* The motions so far; the array doubles when it is full. */
 typedef struct list {
@@ -147,46 +148,42 @@ static void read_row(list *l, const char *chain, const kmp_yaml *node, const cha
     }
 }
 
-/* The key that couples slide and turn of a joint. */
-static void read_pitch(kmp_reader *r, const char *chain, const kmp_yaml *joint, const char *what, kmp_body *body)
+void kmp_check_joint_keys(kmp_reader *r, const kmp_joint_row *row, const kmp_yaml *joint, const char *what)
 {
-    const char *key = strchr(chain, '=');
-    const kmp_yaml *pitch = kmp_yaml_get(joint, "pitch");
-    body->screw = key != NULL;
-    if (!key && pitch)
-        kmp_reader_complain(r, pitch->place, "%s: only a screw has a pitch", what);
-    if (!key)
-        return;
-    pitch = kmp_read_required(r, joint, what, key + 1);
-    if (pitch)
-        kmp_read_number(r, pitch, kmp_reader_say(r, "the pitch of %s", what), KMP_DIM_LENGTH, &body->pitch);
+    for (int k = 0; k < kmp_joint_names.count; k++) {
+        const kmp_joint_row *other = &kmp_joint_rows[k];
+        const kmp_yaml *node = kmp_joint_key(other) ? kmp_yaml_get(joint, kmp_joint_key(other)) : NULL;
+        if (node && other != row)
+            kmp_reader_complain(r, node->place, "%s: only a %s has a %s", what, other->name, kmp_joint_key(other));
+    }
+}
+
+/* Reads the number that couples two motions; in other joints its key is an error. */
+static void read_number(kmp_reader *r, const kmp_joint_row *row, const kmp_yaml *joint, const char *what,
+                        kmp_body *body)
+{
+    const char *key = row ? kmp_joint_key(row) : NULL;
+    kmp_check_joint_keys(r, row, joint, what);
+    const kmp_yaml *node = key ? kmp_read_required(r, joint, what, key) : NULL;
+    body->coupling = key ? row : NULL;
+    if (node)
+        kmp_read_number(r, node, kmp_reader_say(r, "the %s of %s", key, what),
+                        kmp_closure_number_of(row->name)->dimension, &body->number);
 }
 
 /* The one key that determines the kind of joint. */
 static void read_kind(list *l, const kmp_yaml *joint, const char *what, int body)
 {
-    int kinds = 0;
-    const char *chain = "";
-    for (int i = 0; i < JOINTS; i++) {
-        const kmp_yaml *axis = kmp_yaml_get(joint, joints[i].name);
-        if (axis && kinds++ == 0)
-            read_row(l, chain = joints[i].chain, axis, what, body);
-    }
-    read_pitch(l->r, chain, joint, what, &l->r->model->bodies[body]);
-    const kmp_yaml *motions = kmp_yaml_get(joint, "motions");
-    if (motions && kinds++ == 0)
-        read_motions(l, motions, what, body);
-    if (kinds == 1)
-        return;
-    kmp_text names = {0};
-    for (int i = 0; i < JOINTS; i++)
-        kmp_text_printf(&names, "%s, ", joints[i].name);
-    if (names.failed)
-        l->r->scratch.failed = true;
-    kmp_reader_complain(l->r, joint->place, "%s: exactly one of the keys %smotions is expected, not %d", what,
-                        names.failed ? "" : names.s, kinds);
-    kmp_text_free(&names);
-    if (kinds == 0)
+    int kind = -1, count = kmp_count_keys(joint, KMP_NAMES_OF(kinds), &kind);
+    const kmp_joint_row *row = kind >= 0 && kind < kmp_joint_names.count ? &kmp_joint_rows[kind] : NULL;
+    if (row)
+        read_row(l, row->chain, kmp_yaml_get(joint, row->name), what, body);
+    else if (count > 0)
+        read_motions(l, kmp_yaml_get(joint, "motions"), what, body);
+    read_number(l->r, row, joint, what, &l->r->model->bodies[body]);
+    if (count != 1)
+        kmp_complain_keys(l->r, joint->place, what, KMP_NAMES_OF(kinds), count);
+    if (count == 0)
         add_stand_in(l, body, true);
 }
 

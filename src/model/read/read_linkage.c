@@ -2,6 +2,7 @@
 /* Joints between two bodies. Once the tree is chosen they are converted to forms that the rest of the reader knows:
  * joints in bodies, and closures. */
 #include "base/context.h"
+#include "model/files/nodes.h"
 #include "model/read/linkage.h"
 #include <string.h>
 
@@ -9,65 +10,31 @@ static const char *const edge_keys[] = {
 #define KMP_JOINT(name, chain) #name,
 #include "model/tables/joints.def"
 #undef KMP_JOINT
-    "axis", "axes", "pitch", "cut", NULL};
+    "axis", "axes",
+#define KMP_COUPLING_NUMBER(kind, joint_key, key, m, kg, s) #joint_key,
+#include "model/closure_numbers.def"
+    "cut", NULL};
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 
-static kmp_yaml *new_node(kmp_reader *r, kmp_yaml_kind kind, const kmp_yaml *place, int room)
-{
-    kmp_yaml *node = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
-    if (!node)
-        return NULL;
-    *node = (kmp_yaml){.kind = kind, .place = place->place, .text_place = place->text_place, .text = ""};
-    if (room > 0) {
-        node->keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, room);
-        node->items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, room);
-        if (!node->keys || !node->items)
-            return NULL;
-    }
-    return node;
-}
-
 static const kmp_yaml *word(kmp_reader *r, const char *text, const kmp_yaml *place)
 {
-    kmp_yaml *node = new_node(r, KMP_YAML_SCALAR, place, 0);
-    if (node)
-        node->text = text;
-    return node;
+    return kmp_yaml_word(&r->scratch, place->place, text);
 }
 
-/* `map` has room. */
 static void put(kmp_reader *r, kmp_yaml *map, const char *key, const kmp_yaml *item)
 {
-    const kmp_yaml *name = map && map->keys && item ? word(r, key, item) : NULL;
-    if (!name)
-        return;
-    map->keys[map->count] = name;
-    map->items[map->count++] = item;
-}
-
-static const kmp_yaml *pair(kmp_reader *r, const kmp_yaml *a, const kmp_yaml *b, const kmp_yaml *place)
-{
-    kmp_yaml *list = new_node(r, KMP_YAML_LIST, place, 2);
-    if (!list)
-        return NULL;
-    list->items[0] = a;
-    list->items[1] = b;
-    list->count = 2;
-    return list;
+    if (item)
+        kmp_yaml_put(&r->scratch, map, item->place, key, item);
 }
 
 static const kmp_yaml *direction(kmp_reader *r, const double axis[3], const kmp_yaml *place)
 {
-    kmp_yaml *list = new_node(r, KMP_YAML_LIST, place, 3);
-    for (int k = 0; list && k < 3; k++) {
+    kmp_yaml *list = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, place->place);
+    for (int k = 0; k < 3; k++) {
         kmp_text text = {0};
         kmp_text_number(&text, axis[k]);
-        if (text.failed)
-            r->scratch.failed = true;
-        list->items[k] = word(r, text.failed ? "0" : kmp_reader_say(r, "%s", text.s), place);
-        list->count += list->items[k] != NULL;
-        kmp_text_free(&text);
+        kmp_yaml_append(&r->scratch, list, NULL, word(r, kmp_reader_take(r, &text), place));
     }
     return list;
 }
@@ -79,20 +46,19 @@ static int find_body(kmp_reader *r, const kmp_linkage *g, const kmp_yaml *node, 
 {
     const char *said = kmp_reader_say(r, "%.*s", (int)strcspn(node->text, "."), node->text);
     const char *name = kmp_reader_body_name(r, node->place.file, said);
-    for (int b = 0; b < g->body_count; b++)
-        if (strcmp(g->body_names[b], name) == 0)
-            return b;
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int b = 0; b < g->body_count; b++)
-        kmp_nearest_offer(&nearest, g->body_names[b]);
-    if (strcmp(said, "ground") != 0)
+    kmp_name_list names = KMP_NAMES(g->body_names, g->body_count);
+    kmp_nearest nearest = kmp_nearest_of(name, names);
+    int found = kmp_name_find(names, name);
+    if (found < 0 && strcmp(said, "ground") != 0)
         kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown body '%s'", what, said);
-    return -1;
+    return found;
 }
 
-static int count_motions(const char *chain)
+static void set_kind(kmp_edge *edge, int kind)
 {
-    return (int)strcspn(chain, "=") / 2;
+    edge->kind = &kmp_joint_rows[kind];
+    edge->cut = kmp_cut_row_of(edge->kind->name);
+    edge->freedoms = kmp_joint_motions(edge->kind);
 }
 
 /* The joint in a body; its errors are reported when it is read. */
@@ -112,43 +78,37 @@ static void take_own_joint(kmp_reader *r, kmp_linkage *g, int body)
         edge->name = kmp_reader_name(r, name->place.file, name->text);
     const char *said = at && at->kind == KMP_YAML_SCALAR ? at->text : "ground";
     said = kmp_reader_body_name(r, joint->place.file, kmp_reader_say(r, "%.*s", (int)strcspn(said, "."), said));
-    for (int b = 0; b < g->body_count; b++)
-        if (strcmp(g->body_names[b], said) == 0)
-            edge->body[0] = b;
+    int parent = kmp_name_find(KMP_NAMES(g->body_names, g->body_count), said), kind;
+    edge->body[0] = parent < 0 ? 0 : parent;
     edge->faulty = edge->body[0] == body;
     const kmp_yaml *motions = kmp_yaml_get(joint, "motions");
     edge->freedoms = motions ? motions->count : 0;
-    kmp_joint_kind kind;
-    for (int k = 0; kmp_joint_kind_at(k, &kind); k++)
-        if (kmp_yaml_get(joint, kind.name)) {
-            edge->kind = kind;
-            edge->freedoms = count_motions(kind.chain);
-        }
+    if (kmp_count_keys(joint, kmp_joint_names, &kind) > 0)
+        set_kind(edge, kind);
 }
 
 /* -- joints -------------------------------------------------------------------------------------- */
 
+/* Every kind but `free`. */
 static bool read_kind(kmp_reader *r, kmp_edge *edge, const char *what)
 {
-    int found = 0;
+    int kind = -1, count = kmp_count_keys(edge->map, kmp_joint_names, &kind);
     const char *names = NULL;
-    kmp_joint_kind kind;
-    for (int k = 0; kmp_joint_kind_at(k, &kind); k++) {
-        if (kmp_yaml_get(edge->map, kind.name) && found++ == 0)
-            edge->kind = kind;
-        if (strcmp(kind.name, "free") != 0)
-            names = names ? kmp_reader_say(r, "%s, %s", names, kind.name) : kind.name;
-    }
-    if (found == 1 && strcmp(edge->kind.name, "free") != 0)
+    if (count > 0)
+        set_kind(edge, kind);
+    if (count == 1 && strcmp(edge->kind->name, "free") != 0)
         return true;
-    if (found == 1)
+    for (int k = 0; k < kmp_joint_names.count; k++)
+        if (strcmp(kmp_joint_rows[k].name, "free") != 0)
+            names = names ? kmp_reader_say(r, "%s, %s", names, kmp_joint_rows[k].name) : kmp_joint_rows[k].name;
+    if (count == 1)
         kmp_reader_complain(r, edge->key->place,
                             "%s: a free joint connects nothing: remove it, or attach a body without other joints by "
                             "it: joint: {free: x, at: ground}",
                             what);
     else
         kmp_reader_complain(r, edge->map->place, "%s: exactly one of the keys %s is expected, not %d", what, names,
-                            found);
+                            count);
     return false;
 }
 
@@ -156,20 +116,18 @@ static bool read_kind(kmp_reader *r, kmp_edge *edge, const char *what)
 static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *what)
 {
     const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
-    const kmp_yaml *pitch = kmp_yaml_get(edge->map, "pitch");
-    const char *chain = edge->kind.chain;
+    const char *chain = edge->kind->chain;
     if (axis && axes)
         kmp_reader_complain(r, edge->map->place, "%s: 'axis' and 'axes' exclude each other", what);
     else if (axis && !chain[0])
-        kmp_reader_complain(r, axis->place, "%s: a %s has no axis", what, edge->kind.name);
+        kmp_reader_complain(r, axis->place, "%s: a %s has no axis", what, edge->kind->name);
     else if (axes && !strchr(chain, 'b'))
         kmp_reader_complain(r, axes->place,
                             "%s: a %s cannot have two axes: rotate the axes of one of the points instead", what,
-                            edge->kind.name);
+                            edge->kind->name);
     else if (axes)
         kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2);
-    if (pitch && !strchr(chain, '='))
-        kmp_reader_complain(r, pitch->place, "%s: only a screw has a pitch", what);
+    kmp_check_joint_keys(r, edge->kind, edge->map, what);
 }
 
 static void read_wish(kmp_reader *r, kmp_edge *edge, const char *what)
@@ -186,7 +144,7 @@ static void read_wish(kmp_reader *r, kmp_edge *edge, const char *what)
 
 static bool read_ends(kmp_reader *r, const kmp_linkage *g, kmp_edge *edge, const char *what)
 {
-    const kmp_yaml *points = kmp_yaml_get(edge->map, edge->kind.name);
+    const kmp_yaml *points = kmp_yaml_get(edge->map, edge->kind->name);
     bool good = kmp_read_list(r, points, what, 2);
     for (int k = 0; k < 2 && good; k++) {
         edge->point[k] = points->items[k];
@@ -238,7 +196,6 @@ static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const 
     }
     if (good && read_kind(r, edge, what)) {
         check_edge_keys(r, edge, what);
-        edge->freedoms = count_motions(edge->kind.chain);
         edge->faulty = !read_ends(r, g, edge, what);
     }
     g->broken = g->broken || edge->faulty;
@@ -250,20 +207,20 @@ static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const 
 static const kmp_yaml *axis_of(kmp_reader *r, const kmp_edge *edge)
 {
     const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
-    if (!edge->kind.chain[0])
+    if (!edge->kind->chain[0])
         return word(r, "yes", edge->key);
     return axes ? axes : axis ? axis : word(r, "z", edge->key);
 }
 
 static const kmp_yaml *make_joint(kmp_reader *r, const kmp_edge *edge)
 {
-    kmp_yaml *joint = new_node(r, KMP_YAML_MAP, edge->map, 5);
-    const kmp_yaml *pitch = kmp_yaml_get(edge->map, "pitch");
-    put(r, joint, edge->kind.name, axis_of(r, edge));
+    kmp_yaml *joint = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, edge->map->place);
+    const char *key = kmp_joint_key(edge->kind);
+    put(r, joint, edge->kind->name, axis_of(r, edge));
     put(r, joint, "at", edge->point[edge->reversed ? 1 : 0]);
     put(r, joint, "to", edge->point[edge->reversed ? 0 : 1]);
-    if (pitch)
-        put(r, joint, "pitch", pitch);
+    if (key)
+        put(r, joint, key, kmp_yaml_get(edge->map, key));
     if (edge->reversed)
         put(r, joint, "reversed", word(r, "yes", edge->key));
     return joint;
@@ -281,17 +238,13 @@ static const char *name_in_file(kmp_reader *r, const kmp_linkage *g, int body)
 /* A body's own joint, by which the body now carries its former parent. */
 static const kmp_yaml *turn_own_joint(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge)
 {
-    static const char *const ends[] = {"at", "to", "reversed", NULL};
-    kmp_yaml *joint = new_node(r, KMP_YAML_MAP, edge->map, edge->map->count + 3);
+    static const char *const ends[] = {"at", "to", "reversed"};
+    kmp_yaml *joint = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, edge->map->place);
     const char *name = name_in_file(r, g, edge->body[1]);
     const kmp_yaml *to = edge->point[1], *at = edge->point[0];
-    for (int k = 0; joint && k < edge->map->count; k++) {
-        bool end = false;
-        for (int i = 0; ends[i]; i++)
-            end = end || strcmp(edge->map->keys[k]->text, ends[i]) == 0;
-        if (!end)
+    for (int k = 0; k < edge->map->count; k++)
+        if (kmp_name_find(KMP_NAMES_OF(ends), edge->map->keys[k]->text) < 0)
             put(r, joint, edge->map->keys[k]->text, edge->map->items[k]);
-    }
     if (to)
         name = strchr(to->text, '.') ? to->text : kmp_reader_say(r, "%s.%s", name, to->text);
     put(r, joint, "at", word(r, name, to ? to : edge->key));
@@ -309,19 +262,21 @@ static const kmp_yaml *both_axes(kmp_reader *r, const kmp_edge *edge)
     const kmp_yaml *axes = kmp_yaml_get(edge->map, "axes"), *axis = axis_of(r, edge);
     if (axes || !axis)
         return axes;
-    kmp_read_chain_axes(r, edge->kind.chain, axis, kmp_edge_what(r, edge), m);
-    const double b[3] = {m[0][1], m[1][1], m[2][1]};
-    return pair(r, axis, direction(r, b, axis), axis);
+    kmp_read_chain_axes(r, edge->kind->chain, axis, kmp_edge_what(r, edge), m);
+    kmp_yaml *both = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, axis->place);
+    kmp_yaml_append(&r->scratch, both, NULL, axis);
+    kmp_yaml_append(&r->scratch, both, NULL, direction(r, (const double[]){m[0][1], m[1][1], m[2][1]}, axis));
+    return both;
 }
 
 static const kmp_yaml *make_closure(kmp_reader *r, const kmp_edge *edge)
 {
-    kmp_yaml *closure = new_node(r, KMP_YAML_MAP, edge->map, 2);
+    kmp_yaml *closure = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, edge->map->place);
     const kmp_yaml *axes = kmp_yaml_get(edge->map, "axes");
-    put(r, closure, edge->kind.closure, kmp_yaml_get(edge->map, edge->kind.name));
-    if (edge->kind.axes == KMP_CUT_BOTH)
+    put(r, closure, edge->cut->closure, kmp_yaml_get(edge->map, edge->kind->name));
+    if (edge->cut->axes == KMP_CUT_BOTH)
         put(r, closure, "axes", both_axes(r, edge));
-    if (edge->kind.axes == KMP_CUT_SAME)
+    if (edge->cut->axes == KMP_CUT_SAME)
         put(r, closure, "axis", axes && axes->count > 0 ? axes->items[0] : axis_of(r, edge));
     return closure;
 }
@@ -333,8 +288,8 @@ static void add_cut(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
     const char *why = r->wrong ? "" : kmp_linkage_why(r, g, edge);
     const char *bodies =
         kmp_linkage_bodies(r, g, edge->body[0], r->wrong ? 0 : kmp_linkage_path(g, edge->body[0], edge->body[1]));
-    *cut =
-        (kmp_cut){.joint = edge->name, .kind = edge->kind.name, .closure = edge->kind.closure, .rows = edge->kind.rows};
+    *cut = (kmp_cut){
+        .joint = edge->name, .kind = edge->kind->name, .closure = edge->cut->closure, .rows = edge->cut->rows};
     cut->loop = kmp_arena_strdup(&model->arena, bodies);
     cut->why = kmp_arena_strdup(&model->arena, why);
     cut->start_unused = edge->start != NULL;
@@ -346,18 +301,14 @@ static void add_cut(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
                 "joint '%s' is cut and has no coordinate: its start value is not used (cut: no keeps the joint)",
                 edge->name);
     edge->made = make_closure(r, edge);
-    g->cuts.keys[g->cuts.count] = edge->key;
-    g->cuts.items[g->cuts.count++] = edge->made;
+    kmp_yaml_append(&r->scratch, &g->cuts, edge->key, edge->made);
 }
 
 static void make_all(kmp_reader *r, kmp_linkage *g)
 {
     r->model->cuts = KMP_ARENA_NEW(&r->model->arena, kmp_cut, g->edge_count);
-    g->cuts = (kmp_yaml){.kind = KMP_YAML_MAP,
-                         .text = "",
-                         .keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, g->edge_count),
-                         .items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, g->edge_count)};
-    if (!r->model->cuts || !g->cuts.keys || !g->cuts.items)
+    g->cuts = (kmp_yaml){.kind = KMP_YAML_MAP, .text = ""};
+    if (!r->model->cuts)
         return;
     for (int e = 0; e < g->edge_count; e++) {
         kmp_edge *edge = &g->edges[e];
@@ -417,10 +368,7 @@ void kmp_read_linkage(kmp_reader *r, const kmp_yaml *bodies)
 
 const kmp_yaml *kmp_linkage_joint(const kmp_linkage *g, int body)
 {
-    int e = g->by[body];
-    if (e >= 0)
-        return g->edges[e].made;
-    return NULL;
+    return g->by[body] < 0 ? NULL : g->edges[g->by[body]].made;
 }
 
 const kmp_yaml *kmp_linkage_cuts(const kmp_reader *r)
@@ -428,20 +376,24 @@ const kmp_yaml *kmp_linkage_cuts(const kmp_reader *r)
     return r->linkage ? &r->linkage->cuts : NULL;
 }
 
-const char *kmp_linkage_name(const kmp_reader *r, const kmp_yaml *made)
+static const kmp_edge *edge_of(const kmp_reader *r, const kmp_yaml *made)
 {
     for (int e = 0; r->linkage && made && e < r->linkage->edge_count; e++)
         if (r->linkage->edges[e].made == made)
-            return r->linkage->edges[e].name;
+            return &r->linkage->edges[e];
     return NULL;
+}
+
+const char *kmp_linkage_name(const kmp_reader *r, const kmp_yaml *made)
+{
+    const kmp_edge *edge = edge_of(r, made);
+    return edge ? edge->name : NULL;
 }
 
 const char *kmp_linkage_what(kmp_reader *r, const kmp_yaml *made)
 {
-    for (int e = 0; r->linkage && made && e < r->linkage->edge_count; e++)
-        if (r->linkage->edges[e].made == made)
-            return kmp_edge_what(r, &r->linkage->edges[e]);
-    return NULL;
+    const kmp_edge *edge = edge_of(r, made);
+    return edge ? kmp_edge_what(r, edge) : NULL;
 }
 
 kmp_linked kmp_linkage_find(const kmp_reader *r, const char *coordinate)

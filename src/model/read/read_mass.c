@@ -36,8 +36,9 @@ static bool is_as_given(kmp_reader *r, const kmp_yaml *node)
     return word;
 }
 
-static void say_impossible(kmp_reader *r, const kmp_yaml *node, kmp_place place, const char *sentence)
+static void say_impossible(kmp_reader *r, const kmp_yaml *node, kmp_place place, const kmp_body *body, const char *why)
 {
+    const char *sentence = kmp_reader_say(r, "the inertia of body '%s' is impossible: %s", body->name, why);
     if (is_as_given(r, node))
         kmp_log(r->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s; it is used as given", r->model->files[place.file],
                 place.line, place.column, sentence);
@@ -50,9 +51,8 @@ static bool check_diagonal(kmp_reader *r, const kmp_yaml *node, const kmp_body *
     bool good = true;
     for (int i = 0; i < 3; i++)
         if (body->inertia[i].value < 0) {
-            say_impossible(r, node, kmp_yaml_get(node, inertia_keys[i])->place,
-                           kmp_reader_say(r, "the inertia of body '%s' is impossible: %s = %.6g is negative",
-                                          body->name, inertia_keys[i], body->inertia[i].value));
+            say_impossible(r, node, kmp_yaml_get(node, inertia_keys[i])->place, body,
+                           kmp_reader_say(r, "%s = %.6g is negative", inertia_keys[i], body->inertia[i].value));
             good = false;
         }
     return good;
@@ -64,22 +64,18 @@ static void check_tensor(kmp_reader *r, const kmp_yaml *node, const kmp_body *bo
     for (int i = 0; i < 3; i++)
         scale = fmax(scale, body->inertia[i].value);
     for (int i = 0; i < 3; i++) {
-        double two = body->inertia[(i + 1) % 3].value + body->inertia[(i + 2) % 3].value;
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        double two = body->inertia[j].value + body->inertia[k].value;
         if (body->inertia[i].value <= two + slack * scale)
             continue;
-        say_impossible(r, node, node->place,
-                       kmp_reader_say(r,
-                                      "the inertia of body '%s' is impossible: %s = %.6g is more than %s + %s = %.6g",
-                                      body->name, inertia_keys[i], body->inertia[i].value, inertia_keys[(i + 1) % 3],
-                                      inertia_keys[(i + 2) % 3], two));
+        say_impossible(r, node, node->place, body,
+                       kmp_reader_say(r, "%s = %.6g is more than %s + %s = %.6g", inertia_keys[i],
+                                      body->inertia[i].value, inertia_keys[j], inertia_keys[k], two));
         return;
     }
     if (!is_possible(body->inertia))
-        say_impossible(r, node, node->place,
-                       kmp_reader_say(r,
-                                      "the inertia of body '%s' is impossible: its products xy, xz, yz are too large "
-                                      "for its moments (no distribution of mass has them)",
-                                      body->name));
+        say_impossible(r, node, node->place, body,
+                       "its products xy, xz, yz are too large for its moments (no distribution of mass has them)");
 }
 
 static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
@@ -105,13 +101,11 @@ static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
 
 void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, kmp_body *body)
 {
-    const kmp_yaml *mass = kmp_yaml_get(map, "mass");
-    const kmp_yaml *com = kmp_yaml_get(map, "com");
+    const kmp_yaml *mass = kmp_yaml_get(map, "mass"), *com = kmp_yaml_get(map, "com");
     const kmp_yaml *inertia = kmp_yaml_get(map, "inertia");
-    if (mass &&
-        kmp_read_number(r, mass, kmp_reader_say(r, "the mass of body '%s'", body->name), KMP_DIM_MASS, &body->mass) &&
-        body->mass.value < 0)
-        kmp_reader_complain(r, mass->place, "the mass of body '%s' is negative: %.6g", body->name, body->mass.value);
+    const char *what = kmp_reader_say(r, "the mass of body '%s'", body->name);
+    if (mass && kmp_read_number(r, mass, what, KMP_DIM_MASS, &body->mass) && body->mass.value < 0)
+        kmp_reader_complain(r, mass->place, "%s is negative: %.6g", what, body->mass.value);
     if (com)
         kmp_read_vector(r, com, kmp_reader_say(r, "the com of body '%s'", body->name), KMP_DIM_LENGTH, body->com);
     if (inertia)

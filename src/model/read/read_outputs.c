@@ -9,126 +9,70 @@
 void kmp_read_sensors(kmp_reader *r)
 {
     kempe_model *model = r->model;
-    const kmp_yaml *map = kmp_yaml_get(r->root, "sensors");
-    if (!map || !kmp_read_map(r, map, "sensors", NULL))
-        return;
-    model->sensors = KMP_ARENA_NEW(&model->arena, kmp_sensor, map->count);
-    for (int i = 0; model->sensors && i < map->count; i++) {
-        kmp_sensor *sensor = &model->sensors[i];
-        kmp_read_name(r, map->keys[i], "a sensor");
-        sensor->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
-        sensor->place = map->keys[i]->place;
-        if (!sensor->name)
-            return;
-        model->sensor_count++;
-        sensor->expr = kmp_read_effort(r, map->items[i], kmp_reader_say(r, "sensor '%s'", sensor->name), KMP_DIM_ANY);
+    kmp_section s = kmp_read_section(r, "sensors", "sensor");
+    model->sensors = KMP_ARENA_NEW(&model->arena, kmp_sensor, s.count);
+    while (model->sensors && kmp_section_next(&s)) {
+        kmp_sensor *sensor = &model->sensors[model->sensor_count++];
+        *sensor = (kmp_sensor){.name = s.name, .place = s.key->place};
+        sensor->expr = kmp_read_effort(r, s.node, s.what, KMP_DIM_ANY);
     }
 }
 
 /* -- arguments ----------------------------------------------------------------------------------- */
 
-/* Named things that an output may refer to. */
-typedef struct things {
-    const char *what;
-    int count;
-    const char *(*name)(const kempe_model *model, int k);
-} things;
-
-static const char *closure_name(const kempe_model *model, int k)
+static int find_thing(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
-    return model->closures[k].name;
-}
-
-static const char *force_name(const kempe_model *model, int k)
-{
-    return model->forces[k].name;
-}
-
-static const char *sensor_name(const kempe_model *model, int k)
-{
-    return model->sensors[k].name;
-}
-
-static const char *wheel_name(const kempe_model *model, int k)
-{
-    return model->wheels[k].name;
-}
-
-static int find_thing(kmp_reader *r, const kmp_yaml *node, const char *word, things list, const char *name)
-{
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int i = 0; i < list.count; i++) {
-        if (strcmp(list.name(r->model, i), name) == 0)
-            return i;
-        kmp_nearest_offer(&nearest, list.name(r->model, i));
-    }
-    if (list.name == closure_name && kmp_linkage_find(r, name) == KMP_LINKED_TREE)
+    static const char *const kinds[] = {[KMP_OUTPUT_OF_MAYBE_LOOP] = "loop",
+                                        [KMP_OUTPUT_OF_LOOP] = "loop",
+                                        [KMP_OUTPUT_OF_FORCE] = "force",
+                                        [KMP_OUTPUT_OF_SENSOR] = "sensor",
+                                        [KMP_OUTPUT_OF_WHEEL] = "wheel"};
+    const char *kind = kinds[row->argument];
+    kmp_name_list names = kmp_output_names(r->model, row->argument);
+    int found = kmp_name_find(names, name);
+    if (found >= 0)
+        return found;
+    kmp_nearest nearest = kmp_nearest_of(name, names);
+    if (strcmp(kind, "loop") == 0 && kmp_linkage_find(r, name) == KMP_LINKED_TREE)
         kmp_reader_complain(r, node->place,
-                            "output %s: joint '%s' is in the tree and has no multipliers: only a cut joint has", word,
-                            name);
+                            "output %s: joint '%s' is in the tree and has no multipliers: only a cut joint has",
+                            row->word, name);
     else
-        kmp_reader_complain_near(r, node->place, &nearest, "output %s: unknown %s '%s'", word, list.what, name);
+        kmp_reader_complain_near(r, node->place, &nearest, "output %s: unknown %s '%s'", row->word, kind, name);
     return -1;
-}
-
-static bool has_components(const kempe_model *model, int force)
-{
-    return force >= 0 && model->forces[force].vector[0];
-}
-
-static int find_force(kmp_reader *r, const kmp_yaml *node, const char *word, const char *name)
-{
-    int force = find_thing(r, node, word, (things){"force", r->model->force_count, force_name}, name);
-    if (has_components(r->model, force))
-        kmp_reader_complain(r, node->place, "output force: '%s' is given by its components", name);
-    return force;
 }
 
 /* Elastic wheels have no multiplier: the message names the right word. */
 static bool is_elastic(kmp_reader *r, const kmp_yaml *node, const char *word, const char *name)
 {
-    const kempe_model *model = r->model;
-    for (int k = 0; k < model->wheel_count; k++)
-        if (strcmp(model->wheels[k].name, name) == 0 && model->wheels[k].form == KMP_CONTACT_ELASTIC) {
-            kmp_reader_complain(r, node->place,
-                                "output %s: wheel '%s' is elastic and has no multiplier; contact(%s) has its "
-                                "normal force",
-                                word, name, name);
-            return true;
-        }
-    return false;
+    int k = kmp_name_find(KMP_NAMED(r->model, wheel), name);
+    if (k < 0 || r->model->wheels[k].form != KMP_CONTACT_ELASTIC)
+        return false;
+    kmp_reader_complain(r, node->place,
+                        "output %s: wheel '%s' is elastic and has no multiplier; contact(%s) has its normal force",
+                        word, name, name);
+    return true;
 }
 
 static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
-    const kempe_model *model = r->model;
     const char *what = kmp_reader_say(r, "output %s", row->word);
-    switch (row->argument) {
-    case KMP_OUTPUT_OF_MAYBE_COORDINATE:
+    if (row->argument == KMP_OUTPUT_OF_MAYBE_COORDINATE)
         return kmp_read_motion_text(r, node->place, name, what);
-    case KMP_OUTPUT_OF_MAYBE_LOOP:
-    case KMP_OUTPUT_OF_LOOP:
-        if (is_elastic(r, node, row->word, name))
-            return -1;
-        return find_thing(r, node, row->word, (things){"loop", model->closure_count, closure_name}, name);
-    case KMP_OUTPUT_OF_POINT:
+    if (row->argument == KMP_OUTPUT_OF_POINT)
         return kmp_read_point_text(r, node->place, name, what);
-    case KMP_OUTPUT_OF_FORCE:
-        return find_force(r, node, row->word, name);
-    case KMP_OUTPUT_OF_SENSOR:
-        return find_thing(r, node, row->word, (things){"sensor", model->sensor_count, sensor_name}, name);
-    case KMP_OUTPUT_OF_WHEEL:
-        return find_thing(r, node, row->word, (things){"wheel", model->wheel_count, wheel_name}, name);
-    case KMP_OUTPUT_OF_NOTHING:
-        break;
-    }
-    return -1;
+    bool loop = row->argument == KMP_OUTPUT_OF_MAYBE_LOOP || row->argument == KMP_OUTPUT_OF_LOOP;
+    if (loop && is_elastic(r, node, row->word, name))
+        return -1;
+    int found = find_thing(r, node, row, name);
+    if (row->argument == KMP_OUTPUT_OF_FORCE && found >= 0 && r->model->forces[found].vector[0])
+        kmp_reader_complain(r, node->place, "output force: '%s' is given by its components", name);
+    return found;
 }
 
 /* -- outputs ------------------------------------------------------------------------------------- */
 
-/* The NAME of "word(NAME)"; NULL when `text` is not of that form. */
-static const char *argument_of(kmp_reader *r, const char *text, const char *word)
+const char *kmp_read_argument(kmp_reader *r, const char *text, const char *word)
 {
     size_t length = strlen(text), head = strlen(word);
     if (length < head + 3 || strncmp(text, word, head) != 0 || text[head] != '(' || text[length - 1] != ')')
@@ -138,11 +82,8 @@ static const char *argument_of(kmp_reader *r, const char *text, const char *word
 
 static void complain_output(kmp_reader *r, const kmp_yaml *node)
 {
-    kmp_nearest nearest = kmp_nearest_begin(node->text);
-    for (int i = 0; i < KMP_OUTPUT_KINDS; i++)
-        kmp_nearest_offer(&nearest, kmp_output_rows[i].word);
-    for (int i = 0; i < r->model->sensor_count; i++)
-        kmp_nearest_offer(&nearest, r->model->sensors[i].name);
+    kmp_nearest nearest = kmp_nearest_of(node->text, KMP_NAMES_OF(kmp_output_rows));
+    kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, sensor));
     kmp_reader_complain_near(
         r, node->place, &nearest,
         "unknown output '%s'; available: q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), qd(JOINT), qdd(JOINT), "
@@ -164,12 +105,10 @@ static bool read_word(kmp_reader *r, const char *text, kmp_output *output)
             *output = (kmp_output){(kmp_output_kind)i, -1};
             return true;
         }
-    for (int i = 0; i < r->model->sensor_count; i++)
-        if (strcmp(r->model->sensors[i].name, text) == 0) {
-            *output = (kmp_output){KMP_OUTPUT_SENSOR, i};
-            return true;
-        }
-    return false;
+    int sensor = kmp_name_find(KMP_NAMED(r->model, sensor), text);
+    if (sensor >= 0)
+        *output = (kmp_output){KMP_OUTPUT_SENSOR, sensor};
+    return sensor >= 0;
 }
 
 static void read_output(kmp_reader *r, const kmp_yaml *node, kmp_output *output)
@@ -179,9 +118,9 @@ static void read_output(kmp_reader *r, const kmp_yaml *node, kmp_output *output)
         return;
     for (int i = 0; i < KMP_OUTPUT_KINDS; i++) {
         const kmp_output_row *row = &kmp_output_rows[i];
-        const char *name = row->argument == KMP_OUTPUT_OF_NOTHING ? NULL : argument_of(r, text, row->word);
+        const char *name = row->argument == KMP_OUTPUT_OF_NOTHING ? NULL : kmp_read_argument(r, text, row->word);
         if (!name && i == KMP_OUTPUT_Q)
-            name = argument_of(r, text, "angle");
+            name = kmp_read_argument(r, text, "angle");
         if (name) {
             *output = (kmp_output){(kmp_output_kind)i, find_argument(r, node, row, name)};
             return;

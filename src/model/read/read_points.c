@@ -21,14 +21,8 @@ static bool read_numbers(points *p, const kmp_yaml *list, const char *key, doubl
 {
     bool good = true;
     for (int i = 0; i < list->count; i++) {
-        kmp_number number;
         const char *what = kmp_reader_say(p->r, "%s, %s %d,", p->what, key, i + 1);
-        if (kmp_read_number(p->r, list->items[i], what, p->dimension, &number)) {
-            values[i] = number.value;
-            kmp_reader_fix(p->r, &number);
-        } else {
-            good = false;
-        }
+        good = kmp_read_fixed(p->r, list->items[i], what, p->dimension, &values[i]) && good;
     }
     return good;
 }
@@ -155,39 +149,43 @@ static bool read_sheet(sheet *s, const char *text)
     return good;
 }
 
-/* The path in the folder of the file that names it. */
-static const char *path_beside(const points *p, const kmp_yaml *csv)
+const char *kmp_path_beside(kmp_reader *r, int file, const char *name)
 {
-    const char *from = p->r->model->files[csv->place.file], *slash = strrchr(from, '/');
-    if (csv->text[0] == '/' || !slash)
-        return csv->text;
-    return kmp_reader_say(p->r, "%.*s%s", (int)(slash - from) + 1, from, csv->text);
+    const char *from = r->model->files[file], *slash = strrchr(from, '/');
+    return name[0] == '/' || !slash ? name : kmp_reader_say(r, "%.*s%s", (int)(slash - from) + 1, from, name);
+}
+
+char *kmp_read_file(kmp_reader *r, const kmp_yaml *node, const char *what, const char *path, size_t *length)
+{
+    kempe_context *aside = kempe_context_new(); /* its message becomes part of the reader's */
+    char *text = NULL;
+    kempe_status status = aside ? kmp_file_read(aside, path, &text, length) : KEMPE_E_MEMORY;
+    if (status == KEMPE_E_MEMORY)
+        r->scratch.failed = true;
+    else if (status != KEMPE_OK)
+        kmp_reader_complain(r, node->place, "%s: %s", what, kempe_context_message(aside));
+    kempe_context_free(aside);
+    return text;
 }
 
 static bool read_csv(points *p)
 {
     sheet s = {.p = p};
     const kmp_yaml *csv = kmp_yaml_get(p->map, "csv");
-    s.column[0] = kmp_read_required(p->r, p->map, p->what, p->key[0]);
-    s.column[1] = kmp_read_required(p->r, p->map, p->what, p->key[1]);
-    if (!s.column[0] || !s.column[1] || !kmp_read_word(p->r, csv, p->what) ||
-        !kmp_read_word(p->r, s.column[0], kmp_reader_say(p->r, "%s of %s", p->key[0], p->what)) ||
-        !kmp_read_word(p->r, s.column[1], kmp_reader_say(p->r, "%s of %s", p->key[1], p->what)))
-        return false;
-    const char *path = path_beside(p, csv);
-    kempe_context *aside = kempe_context_new(); /* its message becomes part of the reader's */
-    char *text = NULL;
     size_t length;
-    bool good = false;
+    bool good = true;
+    for (int k = 0; k < 2; k++)
+        good = (s.column[k] = kmp_read_required(p->r, p->map, p->what, p->key[k])) && good;
+    good = good && kmp_read_word(p->r, csv, p->what);
+    for (int k = 0; k < 2 && good; k++)
+        good = kmp_read_word(p->r, s.column[k], kmp_reader_say(p->r, "%s of %s", p->key[k], p->what));
+    if (!good)
+        return false;
+    const char *path = kmp_path_beside(p->r, csv->place.file, csv->text);
     s.file = kmp_reader_add_file(p->r, path);
-    if (aside && s.file >= 0 && kmp_file_read(aside, path, &text, &length) == KEMPE_OK)
-        good = read_sheet(&s, text);
-    else if (aside)
-        kmp_reader_complain(p->r, csv->place, "%s: %s", p->what, kempe_context_message(aside));
-    else
-        p->r->scratch.failed = true;
+    char *text = s.file < 0 ? NULL : kmp_read_file(p->r, csv, p->what, path, &length);
+    good = text && read_sheet(&s, text);
     kmp_free(text);
-    kempe_context_free(aside);
     return good;
 }
 

@@ -2,7 +2,7 @@
 /* Start values and settings of runs. */
 #include "model/limits.h"
 #include "model/read/reading.h"
-#include "model/tables/rows.h"
+#include "model/tables/run_settings.h"
 #include <math.h>
 #include <string.h>
 
@@ -39,9 +39,8 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
 
 static void read_hold(kmp_reader *r, const kmp_yaml *list)
 {
-    if (!list || !kmp_read_list(r, list, "start hold", -1))
-        return;
-    for (int i = 0; i < list->count; i++) {
+    bool good = list && kmp_read_list(r, list, "start hold", -1);
+    for (int i = 0; good && i < list->count; i++) {
         int motion = kmp_read_motion(r, list->items[i], "start hold");
         if (motion >= 0)
             r->model->start.hold[motion] = true;
@@ -81,10 +80,8 @@ static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, k
     if (!node || !kmp_read_number(r, node, what, wanted, &number))
         return;
     kmp_reader_fix_setting(r, &number);
-    if (number.value > 0)
+    if (kmp_check_rule(r, node, what, KMP_FIELD_POSITIVE, number.value, ""))
         *value = number.value;
-    else
-        kmp_reader_complain(r, node->place, "%s is %.6g: it must be positive", what, number.value);
 }
 
 static void read_every(kmp_reader *r, const kmp_yaml *map)
@@ -97,8 +94,7 @@ static void read_every(kmp_reader *r, const kmp_yaml *map)
         return;
     run->every_place = node->place;
     if (!kmp_rows_fit(run->output_step, run->t_end, &complaint))
-        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "");
-    kmp_text_free(&complaint);
+        kmp_reader_complain(r, node->place, "%s", kmp_reader_take(r, &complaint));
 }
 
 static void read_max_steps(kmp_reader *r, const kmp_yaml *map)
@@ -121,28 +117,15 @@ static void read_choice(kmp_reader *r, const kmp_yaml *map, const char *key, con
         *choice = kmp_arena_strdup(&r->model->arena, word);
 }
 
-static void read_dynamics(kmp_reader *r, const kmp_yaml *node)
+static int read_word(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_name_list words, const char *kind)
 {
-    const char *word = node ? kmp_read_word(r, node, "run algorithm") : NULL;
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    const char *word = node ? kmp_read_word(r, node, kmp_reader_say(r, "run %s", key)) : NULL;
     kmp_text complaint = {0};
-    kmp_dynamics dynamics = word ? kmp_dynamics_find(word, &complaint) : KMP_DYNAMICS_COUNT;
-    if (dynamics < KMP_DYNAMICS_COUNT)
-        r->model->run.dynamics = dynamics;
-    else if (word)
-        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "run algorithm");
-    kmp_text_free(&complaint);
-}
-
-static void read_change_points(kmp_reader *r, const kmp_yaml *node)
-{
-    const char *word = node ? kmp_read_word(r, node, "run change_points") : NULL;
-    kmp_text complaint = {0};
-    kmp_change_points what = word ? kmp_change_points_find(word, &complaint) : KMP_CHANGE_POINTS_COUNT;
-    if (what < KMP_CHANGE_POINTS_COUNT)
-        r->model->run.change_points = what;
-    else if (word)
-        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "run change_points");
-    kmp_text_free(&complaint);
+    int found = word ? kmp_word_find(word, words, kind, &complaint) : 0;
+    if (found == words.count)
+        kmp_reader_complain(r, node->place, "%s", kmp_reader_take(r, &complaint));
+    return found < words.count ? found : 0;
 }
 
 static void read_u(kmp_reader *r, const kmp_yaml *list)
@@ -195,8 +178,9 @@ void kmp_read_run(kmp_reader *r)
     read_choice(r, map, "formulation", &run->formulation);
     read_choice(r, map, "form", &run->form);
     read_choice(r, map, "integrator", &run->integrator);
-    read_dynamics(r, kmp_yaml_get(map, "algorithm"));
-    read_change_points(r, kmp_yaml_get(map, "change_points"));
+    run->dynamics = (kmp_dynamics)read_word(r, map, "algorithm", kmp_dynamics_words, "algorithm");
+    run->change_points =
+        (kmp_change_points)read_word(r, map, "change_points", kmp_change_points_words, "value of change_points");
     read_u(r, kmp_yaml_get(map, "independent"));
     read_until(r, kmp_yaml_get(map, "until"));
 }

@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables: functions of one variable by points, in the file or in columns of a CSV file in its folder. */
 #include "model/read/reading.h"
-#include "model/tables/named_table.h"
+#include "symbolic/table.h"
 #include <string.h>
-
-/* -- tables -------------------------------------------------------------------------------------- */
 
 static bool check_points(const kmp_points *p, kmp_place place)
 {
@@ -12,7 +10,7 @@ static bool check_points(const kmp_points *p, kmp_place place)
         kmp_reader_complain(p->r, place, "%s: a table needs at least two points, not %d", p->what, p->count);
         return false;
     }
-    int bad = kmp_named_table_check(p->count, p->x, p->y);
+    int bad = kmp_table_check(p->count, p->x, p->y);
     if (bad > 0)
         kmp_reader_complain(p->r, p->place[bad], "%s: x must increase: %.9g comes after %.9g", p->what, p->x[bad],
                             p->x[bad - 1]);
@@ -23,16 +21,8 @@ static bool check_points(const kmp_points *p, kmp_place place)
 
 static bool is_linear(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
-    if (!node || strcmp(node->text, "spline") == 0)
-        return false;
-    if (strcmp(node->text, "linear") != 0) {
-        kmp_nearest nearest = kmp_nearest_begin(node->text);
-        kmp_nearest_offer(&nearest, "spline");
-        kmp_nearest_offer(&nearest, "linear");
-        kmp_reader_complain_near(r, node->place, &nearest, "%s: the method is spline or linear, not '%s'", what,
-                                 node->text);
-    }
-    return true;
+    static const char *const methods[] = {"spline", "linear"};
+    return node && kmp_read_choice(r, node, what, KMP_NAMES_OF(methods), "the method is", " or ") != 0;
 }
 
 static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *table)
@@ -48,7 +38,8 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
     bool linear = is_linear(r, kmp_yaml_get(map, "method"), p.what);
     if (!kmp_read_points(&p) || !check_points(&p, map->place))
         return;
-    if (!kmp_named_table_make(table, linear, p.count, p.x, p.y))
+    table->table = kmp_table_new(linear ? KMP_TABLE_LINEAR : KMP_TABLE_CUBIC, p.count, p.x, p.y);
+    if (!table->table)
         r->scratch.failed = true;
 }
 
@@ -57,45 +48,26 @@ bool kmp_name_means_something(const kmp_reader *r, const char *name)
     for (int k = 0; k < (int)KMP_FUNCTION_COUNT; k++)
         if (strcmp(kmp_function_name((kmp_function)k), name) == 0)
             return true;
-    for (int k = 0; k < r->model->parameter_count; k++)
-        if (strcmp(r->model->parameters[k].name, name) == 0)
-            return true;
-    return strcmp(name, "t") == 0 || strcmp(name, "q") == 0 || strcmp(name, "qd") == 0 || strcmp(name, "pi") == 0;
+    static const char *const symbols[] = {"t", "q", "qd", "pi"};
+    return kmp_name_find(KMP_NAMED(r->model, parameter), name) >= 0 || kmp_name_find(KMP_NAMES_OF(symbols), name) >= 0;
 }
 
 void kmp_read_tables(kmp_reader *r)
 {
     kempe_model *model = r->model;
-    const kmp_yaml *map = kmp_yaml_get(r->root, "tables");
-    if (!map || !kmp_read_map(r, map, "tables", NULL))
-        return;
-    model->tables = KMP_ARENA_NEW(&model->arena, kmp_named_table, map->count);
-    for (int i = 0; model->tables && i < map->count; i++) {
-        kmp_named_table *table = &model->tables[i];
-        const char *name = kmp_read_name(r, map->keys[i], "a table");
-        if (name && kmp_name_means_something(r, name))
-            kmp_reader_complain(r, map->keys[i]->place, "a table cannot have the name '%s', which is already defined",
-                                name);
-        table->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
-        if (!table->name)
-            return;
-        model->table_count++;
-        read_table(r, map->items[i], table);
+    kmp_section s = kmp_read_section(r, "tables", "table");
+    model->tables = KMP_ARENA_NEW(&model->arena, kmp_named_table, s.count);
+    while (model->tables && kmp_section_next(&s)) {
+        if (kmp_name_means_something(r, s.name))
+            kmp_reader_complain(r, s.key->place, "a table cannot have the name '%s', which is already defined", s.name);
+        kmp_named_table *table = &model->tables[model->table_count++];
+        table->name = s.name;
+        read_table(r, s.node, table);
     }
 }
 
 const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
-    const char *name = kmp_read_word(r, node, what);
-    if (!name)
-        return NULL;
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    name = kmp_reader_name(r, node->place.file, name);
-    for (int k = 0; k < r->model->table_count; k++) {
-        kmp_nearest_offer(&nearest, r->model->tables[k].name);
-        if (strcmp(r->model->tables[k].name, name) == 0)
-            return &r->model->tables[k];
-    }
-    kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown table '%s'", what, name);
-    return NULL;
+    int found = kmp_read_reference(r, node, what, "table", KMP_NAMED(r->model, table));
+    return found < 0 ? NULL : &r->model->tables[found];
 }

@@ -10,11 +10,7 @@
 static int find_parameter(void *user, const char *name)
 {
     kmp_reader *r = user;
-    name = kmp_reader_name(r, r->scope, name);
-    for (int i = 0; i < r->model->parameter_count; i++)
-        if (strcmp(r->model->parameters[i].name, name) == 0)
-            return i;
-    return -1;
+    return kmp_name_find(KMP_NAMED(r->model, parameter), kmp_reader_name(r, r->scope, name));
 }
 
 static const kmp_body *find_joint(const kempe_model *model, const char *name)
@@ -54,10 +50,8 @@ static int find_coordinate(void *user, const char *name)
 {
     kmp_reader *r = user;
     name = kmp_reader_name(r, r->scope, name);
-    for (int i = 0; i < r->model->motion_count; i++)
-        if (strcmp(r->model->motions[i].name, name) == 0)
-            return i;
-    return find_numbered(r->model, name);
+    int named = kmp_name_find(KMP_NAMED(r->model, motion), name);
+    return named >= 0 ? named : find_numbered(r->model, name);
 }
 
 /* A coordinate of a joint with a reported error may be replaced by any other. */
@@ -77,21 +71,15 @@ static void suggest_coordinate(const kmp_reader *r, const char *name, kmp_text *
                         body->motion_count);
         return;
     }
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int i = 0; i < r->model->motion_count; i++)
-        kmp_nearest_offer(&nearest, r->model->motions[i].name);
+    kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMED(r->model, motion));
     kmp_nearest_suggest(&nearest, sentence);
 }
 
 static const kmp_named_table *find_table(void *user, const char *name)
 {
     kmp_reader *r = user;
-    const kempe_model *model = r->model;
-    name = kmp_reader_name(r, r->scope, name);
-    for (int k = 0; k < model->table_count; k++)
-        if (strcmp(model->tables[k].name, name) == 0)
-            return &model->tables[k];
-    return NULL;
+    int found = kmp_name_find(KMP_NAMED(r->model, table), kmp_reader_name(r, r->scope, name));
+    return found < 0 ? NULL : &r->model->tables[found];
 }
 
 static int find_unknown(void *user, const char *name, const kmp_unknowns **unknowns, int *number)
@@ -101,14 +89,9 @@ static int find_unknown(void *user, const char *name, const kmp_unknowns **unkno
     name = kmp_reader_name(r, r->scope, name);
     for (int i = 0; i < model->unknowns_count; i++) {
         const kmp_unknowns *u = *unknowns = &model->unknowns[i];
-        *number = 0;
-        if (u->count == 0 && strcmp(u->name, name) == 0)
+        *number = kmp_name_find(kmp_unknown_names(u), name);
+        if (*number >= 0)
             return i;
-        for (int k = 0; k < u->count; k++)
-            if (u->unknown[k] && strcmp(u->unknown[k], name) == 0) {
-                *number = k;
-                return i;
-            }
     }
     return -1;
 }
@@ -117,15 +100,9 @@ static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *s
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
     kmp_nearest_offer(&nearest, "pi");
-    for (int i = 0; i < r->model->parameter_count; i++)
-        kmp_nearest_offer(&nearest, r->model->parameters[i].name);
-    for (int i = 0; i < r->model->unknowns_count; i++) {
-        const kmp_unknowns *u = &r->model->unknowns[i];
-        for (int k = 0; k < u->count; k++)
-            kmp_nearest_offer(&nearest, u->unknown[k]);
-        if (u->count == 0)
-            kmp_nearest_offer(&nearest, u->name);
-    }
+    kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, parameter));
+    for (int i = 0; i < r->model->unknowns_count; i++)
+        kmp_nearest_offer_all(&nearest, kmp_unknown_names(&r->model->unknowns[i]));
     if (!nearest.best && find_joint(r->model, name))
         kmp_text_printf(sentence, "; the coordinate of joint '%s' is q(%s)", name, name);
     else
@@ -136,11 +113,7 @@ static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *s
 static int find_closure(void *user, const char *name)
 {
     kmp_reader *r = user;
-    name = kmp_reader_name(r, r->scope, name);
-    for (int k = 0; k < r->model->closure_count; k++)
-        if (strcmp(r->model->closures[k].name, name) == 0)
-            return k;
-    return -1;
+    return kmp_name_find(KMP_NAMED(r->model, closure), kmp_reader_name(r, r->scope, name));
 }
 
 static void suggest_closure(const kmp_reader *r, const char *name, kmp_text *sentence)
@@ -152,9 +125,7 @@ static void suggest_closure(const kmp_reader *r, const char *name, kmp_text *sen
                         name);
         return;
     }
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int k = 0; k < r->model->closure_count; k++)
-        kmp_nearest_offer(&nearest, r->model->closures[k].name);
+    kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMED(r->model, closure));
     kmp_nearest_suggest(&nearest, sentence);
 }
 
@@ -216,15 +187,17 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *wh
 
 /* -- numbers ------------------------------------------------------------------------------------- */
 
-static bool is_known(const kmp_reader *r, const kmp_expr *expr)
+static bool is_bad_parameter(const kmp_expr *expr, const void *known)
 {
-    if (expr->kind == KMP_EXPR_PARAMETER)
-        return r->parameter_known[expr->index];
-    return (!expr->a || is_known(r, expr->a)) && (!expr->b || is_known(r, expr->b)) &&
-           (!expr->c || is_known(r, expr->c));
+    return expr->kind == KMP_EXPR_PARAMETER && !((const bool *)known)[expr->index];
 }
 
-static bool check_finite(kmp_reader *r, const kmp_yaml *node, const char *what, double value)
+static bool is_known(const kmp_reader *r, const kmp_expr *expr)
+{
+    return !kmp_expr_find(expr, is_bad_parameter, r->parameter_known);
+}
+
+bool kmp_check_finite(kmp_reader *r, const kmp_yaml *node, const char *what, double value)
 {
     if (!isfinite(value))
         kmp_reader_complain(r, node->place, "%s is '%s', which is %s: a finite number is expected", what, node->text,
@@ -252,10 +225,7 @@ bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, 
         kmp_text_put(&sentence, ", got ");
         kmp_dimension_print(&sentence, found);
     }
-    if (sentence.failed)
-        r->scratch.failed = true;
-    kmp_reader_complain(r, place, "%s: %s", what, sentence.failed ? "" : sentence.s);
-    kmp_text_free(&sentence);
+    kmp_reader_complain(r, place, "%s: %s", what, kmp_reader_take(r, &sentence));
     return false;
 }
 
@@ -287,7 +257,7 @@ bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
         return false;
     double value = kmp_expr_value(expr, r->parameter_values);
     kmp_dimension dimension;
-    if (!check_finite(r, node, what, value) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
+    if (!kmp_check_finite(r, node, what, value) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return false;
     *number = kmp_number_of(expr, value);
     number->symbol = ++r->model->symbol_count;
@@ -304,6 +274,25 @@ bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     if (good)
         memcpy(vector, read, sizeof read);
     return good;
+}
+
+bool kmp_read_fixed(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value)
+{
+    kmp_number number;
+    if (!kmp_read_number(r, node, what, wanted, &number))
+        return false;
+    kmp_reader_fix(r, &number);
+    *value = number.value;
+    return true;
+}
+
+bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_field_rule rule, double value,
+                    const char *hint)
+{
+    if (kmp_field_fits(rule, value))
+        return true;
+    kmp_reader_complain(r, node->place, "%s is %.6g: it must %s%s", what, value, kmp_field_rule_words(rule), hint);
+    return false;
 }
 
 /* Sets the flags of the parameters in an expression, and of those that they depend on. */
@@ -355,7 +344,7 @@ static const kmp_expr *read_variable(kmp_reader *r, const kmp_yaml *node, const 
     kmp_dimension dimension;
     const kmp_expr *expr = parse(r, node, what, allowed);
     if (expr && kmp_expr_is_constant(expr) && is_known(r, expr) &&
-        !check_finite(r, node, what, kmp_expr_value(expr, r->parameter_values)))
+        !kmp_check_finite(r, node, what, kmp_expr_value(expr, r->parameter_values)))
         return NULL;
     if (expr && is_known(r, expr) && !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return NULL;
@@ -390,21 +379,13 @@ const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const cha
     if (!expr || !is_known(r, expr) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return NULL;
     double value = kmp_expr_value_at(expr, r->parameter_values, 0);
-    if (!check_finite(r, node, what, value))
+    if (!kmp_check_finite(r, node, what, value))
         return NULL;
     *first = value;
     return name_constant(r, expr);
 }
 
 /* -- references ---------------------------------------------------------------------------------- */
-
-int kmp_find_body(const kempe_model *model, const char *name, size_t length)
-{
-    for (int i = 0; i < model->body_count; i++)
-        if (strlen(model->bodies[i].name) == length && strncmp(model->bodies[i].name, name, length) == 0)
-            return i;
-    return -1;
-}
 
 static int find_point(const kempe_model *model, int body, const char *name)
 {
@@ -417,9 +398,7 @@ static int find_point(const kempe_model *model, int body, const char *name)
 static void complain_body(kmp_reader *r, kmp_place place, const char *text, size_t length, const char *what)
 {
     const char *name = kmp_reader_say(r, "%.*s", (int)length, text);
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int i = 0; i < r->model->body_count; i++)
-        kmp_nearest_offer(&nearest, r->model->bodies[i].name);
+    kmp_nearest nearest = kmp_nearest_of(name, KMP_BODY_NAMES(r->model));
     kmp_reader_complain_near(r, place, &nearest, "%s: unknown body '%s'", what, name);
 }
 
@@ -450,7 +429,7 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
     }
     size_t length = (size_t)(dot - text);
     const char *name = kmp_reader_body_name(r, place.file, kmp_reader_say(r, "%.*s", (int)length, text));
-    int body = kmp_find_body(r->model, name, strlen(name));
+    int body = kmp_name_find(KMP_BODY_NAMES(r->model), name);
     bool ground = length == strlen("ground") && strncmp(text, "ground", length) == 0;
     if (body < 0 && !ground) /* an included ground on no body is reported at its include */
         complain_body(r, place, text, length, what);
@@ -466,7 +445,7 @@ int kmp_read_body(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     const char *text = kmp_read_word(r, node, what);
     const char *name = text ? kmp_reader_body_name(r, node->place.file, text) : NULL;
-    int body = name ? kmp_find_body(r->model, name, strlen(name)) : -1;
+    int body = name ? kmp_name_find(KMP_BODY_NAMES(r->model), name) : -1;
     if (text && body < 0)
         complain_body(r, node->place, text, strlen(text), what);
     return body;
@@ -502,10 +481,7 @@ int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const
     if (motion < 0 && !(r->wrong && kmp_linkage_find(r, kmp_reader_name(r, place.file, name)) == KMP_LINKED_CUT)) {
         kmp_text rest = {0};
         suggest_coordinate(r, name, &rest);
-        if (rest.failed)
-            r->scratch.failed = true;
-        kmp_reader_complain(r, place, "%s: unknown joint '%s'%s", what, name, rest.s ? rest.s : "");
-        kmp_text_free(&rest);
+        kmp_reader_complain(r, place, "%s: unknown joint '%s'%s", what, name, kmp_reader_take(r, &rest));
     }
     return motion;
 }

@@ -8,7 +8,7 @@
 #include "model/files/document.h"
 #include "model/rail/rail.h"
 #include "model/read/reading.h"
-#include "model/tables/named_table.h"
+#include "symbolic/table.h"
 #include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>
@@ -21,10 +21,9 @@ const char *const kmp_model_keys[] = {
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
-/* False when the rest means something else in this version. */
-static bool read_version(kmp_reader *r)
+bool kmp_read_version(kmp_reader *r, const kmp_yaml *root, const char *what)
 {
-    const kmp_yaml *version = kmp_read_required(r, r->root, "the model", "kempe");
+    const kmp_yaml *version = kmp_read_required(r, root, what, "kempe");
     if (!version || strcmp(version->text, "1") == 0)
         return true;
     kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model format, not '%s'",
@@ -70,7 +69,7 @@ static void read_parts(kmp_reader *r)
         kmp_reader_complain(r, r->root->place, "a model is a mapping that begins with 'kempe: 1'");
         return;
     }
-    if (!read_version(r))
+    if (!kmp_read_version(r, r->root, "the model"))
         return;
     kmp_read_map(r, r->root, "the model", kmp_model_keys);
     kmp_read_includes(r);
@@ -220,7 +219,7 @@ void kempe_model_free(kempe_model *model)
     if (!model)
         return;
     for (int k = 0; k < model->table_count; k++)
-        kmp_named_table_free(&model->tables[k]);
+        kmp_table_free(model->tables[k].table);
     for (int k = 0; k < model->profile_count; k++)
         kmp_profile_free(&model->profiles[k]);
     for (int k = 0; k < model->track_count; k++)

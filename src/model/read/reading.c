@@ -36,18 +36,35 @@ void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest 
     say(r, place, &sentence);
 }
 
+const char *kmp_reader_take(kmp_reader *r, kmp_text *text)
+{
+    const char *kept = kmp_text_keep(text, &r->scratch);
+    return kept ? kept : "";
+}
+
 const char *kmp_reader_say(kmp_reader *r, const char *format, ...)
 {
-    kmp_text text = {0};
     va_list arguments;
     va_start(arguments, format);
-    kmp_text_vprintf(&text, format, arguments);
+    const char *kept = kmp_arena_vprintf(&r->scratch, format, arguments);
     va_end(arguments);
-    const char *kept = text.failed ? NULL : kmp_arena_strdup(&r->scratch, text.s);
-    if (text.failed)
-        r->scratch.failed = true;
-    kmp_text_free(&text);
     return kept ? kept : "";
+}
+
+const char *kmp_reader_cycle(kmp_reader *r, kmp_name_list names, int (*next)(const void *user, int k), const void *user,
+                             int on, int *first)
+{
+    kmp_text chain = {0};
+    *first = on;
+    for (int k = next(user, on); k != on; k = next(user, k))
+        *first = k < *first ? k : *first;
+    int k = *first;
+    do {
+        kmp_text_printf(&chain, "%s -> ", kmp_name_at(names, k));
+        k = next(user, k);
+    } while (k != *first);
+    kmp_text_put(&chain, kmp_name_at(names, *first));
+    return kmp_reader_take(r, &chain);
 }
 
 static const char *kind_name(const kmp_yaml *node)
@@ -57,27 +74,15 @@ static const char *kind_name(const kmp_yaml *node)
     return node->kind == KMP_YAML_LIST ? "a list" : node->kind == KMP_YAML_MAP ? "a mapping" : "a word";
 }
 
-static void complain_key(kmp_reader *r, const kmp_yaml *key, const char *what, const char *const *keys)
+static void complain_key(kmp_reader *r, const kmp_yaml *key, const char *what, kmp_name_list keys)
 {
     kmp_text sentence = {0};
-    kmp_nearest nearest = kmp_nearest_begin(key->text);
-    for (int i = 0; keys[i]; i++)
-        kmp_nearest_offer(&nearest, keys[i]);
-    kmp_text_printf(&sentence, "unknown key '%s' in %s", key->text, what);
-    if (nearest.best)
-        kmp_nearest_suggest(&nearest, &sentence);
-    else
-        for (int i = 0; keys[i]; i++)
-            kmp_text_printf(&sentence, "%s%s", i == 0 ? "; its keys are " : ", ", keys[i]);
+    kmp_nearest nearest = kmp_nearest_of(key->text, keys);
+    kmp_text_printf(&sentence, "unknown key '%s' in %s%s", key->text, what, nearest.best ? "" : "; its keys are ");
+    kmp_nearest_suggest(&nearest, &sentence);
+    if (!nearest.best)
+        kmp_name_list_print(&sentence, keys, ", ", ", ");
     say(r, key->place, &sentence);
-}
-
-static bool is_one_of(const char *word, const char *const *words)
-{
-    for (int i = 0; words[i]; i++)
-        if (strcmp(words[i], word) == 0)
-            return true;
-    return false;
 }
 
 /* -- nodes --------------------------------------------------------------------------------------- */
@@ -90,9 +95,12 @@ bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const c
         kmp_reader_complain(r, node->place, "%s must be a mapping (key: value), not %s", what, kind_name(node));
         return false;
     }
+    kmp_name_list known = KMP_NAMES(keys, 0);
+    while (keys && keys[known.count])
+        known.count++;
     for (int i = 0; keys && i < node->count; i++)
-        if (!is_one_of(node->keys[i]->text, keys))
-            complain_key(r, node->keys[i], what, keys);
+        if (kmp_name_find(known, node->keys[i]->text) < 0)
+            complain_key(r, node->keys[i], what, known);
     return true;
 }
 
@@ -140,4 +148,79 @@ const kmp_yaml *kmp_read_required(kmp_reader *r, const kmp_yaml *map, const char
     if (!value)
         kmp_reader_complain(r, map->place, "%s has no key '%s'", what, key);
     return value;
+}
+
+int kmp_count_keys(const kmp_yaml *map, kmp_name_list keys, int *first)
+{
+    int count = 0;
+    for (int k = 0; k < keys.count; k++)
+        if (kmp_yaml_get(map, kmp_name_at(keys, k)) && count++ == 0)
+            *first = k;
+    return count;
+}
+
+void kmp_complain_keys(kmp_reader *r, kmp_place place, const char *what, kmp_name_list keys, int count)
+{
+    kmp_text names = {0};
+    kmp_name_list_print(&names, keys, ", ", ", ");
+    kmp_reader_complain(r, place, "%s: exactly one of the keys %s is expected, not %d", what,
+                        kmp_reader_take(r, &names), count);
+}
+
+int kmp_read_one_key(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_name_list keys)
+{
+    int first = -1, count = kmp_count_keys(map, keys, &first);
+    if (count == 1)
+        return first;
+    kmp_complain_keys(r, map->place, what, keys, count);
+    return -1;
+}
+
+int kmp_read_choice(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_name_list words, const char *is,
+                    const char *last)
+{
+    int found = kmp_name_find(words, node->text);
+    if (found >= 0)
+        return found;
+    kmp_text all = {0};
+    kmp_nearest nearest = kmp_nearest_of(node->text, words);
+    kmp_name_list_print(&all, words, ", ", last);
+    kmp_reader_complain_near(r, node->place, &nearest, "%s: %s %s, not '%s'", what, is, kmp_reader_take(r, &all),
+                             node->text);
+    return -1;
+}
+
+int kmp_read_reference(kmp_reader *r, const kmp_yaml *node, const char *what, const char *kind, kmp_name_list names)
+{
+    const char *word = kmp_read_word(r, node, what);
+    if (!word)
+        return -1;
+    const char *name = kmp_reader_name(r, node->place.file, word);
+    int found = kmp_name_find(names, name);
+    if (found >= 0)
+        return found;
+    kmp_nearest nearest = kmp_nearest_of(name, names);
+    kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown %s '%s'", what, kind, word);
+    return -1;
+}
+
+/* -- sections ------------------------------------------------------------------------------------ */
+
+kmp_section kmp_read_section(kmp_reader *r, const char *key, const char *kind)
+{
+    const kmp_yaml *map = kmp_yaml_get(r->root, key);
+    bool good = map && kmp_read_map(r, map, key, NULL);
+    return (kmp_section){.r = r, .kind = kind, .map = map, .count = good ? map->count : 0};
+}
+
+bool kmp_section_next(kmp_section *s)
+{
+    if (s->next == s->count)
+        return false;
+    s->key = s->map->keys[s->next];
+    s->node = s->map->items[s->next++];
+    s->name = kmp_arena_strdup(&s->r->model->arena, s->key->text);
+    s->what = kmp_reader_say(s->r, "%s '%s'", s->kind, s->key->text);
+    (void)kmp_read_name(s->r, s->key, kmp_reader_say(s->r, "a %s", s->kind));
+    return s->name;
 }

@@ -7,7 +7,7 @@
 
 #include "model/files/yaml.h"
 #include "model/model.h"
-#include "model/tables/nearest.h"
+#include "model/tables/force_table.h"
 #include <kempe/settings.h>
 
 /** One inclusion of a file. */
@@ -54,6 +54,9 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r);
 
 extern const char *const kmp_model_keys[];
 
+/** Checks the version of the format; false when the rest means something else in it. */
+bool kmp_read_version(kmp_reader *r, const kmp_yaml *root, const char *what);
+
 /** Merges the model's included files into r->root. */
 void kmp_read_includes(kmp_reader *r);
 
@@ -90,6 +93,9 @@ typedef enum kmp_linked { KMP_LINKED_NOT, KMP_LINKED_TREE, KMP_LINKED_CUT } kmp_
 /** Finds the joint of `JOINT` or `JOINT.k` among those between bodies: in the tree, or not (also when it is faulty). */
 kmp_linked kmp_linkage_find(const kmp_reader *r, const char *coordinate);
 
+/** Reports keys of numbers that belong to another kind of joint than `row` (NULL: to any). */
+void kmp_check_joint_keys(kmp_reader *r, const kmp_joint_row *row, const kmp_yaml *joint, const char *what);
+
 /* -- errors -------------------------------------------------------------------------------------- */
 
 void kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
@@ -100,6 +106,14 @@ void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest 
 
 /** Text for the `what` of the functions below; "" when there is no memory. */
 const char *kmp_reader_say(kmp_reader *r, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/** A text as such, which is freed. */
+const char *kmp_reader_take(kmp_reader *r, kmp_text *text);
+
+/** The names along a cycle, "b -> c -> b", from its first name in the list; `next` of one that is on it. `*first`: the
+ * index of that name. */
+const char *kmp_reader_cycle(kmp_reader *r, kmp_name_list names, int (*next)(const void *user, int k), const void *user,
+                             int on, int *first);
 
 /* -- nodes (reading.c) --------------------------------------------------------------------------- */
 
@@ -119,11 +133,49 @@ const char *kmp_read_name(kmp_reader *r, const kmp_yaml *node, const char *what)
 /** The value of a required key of `map`. */
 const kmp_yaml *kmp_read_required(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key);
 
+/** The index of the one key of a list that `map` has; an error when it has none, or several. */
+int kmp_read_one_key(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_name_list keys);
+
+/** The number of keys of a list that `map` has; `*first`: the index of the first one. */
+int kmp_count_keys(const kmp_yaml *map, kmp_name_list keys, int *first);
+void kmp_complain_keys(kmp_reader *r, kmp_place place, const char *what, kmp_name_list keys, int count);
+
+/** The index of a word among some; -1 after an error: "WHAT: the method is spline or linear, not 'x'", where `is` is
+ * "the method is" and `last` is " or ". */
+int kmp_read_choice(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_name_list words, const char *is,
+                    const char *last);
+
+/** The index of a name in a list of the model, as the node's file has it; -1 after an error: "WHAT: unknown KIND 'x'".
+ */
+int kmp_read_reference(kmp_reader *r, const kmp_yaml *node, const char *what, const char *kind, kmp_name_list names);
+
+/** The entries of a section of the model, a mapping of names, one after the other. */
+typedef struct kmp_section {
+    kmp_reader *r;
+    const char *kind; /* "force" */
+    const kmp_yaml *map;
+    int count, next;
+    const kmp_yaml *key, *node; /* of the present entry */
+    const char *name, *what;    /* in the model's arena; "force 'NAME'" */
+} kmp_section;
+
+kmp_section kmp_read_section(kmp_reader *r, const char *key, const char *kind);
+
+/** Goes to the next entry and checks its name; false: there is none, or no memory. */
+bool kmp_section_next(kmp_section *s);
+
 /* -- values -------------------------------------------------------------------------------------- */
 
 /** An expression of parameters, finite, of this dimension if its own is known. */
 bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number);
 bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
+
+/** A number outside the equations: its parameters cannot vary (kmp_reader_fix). */
+bool kmp_read_fixed(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value);
+
+/** Reports a number that is not positive or, for NOT_NEGATIVE, negative; `hint` ends the sentence. */
+bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_field_rule rule, double value,
+                    const char *hint);
 
 /** Notes that something of the model depends on the parameters in an expression (NULL: on none). */
 void kmp_reader_use(kmp_reader *r, const kmp_expr *expr);
@@ -136,6 +188,9 @@ void kmp_reader_fix(kmp_reader *r, const kmp_number *number);
 /** The expression of a parameter, over others; not valued, and without marking them as used. NULL after an error. */
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const char *what);
 kmp_number kmp_number_of(const kmp_expr *expr, double value);
+
+/** Reports a value that is not finite. */
+bool kmp_check_finite(kmp_reader *r, const kmp_yaml *node, const char *what, double value);
 
 /** Reports an expression whose dimensions do not fit each other, or whose own is known and not the required one. */
 bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_expr *expr,
@@ -165,7 +220,6 @@ kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion);
 
 /* -- names: an index, or -1 after an error --------------------------------------------------------- */
 
-int kmp_find_body(const kempe_model *model, const char *name, size_t length);
 int kmp_read_body(kmp_reader *r, const kmp_yaml *node, const char *what);
 int kmp_read_point(kmp_reader *r, const kmp_yaml *node, const char *what); /* BODY.POINT */
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what);
@@ -210,6 +264,12 @@ typedef struct kmp_points {
 /** Reads the points; members up to `dimension` are set by the caller. False after an error. */
 bool kmp_read_points(kmp_points *p);
 
+/** The path of a file that another one names, beside that one. */
+const char *kmp_path_beside(kmp_reader *r, int file, const char *name);
+
+/** Reads a file for the reader, to be freed; NULL after an error: "WHAT: reason". */
+char *kmp_read_file(kmp_reader *r, const kmp_yaml *node, const char *what, const char *path, size_t *length);
+
 /** A table of the model by its name; NULL after an error. */
 const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, const char *what);
 
@@ -226,7 +286,6 @@ void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_
 
 /* -- parts of wheels (read_wheels.c), after loops and after forces ----------------------------------- */
 
-int kmp_count_rigid_wheels(const kempe_model *model);
 void kmp_add_wheel_closures(kmp_reader *r);
 void kmp_add_wheel_forces(kmp_reader *r);
 
@@ -251,6 +310,9 @@ void kmp_read_goals(kmp_reader *r, const kmp_yaml *map); /* of the start, after 
 void kmp_read_sensors(kmp_reader *r);
 void kmp_read_run(kmp_reader *r);
 void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list);
+
+/** The NAME of "word(NAME)"; NULL when `text` is not of that form. */
+const char *kmp_read_argument(kmp_reader *r, const char *text, const char *word);
 
 /** After all reading: marks each parameter of the model as fixed or variable, used or unused, and warns of unused ones.
  */

@@ -149,16 +149,6 @@ int kmp_asked_position(kempe_model *copy, int point, unsigned **parts)
 
 /* -- inputs ------------------------------------------------------------------------------------------ */
 
-/* The NAME of "head(NAME)" as a text of its own; NULL when `word` has another form. */
-static char *argument_of(asking *a, const char *word, const char *head)
-{
-    size_t length = strlen(word), from = strlen(head);
-    if (length < from + 3 || strncmp(word, head, from) != 0 || word[from] != '(' || word[length - 1] != ')')
-        return NULL;
-    const char *argument = kmp_reader_say(&a->r, "%.*s", (int)(length - from - 2), word + from + 1);
-    return kmp_arena_strdup(&a->r.scratch, argument);
-}
-
 static int find_drive(asking *a, const char *name)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
@@ -187,35 +177,33 @@ static bool add(asking *a, kmp_asked_inputs *inputs, kmp_asked_input input, cons
 }
 
 /* BODY.POINT.x, or BODY.POINT for all three. */
-static bool add_force(asking *a, kmp_asked_inputs *inputs, char *argument)
+static bool add_force(asking *a, kmp_asked_inputs *inputs, const char *argument)
 {
-    size_t length = strlen(argument);
-    char *dot = strrchr(argument, '.');
+    static const char *const axes[] = {"x", "y", "z"};
+    const char *dot = strrchr(argument, '.');
     bool three = !dot || dot == strchr(argument, '.');
-    int only = -1, point;
-    if (!three && length - (size_t)(dot - argument) == 2)
-        only = dot[1] == 'x' ? 0 : dot[1] == 'y' ? 1 : dot[1] == 'z' ? 2 : -1;
+    int only = three ? -1 : kmp_name_find(KMP_NAMES_OF(axes), dot + 1);
     if (only >= 0)
-        *dot = '\0';
-    point = kmp_read_point_text(&a->r, nowhere, argument, "force");
+        argument = kmp_reader_say(&a->r, "%.*s", (int)(dot - argument), argument);
+    int point = kmp_read_point_text(&a->r, nowhere, argument, "force");
     bool ok = true;
     for (int axis = 0; point >= 0 && ok && axis < 3; axis++)
         if (only < 0 || only == axis)
             ok = add(a, inputs, (kmp_asked_input){KMP_ASKED_FORCE, point, axis, NULL},
-                     kmp_reader_say(&a->r, "force(%s.%c)", argument, "xyz"[axis]));
+                     kmp_reader_say(&a->r, "force(%s.%s)", argument, axes[axis]));
     return ok;
 }
 
 static bool add_word(asking *a, kmp_asked_inputs *inputs, const char *word)
 {
-    char *argument = argument_of(a, word, "force");
+    const char *argument = kmp_read_argument(&a->r, word, "force");
     if (argument)
         return add_force(a, inputs, argument);
     kmp_asked_input input = {KMP_ASKED_PARAMETER, -1, 0, NULL};
-    if ((argument = argument_of(a, word, "effort"))) {
+    if ((argument = kmp_read_argument(&a->r, word, "effort"))) {
         input.kind = KMP_ASKED_EFFORT;
         input.index = kmp_read_motion_text(&a->r, nowhere, argument, "effort");
-    } else if ((argument = argument_of(a, word, "drive"))) {
+    } else if ((argument = kmp_read_argument(&a->r, word, "drive"))) {
         input.kind = KMP_ASKED_DRIVE;
         input.index = find_drive(a, argument);
     } else if (strchr(word, '(')) {

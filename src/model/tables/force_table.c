@@ -22,6 +22,16 @@ const kmp_force_field kmp_force_fields[] = {
 
 const int kmp_force_field_count = sizeof kmp_force_fields / sizeof kmp_force_fields[0];
 
+bool kmp_field_fits(kmp_field_rule rule, double value)
+{
+    return rule == KMP_FIELD_ANY || value > 0 || (rule == KMP_FIELD_NOT_NEGATIVE && !(value < 0));
+}
+
+const char *kmp_field_rule_words(kmp_field_rule rule)
+{
+    return rule == KMP_FIELD_POSITIVE ? "be positive" : "not be negative";
+}
+
 kmp_number *kmp_force_number(kmp_force *force, int field)
 {
     return (kmp_number *)(void *)((char *)force + kmp_force_fields[field].offset);

@@ -7,6 +7,10 @@
 
 typedef enum kmp_field_rule { KMP_FIELD_ANY, KMP_FIELD_NOT_NEGATIVE, KMP_FIELD_POSITIVE } kmp_field_rule;
 
+/** True if a value keeps a rule; "be positive", "not be negative". */
+bool kmp_field_fits(kmp_field_rule rule, double value);
+const char *kmp_field_rule_words(kmp_field_rule rule);
+
 typedef struct kmp_force_row {
     const char *name, *place, *word;
     int width;

@@ -63,3 +63,49 @@ void kmp_nearest_suggest(const kmp_nearest *nearest, kmp_text *sentence)
     if (nearest->best)
         kmp_text_printf(sentence, "; did you mean '%s'?", nearest->best);
 }
+
+/* -- lists ----------------------------------------------------------------------------------------- */
+
+const char *kmp_name_at(kmp_name_list names, int k)
+{
+    return *(const char *const *)(const void *)((const char *)names.list + (size_t)k * names.size);
+}
+
+int kmp_name_find(kmp_name_list names, const char *name)
+{
+    for (int k = 0; k < names.count; k++)
+        if (strcmp(kmp_name_at(names, k), name) == 0)
+            return k;
+    return -1;
+}
+
+void kmp_nearest_offer_all(kmp_nearest *nearest, kmp_name_list names)
+{
+    for (int k = 0; k < names.count; k++)
+        kmp_nearest_offer(nearest, kmp_name_at(names, k));
+}
+
+kmp_nearest kmp_nearest_of(const char *word, kmp_name_list names)
+{
+    kmp_nearest nearest = kmp_nearest_begin(word);
+    kmp_nearest_offer_all(&nearest, names);
+    return nearest;
+}
+
+void kmp_name_list_print(kmp_text *text, kmp_name_list names, const char *between, const char *last)
+{
+    for (int k = 0; k < names.count; k++)
+        kmp_text_printf(text, "%s%s", k == 0 ? "" : k + 1 < names.count ? between : last, kmp_name_at(names, k));
+}
+
+int kmp_word_find(const char *word, kmp_name_list names, const char *kind, kmp_text *complaint)
+{
+    int found = kmp_name_find(names, word);
+    if (found >= 0)
+        return found;
+    kmp_nearest nearest = kmp_nearest_of(word, names);
+    kmp_text_printf(complaint, "unknown %s '%s'; available: ", kind, word);
+    kmp_name_list_print(complaint, names, ", ", ", ");
+    kmp_nearest_suggest(&nearest, complaint);
+    return names.count;
+}

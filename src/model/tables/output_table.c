@@ -24,35 +24,37 @@ int kmp_outputs_width(const kempe_model *model)
     return width;
 }
 
+kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument argument)
+{
+    switch (argument) {
+    case KMP_OUTPUT_OF_MAYBE_COORDINATE:
+        return KMP_NAMED(model, motion);
+    case KMP_OUTPUT_OF_MAYBE_LOOP:
+    case KMP_OUTPUT_OF_LOOP:
+        return KMP_NAMED(model, closure);
+    case KMP_OUTPUT_OF_POINT:
+        return KMP_NAMED(model, point);
+    case KMP_OUTPUT_OF_FORCE:
+        return KMP_NAMED(model, force);
+    case KMP_OUTPUT_OF_SENSOR:
+        return KMP_NAMED(model, sensor);
+    case KMP_OUTPUT_OF_WHEEL:
+        return KMP_NAMED(model, wheel);
+    case KMP_OUTPUT_OF_NOTHING:
+        break;
+    }
+    return KMP_NAMES(model->name, 0);
+}
+
 /* Writes the argument in the parentheses; false when there is none. */
 static bool put_argument(kmp_text *text, const kempe_model *model, const kmp_output *output)
 {
-    if (output->index < 0)
+    kmp_output_argument argument = kmp_output_rows[output->kind].argument;
+    if (output->index < 0 || argument == KMP_OUTPUT_OF_NOTHING)
         return false;
-    switch (kmp_output_rows[output->kind].argument) {
-    case KMP_OUTPUT_OF_NOTHING:
-        return false;
-    case KMP_OUTPUT_OF_MAYBE_COORDINATE:
-        kmp_text_put(text, model->motions[output->index].name);
-        break;
-    case KMP_OUTPUT_OF_MAYBE_LOOP:
-    case KMP_OUTPUT_OF_LOOP:
-        kmp_text_put(text, model->closures[output->index].name);
-        break;
-    case KMP_OUTPUT_OF_POINT:
-        kmp_text_printf(text, "%s.%s", model->bodies[model->points[output->index].body].name,
-                        model->points[output->index].name);
-        break;
-    case KMP_OUTPUT_OF_FORCE:
-        kmp_text_put(text, model->forces[output->index].name);
-        break;
-    case KMP_OUTPUT_OF_SENSOR:
-        kmp_text_put(text, model->sensors[output->index].name);
-        break;
-    case KMP_OUTPUT_OF_WHEEL:
-        kmp_text_put(text, model->wheels[output->index].name);
-        break;
-    }
+    if (argument == KMP_OUTPUT_OF_POINT)
+        kmp_text_printf(text, "%s.", model->bodies[model->points[output->index].body].name);
+    kmp_text_put(text, kmp_name_at(kmp_output_names(model, argument), output->index));
     return true;
 }
 

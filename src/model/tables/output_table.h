@@ -24,6 +24,9 @@ typedef struct kmp_output_row {
 
 extern const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS];
 
+/** The names that an argument is one of; of points, without those of their bodies. */
+kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument argument);
+
 /** Values a row that are computed for an output; 0: it is in the table of every run. */
 int kmp_output_width(const kempe_model *model, const kmp_output *output);
 

@@ -2,7 +2,7 @@
 /* The formulation of a motion with sensitivities (forward.h): its creation, its rows and its run. Unknowns are in
  * forward_ode.c, changes between steps in forward_change.c. */
 #include "base/memory.h"
-#include "model/tables/change_points.h"
+#include "model/tables/run_settings.h"
 #include "studies/sensitivity/forward_inside.h"
 #include <kempe/check.h>
 #include <string.h>

@@ -1,19 +1,29 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "output/json.h"
+#include "base/json.h"
+
+kmp_json kmp_json_begin_as(kmp_text *text, kmp_json_layout layout)
+{
+    return (kmp_json){.text = text, .layout = layout};
+}
 
 kmp_json kmp_json_begin(kmp_text *text)
 {
-    return (kmp_json){.text = text};
+    return kmp_json_begin_as(text, KMP_JSON_LINES);
 }
 
 kmp_json kmp_json_begin_compact(kmp_text *text)
 {
-    return (kmp_json){.text = text, .compact = true};
+    return kmp_json_begin_as(text, KMP_JSON_COMPACT);
+}
+
+void kmp_json_line(kmp_json *json, const char *line)
+{
+    json->line = line;
 }
 
 static void indent(kmp_json *json)
 {
-    if (json->compact)
+    if (json->layout != KMP_JSON_LINES)
         return;
     kmp_text_put(json->text, "\n");
     for (int k = 0; k < json->depth; k++)
@@ -24,10 +34,12 @@ static void indent(kmp_json *json)
 static void quote(kmp_json *json, const char *s)
 {
     kmp_text quoted = {0};
-    if (!json->compact) {
+    if (json->layout == KMP_JSON_WORDS)
+        kmp_text_put(json->text, s);
+    else if (json->layout != KMP_JSON_COMPACT)
         kmp_text_quote(json->text, s);
+    if (json->layout != KMP_JSON_COMPACT)
         return;
-    }
     kmp_text_quote(&quoted, s);
     for (const char *c = quoted.s; c && *c; c++)
         kmp_text_printf(json->text, *c == '<' ? "\\u003c" : "%c", *c);
@@ -37,21 +49,26 @@ static void quote(kmp_json *json, const char *s)
 
 void kmp_json_key(kmp_json *json, const char *key)
 {
+    static const char *const after[] = {": ", ":", ": ", " "};
+    bool on_line = json->layout == KMP_JSON_DENSE || json->layout == KMP_JSON_WORDS;
     if (json->filled)
         kmp_text_put(json->text, ",");
     if (json->depth > 0)
         indent(json);
+    if (on_line)
+        kmp_text_put(json->text, json->line ? json->line : json->filled ? " " : "");
     if (key) {
         quote(json, key);
-        kmp_text_put(json->text, json->compact ? ":" : ": ");
+        kmp_text_put(json->text, after[json->layout]);
     }
+    json->line = NULL;
     json->filled = true;
 }
 
 static void begin_level(kmp_json *json, const char *key, const char *bracket, char close)
 {
     kmp_json_key(json, key);
-    kmp_text_put(json->text, bracket);
+    kmp_text_put(json->text, json->layout == KMP_JSON_WORDS ? "" : bracket);
     if (json->depth < KMP_JSON_DEPTH)
         json->close[json->depth] = close;
     else
@@ -75,9 +92,9 @@ void kmp_json_end(kmp_json *json)
     json->depth--;
     if (json->filled)
         indent(json);
-    if (json->depth < KMP_JSON_DEPTH)
+    if (json->depth < KMP_JSON_DEPTH && json->layout != KMP_JSON_WORDS)
         kmp_text_printf(json->text, "%c", json->close[json->depth]);
-    if (json->depth == 0 && !json->compact)
+    if (json->depth == 0 && (json->layout == KMP_JSON_LINES || json->layout == KMP_JSON_DENSE))
         kmp_text_put(json->text, "\n");
     json->filled = true;
 }
@@ -117,6 +134,13 @@ void kmp_json_string(kmp_json *json, const char *key, const char *s)
         kmp_text_put(json->text, "null");
 }
 
+void kmp_json_text(kmp_json *json, const char *key, kmp_text *s)
+{
+    json->text->failed = json->text->failed || s->failed;
+    kmp_json_string(json, key, s->s ? s->s : "");
+    kmp_text_free(s);
+}
+
 void kmp_json_boolean(kmp_json *json, const char *key, bool x)
 {
     kmp_json_key(json, key);
@@ -128,7 +152,7 @@ void kmp_json_rounded_numbers(kmp_json *json, const char *key, int count, const 
     kmp_json_key(json, key);
     kmp_text_put(json->text, "[");
     for (int k = 0; k < count; k++) {
-        kmp_text_put(json->text, k == 0 ? "" : json->compact ? "," : ", ");
+        kmp_text_put(json->text, k == 0 ? "" : json->layout == KMP_JSON_COMPACT ? "," : ", ");
         put_number(json, x[k], digits);
     }
     kmp_text_put(json->text, "]");

@@ -1,24 +1,35 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A JSON writer over growing text: one member per line, two spaces per level; or compact, without blanks and safe
- * inside a script of a page. Keys are in the order of the calls, numbers have the digits that read back to the same
- * double, null where they are not finite. */
-#ifndef KMP_OUTPUT_JSON_H
-#define KMP_OUTPUT_JSON_H
+/* A JSON writer over growing text. Keys are in the order of the calls, numbers have the digits that read back to the
+ * same double, null where they are not finite. */
+#ifndef KMP_BASE_JSON_H
+#define KMP_BASE_JSON_H
 
 #include "base/text.h"
 
 enum { KMP_JSON_DEPTH = 16 };
 
+typedef enum kmp_json_layout {
+    KMP_JSON_LINES,   /* one member per line, two spaces per level */
+    KMP_JSON_COMPACT, /* without blanks, and safe inside a script of a page */
+    KMP_JSON_DENSE,   /* on one line but for kmp_json_line */
+    KMP_JSON_WORDS    /* a summary instead: "key value, key value", without quotes and brackets of objects and arrays */
+} kmp_json_layout;
+
 typedef struct kmp_json {
     kmp_text *text;
+    kmp_json_layout layout;
     int depth;
-    bool compact;
-    bool filled; /* the open object or array has a member already */
+    bool filled;      /* the open object or array has a member already */
+    const char *line; /* begins the next member in place of a blank, NULL: a blank */
     char close[KMP_JSON_DEPTH];
 } kmp_json;
 
 kmp_json kmp_json_begin(kmp_text *text);
 kmp_json kmp_json_begin_compact(kmp_text *text);
+kmp_json kmp_json_begin_as(kmp_text *text, kmp_json_layout layout);
+
+/** The next member of a dense object begins with this text: "\n", with blanks for an indentation. */
+void kmp_json_line(kmp_json *json, const char *line);
 
 /** Each of these writes one member: `key` is NULL inside an array and for the outermost value. */
 void kmp_json_object(kmp_json *json, const char *key);
@@ -27,6 +38,7 @@ void kmp_json_number(kmp_json *json, const char *key, double x);
 void kmp_json_rounded(kmp_json *json, const char *key, double x, int digits);
 void kmp_json_whole(kmp_json *json, const char *key, long x);
 void kmp_json_string(kmp_json *json, const char *key, const char *s); /* null for NULL */
+void kmp_json_text(kmp_json *json, const char *key, kmp_text *s);     /* a string, which is freed */
 void kmp_json_boolean(kmp_json *json, const char *key, bool x);
 
 /** An array of numbers on one line. */

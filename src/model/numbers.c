@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/numbers.h"
+#include "model/print/model_print.h"
+#include "model/tables/closure_table.h"
+#include <stddef.h>
+
+#define FIELD(member, m, kg, s, rule)                                                                                  \
+    {                                                                                                                  \
+#member, offsetof(kmp_wheel, member), {KMP_DIMENSION_KNOWN, {m, kg, s } }, KMP_FIELD_##rule                    \
+    }
+
+const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS] = {
+    FIELD(radius, 1, 0, 0, POSITIVE),          FIELD(friction, 0, 0, 0, NOT_NEGATIVE),
+    FIELD(shear_modulus, -1, 1, -2, POSITIVE), FIELD(stiffness, -0.5, 1, -2, POSITIVE),
+    FIELD(damping, -1, 0, 1, NOT_NEGATIVE),    FIELD(speed, 1, 0, -1, POSITIVE)};
+
+typedef struct walk {
+    kmp_number_visit *visit;
+    void *user;
+    bool on; /* no visit has ended it */
+} walk;
+
+static void visit(walk *w, const char *owner, const char *key, int count, const kmp_number *numbers)
+{
+    static const char *const xyz[] = {"x", "y", "z"};
+    for (int k = 0; k < count && w->on; k++) {
+        const char *part = count == 1 ? NULL : count == 3 ? xyz[k] : kmp_inertia_names[k];
+        w->on = w->visit(w->user, &numbers[k], owner, key, part);
+    }
+}
+
+static void visit_body(walk *w, const kmp_body *body)
+{
+    visit(w, body->name, "mass", 1, &body->mass);
+    visit(w, body->name, "com", 3, body->com);
+    if (body->coupling)
+        visit(w, body->name, kmp_joint_key(body->coupling), 1, &body->number);
+    visit(w, body->name, "inertia", 6, body->inertia);
+}
+
+static void visit_closure(walk *w, const kempe_model *model, const kmp_closure *closure)
+{
+    const kmp_closure_number *own = kmp_closure_number_of(closure->kind);
+    if (own)
+        visit(w, closure->name, own->key, 1, &closure->number);
+    if (closure->constant)
+        visit(w, closure->name, "equals", 1, closure->constant);
+    for (int k = 0; k < closure->term_count; k++)
+        visit(w, closure->name, model->motions[closure->terms[k].motion].name, 1, &closure->terms[k].factor);
+}
+
+static void visit_force(walk *w, const kmp_force *force)
+{
+    for (int k = 0; k < kmp_force_field_count; k++)
+        if (kmp_force_fields[k].kind == force->kind)
+            visit(w, force->name, kmp_force_fields[k].key, kmp_force_fields[k].size, kmp_force_get(force, k));
+}
+
+static void visit_start(walk *w, const kempe_model *model)
+{
+    for (int k = 0; k < model->motion_count; k++) {
+        visit(w, "start.q", model->motions[k].name, 1, &model->start.q[k]);
+        visit(w, "start.qd", model->motions[k].name, 1, &model->start.qd[k]);
+    }
+    for (int k = 0; k < model->start.goal_count; k++) {
+        visit(w, "start.goals", "value", 3, model->start.goals[k].value);
+        visit(w, "start.goals", "weight", 3, model->start.goals[k].weight);
+    }
+}
+
+bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *user)
+{
+    walk w = {each, user, true};
+    visit(&w, "gravity", "", 3, model->gravity);
+    for (int k = 1; k < model->body_count; k++)
+        visit_body(&w, &model->bodies[k]);
+    for (int k = 0; k < model->point_count; k++)
+        visit(&w, model->bodies[model->points[k].body].name, model->points[k].name, 3, model->points[k].at);
+    for (int k = 0; k < model->closure_count; k++)
+        visit_closure(&w, model, &model->closures[k]);
+    for (int k = 0; k < model->force_count; k++)
+        visit_force(&w, &model->forces[k]);
+    for (int k = 0; k < model->wheel_count; k++)
+        for (int f = 0; f < KMP_WHEEL_FIELDS; f++)
+            visit(&w, model->wheels[k].name, kmp_wheel_fields[f].key, 1,
+                  (const kmp_number *)(const void *)((const char *)&model->wheels[k] + kmp_wheel_fields[f].offset));
+    visit_start(&w, model);
+    return w.on;
+}

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/tables/closure_table.h"
+
+static const kmp_closure_number rows[] = {
+#define KMP_CLOSURE_NUMBER(kind, key, m, kg, s, rule, hint)                                                            \
+    {#kind, #key, {KMP_DIMENSION_KNOWN, {m, kg, s}}, KMP_FIELD_##rule, hint},
+#define KMP_COUPLING_NUMBER(kind, joint_key, key, m, kg, s)                                                            \
+    {#kind, #key, {KMP_DIMENSION_KNOWN, {m, kg, s}}, KMP_FIELD_ANY, ""},
+#include "model/closure_numbers.def"
+};
+
+const kmp_closure_number *kmp_closure_number_of(const char *kind)
+{
+    int found = kmp_name_find(KMP_NAMES_OF(rows), kind);
+    return found < 0 ? NULL : &rows[found];
+}
+
+const kmp_number *kmp_closure_length(const kmp_closure *closure)
+{
+    const kmp_closure_number *row = kmp_closure_number_of(closure->kind);
+    return row && closure->number.value > 0 && kmp_dimension_fits(row->dimension, KMP_DIM_LENGTH) ? &closure->number
+                                                                                                  : NULL;
+}

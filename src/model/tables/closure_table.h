@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The rows of closure_numbers.def. */
+#ifndef KMP_MODEL_TABLES_CLOSURE_TABLE_H
+#define KMP_MODEL_TABLES_CLOSURE_TABLE_H
+
+#include "model/tables/force_table.h"
+
+typedef struct kmp_closure_number {
+    const char *kind, *key;
+    kmp_dimension dimension;
+    kmp_field_rule rule;
+    const char *hint;
+} kmp_closure_number;
+
+/** The row of a kind; NULL: it has no number. */
+const kmp_closure_number *kmp_closure_number_of(const char *kind);
+
+/** A closure's number if that is a positive length, which is characteristic of the mechanism; NULL: it has none. */
+const kmp_number *kmp_closure_length(const kmp_closure *closure);
+
+#endif
