@@ -3,9 +3,12 @@
 #ifndef KMP_STUDIES_INVERSE_INVERSE_H
 #define KMP_STUDIES_INVERSE_INVERSE_H
 
+#include "integrators/run/instant.h"
 #include "output/convergence.h"
-#include "studies/inverse/reactions.h"
 #include <kempe/inverse.h>
+
+/** Values of a closure's reaction: force, then moment about the second point (constraints/kinds/kind.h). */
+enum { KMP_REACTION = 6 };
 
 typedef enum kmp_inverse_motion { KMP_INVERSE_DRIVES, KMP_INVERSE_TABLE, KMP_INVERSE_START } kmp_inverse_motion;
 
@@ -17,6 +20,7 @@ typedef struct kmp_inverse_summary {
 
 struct kempe_inverse {
     const kempe_system *system;
+    kmp_arena arena; /* of all but warnings */
     kempe_status status;
     char *reason;   /* "" when ok */
     char *warnings; /* of the computation, one per line */
@@ -27,7 +31,7 @@ struct kempe_inverse {
     int *actuator;  /* a coordinates */
     double *weight; /* a */
     bool weighted;
-    int rows, room;
+    int rows;
     double *t;
     double *q, *qd, *qdd; /* rows x n */
     double *tau, *power;  /* rows x a */

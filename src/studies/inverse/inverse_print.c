@@ -182,8 +182,9 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
     kmp_text_printf(text, "cpu       %.4g ms analysis, %.4g ms preparation\n", 1e3 * r->cpu_s, 1e3 * r->build_s);
 }
 
-static void show(kmp_text *text, const kempe_inverse *r)
+static void show(kmp_text *text, const void *result)
 {
+    const kempe_inverse *r = result;
     int width = name_width(r);
     show_head(text, r);
     if (r->rows == 0)
@@ -315,8 +316,9 @@ static void json_rows(kmp_json *json, const kempe_inverse *r)
     }
 }
 
-static void json(kmp_text *text, const kempe_inverse *r)
+static void json(kmp_text *text, const void *result)
 {
+    const kempe_inverse *r = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, r->system, r->status, r->reason, r->build_s, r->warnings);
     json_motion(&j, r);
@@ -331,12 +333,5 @@ static void json(kmp_text *text, const kempe_inverse *r)
 kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, inverse, "inverse");
-    KMP_WANTED(inverse->system->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(inverse->system->context);
-    if (format == KEMPE_JSON)
-        json(&out, inverse);
-    else
-        show(&out, inverse);
-    return kmp_print_finish(inverse->system->context, &out, text);
+    return kmp_print_result(inverse->system->context, format == KEMPE_JSON ? json : show, inverse, text);
 }
