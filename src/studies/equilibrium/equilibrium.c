@@ -297,9 +297,7 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
 static kempe_status find_going_on(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *search)
 {
     double *work = KMP_NEW(double, l->n), most;
-    search->rates = KMP_NEW(kmp_steady, l->n);
-    kempe_status status =
-        work && search->rates ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
+    kempe_status status = work ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
     if (status == KEMPE_OK && kmp_linear_at_rates(l, t, q, qd, false) == KEMPE_OK) {
         kmp_linear_matrices(l);
         (void)kmp_way_measure(l, work, &most);
@@ -346,23 +344,18 @@ kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, 
 {
     if (search->rate_count > 0 || search->newton || search->quiet || search->exchange)
         return kmp_equilibrium_find(linear, t, q, search);
-    kmp_search steady = {.newton = true};
+    kmp_search steady = {.newton = true, .rates = search->rates};
     kempe_context *context = linear->system->context;
-    kempe_status status = find_going_on(linear, t, q, qd, &steady);
-    bool goes_on = steady.rate_count > 0;
-    search->quiet = goes_on;
+    KMP_TRY(find_going_on(linear, t, q, qd, &steady));
+    search->quiet = steady.rate_count > 0;
+    kempe_status status = kmp_equilibrium_find(linear, t, q, search);
+    if (status != KEMPE_E_FAILED || steady.rate_count == 0)
+        return status;
+    char *why = kmp_strdup(kempe_context_message(context));
+    kmp_context_clear(context);
+    status = why ? go_on(linear, t, q, &steady, why) : kmp_fail_memory(context);
+    kmp_free(why);
     if (status == KEMPE_OK)
-        status = kmp_equilibrium_find(linear, t, q, search);
-    if (status == KEMPE_E_FAILED && goes_on) {
-        char *why = kmp_strdup(kempe_context_message(context));
-        kmp_context_clear(context);
-        status = why ? go_on(linear, t, q, &steady, why) : kmp_fail_memory(context);
-        kmp_free(why);
-        if (status == KEMPE_OK) {
-            *search = steady;
-            return status;
-        }
-    }
-    kmp_free(steady.rates);
+        *search = steady;
     return status;
 }
