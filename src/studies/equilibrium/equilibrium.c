@@ -253,20 +253,17 @@ static kempe_status descend(kmp_descent *w)
 
 static kempe_status find(kmp_descent *w)
 {
-    kempe_status status = KEMPE_OK;
     memcpy(w->begin, w->q, (size_t)w->n * sizeof *w->q);
     (void)kmp_way_center(w);
-    status = kmp_way_choose(w);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_way_choose(w));
     if (!kmp_way_at(w, w->q) || !kmp_way_arrive(w))
         return w->status != KEMPE_OK ? w->status
                                      : kmp_fail(w->l->system->context, KEMPE_E_FAILED,
                                                 "the equations cannot be evaluated at the start: loops that do not "
                                                 "close, or numbers that are not finite");
     if (!w->search->newton && !w->search->exchange)
-        status = descend(w);
-    return status == KEMPE_OK ? kmp_way_least(w) : status;
+        KMP_TRY(descend(w));
+    return kmp_way_least(w);
 }
 
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search)
