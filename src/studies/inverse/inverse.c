@@ -20,7 +20,8 @@
 /* Unbalanced part of a motion that counts as rounding, relative to the largest required generalized force, for states
  * from a file. */
 #define LEFT_BY_ROUNDING 1e-9
-enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9 };
+/* REACTION: values of a closure's force, and of its moment about the second point (constraints/kinds/kind.h). */
+enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9, REACTION = 6 };
 /* Largest relative difference of generalized forces when every other row is left out. The error of a spline's
  * derivatives falls with the fourth power of the distance: with all rows it is a fifteenth of this. */
 #define DERIVATIVES_HOLD 0.02
@@ -75,14 +76,26 @@ void kempe_inverse_free(kempe_inverse *inverse)
     kmp_free(inverse);
 }
 
+static bool has_multiplier(const kempe_inverse *r, int row)
+{
+    const kempe_system *s = r->system;
+    return !kmp_closure_is_drive(&s->model->closures[s->rows[row].closure]);
+}
+
 static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
 {
-    const kmp_arena_group groups[] = {{rows, {&r->t}},
-                                      {rows * r->n, {&r->q, &r->qd, &r->qdd}},
-                                      {rows * r->a, {&r->tau, &r->power}},
-                                      {rows * r->m, {&r->lambda}},
-                                      {rows * r->loops * KMP_REACTION, {&r->reaction}}};
-    return kmp_arena_make_groups(&r->arena, sizeof groups / sizeof *groups, groups);
+    int multipliers = 0;
+    for (int k = 0; k < r->m; k++)
+        multipliers += has_multiplier(r, k);
+    const int size[] = {r->a, r->a, r->n, r->n, r->n, multipliers, 3 * r->loops, 3 * r->loops};
+    int *const at[] = {&r->at.tau, &r->at.power,  &r->at.q,     &r->at.qd,
+                       &r->at.qdd, &r->at.lambda, &r->at.force, &r->at.moment};
+    for (size_t k = 0; k < sizeof at / sizeof *at; k++) {
+        *at[k] = r->width;
+        r->width += size[k];
+    }
+    const kmp_arena_group groups[] = {{rows, {&r->t}}, {rows * r->width, {&r->value}}};
+    return kmp_arena_make_groups(&r->arena, 2, groups);
 }
 
 /* -- options ----------------------------------------------------------------------------------------- */
@@ -96,14 +109,6 @@ static kempe_status check_numbers(const job *j)
             return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", names[k],
                             numbers[k]);
     return KEMPE_OK;
-}
-
-static bool has_drives(const kempe_model *model)
-{
-    for (int c = 0; c < model->closure_count; c++)
-        if (kmp_closure_is_drive(&model->closures[c]))
-            return true;
-    return false;
 }
 
 static void take_drives(kempe_inverse *r)
@@ -205,7 +210,9 @@ static kempe_status choose_motion(job *j)
 {
     kempe_inverse *r = j->r;
     const kempe_model *model = j->system->model;
-    r->motion = j->ask->motion ? KMP_INVERSE_TABLE : has_drives(model) ? KMP_INVERSE_DRIVES : KMP_INVERSE_START;
+    r->motion = j->ask->motion                    ? KMP_INVERSE_TABLE
+                : r->loops < model->closure_count ? KMP_INVERSE_DRIVES
+                                                  : KMP_INVERSE_START;
     r->source = j->ask->motion ? kmp_arena_strdup(&r->arena, j->ask->motion) : NULL;
     if (r->arena.failed)
         return kmp_fail_memory(j->context);
@@ -290,16 +297,16 @@ static kempe_status prepare_motion(job *j)
     return j->times.t ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
-/* KMP_REACTION values a closure, in the order of the model, of t, q and lambda. */
+/* REACTION values a closure, in the order of the model, of t, q and lambda. */
 static kempe_status reactions_init(kmp_formulas *reactions, const kempe_system *system)
 {
     const kempe_model *model = system->model;
     kmp_equations eq;
     KMP_TRY(kmp_equations_init(&eq, model, KMP_SET_REACTION, KMP_SCHEME_COMPOSITE, false));
-    int count = KMP_REACTION * model->closure_count;
+    int count = REACTION * model->closure_count;
     kmp_ref *out = KMP_NEW(kmp_ref, count);
     for (int k = 0; out && k < count; k++)
-        out[k] = kmp_closures_reaction(&eq, k / KMP_REACTION, k % KMP_REACTION >= 3).x[k % 3];
+        out[k] = kmp_closures_reaction(&eq, k / REACTION, k % REACTION >= 3).x[k % 3];
     bool ok = out && kmp_formulas_init(reactions, eq.graph, count, out, kmp_backend_find("tape"), system->parameters);
     kmp_free(out);
     kmp_equations_free(&eq);
@@ -340,12 +347,6 @@ static void release(job *j)
 
 /* -- rows -------------------------------------------------------------------------------------------- */
 
-static void note_singular(kempe_inverse *r, double t)
-{
-    if (r->singular++ == 0)
-        r->singular_t = t;
-}
-
 /* Accumulates results over all rows. Rows where the loops are singular, with additional degrees of freedom, are counted
  * and not judged: the first rows may turn out to be such. */
 static void note_row(job *j, double t)
@@ -355,7 +356,8 @@ static void note_row(job *j, double t)
     bool first = r->rows == r->singular;
     r->size = fmax(r->size, v->size);
     if (!first && v->p > r->freedoms) {
-        note_singular(r, t);
+        r->singular_t = r->singular > 0 ? r->singular_t : t;
+        r->singular++;
         return;
     }
     if (!first && v->p < r->freedoms) {
@@ -385,31 +387,29 @@ static void note_row(job *j, double t)
         r->redundant[v->part.redundant[k]] = r->redundant[v->part.redundant[k]] || !v->left_out[v->part.redundant[k]];
 }
 
-static void keep_reactions(job *j, const double *all)
-{
-    kempe_inverse *r = j->r;
-    double *row = r->reaction + (size_t)r->rows * (size_t)r->loops * KMP_REACTION;
-    for (int l = 0; l < r->loops; l++)
-        memcpy(row + l * KMP_REACTION, all + r->loop[l] * KMP_REACTION, KMP_REACTION * sizeof *row);
-}
-
 static void keep_row(job *j)
 {
     kempe_inverse *r = j->r;
     const kmp_guide *g = &j->guide;
     const kmp_inverse *v = &j->inverse;
-    size_t row = (size_t)r->rows, n = (size_t)r->n, a = (size_t)r->a, m = (size_t)r->m;
-    r->t[row] = g->t;
-    memcpy(r->q + row * n, g->q, n * sizeof(double));
-    memcpy(r->qd + row * n, g->qd, n * sizeof(double));
-    memcpy(r->qdd + row * n, g->qdd, n * sizeof(double));
-    memcpy(r->tau + row * a, v->tau, a * sizeof(double));
-    if (m > 0)
-        memcpy(r->lambda + row * m, v->lambda, m * sizeof(double));
-    for (size_t k = 0; k < a; k++)
-        r->power[row * a + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
-    if (r->loops > 0)
-        keep_reactions(j, kmp_formulas_at(&j->reactions, &(kmp_instant){.t = g->t, .q = g->q, .lambda = v->lambda}));
+    const kmp_instant at = {.t = g->t, .q = g->q, .lambda = v->lambda};
+    double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
+    size_t state = (size_t)r->n * sizeof *row, vector = 3 * sizeof *row;
+    r->t[r->rows] = g->t;
+    memcpy(row + r->at.tau, v->tau, (size_t)r->a * sizeof *row);
+    for (int k = 0; k < r->a; k++)
+        row[r->at.power + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
+    memcpy(row + r->at.q, g->q, state);
+    memcpy(row + r->at.qd, g->qd, state);
+    memcpy(row + r->at.qdd, g->qdd, state);
+    for (int k = 0; k < r->m; k++)
+        if (has_multiplier(r, k))
+            *lambda++ = v->lambda[k];
+    const double *reaction = r->loops > 0 ? kmp_formulas_at(&j->reactions, &at) : NULL;
+    for (int l = 0; l < r->loops; l++) {
+        memcpy(row + r->at.force + 3 * l, reaction + REACTION * r->loop[l], vector);
+        memcpy(row + r->at.moment + 3 * l, reaction + REACTION * r->loop[l] + 3, vector);
+    }
     note_row(j, g->t);
     r->rows++;
 }
@@ -470,7 +470,7 @@ static kempe_status follow_again(job *j, const double *size, double end)
     for (int k = 0; k < r->rows && r->t[k] <= end && status == KEMPE_OK; k++) {
         status = go_to(j, k, r->t[k]);
         if (status == KEMPE_OK)
-            kmp_convergence_row(&r->again, r->t[k], r->a, r->tau + (size_t)k * (size_t)r->a, j->inverse.tau, size);
+            kmp_convergence_row(&r->again, r->t[k], r->a, kmp_inverse_part(r, k, r->at.tau), j->inverse.tau, size);
     }
     if (status != KEMPE_OK)
         r->again.stopped = j->guide.t;

@@ -7,9 +7,6 @@
 #include "output/convergence.h"
 #include <kempe/inverse.h>
 
-/** Values of a closure's reaction: force, then moment about the second point (constraints/kinds/kind.h). */
-enum { KMP_REACTION = 6 };
-
 typedef enum kmp_inverse_motion { KMP_INVERSE_DRIVES, KMP_INVERSE_TABLE, KMP_INVERSE_START } kmp_inverse_motion;
 
 /** Summary of one actuator over all rows: the largest generalized force and power by modulus, with their signs; the
@@ -33,10 +30,14 @@ struct kempe_inverse {
     bool weighted;
     int rows;
     double *t;
-    double *q, *qd, *qdd; /* rows x n */
-    double *tau, *power;  /* rows x a */
-    double *lambda;       /* rows x m */
-    double *reaction;     /* rows x loops x KMP_REACTION */
+    int width;
+    double *value; /* rows x width, with these parts at: */
+    struct kmp_inverse_places {
+        int tau, power;    /* a */
+        int q, qd, qdd;    /* n */
+        int lambda;        /* rows of loops */
+        int force, moment; /* 3 a loop */
+    } at;
 
     int freedoms, rank; /* p and the least rank of its equations */
     int singular; /* rows with additional degrees of freedom: the loops are singular there, and the summary is of the
@@ -55,6 +56,12 @@ struct kempe_inverse {
     kmp_convergence again; /* with every other row of the table; unknown where it has all rates and accelerations */
     double build_s, cpu_s;
 };
+
+/** A part of a row. */
+static inline double *kmp_inverse_part(const kempe_inverse *inverse, int row, int at)
+{
+    return inverse->value + (ptrdiff_t)row * inverse->width + at;
+}
 
 /** Over all rows, of actuator k. */
 kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k);
