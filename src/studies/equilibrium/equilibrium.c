@@ -11,7 +11,6 @@
 #include "linalg/dense/symmetric.h"
 #include "linalg/dot.h"
 #include "studies/equilibrium/descent.h"
-#include "studies/equilibrium/load_path.h"
 #include <math.h>
 #include <string.h>
 
