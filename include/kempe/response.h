@@ -6,16 +6,15 @@
  *     kempe_response_options ask = {.inputs = "drive(road)", .outputs = "q(wheel)", .frequencies = "0.1:50"};
  *     kempe_response *response;
  *     kempe_response_new(system, &ask, &response);
- *     for (int k = 0; k < kempe_response_count(response); k++) {
- *         double re, im;
- *         if (kempe_response_at(response, k, 0, 0, &re, &im))
- *             show(kempe_response_frequency(response, k), hypot(re, im), atan2(im, re));
- *     }
+ *     kempe_table *rows;
+ *     kempe_response_table(response, "rows", &rows);
+ *     for (int k = 0; k < kempe_table_row_count(rows); k++)
+ *         show(kempe_table_number(rows, k, 0), kempe_table_number(rows, k, 1), kempe_table_number(rows, k, 2));
  */
 #ifndef KEMPE_RESPONSE_H
 #define KEMPE_RESPONSE_H
 
-#include <kempe/kempe.h>
+#include <kempe/table.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -40,38 +39,14 @@ KEMPE_API kempe_status kempe_response_new(const kempe_system *system, const kemp
                                           kempe_response **response);
 KEMPE_API void kempe_response_free(kempe_response *response);
 
-/** The number of frequencies; the k-th, Hz. */
-KEMPE_API int kempe_response_count(const kempe_response *response);
-KEMPE_API double kempe_response_frequency(const kempe_response *response, int k);
-
-/** Inputs and outputs: their number, names and units (SI; "" if unknown). */
-KEMPE_API int kempe_response_input_count(const kempe_response *response);
-KEMPE_API int kempe_response_output_count(const kempe_response *response);
-KEMPE_API const char *kempe_response_input_name(const kempe_response *response, int input);
-KEMPE_API const char *kempe_response_output_name(const kempe_response *response, int output);
-KEMPE_API const char *kempe_response_input_unit(const kempe_response *response, int input);
-KEMPE_API const char *kempe_response_output_unit(const kempe_response *response, int output);
-
-/** Transfer function output / input at frequency k, complex. Returns 0 at an undamped pole, which has no steady-state
- * response. */
-KEMPE_API int kempe_response_at(const kempe_response *response, int k, int input, int output, double *re, double *im);
-
-/** A maximum of an amplitude inside the range. */
-typedef struct kempe_peak {
-    int input, output;
-    double frequency; /* Hz */
-    double amplitude; /* infinite at an undamped pole */
-    double phase;     /* rad; NaN at an undamped pole */
-    double gain;      /* amplitude over that of the static response; NaN if it does not exist or is zero */
-} kempe_peak;
-
-KEMPE_API int kempe_response_peak_count(const kempe_response *response);
-KEMPE_API kempe_peak kempe_response_peak(const kempe_response *response, int k);
-
 KEMPE_API kempe_status kempe_response_print(const kempe_response *response, kempe_format format, char **text);
 
-/** Writes a row per frequency: amplitude and phase (degrees) of each output to each input; empty at poles. */
-KEMPE_API kempe_status kempe_response_write_csv(const kempe_response *response, const char *path);
+/** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
+ * "rows": frequency, Hz; OUTPUT/INPUT.amplitude and OUTPUT/INPUT.phase, degrees, of each pair, unknown at an undamped
+ * pole, which has no steady-state response.
+ * "peaks", the maxima of amplitudes inside the range: input, output; frequency; amplitude, infinite at an undamped
+ * pole; phase, degrees; gain, the amplitude over that of the static response. */
+KEMPE_API kempe_status kempe_response_table(const kempe_response *response, const char *name, kempe_table **table);
 
 /** Draws amplitudes and phases over the frequency (SVG). */
 KEMPE_API kempe_status kempe_response_write_svg(const kempe_response *response, const char *path);

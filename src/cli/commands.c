@@ -77,7 +77,7 @@ WRITER(kempe_linearization_write_npz)
 TABLE(kempe_modes, "rows")
 WRITER(kempe_modes_write_svg)
 WRITER(kempe_modes_write_report)
-WRITER(kempe_response_write_csv)
+TABLE(kempe_response, "rows")
 WRITER(kempe_response_write_svg)
 WRITER(kempe_sensitivity_write_csv)
 WRITER(kempe_comparison_write_csv)
@@ -109,7 +109,7 @@ STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result),
 STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), {AT(output), kempe_modes_write_table},
       {AT(svg), any_kempe_modes_write_svg}, {AT(report), any_kempe_modes_write_report})
 STUDY(response, kempe_response, kempe_response_new(j->system, &s->response, result),
-      {AT(output), any_kempe_response_write_csv}, {AT(svg), any_kempe_response_write_svg})
+      {AT(output), kempe_response_write_table}, {AT(svg), any_kempe_response_write_svg})
 STUDY(compare, kempe_comparison, kempe_comparison_new(j->system, &s->compare, result),
       {AT(csv), any_kempe_comparison_write_csv}, {AT(report), any_kempe_comparison_write_report})
 STUDY(count, kempe_count, kempe_count_new(j->model, &s->generation, result), NO_FILE)

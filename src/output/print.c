@@ -178,3 +178,12 @@ kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out
     *out = s;
     return KEMPE_OK;
 }
+
+kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const void *result, char **text)
+{
+    KMP_WANTED(context, text, "text");
+    kmp_text out = {0};
+    kmp_context_clear(context);
+    put(&out, result);
+    return kmp_print_finish(context, &out, text);
+}

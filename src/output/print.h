@@ -47,6 +47,10 @@ int kmp_print_width(const kempe_system *system, kmp_quantity quantity);
 /** "rad" or "m". */
 const char *kmp_print_unit(const kempe_system *system, int coordinate);
 
+/** A public print function: the text of `result` that `put` makes, given to the caller. KEMPE_E_MEMORY. */
+typedef void kmp_put_fn(kmp_text *text, const void *result);
+kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const void *result, char **text);
+
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
 

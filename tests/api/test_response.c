@@ -87,44 +87,62 @@ static double distance(number got, const number *expected, int output)
     return (output >= TYRE ? fmin(off, other) : off) / cabs(expected[output == REACTION ? TYRE : output]);
 }
 
+static kempe_table *table_of(const kempe_response *r, const char *name)
+{
+    kempe_table *table = NULL;
+    CHECK(kempe_response_table(r, name, &table) == KEMPE_OK);
+    return table;
+}
+
+/* Output o of the only input, in a row of the table. */
+static number answer(const kempe_table *rows, int row, int o)
+{
+    double phase = kempe_table_number(rows, row, 2 + 2 * o) * pi / 180;
+    return kempe_table_number(rows, row, 1 + 2 * o) * cexp(I * phase);
+}
+
 static void the_quarter_car_has_its_closed_form(void)
 {
     loaded l = load(0, NULL);
     const kempe_response_options ask = {.inputs = "drive(road)", .outputs = outputs, .frequencies = "0.2:50:60"};
     kempe_response *r = respond(&l, &ask);
-    CHECK(kempe_response_count(r) == 60 && kempe_response_output_count(r) == OUTPUTS);
+    kempe_table *rows = table_of(r, "rows");
+    CHECK(kempe_table_row_count(rows) == 60 && kempe_table_column_count(rows) == 1 + 2 * OUTPUTS);
     double worst[OUTPUTS] = {0};
-    CHECK(kempe_response_frequency(r, 0) == 0.2 && kempe_response_frequency(r, 59) == 50);
+    CHECK(kempe_table_number(rows, 0, 0) == 0.2 && kempe_table_number(rows, 59, 0) == 50);
     for (int j = 0; j < 60; j++) {
         number y[OUTPUTS];
-        closed_form(kempe_response_frequency(r, j), y);
-        for (int o = 0; o < OUTPUTS; o++) {
-            double re, im;
-            CHECK(kempe_response_at(r, j, 0, o, &re, &im) == 1);
-            worst[o] = fmax(worst[o], distance(re + I * im, y, o));
-        }
+        closed_form(kempe_table_number(rows, j, 0), y);
+        for (int o = 0; o < OUTPUTS; o++)
+            worst[o] = fmax(worst[o], distance(answer(rows, j, o), y, o));
     }
     for (int o = 0; o < OUTPUTS; o++)
         CHECK(worst[o] < 1e-12);
+    kempe_table_free(rows);
     kempe_response_free(r);
     unload(&l);
 }
 
-/* The closed form has these values there, and less on both sides. */
-static void check_peak(kempe_peak p, double aside)
+/* The closed form has the values of each peak there, and less on both sides. */
+static void check_peaks(const kempe_table *peaks, int count, double aside)
 {
-    number y[OUTPUTS], below[OUTPUTS], above[OUTPUTS];
-    int o = p.output == 0 ? BODY : TRAVEL;
-    closed_form(p.frequency, y);
-    closed_form(p.frequency * (1 - aside), below);
-    closed_form(p.frequency * (1 + aside), above);
-    CHECK_NEAR(p.amplitude / cabs(y[o]), 1, 1e-11);
-    CHECK_NEAR(p.phase, carg(y[o]), 1e-11);
-    CHECK(cabs(below[o]) < p.amplitude && cabs(above[o]) < p.amplitude);
-    if (o == TRAVEL)
-        CHECK(isnan(p.gain));
-    else
-        CHECK_NEAR(p.gain, p.amplitude, 1e-11); /* at rest the formulation lifts it all */
+    CHECK(kempe_table_row_count(peaks) == count);
+    for (int j = 0; j < kempe_table_row_count(peaks); j++) {
+        number y[OUTPUTS], below[OUTPUTS], above[OUTPUTS];
+        int o = strcmp(kempe_table_word(peaks, j, 1), "q.body") == 0 ? BODY : TRAVEL;
+        double hz = kempe_table_number(peaks, j, 2), amplitude = kempe_table_number(peaks, j, 3);
+        double gain = kempe_table_number(peaks, j, 5);
+        closed_form(hz, y);
+        closed_form(hz * (1 - aside), below);
+        closed_form(hz * (1 + aside), above);
+        CHECK_NEAR(amplitude / cabs(y[o]), 1, 1e-11);
+        CHECK_NEAR(kempe_table_number(peaks, j, 4) * pi / 180, carg(y[o]), 1e-11);
+        CHECK(cabs(below[o]) < amplitude && cabs(above[o]) < amplitude);
+        if (o == TRAVEL)
+            CHECK(isnan(gain));
+        else
+            CHECK_NEAR(gain, amplitude, 1e-11); /* at rest the formulation lifts it all */
+    }
 }
 
 static const kempe_response_options too_few_to_see_them = {
@@ -134,9 +152,9 @@ static void peaks_are_where_they_are(void)
 {
     loaded l = load(0, NULL);
     kempe_response *r = respond(&l, &too_few_to_see_them);
-    CHECK(kempe_response_peak_count(r) == 3); /* the body has one alone */
-    for (int j = 0; j < kempe_response_peak_count(r); j++)
-        check_peak(kempe_response_peak(r, j), 1e-4);
+    kempe_table *peaks = table_of(r, "peaks");
+    check_peaks(peaks, 3, 1e-4); /* the body has one alone */
+    kempe_table_free(peaks);
     kempe_response_free(r);
     unload(&l);
 }
@@ -149,11 +167,11 @@ static void narrow_peaks_are_found(void)
     c = 5;
     ct = 0;
     kempe_response *r = respond(&l, &too_few_to_see_them);
-    CHECK(kempe_response_peak_count(r) == 4);
-    for (int j = 0; j < kempe_response_peak_count(r); j++) {
-        CHECK(kempe_response_peak(r, j).amplitude > 5);
-        check_peak(kempe_response_peak(r, j), 1e-6);
-    }
+    kempe_table *peaks = table_of(r, "peaks");
+    check_peaks(peaks, 4, 1e-6);
+    for (int j = 0; j < 4; j++)
+        CHECK(kempe_table_number(peaks, j, 3) > 5);
+    kempe_table_free(peaks);
     kempe_response_free(r);
     unload(&l);
     c = 3500;
@@ -173,16 +191,16 @@ static void poles_without_damping_are_told(void)
     (void)snprintf(range, sizeof range, "%.17g:50:30", hz[0]);
     const kempe_response_options ask = {.inputs = "drive(road)", .outputs = "q(body)", .frequencies = range};
     kempe_response *r = respond(&l, &ask);
-    double re = 7, im = 8;
-    CHECK(kempe_response_at(r, 0, 0, 0, &re, &im) == 0 && re == 7 && im == 8);
-    CHECK(kempe_response_at(r, 1, 0, 0, &re, &im) == 1 && isfinite(re));
-    CHECK(kempe_response_peak_count(r) == 2 || kempe_response_peak_count(r) == 1);
-    for (int j = 0; j < kempe_response_peak_count(r); j++) {
-        kempe_peak p = kempe_response_peak(r, j);
-        double expected = kempe_response_peak_count(r) == 1 ? hz[1] : hz[j];
-        CHECK_NEAR(p.frequency / expected, 1, 1e-12);
-        CHECK(isinf(p.amplitude) && isnan(p.phase));
+    kempe_table *rows = table_of(r, "rows"), *peaks = table_of(r, "peaks");
+    int count = kempe_table_row_count(peaks);
+    CHECK(isnan(creal(answer(rows, 0, 0))) && isfinite(creal(answer(rows, 1, 0))));
+    CHECK(count == 2 || count == 1);
+    for (int j = 0; j < count; j++) {
+        CHECK_NEAR(kempe_table_number(peaks, j, 2) / (count == 1 ? hz[1] : hz[j]), 1, 1e-12);
+        CHECK(isinf(kempe_table_number(peaks, j, 3)) && isnan(kempe_table_number(peaks, j, 4)));
     }
+    kempe_table_free(rows);
+    kempe_table_free(peaks);
     char *text = NULL;
     CHECK(kempe_response_print(r, KEMPE_TEXT, &text) == KEMPE_OK);
     CHECK(text && strstr(text, "undamped modes at ") && strstr(text, "unbounded"));

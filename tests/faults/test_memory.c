@@ -558,6 +558,7 @@ static kempe_status respond(scene *s)
     const kempe_response_options ask = {.inputs = every_input, .outputs = "q(b),energy.total"};
     kempe_model *model = NULL;
     kempe_system *system = NULL;
+    kempe_table *table = NULL;
     kempe_response *r = NULL;
     char *text = NULL;
     kempe_status status = read_pendulum(s, &model, &system);
@@ -568,7 +569,9 @@ static kempe_status respond(scene *s)
     if (status == KEMPE_OK)
         status = kempe_response_print(r, KEMPE_JSON, &text);
     if (status == KEMPE_OK)
-        status = kempe_response_write_csv(r, csv);
+        status = write_table(kempe_response_table(r, "rows", &table), &table);
+    if (status == KEMPE_OK)
+        status = write_table(kempe_response_table(r, "peaks", &table), &table);
     if (status == KEMPE_OK)
         status = kempe_response_write_svg(r, csv);
     kempe_text_free(text);

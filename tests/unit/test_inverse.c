@@ -19,19 +19,19 @@
 
 enum { MOST = 64 };
 
-/* One row of a table of the result. */
-#define ROW(name, width)                                                                                               \
+/* One row of the result: a part of it. */
+#define PART(name)                                                                                                     \
     static const double *name##_at(const kempe_inverse *r, int row)                                                    \
     {                                                                                                                  \
-        return r->name + (ptrdiff_t)row * r->width;                                                                    \
+        return kmp_inverse_part(r, row, r->at.name);                                                                   \
     }
-ROW(q, n)
-ROW(qd, n)
-ROW(qdd, n)
-ROW(tau, a)
-ROW(power, a)
-ROW(lambda, m)
-#undef ROW
+PART(q)
+PART(qd)
+PART(qdd)
+PART(tau)
+PART(power)
+PART(lambda)
+#undef PART
 
 static kempe_inverse *invert(const loaded *m, const kempe_inverse_options *ask, kempe_status wanted)
 {
@@ -167,10 +167,10 @@ static void as_drives(const char *path, double t_end)
     for (int row = 0; r && t && row < r->rows; row++) {
         const double *lambda = kempe_trajectory_lambda(t, row), *mine = lambda_at(r, row);
         CHECK(r->t[row] == kempe_trajectory_time(t, row));
-        for (int k = 0, drive = 0; k < m.system->m; k++) {
+        for (int k = 0, drive = 0, loop = 0; k < m.system->m; k++) {
             const kmp_closure *c = &m.model->closures[m.system->rows[k].closure];
             bool drives = strcmp(c->kind, "drive") == 0 || strcmp(c->kind, "lock") == 0;
-            double x = drives ? tau_at(r, row)[drive++] : mine[k];
+            double x = drives ? tau_at(r, row)[drive++] : mine[loop++];
             worst = check_max(worst, fabs(x - lambda[k]));
             size = check_max(size, fabs(lambda[k]));
         }
@@ -466,9 +466,9 @@ static void reactions_are_the_outputs(void)
     double size[2] = {0};
     CHECK(r && r->loops == 1);
     if (r) {
-        const double *shown = kmp_eval_shown(eval, 0, r->q, r->qd, r->qdd, r->lambda);
-        for (int k = 0; k < KMP_REACTION; k++) {
-            CHECK_NEAR(r->reaction[k], shown[k], 1e-13);
+        const double *shown = kmp_eval_shown(eval, 0, q_at(r, 0), qd_at(r, 0), qdd_at(r, 0), lambda_at(r, 0));
+        for (int k = 0; k < 6; k++) {
+            CHECK_NEAR(kmp_inverse_part(r, 0, r->at.force)[k], shown[k], 1e-13);
             size[k / 3] += fabs(shown[k]);
         }
     }

@@ -88,7 +88,7 @@ static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_optio
 {
     e->newton = ask->newton;
     e->all = ask->global;
-    KMP_TRY(kmp_steady_read(e->asked->model, ask->rates, &e->rate_count, &e->rates));
+    KMP_TRY(kmp_steady_read(e->asked->model, ask->rates, &e->arena, &e->rate_count, &e->rates));
     if (!(ask->hold || ask->target || ask->solve_for))
         return KEMPE_OK;
     KMP_TRY(kmp_exchange_new(e->asked, ask->hold, ask->target, ask->solve_for, e->rates, e->rate_count, &e->exchange));
@@ -126,13 +126,9 @@ static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const 
     memcpy(q, start->inner_q ? start->inner_q : start->q, (size_t)e->system->n * sizeof *q);
     if (start->chart)
         kmp_eval_set_charts(linear->eval, start->chart);
-    kempe_status status = kmp_equilibrium_or_steady(linear, 0, q, start->inner_q ? start->inner_qd : start->qd, search);
-    if (search->rates != e->rates) {
-        kmp_free(e->rates);
-        e->rates = search->rates;
-        e->rate_count = search->rate_count;
-    }
-    return status;
+    KMP_TRY(kmp_equilibrium_or_steady(linear, 0, q, start->inner_q ? start->inner_qd : start->qd, search));
+    e->rate_count = search->rate_count;
+    return KEMPE_OK;
 }
 
 /* Searches an inverse equilibrium: from the equilibrium without exchange, if there is one, otherwise from the start. */
@@ -288,7 +284,6 @@ void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
         return;
     kmp_exchange_free(equilibrium->exchange);
     kmp_free(equilibrium->warnings);
-    kmp_free(equilibrium->rates);
     kmp_arena_free(&equilibrium->arena);
     kmp_free(equilibrium);
 }

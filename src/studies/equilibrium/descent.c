@@ -217,11 +217,8 @@ static int find_dependent(const kmp_descent *w)
 
 kempe_status kmp_way_choose(kmp_descent *w)
 {
-    kempe_status status = kmp_linear_choose(w->l, w->t, w->q, NULL, 0);
-    if (status == KEMPE_OK && find_dependent(w) >= 0)
-        status = choose_with_steady(w);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_linear_choose(w->l, w->t, w->q, NULL, 0));
+    KMP_TRY(find_dependent(w) >= 0 ? choose_with_steady(w) : KEMPE_OK);
     int dependent = find_dependent(w);
     if (dependent >= 0)
         return kmp_fail(w->l->system->context, KEMPE_E_FAILED,

@@ -93,4 +93,8 @@ kempe_status kmp_way_least(kmp_descent *w);
 
 kempe_status kmp_way_complain(const kmp_descent *w, const char *why);
 
+/** Appends the forces along u[k] of the last state: "gravity -9.81 N, 'k' 2 N, together -7.81 N", the nonzero ones,
+ * largest first; nothing where there are none. KEMPE_E_MEMORY. */
+kempe_status kmp_load_path_tell(kmp_text *text, const kmp_linear *linear, int k);
+
 #endif

@@ -11,7 +11,6 @@
 #include "linalg/dense/lapack.h"
 #include "linalg/dot.h"
 #include "studies/equilibrium/descent.h"
-#include "studies/equilibrium/load_path.h"
 #include <math.h>
 #include <string.h>
 
@@ -253,20 +252,17 @@ static kempe_status descend(kmp_descent *w)
 
 static kempe_status find(kmp_descent *w)
 {
-    kempe_status status = KEMPE_OK;
     memcpy(w->begin, w->q, (size_t)w->n * sizeof *w->q);
     (void)kmp_way_center(w);
-    status = kmp_way_choose(w);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_way_choose(w));
     if (!kmp_way_at(w, w->q) || !kmp_way_arrive(w))
         return w->status != KEMPE_OK ? w->status
                                      : kmp_fail(w->l->system->context, KEMPE_E_FAILED,
                                                 "the equations cannot be evaluated at the start: loops that do not "
                                                 "close, or numbers that are not finite");
     if (!w->search->newton && !w->search->exchange)
-        status = descend(w);
-    return status == KEMPE_OK ? kmp_way_least(w) : status;
+        KMP_TRY(descend(w));
+    return kmp_way_least(w);
 }
 
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search)
@@ -297,9 +293,7 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
 static kempe_status find_going_on(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *search)
 {
     double *work = KMP_NEW(double, l->n), most;
-    search->rates = KMP_NEW(kmp_steady, l->n);
-    kempe_status status =
-        work && search->rates ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
+    kempe_status status = work ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
     if (status == KEMPE_OK && kmp_linear_at_rates(l, t, q, qd, false) == KEMPE_OK) {
         kmp_linear_matrices(l);
         (void)kmp_way_measure(l, work, &most);
@@ -346,23 +340,18 @@ kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, 
 {
     if (search->rate_count > 0 || search->newton || search->quiet || search->exchange)
         return kmp_equilibrium_find(linear, t, q, search);
-    kmp_search steady = {.newton = true};
+    kmp_search steady = {.newton = true, .rates = search->rates};
     kempe_context *context = linear->system->context;
-    kempe_status status = find_going_on(linear, t, q, qd, &steady);
-    bool goes_on = steady.rate_count > 0;
-    search->quiet = goes_on;
+    KMP_TRY(find_going_on(linear, t, q, qd, &steady));
+    search->quiet = steady.rate_count > 0;
+    kempe_status status = kmp_equilibrium_find(linear, t, q, search);
+    if (status != KEMPE_E_FAILED || steady.rate_count == 0)
+        return status;
+    char *why = kmp_strdup(kempe_context_message(context));
+    kmp_context_clear(context);
+    status = why ? go_on(linear, t, q, &steady, why) : kmp_fail_memory(context);
+    kmp_free(why);
     if (status == KEMPE_OK)
-        status = kmp_equilibrium_find(linear, t, q, search);
-    if (status == KEMPE_E_FAILED && goes_on) {
-        char *why = kmp_strdup(kempe_context_message(context));
-        kmp_context_clear(context);
-        status = why ? go_on(linear, t, q, &steady, why) : kmp_fail_memory(context);
-        kmp_free(why);
-        if (status == KEMPE_OK) {
-            *search = steady;
-            return status;
-        }
-    }
-    kmp_free(steady.rates);
+        *search = steady;
     return status;
 }

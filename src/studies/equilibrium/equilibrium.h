@@ -12,7 +12,7 @@ enum { KMP_MOST_ITERATIONS = 400 };
 
 typedef struct kmp_search {
     kmp_steady *rates; /* of coordinates that stay independent; released ones receive the result */
-    int rate_count;
+    int rate_count;    /* 0: `rates` has room for all coordinates */
     bool newton;   /* Newton's method from the guess, to any equilibrium nearby; otherwise a descent, to a stable one */
     bool balanced; /* descent in short steps, to any balanced state */
     bool quiet;    /* failures give no further message */
@@ -30,7 +30,7 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
 
 /** Searches an equilibrium; if there is none, and no other quantity is requested, the steady motion that a start with
  * the rates qd (n) leads to. Coordinates that nothing depends on then move at the rates at which R = 0. These rates are
- * in search->rates, to be freed by kmp_free, and a note reports them. Errors as kmp_equilibrium_find. */
+ * then in search->rates, and a note reports them. Errors as kmp_equilibrium_find. */
 kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search);
 
 /** Coordinates that nothing depends on, at the state and near it, in `idle` (p); returns their number, -1: no memory.

@@ -118,8 +118,9 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
         show_way(text, b);
 }
 
-static void show_equilibrium(kmp_text *text, const kempe_equilibrium *e)
+static void show_equilibrium(kmp_text *text, const void *result)
 {
+    const kempe_equilibrium *e = result;
     kmp_text_printf(text, "%s: %s%d %s found", e->system->model->name, e->many ? "more than " : "", e->count,
                     e->count == 1 ? "equilibrium" : "equilibria");
     if (!e->all && e->count == 1)
@@ -163,8 +164,9 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_json_whole(j, "hits", b->hits);
 }
 
-static void json_equilibrium(kmp_text *text, const kempe_equilibrium *e)
+static void json_equilibrium(kmp_text *text, const void *result)
 {
+    const kempe_equilibrium *e = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, e->system, KEMPE_OK, "", e->system->build_s, e->warnings);
     json_balance(&j, e, &e->balance[0]);
@@ -183,12 +185,6 @@ static void json_equilibrium(kmp_text *text, const kempe_equilibrium *e)
 kempe_status kempe_equilibrium_print(const kempe_equilibrium *equilibrium, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, equilibrium, "equilibrium");
-    KMP_WANTED(equilibrium->system->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(equilibrium->system->context);
-    if (format == KEMPE_JSON)
-        json_equilibrium(&out, equilibrium);
-    else
-        show_equilibrium(&out, equilibrium);
-    return kmp_print_finish(equilibrium->system->context, &out, text);
+    return kmp_print_result(equilibrium->system->context, format == KEMPE_JSON ? json_equilibrium : show_equilibrium,
+                            equilibrium, text);
 }

@@ -40,12 +40,10 @@ static kempe_status read_release(kmp_exchange *x, const kempe_model *model, cons
 {
     char **word;
     int count = kmp_text_words(&x->arena, list, &word);
+    const kmp_arena_group groups[] = {{count, {&x->value, &x->trial, &x->given}}};
     x->name = KMP_ARENA_NEW(&x->arena, const char *, count);
-    x->value = KMP_ARENA_NEW(&x->arena, double, count);
-    x->trial = KMP_ARENA_NEW(&x->arena, double, count);
-    x->given = KMP_ARENA_NEW(&x->arena, double, count);
     x->rate = KMP_ARENA_NEW(&x->arena, int, count);
-    if (x->arena.failed)
+    if (!kmp_arena_make_groups(&x->arena, 1, groups))
         return kmp_fail_memory(model->context);
     for (int k = 0; k < count; k++)
         if (!is_rate(word[k])) {
@@ -54,37 +52,35 @@ static kempe_status read_release(kmp_exchange *x, const kempe_model *model, cons
             x->name[x->free_count++] = word[k];
         }
     x->parameter_count = x->free_count;
-    kempe_status status = kmp_variant_new(model, x->parameter_count, x->name, &x->variant);
-    for (int k = 0; status == KEMPE_OK && k < count; k++)
+    KMP_TRY(kmp_variant_new(model, x->parameter_count, x->name, &x->variant));
+    for (int k = 0; k < count; k++)
         if (is_rate(word[k]))
-            status = add_rate(x, model, word[k], rates, rate_count);
+            KMP_TRY(add_rate(x, model, word[k], rates, rate_count));
     memcpy(x->given, x->value, (size_t)x->free_count * sizeof *x->given);
-    return status;
+    return KEMPE_OK;
 }
 
 /* -- fixed and required quantities ------------------------------------------------------------------- */
 
-static kmp_exchange_target *add_target(kmp_exchange *x, const kmp_range *range)
+/* A target of a range, which must be one value. */
+static kempe_status add_target(kmp_exchange *x, const char *option, const kmp_range *range, kmp_exchange_target **added)
 {
-    kmp_exchange_target *target = &x->target[x->target_count++];
+    kempe_context *context = kmp_variant_model(x->variant)->context;
+    kmp_exchange_target *target = *added = &x->target[x->target_count++];
+    KMP_TRY(kmp_range_is_value(context, option, range));
     *target = (kmp_exchange_target){.coordinate = -1, .value = range->from};
     target->name = kmp_arena_strdup(&x->arena, range->name);
-    return target;
+    return target->name ? KEMPE_OK : kmp_fail_memory(context);
 }
 
 static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const kmp_ranges *fix)
 {
     for (int k = 0; k < fix->count; k++) {
-        KMP_TRY(kmp_range_is_value(model->context, "fix", &fix->range[k]));
-        kmp_exchange_target *target = add_target(x, &fix->range[k]);
-        kempe_status status =
-            target->name ? kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate)
-                         : kmp_fail_memory(model->context);
-        if (status == KEMPE_OK)
-            status = kmp_range_fits_motion(model->context, "fix", &fix->range[k],
-                                           model->motions[target->coordinate].rotation, 0);
-        if (status != KEMPE_OK)
-            return status;
+        kmp_exchange_target *target;
+        KMP_TRY(add_target(x, "fix", &fix->range[k], &target));
+        KMP_TRY(kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate));
+        KMP_TRY(kmp_range_fits_motion(model->context, "fix", &fix->range[k],
+                                      model->motions[target->coordinate].rotation, 0));
     }
     return KEMPE_OK;
 }
@@ -124,33 +120,38 @@ static kempe_status add_required(kmp_exchange *x, const kmp_ranges *require)
 {
     kempe_model *copy = kmp_variant_model(x->variant);
     kmp_output *of = KMP_ARENA_NEW(&x->arena, kmp_output, require->count);
-    kmp_text all = {0};
+    kmp_text list = {0};
     unsigned *parts = NULL;
     int from = x->target_count;
-    kempe_status status = of ? KEMPE_OK : kmp_fail_memory(copy->context);
     copy->output_count = 0;
-    for (int k = 0; status == KEMPE_OK && k < require->count; k++) {
-        status = kmp_range_is_value(copy->context, "require", &require->range[k]);
-        if (status != KEMPE_OK)
-            break;
-        kmp_exchange_target *target = add_target(x, &require->range[k]);
-        status = target->name ? kmp_asked_outputs(copy, target->name, &parts) : kmp_fail_memory(copy->context);
-        if (status != KEMPE_OK || !parts)
-            break;
+    for (int k = 0; k < require->count; k++)
+        kmp_text_printf(&list, "%s%s", k ? "," : "", require->range[k].name);
+    char *all = kmp_text_keep(&list, &x->arena);
+    if (x->arena.failed)
+        return kmp_fail_memory(copy->context);
+    for (int k = 0; k < require->count; k++) {
+        kmp_exchange_target *target;
+        KMP_TRY(add_target(x, "require", &require->range[k], &target));
+        KMP_TRY(kmp_asked_outputs(copy, target->name, &parts));
         of[k] = copy->outputs[0];
         target->shown = single_part(copy, &of[k], parts[0], target->name);
         if (target->shown < 0)
-            status = KEMPE_E_ARGUMENT;
-        kmp_text_printf(&all, "%s%s", k ? "," : "", target->name);
+            return KEMPE_E_ARGUMENT;
     }
-    if (status == KEMPE_OK && all.s)
-        status = kmp_asked_outputs(copy, all.s, &parts);
-    for (int k = 0; status == KEMPE_OK && k < require->count; k++)
+    KMP_TRY(require->count > 0 ? kmp_asked_outputs(copy, all, &parts) : KEMPE_OK);
+    for (int k = 0; k < require->count; k++)
         x->target[from + k].shown = place_of(copy, of[k], x->target[from + k].shown);
-    if (all.failed && status == KEMPE_OK)
-        status = kmp_fail_memory(copy->context);
-    kmp_text_free(&all);
-    return status;
+    return KEMPE_OK;
+}
+
+static kempe_status add_targets(kmp_exchange *x, const kempe_model *model, const kmp_ranges *fixed,
+                                const kmp_ranges *required)
+{
+    x->target = KMP_ARENA_NEW(&x->arena, kmp_exchange_target, fixed->count + required->count);
+    if (!x->target)
+        return kmp_fail_memory(model->context);
+    KMP_TRY(add_fixed(x, model, fixed));
+    return add_required(x, required);
 }
 
 static kempe_status read_targets(kmp_exchange *x, const kempe_model *model, const char *fix, const char *require)
@@ -159,13 +160,8 @@ static kempe_status read_targets(kmp_exchange *x, const kempe_model *model, cons
     kempe_status status = fix ? kmp_ranges_read(model->context, fix, &fixed) : KEMPE_OK;
     if (status == KEMPE_OK && require)
         status = kmp_ranges_read(model->context, require, &required);
-    x->target = KMP_ARENA_NEW(&x->arena, kmp_exchange_target, fixed.count + required.count);
-    if (status == KEMPE_OK && !x->target)
-        status = kmp_fail_memory(model->context);
     if (status == KEMPE_OK)
-        status = add_fixed(x, model, &fixed);
-    if (status == KEMPE_OK)
-        status = add_required(x, &required);
+        status = add_targets(x, model, &fixed, &required);
     kmp_ranges_free(&fixed);
     kmp_ranges_free(&required);
     return status;

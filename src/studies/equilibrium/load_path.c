@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "studies/equilibrium/load_path.h"
+/* Forces along a coordinate: the virtual work of gravity, of each force element and of the motion itself on a small
+ * change of one independent coordinate. The others are fixed and the closures satisfied. Closures do no work. Each
+ * force is evaluated from equations of its own, which have that element alone. */
 #include "base/arena.h"
 #include "linalg/dot.h"
+#include "studies/equilibrium/descent.h"
 #include <math.h>
 #include <string.h>
 

@@ -13,7 +13,7 @@
 static bool make_room(kmp_operating *o)
 {
     int n = o->system->n, charts = o->system->chart_count;
-    const kmp_arena_group groups[] = {{n, {&o->q, &o->qd, &o->inner_q, &o->inner_qd}},
+    const kmp_arena_group groups[] = {{n, {&o->q, &o->qd, &o->inner_q, &o->inner_qd, &o->trial}},
                                       {KMP_CHART_SIZE * charts, {&o->chart}}};
     return kmp_arena_make_groups(&o->arena, charts > 0 ? 2 : 1, groups);
 }
@@ -59,12 +59,10 @@ kempe_status kmp_operating_check(kmp_linear *l, const kmp_search *search)
 /* Closes the loops with the current parameters and rates. */
 static kempe_status close_loops(const kmp_operating *o, kmp_linear *l, double *q)
 {
-    kempe_status status = kmp_linear_choose(l, o->t, q, NULL, 0);
-    if (status == KEMPE_OK)
-        status = kmp_linear_at(l, o->t, q, NULL, NULL);
-    if (status == KEMPE_OK)
-        memcpy(q, l->q, (size_t)l->n * sizeof *q);
-    return status;
+    KMP_TRY(kmp_linear_choose(l, o->t, q, NULL, 0));
+    KMP_TRY(kmp_linear_at(l, o->t, q, NULL, NULL));
+    memcpy(q, l->q, (size_t)l->n * sizeof *q);
+    return KEMPE_OK;
 }
 
 /* A failure that has no sentence yet gets one. */
@@ -77,47 +75,45 @@ static kempe_status say_why(kempe_context *context, kempe_status status)
     return status;
 }
 
+static kempe_status find_equilibrium(const kmp_operating *o, kmp_linear *l, double *q, kmp_search *search)
+{
+    KMP_TRY(search->newton ? close_loops(o, l, q) : KEMPE_OK);
+    KMP_TRY(kmp_equilibrium_or_steady(l, o->t, q, o->inner_qd, search));
+    return kmp_operating_check(l, search);
+}
+
 kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *search)
 {
     size_t n = (size_t)l->n * sizeof(double);
-    double *q = KMP_NEW(double, l->n);
-    if (!q)
-        return kmp_fail_memory(l->system->context);
-    memcpy(q, o->inner_q, n);
+    memcpy(o->trial, o->inner_q, n);
     if (o->chart)
         kmp_eval_set_charts(l->eval, o->chart);
-    kempe_status status = search->newton ? close_loops(o, l, q) : KEMPE_OK;
-    if (status == KEMPE_OK)
-        status = kmp_equilibrium_or_steady(l, o->t, q, o->inner_qd, search);
-    if (status == KEMPE_OK)
-        status = kmp_operating_check(l, search);
-    if (status == KEMPE_OK) {
-        memcpy(o->inner_q, q, n);
-        memcpy(o->inner_qd, l->qd, n);
-        memcpy(o->q, q, n);
-        memcpy(o->qd, l->qd, n);
-        o->equilibrium = true;
-        o->residual = search->residual;
-    }
-    if (status == KEMPE_OK && o->chart) {
+    kempe_status status = find_equilibrium(o, l, o->trial, search);
+    if (status != KEMPE_OK)
+        return say_why(l->system->context, status);
+    memcpy(o->inner_q, o->trial, n);
+    memcpy(o->inner_qd, l->qd, n);
+    memcpy(o->q, o->trial, n);
+    memcpy(o->qd, l->qd, n);
+    o->equilibrium = true;
+    o->residual = search->residual;
+    if (o->chart) {
         memcpy(o->chart, l->eval->chart, (size_t)(KMP_CHART_SIZE * l->system->chart_count) * sizeof *o->chart);
-        kmp_charts_show(l->system, o->chart, q, o->q, o->qd);
+        kmp_charts_show(l->system, o->chart, o->inner_q, o->q, o->qd);
     }
-    kmp_free(q);
-    return say_why(l->system->context, status);
+    return KEMPE_OK;
 }
 
-/* `linear`: NULL, one is made. */
-static kempe_status settle(kmp_operating *o, kmp_linear *linear, kmp_steady *rates, int rate_count)
+/* To the equilibrium with the rates of a list; `linear`: NULL, one is made. */
+static kempe_status settle(kmp_operating *o, kmp_linear *linear, const char *list)
 {
     kmp_linear own;
-    kmp_search search = {.rates = rates, .rate_count = rate_count};
+    kmp_search search = {0};
+    KMP_TRY(kmp_steady_read(o->system->model, *list ? list : NULL, &o->arena, &search.rate_count, &search.rates));
     KMP_TRY(linear ? KEMPE_OK : kmp_linear_init(&own, o->system, kmp_backend_default()));
     kempe_status status = kmp_operating_settle(o, linear ? linear : &own, &search);
     if (!linear)
         kmp_linear_free(&own);
-    if (search.rates != rates)
-        kmp_free(search.rates);
     return status;
 }
 
@@ -137,27 +133,23 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
 {
     bool start = word && strcmp(word, "start") == 0;
     const char *list = rates_of(word);
-    kmp_steady *rates = NULL;
-    int rate_count = 0;
     if (!start && !list)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                         "unknown state '%s': 'start', 'equilibrium', or 'equilibrium NAME=RATE,..' (a steady motion)",
                         word);
     kempe_assembly *a = NULL;
+    KMP_TRY(kempe_assembly_new(system, &a));
     kmp_operating *o = KMP_NEW(kmp_operating, 1);
-    kempe_status status = o ? kempe_assembly_new(system, &a) : kmp_fail_memory(system->context);
-    if (status == KEMPE_OK && list && *list)
-        status = kmp_steady_read(system->model, list, &rate_count, &rates);
+    kempe_status status = o ? KEMPE_OK : kmp_fail_memory(system->context);
     if (status == KEMPE_OK) {
         o->system = system;
         status = make_room(o) ? KEMPE_OK : kmp_fail_memory(system->context);
     }
     if (status == KEMPE_OK) {
         begin(o, a);
-        status = start ? KEMPE_OK : settle(o, linear, rates, rate_count);
+        status = start ? KEMPE_OK : settle(o, linear, list);
     }
     kempe_assembly_free(a);
-    kmp_free(rates);
     if (status == KEMPE_OK)
         *operating = o;
     else
@@ -206,10 +198,7 @@ kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *line
 {
     if (operating->chart)
         kmp_eval_set_charts(linear->eval, operating->chart);
-    kempe_status status = kmp_linear_choose(linear, operating->t, operating->inner_q, wish, wish_count);
-    if (status != KEMPE_OK)
-        return status;
-    status =
-        kmp_linear_at_rates(linear, operating->t, operating->inner_q, operating->inner_qd, !operating->equilibrium);
-    return explain(linear, status);
+    KMP_TRY(kmp_linear_choose(linear, operating->t, operating->inner_q, wish, wish_count));
+    return explain(linear, kmp_linear_at_rates(linear, operating->t, operating->inner_q, operating->inner_qd,
+                                               !operating->equilibrium));
 }

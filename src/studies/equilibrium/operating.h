@@ -11,6 +11,7 @@ typedef struct kmp_operating {
     kmp_arena arena;            /* of all arrays */
     double t, *q, *qd;          /* n: in the user's coordinates */
     double *inner_q, *inner_qd; /* the state in these charts */
+    double *trial;              /* of a search */
     double *chart;              /* NULL: no joint is spherical */
     bool equilibrium;
     double residual; /* of an equilibrium, relative */

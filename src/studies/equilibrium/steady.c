@@ -1,58 +1,50 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/equilibrium/steady.h"
-#include "base/memory.h"
 #include "model/tables/coordinates.h"
 #include <string.h>
 
 static kempe_status take(const kempe_model *model, const kmp_range *range, int count, kmp_steady *rates)
 {
     int c = -1;
-    kempe_status status = kmp_coordinate_find(model, "rates", range->name, strlen(range->name), &c);
-    if (status == KEMPE_OK)
-        status = kmp_range_fits_motion(model->context, "rates", range, model->motions[c].rotation, 1);
-    for (int i = 0; status == KEMPE_OK && i < count; i++)
+    KMP_TRY(kmp_coordinate_find(model, "rates", range->name, strlen(range->name), &c));
+    KMP_TRY(kmp_range_fits_motion(model->context, "rates", range, model->motions[c].rotation, 1));
+    for (int i = 0; i < count; i++)
         if (rates[i].coordinate == c)
-            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' is given twice", range->name);
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' is given twice", range->name);
     rates[count] = (kmp_steady){.coordinate = c, .rate = range->from};
-    return status;
+    return KEMPE_OK;
 }
 
-kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, int *varies, kmp_steady **rates)
+kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, kmp_arena *arena, int *varies,
+                             kmp_steady **rates)
 {
-    kempe_status status = KEMPE_OK;
     int open = -1;
-    kmp_steady *read = KMP_NEW(kmp_steady, ranges->count);
-    if (!read)
+    *rates = KMP_ARENA_NEW(arena, kmp_steady, model->motion_count);
+    if (!*rates)
         return kmp_fail_memory(model->context);
-    for (int k = 0; status == KEMPE_OK && k < ranges->count; k++) {
+    for (int k = 0; k < ranges->count; k++) {
         const kmp_range *range = &ranges->range[k];
-        status = take(model, range, k, read);
-        if (status != KEMPE_OK || range->count == 1)
+        KMP_TRY(take(model, range, k, *rates));
+        if (range->count == 1)
             continue;
         if (!varies)
-            status = kmp_range_is_value(model->context, "rates", range);
+            KMP_TRY(kmp_range_is_value(model->context, "rates", range));
         else if (open >= 0)
-            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: only one of them can be swept");
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: only one of them can be swept");
         open = k;
     }
-    if (status != KEMPE_OK) {
-        kmp_free(read);
-        return status;
-    }
-    *rates = read;
     if (varies)
         *varies = open;
     return KEMPE_OK;
 }
 
-kempe_status kmp_steady_read(const kempe_model *model, const char *text, int *count, kmp_steady **rates)
+kempe_status kmp_steady_read(const kempe_model *model, const char *text, kmp_arena *arena, int *count,
+                             kmp_steady **rates)
 {
     kmp_ranges list = {0};
-    kempe_status status = text ? kmp_ranges_read(model->context, text, &list) : KEMPE_OK;
-    if (status == KEMPE_OK)
-        status = kmp_steady_take(model, &list, NULL, rates);
-    if (status == KEMPE_OK)
-        *count = list.count;
+    KMP_TRY(text ? kmp_ranges_read(model->context, text, &list) : KEMPE_OK);
+    kempe_status status = kmp_steady_take(model, &list, arena, NULL, rates);
+    *count = status == KEMPE_OK ? list.count : 0;
     kmp_ranges_free(&list);
     return status;
 }

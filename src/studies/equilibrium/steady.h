@@ -18,12 +18,15 @@ typedef struct kmp_steady {
     kmp_steady_how how;
 } kmp_steady;
 
-/** Reads a list (NULL: an empty one), to be freed by kmp_free. KEMPE_E_ARGUMENT: the error in it. */
-kempe_status kmp_steady_read(const kempe_model *model, const char *text, int *count, kmp_steady **rates);
+/** Reads a list (NULL: an empty one) into an array of `arena` with room for all coordinates. KEMPE_E_ARGUMENT: the
+ * error in it. */
+kempe_status kmp_steady_read(const kempe_model *model, const char *text, kmp_arena *arena, int *count,
+                             kmp_steady **rates);
 
-/** Converts ranges: an entry of `rates` for each range, with its first value. `*varies`: the one range with two ends,
- * -1: none; NULL: none is allowed. Errors as kmp_steady_read. */
-kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, int *varies, kmp_steady **rates);
+/** Converts ranges: an entry of `rates`, as above, for each range, with its first value. `*varies`: the one range with
+ * two ends, -1: none; NULL: none is allowed. Errors as kmp_steady_read. */
+kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, kmp_arena *arena, int *varies,
+                             kmp_steady **rates);
 
 /** KEMPE_E_FAILED: forces depend on a coordinate that is to move at a constant rate. */
 kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *steady);

@@ -20,7 +20,8 @@
 /* Unbalanced part of a motion that counts as rounding, relative to the largest required generalized force, for states
  * from a file. */
 #define LEFT_BY_ROUNDING 1e-9
-enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9 };
+/* REACTION: values of a closure's force, and of its moment about the second point (constraints/kinds/kind.h). */
+enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9, REACTION = 6 };
 /* Largest relative difference of generalized forces when every other row is left out. The error of a spline's
  * derivatives falls with the fourth power of the distance: with all rows it is a fifteenth of this. */
 #define DERIVATIVES_HOLD 0.02
@@ -38,19 +39,10 @@ typedef struct job {
     kmp_guide guide;
     kmp_inverse inverse;
     kmp_formulas reactions;
+    kmp_arena arena; /* of scratch */
 } job;
 
 /* -- construction and release ------------------------------------------------------------------------ */
-
-static bool find_loops(kempe_inverse *r)
-{
-    const kempe_model *model = r->system->model;
-    r->loop = KMP_NEW(int, model->closure_count);
-    for (int c = 0; r->loop && c < model->closure_count; c++)
-        if (!kmp_closure_is_drive(&model->closures[c]))
-            r->loop[r->loops++] = c;
-    return r->loop;
-}
 
 static kempe_inverse *result_new(const kempe_system *s)
 {
@@ -58,44 +50,52 @@ static kempe_inverse *result_new(const kempe_system *s)
     if (!r)
         return NULL;
     *r = (kempe_inverse){.system = s, .n = s->n, .m = s->m, .off_coordinate = -1, .build_s = s->build_s};
-    r->actuator = KMP_NEW(int, s->n);
-    r->weight = KMP_NEW(double, s->n);
-    r->left_u = KMP_NEW(int, s->n);
-    r->left = KMP_NEW(double, s->n);
-    r->start_u = KMP_NEW(int, s->n);
-    r->redundant = KMP_NEW(bool, s->m);
-    if (find_loops(r) && r->actuator && r->weight && r->left_u && r->left && r->start_u && r->redundant)
-        return r;
-    kempe_inverse_free(r);
-    return NULL;
+    kmp_arena *a = &r->arena;
+    const kmp_arena_group groups[] = {{s->n, {&r->weight, &r->left}}};
+    r->loop = KMP_ARENA_NEW(a, int, s->model->closure_count);
+    r->actuator = KMP_ARENA_NEW(a, int, s->n);
+    r->left_u = KMP_ARENA_NEW(a, int, s->n);
+    r->start_u = KMP_ARENA_NEW(a, int, s->n);
+    r->redundant = KMP_ARENA_NEW(a, bool, s->m);
+    if (!kmp_arena_make_groups(a, 1, groups)) {
+        kempe_inverse_free(r);
+        return NULL;
+    }
+    for (int c = 0; c < s->model->closure_count; c++)
+        if (!kmp_closure_is_drive(&s->model->closures[c]))
+            r->loop[r->loops++] = c;
+    return r;
 }
 
 void kempe_inverse_free(kempe_inverse *inverse)
 {
     if (!inverse)
         return;
-    void *rooms[] = {inverse->reason,  inverse->source,    inverse->loop,     inverse->actuator, inverse->weight,
-                     inverse->t,       inverse->q,         inverse->qd,       inverse->qdd,      inverse->tau,
-                     inverse->power,   inverse->lambda,    inverse->reaction, inverse->left_u,   inverse->left,
-                     inverse->start_u, inverse->redundant, inverse->warnings};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_free(inverse->warnings);
+    kmp_arena_free(&inverse->arena);
     kmp_free(inverse);
 }
 
-static bool make_rows(kempe_inverse *r, int rows)
+static bool has_multiplier(const kempe_inverse *r, int row)
 {
-    size_t count = (size_t)rows, n = (size_t)r->n, a = (size_t)r->a;
-    r->room = rows;
-    r->t = KMP_NEW(double, count);
-    r->q = KMP_NEW(double, count *n);
-    r->qd = KMP_NEW(double, count *n);
-    r->qdd = KMP_NEW(double, count *n);
-    r->tau = KMP_NEW(double, count *a);
-    r->power = KMP_NEW(double, count *a);
-    r->lambda = KMP_NEW(double, count *(size_t)r->m);
-    r->reaction = KMP_NEW(double, count *(size_t)r->loops *KMP_REACTION);
-    return r->t && r->q && r->qd && r->qdd && r->tau && r->power && r->lambda && r->reaction;
+    const kempe_system *s = r->system;
+    return !kmp_closure_is_drive(&s->model->closures[s->rows[row].closure]);
+}
+
+static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
+{
+    int multipliers = 0;
+    for (int k = 0; k < r->m; k++)
+        multipliers += has_multiplier(r, k);
+    const int size[] = {r->a, r->a, r->n, r->n, r->n, multipliers, 3 * r->loops, 3 * r->loops};
+    int *const at[] = {&r->at.tau, &r->at.power,  &r->at.q,     &r->at.qd,
+                       &r->at.qdd, &r->at.lambda, &r->at.force, &r->at.moment};
+    for (size_t k = 0; k < sizeof at / sizeof *at; k++) {
+        *at[k] = r->width;
+        r->width += size[k];
+    }
+    const kmp_arena_group groups[] = {{rows, {&r->t}}, {rows * r->width, {&r->value}}};
+    return kmp_arena_make_groups(&r->arena, 2, groups);
 }
 
 /* -- options ----------------------------------------------------------------------------------------- */
@@ -109,14 +109,6 @@ static kempe_status check_numbers(const job *j)
             return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", names[k],
                             numbers[k]);
     return KEMPE_OK;
-}
-
-static bool has_drives(const kempe_model *model)
-{
-    for (int c = 0; c < model->closure_count; c++)
-        if (kmp_closure_is_drive(&model->closures[c]))
-            return true;
-    return false;
 }
 
 static void take_drives(kempe_inverse *r)
@@ -152,50 +144,54 @@ static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
 
 static kempe_status fail_without_actuators(const job *j)
 {
+    static const char *const list = "'kempe show --model' lists all coordinates";
     kmp_text text = {0};
     int freedoms;
-    kempe_status status = KEMPE_E_ARGUMENT;
+    kempe_status status;
     if (!print_candidates(j, &freedoms, &text))
         status = kmp_fail_memory(j->context);
     else if (freedoms == 0)
         status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
                           "no actuators are given, but the mechanism has no degree of freedom and needs none");
-    else if (freedoms > 0)
-        status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                          "no actuators are given: the mechanism has %d degree%s of freedom; --actuators %s%s would "
-                          "move it; 'kempe show --model' lists all coordinates",
-                          freedoms, freedoms == 1 ? "" : "s", text.s, freedoms > MOST_CANDIDATES ? ",.." : "");
+    else if (freedoms < 0)
+        status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "no actuators are given: %s", list);
     else
         status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                          "no actuators are given: 'kempe show --model' lists all coordinates");
+                          "no actuators are given: the mechanism has %d degree%s of freedom; --actuators %s%s would "
+                          "move it; %s",
+                          freedoms, freedoms == 1 ? "" : "s", text.s, freedoms > MOST_CANDIDATES ? ",.." : "", list);
     kmp_text_free(&text);
     return status;
+}
+
+static kempe_status read_weight(job *j, const kmp_range *range)
+{
+    kempe_inverse *r = j->r;
+    int k = 0, coordinate;
+    KMP_TRY(kmp_coordinate_find(j->system->model, "weights", range->name, strlen(range->name), &coordinate));
+    while (k < r->a && r->actuator[k] != coordinate)
+        k++;
+    if (k == r->a)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: '%s' is not an actuator", range->name);
+    if (range->count != 1 || !(range->from > 0) || range->dimension.kind != KMP_DIMENSION_BARE)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: a positive number without unit is expected for '%s'",
+                        range->name);
+    r->weight[k] = range->from;
+    return KEMPE_OK;
 }
 
 static kempe_status read_weights(job *j)
 {
     kempe_inverse *r = j->r;
     kmp_ranges weights = {0};
+    kempe_status status = KEMPE_OK;
     for (int k = 0; k < r->a; k++)
         r->weight[k] = 1;
     if (!j->ask->weights)
         return KEMPE_OK;
-    kempe_status status = kmp_ranges_read(j->context, j->ask->weights, &weights);
-    for (int w = 0; w < weights.count && status == KEMPE_OK; w++) {
-        const kmp_range *range = &weights.range[w];
-        int k = 0, coordinate;
-        status = kmp_coordinate_find(j->system->model, "weights", range->name, strlen(range->name), &coordinate);
-        while (status == KEMPE_OK && k < r->a && r->actuator[k] != coordinate)
-            k++;
-        if (status == KEMPE_OK && k == r->a)
-            status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: '%s' is not an actuator", range->name);
-        else if (status == KEMPE_OK &&
-                 (range->count != 1 || !(range->from > 0) || range->dimension.kind != KMP_DIMENSION_BARE))
-            status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                              "weights: a positive number without unit is expected for '%s'", range->name);
-        else if (status == KEMPE_OK)
-            r->weight[k] = range->from;
-    }
+    KMP_TRY(kmp_ranges_read(j->context, j->ask->weights, &weights));
+    for (int w = 0; w < weights.count && status == KEMPE_OK; w++)
+        status = read_weight(j, &weights.range[w]);
     r->weighted = weights.count > 0;
     kmp_ranges_free(&weights);
     return status;
@@ -204,34 +200,33 @@ static kempe_status read_weights(job *j)
 static kempe_status read_actuators(job *j)
 {
     kempe_inverse *r = j->r;
-    kempe_status status = kmp_coordinates_read(j->system->model, "actuators", j->ask->actuators, r->actuator, &r->a);
-    if (status == KEMPE_OK && r->a == 0)
+    KMP_TRY(kmp_coordinates_read(j->system->model, "actuators", j->ask->actuators, r->actuator, &r->a));
+    if (r->a == 0)
         take_drives(r);
-    if (status == KEMPE_OK && r->a == 0)
-        status = fail_without_actuators(j);
-    return status == KEMPE_OK ? read_weights(j) : status;
+    return r->a == 0 ? fail_without_actuators(j) : read_weights(j);
 }
 
 static kempe_status choose_motion(job *j)
 {
     kempe_inverse *r = j->r;
     const kempe_model *model = j->system->model;
-    r->motion = j->ask->motion ? KMP_INVERSE_TABLE : has_drives(model) ? KMP_INVERSE_DRIVES : KMP_INVERSE_START;
-    r->source = j->ask->motion ? kmp_strdup(j->ask->motion) : NULL;
-    if (j->ask->motion && !r->source)
+    r->motion = j->ask->motion                    ? KMP_INVERSE_TABLE
+                : r->loops < model->closure_count ? KMP_INVERSE_DRIVES
+                                                  : KMP_INVERSE_START;
+    r->source = j->ask->motion ? kmp_arena_strdup(&r->arena, j->ask->motion) : NULL;
+    if (r->arena.failed)
         return kmp_fail_memory(j->context);
     if (r->motion == KMP_INVERSE_START && (j->ask->t_end > 0 || j->ask->output_step > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT,
                         "%s: without a motion there is only the instant of the start; give a motion as a table "
                         "(--motion), or drives in the model",
                         j->ask->t_end > 0 ? "t_end" : "output_step");
-    kempe_status status =
-        kmp_coordinates_read(j->system->model, "independent", j->ask->independent, r->start_u, &r->start_u_count);
-    if (status == KEMPE_OK && r->start_u_count == 0 && model->run.independent_count > 0) {
+    KMP_TRY(kmp_coordinates_read(model, "independent", j->ask->independent, r->start_u, &r->start_u_count));
+    if (r->start_u_count == 0 && model->run.independent_count > 0) {
         r->start_u_count = model->run.independent_count;
         memcpy(r->start_u, model->run.independent, (size_t)r->start_u_count * sizeof *r->start_u);
     }
-    return status;
+    return KEMPE_OK;
 }
 
 /* -- the motion -------------------------------------------------------------------------------------- */
@@ -293,8 +288,8 @@ static kempe_status drive_times(job *j)
 static kempe_status prepare_motion(job *j)
 {
     if (j->ask->motion) {
-        kempe_status status = read_table(j);
-        return status == KEMPE_OK ? table_times(j) : status;
+        KMP_TRY(read_table(j));
+        return table_times(j);
     }
     if (j->r->motion == KMP_INVERSE_DRIVES)
         return drive_times(j);
@@ -302,29 +297,41 @@ static kempe_status prepare_motion(job *j)
     return j->times.t ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
-static kempe_status prepare_numbers(job *j)
+/* REACTION values a closure, in the order of the model, of t, q and lambda. */
+static kempe_status reactions_init(kmp_formulas *reactions, const kempe_system *system)
 {
-    kempe_inverse *r = j->r;
+    const kempe_model *model = system->model;
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_init(&eq, model, KMP_SET_REACTION, KMP_SCHEME_COMPOSITE, false));
+    int count = REACTION * model->closure_count;
+    kmp_ref *out = KMP_NEW(kmp_ref, count);
+    for (int k = 0; out && k < count; k++)
+        out[k] = kmp_closures_reaction(&eq, k / REACTION, k % REACTION >= 3).x[k % 3];
+    bool ok = out && kmp_formulas_init(reactions, eq.graph, count, out, kmp_backend_find("tape"), system->parameters);
+    kmp_free(out);
+    kmp_equations_free(&eq);
+    return ok ? KEMPE_OK : kmp_fail_memory(system->context);
+}
+
+/* The guide along `table` (NULL: the drives, or at rest the start), and inverse dynamics on it. */
+static kempe_status prepare_numbers(job *j, const kmp_prescribed *table, bool at_rest)
+{
+    const kempe_inverse *r = j->r;
     const char *backend = j->ask->backend ? j->ask->backend : kmp_backend_default();
-    bool at_rest = r->motion == KMP_INVERSE_START;
-    kempe_status status = kmp_guide_init(&j->guide, j->system, backend, j->ask->motion ? &j->table : NULL, at_rest,
-                                         r->start_u, r->start_u_count);
-    if (status == KEMPE_OK)
-        status = kmp_inverse_init(&j->inverse, j->guide.eval, r->a, r->actuator, r->weight);
-    if (status == KEMPE_OK)
-        status = kmp_reactions_init(&j->reactions, j->system);
-    if (status == KEMPE_OK && !make_rows(r, j->times.count))
-        status = kmp_fail_memory(j->context);
-    return status;
+    KMP_TRY(kmp_guide_init(&j->guide, j->system, backend, table, at_rest, r->start_u, r->start_u_count));
+    return kmp_inverse_init(&j->inverse, j->guide.eval, r->a, r->actuator, r->weight);
 }
 
 static kempe_status prepare(job *j)
 {
-    kempe_status (*const steps[])(job *) = {choose_motion, read_actuators, prepare_motion, prepare_numbers};
-    kempe_status status = check_numbers(j);
-    for (size_t k = 0; k < sizeof steps / sizeof *steps && status == KEMPE_OK; k++)
-        status = steps[k](j);
-    return status;
+    kempe_inverse *r = j->r;
+    KMP_TRY(check_numbers(j));
+    KMP_TRY(choose_motion(j));
+    KMP_TRY(read_actuators(j));
+    KMP_TRY(prepare_motion(j));
+    KMP_TRY(prepare_numbers(j, j->ask->motion ? &j->table : NULL, r->motion == KMP_INVERSE_START));
+    KMP_TRY(reactions_init(&j->reactions, j->system));
+    return make_rows(r, j->times.count) ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
 static void release(job *j)
@@ -335,15 +342,10 @@ static void release(job *j)
     kmp_times_free(&j->times);
     kmp_prescribed_free(&j->table);
     kmp_reference_free(&j->reference);
+    kmp_arena_free(&j->arena);
 }
 
 /* -- rows -------------------------------------------------------------------------------------------- */
-
-static void note_singular(kempe_inverse *r, double t)
-{
-    if (r->singular++ == 0)
-        r->singular_t = t;
-}
 
 /* Accumulates results over all rows. Rows where the loops are singular, with additional degrees of freedom, are counted
  * and not judged: the first rows may turn out to be such. */
@@ -354,7 +356,8 @@ static void note_row(job *j, double t)
     bool first = r->rows == r->singular;
     r->size = fmax(r->size, v->size);
     if (!first && v->p > r->freedoms) {
-        note_singular(r, t);
+        r->singular_t = r->singular > 0 ? r->singular_t : t;
+        r->singular++;
         return;
     }
     if (!first && v->p < r->freedoms) {
@@ -384,50 +387,50 @@ static void note_row(job *j, double t)
         r->redundant[v->part.redundant[k]] = r->redundant[v->part.redundant[k]] || !v->left_out[v->part.redundant[k]];
 }
 
-static void keep_reactions(job *j, const double *all)
-{
-    kempe_inverse *r = j->r;
-    double *row = r->reaction + (size_t)r->rows * (size_t)r->loops * KMP_REACTION;
-    for (int l = 0; l < r->loops; l++)
-        memcpy(row + l * KMP_REACTION, all + r->loop[l] * KMP_REACTION, KMP_REACTION * sizeof *row);
-}
-
 static void keep_row(job *j)
 {
     kempe_inverse *r = j->r;
     const kmp_guide *g = &j->guide;
     const kmp_inverse *v = &j->inverse;
-    size_t row = (size_t)r->rows, n = (size_t)r->n, a = (size_t)r->a, m = (size_t)r->m;
-    r->t[row] = g->t;
-    memcpy(r->q + row * n, g->q, n * sizeof(double));
-    memcpy(r->qd + row * n, g->qd, n * sizeof(double));
-    memcpy(r->qdd + row * n, g->qdd, n * sizeof(double));
-    memcpy(r->tau + row * a, v->tau, a * sizeof(double));
-    if (m > 0)
-        memcpy(r->lambda + row * m, v->lambda, m * sizeof(double));
-    for (size_t k = 0; k < a; k++)
-        r->power[row * a + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
-    if (r->loops > 0)
-        keep_reactions(j, kmp_formulas_at(&j->reactions, &(kmp_instant){.t = g->t, .q = g->q, .lambda = v->lambda}));
+    const kmp_instant at = {.t = g->t, .q = g->q, .lambda = v->lambda};
+    double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
+    size_t state = (size_t)r->n * sizeof *row, vector = 3 * sizeof *row;
+    r->t[r->rows] = g->t;
+    memcpy(row + r->at.tau, v->tau, (size_t)r->a * sizeof *row);
+    for (int k = 0; k < r->a; k++)
+        row[r->at.power + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
+    memcpy(row + r->at.q, g->q, state);
+    memcpy(row + r->at.qd, g->qd, state);
+    memcpy(row + r->at.qdd, g->qdd, state);
+    for (int k = 0; k < r->m; k++)
+        if (has_multiplier(r, k))
+            *lambda++ = v->lambda[k];
+    const double *reaction = r->loops > 0 ? kmp_formulas_at(&j->reactions, &at) : NULL;
+    for (int l = 0; l < r->loops; l++) {
+        memcpy(row + r->at.force + 3 * l, reaction + REACTION * r->loop[l], vector);
+        memcpy(row + r->at.moment + 3 * l, reaction + REACTION * r->loop[l] + 3, vector);
+    }
     note_row(j, g->t);
     r->rows++;
 }
 
-static kempe_status follow(job *j)
+/* Goes to the k-th instant, t, and computes the forces there. */
+static kempe_status go_to(job *j, int k, double t)
 {
     kmp_guide *g = &j->guide;
-    kempe_status status = kmp_guide_start(g, j->times.t[0] + j->t_first);
-    for (int k = 0; k < j->times.count && status == KEMPE_OK; k++) {
+    KMP_TRY(k > 0 ? kmp_guide_advance(g, t) : kmp_guide_start(g, t));
+    return kmp_inverse_at(&j->inverse, g->t, g->q, g->qd, g->qdd);
+}
+
+static kempe_status follow(job *j)
+{
+    for (int k = 0; k < j->times.count; k++) {
         if (kmp_interrupted(j->context))
-            return kmp_fail(j->context, KEMPE_STOPPED, "interrupted at t = %.9g s", g->t);
-        if (k > 0)
-            status = kmp_guide_advance(g, j->times.t[k] + j->t_first);
-        if (status == KEMPE_OK)
-            status = kmp_inverse_at(&j->inverse, g->t, g->q, g->qd, g->qdd);
-        if (status == KEMPE_OK)
-            keep_row(j);
+            return kmp_fail(j->context, KEMPE_STOPPED, "interrupted at t = %.9g s", j->guide.t);
+        KMP_TRY(go_to(j, k, j->times.t[k] + j->t_first));
+        keep_row(j);
     }
-    return status;
+    return KEMPE_OK;
 }
 
 /* -- check of derivatives from the table -------------------------------------------------------------- */
@@ -440,44 +443,37 @@ static bool is_differentiated(const kmp_prescribed *table)
     return any && table->rows >= FEWEST_ROWS;
 }
 
-/* The table with every other row. false: no memory. */
-static bool thin_out(const job *j, kmp_prescribed *thin)
+/* The table with every other row of j's. False: no memory. */
+static bool thin_out(const job *j, job *thin)
 {
     const kmp_reference *x = &j->reference;
     size_t rows = (size_t)(x->rows + 1) / 2, n = (size_t)j->system->n;
-    double *t = KMP_NEW(double, rows), *value[3] = {NULL};
+    double *t, *value[3];
     kmp_gap_in_table gap;
-    bool ok = t;
-    for (int v = 0; v < 3; v++) {
-        ok = (value[v] = KMP_NEW(double, rows *n)) && ok;
-        for (size_t r = 0; ok && r < rows; r++) {
-            t[r] = x->t[2 * r];
+    const kmp_arena_group groups[] = {{(ptrdiff_t)rows, {&t}},
+                                      {(ptrdiff_t)(rows * n), {&value[0], &value[1], &value[2]}}};
+    if (!kmp_arena_make_groups(&thin->arena, 2, groups))
+        return false;
+    for (size_t r = 0; r < rows; r++) {
+        t[r] = x->t[2 * r];
+        for (int v = 0; v < 3; v++)
             memcpy(value[v] + r * n, x->value[KMP_QUANTITY_Q + v] + 2 * r * n, n * sizeof(double));
-        }
     }
-    ok = ok && kmp_prescribed_init(thin, (int)rows, t, (int)n, value[0], value[1], value[2], &gap);
-    kmp_free(t);
-    for (int v = 0; v < 3; v++)
-        kmp_free(value[v]);
-    return ok;
+    return kmp_prescribed_init(&thin->table, (int)rows, t, (int)n, value[0], value[1], value[2], &gap);
 }
 
 /* Repeats the rows along the thinned table, as far as possible. */
-static kempe_status follow_again(job *j, kmp_inverse *inverse, const double *size, double end)
+static kempe_status follow_again(job *j, const double *size, double end)
 {
     kempe_inverse *r = j->r;
-    kmp_guide *g = &j->guide;
-    kempe_status status = kmp_guide_start(g, r->t[0]);
+    kempe_status status = KEMPE_OK;
     for (int k = 0; k < r->rows && r->t[k] <= end && status == KEMPE_OK; k++) {
-        if (k > 0)
-            status = kmp_guide_advance(g, r->t[k]);
+        status = go_to(j, k, r->t[k]);
         if (status == KEMPE_OK)
-            status = kmp_inverse_at(inverse, g->t, g->q, g->qd, g->qdd);
-        if (status == KEMPE_OK)
-            kmp_convergence_row(&r->again, r->t[k], r->a, r->tau + (size_t)k * (size_t)r->a, inverse->tau, size);
+            kmp_convergence_row(&r->again, r->t[k], r->a, kmp_inverse_part(r, k, r->at.tau), j->inverse.tau, size);
     }
     if (status != KEMPE_OK)
-        r->again.stopped = g->t;
+        r->again.stopped = j->guide.t;
     return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
 }
 
@@ -491,33 +487,31 @@ static void warn_again(const kempe_inverse *r)
 }
 
 /* Repeats the study with every other row, where rates or accelerations are derivatives of splines through the rows. */
-static kempe_status check_again(job *j)
+static kempe_status repeat(const job *j, job *again)
 {
     kempe_inverse *r = j->r;
-    job again = {.r = r, .system = j->system, .context = j->context, .ask = j->ask};
-    kmp_inverse inverse = {0};
-    double *size = KMP_NEW(double, r->a);
-    bool ready = size && thin_out(j, &again.table);
-    kempe_status status = ready ? KEMPE_OK : kmp_fail_memory(j->context);
-    for (int k = 0; ready && k < r->a; k++)
+    double *size = KMP_ARENA_NEW(&again->arena, double, r->a);
+    if (!size || !thin_out(j, again))
+        return kmp_fail_memory(j->context);
+    for (int k = 0; k < r->a; k++)
         size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), LEFT_BY_ROUNDING * r->size);
-    r->again = (kmp_convergence){.known = ready, .rtol = NAN, .limit = DERIVATIVES_HOLD, .stopped = NAN};
-    if (status == KEMPE_OK)
-        status = kmp_guide_init(&again.guide, j->system, j->guide.eval->backend->name, &again.table, false, NULL, 0);
-    if (status == KEMPE_OK)
-        status = kmp_inverse_init(&inverse, again.guide.eval, r->a, r->actuator, r->weight);
+    r->again = (kmp_convergence){.known = true, .rtol = NAN, .limit = DERIVATIVES_HOLD, .stopped = NAN};
+    KMP_TRY(prepare_numbers(again, &again->table, false));
     kmp_context_quiet(j->context, true);
-    if (status == KEMPE_OK)
-        status = follow_again(&again, &inverse, size, again.table.t[again.table.rows - 1]);
+    kempe_status status = follow_again(again, size, again->table.t[again->table.rows - 1]);
     kmp_context_quiet(j->context, false);
+    return status;
+}
+
+static kempe_status check_again(job *j)
+{
+    job again = {.r = j->r, .system = j->system, .context = j->context, .ask = j->ask};
+    kempe_status status = repeat(j, &again);
+    release(&again);
     if (status == KEMPE_OK) {
         kmp_context_clear(j->context);
-        warn_again(r);
+        warn_again(j->r);
     }
-    kmp_inverse_free(&inverse);
-    kmp_guide_free(&again.guide);
-    kmp_prescribed_free(&again.table);
-    kmp_free(size);
     return status;
 }
 
@@ -548,7 +542,7 @@ static kempe_status judge(const kempe_inverse *r)
 
 static kempe_status settle_reason(kempe_inverse *r)
 {
-    r->reason = kmp_strdup(r->status == KEMPE_OK ? "" : kempe_context_message(r->system->context));
+    r->reason = kmp_arena_strdup(&r->arena, r->status == KEMPE_OK ? "" : kempe_context_message(r->system->context));
     return r->reason ? r->status : kmp_fail_memory(r->system->context);
 }
 
@@ -574,10 +568,8 @@ static kempe_status run(job *j)
         r->start_u_count = j->guide.part.p;
         memcpy(r->start_u, j->guide.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
     }
-    kempe_status status = settle_reason(r);
-    if (status == KEMPE_OK && !j->ask->no_convergence_check && is_differentiated(&j->table))
-        status = check_again(j);
-    return status;
+    KMP_TRY(settle_reason(r));
+    return !j->ask->no_convergence_check && is_differentiated(&j->table) ? check_again(j) : KEMPE_OK;
 }
 
 kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *ask, kempe_inverse **inverse)

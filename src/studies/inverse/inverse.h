@@ -3,8 +3,8 @@
 #ifndef KMP_STUDIES_INVERSE_INVERSE_H
 #define KMP_STUDIES_INVERSE_INVERSE_H
 
+#include "integrators/run/instant.h"
 #include "output/convergence.h"
-#include "studies/inverse/reactions.h"
 #include <kempe/inverse.h>
 
 typedef enum kmp_inverse_motion { KMP_INVERSE_DRIVES, KMP_INVERSE_TABLE, KMP_INVERSE_START } kmp_inverse_motion;
@@ -17,6 +17,7 @@ typedef struct kmp_inverse_summary {
 
 struct kempe_inverse {
     const kempe_system *system;
+    kmp_arena arena; /* of all but warnings */
     kempe_status status;
     char *reason;   /* "" when ok */
     char *warnings; /* of the computation, one per line */
@@ -27,12 +28,16 @@ struct kempe_inverse {
     int *actuator;  /* a coordinates */
     double *weight; /* a */
     bool weighted;
-    int rows, room;
+    int rows;
     double *t;
-    double *q, *qd, *qdd; /* rows x n */
-    double *tau, *power;  /* rows x a */
-    double *lambda;       /* rows x m */
-    double *reaction;     /* rows x loops x KMP_REACTION */
+    int width;
+    double *value; /* rows x width, with these parts at: */
+    struct kmp_inverse_places {
+        int tau, power;    /* a */
+        int q, qd, qdd;    /* n */
+        int lambda;        /* rows of loops */
+        int force, moment; /* 3 a loop */
+    } at;
 
     int freedoms, rank; /* p and the least rank of its equations */
     int singular; /* rows with additional degrees of freedom: the loops are singular there, and the summary is of the
@@ -51,6 +56,12 @@ struct kempe_inverse {
     kmp_convergence again; /* with every other row of the table; unknown where it has all rates and accelerations */
     double build_s, cpu_s;
 };
+
+/** A part of a row. */
+static inline double *kmp_inverse_part(const kempe_inverse *inverse, int row, int at)
+{
+    return inverse->value + (ptrdiff_t)row * inverse->width + at;
+}
 
 /** Over all rows, of actuator k. */
 kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k);

@@ -34,13 +34,13 @@ static const char *kind_of(const kempe_inverse *r)
     return r->a > r->freedoms ? "least norm" : "definite";
 }
 
-/* The largest force (which 0) or moment (3) of a loop, and when. */
-static double largest(const kempe_inverse *r, int loop, int which, double *t)
+/* The largest force (at.force) or moment of a loop, and when. */
+static double largest(const kempe_inverse *r, int loop, int at, double *t)
 {
     double most = -1;
     *t = NAN;
     for (int row = 0; row < r->rows; row++) {
-        const double *x = r->reaction + ((size_t)row * (size_t)r->loops + (size_t)loop) * KMP_REACTION + which;
+        const double *x = kmp_inverse_part(r, row, at + 3 * loop);
         double size = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
         if (size > most) {
             most = size;
@@ -97,7 +97,8 @@ static void show_one_row(kmp_text *text, const kempe_inverse *r, int width)
     kmp_text_printf(text, "  %-*s  unit  %22s  %22s\n", width, "", "effort", "power, W");
     for (int k = 0; k < r->a; k++)
         kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g\n", width, name_of(r, r->actuator[k]),
-                        unit_of(r, r->actuator[k]), r->tau[k], r->power[k]);
+                        unit_of(r, r->actuator[k]), *kmp_inverse_part(r, 0, r->at.tau + k),
+                        *kmp_inverse_part(r, 0, r->at.power + k));
 }
 
 static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
@@ -122,7 +123,8 @@ static void show_loops(kmp_text *text, const kempe_inverse *r, int width)
         return;
     kmp_text_printf(text, "\n  %-*s  %13s  %9s  %13s  %9s\n", width, "", "force, N", "at t", "moment, N m", "at t");
     for (int l = 0; l < r->loops; l++) {
-        double force_t, moment_t, force = largest(r, l, 0, &force_t), moment = largest(r, l, 3, &moment_t);
+        double force_t, moment_t, force = largest(r, l, r->at.force, &force_t),
+                                  moment = largest(r, l, r->at.moment, &moment_t);
         kmp_text_printf(text, "  %-*s  %13.6g  %9.6g  %13.6g  ", width, r->system->model->closures[r->loop[l]].name,
                         force, force_t, moment);
         if (moment > 0)
@@ -182,8 +184,9 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
     kmp_text_printf(text, "cpu       %.4g ms analysis, %.4g ms preparation\n", 1e3 * r->cpu_s, 1e3 * r->build_s);
 }
 
-static void show(kmp_text *text, const kempe_inverse *r)
+static void show(kmp_text *text, const void *result)
 {
+    const kempe_inverse *r = result;
     int width = name_width(r);
     show_head(text, r);
     if (r->rows == 0)
@@ -259,64 +262,62 @@ static void json_kind(kmp_json *json, const kempe_inverse *r)
     kmp_json_end(json);
 }
 
-/* Entry `at` of each row of a table with `width` entries, `count` of them as one array each. */
-static void json_column(kmp_json *json, const char *key, const kempe_inverse *r, const double *table, int width, int at,
-                        int count)
+/* The values at a place of each row, `count` of them as an array each. */
+static void json_column(kmp_json *json, const char *key, const kempe_inverse *r, int at, int count)
 {
     kmp_json_array(json, key);
-    for (int row = 0; row < r->rows; row++) {
-        const double *x = table + (size_t)row * (size_t)width + at;
-        if (count == 1)
-            kmp_json_number(json, NULL, x[0]);
-        else
-            kmp_json_numbers(json, NULL, count, x);
+    for (int row = 0; row < r->rows; row++)
+        kmp_json_numbers(json, NULL, count, kmp_inverse_part(r, row, at));
+    kmp_json_end(json);
+}
+
+static void json_actuated(kmp_json *json, const char *key, const kempe_inverse *r, int at)
+{
+    kmp_json_object(json, key);
+    for (int k = 0; k < r->a; k++) {
+        kmp_json_array(json, name_of(r, r->actuator[k]));
+        for (int row = 0; row < r->rows; row++)
+            kmp_json_number(json, NULL, *kmp_inverse_part(r, row, at + k));
+        kmp_json_end(json);
     }
     kmp_json_end(json);
 }
 
-/* The rows of closure c, which are consecutive. */
-static void json_multipliers(kmp_json *json, const kempe_inverse *r, int c)
+static void json_vectors(kmp_json *json, const char *key, const kempe_inverse *r, int at)
+{
+    kmp_json_object(json, key);
+    for (int l = 0; l < r->loops; l++)
+        json_column(json, r->system->model->closures[r->loop[l]].name, r, at + 3 * l, 3);
+    kmp_json_end(json);
+}
+
+static void json_multipliers(kmp_json *json, const kempe_inverse *r)
 {
     const kempe_system *s = r->system;
-    int first = 0, count = 0;
-    while (first < s->m && s->rows[first].closure < c)
-        first++;
-    while (first + count < s->m && s->rows[first + count].closure == c)
-        count++;
-    kmp_json_array(json, s->model->closures[c].name);
-    for (int row = 0; row < r->rows; row++)
-        kmp_json_numbers(json, NULL, count, r->lambda + (size_t)row * (size_t)s->m + first);
+    kmp_json_object(json, "lambda");
+    for (int l = 0, at = r->at.lambda; l < r->loops; l++) {
+        int count = 0;
+        for (int k = 0; k < s->m; k++)
+            count += s->rows[k].closure == r->loop[l];
+        json_column(json, s->model->closures[r->loop[l]].name, r, at, count);
+        at += count;
+    }
     kmp_json_end(json);
 }
 
 static void json_rows(kmp_json *json, const kempe_inverse *r)
 {
-    const kempe_model *model = r->system->model;
-    int width = r->loops * KMP_REACTION;
     kmp_json_numbers(json, "t", r->rows, r->t);
-    kmp_json_object(json, "tau");
-    for (int k = 0; k < r->a; k++)
-        json_column(json, name_of(r, r->actuator[k]), r, r->tau, r->a, k, 1);
-    kmp_json_end(json);
-    kmp_json_object(json, "power");
-    for (int k = 0; k < r->a; k++)
-        json_column(json, name_of(r, r->actuator[k]), r, r->power, r->a, k, 1);
-    kmp_json_end(json);
-    kmp_json_object(json, "lambda");
-    for (int l = 0; l < r->loops; l++)
-        json_multipliers(json, r, r->loop[l]);
-    kmp_json_end(json);
-    for (int moment = 0; moment < 2; moment++) {
-        kmp_json_object(json, moment ? "moment" : "reaction");
-        for (int l = 0; l < r->loops; l++)
-            json_column(json, model->closures[r->loop[l]].name, r, r->reaction, width, l * KMP_REACTION + 3 * moment,
-                        3);
-        kmp_json_end(json);
-    }
+    json_actuated(json, "tau", r, r->at.tau);
+    json_actuated(json, "power", r, r->at.power);
+    json_multipliers(json, r);
+    json_vectors(json, "reaction", r, r->at.force);
+    json_vectors(json, "moment", r, r->at.moment);
 }
 
-static void json(kmp_text *text, const kempe_inverse *r)
+static void json(kmp_text *text, const void *result)
 {
+    const kempe_inverse *r = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, r->system, r->status, r->reason, r->build_s, r->warnings);
     json_motion(&j, r);
@@ -331,12 +332,5 @@ static void json(kmp_text *text, const kempe_inverse *r)
 kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, inverse, "inverse");
-    KMP_WANTED(inverse->system->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(inverse->system->context);
-    if (format == KEMPE_JSON)
-        json(&out, inverse);
-    else
-        show(&out, inverse);
-    return kmp_print_finish(inverse->system->context, &out, text);
+    return kmp_print_result(inverse->system->context, format == KEMPE_JSON ? json : show, inverse, text);
 }

@@ -16,8 +16,7 @@ kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
     kmp_inverse_summary s = {0};
     double squares = 0;
     for (int row = 0; row < r->rows; row++) {
-        size_t at = (size_t)row * (size_t)r->a + (size_t)k;
-        double tau = r->tau[at], power = r->power[at];
+        double tau = *kmp_inverse_part(r, row, r->at.tau + k), power = *kmp_inverse_part(r, row, r->at.power + k);
         if (row == 0 || fabs(tau) > fabs(s.peak)) {
             s.peak = tau;
             s.peak_t = r->t[row];
@@ -27,9 +26,9 @@ kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
             s.power_t = r->t[row];
         }
         if (row > 0) {
-            double h = r->t[row] - r->t[row - 1], before = r->tau[at - (size_t)r->a];
+            double h = r->t[row] - r->t[row - 1], before = *kmp_inverse_part(r, row - 1, r->at.tau + k);
             squares += h / 2 * (tau * tau + before * before);
-            s.work += h / 2 * (power + r->power[at - (size_t)r->a]);
+            s.work += h / 2 * (power + *kmp_inverse_part(r, row - 1, r->at.power + k));
         }
     }
     s.rms = r->rows > 1 ? sqrt(squares / (r->t[r->rows - 1] - r->t[0])) : fabs(s.peak);

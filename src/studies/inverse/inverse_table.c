@@ -5,12 +5,6 @@
 #include "studies/inverse/inverse.h"
 #include <kempe/inverse.h>
 
-/* Rows of drives have no multiplier. */
-static bool has_multiplier(const kempe_system *s, int row)
-{
-    return !kmp_closure_is_drive(&s->model->closures[s->rows[row].closure]);
-}
-
 static void put_columns(kempe_table *table, const kempe_inverse *r)
 {
     const kempe_model *model = r->system->model;
@@ -22,8 +16,8 @@ static void put_columns(kempe_table *table, const kempe_inverse *r)
         kmp_tabulate_column(table, "W", "power.%s", model->motions[r->actuator[k]].name);
     for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QDD; quantity++)
         kmp_tabulate_quantity(table, r->system, quantity);
-    for (int k = 0; k < r->m; k++)
-        if (has_multiplier(r->system, k))
+    for (int k = 0; k < r->m; k++) /* drives have no multipliers */
+        if (!kmp_closure_is_drive(&model->closures[r->system->rows[k].closure]))
             kmp_tabulate_column(table, kmp_quantity_unit(r->system, KMP_QUANTITY_LAMBDA, k), "lambda.%s",
                                 r->system->row_names[k]);
     for (int moment = 0; moment < 2; moment++)
@@ -32,31 +26,15 @@ static void put_columns(kempe_table *table, const kempe_inverse *r)
                                 model->closures[r->loop[k / 3]].name, "xyz"[k % 3]);
 }
 
-static void put_row(kempe_table *table, const kempe_inverse *r, size_t row)
-{
-    size_t n = (size_t)r->n, a = (size_t)r->a, loops = (size_t)r->loops;
-    const double *lambda = r->lambda + row * (size_t)r->m;
-    kmp_tabulate_row(table);
-    kmp_tabulate_number(table, r->t[row]);
-    kmp_tabulate_numbers(table, r->a, r->tau + row * a);
-    kmp_tabulate_numbers(table, r->a, r->power + row * a);
-    kmp_tabulate_numbers(table, r->n, r->q + row * n);
-    kmp_tabulate_numbers(table, r->n, r->qd + row * n);
-    kmp_tabulate_numbers(table, r->n, r->qdd + row * n);
-    for (int k = 0; k < r->m; k++)
-        if (has_multiplier(r->system, k))
-            kmp_tabulate_number(table, lambda[k]);
-    for (size_t part = 0; part < KMP_REACTION; part += 3)
-        for (size_t l = 0; l < loops; l++)
-            kmp_tabulate_numbers(table, 3, r->reaction + (row * loops + l) * KMP_REACTION + part);
-}
-
 static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_inverse *r = result;
     put_columns(table, r);
-    for (size_t row = 0; row < (size_t)r->rows; row++)
-        put_row(table, r, row);
+    for (int row = 0; row < r->rows; row++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_number(table, r->t[row]);
+        kmp_tabulate_numbers(table, r->width, kmp_inverse_part(r, row, 0));
+    }
 }
 
 kempe_status kempe_inverse_table(const kempe_inverse *inverse, const char *name, kempe_table **table)

@@ -144,17 +144,14 @@ static kempe_status choose(kmp_guide *g, double t, const double *q)
     kmp_eval_mask(g->eval, g->left_out, g->masked);
     if (count > 0)
         memcpy(g->u, g->wish, (size_t)count * sizeof *g->u);
-    kempe_status status = some ? choose_among_given(g, &count) : KEMPE_OK;
-    if (status == KEMPE_OK)
-        status = kmp_partition_init(&g->part, g->system, g->masked, g->u, count);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(some ? choose_among_given(g, &count) : KEMPE_OK);
+    KMP_TRY(kmp_partition_init(&g->part, g->system, g->masked, g->u, count));
     if (!g->motion && !g->at_rest && g->part.p > 0)
         return fail_undetermined(g, g->part.p, g->part.u);
-    status = kmp_reduction_init(&g->red, g->eval, &g->part);
-    if (status == KEMPE_OK && g->red.block && kmp_reduction_factor(&g->red) == 0)
+    KMP_TRY(kmp_reduction_init(&g->red, g->eval, &g->part));
+    if (g->red.block && kmp_reduction_factor(&g->red) == 0)
         kmp_block_take_signs(g->red.block, g->sign);
-    return status;
+    return KEMPE_OK;
 }
 
 /* -- one state --------------------------------------------------------------------------------------- */
@@ -202,16 +199,16 @@ static kempe_status settle(kmp_guide *g, double t)
  * Rows that are redundant where the loops are closed look independent near it. */
 static kempe_status close_anew(kmp_guide *g, double t, bool *closed)
 {
-    kempe_status status = choose(g, t, g->trial);
-    *closed = status == KEMPE_OK && (close_trial(g, t) || kmp_eval_residual(g->eval) <= STALLED);
-    if (!*closed)
-        return status;
-    status = choose(g, t, g->trial);
-    for (int k = 0; status == KEMPE_OK && k < g->part.p; k++)
+    *closed = false;
+    KMP_TRY(choose(g, t, g->trial));
+    if (!close_trial(g, t) && !(kmp_eval_residual(g->eval) <= STALLED))
+        return KEMPE_OK;
+    KMP_TRY(choose(g, t, g->trial));
+    for (int k = 0; k < g->part.p; k++)
         if (g->given[g->part.u[k]])
             g->trial[g->part.u[k]] = g->tq[g->part.u[k]];
-    *closed = status == KEMPE_OK && close_trial(g, t);
-    return status;
+    *closed = close_trial(g, t);
+    return KEMPE_OK;
 }
 
 /* The distance of given coordinates that are not independent from their closed positions. */
@@ -296,9 +293,9 @@ static kempe_status try_step(kmp_guide *g, double next, bool *done)
     if (*done || !is_all_given(g))
         return KEMPE_OK;
     memcpy(g->trial, g->tq, (size_t)g->n * sizeof *g->trial);
-    kempe_status status = close_anew(g, next, done);
+    KMP_TRY(close_anew(g, next, done));
     *done = *done && settle(g, next) == KEMPE_OK;
-    return status;
+    return KEMPE_OK;
 }
 
 kempe_status kmp_guide_advance(kmp_guide *guide, double t)
@@ -308,13 +305,11 @@ kempe_status kmp_guide_advance(kmp_guide *guide, double t)
     double from = g->t;
     while (g->t < t && kmp_parts_next(&way, SHORTEST)) {
         bool done = false;
-        kempe_status status = try_step(g, way.next < 1 ? from + way.next * (t - from) : t, &done);
-        if (status == KEMPE_OK && done) {
+        KMP_TRY(try_step(g, way.next < 1 ? from + way.next * (t - from) : t, &done));
+        if (done) {
             note_off(g);
-            status = renew(g);
+            KMP_TRY(renew(g));
         }
-        if (status != KEMPE_OK)
-            return status;
         kmp_parts_take(&way, done);
     }
     return g->t < t ? fail_beyond(g, t) : KEMPE_OK;
@@ -376,11 +371,11 @@ static kempe_status find_beginning(kmp_guide *g, double t)
         memcpy(g->q, g->tq, (size_t)g->n * sizeof *g->q);
         return KEMPE_OK;
     }
-    kempe_status status = take_start(g);
-    if (status != KEMPE_OK || g->at_rest)
-        return status;
-    status = choose(g, 0, g->q);
-    return status == KEMPE_OK ? approach(g, t) : status;
+    KMP_TRY(take_start(g));
+    if (g->at_rest)
+        return KEMPE_OK;
+    KMP_TRY(choose(g, 0, g->q));
+    return approach(g, t);
 }
 
 kempe_status kmp_guide_start(kmp_guide *guide, double t)
@@ -388,13 +383,9 @@ kempe_status kmp_guide_start(kmp_guide *guide, double t)
     kmp_guide *g = guide;
     bool closed = false;
     read_table(g, t);
-    kempe_status status = find_beginning(g, t);
-    if (status == KEMPE_OK) {
-        memcpy(g->trial, g->q, (size_t)g->n * sizeof *g->q);
-        status = close_anew(g, t, &closed);
-    }
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(find_beginning(g, t));
+    memcpy(g->trial, g->q, (size_t)g->n * sizeof *g->q);
+    KMP_TRY(close_anew(g, t, &closed));
     if (!closed || settle(g, t) != KEMPE_OK)
         return kmp_fail(
             g->system->context, KEMPE_E_FAILED,

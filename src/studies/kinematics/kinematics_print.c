@@ -121,8 +121,9 @@ static void show_left_out(kmp_text *text, const kempe_kinematics *k)
     kmp_text_put(text, listed ? "\n" : "");
 }
 
-static void show_all(kmp_text *text, const kempe_kinematics *k)
+static void show_all(kmp_text *text, const void *result)
 {
+    const kempe_kinematics *k = result;
     kmp_text_printf(text, "%s: %s, %d of %d rows\n", k->system->model->name, kmp_status_word(k->status), k->count,
                     k->asked);
     say_leads(text, k);
@@ -232,8 +233,9 @@ static void json_left_out(kmp_json *j, const kempe_model *model)
     kmp_json_end(j);
 }
 
-static void json_all(kmp_text *text, const kempe_kinematics *k)
+static void json_all(kmp_text *text, const void *result)
 {
+    const kempe_kinematics *k = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, k->system, k->status, k->reason, k->system->build_s, k->warnings);
     json_leads(&j, k);
@@ -255,12 +257,5 @@ static void json_all(kmp_text *text, const kempe_kinematics *k)
 kempe_status kempe_kinematics_print(const kempe_kinematics *k, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, k, "kinematics");
-    KMP_WANTED(k->system->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(k->system->context);
-    if (format == KEMPE_JSON)
-        json_all(&out, k);
-    else
-        show_all(&out, k);
-    return kmp_print_finish(k->system->context, &out, text);
+    return kmp_print_result(k->system->context, format == KEMPE_JSON ? json_all : show_all, k, text);
 }

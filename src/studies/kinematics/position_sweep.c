@@ -9,7 +9,6 @@
 #include "constraints/partition/causes.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
-#include "studies/kinematics/sweep_options.h"
 #include <kempe/check.h>
 #include <kempe/kinematics.h>
 #include <math.h>

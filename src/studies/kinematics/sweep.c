@@ -344,10 +344,8 @@ static kempe_status refresh(kmp_sweep *w)
     int v, u;
     if (!kmp_sweep_evaluate(w, w->here.x) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
         w->margin.rows > KMP_ROWS_SWEEP) {
-        kempe_status status = choose(w, w->margin.r);
         w->effort.exchanges++;
-        if (status != KEMPE_OK)
-            return status;
+        KMP_TRY(choose(w, w->margin.r));
         if (!kmp_sweep_evaluate(w, w->here.x))
             return KEMPE_E_FAILED;
     }

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reads names and ranges of a sweep: driven coordinates and time, fixed coordinates, and deactivated drives. Driven
  * coordinates are then compared with the degrees of freedom. */
-#include "studies/kinematics/sweep_options.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "model/expressions/ranges.h"
 #include "model/tables/nearest.h"
 #include "output/quantity.h"
+#include "studies/kinematics/position_sweep.h"
 #include <kempe/kinematics.h>
 #include <math.h>
 #include <stdio.h>

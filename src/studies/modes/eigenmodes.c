@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/modes/eigenmodes.h"
-#include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "model/model.h"
 #include <math.h>
@@ -109,38 +108,32 @@ static void show(kmp_modes *s, const kmp_linear *l, double *q)
         }
 }
 
-static kempe_status measure(kmp_modes *s, kmp_linear *l)
+static void measure(kmp_modes *s, kmp_linear *l, double *mass, double *work)
 {
-    double *mass = KMP_NEW(double, (size_t)s->n *(size_t)s->n), *work = KMP_NEW(double, 4 * (size_t)s->n);
-    bool ok = mass && work;
-    if (ok) {
-        kmp_eval_dense_mass(l->eval, mass);
-        for (int c = 0; c < s->count; c++)
-            shape(s, l, c);
-        energies(s, l, mass, work);
-        show(s, l, work);
-    }
-    kmp_free(mass);
-    kmp_free(work);
-    return ok ? KEMPE_OK : kmp_fail_memory(s->system->context);
+    kmp_eval_dense_mass(l->eval, mass);
+    for (int c = 0; c < s->count; c++)
+        shape(s, l, c);
+    energies(s, l, mass, work);
+    show(s, l, work);
 }
 
 kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
 {
     const kempe_system *system = linear->system;
     kmp_modes s = {.system = system, .n = linear->n, .p = linear->p, .count = 2 * linear->p};
-    if (!make_room(&s)) {
-        kmp_modes_free(&s);
-        return kmp_fail_memory(system->context);
-    }
-    memcpy(s.u, linear->part.u, (size_t)s.p * sizeof *s.u);
-    kempe_status status = kmp_linear_spectrum(linear, &s.spectrum);
-    if (status == KEMPE_OK)
-        status = measure(&s, linear);
-    if (status == KEMPE_OK)
+    kmp_arena scratch = {0};
+    double *mass, *work;
+    const kmp_arena_group groups[] = {{(ptrdiff_t)s.n * s.n, {&mass}}, {4 * (ptrdiff_t)s.n, {&work}}};
+    bool room = make_room(&s) && kmp_arena_make_groups(&scratch, 2, groups);
+    kempe_status status = room ? kmp_linear_spectrum(linear, &s.spectrum) : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK) {
+        memcpy(s.u, linear->part.u, (size_t)s.p * sizeof *s.u);
+        measure(&s, linear, mass, work);
         *modes = s;
-    else
+    } else {
         kmp_modes_free(&s);
+    }
+    kmp_arena_free(&scratch);
     return status;
 }
 

@@ -107,14 +107,12 @@ static kempe_status advance(maker *m, const station *from, station *to, int halv
 /* Computes the station at a value, with the branches of `from`. */
 static kempe_status reach(maker *m, const station *from, double value, int halvings, station *to, double *doubt)
 {
-    kempe_status status = arrive(m, value, to);
-    if (status != KEMPE_OK)
-        return status;
-    if (to->modes.count == from->modes.count)
-        status = advance(m, from, to, halvings, doubt);
-    else
-        status = kmp_fail(m->context, KEMPE_E_FAILED, "there are %d degrees of freedom at %g, and %d at %g",
-                          from->modes.p, from->value, to->modes.p, value);
+    KMP_TRY(arrive(m, value, to));
+    kempe_status status =
+        to->modes.count == from->modes.count
+            ? advance(m, from, to, halvings, doubt)
+            : kmp_fail(m->context, KEMPE_E_FAILED, "there are %d degrees of freedom at %g, and %d at %g", from->modes.p,
+                       from->value, to->modes.p, value);
     if (status != KEMPE_OK)
         leave(to);
     return status;
@@ -209,10 +207,11 @@ static kempe_status look_beyond(maker *m, bracket *b, const around *values)
     if (isnan(beyond))
         return KEMPE_OK;
     kempe_status status = reach(m, still->at, beyond, 0, &farther, &doubt);
+    if (status == KEMPE_E_MEMORY)
+        return status;
     if (status != KEMPE_OK) {
-        if (status != KEMPE_E_MEMORY)
-            kmp_context_clear(m->context);
-        return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+        kmp_context_clear(m->context);
+        return KEMPE_OK;
     }
     place there = place_at(&farther, b->branch);
     b->crosses = -there.re > there.noise;
@@ -269,13 +268,11 @@ static kempe_status look_between(maker *m, const station *from, const station *t
 static bool make_room(maker *m, int count)
 {
     kmp_locus *l = m->l;
-    size_t all = (size_t)count * (size_t)l->values, square = (size_t)count * (size_t)count;
+    const kmp_arena_group all[] = {{(ptrdiff_t)count * l->values, {&l->re, &l->im}}};
     l->count = count;
-    l->re = KMP_ARENA_NEW(&l->arena, double, all);
-    l->im = KMP_ARENA_NEW(&l->arena, double, all);
-    m->cost = KMP_ARENA_NEW(&m->arena, double, square);
+    m->cost = KMP_ARENA_NEW(&m->arena, double, (size_t)count *(size_t)count);
     m->column = KMP_ARENA_NEW(&m->arena, int, count);
-    return !l->arena.failed && !m->arena.failed;
+    return kmp_arena_make_groups(&l->arena, 1, all) && !m->arena.failed;
 }
 
 static void note(kmp_locus *l, const station *s, double doubt)
@@ -288,16 +285,21 @@ static void note(kmp_locus *l, const station *s, double doubt)
     l->doubt[k] = doubt;
 }
 
-static kempe_status begin(maker *m, station *first)
+static kempe_status begin(maker *m, const double *values, station *first)
 {
-    KMP_TRY(arrive(m, m->l->value[0], first));
+    kmp_locus *l = m->l;
+    const kmp_arena_group groups[] = {{l->values, {&l->value, &l->doubt}}};
+    if (!kmp_arena_make_groups(&l->arena, 1, groups))
+        return kmp_fail_memory(m->context);
+    memcpy(l->value, values, (size_t)l->values * sizeof *values);
+    KMP_TRY(arrive(m, l->value[0], first));
     if (!make_room(m, first->modes.count)) {
         leave(first);
         return kmp_fail_memory(m->context);
     }
     for (int b = 0; b < first->modes.count; b++)
         first->at[b] = b;
-    note(m->l, first, 0);
+    note(l, first, 0);
     return KEMPE_OK;
 }
 
@@ -328,13 +330,7 @@ kempe_status kmp_locus_make(kmp_station *visited, int count, const double *value
     kmp_locus l = {.values = count};
     maker m = {.context = context, .visited = visited, .l = &l};
     station here = {0};
-    l.value = KMP_ARENA_NEW(&l.arena, double, count);
-    l.doubt = KMP_ARENA_NEW(&l.arena, double, count);
-    kempe_status status = l.arena.failed ? kmp_fail_memory(context) : KEMPE_OK;
-    if (status == KEMPE_OK) {
-        memcpy(l.value, values, (size_t)count * sizeof *values);
-        status = begin(&m, &here);
-    }
+    kempe_status status = begin(&m, values, &here);
     if (status == KEMPE_OK) {
         status = go(&m, &here);
         if (status == KEMPE_E_FAILED)

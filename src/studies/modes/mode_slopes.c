@@ -2,7 +2,6 @@
 /* Derivatives of eigenvalues by parameters: of simple ones by left and right vectors, of equal ones by a small
  * eigenvalue problem in their eigenspace (Lancaster 1964; Mills-Curran 1988). */
 #include "studies/modes/mode_slopes.h"
-#include "base/memory.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
 #include <complex.h>
@@ -228,8 +227,7 @@ static void share(work *w, int g, int k, kempe_status status)
 static kempe_status follow_all(work *w)
 {
     const kmp_spectrum *sp = w->spectrum;
-    kempe_status status = KEMPE_OK;
-    for (int i = sp->zeros; status == KEMPE_OK && i < sp->count; i++) {
+    for (int i = sp->zeros; i < sp->count; i++) {
         if (w->done[i] || sp->im[i] < 0)
             continue;
         int g = gather(w, i);
@@ -238,15 +236,14 @@ static kempe_status follow_all(work *w)
             mean += value_of(sp, w->group[j]) / g;
             w->done[w->group[j]] = true;
         }
-        for (int k = 0; status == KEMPE_OK && k < w->out->count; k++) {
+        for (int k = 0; k < w->out->count; k++) {
             kempe_status moved = move_group(w, g, mean, k);
             if (moved < 0)
-                status = moved;
-            else
-                share(w, g, k, moved);
+                return moved;
+            share(w, g, k, moved);
         }
     }
-    return status;
+    return KEMPE_OK;
 }
 
 /* -- all eigenvalues --------------------------------------------------------------------------------- */
@@ -255,11 +252,9 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
                                   const kmp_spectrum *spectrum)
 {
     int modes = spectrum->count, count = shift->count;
-    *slopes = (kmp_mode_slopes){.modes = modes,
-                                .count = count,
-                                .kind = KMP_NEW(kmp_mode_kind, modes),
-                                .re = KMP_NEW(double, modes *count),
-                                .im = KMP_NEW(double, modes *count)};
+    *slopes = (kmp_mode_slopes){.modes = modes, .count = count};
+    const kmp_arena_group groups[] = {{modes * count, {&slopes->re, &slopes->im}}};
+    slopes->kind = KMP_ARENA_NEW(&slopes->arena, kmp_mode_kind, modes);
     work w = {.linear = linear,
               .bend = bend,
               .shift = shift,
@@ -268,7 +263,7 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
               .p = linear->p,
               .n = linear->n,
               .m = linear->m};
-    bool ok = slopes->kind && slopes->re && slopes->im && make_room(&w);
+    bool ok = kmp_arena_make_groups(&slopes->arena, 1, groups) && make_room(&w);
     for (int i = 0; ok && i < spectrum->zeros; i++) {
         slopes->kind[i] = KMP_MODE_ZERO;
         for (int k = 0; k < count; k++)
@@ -288,8 +283,6 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
 
 void kmp_mode_slopes_free(kmp_mode_slopes *slopes)
 {
-    kmp_free(slopes->kind);
-    kmp_free(slopes->re);
-    kmp_free(slopes->im);
+    kmp_arena_free(&slopes->arena);
     *slopes = (kmp_mode_slopes){0};
 }

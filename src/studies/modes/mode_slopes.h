@@ -24,6 +24,7 @@ typedef enum kmp_mode_kind {
 } kmp_mode_kind;
 
 typedef struct kmp_mode_slopes {
+    kmp_arena arena;  /* of all arrays */
     int modes, count; /* eigenvalues of the spectrum, parameters */
     kmp_mode_kind *kind;
     double *re, *im; /* of eigenvalue i by parameter k at i count + k; NaN where there is none */

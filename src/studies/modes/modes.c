@@ -28,15 +28,6 @@ static kempe_status read_orders(kempe_modes *m, const char *text)
     return KEMPE_OK;
 }
 
-/* Rates that are kept; of the one that varies, if any, the range is given away. */
-static kempe_status read_rates(kempe_modes *m, const char *text, kmp_ranges *ranges, int *varies)
-{
-    KMP_TRY(text ? kmp_ranges_read(m->system->context, text, ranges) : KEMPE_OK);
-    KMP_TRY(kmp_steady_take(m->system->model, ranges, varies, &m->rates));
-    m->rate_count = ranges->count;
-    return KEMPE_OK;
-}
-
 static kempe_status here(kempe_modes *m, const kmp_station_ask *ask)
 {
     size_t n = (size_t)m->system->n;
@@ -112,9 +103,9 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_options *ask, kmp_
     if (rate && ask->sweep)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "only one quantity can be swept: the rate of '%s', or that of --sweep", rate->name);
-    if (m->rate_count > 0 && at->word && strncmp(at->word, "equilibrium ", 12) == 0)
+    if (at->rate_count > 0 && at->word && strncmp(at->word, "equilibrium ", 12) == 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "rates are given twice: in the state '%s' and by --rates", at->word);
-    if (m->rate_count > 0 && at->word && strcmp(at->word, "equilibrium") != 0)
+    if (at->rate_count > 0 && at->word && strcmp(at->word, "equilibrium") != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "rates belong to an equilibrium, not to '%s': a start has those of the model", at->word);
     KMP_TRY(here(m, at));
@@ -122,7 +113,7 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_options *ask, kmp_
         return vary(m, ask->sweep, at);
     if (!rate)
         return KEMPE_OK;
-    at->varies = &m->rates[varies];
+    at->varies = &at->rates[varies];
     return sweep(m, at, rate);
 }
 
@@ -147,11 +138,13 @@ static kempe_status make(kempe_modes *m, const kempe_modes_options *ask)
         return kmp_fail_memory(m->system->context);
     KMP_TRY(kmp_coordinates_read(m->system->model, "--independent", ask->independent, wish, &at.wish_count));
     KMP_TRY(read_orders(m, ask->orders));
-    kempe_status status = read_rates(m, rates, &ranges, &varies);
+    KMP_TRY(rates ? kmp_ranges_read(m->system->context, rates, &ranges) : KEMPE_OK);
+    kmp_steady *list;
+    kempe_status status = kmp_steady_take(m->system->model, &ranges, &m->arena, &varies, &list);
     if (status == KEMPE_OK) {
         at.wish = wish;
-        at.rates = m->rates;
-        at.rate_count = m->rate_count;
+        at.rates = list;
+        at.rate_count = ranges.count;
         status = make_of(m, ask, &at, varies >= 0 ? &ranges.range[varies] : NULL, varies);
     }
     kmp_ranges_free(&ranges);
@@ -187,7 +180,6 @@ void kempe_modes_free(kempe_modes *modes)
     kmp_modes_free(&modes->modes);
     kmp_locus_free(&modes->locus);
     kmp_station_free(modes->station);
-    kmp_free(modes->rates);
     kmp_free(modes->warnings);
     kmp_arena_free(&modes->arena);
     kmp_free(modes);

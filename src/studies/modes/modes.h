@@ -15,10 +15,8 @@ struct kempe_modes {
     const kempe_system *system;
     kmp_arena arena; /* of reason, state and name */
     kempe_status status;
-    char *reason;      /* of KEMPE_STOPPED; NULL: none */
-    char *warnings;    /* of the computation, one per line */
-    kmp_steady *rates; /* requested; n of them would be all */
-    int rate_count;
+    char *reason;         /* of KEMPE_STOPPED; NULL: none */
+    char *warnings;       /* of the computation, one per line */
     kmp_station *station; /* at the state */
     kmp_modes modes;
     double *q, *qd; /* of the state */

@@ -184,8 +184,9 @@ static void show_state(kmp_text *text, const kempe_modes *m)
     kmp_text_put(text, "\n\n");
 }
 
-static void show_all(kmp_text *text, const kempe_modes *m)
+static void show_all(kmp_text *text, const void *result)
 {
+    const kempe_modes *m = result;
     show_state(text, m);
     show_modes(text, m);
     kmp_text_put(text, "\nstability  ");
@@ -267,8 +268,9 @@ static void json_locus(kmp_json *j, const kempe_modes *m)
     kmp_json_end(j);
 }
 
-static void json_all(kmp_text *text, const kempe_modes *m)
+static void json_all(kmp_text *text, const void *result)
 {
+    const kempe_modes *m = result;
     const kmp_spectrum *s = &m->modes.spectrum;
     kmp_text verdict = {0};
     kmp_json j = kmp_json_begin(text);
@@ -301,12 +303,5 @@ static void json_all(kmp_text *text, const kempe_modes *m)
 kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, modes, "modes");
-    KMP_WANTED(modes->system->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(modes->system->context);
-    if (format == KEMPE_JSON)
-        json_all(&out, modes);
-    else
-        show_all(&out, modes);
-    return kmp_print_finish(modes->system->context, &out, text);
+    return kmp_print_result(modes->system->context, format == KEMPE_JSON ? json_all : show_all, modes, text);
 }

@@ -7,18 +7,29 @@
 #include <math.h>
 #include <string.h>
 
+static kempe_status prepare(kmp_station *s)
+{
+    const kmp_station_ask *ask = &s->ask;
+    s->rates = KMP_ARENA_NEW(&s->arena, kmp_steady, s->base->n);
+    if (!s->rates)
+        return kmp_fail_memory(s->base->context);
+    s->rate_count = ask->rate_count;
+    if (ask->rate_count > 0)
+        memcpy(s->rates, ask->rates, (size_t)ask->rate_count * sizeof *s->rates);
+    if (ask->name) {
+        KMP_TRY(kmp_variant_new(s->base->model, 1, &ask->name, &s->variant));
+        KMP_TRY(kmp_system_of_variant(s->variant, &s->own));
+    }
+    return kmp_linear_init(&s->linear, s->own ? s->own : s->base, kmp_backend_default());
+}
+
 kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *ask, kmp_station **station)
 {
     kmp_station *s = KMP_NEW(kmp_station, 1);
     if (!s)
         return kmp_fail_memory(system->context);
-    s->base = system;
-    s->ask = *ask;
-    kempe_status status = ask->name ? kmp_variant_new(system->model, 1, &ask->name, &s->variant) : KEMPE_OK;
-    if (status == KEMPE_OK && ask->name)
-        status = kmp_system_of_variant(s->variant, &s->own);
-    if (status == KEMPE_OK)
-        status = kmp_linear_init(&s->linear, s->own ? s->own : system, kmp_backend_default());
+    *s = (kmp_station){.base = system, .ask = *ask};
+    kempe_status status = prepare(s);
     if (status == KEMPE_OK)
         *station = s;
     else
@@ -31,10 +42,10 @@ void kmp_station_free(kmp_station *station)
     if (!station)
         return;
     kmp_operating_free(station->state);
-    kmp_free(station->found);
     kmp_linear_free(&station->linear);
     kempe_system_free(station->own);
     kmp_variant_free(station->variant);
+    kmp_arena_free(&station->arena);
     kmp_free(station);
 }
 
@@ -43,22 +54,11 @@ void kmp_station_free(kmp_station *station)
 /* `nearest`: any equilibrium nearby, so that one that is no longer stable is followed, too. */
 static kempe_status settle(kmp_station *s, bool nearest)
 {
-    kmp_search search = {.newton = nearest, .rates = s->ask.rates, .rate_count = s->ask.rate_count};
+    kmp_search search = {.newton = nearest, .rates = s->rates, .rate_count = s->rate_count};
     kempe_status status = kmp_operating_settle(s->state, &s->linear, &search);
-    if (search.rates != s->ask.rates) {
-        s->found = s->ask.rates = search.rates;
-        s->ask.rate_count = search.rate_count;
-    }
+    if (status == KEMPE_OK)
+        s->rate_count = search.rate_count; /* of a steady motion that was found where there is no rest */
     return status;
-}
-
-static void forget_found(kmp_station *s)
-{
-    if (!s->found)
-        return;
-    kmp_free(s->found);
-    s->found = s->ask.rates = NULL;
-    s->ask.rate_count = 0;
 }
 
 static kempe_status find_state(kmp_station *s)
@@ -75,7 +75,7 @@ static kempe_status find_state(kmp_station *s)
     KMP_TRY(kmp_operating_new(s->linear.system, settles ? "start" : s->ask.word, NULL, &fresh));
     kmp_operating_free(s->state);
     s->state = fresh;
-    forget_found(s);
+    s->rate_count = s->ask.rate_count;
     return settles ? settle(s, false) : KEMPE_OK; /* here, where the equations are derived already */
 }
 
@@ -83,13 +83,10 @@ kempe_status kmp_station_go(kmp_station *station, double value, kmp_modes *modes
 {
     kmp_station *s = station;
     kempe_context *context = s->base->context;
-    kempe_status status = s->variant ? kmp_linear_vary(&s->linear, s->own, s->variant, &value) : KEMPE_OK;
+    KMP_TRY(s->variant ? kmp_linear_vary(&s->linear, s->own, s->variant, &value) : KEMPE_OK);
     if (s->ask.varies)
-        s->ask.varies->rate = value;
-    if (status == KEMPE_OK)
-        status = find_state(s);
-    if (status != KEMPE_OK)
-        return status;
+        s->rates[s->ask.varies - s->ask.rates].rate = value;
+    KMP_TRY(find_state(s));
     KMP_TRY(kmp_operating_take(s->state, &s->linear, s->ask.wish, s->ask.wish_count));
     if (s->linear.p == 0)
         return kmp_fail(context, KEMPE_E_FAILED, "there are no degrees of freedom, and so no modes");

@@ -14,9 +14,9 @@ typedef struct kmp_station_ask {
     const char *word; /* the state (kmp_operating_new) */
     const int *wish;  /* coordinates requested as independent */
     int wish_count;
-    kmp_steady *rates; /* constant rates of an equilibrium; one may vary, and is then written to */
+    const kmp_steady *rates; /* constant rates of an equilibrium */
     int rate_count;
-    kmp_steady *varies; /* the varied rate; NULL: none */
+    const kmp_steady *varies; /* the one that varies; NULL: none */
 } kmp_station_ask;
 
 typedef struct kmp_station {
@@ -26,7 +26,9 @@ typedef struct kmp_station {
     kempe_system *own;    /* of the variant */
     kmp_linear linear;    /* at the last state */
     kmp_operating *state; /* the last one */
-    kmp_steady *found;    /* the rates of a steady motion that was found where there is no rest; NULL: none */
+    kmp_arena arena;      /* of rates */
+    kmp_steady *rates;    /* the current ones, also of a steady motion that was found; room for n */
+    int rate_count;
 } kmp_station;
 
 /** KEMPE_E_ARGUMENT: the quantity cannot be varied. */

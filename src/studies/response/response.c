@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The frequency response study: its computation, results and table. */
 #include "studies/response/response.h"
-#include "base/file.h"
 #include "base/memory.h"
 #include "model/expressions/ranges.h"
+#include "output/result_table.h"
 #include <kempe/response.h>
 #include <math.h>
 #include <string.h>
@@ -184,139 +184,62 @@ void kempe_response_free(kempe_response *r)
     kmp_free(r);
 }
 
-/* -- results ----------------------------------------------------------------------------------------- */
-
-int kempe_response_count(const kempe_response *r)
-{
-    KMP_GIVEN(r, 0);
-    return r->frequency.count;
-}
-
-double kempe_response_frequency(const kempe_response *r, int k)
-{
-    KMP_GIVEN(r && k >= 0 && k < r->frequency.count, NAN);
-    return r->frequency.at[k];
-}
-
-int kempe_response_input_count(const kempe_response *r)
-{
-    KMP_GIVEN(r, 0);
-    return r->channels.inputs.count;
-}
-
-int kempe_response_output_count(const kempe_response *r)
-{
-    KMP_GIVEN(r, 0);
-    return r->channels.outputs.count;
-}
-
-const char *kempe_response_input_name(const kempe_response *r, int input)
-{
-    KMP_GIVEN(r && input >= 0 && input < r->channels.inputs.count, "");
-    return r->channels.inputs.input[input].name;
-}
-
-const char *kempe_response_output_name(const kempe_response *r, int output)
-{
-    KMP_GIVEN(r && output >= 0 && output < r->channels.outputs.count, "");
-    return r->channels.outputs.name[output];
-}
-
-const char *kempe_response_input_unit(const kempe_response *r, int input)
-{
-    KMP_GIVEN(r && input >= 0 && input < r->channels.inputs.count, "");
-    return kmp_response_input_unit(r, input);
-}
-
-const char *kempe_response_output_unit(const kempe_response *r, int output)
-{
-    KMP_GIVEN(r && output >= 0 && output < r->channels.outputs.count, "");
-    return r->channels.outputs.unit[output];
-}
-
-int kempe_response_at(const kempe_response *r, int k, int input, int output, double *re, double *im)
-{
-    KMP_GIVEN(r && k >= 0 && k < r->frequency.count && input >= 0 && input < r->frequency.inputs && output >= 0 &&
-                  output < r->frequency.outputs,
-              0);
-    const kmp_frequency *f = &r->frequency;
-    size_t e = ((size_t)k * (size_t)f->inputs + (size_t)input) * (size_t)f->outputs + (size_t)output;
-    if (f->pole[k])
-        return 0;
-    if (re)
-        *re = f->re[e];
-    if (im)
-        *im = f->im[e];
-    return 1;
-}
-
-int kempe_response_peak_count(const kempe_response *r)
-{
-    KMP_GIVEN(r, 0);
-    return r->frequency.peak_count;
-}
-
-kempe_peak kempe_response_peak(const kempe_response *r, int k)
-{
-    KMP_GIVEN(r && k >= 0 && k < r->frequency.peak_count,
-              ((kempe_peak){.input = -1, .output = -1, .frequency = NAN, .amplitude = NAN, .phase = NAN, .gain = NAN}));
-    const kmp_peak *p = &r->frequency.peak[k];
-    return (kempe_peak){p->input, p->output, p->frequency, p->amplitude, p->phase, p->gain};
-}
-
 void kmp_response_put_unit(kmp_text *text, const kempe_response *r, int input, int output, const char *before,
                            const char *over)
 {
-    const char *of = kempe_response_output_unit(r, output), *by = kempe_response_input_unit(r, input);
+    const char *of = r->channels.outputs.unit[output], *by = kmp_response_input_unit(r, input);
     if (of[0] && by[0])
         kmp_text_printf(text, strchr(by, ' ') ? "%s%s%s(%s)" : "%s%s%s%s", before, of, over, by);
 }
 
-/* -- the table --------------------------------------------------------------------------------------- */
+/* -- tables -------------------------------------------------------------------------------------- */
 
-static void write_number(kmp_text *text, double x)
+static void fill_rows(kempe_table *table, const void *result)
 {
-    kmp_text_put(text, ",");
-    if (isfinite(x))
-        kmp_text_number(text, x);
-}
-
-/* A cell for each pair: of the heads and, k from 0 on, of a frequency's row. */
-static void write_pairs(kmp_text *text, const kempe_response *r, int k, bool units)
-{
-    for (int i = 0; i < r->frequency.inputs; i++)
-        for (int o = 0; o < r->frequency.outputs; o++) {
-            const char *output = kempe_response_output_name(r, o), *input = kempe_response_input_name(r, i);
-            double re = NAN, im = NAN;
-            if (k >= 0) {
-                (void)kempe_response_at(r, k, i, o, &re, &im);
-                write_number(text, hypot(re, im));
-                write_number(text, atan2(im, re) * (360 / two_pi));
-            } else if (units) {
-                kmp_text_put(text, ",");
-                kmp_response_put_unit(text, r, i, o, "", "/");
-                kmp_text_put(text, ",deg");
-            } else {
-                kmp_text_printf(text, ",%s/%s.amplitude,%s/%s.phase", output, input, output, input);
-            }
-        }
-    kmp_text_put(text, "\n");
-}
-
-kempe_status kempe_response_write_csv(const kempe_response *r, const char *path)
-{
-    KMP_WANTED(NULL, r, "response");
-    KMP_WANTED(r->channels.system->context, path, "path");
-    kempe_context *context = r->channels.system->context;
-    kmp_text text = {0};
-    kmp_context_clear(context);
-    kmp_text_put(&text, "# units: Hz");
-    write_pairs(&text, r, -1, true);
-    kmp_text_put(&text, "frequency");
-    write_pairs(&text, r, -1, false);
-    for (int k = 0; k < r->frequency.count; k++) {
-        kmp_text_number(&text, r->frequency.at[k]);
-        write_pairs(&text, r, k, false);
+    const kempe_response *r = result;
+    const kmp_frequency *f = &r->frequency;
+    int pairs = f->inputs * f->outputs;
+    kmp_tabulate_column(table, "Hz", "frequency");
+    for (int k = 0; k < pairs; k++) {
+        int i = k / f->outputs, o = k % f->outputs;
+        const char *output = kmp_response_output(r, o), *input = kmp_response_input(r, i);
+        kmp_text unit = {0};
+        kmp_response_put_unit(&unit, r, i, o, "", "/");
+        kmp_tabulate_column(table, unit.s ? unit.s : "", "%s/%s.amplitude", output, input);
+        kmp_tabulate_column(table, "deg", "%s/%s.phase", output, input);
+        kmp_text_free(&unit);
     }
-    return kmp_file_write(context, path, &text);
+    for (int k = 0; k < f->count; k++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_number(table, f->at[k]);
+        for (int p = 0; p < pairs; p++) {
+            kmp_response_point at = kmp_response_at(r, k, p);
+            kmp_tabulate_number(table, at.amplitude);
+            kmp_tabulate_number(table, at.phase * (360 / two_pi));
+        }
+    }
+}
+
+static void fill_peaks(kempe_table *table, const void *result)
+{
+    const kempe_response *r = result;
+    kmp_tabulate_column(table, NULL, "input");
+    kmp_tabulate_column(table, NULL, "output");
+    kmp_tabulate_column(table, "Hz", "frequency");
+    kmp_tabulate_column(table, "", "amplitude");
+    kmp_tabulate_column(table, "deg", "phase");
+    kmp_tabulate_column(table, "", "gain");
+    for (const kmp_peak *p = r->frequency.peak; p < r->frequency.peak + r->frequency.peak_count; p++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_word(table, kmp_response_input(r, p->input));
+        kmp_tabulate_word(table, kmp_response_output(r, p->output));
+        kmp_tabulate_numbers(table, 4, (double[]){p->frequency, p->amplitude, p->phase * (360 / two_pi), p->gain});
+    }
+}
+
+kempe_status kempe_response_table(const kempe_response *response, const char *name, kempe_table **table)
+{
+    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"peaks", fill_peaks}, {0}};
+    KMP_WANTED(NULL, response, "response");
+    return kmp_tabulate_result(response->channels.system->context, kinds, response, name, table);
 }

@@ -5,6 +5,7 @@
 #include "studies/linearize/channels.h"
 #include "studies/response/frequency.h"
 #include <kempe/response.h>
+#include <math.h>
 
 /** Largest relative effect of rounding on a response. */
 #define KMP_RESPONSE_HOLDS 1e-6
@@ -22,6 +23,30 @@ static inline const char *kmp_response_input_unit(const kempe_response *r, int i
     while (t->load[c].input != input)
         c++;
     return r->channels.loads.unit[c];
+}
+
+static inline const char *kmp_response_input(const kempe_response *r, int input)
+{
+    return r->channels.inputs.input[input].name;
+}
+
+static inline const char *kmp_response_output(const kempe_response *r, int output)
+{
+    return r->channels.outputs.name[output];
+}
+
+/** Amplitude and phase (rad) of a pair at frequency k; NaN on an undamped pole. Pair: outputs of the first input, then
+ * those of the second. */
+typedef struct kmp_response_point {
+    double amplitude, phase;
+} kmp_response_point;
+
+static inline kmp_response_point kmp_response_at(const kempe_response *r, int k, int pair)
+{
+    const kmp_frequency *f = &r->frequency;
+    size_t e = (size_t)k * (size_t)(f->inputs * f->outputs) + (size_t)pair;
+    double re = f->pole[k] ? NAN : f->re[e], im = f->pole[k] ? NAN : f->im[e];
+    return (kmp_response_point){hypot(re, im), atan2(im, re)};
 }
 
 /** Appends `before` and the unit of an output over that of an input; nothing where one of them is unknown. */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `response`: undamped poles, peaks, the static response; as JSON every frequency. */
-#include "base/memory.h"
 #include "output/print.h"
 #include "studies/response/response.h"
 #include <kempe/response.h>
@@ -18,8 +17,7 @@ static int name_width(const kempe_response *r)
     int width = 0;
     for (int i = 0; i < r->frequency.inputs; i++)
         for (int o = 0; o < r->frequency.outputs; o++) {
-            int length =
-                snprintf(NULL, 0, "%s / %s", kempe_response_output_name(r, o), kempe_response_input_name(r, i));
+            int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, o), kmp_response_input(r, i));
             width = length > width ? length : width;
         }
     return width;
@@ -27,10 +25,9 @@ static int name_width(const kempe_response *r)
 
 static void put_pair(kmp_text *text, const kempe_response *r, int input, int output, int width)
 {
-    int length =
-        snprintf(NULL, 0, "%s / %s", kempe_response_output_name(r, output), kempe_response_input_name(r, input));
-    kmp_text_printf(text, "  %s / %s%*s", kempe_response_output_name(r, output), kempe_response_input_name(r, input),
-                    width - length, "");
+    int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, output), kmp_response_input(r, input));
+    kmp_text_printf(text, "  %s / %s%*s", kmp_response_output(r, output), kmp_response_input(r, input), width - length,
+                    "");
 }
 
 static void show_peaks(kmp_text *text, const kempe_response *r, int width)
@@ -96,8 +93,9 @@ static void list_poles(kmp_text *text, const kempe_response *r, bool unstable)
     kmp_text_put(text, count == 0 ? "" : unstable ? "\n" : ": there the answers have unbounded\n");
 }
 
-static void show(kmp_text *text, const kempe_response *r)
+static void show(kmp_text *text, const void *result)
 {
+    const kempe_response *r = result;
     const kmp_frequency *f = &r->frequency;
     int width = name_width(r);
     kmp_text_printf(text, "%s: %d frequencies from %.6g to %.6g Hz, about %s\n", r->channels.system->model->name,
@@ -120,16 +118,16 @@ static void json_channels(kmp_json *j, const kempe_response *r)
     kmp_json_array(j, "inputs");
     for (int i = 0; i < r->frequency.inputs; i++) {
         kmp_json_object(j, NULL);
-        kmp_json_string(j, "name", kempe_response_input_name(r, i));
-        kmp_json_string(j, "unit", kempe_response_input_unit(r, i));
+        kmp_json_string(j, "name", kmp_response_input(r, i));
+        kmp_json_string(j, "unit", kmp_response_input_unit(r, i));
         kmp_json_end(j);
     }
     kmp_json_end(j);
     kmp_json_array(j, "outputs");
     for (int o = 0; o < r->frequency.outputs; o++) {
         kmp_json_object(j, NULL);
-        kmp_json_string(j, "name", kempe_response_output_name(r, o));
-        kmp_json_string(j, "unit", kempe_response_output_unit(r, o));
+        kmp_json_string(j, "name", kmp_response_output(r, o));
+        kmp_json_string(j, "unit", r->channels.outputs.unit[o]);
         kmp_json_end(j);
     }
     kmp_json_end(j);
@@ -150,8 +148,8 @@ static void json_peaks(kmp_json *j, const kempe_response *r)
     for (int k = 0; k < r->frequency.peak_count; k++) {
         const kmp_peak *p = &r->frequency.peak[k];
         kmp_json_object(j, NULL);
-        kmp_json_string(j, "input", kempe_response_input_name(r, p->input));
-        kmp_json_string(j, "output", kempe_response_output_name(r, p->output));
+        kmp_json_string(j, "input", kmp_response_input(r, p->input));
+        kmp_json_string(j, "output", kmp_response_output(r, p->output));
         kmp_json_number(j, "frequency", p->frequency);
         kmp_json_number(j, "amplitude", p->amplitude);
         kmp_json_number(j, "phase_deg", p->phase * (360 / two_pi));
@@ -162,27 +160,24 @@ static void json_peaks(kmp_json *j, const kempe_response *r)
 }
 
 /* Amplitude and phase of one pair over all frequencies; null on poles. */
-static void json_pair(kmp_json *j, const kempe_response *r, int input, int output, double *room)
+static void json_pair(kmp_json *j, const kempe_response *r, int input, int output, const kempe_table *rows)
 {
-    int count = r->frequency.count;
+    int pair = input * r->frequency.outputs + output, count = kempe_table_row_count(rows);
     kmp_json_object(j, NULL);
-    kmp_json_string(j, "input", kempe_response_input_name(r, input));
-    kmp_json_string(j, "output", kempe_response_output_name(r, output));
+    kmp_json_string(j, "input", kmp_response_input(r, input));
+    kmp_json_string(j, "output", kmp_response_output(r, output));
     kmp_json_number(j, "still", r->frequency.still[output + input * r->frequency.outputs]);
-    for (int k = 0; k < count; k++) {
-        double re = NAN, im = NAN;
-        (void)kempe_response_at(r, k, input, output, &re, &im);
-        room[k] = hypot(re, im);
-        room[count + k] = atan2(im, re) * (360 / two_pi);
-    }
-    kmp_json_numbers(j, "amplitude", count, room);
-    kmp_json_numbers(j, "phase_deg", count, room + count);
+    kmp_json_numbers(j, "amplitude", count, kempe_table_values(rows, 1 + 2 * pair));
+    kmp_json_numbers(j, "phase_deg", count, kempe_table_values(rows, 2 + 2 * pair));
     kmp_json_end(j);
 }
 
-static void json(kmp_text *text, const kempe_response *r, double *room)
+static void json(kmp_text *text, const void *result)
 {
+    const kempe_response *r = result;
     const kmp_channels *c = &r->channels;
+    kempe_table *rows = NULL;
+    text->failed = kempe_response_table(r, "rows", &rows) != KEMPE_OK;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, KEMPE_OK, "", c->build_s, c->warnings);
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
@@ -201,25 +196,14 @@ static void json(kmp_text *text, const kempe_response *r, double *room)
     kmp_json_array(&j, "responses");
     for (int i = 0; i < r->frequency.inputs; i++)
         for (int o = 0; o < r->frequency.outputs; o++)
-            json_pair(&j, r, i, o, room);
+            json_pair(&j, r, i, o, rows);
     kmp_json_end(&j);
     kmp_json_end(&j);
+    kempe_table_free(rows);
 }
 
 kempe_status kempe_response_print(const kempe_response *response, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, response, "response");
-    KMP_WANTED(response->channels.linear.system->context, text, "text");
-    kempe_context *context = response->channels.system->context;
-    kmp_text out = {0};
-    kmp_context_clear(context);
-    double *room = KMP_NEW(double, 2 * response->frequency.count);
-    if (!room)
-        return kmp_fail_memory(context);
-    if (format == KEMPE_JSON)
-        json(&out, response, room);
-    else
-        show(&out, response);
-    kmp_free(room);
-    return kmp_print_finish(context, &out, text);
+    return kmp_print_result(response->channels.system->context, format == KEMPE_JSON ? json : show, response, text);
 }

@@ -33,9 +33,8 @@ static int collect(const kempe_response *r, int pair, spot *list)
     const kmp_frequency *f = &r->frequency;
     int count = 0, input = pair / f->outputs, output = pair % f->outputs;
     for (int k = 0; k < f->count; k++) {
-        double re = NAN, im = NAN;
-        (void)kempe_response_at(r, k, input, output, &re, &im);
-        list[count++] = (spot){f->at[k], hypot(re, im), atan2(im, re)};
+        kmp_response_point at = kmp_response_at(r, k, pair);
+        list[count++] = (spot){f->at[k], at.amplitude, at.phase};
     }
     for (int k = 0; k < f->peak_count; k++) {
         const kmp_peak *p = &f->peak[k];
@@ -78,9 +77,8 @@ static void draw_name(kmp_text *text, const kempe_response *r, int pair, double 
     int input = pair / r->frequency.outputs, output = pair % r->frequency.outputs;
     kmp_text unit = {0};
     kmp_response_put_unit(&unit, r, input, output, ", ", " / ");
-    kmp_picture_entry(text, LEFT, y, "curve", kmp_plot_colour(pair), "%s / %s%s%s",
-                      kempe_response_output_name(r, output), kempe_response_input_name(r, input), unit.s ? unit.s : "",
-                      zero ? ": zero" : "");
+    kmp_picture_entry(text, LEFT, y, "curve", kmp_plot_colour(pair), "%s / %s%s%s", kmp_response_output(r, output),
+                      kmp_response_input(r, input), unit.s ? unit.s : "", zero ? ": zero" : "");
     text->failed = text->failed || unit.failed;
     kmp_text_free(&unit);
 }
@@ -96,8 +94,7 @@ static void measure(const kempe_response *r, kmp_plot *amplitude, kmp_plot *phas
     amplitude->axis[0].logarithmic = !r->linear;
     for (int k = 0; k < f->count; k++)
         for (int pair = 0; pair < f->inputs * f->outputs; pair++) {
-            size_t at = (size_t)(k * f->inputs * f->outputs + pair);
-            kmp_plot_reach(amplitude, f->at[k], hypot(f->re[at], f->im[at]));
+            kmp_plot_reach(amplitude, f->at[k], kmp_response_at(r, k, pair).amplitude);
         }
     for (int k = 0; k < f->peak_count; k++)
         kmp_plot_reach(amplitude, f->peak[k].frequency, f->peak[k].amplitude);
