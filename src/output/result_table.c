@@ -88,6 +88,15 @@ void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_q
                             kmp_quantity_name(system, quantity, k));
 }
 
+void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *names)
+{
+    for (const char *s = names; *s; s += strspn(s, " ")) {
+        int length = (int)strcspn(s, " ");
+        kmp_tabulate_column(table, unit, "%.*s", length, s);
+        s += length;
+    }
+}
+
 static bool grow(kempe_table *t)
 {
     int room = 2 * t->row_room + 16;
@@ -144,6 +153,12 @@ void kmp_tabulate_word(kempe_table *table, const char *word)
     table_column *column = next_cell(table);
     if (column && column->word)
         column->word[table->rows - 1] = kmp_arena_strdup(&table->arena, word);
+}
+
+void kmp_tabulate_fail(kempe_table *table)
+{
+    if (table)
+        table->failed = true;
 }
 
 kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kempe_table **out)

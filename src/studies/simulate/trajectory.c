@@ -459,22 +459,6 @@ const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int ro
     return get(trajectory, KMP_QUANTITY_LAMBDA, row);
 }
 
-int kempe_trajectory_note_count(const kempe_trajectory *trajectory)
-{
-    KMP_GIVEN(trajectory, 0);
-    return trajectory->journal.kept;
-}
-
-const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, double *t)
-{
-    KMP_GIVEN(trajectory, NULL);
-    if (k < 0 || k >= trajectory->journal.kept)
-        return NULL;
-    if (t)
-        *t = trajectory->journal.notes[k].t;
-    return trajectory->journal.notes[k].text;
-}
-
 const char *kempe_trajectory_status(const kempe_trajectory *trajectory)
 {
     KMP_GIVEN(trajectory, "");
