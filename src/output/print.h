@@ -24,9 +24,14 @@ void kmp_print_unused_json(kmp_json *json, const kempe_model *model);
 void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
                        const double *values);
 
-/** An array of coordinate names. */
-void kmp_print_coordinates(kmp_json *json, const char *key, const kempe_system *system, int count,
-                           const int *coordinates);
+/** Names of coordinates, closure rows and closures. */
+typedef const char *kmp_name_fn(const kempe_system *system, int k);
+kmp_name_fn kmp_name_of_coordinate, kmp_name_of_row, kmp_name_of_closure;
+
+/** An array of the names of which[0 .. count - 1]; the same as text, with commas between, "none" without any. */
+void kmp_print_names(kmp_json *json, const char *key, const kempe_system *system, kmp_name_fn *name, int count,
+                     const int *which);
+void kmp_list_names(kmp_text *text, const kempe_system *system, kmp_name_fn *name, int count, const int *which);
 
 /** residual{} and energy{} of a verdict. */
 void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict);

@@ -183,10 +183,7 @@ static void json_assembly(kmp_text *text, const kempe_assembly *a, const char *r
     json_rates(&j, a);
     kmp_json_number(&j, "residual", a->residual);
     kmp_json_number(&j, "gap", a->gap);
-    kmp_json_array(&j, "culprits");
-    for (int k = 0; k < a->culprit_count; k++)
-        kmp_json_string(&j, NULL, model->closures[a->culprits[k]].name);
-    kmp_json_end(&j);
+    kmp_print_names(&j, "culprits", a->system, kmp_name_of_closure, a->culprit_count, a->culprits);
     kmp_json_whole(&j, "iterations", a->iterations);
     if (model->start.goal_count > 0)
         json_goals(&j, a);
