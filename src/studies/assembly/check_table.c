@@ -10,8 +10,9 @@ static void put_mobility(kempe_table *table, const kempe_check *check)
     const kmp_partition *part = &check->part;
     const kmp_doctor *d = &check->doctor;
     bool generic = d->moved || part->p == 0;
-    const double found[] = {part->r,    part->p,     check->driven, generic ? part->n - d->generic_rank : (double)NAN,
-                            part->cond, part->max_b, d->margin};
+    const double found[] = {
+        part->r,    part->p,     check->driven, generic ? (double)(part->n - d->generic_rank) : (double)NAN,
+        part->cond, part->max_b, d->margin};
     kmp_tabulate_columns(table, "",
                          "bodies coordinates closures rows rank dof driven generic_dof cond_Jv max_B margin");
     kmp_tabulate_row(table);
@@ -82,8 +83,8 @@ static void put_closures(kempe_table *table, const kempe_check *check)
         kmp_tabulate_word(table, kmp_name_of_closure(check->system, c));
         kmp_tabulate_word(table, check->system->model->closures[c].kind);
         kmp_tabulate_number(table, count_rows(check, c, false));
-        kmp_tabulate_number(table, check->assembled ? count_rows(check, c, true) : NAN);
-        kmp_tabulate_number(table, check->assembled ? may_lose : NAN);
+        kmp_tabulate_number(table, check->assembled ? (double)count_rows(check, c, true) : (double)NAN);
+        kmp_tabulate_number(table, check->assembled ? (double)may_lose : (double)NAN);
         kmp_tabulate_number(table, check->assembly->gaps[c]);
     }
 }
