@@ -22,6 +22,7 @@ struct kempe_ensemble {
 
 struct kempe_batch {
     const kempe_ensemble *ensemble;
+    kmp_arena arena;
     kempe_status status;
     int count, n;
     kmp_ensemble_result *results;
@@ -67,10 +68,7 @@ void kempe_batch_free(kempe_batch *batch)
     kmp_free(batch->warnings);
     for (int k = 0; batch->results && k < batch->count; k++)
         kmp_free(batch->results[k].reason);
-    kmp_free(batch->results);
-    kmp_free(batch->q);
-    kmp_free(batch->qd);
-    kmp_free(batch->again);
+    kmp_arena_free(&batch->arena);
     kmp_free(batch);
 }
 
@@ -82,11 +80,11 @@ static kempe_batch *new_batch(const kempe_ensemble *e)
     b->ensemble = e;
     b->count = e->values->count;
     b->n = kmp_ensemble_system(e->inner)->n;
-    b->results = KMP_NEW(kmp_ensemble_result, b->count);
-    b->q = KMP_NEW(double, (size_t)b->count *(size_t)b->n);
-    b->qd = KMP_NEW(double, (size_t)b->count *(size_t)b->n);
-    b->again = KMP_NEW(kmp_convergence, b->count);
-    if (b->results && b->q && b->qd && b->again)
+    b->results = KMP_ARENA_NEW(&b->arena, kmp_ensemble_result, b->count);
+    b->q = KMP_ARENA_NEW(&b->arena, double, (size_t)b->count *(size_t)b->n);
+    b->qd = KMP_ARENA_NEW(&b->arena, double, (size_t)b->count *(size_t)b->n);
+    b->again = KMP_ARENA_NEW(&b->arena, kmp_convergence, b->count);
+    if (!b->arena.failed)
         return b;
     kempe_batch_free(b);
     return NULL;
@@ -145,10 +143,12 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     const kempe_values *values = r->b->ensemble->values;
     size_t columns = (size_t)values->columns, n = (size_t)r->b->n, many = (size_t)count;
     kmp_run_spec other = *r->spec;
-    double *rows = KMP_NEW(double, many *columns), *q = KMP_NEW(double, many *n), *qd = KMP_NEW(double, many *n);
-    kmp_ensemble_result *results = KMP_NEW(kmp_ensemble_result, count);
+    kmp_arena arena = {0};
+    double *rows = KMP_ARENA_NEW(&arena, double, many *columns), *q = KMP_ARENA_NEW(&arena, double, many *n),
+           *qd = KMP_ARENA_NEW(&arena, double, many *n);
+    kmp_ensemble_result *results = KMP_ARENA_NEW(&arena, kmp_ensemble_result, count);
     kempe_context *context = r->b->ensemble->model->context;
-    kempe_status status = rows && q && qd && results ? KEMPE_OK : kmp_fail_memory(context);
+    kempe_status status = arena.failed ? kmp_fail_memory(context) : KEMPE_OK;
     other.rtol = rtol;
     other.atol *= rtol / r->spec->rtol;
     for (int k = 0; status == KEMPE_OK && k < count; k++)
@@ -161,10 +161,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
         compare_ends(r, count, which, results, q, found);
     for (int k = 0; results && k < count; k++)
         kmp_free(results[k].reason);
-    kmp_free(rows);
-    kmp_free(q);
-    kmp_free(qd);
-    kmp_free(results);
+    kmp_arena_free(&arena);
     return status;
 }
 
