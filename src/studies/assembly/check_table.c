@@ -3,10 +3,10 @@
 #include "output/result_table.h"
 #include "studies/assembly/check_print.h"
 #include <math.h>
-#include <string.h>
 
-static void put_mobility(kempe_table *table, const kempe_check *check)
+static void fill_mobility(kempe_table *table, const void *result)
 {
+    const kempe_check *check = result;
     const kmp_partition *part = &check->part;
     const kmp_doctor *d = &check->doctor;
     bool generic = d->moved || part->p == 0;
@@ -40,8 +40,9 @@ static const char *role_of(const kmp_partition *part, int coordinate)
     return "dependent";
 }
 
-static void put_coordinates(kempe_table *table, const kempe_check *check)
+static void fill_coordinates(kempe_table *table, const void *result)
 {
+    const kempe_check *check = result;
     const kmp_limits *l = &check->doctor.limits;
     kmp_tabulate_columns(table, NULL, "coordinate unit role instead_of");
     kmp_tabulate_columns(table, "", "max_B low high turns low_dead_centre high_dead_centre");
@@ -70,8 +71,9 @@ static int count_rows(const kempe_check *check, int closure, bool redundant)
     return count;
 }
 
-static void put_closures(kempe_table *table, const kempe_check *check)
+static void fill_closures(kempe_table *table, const void *result)
 {
+    const kempe_check *check = result;
     kmp_tabulate_columns(table, NULL, "closure kind");
     kmp_tabulate_columns(table, "", "rows redundant may_lose gap");
     for (int c = 0; c < check->loop_count; c++) {
@@ -91,15 +93,8 @@ static void put_closures(kempe_table *table, const kempe_check *check)
 
 kempe_status kempe_check_table(const kempe_check *check, const char *name, kempe_table **table)
 {
+    static const kmp_table_kind kinds[] = {
+        {"mobility", fill_mobility}, {"coordinates", fill_coordinates}, {"closures", fill_closures}, {0}};
     KMP_WANTED(NULL, check, "check");
-    kempe_context *context = check->system->context;
-    KMP_TRY(kmp_tabulate_asked(context, name, table, "mobility, coordinates, closures"));
-    kempe_table *made = kmp_tabulate(context, name);
-    if (strcmp(name, "mobility") == 0)
-        put_mobility(made, check);
-    else if (strcmp(name, "coordinates") == 0)
-        put_coordinates(made, check);
-    else
-        put_closures(made, check);
-    return kmp_tabulate_finish(context, made, table);
+    return kmp_tabulate_result(check->system->context, kinds, check, name, table);
 }
