@@ -52,6 +52,16 @@ int kmp_print_width(const kempe_system *system, kmp_quantity quantity);
 /** "rad" or "m". */
 const char *kmp_print_unit(const kempe_system *system, int coordinate);
 
+/** The rest of a public print function, whose object exists: `show` and `json` append it to a text. */
+#define KMP_PRINT(context, format, out, show, json, object)                                                            \
+    do {                                                                                                               \
+        kmp_text kmp_printed = {0};                                                                                    \
+        KMP_WANTED(context, out, "text");                                                                              \
+        kmp_context_clear(context);                                                                                    \
+        ((format) == KEMPE_JSON ? json : show)(&kmp_printed, object);                                                  \
+        return kmp_print_finish(context, &kmp_printed, out);                                                           \
+    } while (0)
+
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
 

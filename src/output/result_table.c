@@ -373,14 +373,7 @@ static void put_text(kmp_text *text, const kempe_table *t)
 kempe_status kempe_table_print(const kempe_table *table, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, table, "table");
-    KMP_WANTED(table->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(table->context);
-    if (format == KEMPE_JSON)
-        put_json(&out, table);
-    else
-        put_text(&out, table);
-    return kmp_print_finish(table->context, &out, text);
+    KMP_PRINT(table->context, format, text, put_text, put_json, table);
 }
 
 /* -- files ------------------------------------------------------------------------------------------- */

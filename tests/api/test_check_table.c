@@ -102,8 +102,11 @@ static void compared(void)
     kempe_system *system = open_system(KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &model);
     kempe_comparison *comparison = NULL;
     kempe_table *runs = NULL, *levels = NULL;
-    const kempe_compare_options options = {
-        .rtols = "1e-5,1e-7", .formulations = "reduced", .integrators = "dop853,dopri5", .t_end = 0.05};
+    const kempe_compare_options options = {.rtols = "1e-5,1e-7",
+                                           .formulations = "reduced",
+                                           .forms = "integrated",
+                                           .integrators = "dop853,dopri5",
+                                           .t_end = 0.05};
     CHECK(kempe_comparison_new(system, &options, &comparison) == KEMPE_OK);
     CHECK(kempe_comparison_table(comparison, "runs", &runs) == KEMPE_OK);
     CHECK(kempe_comparison_table(comparison, "levels", &levels) == KEMPE_OK);

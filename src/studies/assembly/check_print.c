@@ -304,12 +304,5 @@ static void show(kmp_text *text, const kempe_check *check)
 kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, check, "check");
-    KMP_WANTED(check->system->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(check->system->context);
-    if (format == KEMPE_JSON)
-        kmp_check_json(&out, check);
-    else
-        show(&out, check);
-    return kmp_print_finish(check->system->context, &out, text);
+    KMP_PRINT(check->system->context, format, text, show, kmp_check_json, check);
 }

@@ -6,7 +6,7 @@
 #include "output/convergence.h"
 #include "output/print.h"
 #include "output/result_table.h"
-#include "output/values.h"
+#include "studies/ensemble/values.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/ensemble.h>
 #include <math.h>
@@ -365,7 +365,7 @@ static void put_again(const kempe_batch *b, kmp_text *text)
             b->again[worst].rtol);
 }
 
-static void put_text(const kempe_batch *b, kmp_text *text)
+static void put_text(kmp_text *text, const kempe_batch *b)
 {
     totals s = sum_up(b);
     int told = 0;
@@ -423,7 +423,7 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
     kmp_json_end(json);
 }
 
-static void put_json(const kempe_batch *b, kmp_text *text)
+static void put_json(kmp_text *text, const kempe_batch *b)
 {
     const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
     kmp_json json = kmp_json_begin(text);
@@ -461,13 +461,7 @@ static void put_json(const kempe_batch *b, kmp_text *text)
 kempe_status kempe_batch_print(const kempe_batch *b, kempe_format format, char **out)
 {
     KMP_WANTED(NULL, b, "batch");
-    KMP_WANTED(b->ensemble->model->context, out, "text");
-    kmp_text text = {0};
-    if (format == KEMPE_JSON)
-        put_json(b, &text);
-    else
-        put_text(b, &text);
-    return kmp_print_finish(b->ensemble->model->context, &text, out);
+    KMP_PRINT(b->ensemble->model->context, format, out, put_text, put_json, b);
 }
 
 /* -- as a table -------------------------------------------------------------------------------------- */

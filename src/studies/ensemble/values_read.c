@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "model/variant.h"
 #include "output/csv_reader.h"
-#include "output/values.h"
+#include "studies/ensemble/values.h"
 #include <kempe/ensemble.h>
 #include <string.h>
 
