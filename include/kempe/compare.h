@@ -29,7 +29,13 @@ KEMPE_API kempe_status kempe_comparison_new(const kempe_system *system, const ke
                                             kempe_comparison **comparison);
 KEMPE_API void kempe_comparison_free(kempe_comparison *comparison);
 KEMPE_API kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text);
-KEMPE_API kempe_status kempe_comparison_write_csv(const kempe_comparison *comparison, const char *path);
+
+/** Tables: "runs": formulation, form, integrator, rtol, status, reason, errors against the reference, residuals,
+ * energy, work, cpu_s, and the difference from the run at the next tighter tolerance. "levels", the methods at equal
+ * error: formulation, form, integrator, error; rtol, cpu_s and ratio to the fastest, unknown where a method does not
+ * attain the error. KEMPE_E_ARGUMENT: another name. */
+KEMPE_API kempe_status kempe_comparison_table(const kempe_comparison *comparison, const char *name,
+                                              kempe_table **table);
 
 /** Writes a self-contained HTML page: summary, plots, animation of the mechanism, all runs. The recommended run and the
  * best run of each other formulation are repeated with monitoring. KEMPE_E_IO: the path cannot be written, or an error

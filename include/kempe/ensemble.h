@@ -71,30 +71,19 @@ KEMPE_API int kempe_batch_count(const kempe_batch *batch);
 KEMPE_API const char *kempe_batch_status(const kempe_batch *batch, int k);
 KEMPE_API const char *kempe_batch_reason(const kempe_batch *batch, int k);
 
-/** The final state: t in s; q and qd (n values), owned by the batch, NaN if there is no state. */
-KEMPE_API double kempe_batch_time(const kempe_batch *batch, int k);
+/** The final state: q and qd (n values), owned by the batch, NaN if there is no state. */
 KEMPE_API const double *kempe_batch_q(const kempe_batch *batch, int k);
 KEMPE_API const double *kempe_batch_qd(const kempe_batch *batch, int k);
-
-/** Result of the convergence check: "converged", "not converged", "the other run did not come to its end". "" without a
- * repeat run (no_convergence_check is set, or the status is not "ok"). */
-KEMPE_API const char *kempe_batch_verdict(const kempe_batch *batch, int k);
-
-/** Work of an instance, and the accuracy of its final state. */
-typedef struct kempe_ensemble_stats {
-    const char *alone; /* reason for a separate run; "": the instance ran in a lane */
-    long steps, rejected, refused, rhs, exchanges;
-    double h, hdot; /* max |h| and |hdot|, scaled */
-    double drift;   /* energy drift relative to the size of the energy */
-} kempe_ensemble_stats;
-KEMPE_API kempe_ensemble_stats kempe_batch_effort(const kempe_batch *batch, int k);
 
 /** Prints a summary; as JSON with every instance. */
 KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format format, char **text);
 
-/** Writes a CSV file with a row for each instance, whole or not at all: the columns of the table, then status, t,
- * q.NAME, qd.NAME, steps, rejected, refused, rhs, exchanges, h, hdot, drift, difference, verdict, alone, reason. */
-KEMPE_API kempe_status kempe_batch_write_csv(const kempe_batch *batch, const char *path);
+/** The table "instances", a row for each: the columns of the values; status, t, q.NAME, qd.NAME of the final state;
+ * steps, rejected, refused, rhs, exchanges; its accuracy: h and hdot (max |h| and |hdot|, scaled), drift (of the
+ * energy, relative); the convergence check: difference, verdict ("converged", "not converged", "the other run did not
+ * reach its end", "" without a repeat run); single_run (why it ran by itself, "": in a lane), reason. KEMPE_E_ARGUMENT:
+ * another name. */
+KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *name, kempe_table **table);
 
 #ifdef __cplusplus
 }

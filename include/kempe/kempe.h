@@ -184,6 +184,7 @@ typedef struct kempe_run_options {
 KEMPE_API kempe_run_options kempe_run_options_default(void);
 
 typedef struct kempe_trajectory kempe_trajectory;
+typedef struct kempe_table kempe_table; /* table.h */
 
 /** Runs one formulation. A run that reaches its end is repeated at another tolerance, unless no_convergence_check is
  * set: a warning is logged when q differs by more than step errors explain. On KEMPE_E_FAILED and KEMPE_STOPPED
@@ -206,21 +207,14 @@ KEMPE_API const double *kempe_trajectory_lambda(const kempe_trajectory *trajecto
 KEMPE_API const char *kempe_trajectory_status(const kempe_trajectory *trajectory);
 KEMPE_API const char *kempe_trajectory_reason(const kempe_trajectory *trajectory);
 
-/** Events between steps, in order, the first thousand: independent coordinates changed, other rows taken, change points
- * crossed, conditions that changed, restarts. The k-th is a sentence owned by the trajectory, its time in *t (may be
- * NULL); NULL if there is no k-th. */
-KEMPE_API int kempe_trajectory_note_count(const kempe_trajectory *trajectory);
-KEMPE_API const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, double *t);
-
 KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text);
 
-/** Writes the table as CSV (a comment with the units; t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, outputs), whole
- * or not at all. */
-KEMPE_API kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajectory, const char *path);
-
-/** Writes the table for NumPy: `names`, `units` (one per column) and `values` (rows x columns) in one .npz, whole or
- * not at all. */
-KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajectory, const char *path);
+/** Tables: "rows": t and the outputs (q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, ..). "events" between steps, the
+ * first thousand (independent coordinates changed, other rows taken, change points crossed, conditions that changed,
+ * restarts): t, kind (one word), text (a sentence), and the numbers before and after where one is measured.
+ * KEMPE_E_ARGUMENT: another name. */
+KEMPE_API kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name,
+                                              kempe_table **table);
 
 /** Writes text to a file whole or not at all (through a temporary file in the same folder, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);

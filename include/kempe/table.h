@@ -20,8 +20,7 @@
 extern "C" {
 #endif
 
-/** A table is a copy: it stays when the result that gave it is freed. The context must outlive it. */
-typedef struct kempe_table kempe_table;
+/** A table (kempe.h) is a copy: it stays when the result that gave it is freed. The context must outlive it. */
 KEMPE_API void kempe_table_free(kempe_table *table);
 
 KEMPE_API const char *kempe_table_name(const kempe_table *table);

@@ -86,48 +86,39 @@ kempe_status cli_worse(kempe_status computed, kempe_status told)
     return told == KEMPE_E_IO ? KEMPE_E_FAILED : told; /* an output that cannot be written is no wrong input */
 }
 
-static size_t escape(char *out, const char *s)
+void cli_put_quoted(FILE *out, const char *s)
 {
-    size_t n = 0;
+    putc('"', out);
     for (; *s; s++) {
         unsigned char c = (unsigned char)*s;
         if (c == '"' || c == '\\')
-            n += (size_t)sprintf(out + n, "\\%c", c);
+            fprintf(out, "\\%c", c);
         else if (c < 0x20)
-            n += (size_t)sprintf(out + n, "\\u%04x", c);
+            fprintf(out, "\\u%04x", c);
         else
-            out[n++] = (char)c;
+            putc(c, out);
     }
-    out[n] = 0;
-    return n;
-}
-
-char *cli_quoted(const char *s)
-{
-    char *out = malloc(6 * strlen(s) + 3);
-    if (!out)
-        return NULL;
-    size_t n = escape(out + 1, s);
-    out[0] = '"';
-    memcpy(out + n + 1, "\"", 2);
-    return out;
+    putc('"', out);
 }
 
 /* The JSON of a failure before there was a result. */
 static kempe_status report_failure(const cli_job *j, const char *word, const char *reason)
 {
-    static const char *const format = "{\"model\": %s, \"status\": \"%s\", \"reason\": %s, \"build_s\": null}\n";
-    char *why = cli_quoted(reason), *name = j->model ? cli_quoted(kempe_model_name(j->model)) : NULL;
-    size_t size = strlen(format) + strlen(word) + (why ? strlen(why) : 0) + (name ? strlen(name) : 4);
-    char *text = malloc(size);
-    kempe_status status = KEMPE_E_MEMORY;
-    if (why && text && (name || !j->model)) {
-        snprintf(text, size, format, name ? name : "null", word, why);
-        status = write_json(j, text);
-    }
+    char *text = NULL;
+    size_t size;
+    FILE *out = open_memstream(&text, &size);
+    if (!out)
+        return KEMPE_E_MEMORY;
+    fputs("{\"model\": ", out);
+    if (j->model)
+        cli_put_quoted(out, kempe_model_name(j->model));
+    else
+        fputs("null", out);
+    fprintf(out, ", \"status\": \"%s\", \"reason\": ", word);
+    cli_put_quoted(out, reason);
+    fputs(", \"build_s\": null}\n", out);
+    kempe_status status = fclose(out) == 0 ? write_json(j, text) : KEMPE_E_MEMORY;
     free(text);
-    free(name);
-    free(why);
     if (status == KEMPE_E_IO)
         complain(status, kempe_context_message(j->context));
     return status;

@@ -58,8 +58,8 @@ kempe_status cli_new(const cli_job *j);
 /** Computes, prints and writes the files. */
 kempe_status cli_run_study(const cli_job *j, const cli_study *study);
 
-/** A string literal of JSON, to be freed; NULL when there is no memory. */
-char *cli_quoted(const char *s);
+/** Writes a string literal of JSON. */
+void cli_put_quoted(FILE *out, const char *s);
 
 /** Prints text on stdout unless the JSON goes there, and the JSON where it was requested. */
 kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *object);

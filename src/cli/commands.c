@@ -16,11 +16,6 @@
 
 #define AT(member) offsetof(cli_settings, member)
 
-#define NO_FILE                                                                                                        \
-    {                                                                                                                  \
-        0, NULL                                                                                                        \
-    }
-
 /* A study whose result is a `type` of the library. `call` makes *result for the job j with the settings s. Then follow
  * its files: the option that has the path, and the function that writes there. */
 #define STUDY(name, type, call, ...)                                                                                   \
@@ -66,13 +61,14 @@
         return status;                                                                                                 \
     }
 
-WRITER(kempe_trajectory_write_csv)
-WRITER(kempe_trajectory_write_npz)
 TABLE(kempe_kinematics, "rows")
 WRITER(kempe_kinematics_write_svg)
 WRITER(kempe_contact_table_write_csv)
 WRITER(kempe_contact_table_write_svg)
+TABLE(kempe_trajectory, "rows")
 TABLE(kempe_inverse, "rows")
+TABLE(kempe_comparison, "runs")
+TABLE(kempe_batch, "instances")
 WRITER(kempe_linearization_write_npz)
 TABLE(kempe_modes, "rows")
 WRITER(kempe_modes_write_svg)
@@ -80,7 +76,6 @@ WRITER(kempe_modes_write_report)
 TABLE(kempe_response, "rows")
 WRITER(kempe_response_write_svg)
 WRITER(kempe_sensitivity_write_csv)
-WRITER(kempe_comparison_write_csv)
 WRITER(kempe_comparison_write_report)
 
 static int seed_of(const cli_settings *s)
@@ -88,22 +83,15 @@ static int seed_of(const cli_settings *s)
     return s->seed > 0 && s->seed < 1000000000 ? s->seed : 1;
 }
 
-static kempe_status write_trajectory(void *trajectory, const char *path)
-{
-    size_t length = strlen(path);
-    if (length > 4 && strcmp(path + length - 4, ".npz") == 0)
-        return any_kempe_trajectory_write_npz(trajectory, path);
-    return any_kempe_trajectory_write_csv(trajectory, path);
-}
-
-STUDY(check, kempe_check, kempe_check_new(j->system, result), NO_FILE)
-STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), NO_FILE)
-STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result), NO_FILE)
+STUDY(check, kempe_check, kempe_check_new(j->system, result), {0})
+STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), {0})
+STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result), {0})
 STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinematics, result),
       {AT(output), kempe_kinematics_write_table}, {AT(svg), any_kempe_kinematics_write_svg})
 STUDY(contact, kempe_contact_table, kempe_contact_table_new(j->system, &s->contact, result),
       {AT(output), any_kempe_contact_table_write_csv}, {AT(svg), any_kempe_contact_table_write_svg})
-STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result), {AT(output), write_trajectory})
+STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result),
+      {AT(output), kempe_trajectory_write_table})
 STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result),
       {AT(output), kempe_inverse_write_table})
 STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), {AT(output), kempe_modes_write_table},
@@ -111,9 +99,9 @@ STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), {AT(out
 STUDY(response, kempe_response, kempe_response_new(j->system, &s->response, result),
       {AT(output), kempe_response_write_table}, {AT(svg), any_kempe_response_write_svg})
 STUDY(compare, kempe_comparison, kempe_comparison_new(j->system, &s->compare, result),
-      {AT(csv), any_kempe_comparison_write_csv}, {AT(report), any_kempe_comparison_write_report})
-STUDY(count, kempe_count, kempe_count_new(j->model, &s->generation, result), NO_FILE)
-STUDY(code, kempe_code, kempe_code_new(j->model, &s->generation, result), NO_FILE)
+      {AT(csv), kempe_comparison_write_table}, {AT(report), any_kempe_comparison_write_report})
+STUDY(count, kempe_count, kempe_count_new(j->model, &s->generation, result), {0})
+STUDY(code, kempe_code, kempe_code_new(j->model, &s->generation, result), {0})
 
 /* -- studies with options of several structs --------------------------------------------------------- */
 
@@ -140,7 +128,7 @@ static kempe_status differentiate(const cli_job *j, kempe_sensitivity **result)
     return kempe_sensitivity_new(j->model, &options, result);
 }
 
-STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), NO_FILE)
+STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), {0})
 STUDY(linearize, kempe_linearization, linearize_about(j, result), {AT(output), any_kempe_linearization_write_npz})
 STUDY(sensitivity, kempe_sensitivity, differentiate(j, result), {AT(output), any_kempe_sensitivity_write_csv})
 
@@ -197,7 +185,7 @@ static kempe_status instances_print(const cli_job *j, const void *object, kempe_
 static kempe_status instances_write(void *object, const char *path)
 {
     const instances *i = object;
-    return kempe_batch_write_csv(i->batch, path);
+    return kempe_batch_write_table(i->batch, path);
 }
 
 static const cli_study ensemble_study = {

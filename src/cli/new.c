@@ -53,19 +53,21 @@ static bool has_name(const cli_settings *s)
 
 static kempe_status print_new(const cli_job *j, const void *object, kempe_format format, char **text)
 {
-    static const char *const words = "%s: a four-bar linkage with a motor\n\n  kempe check %s\n  kempe simulate %s\n";
-    static const char *const json = "{\"status\": \"ok\", \"file\": %s}\n";
     const char *path = object;
+    size_t size;
+    FILE *out = open_memstream(text, &size);
     (void)j;
-    char *name = format == KEMPE_JSON ? cli_quoted(path) : NULL;
-    size_t size = strlen(words) + strlen(json) + (name ? strlen(name) : 3 * strlen(path));
-    *text = format == KEMPE_JSON && !name ? NULL : malloc(size);
-    if (*text && name)
-        snprintf(*text, size, json, name);
-    else if (*text)
-        snprintf(*text, size, words, path, path, path);
-    free(name);
-    return *text ? KEMPE_OK : KEMPE_E_MEMORY;
+    if (!out)
+        return KEMPE_E_MEMORY;
+    if (format == KEMPE_JSON) {
+        fputs("{\"status\": \"ok\", \"file\": ", out);
+        cli_put_quoted(out, path);
+        fputs("}\n", out);
+    } else {
+        fprintf(out, "%s: a four-bar linkage with a motor\n\n  kempe check %s\n  kempe simulate %s\n", path, path,
+                path);
+    }
+    return fclose(out) == 0 ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
 /* The name is taken first, so that no file that is there can be lost; then the text replaces the empty file. */

@@ -95,13 +95,35 @@ void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *syst
     kmp_json_end(json);
 }
 
-void kmp_print_coordinates(kmp_json *json, const char *key, const kempe_system *system, int count,
-                           const int *coordinates)
+const char *kmp_name_of_coordinate(const kempe_system *system, int k)
+{
+    return system->model->motions[k].name;
+}
+
+const char *kmp_name_of_row(const kempe_system *system, int k)
+{
+    return system->row_names[k];
+}
+
+const char *kmp_name_of_closure(const kempe_system *system, int k)
+{
+    return system->model->closures[k].name;
+}
+
+void kmp_print_names(kmp_json *json, const char *key, const kempe_system *system, kmp_name_fn *name, int count,
+                     const int *which)
 {
     kmp_json_array(json, key);
     for (int k = 0; k < count; k++)
-        kmp_json_string(json, NULL, system->model->motions[coordinates[k]].name);
+        kmp_json_string(json, NULL, name(system, which[k]));
     kmp_json_end(json);
+}
+
+void kmp_list_names(kmp_text *text, const kempe_system *system, kmp_name_fn *name, int count, const int *which)
+{
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(text, "%s%s", k ? ", " : "", name(system, which[k]));
+    kmp_text_put(text, count ? "" : "none");
 }
 
 void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict)

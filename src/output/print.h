@@ -24,9 +24,14 @@ void kmp_print_unused_json(kmp_json *json, const kempe_model *model);
 void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
                        const double *values);
 
-/** An array of coordinate names. */
-void kmp_print_coordinates(kmp_json *json, const char *key, const kempe_system *system, int count,
-                           const int *coordinates);
+/** Names of coordinates, closure rows and closures. */
+typedef const char *kmp_name_fn(const kempe_system *system, int k);
+kmp_name_fn kmp_name_of_coordinate, kmp_name_of_row, kmp_name_of_closure;
+
+/** An array of the names of which[0 .. count - 1]; the same as text, with commas between, "none" without any. */
+void kmp_print_names(kmp_json *json, const char *key, const kempe_system *system, kmp_name_fn *name, int count,
+                     const int *which);
+void kmp_list_names(kmp_text *text, const kempe_system *system, kmp_name_fn *name, int count, const int *which);
 
 /** residual{} and energy{} of a verdict. */
 void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict);
@@ -50,6 +55,15 @@ const char *kmp_print_unit(const kempe_system *system, int coordinate);
 /** A public print function: the text of `result` that `put` makes, given to the caller. KEMPE_E_MEMORY. */
 typedef void kmp_put_fn(kmp_text *text, const void *result);
 kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const void *result, char **text);
+/** The rest of a public print function, whose object exists: `show` and `json` append it to a text. */
+#define KMP_PRINT(context, format, out, show, json, object)                                                            \
+    do {                                                                                                               \
+        kmp_text kmp_printed = {0};                                                                                    \
+        KMP_WANTED(context, out, "text");                                                                              \
+        kmp_context_clear(context);                                                                                    \
+        ((format) == KEMPE_JSON ? json : show)(&kmp_printed, object);                                                  \
+        return kmp_print_finish(context, &kmp_printed, out);                                                           \
+    } while (0)
 
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);

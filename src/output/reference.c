@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reading reference values: the header is resolved to entries once, then each line is fields. */
 #include "output/reference.h"
-#include "base/file.h"
 #include "base/memory.h"
 #include "model/tables/nearest.h"
 #include "model/tables/output_table.h"
+#include "output/csv_reader.h"
 #include <math.h>
 #include <string.h>
-
-enum { MOST_COMPLAINTS = 20 };
 
 typedef enum column_kind { COLUMN_UNKNOWN, COLUMN_PASSED, COLUMN_TIME, COLUMN_VALUE } column_kind;
 
@@ -20,22 +18,11 @@ typedef struct column {
 
 typedef struct reader {
     const kempe_system *system;
-    const char *path;
-    int line;
-    const char *line_text;
     column *columns;
-    int column_count;
-    int complaints;
-    bool failed; /* no memory */
-    int room;    /* for rows */
+    int column_count; /* known so far */
+    int room;         /* for rows */
     kmp_reference *reference;
 } reader;
-
-/* One field of a line, without surrounding blanks. */
-typedef struct field {
-    const char *s;
-    size_t length;
-} field;
 
 /* -- storage ----------------------------------------------------------------------------------------- */
 
@@ -98,94 +85,42 @@ void kmp_reference_free(kmp_reference *reference)
     *reference = (kmp_reference){0};
 }
 
-/* -- fields ------------------------------------------------------------------------------------------ */
-
-/* Characters, not bytes, from the line's beginning. */
-static int column_of(const reader *r, const char *at)
-{
-    int n = 1;
-    for (const char *s = r->line_text; s < at; s++)
-        n += ((unsigned char)*s & 0xc0) != 0x80;
-    return n;
-}
-
-static void complain(reader *r, const char *at, const char *sentence)
-{
-    if (r->complaints++ < MOST_COMPLAINTS)
-        (void)kmp_complain(r->system->context, r->path, r->line, column_of(r, at), "%s", sentence);
-}
-
-static bool is_blank(char c)
-{
-    return c == ' ' || c == '\t' || c == '\r';
-}
-
-/* The field that begins at *s; *s moves past the comma after it, to NULL after the last one. */
-static field next_field(const char **s)
-{
-    size_t length = strcspn(*s, ",");
-    field f = {*s, length};
-    *s = (*s)[length] == ',' ? *s + length + 1 : NULL;
-    while (f.length > 0 && is_blank(f.s[0])) {
-        f.s++;
-        f.length--;
-    }
-    while (f.length > 0 && is_blank(f.s[f.length - 1]))
-        f.length--;
-    return f;
-}
-
-static bool is(field f, const char *word)
-{
-    return strlen(word) == f.length && memcmp(f.s, word, f.length) == 0;
-}
-
-/* A finite number with an optional sign that fills the field. */
-static bool to_number(field f, double *value)
-{
-    size_t sign = f.length > 0 && (f.s[0] == '-' || f.s[0] == '+');
-    size_t read = kmp_text_to_number(f.s + sign, value);
-    if (f.length > 0 && f.s[0] == '-')
-        *value = -*value;
-    return read > 0 && sign + read == f.length && isfinite(*value);
-}
-
 /* -- header ------------------------------------------------------------------------------------------ */
 
-/* Finds the entry of the column `name`, and offers every known name for the suggestion. */
-static column find_column(reader *r, const char *name, kmp_nearest *nearest, char *known, size_t size)
+/* Finds the entry of the column `name`, and offers every known name for the suggestion, kept in `known`. False: no
+ * memory. */
+static bool find_column(reader *r, const char *name, kmp_nearest *nearest, char *known, size_t size, column *found)
 {
     for (int k = 0; k < KMP_QUANTITIES; k++)
         for (int i = 0; i < kmp_quantity_size(r->system, (kmp_quantity)k); i++) {
             kmp_text text = {0};
             kmp_text_printf(&text, "%s.%s", kmp_quantity_prefix((kmp_quantity)k),
                             kmp_quantity_name(r->system, (kmp_quantity)k, i));
-            bool same = !text.failed && strcmp(text.s, name) == 0;
-            r->failed = r->failed || text.failed;
+            if (text.failed)
+                return false;
+            if (strcmp(text.s, name) == 0)
+                *found = (column){COLUMN_VALUE, (kmp_quantity)k, i};
             const char *best = nearest->best;
             int before = nearest->distance;
-            if (!text.failed)
-                kmp_nearest_offer(nearest, text.s);
-            if (nearest->distance < before && text.length < size)
-                nearest->best = strcpy(known, text.s);
-            else
-                nearest->best = best;
+            kmp_nearest_offer(nearest, text.s);
+            nearest->best = nearest->distance < before && text.length < size ? strcpy(known, text.s) : best;
             kmp_text_free(&text);
-            if (same)
-                return (column){COLUMN_VALUE, (kmp_quantity)k, i};
         }
-    return (column){.kind = COLUMN_UNKNOWN};
+    return true;
 }
 
-static void complain_column(reader *r, const char *at, const char *name, const kmp_nearest *nearest)
+static bool complain_column(kmp_csv *csv, const char *at, const char *name, const kmp_nearest *nearest)
 {
     kmp_text sentence = {0};
     kmp_text_printf(&sentence, "column '%s' is missing", name);
     kmp_nearest_suggest(nearest, &sentence);
     if (!nearest->best)
         kmp_text_put(&sentence, ": columns are t, q.NAME, qd.NAME, qdd.NAME and lambda.CLOSURE.k");
-    complain(r, at, sentence.failed ? "unknown column" : sentence.s);
+    bool ok = !sentence.failed;
+    if (ok)
+        kmp_csv_complain(csv, at, "%s", sentence.s);
     kmp_text_free(&sentence);
+    return ok;
 }
 
 static bool same_column(const column *a, const column *b)
@@ -202,7 +137,7 @@ static bool stands_before(const reader *r, const column *c)
 }
 
 /* True for columns of computed outputs, "velocity.crank.B.x", and of inverse dynamics' generalized forces. */
-static bool is_computed(field f)
+static bool is_computed(kmp_csv_field f)
 {
     static const char *const others[] = {"tau", "power"};
     const size_t rows = sizeof kmp_output_rows / sizeof *kmp_output_rows, more = sizeof others / sizeof *others;
@@ -216,98 +151,65 @@ static bool is_computed(field f)
     return false;
 }
 
-static column resolve(reader *r, field f)
+static bool resolve(kmp_csv *csv, reader *r, kmp_csv_field f, column *c)
 {
     char known[128];
     kmp_text name = {0};
+    if (kmp_csv_is(f, "t"))
+        c->kind = COLUMN_TIME;
+    else if (is_computed(f))
+        c->kind = COLUMN_PASSED;
+    if (c->kind != COLUMN_UNKNOWN)
+        return true;
     kmp_text_printf(&name, "%.*s", (int)f.length, f.s);
-    column c = {.kind = COLUMN_UNKNOWN};
-    if (is(f, "t")) {
-        c.kind = COLUMN_TIME;
-    } else if (is_computed(f)) {
-        c.kind = COLUMN_PASSED;
-    } else if (!name.failed) {
-        kmp_nearest nearest = kmp_nearest_begin(name.s);
-        c = find_column(r, name.s, &nearest, known, sizeof known);
-        if (c.kind == COLUMN_UNKNOWN)
-            complain_column(r, f.s, name.s, &nearest);
-    }
-    r->failed = r->failed || name.failed;
+    kmp_nearest nearest = kmp_nearest_begin(name.s ? name.s : "");
+    bool ok = !name.failed && find_column(r, name.s, &nearest, known, sizeof known, c);
+    if (ok && c->kind == COLUMN_UNKNOWN)
+        ok = complain_column(csv, f.s, name.s, &nearest);
     kmp_text_free(&name);
-    return c;
+    return ok;
 }
 
-static bool read_header(reader *r)
+static bool read_header(kmp_csv *csv, const char *line)
 {
+    reader *r = csv->user;
     bool time = false;
-    size_t commas = 0;
-    for (const char *s = r->line_text; *s; s++)
-        commas += *s == ',';
-    r->columns = KMP_NEW(column, commas + 1);
+    r->columns = KMP_NEW(column, csv->columns);
     if (!r->columns)
         return false;
-    for (const char *s = r->line_text; s && r->complaints < MOST_COMPLAINTS;) {
-        field f = next_field(&s);
+    for (const char *s = line; s && kmp_csv_goes_on(csv); r->column_count++) {
+        kmp_csv_field f = kmp_csv_next(&s);
         column *c = &r->columns[r->column_count];
-        *c = resolve(r, f);
+        if (!resolve(csv, r, f, c))
+            return false;
         if (stands_before(r, c))
-            complain(r, f.s, "duplicate column");
+            kmp_csv_complain(csv, f.s, "duplicate column");
         time = time || c->kind == COLUMN_TIME;
-        r->column_count++;
     }
     if (!time)
-        complain(r, r->line_text, "column t is missing");
+        kmp_csv_complain(csv, line, "column t is missing");
     return true;
 }
 
 /* -- rows -------------------------------------------------------------------------------------------- */
 
-static void take_time(reader *r, field f)
+static void take_time(kmp_csv *csv, kmp_reference *reference, kmp_csv_field f)
 {
-    kmp_reference *reference = r->reference;
     double *t = &reference->t[reference->rows];
-    if (!to_number(f, t))
-        complain(r, f.s, "a time is expected here");
+    if (!kmp_csv_number(f, t))
+        kmp_csv_complain(csv, f.s, "a time is expected here");
     else if (*t < 0)
-        complain(r, f.s, "times begin at 0");
+        kmp_csv_complain(csv, f.s, "times begin at 0");
     else if (reference->rows > 0 && *t <= t[-1])
-        complain(r, f.s, "times must increase from row to row");
+        kmp_csv_complain(csv, f.s, "times must increase from row to row");
 }
 
-static void take_value(reader *r, const column *c, field f)
+static void take_value(kmp_csv *csv, const reader *r, const column *c, kmp_csv_field f)
 {
     size_t width = (size_t)kmp_quantity_size(r->system, c->quantity);
     double *value = &r->reference->value[c->quantity][(size_t)r->reference->rows * width + (size_t)c->index];
-    if (f.length > 0 && !to_number(f, value))
-        complain(r, f.s, "this is not a number; write a number, or leave the field empty");
-}
-
-static void read_row(reader *r)
-{
-    int k = 0;
-    for (const char *s = r->line_text; s; k++) {
-        field f = next_field(&s);
-        if (k >= r->column_count)
-            continue;
-        if (r->columns[k].kind == COLUMN_TIME)
-            take_time(r, f);
-        else if (r->columns[k].kind == COLUMN_VALUE)
-            take_value(r, &r->columns[k], f);
-    }
-    if (k != r->column_count) {
-        kmp_text sentence = {0};
-        kmp_text_printf(&sentence, "%d fields where the header has %d columns", k, r->column_count);
-        complain(r, r->line_text, sentence.failed ? "wrong number of fields" : sentence.s);
-        kmp_text_free(&sentence);
-    }
-    r->reference->rows++;
-}
-
-static bool is_passed_over(const char *line)
-{
-    while (is_blank(*line))
-        line++;
-    return *line == '#' || *line == '\0';
+    if (f.length > 0 && !kmp_csv_number(f, value))
+        kmp_csv_complain(csv, f.s, "this is not a number; write a number, or leave the field empty");
 }
 
 static bool make_room(reader *r)
@@ -322,48 +224,36 @@ static bool make_room(reader *r)
     return true;
 }
 
-/* Divides the text into lines, up to the last error that is reported. False: no memory. */
-static bool read_lines(reader *r, char *text)
+static bool read_row(kmp_csv *csv, const char *line)
 {
-    if (strncmp(text, "\xef\xbb\xbf", 3) == 0)
-        text += 3; /* byte order mark */
-    for (char *s = text; s && r->complaints < MOST_COMPLAINTS;) {
-        char *end = strchr(s, '\n');
-        if (end)
-            *end = '\0';
-        r->line++;
-        r->line_text = s;
-        s = end ? end + 1 : NULL;
-        if (is_passed_over(r->line_text))
-            continue;
-        bool header = !r->columns;
-        if (!(header ? read_header(r) : make_room(r)))
-            return false;
-        if (!header)
-            read_row(r);
+    reader *r = csv->user;
+    if (!make_room(r))
+        return false;
+    const char *s = line;
+    for (int k = 0; s && k < r->column_count; k++) {
+        kmp_csv_field f = kmp_csv_next(&s);
+        if (r->columns[k].kind == COLUMN_TIME)
+            take_time(csv, r->reference, f);
+        else if (r->columns[k].kind == COLUMN_VALUE)
+            take_value(csv, r, &r->columns[k], f);
     }
-    if (!r->columns) {
-        r->line_text = "";
-        complain(r, r->line_text, "the header line is missing; it begins with t");
-    }
+    kmp_csv_check_row(csv, line);
+    r->reference->rows++;
     return true;
 }
 
 kempe_status kmp_reference_read(const kempe_system *system, const char *path, kmp_reference *reference)
 {
-    char *text;
-    size_t length;
-    kempe_status status = kmp_file_read(system->context, path, &text, &length);
-    if (status != KEMPE_OK)
-        return status;
     kmp_reference made = {0};
-    reader r = {.system = system, .path = path, .reference = &made};
-    if (!make_room(&r) || !read_lines(&r, text) || r.failed)
-        status = kmp_fail_memory(system->context);
-    else if (r.complaints > 0)
-        status = KEMPE_E_INPUT;
+    reader r = {.system = system, .reference = &made};
+    kmp_csv csv = {.context = system->context,
+                   .path = path,
+                   .lacks_header = "the header line is missing; it begins with t",
+                   .user = &r,
+                   .header = read_header,
+                   .row = read_row};
+    kempe_status status = make_room(&r) ? kmp_csv_read(&csv) : kmp_fail_memory(system->context);
     kmp_free(r.columns);
-    kmp_free(text);
     if (status != KEMPE_OK)
         kmp_reference_free(&made);
     else

@@ -88,6 +88,15 @@ void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_q
                             kmp_quantity_name(system, quantity, k));
 }
 
+void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *names)
+{
+    for (const char *s = names; *s; s += strspn(s, " ")) {
+        int length = (int)strcspn(s, " ");
+        kmp_tabulate_column(table, unit, "%.*s", length, s);
+        s += length;
+    }
+}
+
 static bool grow(kempe_table *t)
 {
     int room = 2 * t->row_room + 16;
@@ -144,6 +153,12 @@ void kmp_tabulate_word(kempe_table *table, const char *word)
     table_column *column = next_cell(table);
     if (column && column->word)
         column->word[table->rows - 1] = kmp_arena_strdup(&table->arena, word);
+}
+
+void kmp_tabulate_fail(kempe_table *table)
+{
+    if (table)
+        table->failed = true;
 }
 
 kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kempe_table **out)
@@ -358,14 +373,7 @@ static void put_text(kmp_text *text, const kempe_table *t)
 kempe_status kempe_table_print(const kempe_table *table, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, table, "table");
-    KMP_WANTED(table->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(table->context);
-    if (format == KEMPE_JSON)
-        put_json(&out, table);
-    else
-        put_text(&out, table);
-    return kmp_print_finish(table->context, &out, text);
+    KMP_PRINT(table->context, format, text, put_text, put_json, table);
 }
 
 /* -- files ------------------------------------------------------------------------------------------- */

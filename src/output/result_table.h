@@ -28,6 +28,9 @@ void kmp_tabulate_column(kempe_table *table, const char *unit, const char *forma
 /** A column more for each entry of a quantity: q.NAME .. */
 void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity);
 
+/** Columns more: names with blanks between. */
+void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *names);
+
 /** A row more, whose cells are unknown. */
 void kmp_tabulate_row(kempe_table *table);
 
@@ -38,6 +41,9 @@ void kmp_tabulate_word(kempe_table *table, const char *word);
 
 /** Appends the CSV; line breaks within words become blanks. */
 void kmp_tabulate_csv(kmp_text *text, const kempe_table *table);
+
+/** The table cannot be completed, for want of memory. */
+void kmp_tabulate_fail(kempe_table *table);
 
 /** Gives the table to the caller, or frees it with KEMPE_E_MEMORY. */
 kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kempe_table **out);

@@ -123,11 +123,12 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
     int lines = model->force_count + model->closure_count;
     *drawing = (kmp_drawing){.body_count = bodies};
     drawing->marks =
-        KMP_NEW(kmp_mark, 3 * model->body_count + 2 * (model->closure_count + model->force_count) + model->point_count);
-    drawing->lines = KMP_NEW(kmp_line, lines);
-    drawing->is_rod = KMP_NEW(bool, lines);
-    drawing->guides = KMP_NEW(kmp_picture_guide, model->body_count);
-    if (!drawing->marks || !drawing->lines || !drawing->is_rod || !drawing->guides) {
+        KMP_ARENA_NEW(&drawing->arena, kmp_mark,
+                      3 * model->body_count + 2 * (model->closure_count + model->force_count) + model->point_count);
+    drawing->lines = KMP_ARENA_NEW(&drawing->arena, kmp_line, lines);
+    drawing->is_rod = KMP_ARENA_NEW(&drawing->arena, bool, lines);
+    drawing->guides = KMP_ARENA_NEW(&drawing->arena, kmp_picture_guide, model->body_count);
+    if (drawing->arena.failed) {
         kmp_drawing_free(drawing);
         return false;
     }
@@ -150,9 +151,6 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
 
 void kmp_drawing_free(kmp_drawing *drawing)
 {
-    kmp_free(drawing->marks);
-    kmp_free(drawing->lines);
-    kmp_free(drawing->is_rod);
-    kmp_free(drawing->guides);
+    kmp_arena_free(&drawing->arena);
     *drawing = (kmp_drawing){0};
 }

@@ -38,6 +38,7 @@ typedef struct kmp_drawing {
     int line_count;
     kmp_picture_guide *guides;
     int guide_count;
+    kmp_arena arena; /* of the arrays */
 } kmp_drawing;
 
 /** false: no memory. The names are the model's. */

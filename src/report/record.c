@@ -150,18 +150,16 @@ kempe_status kmp_record_make(const kempe_comparison *c, int run, double t_end, k
     const int rows = KMP_RECORD_ROWS + 1;
     kmp_record r = {.run = run, .each = 1, .journal = {.context = c->system->context}};
     kmp_samples_init(&r.row, c->system->n, c->system->m);
-    double *room = KMP_NEW(double, 3 * c->system->n + c->system->m),
-           **columns[] = {&r.h, &r.hdot, &r.energy, &r.kinetic, &r.potential};
-    bool ok = room;
-    for (size_t k = 0; k < sizeof columns / sizeof *columns; k++)
-        ok = (*columns[k] = KMP_NEW(double, rows)) && ok;
-    r.ranges = KMP_NEW(kmp_step_range, KMP_RECORD_RANGES);
-    kempe_status status = ok && r.ranges ? run_again(c, &r, t_end, room) : kmp_fail_memory(c->system->context);
+    double *room = NULL;
+    const kmp_arena_group groups[] = {{rows, {&r.h, &r.hdot, &r.energy, &r.kinetic, &r.potential}},
+                                      {3 * c->system->n + c->system->m, {&room}}};
+    r.ranges = KMP_ARENA_NEW(&r.arena, kmp_step_range, KMP_RECORD_RANGES);
+    bool ok = kmp_arena_make_groups(&r.arena, sizeof groups / sizeof *groups, groups);
+    kempe_status status = ok ? run_again(c, &r, t_end, room) : kmp_fail_memory(c->system->context);
     if (status == KEMPE_OK || status == KEMPE_STOPPED) {
         kempe_status judged = r.row.rows > 0 ? judge(c, &r) : KEMPE_OK;
         status = judged == KEMPE_OK ? status : judged;
     }
-    kmp_free(room);
     if (status == KEMPE_OK || status == KEMPE_STOPPED)
         *record = r;
     else
@@ -172,12 +170,7 @@ kempe_status kmp_record_make(const kempe_comparison *c, int run, double t_end, k
 void kmp_record_free(kmp_record *record)
 {
     kmp_samples_free(&record->row);
-    kmp_free(record->h);
-    kmp_free(record->hdot);
-    kmp_free(record->energy);
-    kmp_free(record->kinetic);
-    kmp_free(record->potential);
-    kmp_free(record->ranges);
+    kmp_arena_free(&record->arena);
     kmp_journal_free(&record->journal);
     *record = (kmp_record){0};
 }

@@ -15,6 +15,7 @@ typedef struct kmp_step_range {
 } kmp_step_range;
 
 typedef struct kmp_record {
+    kmp_arena arena; /* of the arrays */
     int run;         /* index into the comparison's runs */
     kmp_samples row; /* of KMP_RECORD_ROWS + 1 times from 0 to t_end, up to the end of the run */
     double *h;       /* per row: max |h|, max |J qd + h_t|, both scaled as in verdicts */

@@ -595,7 +595,9 @@ static kempe_status print_trajectory(scene *s)
 
 static kempe_status write_csv(scene *s)
 {
-    return kempe_trajectory_write_csv(s->trajectory, csv);
+    kempe_table *table = NULL;
+    kempe_status status = write_table(kempe_trajectory_table(s->trajectory, "events", &table), &table);
+    return status == KEMPE_OK ? write_table(kempe_trajectory_table(s->trajectory, "rows", &table), &table) : status;
 }
 
 static kempe_compare_options small_comparison(void)
@@ -628,7 +630,12 @@ static kempe_status print_comparison(scene *s)
         untouched(status, text);
         kempe_text_free(text);
     }
-    return status == KEMPE_OK ? kempe_comparison_write_csv(s->comparison, csv) : status;
+    static const char *const names[] = {"runs", "levels"};
+    for (int k = 0; k < 2 && status == KEMPE_OK; k++) {
+        kempe_table *table = NULL;
+        status = write_table(kempe_comparison_table(s->comparison, names[k], &table), &table);
+    }
+    return status;
 }
 
 /* With libraries of a line each. */
@@ -681,8 +688,9 @@ static kempe_status run_ensemble(scene *s)
     }
     if (status == KEMPE_OK)
         status = kempe_batch_print(batch, KEMPE_JSON, &text);
+    kempe_table *instances = NULL;
     if (status == KEMPE_OK)
-        status = kempe_batch_write_csv(batch, csv);
+        status = write_table(kempe_batch_table(batch, "instances", &instances), &instances);
     kempe_text_free(text);
     kempe_batch_free(batch);
     kempe_ensemble_free(ensemble);
@@ -695,7 +703,7 @@ static kempe_status invert(scene *s)
 {
     const kempe_inverse_options asks[] = {{.actuators = "crank,rocker", .weights = "crank=2", .motion = csv},
                                           {.actuators = "rocker", .independent = "crank"}};
-    kempe_status status = kempe_trajectory_write_csv(s->trajectory, csv);
+    kempe_status status = write_csv(s);
     for (int k = 0; k < 2 && status == KEMPE_OK; k++) {
         kempe_inverse *inverse = NULL;
         char *text = NULL;

@@ -412,7 +412,9 @@ static void write_robot(loaded *m, bool both, char *path)
     int file = mkstemp(path);
     CHECK(file >= 0);
     close(file);
-    CHECK(t && kempe_trajectory_write_csv(t, path) == KEMPE_OK);
+    kempe_table *rows = NULL;
+    CHECK(t && kempe_trajectory_table(t, "rows", &rows) == KEMPE_OK && kempe_table_write(rows, path) == KEMPE_OK);
+    kempe_table_free(rows);
     kempe_trajectory_free(t);
 }
 

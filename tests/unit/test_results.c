@@ -245,7 +245,7 @@ static void test_bad_references(void)
     expect_complaint(&s, "t,q.rod\n,1\n", ":2:1: ", "time");
     expect_complaint(&s, "t,q.rod\n-1,1\n", ":2:1: ", "begin at 0");
     expect_complaint(&s, "t,q.rod\n1,1\n1,2\n", ":3:1: ", "increase");
-    expect_complaint(&s, "t,q.rod\n1\n", ":2:1: ", "1 fields where the header has 2");
+    expect_complaint(&s, "t,q.rod\n1\n", ":2:1: ", "1 field where the header has 2");
     expect_complaint(&s, "t,q.rod\n1,2,3\n", ":2:1: ", "3 fields");
     kmp_reference reference = {0};
     CHECK(kmp_reference_read(s.system, "no/such/file.csv", &reference) == KEMPE_E_IO);

@@ -5,6 +5,7 @@
 #include <kempe/ensemble.h>
 #include <kempe/kempe.h>
 #include <kempe/sensitivity.h>
+#include <kempe/table.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -258,7 +259,12 @@ static void ensembles_of_it_are_told(void)
         CHECK(kempe_ensemble_run(many, &run, 0, &batch) == KEMPE_OK);
         CHECK(s.warnings == (k == 0));
         CHECK(k > 0 || strstr(s.words, "of 4 instances"));
-        CHECK_TEXT(kempe_batch_verdict(batch, 2), k == 0 ? "not converged" : k == 1 ? "" : "converged");
+        kempe_table *instances = NULL;
+        CHECK(kempe_batch_table(batch, "instances", &instances) == KEMPE_OK);
+        CHECK_TEXT(kempe_table_word(instances, 2, kempe_table_find(instances, "verdict")), k == 0   ? "not converged"
+                                                                                           : k == 1 ? ""
+                                                                                                    : "converged");
+        kempe_table_free(instances);
         kempe_batch_free(batch);
         kempe_ensemble_free(many);
         kempe_values_free(values);

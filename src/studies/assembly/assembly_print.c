@@ -168,25 +168,24 @@ static void json_rates(kmp_json *j, const kempe_assembly *a)
     kmp_json_number(j, "rates_left", a->rates_left);
 }
 
-static void json_assembly(kmp_text *text, const kempe_assembly *a, const char *reason)
+static void json_assembly(kmp_text *text, const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
     kmp_json j = kmp_json_begin(text);
-    kmp_text warnings = {0};
+    kmp_text warnings = {0}, reason = {0};
+    write_reason(&reason, a);
     kmp_text_put(&warnings, "");
     kmp_assembly_put_rates(&warnings, a);
-    kmp_print_head(&j, a->system, is_done(a) ? KEMPE_OK : KEMPE_E_FAILED, reason, a->system->build_s, warnings.s);
-    text->failed = text->failed || warnings.failed;
+    kmp_print_head(&j, a->system, is_done(a) ? KEMPE_OK : KEMPE_E_FAILED, reason.s, a->system->build_s, warnings.s);
+    text->failed = text->failed || warnings.failed || reason.failed;
     kmp_text_free(&warnings);
+    kmp_text_free(&reason);
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);
     kmp_print_entries(&j, "qd", a->system, KMP_QUANTITY_QD, a->qd);
     json_rates(&j, a);
     kmp_json_number(&j, "residual", a->residual);
     kmp_json_number(&j, "gap", a->gap);
-    kmp_json_array(&j, "culprits");
-    for (int k = 0; k < a->culprit_count; k++)
-        kmp_json_string(&j, NULL, model->closures[a->culprits[k]].name);
-    kmp_json_end(&j);
+    kmp_print_names(&j, "culprits", a->system, kmp_name_of_closure, a->culprit_count, a->culprits);
     kmp_json_whole(&j, "iterations", a->iterations);
     if (model->start.goal_count > 0)
         json_goals(&j, a);
@@ -196,15 +195,5 @@ static void json_assembly(kmp_text *text, const kempe_assembly *a, const char *r
 kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, assembly, "assembly");
-    KMP_WANTED(assembly->system->context, text, "text");
-    kmp_text out = {0}, reason = {0};
-    kmp_context_clear(assembly->system->context);
-    write_reason(&reason, assembly);
-    if (format == KEMPE_JSON)
-        json_assembly(&out, assembly, reason.s);
-    else
-        show_assembly(&out, assembly);
-    out.failed = out.failed || reason.failed;
-    kmp_text_free(&reason);
-    return kmp_print_finish(assembly->system->context, &out, text);
+    KMP_PRINT(assembly->system->context, format, text, show_assembly, json_assembly, assembly);
 }

@@ -82,12 +82,5 @@ static void json_branches(kmp_text *text, const kempe_branches *b)
 kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, branches, "branches");
-    KMP_WANTED(branches->system->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(branches->system->context);
-    if (format == KEMPE_JSON)
-        json_branches(&out, branches);
-    else
-        show_branches(&out, branches);
-    return kmp_print_finish(branches->system->context, &out, text);
+    KMP_PRINT(branches->system->context, format, text, show_branches, json_branches, branches);
 }

@@ -6,11 +6,6 @@
 
 typedef void writer(kmp_text *text, const kempe_check *check);
 
-static const char *closure_name(const kempe_check *check, int c)
-{
-    return check->system->model->closures[c].name;
-}
-
 static const char *motion_name(const kempe_check *check, int k)
 {
     return k < 0 ? NULL : check->system->model->motions[k].name;
@@ -23,10 +18,7 @@ static void json_flag(kmp_json *json, const char *key, bool value)
 
 static void json_rows(kmp_json *json, const char *key, const kempe_check *check, int count, const int *rows)
 {
-    kmp_json_array(json, key);
-    for (int k = 0; k < count; k++)
-        kmp_json_string(json, NULL, check->system->row_names[rows[k]]);
-    kmp_json_end(json);
+    kmp_print_names(json, key, check->system, kmp_name_of_row, count, rows);
 }
 
 /* A sentence as text, null when it is empty. */
@@ -47,8 +39,8 @@ static void json_partition(kmp_json *json, const kempe_check *check)
     kmp_json_whole(json, "driven", check->driven);
     kmp_json_string(json, "undetermined", check->undetermined);
     json_rows(json, "redundant", check, part->m - part->r, part->redundant);
-    kmp_print_coordinates(json, "u", check->system, part->p, part->u);
-    kmp_print_coordinates(json, "v", check->system, part->r, part->v);
+    kmp_print_names(json, "u", check->system, kmp_name_of_coordinate, part->p, part->u);
+    kmp_print_names(json, "v", check->system, kmp_name_of_coordinate, part->r, part->v);
     kmp_json_number(json, "cond_Jv", part->cond);
     kmp_json_number(json, "max_B", part->max_b);
     kmp_json_whole(json, "exchanges", part->exchanges);
@@ -60,15 +52,12 @@ static void json_blocks(kmp_json *json, const kempe_check *check)
     const kmp_doctor *d = &check->doctor;
     kmp_json_array(json, "blocks");
     for (int b = 0; b < d->block_count; b++)
-        kmp_print_coordinates(json, NULL, check->system, d->blocks[b].size, d->blocks[b].columns);
+        kmp_print_names(json, NULL, check->system, kmp_name_of_coordinate, d->blocks[b].size, d->blocks[b].columns);
     kmp_json_end(json);
     kmp_json_array(json, "block_closures");
-    for (int b = 0; b < d->block_count; b++) {
-        kmp_json_array(json, NULL);
-        for (int k = 0; k < d->blocks[b].closure_count; k++)
-            kmp_json_string(json, NULL, closure_name(check, d->blocks[b].closures[k]));
-        kmp_json_end(json);
-    }
+    for (int b = 0; b < d->block_count; b++)
+        kmp_print_names(json, NULL, check->system, kmp_name_of_closure, d->blocks[b].closure_count,
+                        d->blocks[b].closures);
     kmp_json_end(json);
 }
 
@@ -105,7 +94,7 @@ static void json_redundancy(kmp_json *json, const kempe_check *check)
     kmp_json_array(json, "repairs");
     for (int k = 0; k < d->repair_count; k++) {
         kmp_json_object(json, NULL);
-        kmp_json_string(json, "closure", closure_name(check, d->repairs[k].closure));
+        kmp_json_string(json, "closure", kmp_name_of_closure(check->system, d->repairs[k].closure));
         kmp_json_whole(json, "may_lose", d->repairs[k].count);
         kmp_json_whole(json, "of", d->repairs[k].of);
         json_rows(json, "rows", check, d->repairs[k].count, d->repairs[k].rows);
@@ -212,16 +201,13 @@ static void json_obstacle(kmp_json *json, const kempe_check *check)
         kmp_json_end(json);
     }
     kmp_json_number(json, "gap", a->gap);
-    kmp_json_array(json, "culprits");
-    for (int k = 0; k < a->culprit_count; k++)
-        kmp_json_string(json, NULL, closure_name(check, a->culprits[k]));
-    kmp_json_end(json);
+    kmp_print_names(json, "culprits", check->system, kmp_name_of_closure, a->culprit_count, a->culprits);
     json_releases(json, check);
     kmp_json_array(json, "too_short");
     for (int k = 0; k < check->obstacle.reach_count; k++) {
         const kmp_reach *reach = &check->obstacle.reaches[k];
         kmp_json_object(json, NULL);
-        kmp_json_string(json, "closure", closure_name(check, reach->closure));
+        kmp_json_string(json, "closure", kmp_name_of_closure(check->system, reach->closure));
         kmp_json_number(json, "longest", reach->longest);
         kmp_json_number(json, "others", reach->others);
         kmp_json_end(json);

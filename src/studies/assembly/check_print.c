@@ -4,6 +4,7 @@
 #include "model/print/model_print.h"
 #include <kempe/check.h>
 #include <math.h>
+#include <stdarg.h>
 
 enum { MOST_LISTED = 12 };
 #define ROUNDING 1e-13 /* relative to the first pivot: zero */
@@ -20,18 +21,44 @@ static void label(kmp_text *text, const char *word)
     kmp_text_printf(text, "  %-21s", word);
 }
 
+static void line(kmp_text *text, const char *word, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+/* A line after its label. */
+static void line(kmp_text *text, const char *word, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    label(text, word);
+    kmp_text_vprintf(text, format, arguments);
+    kmp_text_put(text, "\n");
+    va_end(arguments);
+}
+
 /* A line of its own when `write` gives a sentence. */
 static void sentence(kmp_text *text, const kempe_check *check, const char *word,
                      void (*write)(kmp_text *, const kempe_check *))
 {
-    kmp_text line = {0};
-    write(&line, check);
-    if (line.s && line.length > 0) {
-        label(text, word);
-        kmp_text_printf(text, "%s\n", line.s);
+    kmp_text s = {0};
+    write(&s, check);
+    if (s.s && s.length > 0)
+        line(text, word, "%s", s.s);
+    text->failed = text->failed || s.failed;
+    kmp_text_free(&s);
+}
+
+/* Item k of a list, without the end of its line. */
+typedef void item(kmp_text *text, const kempe_check *check, int k);
+
+/* A line for each item, the first ones of many; `next` labels all but the first. */
+static void list(kmp_text *text, const kempe_check *check, const char *first, const char *next, int count, item *put)
+{
+    for (int k = 0; k < count && k < MOST_LISTED; k++) {
+        label(text, k ? next : first);
+        put(text, check, k);
+        kmp_text_put(text, "\n");
     }
-    text->failed = text->failed || line.failed;
-    kmp_text_free(&line);
+    if (count > MOST_LISTED)
+        line(text, "", "and %d more", count - MOST_LISTED);
 }
 
 static void write_unused(kmp_text *text, const kempe_check *check)
@@ -43,87 +70,67 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
     int vanished = check->doctor.declared - part->m;
-    kmp_text_printf(text, "  bodies               %d\n", check->body_count);
-    kmp_text_printf(text, "  coordinates          %d\n", part->n);
-    kmp_text_printf(text, "  closures             %d with %d row%s, of rank %d\n", check->loop_count, part->m,
-                    part->m == 1 ? "" : "s", part->r);
+    line(text, "bodies", "%d", check->body_count);
+    line(text, "coordinates", "%d", part->n);
+    line(text, "closures", "%d with %d row%s, of rank %d", check->loop_count, part->m, part->m == 1 ? "" : "s",
+         part->r);
     if (vanished > 0)
-        kmp_text_printf(text, "  %-21s(%d more vanish identically, as out-of-plane rows do)\n", "", vanished);
-    kmp_text_printf(
-        text, check->driven > 0 ? "  degrees of freedom   %d remaining, %d driven\n" : "  degrees of freedom   %d\n",
-        part->p, check->driven);
-    if (part->p == 0) {
-        label(text, "");
-        kmp_text_put(text, check->system->rheonomic ? "all motion is prescribed\n" : "the mechanism cannot move\n");
-    }
+        line(text, "", "(%d more vanish identically, as out-of-plane rows do)", vanished);
+    if (check->driven > 0)
+        line(text, "degrees of freedom", "%d remaining, %d driven", part->p, check->driven);
+    else
+        line(text, "degrees of freedom", "%d", part->p);
+    if (part->p == 0)
+        line(text, "", check->system->rheonomic ? "all motion is prescribed" : "the mechanism cannot move");
     if (check->undetermined)
-        kmp_text_printf(text, "  %-21s%s\n", "no run is possible", check->undetermined);
+        line(text, "no run is possible", "%s", check->undetermined);
     sentence(text, check, "", kmp_check_mobility);
     sentence(text, check, "", kmp_check_second);
-    if (check->doctor.ran && check->doctor.margin > 0 && check->doctor.margin < 1e-4) {
-        label(text, "");
-        kmp_text_printf(text, "a change point (bifurcation) is near: the last pivot is %.2g of its usual size\n",
-                        check->doctor.margin);
-    }
+    if (check->doctor.ran && check->doctor.margin > 0 && check->doctor.margin < 1e-4)
+        line(text, "", "a change point (bifurcation) is near: the last pivot is %.2g of its usual size",
+             check->doctor.margin);
     label(text, "redundant rows");
     kmp_list_rows(text, check->system, part->m - part->r, part->redundant);
     kmp_text_put(text, "\n");
     kmp_print_rounding(text, check->system, "  rounded drawing      ", "                       ");
 }
 
-/* -- cut joints -------------------------------------------------------------------------------------- */
-
-static void show_cuts(kmp_text *text, const kempe_check *check)
+static void put_cut(kmp_text *text, const kempe_check *check, int k)
 {
-    const kempe_model *model = check->system->model;
-    for (int k = 0; k < model->cut_count && k < MOST_LISTED; k++) {
-        label(text, k ? "" : "cut joints");
-        kmp_cut_print(text, &model->cuts[k]);
-        kmp_text_put(text, "\n");
-    }
-    if (model->cut_count > MOST_LISTED) {
-        label(text, "");
-        kmp_text_printf(text, "and %d more\n", model->cut_count - MOST_LISTED);
-    }
+    kmp_cut_print(text, &check->system->model->cuts[k]);
 }
 
 /* -- redundancy -------------------------------------------------------------------------------------- */
 
-static void show_sets(kmp_text *text, const kempe_check *check)
+static void put_set(kmp_text *text, const kempe_check *check, int k)
 {
     const kmp_doctor *d = &check->doctor;
-    for (int k = 0; k < d->set_count && k < MOST_LISTED; k++) {
-        label(text, k ? "" : "dependent sets");
-        kmp_list_rows(text, check->system, d->sets[k].count, d->sets[k].rows);
-        if (d->sets[k].count == 1)
-            kmp_text_put(text, " constrains nothing");
-        if (d->moved)
-            kmp_text_put(text, d->sets[k].always ? ": always" : ": only in this position");
-        kmp_text_put(text, "\n");
-    }
-    if (d->set_count > MOST_LISTED) {
-        label(text, "");
-        kmp_text_printf(text, "and %d more\n", d->set_count - MOST_LISTED);
-    }
+    kmp_list_rows(text, check->system, d->sets[k].count, d->sets[k].rows);
+    if (d->sets[k].count == 1)
+        kmp_text_put(text, " constrains nothing");
+    if (d->moved)
+        kmp_text_put(text, d->sets[k].always ? ": always" : ": only in this position");
+}
+
+static void put_repair(kmp_text *text, const kempe_check *check, int k)
+{
+    kmp_check_repair(text, check, &check->doctor.repairs[k]);
+}
+
+static void show_redundancy(kmp_text *text, const kempe_check *check)
+{
+    const kmp_doctor *d = &check->doctor;
+    if (!d->ran)
+        line(text, "not examined", "%s", d->why_not);
+    list(text, check, "dependent sets", "", d->set_count, put_set);
     if (d->shared_count > 0) {
         label(text, "reactions not unique");
         kmp_list_rows(text, check->system, d->shared_count, d->shared_rows);
         kmp_text_put(text, "\n");
     }
-}
-
-static void show_repairs(kmp_text *text, const kempe_check *check)
-{
-    const kmp_doctor *d = &check->doctor;
-    if (d->repairs_skipped) {
-        label(text, "removable closures");
-        kmp_text_put(text, "not examined: too many rows\n");
-    }
-    for (int k = 0; k < d->repair_count && k < MOST_LISTED; k++) {
-        label(text, k ? "or" : "removable closures");
-        kmp_check_repair(text, check, &d->repairs[k]);
-        kmp_text_put(text, "\n");
-    }
+    if (d->repairs_skipped)
+        line(text, "removable closures", "not examined: too many rows");
+    list(text, check, "removable closures", "or", d->repair_count, put_repair);
 }
 
 /* -- choice ------------------------------------------------------------------------------------------ */
@@ -185,14 +192,14 @@ static void show_choice(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
     kmp_text_put(text, "\n  independent, u       ");
-    kmp_list_coordinates(text, check->system, part->p, part->u);
+    kmp_list_names(text, check->system, kmp_name_of_coordinate, part->p, part->u);
     kmp_text_put(text, "\n  dependent, v         ");
-    kmp_list_coordinates(text, check->system, part->r, part->v);
+    kmp_list_names(text, check->system, kmp_name_of_coordinate, part->r, part->v);
     kmp_text_put(text, "\n");
     show_why(text, part);
     show_pivots(text, part);
-    kmp_text_printf(text, "  condition of Jv      %.3g\n", part->cond);
-    kmp_text_printf(text, "  max |Bvu|            %.3g\n", part->max_b);
+    line(text, "condition of Jv", "%.3g", part->cond);
+    line(text, "max |Bvu|", "%.3g", part->max_b);
     show_alternatives(text, check, true, "alternatives (|Bvu|)");
     show_alternatives(text, check, false, "cannot be u here");
 }
@@ -204,9 +211,9 @@ static void show_blocks(kmp_text *text, const kempe_check *check)
     for (int b = 0; b < d->block_count; b++) {
         const kmp_loop_block *block = &d->blocks[b];
         kmp_text_put(text, b ? " -> {" : "{");
-        kmp_list_coordinates(text, check->system, block->size, block->columns);
+        kmp_list_names(text, check->system, kmp_name_of_coordinate, block->size, block->columns);
         kmp_text_put(text, "} by ");
-        kmp_list_closures(text, check->system, block->closure_count, block->closures);
+        kmp_list_names(text, check->system, kmp_name_of_closure, block->closure_count, block->closures);
     }
     kmp_text_put(text, d->block_count > 0 ? "\n" : "none\n");
 }
@@ -221,13 +228,12 @@ static void show_landmarks(kmp_text *text, const kempe_check *check)
         const kmp_landmark *mark = &l->landmark[i];
         if (mark->coordinate >= 0)
             continue;
-        label(text, mark->margin > 0 ? "near change point" : "change point");
-        kmp_text_printf(text, "at %s = %.6g %s", name_of(check, u), mark->q[u], kmp_print_unit(check->system, u));
+        const char *name = name_of(check, u), *unit = kmp_print_unit(check->system, u);
         if (mark->margin > 0)
-            kmp_text_printf(text, ": the last pivot falls to %.2g of its usual size", mark->margin);
+            line(text, "near change point", "at %s = %.6g %s: the last pivot falls to %.2g of its usual size", name,
+                 mark->q[u], unit, mark->margin);
         else
-            kmp_text_put(text, ": a bifurcation, branches meet there");
-        kmp_text_put(text, "\n");
+            line(text, "change point", "at %s = %.6g %s: a bifurcation, branches meet there", name, mark->q[u], unit);
     }
 }
 
@@ -235,13 +241,12 @@ static void show_limits(kmp_text *text, const kempe_check *check)
 {
     const kmp_limits *l = &check->doctor.limits;
     kmp_text_put(text, "\n");
-    label(text, "limits of motion");
-    if (!l->walked) {
-        kmp_text_printf(text, "%s\n", l->why_not ? l->why_not : "not followed");
+    line(text, "limits of motion", "%s",
+         !l->walked ? (l->why_not ? l->why_not : "not followed")
+         : l->cycle ? "the motion is a closed cycle"
+                    : l->ended);
+    if (!l->walked)
         return;
-    }
-    kmp_text_put(text, l->cycle ? "the motion is a closed cycle\n" : l->ended);
-    kmp_text_put(text, l->cycle ? "" : "\n");
     int width = kmp_print_width(check->system, KMP_QUANTITY_Q);
     for (int k = 0; k < check->system->n; k++) {
         label(text, "");
@@ -254,50 +259,43 @@ static void show_limits(kmp_text *text, const kempe_check *check)
 
 /* -- failed assembly --------------------------------------------------------------------------------- */
 
-static void show_obstacle(kmp_text *text, const kempe_check *check)
+static void put_culprit(kmp_text *text, const kempe_check *check, int k)
 {
     const kempe_assembly *a = check->assembly;
-    const kmp_obstacle *o = &check->obstacle;
-    label(text, "does not assemble");
-    kmp_text_printf(text, "the smallest gap found is %.6g m\n", a->gap);
-    for (int k = 0; k < a->culprit_count && k < MOST_LISTED; k++) {
-        label(text, k ? "" : "open loops");
-        kmp_text_printf(text, "'%s' by %.6g m\n", check->system->model->closures[a->culprits[k]].name,
-                        a->gaps[a->culprits[k]]);
-    }
-    if (a->culprit_count > MOST_LISTED) {
-        label(text, "");
-        kmp_text_printf(text, "and %d more\n", a->culprit_count - MOST_LISTED);
-    }
-    for (int k = 0; k < o->reach_count && k < MOST_LISTED; k++) {
-        label(text, k ? "" : "lengths");
-        kmp_check_reach(text, check, &o->reaches[k]);
-        kmp_text_put(text, "\n");
-    }
-    for (int k = 0; k < o->release_count; k++) {
-        label(text, k ? "" : "held coordinates");
-        kmp_check_release(text, check, &o->releases[k]);
-        kmp_text_put(text, "\n");
-    }
+    kmp_text_printf(text, "'%s' by %.6g m", kmp_name_of_closure(check->system, a->culprits[k]),
+                    a->gaps[a->culprits[k]]);
 }
 
-void kmp_check_text(kmp_text *text, const kempe_check *check)
+static void put_reach(kmp_text *text, const kempe_check *check, int k)
+{
+    kmp_check_reach(text, check, &check->obstacle.reaches[k]);
+}
+
+static void put_release(kmp_text *text, const kempe_check *check, int k)
+{
+    kmp_check_release(text, check, &check->obstacle.releases[k]);
+}
+
+static void show_obstacle(kmp_text *text, const kempe_check *check)
+{
+    line(text, "does not assemble", "the smallest gap found is %.6g m", check->assembly->gap);
+    list(text, check, "open loops", "", check->assembly->culprit_count, put_culprit);
+    list(text, check, "lengths", "", check->obstacle.reach_count, put_reach);
+    list(text, check, "held coordinates", "", check->obstacle.release_count, put_release);
+}
+
+static void show(kmp_text *text, const kempe_check *check)
 {
     kmp_text_printf(text, "%s\n", check->system->model->name);
     sentence(text, check, "unused parameters", write_unused);
+    if (check->assembled)
+        show_mobility(text, check);
+    list(text, check, "cut joints", "", check->system->model->cut_count, put_cut);
     if (!check->assembled) {
-        show_cuts(text, check);
         show_obstacle(text, check);
         return;
     }
-    show_mobility(text, check);
-    show_cuts(text, check);
-    if (!check->doctor.ran) {
-        label(text, "not examined");
-        kmp_text_printf(text, "%s\n", check->doctor.why_not);
-    }
-    show_sets(text, check);
-    show_repairs(text, check);
+    show_redundancy(text, check);
     show_choice(text, check);
     show_blocks(text, check);
     show_limits(text, check);
@@ -306,12 +304,5 @@ void kmp_check_text(kmp_text *text, const kempe_check *check)
 kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, check, "check");
-    KMP_WANTED(check->system->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(check->system->context);
-    if (format == KEMPE_JSON)
-        kmp_check_json(&out, check);
-    else
-        kmp_check_text(&out, check);
-    return kmp_print_finish(check->system->context, &out, text);
+    KMP_PRINT(check->system->context, format, text, show, kmp_check_json, check);
 }

@@ -1,14 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The two halves of the report of `check`. */
+/* Sentences of `check`, and its JSON. */
 #ifndef KMP_STUDIES_ASSEMBLY_CHECK_PRINT_H
 #define KMP_STUDIES_ASSEMBLY_CHECK_PRINT_H
 
 #include "constraints/diagnosis/doctor.h"
 #include "output/print.h"
 #include <kempe/check.h>
-
-/** For a person. */
-void kmp_check_text(kmp_text *text, const kempe_check *check);
 
 /** Writes the check as one JSON object. */
 void kmp_check_json(kmp_text *text, const kempe_check *check);
@@ -29,9 +26,7 @@ void kmp_check_release(kmp_text *text, const kempe_check *check, const kmp_relea
 /** The motion of coordinate k: "turns fully", "swings between .. and ..". */
 void kmp_check_swing(kmp_text *text, const kempe_check *check, int k);
 
-/** Names with commas between. */
+/** Names with commas between, the first ones of many. */
 void kmp_list_rows(kmp_text *text, const kempe_system *system, int count, const int *rows);
-void kmp_list_coordinates(kmp_text *text, const kempe_system *system, int count, const int *coordinates);
-void kmp_list_closures(kmp_text *text, const kempe_system *system, int count, const int *closures);
 
 #endif

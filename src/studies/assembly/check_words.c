@@ -6,11 +6,6 @@
 
 enum { MOST_LISTED = 24 };
 
-static const char *closure_name(const kempe_check *check, int c)
-{
-    return check->system->model->closures[c].name;
-}
-
 static const char *ending(int count)
 {
     return count == 1 ? "" : "s";
@@ -23,24 +18,9 @@ static const char *is_or_are(int count)
 
 void kmp_list_rows(kmp_text *text, const kempe_system *system, int count, const int *rows)
 {
-    for (int k = 0; k < count && k < MOST_LISTED; k++)
-        kmp_text_printf(text, "%s%s", k ? ", " : "", system->row_names[rows[k]]);
+    kmp_list_names(text, system, kmp_name_of_row, count < MOST_LISTED ? count : MOST_LISTED, rows);
     if (count > MOST_LISTED)
         kmp_text_printf(text, " and %d more", count - MOST_LISTED);
-    kmp_text_put(text, count ? "" : "none");
-}
-
-void kmp_list_coordinates(kmp_text *text, const kempe_system *system, int count, const int *coordinates)
-{
-    for (int k = 0; k < count; k++)
-        kmp_text_printf(text, "%s%s", k ? ", " : "", system->model->motions[coordinates[k]].name);
-    kmp_text_put(text, count ? "" : "none");
-}
-
-void kmp_list_closures(kmp_text *text, const kempe_system *system, int count, const int *closures)
-{
-    for (int k = 0; k < count; k++)
-        kmp_text_printf(text, "%s%s", k ? ", " : "", system->model->closures[closures[k]].name);
 }
 
 void kmp_check_mobility(kmp_text *text, const kempe_check *check)
@@ -95,7 +75,7 @@ void kmp_check_second(kmp_text *text, const kempe_check *check)
 
 void kmp_check_repair(kmp_text *text, const kempe_check *check, const kmp_repair *repair)
 {
-    const char *name = closure_name(check, repair->closure),
+    const char *name = kmp_name_of_closure(check->system, repair->closure),
                *kind = check->system->model->closures[repair->closure].kind;
     if (repair->count == repair->of) {
         kmp_text_printf(text, "remove %s '%s': the other closures imply it", kind, name);
@@ -108,7 +88,7 @@ void kmp_check_repair(kmp_text *text, const kempe_check *check, const kmp_repair
 
 void kmp_check_reach(kmp_text *text, const kempe_check *check, const kmp_reach *reach)
 {
-    const char *name = closure_name(check, reach->closure);
+    const char *name = kmp_name_of_closure(check->system, reach->closure);
     if (!reach->body)
         kmp_text_printf(text,
                         "loop '%s' can never close: its rod is %.6g m long, but the points are at most %.6g m apart",

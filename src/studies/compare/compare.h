@@ -14,21 +14,13 @@ typedef struct kmp_compared {
     const kmp_method *way;
     double rtol;
     kempe_status status;
-    char *reason; /* "" when ok */
+    const char *reason; /* "" when ok */
     kmp_verdict verdict;
-    kmp_run_report report;
-    double cpu_s;  /* median of the repeats */
-    double apart;  /* the difference of q from the run at the next tighter tolerance */
-    bool left_out; /* not run, or stopped, for lack of time: the reason explains it */
+    kmp_run_report report; /* its reason has moved to `reason` */
+    double cpu_s;          /* median of the repeats */
+    double apart;          /* the difference of q from the run at the next tighter tolerance */
+    bool left_out;         /* not run, or stopped, for lack of time: the reason explains it */
 } kmp_compared;
-
-/** The chosen methods and tolerances. */
-typedef struct kmp_compare_choice {
-    int way_count;
-    kmp_method *ways;
-    int rtol_count;
-    double *rtols;
-} kmp_compare_choice;
 
 enum { KMP_MOST_LEVELS = 9 };
 
@@ -42,9 +34,10 @@ typedef struct kmp_levels {
     int *run;                      /* way_count x count: the cheapest of the method, -1: none, or blank */
 } kmp_levels;
 
+/** In an arena, whose failure tells of missing memory. */
 typedef struct kmp_sentences {
-    int count;
-    char **s;
+    int count, room;
+    const char **s;
 } kmp_sentences;
 
 /** The recommended method, with reasons. */
@@ -67,9 +60,10 @@ typedef struct kmp_source {
 
 struct kempe_comparison {
     const kempe_system *system;
+    kmp_arena arena; /* of all below */
     kempe_status status;
-    char *reason; /* "" when ok */
-    char *source; /* description of the reference */
+    const char *reason; /* "" when ok */
+    const char *source; /* description of the reference */
     bool has_reference;
     double uncertainty[KMP_QUANTITIES]; /* of the reference; 0 for a given one, NaN when unknown */
     int source_count;                   /* of an own reference */
@@ -80,7 +74,8 @@ struct kempe_comparison {
     double until;         /* errors are judged up to this time */
     double t_end, budget_s;
     int way_count, rtol_count;
-    kmp_method *ways; /* those run, transferred from the choice */
+    kmp_method *ways; /* those run */
+    double *rtols;
     int count;
     kmp_compared *runs; /* by method, then by tolerance in the order of the request: rtol_count each */
     kmp_levels levels;
@@ -89,20 +84,17 @@ struct kempe_comparison {
     kmp_sentences warnings; /* of the reference, and of complete runs */
 };
 
-/** Reads the lists of the options; lists of methods that are not given contain the standard ones. KEMPE_E_ARGUMENT: the
- * unknown name, and the valid ones. */
-kempe_status kmp_choice_init(kmp_compare_choice *choice, kempe_context *context, const kempe_compare_options *options);
+/** Chooses the methods and tolerances from the lists of the options; lists of methods that are not given contain the
+ * standard ones. KEMPE_E_ARGUMENT: the unknown name, and the valid ones. */
+kempe_status kmp_compare_choose(kempe_comparison *comparison, const kempe_compare_options *options);
 
 /** Adds the methods with implicit integrators, for a stiff model. */
-kempe_status kmp_choice_add_implicit(kmp_compare_choice *choice, kempe_context *context,
-                                     const kempe_compare_options *options);
-void kmp_choice_free(kmp_compare_choice *choice);
+kempe_status kmp_compare_add_implicit(kempe_comparison *comparison, const kempe_compare_options *options);
 
 /** Working data of a comparison. */
 typedef struct kmp_compare_job {
     kempe_comparison *comparison;
     kempe_context *context;
-    kmp_compare_choice choice;
     kempe_assembly *start;
     kmp_evaluator *eval;
     kmp_reference reference;
@@ -130,10 +122,10 @@ kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s);
 /** Runs all methods at all tolerances, from coarse ones to fine ones. */
 kempe_status kmp_compare_run_all(kmp_compare_job *job);
 
-/** Fill `levels`; `failures` and `warnings`; `advice` from the runs. KEMPE_E_MEMORY. */
-kempe_status kmp_compare_levels(kempe_comparison *comparison);
-kempe_status kmp_compare_remark(kempe_comparison *comparison);
-kempe_status kmp_compare_advise(kempe_comparison *comparison);
+/** Fill `levels`; `failures` and `warnings`; `advice` from the runs. The arena tells of missing memory. */
+void kmp_compare_levels(kempe_comparison *comparison);
+void kmp_compare_remark(kempe_comparison *comparison);
+void kmp_compare_advise(kempe_comparison *comparison);
 
 /** Results of explicit steps at two tolerances and of implicit ones at the coarser. */
 typedef struct kmp_stiffness {
@@ -148,12 +140,13 @@ kmp_stiffness kmp_compare_stiffness(const kempe_comparison *comparison);
 /** "reduced integrated dop853", "projected dop853". */
 void kmp_compare_name(kmp_text *text, const char *formulation, const char *form, const char *integrator);
 
-/** Adds one; false: no memory. */
-bool kmp_sentences_add(kmp_sentences *list, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/** Adds a sentence; the text, unless it is empty, which is emptied. */
+void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+void kmp_sentences_take(kmp_arena *arena, kmp_sentences *list, kmp_text *text);
 
-/** Appends the text as a sentence, and empties the text. */
-bool kmp_sentences_take(kmp_sentences *list, kmp_text *text);
-void kmp_sentences_free(kmp_sentences *list);
+/** A copy of the text in the arena, which is emptied. */
+const char *kmp_sentence_keep(kmp_arena *arena, kmp_text *text);
 
 /** True when an error is too close to the reference's own uncertainty: below ten times it. */
 bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The recommended method, by the rules in docs/compare.md, and the measurements that support it. */
-#include "base/memory.h"
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
 #include <math.h>
@@ -211,28 +210,16 @@ static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, i
                            : ": slower here; useful as an independent check because it uses no coordinate reduction");
 }
 
-static kempe_status add(kempe_comparison *c, kmp_text *text)
-{
-    if (!text->failed && text->length == 0)
-        return KEMPE_OK;
-    return kmp_sentences_take(&c->advice.because, text) ? KEMPE_OK : kmp_fail_memory(c->system->context);
-}
-
-static kempe_status explain(kempe_comparison *c, const aims *a, int way, const kmp_stiffness *stiffness)
+static void explain(kempe_comparison *c, const aims *a, int way, const kmp_stiffness *stiffness)
 {
     kmp_text lines[5] = {{0}};
-    kempe_status status = KEMPE_OK;
     tell_cost(&lines[0], c, a, way);
     tell_tighter(&lines[1], c, a, way);
     tell_ends(&lines[2], c, way);
     tell_stiffness(&lines[3], c, stiffness);
     tell_dae(&lines[4], c, a, way);
     for (int k = 0; k < 5; k++)
-        if (status == KEMPE_OK)
-            status = add(c, &lines[k]);
-        else
-            kmp_text_free(&lines[k]);
-    return status;
+        kmp_sentences_take(&c->arena, &c->advice.because, &lines[k]);
 }
 
 /* The cheapest run that agrees with the next tolerance of its method as usual; -1: none. */
@@ -247,7 +234,7 @@ static int steadiest(const kempe_comparison *c)
 }
 
 /* The reason why there is no advice. */
-static kempe_status refrain(kempe_comparison *c)
+static void refrain(kempe_comparison *c)
 {
     kmp_text text = {0};
     int steady = c->has_reference ? -1 : steadiest(c);
@@ -262,18 +249,20 @@ static kempe_status refrain(kempe_comparison *c)
     if (c->has_reference)
         kmp_text_printf(&text, "no run attains an error of %g: there is no recommendation",
                         c->levels.count > 0 ? c->levels.level[0] : NAN);
-    return add(c, &text);
+    kmp_sentences_take(&c->arena, &c->advice.because, &text);
 }
 
-kempe_status kmp_compare_advise(kempe_comparison *c)
+void kmp_compare_advise(kempe_comparison *c)
 {
     kmp_stiffness stiffness = kmp_compare_stiffness(c);
     aims a = choose_aims(c);
     int way = a.count > 0 ? choose_way(c, &a) : -1;
     c->advice = (kmp_advice){.run = -1, .level = NAN, .stiff = stiffness.stiff};
-    if (way < 0)
-        return refrain(c);
+    if (way < 0) {
+        refrain(c);
+        return;
+    }
     c->advice.run = run_at(c, way, a.level[0]);
     c->advice.level = c->levels.level[a.level[0]];
-    return explain(c, &a, way, &stiffness);
+    explain(c, &a, way, &stiffness);
 }

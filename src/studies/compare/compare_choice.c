@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Comma-separated lists of formulations, forms, integrators and tolerances, compared with the table of methods. */
-#include "base/memory.h"
 #include "integrators/steppers/solver.h"
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
@@ -29,16 +28,10 @@ static bool word_is(const char *s, size_t length, const char *name)
 /* True if the list contains the name; an absent list contains all. */
 static bool list_has(const char *list, const char *name)
 {
-    if (!list)
-        return true;
-    for (const char *s = list;; s++) {
-        size_t length = strcspn(s, ",");
-        if (word_is(s, length, name))
+    for (const char *s = list; s; s = s[strcspn(s, ",")] ? s + strcspn(s, ",") + 1 : NULL)
+        if (word_is(s, strcspn(s, ","), name))
             return true;
-        s += length;
-        if (!*s)
-            return false;
-    }
+    return !list;
 }
 
 static bool is_known(const char *s, size_t length, part p)
@@ -114,74 +107,55 @@ bool kmp_is_implicit(const kmp_method *way)
 }
 
 /* Chooses methods; `implicit`: implicit integrators count as standard. */
-static kempe_status choose_ways(kmp_compare_choice *choice, kempe_context *context, const char *const list[PARTS],
-                                bool implicit)
+static kempe_status choose_ways(kempe_comparison *c, const char *const list[PARTS], bool implicit)
 {
     kmp_method way;
     int count = 0;
     while (kmp_way_get(count, &way))
         count++;
-    kmp_free(choice->ways);
-    choice->way_count = 0;
-    choice->ways = KMP_NEW(kmp_method, count);
-    if (!choice->ways)
-        return kmp_fail_memory(context);
+    c->way_count = 0;
+    c->ways = KMP_ARENA_NEW(&c->arena, kmp_method, count);
+    if (!c->ways)
+        return kmp_fail_memory(c->system->context);
     for (int k = 0; kmp_way_get(k, &way); k++) {
         way.standard_integrator = way.standard_integrator || (implicit && kmp_is_implicit(&way));
         if (is_chosen(&way, list))
-            choice->ways[choice->way_count++] = way;
+            c->ways[c->way_count++] = way;
     }
-    if (choice->way_count > 0)
+    if (c->way_count > 0)
         return KEMPE_OK;
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "the requested formulations, forms and integrators cannot be combined");
+    return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
+                    "the requested formulations, forms and integrators cannot be combined");
 }
 
-static kempe_status choose_rtols(kmp_compare_choice *choice, kempe_context *context, const char *list)
+static kempe_status choose_rtols(kempe_comparison *c, const char *list)
 {
-    size_t commas = 0;
-    for (const char *s = list; *s; s++)
-        commas += *s == ',';
-    choice->rtols = KMP_NEW(double, commas + 1);
-    if (!choice->rtols)
-        return kmp_fail_memory(context);
+    c->rtols = KMP_ARENA_NEW(&c->arena, double, strlen(list) + 1);
+    if (!c->rtols)
+        return kmp_fail_memory(c->system->context);
     for (const char *s = list; s;) {
-        double *rtol = &choice->rtols[choice->rtol_count++];
+        double *rtol = &c->rtols[c->rtol_count++];
         size_t length = strcspn(s, ","), blank = strspn(s, " "), read = kmp_text_to_number(s + blank, rtol);
         size_t tail = strspn(s + blank + read, " ");
         if (read == 0 || blank + read + tail != length || !(*rtol > 0) || !(*rtol < 1))
-            return kmp_fail(context, KEMPE_E_ARGUMENT,
+            return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
                             "rtol '%.*s': numbers between 0 and 1 are expected, separated by commas", (int)length, s);
         s = s[length] ? s + length + 1 : NULL;
     }
     return KEMPE_OK;
 }
 
-kempe_status kmp_choice_init(kmp_compare_choice *choice, kempe_context *context, const kempe_compare_options *options)
+kempe_status kmp_compare_choose(kempe_comparison *c, const kempe_compare_options *options)
 {
     const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
-    kempe_status status = KEMPE_OK;
-    *choice = (kmp_compare_choice){0};
-    for (part p = PART_FORMULATION; p < PARTS && status == KEMPE_OK; p++)
-        status = check_names(context, list[p], p);
-    if (status == KEMPE_OK)
-        status = choose_ways(choice, context, list, false);
-    if (status == KEMPE_OK)
-        status = choose_rtols(choice, context, options->rtols ? options->rtols : default_rtols);
-    if (status != KEMPE_OK)
-        kmp_choice_free(choice);
-    return status;
+    for (part p = PART_FORMULATION; p < PARTS; p++)
+        KMP_TRY(check_names(c->system->context, list[p], p));
+    KMP_TRY(choose_ways(c, list, false));
+    return choose_rtols(c, options->rtols ? options->rtols : default_rtols);
 }
 
-kempe_status kmp_choice_add_implicit(kmp_compare_choice *choice, kempe_context *context,
-                                     const kempe_compare_options *options)
+kempe_status kmp_compare_add_implicit(kempe_comparison *c, const kempe_compare_options *options)
 {
     const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
-    return choose_ways(choice, context, list, true);
-}
-
-void kmp_choice_free(kmp_compare_choice *choice)
-{
-    kmp_free(choice->ways);
-    kmp_free(choice->rtols);
-    *choice = (kmp_compare_choice){0};
+    return choose_ways(c, list, true);
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The table at equal error: the cheapest run of each method within a level of error, except accidental ones. */
-#include "base/memory.h"
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
 #include <math.h>
@@ -54,17 +53,14 @@ static void settle(kempe_comparison *c, int l)
     }
 }
 
-kempe_status kmp_compare_levels(kempe_comparison *c)
+void kmp_compare_levels(kempe_comparison *c)
 {
-    if (!c->has_reference)
-        return KEMPE_OK;
-    c->levels.run = KMP_NEW(int, KMP_MOST_LEVELS * c->way_count);
-    if (!c->levels.run)
-        return kmp_fail_memory(c->system->context);
+    c->levels.run = KMP_ARENA_NEW(&c->arena, int, KMP_MOST_LEVELS * c->way_count);
+    if (!c->has_reference || !c->levels.run)
+        return;
     for (int k = 0; k < KMP_MOST_LEVELS * c->way_count; k++)
         c->levels.run[k] = -1;
     c->levels.count = KMP_MOST_LEVELS;
     for (int l = 0; l < KMP_MOST_LEVELS; l++)
         settle(c, l);
-    return KEMPE_OK;
 }

@@ -212,12 +212,5 @@ static void show(kmp_text *text, const kempe_comparison *c)
 kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, comparison, "comparison");
-    KMP_WANTED(comparison->system->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(comparison->system->context);
-    if (format == KEMPE_JSON)
-        kmp_compare_json(&out, comparison);
-    else
-        show(&out, comparison);
-    return kmp_print_finish(comparison->system->context, &out, text);
+    KMP_PRINT(comparison->system->context, format, text, show, kmp_compare_json, comparison);
 }

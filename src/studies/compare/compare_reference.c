@@ -248,11 +248,8 @@ static kempe_status amplify(maker *m, double until, double rounding[KMP_QUANTITI
 {
     const kmp_samples *table = &m->sources[m->first].table;
     double at_start[KMP_QUANTITIES] = {0}, all[KMP_QUANTITIES] = {0};
-    kempe_status status = differ(m, &m->moved, table, 0, at_start);
-    if (status == KEMPE_OK)
-        status = differ(m, &m->moved, table, until, all);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(differ(m, &m->moved, table, 0, at_start));
+    KMP_TRY(differ(m, &m->moved, table, until, all));
     bool moved = at_start[KMP_QUANTITY_Q] > MOVED * NUDGE; /* drives and locks undo it all */
     for (int k = 0; k < KMP_QUANTITIES; k++)
         rounding[k] = ROUNDING * (moved ? fmax(all[k] / at_start[KMP_QUANTITY_Q], 1) : 1);
@@ -265,22 +262,21 @@ static kempe_status amplify(maker *m, double until, double rounding[KMP_QUANTITI
 /* The one whose own tolerances agree best up to a time; a later one must be clearly better. */
 static kempe_status choose_until(maker *m, double until)
 {
-    kempe_status status = KEMPE_OK;
     m->first = 0;
-    for (int k = 0; k < m->count && status == KEMPE_OK; k++) {
-        status = judge_own(m, &m->sources[k], until);
+    for (int k = 0; k < m->count; k++) {
+        KMP_TRY(judge_own(m, &m->sources[k], until));
         double best = m->sources[m->first].said.own, own = m->sources[k].said.own;
         if ((isnan(best) && !isnan(own)) || 3 * own < best)
             m->first = k;
     }
-    return status;
+    return KEMPE_OK;
 }
 
 /* Chooses the reference. Where all differ at the end, the beginning decides. */
 static kempe_status choose(maker *m)
 {
-    kempe_status status = choose_until(m, INFINITY);
-    return status == KEMPE_OK && m->sources[m->first].said.own > LOST ? choose_until(m, m->at[STRIDE]) : status;
+    KMP_TRY(choose_until(m, INFINITY));
+    return m->sources[m->first].said.own > LOST ? choose_until(m, m->at[STRIDE]) : KEMPE_OK;
 }
 
 static void take_least(double *least, const double *difference)
@@ -293,21 +289,20 @@ static void take_least(double *least, const double *difference)
 static kempe_status judge_others(maker *m, double until, double *formulation, double *integrator)
 {
     const maker_source *first = &m->sources[m->first];
-    kempe_status status = KEMPE_OK;
     for (int k = 0; k < KMP_QUANTITIES; k++)
         formulation[k] = integrator[k] = NAN;
-    for (int k = 0; k < m->count && status == KEMPE_OK; k++) {
+    for (int k = 0; k < m->count; k++) {
         maker_source *s = &m->sources[k];
         double difference[KMP_QUANTITIES] = {NAN, NAN, NAN, NAN};
         if (k != m->first)
-            status = differ(m, &s->table, &first->table, until, difference);
+            KMP_TRY(differ(m, &s->table, &first->table, until, difference));
         s->said.distance = k == m->first ? 0 : difference[KMP_QUANTITY_Q];
         if (strcmp(s->said.formulation, first->said.formulation) != 0)
             take_least(formulation, difference);
         if (strcmp(s->said.integrator, first->said.integrator) != 0)
             take_least(integrator, difference);
     }
-    return status;
+    return KEMPE_OK;
 }
 
 /* Uncertainty of the reference's rows up to a time: the largest of the sources' differences, the difference by its own
@@ -316,38 +311,37 @@ static kempe_status judge(maker *m, double until)
 {
     maker_source *first = &m->sources[m->first];
     double formulation[KMP_QUANTITIES], integrator[KMP_QUANTITIES], rounding[KMP_QUANTITIES];
-    kempe_status status = judge_others(m, until, formulation, integrator);
-    for (int k = 0; k < m->count && status == KEMPE_OK; k++)
-        status = judge_own(m, &m->sources[k], until);
-    if (status == KEMPE_OK)
-        status = amplify(m, until, rounding);
-    for (int k = 0; k < KMP_QUANTITIES && status == KEMPE_OK; k++) {
+    KMP_TRY(judge_others(m, until, formulation, integrator));
+    for (int k = 0; k < m->count; k++)
+        KMP_TRY(judge_own(m, &m->sources[k], until));
+    KMP_TRY(amplify(m, until, rounding));
+    for (int k = 0; k < KMP_QUANTITIES; k++) {
         double own = first->own[k] / (m->count > 1 ? FALL : 1), others = fmax(formulation[k], integrator[k]);
         bool known = !isnan(own) || !isnan(others);
         m->comparison->uncertainty[k] = known ? BOTH * fmax(fmax(own, rounding[k]), others) : NAN;
     }
-    return status;
+    return KEMPE_OK;
 }
 
 /* Ends the reference earlier if the motion amplifies all differences, before they become large. */
 static kempe_status keep_good(maker *m, double *at_end, double *bound)
 {
     kempe_comparison *c = m->comparison;
-    kempe_status status = judge(m, INFINITY);
+    KMP_TRY(judge(m, INFINITY));
     *at_end = c->uncertainty[KMP_QUANTITY_Q];
     *bound = LOST;
     if (!(*at_end > LOST)) {
-        c->has_reference = status == KEMPE_OK && !isnan(*at_end);
-        return status;
+        c->has_reference = !isnan(*at_end);
+        return KEMPE_OK;
     }
     for (int k = 0; k < KEPT && !c->has_reference; k++)
-        for (int row = ROWS - STRIDE; row > 0 && status == KEMPE_OK && !c->has_reference; row -= STRIDE) {
-            status = judge(m, m->at[row]);
-            c->has_reference = status == KEMPE_OK && c->uncertainty[KMP_QUANTITY_Q] <= kept[k];
+        for (int row = ROWS - STRIDE; row > 0 && !c->has_reference; row -= STRIDE) {
+            KMP_TRY(judge(m, m->at[row]));
+            c->has_reference = c->uncertainty[KMP_QUANTITY_Q] <= kept[k];
             c->until = m->at[row];
             *bound = kept[k];
         }
-    return status;
+    return KEMPE_OK;
 }
 
 /* -- description ------------------------------------------------------------------------------------- */
@@ -404,15 +398,14 @@ static void describe_nothing(const maker *m, double at_end, kmp_text *text)
                         m->budget_s);
 }
 
-static bool warn(const maker *m, double at_end, double bound)
+static void warn(const maker *m, double at_end, double bound)
 {
     kempe_comparison *c = m->comparison;
-    bool ok = true;
     if (c->has_reference && c->until < c->t_end)
-        ok = kmp_sentences_add(&c->warnings,
-                               "the reference runs differ by %.1g in q at the end, and by less than %.0g only up to t "
-                               "= %g s: errors are evaluated up to that time",
-                               at_end, bound, c->until);
+        kmp_sentences_add(&c->arena, &c->warnings,
+                          "the reference runs differ by %.1g in q at the end, and by less than %.0g only up to t "
+                          "= %g s: errors are evaluated up to that time",
+                          at_end, bound, c->until);
     for (int k = 0; k < m->count && c->has_reference; k++) {
         const maker_source *s = &m->sources[k];
         if (k == m->first || confirms(m, k))
@@ -423,9 +416,8 @@ static bool warn(const maker *m, double at_end, double bound)
                         " at rtol %g differs by %.1g in q from the reference, although its own tolerances agree to "
                         "%.1g: one of the two follows another branch",
                         s->said.rtol, s->said.distance, s->said.own);
-        ok = kmp_sentences_take(&c->warnings, &text) && ok;
+        kmp_sentences_take(&c->arena, &c->warnings, &text);
     }
-    return ok;
 }
 
 static kempe_status settle(maker *m, double at_end, double bound)
@@ -439,10 +431,8 @@ static kempe_status settle(maker *m, double at_end, double bound)
         describe(m, &text);
     else
         describe_nothing(m, at_end, &text);
-    kmp_free(c->source);
-    c->source = kmp_text_take(&text);
-    if (!c->source || !warn(m, at_end, bound))
-        return kmp_fail_memory(m->job->context);
+    c->source = kmp_sentence_keep(&c->arena, &text);
+    warn(m, at_end, bound);
     if (!c->has_reference)
         return KEMPE_OK;
     if (!kmp_reference_from_table(&m->job->reference, &m->sources[m->first].table))
@@ -452,11 +442,22 @@ static kempe_status settle(maker *m, double at_end, double bound)
     return KEMPE_OK;
 }
 
+static kempe_status make_reference(maker *m)
+{
+    double at_end = NAN, bound = NAN;
+    KMP_TRY(gather(m));
+    if (m->count > 0) {
+        KMP_TRY(choose(m));
+        KMP_TRY(run_nudged(m));
+        KMP_TRY(keep_good(m, &at_end, &bound));
+    }
+    return settle(m, at_end, bound);
+}
+
 kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s)
 {
     kempe_comparison *c = job->comparison;
     maker m = {.job = job, .comparison = c, .system = c->system, .budget_s = budget_s};
-    double at_end = NAN, bound = NAN;
     m.times = (kmp_times){ROWS + 1, m.at};
     m.least_left_s = job->left_s - budget_s;
     for (int k = 0; k <= ROWS; k++)
@@ -464,15 +465,7 @@ kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s)
     for (int k = 0; k < KMP_QUANTITIES; k++)
         c->uncertainty[k] = NAN;
     kmp_samples_init(&m.moved, c->system->n, c->system->m);
-    kempe_status status = gather(&m);
-    if (status == KEMPE_OK && m.count > 0)
-        status = choose(&m);
-    if (status == KEMPE_OK && m.count > 0)
-        status = run_nudged(&m);
-    if (status == KEMPE_OK && m.count > 0)
-        status = keep_good(&m, &at_end, &bound);
-    if (status == KEMPE_OK)
-        status = settle(&m, at_end, bound);
+    kempe_status status = make_reference(&m);
     for (int k = 0; k < m.count; k++)
         release(&m.sources[k]);
     kmp_samples_free(&m.moved);

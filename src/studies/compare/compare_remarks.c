@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Failures and suspicious results, a line for each method and kind: incomplete runs, and anomalies of complete ones. */
-#include "base/memory.h"
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
 #include <math.h>
@@ -15,35 +14,36 @@
 
 /* -- sentences --------------------------------------------------------------------------------------- */
 
-bool kmp_sentences_take(kmp_sentences *list, kmp_text *text)
+const char *kmp_sentence_keep(kmp_arena *arena, kmp_text *text)
 {
-    char *sentence = kmp_text_take(text);
-    char **grown = sentence ? kmp_realloc(list->s, (size_t)list->count + 1, sizeof *list->s) : NULL;
-    if (!grown) {
-        kmp_free(sentence);
-        return false;
-    }
-    list->s = grown;
-    list->s[list->count++] = sentence;
-    return true;
+    const char *kept = kmp_arena_strdup(arena, text->s ? text->s : "");
+    arena->failed = arena->failed || text->failed;
+    kmp_text_free(text);
+    return kept;
 }
 
-bool kmp_sentences_add(kmp_sentences *list, const char *format, ...)
+void kmp_sentences_take(kmp_arena *arena, kmp_sentences *list, kmp_text *text)
+{
+    const char *sentence = text->length > 0 || text->failed ? kmp_sentence_keep(arena, text) : NULL;
+    if (sentence && list->count == list->room) {
+        list->room = 2 * list->room + 8;
+        const char **grown = KMP_ARENA_NEW(arena, const char *, list->room);
+        if (grown && list->count > 0)
+            memcpy(grown, list->s, (size_t)list->count * sizeof *grown);
+        list->s = grown;
+    }
+    if (sentence && list->s)
+        list->s[list->count++] = sentence;
+}
+
+void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)
 {
     kmp_text text = {0};
     va_list arguments;
     va_start(arguments, format);
     kmp_text_vprintf(&text, format, arguments);
     va_end(arguments);
-    return kmp_sentences_take(list, &text);
-}
-
-void kmp_sentences_free(kmp_sentences *list)
-{
-    for (int k = 0; k < list->count; k++)
-        kmp_free(list->s[k]);
-    kmp_free(list->s);
-    *list = (kmp_sentences){0};
+    kmp_sentences_take(arena, list, &text);
 }
 
 void kmp_compare_name(kmp_text *text, const char *formulation, const char *form, const char *integrator)
@@ -117,7 +117,7 @@ static bool is_left_out(const kempe_comparison *c, const kmp_compared *run, doub
     return run->left_out;
 }
 
-static bool add_reason(kempe_comparison *c, const group *g)
+static void add_reason(kempe_comparison *c, const group *g)
 {
     const char *reason = g->first->reason;
     kmp_text text = {0};
@@ -125,7 +125,7 @@ static bool add_reason(kempe_comparison *c, const group *g)
     if (!g->first->left_out)
         kmp_text_printf(&text, " %s", g->first->status == KEMPE_E_FAILED ? "failed" : "stopped");
     kmp_text_printf(&text, ": %.*s", (int)strcspn(reason, "\n"), reason);
-    return kmp_sentences_take(&c->failures, &text);
+    kmp_sentences_take(&c->arena, &c->failures, &text);
 }
 
 /* True if all runs end alike with any method and tolerance: the model is the cause. */
@@ -180,33 +180,32 @@ static const warning warnings[] = {{is_apart, ": q differs by ", " at the tolera
                                    {is_open, ": the closure residual grows to ", ", at rtol ", ""},
                                    {is_unbalanced, ": the energy error grows to ", " (relative), at rtol ", ""}};
 
-static bool add_warning(kempe_comparison *c, const group *g, const warning *w)
+static void add_warning(kempe_comparison *c, const group *g, const warning *w)
 {
     kmp_text text = {0};
     begin(&text, c, g);
     kmp_text_printf(&text, "%s%.1e%s%g%s", w->before, g->how, w->between, g->worst->rtol, w->after);
-    return kmp_sentences_take(&c->warnings, &text);
+    kmp_sentences_take(&c->arena, &c->warnings, &text);
 }
 
-kempe_status kmp_compare_remark(kempe_comparison *c)
+void kmp_compare_remark(kempe_comparison *c)
 {
     static trouble_fn *const ends[] = {has_failed, has_stopped, is_left_out};
-    bool ok = true;
     if (c->count > 1 && all_end_alike(c)) {
-        ok = kmp_sentences_add(&c->failures, "every run %s: %s",
-                               c->runs[0].status == KEMPE_E_FAILED ? "failed" : "stopped", c->runs[0].reason);
-        return ok ? KEMPE_OK : kmp_fail_memory(c->system->context);
+        kmp_sentences_add(&c->arena, &c->failures, "every run %s: %s",
+                          c->runs[0].status == KEMPE_E_FAILED ? "failed" : "stopped", c->runs[0].reason);
+        return;
     }
-    for (int w = 0; w < c->way_count && ok; w++) {
-        for (size_t k = 0; k < sizeof ends / sizeof *ends && ok; k++) {
+    for (int w = 0; w < c->way_count; w++) {
+        for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) {
             group g = find(c, w, ends[k]);
-            bool told = g.count == 0 || (ends[k] == is_left_out && kmp_interrupted(c->system->context));
-            ok = told || add_reason(c, &g);
+            if (g.count > 0 && !(ends[k] == is_left_out && kmp_interrupted(c->system->context)))
+                add_reason(c, &g);
         }
-        for (size_t k = 0; k < sizeof warnings / sizeof *warnings && ok; k++) {
+        for (size_t k = 0; k < sizeof warnings / sizeof *warnings; k++) {
             group g = find(c, w, warnings[k].has);
-            ok = g.count == 0 || add_warning(c, &g, &warnings[k]);
+            if (g.count > 0)
+                add_warning(c, &g, &warnings[k]);
         }
     }
-    return ok ? KEMPE_OK : kmp_fail_memory(c->system->context);
 }

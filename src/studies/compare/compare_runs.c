@@ -94,6 +94,16 @@ static void tell(const kmp_compare_job *j, const kmp_compared *run)
     kmp_text_free(&text);
 }
 
+/* Moves the reason out of the report. */
+static const char *take_reason(kmp_compare_job *j, kmp_run_report *report)
+{
+    const char *reason = report->reason ? report->reason : kempe_context_message(j->context);
+    const char *kept = kmp_arena_strdup(&j->comparison->arena, reason);
+    kmp_free(report->reason);
+    report->reason = NULL;
+    return kept;
+}
+
 static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_s, kmp_samples *table)
 {
     kempe_status status = kmp_compare_once(j, run->way, run->rtol, &j->times, limit_s, table, &run->report);
@@ -102,14 +112,15 @@ static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_
         run->verdict = kmp_verdict_of(table, j->eval, j->comparison->has_reference ? &j->reference : NULL);
         status = time_run(j, run);
     }
+    run->reason = take_reason(j, &run->report);
     if (!kmp_compare_has_result(status))
         return status;
     if (status != KEMPE_OK)
         run->verdict = kmp_verdict_none();
-    const char *reason = run->report.reason ? run->report.reason : kempe_context_message(j->context);
+    else if (run->reason)
+        run->reason = "";
     run->status = status;
     run->left_out = cut;
-    run->reason = kmp_strdup(status == KEMPE_OK ? "" : reason);
     kmp_context_clear(j->context);
     return run->reason ? KEMPE_OK : kmp_fail_memory(j->context);
 }
@@ -118,6 +129,7 @@ static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_
 
 typedef struct grid {
     kmp_compare_job *job;
+    kmp_arena arena;
     kempe_comparison *comparison;
     kmp_samples table;
     kmp_samples *before; /* of each method: the rows at the last tolerance with a complete run */
@@ -132,27 +144,23 @@ static kmp_compared *run_of(const grid *g, int way, int rtol)
     return &g->comparison->runs[way * g->comparison->rtol_count + rtol];
 }
 
-static kempe_status leave_out(const grid *g, kmp_compared *run, const char *reason)
+static void leave_out(kmp_compared *run, const char *reason)
 {
     run->status = KEMPE_STOPPED;
     run->left_out = true;
-    kmp_free(run->reason);
-    run->reason = kmp_strdup(reason);
-    return run->reason ? KEMPE_OK : kmp_fail_memory(g->job->context);
+    run->reason = reason;
 }
 
-static kempe_status leave_out_spent(const grid *g, kmp_compared *run)
+static void leave_out_spent(const grid *g, kmp_compared *run)
 {
     kmp_text reason = {0};
     kmp_text_printf(&reason, "omitted: the processor time of %.3g s for all runs is used up; increase --budget",
                     g->comparison->budget_s);
-    kempe_status status = reason.failed ? kmp_fail_memory(g->job->context) : leave_out(g, run, reason.s);
-    kmp_text_free(&reason);
-    return status;
+    leave_out(run, kmp_sentence_keep(&g->comparison->arena, &reason));
 }
 
 /* A method that was abandoned is so at all tighter tolerances. */
-static kempe_status give_up(const grid *g, int way, int rtol, double limit_s, double fastest)
+static void give_up(const grid *g, int way, int rtol, double limit_s, double fastest)
 {
     double bound = run_of(g, way, rtol)->rtol;
     kmp_text reason = {0};
@@ -161,13 +169,11 @@ static kempe_status give_up(const grid *g, int way, int rtol, double limit_s, do
         kmp_text_printf(&reason, ", compared with %.3g s of the fastest", fastest);
     else
         kmp_text_printf(&reason, " of the %.3g s for all runs; increase --budget", g->comparison->budget_s);
-    kempe_status status = reason.failed ? kmp_fail_memory(g->job->context) : KEMPE_OK;
-    for (int k = 0; k < g->comparison->rtol_count && status == KEMPE_OK; k++)
+    const char *kept = kmp_sentence_keep(&g->comparison->arena, &reason);
+    for (int k = 0; k < g->comparison->rtol_count; k++)
         if (run_of(g, way, k)->rtol <= bound)
-            status = leave_out(g, run_of(g, way, k), reason.s);
-    kmp_text_free(&reason);
+            leave_out(run_of(g, way, k), kept);
     g->out[way] = true;
-    return status;
 }
 
 /* The difference of q between the previous run and this one, which is tighter. */
@@ -176,7 +182,6 @@ static kempe_status compare_before(grid *g, int way, int run)
     kempe_comparison *c = g->comparison;
     kmp_reference tighter;
     double error[KMP_QUANTITIES];
-    kempe_status status = KEMPE_OK;
     if (g->before_run[way] >= 0) {
         if (!kmp_reference_from_table(&tighter, &g->table))
             return kmp_fail_memory(g->job->context);
@@ -189,7 +194,7 @@ static kempe_status compare_before(grid *g, int way, int run)
     g->before[way] = g->table;
     g->table = swap;
     g->before_run[way] = run;
-    return status;
+    return KEMPE_OK;
 }
 
 static double limit_of(const grid *g, double fastest)
@@ -205,14 +210,16 @@ static kempe_status run_cell(grid *g, int way, int rtol, double *fastest)
     if (g->out[way])
         return KEMPE_OK;
     if (kmp_interrupted(g->job->context))
-        return leave_out(g, run, "interrupted");
-    if (!(g->job->left_s > 0))
-        return leave_out_spent(g, run);
-    kempe_status status = run_one(g->job, run, limit_s, &g->table);
-    if (status == KEMPE_OK && run->left_out)
-        status = give_up(g, way, rtol, limit_s, *fastest);
-    if (status != KEMPE_OK)
-        return status;
+        leave_out(run, "interrupted");
+    else if (!(g->job->left_s > 0))
+        leave_out_spent(g, run);
+    if (run->left_out)
+        return KEMPE_OK;
+    KMP_TRY(run_one(g->job, run, limit_s, &g->table));
+    if (run->left_out)
+        give_up(g, way, rtol, limit_s, *fastest);
+    if (!run->reason)
+        return kmp_fail_memory(g->job->context);
     tell(g->job, run);
     g->cpu_s[way] = run->report.cpu_s;
     if (run->status != KEMPE_OK)
@@ -235,7 +242,7 @@ static void sort_ways(const grid *g)
 
 static void sort_rtols(const grid *g)
 {
-    const double *rtol = g->job->choice.rtols;
+    const double *rtol = g->comparison->rtols;
     for (int i = 0; i < g->comparison->rtol_count; i++) {
         g->rtols[i] = i;
         for (int k = i; k > 0 && rtol[g->rtols[k]] > rtol[g->rtols[k - 1]]; k--) {
@@ -250,14 +257,14 @@ static bool begin(grid *g)
 {
     kempe_comparison *c = g->comparison;
     kmp_samples_init(&g->table, c->system->n, c->system->m);
-    c->runs = KMP_NEW(kmp_compared, c->way_count * c->rtol_count);
-    g->before = KMP_NEW(kmp_samples, c->way_count);
-    g->before_run = KMP_NEW(int, c->way_count);
-    g->cpu_s = KMP_NEW(double, c->way_count);
-    g->out = KMP_NEW(bool, c->way_count);
-    g->ways = KMP_NEW(int, c->way_count);
-    g->rtols = KMP_NEW(int, c->rtol_count);
-    if (!c->runs || !g->before || !g->before_run || !g->cpu_s || !g->out || !g->ways || !g->rtols)
+    c->runs = KMP_ARENA_NEW(&c->arena, kmp_compared, c->way_count * c->rtol_count);
+    g->before = KMP_ARENA_NEW(&g->arena, kmp_samples, c->way_count);
+    g->before_run = KMP_ARENA_NEW(&g->arena, int, c->way_count);
+    g->cpu_s = KMP_ARENA_NEW(&g->arena, double, c->way_count);
+    g->out = KMP_ARENA_NEW(&g->arena, bool, c->way_count);
+    g->ways = KMP_ARENA_NEW(&g->arena, int, c->way_count);
+    g->rtols = KMP_ARENA_NEW(&g->arena, int, c->rtol_count);
+    if (!c->runs || g->arena.failed)
         return false;
     c->count = c->way_count * c->rtol_count;
     for (int w = 0; w < c->way_count; w++) {
@@ -267,7 +274,7 @@ static bool begin(grid *g)
     }
     for (int k = 0; k < c->count; k++)
         c->runs[k] = (kmp_compared){.way = &c->ways[k / c->rtol_count],
-                                    .rtol = g->job->choice.rtols[k % c->rtol_count],
+                                    .rtol = g->comparison->rtols[k % c->rtol_count],
                                     .verdict = kmp_verdict_none(),
                                     .cpu_s = NAN,
                                     .apart = NAN};
@@ -280,12 +287,7 @@ static void end(grid *g)
     for (int w = 0; g->before && w < g->comparison->way_count; w++)
         kmp_samples_free(&g->before[w]);
     kmp_samples_free(&g->table);
-    kmp_free(g->before);
-    kmp_free(g->before_run);
-    kmp_free(g->cpu_s);
-    kmp_free(g->out);
-    kmp_free(g->ways);
-    kmp_free(g->rtols);
+    kmp_arena_free(&g->arena);
 }
 
 kempe_status kmp_compare_run_all(kmp_compare_job *j)

@@ -48,13 +48,10 @@ static kempe_status count_steps(kmp_compare_job *j, const kmp_method *way, doubl
 kempe_status kmp_compare_probe(kmp_compare_job *j, bool *stiff)
 {
     long loose, tight = -1, implicit = -1;
-    kempe_status status = count_steps(j, &explicit_way, LOOSE, &loose);
-    if (status == KEMPE_OK && loose >= 0)
-        status = count_steps(j, &explicit_way, TIGHT, &tight);
-    if (status == KEMPE_OK)
-        status = count_steps(j, &implicit_way, LOOSE, &implicit);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(count_steps(j, &explicit_way, LOOSE, &loose));
+    if (loose >= 0)
+        KMP_TRY(count_steps(j, &explicit_way, TIGHT, &tight));
+    KMP_TRY(count_steps(j, &implicit_way, LOOSE, &implicit));
     if (loose < 0 || tight < 0)
         *stiff = implicit >= 0;
     else

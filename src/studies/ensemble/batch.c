@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of an ensemble: the state of each instance, as a summary, as JSON and as a table. */
 #include "base/clock.h"
-#include "base/file.h"
 #include "base/memory.h"
 #include "integrators/lanes/ensemble.h"
 #include "output/convergence.h"
 #include "output/print.h"
-#include "output/values.h"
+#include "output/result_table.h"
+#include "studies/ensemble/values.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/ensemble.h>
 #include <math.h>
@@ -22,6 +22,7 @@ struct kempe_ensemble {
 
 struct kempe_batch {
     const kempe_ensemble *ensemble;
+    kmp_arena arena;
     kempe_status status;
     int count, n;
     kmp_ensemble_result *results;
@@ -67,10 +68,7 @@ void kempe_batch_free(kempe_batch *batch)
     kmp_free(batch->warnings);
     for (int k = 0; batch->results && k < batch->count; k++)
         kmp_free(batch->results[k].reason);
-    kmp_free(batch->results);
-    kmp_free(batch->q);
-    kmp_free(batch->qd);
-    kmp_free(batch->again);
+    kmp_arena_free(&batch->arena);
     kmp_free(batch);
 }
 
@@ -82,11 +80,11 @@ static kempe_batch *new_batch(const kempe_ensemble *e)
     b->ensemble = e;
     b->count = e->values->count;
     b->n = kmp_ensemble_system(e->inner)->n;
-    b->results = KMP_NEW(kmp_ensemble_result, b->count);
-    b->q = KMP_NEW(double, (size_t)b->count *(size_t)b->n);
-    b->qd = KMP_NEW(double, (size_t)b->count *(size_t)b->n);
-    b->again = KMP_NEW(kmp_convergence, b->count);
-    if (b->results && b->q && b->qd && b->again)
+    b->results = KMP_ARENA_NEW(&b->arena, kmp_ensemble_result, b->count);
+    b->q = KMP_ARENA_NEW(&b->arena, double, (size_t)b->count *(size_t)b->n);
+    b->qd = KMP_ARENA_NEW(&b->arena, double, (size_t)b->count *(size_t)b->n);
+    b->again = KMP_ARENA_NEW(&b->arena, kmp_convergence, b->count);
+    if (!b->arena.failed)
         return b;
     kempe_batch_free(b);
     return NULL;
@@ -145,10 +143,12 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     const kempe_values *values = r->b->ensemble->values;
     size_t columns = (size_t)values->columns, n = (size_t)r->b->n, many = (size_t)count;
     kmp_run_spec other = *r->spec;
-    double *rows = KMP_NEW(double, many *columns), *q = KMP_NEW(double, many *n), *qd = KMP_NEW(double, many *n);
-    kmp_ensemble_result *results = KMP_NEW(kmp_ensemble_result, count);
+    kmp_arena arena = {0};
+    double *rows = KMP_ARENA_NEW(&arena, double, many *columns), *q = KMP_ARENA_NEW(&arena, double, many *n),
+           *qd = KMP_ARENA_NEW(&arena, double, many *n);
+    kmp_ensemble_result *results = KMP_ARENA_NEW(&arena, kmp_ensemble_result, count);
     kempe_context *context = r->b->ensemble->model->context;
-    kempe_status status = rows && q && qd && results ? KEMPE_OK : kmp_fail_memory(context);
+    kempe_status status = arena.failed ? kmp_fail_memory(context) : KEMPE_OK;
     other.rtol = rtol;
     other.atol *= rtol / r->spec->rtol;
     for (int k = 0; status == KEMPE_OK && k < count; k++)
@@ -161,10 +161,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
         compare_ends(r, count, which, results, q, found);
     for (int k = 0; results && k < count; k++)
         kmp_free(results[k].reason);
-    kmp_free(rows);
-    kmp_free(q);
-    kmp_free(qd);
-    kmp_free(results);
+    kmp_arena_free(&arena);
     return status;
 }
 
@@ -297,13 +294,6 @@ const char *kempe_batch_reason(const kempe_batch *b, int k)
     return result && result->reason ? result->reason : "";
 }
 
-double kempe_batch_time(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, NAN);
-    const kmp_ensemble_result *result = result_of(b, k);
-    return result ? result->t : NAN;
-}
-
 const double *kempe_batch_q(const kempe_batch *b, int k)
 {
     KMP_GIVEN(b, NULL);
@@ -316,25 +306,9 @@ const double *kempe_batch_qd(const kempe_batch *b, int k)
     return result_of(b, k) ? b->qd + (size_t)k * (size_t)b->n : NULL;
 }
 
-const char *kempe_batch_verdict(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, "");
-    return result_of(b, k) ? kmp_convergence_word(&b->again[k]) : "";
-}
-
 static const char *alone_of(const kmp_ensemble_result *r)
 {
     return r->alone && r->why ? r->why : "";
-}
-
-kempe_ensemble_stats kempe_batch_effort(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, ((kempe_ensemble_stats){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN}));
-    const kmp_ensemble_result *r = result_of(b, k);
-    if (!r)
-        return (kempe_ensemble_stats){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN};
-    return (kempe_ensemble_stats){alone_of(r),  r->steps, r->rejected, r->refused, r->rhs,
-                                  r->exchanges, r->h,     r->hdot,     r->drift};
 }
 
 /* -- messages ---------------------------------------------------------------------------------------- */
@@ -391,7 +365,7 @@ static void put_again(const kempe_batch *b, kmp_text *text)
             b->again[worst].rtol);
 }
 
-static void put_text(const kempe_batch *b, kmp_text *text)
+static void put_text(kmp_text *text, const kempe_batch *b)
 {
     totals s = sum_up(b);
     int told = 0;
@@ -449,7 +423,7 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
     kmp_json_end(json);
 }
 
-static void put_json(const kempe_batch *b, kmp_text *text)
+static void put_json(kmp_text *text, const kempe_batch *b)
 {
     const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
     kmp_json json = kmp_json_begin(text);
@@ -487,79 +461,62 @@ static void put_json(const kempe_batch *b, kmp_text *text)
 kempe_status kempe_batch_print(const kempe_batch *b, kempe_format format, char **out)
 {
     KMP_WANTED(NULL, b, "batch");
-    KMP_WANTED(b->ensemble->model->context, out, "text");
-    kmp_text text = {0};
-    if (format == KEMPE_JSON)
-        put_json(b, &text);
-    else
-        put_text(b, &text);
-    return kmp_print_finish(b->ensemble->model->context, &text, out);
+    KMP_PRINT(b->ensemble->model->context, format, out, put_text, put_json, b);
 }
 
 /* -- as a table -------------------------------------------------------------------------------------- */
 
-static void put_header(const kempe_batch *b, kmp_text *text)
+static void put_columns(const kempe_batch *b, kempe_table *table)
 {
     const kempe_model *model = b->ensemble->model;
     for (int k = 0; k < b->ensemble->values->columns; k++)
-        kmp_text_printf(text, "%s,", b->ensemble->values->name[k]);
-    kmp_text_put(text, "status,t");
+        kmp_tabulate_column(table, "", "%s", b->ensemble->values->name[k]);
+    kmp_tabulate_columns(table, NULL, "status");
+    kmp_tabulate_columns(table, "", "t");
     for (int k = 0; k < b->n; k++)
-        kmp_text_printf(text, ",q.%s", model->motions[k].name);
+        kmp_tabulate_column(table, "", "q.%s", model->motions[k].name);
     for (int k = 0; k < b->n; k++)
-        kmp_text_printf(text, ",qd.%s", model->motions[k].name);
-    kmp_text_put(text, ",steps,rejected,refused,rhs,exchanges,h,hdot,drift,difference,verdict,single_run,reason\n");
+        kmp_tabulate_column(table, "", "qd.%s", model->motions[k].name);
+    kmp_tabulate_columns(table, "", "steps rejected refused rhs exchanges h hdot drift difference");
+    kmp_tabulate_columns(table, NULL, "verdict single_run reason");
 }
 
-static void put_numbers(kmp_text *text, int count, const double *x, const char *before, const char *after)
-{
-    for (int k = 0; k < count; k++) {
-        kmp_text_put(text, before);
-        if (isfinite(x[k]))
-            kmp_text_number(text, x[k]);
-        kmp_text_put(text, after);
-    }
-}
-
-/* In quotes, which are doubled within; line ends are blanks. */
-static void put_quoted(kmp_text *text, const char *s)
-{
-    if (!*s)
-        return;
-    kmp_text_put(text, "\"");
-    for (; *s; s++)
-        kmp_text_printf(text, *s == '"' ? "\"\"" : "%c", *s == '\n' ? ' ' : *s);
-    kmp_text_put(text, "\"");
-}
-
-static void put_row(const kempe_batch *b, kmp_text *text, int k)
+static void put_row(const kempe_batch *b, kempe_table *table, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
     const kmp_convergence *again = &b->again[k];
-    const double ends[] = {r->h, r->hdot, r->drift, again->known ? again->difference : NAN};
-    put_numbers(text, b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k), "", ",");
-    kmp_text_put(text, kempe_batch_status(b, k));
-    put_numbers(text, 1, &r->t, ",", "");
-    put_numbers(text, b->n, kempe_batch_q(b, k), ",", "");
-    put_numbers(text, b->n, kempe_batch_qd(b, k), ",", "");
-    kmp_text_printf(text, ",%ld,%ld,%ld,%ld,%ld", r->steps, r->rejected, r->refused, r->rhs, r->exchanges);
-    put_numbers(text, 4, ends, ",", "");
-    kmp_text_printf(text, ",%s,", kempe_batch_verdict(b, k));
-    put_quoted(text, alone_of(r));
-    kmp_text_put(text, ",");
-    put_quoted(text, kempe_batch_reason(b, k));
-    kmp_text_put(text, "\n");
+    const double ends[] = {(double)r->steps,
+                           (double)r->rejected,
+                           (double)r->refused,
+                           (double)r->rhs,
+                           (double)r->exchanges,
+                           r->h,
+                           r->hdot,
+                           r->drift,
+                           again->known ? again->difference : NAN};
+    kmp_tabulate_row(table);
+    kmp_tabulate_numbers(table, b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k));
+    kmp_tabulate_word(table, kempe_batch_status(b, k));
+    kmp_tabulate_number(table, r->t);
+    kmp_tabulate_numbers(table, b->n, kempe_batch_q(b, k));
+    kmp_tabulate_numbers(table, b->n, kempe_batch_qd(b, k));
+    kmp_tabulate_numbers(table, sizeof ends / sizeof *ends, ends);
+    kmp_tabulate_word(table, kmp_convergence_word(again));
+    kmp_tabulate_word(table, alone_of(r));
+    kmp_tabulate_word(table, kempe_batch_reason(b, k));
 }
 
-kempe_status kempe_batch_write_csv(const kempe_batch *b, const char *path)
+static void fill_instances(kempe_table *table, const void *result)
 {
-    KMP_WANTED(NULL, b, "batch");
-    KMP_WANTED(b->ensemble->model->context, path, "path");
-    kempe_context *context = b->ensemble->model->context;
-    kmp_text text = {0};
-    kmp_context_clear(context);
-    put_header(b, &text);
+    const kempe_batch *b = result;
+    put_columns(b, table);
     for (int k = 0; k < b->count; k++)
-        put_row(b, &text, k);
-    return kmp_file_write(context, path, &text);
+        put_row(b, table, k);
+}
+
+kempe_status kempe_batch_table(const kempe_batch *b, const char *name, kempe_table **table)
+{
+    static const kmp_table_kind kinds[] = {{"instances", fill_instances}, {0}};
+    KMP_WANTED(NULL, b, "batch");
+    return kmp_tabulate_result(b->ensemble->model->context, kinds, b, name, table);
 }

@@ -147,8 +147,8 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
         kmp_json_boolean(j, "stable", b->stability.word != KMP_UNSTABLE);
     kmp_json_string(j, "stability", kmp_stability_text(b->stability.word));
     kmp_json_whole(j, "growing", b->stability.growing);
-    kmp_print_coordinates(j, "neutral", e->system, b->stability.still, b->stability.along);
-    kmp_print_coordinates(j, "left_out", e->system, b->idle_count, b->idle);
+    kmp_print_names(j, "neutral", e->system, kmp_name_of_coordinate, b->stability.still, b->stability.along);
+    kmp_print_names(j, "left_out", e->system, kmp_name_of_coordinate, b->idle_count, b->idle);
     kmp_json_object(j, "free");
     for (int i = 0; i < e->freed_count; i++)
         kmp_json_number(j, e->freed_name[i], b->freed[i]);

@@ -213,7 +213,7 @@ static void json_motion(kmp_json *json, const kempe_inverse *r)
         kmp_json_end(json);
     }
     if (r->motion == KMP_INVERSE_START)
-        kmp_print_coordinates(json, "u", r->system, r->start_u_count, r->start_u);
+        kmp_print_names(json, "u", r->system, kmp_name_of_coordinate, r->start_u_count, r->start_u);
 }
 
 static void json_actuators(kmp_json *json, const kempe_inverse *r)

@@ -112,10 +112,9 @@ static kempe_status take_columns(kmp_channels *c, const unsigned *parts, bool no
         if (!is_wanted(of, parts))
             continue;
         (*seen)[at] = (kmp_seen){(kmp_seen_in)of->quantity, of->index};
-        c->outputs.name[at] = columns.name[k];
-        c->outputs.unit[at] = columns.unit[k];
-        columns.name[k] = columns.unit[k] = NULL;
-        at++;
+        kmp_text name = {0};
+        kmp_text_put(&name, columns.name[k]);
+        ok = set_name(&c->outputs, at++, &name, columns.unit[k]);
     }
     kmp_columns_free(&columns);
     return ok ? KEMPE_OK : kmp_fail_memory(c->system->context);

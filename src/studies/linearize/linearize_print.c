@@ -92,7 +92,7 @@ static void json(kmp_text *text, const kempe_linearization *l, double *room)
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
     kmp_json_string(&j, "state", c->goes_on ? "steady" : c->rests ? "rests" : "moves");
     kmp_json_number(&j, "residual", c->residual);
-    kmp_print_coordinates(&j, "u", c->system, c->linear.p, c->linear.part.u);
+    kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
     kmp_print_entries(&j, "qd", c->system, KMP_QUANTITY_QD, c->at->qd);
     json_names(&j, "states", &c->states);

@@ -180,7 +180,7 @@ static void show_state(kmp_text *text, const kempe_modes *m)
     kmp_text_printf(text, "%s: %d degree%s of freedom at %s: ", m->system->model->name, m->modes.p,
                     m->modes.p == 1 ? "" : "s",
                     m->station->state->equilibrium ? "the equilibrium" : "the assembled start");
-    kmp_list_coordinates(text, m->system, m->modes.p, m->modes.u);
+    kmp_list_names(text, m->system, kmp_name_of_coordinate, m->modes.p, m->modes.u);
     kmp_text_put(text, "\n\n");
 }
 
@@ -278,7 +278,7 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_string(&j, "at", m->station->state->equilibrium ? "equilibrium" : "start");
     kmp_print_entries(&j, "q", m->system, KMP_QUANTITY_Q, m->q);
     kmp_print_entries(&j, "qd", m->system, KMP_QUANTITY_QD, m->qd);
-    kmp_print_coordinates(&j, "u", m->system, m->modes.p, m->modes.u);
+    kmp_print_names(&j, "u", m->system, kmp_name_of_coordinate, m->modes.p, m->modes.u);
     kmp_json_array(&j, "eigenvalues");
     for (int c = 0; c < s->count; c++)
         json_pair(&j, NULL, s->re[c], s->im[c]);

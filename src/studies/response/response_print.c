@@ -181,7 +181,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, KEMPE_OK, "", c->build_s, c->warnings);
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
-    kmp_print_coordinates(&j, "u", c->system, c->linear.p, c->linear.part.u);
+    kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
     json_channels(&j, r);
     json_poles(&j, r);

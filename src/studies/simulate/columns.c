@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/columns.h"
-#include "base/memory.h"
 #include "model/tables/output_table.h"
 
 /* The quantity of an output whose values are in the table. */
@@ -63,36 +62,27 @@ const char *kmp_columns_unit_shown(kmp_output_kind kind)
 
 /* -- the columns ------------------------------------------------------------------------------------- */
 
-/* The first pass counts (columns NULL), the second one names. */
-typedef struct writer {
-    kmp_columns *columns;
-    int at;
-    bool failed;
-} writer;
-
-static void add(writer *w, kmp_text *name, const char *unit, kmp_column of)
+static void add(kmp_columns *columns, kmp_text *name, const char *unit, kmp_column of)
 {
-    int k = w->at++;
-    if (w->columns) {
-        w->columns->name[k] = kmp_text_take(name);
-        w->columns->unit[k] = kmp_strdup(unit);
-        w->columns->of[k] = of;
-        w->failed = w->failed || !w->columns->name[k] || !w->columns->unit[k];
-    }
+    int k = columns->count++;
+    columns->name[k] = kmp_arena_strdup(&columns->arena, name->s ? name->s : "");
+    columns->unit[k] = unit;
+    columns->of[k] = of;
+    columns->arena.failed = columns->arena.failed || name->failed;
     kmp_text_free(name);
 }
 
-static void add_computed(writer *w, const kempe_model *model, int o, int first)
+static void add_computed(kmp_columns *columns, const kempe_model *model, int o, int first)
 {
     const kmp_output *output = &model->outputs[o];
     for (int k = 0; k < kmp_output_width(model, output); k++) {
         kmp_text name = {0};
         kmp_output_column(&name, model, output, k);
-        add(w, &name, kmp_columns_unit_shown(output->kind), (kmp_column){KMP_QUANTITIES, first + k, o, k});
+        add(columns, &name, kmp_columns_unit_shown(output->kind), (kmp_column){KMP_QUANTITIES, first + k, o, k});
     }
 }
 
-static void add_from_table(writer *w, const kempe_system *system, int o)
+static void add_from_table(kmp_columns *columns, const kempe_system *system, int o)
 {
     const kmp_output *output = &system->model->outputs[o];
     kmp_quantity quantity = quantity_of(output->kind);
@@ -101,55 +91,57 @@ static void add_from_table(writer *w, const kempe_system *system, int o)
         if (!is_asked(system, output, k))
             continue;
         kmp_text_printf(&name, "%s.%s", kmp_quantity_prefix(quantity), kmp_quantity_name(system, quantity, k));
-        add(w, &name, kmp_quantity_unit(system, quantity, k), (kmp_column){quantity, k, o, 0});
+        add(columns, &name, kmp_quantity_unit(system, quantity, k), (kmp_column){quantity, k, o, 0});
     }
 }
 
-static void write_all(writer *w, const kempe_system *system)
+/* The number of columns if every output had all that it could have. */
+static int most_columns(const kempe_system *system)
+{
+    int most = 1;
+    for (int o = 0; o < system->model->output_count; o++) {
+        const kmp_output *output = &system->model->outputs[o];
+        int width = kmp_output_width(system->model, output);
+        most += width > 0 ? width : kmp_quantity_size(system, quantity_of(output->kind));
+    }
+    return most;
+}
+
+static void put_all(kmp_columns *columns, const kempe_system *system)
 {
     const kempe_model *model = system->model;
     kmp_text time = {0};
     int shown = 0;
     kmp_text_put(&time, "t");
-    add(w, &time, "s", (kmp_column){KMP_QUANTITIES, -1, -1, 0});
+    add(columns, &time, "s", (kmp_column){KMP_QUANTITIES, -1, -1, 0});
     for (int o = 0; o < model->output_count; o++) {
         int width = kmp_output_width(model, &model->outputs[o]);
         if (!is_repeated(model, o) && width > 0)
-            add_computed(w, model, o, shown);
+            add_computed(columns, model, o, shown);
         else if (!is_repeated(model, o))
-            add_from_table(w, system, o);
+            add_from_table(columns, system, o);
         shown += width;
     }
 }
 
 bool kmp_columns_init(kmp_columns *columns, const kempe_system *system)
 {
-    writer count = {0}, names = {.columns = columns};
-    write_all(&count, system);
-    *columns = (kmp_columns){.count = count.at,
-                             .name = KMP_NEW(char *, count.at),
-                             .unit = KMP_NEW(char *, count.at),
-                             .of = KMP_NEW(kmp_column, count.at)};
-    bool room = columns->name && columns->unit && columns->of;
-    if (room)
-        write_all(&names, system);
-    if (room && !names.failed)
-        return true;
-    kmp_columns_free(columns);
-    return false;
+    int most = most_columns(system);
+    *columns = (kmp_columns){0};
+    columns->name = KMP_ARENA_NEW(&columns->arena, char *, most);
+    columns->unit = KMP_ARENA_NEW(&columns->arena, const char *, most);
+    columns->of = KMP_ARENA_NEW(&columns->arena, kmp_column, most);
+    if (!columns->arena.failed)
+        put_all(columns, system);
+    bool ok = !columns->arena.failed;
+    if (!ok)
+        kmp_columns_free(columns);
+    return ok;
 }
 
 void kmp_columns_free(kmp_columns *columns)
 {
-    for (int k = 0; k < columns->count; k++) {
-        if (columns->name)
-            kmp_free(columns->name[k]);
-        if (columns->unit)
-            kmp_free(columns->unit[k]);
-    }
-    kmp_free(columns->name);
-    kmp_free(columns->unit);
-    kmp_free(columns->of);
+    kmp_arena_free(&columns->arena);
     *columns = (kmp_columns){0};
 }
 

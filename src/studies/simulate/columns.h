@@ -17,8 +17,10 @@ const char *kmp_columns_unit_shown(kmp_output_kind kind);
 
 typedef struct kmp_columns {
     int count;
-    char **name, **unit; /* unit: SI, "" where a sensor has none */
-    kmp_column *of;      /* of the first, which is time: output -1 */
+    char **name;
+    const char **unit; /* SI, "" where a sensor has none */
+    kmp_column *of;    /* of the first, which is time: output -1 */
+    kmp_arena arena;
 } kmp_columns;
 
 /** false: no memory. */

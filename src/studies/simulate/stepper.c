@@ -144,29 +144,17 @@ double kempe_stepper_time(const kempe_stepper *stepper)
     return stepper->t;
 }
 
-const double *kempe_stepper_q(const kempe_stepper *stepper)
-{
-    KMP_GIVEN(stepper, NULL);
-    return stepper->row;
-}
+#define PART_OF_ROW(name, at)                                                                                          \
+    const double *kempe_stepper_##name(const kempe_stepper *stepper)                                                   \
+    {                                                                                                                  \
+        KMP_GIVEN(stepper, NULL);                                                                                      \
+        return stepper->row + (at)*stepper->system->n;                                                                 \
+    }
 
-const double *kempe_stepper_qd(const kempe_stepper *stepper)
-{
-    KMP_GIVEN(stepper, NULL);
-    return stepper->row + stepper->system->n;
-}
-
-const double *kempe_stepper_qdd(const kempe_stepper *stepper)
-{
-    KMP_GIVEN(stepper, NULL);
-    return stepper->row + 2 * stepper->system->n;
-}
-
-const double *kempe_stepper_lambda(const kempe_stepper *stepper)
-{
-    KMP_GIVEN(stepper, NULL);
-    return stepper->row + 3 * stepper->system->n;
-}
+PART_OF_ROW(q, 0)
+PART_OF_ROW(qd, 1)
+PART_OF_ROW(qdd, 2)
+PART_OF_ROW(lambda, 3)
 
 kempe_work kempe_stepper_work(const kempe_stepper *stepper)
 {

@@ -55,9 +55,8 @@ static kempe_status check_numbers(const job *j)
         double value;
     } numbers[] = {
         {"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"output_step", j->run->output_step}};
-    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
+    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
         KMP_TRY(check_number(j->context, numbers[k].name, numbers[k].value));
-    }
     if (j->run->max_steps < 0)
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is expected",
                         j->run->max_steps);
@@ -83,15 +82,10 @@ static kempe_status prepare_times(job *j)
     double every;
     if (!(j->spec.t_end > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
-    kempe_status status = KEMPE_OK;
-    if (j->run->reference) {
-        status = kmp_reference_read(j->system, j->run->reference, &j->reference);
-        j->has_reference = status == KEMPE_OK;
-    }
-    if (status == KEMPE_OK)
-        status = kmp_times_spacing(j->system, j->run->output_step, j->spec.t_end, &every);
-    if (status != KEMPE_OK)
-        return status;
+    if (j->run->reference)
+        KMP_TRY(kmp_reference_read(j->system, j->run->reference, &j->reference));
+    j->has_reference = j->run->reference;
+    KMP_TRY(kmp_times_spacing(j->system, j->run->output_step, j->spec.t_end, &every));
     kmp_reference_limit(&j->reference, j->spec.t_end);
     if (!kmp_times_init(&j->times, every, j->spec.t_end, j->has_reference ? &j->reference : NULL))
         return kmp_fail_memory(j->context);
@@ -141,18 +135,16 @@ static kempe_status choose(job *j)
                              .change_points = run->change_points,
                              .max_steps = run->max_steps,
                              .threads = run->threads};
-    kempe_status status = check_numbers(j);
-    if (status == KEMPE_OK)
-        status = read_wish(j);
-    return status == KEMPE_OK ? kmp_run_resolve(j->system, &j->spec) : status;
+    KMP_TRY(check_numbers(j));
+    KMP_TRY(read_wish(j));
+    return kmp_run_resolve(j->system, &j->spec);
 }
 
 static kempe_status prepare(job *j)
 {
-    kempe_status status = choose(j);
-    if (status == KEMPE_OK)
-        status = prepare_times(j);
-    return status == KEMPE_OK ? prepare_resume(j) : status;
+    KMP_TRY(choose(j));
+    KMP_TRY(prepare_times(j));
+    return prepare_resume(j);
 }
 
 kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_run_spec *spec, int **u)
@@ -179,52 +171,59 @@ static void release(job *j)
 
 /* -- the trajectory ---------------------------------------------------------------------------------- */
 
-static bool copy(char **to, const char *from)
+static const char *copy(kmp_arena *arena, const char *s)
 {
-    *to = from ? kmp_strdup(from) : NULL;
-    return *to || !from;
+    return s ? kmp_arena_strdup(arena, s) : NULL;
+}
+
+static double *unknowns(kmp_arena *arena, int count)
+{
+    double *x = KMP_ARENA_NEW(arena, double, count);
+    for (int k = 0; x && k < count; k++)
+        x[k] = NAN;
+    return x;
 }
 
 static kempe_trajectory *trajectory_new(const job *j)
 {
     const kmp_run_spec *spec = &j->spec;
-    int reactions = 3 * j->system->model->closure_count, shown = kmp_outputs_width(j->system->model);
     kempe_trajectory *t = KMP_NEW(kempe_trajectory, 1);
     if (!t)
         return NULL;
-    *t = (kempe_trajectory){.system = j->system, .rtol = spec->rtol, .atol = spec->atol, .t_end = spec->t_end};
-    t->verdict = kmp_verdict_none();
-    t->journal.context = j->context;
+    kmp_arena arena = {0};
+    *t = (kempe_trajectory){.system = j->system,
+                            .formulation = copy(&arena, spec->formulation),
+                            .form = copy(&arena, spec->form),
+                            .integrator = copy(&arena, spec->integrator),
+                            .linear = copy(&arena, spec->linear),
+                            .backend = copy(&arena, spec->backend),
+                            .change_points = copy(&arena, spec->change_points),
+                            .rtol = spec->rtol,
+                            .atol = spec->atol,
+                            .t_end = spec->t_end,
+                            .source = copy(&arena, j->run->reference),
+                            .verdict = kmp_verdict_none(),
+                            .journal = {.context = j->context},
+                            .reaction = unknowns(&arena, 3 * j->system->model->closure_count),
+                            .shown = unknowns(&arena, kmp_outputs_width(j->system->model))};
+    t->arena = arena;
     kmp_samples_init(&t->table, j->system->n, j->system->m);
-    t->reaction = KMP_NEW(double, reactions);
-    t->shown = KMP_NEW(double, shown);
-    if (!t->reaction || !t->shown || !copy(&t->formulation, spec->formulation) || !copy(&t->form, spec->form) ||
-        !copy(&t->integrator, spec->integrator) || !copy(&t->linear, spec->linear) ||
-        !copy(&t->change_points, spec->change_points) || !copy(&t->backend, spec->backend) ||
-        !copy(&t->source, j->run->reference)) {
-        kempe_trajectory_free(t);
-        return NULL;
-    }
-    for (int k = 0; k < reactions; k++)
-        t->reaction[k] = NAN;
-    for (int k = 0; k < shown; k++)
-        t->shown[k] = NAN;
-    return t;
+    if (!arena.failed)
+        return t;
+    kempe_trajectory_free(t);
+    return NULL;
 }
 
 void kempe_trajectory_free(kempe_trajectory *trajectory)
 {
     if (!trajectory)
         return;
-    char *names[] = {trajectory->formulation,   trajectory->form,    trajectory->integrator, trajectory->linear,
-                     trajectory->change_points, trajectory->backend, trajectory->source,     trajectory->reason,
-                     trajectory->report.reason, trajectory->warnings};
-    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
-        kmp_free(names[k]);
+    kmp_free(trajectory->reason);
+    kmp_free(trajectory->report.reason);
+    kmp_free(trajectory->warnings);
     kmp_journal_free(&trajectory->journal);
     kmp_samples_free(&trajectory->table);
-    kmp_free(trajectory->reaction);
-    kmp_free(trajectory->shown);
+    kmp_arena_free(&trajectory->arena);
     kmp_free(trajectory);
 }
 
@@ -430,50 +429,17 @@ double kempe_trajectory_time(const kempe_trajectory *trajectory, int row)
     return has_row(trajectory, row) ? kmp_samples_time(&trajectory->table, row) : NAN;
 }
 
-static const double *get(const kempe_trajectory *trajectory, kmp_quantity quantity, int row)
-{
-    return has_row(trajectory, row) ? kmp_samples_get(&trajectory->table, quantity, row) : NULL;
-}
+#define ROW(name, quantity)                                                                                            \
+    const double *kempe_trajectory_##name(const kempe_trajectory *trajectory, int row)                                 \
+    {                                                                                                                  \
+        KMP_GIVEN(trajectory, NULL);                                                                                   \
+        return has_row(trajectory, row) ? kmp_samples_get(&trajectory->table, quantity, row) : NULL;                   \
+    }
 
-const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row)
-{
-    KMP_GIVEN(trajectory, NULL);
-    return get(trajectory, KMP_QUANTITY_Q, row);
-}
-
-const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, int row)
-{
-    KMP_GIVEN(trajectory, NULL);
-    return get(trajectory, KMP_QUANTITY_QD, row);
-}
-
-const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row)
-{
-    KMP_GIVEN(trajectory, NULL);
-    return get(trajectory, KMP_QUANTITY_QDD, row);
-}
-
-const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int row)
-{
-    KMP_GIVEN(trajectory, NULL);
-    return get(trajectory, KMP_QUANTITY_LAMBDA, row);
-}
-
-int kempe_trajectory_note_count(const kempe_trajectory *trajectory)
-{
-    KMP_GIVEN(trajectory, 0);
-    return trajectory->journal.kept;
-}
-
-const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, double *t)
-{
-    KMP_GIVEN(trajectory, NULL);
-    if (k < 0 || k >= trajectory->journal.kept)
-        return NULL;
-    if (t)
-        *t = trajectory->journal.notes[k].t;
-    return trajectory->journal.notes[k].text;
-}
+ROW(q, KMP_QUANTITY_Q)
+ROW(qd, KMP_QUANTITY_QD)
+ROW(qdd, KMP_QUANTITY_QDD)
+ROW(lambda, KMP_QUANTITY_LAMBDA)
 
 const char *kempe_trajectory_status(const kempe_trajectory *trajectory)
 {

@@ -9,13 +9,14 @@
 
 struct kempe_trajectory {
     const kempe_system *system;
+    kmp_arena arena;
     kempe_status status;
-    char *reason;                                             /* "" when ok */
-    char *warnings;                                           /* of the computation, one per line */
-    char *formulation, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
-    char *change_points;
+    char *reason;                                                   /* "" when ok */
+    char *warnings;                                                 /* of the computation, one per line */
+    const char *formulation, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
+    const char *change_points;
     double rtol, atol, t_end;
-    char *source; /* the reference's path, NULL when none was given */
+    const char *source; /* the reference's path, NULL when none was given */
     kmp_samples table;
     kmp_verdict verdict;
     kmp_convergence again;

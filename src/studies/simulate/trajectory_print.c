@@ -307,12 +307,5 @@ static void json(kmp_text *text, const kempe_trajectory *t)
 kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, trajectory, "trajectory");
-    KMP_WANTED(trajectory->system->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(trajectory->system->context);
-    if (format == KEMPE_JSON)
-        json(&out, trajectory);
-    else
-        show(&out, trajectory);
-    return kmp_print_finish(trajectory->system->context, &out, text);
+    KMP_PRINT(trajectory->system->context, format, text, show, json, trajectory);
 }

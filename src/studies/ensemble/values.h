@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The values of an ensemble's instances (kempe/ensemble.h). */
-#ifndef KMP_OUTPUT_VALUES_H
-#define KMP_OUTPUT_VALUES_H
+#ifndef KMP_STUDIES_ENSEMBLE_VALUES_H
+#define KMP_STUDIES_ENSEMBLE_VALUES_H
 
 #include <kempe/ensemble.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables of values: from memory, and at random. */
-#include "output/values.h"
+#include "studies/ensemble/values.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "model/expressions/ranges.h"

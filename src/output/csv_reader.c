@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "output/csv_reader.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_COMPLAINTS = 20 };
+
+bool kmp_csv_goes_on(const kmp_csv *csv)
+{
+    return csv->complaints < MOST_COMPLAINTS;
+}
+
+/* Columns are characters, not bytes, from the line's beginning. */
+void kmp_csv_complain(kmp_csv *csv, const char *at, const char *format, ...)
+{
+    int column = 1;
+    kmp_text sentence = {0};
+    va_list arguments;
+    va_start(arguments, format);
+    kmp_text_vprintf(&sentence, format, arguments);
+    va_end(arguments);
+    for (const char *s = csv->line_text; s < at; s++)
+        column += ((unsigned char)*s & 0xc0) != 0x80;
+    if (csv->complaints++ < MOST_COMPLAINTS)
+        (void)kmp_complain(csv->context, csv->path, csv->line, column, "%s",
+                           sentence.failed ? "an error is here" : sentence.s);
+    kmp_text_free(&sentence);
+}
+
+/* -- fields ------------------------------------------------------------------------------------------ */
+
+static bool is_blank(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r';
+}
+
+int kmp_csv_count(const char *line)
+{
+    int count = 1;
+    for (const char *s = line; *s; s++)
+        count += *s == ',';
+    return count;
+}
+
+kmp_csv_field kmp_csv_next(const char **s)
+{
+    size_t length = strcspn(*s, ",");
+    kmp_csv_field f = {*s, length};
+    *s = (*s)[length] == ',' ? *s + length + 1 : NULL;
+    while (f.length > 0 && is_blank(f.s[0])) {
+        f.s++;
+        f.length--;
+    }
+    while (f.length > 0 && is_blank(f.s[f.length - 1]))
+        f.length--;
+    return f;
+}
+
+bool kmp_csv_is(kmp_csv_field field, const char *word)
+{
+    return strlen(word) == field.length && memcmp(field.s, word, field.length) == 0;
+}
+
+bool kmp_csv_number(kmp_csv_field field, double *value)
+{
+    size_t sign = field.length > 0 && (field.s[0] == '-' || field.s[0] == '+');
+    size_t read = kmp_text_to_number(field.s + sign, value);
+    if (field.length > 0 && field.s[0] == '-')
+        *value = -*value;
+    return read > 0 && sign + read == field.length && isfinite(*value);
+}
+
+void kmp_csv_check_row(kmp_csv *csv, const char *line)
+{
+    int count = kmp_csv_count(line);
+    if (count != csv->columns)
+        kmp_csv_complain(csv, line, "%d field%s where the header has %d column%s", count, count == 1 ? "" : "s",
+                         csv->columns, csv->columns == 1 ? "" : "s");
+}
+
+/* -- lines ------------------------------------------------------------------------------------------- */
+
+static bool is_passed_over(const char *line)
+{
+    while (is_blank(*line))
+        line++;
+    return *line == '#' || *line == '\0';
+}
+
+/* False: no memory. */
+static bool read_lines(kmp_csv *csv, char *text)
+{
+    if (strncmp(text, "\xef\xbb\xbf", 3) == 0)
+        text += 3; /* byte order mark */
+    for (char *s = text, *line = s; s && kmp_csv_goes_on(csv); line = s) {
+        s = strchr(line, '\n');
+        if (s)
+            *s++ = '\0';
+        csv->line++;
+        csv->line_text = line;
+        if (is_passed_over(line))
+            continue;
+        bool header = csv->columns == 0;
+        if (header)
+            csv->columns = kmp_csv_count(line);
+        if (!(header ? csv->header(csv, line) : csv->row(csv, line)))
+            return false;
+    }
+    csv->line_text = "";
+    if (csv->columns == 0)
+        kmp_csv_complain(csv, csv->line_text, "%s", csv->lacks_header);
+    return true;
+}
+
+kempe_status kmp_csv_read(kmp_csv *csv)
+{
+    char *text;
+    size_t length;
+    KMP_TRY(kmp_file_read(csv->context, csv->path, &text, &length));
+    bool ok = read_lines(csv, text);
+    kmp_free(text);
+    return !ok ? kmp_fail_memory(csv->context) : csv->complaints > 0 ? KEMPE_E_INPUT : KEMPE_OK;
+}

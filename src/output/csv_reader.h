@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* CSV files read line by line: a header, then rows. Blank lines and comments (#) are passed over. Errors name file,
+ * line and column. */
+#ifndef KMP_OUTPUT_CSV_READER_H
+#define KMP_OUTPUT_CSV_READER_H
+
+#include "base/context.h"
+
+/** A field of a line, without surrounding blanks. */
+typedef struct kmp_csv_field {
+    const char *s;
+    size_t length;
+} kmp_csv_field;
+
+typedef struct kmp_csv {
+    kempe_context *context;
+    const char *path;
+    const char *lacks_header; /* error message about a file without one */
+    void *user;
+    bool (*header)(struct kmp_csv *csv, const char *line); /* false: no memory */
+    bool (*row)(struct kmp_csv *csv, const char *line);
+    int columns; /* in the header: kmp_csv_row compares with it */
+    int line, complaints;
+    const char *line_text;
+} kmp_csv;
+
+/** Reads the file, up to some errors. KEMPE_E_IO, KEMPE_E_INPUT, KEMPE_E_MEMORY. */
+kempe_status kmp_csv_read(kmp_csv *csv);
+
+/** An error at a character of the line; false once too many have been reported. */
+void kmp_csv_complain(kmp_csv *csv, const char *at, const char *format, ...) __attribute__((format(printf, 3, 4)));
+bool kmp_csv_goes_on(const kmp_csv *csv);
+
+/** The number of fields of a line. */
+int kmp_csv_count(const char *line);
+
+/** The field that begins at *s; *s moves past the comma after it, to NULL after the last one. */
+kmp_csv_field kmp_csv_next(const char **s);
+bool kmp_csv_is(kmp_csv_field field, const char *word);
+
+/** A finite number with an optional sign that fills the field. */
+bool kmp_csv_number(kmp_csv_field field, double *value);
+
+/** Complains when a row has another number of fields than the header has columns. */
+void kmp_csv_check_row(kmp_csv *csv, const char *line);
+
+#endif

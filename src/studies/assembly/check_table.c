@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* `check` as tables. Of a mechanism that does not assemble most cells are unknown. */
+#include "output/result_table.h"
+#include "studies/assembly/check_print.h"
+#include <math.h>
+
+static void fill_mobility(kempe_table *table, const void *result)
+{
+    const kempe_check *check = result;
+    const kmp_partition *part = &check->part;
+    const kmp_doctor *d = &check->doctor;
+    bool generic = d->moved || part->p == 0;
+    const double found[] = {
+        part->r,    part->p,     check->driven, generic ? (double)(part->n - d->generic_rank) : (double)NAN,
+        part->cond, part->max_b, d->margin};
+    kmp_tabulate_columns(table, "",
+                         "bodies coordinates closures rows rank dof driven generic_dof cond_Jv max_B margin");
+    kmp_tabulate_row(table);
+    kmp_tabulate_number(table, check->body_count);
+    kmp_tabulate_number(table, check->system->n);
+    kmp_tabulate_number(table, check->loop_count);
+    kmp_tabulate_number(table, check->system->m);
+    if (check->assembled)
+        kmp_tabulate_numbers(table, sizeof found / sizeof *found, found);
+}
+
+static const kmp_alternative *alternative_of(const kempe_check *check, int coordinate)
+{
+    for (int k = 0; k < check->doctor.alternative_count; k++)
+        if (check->doctor.alternatives[k].coordinate == coordinate)
+            return &check->doctor.alternatives[k];
+    return NULL;
+}
+
+static const char *role_of(const kmp_partition *part, int coordinate)
+{
+    for (int k = 0; k < part->p; k++)
+        if (part->u[k] == coordinate)
+            return "independent";
+    return "dependent";
+}
+
+static void fill_coordinates(kempe_table *table, const void *result)
+{
+    const kempe_check *check = result;
+    const kmp_limits *l = &check->doctor.limits;
+    kmp_tabulate_columns(table, NULL, "coordinate unit role instead_of");
+    kmp_tabulate_columns(table, "", "max_B low high turns low_dead_centre high_dead_centre");
+    for (int k = 0; k < check->system->n; k++) {
+        const kmp_alternative *a = alternative_of(check, k);
+        kmp_tabulate_row(table);
+        kmp_tabulate_word(table, kmp_name_of_coordinate(check->system, k));
+        kmp_tabulate_word(table, kmp_print_unit(check->system, k));
+        kmp_tabulate_word(table, check->assembled ? role_of(&check->part, k) : "");
+        kmp_tabulate_word(table, a && a->instead >= 0 ? kmp_name_of_coordinate(check->system, a->instead) : "");
+        kmp_tabulate_number(table, a ? a->max_b : NAN);
+        if (!check->assembled || !l->walked)
+            continue;
+        const kmp_swing *s = &l->swing[k];
+        kmp_tabulate_numbers(table, 5, (const double[]){s->low, s->high, s->turns, s->low_dead, s->high_dead});
+    }
+}
+
+/* The number of rows of a closure, of all or of the redundant ones. */
+static int count_rows(const kempe_check *check, int closure, bool redundant)
+{
+    const kmp_partition *part = &check->part;
+    int count = 0;
+    for (int k = 0; k < (redundant ? part->m - part->r : check->system->m); k++)
+        count += check->system->rows[redundant ? part->redundant[k] : k].closure == closure;
+    return count;
+}
+
+static void fill_closures(kempe_table *table, const void *result)
+{
+    const kempe_check *check = result;
+    kmp_tabulate_columns(table, NULL, "closure kind");
+    kmp_tabulate_columns(table, "", "rows redundant may_lose gap");
+    for (int c = 0; c < check->loop_count; c++) {
+        const kmp_doctor *d = &check->doctor;
+        int may_lose = 0;
+        for (int k = 0; check->assembled && k < d->repair_count; k++)
+            may_lose = d->repairs[k].closure == c ? d->repairs[k].count : may_lose;
+        kmp_tabulate_row(table);
+        kmp_tabulate_word(table, kmp_name_of_closure(check->system, c));
+        kmp_tabulate_word(table, check->system->model->closures[c].kind);
+        kmp_tabulate_number(table, count_rows(check, c, false));
+        kmp_tabulate_number(table, check->assembled ? (double)count_rows(check, c, true) : (double)NAN);
+        kmp_tabulate_number(table, check->assembled ? (double)may_lose : (double)NAN);
+        kmp_tabulate_number(table, check->assembly->gaps[c]);
+    }
+}
+
+kempe_status kempe_check_table(const kempe_check *check, const char *name, kempe_table **table)
+{
+    static const kmp_table_kind kinds[] = {
+        {"mobility", fill_mobility}, {"coordinates", fill_coordinates}, {"closures", fill_closures}, {0}};
+    KMP_WANTED(NULL, check, "check");
+    return kmp_tabulate_result(check->system->context, kinds, check, name, table);
+}

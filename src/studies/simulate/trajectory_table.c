@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A trajectory as tables. */
+#include "base/memory.h"
+#include "output/result_table.h"
+#include "studies/simulate/columns.h"
+
+static void put_rows(kempe_table *table, const kempe_trajectory *t, const kmp_columns *columns, kmp_evaluator *eval,
+                     double *values)
+{
+    for (int k = 0; k < columns->count; k++)
+        kmp_tabulate_column(table, columns->unit[k], "%s", columns->name[k]);
+    for (int row = 0; row < t->table.rows; row++) {
+        kmp_columns_fill(t, columns, eval, row, values);
+        kmp_tabulate_row(table);
+        kmp_tabulate_numbers(table, columns->count, values);
+    }
+}
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_trajectory *t = result;
+    kmp_evaluator *eval = kmp_eval_new(t->system, t->backend);
+    kmp_columns columns = {0};
+    double *values = eval && kmp_columns_init(&columns, t->system) ? KMP_NEW(double, columns.count) : NULL;
+    if (values)
+        put_rows(table, t, &columns, eval, values);
+    else
+        kmp_tabulate_fail(table);
+    kmp_columns_free(&columns);
+    kmp_eval_free(eval);
+    kmp_free(values);
+}
+
+static void fill_events(kempe_table *table, const void *result)
+{
+    const kmp_journal *journal = &((const kempe_trajectory *)result)->journal;
+    kmp_tabulate_columns(table, "s", "t");
+    kmp_tabulate_columns(table, NULL, "kind text");
+    kmp_tabulate_columns(table, "", "before after");
+    for (int k = 0; k < journal->kept; k++) {
+        const kmp_note *note = &journal->notes[k];
+        kmp_tabulate_row(table);
+        kmp_tabulate_number(table, note->t);
+        kmp_tabulate_word(table, note->kind);
+        kmp_tabulate_word(table, note->text);
+        kmp_tabulate_number(table, note->before);
+        kmp_tabulate_number(table, note->after);
+    }
+}
+
+kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name, kempe_table **table)
+{
+    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"events", fill_events}, {0}};
+    KMP_WANTED(NULL, trajectory, "trajectory");
+    return kmp_tabulate_result(trajectory->system->context, kinds, trajectory, name, table);
+}

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Results of `check` and `compare` as tables, without any JSON. */
+#include "check.h"
+#include <kempe/check.h>
+#include <kempe/compare.h>
+#include <kempe/table.h>
+#include <math.h>
+#include <string.h>
+
+static kempe_context *context;
+
+static kempe_system *open_system(const char *path, kempe_model **model)
+{
+    kempe_system *system = NULL;
+    CHECK(kempe_model_read(context, path, model) == KEMPE_OK);
+    CHECK(kempe_system_new(*model, &system) == KEMPE_OK);
+    return system;
+}
+
+static double number(const kempe_table *table, int row, const char *column)
+{
+    return kempe_table_number(table, row, kempe_table_find(table, column));
+}
+
+static const char *word(const kempe_table *table, int row, const char *column)
+{
+    return kempe_table_word(table, row, kempe_table_find(table, column));
+}
+
+static kempe_table *table_of(const kempe_check *check, const char *name)
+{
+    kempe_table *table = NULL;
+    CHECK(kempe_check_table(check, name, &table) == KEMPE_OK);
+    return table;
+}
+
+static void four_bar(void)
+{
+    kempe_model *model = NULL;
+    kempe_system *system = open_system(KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &model);
+    kempe_check *check = NULL;
+    CHECK(kempe_check_new(system, &check) == KEMPE_OK);
+    kempe_table *mobility = table_of(check, "mobility"), *all = table_of(check, "coordinates"), *none = NULL;
+    CHECK(kempe_table_row_count(mobility) == 1 && number(mobility, 0, "dof") == 1 && number(mobility, 0, "rank") == 2);
+    CHECK(number(mobility, 0, "coordinates") == 3 && number(mobility, 0, "generic_dof") == 1);
+    int independent = 0;
+    for (int k = 0; k < kempe_table_row_count(all); k++) {
+        CHECK_TEXT(word(all, k, "coordinate"), kempe_model_coordinate_name(model, k));
+        CHECK_TEXT(word(all, k, "unit"), "rad");
+        independent += strcmp(word(all, k, "role"), "independent") == 0;
+    }
+    CHECK(independent == 1 && number(all, 0, "low") <= number(all, 0, "high"));
+    CHECK(kempe_check_table(check, "limits", &none) == KEMPE_E_ARGUMENT && !none);
+    CHECK(strstr(kempe_context_message(context), "mobility, coordinates, closures"));
+    kempe_table_free(mobility);
+    kempe_table_free(all);
+    kempe_check_free(check);
+    kempe_system_free(system);
+    kempe_model_free(model);
+}
+
+/* A Bennett linkage has one degree of freedom more than its rows count. */
+static void redundant_rows(void)
+{
+    kempe_model *model = NULL;
+    kempe_system *system = open_system(KEMPE_ROOT "/examples/bennett/bennett.yaml", &model);
+    kempe_check *check = NULL;
+    double redundant = 0, rows = 0;
+    CHECK(kempe_check_new(system, &check) == KEMPE_OK);
+    kempe_table *mobility = table_of(check, "mobility"), *closures = table_of(check, "closures");
+    for (int c = 0; c < kempe_table_row_count(closures); c++) {
+        redundant += number(closures, c, "redundant");
+        rows += number(closures, c, "rows");
+        CHECK(number(closures, c, "gap") < 1e-9);
+    }
+    CHECK(rows == number(mobility, 0, "rows") && rows - redundant == number(mobility, 0, "rank") && redundant > 0);
+    kempe_table_free(mobility);
+    kempe_table_free(closures);
+    kempe_check_free(check);
+    kempe_system_free(system);
+    kempe_model_free(model);
+}
+
+static void without_assembly(void)
+{
+    kempe_model *model = NULL;
+    kempe_system *system = open_system(KEMPE_ROOT "/tests/models/robotran.yaml", &model);
+    kempe_check *check = NULL;
+    CHECK(kempe_check_new(system, &check) == KEMPE_E_FAILED && check);
+    kempe_table *mobility = table_of(check, "mobility"), *closures = table_of(check, "closures");
+    CHECK(isnan(number(mobility, 0, "dof")) && number(mobility, 0, "closures") == kempe_table_row_count(closures));
+    kempe_table_free(mobility);
+    kempe_table_free(closures);
+    kempe_check_free(check);
+    kempe_system_free(system);
+    kempe_model_free(model);
+}
+
+static void compared(void)
+{
+    kempe_model *model = NULL;
+    kempe_system *system = open_system(KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &model);
+    kempe_comparison *comparison = NULL;
+    kempe_table *runs = NULL, *levels = NULL;
+    const kempe_compare_options options = {.rtols = "1e-5,1e-7",
+                                           .formulations = "reduced",
+                                           .forms = "integrated",
+                                           .integrators = "dop853,dopri5",
+                                           .t_end = 0.05};
+    CHECK(kempe_comparison_new(system, &options, &comparison) == KEMPE_OK);
+    CHECK(kempe_comparison_table(comparison, "runs", &runs) == KEMPE_OK);
+    CHECK(kempe_comparison_table(comparison, "levels", &levels) == KEMPE_OK);
+    CHECK(kempe_table_row_count(runs) == 4 && kempe_table_row_count(levels) > 0);
+    for (int k = 0; k < 4; k++) {
+        CHECK_TEXT(word(runs, k, "formulation"), "reduced");
+        CHECK_TEXT(word(runs, k, "status"), "ok");
+        CHECK(number(runs, k, "error_q") < 1e-3 && number(runs, k, "steps") > 0 && number(runs, k, "cpu_s") > 0);
+    }
+    for (int k = 0; k < kempe_table_row_count(levels); k++)
+        CHECK(!(number(levels, k, "ratio") < 1));
+    CHECK(kempe_comparison_table(comparison, "all", &runs) == KEMPE_E_ARGUMENT);
+    kempe_table_free(runs);
+    kempe_table_free(levels);
+    kempe_comparison_free(comparison);
+    kempe_system_free(system);
+    kempe_model_free(model);
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    TEST(four_bar);
+    TEST(redundant_rows);
+    TEST(without_assembly);
+    TEST(compared);
+    kempe_context_free(context);
+    return check_report();
+}
