@@ -7,6 +7,7 @@
 
 Programs on the pages are compiled elsewhere: docs/library.md by tests/CMakeLists.txt, docs/extending.md by tests/extending.py.
 """
+import json
 import os
 import pathlib
 import re
@@ -25,6 +26,7 @@ import api  # noqa: E402
 import figures  # noqa: E402
 import gallery  # noqa: E402
 import generate  # noqa: E402
+import model_index  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
 
@@ -162,7 +164,7 @@ class Pages(unittest.TestCase):
 
     def test_generated_pages(self):
         """They are what their scripts write (docs/commands.md: tests/words.py)."""
-        self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures)], [0, 0, 0])
+        self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures, model_index)], [0, 0, 0, 0])
 
     def test_published_problems(self):
         """The errors on the page are those of runs now, but for rounding."""
@@ -230,6 +232,12 @@ class Pages(unittest.TestCase):
         end = next(k for k, line in enumerate(recorded) if line.startswith("time to an error"))
         self.assertEqual(shown.split("\n"), [f"    {line}".rstrip() for line in [recorded[0][2:], "", *recorded[end:]]])
 
+
+    def test_json_of_a_simulation(self):
+        """Its keys are the page's; two of them come with a reference."""
+        out = subprocess.run([KEMPE, "simulate", "examples/driven_slider_crank/driven_slider_crank.yaml", "--json", "-", "--reference",
+                              "examples/driven_slider_crank/reference.csv"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        self.assertEqual(words("".join(first_cells(section("outputs.md", "JSON of a simulation")))), set(json.loads(out)))
 
     def test_counts(self):
         """Counts on the page are those that are recorded."""
