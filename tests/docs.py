@@ -55,6 +55,13 @@ def blocks(text):
     return fenced + ["\n".join(line[4:] for line in block.strip("\n").split("\n")) + "\n" for block in found]
 
 
+def anchors(page):
+    """The anchors that repository hosts give the headings of a page."""
+    titles = re.findall(r"^#+ (.*)$", re.sub(r"^    .*$", "", page.read_text(), flags=re.M), re.M)
+    slugs = [re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles]
+    return {slug if slugs[:k].count(slug) == 0 else f"{slug}-{slugs[:k].count(slug)}" for k, slug in enumerate(slugs)}
+
+
 def commands(page):
     """(the block's folder, words) of every line that begins with `kempe` and names a model."""
     if page.name == "gallery.md":
@@ -153,13 +160,15 @@ class Pages(unittest.TestCase):
         linked = set()
         for page in PAGES:
             prose = re.sub(r"`[^`]*`", "", re.sub(r"^    .*$", "", page.read_text(), flags=re.M))
-            for link in re.findall(r"\]\(([^)#]+)[^)]*\)", prose):
+            for link, heading in re.findall(r"\]\(([^)#]*)#?([^)]*)\)", prose):
                 if "://" in link:
                     continue
-                target = (page.parent / link).resolve()
-                linked.add(target)
-                with self.subTest(f"{page.relative_to(ROOT)}: {link}"):
+                target = (page.parent / link).resolve() if link else page
+                linked.update({target} - {page})
+                with self.subTest(f"{page.relative_to(ROOT)}: {link}#{heading}"):
                     self.assertTrue(target.exists())
+                    if heading:
+                        self.assertIn(heading, anchors(target))
         self.assertEqual(set(PAGES) - linked, {ROOT / "README.md"}, "pages that nobody links")
 
     def test_generated_pages(self):
