@@ -27,11 +27,13 @@ GROUPS = (  # title, examples; an example in no group is an error
 
 
 def sentence(text):
-    """The first sentence of a page, without links, which lead elsewhere from here."""
+    """The first sentence of a page that says more than its source, without links, which lead elsewhere from here."""
     paragraph = " ".join(text.split("\n\n")[0].split())
-    ends = [m.start() for m in re.finditer(r"\.(?=\s+[A-Z`]|$)", paragraph) if paragraph.count("(", 0, m.start()) == paragraph.count(")", 0, m.start())]
-    first = paragraph[:ends[0]] if ends else paragraph.rstrip(":")
-    return re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", first).rstrip(".") + "."
+    balanced = lambda end: paragraph.count("(", 0, end) == paragraph.count(")", 0, end)
+    ends = [m.end() for m in re.finditer(r"\.(?=\s+[A-Z`]|$)", paragraph) if balanced(m.start())]
+    sentences = [paragraph[begin:end].strip() for begin, end in zip([0, *ends], ends)] or [paragraph.rstrip(":") + "."]
+    first = next((s for s in sentences if not re.match(r"The model is (a )?(benchmark|case)", s)), sentences[0])
+    return re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", first)
 
 
 def command(text):

@@ -64,10 +64,13 @@ PARTS = (
 )
 HEAD = """# Published problems
 
-The tables list the problems with digits that Kempe did not make. The errors are the largest over all instants of the reference,
-as the command below prints them. Those of q and qd are relative to max(1, |value|), those of lambda to the largest load.
+The tables list the problems with digits that Kempe did not make. Each row is one command with its model, reference and rtol, for
+example the first one:
 
-    kempe simulate examples/MODEL.yaml --reference examples/REFERENCE.csv --rtol RTOL --no-convergence-check
+    kempe simulate examples/andrews/andrews.yaml --reference examples/andrews/published.csv --rtol 1e-12 --no-convergence-check
+
+It prints the largest errors over all instants of the reference. Those of q and qd are relative to max(1, |value|), those of lambda
+to the largest load.
 
 This page is generated (`python3 docs/problems.py build/release/kempe`), and a test repeats all runs. `-`: the reference has no
 such digits. The error of a long or sensitive motion is larger than the tolerance by the amplification of the motion.

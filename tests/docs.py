@@ -7,6 +7,7 @@
 
 Programs on the pages are compiled elsewhere: docs/library.md by tests/CMakeLists.txt, docs/extending.md by tests/extending.py.
 """
+import json
 import os
 import pathlib
 import re
@@ -25,6 +26,7 @@ import api  # noqa: E402
 import figures  # noqa: E402
 import gallery  # noqa: E402
 import generate  # noqa: E402
+import model_index  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
 
@@ -51,6 +53,13 @@ def blocks(text):
     fenced = re.findall(r"^```\w*\n(.*?)^```", text, re.M | re.S)
     found = re.findall(r"(?:^    .*\n|^\n(?=    ))+", text, re.M)
     return fenced + ["\n".join(line[4:] for line in block.strip("\n").split("\n")) + "\n" for block in found]
+
+
+def anchors(page):
+    """The anchors that repository hosts give the headings of a page."""
+    titles = re.findall(r"^#+ (.*)$", re.sub(r"^    .*$", "", page.read_text(), flags=re.M), re.M)
+    slugs = [re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles]
+    return {slug if slugs[:k].count(slug) == 0 else f"{slug}-{slugs[:k].count(slug)}" for k, slug in enumerate(slugs)}
 
 
 def commands(page):
@@ -143,7 +152,7 @@ class Tables(unittest.TestCase):
         for language in re.findall(r"KMP_LANGUAGE\((\w+)\)", text):
             self.assertIn(f"--lang {language} ", page)
         sets = re.sub(r"/\*.*?\*/", "", (ROOT / "src/generate/sets.def").read_text(), flags=re.S)
-        self.assertEqual(set(re.findall(r'"(\w+)"', sets)) - words(page), set())
+        self.assertEqual(set(re.findall(r'KMP_(?:EQUATIONS\(\w+, |GROUP\()"(\w+)"', sets)) - words(page), set())
 
 
 class Pages(unittest.TestCase):
@@ -151,18 +160,20 @@ class Pages(unittest.TestCase):
         linked = set()
         for page in PAGES:
             prose = re.sub(r"`[^`]*`", "", re.sub(r"^    .*$", "", page.read_text(), flags=re.M))
-            for link in re.findall(r"\]\(([^)#]+)[^)]*\)", prose):
+            for link, heading in re.findall(r"\]\(([^)#]*)#?([^)]*)\)", prose):
                 if "://" in link:
                     continue
-                target = (page.parent / link).resolve()
-                linked.add(target)
-                with self.subTest(f"{page.relative_to(ROOT)}: {link}"):
+                target = (page.parent / link).resolve() if link else page
+                linked.update({target} - {page})
+                with self.subTest(f"{page.relative_to(ROOT)}: {link}#{heading}"):
                     self.assertTrue(target.exists())
+                    if heading:
+                        self.assertIn(heading, anchors(target))
         self.assertEqual(set(PAGES) - linked, {ROOT / "README.md"}, "pages that nobody links")
 
     def test_generated_pages(self):
         """They are what their scripts write (docs/commands.md: tests/words.py)."""
-        self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures)], [0, 0, 0])
+        self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures, model_index)], [0, 0, 0, 0])
 
     def test_published_problems(self):
         """The errors on the page are those of runs now, but for rounding."""
@@ -230,6 +241,12 @@ class Pages(unittest.TestCase):
         end = next(k for k, line in enumerate(recorded) if line.startswith("time to an error"))
         self.assertEqual(shown.split("\n"), [f"    {line}".rstrip() for line in [recorded[0][2:], "", *recorded[end:]]])
 
+
+    def test_json_of_a_simulation(self):
+        """Its keys are the page's; two of them come with a reference."""
+        out = subprocess.run([KEMPE, "simulate", "examples/driven_slider_crank/driven_slider_crank.yaml", "--json", "-", "--reference",
+                              "examples/driven_slider_crank/reference.csv"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        self.assertEqual(words("".join(first_cells(section("outputs.md", "JSON of a simulation")))), set(json.loads(out)))
 
     def test_counts(self):
         """Counts on the page are those that are recorded."""

@@ -42,7 +42,8 @@ def prose(text):
     """The text that is a person's: without code, tables' rules and addresses of links."""
     text = re.sub(r"^(    |\t).*$", "", text, flags=re.M)
     text = re.sub(r"```.*?```", "", text, flags=re.S)
-    text = re.sub(r"`[^`\n]*`", "X", text)
+    text = re.sub(r"\$\$.*?\$\$", "X", text, flags=re.S)
+    text = re.sub(r"`[^`\n]*`|\$[^$]+\$", "X", text)
     text = re.sub(r"\]\([^)]*\)", "]", text)
     return text
 

@@ -61,13 +61,14 @@ def linked_files(page, text):
 
 
 def staged(page, text):
-    """A page as Sphinx reads it: the README is index.md, and folders are not links."""
+    """A page as Sphinx reads it: the README is index.md, folders are not links, and the name of a page becomes its title."""
     def target(match):
         path = (page.parent / match.group(2)).resolve()
         if path == ROOT / "README.md":
             return match.group(1) + os.path.relpath(ROOT / "index.md", page.parent) + match.group(3)
         return match.group(1) + match.group(2) + match.group(3)
     text = re.sub(r"\[([^\]]*)\]\(([^)#:\s]+)\)", lambda m: m.group(1) if (page.parent / m.group(2)).is_dir() else m.group(), text)
+    text = re.sub(r"\[[\w/]+\.md\]\(([\w./]+\.md)\)", r"[](\1)", text)
     return LINK.sub(target, text)
 
 
