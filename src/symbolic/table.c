@@ -157,7 +157,7 @@ double kmp_table_value(const kmp_table *t, int derivative, double x)
         int k = find_piece(t, x);
         return kempe_piece_(t->piece[k], derivative, x - t->x[k]);
     }
-    return kempe_table(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x);
+    return kempe_interpolate(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x);
 }
 
 /* -- bounds ---------------------------------------------------------------------------------------- */

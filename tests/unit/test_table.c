@@ -153,7 +153,7 @@ static void check_pieces(const kmp_table *t)
         }
         for (int k = 0; k < POINTS; k++) {
             double at = kmp_table_value(t, derivative, x[k]);
-            double searched = kempe_table(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x[k]);
+            double searched = kempe_interpolate(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x[k]);
             CHECK(memcmp(&at, &searched, sizeof at) == 0 || (isnan(at) && isnan(searched)));
             CHECK(memcmp(&y[k], &at, sizeof at) == 0 || (isnan(at) && isnan(y[k])));
             CHECK(memcmp(&turned[k], &at, sizeof at) == 0 || (isnan(at) && isnan(turned[k])));

@@ -113,7 +113,7 @@ const kmp_language kmp_language_c = {
     .input = "const double *",
     .output = "double *",
     .number = "double ",
-    .table_call = "kempe_table($(points), $(name)_$(routine)_x$(table), $(name)_$(routine)_y$(table), "
+    .table_call = "kempe_interpolate($(points), $(name)_$(routine)_x$(table), $(name)_$(routine)_y$(table), "
                   "$(name)_$(routine)_c$(table), $(derivative), ",
     .call = call,
     .define = define,

@@ -30,7 +30,7 @@ static const kmp_function_spelling functions[KMP_OP_COUNT] = {
     [KMP_OP_LESS] = {"kempe_less", "\nfunction z = kempe_less(x, y)\n    z = double(x < y);\nend\n"},
     [KMP_OP_SELECT] = {"kempe_select", "\nfunction z = kempe_select(c, x, y)\n    z = y;\n    k = c ~= 0;\n"
                                        "    z(k) = x(k);\nend\n"},
-    [KMP_OP_TABLE] = {.definition = "\nfunction v = kempe_table(x, y, c, d, at)\n"
+    [KMP_OP_TABLE] = {.definition = "\nfunction v = kempe_interpolate(x, y, c, d, at)\n"
                                     "    v = at;\n"
                                     "    last = numel(x) - 1;\n"
                                     "    for n = 1:numel(at)\n"
@@ -75,7 +75,7 @@ static const char model[] = "$(banner)function m = $(name)_model()\n"
 #define ZEROS "$(each array)    $(array) = zeros($(height), $(columns or 1));\n$(end)"
 #define TAIL                                                                                                           \
     "end\n$(each table)\nfunction v = table$(table)(d, at)\n    x = $(x);\n    y = $(y);\n    c = $(pieces);\n"        \
-    "    v = kempe_table(x, y, c, d, at);\nend\n$(end)$(functions)"
+    "    v = kempe_interpolate(x, y, c, d, at);\nend\n$(end)$(functions)"
 
 const kmp_language kmp_language_octave = {
     .name = "octave",
