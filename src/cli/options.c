@@ -40,9 +40,9 @@ static const char *const endings[OPTION_KINDS] = {[OPTION_CSV] = ".csv",
 
 /* Units of quantities: a plain number is in these, "20 ms" or "0.1 mm" in its own. */
 static const char *const units[OPTION_KINDS] = {[OPTION_TIME] = "s", [OPTION_LENGTH] = "m", [OPTION_ANGLE] = "rad"};
-static const char *const examples[OPTION_KINDS] = {[OPTION_TIME] = "time in s, as 3 or '20 ms'",
-                                                   [OPTION_LENGTH] = "length in m, as 1e-5 or '10 um'",
-                                                   [OPTION_ANGLE] = "angle in rad, as 1e-6 or '0.001 deg'"};
+static const char *const examples[OPTION_KINDS] = {[OPTION_TIME] = "positive time in s, as 3 or '20 ms'",
+                                                   [OPTION_LENGTH] = "length in m, 0 or more, as 1e-5 or '10 um'",
+                                                   [OPTION_ANGLE] = "positive angle in rad, as 1e-6 or '0.001 deg'"};
 
 /* The help prints the options of a command group by group. */
 typedef enum option_group { IN_MODEL, IN_RUN, IN_OUTPUT, IN_OTHER, OPTION_GROUPS } option_group;
@@ -396,7 +396,7 @@ static bool store_quantity(const option *o, const char *text, double *value)
     if (!context)
         cli_complain("out of memory");
     else if (!good)
-        cli_complain("--%s needs a positive %s, not '%s'", o->name, examples[o->kind], text);
+        cli_complain("--%s needs a %s, not '%s'", o->name, examples[o->kind], text);
     kempe_context_free(context);
     if (good)
         *value = x;

@@ -136,7 +136,7 @@ class Terminal(Case):
         self.assertEqual(kempe("check", FOUR_BAR, "--closure-tolerance", "0.1 mm").returncode, 0)
         refused = kempe("check", FOUR_BAR, "--closure-tolerance", "1 s")
         self.assertEqual(refused.returncode, 3)
-        self.assertIn("needs a positive length in m", refused.stderr)
+        self.assertIn("needs a length in m, 0 or more", refused.stderr)
 
 
 class Rounded(Case):

@@ -148,7 +148,7 @@ static bool keep_derived(kmp_gaps *s)
     static const kmp_gap_way by[2] = {KMP_GAP_DERIVED, KMP_GAP_DERIVED};
     kmp_equations *eq = s->eq;
     size_t m = (size_t)eq->m, n = (size_t)eq->n;
-    kmp_ref *to = KMP_NEW(kmp_ref, m * (n + 3));
+    kmp_ref *to = KMP_GRAPH_NEW(eq->graph, kmp_ref, m * (n + 3));
     eq->derived = to;
     if (!to)
         return false;
