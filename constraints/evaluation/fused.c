@@ -26,14 +26,8 @@ struct kmp_fused {
 /* True if all numbers come from the program, and the linear algebra is small. */
 static bool can_be(const kmp_reduction *red)
 {
-    const kempe_system *s = red->eval->system;
-    bool can = red->p <= KMP_FUSED_FREEDOMS && s->motion->block_count == 0;
-    for (int b = kmp_block_count(red->block); can && b-- > 0;) {
-        int size;
-        (void)kmp_block_columns(red->block, b, &size);
-        can = size <= KMP_FUSED_BLOCK;
-    }
-    return can;
+    return red->p <= KMP_FUSED_FREEDOMS && red->eval->system->motion->block_count == 0 &&
+           kmp_block_largest(red->block) <= KMP_FUSED_BLOCK;
 }
 
 static void run_constants(kmp_fused *f)

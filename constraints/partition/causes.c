@@ -47,6 +47,14 @@ void kmp_angles_explain(const kempe_model *model, const double *q, kmp_text *tex
 
 /* -- values that are not finite ------------------------------------------------------------------------ */
 
+static int first_bad(int count, const double *x)
+{
+    for (int k = 0; k < count; k++)
+        if (!isfinite(x[k]))
+            return k;
+    return -1;
+}
+
 /* Names the forces on the joint itself; if there are none, all expressions that may reach it. */
 static void put_forces(const kempe_model *model, int motion, kmp_text *text)
 {
@@ -69,19 +77,19 @@ static bool put_not_finite(kmp_evaluator *eval, double t, const double *q, const
     const kempe_system *s = eval->system;
     int bad;
     kmp_eval_closure(eval, t, q);
-    if ((bad = kmp_first_not_finite(s->m, eval->h)) >= 0 ||
-        ((bad = kmp_first_not_finite(s->jacobian.count, eval->jacobian)) >= 0 && (bad = s->jacobian.row[bad]) >= 0)) {
+    if ((bad = first_bad(s->m, eval->h)) >= 0 ||
+        ((bad = first_bad(s->jacobian.count, eval->jacobian)) >= 0 && (bad = s->jacobian.row[bad]) >= 0)) {
         kmp_text_printf(text, "closure row '%s' is not a finite number at t = %.9g", s->row_names[bad], t);
         return true;
     }
     kmp_eval_mass(eval);
-    if ((bad = kmp_first_not_finite(s->mass.count, eval->mass)) >= 0) {
+    if ((bad = first_bad(s->mass.count, eval->mass)) >= 0) {
         kmp_text_printf(text, "the mass that '%s' moves is not a finite number at t = %.9g",
                         s->model->motions[s->mass.row[bad]].name, t);
         return true;
     }
     kmp_eval_bias(eval, qd);
-    if ((bad = kmp_first_not_finite(s->n, eval->bias)) < 0)
+    if ((bad = first_bad(s->n, eval->bias)) < 0)
         return false;
     kmp_text_printf(text, "the forces on '%s' are not a finite number (%s) at t = %.9g", s->model->motions[bad].name,
                     isnan(eval->bias[bad]) ? "not a number" : "infinite", t);

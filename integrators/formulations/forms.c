@@ -15,8 +15,7 @@
  * grows like h^-(index - 1), and corrections of multipliers never fall below rounding times that condition. */
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/tangent.h"
-#include <float.h>
-#include <math.h>
+#include "linalg/dot.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -214,14 +213,6 @@ static void put_group(const dae *d, const double *out, int g, double *r)
     }
 }
 
-static bool all_finite(int n, const double *x)
-{
-    int bad = 0; /* no branch, so that the loop vectorises */
-    for (int i = 0; i < n; i++)
-        bad |= !(fabs(x[i]) <= DBL_MAX);
-    return !bad;
-}
-
 static int residual(void *self, double t, const double *y, const double *yp, double *r)
 {
     dae *d = self;
@@ -235,7 +226,7 @@ static int residual(void *self, double t, const double *y, const double *yp, dou
     memcpy(r + n, out + d->tangents.at[KMP_VALUE_R], (size_t)n * sizeof *r);
     for (int g = 0; g < d->form.groups; g++)
         put_group(d, out, g, r + at_group(d, g));
-    return all_finite(d->formulation.size, r) ? KMP_GO : KMP_RETRY;
+    return kmp_all_finite(d->formulation.size, r) ? KMP_GO : KMP_RETRY;
 }
 
 static int matrix(void *self, double t, double cj, const double *y, const double *yp, double *values)

@@ -45,18 +45,6 @@ static bool same_choice(const kmp_pool *pool, const kmp_partition *part)
     return memcmp(pool->part.u, part->u, (size_t)part->p * sizeof *part->u) == 0;
 }
 
-/* True if the linear algebra is small enough. */
-static bool has_small_blocks(const kmp_reduction *red)
-{
-    for (int b = red->r > 0 ? kmp_block_count(red->block) : 0; b-- > 0;) {
-        int size;
-        (void)kmp_block_columns(red->block, b, &size);
-        if (size > KMP_FUSED_BLOCK)
-            return false;
-    }
-    return true;
-}
-
 /* Makes a pool. KEMPE_E_FAILED: its program cannot be written. */
 static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *pool)
 {
@@ -66,7 +54,7 @@ static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *p
     if (!pool->order || !kmp_partition_copy(&pool->part, part))
         return kmp_fail_memory(e->context);
     KMP_TRY(kmp_reduction_init(&pool->red, e->eval, &pool->part));
-    if (!has_small_blocks(&pool->red))
+    if (kmp_block_largest(pool->red.block) > KMP_FUSED_BLOCK)
         return KEMPE_E_FAILED;
     kmp_fused_order(&pool->red, pool->order);
     const kmp_fused_plan plan = {pool->order, e->unit_row_scale, true};

@@ -451,6 +451,14 @@ const int *kmp_block_columns(const kmp_block *b, int k, int *count)
     return b->q + b->start[k];
 }
 
+int kmp_block_largest(const kmp_block *b)
+{
+    int largest = 0;
+    for (int k = 0; b && k < b->count; k++)
+        largest = b->start[k + 1] - b->start[k] > largest ? b->start[k + 1] - b->start[k] : largest;
+    return largest;
+}
+
 const int *kmp_block_rows(const kmp_block *b, int k)
 {
     return b->p + b->start[k];

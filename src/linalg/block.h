@@ -35,6 +35,8 @@ void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x
 /** Number of diagonal blocks, 0 for NULL; block k holds `*count` matrix columns, returned. */
 int kmp_block_count(const kmp_block *b);
 const int *kmp_block_columns(const kmp_block *b, int k, int *count);
+/** The size of the largest diagonal block, 0 for NULL. */
+int kmp_block_largest(const kmp_block *b);
 /** The matrix rows of a block. A row of block k has no columns of blocks before k. */
 const int *kmp_block_rows(const kmp_block *b, int k);
 
