@@ -217,8 +217,7 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_peaks(kempe_table *table, const void *result)
 {
     const kempe_response *r = result;
-    kmp_tabulate_column(table, NULL, "input");
-    kmp_tabulate_column(table, NULL, "output");
+    kmp_tabulate_columns(table, NULL, "input output");
     kmp_tabulate_column(table, "Hz", "frequency");
     kmp_tabulate_column(table, "", "amplitude");
     kmp_tabulate_column(table, "deg", "phase");
