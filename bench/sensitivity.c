@@ -93,12 +93,16 @@ static int list_names(const bench *b, const trial *x, char *names)
 {
     double seconds;
     kempe_sensitivity *s = differentiate(b, x, NULL, "forward", &seconds);
-    int count = kempe_sensitivity_parameter_count(s);
+    kempe_table *parameters = NULL;
+    if (kempe_sensitivity_table(s, "parameters", &parameters) != KEMPE_OK)
+        stop(b);
+    int count = kempe_table_row_count(parameters);
     names[0] = '\0';
     for (int k = 0; k < count; k++) {
         strcat(names, k ? "," : "");
-        strcat(names, kempe_sensitivity_parameter(s, k));
+        strcat(names, kempe_table_word(parameters, k, 0));
     }
+    kempe_table_free(parameters);
     kempe_sensitivity_free(s);
     return count;
 }

@@ -6,13 +6,15 @@
  *     ask.run = kempe_run_options_default();
  *     kempe_sensitivity *s;
  *     kempe_sensitivity_new(model, &ask, &s);
- *     int last = kempe_sensitivity_row_count(s) - 1;
- *     double by_crank = kempe_sensitivity_slope(s, last, 0, 0);
+ *     kempe_table *rows;
+ *     kempe_sensitivity_table(s, "rows", &rows);
+ *     int last = kempe_table_row_count(rows) - 1;
+ *     double by_crank = kempe_table_number(rows, last, kempe_table_find(rows, "q.rocker/crank"));
  */
 #ifndef KEMPE_SENSITIVITY_H
 #define KEMPE_SENSITIVITY_H
 
-#include <kempe/kempe.h>
+#include <kempe/table.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -42,23 +44,6 @@ KEMPE_API kempe_status kempe_sensitivity_new(const kempe_model *model, const kem
                                              kempe_sensitivity **sensitivity);
 KEMPE_API void kempe_sensitivity_free(kempe_sensitivity *sensitivity);
 
-KEMPE_API int kempe_sensitivity_parameter_count(const kempe_sensitivity *sensitivity);
-KEMPE_API const char *kempe_sensitivity_parameter(const kempe_sensitivity *sensitivity, int k);
-/** Value of the k-th parameter, SI. */
-KEMPE_API double kempe_sensitivity_parameter_value(const kempe_sensitivity *sensitivity, int k);
-
-/** Names of the differentiated quantities: "q.rocker", "position.b.P.x"; "" beyond the last. */
-KEMPE_API int kempe_sensitivity_column_count(const kempe_sensitivity *sensitivity);
-KEMPE_API const char *kempe_sensitivity_column(const kempe_sensitivity *sensitivity, int column);
-
-/** The number of rows; the time of a row, for a trajectory. */
-KEMPE_API int kempe_sensitivity_row_count(const kempe_sensitivity *sensitivity);
-KEMPE_API double kempe_sensitivity_at(const kempe_sensitivity *sensitivity, int row);
-
-/** The value of a column, and its derivative by a parameter; NaN for an index that does not exist. */
-KEMPE_API double kempe_sensitivity_value(const kempe_sensitivity *sensitivity, int row, int column);
-KEMPE_API double kempe_sensitivity_slope(const kempe_sensitivity *sensitivity, int row, int column, int parameter);
-
 /** "forward" or "adjoint", if there is a choice; else "". */
 KEMPE_API const char *kempe_sensitivity_method(const kempe_sensitivity *sensitivity);
 
@@ -71,9 +56,12 @@ KEMPE_API kempe_slope_work kempe_sensitivity_work(const kempe_sensitivity *sensi
 /** Prints the last row and its cost, as text or JSON. */
 KEMPE_API kempe_status kempe_sensitivity_print(const kempe_sensitivity *sensitivity, kempe_format format, char **text);
 
-/** Writes a CSV file with a line for each row, whole or not at all: t, and each column followed by COLUMN/PARAMETER for
- * each parameter. */
-KEMPE_API kempe_status kempe_sensitivity_write_csv(const kempe_sensitivity *sensitivity, const char *path);
+/** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
+ * "rows": t of a trajectory, otherwise "row"; then each differentiated quantity, such as q.rocker or position.b.P.x,
+ * followed by its derivatives by the parameters, q.rocker/PARAMETER.
+ * "parameters": parameter, its name; value, SI. */
+KEMPE_API kempe_status kempe_sensitivity_table(const kempe_sensitivity *sensitivity, const char *name,
+                                               kempe_table **table);
 
 #ifdef __cplusplus
 }

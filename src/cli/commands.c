@@ -75,7 +75,7 @@ WRITER(kempe_modes_write_svg)
 WRITER(kempe_modes_write_report)
 TABLE(kempe_response, "rows")
 WRITER(kempe_response_write_svg)
-WRITER(kempe_sensitivity_write_csv)
+TABLE(kempe_sensitivity, "rows")
 WRITER(kempe_comparison_write_report)
 
 static int seed_of(const cli_settings *s)
@@ -130,7 +130,7 @@ static kempe_status differentiate(const cli_job *j, kempe_sensitivity **result)
 
 STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), {0})
 STUDY(linearize, kempe_linearization, linearize_about(j, result), {AT(output), any_kempe_linearization_write_npz})
-STUDY(sensitivity, kempe_sensitivity, differentiate(j, result), {AT(output), any_kempe_sensitivity_write_csv})
+STUDY(sensitivity, kempe_sensitivity, differentiate(j, result), {AT(output), kempe_sensitivity_write_table})
 
 /* An ensemble, with what its batch refers to. */
 typedef struct instances {

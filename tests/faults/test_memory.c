@@ -375,12 +375,13 @@ static kempe_status differentiate(scene *s, const char *method)
     ask.run.rtol = 1e-4;
     ask.run.t_end = ask.run.output_step = 0.12;
     kempe_status status = kempe_sensitivity_new(s->model, &ask, &slopes);
+    kempe_table *table = NULL;
     char *text = NULL;
     untouched(status, slopes);
     if (status == KEMPE_OK)
         status = kempe_sensitivity_print(slopes, KEMPE_JSON, &text);
     if (status == KEMPE_OK)
-        status = kempe_sensitivity_write_csv(slopes, csv);
+        status = write_table(kempe_sensitivity_table(slopes, "rows", &table), &table);
     kempe_text_free(text);
     kempe_sensitivity_free(slopes);
     return status;

@@ -3,6 +3,7 @@
  * parameters, along another formulation, two-sided with a sweep of steps and extrapolated; one method against the
  * other; conditions that change on the way; what has no derivative. */
 #include "check.h"
+#include "studies/sensitivity/sensitivity.h"
 #include <kempe/kempe.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
@@ -59,10 +60,10 @@ static void period_of_a_pendulum(void)
         ask.run.rtol = 1e-12;
         ask.run.t_end = quarter;
         CHECK(kempe_sensitivity_new(model, &ask, &s) == KEMPE_OK);
-        int last = kempe_sensitivity_row_count(s) - 1;
-        CHECK(fabs(kempe_sensitivity_value(s, last, 0)) < 1e-10);
+        int last = s->rows - 1;
+        CHECK(fabs(kmp_sensitivity_value(s, last, 0)) < 1e-10);
         for (int p = 0; p < 3; p++) {
-            double slope = -kempe_sensitivity_slope(s, last, 0, p) / kempe_sensitivity_value(s, last, 1);
+            double slope = -kmp_sensitivity_slope(s, last, 0, p) / kmp_sensitivity_value(s, last, 1);
             CHECK(fabs(slope / exact[p] - 1) < 1e-9);
         }
         kempe_sensitivity_free(s);
@@ -115,20 +116,20 @@ static bool ends_at(const trial *x, const char *name, double value, double *end)
 /* Two-sided differences of steps halved, extrapolated once: the best of them by each column. */
 static void check_parameter(const trial *x, const kempe_sensitivity *s, int p, double value)
 {
-    const char *name = kempe_sensitivity_parameter(s, p);
-    int columns = kempe_sensitivity_column_count(s), last = kempe_sensitivity_row_count(s) - 1;
+    const char *name = s->name[p];
+    int columns = s->columns, last = s->rows - 1;
     double best[4 * MOST], before[4 * MOST], size[2] = {1e-9, 1e-9}, plus[4 * MOST], minus[4 * MOST];
     CHECK(columns <= 4 * MOST);
     for (int c = 0; c < columns; c++) {
         best[c] = INFINITY;
-        size[2 * c / columns] = fmax(size[2 * c / columns], fabs(kempe_sensitivity_slope(s, last, c, p)));
+        size[2 * c / columns] = fmax(size[2 * c / columns], fabs(kmp_sensitivity_slope(s, last, c, p)));
     }
     double step = x->first_step * fmax(fabs(value), 1e-3);
     for (int k = 0; k < STEPS; k++, step /= 2) {
         if (!ends_at(x, name, value + step, plus) || !ends_at(x, name, value - step, minus))
             break;
         for (int c = 0; c < columns; c++) {
-            double now = (plus[c] - minus[c]) / (2 * step), slope = kempe_sensitivity_slope(s, last, c, p);
+            double now = (plus[c] - minus[c]) / (2 * step), slope = kmp_sensitivity_slope(s, last, c, p);
             if (k > 0)
                 best[c] = fmin(best[c], fabs((4 * now - before[c]) / 3 - slope));
             before[c] = now;
@@ -136,8 +137,8 @@ static void check_parameter(const trial *x, const kempe_sensitivity *s, int p, d
     }
     for (int c = 0; c < columns; c++) {
         if (!(best[c] <= x->within * size[2 * c / columns]))
-            printf("  %s by %s: %.10g, off by %.2g\n", kempe_sensitivity_column(s, c), name,
-                   kempe_sensitivity_slope(s, last, c, p), best[c]);
+            printf("  %s by %s: %.10g, off by %.2g\n", s->column[c], name, kmp_sensitivity_slope(s, last, c, p),
+                   best[c]);
         CHECK(best[c] <= x->within * size[2 * c / columns]);
     }
 }
@@ -145,13 +146,12 @@ static void check_parameter(const trial *x, const kempe_sensitivity *s, int p, d
 /* Of the last rows, beside the largest of a parameter. */
 static void check_same(const kempe_sensitivity *a, const kempe_sensitivity *b, double within)
 {
-    int last = kempe_sensitivity_row_count(a) - 1, end = kempe_sensitivity_row_count(b) - 1;
-    for (int p = 0; p < kempe_sensitivity_parameter_count(a); p++) {
-        for (int c = 0; c < kempe_sensitivity_column_count(a); c++) {
-            double x = kempe_sensitivity_slope(a, last, c, p), y = kempe_sensitivity_slope(b, end, c, p);
+    int last = a->rows - 1, end = b->rows - 1;
+    for (int p = 0; p < a->count; p++) {
+        for (int c = 0; c < a->columns; c++) {
+            double x = kmp_sensitivity_slope(a, last, c, p), y = kmp_sensitivity_slope(b, end, c, p);
             if (!(fabs(x - y) <= within * (1 + fabs(x))))
-                printf("  %s by %s: %.12g and %.12g\n", kempe_sensitivity_column(a, c),
-                       kempe_sensitivity_parameter(a, p), x, y);
+                printf("  %s by %s: %.12g and %.12g\n", a->column[c], a->name[p], x, y);
             CHECK(fabs(x - y) <= within * (1 + fabs(x)));
         }
     }
@@ -190,8 +190,8 @@ static void check_trial(const trial *x)
         CHECK_TEXT(adjoint ? kempe_sensitivity_method(adjoint) : "adjoint", "adjoint");
         if (adjoint)
             check_same(forward, adjoint, 1e-8);
-        for (int p = 0; p < kempe_sensitivity_parameter_count(all); p++)
-            check_parameter(x, all, p, kempe_sensitivity_parameter_value(all, p));
+        for (int p = 0; p < all->count; p++)
+            check_parameter(x, all, p, all->parameter[p]);
     }
     kempe_sensitivity_free(forward);
     kempe_sensitivity_free(adjoint);

@@ -6,6 +6,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "random_model.h"
+#include "studies/sensitivity/sensitivity.h"
 #include <kempe/check.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
@@ -111,18 +112,18 @@ static bool ends_at(kempe_context *context, const char *text, int k, double step
 /* The best of differences extrapolated once, beside the largest of q or of qd. */
 static double against_runs(kempe_context *context, const char *text, const kempe_sensitivity *s, int k)
 {
-    int count = kempe_sensitivity_column_count(s), last = kempe_sensitivity_row_count(s) - 1;
+    int count = s->columns, last = s->rows - 1;
     double plus[2 * MOST], minus[2 * MOST], before[2 * MOST] = {0}, size[2] = {1e-3, 1e-3}, best = INFINITY,
                                                        step = 4e-3;
     for (int c = 0; c < count; c++)
-        size[2 * c / count] = fmax(size[2 * c / count], fabs(kempe_sensitivity_slope(s, last, c, k)));
+        size[2 * c / count] = fmax(size[2 * c / count], fabs(kmp_sensitivity_slope(s, last, c, k)));
     for (int level = 0; level < LEVELS; level++, step /= 2) {
         double worst = 0;
         if (!ends_at(context, text, k, step, plus) || !ends_at(context, text, k, -step, minus))
             return INFINITY;
         for (int c = 0; c < count; c++) {
             double now = (plus[c] - minus[c]) / (2 * step);
-            double off = fabs((4 * now - before[c]) / 3 - kempe_sensitivity_slope(s, last, c, k)) / size[2 * c / count];
+            double off = fabs((4 * now - before[c]) / 3 - kmp_sensitivity_slope(s, last, c, k)) / size[2 * c / count];
             worst = off <= worst ? worst : off;
             before[c] = now;
         }
@@ -141,14 +142,14 @@ static bool check_model(uint64_t seed, unsigned flags)
         all = find(model, NULL);
     if (all) {
         kempe_sensitivity *one = find(model, "forward"), *other = find(model, "adjoint");
-        int last = kempe_sensitivity_row_count(all) - 1;
+        int last = all->rows - 1;
         CHECK(one && other);
-        for (int c = 0; one && other && c < kempe_sensitivity_column_count(one); c++)
+        for (int c = 0; one && other && c < one->columns; c++)
             for (int k = 0; k < PARAMETERS; k++) {
-                double x = kempe_sensitivity_slope(one, kempe_sensitivity_row_count(one) - 1, c, k);
-                double y = kempe_sensitivity_slope(other, kempe_sensitivity_row_count(other) - 1, c, k);
+                double x = kmp_sensitivity_slope(one, one->rows - 1, c, k);
+                double y = kmp_sensitivity_slope(other, other->rows - 1, c, k);
                 CHECK(fabs(x - y) <= 1e-7 * (1e-3 + fabs(x)));
-                CHECK(fabs(x - kempe_sensitivity_slope(all, last, c, k)) <= 1e-9 * (1e-3 + fabs(x)));
+                CHECK(fabs(x - kmp_sensitivity_slope(all, last, c, k)) <= 1e-9 * (1e-3 + fabs(x)));
             }
         for (int k = 0; k < PARAMETERS; k++) {
             double off = against_runs(context, text.s, all, k);
@@ -208,10 +209,10 @@ static void least_rates_move_with_the_characteristic_length(void)
     kempe_sensitivity *s = model ? find(model, NULL) : NULL;
     CHECK(s != NULL);
     if (s) {
-        CHECK_NEAR(kempe_sensitivity_value(s, 0, 2), 1 / sum, 1e-12);
-        CHECK_NEAR(kempe_sensitivity_slope(s, 0, 2, 0), -8 * l / (sum * sum), 1e-12);
-        CHECK_NEAR(kempe_sensitivity_slope(s, 0, 3, 0), 4 * l / (sum * sum), 1e-12);
-        CHECK(kempe_sensitivity_slope(s, 0, 2, 1) == 0);
+        CHECK_NEAR(kmp_sensitivity_value(s, 0, 2), 1 / sum, 1e-12);
+        CHECK_NEAR(kmp_sensitivity_slope(s, 0, 2, 0), -8 * l / (sum * sum), 1e-12);
+        CHECK_NEAR(kmp_sensitivity_slope(s, 0, 3, 0), 4 * l / (sum * sum), 1e-12);
+        CHECK(kmp_sensitivity_slope(s, 0, 2, 1) == 0);
     }
     kempe_sensitivity_free(s);
     kempe_model_free(model);

@@ -2,6 +2,7 @@
 /* Derivatives of equilibria, modes and reactions as they are asked for: against two-sided differences of models that
  * are read anew with other values, with a sweep of steps; the governor's height by its speed; what is refused. */
 #include "loaded.h"
+#include "studies/sensitivity/sensitivity.h"
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
 #include <stdbool.h>
@@ -33,7 +34,7 @@ static kempe_sensitivity *ask_of(loaded *m, const char *text, const kempe_settin
     CHECK(kempe_model_read_text_set(m->context, text, "model.yaml", set, set != NULL, &m->model) == KEMPE_OK);
     if (m->model && kempe_sensitivity_new(m->model, ask, &s) != KEMPE_OK)
         printf("%s\n", kempe_context_message(m->context));
-    CHECK(s && kempe_sensitivity_row_count(s) == 1 && kempe_sensitivity_column_count(s) <= MOST);
+    CHECK(s && s->rows == 1 && s->columns <= MOST);
     return s;
 }
 
@@ -44,8 +45,8 @@ static void values_at(const char *text, const kempe_sensitivity_options *ask, co
     loaded m;
     (void)snprintf(digits, sizeof digits, "%.17g", x);
     kempe_sensitivity *s = ask_of(&m, text, &(kempe_setting){name, digits}, ask);
-    for (int c = 0; s && c < kempe_sensitivity_column_count(s); c++)
-        values[c] = kempe_sensitivity_value(s, 0, c);
+    for (int c = 0; s && c < s->columns; c++)
+        values[c] = kmp_sensitivity_value(s, 0, c);
     kempe_sensitivity_free(s);
     unload(&m);
 }
@@ -56,13 +57,13 @@ static void against_differences(const char *text, kempe_sensitivity_options ask,
     loaded m;
     kempe_sensitivity *s = ask_of(&m, text, NULL, &ask);
     double worst = 0;
-    for (int k = 0; s && k < kempe_sensitivity_parameter_count(s); k++) {
-        const char *name = kempe_sensitivity_parameter(s, k);
-        int columns = kempe_sensitivity_column_count(s);
+    for (int k = 0; s && k < s->count; k++) {
+        const char *name = s->name[k];
+        int columns = s->columns;
         double best = INFINITY, size = 1e-3, x = 0;
         char key[64];
         for (int c = 0; c < columns; c++)
-            size = check_max(size, fabs(kempe_sensitivity_slope(s, 0, c, k)));
+            size = check_max(size, fabs(kmp_sensitivity_slope(s, 0, c, k)));
         (void)snprintf(key, sizeof key, " %s: ", name);
         (void)sscanf(strstr(text, key) + strlen(key), "%lf", &x);
         for (double step = 1e-3 * x; step > 5e-6 * x; step /= 10) {
@@ -70,7 +71,7 @@ static void against_differences(const char *text, kempe_sensitivity_options ask,
             values_at(text, &ask, name, x + step, up);
             values_at(text, &ask, name, x - step, down);
             for (int c = 0; c < columns; c++)
-                off = check_max(off, fabs((up[c] - down[c]) / (2 * step) - kempe_sensitivity_slope(s, 0, c, k)));
+                off = check_max(off, fabs((up[c] - down[c]) / (2 * step) - kmp_sensitivity_slope(s, 0, c, k)));
             best = fmin(best, off / size);
         }
         worst = check_max(worst, best);
@@ -150,7 +151,7 @@ static void notes(void)
     kempe_text_free(text);
     CHECK(kempe_sensitivity_print(s, KEMPE_JSON, &text) == KEMPE_OK && strstr(text, "\"note\": \"2 eigenvalues"));
     kempe_text_free(text);
-    CHECK(isnan(kempe_sensitivity_slope(s, 0, 0, 0)) && kempe_sensitivity_slope(s, 0, 6, 0) == 0);
+    CHECK(isnan(kmp_sensitivity_slope(s, 0, 0, 0)) && kmp_sensitivity_slope(s, 0, 6, 0) == 0);
     kempe_sensitivity_free(s);
     unload(&m);
 }

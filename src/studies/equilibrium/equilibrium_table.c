@@ -33,9 +33,7 @@ static void fill_equilibria(kempe_table *table, const void *result)
 static void fill_history(kempe_table *table, const void *result)
 {
     const kempe_equilibrium *e = result;
-    static const char *const names[] = {"equilibrium", "iteration", "residual", "step"};
-    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
-        kmp_tabulate_column(table, "", "%s", names[k]);
+    kmp_tabulate_columns(table, "", "equilibrium iteration residual step");
     for (int k = 0; k < e->count; k++)
         for (int i = 0; i < e->balance[k].iterations; i++) {
             kmp_tabulate_row(table);

@@ -36,8 +36,7 @@ static void fill_dead_centres(kempe_table *table, const void *result)
     kmp_tabulate_column(table, NULL, "coordinate");
     kmp_tabulate_column(table, kmp_kinematics_unit(k, lead), "value");
     kmp_tabulate_column(table, NULL, "extreme");
-    kmp_tabulate_column(table, "", "determined");
-    kmp_tabulate_column(table, "", "margin");
+    kmp_tabulate_columns(table, "", "determined margin");
     kmp_tabulate_column(table, NULL, "instead");
     kmp_tabulate_quantity(table, k->system, KMP_QUANTITY_Q);
     for (const kmp_dead_centre *dead = k->dead; dead < k->dead + k->dead_count; dead++) {

@@ -18,45 +18,31 @@ static const double at_rest = 1e-8;
 
 /* -- names ------------------------------------------------------------------------------------------- */
 
-static bool names_init(kmp_names *names, int count)
+static bool names_init(kmp_channels *c, kmp_names *names, int count)
 {
-    *names = (kmp_names){count, KMP_NEW(char *, count), KMP_NEW(char *, count)};
-    return names->name && names->unit;
-}
-
-static void names_free(kmp_names *names)
-{
-    for (int k = 0; k < names->count; k++) {
-        if (names->name)
-            kmp_free(names->name[k]);
-        if (names->unit)
-            kmp_free(names->unit[k]);
-    }
-    kmp_free(names->name);
-    kmp_free(names->unit);
-    *names = (kmp_names){0};
+    *names = (kmp_names){count, KMP_ARENA_NEW(&c->arena, char *, count), KMP_ARENA_NEW(&c->arena, char *, count)};
+    return !c->arena.failed;
 }
 
 /* Takes the text of the name. */
-static bool set_name(kmp_names *names, int k, kmp_text *name, const char *unit)
+static void set_name(kmp_channels *c, kmp_names *names, int k, kmp_text *name, const char *unit)
 {
-    names->name[k] = kmp_text_take(name);
-    names->unit[k] = kmp_strdup(unit);
-    return names->name[k] && names->unit[k];
+    names->name[k] = kmp_text_keep(name, &c->arena);
+    names->unit[k] = kmp_arena_strdup(&c->arena, unit);
 }
 
 static bool name_states(kmp_channels *c)
 {
     static const char *const turns[] = {"rad", "rad/s"}, *const slides[] = {"m", "m/s"};
     int p = c->linear.p;
-    bool ok = names_init(&c->states, 2 * p);
+    bool ok = names_init(c, &c->states, 2 * p);
     for (int k = 0; ok && k < 2 * p; k++) {
         const kmp_motion *motion = &c->system->model->motions[c->linear.part.u[k % p]];
         kmp_text name = {0};
         kmp_text_printf(&name, "%s.%s", k < p ? "q" : "qd", motion->name);
-        ok = set_name(&c->states, k, &name, (motion->rotation ? turns : slides)[k / p]);
+        set_name(c, &c->states, k, &name, (motion->rotation ? turns : slides)[k / p]);
     }
-    return ok;
+    return !c->arena.failed;
 }
 
 static const char *unit_of_load(const kempe_model *model, const kmp_asked_input *input, int order)
@@ -79,14 +65,14 @@ static bool name_loads(kmp_channels *c)
 {
     static const char *const ends[] = {"", ".d", ".dd"};
     const kmp_transfer *t = &c->transfer;
-    bool ok = names_init(&c->loads, t->columns);
+    bool ok = names_init(c, &c->loads, t->columns);
     for (int k = 0; ok && k < t->columns; k++) {
         const kmp_asked_input *input = &c->inputs.input[t->load[k].input];
         kmp_text name = {0};
         kmp_text_printf(&name, "%s%s", input->name, ends[t->load[k].order]);
-        ok = set_name(&c->loads, k, &name, unit_of_load(c->system->model, input, t->load[k].order));
+        set_name(c, &c->loads, k, &name, unit_of_load(c->system->model, input, t->load[k].order));
     }
-    return ok;
+    return !c->arena.failed;
 }
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
@@ -105,19 +91,18 @@ static kempe_status take_columns(kmp_channels *c, const unsigned *parts, bool no
         return kmp_fail_memory(c->system->context);
     for (int k = 0; k < columns.count && !none; k++)
         count += is_wanted(&columns.of[k], parts);
-    *seen = KMP_NEW(kmp_seen, count);
-    bool ok = names_init(&c->outputs, count) && *seen;
+    *seen = KMP_ARENA_NEW(&c->arena, kmp_seen, count);
+    bool ok = names_init(c, &c->outputs, count);
     for (int k = 0, at = 0; ok && at < count; k++) {
         const kmp_column *of = &columns.of[k];
         if (!is_wanted(of, parts))
             continue;
         (*seen)[at] = (kmp_seen){(kmp_seen_in)of->quantity, of->index};
-        kmp_text name = {0};
-        kmp_text_put(&name, columns.name[k]);
-        ok = set_name(&c->outputs, at++, &name, columns.unit[k]);
+        c->outputs.name[at] = kmp_arena_strdup(&c->arena, columns.name[k]);
+        c->outputs.unit[at++] = kmp_arena_strdup(&c->arena, columns.unit[k]);
     }
     kmp_columns_free(&columns);
-    return ok ? KEMPE_OK : kmp_fail_memory(c->system->context);
+    return c->arena.failed ? kmp_fail_memory(c->system->context) : KEMPE_OK;
 }
 
 /* -- the system -------------------------------------------------------------------------------------- */
@@ -142,32 +127,26 @@ static int shown_before(const kempe_model *model, int output)
 static kempe_status choose_outputs(kmp_channels *c, const kmp_channels_ask *ask, unsigned **parts, int *place)
 {
     kempe_model *copy = kmp_variant_model(c->variant);
-    kempe_status status = KEMPE_OK;
     if (ask->outputs)
-        status = kmp_asked_outputs(copy, ask->outputs, parts);
-    for (int k = 0; status == KEMPE_OK && k < c->inputs.count; k++) {
+        KMP_TRY(kmp_asked_outputs(copy, ask->outputs, parts));
+    for (int k = 0; k < c->inputs.count; k++) {
         if (c->inputs.input[k].kind != KMP_ASKED_FORCE)
             continue;
         int output = kmp_asked_position(copy, c->inputs.input[k].index, parts);
         if (output < 0)
-            status = kmp_fail_memory(copy->context);
-        else
-            place[k] = shown_before(copy, output);
+            return kmp_fail_memory(copy->context);
+        place[k] = shown_before(copy, output);
     }
-    return status;
+    return KEMPE_OK;
 }
 
 static kempe_status make_system(kmp_channels *c, const kmp_channels_ask *ask, int count, const char *const *names,
                                 unsigned **parts, int *place)
 {
     const kempe_system *given = c->given;
-    kempe_status status = kmp_variant_new(given->model, count, names, &c->variant);
-    if (status == KEMPE_OK)
-        status = choose_outputs(c, ask, parts, place);
-    if (status == KEMPE_OK)
-        status = kmp_system_of_variant(c->variant, &c->own);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_variant_new(given->model, count, names, &c->variant));
+    KMP_TRY(choose_outputs(c, ask, parts, place));
+    KMP_TRY(kmp_system_of_variant(c->variant, &c->own));
     kempe_system_set_force(c->own, given->force, given->force_user);
     c->system = c->own;
     return KEMPE_OK;
@@ -198,112 +177,87 @@ static bool has_rates(const kmp_linear *l)
 static kempe_status judge_steady(kmp_channels *c, bool *steady)
 {
     kmp_linear *l = &c->linear;
-    kmp_steady *rates = KMP_NEW(kmp_steady, l->p);
+    kmp_steady *rates = KMP_ARENA_NEW(&c->arena, kmp_steady, l->p);
     kmp_search search = {.rates = rates, .rate_count = l->p};
-    kempe_status status = rates ? KEMPE_OK : kmp_fail_memory(c->system->context);
-    for (int k = 0; k < l->p && status == KEMPE_OK; k++)
+    if (!rates)
+        return kmp_fail_memory(c->system->context);
+    for (int k = 0; k < l->p; k++)
         rates[k] = (kmp_steady){.coordinate = l->part.u[k], .rate = c->at->inner_qd[l->part.u[k]]};
-    if (status == KEMPE_OK)
-        status = kmp_linear_at_rates(l, c->at->t, c->at->inner_q, c->at->inner_qd, false);
-    if (status == KEMPE_OK) {
-        kmp_linear_matrices(l);
-        c->residual = kmp_equilibrium_residual(l);
-        *steady = c->residual <= at_rest;
-        if (*steady)
-            status = kmp_operating_check(l, &search);
-    }
-    if (*steady && status == KEMPE_E_FAILED) { /* balanced for an instant alone */
-        kmp_context_clear(c->system->context);
-        *steady = false;
-        status = KEMPE_OK;
-    }
-    kmp_free(rates);
-    return status;
+    KMP_TRY(kmp_linear_at_rates(l, c->at->t, c->at->inner_q, c->at->inner_qd, false));
+    kmp_linear_matrices(l);
+    c->residual = kmp_equilibrium_residual(l);
+    *steady = c->residual <= at_rest;
+    kempe_status status = *steady ? kmp_operating_check(l, &search) : KEMPE_OK;
+    if (status != KEMPE_E_FAILED)
+        return status;
+    kmp_context_clear(c->system->context); /* balanced for an instant alone */
+    *steady = false;
+    return KEMPE_OK;
 }
 
 /* Checks that the state is at rest or in steady motion: no acceleration, and no force that changes. */
 static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
 {
     kmp_linear *l = &c->linear;
-    kempe_status status = kmp_operating_take(c->at, l, wish, wish_count);
-    if (status == KEMPE_OK && c->at->equilibrium) {
+    KMP_TRY(kmp_operating_take(c->at, l, wish, wish_count));
+    if (c->at->equilibrium) {
         c->rests = true;
-        c->goes_on = has_rates(l);
         c->residual = c->at->residual;
-        return KEMPE_OK;
+    } else {
+        KMP_TRY(judge_steady(c, &c->rests));
+        KMP_TRY(kmp_operating_take(c->at, l, wish, wish_count));
     }
-    if (status == KEMPE_OK)
-        status = judge_steady(c, &c->rests);
-    if (status == KEMPE_OK)
-        status = kmp_operating_take(c->at, l, wish, wish_count);
-    c->goes_on = status == KEMPE_OK && c->rests && has_rates(l);
-    return status;
+    c->goes_on = c->rests && has_rates(l);
+    return KEMPE_OK;
 }
 
 static kempe_status take_state(kmp_channels *c, const kmp_channels_ask *ask, const char *backend)
 {
-    int *wish = KMP_NEW(int, c->system->n), wish_count = 0;
-    kempe_status status =
-        wish ? kmp_coordinates_read(c->system->model, "independent", ask->independent, wish, &wish_count)
-             : kmp_fail_memory(c->system->context);
-    if (status == KEMPE_OK)
-        status = kmp_linear_init(&c->linear, c->system, backend);
-    if (status == KEMPE_OK)
-        status = kmp_operating_new(c->system, ask->at, &c->linear, &c->at);
-    if (status == KEMPE_OK)
-        status = tell_singular(c, judge_rest(c, wish, wish_count));
-    kmp_free(wish);
-    return status;
+    int *wish = KMP_ARENA_NEW(&c->arena, int, c->system->n), wish_count = 0;
+    if (!wish)
+        return kmp_fail_memory(c->system->context);
+    KMP_TRY(kmp_coordinates_read(c->system->model, "independent", ask->independent, wish, &wish_count));
+    KMP_TRY(kmp_linear_init(&c->linear, c->system, backend));
+    KMP_TRY(kmp_operating_new(c->system, ask->at, &c->linear, &c->at));
+    return tell_singular(c, judge_rest(c, wish, wish_count));
 }
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-/* names: of the parameters among the inputs; place: of each input, for kmp_transfer_init. */
-static kempe_status build(kmp_channels *c, const kmp_channels_ask *ask, const char **names, int *place)
+static kempe_status build(kmp_channels *c, const kmp_channels_ask *ask)
 {
     const char *backend = ask->backend ? ask->backend : kmp_backend_default();
     int count = 0;
     unsigned *parts = NULL;
     kmp_seen *seen = NULL;
+    KMP_TRY(ask->inputs ? kmp_asked_inputs_read(c->system->model, ask->inputs, &c->inputs) : KEMPE_OK);
     bool none = !ask->outputs && c->inputs.count == 0;
+    const char **names = KMP_ARENA_NEW(&c->arena, const char *, c->inputs.count); /* of parameters */
+    int *place = KMP_ARENA_NEW(&c->arena, int, c->inputs.count); /* of each input, for kmp_transfer_init */
+    if (c->arena.failed)
+        return kmp_fail_memory(c->system->context);
     for (int k = 0; k < c->inputs.count; k++)
         if (c->inputs.input[k].kind == KMP_ASKED_PARAMETER) {
             place[k] = count;
             names[count++] = c->inputs.input[k].name;
         }
-    kempe_status status = KEMPE_OK;
     if (count > 0 || ask->outputs || count_kind(&c->inputs, KMP_ASKED_FORCE) > 0)
-        status = make_system(c, ask, count, names, &parts, place);
-    if (status == KEMPE_OK)
-        status = take_columns(c, parts, none, &seen);
-    if (status == KEMPE_OK)
-        status = take_state(c, ask, backend);
-    if (status == KEMPE_OK)
-        status = kmp_slopes_new(c->system, backend, count, names, true, &c->slopes);
-    if (status == KEMPE_OK)
-        status = kmp_transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, seen);
-    if (status == KEMPE_OK && !(name_states(c) && name_loads(c)))
-        status = kmp_fail_memory(c->system->context);
-    if (status == KEMPE_OK)
-        kmp_transfer_eval(&c->transfer);
-    kmp_free(seen);
-    return status;
+        KMP_TRY(make_system(c, ask, count, names, &parts, place));
+    KMP_TRY(take_columns(c, parts, none, &seen));
+    KMP_TRY(take_state(c, ask, backend));
+    KMP_TRY(kmp_slopes_new(c->system, backend, count, names, true, &c->slopes));
+    KMP_TRY(kmp_transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, seen));
+    if (!name_states(c) || !name_loads(c))
+        return kmp_fail_memory(c->system->context);
+    kmp_transfer_eval(&c->transfer);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *system, const kmp_channels_ask *ask)
 {
     double begin = kmp_cpu_now();
     *channels = (kmp_channels){.given = system, .system = system};
-    kempe_status status = KEMPE_OK;
-    if (ask->inputs)
-        status = kmp_asked_inputs_read(system->model, ask->inputs, &channels->inputs);
-    if (status != KEMPE_OK)
-        return status;
-    const char **names = KMP_NEW(const char *, channels->inputs.count);
-    int *place = KMP_NEW(int, channels->inputs.count);
-    status = names && place ? build(channels, ask, names, place) : kmp_fail_memory(system->context);
-    kmp_free((void *)names);
-    kmp_free(place);
+    kempe_status status = build(channels, ask);
     channels->build_s = system->build_s + (kmp_cpu_now() - begin);
     if (status != KEMPE_OK)
         kmp_channels_free(channels);
@@ -321,8 +275,6 @@ void kmp_channels_free(kmp_channels *channels)
     kempe_system_free(c->own);
     kmp_variant_free(c->variant);
     kmp_asked_inputs_free(&c->inputs);
-    names_free(&c->states);
-    names_free(&c->loads);
-    names_free(&c->outputs);
+    kmp_arena_free(&c->arena);
     *c = (kmp_channels){0};
 }

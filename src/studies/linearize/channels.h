@@ -18,6 +18,7 @@ typedef struct kmp_names {
 } kmp_names;
 
 typedef struct kmp_channels {
+    kmp_arena arena;                    /* of names and scratch */
     const kempe_system *given, *system; /* the caller's, and the one that is evaluated */
     kmp_variant *variant;               /* NULL: both systems are equal */
     kempe_system *own;

@@ -25,12 +25,11 @@ static kempe_status make_first_order(kempe_linearization *l)
 {
     const kempe_system *system = l->channels.system;
     const kmp_transfer *t = &l->channels.transfer;
-    size_t p = (size_t)t->p, inputs = (size_t)t->columns, outputs = (size_t)t->outputs;
-    l->a = KMP_NEW(double, 4 * p * p);
-    l->b = KMP_NEW(double, 2 * p * inputs);
-    l->c = KMP_NEW(double, 2 * p * outputs);
-    l->d = KMP_NEW(double, outputs *inputs);
-    int failed = l->a && l->b && l->c && l->d ? kmp_transfer_first_order(t, l->a, l->b, l->c, l->d) : -1;
+    ptrdiff_t p = t->p, inputs = t->columns, outputs = t->outputs;
+    const kmp_arena_group groups[] = {
+        {4 * p * p, {&l->a}}, {2 * p * inputs, {&l->b}}, {2 * p * outputs, {&l->c}}, {outputs * inputs, {&l->d}}};
+    bool made = kmp_arena_make_groups(&l->channels.arena, sizeof groups / sizeof *groups, groups);
+    int failed = made ? kmp_transfer_first_order(t, l->a, l->b, l->c, l->d) : -1;
     if (failed == -2)
         return kmp_fail(system->context, KEMPE_E_FAILED,
                         "the state does not determine the accelerations: forces that depend on multipliers cancel the "
@@ -72,10 +71,6 @@ void kempe_linearization_free(kempe_linearization *l)
     if (!l)
         return;
     kmp_channels_free(&l->channels);
-    kmp_free(l->a);
-    kmp_free(l->b);
-    kmp_free(l->c);
-    kmp_free(l->d);
     kmp_free(l);
 }
 

@@ -7,7 +7,7 @@
 
 struct kempe_linearization {
     kmp_channels channels;
-    double *a, *b, *c, *d;
+    double *a, *b, *c, *d; /* of the channels' arena */
 };
 
 /** A matrix by its row of matrices.def: its name, its description, its values. */

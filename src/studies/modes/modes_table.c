@@ -8,9 +8,7 @@ static void fill_modes(kempe_table *table, const void *result)
 {
     const kempe_modes *m = result;
     const kmp_spectrum *s = &m->modes.spectrum;
-    static const char *const names[] = {"index", "re", "im", "frequency", "damping", "decay"};
-    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
-        kmp_tabulate_column(table, "", "%s", names[k]);
+    kmp_tabulate_columns(table, "", "index re im frequency damping decay");
     for (int k = 0; k < 2 * m->modes.n; k++)
         kmp_tabulate_column(table, "", "%s.%s", k % 2 ? "im" : "re", m->system->model->motions[k / 2].name);
     for (int c = 0; c < s->count; c++) {
@@ -53,9 +51,7 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_critical(kempe_table *table, const void *result)
 {
     const kmp_locus *l = &((const kempe_modes *)result)->locus;
-    static const char *const names[] = {"value", "re", "im", "frequency", "branch"};
-    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
-        kmp_tabulate_column(table, "", "%s", names[k]);
+    kmp_tabulate_columns(table, "", "value re im frequency branch");
     kmp_tabulate_column(table, NULL, "grows");
     for (const kmp_critical *c = l->critical; c < l->critical + l->critical_count; c++) {
         const double values[] = {c->value, c->re, c->im, kmp_mode_frequency(c->re, c->im), c->branch + 1};

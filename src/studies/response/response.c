@@ -134,26 +134,20 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
         return kmp_fail(
             system->context, KEMPE_E_ARGUMENT,
             "a frequency response needs inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), or parameters");
-    kempe_status status = kmp_channels_init(&r->channels, system, &asked);
-    if (status == KEMPE_OK)
-        status = check_state(&r->channels);
-    if (status == KEMPE_OK)
-        status = check_inputs(&r->channels);
-    if (status == KEMPE_OK)
-        status = read_range(&r->channels, ask, &range);
-    if (status == KEMPE_OK)
-        status = kmp_frequency_init(&r->frequency, &r->channels.transfer, range.count);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_channels_init(&r->channels, system, &asked));
+    KMP_TRY(check_state(&r->channels));
+    KMP_TRY(check_inputs(&r->channels));
+    KMP_TRY(read_range(&r->channels, ask, &range));
+    KMP_TRY(kmp_frequency_init(&r->frequency, &r->channels.transfer, range.count));
     r->linear = ask->linear;
     fill_range(&range, r->linear, r->frequency.at);
-    status = kmp_frequency_run(&r->frequency);
-    if (status == KEMPE_OK && r->frequency.worst > KMP_RESPONSE_HOLDS)
+    KMP_TRY(kmp_frequency_run(&r->frequency));
+    if (r->frequency.worst > KMP_RESPONSE_HOLDS)
         kmp_log(system->context, KEMPE_LOG_WARNING,
                 "do not trust the response at %.9g Hz: rounding of the equations changes it by %.2g of its size; an "
                 "almost undamped pole is close to this frequency",
                 r->frequency.worst_at, r->frequency.worst);
-    return status;
+    return KEMPE_OK;
 }
 
 kempe_status kempe_response_new(const kempe_system *system, const kempe_response_options *ask,
@@ -223,8 +217,7 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_peaks(kempe_table *table, const void *result)
 {
     const kempe_response *r = result;
-    kmp_tabulate_column(table, NULL, "input");
-    kmp_tabulate_column(table, NULL, "output");
+    kmp_tabulate_columns(table, NULL, "input output");
     kmp_tabulate_column(table, "Hz", "frequency");
     kmp_tabulate_column(table, "", "amplitude");
     kmp_tabulate_column(table, "deg", "phase");

@@ -297,9 +297,7 @@ static bool name_values(kempe_gradient *g)
         for (int i = 0; i < kmp_output_rows[m->outputs[o].kind].width; i++) {
             kmp_text text = {0};
             kmp_output_column(&text, m, &m->outputs[o], i);
-            g->name[k++] = text.failed ? NULL : kmp_arena_strdup(&g->arena, text.s);
-            g->arena.failed = g->arena.failed || text.failed;
-            kmp_text_free(&text);
+            g->name[k++] = kmp_text_keep(&text, &g->arena);
         }
     return !g->arena.failed;
 }
@@ -321,30 +319,25 @@ static kempe_status tell_freedoms(const kempe_gradient *g)
 }
 
 /* Takes the model as read: assembled, with the driven coordinates as u. */
-static kempe_status stand(kempe_gradient *g, const int *driven)
+static kempe_status stand_at(kempe_gradient *g, const int *driven, const kmp_operating *start)
 {
-    kmp_operating *start = NULL;
-    KMP_TRY(kmp_operating_new(g->system, "start", NULL, &start));
     if (start->chart)
         kmp_eval_set_charts(g->linear.eval, start->chart);
-    kempe_status status = kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven);
-    if (status == KEMPE_OK && g->linear.p != g->driven)
-        status = tell_freedoms(g);
-    if (status == KEMPE_OK && (!make_room(g) || !name_values(g)))
-        status = kmp_fail_memory(g->context);
-    if (status == KEMPE_OK) {
-        memcpy(g->q, start->inner_q, (size_t)g->n * sizeof *g->q);
-        for (int k = 0; k < g->driven; k++) {
-            g->value[k] = g->q[g->linear.part.u[k]];
-            for (int d = 0; d < g->driven; d++)
-                if (driven[d] == g->linear.part.u[k])
-                    g->order[d] = k;
-        }
-        if (!close_loops(g, g->q))
-            status = kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the model's start");
+    KMP_TRY(kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven));
+    if (g->linear.p != g->driven)
+        return tell_freedoms(g);
+    if (!make_room(g) || !name_values(g))
+        return kmp_fail_memory(g->context);
+    memcpy(g->q, start->inner_q, (size_t)g->n * sizeof *g->q);
+    for (int k = 0; k < g->driven; k++) {
+        g->value[k] = g->q[g->linear.part.u[k]];
+        for (int d = 0; d < g->driven; d++)
+            if (driven[d] == g->linear.part.u[k])
+                g->order[d] = k;
     }
-    kmp_operating_free(start);
-    return status;
+    if (close_loops(g, g->q))
+        return KEMPE_OK;
+    return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the model's start");
 }
 
 static bool is_deep(const kempe_gradient *g)
@@ -356,27 +349,22 @@ static bool is_deep(const kempe_gradient *g)
 static kempe_status make(kempe_gradient *g, const kempe_model *model, const kempe_gradient_options *ask)
 {
     const char *backend = ask->backend ? ask->backend : kmp_backend_default();
-    int *driven = KMP_NEW(int, model->motion_count);
-    kempe_status status = driven ? KEMPE_OK : kmp_fail_memory(g->context);
-    if (status == KEMPE_OK)
-        status = kmp_variant_new(model, g->count, ask->parameters, &g->variant);
-    if (status == KEMPE_OK)
-        status = kmp_system_of_variant(g->variant, &g->system);
-    if (status == KEMPE_OK)
-        status = kmp_coordinates_read(g->system->model, "driven", ask->driven, driven, &g->driven);
-    if (status == KEMPE_OK) {
-        g->n = g->system->n;
-        g->m = g->system->m;
-        status = kmp_linear_init(&g->linear, g->system, backend);
-    }
-    if (status == KEMPE_OK)
-        status = kmp_slopes_new(g->system, backend, g->count, ask->parameters, true, &g->slopes);
-    if (status == KEMPE_OK) {
-        g->shown = g->slopes->shown;
-        g->deep = is_deep(g);
-        status = stand(g, driven);
-    }
-    kmp_free(driven);
+    int *driven = KMP_ARENA_NEW(&g->arena, int, model->motion_count);
+    kmp_operating *start = NULL;
+    if (!driven)
+        return kmp_fail_memory(g->context);
+    KMP_TRY(kmp_variant_new(model, g->count, ask->parameters, &g->variant));
+    KMP_TRY(kmp_system_of_variant(g->variant, &g->system));
+    KMP_TRY(kmp_coordinates_read(g->system->model, "driven", ask->driven, driven, &g->driven));
+    g->n = g->system->n;
+    g->m = g->system->m;
+    KMP_TRY(kmp_linear_init(&g->linear, g->system, backend));
+    KMP_TRY(kmp_slopes_new(g->system, backend, g->count, ask->parameters, true, &g->slopes));
+    g->shown = g->slopes->shown;
+    g->deep = is_deep(g);
+    KMP_TRY(kmp_operating_new(g->system, "start", NULL, &start));
+    kempe_status status = stand_at(g, driven, start);
+    kmp_operating_free(start);
     return status;
 }
 

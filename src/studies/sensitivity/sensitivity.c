@@ -57,45 +57,46 @@ static kempe_status check_method(const kempe_sensitivity *s)
     return KEMPE_OK;
 }
 
-static bool add_name(kempe_sensitivity *s, const char *name, size_t length)
+static void add_name(kempe_sensitivity *s, const char *name, size_t length)
 {
     kmp_text text = {0};
     kmp_text_printf(&text, "%.*s", (int)length, name);
-    s->name[s->count] = kmp_text_take(&text);
-    return s->name[s->count++];
+    s->name[s->count++] = kmp_text_keep(&text, &s->arena);
 }
 
 /* All plain numbers among the parameters that may vary. */
-static bool take_all(kempe_sensitivity *s)
+static void take_all(kempe_sensitivity *s)
 {
-    bool ok = (s->name = KMP_NEW(char *, s->model->parameter_count));
-    for (int k = 0; ok && k < s->model->parameter_count; k++) {
+    s->name = KMP_ARENA_NEW(&s->arena, char *, s->model->parameter_count);
+    for (int k = 0; s->name && k < s->model->parameter_count; k++) {
         const kmp_parameter *p = &s->model->parameters[k];
         if (!p->fixed && !p->number.expr)
-            ok = add_name(s, p->name, strlen(p->name));
+            add_name(s, p->name, strlen(p->name));
     }
-    return ok;
 }
 
-static bool take_listed(kempe_sensitivity *s, const char *list)
+static void take_listed(kempe_sensitivity *s, const char *list)
 {
     int most = 1;
     for (const char *c = list; *c; c++)
-        most += *c == ',';
-    bool ok = (s->name = KMP_NEW(char *, most));
-    while (ok && *list) {
+        most += *c == ',' || *c == ' ';
+    s->name = KMP_ARENA_NEW(&s->arena, char *, most);
+    while (s->name && *list) {
         list += strspn(list, ", ");
         size_t length = strcspn(list, ", ");
-        ok = length == 0 || add_name(s, list, length);
+        if (length > 0)
+            add_name(s, list, length);
         list += length;
     }
-    return ok;
 }
 
 static kempe_status take_names(kempe_sensitivity *s)
 {
-    bool ok = s->ask->parameters ? take_listed(s, s->ask->parameters) : take_all(s);
-    if (!ok)
+    if (s->ask->parameters)
+        take_listed(s, s->ask->parameters);
+    else
+        take_all(s);
+    if (s->arena.failed)
         return kmp_fail_memory(s->context);
     if (s->count == 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
@@ -127,16 +128,11 @@ static kempe_status take_outputs(kempe_sensitivity *s)
 
 static kempe_status derive(kempe_sensitivity *s)
 {
-    kempe_status status = kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant);
-    if (status == KEMPE_OK)
-        status = take_outputs(s);
-    if (status == KEMPE_OK)
-        status = kmp_system_of_variant(s->variant, &s->system);
-    if (status != KEMPE_OK)
-        return status;
-    s->parameter = KMP_NEW(double, s->count);
-    s->size = KMP_NEW(double, s->count);
-    if (!s->parameter || !s->size)
+    const kmp_arena_group groups[] = {{s->count, {&s->parameter, &s->size}}};
+    KMP_TRY(kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant));
+    KMP_TRY(take_outputs(s));
+    KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
+    if (!kmp_arena_make_groups(&s->arena, 1, groups))
         return kmp_fail_memory(s->context);
     for (int k = 0; k < s->count; k++) {
         s->parameter[k] = value_of(kmp_variant_model(s->variant), s->name[k]);
@@ -147,12 +143,10 @@ static kempe_status derive(kempe_sensitivity *s)
 
 static kempe_status prepare(kempe_sensitivity *s)
 {
-    kempe_status status = find_kind(s);
-    if (status == KEMPE_OK)
-        status = check_method(s);
-    if (status == KEMPE_OK)
-        status = take_names(s);
-    return status == KEMPE_OK ? derive(s) : status;
+    KMP_TRY(find_kind(s));
+    KMP_TRY(check_method(s));
+    KMP_TRY(take_names(s));
+    return derive(s);
 }
 
 /* -- the object -------------------------------------------------------------------------------------- */
@@ -190,33 +184,24 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     return s->status;
 }
 
-static void free_list(int count, char **list)
-{
-    for (int k = 0; list && k < count; k++)
-        kmp_free(list[k]);
-    kmp_free(list);
-}
-
 void kempe_sensitivity_free(kempe_sensitivity *s)
 {
     if (!s)
         return;
     kempe_system_free(s->system);
     kmp_variant_free(s->variant);
-    free_list(s->count, s->name);
-    free_list(s->columns, s->column);
-    free_list(s->columns, s->unit);
-    kmp_free(s->parameter);
-    kmp_free(s->size);
+    kmp_columns_free(&s->outputs);
+    kmp_free(s->column);
+    kmp_free(s->unit);
     kmp_free(s->at);
-    kmp_free(s->value);
-    kmp_free(s->slope);
+    kmp_free(s->cell);
     kmp_free(s->warnings);
     kmp_free(s->reason);
-    kmp_free(s->note);
-    kmp_free(s->again_name);
+    kmp_arena_free(&s->arena);
     kmp_free(s);
 }
+
+/* -- columns and rows -------------------------------------------------------------------------------- */
 
 bool kmp_sensitivity_add_column(kempe_sensitivity *s, const char *name, const char *unit)
 {
@@ -226,97 +211,53 @@ bool kmp_sensitivity_add_column(kempe_sensitivity *s, const char *name, const ch
     s->unit = units ? units : s->unit;
     if (!column || !units)
         return false;
-    column[s->columns] = kmp_strdup(name);
-    units[s->columns] = kmp_strdup(unit);
-    s->columns++;
-    return column[s->columns - 1] && units[s->columns - 1];
+    column[s->columns] = kmp_arena_strdup(&s->arena, name);
+    units[s->columns++] = kmp_arena_strdup(&s->arena, unit);
+    return !s->arena.failed;
 }
 
-static bool grow(double **list, int room, size_t a_row)
+bool kmp_sensitivity_choose(kempe_sensitivity *s)
 {
-    double *grown = kmp_realloc(*list, (size_t)room * a_row, sizeof *grown);
-    *list = grown ? grown : *list;
-    return grown;
+    bool ok = kmp_columns_init(&s->outputs, s->system);
+    s->chosen = ok ? KMP_ARENA_NEW(&s->arena, int, s->outputs.count) : NULL;
+    for (int k = 0; s->chosen && ok && k < s->outputs.count; k++) {
+        const kmp_column *of = &s->outputs.of[k];
+        if (of->output < 0 || (s->parts && !(s->parts[of->output] >> of->component & 1u)))
+            continue;
+        s->chosen[s->columns] = k;
+        ok = kmp_sensitivity_add_column(s, s->outputs.name[k], s->outputs.unit[k]);
+    }
+    return s->chosen && ok;
 }
 
-bool kmp_sensitivity_add_row(kempe_sensitivity *s, double at, double **value, double **slope)
+void kmp_sensitivity_fill(const kempe_sensitivity *s, const kmp_sensitivity_source *source, double *row)
 {
-    size_t columns = (size_t)s->columns, slopes = columns * (size_t)s->count;
+    const int n = s->system->n, size[] = {n, n, n, s->system->m, source->shown};
+    for (int c = 0; c < s->columns; c++) {
+        const kmp_column *of = &s->outputs.of[s->chosen[c]];
+        row[c] = source->value[of->quantity][of->index];
+        for (int k = 0; k < s->count; k++)
+            row[s->columns + c * s->count + k] = source->slope[of->quantity][k * size[of->quantity] + of->index];
+    }
+}
+
+double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at)
+{
     if (s->rows == s->room) {
-        int room = 2 * s->room + 16;
-        if (!grow(&s->at, room, 1) || !grow(&s->value, room, columns) || !grow(&s->slope, room, slopes))
-            return false;
-        s->room = room;
+        size_t room = 2 * (size_t)s->room + 16;
+        double *times = kmp_realloc(s->at, room, sizeof *times);
+        s->at = times ? times : s->at;
+        double *cell = kmp_realloc(s->cell, room * kmp_sensitivity_width(s), sizeof *cell);
+        s->cell = cell ? cell : s->cell;
+        if (!times || !cell)
+            return NULL;
+        s->room = (int)room;
     }
     s->at[s->rows] = at;
-    *value = s->value + (size_t)s->rows * columns;
-    *slope = s->slope + (size_t)s->rows * slopes;
-    s->rows++;
-    return true;
+    return s->cell + (size_t)s->rows++ * kmp_sensitivity_width(s);
 }
 
 /* -- queries ----------------------------------------------------------------------------------------- */
-
-int kempe_sensitivity_parameter_count(const kempe_sensitivity *s)
-{
-    KMP_GIVEN(s, 0);
-    return s->count;
-}
-
-const char *kempe_sensitivity_parameter(const kempe_sensitivity *s, int k)
-{
-    KMP_GIVEN(s, "");
-    return k >= 0 && k < s->count ? s->name[k] : "";
-}
-
-double kempe_sensitivity_parameter_value(const kempe_sensitivity *s, int k)
-{
-    KMP_GIVEN(s, NAN);
-    return k >= 0 && k < s->count ? s->parameter[k] : NAN;
-}
-
-int kempe_sensitivity_column_count(const kempe_sensitivity *s)
-{
-    KMP_GIVEN(s, 0);
-    return s->columns;
-}
-
-const char *kempe_sensitivity_column(const kempe_sensitivity *s, int column)
-{
-    KMP_GIVEN(s, "");
-    return column >= 0 && column < s->columns ? s->column[column] : "";
-}
-
-int kempe_sensitivity_row_count(const kempe_sensitivity *s)
-{
-    KMP_GIVEN(s, 0);
-    return s->rows;
-}
-
-static bool is_there(const kempe_sensitivity *s, int row, int column)
-{
-    return row >= 0 && row < s->rows && column >= 0 && column < s->columns;
-}
-
-double kempe_sensitivity_at(const kempe_sensitivity *s, int row)
-{
-    KMP_GIVEN(s, NAN);
-    return row >= 0 && row < s->rows ? s->at[row] : NAN;
-}
-
-double kempe_sensitivity_value(const kempe_sensitivity *s, int row, int column)
-{
-    KMP_GIVEN(s, NAN);
-    return is_there(s, row, column) ? s->value[(size_t)row * (size_t)s->columns + (size_t)column] : NAN;
-}
-
-double kempe_sensitivity_slope(const kempe_sensitivity *s, int row, int column, int k)
-{
-    KMP_GIVEN(s, NAN);
-    if (!is_there(s, row, column) || k < 0 || k >= s->count)
-        return NAN;
-    return s->slope[((size_t)row * (size_t)s->columns + (size_t)column) * (size_t)s->count + (size_t)k];
-}
 
 const char *kempe_sensitivity_method(const kempe_sensitivity *s)
 {

@@ -20,13 +20,16 @@ struct kempe_sensitivity {
     kmp_variant *variant;
     kempe_system *system; /* of the variant */
     unsigned *parts;      /* the requested ones of its outputs; NULL: all */
+    kmp_arena arena;      /* of names, note and parameters */
     int count;            /* parameters */
     char **name;
     double *parameter, *size; /* values; sizes, by which tolerances are scaled: the value, 1 where it is zero */
+    kmp_columns outputs;      /* all columns of the system */
+    int *chosen;              /* columns: the requested ones of them */
     int columns;
     char **column, **unit;
     int rows, room;
-    double *at, *value, *slope; /* rows; rows x columns; rows x columns x count */
+    double *at, *cell; /* rows; rows of kmp_sensitivity_width: a value per column, then count derivatives per column */
     kempe_status status;
     char *reason;   /* "" when ok */
     char *warnings; /* of the computation, one per line */
@@ -49,11 +52,37 @@ struct kmp_sensitivity_kind {
     void (*outputs)(const kempe_model *model, kmp_text *words); /* the default ones; NULL: the model's */
 };
 
+static inline size_t kmp_sensitivity_width(const kempe_sensitivity *s)
+{
+    return (size_t)s->columns * (1 + (size_t)s->count);
+}
+
+static inline double kmp_sensitivity_value(const kempe_sensitivity *s, int row, int column)
+{
+    return s->cell[(size_t)row * kmp_sensitivity_width(s) + (size_t)column];
+}
+
+static inline double kmp_sensitivity_slope(const kempe_sensitivity *s, int row, int column, int k)
+{
+    return kmp_sensitivity_value(s, row, s->columns + column * s->count + k);
+}
+
 /** A column of that name and unit, before there are rows. false: no memory. */
 bool kmp_sensitivity_add_column(kempe_sensitivity *s, const char *name, const char *unit);
 
-/** A row, to be filled: *value has one entry per column, *slope count entries per column. False: no memory. */
-bool kmp_sensitivity_add_row(kempe_sensitivity *s, double at, double **value, double **slope);
+/** The columns of the requested outputs. false: no memory. */
+bool kmp_sensitivity_choose(kempe_sensitivity *s);
+
+/** Fills a row of the chosen columns from q, qd, qdd, lambda and `shown` further outputs, and their derivatives, blocks
+ * for each parameter. */
+typedef struct kmp_sensitivity_source {
+    const double *value[KMP_QUANTITIES + 1], *slope[KMP_QUANTITIES + 1];
+    int shown;
+} kmp_sensitivity_source;
+void kmp_sensitivity_fill(const kempe_sensitivity *s, const kmp_sensitivity_source *source, double *row);
+
+/** A row, to be filled; NULL: no memory. */
+double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at);
 
 #define KMP_SENSITIVITY(name) extern const kmp_sensitivity_kind kmp_sensitivity_##name;
 #include "studies/sensitivity/sensitivities.def"

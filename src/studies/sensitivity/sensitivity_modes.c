@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensitivities of modes: one row, with real and imaginary part, frequency and damping of each. */
-#include "base/memory.h"
 #include "dynamics/load_dependent.h"
 #include "studies/modes/mode_slopes.h"
 #include "studies/sensitivity/sensitivity_state.h"
@@ -42,8 +41,8 @@ static bool add_row(work *w)
 {
     const double turn = 2 * acos(-1.0);
     int count = w->s->count;
-    double *value, *slope;
-    if (!kmp_sensitivity_add_row(w->s, 0, &value, &slope))
+    double *value = kmp_sensitivity_add_row(w->s, 0), *slope = value ? value + w->s->columns : NULL;
+    if (!value)
         return false;
     for (int k = 0; k < w->count; k++) {
         int i = w->chosen[k], words = words_of(w, i);
@@ -82,47 +81,44 @@ static bool write_note(work *w)
         kmp_text_printf(&note, "%d eigenvalue%s exactly zero and omitted", zeros, zeros == 1 ? " is" : "s are");
     list(w, KMP_MODE_REPEATED, ", equal to others, the derivatives are those of all of them, sorted by size", &note);
     list(w, KMP_MODE_DEFECTIVE, ", equal to others with fewer vectors, there are no derivatives", &note);
-    bool ok = !note.failed;
-    w->s->note = note.length ? kmp_text_take(&note) : NULL;
-    kmp_text_free(&note);
-    return ok;
+    if (note.length)
+        w->s->note = kmp_text_keep(&note, &w->s->arena);
+    return !note.failed && !w->s->arena.failed;
 }
 
 static kempe_status tell(work *w)
 {
     const kmp_spectrum *sp = w->spectrum;
-    w->chosen = KMP_NEW(int, sp->count);
+    w->chosen = KMP_ARENA_NEW(&w->s->arena, int, sp->count);
     for (int i = sp->zeros; w->chosen && i < sp->count; i++)
         if (sp->im[i] >= 0)
             w->chosen[w->count++] = i;
     bool ok = w->chosen && add_columns(w) && add_row(w) && write_note(w);
-    kmp_free(w->chosen);
     return ok ? KEMPE_OK : kmp_fail_memory(w->s->context);
+}
+
+/* Of the state x; what is made on the way is the caller's to free. */
+static kempe_status find_modes(kmp_sensitivity_state *x, kempe_sensitivity *s, kmp_bend *bend, kmp_spectrum *spectrum,
+                               kmp_mode_slopes *slopes)
+{
+    KMP_TRY(kmp_sensitivity_state_init(x, s, false));
+    KMP_TRY(kmp_bend_init(bend, s->system, kmp_backend_find(x->backend), s->count, (const char *const *)s->name));
+    KMP_TRY(kmp_linear_spectrum(&x->varied.linear, spectrum));
+    KMP_TRY(kmp_mode_slopes_init(slopes, &x->varied.linear, bend, &x->shift, spectrum));
+    return tell(&(work){.s = s, .spectrum = spectrum, .slopes = slopes});
 }
 
 static kempe_status find(kempe_sensitivity *s)
 {
-    kmp_sensitivity_state x;
+    kmp_sensitivity_state x = {0};
     kmp_bend bend = {0};
     kmp_spectrum spectrum = {0};
     kmp_mode_slopes slopes = {0};
-    kempe_status status =
-        s->ask->outputs ? kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                                   "sensitivities of modes are those of their eigenvalues: outputs cannot be chosen")
-                        : KEMPE_OK;
-    x = (kmp_sensitivity_state){0};
-    if (status == KEMPE_OK)
-        status = kmp_refuse_load_dependent(s->system, "sensitivities of modes");
-    if (status == KEMPE_OK)
-        status = kmp_sensitivity_state_init(&x, s, false);
-    if (status == KEMPE_OK)
-        status = kmp_bend_init(&bend, s->system, kmp_backend_find(x.backend), s->count, (const char *const *)s->name);
-    if (status == KEMPE_OK)
-        status = kmp_linear_spectrum(&x.varied.linear, &spectrum);
-    if (status == KEMPE_OK)
-        status = kmp_mode_slopes_init(&slopes, &x.varied.linear, &bend, &x.shift, &spectrum);
-    if (status == KEMPE_OK)
-        status = tell(&(work){.s = s, .spectrum = &spectrum, .slopes = &slopes});
+    if (s->ask->outputs)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "sensitivities of modes are those of their eigenvalues: outputs cannot be chosen");
+    KMP_TRY(kmp_refuse_load_dependent(s->system, "sensitivities of modes"));
+    kempe_status status = find_modes(&x, s, &bend, &spectrum, &slopes);
     kmp_mode_slopes_free(&slopes);
     kmp_spectrum_free(&spectrum);
     kmp_bend_free(&bend);

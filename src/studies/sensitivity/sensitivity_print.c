@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "base/file.h"
 #include "output/print.h"
+#include "output/result_table.h"
 #include "studies/sensitivity/sensitivity.h"
 #include <kempe/sensitivity.h>
 #include <math.h>
@@ -36,9 +36,9 @@ static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int
     kmp_text_put(text, "\n");
     for (int c = 0; c < s->columns; c++) {
         kmp_text_printf(text, "  %-*s", name_width, s->column[c]);
-        put_number(text, 15, kempe_sensitivity_value(s, row, c));
+        put_number(text, 15, kmp_sensitivity_value(s, row, c));
         for (int k = first; k < end; k++)
-            put_number(text, longest(1, &s->name[k], 11) + 4, kempe_sensitivity_slope(s, row, c, k));
+            put_number(text, longest(1, &s->name[k], 11) + 4, kmp_sensitivity_slope(s, row, c, k));
         kmp_text_printf(text, "  %s\n", s->unit[c]);
     }
 }
@@ -56,8 +56,9 @@ static void put_run(const kempe_sensitivity *s, kmp_text *text)
         kmp_text_printf(text, "adjoint   steps %.0f, %.3g MB of the motion stored\n", s->backwards, s->kept * 1e-6);
 }
 
-static void put_text(const kempe_sensitivity *s, kmp_text *text)
+static void put_text(kmp_text *text, const void *result)
 {
+    const kempe_sensitivity *s = result;
     int name_width = longest(s->columns, s->column, 8);
     kmp_text_printf(text, "%s: %s with respect to %d parameter%s, %s\n\n", s->model->name, s->kind->name, s->count,
                     s->count == 1 ? "" : "s", kmp_status_word(s->status));
@@ -87,16 +88,16 @@ static void put_row(kmp_json *json, const kempe_sensitivity *s, int row)
 {
     kmp_json_object(json, "end");
     if (s->kind->row)
-        kmp_json_number(json, s->kind->row, kempe_sensitivity_at(s, row));
+        kmp_json_number(json, s->kind->row, s->at[row]);
     kmp_json_object(json, "values");
     for (int c = 0; c < s->columns; c++)
-        kmp_json_number(json, s->column[c], kempe_sensitivity_value(s, row, c));
+        kmp_json_number(json, s->column[c], kmp_sensitivity_value(s, row, c));
     kmp_json_end(json);
     kmp_json_object(json, "derivatives");
     for (int c = 0; c < s->columns; c++) {
         kmp_json_object(json, s->column[c]);
         for (int k = 0; k < s->count; k++)
-            kmp_json_number(json, s->name[k], kempe_sensitivity_slope(s, row, c, k));
+            kmp_json_number(json, s->name[k], kmp_sensitivity_slope(s, row, c, k));
         kmp_json_end(json);
     }
     kmp_json_end(json);
@@ -122,8 +123,9 @@ static void put_work(kmp_json *json, const kempe_sensitivity *s)
     kmp_json_end(json);
 }
 
-static void put_json(const kempe_sensitivity *s, kmp_text *text)
+static void put_json(kmp_text *text, const void *result)
 {
+    const kempe_sensitivity *s = result;
     kmp_json json = kmp_json_begin(text);
     kmp_print_head(&json, s->system, s->status, s->reason, s->build_s, s->warnings);
     kmp_json_string(&json, "of", s->kind->name);
@@ -142,51 +144,46 @@ static void put_json(const kempe_sensitivity *s, kmp_text *text)
 kempe_status kempe_sensitivity_print(const kempe_sensitivity *sensitivity, kempe_format format, char **out)
 {
     KMP_WANTED(NULL, sensitivity, "sensitivity");
-    KMP_WANTED(sensitivity->context, out, "text");
-    kmp_text text = {0};
-    kmp_context_clear(sensitivity->context);
-    if (format == KEMPE_JSON)
-        put_json(sensitivity, &text);
-    else
-        put_text(sensitivity, &text);
-    return kmp_print_finish(sensitivity->context, &text, out);
+    return kmp_print_result(sensitivity->context, format == KEMPE_JSON ? put_json : put_text, sensitivity, out);
 }
 
-/* -- CSV --------------------------------------------------------------------------------------------- */
+/* -- tables ------------------------------------------------------------------------------------------ */
 
-static void put_names(const kempe_sensitivity *s, kmp_text *text)
+static void fill_rows(kempe_table *table, const void *result)
 {
-    kmp_text_put(text, s->kind->row ? s->kind->row : "row");
+    const kempe_sensitivity *s = result;
+    kmp_tabulate_column(table, "", "%s", s->kind->row ? s->kind->row : "row");
     for (int c = 0; c < s->columns; c++) {
-        kmp_text_printf(text, ",%s", s->column[c]);
+        kmp_tabulate_column(table, "", "%s", s->column[c]);
         for (int k = 0; k < s->count; k++)
-            kmp_text_printf(text, ",%s/%s", s->column[c], s->name[k]);
+            kmp_tabulate_column(table, "", "%s/%s", s->column[c], s->name[k]);
     }
-    kmp_text_put(text, "\n");
-}
-
-static void put_value(kmp_text *text, double x)
-{
-    kmp_text_put(text, ",");
-    if (isfinite(x))
-        kmp_text_number(text, x);
-}
-
-kempe_status kempe_sensitivity_write_csv(const kempe_sensitivity *s, const char *path)
-{
-    KMP_WANTED(NULL, s, "sensitivity");
-    KMP_WANTED(s->context, path, "path");
-    kmp_text text = {0};
-    kmp_context_clear(s->context);
-    put_names(s, &text);
     for (int row = 0; row < s->rows; row++) {
-        kmp_text_number(&text, s->at[row]);
+        kmp_tabulate_row(table);
+        kmp_tabulate_number(table, s->at[row]);
         for (int c = 0; c < s->columns; c++) {
-            put_value(&text, kempe_sensitivity_value(s, row, c));
+            kmp_tabulate_number(table, kmp_sensitivity_value(s, row, c));
             for (int k = 0; k < s->count; k++)
-                put_value(&text, kempe_sensitivity_slope(s, row, c, k));
+                kmp_tabulate_number(table, kmp_sensitivity_slope(s, row, c, k));
         }
-        kmp_text_put(&text, "\n");
     }
-    return kmp_file_write(s->context, path, &text);
+}
+
+static void fill_parameters(kempe_table *table, const void *result)
+{
+    const kempe_sensitivity *s = result;
+    kmp_tabulate_column(table, NULL, "parameter");
+    kmp_tabulate_column(table, "", "value");
+    for (int k = 0; k < s->count; k++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_word(table, s->name[k]);
+        kmp_tabulate_number(table, s->parameter[k]);
+    }
+}
+
+kempe_status kempe_sensitivity_table(const kempe_sensitivity *sensitivity, const char *name, kempe_table **table)
+{
+    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"parameters", fill_parameters}, {0}};
+    KMP_WANTED(NULL, sensitivity, "sensitivity");
+    return kmp_tabulate_result(sensitivity->context, kinds, sensitivity, name, table);
 }

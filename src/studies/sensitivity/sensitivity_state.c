@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensitivities of equilibria, and of reactions there or at the start: one row. */
 #include "studies/sensitivity/sensitivity_state.h"
-#include "base/memory.h"
 #include "model/tables/output_table.h"
 #include <kempe/sensitivity.h>
 #include <string.h>
@@ -10,25 +9,18 @@
 
 static bool make_room(kmp_sensitivity_state *x)
 {
-    size_t n = (size_t)x->s->system->n, count = (size_t)x->s->count, shown = (size_t)x->slopes->shown;
-    x->q = KMP_NEW(double, n);
-    x->qd = KMP_NEW(double, n);
-    x->dq = KMP_NEW(double, n *count);
-    x->dqd = KMP_NEW(double, n *count);
-    x->shown = KMP_NEW(double, shown);
-    x->by = KMP_NEW(double, shown *count);
-    return x->q && x->qd && x->dq && x->dqd && x->shown && x->by;
+    int n = x->s->system->n, count = x->s->count, shown = x->slopes->shown;
+    const kmp_arena_group groups[] = {
+        {n, {&x->q, &x->qd}}, {n * count, {&x->dq, &x->dqd}}, {shown, {&x->shown}}, {shown * count, {&x->by}}};
+    return kmp_arena_make_groups(&x->arena, sizeof groups / sizeof *groups, groups);
 }
 
 /* The start with the accelerations that the equations give. */
 static kempe_status take_start(kmp_sensitivity_state *x)
 {
     kmp_linear *l = &x->varied.linear;
-    kempe_status status = kmp_varied_start(&x->varied, x->q, x->qd, x->dq, x->dqd);
-    if (status == KEMPE_OK)
-        status = kmp_linear_choose(l, 0, x->q, NULL, 0);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_varied_start(&x->varied, x->q, x->qd, x->dq, x->dqd));
+    KMP_TRY(kmp_linear_choose(l, 0, x->q, NULL, 0));
     if (kmp_linear_at_rates(l, 0, x->q, x->qd, true) != KEMPE_OK)
         return kmp_fail(x->s->context, KEMPE_E_FAILED,
                         "the start has no accelerations: its closures are singular, or a coordinate moves no mass");
@@ -38,11 +30,8 @@ static kempe_status take_start(kmp_sensitivity_state *x)
 static kempe_status take_equilibrium(kmp_sensitivity_state *x)
 {
     kmp_linear *l = &x->varied.linear;
-    kempe_status status = kmp_operating_new(x->s->system, x->s->ask->at, l, &x->at);
-    if (status == KEMPE_OK)
-        status = kmp_operating_take(x->at, l, NULL, 0);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_operating_new(x->s->system, x->s->ask->at, l, &x->at));
+    KMP_TRY(kmp_operating_take(x->at, l, NULL, 0));
     memcpy(x->q, x->at->q, (size_t)l->n * sizeof *x->q);
     memcpy(x->qd, x->at->qd, (size_t)l->n * sizeof *x->qd);
     return kmp_shift_at(&x->shift, l, x->slopes, KMP_KEEP_EQUILIBRIUM, NULL, NULL);
@@ -52,17 +41,12 @@ kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitiv
 {
     bool start = s->ask->at && strcmp(s->ask->at, "start") == 0;
     *x = (kmp_sensitivity_state){.s = s, .backend = s->ask->run.backend ? s->ask->run.backend : kmp_backend_default()};
-    kempe_status status =
-        kmp_slopes_new(s->system, x->backend, s->count, (const char *const *)s->name, with_outputs, &x->slopes);
-    if (status == KEMPE_OK && !make_room(x))
-        status = kmp_fail_memory(s->context);
-    if (status == KEMPE_OK)
-        status = kmp_shift_init(&x->shift, s->system, s->count, (const char *const *)s->name);
-    if (status == KEMPE_OK)
-        status = kmp_varied_init(&x->varied, s->system, x->backend, x->slopes);
-    if (status == KEMPE_OK)
-        status = start ? take_start(x) : take_equilibrium(x);
-    return status;
+    KMP_TRY(kmp_slopes_new(s->system, x->backend, s->count, (const char *const *)s->name, with_outputs, &x->slopes));
+    if (!make_room(x))
+        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_shift_init(&x->shift, s->system, s->count, (const char *const *)s->name));
+    KMP_TRY(kmp_varied_init(&x->varied, s->system, x->backend, x->slopes));
+    return start ? take_start(x) : take_equilibrium(x);
 }
 
 void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
@@ -71,9 +55,7 @@ void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
     kmp_shift_free(&x->shift);
     kmp_slopes_free(x->slopes);
     kmp_operating_free(x->at);
-    double *const rooms[] = {x->q, x->qd, x->dq, x->dqd, x->shown, x->by};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_arena_free(&x->arena);
     *x = (kmp_sensitivity_state){0};
 }
 
@@ -96,60 +78,30 @@ static void look(kmp_sensitivity_state *x)
     }
 }
 
-static bool is_asked(const kempe_sensitivity *s, const kmp_column *of)
+static bool add_row(kmp_sensitivity_state *x)
 {
-    return of->output >= 0 && (!s->parts || s->parts[of->output] >> of->component & 1u);
-}
-
-static bool add_columns(kempe_sensitivity *s, const kmp_columns *columns, int *chosen)
-{
-    bool ok = true;
-    for (int k = 0; ok && k < columns->count; k++)
-        if (is_asked(s, &columns->of[k])) {
-            chosen[s->columns] = k;
-            ok = kmp_sensitivity_add_column(s, columns->name[k], columns->unit[k]);
-        }
-    return ok;
-}
-
-static bool add_row(kmp_sensitivity_state *x, const kmp_columns *columns, const int *chosen)
-{
-    kempe_sensitivity *s = x->s;
     const kmp_linear *l = &x->varied.linear;
     const kmp_shift *sh = &x->shift;
-    const double *const values[] = {x->q, x->qd, l->qdd, l->lambda, x->shown};
-    const double *const slopes[] = {sh->q, sh->qd, sh->qdd, sh->lambda, x->by};
-    const int size[] = {sh->n, sh->n, sh->n, sh->m, x->slopes->shown};
-    double *value, *slope;
-    if (!kmp_sensitivity_add_row(s, 0, &value, &slope))
-        return false;
-    for (int c = 0; c < s->columns; c++) {
-        const kmp_column *of = &columns->of[chosen[c]];
-        value[c] = values[of->quantity][of->index];
-        for (int k = 0; k < s->count; k++)
-            slope[c * s->count + k] = slopes[of->quantity][k * size[of->quantity] + of->index];
-    }
-    return true;
+    double *row = kmp_sensitivity_add_row(x->s, 0);
+    if (row)
+        kmp_sensitivity_fill(x->s,
+                             &(kmp_sensitivity_source){{x->q, x->qd, l->qdd, l->lambda, x->shown},
+                                                       {sh->q, sh->qd, sh->qdd, sh->lambda, x->by},
+                                                       x->slopes->shown},
+                             row);
+    return row;
 }
 
 static kempe_status find_row(kempe_sensitivity *s)
 {
     kmp_sensitivity_state x;
-    kmp_columns columns = {0};
-    int *chosen = NULL;
     kempe_status status = kmp_sensitivity_state_init(&x, s, true);
+    if (status == KEMPE_OK && !kmp_sensitivity_choose(s))
+        status = kmp_fail_memory(s->context);
     if (status == KEMPE_OK) {
-        bool ok = kmp_columns_init(&columns, s->system);
-        chosen = ok ? KMP_NEW(int, columns.count) : NULL;
-        ok = chosen && add_columns(s, &columns, chosen);
-        if (ok) {
-            look(&x);
-            ok = add_row(&x, &columns, chosen);
-        }
-        status = ok ? KEMPE_OK : kmp_fail_memory(s->context);
+        look(&x);
+        status = add_row(&x) ? KEMPE_OK : kmp_fail_memory(s->context);
     }
-    kmp_free(chosen);
-    kmp_columns_free(&columns);
     kmp_sensitivity_state_free(&x);
     return status;
 }

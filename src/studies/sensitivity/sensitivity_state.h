@@ -16,6 +16,7 @@ typedef struct kmp_sensitivity_state {
     kmp_slopes *slopes;
     kmp_varied varied; /* its linear equations are at the state, their matrices made */
     kmp_shift shift;
+    kmp_arena arena;           /* of the arrays */
     double *q, *qd, *dq, *dqd; /* of the start: n, n, n x count */
     double *shown, *by;        /* values, and count derivatives per parameter */
 } kmp_sensitivity_state;

@@ -21,8 +21,6 @@ enum { WORTH_ADJOINT = 4 };
 
 typedef struct work {
     kempe_sensitivity *s;
-    kmp_columns columns;
-    int *chosen; /* the requested ones of these columns */
     kmp_slopes *slopes;
     kmp_varied varied;
     kmp_run_spec spec;
@@ -31,10 +29,11 @@ typedef struct work {
     kmp_forward ask;
     double *w[KMP_QUANTITIES + 1], *gradient; /* weights of one column */
     bool adjoint;
-    kmp_forward_report report;    /* of the last run */
-    double *first, *other, *size; /* per row: values, then their derivatives; its sizes */
-    int row;                      /* to be compared next */
-    kmp_convergence *found;       /* of a repeat run relative to the first; NULL: it is the first */
+    kmp_forward_report report; /* of the last run */
+    kmp_arena arena;           /* of the arrays */
+    double *other, *size;      /* a row, and its sizes */
+    int row;                   /* to be compared next */
+    kmp_convergence *found;    /* of a repeat run relative to the first; NULL: it is the first */
 } work;
 
 /* -- options ----------------------------------------------------------------------------------------- */
@@ -74,79 +73,54 @@ static kempe_status choose_run(work *w)
     double every;
     run.formulation = "reduced";
     run.form = "newton";
-    kempe_status status = choose_integrator(w, &run);
-    if (status == KEMPE_OK)
-        status = kmp_spec_of(w->s->system, &run, &w->spec, &w->u);
-    if (status == KEMPE_OK)
-        status = kmp_times_spacing(w->s->system, run.output_step, w->spec.t_end, &every);
-    if (status == KEMPE_OK && !kmp_times_init(&w->times, every, w->spec.t_end, NULL))
-        status = kmp_fail_memory(w->s->context);
-    return status;
+    KMP_TRY(choose_integrator(w, &run));
+    KMP_TRY(kmp_spec_of(w->s->system, &run, &w->spec, &w->u));
+    KMP_TRY(kmp_times_spacing(w->s->system, run.output_step, w->spec.t_end, &every));
+    return kmp_times_init(&w->times, every, w->spec.t_end, NULL) ? KEMPE_OK : kmp_fail_memory(w->s->context);
 }
 
-static bool is_asked(const kempe_sensitivity *s, const kmp_column *of)
+static const kmp_column *source_of(const work *w, int column)
 {
-    return of->output >= 0 && (!s->parts || s->parts[of->output] >> of->component & 1u);
-}
-
-static kempe_status choose_columns(work *w)
-{
-    kempe_sensitivity *s = w->s;
-    if (!kmp_columns_init(&w->columns, s->system))
-        return kmp_fail_memory(s->context);
-    w->chosen = KMP_NEW(int, w->columns.count);
-    for (int k = 0; w->chosen && k < w->columns.count; k++) {
-        if (!is_asked(s, &w->columns.of[k]))
-            continue;
-        w->chosen[s->columns] = k;
-        if (!kmp_sensitivity_add_column(s, w->columns.name[k], w->columns.unit[k]))
-            return kmp_fail_memory(s->context);
-    }
-    return w->chosen ? KEMPE_OK : kmp_fail_memory(s->context);
+    return &w->s->outputs.of[w->s->chosen[column]];
 }
 
 static bool has_shown(const work *w)
 {
     bool has = false;
     for (int c = 0; c < w->s->columns; c++)
-        has = has || w->columns.of[w->chosen[c]].quantity == KMP_QUANTITIES;
+        has = has || source_of(w, c)->quantity == KMP_QUANTITIES;
     return has;
 }
 
-static size_t row_width(const kempe_sensitivity *s)
+static bool make_room(work *w)
 {
-    return (size_t)s->columns * (1 + (size_t)s->count);
+    const kempe_sensitivity *s = w->s;
+    int n = s->system->n;
+    ptrdiff_t width = (ptrdiff_t)kmp_sensitivity_width(s);
+    const kmp_arena_group groups[] = {{n, {&w->w[KMP_QUANTITY_Q], &w->w[KMP_QUANTITY_QD], &w->w[KMP_QUANTITY_QDD]}},
+                                      {s->system->m, {&w->w[KMP_QUANTITY_LAMBDA]}},
+                                      {w->slopes->shown, {&w->w[KMP_QUANTITIES]}},
+                                      {s->count, {&w->gradient}},
+                                      {width, {&w->other, &w->size}}};
+    return kmp_arena_make_groups(&w->arena, sizeof groups / sizeof *groups, groups);
 }
 
 static kempe_status prepare(work *w)
 {
     kempe_sensitivity *s = w->s;
-    kempe_status status = choose_run(w);
-    if (status == KEMPE_OK)
-        status = choose_columns(w);
-    if (status == KEMPE_OK)
-        status = kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, has_shown(w),
-                                &w->slopes);
-    if (status == KEMPE_OK)
-        status = kmp_varied_init(&w->varied, s->system, w->spec.backend, w->slopes);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(choose_run(w));
+    if (!kmp_sensitivity_choose(s))
+        return kmp_fail_memory(s->context);
+    KMP_TRY(
+        kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, has_shown(w), &w->slopes));
+    KMP_TRY(kmp_varied_init(&w->varied, s->system, w->spec.backend, w->slopes));
     kmp_linear_derive(&w->varied.linear);
     s->integrator = kmp_solver_find(w->spec.integrator)->name;
     s->rtol = w->spec.rtol;
     s->atol = w->spec.atol;
     s->t_end = w->spec.t_end;
     w->ask = (kmp_forward){.spec = &w->spec};
-    const int size[KMP_QUANTITIES + 1] = {s->system->n, s->system->n, s->system->n, s->system->m, w->slopes->shown};
-    w->gradient = KMP_NEW(double, s->count);
-    for (int k = 0; k <= KMP_QUANTITIES; k++)
-        if (!(w->w[k] = KMP_NEW(double, size[k])))
-            return kmp_fail_memory(s->context);
-    const size_t width = row_width(s);
-    w->first = KMP_NEW(double, width);
-    w->other = KMP_NEW(double, width);
-    w->size = KMP_NEW(double, width);
-    return w->gradient && w->first && w->other && w->size ? KEMPE_OK : kmp_fail_memory(s->context);
+    return make_room(w) ? KEMPE_OK : kmp_fail_memory(s->context);
 }
 
 /* -- rows, kept or compared -------------------------------------------------------------------------- */
@@ -155,32 +129,26 @@ static kempe_status prepare(work *w)
 static void compare_row(work *w, double t)
 {
     const kempe_sensitivity *s = w->s;
-    size_t columns = (size_t)s->columns, slopes = columns * (size_t)s->count, row = (size_t)w->row;
+    size_t width = kmp_sensitivity_width(s);
     if (w->row >= s->rows || t > s->at[w->row] || t < s->at[w->row])
         return; /* where a condition ends it */
-    w->row++;
-    memcpy(w->first, s->value + row * columns, columns * sizeof(double));
-    memcpy(w->first + columns, s->slope + row * slopes, slopes * sizeof(double));
-    for (size_t k = 0; k < columns + slopes; k++)
-        w->size[k] = fmax(w->size[k], fabs(w->first[k]));
-    kmp_convergence_row(w->found, t, (int)(columns + slopes), w->first, w->other, w->size);
+    const double *first = s->cell + (size_t)w->row++ * width;
+    for (size_t k = 0; k < width; k++)
+        w->size[k] = fmax(w->size[k], fabs(first[k]));
+    kmp_convergence_row(w->found, t, (int)width, first, w->other, w->size);
 }
 
 /* The row in w->other. */
 static bool take(work *w, double t)
 {
-    kempe_sensitivity *s = w->s;
-    size_t columns = (size_t)s->columns;
-    double *value, *slope;
     if (w->found) {
         compare_row(w, t);
         return true;
     }
-    if (!kmp_sensitivity_add_row(s, t, &value, &slope))
-        return false;
-    memcpy(value, w->other, columns * sizeof *value);
-    memcpy(slope, w->other + columns, columns * (size_t)s->count * sizeof *slope);
-    return true;
+    double *row = kmp_sensitivity_add_row(w->s, t);
+    if (row)
+        memcpy(row, w->other, kmp_sensitivity_width(w->s) * sizeof *row);
+    return row;
 }
 
 /* -- rows over time ---------------------------------------------------------------------------------- */
@@ -188,17 +156,11 @@ static bool take(work *w, double t)
 static int take_row(void *user, const kmp_varied_row *row)
 {
     work *w = user;
-    kempe_sensitivity *s = w->s;
-    double *value = w->other, *slope = w->other + s->columns;
-    const double *values[] = {row->q, row->qd, row->qdd, row->lambda, row->shown};
-    const double *slopes[] = {row->dq, row->dqd, row->dqdd, row->dlambda, row->dshown};
-    const int size[] = {w->varied.n, w->varied.n, w->varied.n, w->varied.m, w->slopes->shown};
-    for (int c = 0; c < s->columns; c++) {
-        const kmp_column *of = &w->columns.of[w->chosen[c]];
-        value[c] = values[of->quantity][of->index];
-        for (int k = 0; k < s->count; k++)
-            slope[c * s->count + k] = slopes[of->quantity][k * size[of->quantity] + of->index];
-    }
+    kmp_sensitivity_fill(w->s,
+                         &(kmp_sensitivity_source){{row->q, row->qd, row->qdd, row->lambda, row->shown},
+                                                   {row->dq, row->dqd, row->dqdd, row->dlambda, row->dshown},
+                                                   w->slopes->shown},
+                         w->other);
     return !take(w, row->t);
 }
 
@@ -215,7 +177,7 @@ static kempe_status find_rows(work *w)
 /* The weights of column c alone. */
 static kmp_forward_target target_of(work *w, int c)
 {
-    const kmp_column *of = &w->columns.of[w->chosen[c]];
+    const kmp_column *of = source_of(w, c);
     const int size[] = {w->varied.n, w->varied.n, w->varied.n, w->varied.m, w->slopes->shown};
     const double *part[KMP_QUANTITIES + 1] = {NULL};
     memset(w->w[of->quantity], 0, (size_t)size[of->quantity] * sizeof(double));
@@ -309,8 +271,7 @@ static kempe_status find_again(void *user, double rtol, int count, const int *wh
 /* True if the number depends on the choice among redundant rows. */
 static bool is_ambiguous(const work *w, int column)
 {
-    const kmp_column *of = &w->columns.of[w->chosen[column]];
-    kmp_output_kind kind = w->s->system->model->outputs[of->output].kind;
+    kmp_output_kind kind = w->s->system->model->outputs[source_of(w, column)->output].kind;
     return w->report.redundant > 0 &&
            (kind == KMP_OUTPUT_LAMBDA || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT);
 }
@@ -331,7 +292,7 @@ static double size_of_unit(const work *w, int column)
             return known[k].size;
     for (int c = 0; c < s->columns; c++)
         for (int row = 0; strcmp(unit, s->unit[c]) == 0 && row < s->rows; row++)
-            most = fmax(most, fabs(kempe_sensitivity_value(s, row, c)));
+            most = fmax(most, fabs(kmp_sensitivity_value(s, row, c)));
     return most > 0 ? most : 1;
 }
 
@@ -355,7 +316,7 @@ static bool name_again(kempe_sensitivity *s)
     kmp_text_put(&text, s->column[slope < 0 ? index : slope / s->count]);
     if (slope >= 0)
         kmp_text_printf(&text, "/%s", s->name[slope % s->count]);
-    s->again_name = kmp_text_take(&text);
+    s->again_name = kmp_text_keep(&text, &s->arena);
     return s->again_name;
 }
 
@@ -389,17 +350,11 @@ static kempe_status settle_reason(work *w, kempe_status status)
 
 static void free_work(work *w)
 {
-    double *rooms[] = {w->gradient, w->first, w->other, w->size};
-    kmp_columns_free(&w->columns);
     kmp_times_free(&w->times);
     kmp_varied_free(&w->varied);
     kmp_slopes_free(w->slopes);
-    kmp_free(w->chosen);
     kmp_free(w->u);
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
-    for (int k = 0; k <= KMP_QUANTITIES; k++)
-        kmp_free(w->w[k]);
+    kmp_arena_free(&w->arena);
 }
 
 static kempe_status find(kempe_sensitivity *s)

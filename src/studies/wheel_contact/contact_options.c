@@ -27,29 +27,26 @@ static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *rang
 {
     const kempe_model *model = t->given->model;
     int c = -1;
-    kempe_status status = kmp_coordinate_find(model, "over", range->name, strlen(range->name), &c);
-    if (status == KEMPE_OK)
-        status = kmp_range_fits_motion(context_of(t), "over", range, model->motions[c].rotation, 0);
-    if (status == KEMPE_OK && kmp_contact_hold_of(t, c) >= 0)
-        status = kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "--sweep: '%s' is given twice", range->name);
+    KMP_TRY(kmp_coordinate_find(model, "over", range->name, strlen(range->name), &c));
+    KMP_TRY(kmp_range_fits_motion(context_of(t), "over", range, model->motions[c].rotation, 0));
+    if (kmp_contact_hold_of(t, c) >= 0)
+        return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "--sweep: '%s' is given twice", range->name);
     *lead = (kmp_contact_lead){-1, t->hold_count};
     t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = KMP_RATE_HELD};
-    return status;
+    return KEMPE_OK;
 }
 
 static kempe_status read_over(kempe_contact_table *t)
 {
-    kempe_status status = KEMPE_OK;
     t->lead = KMP_ARENA_NEW(&t->arena, kmp_contact_lead, t->over.count);
     if (!t->lead)
         return kmp_fail_memory(context_of(t));
-    for (int k = 0; status == KEMPE_OK && k < t->over.count; k++) {
+    for (int k = 0; k < t->over.count; k++)
         if (kmp_parameter_find(t->given->model, t->over.range[k].name) >= 0)
             t->lead[k] = (kmp_contact_lead){t->parameter_count++, -1};
         else
-            status = add_coordinate(t, &t->over.range[k], &t->lead[k]);
-    }
-    return status;
+            KMP_TRY(add_coordinate(t, &t->over.range[k], &t->lead[k]));
+    return KEMPE_OK;
 }
 
 static kempe_status count_values(kempe_contact_table *t, int points)
@@ -74,15 +71,15 @@ static kempe_status read_hold(kempe_contact_table *t, const char *words)
 {
     const kempe_model *model = t->given->model;
     int *list = KMP_ARENA_NEW(&t->arena, int, t->given->n), count = 0;
-    kempe_status status =
-        list ? kmp_coordinates_read(model, "hold", words, list, &count) : kmp_fail_memory(context_of(t));
-    for (int k = 0; status == KEMPE_OK && k < count; k++) {
+    if (!list)
+        return kmp_fail_memory(context_of(t));
+    KMP_TRY(kmp_coordinates_read(model, "hold", words, list, &count));
+    for (int k = 0; k < count; k++) {
         if (kmp_contact_hold_of(t, list[k]) >= 0)
-            status = kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "hold: '%s' is swept", model->motions[list[k]].name);
-        else
-            t->hold[t->hold_count++] = (kmp_steady){.coordinate = list[k], .how = KMP_RATE_HELD};
+            return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "hold: '%s' is swept", model->motions[list[k]].name);
+        t->hold[t->hold_count++] = (kmp_steady){.coordinate = list[k], .how = KMP_RATE_HELD};
     }
-    return status;
+    return KEMPE_OK;
 }
 
 static kempe_status read_law(kempe_contact_table *t, const char *word)
@@ -116,14 +113,11 @@ kempe_status kmp_contact_ask(kempe_contact_table *t, const kempe_contact_options
     t->hold = KMP_ARENA_NEW(&t->arena, kmp_steady, t->given->n);
     if (!t->hold)
         return kmp_fail_memory(context);
-    kempe_status status = kmp_ranges_read(context, ask->sweep, &t->over);
-    if (status == KEMPE_OK && t->over.count > t->given->n + t->given->model->parameter_count)
-        status = kmp_fail(context, KEMPE_E_ARGUMENT, "--sweep: there are more ranges than coordinates and parameters");
-    if (status == KEMPE_OK)
-        status = read_over(t);
-    if (status == KEMPE_OK)
-        status = count_values(t, ask->points);
-    if (status == KEMPE_OK)
-        status = read_hold(t, ask->hold);
-    return status == KEMPE_OK ? read_law(t, ask->law) : status;
+    KMP_TRY(kmp_ranges_read(context, ask->sweep, &t->over));
+    if (t->over.count > t->given->n + t->given->model->parameter_count)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "--sweep: there are more ranges than coordinates and parameters");
+    KMP_TRY(read_over(t));
+    KMP_TRY(count_values(t, ask->points));
+    KMP_TRY(read_hold(t, ask->hold));
+    return read_law(t, ask->law);
 }

@@ -107,8 +107,9 @@ static bool has_other_patches(const kempe_contact_table *t)
     return false;
 }
 
-static void show_all(kmp_text *text, const kempe_contact_table *t)
+static void show_all(kmp_text *text, const void *result)
 {
+    const kempe_contact_table *t = result;
     kmp_text_printf(text, "%s: %s, %d of %d values\n", t->system->model->name, kmp_status_word(t->status), t->count,
                     t->asked);
     say_leads(text, t);
@@ -168,8 +169,9 @@ static void put_row(kmp_json *json, const kempe_contact_table *t, int row)
     kmp_json_end(json);
 }
 
-static void show_json(kmp_text *text, const kempe_contact_table *t)
+static void show_json(kmp_text *text, const void *result)
 {
+    const kempe_contact_table *t = result;
     kmp_json json = kmp_json_begin(text);
     kmp_print_head(&json, t->system, t->status, t->reason, t->system->build_s, t->warnings);
     kmp_json_string(&json, "over", t->over.range[0].name);
@@ -188,13 +190,7 @@ static void show_json(kmp_text *text, const kempe_contact_table *t)
 kempe_status kempe_contact_table_print(const kempe_contact_table *t, kempe_format format, char **out)
 {
     KMP_WANTED(NULL, t, "table");
-    KMP_WANTED(t->given->context, out, "text");
-    kmp_text text = {0};
-    if (format == KEMPE_JSON)
-        show_json(&text, t);
-    else
-        show_all(&text, t);
-    return kmp_print_finish(t->given->context, &text, out);
+    return kmp_print_result(t->given->context, format == KEMPE_JSON ? show_json : show_all, t, out);
 }
 
 /* -- CSV --------------------------------------------------------------------------------------------- */

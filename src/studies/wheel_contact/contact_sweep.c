@@ -54,29 +54,24 @@ static kempe_status make_system(kempe_contact_table *t)
     for (int k = 0; k < t->over.count; k++)
         if (t->lead[k].parameter >= 0)
             names[t->lead[k].parameter] = t->over.range[k].name;
-    kempe_status status = kmp_variant_new(t->given->model, t->parameter_count, names, &t->variant);
-    if (status == KEMPE_OK)
-        status = add_outputs(kmp_variant_model(t->variant));
-    if (status == KEMPE_OK)
-        status = kmp_system_of_variant(t->variant, &t->system);
-    return status;
+    KMP_TRY(kmp_variant_new(t->given->model, t->parameter_count, names, &t->variant));
+    KMP_TRY(add_outputs(kmp_variant_model(t->variant)));
+    return kmp_system_of_variant(t->variant, &t->system);
 }
 
 static kempe_status make_table(kempe_contact_table *t)
 {
     const kempe_model *model = t->system->model;
-    size_t rows = (size_t)t->asked, n = (size_t)t->system->n;
+    ptrdiff_t rows = t->asked;
     t->wheel_count = model->wheel_count;
     t->first = KMP_ARENA_NEW(&t->arena, int, t->wheel_count + 1);
     if (!t->first)
         return kmp_fail_memory(t->given->context);
     for (int k = 0; k < t->wheel_count; k++)
         t->first[k + 1] = t->first[k] + kmp_wheel_contacts(&model->wheels[k]);
-    t->patch = KMP_ARENA_NEW(&t->arena, kempe_contact_patch, rows * (size_t)t->first[t->wheel_count]);
-    t->value = KMP_ARENA_NEW(&t->arena, double, rows);
-    t->q = KMP_ARENA_NEW(&t->arena, double, rows *n);
-    t->qd = KMP_ARENA_NEW(&t->arena, double, rows *n);
-    return t->arena.failed ? kmp_fail_memory(t->given->context) : KEMPE_OK;
+    const kmp_arena_group groups[] = {{rows, {&t->value}}, {rows * t->system->n, {&t->q, &t->qd}}};
+    t->patch = KMP_ARENA_NEW(&t->arena, kempe_contact_patch, rows * t->first[t->wheel_count]);
+    return kmp_arena_make_groups(&t->arena, 2, groups) ? KEMPE_OK : kmp_fail_memory(t->given->context);
 }
 
 /* -- the start ----------------------------------------------------------------------------------------- */
@@ -96,8 +91,8 @@ static kempe_status set_parameters(job *j, const double *point)
 static kempe_status hold_what_moves(job *j)
 {
     kempe_contact_table *t = j->t;
-    kempe_status status = kmp_linear_choose(&j->linear, 0, j->q, NULL, 0);
-    for (int k = 0; status == KEMPE_OK && k < j->linear.p; k++) {
+    KMP_TRY(kmp_linear_choose(&j->linear, 0, j->q, NULL, 0));
+    for (int k = 0; k < j->linear.p; k++) {
         int c = j->linear.part.u[k];
         bool turns = t->system->model->motions[c].rotation;
         if (j->start->inner_qd[c] != 0 && kmp_contact_hold_of(t, c) < 0)
@@ -105,7 +100,7 @@ static kempe_status hold_what_moves(job *j)
     }
     for (int k = 0; k < t->hold_count; k++)
         t->hold[k].rate = j->start->inner_qd[t->hold[k].coordinate];
-    return status;
+    return KEMPE_OK;
 }
 
 static kempe_status read_freed(job *j, const char *words)
@@ -115,21 +110,19 @@ static kempe_status read_freed(job *j, const char *words)
     int *list = KMP_ARENA_NEW(&j->arena, int, t->system->n), count = 0;
     if (!list)
         return kmp_fail_memory(context_of(j));
-    kempe_status status =
-        strcmp(words, "-") == 0 ? KEMPE_OK : kmp_coordinates_read(model, "freed", words, list, &count);
-    for (int k = 0; status == KEMPE_OK && k < t->hold_count; k++)
+    KMP_TRY(strcmp(words, "-") == 0 ? KEMPE_OK : kmp_coordinates_read(model, "freed", words, list, &count));
+    for (int k = 0; k < t->hold_count; k++)
         t->hold[k].how = KMP_RATE_HELD;
-    for (int k = 0; status == KEMPE_OK && k < count; k++) {
+    for (int k = 0; k < count; k++) {
         int hold = kmp_contact_hold_of(t, list[k]);
         if (hold < 0 || t->hold[hold].rate == 0)
-            status = kmp_fail(
+            return kmp_fail(
                 context_of(j), KEMPE_E_ARGUMENT,
                 "solve-for: '%s' does not move at the start, or the closures move it: give it a rate there (start: qd)",
                 model->motions[list[k]].name);
-        else
-            t->hold[hold].how = KMP_RATE_FREED;
+        t->hold[hold].how = KMP_RATE_FREED;
     }
-    return status;
+    return KEMPE_OK;
 }
 
 static bool make_room(job *j)
@@ -147,21 +140,17 @@ static kempe_status begin(job *j, const kempe_contact_options *ask)
         return kmp_fail_memory(context_of(j));
     for (int k = 0; k < t->over.count; k++)
         j->here[k] = t->over.range[k].from;
-    kempe_status status = set_parameters(j, j->here);
-    if (status == KEMPE_OK)
-        status = kmp_operating_new(t->system, "start", NULL, &j->start);
-    if (status == KEMPE_OK)
-        status = kmp_linear_init(&j->linear, t->system, ask->backend ? ask->backend : kmp_backend_default());
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(set_parameters(j, j->here));
+    KMP_TRY(kmp_operating_new(t->system, "start", NULL, &j->start));
+    KMP_TRY(kmp_linear_init(&j->linear, t->system, ask->backend ? ask->backend : kmp_backend_default()));
     if (j->start->chart)
         kmp_eval_set_charts(j->linear.eval, j->start->chart);
     memcpy(j->q, j->start->inner_q, (size_t)t->system->n * sizeof *j->q);
-    status = hold_what_moves(j);
+    KMP_TRY(hold_what_moves(j));
     for (int k = 0; k < t->over.count; k++)
         if (t->lead[k].hold >= 0)
             j->here[k] = j->q[t->hold[t->lead[k].hold].coordinate];
-    return status == KEMPE_OK && ask->solve_for ? read_freed(j, ask->solve_for) : status;
+    return ask->solve_for ? read_freed(j, ask->solve_for) : KEMPE_OK;
 }
 
 /* -- from value to value --------------------------------------------------------------------------------- */
@@ -209,21 +198,22 @@ static kempe_status go(job *j, const double *point)
 }
 
 /* Rejects a state at which a run would end, such as off the rails. */
-static kempe_status check_ends(const job *j)
+static kempe_status check_ends(job *j)
 {
     const kempe_system *s = j->t->system;
     const kmp_linear *l = &j->linear;
-    double *change = KMP_NEW(double, s->events.count);
-    kempe_status status = change ? KEMPE_OK : kmp_fail_memory(s->context);
-    if (status == KEMPE_OK && s->events.count > 0)
+    double *change = KMP_ARENA_NEW(&j->arena, double, s->events.count);
+    if (!change)
+        return kmp_fail_memory(s->context);
+    if (s->events.count > 0)
         kmp_eval_all_changes(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda, change);
-    for (int k = 0; status == KEMPE_OK && k < s->events.count; k++)
+    for (int k = 0; k < s->events.count; k++) {
+        const char *advice = s->events.condition[k].advice;
         if (s->events.condition[k].ends && change[k] < 0)
-            status = kmp_fail(s->context, KEMPE_E_FAILED, "%s%s%s", s->event_text[k],
-                              s->events.condition[k].advice ? ": " : "",
-                              s->events.condition[k].advice ? s->events.condition[k].advice : "");
-    kmp_free(change);
-    return status;
+            return kmp_fail(s->context, KEMPE_E_FAILED, "%s%s%s", s->event_text[k], advice ? ": " : "",
+                            advice ? advice : "");
+    }
+    return KEMPE_OK;
 }
 
 static kempe_status take_row(job *j)
@@ -256,7 +246,7 @@ static kempe_status give_reason(job *j, kempe_status status)
     kmp_text_printf(&reason, "'%s' was swept from %g to %g: %s", t->over.range[0].name, t->value[0],
                     t->value[t->count - 1],
                     status == KEMPE_STOPPED ? "interrupted" : kempe_context_message(context_of(j)));
-    t->reason = kmp_text_take(&reason);
+    t->reason = kmp_text_keep(&reason, &t->arena);
     return t->reason ? KEMPE_STOPPED : kmp_fail_memory(context_of(j));
 }
 
@@ -315,7 +305,6 @@ void kempe_contact_table_free(kempe_contact_table *t)
     kmp_variant_free(t->variant);
     kmp_ranges_free(&t->over);
     kmp_arena_free(&t->arena);
-    kmp_free(t->reason);
     kmp_free(t->warnings);
     kmp_free(t);
 }
