@@ -26,7 +26,7 @@ typedef struct work {
     kmp_slopes *slopes;
     kmp_varied varied;
     kmp_run_spec spec;
-    int *u;
+    kmp_arena arena;
     kmp_times times;
     kmp_forward ask;
     double *w[KMP_QUANTITIES + 1], *gradient; /* weights of one column */
@@ -76,7 +76,7 @@ static kempe_status choose_run(work *w)
     run.form = "newton";
     kempe_status status = choose_integrator(w, &run);
     if (status == KEMPE_OK)
-        status = kmp_spec_of(w->s->system, &run, &w->spec, &w->u);
+        status = kmp_spec_of(w->s->system, &run, &w->arena, &w->spec);
     if (status == KEMPE_OK)
         status = kmp_times_spacing(w->s->system, run.output_step, w->spec.t_end, &every);
     if (status == KEMPE_OK && !kmp_times_init(&w->times, every, w->spec.t_end, NULL))
@@ -395,7 +395,7 @@ static void free_work(work *w)
     kmp_varied_free(&w->varied);
     kmp_slopes_free(w->slopes);
     kmp_free(w->chosen);
-    kmp_free(w->u);
+    kmp_arena_free(&w->arena);
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     for (int k = 0; k <= KMP_QUANTITIES; k++)
