@@ -14,9 +14,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** Options; zeros and NULL mean defaults. */
 typedef struct kempe_sensitivity_options {
@@ -75,7 +73,5 @@ KEMPE_API kempe_status kempe_sensitivity_print(const kempe_sensitivity *sensitiv
  * each parameter. */
 KEMPE_API kempe_status kempe_sensitivity_write_csv(const kempe_sensitivity *sensitivity, const char *path);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif
