@@ -289,7 +289,7 @@ static void csv_cell(kmp_text *text, const table_column *c, int row)
         kmp_text_number(text, c->number[row]);
 }
 
-void kmp_tabulate_csv(kmp_text *text, const kempe_table *t)
+static void put_csv(kmp_text *text, const kempe_table *t)
 {
     if (has_units(t)) {
         for (int c = 0; c < t->columns; c++)
@@ -312,8 +312,9 @@ void kmp_tabulate_csv(kmp_text *text, const kempe_table *t)
 
 /* -- JSON and text ----------------------------------------------------------------------------------- */
 
-static void put_json(kmp_text *text, const kempe_table *t)
+static void put_json(kmp_text *text, const void *result)
 {
+    const kempe_table *t = result;
     kmp_json json = kmp_json_begin(text);
     kmp_json_object(&json, NULL);
     kmp_json_string(&json, "name", t->name);
@@ -349,8 +350,9 @@ static int width_of(const table_column *c, int rows)
     return c->number && width < NUMBER_WIDTH ? NUMBER_WIDTH : (int)width;
 }
 
-static void put_text(kmp_text *text, const kempe_table *t)
+static void put_text(kmp_text *text, const void *result)
 {
+    const kempe_table *t = result;
     for (int row = has_units(t) ? -2 : -1; row < t->rows; row++) {
         for (int c = 0; c < t->columns; c++) {
             const table_column *column = &t->column[c];
@@ -373,7 +375,7 @@ static void put_text(kmp_text *text, const kempe_table *t)
 kempe_status kempe_table_print(const kempe_table *table, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, table, "table");
-    KMP_PRINT(table->context, format, text, put_text, put_json, table);
+    return kmp_print_result(table->context, format == KEMPE_JSON ? put_json : put_text, table, text);
 }
 
 /* -- files ------------------------------------------------------------------------------------------- */
@@ -423,7 +425,7 @@ kempe_status kempe_table_write(const kempe_table *table, const char *path)
     if (ending && strcmp(ending, ".npz") == 0)
         return write_npz(table, path);
     if (!ending || strcmp(ending, ".csv") == 0)
-        kmp_tabulate_csv(&text, table);
+        put_csv(&text, table);
     else if (strcmp(ending, ".json") == 0)
         put_json(&text, table);
     else

@@ -4,6 +4,7 @@
 #define KMP_STUDIES_COMPARE_COMPARE_H
 
 #include "integrators/run/run.h"
+#include "output/print.h"
 #include "output/times.h"
 #include "output/verdict.h"
 #include <kempe/check.h>
@@ -52,7 +53,7 @@ enum { KMP_MOST_SOURCES = 4 };
 
 /** One of the runs for Kempe's own reference. */
 typedef struct kmp_source {
-    const char *formulation, *form, *integrator;
+    kmp_method way;
     double rtol;
     double own;      /* the difference of q at a tenfold tolerance */
     double distance; /* of q from the reference; 0 for the reference itself */
@@ -138,7 +139,7 @@ bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit);
 kmp_stiffness kmp_compare_stiffness(const kempe_comparison *comparison);
 
 /** "reduced integrated dop853", "projected dop853". */
-void kmp_compare_name(kmp_text *text, const char *formulation, const char *form, const char *integrator);
+void kmp_compare_name(kmp_text *text, const kmp_method *way);
 
 /** Adds a sentence; the text, unless it is empty, which is emptied. */
 void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)
@@ -150,5 +151,20 @@ const char *kmp_sentence_keep(kmp_arena *arena, kmp_text *text);
 
 /** True when an error is too close to the reference's own uncertainty: below ten times it. */
 bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
+
+/* -- reports ---------------------------------------------------------------------------------------- */
+
+enum { KMP_COMPARE_SHOWN = 3 };
+
+/** The quantities whose errors are shown. */
+extern const kmp_quantity kmp_compare_shown[KMP_COMPARE_SHOWN];
+
+/** The error of a run; NaN where it is unknown, or too close to the reference's own uncertainty. */
+double kmp_compare_error(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
+
+/** An array of sentences. */
+void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list);
+
+kmp_put_fn kmp_compare_json;
 
 #endif

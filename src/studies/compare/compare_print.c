@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The comparison as text: all runs, the table at equal error, failures, and the summary, which comes last so that a
  * terminal shows it. */
-#include "studies/compare/compare_print.h"
 #include "base/memory.h"
+#include "studies/compare/compare.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
@@ -188,7 +188,7 @@ static void show_advice(kmp_text *text, const kempe_comparison *c)
     } else {
         const kmp_compared *run = &c->runs[c->advice.run];
         kmp_text_put(text, "use ");
-        kmp_compare_name(text, run->way->formulation, run->way->form, run->way->integrator);
+        kmp_compare_name(text, run->way);
         kmp_text_printf(text, " at rtol %g for this model: error q at most %g in %.3g ms\n", run->rtol, c->advice.level,
                         1e3 * run->cpu_s);
     }
@@ -196,8 +196,9 @@ static void show_advice(kmp_text *text, const kempe_comparison *c)
         show_wrapped(text, "  - ", c->advice.because.s[k]);
 }
 
-static void show(kmp_text *text, const kempe_comparison *c)
+static void show(kmp_text *text, const void *result)
 {
+    const kempe_comparison *c = result;
     show_head(text, c);
     show_runs(text, c);
     show_levels(text, c);
@@ -212,5 +213,6 @@ static void show(kmp_text *text, const kempe_comparison *c)
 kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, comparison, "comparison");
-    KMP_PRINT(comparison->system->context, format, text, show, kmp_compare_json, comparison);
+    return kmp_print_result(comparison->system->context, format == KEMPE_JSON ? kmp_compare_json : show, comparison,
+                            text);
 }

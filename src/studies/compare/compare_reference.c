@@ -18,7 +18,7 @@
 enum { ROWS = 400, STRIDE = ROWS / 10, MOST_CUT = 2 };
 
 static const kmp_source rows[] = {
-#define KMP_SOURCE(formulation, form, integrator) {formulation, form, integrator, 0, 0, 0},
+#define KMP_SOURCE(formulation, form, integrator) {{formulation, form, integrator, false, false}, 0, 0, 0},
 #include "studies/compare/sources.def"
 #undef KMP_SOURCE
 };
@@ -82,18 +82,17 @@ static double allowed(const maker *m, double part)
     return fmin(part * m->budget_s, m->job->left_s - m->least_left_s);
 }
 
-static kempe_status attempt(maker *m, const kmp_source *way, double rtol, double part, kmp_samples *table, ending *how,
+static kempe_status attempt(maker *m, const kmp_method *way, double rtol, double part, kmp_samples *table, ending *how,
                             double *cpu_s)
 {
     kmp_run_report report = {0};
-    kmp_method asked = {.formulation = way->formulation, .form = way->form, .integrator = way->integrator};
     double limit_s = allowed(m, part);
     *how = CUT;
     if (!(limit_s > 0))
         return KEMPE_OK;
     kmp_log(m->job->context, KEMPE_LOG_PROGRESS, "reference: %s %s %s at rtol %g", way->formulation, way->form,
             way->integrator, rtol);
-    kempe_status status = kmp_compare_once(m->job, &asked, rtol, &m->times, limit_s, table, &report);
+    kempe_status status = kmp_compare_once(m->job, way, rtol, &m->times, limit_s, table, &report);
     *how = status == KEMPE_OK ? DONE : report.cut ? CUT : FAILED;
     *cpu_s = report.cpu_s;
     if (status == KEMPE_STOPPED || status == KEMPE_E_FAILED) {
@@ -114,14 +113,14 @@ static kempe_status run_tight(maker *m, maker_source *s)
     ending how;
     double cpu_s = 0;
     int cut = 0;
-    kempe_status status = attempt(m, &s->said, COARSE, COARSE_PART, &s->table, &how, &cpu_s);
+    kempe_status status = attempt(m, &s->said.way, COARSE, COARSE_PART, &s->table, &how, &cpu_s);
     if (status != KEMPE_OK || how == CUT)
         return status;
     double coarse_s = how == DONE ? cpu_s : 0;
     for (int k = 0; k < TIGHT && cut < MOST_CUT && !(s->said.rtol > 0) && status == KEMPE_OK; k++) {
         if (coarse_s * pow(GROWTH, log10(COARSE / tight[k])) > allowed(m, RUN_PART))
             continue;
-        status = attempt(m, &s->said, tight[k], RUN_PART, &s->table, &how, &cpu_s);
+        status = attempt(m, &s->said.way, tight[k], RUN_PART, &s->table, &how, &cpu_s);
         if (status == KEMPE_OK && how == DONE)
             s->said.rtol = tight[k];
         if (how == CUT) {
@@ -133,16 +132,12 @@ static kempe_status run_tight(maker *m, maker_source *s)
 }
 
 /* The difference of its rows from another's. */
-static kempe_status differ(const maker *m, const kmp_samples *table, const kmp_samples *other, double until,
-                           double difference[KMP_QUANTITIES])
+static void differ(const maker *m, const kmp_samples *table, const kmp_samples *other, double until,
+                   double difference[KMP_QUANTITIES])
 {
-    kmp_reference reference;
-    if (!kmp_reference_from_table(&reference, other))
-        return kmp_fail_memory(m->job->context);
+    kmp_reference reference = *other;
     reference.shared = m->comparison->shared;
     kmp_verdict_errors(table, m->system, &reference, until, difference);
-    kmp_reference_free(&reference);
-    return KEMPE_OK;
 }
 
 /* Repeats the run at a tenfold tolerance. */
@@ -150,21 +145,20 @@ static kempe_status run_beside(maker *m, maker_source *s)
 {
     ending how;
     double cpu_s;
-    kempe_status status = attempt(m, &s->said, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
+    kempe_status status = attempt(m, &s->said.way, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
     if (how != DONE)
         s->beside.rows = 0;
     return status;
 }
 
 /* The difference of both runs up to a time; NaN when there is only one. */
-static kempe_status judge_own(const maker *m, maker_source *s, double until)
+static void judge_own(const maker *m, maker_source *s, double until)
 {
-    kempe_status status = differ(m, &s->beside, &s->table, until, s->own);
+    differ(m, &s->beside, &s->table, until, s->own);
     s->said.own = s->own[KMP_QUANTITY_Q];
-    return status;
 }
 
-static bool exists(const kmp_source *row)
+static bool exists(const kmp_method *row)
 {
     kmp_method way;
     for (int k = 0; kmp_way_get(k, &way); k++)
@@ -184,7 +178,7 @@ static kempe_status gather(maker *m)
 {
     kempe_status status = KEMPE_OK;
     for (size_t k = 0; k < sizeof rows / sizeof *rows && m->count < KMP_MOST_SOURCES && status == KEMPE_OK; k++) {
-        if (!exists(&rows[k]))
+        if (!exists(&rows[k].way))
             continue;
         maker_source *s = &m->sources[m->count];
         *s = (maker_source){.said = rows[k]};
@@ -234,7 +228,7 @@ static kempe_status run_nudged(maker *m)
     kempe_status status = nudge(m, &moved);
     if (status == KEMPE_OK && moved) {
         m->job->start = moved;
-        status = attempt(m, &first->said, fmax(first->said.rtol, 1e-10), RUN_PART, &m->moved, &how, &cpu_s);
+        status = attempt(m, &first->said.way, fmax(first->said.rtol, 1e-10), RUN_PART, &m->moved, &how, &cpu_s);
         m->job->start = start;
     }
     if (how != DONE)
@@ -244,39 +238,38 @@ static kempe_status run_nudged(maker *m)
 }
 
 /* The effect of rounding up to a time, from its amplification at the start and at all rows. */
-static kempe_status amplify(maker *m, double until, double rounding[KMP_QUANTITIES])
+static void amplify(maker *m, double until, double rounding[KMP_QUANTITIES])
 {
     const kmp_samples *table = &m->sources[m->first].table;
     double at_start[KMP_QUANTITIES] = {0}, all[KMP_QUANTITIES] = {0};
-    KMP_TRY(differ(m, &m->moved, table, 0, at_start));
-    KMP_TRY(differ(m, &m->moved, table, until, all));
+    differ(m, &m->moved, table, 0, at_start);
+    differ(m, &m->moved, table, until, all);
     bool moved = at_start[KMP_QUANTITY_Q] > MOVED * NUDGE; /* drives and locks undo it all */
     for (int k = 0; k < KMP_QUANTITIES; k++)
         rounding[k] = ROUNDING * (moved ? fmax(all[k] / at_start[KMP_QUANTITY_Q], 1) : 1);
     m->comparison->amplification = moved ? all[KMP_QUANTITY_Q] / at_start[KMP_QUANTITY_Q] : NAN;
-    return KEMPE_OK;
 }
 
 /* -- the best source and its uncertainty ------------------------------------------------------------- */
 
 /* The one whose own tolerances agree best up to a time; a later one must be clearly better. */
-static kempe_status choose_until(maker *m, double until)
+static void choose_until(maker *m, double until)
 {
     m->first = 0;
     for (int k = 0; k < m->count; k++) {
-        KMP_TRY(judge_own(m, &m->sources[k], until));
+        judge_own(m, &m->sources[k], until);
         double best = m->sources[m->first].said.own, own = m->sources[k].said.own;
         if ((isnan(best) && !isnan(own)) || 3 * own < best)
             m->first = k;
     }
-    return KEMPE_OK;
 }
 
 /* Chooses the reference. Where all differ at the end, the beginning decides. */
-static kempe_status choose(maker *m)
+static void choose(maker *m)
 {
-    KMP_TRY(choose_until(m, INFINITY));
-    return m->sources[m->first].said.own > LOST ? choose_until(m, m->at[STRIDE]) : KEMPE_OK;
+    choose_until(m, INFINITY);
+    if (m->sources[m->first].said.own > LOST)
+        choose_until(m, m->at[STRIDE]);
 }
 
 static void take_least(double *least, const double *difference)
@@ -286,7 +279,7 @@ static void take_least(double *least, const double *difference)
 }
 
 /* The distances of the nearest run along another formulation, and of the nearest with another integrator. */
-static kempe_status judge_others(maker *m, double until, double *formulation, double *integrator)
+static void judge_others(maker *m, double until, double *formulation, double *integrator)
 {
     const maker_source *first = &m->sources[m->first];
     for (int k = 0; k < KMP_QUANTITIES; k++)
@@ -295,61 +288,53 @@ static kempe_status judge_others(maker *m, double until, double *formulation, do
         maker_source *s = &m->sources[k];
         double difference[KMP_QUANTITIES] = {NAN, NAN, NAN, NAN};
         if (k != m->first)
-            KMP_TRY(differ(m, &s->table, &first->table, until, difference));
+            differ(m, &s->table, &first->table, until, difference);
         s->said.distance = k == m->first ? 0 : difference[KMP_QUANTITY_Q];
-        if (strcmp(s->said.formulation, first->said.formulation) != 0)
+        if (strcmp(s->said.way.formulation, first->said.way.formulation) != 0)
             take_least(formulation, difference);
-        if (strcmp(s->said.integrator, first->said.integrator) != 0)
+        if (strcmp(s->said.way.integrator, first->said.way.integrator) != 0)
             take_least(integrator, difference);
     }
-    return KEMPE_OK;
 }
 
 /* Uncertainty of the reference's rows up to a time: the largest of the sources' differences, the difference by its own
  * tolerances, and rounding. */
-static kempe_status judge(maker *m, double until)
+static void judge(maker *m, double until)
 {
     maker_source *first = &m->sources[m->first];
     double formulation[KMP_QUANTITIES], integrator[KMP_QUANTITIES], rounding[KMP_QUANTITIES];
-    KMP_TRY(judge_others(m, until, formulation, integrator));
+    judge_others(m, until, formulation, integrator);
     for (int k = 0; k < m->count; k++)
-        KMP_TRY(judge_own(m, &m->sources[k], until));
-    KMP_TRY(amplify(m, until, rounding));
+        judge_own(m, &m->sources[k], until);
+    amplify(m, until, rounding);
     for (int k = 0; k < KMP_QUANTITIES; k++) {
         double own = first->own[k] / (m->count > 1 ? FALL : 1), others = fmax(formulation[k], integrator[k]);
         bool known = !isnan(own) || !isnan(others);
         m->comparison->uncertainty[k] = known ? BOTH * fmax(fmax(own, rounding[k]), others) : NAN;
     }
-    return KEMPE_OK;
 }
 
 /* Ends the reference earlier if the motion amplifies all differences, before they become large. */
-static kempe_status keep_good(maker *m, double *at_end, double *bound)
+static void keep_good(maker *m, double *at_end, double *bound)
 {
     kempe_comparison *c = m->comparison;
-    KMP_TRY(judge(m, INFINITY));
+    judge(m, INFINITY);
     *at_end = c->uncertainty[KMP_QUANTITY_Q];
     *bound = LOST;
     if (!(*at_end > LOST)) {
         c->has_reference = !isnan(*at_end);
-        return KEMPE_OK;
+        return;
     }
     for (int k = 0; k < KEPT && !c->has_reference; k++)
         for (int row = ROWS - STRIDE; row > 0 && !c->has_reference; row -= STRIDE) {
-            KMP_TRY(judge(m, m->at[row]));
+            judge(m, m->at[row]);
             c->has_reference = c->uncertainty[KMP_QUANTITY_Q] <= kept[k];
             c->until = m->at[row];
             *bound = kept[k];
         }
-    return KEMPE_OK;
 }
 
 /* -- description ------------------------------------------------------------------------------------- */
-
-static void name(kmp_text *text, const kmp_source *s)
-{
-    kmp_compare_name(text, s->formulation, s->form, s->integrator);
-}
 
 /* True if the tolerances of both explain the distance of a source from the reference. */
 static bool confirms(const maker *m, int k)
@@ -363,7 +348,7 @@ static void describe(const maker *m, kmp_text *text)
 {
     int count = 0, said = 0;
     kmp_text_put(text, "own: ");
-    name(text, &m->sources[m->first].said);
+    kmp_compare_name(text, &m->sources[m->first].said.way);
     kmp_text_printf(text, " at rtol %g, ", m->sources[m->first].said.rtol);
     for (int k = 0; k < m->count; k++)
         count += confirms(m, k);
@@ -373,7 +358,7 @@ static void describe(const maker *m, kmp_text *text)
         if (!confirms(m, k))
             continue;
         kmp_text_put(text, said == 0 ? "confirmed by " : said == count - 1 ? " and " : ", ");
-        name(text, &m->sources[k].said);
+        kmp_compare_name(text, &m->sources[k].said.way);
         said++;
     }
 }
@@ -411,7 +396,7 @@ static void warn(const maker *m, double at_end, double bound)
         if (k == m->first || confirms(m, k))
             continue;
         kmp_text text = {0};
-        name(&text, &s->said);
+        kmp_compare_name(&text, &s->said.way);
         kmp_text_printf(&text,
                         " at rtol %g differs by %.1g in q from the reference, although its own tolerances agree to "
                         "%.1g: one of the two follows another branch",
@@ -420,7 +405,7 @@ static void warn(const maker *m, double at_end, double bound)
     }
 }
 
-static kempe_status settle(maker *m, double at_end, double bound)
+static void settle(maker *m, double at_end, double bound)
 {
     kempe_comparison *c = m->comparison;
     kmp_text text = {0};
@@ -434,12 +419,11 @@ static kempe_status settle(maker *m, double at_end, double bound)
     c->source = kmp_sentence_keep(&c->arena, &text);
     warn(m, at_end, bound);
     if (!c->has_reference)
-        return KEMPE_OK;
-    if (!kmp_reference_from_table(&m->job->reference, &m->sources[m->first].table))
-        return kmp_fail_memory(m->job->context);
+        return;
+    m->job->reference = m->sources[m->first].table;
+    m->sources[m->first].table = (kmp_samples){0};
     m->job->reference.shared = c->shared;
-    kmp_reference_limit(&m->job->reference, c->until);
-    return KEMPE_OK;
+    kmp_samples_limit(&m->job->reference, c->until);
 }
 
 static kempe_status make_reference(maker *m)
@@ -447,11 +431,12 @@ static kempe_status make_reference(maker *m)
     double at_end = NAN, bound = NAN;
     KMP_TRY(gather(m));
     if (m->count > 0) {
-        KMP_TRY(choose(m));
+        choose(m);
         KMP_TRY(run_nudged(m));
-        KMP_TRY(keep_good(m, &at_end, &bound));
+        keep_good(m, &at_end, &bound);
     }
-    return settle(m, at_end, bound);
+    settle(m, at_end, bound);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s)
