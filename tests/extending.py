@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Applies docs/extending.md: a copy of the sources gets exactly the files and rows that the page shows, is built, and
-runs the page's model with the new kinds of joint and closure, the new function and the new back end.
+runs the page's model with the new kinds of joint and closure, the new function and the new back end; its equations
+are written in the new language.
 
     CC=cc python3 tests/extending.py
 """
@@ -75,6 +76,9 @@ def judge(kempe, model):
         for values in ("q", "qd", "qdd"):
             assert plain[values][name] == tape[values][name], f"{values} {name}: the back ends differ"
         assert abs(dae["q"][name] - tape["q"][name]) < 1e-6, f"{name}: the formulations differ"
+    run(kempe, "generate", model, "--lang", "julia", "--sets", "M_C+h_J", "--keep-parameters", "-o", model.parent)
+    written = (model.parent / "extended.jl").read_text()
+    assert "function M_C_h_J(k, t, q, qd)\n    M = zeros(3, 3)\n" in written and "    return M, C, h, J\nend" in written
     assert plain["residual"]["h_max"] < 1e-12
     assert plain["energy"]["drift_rel"] < 1e-7
 

@@ -79,8 +79,8 @@ kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, co
     kmp_partition part;
     forget_choice(linear);
     kmp_eval_closure(linear->eval, t, q);
-    kempe_status status = kmp_partition_init(&part, linear->system, linear->eval->jacobian, wish, wish_count);
-    return status == KEMPE_OK ? kmp_linear_take(linear, &part) : status;
+    KMP_TRY(kmp_partition_init(&part, linear->system, linear->eval->jacobian, wish, wish_count));
+    return kmp_linear_take(linear, &part);
 }
 
 int kmp_linear_place(const kmp_linear *linear, int coordinate)
@@ -197,11 +197,9 @@ kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const 
 
 kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q, const double *ud)
 {
-    kempe_status status = place(linear, t, q, ud);
-    if (status == KEMPE_OK && kmp_reduction_accelerate(&linear->red, linear->residual))
-        status = KEMPE_E_FAILED;
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(place(linear, t, q, ud));
+    if (kmp_reduction_accelerate(&linear->red, linear->residual))
+        return KEMPE_E_FAILED;
     kmp_reduction_accelerations(&linear->red, linear->residual, linear->qdd);
     memset(linear->residual, 0, (size_t)linear->p * sizeof *linear->residual);
     complete(linear);

@@ -125,7 +125,7 @@ static void scale_jacobian(beginning *b)
 static bool find_correction(beginning *b)
 {
     const kmp_start *start = &b->v->system->model->start;
-    double *transposed = KMP_NEW(double, (size_t)b->m *(size_t)b->n);
+    double *transposed = KMP_ARENA_NEW(&b->arena, double, (size_t)b->m *(size_t)b->n);
     kmp_eval_dense_jacobian(b->v->linear.eval, b->jacobian);
     for (int i = 0; i < b->n; i++) {
         b->free[i] = b->a->rates_changed || !start->qd_given[i];
@@ -139,7 +139,6 @@ static bool find_correction(beginning *b)
               kmp_least_squares(b->n, b->m, transposed, b->x, kmp_rounding_zero(b->v->system, KMP_RANK), b->mu) >= 0;
     for (int r = 0; ok && r < b->m; r++)
         b->mu[r] /= row_scale(b, r);
-    kmp_free(transposed);
     return ok;
 }
 
@@ -248,11 +247,8 @@ static kempe_status differentiate(beginning *b, double *dq, double *dqd)
 {
     if (!make_room(b))
         return kmp_fail_memory(b->v->system->context);
-    kempe_status status = choose_as_assembled(b);
-    if (status == KEMPE_OK)
-        status = stand(b);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(choose_as_assembled(b));
+    KMP_TRY(stand(b));
     move_positions(b, dq);
     return move_rates(b, dq, dqd) ? KEMPE_OK : kmp_fail_memory(b->v->system->context);
 }

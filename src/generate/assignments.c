@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "generate/assignments.h"
-#include "base/memory.h"
 #include "symbolic/program/live.h"
 #include <string.h>
 
@@ -223,23 +222,21 @@ static void print_sets(printer *p, int count, const kmp_assignment *a)
 bool kmp_assignments_print(const kmp_equations *eq, int count, const kmp_assignment *a, kmp_text *text)
 {
     uint32_t nodes = kmp_graph_count(eq->graph);
+    kmp_arena arena = {0};
     printer p = {.eq = eq,
                  .g = eq->graph,
                  .text = text,
-                 .needed = KMP_NEW(uint8_t, nodes),
-                 .uses = KMP_NEW(uint32_t, nodes),
-                 .length = KMP_NEW(uint32_t, nodes),
-                 .variable = KMP_NEW(uint32_t, nodes)};
-    bool ok = p.needed && p.uses && p.length && p.variable;
+                 .needed = KMP_ARENA_NEW(&arena, uint8_t, nodes),
+                 .uses = KMP_ARENA_NEW(&arena, uint32_t, nodes),
+                 .length = KMP_ARENA_NEW(&arena, uint32_t, nodes),
+                 .variable = KMP_ARENA_NEW(&arena, uint32_t, nodes)};
+    bool ok = !arena.failed;
     if (ok) {
         mark_needed(&p, count, a);
         count_uses(&p, count, a);
         choose_variables(&p);
         print_sets(&p, count, a);
     }
-    kmp_free(p.needed);
-    kmp_free(p.uses);
-    kmp_free(p.length);
-    kmp_free(p.variable);
+    kmp_arena_free(&arena);
     return ok;
 }

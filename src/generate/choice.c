@@ -88,10 +88,10 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
                                          .no_inputs = g->no_inputs,
                                          .optimize = g->optimize,
                                          .loops_alone = !g->drives}};
-    kempe_status status = read_scheme(context, g->scheme, choice);
-    for (const char *s = g->sets ? g->sets : "M_C,invdyn,h_J,jdqd"; s && status == KEMPE_OK; s = strchr(s, ',')) {
+    KMP_TRY(read_scheme(context, g->scheme, choice));
+    for (const char *s = g->sets ? g->sets : "M_C,invdyn,h_J,jdqd"; s; s = strchr(s, ',')) {
         s += *s == ',';
-        status = add(context, choice, s, strcspn(s, ","));
+        KMP_TRY(add(context, choice, s, strcspn(s, ",")));
     }
-    return status == KEMPE_OK ? check_bodies(model, g->no_inputs) : status;
+    return check_bodies(model, g->no_inputs);
 }

@@ -21,13 +21,12 @@ static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_
 {
     kmp_set_choice *choice = &c->choice;
     double begin = kmp_cpu_now();
-    kempe_status status = kmp_choice_read(model, generation, choice);
-    for (int k = 0; k < choice->count && status == KEMPE_OK; k++)
-        status = kmp_tally_sets(model, &choice->scene, choice->chosen[k].sets, &c->tally[k]);
-    if (status == KEMPE_OK)
-        status = kmp_tally_sets(model, &choice->scene, choice->all, &c->all);
+    KMP_TRY(kmp_choice_read(model, generation, choice));
+    for (int k = 0; k < choice->count; k++)
+        KMP_TRY(kmp_tally_sets(model, &choice->scene, choice->chosen[k].sets, &c->tally[k]));
+    KMP_TRY(kmp_tally_sets(model, &choice->scene, choice->all, &c->all));
     c->cpu_s = kmp_cpu_now() - begin;
-    return status;
+    return KEMPE_OK;
 }
 
 kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_options *generation, kempe_count **out)

@@ -78,13 +78,9 @@ static kempe_status check_operations(const kempe_code *code)
 
 static kempe_status make(kempe_code *code, const kempe_model *model, const kempe_generate_options *g)
 {
-    kempe_status status = read_language(code, g);
-    if (status == KEMPE_OK)
-        status = kmp_source_init(&code->source, model, g);
-    if (status == KEMPE_OK)
-        status = check_operations(code);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(read_language(code, g));
+    KMP_TRY(kmp_source_init(&code->source, model, g));
+    KMP_TRY(check_operations(code));
     bool ok = kmp_language_write(code->language, &code->source, &code->files);
     for (int k = 0; k < code->files.count; k++)
         ok = ok && !code->files.file[k].text.failed && code->files.file[k].text.s;

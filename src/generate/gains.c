@@ -31,18 +31,7 @@ static void put(kmp_gains *gains, const char *name, amount a)
 static kmp_ref *outputs_of(const kmp_equations *eq, int *count)
 {
     *count = kmp_sets_size(eq, wanted);
-    kmp_assignment *entries = KMP_NEW(kmp_assignment, *count);
-    kmp_ref *out = KMP_NEW(kmp_ref, *count);
-    if (entries && out) {
-        kmp_sets_put(eq, wanted, entries);
-        for (int k = 0; k < *count; k++)
-            out[k] = entries[k].value;
-    } else {
-        kmp_free(out);
-        out = NULL;
-    }
-    kmp_free(entries);
-    return out;
+    return kmp_sets_outputs(eq, wanted);
 }
 
 static amount amount_of(const kmp_graph *g, int count, const kmp_ref *outputs, int sum_price)
@@ -117,17 +106,14 @@ static void take_away(kmp_ways *ways, const kempe_model *model, int kind)
 static kempe_status try_program(const kempe_model *model, const kmp_scene *scene, amount *found)
 {
     kmp_equations eq;
-    kempe_status status = kmp_equations_derive_once(&eq, model, scene);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_equations_derive_once(&eq, model, scene));
     kmp_program *p = kmp_sets_program(&eq, wanted);
-    if (p)
+    bool ok = p;
+    if (ok)
         *found = (amount){kmp_program_count(p, 0, 1).paper, kmp_program_count(p, 1, 1).paper};
-    else
-        status = kmp_fail_memory(model->context);
     kmp_program_free(p);
     kmp_equations_free(&eq);
-    return status;
+    return ok ? KEMPE_OK : kmp_fail_memory(model->context);
 }
 
 /* Measures each chosen variant by removing it from the others. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "generate/names.h"
+#include "generate/scalar.h"
 #include <string.h>
 
 /* Names that are taken, by hash: open addressing over numbers of instructions + 1. */

@@ -106,20 +106,26 @@ void kmp_sets_put(const kmp_equations *eq, unsigned wanted, kmp_assignment *entr
     }
 }
 
-kmp_program *kmp_sets_program(const kmp_equations *eq, unsigned wanted)
+kmp_ref *kmp_sets_outputs(const kmp_equations *eq, unsigned wanted)
 {
     int count = kmp_sets_size(eq, wanted);
     kmp_assignment *entries = KMP_NEW(kmp_assignment, count);
-    kmp_ref *outputs = KMP_NEW(kmp_ref, count);
-    kmp_program *program = NULL;
-    if (entries && outputs) {
+    kmp_ref *outputs = entries ? KMP_NEW(kmp_ref, count) : NULL;
+    if (outputs)
         kmp_sets_put(eq, wanted, entries);
-        for (int k = 0; k < count; k++)
-            outputs[k] = entries[k].value;
-        if (kmp_equations_shorten(eq, count, outputs))
-            program = kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&outputs);
-    }
+    for (int k = 0; outputs && k < count; k++)
+        outputs[k] = entries[k].value;
     kmp_free(entries);
+    return outputs;
+}
+
+kmp_program *kmp_sets_program(const kmp_equations *eq, unsigned wanted)
+{
+    int count = kmp_sets_size(eq, wanted);
+    kmp_ref *outputs = kmp_sets_outputs(eq, wanted);
+    kmp_program *program = NULL;
+    if (outputs && kmp_equations_shorten(eq, count, outputs))
+        program = kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&outputs);
     kmp_free(outputs);
     return program;
 }
@@ -148,21 +154,18 @@ kempe_status kmp_tally_sets(const kempe_model *model, const kmp_scene *scene, un
     kmp_equations eq;
     kmp_scene alone = *scene;
     alone.sets = kmp_sets_derive(wanted);
-    kempe_status status = kmp_equations_derive(&eq, model, &alone);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_equations_derive(&eq, model, &alone));
     kmp_program *program = kmp_sets_program(&eq, wanted);
     kmp_steps steps = {.vector = -1};
     if (program)
         steps = kmp_program_steps(program);
-    if (steps.vector >= 0) {
+    bool ok = steps.vector >= 0;
+    if (ok) {
         *tally = kmp_tally_program(program, 0, 1);
         tally->useless = count_operations(eq.graph) - tally->operations;
         tally->steps = steps;
-    } else {
-        status = kmp_fail_memory(model->context);
     }
     kmp_program_free(program);
     kmp_equations_free(&eq);
-    return status;
+    return ok ? KEMPE_OK : kmp_fail_memory(model->context);
 }

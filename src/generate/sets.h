@@ -44,6 +44,9 @@ unsigned kmp_sets_derive(unsigned sets);
 int kmp_sets_size(const kmp_equations *eq, unsigned sets);
 void kmp_sets_put(const kmp_equations *eq, unsigned sets, kmp_assignment *entries);
 
+/** The values of the entries, to be freed; NULL: no memory. */
+kmp_ref *kmp_sets_outputs(const kmp_equations *eq, unsigned sets);
+
 /** The entries as outputs of one program with one stage after the stage of the parameters. NULL: no memory. */
 kmp_program *kmp_sets_program(const kmp_equations *eq, unsigned sets);
 

@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
 #include "dynamics/load_dependent.h"
-#include "generate/symbols.h"
 #include "model/print/model_print.h"
 #include <ctype.h>
 #include <kempe/generate.h>

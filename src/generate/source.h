@@ -51,6 +51,10 @@ kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model,
                              const kempe_generate_options *generation);
 void kmp_source_free(kmp_code_source *source);
 
+/** The name of symbol k (parameters first, then numbers in the order of reading): a parameter's name, "crank.mass",
+ * "coupler.B.x". In the arena; NULL: no memory. */
+char *kmp_symbol_name(kmp_arena *arena, const kempe_model *model, int k);
+
 /** The names of arguments: k, t, q .. */
 extern const char *const kmp_argument_names[KMP_IN_COUNT];
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Searches all numbers of a model; the one with the symbol gives the name. */
-#include "generate/symbols.h"
+#include "generate/source.h"
 #include "model/numbers.h"
 
 typedef struct search {

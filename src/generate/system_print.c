@@ -72,20 +72,17 @@ static bool put_passes(kmp_text *text, kmp_equations *eq, int count, kmp_assignm
 static kempe_status show_equations(kmp_text *text, const kempe_system *system, bool passes)
 {
     kmp_equations eq;
-    kempe_status status = kmp_equations_init(&eq, system->model, kmp_sets_derive(shown), KMP_SCHEME_COMPOSITE, false);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(kmp_equations_init(&eq, system->model, kmp_sets_derive(shown), KMP_SCHEME_COMPOSITE, false));
     int count = kmp_sets_size(&eq, shown);
     kmp_assignment *assignments = KMP_NEW(kmp_assignment, count);
     if (assignments)
         kmp_sets_put(&eq, shown, assignments);
     legend(text, system);
-    if (!assignments || !put_equations(text, &eq, count, assignments, NULL) ||
-        (passes && !put_passes(text, &eq, count, assignments)))
-        status = kmp_fail_memory(system->context);
+    bool ok = assignments && put_equations(text, &eq, count, assignments, NULL) &&
+              (!passes || put_passes(text, &eq, count, assignments));
     kmp_free(assignments);
     kmp_equations_free(&eq);
-    return status;
+    return ok ? KEMPE_OK : kmp_fail_memory(system->context);
 }
 
 /* -- program ----------------------------------------------------------------------------------------- */
@@ -103,11 +100,10 @@ static kempe_status show_program(kmp_text *text, const kempe_system *system)
 static kempe_status tally_sets(const kempe_system *system, kmp_tally t[KMP_EQ_SETS])
 {
     const kmp_scene scene = {.scheme = KMP_SCHEME_COMPOSITE};
-    kempe_status status = KEMPE_OK;
-    for (int k = 0; k < KMP_EQ_SETS && status == KEMPE_OK; k++)
+    for (int k = 0; k < KMP_EQ_SETS; k++)
         if (shown & 1u << k)
-            status = kmp_tally_sets(system->model, &scene, 1u << k, &t[k]);
-    return status;
+            KMP_TRY(kmp_tally_sets(system->model, &scene, 1u << k, &t[k]));
+    return KEMPE_OK;
 }
 
 static void show_counts(kmp_text *text, const char *name, const kmp_counts *c)
@@ -284,11 +280,8 @@ static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe
 {
     kmp_tally t[KMP_EQ_SETS];
     kmp_gains gains;
-    kempe_status status = tally_sets(system, t);
-    if (status == KEMPE_OK)
-        status = kmp_gains_find(system->model, &gains);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(tally_sets(system, t));
+    KMP_TRY(kmp_gains_find(system->model, &gains));
     if (format == KEMPE_TEXT) {
         show_stats(out, system, t);
         show_gains(out, &gains);

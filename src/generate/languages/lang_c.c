@@ -48,6 +48,10 @@ static void define(const kmp_writer *w, kmp_op op)
 
 /* -- files ------------------------------------------------------------------------------------------- */
 
+/* An argument with its type; all of a function. */
+#define TYPED      "$(if is time)double $(end)$(if not is time)const double *$(end)$(argument)"
+#define PARAMETERS "$(each input)$(comma)" TYPED "$(end)$(each array), double *$(array)$(end)"
+
 static const char header[] =
     "/*\n$(banner) */\n"
     "#ifndef KEMPE_$(name)_H\n#define KEMPE_$(name)_H\n\n"
@@ -64,7 +68,7 @@ static const char header[] =
     "/** k[$(name)_$(routine)_k] from p[$(name)_parameters]: once, whenever p has changed. */\n"
     "void $(name)_$(routine)_prepare(const double *p, double *k);\n\n$(end)"
     "/* Matrices row by row, whole.\n$(about) */\n"
-    "void $(name)_$(routine)($(arguments));\n\n"
+    "void $(name)_$(routine)(" PARAMETERS ");\n\n"
     "$(end)"
     "#ifdef __cplusplus\n}\n#endif\n#endif\n";
 
@@ -110,9 +114,6 @@ const kmp_language kmp_language_c = {
     .comment_end = " */",
     .mark = " *",
     .routine_mark = " *",
-    .input = "const double *",
-    .output = "double *",
-    .number = "double ",
     .table_call = "kempe_interpolate($(points), $(name)_$(routine)_x$(table), $(name)_$(routine)_y$(table), "
                   "$(name)_$(routine)_c$(table), $(derivative), ",
     .call = call,
@@ -120,10 +121,15 @@ const kmp_language kmp_language_c = {
     .prepare = "void $(name)_$(routine)_prepare(const double *p, double *k)\n{\n" ROOM "$(each unread parameter)" UNUSED
                "$(statements)}\n\n",
     .function =
-        "void $(name)_$(routine)($(arguments))\n{\n" ROOM "$(each empty array)" UNUSED "$(each unread input)" UNUSED
+        "void $(name)_$(routine)(" PARAMETERS ")\n{\n" ROOM "$(each empty array)" UNUSED "$(each unread input)" UNUSED
         "$(each array)$(if has zeros)    memset($(array), 0, $(entries) * sizeof(double));\n$(end)$(end)"
         "$(statements)}\n\n",
-    .part = "static void $(name)_$(routine)$(_prepare)_$(part)($(part parameters))\n{\n"
-            "$(if _prepare)$(each unread parameter)" UNUSED "$(end)$(statements)}\n\n",
-    .part_call = "    $(name)_$(routine)$(_prepare)_$(part)($(part arguments));\n",
+    .part =
+        "static void $(name)_$(routine)$(_prepare)_$(part)("
+        "$(if _prepare)const double *p, double *k$(end)$(if not _prepare)$(each read input)$(comma)" TYPED
+        "$(end)$(end)$(if slots used)$(comma)double *w$(end)$(each written array)$(comma)double *$(array)$(end))\n{\n"
+        "$(if _prepare)$(each unread parameter)" UNUSED "$(end)$(statements)}\n\n",
+    .part_call = "    $(name)_$(routine)$(_prepare)_$(part)("
+                 "$(if _prepare)p, k$(end)$(if not _prepare)$(each read input)$(comma)$(argument)$(end)$(end)"
+                 "$(if slots used)$(comma)w$(end)$(each written array)$(comma)$(array)$(end));\n",
     .pages = {{"$(name).h", header}, {"$(name).c", body}, {"kempe_runtime.h", "$(runtime)"}}};

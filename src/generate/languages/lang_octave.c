@@ -71,7 +71,8 @@ static const char model[] = "$(banner)function m = $(name)_model()\n"
 #define ORIGIN "% Equations of the model in $(name)_model.m; hash $(hash); written by Kempe " KEMPE_VERSION "\n"
 #define HEAD                                                                                                           \
     ORIGIN "% operations: $(paper); with signs and functions $(robotran); of these $(once) for the parameters\n"       \
-           "$(about)function [$(results)] = $(name)_$(routine)($(arguments))\n"
+           "$(about)function [$(each array)$(comma)$(array)$(end)] = $(name)_$(routine)($(each "                       \
+           "input)$(comma)$(argument)$(end))\n"
 #define ZEROS "$(each array)    $(array) = zeros($(height), $(columns or 1));\n$(end)"
 #define TAIL                                                                                                           \
     "end\n$(each table)\nfunction v = table$(table)(d, at)\n    x = $(x);\n    y = $(y);\n    c = $(pieces);\n"        \
@@ -106,7 +107,7 @@ const kmp_language kmp_language_octave = {
     .arrays = {.function = HEAD "    % $(size) values in $(steps) steps, $(group count) statements\n"
                                 "    v = zeros(1, $(size));\n"
                                 "    v(1:$(constant count)) = $(constants);\n"
-                                "$(each input)    v($(first):$(last)) = $(argument);\n$(end)"
+                                "$(each input)$(if width)    v($(first):$(last)) = $(argument);\n$(end)$(end)"
                                 "$(groups)" ZEROS "$(scatter)" TAIL,
                .range = "    v($(first):$(last)) = ",
                .one = "    v($(first)) = ",

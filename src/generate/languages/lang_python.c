@@ -73,7 +73,9 @@ static const char file[] =
 #define ZEROS                                                                                                          \
     "$(each array)    $(array) = np.zeros($(if columns)($(height), $(columns))$(end)$(if not columns)$(height)$(end))" \
     "\n$(end)"
-#define HEAD "\n\ndef $(routine)($(arguments)):\n    \"\"\"Indices count from 0.\n\n$(about)    \"\"\"\n"
+#define HEAD                                                                                                           \
+    "\n\ndef $(routine)($(each input)$(comma)$(argument)$(end)):\n    \"\"\"Indices count from 0.\n\n$(about)    "     \
+    "\"\"\"\n"
 
 const kmp_language kmp_language_python = {
     .name = "python",
@@ -100,15 +102,16 @@ const kmp_language kmp_language_python = {
     .prepare = "\n\ndef $(routine)_prepare(p=parameter_values):\n"
                "    \"\"\"k from the parameters: once, whenever they have changed.\"\"\"\n"
                "    k = [0.0]*$(kept)\n$(statements)    return k\n",
-    .function = HEAD "$(each read input)    $(argument) = np.asarray($(argument), dtype=float).tolist()\n$(end)" ZEROS
-                     "$(statements)    return $(results)\n",
+    .function = HEAD "$(each read input)$(if is state)    $(argument) = np.asarray($(argument), "
+                     "dtype=float).tolist()\n$(end)$(end)" ZEROS
+                     "$(statements)    return $(each array)$(comma)$(array)$(end)\n",
     .arrays = {.function = "\n\n# $(routine): $(size) values in $(steps) steps, $(group count) statements\n"
                            "_$(routine)_v = np.zeros($(size))\n"
                            "_$(routine)_v[:$(constant count)] = $(constants)\n"
                            "$(lists)" HEAD "    v = _$(routine)_v.copy()\n    take = v.take\n"
-                           "$(each input)    v[$(first):$(last)] = $(argument)\n$(end)"
+                           "$(each input)$(if width)    v[$(first):$(last)] = $(argument)\n$(end)$(end)"
                            "$(if group count)    with np.errstate(all='ignore'):\n$(end)$(groups)" ZEROS
-                           "$(scatter)    return $(results)\n",
+                           "$(scatter)    return $(each array)$(comma)$(array)$(end)\n",
                .table = "[_table(_$(routine)_table$(table), $(derivative), x) for x in $(operands)]",
                .range = "        v[$(first):$(last)] = ",
                .gather = "take(_$(routine)_$(what)$(number))",

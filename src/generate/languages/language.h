@@ -58,9 +58,7 @@ typedef struct kmp_language {
     const char *pair; /* sine and cosine of $(angle) at once; NULL: two assignments */
     const char *comment, *comment_end;
     const char *mark, *routine_mark;        /* at the beginning of lines about the file, about a routine */
-    const char *input, *output, *number;    /* types of arguments: a vector, a result, a number; NULL: none are written,
-                                             * and results are returned */
-    const char *table_call;                 /* up to the abscissa */
+    const char *table_call;                 /* up to the abscissa; NULL: the language lacks tables */
     const kmp_function_spelling *functions; /* by operation; NULL: these two */
     void (*call)(const kmp_writer *writer, kmp_op op);
     void (*define)(const kmp_writer *writer, kmp_op op);
@@ -91,6 +89,7 @@ struct kmp_writer {
     int table, derivative;
     const kmp_array *array;
     const char *mark; /* of comments */
+    kmp_input_kind kind;
     const char *argument, *angle, *sine, *cosine;
     int group, first, last; /* of the vectorised form: of a group; places in v, from the first index to the last */
     const char *what;       /* of a list of places or signs, with its number and its items */

@@ -2,7 +2,6 @@
 /* Instructions are sorted by step index (Fisette and Samin 1996, section 3.2), then by kind of operation. Products with
  * a single reader become part of the reader's sum. */
 #include "generate/languages/levels.h"
-#include "base/memory.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -88,12 +87,7 @@ static item item_of(builder *b, const kmp_instruction *in)
     return it;
 }
 
-int kmp_group_operands(const kmp_group *group)
-{
-    return group->op == KMP_OP_MUL ? 3 : kmp_op_arity(group->op);
-}
-
-static int operands_of(kmp_op op)
+int kmp_group_operands(kmp_op op)
 {
     return op == KMP_OP_MUL ? 3 : kmp_op_arity(op);
 }
@@ -104,7 +98,7 @@ static void list_items(builder *b)
     for (int i = p->code[1]; i < p->code[2]; i++) {
         item it = item_of(b, &p->instruction[i]);
         it.instruction = i;
-        for (int k = 0; k < operands_of(it.op); k++)
+        for (int k = 0; k < kmp_group_operands(it.op); k++)
             if (level_of(b, it.operand[k]) >= it.level)
                 it.level = level_of(b, it.operand[k]);
         b->level[i] = ++it.level;
@@ -185,7 +179,7 @@ static void put_item(builder *b, int k, kmp_group *group)
     kmp_nesting_levels *l = b->l;
     const item *it = &b->items[k];
     b->place[b->leaves + it->instruction] = l->size++;
-    for (int j = 0; j < operands_of(it->op); j++) {
+    for (int j = 0; j < kmp_group_operands(it->op); j++) {
         bool minus = it->op == KMP_OP_MUL ? j == 0 && it->minus : it->operand[j] < number_one && it->operand[j] & 1;
         l->operand[j][k] = place_of(b, it->operand[j]);
         l->minus[j][k] = minus;
@@ -216,45 +210,36 @@ static void make_groups(builder *b)
         l->output[k - b->p->outputs[1]] = b->place[b->p->output[k] >> 1];
 }
 
-static bool allocate(builder *b)
-{
-    kmp_nesting_levels *l = b->l;
-    const kmp_program *p = b->p;
-    int code = p->code[2], values = b->leaves + code;
-    bool ok = true;
-    b->uses = KMP_NEW(int, code);
-    b->level = KMP_NEW(int, code);
-    b->taken = KMP_NEW(bool, code);
-    b->items = KMP_NEW(item, code);
-    b->place = KMP_NEW(int, values);
-    l->numbers = KMP_NEW(double, p->constant_count + 2);
-    l->groups = KMP_NEW(kmp_group, code);
-    l->output = KMP_NEW(int, p->outputs[2]);
-    for (int k = 0; k < 3; k++) {
-        l->operand[k] = KMP_NEW(int, code);
-        l->minus[k] = KMP_NEW(bool, code);
-        ok = ok && l->operand[k] && l->minus[k];
-    }
-    return ok && b->uses && b->level && b->taken && b->items && b->place && l->numbers && l->groups && l->output;
-}
-
 bool kmp_levels_init(kmp_nesting_levels *l, const kmp_code_source *source, const kmp_routine *routine)
 {
     const kmp_program *p = routine->program;
-    builder b = {.l = l, .source = source, .p = p, .leaves = p->constant_count + p->input_count};
+    kmp_arena own = {0}, *a = &l->arena; /* own: until the levels are there */
+    int code = p->code[2], leaves = p->constant_count + p->input_count;
     *l = (kmp_nesting_levels){.routine = routine};
-    bool ok = allocate(&b);
+    l->numbers = KMP_ARENA_NEW(a, double, p->constant_count + 2);
+    l->groups = KMP_ARENA_NEW(a, kmp_group, code);
+    l->output = KMP_ARENA_NEW(a, int, p->outputs[2]);
+    for (int k = 0; k < 3; k++) {
+        l->operand[k] = KMP_ARENA_NEW(a, int, code);
+        l->minus[k] = KMP_ARENA_NEW(a, bool, code);
+    }
+    builder b = {.l = l,
+                 .source = source,
+                 .p = p,
+                 .leaves = leaves,
+                 .uses = KMP_ARENA_NEW(&own, int, code),
+                 .level = KMP_ARENA_NEW(&own, int, code),
+                 .taken = KMP_ARENA_NEW(&own, bool, code),
+                 .items = KMP_ARENA_NEW(&own, item, code),
+                 .place = KMP_ARENA_NEW(&own, int, leaves + code)};
+    bool ok = !a->failed && !own.failed;
     if (ok) {
         count_uses(&b);
         list_items(&b);
         place_leaves(&b);
         make_groups(&b);
     }
-    kmp_free(b.uses);
-    kmp_free(b.level);
-    kmp_free(b.taken);
-    kmp_free(b.items);
-    kmp_free(b.place);
+    kmp_arena_free(&own);
     if (!ok)
         kmp_levels_free(l);
     return ok;
@@ -262,13 +247,7 @@ bool kmp_levels_init(kmp_nesting_levels *l, const kmp_code_source *source, const
 
 void kmp_levels_free(kmp_nesting_levels *l)
 {
-    kmp_free(l->numbers);
-    kmp_free(l->groups);
-    kmp_free(l->output);
-    for (int k = 0; k < 3; k++) {
-        kmp_free(l->operand[k]);
-        kmp_free(l->minus[k]);
-    }
+    kmp_arena_free(&l->arena);
     *l = (kmp_nesting_levels){0};
 }
 
@@ -291,12 +270,12 @@ bool kmp_outputs_init(kmp_outputs *o, const kmp_nesting_levels *l, int array, bo
 {
     const kmp_array *a = &l->routine->arrays[array];
     int output = a->first, cols = a->cols ? a->cols : 1;
-    *o = (kmp_outputs){
-        .from = KMP_NEW(int, a->rows *cols), .to = KMP_NEW(int, a->rows *cols), .minus = KMP_NEW(bool, a->rows *cols)};
-    if (!o->from || !o->to || !o->minus) {
-        kmp_outputs_free(o);
+    *o = (kmp_outputs){0};
+    o->from = KMP_ARENA_NEW(&o->arena, int, a->rows *cols);
+    o->to = KMP_ARENA_NEW(&o->arena, int, a->rows *cols);
+    o->minus = KMP_ARENA_NEW(&o->arena, bool, a->rows *cols);
+    if (o->arena.failed)
         return false;
-    }
     for (int i = 0; i < a->rows; i++)
         for (int k = 0; k < (a->symmetric ? i + 1 : cols); k++, output++) {
             add_output(o, l, output, by_columns ? k * a->rows + i : i * cols + k);
@@ -308,8 +287,5 @@ bool kmp_outputs_init(kmp_outputs *o, const kmp_nesting_levels *l, int array, bo
 
 void kmp_outputs_free(kmp_outputs *o)
 {
-    kmp_free(o->from);
-    kmp_free(o->to);
-    kmp_free(o->minus);
-    *o = (kmp_outputs){0};
+    kmp_arena_free(&o->arena);
 }

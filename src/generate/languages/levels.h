@@ -20,6 +20,7 @@ typedef struct kmp_group {
 } kmp_group;
 
 typedef struct kmp_nesting_levels {
+    kmp_arena arena; /* of all arrays */
     const kmp_routine *routine;
     double *numbers;
     int number_count;
@@ -38,17 +39,18 @@ typedef struct kmp_nesting_levels {
 bool kmp_levels_init(kmp_nesting_levels *levels, const kmp_code_source *source, const kmp_routine *routine);
 void kmp_levels_free(kmp_nesting_levels *levels);
 
-/** The number of columns of a group's items. */
-int kmp_group_operands(const kmp_group *group);
+/** The number of columns of the items of a group of operations. */
+int kmp_group_operands(kmp_op op);
 
 /** Positions of an array's entries in the vector and in the array; zeros are left out. */
 typedef struct kmp_outputs {
+    kmp_arena arena;
     int count;
     int *from, *to;
     bool *minus, signs; /* some change their sign */
 } kmp_outputs;
 
-/** false: no memory. */
+/** false: no memory. To be freed in any case. */
 bool kmp_outputs_init(kmp_outputs *outputs, const kmp_nesting_levels *levels, int array, bool by_columns);
 void kmp_outputs_free(kmp_outputs *outputs);
 

@@ -62,7 +62,7 @@ static void gather_operand(const kmp_writer *w, int k)
 
 void kmp_vectorised_operands(const kmp_writer *w)
 {
-    for (int k = 0; k < kmp_group_operands(&w->levels->groups[w->group]); k++) {
+    for (int k = 0; k < kmp_group_operands(w->levels->groups[w->group].op); k++) {
         kmp_text_put(w->text, k ? ", " : "");
         put_operand_signs(w, w->language->arrays.signs, k);
         gather_operand(w, k);
@@ -164,7 +164,7 @@ void kmp_vectorised_lists(const kmp_writer *writer)
     for (one.group = 0; one.group < l->group_count; one.group++) {
         const kmp_group *g = &l->groups[one.group];
         const bool needed[OPERANDS] = {true, g->op != KMP_OP_MUL || g->multiplies, g->op != KMP_OP_MUL || g->adds};
-        for (int k = 0; k < kmp_group_operands(g); k++)
+        for (int k = 0; k < kmp_group_operands(g->op); k++)
             if (needed[k])
                 put_list(&one, one.language->arrays.define, place_lists[k], one.group, g->count,
                          l->operand[k] + g->start, NULL);

@@ -85,6 +85,8 @@ static void put_pieces(const kmp_writer *w)
 
 bool kmp_language_has(const kmp_language *language, kmp_op op)
 {
+    if (op == KMP_OP_TABLE)
+        return language->table_call;
     return !language->functions || kmp_op_form_of(op) != KMP_FORM_FUNCTION || language->functions[op].call;
 }
 
@@ -113,77 +115,6 @@ static void put_functions(const kmp_writer *w)
         else if (functions[op].definition)
             kmp_fill(w, functions[op].definition);
     }
-}
-
-/* -- arguments --------------------------------------------------------------------------------------- */
-
-static unsigned kinds_of(const kmp_writer *w)
-{
-    return w->routine->arguments | (w->source->parameters ? 1u << KMP_IN_PARAMETER : 0);
-}
-
-static void put_argument(const kmp_writer *w, const char **comma, const char *type, const char *name)
-{
-    kmp_text_printf(w->text, "%s%s%s", *comma, type ? type : "", name);
-    *comma = ", ";
-}
-
-static void put_inputs(const kmp_writer *w, const char **comma, unsigned kinds, bool typed)
-{
-    const kmp_language *l = w->language;
-    for (int kind = 0; kind < KMP_IN_COUNT; kind++)
-        if (kinds & 1u << kind)
-            put_argument(w, comma,
-                         !typed                ? NULL
-                         : kind == KMP_IN_TIME ? l->number
-                                               : l->input,
-                         kmp_argument_names[kind]);
-}
-
-static void put_arrays(const kmp_writer *w, const char **comma, unsigned arrays, const char *type)
-{
-    for (int a = 0; a < w->routine->array_count; a++)
-        if (arrays & 1u << a)
-            put_argument(w, comma, type, w->routine->arrays[a].name);
-}
-
-static void put_arguments(const kmp_writer *w)
-{
-    const char *comma = "";
-    put_inputs(w, &comma, kinds_of(w), true);
-    put_arrays(w, &comma, w->language->output ? ~0u : 0, w->language->output);
-}
-
-static void put_results(const kmp_writer *w)
-{
-    const char *comma = "";
-    put_arrays(w, &comma, ~0u, NULL);
-}
-
-/* What a part of a split function reads and writes: of the parameters always p and k. */
-static void put_part_arguments(const kmp_writer *w, bool typed)
-{
-    const char *comma = "", *output = typed ? w->language->output : NULL;
-    if (w->scalar->stage == 0) {
-        put_argument(w, &comma, typed ? w->language->input : NULL, "p");
-        put_argument(w, &comma, output, "k");
-    } else {
-        put_inputs(w, &comma, w->used, typed);
-    }
-    if (w->scalar->slots_used)
-        put_argument(w, &comma, output, "w");
-    if (w->scalar->stage > 0)
-        put_arrays(w, &comma, w->arrays, output);
-}
-
-static void put_part_parameters(const kmp_writer *w)
-{
-    put_part_arguments(w, true);
-}
-
-static void put_part_values(const kmp_writer *w)
-{
-    put_part_arguments(w, false);
 }
 
 /* -- routines ---------------------------------------------------------------------------------------- */
@@ -324,6 +255,13 @@ static void put_runtime(const kmp_writer *w)
         kmp_text_put(w->text, kmp_runtime_lines[k]);
 }
 
+/* Between items of a list: nothing after a bracket or a blank. */
+static void put_comma(const kmp_writer *w)
+{
+    bool begins = w->text->length == 0 || strchr("([ ", w->text->s[w->text->length - 1]);
+    kmp_text_put(w->text, begins ? "" : ", ");
+}
+
 /* -- words ------------------------------------------------------------------------------------------- */
 
 static bool is(const char *word, size_t length, const char *name)
@@ -344,11 +282,8 @@ static const struct {
              {"pieces", put_pieces},       /* of a table */
              {"prepare", put_prepare},     /* functions of the routine */
              {"function", put_function},
-             {"arguments", put_arguments},
-             {"results", put_results},
              {"statements", put_statements},
-             {"part parameters", put_part_parameters}, /* of a part of a split function */
-             {"part arguments", put_part_values},
+             {"comma", put_comma},
              {"lists", kmp_vectorised_lists},   /* of the vectorised form: named lists of places and signs */
              {"groups", kmp_vectorised_groups}, /* all operations */
              {"operands", kmp_vectorised_operands},
@@ -447,12 +382,16 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
                    {"derivative", w->derivative},
                    {"points", table_of(w)->count},
                    {"polynomials", table_of(w)->count - 1},
+                   {"is time", w->kind == KMP_IN_TIME}, /* the argument */
+                   {"is state", w->kind >= KMP_IN_Q},
                    {"slots", w->scalar ? w->scalar->slots : 0},
+                   {"slots used", w->scalar && w->scalar->slots_used},
                    {"part", w->part},
                    {"number", w->number}, /* of a list of places or signs */
                    {"first", w->first},
                    {"last", w->last},
-                   {"size", l->size}, /* of v */
+                   {"size", l->size},            /* of v */
+                   {"width", l->width[w->kind]}, /* of the argument in v */
                    {"steps", l->steps},
                    {"group count", l->group_count},
                    {"constant count", l->number_count}};
@@ -487,6 +426,12 @@ static bool take_array(kmp_writer *w, int k)
     return true;
 }
 
+/* By a part of a split function. */
+static bool take_written_array(kmp_writer *w, int k)
+{
+    return take_array(w, k) && w->arrays >> k & 1;
+}
+
 static bool take_empty_array(kmp_writer *w, int k)
 {
     return take_array(w, k) && w->array->count == 0;
@@ -502,17 +447,18 @@ static bool take_table(kmp_writer *w, int k)
 static bool take_input(kmp_writer *w, int kind)
 {
     w->argument = kmp_argument_names[kind];
+    w->kind = (kmp_input_kind)kind;
     if (w->levels) {
         w->first = w->levels->at[kind] + w->language->base;
         w->last = w->levels->at[kind] + w->levels->width[kind];
     }
-    return w->levels ? w->levels->width[kind] > 0 : kinds_of(w) >> kind & 1;
+    return w->routine->arguments >> kind & 1 || (kind == KMP_IN_PARAMETER && w->source->parameters);
 }
 
-/* An array that a function reads. */
+/* An argument that a function reads. */
 static bool take_read_input(kmp_writer *w, int kind)
 {
-    return take_input(w, kind) && kind >= KMP_IN_Q && w->used >> kind & 1;
+    return take_input(w, kind) && w->used >> kind & 1;
 }
 
 static bool take_unread_input(kmp_writer *w, int kind)
@@ -536,6 +482,7 @@ static void repeat(const kmp_writer *w, const char *word, size_t length, const c
         bool (*take)(kmp_writer *w, int k); /* false: the item is left out */
     } loops[] = {{"each routine", w->source->count, take_routine},
                  {"each array", r ? r->array_count : 0, take_array},
+                 {"each written array", r ? r->array_count : 0, take_written_array},
                  {"each empty array", r ? r->array_count : 0, take_empty_array},
                  {"each table", r ? r->program->table_count : 0, take_table},
                  {"each input", KMP_IN_COUNT, take_input},

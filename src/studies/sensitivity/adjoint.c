@@ -386,15 +386,15 @@ static kempe_status all_back(adjoint *a, double h)
     const int *next_u = a->v->linear.part.u;
     kept_step *last = a->end;
     int *behind = copy_of(a, next_u, (size_t)a->p, sizeof(int));
-    kempe_status status = behind ? KEMPE_OK : kmp_fail_memory(a->v->system->context);
-    for (const kept_mark *k = a->mark; status == KEMPE_OK && k; k = k->before) {
-        status = come_back(a, k->last, last, &h);
+    if (!behind)
+        return kmp_fail_memory(a->v->system->context);
+    for (const kept_mark *k = a->mark; k; k = k->before) {
+        KMP_TRY(come_back(a, k->last, last, &h));
         last = k->last;
-        if (status == KEMPE_OK)
-            status = k->of.condition < 0 ? pass_exchange(a, &k->of, behind) : pass_condition(a, &k->of);
+        KMP_TRY(k->of.condition < 0 ? pass_exchange(a, &k->of, behind) : pass_condition(a, &k->of));
         memcpy(behind, k->of.u, (size_t)a->p * sizeof *behind);
     }
-    return status == KEMPE_OK ? come_back(a, NULL, last, &h) : status;
+    return come_back(a, NULL, last, &h);
 }
 
 /* -- end --------------------------------------------------------------------------------------------- */
@@ -453,20 +453,15 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
         return fail(a, a->ask->spec->t_end);
     if (!make_room(a))
         return kmp_fail_memory(context);
-    kempe_status status = set_end(a, rate_scale);
+    KMP_TRY(set_end(a, rate_scale));
     report->value = a->integral ? report->forward.integral : a->value;
     a->kind = kmp_solver_find(a->ask->spec->integrator);
-    if (status == KEMPE_OK)
-        a->solver = a->kind->create(a->kind, &(kmp_solver_setup){.context = context,
-                                                                 .ode = &a->ode,
-                                                                 .tolerance = {a->ask->spec->rtol, a->atol},
-                                                                 .linear = "auto"});
-    if (status == KEMPE_OK && !a->solver)
+    a->solver = a->kind->create(
+        a->kind, &(kmp_solver_setup){
+                     .context = context, .ode = &a->ode, .tolerance = {a->ask->spec->rtol, a->atol}, .linear = "auto"});
+    if (!a->solver)
         return KEMPE_E_MEMORY;
-    if (status == KEMPE_OK)
-        status = all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->ask->spec->t_end) : 0);
-    if (status != KEMPE_OK)
-        return status;
+    KMP_TRY(all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->ask->spec->t_end) : 0));
     const int *u = a->v->linear.part.u;
     for (int k = 0; k < a->count; k++) {
         const double *q = a->ask->start_q + k * a->n, *qd = a->ask->start_qd + k * a->n;

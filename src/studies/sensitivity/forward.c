@@ -252,15 +252,15 @@ static kempe_status prepare(kmp_forward_formulation *f)
     kmp_eval_set_charts(f->own, f->chart);
     go_by(f, f->own);
     v->linear.plain = false;
-    kempe_status status = kmp_varied_start(v, f->q, f->qd, f->dq, f->dqd);
-    if (status == KEMPE_OK && f->ask->start_q)
+    KMP_TRY(kmp_varied_start(v, f->q, f->qd, f->dq, f->dqd));
+    if (f->ask->start_q)
         memcpy(f->ask->start_q, f->dq, slopes);
-    if (status == KEMPE_OK && f->ask->start_qd)
+    if (f->ask->start_qd)
         memcpy(f->ask->start_qd, f->dqd, slopes);
     f->p = v->linear.p;
-    if (status == KEMPE_OK && v->linear.chosen)
+    if (v->linear.chosen)
         kmp_forward_keep_old(f);
-    return status;
+    return KEMPE_OK;
 }
 
 /* True if the target uses coordinates of spherical joints themselves, which differ in each chart. */
