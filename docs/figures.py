@@ -374,7 +374,7 @@ def joints():
               f'<stop offset="1" stop-color="{BLUE}"/></radialGradient></defs>']
     for k, (name, note, draw) in enumerate(KINDS):
         x, y = width * (k % 3), height * (k // 3)
-        v = View(x + 132, y + 175, 88, *((-38, 24) if name == "universal" else ()))
+        v = View(x + 132, y + 183, 88, *((-38, 24) if name == "universal" else ()))
         draw(v)
         shapes += [text(x + width / 2, y + 26, name, INK, size=17, style=BOLD), text(x + width / 2, y + 45, note, "#5d6d7e", size=13), *v.drawn()]
     for k in (1, 2):
