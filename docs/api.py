@@ -181,7 +181,11 @@ def split_code(block, where, page, own):
     lines = block.split("\n")
     prose = [line for line in lines if not line.startswith("    ")]
     code = [line for line in lines if line.startswith("    ")]
-    text = linked("\n".join(line.strip() for line in prose), where, page, own)
+    named = [k for k, line in enumerate(prose) if re.match(r'"\w+"[:,]', line)]
+    if len(named) > 1:  # a line for each table that a function gives
+        prose = [("\n" if k == named[0] else "") + "- " + line if k in named else ("  " + line if k > named[0] else line)
+                 for k, line in enumerate(prose)]
+    text = linked("\n".join(line.rstrip() if len(named) > 1 else line.strip() for line in prose), where, page, own)
     return text + ("\n\n" + "\n".join(code) if code else "")
 
 

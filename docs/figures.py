@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws the figures of docs/frames.md: frames.svg, joints.svg, cuts.svg and contact_frame.svg.
+"""Draws the figures of docs/frames.md and docs/singular.md: frames.svg, joints.svg, cuts.svg, contact_frame.svg, singular.svg.
 
     python3 docs/figures.py            writes the figures
     python3 docs/figures.py --check    fails when a figure differs
@@ -374,7 +374,7 @@ def joints():
               f'<stop offset="1" stop-color="{BLUE}"/></radialGradient></defs>']
     for k, (name, note, draw) in enumerate(KINDS):
         x, y = width * (k % 3), height * (k // 3)
-        v = View(x + 132, y + 175, 88, *((-38, 24) if name == "universal" else ()))
+        v = View(x + 132, y + 183, 88, *((-38, 24) if name == "universal" else ()))
         draw(v)
         shapes += [text(x + width / 2, y + 26, name, INK, size=17, style=BOLD), text(x + width / 2, y + 45, note, "#5d6d7e", size=13), *v.drawn()]
     for k in (1, 2):
@@ -446,18 +446,20 @@ def angle(centre, radius, begin, end, label, shift=(0, 0)):
             text(x + shift[0], y + shift[1], label, RED, style=ITALIC)]
 
 
+def circle_meet(a, r, b, s, side=1):
+    """The point at distance r from a and s from b, left of the way from a to b or right of it."""
+    d = math.hypot(b[0] - a[0], b[1] - a[1])
+    x = (d * d + r * r - s * s) / (2 * d)
+    y = side * math.sqrt(r * r - x * x)
+    ux, uy = (b[0] - a[0]) / d, (b[1] - a[1]) / d
+    return (a[0] + x * ux - y * uy, a[1] + x * uy + y * ux)
+
+
 def cuts():
     """A four-bar: its loop of joints, the tree, and the closed loop with its multipliers."""
     width, height, scale = 900, 320, 190
     red, blue, green = "#c0392b", "#2471a3", "#1e8449"
     lengths = {"crank": 0.3, "coupler": 0.8, "rocker": 0.7, "base": 0.9}
-
-    def circle_meet(A, r, B, s):
-        d = math.hypot(B[0] - A[0], B[1] - A[1])
-        x = (d * d + r * r - s * s) / (2 * d)
-        y = math.sqrt(r * r - x * x)
-        ux, uy = (B[0] - A[0]) / d, (B[1] - A[1]) / d
-        return (A[0] + x * ux - y * uy, A[1] + x * uy + y * ux)
 
     A, D = (0, 0), (0.9, 0)
     B = (0.3 * math.cos(math.radians(62)), 0.3 * math.sin(math.radians(62)))
@@ -501,6 +503,76 @@ def cuts():
                        arrow(p, (p[0] - 56, p[1]), blue, 2.4), text(p[0] - 40, p[1] - 10, "-\u03bb", blue, size=15),
                        text(p[0] - 62, p[1] + 4, "on the coupler", blue, "end", size=12), hinge(p, "C", (0, -13))]
     return document("A loop, its tree with one cut joint, and the closed loop", width, height, shapes)
+
+
+# -- singular positions --------------------------------------------------------------------------------
+
+def panel(k, title, note):
+    return [text(300 * k + 150, 28, title, INK, size=16, style=BOLD), text(300 * k + 150, 48, note, "#5d6d7e", size=13)]
+
+
+def faint(shapes):
+    return [f'<g opacity="0.3">{"".join(shapes)}</g>']
+
+
+def four_bar_shapes(place, a, b, c, d):
+    points = [place(p) for p in (a, b, c, d)]
+    return [bar(points[0], points[1], "#c0392b"), bar(points[1], points[2], "#2471a3"), bar(points[2], points[3], "#1e8449")]
+
+
+def dead_centre(k):
+    """A slider-crank with crank and rod in line; before and after it faintly."""
+    place = lambda p: (45 + 300 * k + 190 * p[0], 175 - 190 * p[1])
+    shapes = [polyline([place((-0.1, 0)), place((1.25, 0))], "#7f8c99", 1, 'stroke-dasharray="7 4"')]
+    for angle_, solid in ((38, False), (-38, False), (0, True)):
+        b = (0.35 * math.cos(math.radians(angle_)), 0.35 * math.sin(math.radians(angle_)))
+        c = (b[0] + math.sqrt(0.75 ** 2 - b[1] ** 2), 0)
+        x, y = place(c)
+        drawn = [bar(place((0, 0)), place(b), "#c0392b"), bar(place(b), (x, y), "#2471a3"),
+                 f'<rect x="{x - 20:.1f}" y="{y - 12:.1f}" width="40" height="24" rx="3" fill="#e9f7ef" stroke="#1e8449" stroke-width="2"/>']
+        shapes += drawn if solid else faint(drawn)
+        if solid:
+            bx, by = place(b)
+            shapes += [hinge(place((0, 0)), "", (0, 0), True), hinge((bx, by), "", (0, 0)), hinge((x, y), "", (0, 0)),
+                       text(x, y - 22, "slider", "#1e8449"), text((bx + x) / 2 - 12, by - 11, "rod", "#2471a3"), text(place((0.2, 0))[0], by - 11, "crank", "#c0392b")]
+    return panel(k, "dead centre", "the slider turns back: it cannot be u here") + shapes
+
+
+def change_point(k):
+    """A parallelogram in line, and the two branches that continue."""
+    place = lambda p: (35 + 300 * k + 165 * p[0], 175 - 165 * p[1])
+    a, d, r, l = (0, 0), (0.95, 0), 0.42, 0.95
+    b = (r * math.cos(math.radians(35)), r * math.sin(math.radians(35)))
+    shapes = []
+    for side, label, shift in ((1, "parallelogram", (6, -14)), (-1, "crossed", (26, 18))):
+        c = circle_meet(b, l, d, r, side)
+        shapes += faint(four_bar_shapes(place, a, b, c, d))
+        x, y = place(c)
+        shapes += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="white" stroke="#8795a1" stroke-width="1.6"/>', text(x + shift[0], y + shift[1], label, "#5d6d7e", size=13)]
+    x, y = place(b)
+    shapes.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="white" stroke="#8795a1" stroke-width="1.6"/>')
+    shapes += four_bar_shapes(place, a, (r, 0), (r + l, 0), d)
+    shapes += [hinge(place(a), "A", (-15, 4), True), hinge(place(d), "D", (-18, 22), True), hinge(place((r, 0)), "B", (0, 24)), hinge(place((r + l, 0)), "C", (6, 24))]
+    return panel(k, "change point", "J loses a row: two branches meet") + shapes
+
+
+def redundant(k):
+    """A parallelogram with a third parallel bar."""
+    place = lambda p: (55 + 300 * k + 150 * p[0], 220 - 170 * p[1])
+    up = (0.22, 0.55)
+    shapes = []
+    for x, colour in ((0, "#c0392b"), (0.55, "#b9770e"), (1.1, "#1e8449")):
+        shapes.append(bar(place((x, 0)), place((x + up[0], up[1])), colour))
+    shapes.insert(0, bar(place(up), place((1.1 + up[0], up[1])), "#2471a3"))
+    for x, name, shift in ((0, "A", (-16, 6)), (0.55, "B", (-16, 6)), (1.1, "C", (-16, 6))):
+        shapes += [hinge(place((x, 0)), name, shift, True), hinge(place((x + up[0], up[1])), "", (0, 0))]
+    x, y = place((0.55 + up[0], up[1]))
+    shapes.append(text(x, y - 16, "this bar constrains nothing new", "#b9770e", size=13))
+    return panel(k, "redundant constraint", "4 coordinates, 4 rows, mobility 1") + shapes
+
+
+def singular():
+    return document("A dead centre, a change point and a redundant constraint", 900, 270, dead_centre(0) + change_point(1) + redundant(2))
 
 
 # -- wheel and rail ------------------------------------------------------------------------------------
@@ -595,7 +667,7 @@ def contact_frame():
     return document("The frame of a contact between wheel and rail, and its signs", 900, 630, shapes)
 
 
-FIGURES = {"frames.svg": frames, "joints.svg": joints, "cuts.svg": cuts, "contact_frame.svg": contact_frame}
+FIGURES = {"frames.svg": frames, "joints.svg": joints, "cuts.svg": cuts, "contact_frame.svg": contact_frame, "singular.svg": singular}
 
 
 def main(arguments):

@@ -111,7 +111,7 @@ def page(kempe):
     parts = [HEAD]
     for title, introduction, rows in PARTS:
         lines = [f"## {title}\n", introduction + "\n", "| problem | digits | error q | error qd | error lambda | rtol | model, reference |",
-                 "|---|---|--:|--:|--:|---|---|"]
+                 "|---|---|--:|--:|--:|--:|---|"]
         for problem, source, model, reference, rtol in rows:
             cells = ["-" if e is None else f"{e:.0e}" for e in errors(kempe, model, reference, rtol)]
             folder, name = reference.split("/")

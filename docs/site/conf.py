@@ -26,6 +26,7 @@ html_title = "Kempe"
 html_static_path = ["style.css"]
 html_css_files = ["katex/katex.min.css", "style.css"]
 html_copy_source = False
+html_use_index = False
 html_show_sphinx = False
 html_math_renderer = "katex"
 html_theme_options = {"navigation_with_keys": True}
