@@ -361,7 +361,7 @@ def weld(v):
 
 
 KINDS = (("revolute", "rotation about a", revolute), ("prismatic", "translation along a", prismatic),
-         ("cylindrical", "translation, then rotation", cylindrical), ("screw", "the same, coupled by the pitch", screw),
+         ("cylindrical", "translation, then rotation", cylindrical), ("screw", "translation and rotation, coupled", screw),
          ("universal", "rotations about a, then b", universal), ("spherical", "rotations about a, b, c", spherical),
          ("planar", "translations along b, c, rotation about a", planar), ("free", "translations, then rotations, a, b, c", free),
          ("weld", "no coordinate", weld))
