@@ -143,7 +143,7 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
     }
     for (int k = 0; k < count; k++) {
         const char *which = kmp_reader_say(r, "%s, expression %d,", what, k + 1);
-        u->zero[k] = kmp_read_state(r, list ? zero->items[k] : zero, which, KMP_DIM_ANY);
+        u->zero[k] = kmp_read_expr(r, list ? zero->items[k] : zero, which, KMP_DIM_ANY, KMP_OF_STATE);
         good = good && u->zero[k];
         add_leaves(r, u->zero[k], &leaves);
     }
@@ -164,7 +164,7 @@ static void read_entry(kmp_reader *r, const kmp_yaml *node, int index)
     kmp_unknowns *u = &r->model->unknowns[index];
     const char *what = kmp_reader_say(r, "algebraic '%s'", u->name);
     if (node->kind == KMP_YAML_SCALAR) {
-        u->zero[0] = kmp_read_effort(r, node, what, KMP_DIM_ANY);
+        u->zero[0] = kmp_read_expr(r, node, what, KMP_DIM_ANY, KMP_OF_LOADS);
         add_leaves(r, u->zero[0], &u->leaves);
         return;
     }

@@ -163,7 +163,7 @@ static void read_effort(const element *e)
                             m->rotation ? "force" : "torque");
         wanted = KMP_DIM_ANY;
     }
-    e->force->effort = kmp_read_effort(r, effort, e->what, wanted);
+    e->force->effort = kmp_read_expr(r, effort, e->what, wanted, KMP_OF_LOADS);
 }
 
 static void read_in_joint(const element *e)
@@ -188,8 +188,8 @@ static void read_components(const element *e, const kmp_yaml *list, kmp_dimensio
     if (!kmp_read_list(e->r, list, e->what, 3))
         return;
     for (int i = 0; i < 3; i++)
-        e->force->vector[i] =
-            kmp_read_effort(e->r, list->items[i], kmp_reader_say(e->r, "%s, component %d,", e->what, i + 1), wanted);
+        e->force->vector[i] = kmp_read_expr(
+            e->r, list->items[i], kmp_reader_say(e->r, "%s, component %d,", e->what, i + 1), wanted, KMP_OF_LOADS);
 }
 
 static void read_at_point(const element *e)

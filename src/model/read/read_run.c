@@ -157,7 +157,7 @@ static void read_until(kmp_reader *r, const kmp_yaml *node)
     run->until = KMP_ARENA_NEW(&r->model->arena, const kmp_expr *, count);
     for (int i = 0; run->until && i < count; i++) {
         const kmp_yaml *item = several ? node->items[i] : node;
-        const kmp_expr *e = kmp_read_comparison(r, item, "run until");
+        const kmp_expr *e = kmp_read_expr(r, item, "run until", KMP_DIM_ANY, KMP_COMPARISON);
         if (e)
             run->until[run->until_count++] = e;
     }
