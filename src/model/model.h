@@ -5,7 +5,6 @@
 #define KMP_MODEL_MODEL_H
 
 #include "base/arena.h"
-#include "model/algebraic.h"
 #include "model/expressions/expression.h"
 #include "model/rail/wheels.h"
 #include "model/tables/joint_table.h"

@@ -3,7 +3,6 @@
  * ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in functions that
  * traverse the tree. */
 #include "model/expressions/expression.h"
-#include "model/algebraic.h"
 #include "model/limits.h"
 #include "model/tables/nearest.h"
 #include "symbolic/table.h"

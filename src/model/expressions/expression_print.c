@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expressions as text that reads back to the same tree, with the fewest parentheses. */
-#include "model/algebraic.h"
 #include "model/expressions/expression.h"
 #include <math.h>
 

@@ -2,10 +2,10 @@
 /* Pieces of a course are integrated by Gauss-Legendre with four points. Knots of the cubic splines are placed by the
  * fourth derivative (de Boor 1978, chapter V); candidates for the nearest point are refined until they are unambiguous.
  */
-#include "model/rail/course.h"
 #include "base/arena.h"
 #include "base/memory.h"
 #include "model/limits.h"
+#include "model/rail/rail.h"
 #include "symbolic/table.h"
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Zones by sampling: the wheel without yaw is put over the rail at many positions, at a few rolls, and lowered until it
  * touches. The heights of both are on fine even grids. */
-#include "model/rail/zones.h"
 #include "base/arena.h"
+#include "model/rail/rail.h"
 #include "symbolic/table.h"
 #include <math.h>
 #include <stdlib.h>
