@@ -36,7 +36,7 @@ typedef enum kmp_irregularity {
     KMP_IRREGULARITIES
 } kmp_irregularity;
 
-/** Irregularities from a spectral density (wave_spectrum.h). */
+/** Irregularities from a spectral density (rail.h). */
 typedef struct kmp_wave_spectrum {
     int kind; /* row of spectra.def; -1: there is none */
     double seed, from, to, shortest, longest, scale;
