@@ -32,13 +32,6 @@ typedef struct laying {
     bool canted;
 } laying;
 
-double kmp_course_bend(const kmp_course_piece *piece)
-{
-    if (piece->kind == KMP_COURSE_STRAIGHT)
-        return 0;
-    return piece->kind == KMP_COURSE_LEFT ? 1 / piece->radius : -1 / piece->radius;
-}
-
 /* -- sections -------------------------------------------------------------------------------------- */
 
 /* The k-th piece; before the first and after the last are straights. */
@@ -49,10 +42,13 @@ static kmp_course_piece piece_at(const kmp_track *track, int k)
     return track->course[k];
 }
 
+/* Signed: a curve to the left is positive; 0 of a straight, and meaningless of a transition. */
 static double bend_at(const kmp_track *track, int k)
 {
     kmp_course_piece piece = piece_at(track, k);
-    return kmp_course_bend(&piece);
+    if (piece.kind == KMP_COURSE_STRAIGHT)
+        return 0;
+    return piece.kind == KMP_COURSE_LEFT ? 1 / piece.radius : -1 / piece.radius;
 }
 
 /* Angle by which the left rail is up, over the distance of the rails' middles. */

@@ -40,9 +40,6 @@ typedef enum kmp_course_result {
 
 enum { KMP_COURSE_SHORTEST = 1, KMP_COURSE_LONGEST = 1000 }; /* of a piece, in mm; of all pieces, in km */
 
-/** Signed: a curve to the left is positive; 0 of a straight, and meaningless of a transition. */
-double kmp_course_bend(const kmp_course_piece *piece);
-
 /** Computes the course of a track: x, y, cant, candidates and length. Radii of curves are larger than its gauge, pieces
  * and their sum within the limits above. */
 kmp_course_result kmp_course_lay(kmp_track *track);

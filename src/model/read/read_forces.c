@@ -90,20 +90,6 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 
-/* One number, or three: a list of them, or one for all. */
-static bool read_field(const element *e, const kmp_yaml *node, const char *what, int k)
-{
-    const kmp_force_field *field = &kmp_force_fields[k];
-    kmp_number *number = kmp_force_number(e->force, k);
-    if (field->size == 3 && node->kind == KMP_YAML_LIST)
-        return kmp_read_vector(e->r, node, what, dimension_of(e, field), number);
-    if (!kmp_read_number(e->r, node, what, dimension_of(e, field), number))
-        return false;
-    for (int i = 1; i < field->size; i++)
-        number[i] = number[0];
-    return true;
-}
-
 /* The numbers of the element, keys of `map`. */
 static void read_fields(const element *e, const kmp_yaml *map, const char *what)
 {
@@ -118,7 +104,8 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
         if (!node)
             continue;
         const char *name = kmp_reader_say(e->r, "the %s of %s", key, e->what);
-        bool good = read_field(e, node, name, k);
+        bool good = (field->size == 3 ? kmp_read_one_or_three : kmp_read_number)(
+            e->r, node, name, dimension_of(e, field), kmp_force_number(e->force, k));
         for (int i = 0; good && i < field->size; i++)
             (void)kmp_check_rule(e->r, node, name, field->rule, kmp_force_get(e->force, k)[i].value, "");
     }

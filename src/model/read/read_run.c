@@ -52,11 +52,8 @@ void kmp_read_start(kmp_reader *r)
     kempe_model *model = r->model;
     kmp_start *start = &model->start;
     int n = model->motion_count;
-    start->q = KMP_ARENA_NEW(&model->arena, kmp_number, n);
-    start->qd = KMP_ARENA_NEW(&model->arena, kmp_number, n);
-    start->q_given = KMP_ARENA_NEW(&model->arena, bool, n);
-    start->qd_given = KMP_ARENA_NEW(&model->arena, bool, n);
-    start->hold = KMP_ARENA_NEW(&model->arena, bool, n);
+    KMP_ARENA_EACH(&model->arena, kmp_number, n, &start->q, &start->qd);
+    KMP_ARENA_EACH(&model->arena, bool, n, &start->q_given, &start->qd_given, &start->hold);
     const kmp_yaml *map = kmp_yaml_get(r->root, "start");
     if (model->arena.failed || !map || !kmp_read_map(r, map, "start", start_keys))
         return;

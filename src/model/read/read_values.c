@@ -274,6 +274,17 @@ bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     return good;
 }
 
+bool kmp_read_one_or_three(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                           kmp_number numbers[3])
+{
+    if (node->kind == KMP_YAML_LIST)
+        return kmp_read_vector(r, node, what, wanted, numbers);
+    if (!kmp_read_number(r, node, what, wanted, numbers))
+        return false;
+    numbers[1] = numbers[2] = numbers[0];
+    return true;
+}
+
 bool kmp_read_fixed(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value)
 {
     kmp_number number;

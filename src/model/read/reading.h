@@ -167,6 +167,10 @@ bool kmp_section_next(kmp_section *s);
 bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number);
 bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
 
+/** Three numbers: a list of them, or one for all. */
+bool kmp_read_one_or_three(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                           kmp_number numbers[3]);
+
 /** A number outside the equations: its parameters cannot vary (kmp_reader_fix). */
 bool kmp_read_fixed(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value);
 
