@@ -8,7 +8,6 @@
 #include "integrators/formulations/reduced.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/run/runner.h"
-#include "model/check_mass.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

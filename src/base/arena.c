@@ -98,3 +98,14 @@ char *kmp_arena_strdup(kmp_arena *arena, const char *s)
         memcpy(copy, s, size);
     return copy;
 }
+
+/* A list is full when its count is a power of two, or zero. */
+void *kmp_arena_room(kmp_arena *arena, void *list, int count, size_t size)
+{
+    if ((count & (count - 1)) != 0)
+        return list;
+    void *grown = kmp_arena_alloc(arena, count > 0 ? 2 * (size_t)count : 1, size);
+    if (grown && count > 0)
+        memcpy(grown, list, (size_t)count * size);
+    return grown;
+}

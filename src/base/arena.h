@@ -19,6 +19,10 @@ void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size);
 double *kmp_arena_aligned(kmp_arena *arena, size_t n);
 char *kmp_arena_strdup(kmp_arena *arena, const char *s);
 
+/** Room for one more item in a list of `count`, all of which were added so: the list itself or, where that is full, a
+ * copy of twice the size. NULL without memory. */
+void *kmp_arena_room(kmp_arena *arena, void *list, int count, size_t size);
+
 /** Arrays of doubles of one size to allocate, and the places of their addresses: up to the first NULL, 15 at most. */
 typedef struct kmp_arena_group {
     ptrdiff_t size;

@@ -8,7 +8,6 @@
 #include "constraints/rounding/rounding.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dot.h"
-#include "model/check_mass.h"
 #include <string.h>
 
 static bool make_room(kmp_linear *l)

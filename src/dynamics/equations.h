@@ -41,7 +41,7 @@ typedef struct kmp_scene {
     bool efforts;             /* efforts on the coordinates as inputs: of the accelerations */
     bool loops_alone;         /* no rows of drives */
     bool labels;              /* nodes get names */
-    bool charted;             /* spherical joints have charts as inputs (model/spherical.h) */
+    bool charted;             /* spherical joints have charts as inputs (model/spherical.c) */
     unsigned without;         /* rules of the graph that are not applied (symbolic/graph.h) */
     bool plain;               /* as derived: without search for shorter variants */
     bool optimize;            /* look longer for the choice with the fewest operations: joint by joint */

@@ -5,9 +5,7 @@
 #include "base/memory.h"
 #include "dynamics/goal_equations.h"
 #include "dynamics/motion.h"
-#include "model/check_mass.h"
 #include "model/print/model_print.h"
-#include "model/spherical.h"
 #include "model/tables/closure_table.h"
 #include "model/variant.h"
 #include <kempe/extend.h>

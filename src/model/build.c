@@ -35,11 +35,8 @@ static const kmp_yaml *number(kmp_builder *b, kempe_number n)
         kmp_text_number(&text, n.value);
     else
         kmp_text_put(&text, isnan(n.value) ? "0/0" : n.value > 0 ? "1/0" : "-1/0");
-    const kmp_yaml *node = text.failed ? NULL : word(b, text.s);
-    if (text.failed)
-        b->arena.failed = true;
-    kmp_text_free(&text);
-    return node;
+    const char *digits = kmp_text_keep(&text, &b->arena);
+    return digits ? word(b, digits) : NULL;
 }
 
 static void append(kmp_builder *b, kmp_yaml *list, const kmp_yaml *item)
@@ -95,27 +92,12 @@ static kmp_yaml *part(kmp_builder *b, kmp_yaml *map, const char *key, kmp_yaml_k
 /* The label of the next call: "WHAT 'NAME'", or WHAT. */
 static void begin_call(kmp_builder *b, const char *what, const char *name)
 {
-    kmp_text label = {0};
-    if (b->call_count == b->call_capacity) {
-        int capacity = b->call_capacity ? 2 * b->call_capacity : 16;
-        const char **grown = KMP_ARENA_NEW(&b->arena, const char *, capacity);
-        if (!grown)
-            return;
-        for (int i = 0; i < b->call_count; i++)
-            grown[i] = b->calls[i];
-        b->calls = grown;
-        b->call_capacity = capacity;
-    }
-    if (name)
-        kmp_text_printf(&label, "%s '%s'", what, name);
-    else
-        kmp_text_put(&label, what);
-    const char *kept = label.failed ? NULL : kmp_arena_strdup(&b->arena, label.s);
-    if (label.failed)
-        b->arena.failed = true;
-    kmp_text_free(&label);
-    if (kept)
-        b->calls[b->call_count++] = kept;
+    const char **calls = kmp_arena_room(&b->arena, b->calls, b->call_count, sizeof *calls);
+    const char *label = kmp_arena_printf(&b->arena, name ? "%s '%s'" : "%s", what, name);
+    if (!calls || !label)
+        return;
+    b->calls = calls;
+    b->calls[b->call_count++] = label;
 }
 
 /* KEMPE_OK if a call may continue: the model is under construction and the name is present. */
@@ -130,12 +112,27 @@ static kempe_status check_call(kempe_model *model, const char *what, const char 
     return KEMPE_OK;
 }
 
-static kempe_status check_new(kempe_model *model, const char *what, const char *name, const char *section)
+/* The singular of a section's name: "forces" has forces, "bodies" bodies. */
+static const char *kind_of(const char *section)
 {
-    kempe_status status = check_call(model, what, name);
-    if (status == KEMPE_OK && kmp_yaml_get(kmp_yaml_get(model->builder->root, section), name))
-        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s '%s' exists already in the model", what, name);
-    return status;
+    static const char *const words[][2] = {{"bodies", "body"},  {"joints", "joint"}, {"loops", "loop"},
+                                           {"forces", "force"}, {"drives", "drive"}, {"parameters", "parameter"},
+                                           {"wheels", "wheel"}};
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++)
+        if (strcmp(words[k][0], section) == 0)
+            return words[k][1];
+    return section;
+}
+
+/* Begins the call that adds an entry to a section. */
+static kempe_status begin_entry(kempe_model *model, const char *section, const char *name)
+{
+    const char *what = kind_of(section);
+    KMP_TRY(check_call(model, what, name));
+    if (kmp_yaml_get(kmp_yaml_get(model->builder->root, section), name))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s '%s' exists already in the model", what, name);
+    begin_call(model->builder, what, name);
+    return KEMPE_OK;
 }
 
 static kempe_status end_call(kempe_model *model)
@@ -203,8 +200,7 @@ kempe_status kempe_model_set_gravity(kempe_model *model, kempe_number x, kempe_n
 kempe_status kempe_model_add_parameter(kempe_model *model, const char *name, kempe_number value)
 {
     KMP_WANTED(NULL, model, "model");
-    KMP_TRY(check_new(model, "parameter", name, "parameters"));
-    begin_call(model->builder, "parameter", name);
+    KMP_TRY(begin_entry(model, "parameters", name));
     return add(model, "parameters", name, number(model->builder, value));
 }
 
@@ -219,14 +215,9 @@ static const kmp_yaml *motions(kmp_builder *b, const char *text)
 {
     kmp_yaml *list = new_node(b, KMP_YAML_LIST);
     while (list && *text) {
-        kmp_text code = {0};
         size_t length = strcspn(text, " ,");
-        kmp_text_printf(&code, "%.*s", (int)length, text);
-        const kmp_yaml *item = length && !code.failed ? word(b, code.s) : NULL;
-        if (code.failed)
-            b->arena.failed = true;
-        append(b, list, item);
-        kmp_text_free(&code);
+        const char *code = length ? kmp_arena_printf(&b->arena, "%.*s", (int)length, text) : NULL;
+        append(b, list, code ? word(b, code) : NULL);
         text += length + (text[length] != '\0');
     }
     return list;
@@ -260,8 +251,7 @@ kempe_status kempe_model_add_body(kempe_model *model, const kempe_body_def *def)
     KMP_WANTED(NULL, model, "model");
     KMP_WANTED(model->context, def, "def");
     kmp_builder *b = model->builder;
-    KMP_TRY(check_new(model, "body", def->name, "bodies"));
-    begin_call(b, "body", def->name);
+    KMP_TRY(begin_entry(model, "bodies", def->name));
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     if (def->at)
         put(b, map, "joint", joint(b, def));
@@ -287,10 +277,8 @@ kempe_status kempe_model_add_point(kempe_model *model, const char *body, const c
                         body ? body : "");
     if (kmp_yaml_get(kmp_yaml_get(owner, "points"), name))
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s.%s' exists already in the model", body, name);
-    kmp_text full = {0};
-    kmp_text_printf(&full, "%s.%s", body, name);
-    begin_call(b, "point", full.s ? full.s : name);
-    kmp_text_free(&full);
+    const char *full = kmp_arena_printf(&b->arena, "%s.%s", body, name);
+    begin_call(b, "point", full ? full : name);
     put(b, part(b, owner, "points", KMP_YAML_MAP), name, vector(b, n));
     return end_call(model);
 }
@@ -308,8 +296,7 @@ kempe_status kempe_model_add_joint(kempe_model *model, const kempe_joint_def *de
     KMP_WANTED(model->context, def, "def");
     const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
     kmp_builder *b = model->builder;
-    KMP_TRY(check_new(model, "joint", def->name, "joints"));
-    begin_call(b, "joint", def->name);
+    KMP_TRY(begin_entry(model, "joints", def->name));
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     put(b, map, def->kind ? def->kind : "", two_words(b, def->point));
     if (def->kind && strcmp(def->kind, "weld") != 0)
@@ -332,8 +319,7 @@ kempe_status kempe_model_add_closure(kempe_model *model, const kempe_closure_def
     KMP_WANTED(NULL, model, "model");
     KMP_WANTED(model->context, def, "def");
     kmp_builder *b = model->builder;
-    KMP_TRY(check_new(model, "loop", def->name, "loops"));
-    begin_call(b, "loop", def->name);
+    KMP_TRY(begin_entry(model, "loops", def->name));
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     put(b, map, def->kind ? def->kind : "", two_words(b, def->point));
     put_given(b, map, "length", def->length);
@@ -350,8 +336,7 @@ kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *de
     KMP_WANTED(NULL, model, "model");
     KMP_WANTED(model->context, def, "def");
     kmp_builder *b = model->builder;
-    KMP_TRY(check_new(model, "force", def->name, "forces"));
-    begin_call(b, "force", def->name);
+    KMP_TRY(begin_entry(model, "forces", def->name));
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     const char *const words[3][2] = {{"joint", def->joint}, {"torque", def->torque}, {"force", def->force}};
     for (int i = 0; i < 3; i++)
@@ -368,18 +353,6 @@ kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *de
 
 /* -- other parts of the language ------------------------------------------------------------------- */
 
-/* The singular of a section's name: "forces" has forces, "bodies" bodies. */
-static const char *kind_of(const char *section)
-{
-    static const char *const words[][2] = {{"bodies", "body"},  {"joints", "joint"}, {"loops", "loop"},
-                                           {"forces", "force"}, {"drives", "drive"}, {"parameters", "parameter"},
-                                           {"wheels", "wheel"}};
-    for (size_t k = 0; k < sizeof words / sizeof *words; k++)
-        if (strcmp(words[k][0], section) == 0)
-            return words[k][1];
-    return section;
-}
-
 kempe_status kempe_model_add_text(kempe_model *model, const char *section, const char *name, const char *text)
 {
     KMP_WANTED(NULL, model, "model");
@@ -387,8 +360,7 @@ kempe_status kempe_model_add_text(kempe_model *model, const char *section, const
     KMP_WANTED(model->context, text, "text");
     kmp_builder *b = model->builder;
     const kmp_yaml *node = NULL;
-    KMP_TRY(check_new(model, kind_of(section), name, section));
-    begin_call(b, kind_of(section), name);
+    KMP_TRY(begin_entry(model, section, name));
     if (b->arena.failed)
         return kmp_fail_memory(model->context);
     int call = b->call_count - 1;

@@ -10,7 +10,7 @@ typedef struct kmp_builder {
     kmp_arena arena;
     kmp_yaml *root;
     const char **calls; /* the calls, "body 'crank'": the files, without lines, of their nodes; 0: the model */
-    int call_count, call_capacity;
+    int call_count;
 } kmp_builder;
 
 void kmp_builder_free(kmp_builder *builder);

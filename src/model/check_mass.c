@@ -2,9 +2,9 @@
 /* Massless motions that the tree shows: those of a massless body with massless descendants only, and a last motion that
  * does not move its body's mass. Bodies with closures may be massless: the reduced mass alone shows whether their
  * motions move a mass (constraints/partition/causes.h). */
-#include "model/check_mass.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "model/model.h"
 #include <math.h>
 
 typedef struct branch {

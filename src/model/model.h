@@ -5,7 +5,6 @@
 #define KMP_MODEL_MODEL_H
 
 #include "base/arena.h"
-#include "model/algebraic.h"
 #include "model/expressions/expression.h"
 #include "model/rail/wheels.h"
 #include "model/tables/joint_table.h"
@@ -18,6 +17,7 @@ typedef struct kmp_parameter {
     kmp_number number;
     bool fixed;  /* a value that is no number of the equations depends on it */
     bool shapes; /* and such a value is part of them: axes, tables, sections of the model */
+    bool used;   /* something other than parameters depends on it */
     bool unused; /* nothing of the model depends on it, and the user was warned */
     bool varies; /* of a variant (model/variant.h): an input of its equations */
 } kmp_parameter;
@@ -231,6 +231,13 @@ bool kmp_model_has_loads(const kempe_model *model);
 
 /** True if an output shows multipliers, or quantities that depend on them. */
 bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output);
+
+/** Massless motions that the tree shows. KEMPE_E_INPUT: each of them, at the place of its body; KEMPE_E_MEMORY. */
+kempe_status kmp_check_masses(const kempe_model *model);
+
+/** Joints whose rotations may be counted from another orientation (spherical.c). first[i]: the first of the three
+ * rotations of joint i, ascending; room for a third of the motions. The number of them, -1 when there is no memory. */
+int kmp_spherical_find(const kempe_model *model, int *first);
 
 /** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
 kempe_status kmp_model_check_finished(const kempe_model *model);

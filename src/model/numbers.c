@@ -4,15 +4,12 @@
 #include "model/tables/closure_table.h"
 #include <stddef.h>
 
-#define FIELD(member, m, kg, s, rule)                                                                                  \
-    {                                                                                                                  \
-#member, offsetof(kmp_wheel, member), {KMP_DIMENSION_KNOWN, {m, kg, s } }, KMP_FIELD_##rule                    \
-    }
-
 const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS] = {
-    FIELD(radius, 1, 0, 0, POSITIVE),          FIELD(friction, 0, 0, 0, NOT_NEGATIVE),
-    FIELD(shear_modulus, -1, 1, -2, POSITIVE), FIELD(stiffness, -0.5, 1, -2, POSITIVE),
-    FIELD(damping, -1, 0, 1, NOT_NEGATIVE),    FIELD(speed, 1, 0, -1, POSITIVE)};
+#define KMP_WHEEL_NUMBER(member, m, kg, s, rule)                                                                       \
+    {#member, offsetof(kmp_wheel, member), {KMP_DIMENSION_KNOWN, {m, kg, s}}, KMP_FIELD_##rule},
+#include "model/rail/wheel_numbers.def"
+#undef KMP_WHEEL_NUMBER
+};
 
 typedef struct walk {
     kmp_number_visit *visit;

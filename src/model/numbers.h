@@ -12,7 +12,7 @@ typedef bool kmp_number_visit(void *user, const kmp_number *number, const char *
 /** Visits all numbers; false if a visit has ended the walk. */
 bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *visit, void *user);
 
-/** The numbers of a wheel. */
+/** The rows of wheel_numbers.def. */
 typedef struct kmp_wheel_field {
     const char *key;
     size_t offset; /* in kmp_wheel */
@@ -20,7 +20,12 @@ typedef struct kmp_wheel_field {
     kmp_field_rule rule;
 } kmp_wheel_field;
 
-enum { KMP_WHEEL_FIELDS = 6 };
+enum {
+#define KMP_WHEEL_NUMBER(member, m, kg, s, rule) KMP_WHEEL_##member,
+#include "model/rail/wheel_numbers.def"
+#undef KMP_WHEEL_NUMBER
+    KMP_WHEEL_FIELDS
+};
 extern const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS];
 
 #endif

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "model/spherical.h"
+/* Joints whose rotations may be counted from another orientation: three rotations about axes each perpendicular to the
+ * next. No force, closure or expression uses their coordinates, so that the angles appear in the results alone. */
 #include "base/memory.h"
+#include "model/model.h"
 #include <math.h>
 
 /* Cosine of the angle between perpendicular unit axes, up to the rounding of their components. */

@@ -12,8 +12,6 @@ static const struct {
 #undef KMP_UNIT
 };
 
-enum { UNITS = sizeof units / sizeof units[0] };
-
 /* -- dimensions ---------------------------------------------------------------------------------- */
 
 kmp_dimension kmp_dimension_times(kmp_dimension a, kmp_dimension b, double sign)
@@ -93,7 +91,7 @@ void kmp_dimension_print(kmp_text *text, kmp_dimension a)
 
 bool kmp_unit_find(const char *name, size_t length, kmp_unit *unit)
 {
-    for (int i = 0; i < UNITS; i++)
+    for (int i = 0; i < kmp_unit_names.count; i++)
         if (strlen(units[i].name) == length && strncmp(units[i].name, name, length) == 0) {
             *unit = units[i].unit;
             return true;
@@ -110,7 +108,4 @@ void kmp_unit_multiply(kmp_unit *unit, const kmp_unit *other, int power)
     unit->dimension = kmp_dimension_times(unit->dimension, other->dimension, power);
 }
 
-const char *kmp_unit_name(int k)
-{
-    return k < UNITS ? units[k].name : NULL;
-}
+const kmp_name_list kmp_unit_names = {units, sizeof *units, sizeof units / sizeof *units};

@@ -3,7 +3,7 @@
 #ifndef KMP_MODEL_EXPRESSIONS_DIMENSION_H
 #define KMP_MODEL_EXPRESSIONS_DIMENSION_H
 
-#include "base/text.h"
+#include "model/tables/nearest.h"
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -54,7 +54,6 @@ bool kmp_unit_find(const char *name, size_t length, kmp_unit *unit);
 /** unit = unit * other^power */
 void kmp_unit_multiply(kmp_unit *unit, const kmp_unit *other, int power);
 
-/** The k-th unit's name, NULL after the last. */
-const char *kmp_unit_name(int k);
+extern const kmp_name_list kmp_unit_names;
 
 #endif

@@ -3,7 +3,6 @@
  * ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in functions that
  * traverse the tree. */
 #include "model/expressions/expression.h"
-#include "model/algebraic.h"
 #include "model/limits.h"
 #include "model/tables/nearest.h"
 #include "symbolic/table.h"
@@ -79,10 +78,7 @@ static const char *copy_word(parser *p, size_t n)
 
 static int find_function(const char *name)
 {
-    for (int i = 0; i < (int)KMP_FUNCTION_COUNT; i++)
-        if (strcmp(functions[i].name, name) == 0)
-            return i;
-    return -1;
+    return kmp_name_find(KMP_NAMES_OF(functions), name);
 }
 
 const char *kmp_function_name(kmp_function function)
@@ -101,15 +97,16 @@ static int column_of(const parser *p, const char *where)
     return column;
 }
 
-static void say_at(const parser *p, const char *where, const kmp_text *sentence)
+/* Reports a sentence, which is freed. */
+static const kmp_expr *say_at(const parser *p, const char *where, kmp_text *sentence)
 {
     const kmp_expr_scope *scope = p->scope;
     bool failed = sentence->failed || scope->arena->failed;
-    if (!failed)
-        failed = kmp_complain(scope->context, scope->file, scope->line, column_of(p, where), "%s", sentence->s) ==
-                 KEMPE_E_MEMORY;
-    if (failed)
+    if (failed || kmp_complain(scope->context, scope->file, scope->line, column_of(p, where), "%s", sentence->s) ==
+                      KEMPE_E_MEMORY)
         scope->arena->failed = true;
+    kmp_text_free(sentence);
+    return NULL;
 }
 
 __attribute__((format(printf, 3, 4))) static const kmp_expr *complain(const parser *p, const char *where,
@@ -120,46 +117,34 @@ __attribute__((format(printf, 3, 4))) static const kmp_expr *complain(const pars
     va_start(arguments, format);
     kmp_text_vprintf(&sentence, format, arguments);
     va_end(arguments);
-    say_at(p, where, &sentence);
-    kmp_text_free(&sentence);
-    return NULL;
+    return say_at(p, where, &sentence);
 }
 
 static const kmp_expr *complain_unknown(const parser *p, const char *where, const char *name, kmp_expr_symbol symbol)
 {
     static const char *const words[] = {"parameter", "coordinate", "loop"};
-    const kmp_expr_scope *scope = p->scope;
     kmp_text sentence = {0};
     kmp_text_printf(&sentence, "unknown %s '%s'", words[symbol], name);
-    if (scope->suggest)
-        scope->suggest(scope->user, name, symbol, &sentence);
-    say_at(p, where, &sentence);
-    kmp_text_free(&sentence);
-    return NULL;
+    if (p->scope->suggest)
+        p->scope->suggest(p->scope->user, name, symbol, &sentence);
+    return say_at(p, where, &sentence);
 }
 
 static const kmp_expr *complain_function(const parser *p, const char *where, const char *name)
 {
     kmp_text sentence = {0};
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int i = 0; i < (int)KMP_FUNCTION_COUNT; i++)
-        kmp_nearest_offer(&nearest, functions[i].name);
+    kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES_OF(functions));
     kmp_text_printf(&sentence, "unknown function '%s'", name);
     kmp_nearest_suggest(&nearest, &sentence);
-    say_at(p, where, &sentence);
-    kmp_text_free(&sentence);
-    return NULL;
+    return say_at(p, where, &sentence);
 }
 
 static const kmp_expr *complain_unit(const parser *p, const char *where, const char *name)
 {
     kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "an operator or a unit is expected here, not '%s'; units are", name);
-    for (int i = 0; kmp_unit_name(i); i++)
-        kmp_text_printf(&sentence, "%s %s", i > 0 ? "," : "", kmp_unit_name(i));
-    say_at(p, where, &sentence);
-    kmp_text_free(&sentence);
-    return NULL;
+    kmp_text_printf(&sentence, "an operator or a unit is expected here, not '%s'; units are ", name);
+    kmp_name_list_print(&sentence, kmp_unit_names, ", ", ", ");
+    return say_at(p, where, &sentence);
 }
 
 /* Bytes of the character at s, so that a message never cuts one. */

@@ -70,6 +70,25 @@ typedef struct kmp_number {
     int symbol; /* its number where numbers are kept as symbols: 1, 2, ... in the order of reading; 0: none */
 } kmp_number;
 
+/** Algebraic variables, which are solved wherever they are needed, or an expression under a name. */
+enum { KMP_UNKNOWNS_MOST = 6 };
+
+typedef struct kmp_unknowns {
+    const char *name;
+    int count; /* 0: an expression under a name */
+    bool late; /* depends on multipliers: read after the closures */
+    const char *unknown[KMP_UNKNOWNS_MOST];
+    kmp_number guess[KMP_UNKNOWNS_MOST];
+    const kmp_expr *zero[KMP_UNKNOWNS_MOST]; /* one per variable; a named expression is the first; NULL: not read */
+    const kmp_expr *leaves;                  /* all that occurs in them but operations, added up; NULL: nothing yet */
+} kmp_unknowns;
+
+/** The names that expressions use: of the variables, or of the expression. */
+static inline kmp_name_list kmp_unknown_names(const kmp_unknowns *u)
+{
+    return u->count > 0 ? KMP_NAMES(u->unknown, u->count) : KMP_NAMES(&u->name, 1);
+}
+
 /** Kinds of names in expressions. */
 typedef enum kmp_expr_symbol { KMP_SYMBOL_PARAMETER, KMP_SYMBOL_COORDINATE, KMP_SYMBOL_CLOSURE } kmp_expr_symbol;
 

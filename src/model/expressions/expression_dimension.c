@@ -118,9 +118,11 @@ kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dime
 
 void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault)
 {
-    static const char *const words[] = {[KMP_EXPR_ADD] = "added to",          [KMP_EXPR_SUB] = "subtracted from",
-                                        [KMP_EXPR_LESS] = "compared with",    [KMP_EXPR_AT_MOST] = "compared with",
-                                        [KMP_EXPR_GREATER] = "compared with", [KMP_EXPR_AT_LEAST] = "compared with"};
+    static const char *const words[] = {
+#define KMP_OPERATOR(kind, sign, bind, left, right, value, mismatch) [KMP_EXPR_##kind] = mismatch,
+#include "model/expressions/operators.def"
+#undef KMP_OPERATOR
+    };
     kmp_expr_kind kind = fault->at->kind;
     kmp_dimension a = fault->a, b = fault->b;
     if (kind < sizeof words / sizeof *words && words[kind]) {

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expressions as text that reads back to the same tree, with the fewest parentheses. */
-#include "model/algebraic.h"
 #include "model/expressions/expression.h"
 #include <math.h>
 
@@ -15,15 +14,10 @@ static void print_binary(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         const char *sign;
         int bind, left, right;
     } operators[] = {
-        [KMP_EXPR_ADD] = {" + ", BIND_SUM, BIND_SUM, BIND_PRODUCT},
-        [KMP_EXPR_SUB] = {" - ", BIND_SUM, BIND_SUM, BIND_PRODUCT},
-        [KMP_EXPR_MUL] = {"*", BIND_PRODUCT, BIND_PRODUCT, BIND_NEGATIVE},
-        [KMP_EXPR_DIV] = {"/", BIND_PRODUCT, BIND_PRODUCT, BIND_NEGATIVE},
-        [KMP_EXPR_POW] = {"^", BIND_POWER, BIND_PRIMARY, BIND_NEGATIVE},
-        [KMP_EXPR_LESS] = {" < ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
-        [KMP_EXPR_AT_MOST] = {" <= ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
-        [KMP_EXPR_GREATER] = {" > ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
-        [KMP_EXPR_AT_LEAST] = {" >= ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+#define KMP_OPERATOR(kind, sign, bind, left, right, value, mismatch)                                                   \
+    [KMP_EXPR_##kind] = {sign, BIND_##bind, BIND_##left, BIND_##right},
+#include "model/expressions/operators.def"
+#undef KMP_OPERATOR
     };
     bool open = operators[expr->kind].bind < place;
     kmp_text_put(text, open ? "(" : "");

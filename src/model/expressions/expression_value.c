@@ -30,38 +30,20 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
         return parameters[expr->index];
     case KMP_EXPR_NEG:
         return -a;
-    case KMP_EXPR_ADD:
-        return a + b;
-    case KMP_EXPR_SUB:
-        return a - b;
-    case KMP_EXPR_MUL:
-        return a * b;
-    case KMP_EXPR_DIV:
-        return a / b;
-    case KMP_EXPR_POW:
-        return pow(a, b);
+#define KMP_OPERATOR(kind, sign, bind, left, right, value, mismatch)                                                   \
+    case KMP_EXPR_##kind:                                                                                              \
+        return value;
+#include "model/expressions/operators.def"
+#undef KMP_OPERATOR
     case KMP_EXPR_CALL:
         return call(expr->function, a, b, c);
-    case KMP_EXPR_LESS:
-        return a < b;
-    case KMP_EXPR_AT_MOST:
-        return a <= b;
-    case KMP_EXPR_GREATER:
-        return a > b;
-    case KMP_EXPR_AT_LEAST:
-        return a >= b;
     case KMP_EXPR_TABLE: /* the error of one that could not be read is already reported */
         return expr->table->table ? kmp_table_value(expr->table->table, 0, a) : 0;
     case KMP_EXPR_TIME:
         return t;
-    case KMP_EXPR_Q:
-    case KMP_EXPR_QD:
-    case KMP_EXPR_LAMBDA:
-    case KMP_EXPR_UNKNOWN:
-    case KMP_EXPR_PLACE:
-        break;
+    default:
+        return NAN;
     }
-    return NAN;
 }
 
 double kmp_expr_value(const kmp_expr *expr, const double *parameters)

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/files/document.h"
-#include "model/files/mbs.h"
 #include <string.h>
 
 static bool ends_with(const char *name, const char *ending)

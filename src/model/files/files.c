@@ -9,12 +9,10 @@ int kmp_reader_add_file(kmp_reader *r, const char *label)
 {
     kempe_model *model = r->model;
     int count = model->file_count;
-    const char **files = KMP_ARENA_NEW(&model->arena, const char *, count + 1);
+    const char **files = kmp_arena_room(&model->arena, model->files, count, sizeof *files);
     const char *kept = kmp_arena_strdup(&model->arena, label);
     if (!files || !kept)
         return -1;
-    if (count > 0)
-        memcpy(files, model->files, (size_t)count * sizeof *files);
     files[count] = kept;
     model->files = files;
     return model->file_count++;

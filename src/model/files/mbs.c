@@ -2,10 +2,8 @@
 /* A ROBOTRAN model, converted to an equivalent YAML document; its nodes have the places of the elements that they come
  * from. Values common to both languages are passed on unread: the reader checks them. Names lose the characters that
  * Kempe's names do not have. Laws of forces are functions in user code in ROBOTRAN, so they are not converted. */
-#include "model/files/mbs.h"
+#include "model/files/document.h"
 #include "model/files/nodes.h"
-#include "model/files/xml.h"
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -98,14 +96,9 @@ static const char *clean(importer *im, const char *name)
     kmp_text text = {0};
     if ((name[0] >= '0' && name[0] <= '9') || !name[0] || strcmp(name, "ground") == 0)
         kmp_text_put(&text, "_");
-    for (const char *s = name; *s; s++) {
+    for (const char *s = name; *s; s++)
         kmp_text_printf(&text, "%c", is_letter(*s) ? *s : '_');
-    }
-    const char *kept = text.failed ? NULL : kmp_arena_strdup(im->arena, text.s);
-    if (text.failed)
-        im->arena->failed = true;
-    kmp_text_free(&text);
-    return kept;
+    return kmp_text_keep(&text, im->arena);
 }
 
 /* The name inside an element; NULL after an error or without memory. */
@@ -115,17 +108,6 @@ static const char *name_of(importer *im, const kmp_element *e, const char *key)
     if (!name)
         complain(im, e->place, "element", e->name, "has no name");
     return name ? clean(im, name) : NULL;
-}
-
-static const char *joined(importer *im, const char *a, const char *between, const char *b)
-{
-    kmp_text text = {0};
-    kmp_text_printf(&text, "%s%s%s", a, between, b);
-    const char *kept = text.failed ? NULL : kmp_arena_strdup(im->arena, text.s);
-    if (text.failed)
-        im->arena->failed = true;
-    kmp_text_free(&text);
-    return kept;
 }
 
 /* -- points ---------------------------------------------------------------------------------------- */
@@ -190,7 +172,7 @@ static const kmp_yaml *place_on(importer *im, const kmp_element *e, bool point)
     if (!on || (origin && !point))
         return on ? kmp_yaml_word(im->arena, e->place, on) : NULL;
     const char *at = clean(im, name ? name : "origin");
-    const char *full = at ? joined(im, on, ".", at) : NULL;
+    const char *full = at ? kmp_arena_printf(im->arena, "%s.%s", on, at) : NULL;
     return full ? kmp_yaml_word(im->arena, e->place, full) : NULL;
 }
 
@@ -253,14 +235,10 @@ static const kmp_yaml *drive(importer *im, const kmp_element *joint, const char 
         put(im, map, joint->place, "locked", kmp_yaml_word(im->arena, joint->place, "yes"));
         return map;
     }
-    kmp_text law = {0};
-    kmp_text_printf(&law, "(%s) + (%s)*t", q ? q : "0", qd);
-    if (law.failed)
-        im->arena->failed = true;
-    else
+    const char *law = kmp_arena_printf(im->arena, "(%s) + (%s)*t", q ? q : "0", qd);
+    if (law)
         put(im, map, joint->place, type && type[0] == 'T' ? "displacement" : "angle",
-            kmp_yaml_word(im->arena, start->place, law.s));
-    kmp_text_free(&law);
+            kmp_yaml_word(im->arena, start->place, law));
     return map;
 }
 
@@ -285,12 +263,12 @@ static void put_start(importer *im, const kmp_element *joint, const char *coordi
 }
 
 /* Coordinate and drive of joint k of a body. */
-static void put_motion(importer *im, const kmp_element *joint, const char *coordinate, const char *number, bool several)
+static void put_motion(importer *im, const kmp_element *joint, const char *coordinate, int k, bool several)
 {
-    const char *drive_name = several ? joined(im, coordinate, "_", number) : coordinate;
-    const char *full = several ? joined(im, coordinate, ".", number) : coordinate;
+    const char *drive_name = several ? kmp_arena_printf(im->arena, "%s_%d", coordinate, k) : coordinate;
+    const char *full = several ? kmp_arena_printf(im->arena, "%s.%d", coordinate, k) : coordinate;
     if (drive_name && is_cut(im, drive_name))
-        drive_name = joined(im, drive_name, "_", "drive");
+        drive_name = kmp_arena_printf(im->arena, "%s_drive", drive_name);
     if (full && drive_name)
         put_start(im, joint, full, drive_name);
 }
@@ -305,15 +283,13 @@ static void put_motions(importer *im, kmp_yaml *map, const kmp_element *body, co
     for (int k = 1; joint; k++, joint = kmp_element_again(joint)) {
         const kmp_element *type = kmp_element_find(joint, "type");
         const char *own = several ? own_name(im, body, joint, false) : NULL;
-        char number[16];
-        snprintf(number, sizeof number, "%d", k);
         if (type)
             kmp_yaml_append(im->arena, motions, NULL, text_of(im, type));
         else
             complain(im, joint->place, "a joint of body", name, "has no 'type'");
         own = own ? clean(im, own) : NULL;
         kmp_yaml_append(im->arena, names, NULL, kmp_yaml_word(im->arena, joint->place, own ? own : "~"));
-        put_motion(im, joint, own ? own : name, number, several && !own);
+        put_motion(im, joint, own ? own : name, k, several && !own);
     }
     put(im, map, map->place, "motions", motions);
     if (several)
@@ -442,7 +418,7 @@ static void add_parameter(importer *im, const char *model, const kmp_element *pa
     if (!name || !type || strcmp(type, "scalar") != 0 || !value || !is_number(value->text))
         return;
     kmp_yaml *parameters = part(im, im->root, "parameters", KMP_YAML_MAP);
-    const char *full = joined(im, model, "_", name);
+    const char *full = kmp_arena_printf(im->arena, "%s_%s", model, name);
     full = full ? clean(im, full) : NULL;
     if (full && !kmp_yaml_get(parameters, full))
         put(im, parameters, parameter->place, full, text_of(im, value));

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Parts of a ROBOTRAN model that Kempe does not read: listed by name in the log. */
-#include "model/files/mbs.h"
+#include "model/files/document.h"
 #include <string.h>
 
 enum { MOST_NAMES = 12 };

@@ -22,28 +22,20 @@ kmp_yaml *kmp_yaml_word(kmp_arena *arena, kmp_place place, const char *text)
     return node->text ? node : NULL;
 }
 
-/* Lists and mappings grow by doubling; the count shows when they are full. */
 void kmp_yaml_append(kmp_arena *arena, kmp_yaml *to, const kmp_yaml *key, const kmp_yaml *item)
 {
     if (!to || !item)
         return;
-    bool full = (to->count & (to->count - 1)) == 0;
-    if (full) {
-        size_t room = to->count ? 2 * (size_t)to->count : 1;
-        const kmp_yaml **keys = KMP_ARENA_NEW(arena, const kmp_yaml *, room);
-        const kmp_yaml **items = KMP_ARENA_NEW(arena, const kmp_yaml *, room);
-        if (!keys || !items)
-            return;
-        for (int i = 0; i < to->count; i++) {
-            keys[i] = to->keys ? to->keys[i] : NULL;
-            items[i] = to->items[i];
-        }
-        to->keys = to->kind == KMP_YAML_MAP ? keys : NULL;
-        to->items = items;
-    }
-    if (to->keys)
-        to->keys[to->count] = key;
-    to->items[to->count++] = item;
+    const kmp_yaml **keys = NULL, **items = kmp_arena_room(arena, to->items, to->count, sizeof *items);
+    if (to->kind == KMP_YAML_MAP)
+        keys = kmp_arena_room(arena, to->keys, to->count, sizeof *keys);
+    if (!items || (!keys && to->kind == KMP_YAML_MAP))
+        return;
+    to->keys = keys;
+    to->items = items;
+    if (keys)
+        keys[to->count] = key;
+    items[to->count++] = item;
 }
 
 void kmp_yaml_put(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item)

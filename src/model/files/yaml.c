@@ -2,6 +2,7 @@
 /* libyaml's document, node by node, into an arena. Nodes are numbered by libyaml, so that references become
  * pointers without recursion, also when an alias makes a cycle. */
 #include "model/files/yaml.h"
+#include "model/files/nodes.h"
 #include "model/limits.h"
 #include <stdint.h>
 #include <string.h>
@@ -79,29 +80,20 @@ static void copy_scalar(loader *l, const yaml_node_t *from, kmp_yaml *to)
 
 static void copy_list(loader *l, const yaml_node_t *from, kmp_yaml *to)
 {
-    const yaml_node_item_t *item = from->data.sequence.items.start;
-    int count = (int)(from->data.sequence.items.top - item);
     to->kind = KMP_YAML_LIST;
-    to->items = KMP_ARENA_NEW(l->arena, const kmp_yaml *, count);
-    for (int i = 0; to->items && i < count; i++)
-        to->items[to->count++] = &l->nodes[item[i] - 1];
+    for (const yaml_node_item_t *item = from->data.sequence.items.start; item < from->data.sequence.items.top; item++)
+        kmp_yaml_append(l->arena, to, NULL, &l->nodes[*item - 1]);
 }
 
 static void copy_map(loader *l, const yaml_node_t *from, kmp_yaml *to)
 {
-    const yaml_node_pair_t *pair = from->data.mapping.pairs.start;
-    int count = (int)(from->data.mapping.pairs.top - pair);
     to->kind = KMP_YAML_MAP;
-    to->keys = KMP_ARENA_NEW(l->arena, const kmp_yaml *, count);
-    to->items = KMP_ARENA_NEW(l->arena, const kmp_yaml *, count);
-    for (int i = 0; to->keys && to->items && i < count; i++) {
-        const yaml_node_t *key = yaml_document_get_node(&l->document, pair[i].key);
-        if (key->type != YAML_SCALAR_NODE) {
+    for (const yaml_node_pair_t *pair = from->data.mapping.pairs.start; pair < from->data.mapping.pairs.top; pair++) {
+        const yaml_node_t *key = yaml_document_get_node(&l->document, pair->key);
+        if (key->type == YAML_SCALAR_NODE)
+            kmp_yaml_append(l->arena, to, &l->nodes[pair->key - 1], &l->nodes[pair->value - 1]);
+        else
             complain(l, place_of(key->start_mark), "a key must be a name", "");
-            continue;
-        }
-        to->keys[to->count] = &l->nodes[pair[i].key - 1];
-        to->items[to->count++] = &l->nodes[pair[i].value - 1];
     }
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Profiles and tracks, as they were understood, in both forms. */
 #include "model/print/model_print.h"
-#include "model/rail/wave_spectrum.h"
+#include "model/rail/rail.h"
 #include "symbolic/table.h"
 
 /* -- the summary --------------------------------------------------------------------------------- */

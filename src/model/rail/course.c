@@ -2,9 +2,10 @@
 /* Pieces of a course are integrated by Gauss-Legendre with four points. Knots of the cubic splines are placed by the
  * fourth derivative (de Boor 1978, chapter V); candidates for the nearest point are refined until they are unambiguous.
  */
-#include "model/rail/course.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "model/limits.h"
+#include "model/rail/rail.h"
 #include "symbolic/table.h"
 #include <math.h>
 #include <string.h>
@@ -22,6 +23,7 @@ typedef struct section {
 } section;
 
 typedef struct laying {
+    kmp_arena arena;
     const kmp_track *track;
     section *section;
     int count;
@@ -29,13 +31,6 @@ typedef struct laying {
     int knots;
     bool canted;
 } laying;
-
-double kmp_course_bend(const kmp_course_piece *piece)
-{
-    if (piece->kind == KMP_COURSE_STRAIGHT)
-        return 0;
-    return piece->kind == KMP_COURSE_LEFT ? 1 / piece->radius : -1 / piece->radius;
-}
 
 /* -- sections -------------------------------------------------------------------------------------- */
 
@@ -47,10 +42,13 @@ static kmp_course_piece piece_at(const kmp_track *track, int k)
     return track->course[k];
 }
 
+/* Signed: a curve to the left is positive; 0 of a straight, and meaningless of a transition. */
 static double bend_at(const kmp_track *track, int k)
 {
     kmp_course_piece piece = piece_at(track, k);
-    return kmp_course_bend(&piece);
+    if (piece.kind == KMP_COURSE_STRAIGHT)
+        return 0;
+    return piece.kind == KMP_COURSE_LEFT ? 1 / piece.radius : -1 / piece.radius;
 }
 
 /* Angle by which the left rail is up, over the distance of the rails' middles. */
@@ -237,23 +235,18 @@ typedef struct candidate {
 } candidate;
 
 typedef struct candidates {
+    kmp_arena *arena;
     const kmp_track *track;
     candidate *list;
-    int count, room;
+    int count;
 } candidates;
 
 static bool insert(candidates *c, int at, double s)
 {
-    if (c->count == c->room) {
-        candidate *more = KMP_NEW(candidate, 2 * c->room + 16);
-        if (!more)
-            return false;
-        if (c->count > 0)
-            memcpy(more, c->list, (size_t)c->count * sizeof *more);
-        kmp_free(c->list);
-        c->list = more;
-        c->room = 2 * c->room + 16;
-    }
+    candidate *list = kmp_arena_room(c->arena, c->list, c->count, sizeof *list);
+    if (!list)
+        return false;
+    c->list = list;
     memmove(c->list + at + 1, c->list + at, (size_t)(c->count - at) * sizeof *c->list);
     c->list[at] = (candidate){s, kmp_table_value(c->track->x, 0, s), kmp_table_value(c->track->y, 0, s)};
     c->count++;
@@ -323,15 +316,14 @@ static bool refine(candidates *c)
     return true;
 }
 
-static bool choose_candidates(kmp_track *t)
+static bool choose_candidates(kmp_track *t, kmp_arena *arena)
 {
-    candidates c = {.track = t};
+    candidates c = {.arena = arena, .track = t};
     bool ok = add_candidates(&c) && refine(&c);
     t->candidate = ok ? KMP_NEW(double, c.count) : NULL;
     for (int k = 0; t->candidate && k < c.count; k++)
         t->candidate[k] = c.list[k].s;
     t->candidate_count = c.count;
-    kmp_free(c.list);
     return t->candidate;
 }
 
@@ -339,36 +331,33 @@ static bool choose_candidates(kmp_track *t)
 
 static bool make_tables(kmp_track *t, laying *l)
 {
-    l->s = KMP_NEW(double, 4 * l->knots);
-    if (!l->s)
+    const kmp_arena_group group = {l->knots, {&l->s, &l->x, &l->y, &l->cant}};
+    if (!kmp_arena_make_groups(&l->arena, 1, &group))
         return false;
-    l->x = l->s + l->knots;
-    l->y = l->x + l->knots;
-    l->cant = l->y + l->knots;
     l->knots = 0;
     follow(l);
     t->x = kmp_table_new(KMP_TABLE_CUBIC, l->knots, l->s, l->x);
     t->y = kmp_table_new(KMP_TABLE_CUBIC, l->knots, l->s, l->y);
     t->cant = l->canted ? kmp_table_new(KMP_TABLE_CUBIC, l->knots, l->s, l->cant) : NULL;
-    kmp_free(l->s);
     return t->x && t->y && (t->cant || !l->canted);
 }
 
 kmp_course_result kmp_course_lay(kmp_track *t)
 {
-    laying l = {.track = t, .section = KMP_NEW(section, 4 * t->course_count + 5)};
+    laying l = {.track = t};
     kmp_course_result result = KMP_COURSE_MEMORY;
     t->length = 0;
     for (int k = 0; k < t->course_count; k++)
         t->length += t->course[k].length;
+    l.section = KMP_ARENA_NEW(&l.arena, section, 4 * t->course_count + 5);
     if (l.section) {
         add_sections(&l);
         l.knots = 1 + count_all(&l, KMP_MOST_COURSE_KNOTS);
         if (l.knots > KMP_MOST_COURSE_KNOTS)
             result = KMP_COURSE_LARGE;
-        else if (make_tables(t, &l) && choose_candidates(t))
+        else if (make_tables(t, &l) && choose_candidates(t, &l.arena))
             result = KMP_COURSE_LAID;
     }
-    kmp_free(l.section);
+    kmp_arena_free(&l.arena);
     return result;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The course of a track, piece by piece. */
 #include "model/limits.h"
-#include "model/rail/course.h"
+#include "model/rail/rail.h"
 #include "model/read/reading.h"
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Irregularities of a track: tables over the arc length, or generated from a spectrum. */
 #include "model/limits.h"
-#include "model/rail/wave_spectrum.h"
+#include "model/rail/rail.h"
 #include "model/read/reading.h"
 #include "symbolic/table.h"
 #include <math.h>

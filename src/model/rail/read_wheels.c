@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails: each becomes a force, and where its contact is rigid a closure, of its name. */
 #include "model/numbers.h"
-#include "model/rail/zones.h"
+#include "model/rail/rail.h"
 #include "model/read/reading.h"
 #include <string.h>
 

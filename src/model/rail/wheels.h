@@ -36,7 +36,7 @@ typedef enum kmp_irregularity {
     KMP_IRREGULARITIES
 } kmp_irregularity;
 
-/** Irregularities from a spectral density (wave_spectrum.h). */
+/** Irregularities from a spectral density (rail.h). */
 typedef struct kmp_wave_spectrum {
     int kind; /* row of spectra.def; -1: there is none */
     double seed, from, to, shortest, longest, scale;
@@ -113,7 +113,7 @@ typedef struct kmp_wheel {
     double node[KMP_WHEEL_PLACES];        /* on the profile, the nodes of an elastic wheel's averages */
     int nodes_end[KMP_WHEEL_ZONES];       /* of each zone */
     double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: the spread that the nodes resolve except at edges
-                                             (model/rail/zones.h) */
+                                             (model/rail/rail.h) */
     kmp_contact_form form;
     int closure, force; /* of the model's; closure -1: elastic */
     kmp_creep_law law;

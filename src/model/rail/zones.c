@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Zones by sampling: the wheel without yaw is put over the rail at many positions, at a few rolls, and lowered until it
  * touches. The heights of both are on fine even grids. */
-#include "model/rail/zones.h"
-#include "base/memory.h"
+#include "base/arena.h"
+#include "model/rail/rail.h"
 #include "symbolic/table.h"
 #include <math.h>
 #include <stdlib.h>
@@ -28,14 +28,14 @@ typedef struct jump {
 } jump;
 
 typedef struct scan {
+    kmp_arena arena;
     double scale;
     int count; /* points of the wheel */
     double first, step;
     double *radius;
     int lowest, highest; /* of those that touch anywhere */
-    int jump_count, jump_room;
+    int jump_count;
     jump *jump;
-    bool failed; /* no memory for one more */
     int rail_count;
     double rail_first, rail_step;
     double *rail;
@@ -48,9 +48,9 @@ static double end_of(const kmp_table *table)
     return table->x[table->count - 1];
 }
 
-static double *sample(const kmp_table *table, double first, double step, int count)
+static double *sample(kmp_arena *arena, const kmp_table *table, double first, double step, int count)
 {
-    double *y = KMP_NEW(double, count);
+    double *y = KMP_ARENA_NEW(arena, double, count);
     for (int k = 0; y && k < count; k++)
         y[k] = kmp_table_value(table, 0, first + step * k);
     return y;
@@ -82,8 +82,8 @@ static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
     double head = end_of(track->rail) + margin - s->rail_first;
     s->rail_count = points_of(head, FINE * s->scale);
     s->rail_step = head / (s->rail_count - 1);
-    s->radius = sample(height, s->first, s->step, s->count);
-    s->rail = sample(track->rail, s->rail_first, s->rail_step, s->rail_count);
+    s->radius = sample(&s->arena, height, s->first, s->step, s->count);
+    s->rail = sample(&s->arena, track->rail, s->rail_first, s->rail_step, s->rail_count);
     s->lowest = s->count - 1;
     for (int k = 0; s->radius && k < s->count; k++)
         s->radius[k] = wheel->radius.value - s->radius[k];
@@ -130,16 +130,10 @@ static void note_jump(scan *s, int a, int b)
 {
     if (s->elastic && fabs(angle_at(s, a) - angle_at(s, b)) < TURN)
         return;
-    if (s->jump_count == s->jump_room) {
-        int room = s->jump_room ? 2 * s->jump_room : 16;
-        jump *grown = kmp_realloc(s->jump, (size_t)room, sizeof *grown);
-        if (!grown) {
-            s->failed = true;
-            return;
-        }
-        s->jump = grown;
-        s->jump_room = room;
-    }
+    jump *list = kmp_arena_room(&s->arena, s->jump, s->jump_count, sizeof *list);
+    if (!list)
+        return;
+    s->jump = list;
     s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
 }
 
@@ -247,10 +241,8 @@ int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
     bool ok = begin(&s, track, wheel);
     for (size_t k = 0; ok && k < sizeof rolls / sizeof rolls[0]; k++)
         roll_over(&s, wheel->stands, rolls[k]);
-    int zones = ok && !s.failed ? collect(&s, wheel) : 0;
-    kmp_free(s.jump);
-    kmp_free(s.radius);
-    kmp_free(s.rail);
+    int zones = ok && !s.arena.failed ? collect(&s, wheel) : 0;
+    kmp_arena_free(&s.arena);
     return zones;
 }
 
@@ -268,9 +260,9 @@ int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 
 /* The greatest curvatures of the gap where a point of the wheel touches, by point, with those of the rail whose normals
  * are nearly equal. */
-static bool find_bends(const scan *s, const kmp_track *track, const kmp_wheel *wheel, double *bend)
+static bool find_bends(scan *s, const kmp_track *track, const kmp_wheel *wheel, double *bend)
 {
-    double *angle = KMP_NEW(double, s->rail_count);
+    double *angle = KMP_ARENA_NEW(&s->arena, double, s->rail_count);
     for (int l = 0; angle && l < s->rail_count; l++)
         angle[l] = atan(kmp_table_value(track->rail, 1, s->rail_first + s->rail_step * l));
     for (int k = 0; angle && k < s->count; k++) {
@@ -281,7 +273,6 @@ static bool find_bends(const scan *s, const kmp_track *track, const kmp_wheel *w
                 least = fmin(least, kmp_table_value(track->rail, 2, s->rail_first + s->rail_step * l));
         bend[k] = kmp_table_value(height, 2, at) - least;
     }
-    kmp_free(angle);
     return angle;
 }
 
@@ -341,8 +332,8 @@ bool kmp_zones_space(const kmp_track *track, kmp_wheel *wheel)
 {
     scan s;
     bool ok = begin(&s, track, wheel);
-    double *bend = ok ? KMP_NEW(double, 2 * s.count) : NULL, *spacing = bend ? bend + s.count : NULL;
-    ok = bend && find_bends(&s, track, wheel, bend);
+    double *bend = KMP_ARENA_NEW(&s.arena, double, s.count), *spacing = KMP_ARENA_NEW(&s.arena, double, s.count);
+    ok = ok && bend && spacing && find_bends(&s, track, wheel, bend);
     if (ok)
         find_spacing(&s, wheel->radius.value, bend, spacing);
     int zone = 0;
@@ -351,9 +342,7 @@ bool kmp_zones_space(const kmp_track *track, kmp_wheel *wheel)
             zone++;
     for (zone = 0; ok && zone < wheel->zone_count; zone++)
         wheel->least_spread[zone] = resolved(&s, wheel, zone, bend);
-    kmp_free(bend);
-    kmp_free(s.radius);
-    kmp_free(s.rail);
+    kmp_arena_free(&s.arena);
     return ok;
 }
 

@@ -6,7 +6,7 @@
 #include "model/read/linkage.h"
 #include <string.h>
 
-bool kmp_edge_must_stay(const kmp_edge *edge)
+static bool must_stay(const kmp_edge *edge)
 {
     return edge->own || edge->wish == KMP_CUT_NO || !edge->cut || edge->need;
 }
@@ -106,7 +106,7 @@ static kmp_place place_of(const kmp_edge *edge, const char *key)
 /* Reports a joint that the user cuts but that cannot be cut. */
 static void check_wish(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
 {
-    if (edge->faulty || edge->wish != KMP_CUT_YES || !kmp_edge_must_stay(edge))
+    if (edge->faulty || edge->wish != KMP_CUT_YES || !must_stay(edge))
         return;
     if (!edge->cut)
         kmp_reader_complain(
@@ -131,7 +131,7 @@ static void join_staying(kmp_reader *r, kmp_linkage *g)
     for (int rank = 0; rank < 4; rank++)
         for (int e = 0; e < g->edge_count; e++) {
             kmp_edge *edge = &g->edges[e];
-            if (edge->faulty || !kmp_edge_must_stay(edge) || rank_of_staying(edge) != rank)
+            if (edge->faulty || !must_stay(edge) || rank_of_staying(edge) != rank)
                 continue;
             if (join(g, edge))
                 edge->stays = true;

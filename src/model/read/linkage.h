@@ -42,9 +42,6 @@ struct kmp_linkage {
     kmp_yaml cuts; /* the cut joints as a mapping of closures */
 };
 
-/** True if a joint has to stay in the tree. */
-bool kmp_edge_must_stay(const kmp_edge *edge);
-
 /** Its name and the reason: "A (force 'motor' acts on it)". */
 const char *kmp_edge_name_reason(kmp_reader *r, const kmp_edge *edge);
 

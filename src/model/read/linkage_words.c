@@ -30,17 +30,8 @@ const char *kmp_linkage_bodies(kmp_reader *r, const kmp_linkage *g, int from, in
     return names;
 }
 
-/* Comparison of the cut joint with those of its loop that could be cut as well. */
-typedef struct rivals {
-    const char *more, *started, *nearer,
-        *before;         /* names: of more rows, with a start value, nearer the ground, others */
-    const char *staying; /* and those that stay, with their reasons */
-} rivals;
-
-static const char *add_name(kmp_reader *r, const char *names, const char *name)
-{
-    return names ? kmp_reader_say(r, "%s, %s", names, name) : name;
-}
+/* Relations of the joints that could be cut as well, or not, to the one that is cut. */
+enum { MORE, STARTED, NEARER, BEFORE, STAYING, RELATIONS };
 
 static int reach_of_cut(const kmp_linkage *g, const kmp_edge *cut)
 {
@@ -48,49 +39,41 @@ static int reach_of_cut(const kmp_linkage *g, const kmp_edge *cut)
     return (a < b ? a : b) + cut->freedoms;
 }
 
-static int reach_of(const kmp_linkage *g, const kmp_edge *edge)
+static int relation_of(const kmp_linkage *g, const kmp_edge *cut, const kmp_edge *edge)
 {
-    return g->depth[edge->body[edge->reversed ? 0 : 1]];
-}
-
-static rivals compare(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
-{
-    rivals of = {0};
-    int count = kmp_linkage_path(g, cut->body[0], cut->body[1]);
-    for (int k = 0; k < count; k++) {
-        const kmp_edge *edge = &g->edges[g->path[k]];
-        if (edge->stays)
-            of.staying = add_name(r, of.staying, kmp_edge_name_reason(r, edge));
-        else if (edge->cut->rows > cut->cut->rows)
-            of.more = add_name(r, of.more, edge->name);
-        else if (edge->start && !cut->start)
-            of.started = add_name(r, of.started, edge->name);
-        else if (reach_of(g, edge) < reach_of_cut(g, cut))
-            of.nearer = add_name(r, of.nearer, edge->name);
-        else
-            of.before = add_name(r, of.before, edge->name);
-    }
-    return of;
-}
-
-static void put_clause(kmp_text *text, const char *names, const char *words)
-{
-    if (names)
-        kmp_text_printf(text, "%s%s %s", text->length > 0 ? "; " : "", words, names);
+    if (edge->stays)
+        return STAYING;
+    if (edge->cut->rows > cut->cut->rows)
+        return MORE;
+    if (edge->start && !cut->start)
+        return STARTED;
+    return g->depth[edge->body[edge->reversed ? 0 : 1]] < reach_of_cut(g, cut) ? NEARER : BEFORE;
 }
 
 const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
 {
+    static const char *const words[RELATIONS] = {"it has fewer rows than", "it has no start value, unlike",
+                                                 "it is farther from the ground than", "it comes after",
+                                                 "not to be cut:"};
+    const char *names[RELATIONS] = {NULL};
+    kmp_text text = {0};
     if (cut->wish == KMP_CUT_YES)
         return "the model prescribes it (cut: yes)";
     if (cut->asked)
         return kmp_reader_say(r, "output %s needs its reaction", cut->asked);
-    rivals of = compare(r, g, cut);
-    kmp_text text = {0};
-    put_clause(&text, of.more, "it has fewer rows than");
-    put_clause(&text, of.started, "it has no start value, unlike");
-    put_clause(&text, of.nearer, "it is farther from the ground than");
-    put_clause(&text, of.before, "it comes after");
-    put_clause(&text, of.staying, text.length > 0 ? "not to be cut:" : "the others of its loop are not to be cut:");
+    int count = kmp_linkage_path(g, cut->body[0], cut->body[1]);
+    for (int k = 0; k < count; k++) {
+        const kmp_edge *edge = &g->edges[g->path[k]];
+        int relation = relation_of(g, cut, edge);
+        const char *name = relation == STAYING ? kmp_edge_name_reason(r, edge) : edge->name;
+        names[relation] = names[relation] ? kmp_reader_say(r, "%s, %s", names[relation], name) : name;
+    }
+    for (int k = 0; k < RELATIONS; k++)
+        if (names[k])
+            kmp_text_printf(&text, "%s%s %s",
+                            text.length > 0 ? "; "
+                            : k == STAYING  ? "the others of its loop are "
+                                            : "",
+                            words[k], names[k]);
     return kmp_reader_take(r, &text);
 }

@@ -87,18 +87,10 @@ static bool occurs(const kmp_expr *e, int index, int number)
 static bool is_known_name(const kmp_reader *r, const char *name)
 {
     const kempe_model *model = r->model;
-    for (int i = 0; i < model->table_count; i++)
-        if (strcmp(model->tables[i].name, name) == 0)
-            return true;
-    for (int i = 0; i < model->unknowns_count; i++) {
-        const kmp_unknowns *u = &model->unknowns[i];
-        if (u->count == 0 && strcmp(u->name, name) == 0)
-            return true;
-        for (int k = 0; k < u->count; k++)
-            if (strcmp(u->unknown[k], name) == 0)
-                return true;
-    }
-    return kmp_name_means_something(r, name);
+    bool known = kmp_name_find(KMP_NAMED(model, table), name) >= 0 || kmp_name_means_something(r, name);
+    for (int i = 0; i < model->unknowns_count && !known; i++)
+        known = kmp_name_find(kmp_unknown_names(&model->unknowns[i]), name) >= 0;
+    return known;
 }
 
 static const char *read_new_name(kmp_reader *r, const kmp_yaml *key, const char *what, const char *name)
@@ -143,7 +135,7 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
     }
     for (int k = 0; k < count; k++) {
         const char *which = kmp_reader_say(r, "%s, expression %d,", what, k + 1);
-        u->zero[k] = kmp_read_state(r, list ? zero->items[k] : zero, which, KMP_DIM_ANY);
+        u->zero[k] = kmp_read_expr(r, list ? zero->items[k] : zero, which, KMP_DIM_ANY, KMP_OF_STATE);
         good = good && u->zero[k];
         add_leaves(r, u->zero[k], &leaves);
     }
@@ -164,7 +156,7 @@ static void read_entry(kmp_reader *r, const kmp_yaml *node, int index)
     kmp_unknowns *u = &r->model->unknowns[index];
     const char *what = kmp_reader_say(r, "algebraic '%s'", u->name);
     if (node->kind == KMP_YAML_SCALAR) {
-        u->zero[0] = kmp_read_effort(r, node, what, KMP_DIM_ANY);
+        u->zero[0] = kmp_read_expr(r, node, what, KMP_DIM_ANY, KMP_OF_LOADS);
         add_leaves(r, u->zero[0], &u->leaves);
         return;
     }

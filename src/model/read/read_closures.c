@@ -115,7 +115,8 @@ static bool is_condition(const kmp_expr *e, const void *user)
 /* Rows are differentiated twice: no jumps. */
 static void read_curve_expression(kmp_reader *r, const kmp_yaml *node, const char *what, int side, kmp_closure *closure)
 {
-    const kmp_expr *expr = kmp_read_curve(r, node, what, side ? KMP_DIM_LENGTH : KMP_DIM_ANY, side ? 1 : 3);
+    const kmp_expr *expr =
+        kmp_read_expr(r, node, what, side ? KMP_DIM_LENGTH : KMP_DIM_ANY, side ? KMP_OF_X : KMP_OF_PLACE);
     if (kmp_expr_find(expr, is_condition, NULL))
         kmp_reader_complain(r, node->place, "%s: a curve must be smooth, without 'if' and 'sign'", what);
     add_curve(closure, expr, side);
@@ -205,7 +206,7 @@ static bool is_rate(const kmp_expr *e, const void *user)
 static void read_constraint(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "constraint");
-    closure->function = kmp_read_state(r, node, what, KMP_DIM_ANY);
+    closure->function = kmp_read_expr(r, node, what, KMP_DIM_ANY, KMP_OF_STATE);
     if (kmp_expr_find(closure->function, is_rate, NULL))
         kmp_reader_complain(r, node->place, "%s: a constraint may depend on t and q(..), not on qd(..)", what);
     read_power(r, map, what, closure);

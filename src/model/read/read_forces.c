@@ -90,20 +90,6 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 
-/* One number, or three: a list of them, or one for all. */
-static bool read_field(const element *e, const kmp_yaml *node, const char *what, int k)
-{
-    const kmp_force_field *field = &kmp_force_fields[k];
-    kmp_number *number = kmp_force_number(e->force, k);
-    if (field->size == 3 && node->kind == KMP_YAML_LIST)
-        return kmp_read_vector(e->r, node, what, dimension_of(e, field), number);
-    if (!kmp_read_number(e->r, node, what, dimension_of(e, field), number))
-        return false;
-    for (int i = 1; i < field->size; i++)
-        number[i] = number[0];
-    return true;
-}
-
 /* The numbers of the element, keys of `map`. */
 static void read_fields(const element *e, const kmp_yaml *map, const char *what)
 {
@@ -118,7 +104,8 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
         if (!node)
             continue;
         const char *name = kmp_reader_say(e->r, "the %s of %s", key, e->what);
-        bool good = read_field(e, node, name, k);
+        bool good = (field->size == 3 ? kmp_read_one_or_three : kmp_read_number)(
+            e->r, node, name, dimension_of(e, field), kmp_force_number(e->force, k));
         for (int i = 0; good && i < field->size; i++)
             (void)kmp_check_rule(e->r, node, name, field->rule, kmp_force_get(e->force, k)[i].value, "");
     }
@@ -163,7 +150,7 @@ static void read_effort(const element *e)
                             m->rotation ? "force" : "torque");
         wanted = KMP_DIM_ANY;
     }
-    e->force->effort = kmp_read_effort(r, effort, e->what, wanted);
+    e->force->effort = kmp_read_expr(r, effort, e->what, wanted, KMP_OF_LOADS);
 }
 
 static void read_in_joint(const element *e)
@@ -188,8 +175,8 @@ static void read_components(const element *e, const kmp_yaml *list, kmp_dimensio
     if (!kmp_read_list(e->r, list, e->what, 3))
         return;
     for (int i = 0; i < 3; i++)
-        e->force->vector[i] =
-            kmp_read_effort(e->r, list->items[i], kmp_reader_say(e->r, "%s, component %d,", e->what, i + 1), wanted);
+        e->force->vector[i] = kmp_read_expr(
+            e->r, list->items[i], kmp_reader_say(e->r, "%s, component %d,", e->what, i + 1), wanted, KMP_OF_LOADS);
 }
 
 static void read_at_point(const element *e)

@@ -48,24 +48,16 @@ static bool is_said(kmp_reader *r, const kmp_yaml *key, const kmp_goal *goal, co
 static void read_values(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_goal *goal)
 {
     kmp_dimension wanted = goal->motion < 0 ? KMP_DIM_LENGTH : kmp_motion_dimension(r->model, goal->motion, 0);
-    if (goal->width == 3)
-        kmp_read_vector(r, node, what, wanted, goal->value);
-    else
-        kmp_read_number(r, node, what, wanted, goal->value);
+    (goal->width == 3 ? kmp_read_vector : kmp_read_number)(r, node, what, wanted, goal->value);
 }
 
 /* One weight for all components, or one for each. */
 static void read_weights(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_goal *goal)
 {
-    if (goal->width == 3 && node->kind == KMP_YAML_LIST) {
-        if (!kmp_read_vector(r, node, what, KMP_DIM_NUMBER, goal->weight))
-            return;
-    } else if (kmp_read_number(r, node, what, KMP_DIM_NUMBER, goal->weight)) {
-        goal->weight[1] = goal->weight[2] = goal->weight[0];
-    }
-    for (int k = 0; k < goal->width; k++)
-        if (!kmp_check_rule(r, node, what, KMP_FIELD_NOT_NEGATIVE, goal->weight[k].value, ""))
-            return;
+    bool good =
+        (goal->width == 3 ? kmp_read_one_or_three : kmp_read_number)(r, node, what, KMP_DIM_NUMBER, goal->weight);
+    for (int k = 0; good && k < goal->width; k++)
+        good = kmp_check_rule(r, node, what, KMP_FIELD_NOT_NEGATIVE, goal->weight[k].value, "");
 }
 
 void kmp_read_goals(kmp_reader *r, const kmp_yaml *map)

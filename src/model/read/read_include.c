@@ -104,11 +104,9 @@ static bool check_root(kmp_reader *r, const kmp_yaml *root)
 
 static kmp_include_instance *add_instance(kmp_reader *r)
 {
-    kmp_include_instance *list = KMP_ARENA_NEW(&r->scratch, kmp_include_instance, r->instance_count + 1);
+    kmp_include_instance *list = kmp_arena_room(&r->scratch, r->instances, r->instance_count, sizeof *list);
     if (!list)
         return NULL;
-    if (r->instance_count > 0)
-        memcpy(list, r->instances, (size_t)r->instance_count * sizeof *list);
     r->instances = list;
     return &list[r->instance_count++];
 }

@@ -21,35 +21,23 @@ static const char *const joint_keys[] = {
 #include "model/closure_numbers.def"
     "reversed", NULL};
 
-/* The motions so far; the array doubles when it is full. */
-typedef struct list {
-    kmp_reader *r;
-    int capacity;
-} list;
-
-static void add_motion(list *l, int body, bool rotation, const double axis[3])
+static void add_motion(kmp_reader *r, int body, bool rotation, const double axis[3])
 {
-    kempe_model *model = l->r->model;
-    if (model->motion_count == l->capacity) {
-        int capacity = l->capacity ? 2 * l->capacity : 16;
-        kmp_motion *grown = KMP_ARENA_NEW(&model->arena, kmp_motion, capacity);
-        if (!grown)
-            return;
-        if (model->motion_count > 0)
-            memcpy(grown, model->motions, (size_t)model->motion_count * sizeof *grown);
-        model->motions = grown;
-        l->capacity = capacity;
-    }
-    kmp_motion *motion = &model->motions[model->motion_count++];
-    *motion = (kmp_motion){.name = "", .body = body, .rotation = rotation, .axis = {axis[0], axis[1], axis[2]}};
+    kempe_model *model = r->model;
+    kmp_motion *motions = kmp_arena_room(&model->arena, model->motions, model->motion_count, sizeof *motions);
+    if (!motions)
+        return;
+    model->motions = motions;
+    motions[model->motion_count++] =
+        (kmp_motion){.name = "", .body = body, .rotation = rotation, .axis = {axis[0], axis[1], axis[2]}};
     model->bodies[body].motion_count++;
 }
 
 /* Replaces a motion that could not be read, so that references to it cause no further errors. */
-static void add_stand_in(list *l, int body, bool rotation)
+static void add_stand_in(kmp_reader *r, int body, bool rotation)
 {
     static const double z[3] = {0, 0, 1};
-    add_motion(l, body, rotation, z);
+    add_motion(r, body, rotation, z);
 }
 
 /* -- chains -------------------------------------------------------------------------------------- */
@@ -67,38 +55,38 @@ static bool read_code(const char *text, bool *rotation, double axis[3])
     return true;
 }
 
-static void read_one_motion(list *l, const kmp_yaml *node, const char *what, int body)
+static void read_one_motion(kmp_reader *r, const kmp_yaml *node, const char *what, int body)
 {
     bool rotation = false;
     double axis[3];
     if (node->kind == KMP_YAML_MAP && node->count == 1 &&
         (strcmp(node->keys[0]->text, "R") == 0 || strcmp(node->keys[0]->text, "T") == 0)) {
         rotation = node->keys[0]->text[0] == 'R';
-        if (kmp_read_axis(l->r, node->items[0], what, axis))
-            add_motion(l, body, rotation, axis);
+        if (kmp_read_axis(r, node->items[0], what, axis))
+            add_motion(r, body, rotation, axis);
         else
-            add_stand_in(l, body, rotation);
+            add_stand_in(r, body, rotation);
         return;
     }
     if (node->kind == KMP_YAML_SCALAR && read_code(node->text, &rotation, axis)) {
-        add_motion(l, body, rotation, axis);
+        add_motion(r, body, rotation, axis);
         return;
     }
     kmp_reader_complain(
-        l->r, node->place,
+        r, node->place,
         "%s: a motion is R1, R2, R3, T1, T2, T3, one of them with a minus, {R: axis} or {T: axis}%s%s%s", what,
         node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
-    add_stand_in(l, body, !strchr(node->text, 'T'));
+    add_stand_in(r, body, !strchr(node->text, 'T'));
 }
 
-static void read_motions(list *l, const kmp_yaml *node, const char *what, int body)
+static void read_motions(kmp_reader *r, const kmp_yaml *node, const char *what, int body)
 {
-    if (!kmp_read_list(l->r, node, kmp_reader_say(l->r, "%s: motions", what), -1))
+    if (!kmp_read_list(r, node, kmp_reader_say(r, "%s: motions", what), -1))
         return;
     if (node->count == 0)
-        kmp_reader_complain(l->r, node->place, "%s: a joint needs at least one motion", what);
+        kmp_reader_complain(r, node->place, "%s: a joint needs at least one motion", what);
     for (int i = 0; i < node->count; i++)
-        read_one_motion(l, node->items[i], what, body);
+        read_one_motion(r, node->items[i], what, body);
 }
 
 /* Two axes [a, b], which are perpendicular to each other. */
@@ -133,18 +121,18 @@ void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_yaml *node,
             m[i][k] = own[i][(first + k) % 3];
 }
 
-static void read_row(list *l, const char *chain, const kmp_yaml *node, const char *what, int body)
+static void read_row(kmp_reader *r, const char *chain, const kmp_yaml *node, const char *what, int body)
 {
     double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
     if (!chain[0] && (node->kind != KMP_YAML_SCALAR || strcmp(node->text, "yes") != 0))
-        kmp_reader_complain(l->r, node->place, "%s: a joint without motions is written with the value 'yes'", what);
+        kmp_reader_complain(r, node->place, "%s: a joint without motions is written with the value 'yes'", what);
     if (chain[0])
-        kmp_read_chain_axes(l->r, chain, node, what, m);
+        kmp_read_chain_axes(r, chain, node, what, m);
     for (; chain[0] && chain[0] != '='; chain += 2) {
         double axis[3];
         for (int i = 0; i < 3; i++)
             axis[i] = m[i][chain[1] - 'a'];
-        add_motion(l, body, chain[0] == 'R', axis);
+        add_motion(r, body, chain[0] == 'R', axis);
     }
 }
 
@@ -172,19 +160,19 @@ static void read_number(kmp_reader *r, const kmp_joint_row *row, const kmp_yaml 
 }
 
 /* The one key that determines the kind of joint. */
-static void read_kind(list *l, const kmp_yaml *joint, const char *what, int body)
+static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, int body)
 {
     int kind = -1, count = kmp_count_keys(joint, KMP_NAMES_OF(kinds), &kind);
     const kmp_joint_row *row = kind >= 0 && kind < kmp_joint_names.count ? &kmp_joint_rows[kind] : NULL;
     if (row)
-        read_row(l, row->chain, kmp_yaml_get(joint, row->name), what, body);
+        read_row(r, row->chain, kmp_yaml_get(joint, row->name), what, body);
     else if (count > 0)
-        read_motions(l, kmp_yaml_get(joint, "motions"), what, body);
-    read_number(l->r, row, joint, what, &l->r->model->bodies[body]);
+        read_motions(r, kmp_yaml_get(joint, "motions"), what, body);
+    read_number(r, row, joint, what, &r->model->bodies[body]);
     if (count != 1)
-        kmp_complain_keys(l->r, joint->place, what, KMP_NAMES_OF(kinds), count);
+        kmp_complain_keys(r, joint->place, what, KMP_NAMES_OF(kinds), count);
     if (count == 0)
-        add_stand_in(l, body, true);
+        add_stand_in(r, body, true);
 }
 
 /* -- joints -------------------------------------------------------------------------------------- */
@@ -273,9 +261,8 @@ static void check_unique(kmp_reader *r, kmp_place place, int body)
                                 bodies[body].joint, bodies[r->model->motions[k].body].joint);
 }
 
-static void read_joint(list *l, const kmp_yaml *joint, int i)
+static void read_joint(kmp_reader *r, const kmp_yaml *joint, int i)
 {
-    kmp_reader *r = l->r;
     kmp_body *body = &r->model->bodies[i];
     const char *linked = kmp_linkage_what(r, joint), *linked_name = kmp_linkage_name(r, joint);
     const char *what = linked ? linked : kmp_reader_say(r, "the joint of body '%s'", body->name);
@@ -299,7 +286,7 @@ static void read_joint(list *l, const kmp_yaml *joint, int i)
     check_unique(r, name ? name->place : body->place, i);
     const kmp_yaml *frame = kmp_yaml_get(joint, "frame");
     body->turned = frame && kmp_read_axes(r, frame, kmp_reader_say(r, "the frame of %s", what), body->frame);
-    read_kind(l, joint, what, i);
+    read_kind(r, joint, what, i);
     name_motions(r, body, kmp_yaml_get(joint, "coordinates"));
     const kmp_yaml *reversed = kmp_yaml_get(joint, "reversed");
     body->reversed = reversed && strcmp(reversed->text, "yes") == 0;
@@ -311,9 +298,8 @@ static void read_joint(list *l, const kmp_yaml *joint, int i)
 
 void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes)
 {
-    list l = {.r = r};
     for (int i = 1; i < r->model->body_count; i++)
-        read_joint(&l, joint_nodes[i - 1], i);
+        read_joint(r, joint_nodes[i - 1], i);
     if (r->model->body_count > 1 && r->model->motion_count == 0 && !r->wrong)
         kmp_reader_complain(r, r->model->bodies[1].place,
                             "the mechanism cannot move: all bodies are welded to the ground");

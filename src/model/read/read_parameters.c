@@ -90,9 +90,6 @@ static bool take_names(kmp_section *s)
     kempe_model *model = r->model;
     model->parameters = KMP_ARENA_NEW(&model->arena, kmp_parameter, s->count);
     r->parameter_known = KMP_ARENA_NEW(&r->scratch, bool, s->count);
-    r->parameter_used = KMP_ARENA_NEW(&r->scratch, bool, s->count);
-    r->parameter_shapes = KMP_ARENA_NEW(&r->scratch, bool, s->count);
-    r->parameter_fixed = KMP_ARENA_NEW(&r->scratch, bool, s->count);
     r->parameter_values = KMP_ARENA_NEW(&r->scratch, double, s->count);
     r->parameter_dimensions = KMP_ARENA_NEW(&r->scratch, kmp_dimension, s->count);
     if (r->scratch.failed || model->arena.failed)

@@ -52,11 +52,8 @@ void kmp_read_start(kmp_reader *r)
     kempe_model *model = r->model;
     kmp_start *start = &model->start;
     int n = model->motion_count;
-    start->q = KMP_ARENA_NEW(&model->arena, kmp_number, n);
-    start->qd = KMP_ARENA_NEW(&model->arena, kmp_number, n);
-    start->q_given = KMP_ARENA_NEW(&model->arena, bool, n);
-    start->qd_given = KMP_ARENA_NEW(&model->arena, bool, n);
-    start->hold = KMP_ARENA_NEW(&model->arena, bool, n);
+    KMP_ARENA_EACH(&model->arena, kmp_number, n, &start->q, &start->qd);
+    KMP_ARENA_EACH(&model->arena, bool, n, &start->q_given, &start->qd_given, &start->hold);
     const kmp_yaml *map = kmp_yaml_get(r->root, "start");
     if (model->arena.failed || !map || !kmp_read_map(r, map, "start", start_keys))
         return;
@@ -157,7 +154,7 @@ static void read_until(kmp_reader *r, const kmp_yaml *node)
     run->until = KMP_ARENA_NEW(&r->model->arena, const kmp_expr *, count);
     for (int i = 0; run->until && i < count; i++) {
         const kmp_yaml *item = several ? node->items[i] : node;
-        const kmp_expr *e = kmp_read_comparison(r, item, "run until");
+        const kmp_expr *e = kmp_read_expr(r, item, "run until", KMP_DIM_ANY, KMP_COMPARISON);
         if (e)
             run->until[run->until_count++] = e;
     }

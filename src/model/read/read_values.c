@@ -2,6 +2,7 @@
 /* Numbers, vectors and the names that refer to bodies, points and motions. */
 #include "model/read/reading.h"
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -139,10 +140,7 @@ static void suggest(void *user, const char *name, kmp_expr_symbol symbol, kmp_te
         suggest_parameter(user, name, sentence);
 }
 
-/* Operands allowed in an expression in addition to parameters. */
-typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_LOADS, COMPARISON_OF_LOADS, OF_X, OF_PLACE } symbols;
-
-static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
+static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_operands allowed)
 {
     if (kmp_context_complaints(r->context) > KMP_MOST_COMPLAINTS) /* no further error would be kept */
         return NULL;
@@ -153,7 +151,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                                                           : "a mapping");
         return NULL;
     }
-    bool of_loads = allowed == OF_LOADS || allowed == COMPARISON_OF_LOADS;
+    bool of_loads = allowed == KMP_OF_LOADS || allowed == KMP_COMPARISON;
     kmp_expr_scope scope = {.context = r->context,
                             .arena = &r->model->arena,
                             .file = r->model->files[node->text_place.file],
@@ -161,16 +159,16 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .column = node->text_place.column,
                             .user = r,
                             .parameter = find_parameter,
-                            .coordinate = allowed == OF_STATE || of_loads ? find_in_expression : NULL,
+                            .coordinate = allowed == KMP_OF_STATE || of_loads ? find_in_expression : NULL,
                             .closure = of_loads ? find_closure : NULL,
                             .table = find_table,
                             .unknown = find_unknown,
                             .suggest = suggest,
-                            .time = allowed != CONSTANT,
-                            .compares = allowed == COMPARISON_OF_LOADS,
-                            .place = allowed == OF_X       ? 1
-                                     : allowed == OF_PLACE ? 3
-                                                           : 0};
+                            .time = allowed != KMP_OF_PARAMETERS,
+                            .compares = allowed == KMP_COMPARISON,
+                            .place = allowed == KMP_OF_X       ? 1
+                                     : allowed == KMP_OF_PLACE ? 3
+                                                               : 0};
     r->scope = node->text_place.file;
     const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
     if (!expr)
@@ -178,7 +176,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
     return expr;
 }
 
-static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
+static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_operands allowed)
 {
     const kmp_expr *expr = parse_unused(r, node, what, allowed);
     kmp_reader_use(r, expr);
@@ -241,7 +239,7 @@ kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion)
 
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
-    return parse_unused(r, node, what, CONSTANT);
+    return parse_unused(r, node, what, KMP_OF_PARAMETERS);
 }
 
 kmp_number kmp_number_of(const kmp_expr *expr, double value)
@@ -252,7 +250,7 @@ kmp_number kmp_number_of(const kmp_expr *expr, double value)
 
 bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number)
 {
-    const kmp_expr *expr = parse(r, node, what, CONSTANT);
+    const kmp_expr *expr = parse(r, node, what, KMP_OF_PARAMETERS);
     if (!expr || !is_known(r, expr))
         return false;
     double value = kmp_expr_value(expr, r->parameter_values);
@@ -276,6 +274,17 @@ bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     return good;
 }
 
+bool kmp_read_one_or_three(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                           kmp_number numbers[3])
+{
+    if (node->kind == KMP_YAML_LIST)
+        return kmp_read_vector(r, node, what, wanted, numbers);
+    if (!kmp_read_number(r, node, what, wanted, numbers))
+        return false;
+    numbers[1] = numbers[2] = numbers[0];
+    return true;
+}
+
 bool kmp_read_fixed(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value)
 {
     kmp_number number;
@@ -295,35 +304,38 @@ bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_f
     return false;
 }
 
-/* Sets the flags of the parameters in an expression, and of those that they depend on. */
-static void mark(const kempe_model *model, const kmp_expr *expr, bool *flags)
+/* Sets a flag of the parameters in an expression, and of those that they depend on; `flag`: its place in them. */
+static void mark(kempe_model *model, const kmp_expr *expr, size_t flag)
 {
     if (!expr)
         return;
     if (expr->kind != KMP_EXPR_PARAMETER) {
-        mark(model, expr->a, flags);
-        mark(model, expr->b, flags);
-        mark(model, expr->c, flags);
-    } else if (!flags[expr->index]) {
-        flags[expr->index] = true;
-        mark(model, model->parameters[expr->index].number.expr, flags);
+        mark(model, expr->a, flag);
+        mark(model, expr->b, flag);
+        mark(model, expr->c, flag);
+        return;
     }
+    bool *set = (bool *)((char *)&model->parameters[expr->index] + flag);
+    if (*set)
+        return;
+    *set = true;
+    mark(model, model->parameters[expr->index].number.expr, flag);
 }
 
 void kmp_reader_use(kmp_reader *r, const kmp_expr *expr)
 {
-    mark(r->model, expr, r->parameter_used);
+    mark(r->model, expr, offsetof(kmp_parameter, used));
 }
 
 void kmp_reader_fix_setting(kmp_reader *r, const kmp_number *number)
 {
-    mark(r->model, number->expr, r->parameter_fixed);
+    mark(r->model, number->expr, offsetof(kmp_parameter, fixed));
 }
 
 void kmp_reader_fix(kmp_reader *r, const kmp_number *number)
 {
     kmp_reader_fix_setting(r, number);
-    mark(r->model, number->expr, r->parameter_shapes);
+    mark(r->model, number->expr, offsetof(kmp_parameter, shapes));
 }
 
 /* A constant law is a number of the model. */
@@ -338,8 +350,8 @@ static const kmp_expr *name_constant(kmp_reader *r, const kmp_expr *expr)
 }
 
 /* Constants must be finite, and known dimensions must fit. */
-static const kmp_expr *read_variable(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
-                                     symbols allowed)
+const kmp_expr *kmp_read_expr(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                              kmp_operands allowed)
 {
     kmp_dimension dimension;
     const kmp_expr *expr = parse(r, node, what, allowed);
@@ -351,31 +363,11 @@ static const kmp_expr *read_variable(kmp_reader *r, const kmp_yaml *node, const 
     return expr ? name_constant(r, expr) : NULL;
 }
 
-const kmp_expr *kmp_read_state(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
-{
-    return read_variable(r, node, what, wanted, OF_STATE);
-}
-
-const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
-{
-    return read_variable(r, node, what, wanted, OF_LOADS);
-}
-
-const kmp_expr *kmp_read_comparison(kmp_reader *r, const kmp_yaml *node, const char *what)
-{
-    return read_variable(r, node, what, KMP_DIM_ANY, COMPARISON_OF_LOADS);
-}
-
-const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, int place)
-{
-    return read_variable(r, node, what, wanted, place == 1 ? OF_X : OF_PLACE);
-}
-
 const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
                                   double *first)
 {
     kmp_dimension dimension;
-    const kmp_expr *expr = parse(r, node, what, OF_TIME);
+    const kmp_expr *expr = parse(r, node, what, KMP_OF_TIME);
     if (!expr || !is_known(r, expr) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return NULL;
     double value = kmp_expr_value_at(expr, r->parameter_values, 0);

@@ -125,11 +125,6 @@ static kempe_status read_document(kmp_reader *r, kempe_status status)
     return memory ? status : fail_memory(r->context);
 }
 
-typedef struct settings {
-    const kempe_setting *list;
-    int count;
-} settings;
-
 static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_model **model)
 {
     kempe_status status = read_document(r, loaded);
@@ -142,10 +137,9 @@ static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_mod
 }
 
 static kempe_status read_model(kempe_context *context, const char *text, size_t length, const char *label,
-                               settings given, kempe_model **model)
+                               const kempe_setting *list, int count, kempe_model **model)
 {
-    kmp_reader r = {
-        .context = context, .model = new_model(context, label), .settings = given.list, .setting_count = given.count};
+    kmp_reader r = {.context = context, .model = new_model(context, label), .settings = list, .setting_count = count};
     if (!r.model || kmp_reader_add_file(&r, label) < 0) {
         kempe_model_free(r.model);
         return kmp_fail_memory(context);
@@ -185,7 +179,7 @@ kempe_status kempe_model_read_set(kempe_context *context, const char *path, cons
     size_t length;
     kmp_context_begin(context);
     KMP_TRY(kmp_file_read(context, path, &text, &length));
-    kempe_status status = read_model(context, text, length, path, (settings){list, count}, model);
+    kempe_status status = read_model(context, text, length, path, list, count, model);
     kmp_free(text);
     return status;
 }
@@ -199,7 +193,7 @@ kempe_status kempe_model_read_text_set(kempe_context *context, const char *text,
     KMP_WANTED(context, model, "model");
     KMP_WANTED(context, are_settings(list, count), "a setting");
     kmp_context_begin(context);
-    return read_model(context, text, strlen(text), label, (settings){list, count}, model);
+    return read_model(context, text, strlen(text), label, list, count, model);
 }
 
 kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model)

@@ -35,9 +35,6 @@ typedef struct kmp_reader {
     kmp_linkage *linkage;  /* NULL without joints between bodies */
     bool wrong;            /* an error was reported */
     bool *parameter_known; /* its value is good; dependents of others are skipped without message */
-    bool *parameter_used;  /* something other than parameters depends on it */
-    bool *parameter_fixed; /* a value that is no number of the equations depends on it */
-    bool *parameter_shapes;
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
 } kmp_reader;
@@ -170,6 +167,10 @@ bool kmp_section_next(kmp_section *s);
 bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number);
 bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
 
+/** Three numbers: a list of them, or one for all. */
+bool kmp_read_one_or_three(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                           kmp_number numbers[3]);
+
 /** A number outside the equations: its parameters cannot vary (kmp_reader_fix). */
 bool kmp_read_fixed(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value);
 
@@ -196,17 +197,20 @@ bool kmp_check_finite(kmp_reader *r, const kmp_yaml *node, const char *what, dou
 bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_expr *expr,
                          kmp_dimension wanted, kmp_dimension *dimension);
 
-/** An expression of parameters, t, q and qd; NULL after an error. */
-const kmp_expr *kmp_read_state(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted);
+/** Operands of an expression in addition to parameters. */
+typedef enum kmp_operands {
+    KMP_OF_PARAMETERS,
+    KMP_OF_TIME,    /* t */
+    KMP_OF_STATE,   /* t, q, qd */
+    KMP_OF_LOADS,   /* and multipliers of the closures, which have been read */
+    KMP_COMPARISON, /* of two such */
+    KMP_OF_X,       /* t, x */
+    KMP_OF_PLACE    /* t, x, y, z */
+} kmp_operands;
 
-/** An expression of parameters, t, q, qd and multipliers of the closures, which have been read; NULL after an error. */
-const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted);
-
-/** A comparison of two such. */
-const kmp_expr *kmp_read_comparison(kmp_reader *r, const kmp_yaml *node, const char *what);
-
-/** An expression of parameters, t and the first `place` of x, y, z; NULL after an error. */
-const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, int place);
+/** NULL after an error. */
+const kmp_expr *kmp_read_expr(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                              kmp_operands allowed);
 
 /** An expression of parameters and t; NULL after an error. `*first`: its value at t = 0. */
 const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,

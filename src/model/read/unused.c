@@ -27,7 +27,7 @@ static void warn(const kmp_reader *r, kmp_place place, const char *name, const c
 static void spare_displaced(kmp_reader *r, const kmp_yaml *map)
 {
     for (int i = 0; i < map->count; i++)
-        if (r->parameter_used[i] && is_set(r, r->model->parameters[i].name))
+        if (r->model->parameters[i].used && is_set(r, r->model->parameters[i].name))
             kmp_reader_use(r, kmp_read_constant(r, map->items[i], r->model->parameters[i].name));
 }
 
@@ -48,15 +48,13 @@ static void settle(kmp_reader *r, const kmp_yaml *map)
     kempe_model *model = r->model;
     for (int i = 0; i < model->parameter_count; i++) {
         bool set = is_set(r, model->parameters[i].name);
-        model->parameters[i].fixed = r->parameter_fixed[i];
-        model->parameters[i].shapes = r->parameter_shapes[i];
-        model->parameters[i].unused = set && !r->parameter_used[i];
+        model->parameters[i].unused = set && !r->model->parameters[i].used;
         if (model->parameters[i].unused)
             warn(r, map->keys[i]->place, model->parameters[i].name, ": setting it has no effect");
     }
     spare_displaced(r, map);
     for (int i = 0; i < model->parameter_count; i++)
-        if (!r->parameter_used[i] && !is_set(r, model->parameters[i].name))
+        if (!r->model->parameters[i].used && !is_set(r, model->parameters[i].name))
             warn_of_file(r, map, i);
 }
 

@@ -3,45 +3,32 @@
 #include "model/tables/nearest.h"
 #include <string.h>
 
-static bool is_cut(const kempe_model *model, const char *joint)
-{
-    for (int k = 0; k < model->cut_count; k++)
-        if (strcmp(model->cuts[k].joint, joint) == 0)
-            return true;
-    return false;
-}
-
 kempe_status kmp_coordinate_find(const kempe_model *model, const char *what, const char *name, size_t length,
                                  int *coordinate)
 {
-    kmp_text word = {0}, sentence = {0};
+    kmp_arena arena = {0};
+    kmp_text hint = {0};
     for (; length > 0 && strchr(" \t", *name); length--)
         name++;
     while (length > 0 && strchr(" \t", name[length - 1]))
         length--;
-    kmp_text_printf(&word, "%.*s", (int)length, name);
-    if (word.failed)
+    const char *word = kmp_arena_printf(&arena, "%.*s", (int)length, name);
+    if (!word)
         return kmp_fail_memory(model->context);
-    kmp_nearest nearest = kmp_nearest_begin(word.s);
-    int found = -1;
-    for (int k = 0; k < model->motion_count && found < 0; k++) {
-        kmp_nearest_offer(&nearest, model->motions[k].name);
-        if (strcmp(model->motions[k].name, word.s) == 0)
-            found = k;
-    }
     kempe_status status = KEMPE_OK;
-    if (found < 0) {
-        if (is_cut(model, word.s))
-            kmp_text_put(&sentence, ": the joint is cut (cut: no in the model keeps it)");
-        else
-            kmp_nearest_suggest(&nearest, &sentence);
-        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: unknown coordinate '%s'%s", what, word.s,
-                          sentence.s ? sentence.s : "");
-    } else {
+    int found = kmp_name_find(KMP_NAMED(model, motion), word);
+    kmp_nearest nearest = kmp_nearest_of(word, KMP_NAMED(model, motion));
+    if (found >= 0)
         *coordinate = found;
-    }
-    kmp_text_free(&sentence);
-    kmp_text_free(&word);
+    else if (kmp_name_find(KMP_NAMED(model, cut), word) >= 0)
+        kmp_text_put(&hint, ": the joint is cut (cut: no in the model keeps it)");
+    else
+        kmp_nearest_suggest(&nearest, &hint);
+    if (found < 0)
+        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: unknown coordinate '%s'%s", what, word,
+                          hint.s ? hint.s : "");
+    kmp_text_free(&hint);
+    kmp_arena_free(&arena);
     return status;
 }
 
