@@ -72,7 +72,7 @@ static void put_reference(kmp_json *json, const kempe_comparison *c)
 static void put_way(kmp_json *json, const kmp_method *way)
 {
     kmp_text name = {0};
-    kmp_compare_name(&name, way->formulation, way->form, way->integrator);
+    kmp_compare_name(&name, way);
     kmp_json_object(json, NULL);
     put_string(json, "name", name.s);
     put_string(json, "formulation", way->formulation);

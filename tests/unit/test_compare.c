@@ -189,9 +189,9 @@ static void true_error(const loaded *l, const kempe_comparison *c, const char *f
     kmp_reference_limit(&digits, c->t_end);
     CHECK(kmp_times_init(&times, c->t_end, c->t_end, &digits));
     kmp_samples_init(&rows, l->system->n, l->system->m);
-    kmp_run_spec spec = {.formulation = s->formulation,
-                         .form = s->form,
-                         .integrator = s->integrator,
+    kmp_run_spec spec = {.formulation = s->way.formulation,
+                         .form = s->way.form,
+                         .integrator = s->way.integrator,
                          .rtol = s->rtol,
                          .atol = s->rtol,
                          .t_end = c->t_end,

@@ -52,7 +52,7 @@ enum { KMP_MOST_SOURCES = 4 };
 
 /** One of the runs for Kempe's own reference. */
 typedef struct kmp_source {
-    const char *formulation, *form, *integrator;
+    kmp_method way;
     double rtol;
     double own;      /* the difference of q at a tenfold tolerance */
     double distance; /* of q from the reference; 0 for the reference itself */
@@ -138,7 +138,7 @@ bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit);
 kmp_stiffness kmp_compare_stiffness(const kempe_comparison *comparison);
 
 /** "reduced integrated dop853", "projected dop853". */
-void kmp_compare_name(kmp_text *text, const char *formulation, const char *form, const char *integrator);
+void kmp_compare_name(kmp_text *text, const kmp_method *way);
 
 /** Adds a sentence; the text, unless it is empty, which is emptied. */
 void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)

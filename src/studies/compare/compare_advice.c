@@ -99,11 +99,6 @@ static int choose_way(const kempe_comparison *c, aims *a)
 
 /* -- reason ------------------------------------------------------------------------------------------ */
 
-static void name(kmp_text *text, const kmp_method *way)
-{
-    kmp_compare_name(text, way->formulation, way->form, way->integrator);
-}
-
 /* "4.3", with "and 4.5" where there are two aims. */
 static void ratios(kmp_text *text, const kempe_comparison *c, const aims *a, int way)
 {
@@ -125,7 +120,7 @@ static void tell_cost(kmp_text *text, const kempe_comparison *c, const aims *a, 
     if (next < 0)
         return;
     kmp_text_put(text, "; the next is ");
-    name(text, &c->ways[next]);
+    kmp_compare_name(text, &c->ways[next]);
     kmp_text_put(text, ", ");
     ratios(text, c, a, next);
     kmp_text_put(text, best ? " times as long" : " times");
@@ -199,7 +194,7 @@ static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, i
                         c->levels.level[a->level[a->count - 1]]);
         return;
     }
-    name(text, &c->ways[dae]);
+    kmp_compare_name(text, &c->ways[dae]);
     kmp_text_put(text, " needs ");
     ratios(text, c, a, dae);
     kmp_text_put(text, " times as long");
@@ -243,7 +238,7 @@ static void refrain(kempe_comparison *c)
     if (steady >= 0) {
         kmp_text_put(&text, "; the cheapest run that agrees with its next tolerance to ");
         kmp_text_printf(&text, "%g in q is ", usual[0]);
-        name(&text, c->runs[steady].way);
+        kmp_compare_name(&text, c->runs[steady].way);
         kmp_text_printf(&text, " at rtol %g: %.3g ms", c->runs[steady].rtol, 1e3 * c->runs[steady].cpu_s);
     }
     if (c->has_reference)

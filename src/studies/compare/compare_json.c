@@ -4,12 +4,17 @@
 #include <kempe/compare.h>
 #include <math.h>
 
+static void json_names(kmp_json *json, const kmp_method *way)
+{
+    kmp_json_string(json, "formulation", way->formulation);
+    kmp_json_string(json, "form", way->form);
+    kmp_json_string(json, "integrator", way->integrator);
+}
+
 static void json_source(kmp_json *json, const kmp_source *source)
 {
     kmp_json_object(json, NULL);
-    kmp_json_string(json, "formulation", source->formulation);
-    kmp_json_string(json, "form", source->form);
-    kmp_json_string(json, "integrator", source->integrator);
+    json_names(json, &source->way);
     kmp_json_number(json, "rtol", source->rtol);
     kmp_json_number(json, "own_difference", source->own);
     kmp_json_number(json, "distance", source->distance);
@@ -51,9 +56,7 @@ static void json_error(kmp_json *json, const kempe_comparison *c, const kmp_comp
 static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
 {
     kmp_json_object(json, NULL);
-    kmp_json_string(json, "formulation", run->way->formulation);
-    kmp_json_string(json, "form", run->way->form);
-    kmp_json_string(json, "integrator", run->way->integrator);
+    json_names(json, run->way);
     kmp_json_number(json, "rtol", run->rtol);
     kmp_json_string(json, "status", kmp_status_word(run->status));
     kmp_json_string(json, "reason", run->reason);
@@ -65,13 +68,6 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
     if (run->left_out)
         kmp_json_boolean(json, "left_out", true);
     kmp_json_end(json);
-}
-
-static void json_names(kmp_json *json, const kmp_method *way)
-{
-    kmp_json_string(json, "formulation", way->formulation);
-    kmp_json_string(json, "form", way->form);
-    kmp_json_string(json, "integrator", way->integrator);
 }
 
 void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list)
@@ -117,9 +113,7 @@ static void json_advice(kmp_json *json, const kempe_comparison *c)
     const kmp_advice *advice = &c->advice;
     const kmp_compared *run = advice->run >= 0 ? &c->runs[advice->run] : NULL;
     kmp_json_object(json, "advice");
-    kmp_json_string(json, "formulation", run ? run->way->formulation : NULL);
-    kmp_json_string(json, "form", run ? run->way->form : NULL);
-    kmp_json_string(json, "integrator", run ? run->way->integrator : NULL);
+    json_names(json, run ? run->way : &(const kmp_method){0});
     kmp_json_number(json, "rtol", run ? run->rtol : NAN);
     kmp_json_number(json, "error", advice->level);
     if (advice->stiff)

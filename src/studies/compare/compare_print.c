@@ -188,7 +188,7 @@ static void show_advice(kmp_text *text, const kempe_comparison *c)
     } else {
         const kmp_compared *run = &c->runs[c->advice.run];
         kmp_text_put(text, "use ");
-        kmp_compare_name(text, run->way->formulation, run->way->form, run->way->integrator);
+        kmp_compare_name(text, run->way);
         kmp_text_printf(text, " at rtol %g for this model: error q at most %g in %.3g ms\n", run->rtol, c->advice.level,
                         1e3 * run->cpu_s);
     }

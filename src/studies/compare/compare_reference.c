@@ -18,7 +18,7 @@
 enum { ROWS = 400, STRIDE = ROWS / 10, MOST_CUT = 2 };
 
 static const kmp_source rows[] = {
-#define KMP_SOURCE(formulation, form, integrator) {formulation, form, integrator, 0, 0, 0},
+#define KMP_SOURCE(formulation, form, integrator) {{formulation, form, integrator, false, false}, 0, 0, 0},
 #include "studies/compare/sources.def"
 #undef KMP_SOURCE
 };
@@ -82,18 +82,17 @@ static double allowed(const maker *m, double part)
     return fmin(part * m->budget_s, m->job->left_s - m->least_left_s);
 }
 
-static kempe_status attempt(maker *m, const kmp_source *way, double rtol, double part, kmp_samples *table, ending *how,
+static kempe_status attempt(maker *m, const kmp_method *way, double rtol, double part, kmp_samples *table, ending *how,
                             double *cpu_s)
 {
     kmp_run_report report = {0};
-    kmp_method asked = {.formulation = way->formulation, .form = way->form, .integrator = way->integrator};
     double limit_s = allowed(m, part);
     *how = CUT;
     if (!(limit_s > 0))
         return KEMPE_OK;
     kmp_log(m->job->context, KEMPE_LOG_PROGRESS, "reference: %s %s %s at rtol %g", way->formulation, way->form,
             way->integrator, rtol);
-    kempe_status status = kmp_compare_once(m->job, &asked, rtol, &m->times, limit_s, table, &report);
+    kempe_status status = kmp_compare_once(m->job, way, rtol, &m->times, limit_s, table, &report);
     *how = status == KEMPE_OK ? DONE : report.cut ? CUT : FAILED;
     *cpu_s = report.cpu_s;
     if (status == KEMPE_STOPPED || status == KEMPE_E_FAILED) {
@@ -114,14 +113,14 @@ static kempe_status run_tight(maker *m, maker_source *s)
     ending how;
     double cpu_s = 0;
     int cut = 0;
-    kempe_status status = attempt(m, &s->said, COARSE, COARSE_PART, &s->table, &how, &cpu_s);
+    kempe_status status = attempt(m, &s->said.way, COARSE, COARSE_PART, &s->table, &how, &cpu_s);
     if (status != KEMPE_OK || how == CUT)
         return status;
     double coarse_s = how == DONE ? cpu_s : 0;
     for (int k = 0; k < TIGHT && cut < MOST_CUT && !(s->said.rtol > 0) && status == KEMPE_OK; k++) {
         if (coarse_s * pow(GROWTH, log10(COARSE / tight[k])) > allowed(m, RUN_PART))
             continue;
-        status = attempt(m, &s->said, tight[k], RUN_PART, &s->table, &how, &cpu_s);
+        status = attempt(m, &s->said.way, tight[k], RUN_PART, &s->table, &how, &cpu_s);
         if (status == KEMPE_OK && how == DONE)
             s->said.rtol = tight[k];
         if (how == CUT) {
@@ -150,7 +149,7 @@ static kempe_status run_beside(maker *m, maker_source *s)
 {
     ending how;
     double cpu_s;
-    kempe_status status = attempt(m, &s->said, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
+    kempe_status status = attempt(m, &s->said.way, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
     if (how != DONE)
         s->beside.rows = 0;
     return status;
@@ -164,7 +163,7 @@ static kempe_status judge_own(const maker *m, maker_source *s, double until)
     return status;
 }
 
-static bool exists(const kmp_source *row)
+static bool exists(const kmp_method *row)
 {
     kmp_method way;
     for (int k = 0; kmp_way_get(k, &way); k++)
@@ -184,7 +183,7 @@ static kempe_status gather(maker *m)
 {
     kempe_status status = KEMPE_OK;
     for (size_t k = 0; k < sizeof rows / sizeof *rows && m->count < KMP_MOST_SOURCES && status == KEMPE_OK; k++) {
-        if (!exists(&rows[k]))
+        if (!exists(&rows[k].way))
             continue;
         maker_source *s = &m->sources[m->count];
         *s = (maker_source){.said = rows[k]};
@@ -234,7 +233,7 @@ static kempe_status run_nudged(maker *m)
     kempe_status status = nudge(m, &moved);
     if (status == KEMPE_OK && moved) {
         m->job->start = moved;
-        status = attempt(m, &first->said, fmax(first->said.rtol, 1e-10), RUN_PART, &m->moved, &how, &cpu_s);
+        status = attempt(m, &first->said.way, fmax(first->said.rtol, 1e-10), RUN_PART, &m->moved, &how, &cpu_s);
         m->job->start = start;
     }
     if (how != DONE)
@@ -297,9 +296,9 @@ static kempe_status judge_others(maker *m, double until, double *formulation, do
         if (k != m->first)
             KMP_TRY(differ(m, &s->table, &first->table, until, difference));
         s->said.distance = k == m->first ? 0 : difference[KMP_QUANTITY_Q];
-        if (strcmp(s->said.formulation, first->said.formulation) != 0)
+        if (strcmp(s->said.way.formulation, first->said.way.formulation) != 0)
             take_least(formulation, difference);
-        if (strcmp(s->said.integrator, first->said.integrator) != 0)
+        if (strcmp(s->said.way.integrator, first->said.way.integrator) != 0)
             take_least(integrator, difference);
     }
     return KEMPE_OK;
@@ -346,11 +345,6 @@ static kempe_status keep_good(maker *m, double *at_end, double *bound)
 
 /* -- description ------------------------------------------------------------------------------------- */
 
-static void name(kmp_text *text, const kmp_source *s)
-{
-    kmp_compare_name(text, s->formulation, s->form, s->integrator);
-}
-
 /* True if the tolerances of both explain the distance of a source from the reference. */
 static bool confirms(const maker *m, int k)
 {
@@ -363,7 +357,7 @@ static void describe(const maker *m, kmp_text *text)
 {
     int count = 0, said = 0;
     kmp_text_put(text, "own: ");
-    name(text, &m->sources[m->first].said);
+    kmp_compare_name(text, &m->sources[m->first].said.way);
     kmp_text_printf(text, " at rtol %g, ", m->sources[m->first].said.rtol);
     for (int k = 0; k < m->count; k++)
         count += confirms(m, k);
@@ -373,7 +367,7 @@ static void describe(const maker *m, kmp_text *text)
         if (!confirms(m, k))
             continue;
         kmp_text_put(text, said == 0 ? "confirmed by " : said == count - 1 ? " and " : ", ");
-        name(text, &m->sources[k].said);
+        kmp_compare_name(text, &m->sources[k].said.way);
         said++;
     }
 }
@@ -411,7 +405,7 @@ static void warn(const maker *m, double at_end, double bound)
         if (k == m->first || confirms(m, k))
             continue;
         kmp_text text = {0};
-        name(&text, &s->said);
+        kmp_compare_name(&text, &s->said.way);
         kmp_text_printf(&text,
                         " at rtol %g differs by %.1g in q from the reference, although its own tolerances agree to "
                         "%.1g: one of the two follows another branch",

@@ -46,10 +46,11 @@ void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format
     kmp_sentences_take(arena, list, &text);
 }
 
-void kmp_compare_name(kmp_text *text, const char *formulation, const char *form, const char *integrator)
+void kmp_compare_name(kmp_text *text, const kmp_method *way)
 {
-    bool formless = !form || strcmp(form, "none") == 0;
-    kmp_text_printf(text, "%s %s%s%s", formulation, formless ? "" : form, formless ? "" : " ", integrator);
+    bool formless = !way->form || strcmp(way->form, "none") == 0;
+    kmp_text_printf(text, "%s %s%s%s", way->formulation, formless ? "" : way->form, formless ? "" : " ",
+                    way->integrator);
 }
 
 /* -- groups ------------------------------------------------------------------------------------------ */
@@ -86,8 +87,7 @@ static group find(const kempe_comparison *c, int way, trouble_fn *has)
 
 static void begin(kmp_text *text, const kempe_comparison *c, const group *g)
 {
-    const kmp_method *way = g->first->way;
-    kmp_compare_name(text, way->formulation, way->form, way->integrator);
+    kmp_compare_name(text, g->first->way);
     if (g->count == c->rtol_count && g->count > 1)
         kmp_text_put(text, " at every rtol");
     else if (g->count == 1)

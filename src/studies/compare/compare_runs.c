@@ -84,7 +84,7 @@ static kempe_status time_run(kmp_compare_job *j, kmp_compared *run)
 static void tell(const kmp_compare_job *j, const kmp_compared *run)
 {
     kmp_text text = {0};
-    kmp_compare_name(&text, run->way->formulation, run->way->form, run->way->integrator);
+    kmp_compare_name(&text, run->way);
     const char *name = text.s ? text.s : "";
     if (run->status == KEMPE_OK)
         kmp_log(j->context, KEMPE_LOG_PROGRESS, "%s, rtol %g: error q %.1e, %.3g ms", name, run->rtol,

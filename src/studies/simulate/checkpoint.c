@@ -53,15 +53,12 @@ static void print_row(const kempe_system *system, const kmp_samples *samples, in
 kempe_status kmp_checkpoint_write(const kempe_system *system, const kmp_samples *samples, const char *path)
 {
     kmp_text text = {0};
-    kempe_status status = kmp_checkpoint_head(system, &text);
-    for (int row = 0; status == KEMPE_OK && row < samples->rows; row++)
+    KMP_TRY(kmp_checkpoint_head(system, &text));
+    for (int row = 0; row < samples->rows; row++)
         print_row(system, samples, row, &text);
-    if (status == KEMPE_OK && !text.failed)
+    if (!text.failed)
         kmp_checkpoint_end(&text, text.s, text.length);
-    if (status == KEMPE_OK)
-        status = kmp_file_write(system->context, path, &text);
-    kmp_text_free(&text);
-    return status;
+    return kmp_file_write(system->context, path, &text);
 }
 
 /* -- reading ----------------------------------------------------------------------------------------- */
