@@ -36,7 +36,7 @@ static bool is_blank(char c)
     return c == ' ' || c == '\t' || c == '\r';
 }
 
-int kmp_csv_count(const char *line)
+static int count_fields(const char *line)
 {
     int count = 1;
     for (const char *s = line; *s; s++)
@@ -74,7 +74,7 @@ bool kmp_csv_number(kmp_csv_field field, double *value)
 
 void kmp_csv_check_row(kmp_csv *csv, const char *line)
 {
-    int count = kmp_csv_count(line);
+    int count = count_fields(line);
     if (count != csv->columns)
         kmp_csv_complain(csv, line, "%d field%s where the header has %d column%s", count, count == 1 ? "" : "s",
                          csv->columns, csv->columns == 1 ? "" : "s");
@@ -104,7 +104,7 @@ static bool read_lines(kmp_csv *csv, char *text)
             continue;
         bool header = csv->columns == 0;
         if (header)
-            csv->columns = kmp_csv_count(line);
+            csv->columns = count_fields(line);
         if (!(header ? csv->header(csv, line) : csv->row(csv, line)))
             return false;
     }

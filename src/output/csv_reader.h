@@ -31,9 +31,6 @@ kempe_status kmp_csv_read(kmp_csv *csv);
 void kmp_csv_complain(kmp_csv *csv, const char *at, const char *format, ...) __attribute__((format(printf, 3, 4)));
 bool kmp_csv_goes_on(const kmp_csv *csv);
 
-/** The number of fields of a line. */
-int kmp_csv_count(const char *line);
-
 /** The field that begins at *s; *s moves past the comma after it, to NULL after the last one. */
 kmp_csv_field kmp_csv_next(const char **s);
 bool kmp_csv_is(kmp_csv_field field, const char *word);

@@ -289,7 +289,7 @@ static void csv_cell(kmp_text *text, const table_column *c, int row)
         kmp_text_number(text, c->number[row]);
 }
 
-void kmp_tabulate_csv(kmp_text *text, const kempe_table *t)
+static void put_csv(kmp_text *text, const kempe_table *t)
 {
     if (has_units(t)) {
         for (int c = 0; c < t->columns; c++)
@@ -423,7 +423,7 @@ kempe_status kempe_table_write(const kempe_table *table, const char *path)
     if (ending && strcmp(ending, ".npz") == 0)
         return write_npz(table, path);
     if (!ending || strcmp(ending, ".csv") == 0)
-        kmp_tabulate_csv(&text, table);
+        put_csv(&text, table);
     else if (strcmp(ending, ".json") == 0)
         put_json(&text, table);
     else

@@ -39,9 +39,6 @@ void kmp_tabulate_number(kempe_table *table, double x);
 void kmp_tabulate_numbers(kempe_table *table, int count, const double *x);
 void kmp_tabulate_word(kempe_table *table, const char *word);
 
-/** Appends the CSV; line breaks within words become blanks. */
-void kmp_tabulate_csv(kmp_text *text, const kempe_table *table);
-
 /** The table cannot be completed, for want of memory. */
 void kmp_tabulate_fail(kempe_table *table);
 

@@ -81,13 +81,6 @@ void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses)
     }
 }
 
-void kmp_pose_point(const kmp_pose *pose, const double at[3], double out[3])
-{
-    kmp_pose moved = *pose;
-    move(&moved, at, 1);
-    memcpy(out, moved.p, sizeof moved.p);
-}
-
 /* Computes the quaternion from its largest component, which is at least a half (Shepperd 1978). */
 void kmp_pose_quaternion(const kmp_pose *pose, const double *near, double out[4])
 {

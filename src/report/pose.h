@@ -13,9 +13,6 @@ typedef struct kmp_pose {
 /** Poses of every body of the model, the ground's too, at the user's coordinates q (n). */
 void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses);
 
-/** A point of a body's axes in ground axes. */
-void kmp_pose_point(const kmp_pose *pose, const double at[3], double out[3]);
-
 /** Unit quaternion x, y, z, w of the rotation; of the two that mean it, the one nearer to `near` (NULL: w >= 0). */
 void kmp_pose_quaternion(const kmp_pose *pose, const double *near, double out[4]);
 

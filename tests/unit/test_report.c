@@ -45,10 +45,12 @@ static void compare_points(const kempe_model *model, const kmp_pose *poses, cons
 {
     for (int p = 0; p < model->point_count; p++) {
         const kmp_point *point = &model->points[p];
-        double at[3] = {point->at[0].value, point->at[1].value, point->at[2].value}, x[3];
-        kmp_pose_point(&poses[point->body], at, x);
-        for (int k = 0; k < 3; k++)
-            CHECK_NEAR(x[k], wanted[3 * p + k], 1e-13 * (1 + model->motion_count));
+        double at[3] = {point->at[0].value, point->at[1].value, point->at[2].value};
+        const kmp_pose *pose = &poses[point->body];
+        for (int k = 0; k < 3; k++) {
+            double x = pose->p[k] + pose->r[k][0] * at[0] + pose->r[k][1] * at[1] + pose->r[k][2] * at[2];
+            CHECK_NEAR(x, wanted[3 * p + k], 1e-13 * (1 + model->motion_count));
+        }
     }
 }
 

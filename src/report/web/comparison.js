@@ -2,7 +2,6 @@
 /* The texts and tables of the page, and its start: everything is drawn from the data in the page. */
 "use strict";
 
-const data = JSON.parse(document.getElementById("data").textContent);
 /* -- colours ------------------------------------------------------------------------------------------------ */
 
 /* A hue for each formulation; its methods have lighter shades in turn. */
@@ -95,7 +94,6 @@ function tellReference() {
 function tellScene() {
     byId("model").append(data.model);
     byId("scene").append(`0 to ${three(data.t_end)} s \u00b7 ${data.n} coordinate${data.n === 1 ? "" : "s"}, ${data.m} closure row${data.m === 1 ? "" : "s"}`);
-    byId("maker").append(`Made by kempe ${data.kempe}. Drawn with three.js and Chart.js, both under the MIT License, whose text is in the source of this page.`);
 }
 
 /* -- tables ------------------------------------------------------------------------------------------------- */

@@ -2,7 +2,6 @@
 /* The page of modes: their list, the mechanism moving along the one that is chosen, where eigenvalues are and went. */
 "use strict";
 
-const data = JSON.parse(document.getElementById("data").textContent);
 const COLOURS = [["#2471a3", "#5dade2"], ["#c0392b", "#ec7063"], ["#1e8449", "#58d68d"], ["#b9770e", "#f5b041"], ["#7d3c98", "#bb8fce"], ["#117a65", "#48c9b0"], ["#5d6d7e", "#aeb6bf"], ["#a04000", "#e59866"]];
 const branchColour = (b) => COLOURS[b % COLOURS.length][isDark() ? 1 : 0];
 const TAU = 2 * Math.PI;
@@ -35,7 +34,6 @@ function tellVerdict() {
     for (const c of data.locus ? data.locus.critical : []) sentences.push(`${data.locus.name} = ${digits(c.value)}: a mode ${c.im > 0 ? `of ${digits(c.im / TAU)} Hz ` : ""}grows ${c.grows} it`);
     if (data.reason) sentences.push(data.reason);
     fillList(byId("because"), sentences);
-    byId("maker").append(`Made by kempe ${data.kempe}. Drawn with three.js and Chart.js, both under the MIT License, whose text is in the source of this page.`);
 }
 
 /* -- the list ----------------------------------------------------------------------------------------------- */
@@ -111,15 +109,6 @@ function beginPicture() {
 
 /* -- plots -------------------------------------------------------------------------------------------------- */
 
-function axis(name) {
-    return {
-        type: "linear",
-        title: { display: true, text: name, color: softColour() },
-        grid: { color: lineColour(), borderColor: lineColour(), tickColor: lineColour() },
-        ticks: { color: softColour(), maxTicksLimit: 8, maxRotation: 0 },
-    };
-}
-
 /* Distant real eigenvalues are cut off, so that the others remain visible. */
 function leftOf(datasets) {
     const points = datasets.flatMap((set) => set.data), top = Math.max(0, ...points.map((p) => p.y));
@@ -128,7 +117,8 @@ function leftOf(datasets) {
 }
 
 function plot(id, datasets, across, up, label) {
-    drawPlot(id, datasets, { x: { ...axis(across), ...(id === "plane" ? leftOf(datasets) : {}) }, y: { ...axis(up), min: 0 } }, label);
+    const axis = (name, more) => axisOf("linear", name, { maxTicksLimit: 8, maxRotation: 0 }, more);
+    drawPlot(id, datasets, { x: axis(across, id === "plane" ? leftOf(datasets) : {}), y: axis(up, { min: 0 }) }, label);
 }
 
 /* A curve for each eigenvalue; `point` gives its drawn value, null for none. */

@@ -4,6 +4,7 @@
 "use strict";
 
 const byId = (id) => document.getElementById(id);
+const data = JSON.parse(byId("data").textContent);
 const isNumber = (x) => typeof x === "number";
 
 /* -- numbers ------------------------------------------------------------------------------------------------ */
@@ -78,6 +79,16 @@ const lineColour = () => (printing ? "#cccccc" : styleOf("--line"));
 
 const plots = {};
 
+function axisOf(type, title, ticks, more) {
+    return {
+        type,
+        title: { display: Boolean(title), text: title, color: softColour() },
+        grid: { color: lineColour(), borderColor: lineColour(), tickColor: lineColour() },
+        ticks: { color: softColour(), ...ticks },
+        ...more,
+    };
+}
+
 function drawPlot(id, datasets, scales, label) {
     if (plots[id]) plots[id].destroy();
     const canvas = byId(id);
@@ -131,6 +142,7 @@ function tellReady(recolourAll) {
         printing = false;
         recolourAll();
     });
+    byId("maker").append(`Made by kempe ${data.kempe}. Drawn with three.js and Chart.js, both under the MIT License, whose text is in the source of this page.`);
     for (const canvas of document.querySelectorAll("canvas")) if (!canvas.closest("[hidden]")) canvas.dataset.ink = ink(canvas);
     document.documentElement.dataset.ready = "yes";
 }

@@ -18,25 +18,13 @@ function logAxis(low, high, title) {
                 if (k % each === 0 || decades < 2) values.push(Number(`${part}e${k}`));
         scale.ticks = values.filter((x) => x >= scale.min * 0.999999 && x <= scale.max * 1.000001).map((value) => ({ value }));
     };
-    return {
-        type: "logarithmic",
-        min: low,
-        max: high,
-        title: { display: Boolean(title), text: title, color: softColour() },
-        grid: { color: lineColour(), borderColor: lineColour(), tickColor: lineColour() },
-        ticks: { color: softColour(), callback: (x) => (x >= 10 && x < 1e5 && decades < 4 ? count(x) : decades < 2 ? three(x) : power(x)) },
-        afterBuildTicks: ticks,
-    };
+    const words = (x) => (x >= 10 && x < 1e5 && decades < 4 ? count(x) : decades < 2 ? three(x) : power(x));
+    return axisOf("logarithmic", title, { callback: words }, { min: low, max: high, afterBuildTicks: ticks });
 }
 
 function timeAxis(end) {
-    return {
-        type: "linear",
-        min: 0,
-        max: end,
-        grid: { color: lineColour(), borderColor: lineColour(), tickColor: lineColour() },
-        ticks: { color: softColour(), maxTicksLimit: 7, maxRotation: 0, callback: (x) => three(Number(x.toPrecision(8))) + " s" },
-    };
+    const words = (x) => three(Number(x.toPrecision(8))) + " s";
+    return axisOf("linear", "", { maxTicksLimit: 7, maxRotation: 0, callback: words }, { min: 0, max: end });
 }
 
 /* The values of all points, with a little room; null when there are none. */

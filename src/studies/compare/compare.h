@@ -4,6 +4,7 @@
 #define KMP_STUDIES_COMPARE_COMPARE_H
 
 #include "integrators/run/run.h"
+#include "output/print.h"
 #include "output/times.h"
 #include "output/verdict.h"
 #include <kempe/check.h>
@@ -150,5 +151,20 @@ const char *kmp_sentence_keep(kmp_arena *arena, kmp_text *text);
 
 /** True when an error is too close to the reference's own uncertainty: below ten times it. */
 bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
+
+/* -- reports ---------------------------------------------------------------------------------------- */
+
+enum { KMP_COMPARE_SHOWN = 3 };
+
+/** The quantities whose errors are shown. */
+extern const kmp_quantity kmp_compare_shown[KMP_COMPARE_SHOWN];
+
+/** The error of a run; NaN where it is unknown, or too close to the reference's own uncertainty. */
+double kmp_compare_error(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
+
+/** An array of sentences. */
+void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list);
+
+void kmp_compare_json(kmp_text *text, const kempe_comparison *comparison);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The comparison as one JSON object. */
-#include "studies/compare/compare_print.h"
+#include "studies/compare/compare.h"
 #include <kempe/compare.h>
 #include <math.h>
 

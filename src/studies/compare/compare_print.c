@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The comparison as text: all runs, the table at equal error, failures, and the summary, which comes last so that a
  * terminal shows it. */
-#include "studies/compare/compare_print.h"
 #include "base/memory.h"
+#include "studies/compare/compare.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>

@@ -201,9 +201,10 @@ static void warn_again(const kempe_batch *b)
 static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const kmp_ensemble_way *way)
 {
     kempe_context *context = b->ensemble->model->context;
-    int cases = 0, *instance = KMP_NEW(int, b->count);
-    kmp_convergence *found = KMP_NEW(kmp_convergence, b->count);
-    kempe_status status = instance && found ? KEMPE_OK : kmp_fail_memory(context);
+    kmp_arena arena = {0};
+    int cases = 0, *instance = KMP_ARENA_NEW(&arena, int, b->count);
+    kmp_convergence *found = KMP_ARENA_NEW(&arena, kmp_convergence, b->count);
+    kempe_status status = arena.failed ? kmp_fail_memory(context) : KEMPE_OK;
     for (int k = 0; status == KEMPE_OK && k < b->count; k++)
         if (b->results[k].status == KEMPE_OK)
             instance[cases++] = k;
@@ -212,8 +213,7 @@ static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const 
         status = kmp_convergence_of(&(kmp_repeat){context, spec->rtol, 0, 0, false, &r, run_again}, cases, found);
     for (int k = 0; status == KEMPE_OK && k < cases; k++)
         b->again[instance[k]] = found[k];
-    kmp_free(instance);
-    kmp_free(found);
+    kmp_arena_free(&arena);
     if (status == KEMPE_OK)
         warn_again(b);
     return status;
@@ -249,15 +249,16 @@ kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run,
     KMP_WANTED(e->model->context, batch, "batch");
     kempe_context *context = e->model->context;
     kmp_run_spec spec;
-    int *u = NULL;
+    kmp_arena arena = {0};
     kmp_context_begin(context);
     if (lanes < -1 || lanes > 8)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "%d lanes are not possible: 1 to 8, 0 for the best, -1 for none",
                         lanes);
-    KMP_TRY(kmp_spec_of(kmp_ensemble_system(e->inner), run, &spec, &u));
     kempe_batch *b = new_batch(e);
-    kempe_status status = b ? run_batch(b, &spec, lanes, run->no_convergence_check != 0) : kmp_fail_memory(context);
-    kmp_free(u);
+    kempe_status status = b ? kmp_spec_of(kmp_ensemble_system(e->inner), run, &arena, &spec) : kmp_fail_memory(context);
+    if (status == KEMPE_OK)
+        status = run_batch(b, &spec, lanes, run->no_convergence_check != 0);
+    kmp_arena_free(&arena);
     if (status != KEMPE_OK) {
         kempe_batch_free(b);
         return status;

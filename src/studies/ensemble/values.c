@@ -17,11 +17,10 @@ kempe_values *kmp_values_new(int columns, const char *const *names)
     if (!values)
         return NULL;
     values->columns = columns;
-    values->name = KMP_NEW(char *, columns);
-    bool ok = values->name;
-    for (int k = 0; ok && k < columns; k++)
-        ok = (values->name[k] = kmp_strdup(names[k]));
-    if (ok)
+    values->name = KMP_ARENA_NEW(&values->arena, char *, columns);
+    for (int k = 0; values->name && k < columns; k++)
+        values->name[k] = kmp_arena_strdup(&values->arena, names[k]);
+    if (!values->arena.failed)
         return values;
     kempe_values_free(values);
     return NULL;
@@ -47,9 +46,7 @@ void kempe_values_free(kempe_values *values)
 {
     if (!values)
         return;
-    for (int k = 0; values->name && k < values->columns; k++)
-        kmp_free(values->name[k]);
-    kmp_free(values->name);
+    kmp_arena_free(&values->arena);
     kmp_free(values->rows);
     kmp_free(values);
 }

@@ -3,12 +3,14 @@
 #ifndef KMP_STUDIES_ENSEMBLE_VALUES_H
 #define KMP_STUDIES_ENSEMBLE_VALUES_H
 
+#include "base/arena.h"
 #include <kempe/ensemble.h>
 
 struct kempe_values {
     int columns, count, room; /* room: for rows */
-    char **name;              /* columns */
-    double *rows;             /* count x columns */
+    kmp_arena arena;
+    char **name;  /* columns */
+    double *rows; /* count x columns */
 };
 
 /** An empty table with a copy of the names. NULL: no memory. */

@@ -24,7 +24,6 @@ typedef struct work {
     kmp_slopes *slopes;
     kmp_varied varied;
     kmp_run_spec spec;
-    int *u;
     kmp_times times;
     kmp_forward ask;
     double *w[KMP_QUANTITIES + 1], *gradient; /* weights of one column */
@@ -74,7 +73,7 @@ static kempe_status choose_run(work *w)
     run.formulation = "reduced";
     run.form = "newton";
     KMP_TRY(choose_integrator(w, &run));
-    KMP_TRY(kmp_spec_of(w->s->system, &run, &w->spec, &w->u));
+    KMP_TRY(kmp_spec_of(w->s->system, &run, &w->arena, &w->spec));
     KMP_TRY(kmp_times_spacing(w->s->system, run.output_step, w->spec.t_end, &every));
     return kmp_times_init(&w->times, every, w->spec.t_end, NULL) ? KEMPE_OK : kmp_fail_memory(w->s->context);
 }
@@ -353,7 +352,6 @@ static void free_work(work *w)
     kmp_times_free(&w->times);
     kmp_varied_free(&w->varied);
     kmp_slopes_free(w->slopes);
-    kmp_free(w->u);
     kmp_arena_free(&w->arena);
 }
 

@@ -9,8 +9,8 @@
 struct kempe_stepper {
     const kempe_system *system;
     kmp_runner *runner;
+    kmp_arena arena;
     kmp_run_spec spec;
-    int *u;
     double t, stop;     /* the current time; the limit of steps */
     bool keeps;         /* external inputs of the user's force are constant */
     double *row, *next; /* q, qd, qdd, lambda; the one being made */
@@ -43,10 +43,8 @@ static kempe_status settle(kempe_stepper *s, kempe_status status)
 
 static kempe_status begin(kempe_stepper *s)
 {
-    int size = 3 * s->system->n + s->system->m;
-    s->row = KMP_NEW(double, size);
-    s->next = KMP_NEW(double, size);
-    if (!s->row || !s->next)
+    const kmp_arena_group group = {3 * s->system->n + s->system->m, {&s->row, &s->next}};
+    if (!kmp_arena_make_groups(&s->arena, 1, &group))
         return kmp_fail_memory(s->system->context);
     kempe_status status = kmp_runner_new(s->system, &s->spec, NULL, &s->runner);
     s->stop = s->spec.t_end;
@@ -65,7 +63,7 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
     if (!s)
         return kmp_fail_memory(system->context);
     s->system = system;
-    kempe_status status = kmp_spec_of(system, run, &s->spec, &s->u);
+    kempe_status status = kmp_spec_of(system, run, &s->arena, &s->spec);
     s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* monitored by the caller; t_end is far */
     if (status == KEMPE_OK)
         status = begin(s);
@@ -81,9 +79,7 @@ void kempe_stepper_free(kempe_stepper *stepper)
     if (!stepper)
         return;
     kmp_runner_free(stepper->runner);
-    kmp_free(stepper->u);
-    kmp_free(stepper->row);
-    kmp_free(stepper->next);
+    kmp_arena_free(&stepper->arena);
     kmp_free(stepper->reason);
     kmp_free(stepper);
 }

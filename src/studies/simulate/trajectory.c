@@ -25,8 +25,8 @@ typedef struct job {
     const kempe_system *system;
     kempe_context *context;
     const kempe_run_options *run;
+    kmp_arena arena;
     kmp_run_spec spec;
-    int *u;
     kmp_reference reference;
     bool has_reference;
     kmp_times times;
@@ -48,33 +48,43 @@ static kempe_status check_number(kempe_context *context, const char *name, doubl
     return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", name, x);
 }
 
-static kempe_status check_numbers(const job *j)
+static kempe_status check_numbers(kempe_context *context, const kempe_run_options *run)
 {
     const struct {
         const char *name;
         double value;
-    } numbers[] = {
-        {"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"output_step", j->run->output_step}};
+    } numbers[] = {{"rtol", run->rtol}, {"atol", run->atol}, {"t_end", run->t_end}, {"output_step", run->output_step}};
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
-        KMP_TRY(check_number(j->context, numbers[k].name, numbers[k].value));
-    if (j->run->max_steps < 0)
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is expected",
-                        j->run->max_steps);
-    if (j->run->threads < 0 || j->run->threads > KMP_TEAM_MOST)
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", j->run->threads,
-                        KMP_TEAM_MOST);
+        KMP_TRY(check_number(context, numbers[k].name, numbers[k].value));
+    if (run->max_steps < 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is expected", run->max_steps);
+    if (run->threads < 0 || run->threads > KMP_TEAM_MOST)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", run->threads, KMP_TEAM_MOST);
     return KEMPE_OK;
 }
 
-static kempe_status read_wish(job *j)
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena, kmp_run_spec *spec)
 {
-    j->u = KMP_NEW(int, j->system->n);
-    if (!j->u)
-        return kmp_fail_memory(j->context);
-    kempe_status status =
-        kmp_coordinates_read(j->system->model, "independent", j->run->independent, j->u, &j->spec.u_count);
-    j->spec.u = j->spec.u_count ? j->u : NULL;
-    return status;
+    int *u = KMP_ARENA_NEW(arena, int, system->n), count = 0;
+    KMP_TRY(check_numbers(system->context, run));
+    if (!u)
+        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_coordinates_read(system->model, "independent", run->independent, u, &count));
+    *spec = (kmp_run_spec){.formulation = run->formulation,
+                           .form = run->form,
+                           .integrator = run->integrator,
+                           .linear = run->linear,
+                           .backend = run->backend,
+                           .u = count > 0 ? u : NULL,
+                           .u_count = count,
+                           .rtol = run->rtol,
+                           .atol = run->atol,
+                           .t_end = run->t_end,
+                           .keep_independent = run->keep_independent,
+                           .change_points = run->change_points,
+                           .max_steps = run->max_steps,
+                           .threads = run->threads};
+    return kmp_run_resolve(system, spec);
 }
 
 static kempe_status prepare_times(job *j)
@@ -101,7 +111,7 @@ static kempe_status prepare_resume(job *j)
         return KEMPE_OK;
     KMP_TRY(kmp_checkpoint_read(j->system, j->run->resume, &j->before));
     int last = j->before.rows - 1, n = j->system->n;
-    double *state = KMP_NEW(double, 2 * n);
+    double *state = KMP_ARENA_NEW(&j->arena, double, 2 * n);
     if (!state)
         return kmp_fail_memory(j->context);
     memcpy(state, kmp_samples_get(&j->before, KMP_QUANTITY_Q, last), (size_t)n * sizeof *state);
@@ -119,54 +129,19 @@ static kempe_status prepare_resume(job *j)
     return KEMPE_OK;
 }
 
-/* The run as requested, with defaults resolved. */
-static kempe_status choose(job *j)
-{
-    const kempe_run_options *run = j->run;
-    j->spec = (kmp_run_spec){.formulation = run->formulation,
-                             .form = run->form,
-                             .integrator = run->integrator,
-                             .linear = run->linear,
-                             .backend = run->backend,
-                             .rtol = run->rtol,
-                             .atol = run->atol,
-                             .t_end = run->t_end,
-                             .keep_independent = run->keep_independent,
-                             .change_points = run->change_points,
-                             .max_steps = run->max_steps,
-                             .threads = run->threads};
-    KMP_TRY(check_numbers(j));
-    KMP_TRY(read_wish(j));
-    return kmp_run_resolve(j->system, &j->spec);
-}
-
 static kempe_status prepare(job *j)
 {
-    KMP_TRY(choose(j));
+    KMP_TRY(kmp_spec_of(j->system, j->run, &j->arena, &j->spec));
     KMP_TRY(prepare_times(j));
     return prepare_resume(j);
 }
 
-kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_run_spec *spec, int **u)
-{
-    job j = {.system = system, .context = system->context, .run = run};
-    kempe_status status = choose(&j);
-    if (status != KEMPE_OK) {
-        kmp_free(j.u);
-        return status;
-    }
-    *spec = j.spec;
-    *u = j.u;
-    return KEMPE_OK;
-}
-
 static void release(job *j)
 {
-    kmp_free(j->u);
+    kmp_arena_free(&j->arena);
     kmp_reference_free(&j->reference);
     kmp_times_free(&j->times);
     kmp_samples_free(&j->before);
-    kmp_free(j->start.q);
 }
 
 /* -- the trajectory ---------------------------------------------------------------------------------- */
@@ -290,31 +265,27 @@ static void warn_of_verdict(const kempe_trajectory *t)
 }
 
 /* Multipliers that redundant rows leave open have no error. */
-static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_evaluator *eval, bool **shared)
+static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_evaluator *eval)
 {
     int count;
-    *shared = KMP_NEW(bool, t->system->m);
-    if (!*shared)
+    bool *shared = KMP_ARENA_NEW(&j->arena, bool, t->system->m);
+    j->reference.shared = shared;
+    if (!shared)
         return kmp_fail_memory(j->context);
     if (t->table.rows == 0)
         return KEMPE_OK;
-    kempe_status status = kmp_find_shared(eval, kmp_samples_time(&t->table, 0),
-                                          kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), *shared, &count);
-    j->reference.shared = *shared;
-    return status;
+    return kmp_find_shared(eval, kmp_samples_time(&t->table, 0), kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), shared,
+                           &count);
 }
 
 static kempe_status judge(kempe_trajectory *t, job *j)
 {
-    bool *shared = NULL;
     kmp_evaluator *eval = kmp_eval_new(t->system, t->backend);
     if (!eval)
         return KEMPE_E_MEMORY;
-    kempe_status status = j->has_reference ? leave_out_shared(t, j, eval, &shared) : KEMPE_OK;
+    kempe_status status = j->has_reference ? leave_out_shared(t, j, eval) : KEMPE_OK;
     if (status == KEMPE_OK)
         t->verdict = kmp_verdict_of(&t->table, eval, j->has_reference ? &j->reference : NULL);
-    j->reference.shared = NULL;
-    kmp_free(shared);
     warn_of_verdict(t);
     judge_last_row(t, eval);
     kmp_eval_free(eval);

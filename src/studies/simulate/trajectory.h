@@ -29,8 +29,9 @@ struct kempe_trajectory {
 /** The outputs in addition to the table (model/tables/output_table.h) at a row; owned by the evaluator. */
 const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_evaluator *eval, int row);
 
-/** The run of the options, with names and defaults resolved. `spec` points to `*u`, to be freed by the caller
- * (kmp_free), and to the strings of `run`. */
-kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_run_spec *spec, int **u);
+/** The run of the options, with names and defaults resolved. `spec` points into the arena and to the strings of `run`.
+ */
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena,
+                         kmp_run_spec *spec);
 
 #endif
