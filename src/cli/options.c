@@ -32,17 +32,17 @@ typedef enum option_kind {
     OPTION_KINDS
 } option_kind;
 
-static const char *const endings[OPTION_KINDS] = {[OPTION_CSV] = ".csv",
-                                                  [OPTION_TABLE] = ".csv, .npz",
-                                                  [OPTION_NPZ] = ".npz",
-                                                  [OPTION_SVG] = ".svg",
-                                                  [OPTION_PAGE] = ".html, .htm"};
-
-/* Units of quantities: a plain number is in these, "20 ms" or "0.1 mm" in its own. */
-static const char *const units[OPTION_KINDS] = {[OPTION_TIME] = "s", [OPTION_LENGTH] = "m", [OPTION_ANGLE] = "rad"};
-static const char *const examples[OPTION_KINDS] = {[OPTION_TIME] = "positive time in s, as 3 or '20 ms'",
-                                                   [OPTION_LENGTH] = "length in m, 0 or more, as 1e-5 or '10 um'",
-                                                   [OPTION_ANGLE] = "positive angle in rad, as 1e-6 or '0.001 deg'"};
+/* Endings of files. Units of quantities: a plain number is in these, "20 ms" or "0.1 mm" in its own. */
+static const struct {
+    const char *ending, *unit, *example;
+} kinds[OPTION_KINDS] = {[OPTION_TIME] = {NULL, "s", "positive time in s, as 3 or '20 ms'"},
+                         [OPTION_LENGTH] = {NULL, "m", "length in m, 0 or more, as 1e-5 or '10 um'"},
+                         [OPTION_ANGLE] = {NULL, "rad", "positive angle in rad, as 1e-6 or '0.001 deg'"},
+                         [OPTION_CSV] = {.ending = ".csv"},
+                         [OPTION_TABLE] = {.ending = ".csv, .npz"},
+                         [OPTION_NPZ] = {.ending = ".npz"},
+                         [OPTION_SVG] = {.ending = ".svg"},
+                         [OPTION_PAGE] = {.ending = ".html, .htm"}};
 
 /* The help prints the options of a command group by group. */
 typedef enum option_group { IN_MODEL, IN_RUN, IN_OUTPUT, IN_OTHER, OPTION_GROUPS } option_group;
@@ -53,228 +53,207 @@ typedef struct option {
     unsigned commands;
     option_group group;
     const char *name;
-    char letter; /* short form, 0 for none */
     option_kind kind;
     size_t offset; /* of the value in cli_settings */
     const char *value, *help;
 } option;
 
-#define AT(member) offsetof(cli_settings, member)
-#define BACKENDS   "evaluator of the equations: native machine code (default), or tape, an interpreter"
+/* The kind and the place of a value; a flag has none to be written. */
+#define VALUE(kind, member) OPTION_##kind, offsetof(cli_settings, member)
+#define TEXT(member)        VALUE(TEXT, member)
+#define FLAG(member)        VALUE(FLAG, member), NULL
+#define BACKENDS            "evaluator of the equations: native machine code (default), or tape, an interpreter"
 
 static const option options[] = {
-    {CLI_ALL & ~CLI_NEW, IN_MODEL, "set", 0, OPTION_SETTING, 0, "NAME=VALUE",
+    {CLI_ALL & ~CLI_NEW, IN_MODEL, "set", OPTION_SETTING, 0, "NAME=VALUE",
      "set a parameter of the model to another value; may be repeated"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance", 0, OPTION_LENGTH,
-     AT(closure_tolerance), "X",
+    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance",
+     VALUE(LENGTH, closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
-    {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW, IN_MODEL, "algorithm", 0, OPTION_TEXT, AT(algorithm), "NAME",
+    {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW, IN_MODEL, "algorithm", TEXT(algorithm), "NAME",
      "algorithm of the dynamics: auto (default), composite (CRBA), plain, ner (recursive Newton-Euler), articulated "
      "(ABA)"},
-    {CLI_ASSEMBLE, IN_RUN, "branches", 0, OPTION_FLAG, AT(branches), NULL,
-     "search for the other assembly modes from random starts"},
-    {CLI_ASSEMBLE, IN_RUN, "seed", 0, OPTION_WHOLE, AT(seed), "N",
-     "seed of the random starts of --branches (default: 1)"},
-    {CLI_EQUILIBRIUM, IN_MODEL, "rates", 0, OPTION_TEXT, AT(equilibrium.rates), "NAME=V,..",
+    {CLI_ASSEMBLE, IN_RUN, "branches", FLAG(branches), "search for the other assembly modes from random starts"},
+    {CLI_ASSEMBLE, IN_RUN, "seed", VALUE(WHOLE, seed), "N", "seed of the random starts of --branches (default: 1)"},
+    {CLI_EQUILIBRIUM, IN_MODEL, "rates", TEXT(equilibrium.rates), "NAME=V,..",
      "coordinates with constant rates, rad/s or m/s: a steady motion instead of rest"},
-    {CLI_EQUILIBRIUM, IN_MODEL, "solve-for", 0, OPTION_TEXT, AT(equilibrium.solve_for), "NAME,..",
+    {CLI_EQUILIBRIUM, IN_MODEL, "solve-for", TEXT(equilibrium.solve_for), "NAME,..",
      "unknown parameters, or unknown rates as qd(NAME)"},
-    {CLI_EQUILIBRIUM, IN_MODEL, "hold", 0, OPTION_TEXT, AT(equilibrium.hold), "NAME=V,..",
+    {CLI_EQUILIBRIUM, IN_MODEL, "hold", TEXT(equilibrium.hold), "NAME=V,..",
      "coordinates with prescribed values, rad or m"},
-    {CLI_EQUILIBRIUM, IN_MODEL, "target", 0, OPTION_TEXT, AT(equilibrium.target), "OUTPUT=V,..",
+    {CLI_EQUILIBRIUM, IN_MODEL, "target", TEXT(equilibrium.target), "OUTPUT=V,..",
      "prescribed values of outputs: 'position(BODY.POINT).x=0.3'"},
-    {CLI_EQUILIBRIUM, IN_RUN, "newton", 0, OPTION_FLAG, AT(equilibrium.newton), NULL,
+    {CLI_EQUILIBRIUM, IN_RUN, "newton", FLAG(equilibrium.newton),
      "Newton's method: the nearest equilibrium, stable or unstable (default: descent to a stable one)"},
-    {CLI_EQUILIBRIUM, IN_RUN, "global", 0, OPTION_FLAG, AT(equilibrium.global), NULL,
-     "search for several equilibria from random starts"},
-    {CLI_EQUILIBRIUM, IN_RUN, "seed", 0, OPTION_WHOLE, AT(seed), "N",
-     "seed of the random starts of --global (default: 1)"},
-    {CLI_KINEMATICS, IN_MODEL, "sweep", 0, OPTION_TEXT, AT(kinematics.sweep), "NAME=A:B:N,..",
+    {CLI_EQUILIBRIUM, IN_RUN, "global", FLAG(equilibrium.global), "search for several equilibria from random starts"},
+    {CLI_EQUILIBRIUM, IN_RUN, "seed", VALUE(WHOLE, seed), "N", "seed of the random starts of --global (default: 1)"},
+    {CLI_KINEMATICS, IN_MODEL, "sweep", TEXT(kinematics.sweep), "NAME=A:B:N,..",
      "coordinates, drives or t, swept together from A to B in N rows (default: 361)"},
-    {CLI_KINEMATICS, IN_MODEL, "hold", 0, OPTION_TEXT, AT(kinematics.hold), "NAME,..",
+    {CLI_KINEMATICS, IN_MODEL, "hold", TEXT(kinematics.hold), "NAME,..",
      "coordinates that keep their assembled values"},
-    {CLI_KINEMATICS, IN_MODEL, "release", 0, OPTION_TEXT, AT(kinematics.release), "NAME,..",
+    {CLI_KINEMATICS, IN_MODEL, "release", TEXT(kinematics.release), "NAME,..",
      "drives and locks of the model to deactivate"},
-    {CLI_KINEMATICS, IN_MODEL, "speed", 0, OPTION_NUMBER, AT(kinematics.speed), "X",
+    {CLI_KINEMATICS, IN_MODEL, "speed", VALUE(NUMBER, kinematics.speed), "X",
      "rate of the first swept coordinate, rad/s or m/s (default: 1)"},
-    {CLI_CONTACT, IN_MODEL, "sweep", 0, OPTION_TEXT, AT(contact.sweep), "NAME=A:B:N,..",
+    {CLI_CONTACT, IN_MODEL, "sweep", TEXT(contact.sweep), "NAME=A:B:N,..",
      "coordinates or parameters, swept together from A to B in N values (default: 21)"},
-    {CLI_CONTACT, IN_MODEL, "hold", 0, OPTION_TEXT, AT(contact.hold), "NAME,..",
-     "coordinates that keep their assembled values"},
-    {CLI_CONTACT, IN_MODEL, "solve-for", 0, OPTION_TEXT, AT(contact.solve_for), "NAME,..",
+    {CLI_CONTACT, IN_MODEL, "hold", TEXT(contact.hold), "NAME,..", "coordinates that keep their assembled values"},
+    {CLI_CONTACT, IN_MODEL, "solve-for", TEXT(contact.solve_for), "NAME,..",
      "coordinates whose rate is found so that no torque is needed (default: rotating wheels; -: none)"},
-    {CLI_CONTACT, IN_RUN, "law", 0, OPTION_TEXT, AT(contact.law), "NAME",
+    {CLI_CONTACT, IN_RUN, "law", TEXT(contact.law), "NAME",
      "also compute the creep forces by this law: linear, shen, polach, tanh, fastsim, fastsim1"},
-    {CLI_INVERSE, IN_MODEL, "actuators", 0, OPTION_TEXT, AT(inverse.actuators), "NAME,..",
+    {CLI_INVERSE, IN_MODEL, "actuators", TEXT(inverse.actuators), "NAME,..",
      "actuated coordinates (default: the driven ones)"},
-    {CLI_INVERSE, IN_MODEL, "motion", 0, OPTION_TEXT, AT(inverse.motion), "CSV",
+    {CLI_INVERSE, IN_MODEL, "motion", TEXT(inverse.motion), "CSV",
      "prescribed motion: t, q.NAME, qd.NAME, qdd.NAME (default: the drives, or else the start)"},
-    {CLI_INVERSE, IN_MODEL, "weights", 0, OPTION_TEXT, AT(inverse.weights), "NAME=W,..",
+    {CLI_INVERSE, IN_MODEL, "weights", TEXT(inverse.weights), "NAME=W,..",
      "weights of the actuators of a redundantly actuated mechanism (default: 1)"},
-    {CLI_INVERSE, IN_MODEL, "independent", 0, OPTION_TEXT, AT(inverse.independent), "NAME,..",
+    {CLI_INVERSE, IN_MODEL, "independent", TEXT(inverse.independent), "NAME,..",
      "without a motion: coordinates that have no acceleration at the start"},
-    {CLI_INVERSE, IN_RUN, "t-end", 0, OPTION_TIME, AT(inverse.t_end), "T", "end of the motion, s"},
-    {CLI_INVERSE, IN_OUTPUT, "output-step", 0, OPTION_TIME, AT(inverse.output_step), "T",
+    {CLI_INVERSE, IN_RUN, "t-end", VALUE(TIME, inverse.t_end), "T", "end of the motion, s"},
+    {CLI_INVERSE, IN_OUTPUT, "output-step", VALUE(TIME, inverse.output_step), "T",
      "time between rows, s (default: the table's rows)"},
-    {CLI_ENSEMBLE, IN_MODEL, "values", 0, OPTION_TEXT, AT(values), "CSV",
+    {CLI_ENSEMBLE, IN_MODEL, "values", TEXT(values), "CSV",
      "one row per instance; columns are parameters, q.NAME and qd.NAME"},
-    {CLI_ENSEMBLE, IN_MODEL, "sample", 0, OPTION_TEXT, AT(sample), "NAME=A:B,..",
+    {CLI_ENSEMBLE, IN_MODEL, "sample", TEXT(sample), "NAME=A:B,..",
      "draw the instances at random from these ranges instead"},
-    {CLI_ENSEMBLE, IN_MODEL, "instances", 0, OPTION_WHOLE, AT(instances), "N",
-     "number of random instances (default: 1000)"},
-    {CLI_ENSEMBLE, IN_MODEL, "seed", 0, OPTION_WHOLE, AT(seed), "N", "seed of the random instances (default: 1)"},
-    {CLI_SENSITIVITY, IN_MODEL, "of", 0, OPTION_TEXT, AT(sensitivity.of), "WORD",
+    {CLI_ENSEMBLE, IN_MODEL, "instances", VALUE(WHOLE, instances), "N", "number of random instances (default: 1000)"},
+    {CLI_ENSEMBLE, IN_MODEL, "seed", VALUE(WHOLE, seed), "N", "seed of the random instances (default: 1)"},
+    {CLI_SENSITIVITY, IN_MODEL, "of", TEXT(sensitivity.of), "WORD",
      "object of the derivatives: trajectory (default), equilibrium, modes, reactions"},
-    {CLI_SENSITIVITY, IN_MODEL, "parameters", 0, OPTION_TEXT, AT(sensitivity.parameters), "NAME,..",
+    {CLI_SENSITIVITY, IN_MODEL, "parameters", TEXT(sensitivity.parameters), "NAME,..",
      "parameters; q.NAME and qd.NAME are start values (default: all parameters that can vary)"},
-    {CLI_SENSITIVITY, IN_MODEL, "at", 0, OPTION_TEXT, AT(sensitivity.at), "STATE",
+    {CLI_SENSITIVITY, IN_MODEL, "at", TEXT(sensitivity.at), "STATE",
      "state, except for trajectories: equilibrium (default), 'equilibrium NAME=RATE,..', start"},
-    {CLI_SENSITIVITY, IN_MODEL, "outputs", 0, OPTION_TEXT, AT(sensitivity.outputs), "OUTPUT,..",
+    {CLI_SENSITIVITY, IN_MODEL, "outputs", TEXT(sensitivity.outputs), "OUTPUT,..",
      "outputs: q(A), position(b.P).x, a sensor, .. (default: those of the model)"},
-    {CLI_SENSITIVITY, IN_RUN, "method", 0, OPTION_TEXT, AT(sensitivity.method), "NAME",
+    {CLI_SENSITIVITY, IN_RUN, "method", TEXT(sensitivity.method), "NAME",
      "forward: rows over time (default); adjoint: the end only, for many parameters"},
-    {CLI_SENSITIVITY, IN_RUN, "integral", 0, OPTION_FLAG, AT(sensitivity.integral), NULL,
+    {CLI_SENSITIVITY, IN_RUN, "integral", FLAG(sensitivity.integral),
      "differentiate the time integrals of the outputs"},
-    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "at", 0, OPTION_TEXT, AT(response.at), "STATE",
+    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "at", TEXT(response.at), "STATE",
      "state: equilibrium (default), 'equilibrium NAME=RATE,..' (a steady motion), start"},
-    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "inputs", 0, OPTION_TEXT, AT(response.inputs), "NAME,..",
+    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "inputs", TEXT(response.inputs), "NAME,..",
      "inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters"},
-    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "outputs", 0, OPTION_TEXT, AT(response.outputs), "NAME,..",
+    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "outputs", TEXT(response.outputs), "NAME,..",
      "outputs of the model, or a component: 'position(BODY.POINT).x'"},
-    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "independent", 0, OPTION_TEXT, AT(response.independent), "NAME,..",
+    {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "independent", TEXT(response.independent), "NAME,..",
      "independent coordinates (default: chosen by pivots)"},
-    {CLI_RESPONSE, IN_RUN, "frequencies", 0, OPTION_TEXT, AT(response.frequencies), "A:B[:N]",
+    {CLI_RESPONSE, IN_RUN, "frequencies", TEXT(response.frequencies), "A:B[:N]",
      "range in Hz and number of frequencies (default: decades around the natural frequencies)"},
-    {CLI_RESPONSE, IN_RUN, "linear", 0, OPTION_FLAG, AT(response.linear), NULL,
-     "linear spacing of the frequencies (default: logarithmic)"},
-    {CLI_MODES, IN_MODEL, "at", 0, OPTION_TEXT, AT(modes.at), "STATE",
+    {CLI_RESPONSE, IN_RUN, "linear", FLAG(response.linear), "linear spacing of the frequencies (default: logarithmic)"},
+    {CLI_MODES, IN_MODEL, "at", TEXT(modes.at), "STATE",
      "state: equilibrium (default), 'equilibrium NAME=RATE,..' (a steady motion), start"},
-    {CLI_MODES, IN_MODEL, "rates", 0, OPTION_TEXT, AT(modes.rates), "NAME=V,..",
+    {CLI_MODES, IN_MODEL, "rates", TEXT(modes.rates), "NAME=V,..",
      "constant rates of a steady motion, rad/s or m/s; one may be swept: NAME=A:B:N"},
-    {CLI_MODES, IN_MODEL, "independent", 0, OPTION_TEXT, AT(modes.independent), "NAME,..",
+    {CLI_MODES, IN_MODEL, "independent", TEXT(modes.independent), "NAME,..",
      "independent coordinates (default: chosen by pivots)"},
-    {CLI_MODES, IN_MODEL, "sweep", 0, OPTION_TEXT, AT(modes.sweep), "NAME=A:B:N",
+    {CLI_MODES, IN_MODEL, "sweep", TEXT(modes.sweep), "NAME=A:B:N",
      "parameter, or start value q.NAME or qd.NAME, swept from A to B: the modes are tracked"},
-    {CLI_MODES, IN_OUTPUT, "orders", 0, OPTION_TEXT, AT(modes.orders), "X,..",
+    {CLI_MODES, IN_OUTPUT, "orders", TEXT(modes.orders), "X,..",
      "order lines of the diagram: frequency = X * swept value / (2 pi)"},
-    {CLI_SIMULATE, IN_RUN, "formulation", 0, OPTION_TEXT, AT(run.formulation), "NAME",
+    {CLI_SIMULATE, IN_RUN, "formulation", TEXT(run.formulation), "NAME",
      "formulation: reduced (default), projected, dae"},
-    {CLI_SIMULATE, IN_RUN, "form", 0, OPTION_TEXT, AT(run.form), "NAME",
+    {CLI_SIMULATE, IN_RUN, "form", TEXT(run.form), "NAME",
      "form of the formulation's equations (reduced: integrated, newton)"},
-    {CLI_SIMULATE, IN_RUN, "integrator", 0, OPTION_TEXT, AT(run.integrator), "NAME",
+    {CLI_SIMULATE, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
      "integrator: dop853 (default), dopri5, adams, bdf, radau5, radau9, erk, dirk, ida"},
-    {CLI_SENSITIVITY, IN_RUN, "integrator", 0, OPTION_TEXT, AT(run.integrator), "NAME",
+    {CLI_SENSITIVITY, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
      "integrator: dop853 (default), dopri5, radau5, radau9, erk"},
-    {CLI_SIMULATE, IN_RUN, "linear", 0, OPTION_TEXT, AT(run.linear), "NAME",
+    {CLI_SIMULATE, IN_RUN, "linear", TEXT(run.linear), "NAME",
      "linear solver of the dae formulation: auto (default), klu, umfpack, dense"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "rtol", 0, OPTION_NUMBER, AT(run.rtol), "X",
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "rtol", VALUE(NUMBER, run.rtol), "X",
      "relative tolerance (default: that of the model, or 1e-8)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "atol", 0, OPTION_ANGLE, AT(run.atol), "X",
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "atol", VALUE(ANGLE, run.atol), "X",
      "absolute tolerance of an angle, rad (default: rtol)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "t-end", 0, OPTION_TIME, AT(run.t_end), "T",
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "t-end", VALUE(TIME, run.t_end), "T",
      "end of the run, s (default: that of the model)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "independent", 0, OPTION_TEXT, AT(run.independent),
-     "NAME,..", "independent coordinates at the start (default: chosen by pivots)"},
-    {CLI_SIMULATE, IN_RUN, "keep-independent", 0, OPTION_FLAG, AT(run.keep_independent), NULL,
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "independent", TEXT(run.independent), "NAME,..",
+     "independent coordinates at the start (default: chosen by pivots)"},
+    {CLI_SIMULATE, IN_RUN, "keep-independent", FLAG(run.keep_independent),
      "keep the given independent coordinates; fail if they become singular"},
-    {CLI_SIMULATE, IN_RUN, "change-points", 0, OPTION_TEXT, AT(run.change_points), "WORD",
+    {CLI_SIMULATE, IN_RUN, "change-points", TEXT(run.change_points), "WORD",
      "change points (bifurcations): cross (default) detects and crosses them; ignore"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "max-steps", 0, OPTION_LONG, AT(run.max_steps), "N",
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "max-steps", VALUE(LONG, run.max_steps), "N",
      "fail after N steps (default: fail when the remaining time would take 1e8 steps)"},
-    {CLI_SIMULATE | CLI_SENSITIVITY | CLI_ENSEMBLE, IN_RUN, "no-convergence-check", 0, OPTION_FLAG,
-     AT(run.no_convergence_check), NULL, "do not repeat the run at another tolerance"},
-    {CLI_INVERSE, IN_RUN, "no-convergence-check", 0, OPTION_FLAG, AT(inverse.no_convergence_check), NULL,
+    {CLI_SIMULATE | CLI_SENSITIVITY | CLI_ENSEMBLE, IN_RUN, "no-convergence-check", FLAG(run.no_convergence_check),
+     "do not repeat the run at another tolerance"},
+    {CLI_INVERSE, IN_RUN, "no-convergence-check", FLAG(inverse.no_convergence_check),
      "do not repeat the run with every other row of the table"},
-    {CLI_SIMULATE, IN_RUN, "reference", 0, OPTION_TEXT, AT(run.reference), "CSV",
-     "reference solution for measuring errors"},
-    {CLI_SIMULATE, IN_RUN, "resume", 0, OPTION_TEXT, AT(run.resume), "FILE", "continue from a checkpoint"},
-    {CLI_ENSEMBLE, IN_RUN, "lanes", 0, OPTION_WHOLE, AT(lanes), "N",
+    {CLI_SIMULATE, IN_RUN, "reference", TEXT(run.reference), "CSV", "reference solution for measuring errors"},
+    {CLI_SIMULATE, IN_RUN, "resume", TEXT(run.resume), "FILE", "continue from a checkpoint"},
+    {CLI_ENSEMBLE, IN_RUN, "lanes", VALUE(WHOLE, lanes), "N",
      "instances per vector evaluation, 1 to 8 (default: the fastest)"},
-    {CLI_ENSEMBLE, IN_RUN, "alone", 0, OPTION_FLAG, AT(alone), NULL, "run every instance separately, without lanes"},
-    {CLI_COMPARE, IN_RUN, "rtol", 0, OPTION_TEXT, AT(compare.rtols), "X,..",
-     "relative tolerances (default: 1e-3 to 1e-13)"},
-    {CLI_COMPARE, IN_RUN, "formulations", 0, OPTION_TEXT, AT(compare.formulations), "NAME,..",
-     "formulations (default: all)"},
-    {CLI_COMPARE, IN_RUN, "forms", 0, OPTION_TEXT, AT(compare.forms), "NAME,..",
+    {CLI_ENSEMBLE, IN_RUN, "alone", FLAG(alone), "run every instance separately, without lanes"},
+    {CLI_COMPARE, IN_RUN, "rtol", TEXT(compare.rtols), "X,..", "relative tolerances (default: 1e-3 to 1e-13)"},
+    {CLI_COMPARE, IN_RUN, "formulations", TEXT(compare.formulations), "NAME,..", "formulations (default: all)"},
+    {CLI_COMPARE, IN_RUN, "forms", TEXT(compare.forms), "NAME,..",
      "forms of the formulations (default: the standard ones)"},
-    {CLI_COMPARE, IN_RUN, "integrators", 0, OPTION_TEXT, AT(compare.integrators), "NAME,..",
+    {CLI_COMPARE, IN_RUN, "integrators", TEXT(compare.integrators), "NAME,..",
      "integrators (default: the standard ones, and all implicit ones for a stiff model)"},
-    {CLI_COMPARE, IN_RUN, "reference", 0, OPTION_TEXT, AT(compare.reference), "CSV",
+    {CLI_COMPARE, IN_RUN, "reference", TEXT(compare.reference), "CSV",
      "reference solution (default: computed by several formulations and integrators)"},
-    {CLI_COMPARE, IN_RUN, "t-end", 0, OPTION_TIME, AT(compare.t_end), "T",
-     "end of every run, s (default: that of the model)"},
-    {CLI_COMPARE, IN_RUN, "budget", 0, OPTION_TIME, AT(compare.budget_s), "S",
+    {CLI_COMPARE, IN_RUN, "t-end", VALUE(TIME, compare.t_end), "T", "end of every run, s (default: that of the model)"},
+    {CLI_COMPARE, IN_RUN, "budget", VALUE(TIME, compare.budget_s), "S",
      "processor time for all runs together, s (default: 60)"},
-    {CLI_KINEMATICS, IN_RUN, "backend", 0, OPTION_TEXT, AT(kinematics.backend), "NAME", BACKENDS},
-    {CLI_CONTACT, IN_RUN, "backend", 0, OPTION_TEXT, AT(contact.backend), "NAME", BACKENDS},
-    {CLI_INVERSE, IN_RUN, "backend", 0, OPTION_TEXT, AT(inverse.backend), "NAME", BACKENDS},
-    {CLI_SIMULATE | CLI_SENSITIVITY, IN_RUN, "backend", 0, OPTION_TEXT, AT(run.backend), "NAME", BACKENDS},
-    {CLI_SIMULATE, IN_RUN, "threads", 0, OPTION_WHOLE, AT(run.threads), "N",
+    {CLI_KINEMATICS, IN_RUN, "backend", TEXT(kinematics.backend), "NAME", BACKENDS},
+    {CLI_CONTACT, IN_RUN, "backend", TEXT(contact.backend), "NAME", BACKENDS},
+    {CLI_INVERSE, IN_RUN, "backend", TEXT(inverse.backend), "NAME", BACKENDS},
+    {CLI_SIMULATE | CLI_SENSITIVITY, IN_RUN, "backend", TEXT(run.backend), "NAME", BACKENDS},
+    {CLI_SIMULATE, IN_RUN, "threads", VALUE(WHOLE, run.threads), "N",
      "threads that share each evaluation of the equations, 1 to 64 (default: 1); for large models"},
-    {CLI_GENERATE, IN_MODEL, "sets", 0, OPTION_TEXT, AT(generation.sets), "NAME,..",
+    {CLI_GENERATE, IN_MODEL, "sets", TEXT(generation.sets), "NAME,..",
      "sets of equations: M_C, invdyn, h_J, jdqd (default: these four), M, C, qdd, h, J, h_t, tangents, R, R_tangents, "
      "invdyn_q, invdyn_qd, R_q; + joins sets in one program"},
-    {CLI_GENERATE, IN_MODEL, "scheme", 0, OPTION_TEXT, AT(generation.scheme), "NAME",
+    {CLI_GENERATE, IN_MODEL, "scheme", TEXT(generation.scheme), "NAME",
      "scheme of the mass matrix: composite (default), ner"},
-    {CLI_GENERATE, IN_MODEL, "keep-parameters", 0, OPTION_FLAG, AT(generation.keep_parameters), NULL,
+    {CLI_GENERATE, IN_MODEL, "keep-parameters", FLAG(generation.keep_parameters),
      "keep every nonzero number as a symbol"},
-    {CLI_GENERATE, IN_MODEL, "body-inputs", 0, OPTION_FLAG, AT(generation.body_inputs), NULL,
+    {CLI_GENERATE, IN_MODEL, "body-inputs", FLAG(generation.body_inputs),
      "external forces and torques (three each) on every body as inputs"},
-    {CLI_GENERATE, IN_MODEL, "no-inputs", 0, OPTION_TEXT, AT(generation.no_inputs), "BODY,..",
-     "bodies without these inputs"},
-    {CLI_GENERATE, IN_MODEL, "drives", 0, OPTION_FLAG, AT(generation.drives), NULL,
-     "include the rows of drives and locks in the closures"},
-    {CLI_GENERATE, IN_RUN, "optimize", 0, OPTION_FLAG, AT(generation.optimize), NULL,
+    {CLI_GENERATE, IN_MODEL, "no-inputs", TEXT(generation.no_inputs), "BODY,..", "bodies without these inputs"},
+    {CLI_GENERATE, IN_MODEL, "drives", FLAG(generation.drives), "include the rows of drives and locks in the closures"},
+    {CLI_GENERATE, IN_RUN, "optimize", FLAG(generation.optimize),
      "minimise the number of operations, joint by joint; generation takes longer"},
-    {CLI_SHOW, IN_OUTPUT, "model", 0, OPTION_FLAG, AT(show_model), NULL,
+    {CLI_SHOW, IN_OUTPUT, "model", FLAG(show_model),
      "the model: bodies, joints, closures, forces, numbers in SI units"},
-    {CLI_SHOW, IN_OUTPUT, "equations", 0, OPTION_FLAG, AT(show_equations), NULL,
-     "M, C, h, J, jdqd (Jdot qd) as assignments"},
-    {CLI_SHOW, IN_OUTPUT, "program", 0, OPTION_FLAG, AT(show_program), NULL,
-     "the staged program of the reduced formulation"},
-    {CLI_SHOW, IN_OUTPUT, "stats", 0, OPTION_FLAG, AT(show_stats), NULL,
-     "operation counts; with --equations also after each pass"},
-    {CLI_GENERATE, IN_OUTPUT, "count", 0, OPTION_FLAG, AT(count), NULL,
+    {CLI_SHOW, IN_OUTPUT, "equations", FLAG(show_equations), "M, C, h, J, jdqd (Jdot qd) as assignments"},
+    {CLI_SHOW, IN_OUTPUT, "program", FLAG(show_program), "the staged program of the reduced formulation"},
+    {CLI_SHOW, IN_OUTPUT, "stats", FLAG(show_stats), "operation counts; with --equations also after each pass"},
+    {CLI_GENERATE, IN_OUTPUT, "count", FLAG(count),
      "operation counts of every set, derived separately, and of all sets as one program"},
-    {CLI_GENERATE, IN_OUTPUT, "lang", 0, OPTION_TEXT, AT(generation.language), "NAME",
+    {CLI_GENERATE, IN_OUTPUT, "lang", TEXT(generation.language), "NAME",
      "language of the generated files: c, octave, python"},
-    {CLI_GENERATE, IN_OUTPUT, "form", 0, OPTION_TEXT, AT(generation.form), "NAME",
-     "names of variables: legible (default), compact"},
-    {CLI_GENERATE, IN_OUTPUT, "vectorised", 0, OPTION_FLAG, AT(generation.vectorised), NULL,
+    {CLI_GENERATE, IN_OUTPUT, "form", TEXT(generation.form), "NAME", "names of variables: legible (default), compact"},
+    {CLI_GENERATE, IN_OUTPUT, "vectorised", FLAG(generation.vectorised),
      "array languages: one statement for all operations that are possible at once"},
-    {CLI_GENERATE, IN_OUTPUT, "output", 'o', OPTION_TEXT, AT(output), "DIR",
-     "folder of the files (default: the current one)"},
-    {CLI_SIMULATE | CLI_SENSITIVITY, IN_OUTPUT, "output-step", 0, OPTION_TIME, AT(run.output_step), "T",
+    {CLI_GENERATE, IN_OUTPUT, "output", TEXT(output), "DIR", "folder of the files (default: the current one)"},
+    {CLI_SIMULATE | CLI_SENSITIVITY, IN_OUTPUT, "output-step", VALUE(TIME, run.output_step), "T",
      "time between rows of the table, s (default: that of the model, or a fraction of the time)"},
-    {CLI_SIMULATE, IN_OUTPUT, "checkpoint", 0, OPTION_TEXT, AT(run.checkpoint), "FILE",
+    {CLI_SIMULATE, IN_OUTPUT, "checkpoint", TEXT(run.checkpoint), "FILE",
      "write the rows to this file every 10 s and at the end"},
-    {CLI_SIMULATE, IN_OUTPUT, "output", 'o', OPTION_TABLE, AT(output), "FILE",
-     "write the trajectory: CSV, or .npz for NumPy"},
-    {CLI_ENSEMBLE, IN_OUTPUT, "output", 'o', OPTION_CSV, AT(output), "FILE", "write one row per instance as CSV"},
-    {CLI_INVERSE, IN_OUTPUT, "output", 'o', OPTION_CSV, AT(output), "FILE", "write one row per instant as CSV"},
-    {CLI_KINEMATICS, IN_OUTPUT, "output", 'o', OPTION_CSV, AT(output), "FILE", "write the rows as CSV"},
-    {CLI_KINEMATICS, IN_OUTPUT, "svg", 0, OPTION_SVG, AT(svg), "FILE", "draw the paths of the position outputs"},
-    {CLI_CONTACT, IN_OUTPUT, "output", 'o', OPTION_CSV, AT(output), "FILE", "write the table as CSV"},
-    {CLI_CONTACT, IN_OUTPUT, "svg", 0, OPTION_SVG, AT(svg), "FILE", "draw the contact positions, creepages and forces"},
-    {CLI_SENSITIVITY, IN_OUTPUT, "output", 'o', OPTION_CSV, AT(output), "FILE", "write all rows as CSV"},
-    {CLI_LINEARIZE, IN_OUTPUT, "output", 'o', OPTION_NPZ, AT(output), "FILE",
-     "write matrices and names for NumPy (.npz)"},
-    {CLI_RESPONSE, IN_OUTPUT, "output", 'o', OPTION_CSV, AT(output), "FILE", "write amplitudes and phases as CSV"},
-    {CLI_RESPONSE, IN_OUTPUT, "svg", 0, OPTION_SVG, AT(svg), "FILE", "draw amplitudes and phases"},
-    {CLI_MODES, IN_OUTPUT, "output", 'o', OPTION_CSV, AT(output), "FILE",
-     "write the modes, or those of the sweep, as CSV"},
-    {CLI_MODES, IN_OUTPUT, "svg", 0, OPTION_SVG, AT(svg), "FILE",
+    {CLI_SIMULATE, IN_OUTPUT, "output", VALUE(TABLE, output), "FILE", "write the trajectory: CSV, or .npz for NumPy"},
+    {CLI_ENSEMBLE, IN_OUTPUT, "output", VALUE(CSV, output), "FILE", "write one row per instance as CSV"},
+    {CLI_INVERSE, IN_OUTPUT, "output", VALUE(CSV, output), "FILE", "write one row per instant as CSV"},
+    {CLI_KINEMATICS, IN_OUTPUT, "output", VALUE(CSV, output), "FILE", "write the rows as CSV"},
+    {CLI_KINEMATICS, IN_OUTPUT, "svg", VALUE(SVG, svg), "FILE", "draw the paths of the position outputs"},
+    {CLI_CONTACT, IN_OUTPUT, "output", VALUE(CSV, output), "FILE", "write the table as CSV"},
+    {CLI_CONTACT, IN_OUTPUT, "svg", VALUE(SVG, svg), "FILE", "draw the contact positions, creepages and forces"},
+    {CLI_SENSITIVITY, IN_OUTPUT, "output", VALUE(CSV, output), "FILE", "write all rows as CSV"},
+    {CLI_LINEARIZE, IN_OUTPUT, "output", VALUE(NPZ, output), "FILE", "write matrices and names for NumPy (.npz)"},
+    {CLI_RESPONSE, IN_OUTPUT, "output", VALUE(CSV, output), "FILE", "write amplitudes and phases as CSV"},
+    {CLI_RESPONSE, IN_OUTPUT, "svg", VALUE(SVG, svg), "FILE", "draw amplitudes and phases"},
+    {CLI_MODES, IN_OUTPUT, "output", VALUE(CSV, output), "FILE", "write the modes, or those of the sweep, as CSV"},
+    {CLI_MODES, IN_OUTPUT, "svg", VALUE(SVG, svg), "FILE",
      "draw the sweep: root locus and frequencies over the swept value"},
-    {CLI_MODES, IN_OUTPUT, "report", 0, OPTION_PAGE, AT(report), "FILE",
-     "write an HTML page: the mode shapes as animations"},
-    {CLI_COMPARE, IN_OUTPUT, "csv", 0, OPTION_CSV, AT(csv), "FILE", "write the table as CSV"},
-    {CLI_COMPARE, IN_OUTPUT, "report", 0, OPTION_PAGE, AT(report), "FILE",
+    {CLI_MODES, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE", "write an HTML page: the mode shapes as animations"},
+    {CLI_COMPARE, IN_OUTPUT, "csv", VALUE(CSV, csv), "FILE", "write the table as CSV"},
+    {CLI_COMPARE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write an HTML page: recommendation, diagrams, animation of the mechanism"},
-    {CLI_ALL, IN_OUTPUT, "json", 0, OPTION_TEXT, AT(json), "PATH|-",
+    {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
-    {CLI_ALL, IN_OUTPUT, "quiet", 'q', OPTION_FLAG, AT(quiet), NULL,
-     "no progress and no notes on stderr; warnings stay"},
-    {CLI_ALL, IN_OTHER, "help", 'h', OPTION_FLAG, AT(help), NULL, "print this text"},
+    {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no notes on stderr; warnings stay"},
+    {CLI_ALL, IN_OTHER, "help", FLAG(help), "print this text"},
 };
 
 enum { OPTION_COUNT = sizeof options / sizeof *options, WORD_MAX = 64 };
@@ -350,12 +329,22 @@ static bool complain_unknown(unsigned command, const char *command_name, const c
     return false;
 }
 
+/* The short form of an option, its first letter; 0 for none. */
+static char letter_of(const option *o)
+{
+    static const char *const lettered[] = {"help", "output", "quiet"};
+    for (size_t k = 0; k < sizeof lettered / sizeof *lettered; k++)
+        if (strcmp(o->name, lettered[k]) == 0)
+            return *o->name;
+    return 0;
+}
+
 static const option *find(unsigned command, const char *word, size_t length)
 {
     for (const option *o = options; o < options + OPTION_COUNT; o++) {
         if (!(o->commands & command))
             continue;
-        if (length == 2 && o->letter && word[1] == o->letter)
+        if (length == 2 && letter_of(o) && word[1] == letter_of(o))
             return o;
         if (length > 2 && strlen(o->name) == length - 2 && strncmp(word, "--", 2) == 0 &&
             strncmp(word + 2, o->name, length - 2) == 0)
@@ -391,12 +380,12 @@ static bool store_quantity(const option *o, const char *text, double *value)
 {
     kempe_context *context = kempe_context_new();
     double x = 0;
-    bool good = context && kempe_number_read(context, text, units[o->kind], &x) == KEMPE_OK &&
+    bool good = context && kempe_number_read(context, text, kinds[o->kind].unit, &x) == KEMPE_OK &&
                 (x > 0 || (x == 0 && o->kind == OPTION_LENGTH));
     if (!context)
         cli_complain("out of memory");
     else if (!good)
-        cli_complain("--%s needs a %s, not '%s'", o->name, examples[o->kind], text);
+        cli_complain("--%s needs a %s, not '%s'", o->name, kinds[o->kind].example, text);
     kempe_context_free(context);
     if (good)
         *value = x;
@@ -406,14 +395,14 @@ static bool store_quantity(const option *o, const char *text, double *value)
 /* A name without an ending is taken as the first kind of file, a device by it. */
 static bool has_ending(const option *o, const char *path)
 {
-    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.'), *at = endings[o->kind];
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.'), *at = kinds[o->kind].ending;
     while (dot && at && *at) {
         size_t length = strcspn(at, ",");
         if (strlen(dot) == length && strncmp(dot, at, length) == 0)
             return true;
         at += length + (at[length] ? 2 : 0);
     }
-    return !dot || !endings[o->kind];
+    return !dot || !kinds[o->kind].ending;
 }
 
 /* Splits NAME=VALUE at the sign, in place. */
@@ -438,12 +427,12 @@ static bool store(const option *o, char *text, cli_settings *settings)
     void *place = (char *)settings + o->offset;
     if (o->kind == OPTION_NUMBER || o->kind == OPTION_WHOLE || o->kind == OPTION_LONG)
         return store_number(o, text, place);
-    if (units[o->kind])
+    if (kinds[o->kind].unit)
         return store_quantity(o, text, place);
     if (o->kind == OPTION_SETTING)
         return store_setting(text, settings);
     if (!has_ending(o, text)) {
-        cli_complain("--%s writes %s files; '%s' has another ending", o->name, endings[o->kind], text);
+        cli_complain("--%s writes %s files; '%s' has another ending", o->name, kinds[o->kind].ending, text);
         return false;
     }
     *(const char **)place = text;
@@ -523,8 +512,8 @@ static void print_option(const option *o, FILE *out)
 {
     char left[40];
     snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
-    if (o->letter)
-        fprintf(out, "  -%c, %-25s%s\n", o->letter, left, o->help);
+    if (letter_of(o))
+        fprintf(out, "  -%c, %-25s%s\n", letter_of(o), left, o->help);
     else
         fprintf(out, "      %-25s%s\n", left, o->help);
 }
