@@ -334,7 +334,7 @@ int main(void)
     building(start);
     one_right_hand_side(&b, start);
     whole_runs(&b, start, &reference);
-    kmp_reference_free(&reference);
+    kmp_samples_free(&reference);
     kempe_assembly_free(start);
     bench_free(&b);
     return missed;

@@ -518,7 +518,7 @@ static hard_result hard_run(hard_scene *s, const char *root, const hard_case *c,
     r.passages = s->passages - before;
     r.passed = hard_verdict(c, dae, &r);
     kmp_samples_free(&table);
-    kmp_reference_free(&reference);
+    kmp_samples_free(&reference);
     return r;
 }
 

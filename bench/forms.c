@@ -51,7 +51,7 @@ int main(void)
             for (size_t k = 0; k < sizeof rtols / sizeof *rtols; k++)
                 one(&with, start, kmp_formulation_get(f)->form, linear[l], rtols[k]);
     kmp_eval_free(with.eval);
-    kmp_reference_free(&reference);
+    kmp_samples_free(&reference);
     kempe_assembly_free(start);
     bench_free(&b);
     return 0;

@@ -401,7 +401,7 @@ int main(void)
             measure(&s, (by_hand_form)f, k);
     double worst = compare(&s);
     printf("at an error of 1e-6 at most %.2f: %s 1.5\n", worst, worst <= 1.5 ? "within" : "NOT within");
-    kmp_reference_free(&reference);
+    kmp_samples_free(&reference);
     kempe_assembly_free(start);
     bench_free(&b);
     return worst <= 1.5 ? 0 : 1;

@@ -287,7 +287,7 @@ int main(void)
         whole_runs(&b, start, &reference, backends[k]);
         one_right_hand_side(&b, start, backends[k]);
     }
-    kmp_reference_free(&reference);
+    kmp_samples_free(&reference);
     kempe_assembly_free(start);
     bench_free(&b);
     return 0;

@@ -20,70 +20,8 @@ typedef struct reader {
     const kempe_system *system;
     column *columns;
     int column_count; /* known so far */
-    int room;         /* for rows */
     kmp_reference *reference;
 } reader;
-
-/* -- storage ----------------------------------------------------------------------------------------- */
-
-/* The array with room for `count` values instead of `before`, the new ones NaN. NULL: no memory. */
-static double *grow(double *old, size_t before, size_t count)
-{
-    double *grown = kmp_realloc(old, count, sizeof *grown);
-    for (size_t i = before; grown && i < count; i++)
-        grown[i] = NAN;
-    return grown;
-}
-
-/* Makes room for `rows` rows where there is some for `before`. */
-static bool reserve(kmp_reference *reference, const int *width, int before, int rows)
-{
-    double *t = grow(reference->t, (size_t)before, (size_t)rows);
-    if (!t)
-        return false;
-    reference->t = t;
-    for (int k = 0; k < KMP_QUANTITIES; k++) {
-        size_t w = width[k] > 0 ? (size_t)width[k] : 1; /* never nothing */
-        double *value = grow(reference->value[k], w * (size_t)before, w * (size_t)rows);
-        if (!value)
-            return false;
-        reference->value[k] = value;
-    }
-    return true;
-}
-
-bool kmp_reference_from_table(kmp_reference *reference, const kmp_samples *table)
-{
-    const int width[KMP_QUANTITIES] = {table->n, table->n, table->n, table->m};
-    *reference = (kmp_reference){0};
-    if (!reserve(reference, width, 0, table->rows ? table->rows : 1)) {
-        kmp_reference_free(reference);
-        return false;
-    }
-    reference->rows = table->rows;
-    for (int r = 0; r < table->rows; r++) {
-        reference->t[r] = kmp_samples_time(table, r);
-        for (int k = 0; k < KMP_QUANTITIES; k++)
-            if (width[k] > 0)
-                memcpy(reference->value[k] + (size_t)r * (size_t)width[k], kmp_samples_get(table, (kmp_quantity)k, r),
-                       (size_t)width[k] * sizeof(double));
-    }
-    return true;
-}
-
-void kmp_reference_limit(kmp_reference *reference, double t_end)
-{
-    while (reference->rows > 0 && reference->t[reference->rows - 1] > t_end)
-        reference->rows--;
-}
-
-void kmp_reference_free(kmp_reference *reference)
-{
-    kmp_free(reference->t);
-    for (int k = 0; k < KMP_QUANTITIES; k++)
-        kmp_free(reference->value[k]);
-    *reference = (kmp_reference){0};
-}
 
 /* -- header ------------------------------------------------------------------------------------------ */
 
@@ -195,39 +133,27 @@ static bool read_header(kmp_csv *csv, const char *line)
 
 static void take_time(kmp_csv *csv, kmp_reference *reference, kmp_csv_field f)
 {
-    double *t = &reference->t[reference->rows];
+    double *t = &reference->t[reference->rows - 1];
     if (!kmp_csv_number(f, t))
         kmp_csv_complain(csv, f.s, "a time is expected here");
     else if (*t < 0)
         kmp_csv_complain(csv, f.s, "times begin at 0");
-    else if (reference->rows > 0 && *t <= t[-1])
+    else if (reference->rows > 1 && *t <= t[-1])
         kmp_csv_complain(csv, f.s, "times must increase from row to row");
 }
 
 static void take_value(kmp_csv *csv, const reader *r, const column *c, kmp_csv_field f)
 {
     size_t width = (size_t)kmp_quantity_size(r->system, c->quantity);
-    double *value = &r->reference->value[c->quantity][(size_t)r->reference->rows * width + (size_t)c->index];
+    double *value = &r->reference->value[c->quantity][(size_t)(r->reference->rows - 1) * width + (size_t)c->index];
     if (f.length > 0 && !kmp_csv_number(f, value))
         kmp_csv_complain(csv, f.s, "this is not a number; write a number, or leave the field empty");
-}
-
-static bool make_room(reader *r)
-{
-    const int width[KMP_QUANTITIES] = {r->system->n, r->system->n, r->system->n, r->system->m};
-    int more = r->room ? 2 * r->room : 64;
-    if (r->reference->rows < r->room)
-        return true;
-    if (!reserve(r->reference, width, r->room, more))
-        return false;
-    r->room = more;
-    return true;
 }
 
 static bool read_row(kmp_csv *csv, const char *line)
 {
     reader *r = csv->user;
-    if (!make_room(r))
+    if (!kmp_samples_extend(r->reference))
         return false;
     const char *s = line;
     for (int k = 0; s && k < r->column_count; k++) {
@@ -238,13 +164,12 @@ static bool read_row(kmp_csv *csv, const char *line)
             take_value(csv, r, &r->columns[k], f);
     }
     kmp_csv_check_row(csv, line);
-    r->reference->rows++;
     return true;
 }
 
 kempe_status kmp_reference_read(const kempe_system *system, const char *path, kmp_reference *reference)
 {
-    kmp_reference made = {0};
+    kmp_reference made;
     reader r = {.system = system, .reference = &made};
     kmp_csv csv = {.context = system->context,
                    .path = path,
@@ -252,10 +177,11 @@ kempe_status kmp_reference_read(const kempe_system *system, const char *path, km
                    .user = &r,
                    .header = read_header,
                    .row = read_row};
-    kempe_status status = make_room(&r) ? kmp_csv_read(&csv) : kmp_fail_memory(system->context);
+    kmp_samples_init(&made, system->n, system->m);
+    kempe_status status = kmp_csv_read(&csv);
     kmp_free(r.columns);
     if (status != KEMPE_OK)
-        kmp_reference_free(&made);
+        kmp_samples_free(&made);
     else
         *reference = made;
     return status;

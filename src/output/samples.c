@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/samples.h"
 #include "base/memory.h"
+#include <math.h>
 #include <string.h>
-
-enum { TIME, WORK, FIRST_VALUE };
 
 void kmp_samples_init(kmp_samples *table, int n, int m)
 {
@@ -12,67 +11,78 @@ void kmp_samples_init(kmp_samples *table, int n, int m)
 
 void kmp_samples_free(kmp_samples *table)
 {
-    kmp_free(table->data);
+    kmp_free(table->t);
+    kmp_free(table->work);
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        kmp_free(table->value[k]);
     *table = (kmp_samples){0};
 }
 
-static size_t stride(const kmp_samples *table)
+static size_t width_of(const kmp_samples *table, int quantity)
 {
-    return FIRST_VALUE + 3 * (size_t)table->n + (size_t)table->m;
+    return (size_t)(quantity == KMP_QUANTITY_LAMBDA ? table->m : table->n);
 }
 
-static double *row_of(const kmp_samples *table, int row)
+/* Room for `rows` rows of at least one number each; false: no memory. */
+static bool grow(double **array, size_t width, int rows)
 {
-    return table->data + (size_t)row * stride(table);
+    double *grown = kmp_realloc(*array, (size_t)rows * (width > 0 ? width : 1), sizeof *grown);
+    *array = grown ? grown : *array;
+    return grown;
 }
 
-static bool reserve(kmp_samples *table)
+bool kmp_samples_extend(kmp_samples *table)
 {
-    if (table->rows < table->capacity)
-        return true;
-    int capacity = table->capacity ? 2 * table->capacity : 64;
-    double *data = kmp_realloc(table->data, (size_t)capacity, stride(table) * sizeof(double));
-    if (!data)
-        return false;
-    table->data = data;
-    table->capacity = capacity;
+    if (table->rows == table->capacity) {
+        int capacity = table->capacity ? 2 * table->capacity : 64;
+        bool ok = grow(&table->t, 1, capacity) && grow(&table->work, 1, capacity);
+        for (int k = 0; k < KMP_QUANTITIES; k++)
+            ok = ok && grow(&table->value[k], width_of(table, k), capacity);
+        if (!ok)
+            return false;
+        table->capacity = capacity;
+    }
+    size_t row = (size_t)table->rows++;
+    table->t[row] = table->work[row] = NAN;
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        for (size_t i = 0; i < width_of(table, k); i++)
+            table->value[k][row * width_of(table, k) + i] = NAN;
     return true;
-}
-
-static double *put(double *to, const double *from, int count)
-{
-    if (count > 0)
-        memcpy(to, from, (size_t)count * sizeof *to);
-    return to + count;
 }
 
 int kmp_samples_add(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                     double work)
 {
     kmp_samples *table = user;
-    if (!reserve(table))
+    const double *const from[KMP_QUANTITIES] = {q, qd, qdd, lambda};
+    if (!kmp_samples_extend(table))
         return -1;
-    double *to = row_of(table, table->rows++);
-    to[TIME] = t;
-    to[WORK] = work;
-    to = put(to + FIRST_VALUE, q, table->n);
-    to = put(to, qd, table->n);
-    to = put(to, qdd, table->n);
-    put(to, lambda, table->m);
+    size_t row = (size_t)table->rows - 1;
+    table->t[row] = t;
+    table->work[row] = work;
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        if (width_of(table, k) > 0)
+            memcpy(table->value[k] + row * width_of(table, k), from[k], width_of(table, k) * sizeof(double));
     return 0;
 }
 
 double kmp_samples_time(const kmp_samples *table, int row)
 {
-    return row_of(table, row)[TIME];
+    return table->t[row];
 }
 
 double kmp_samples_work(const kmp_samples *table, int row)
 {
-    return row_of(table, row)[WORK];
+    return table->work[row];
 }
 
 const double *kmp_samples_get(const kmp_samples *table, kmp_quantity quantity, int row)
 {
-    return row_of(table, row) + FIRST_VALUE + (int)quantity * table->n;
+    return table->value[quantity] + (size_t)row * width_of(table, (int)quantity);
+}
+
+void kmp_samples_limit(kmp_samples *table, double t_end)
+{
+    while (table->rows > 0 && table->t[table->rows - 1] > t_end)
+        table->rows--;
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The rows of a run: time, q, qd, qdd, lambda, and the work of non-conservative forces so far. Grows as rows come. */
+/* The rows of a run or of a reference: time, q, qd, qdd, lambda, and the work of non-conservative forces so far. Grows
+ * as rows come. */
 #ifndef KMP_OUTPUT_SAMPLES_H
 #define KMP_OUTPUT_SAMPLES_H
 
@@ -8,7 +9,10 @@
 typedef struct kmp_samples {
     int n, m;
     int rows, capacity;
-    double *data; /* a row: t, work, q, qd, qdd, lambda */
+    double *t, *work;              /* of each row */
+    double *value[KMP_QUANTITIES]; /* rows x n (or m); in references NaN where not given */
+    const bool *shared; /* m, of references, not their own: multipliers that redundant rows leave open, which are not
+                         * judged; NULL: none */
 } kmp_samples;
 
 void kmp_samples_init(kmp_samples *table, int n, int m);
@@ -18,10 +22,16 @@ void kmp_samples_free(kmp_samples *table);
 int kmp_samples_add(void *table, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                     double work);
 
+/** A row more, all unknown (NaN); false: no memory. */
+bool kmp_samples_extend(kmp_samples *table);
+
 double kmp_samples_time(const kmp_samples *table, int row);
 double kmp_samples_work(const kmp_samples *table, int row);
 
 /** n or m values, owned by the table and valid until a row is added. */
 const double *kmp_samples_get(const kmp_samples *table, kmp_quantity quantity, int row);
+
+/** Forgets the rows after t_end. */
+void kmp_samples_limit(kmp_samples *table, double t_end);
 
 #endif

@@ -150,7 +150,8 @@ static void compare_rows(double *error, const kmp_samples *table, const kmp_refe
         if (r == reference->rows || t > until || !same(reference->t[r], t))
             continue;
         if (room) {
-            memcpy(room, kmp_samples_get(table, KMP_QUANTITY_Q, row), 3 * n * sizeof *room);
+            for (size_t k = 0; k < KMP_QUANTITY_LAMBDA; k++)
+                memcpy(room + k * n, kmp_samples_get(table, (kmp_quantity)k, row), n * sizeof *room);
             use_words_of(system, reference->value[KMP_QUANTITY_Q] + (size_t)r * n, room + 3 * n, room);
         }
         compare_row(error, table, row, reference, r, room);

@@ -20,7 +20,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (status == KEMPE_OK) {
         for (int k = 0; k < reference.rows; k++)
             fuzz_promise(reference.t[k] >= 0 && (k == 0 || reference.t[k] > reference.t[k - 1]), "times ascend");
-        kmp_reference_free(&reference);
+        kmp_samples_free(&reference);
     }
     fuzz_files_clear();
     return 0;

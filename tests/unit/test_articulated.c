@@ -240,7 +240,7 @@ static void by_the_references(void)
             printf("   %-45s %-9s %.1e\n", list[e].model, ways[way][way < 2], off);
             CHECK(off <= list[e].tolerance);
         }
-        kmp_reference_free(&reference);
+        kmp_samples_free(&reference);
         unload(&s);
     }
 }

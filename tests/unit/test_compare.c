@@ -186,7 +186,7 @@ static void true_error(const loaded *l, const kempe_comparison *c, const char *f
     while (s->distance > 0)
         s++;
     CHECK(kmp_reference_read(l->system, path, &digits) == KEMPE_OK);
-    kmp_reference_limit(&digits, c->t_end);
+    kmp_samples_limit(&digits, c->t_end);
     CHECK(kmp_times_init(&times, c->t_end, c->t_end, &digits));
     kmp_samples_init(&rows, l->system->n, l->system->m);
     kmp_run_spec spec = {.formulation = s->way.formulation,
@@ -203,7 +203,7 @@ static void true_error(const loaded *l, const kempe_comparison *c, const char *f
     kmp_free(report.reason);
     kmp_samples_free(&rows);
     kmp_times_free(&times);
-    kmp_reference_free(&digits);
+    kmp_samples_free(&digits);
 }
 
 /* The uncertainty that a reference states bounds its error, and is not far above it. */

@@ -62,7 +62,7 @@ static void follow(const char *model, const char *digits, const char *formulatio
     printf("   %-42s %-9s q %.1e  qd %.1e\n", model, formulation, q, qd);
     CHECK(q <= near_q);
     CHECK(qd <= near_qd);
-    kmp_reference_free(&reference);
+    kmp_samples_free(&reference);
     unload(&l);
 }
 

@@ -108,7 +108,7 @@ static void against_reference(const char *example, const char *formulation, cons
            row.error[0], row.error[1], row.error[2]);
     for (int e = 0; e < 3; e++)
         CHECK(row.error[e] <= allowed[e]);
-    kmp_reference_free(&reference);
+    kmp_samples_free(&reference);
     unload(&l);
 }
 

@@ -170,9 +170,9 @@ static void test_reference(void)
     CHECK(isnan(reference.value[KMP_QUANTITY_Q][3 * 2 + 1]));
     CHECK(isnan(reference.value[KMP_QUANTITY_LAMBDA][1]));
     CHECK_NEAR(reference.value[KMP_QUANTITY_LAMBDA][2 * 1 + 1], 7, 0);
-    kmp_reference_limit(&reference, 1.9);
+    kmp_samples_limit(&reference, 1.9);
     CHECK(reference.rows == 2);
-    kmp_reference_free(&reference);
+    kmp_samples_free(&reference);
     close_scene(&s);
 }
 
@@ -193,7 +193,7 @@ static void test_long_reference(void)
         CHECK_NEAR(reference.value[KMP_QUANTITY_Q][3 * k + 1], k > 0 ? -k - 0.5 : 0.5, 0);
         CHECK(isnan(reference.value[KMP_QUANTITY_Q][3 * k + 2]) && isnan(reference.value[KMP_QUANTITY_QD][3 * k]));
     }
-    kmp_reference_free(&reference);
+    kmp_samples_free(&reference);
     kmp_text_free(&text);
     close_scene(&s);
 }
@@ -313,10 +313,8 @@ static void test_error(void)
     CHECK_NEAR(verdict.error[KMP_QUANTITY_Q], 1, 1e-15); /* max(1 / 4, 10 / 10) */
     CHECK(isnan(verdict.error[KMP_QUANTITY_QD]));
     CHECK(isnan(verdict.error[KMP_QUANTITY_LAMBDA]));
-    kmp_reference_free(&reference);
-    CHECK(kmp_reference_from_table(&reference, &table));
-    CHECK_NEAR(kmp_verdict_of(&table, s.eval, &reference).error[KMP_QUANTITY_QDD], 0, 0);
-    kmp_reference_free(&reference);
+    kmp_samples_free(&reference);
+    CHECK_NEAR(kmp_verdict_of(&table, s.eval, &table).error[KMP_QUANTITY_QDD], 0, 0);
     kmp_samples_free(&table);
     close_scene(&s);
 }

@@ -57,7 +57,7 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
     if (!path)
         return kmp_compare_own_reference(j, REFERENCE_PART * j->left_s);
     KMP_TRY(kmp_reference_read(c->system, path, &j->reference));
-    kmp_reference_limit(&j->reference, c->t_end);
+    kmp_samples_limit(&j->reference, c->t_end);
     c->has_reference = true;
     j->reference.shared = c->shared;
     c->source = kmp_arena_strdup(&c->arena, base_name(path));
@@ -141,7 +141,7 @@ static void release(kmp_compare_job *j)
 {
     kempe_assembly_free(j->start);
     kmp_eval_free(j->eval);
-    kmp_reference_free(&j->reference);
+    kmp_samples_free(&j->reference);
     kmp_times_free(&j->times);
     kmp_times_free(&j->few);
 }

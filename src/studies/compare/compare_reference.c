@@ -132,16 +132,12 @@ static kempe_status run_tight(maker *m, maker_source *s)
 }
 
 /* The difference of its rows from another's. */
-static kempe_status differ(const maker *m, const kmp_samples *table, const kmp_samples *other, double until,
-                           double difference[KMP_QUANTITIES])
+static void differ(const maker *m, const kmp_samples *table, const kmp_samples *other, double until,
+                   double difference[KMP_QUANTITIES])
 {
-    kmp_reference reference;
-    if (!kmp_reference_from_table(&reference, other))
-        return kmp_fail_memory(m->job->context);
+    kmp_reference reference = *other;
     reference.shared = m->comparison->shared;
     kmp_verdict_errors(table, m->system, &reference, until, difference);
-    kmp_reference_free(&reference);
-    return KEMPE_OK;
 }
 
 /* Repeats the run at a tenfold tolerance. */
@@ -156,11 +152,10 @@ static kempe_status run_beside(maker *m, maker_source *s)
 }
 
 /* The difference of both runs up to a time; NaN when there is only one. */
-static kempe_status judge_own(const maker *m, maker_source *s, double until)
+static void judge_own(const maker *m, maker_source *s, double until)
 {
-    kempe_status status = differ(m, &s->beside, &s->table, until, s->own);
+    differ(m, &s->beside, &s->table, until, s->own);
     s->said.own = s->own[KMP_QUANTITY_Q];
-    return status;
 }
 
 static bool exists(const kmp_method *row)
@@ -243,39 +238,38 @@ static kempe_status run_nudged(maker *m)
 }
 
 /* The effect of rounding up to a time, from its amplification at the start and at all rows. */
-static kempe_status amplify(maker *m, double until, double rounding[KMP_QUANTITIES])
+static void amplify(maker *m, double until, double rounding[KMP_QUANTITIES])
 {
     const kmp_samples *table = &m->sources[m->first].table;
     double at_start[KMP_QUANTITIES] = {0}, all[KMP_QUANTITIES] = {0};
-    KMP_TRY(differ(m, &m->moved, table, 0, at_start));
-    KMP_TRY(differ(m, &m->moved, table, until, all));
+    differ(m, &m->moved, table, 0, at_start);
+    differ(m, &m->moved, table, until, all);
     bool moved = at_start[KMP_QUANTITY_Q] > MOVED * NUDGE; /* drives and locks undo it all */
     for (int k = 0; k < KMP_QUANTITIES; k++)
         rounding[k] = ROUNDING * (moved ? fmax(all[k] / at_start[KMP_QUANTITY_Q], 1) : 1);
     m->comparison->amplification = moved ? all[KMP_QUANTITY_Q] / at_start[KMP_QUANTITY_Q] : NAN;
-    return KEMPE_OK;
 }
 
 /* -- the best source and its uncertainty ------------------------------------------------------------- */
 
 /* The one whose own tolerances agree best up to a time; a later one must be clearly better. */
-static kempe_status choose_until(maker *m, double until)
+static void choose_until(maker *m, double until)
 {
     m->first = 0;
     for (int k = 0; k < m->count; k++) {
-        KMP_TRY(judge_own(m, &m->sources[k], until));
+        judge_own(m, &m->sources[k], until);
         double best = m->sources[m->first].said.own, own = m->sources[k].said.own;
         if ((isnan(best) && !isnan(own)) || 3 * own < best)
             m->first = k;
     }
-    return KEMPE_OK;
 }
 
 /* Chooses the reference. Where all differ at the end, the beginning decides. */
-static kempe_status choose(maker *m)
+static void choose(maker *m)
 {
-    KMP_TRY(choose_until(m, INFINITY));
-    return m->sources[m->first].said.own > LOST ? choose_until(m, m->at[STRIDE]) : KEMPE_OK;
+    choose_until(m, INFINITY);
+    if (m->sources[m->first].said.own > LOST)
+        choose_until(m, m->at[STRIDE]);
 }
 
 static void take_least(double *least, const double *difference)
@@ -285,7 +279,7 @@ static void take_least(double *least, const double *difference)
 }
 
 /* The distances of the nearest run along another formulation, and of the nearest with another integrator. */
-static kempe_status judge_others(maker *m, double until, double *formulation, double *integrator)
+static void judge_others(maker *m, double until, double *formulation, double *integrator)
 {
     const maker_source *first = &m->sources[m->first];
     for (int k = 0; k < KMP_QUANTITIES; k++)
@@ -294,53 +288,50 @@ static kempe_status judge_others(maker *m, double until, double *formulation, do
         maker_source *s = &m->sources[k];
         double difference[KMP_QUANTITIES] = {NAN, NAN, NAN, NAN};
         if (k != m->first)
-            KMP_TRY(differ(m, &s->table, &first->table, until, difference));
+            differ(m, &s->table, &first->table, until, difference);
         s->said.distance = k == m->first ? 0 : difference[KMP_QUANTITY_Q];
         if (strcmp(s->said.way.formulation, first->said.way.formulation) != 0)
             take_least(formulation, difference);
         if (strcmp(s->said.way.integrator, first->said.way.integrator) != 0)
             take_least(integrator, difference);
     }
-    return KEMPE_OK;
 }
 
 /* Uncertainty of the reference's rows up to a time: the largest of the sources' differences, the difference by its own
  * tolerances, and rounding. */
-static kempe_status judge(maker *m, double until)
+static void judge(maker *m, double until)
 {
     maker_source *first = &m->sources[m->first];
     double formulation[KMP_QUANTITIES], integrator[KMP_QUANTITIES], rounding[KMP_QUANTITIES];
-    KMP_TRY(judge_others(m, until, formulation, integrator));
+    judge_others(m, until, formulation, integrator);
     for (int k = 0; k < m->count; k++)
-        KMP_TRY(judge_own(m, &m->sources[k], until));
-    KMP_TRY(amplify(m, until, rounding));
+        judge_own(m, &m->sources[k], until);
+    amplify(m, until, rounding);
     for (int k = 0; k < KMP_QUANTITIES; k++) {
         double own = first->own[k] / (m->count > 1 ? FALL : 1), others = fmax(formulation[k], integrator[k]);
         bool known = !isnan(own) || !isnan(others);
         m->comparison->uncertainty[k] = known ? BOTH * fmax(fmax(own, rounding[k]), others) : NAN;
     }
-    return KEMPE_OK;
 }
 
 /* Ends the reference earlier if the motion amplifies all differences, before they become large. */
-static kempe_status keep_good(maker *m, double *at_end, double *bound)
+static void keep_good(maker *m, double *at_end, double *bound)
 {
     kempe_comparison *c = m->comparison;
-    KMP_TRY(judge(m, INFINITY));
+    judge(m, INFINITY);
     *at_end = c->uncertainty[KMP_QUANTITY_Q];
     *bound = LOST;
     if (!(*at_end > LOST)) {
         c->has_reference = !isnan(*at_end);
-        return KEMPE_OK;
+        return;
     }
     for (int k = 0; k < KEPT && !c->has_reference; k++)
         for (int row = ROWS - STRIDE; row > 0 && !c->has_reference; row -= STRIDE) {
-            KMP_TRY(judge(m, m->at[row]));
+            judge(m, m->at[row]);
             c->has_reference = c->uncertainty[KMP_QUANTITY_Q] <= kept[k];
             c->until = m->at[row];
             *bound = kept[k];
         }
-    return KEMPE_OK;
 }
 
 /* -- description ------------------------------------------------------------------------------------- */
@@ -414,7 +405,7 @@ static void warn(const maker *m, double at_end, double bound)
     }
 }
 
-static kempe_status settle(maker *m, double at_end, double bound)
+static void settle(maker *m, double at_end, double bound)
 {
     kempe_comparison *c = m->comparison;
     kmp_text text = {0};
@@ -428,12 +419,11 @@ static kempe_status settle(maker *m, double at_end, double bound)
     c->source = kmp_sentence_keep(&c->arena, &text);
     warn(m, at_end, bound);
     if (!c->has_reference)
-        return KEMPE_OK;
-    if (!kmp_reference_from_table(&m->job->reference, &m->sources[m->first].table))
-        return kmp_fail_memory(m->job->context);
+        return;
+    m->job->reference = m->sources[m->first].table;
+    m->sources[m->first].table = (kmp_samples){0};
     m->job->reference.shared = c->shared;
-    kmp_reference_limit(&m->job->reference, c->until);
-    return KEMPE_OK;
+    kmp_samples_limit(&m->job->reference, c->until);
 }
 
 static kempe_status make_reference(maker *m)
@@ -441,11 +431,12 @@ static kempe_status make_reference(maker *m)
     double at_end = NAN, bound = NAN;
     KMP_TRY(gather(m));
     if (m->count > 0) {
-        KMP_TRY(choose(m));
+        choose(m);
         KMP_TRY(run_nudged(m));
-        KMP_TRY(keep_good(m, &at_end, &bound));
+        keep_good(m, &at_end, &bound);
     }
-    return settle(m, at_end, bound);
+    settle(m, at_end, bound);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s)

@@ -177,24 +177,20 @@ static void give_up(const grid *g, int way, int rtol, double limit_s, double fas
 }
 
 /* The difference of q between the previous run and this one, which is tighter. */
-static kempe_status compare_before(grid *g, int way, int run)
+static void compare_before(grid *g, int way, int run)
 {
     kempe_comparison *c = g->comparison;
-    kmp_reference tighter;
     double error[KMP_QUANTITIES];
     if (g->before_run[way] >= 0) {
-        if (!kmp_reference_from_table(&tighter, &g->table))
-            return kmp_fail_memory(g->job->context);
+        kmp_reference tighter = g->table;
         tighter.shared = c->shared;
         kmp_verdict_errors(&g->before[way], c->system, &tighter, INFINITY, error);
         c->runs[g->before_run[way]].apart = error[KMP_QUANTITY_Q];
-        kmp_reference_free(&tighter);
     }
     kmp_samples swap = g->before[way];
     g->before[way] = g->table;
     g->table = swap;
     g->before_run[way] = run;
-    return KEMPE_OK;
 }
 
 static double limit_of(const grid *g, double fastest)
@@ -225,7 +221,8 @@ static kempe_status run_cell(grid *g, int way, int rtol, double *fastest)
     if (run->status != KEMPE_OK)
         return KEMPE_OK;
     *fastest = fmin(*fastest, run->cpu_s);
-    return compare_before(g, way, way * g->comparison->rtol_count + rtol);
+    compare_before(g, way, way * g->comparison->rtol_count + rtol);
+    return KEMPE_OK;
 }
 
 /* Sorts the methods by their time so far, fast ones first: time is spent on them, and the others are compared with

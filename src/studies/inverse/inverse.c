@@ -247,7 +247,7 @@ static kempe_status read_table(job *j)
     KMP_TRY(kmp_reference_read(j->system, j->ask->motion, &j->reference));
     kmp_reference *x = &j->reference;
     if (j->ask->t_end > 0)
-        kmp_reference_limit(x, j->ask->t_end);
+        kmp_samples_limit(x, j->ask->t_end);
     if (x->rows == 0)
         return kmp_complain(j->context, j->ask->motion, 0, 0, "there are no rows");
     if (!kmp_prescribed_init(&j->table, x->rows, x->t, j->system->n, x->value[KMP_QUANTITY_Q],
@@ -341,7 +341,7 @@ static void release(job *j)
     kmp_guide_free(&j->guide);
     kmp_times_free(&j->times);
     kmp_prescribed_free(&j->table);
-    kmp_reference_free(&j->reference);
+    kmp_samples_free(&j->reference);
     kmp_arena_free(&j->arena);
 }
 

@@ -96,7 +96,7 @@ static kempe_status prepare_times(job *j)
         KMP_TRY(kmp_reference_read(j->system, j->run->reference, &j->reference));
     j->has_reference = j->run->reference;
     KMP_TRY(kmp_times_spacing(j->system, j->run->output_step, j->spec.t_end, &every));
-    kmp_reference_limit(&j->reference, j->spec.t_end);
+    kmp_samples_limit(&j->reference, j->spec.t_end);
     if (!kmp_times_init(&j->times, every, j->spec.t_end, j->has_reference ? &j->reference : NULL))
         return kmp_fail_memory(j->context);
     j->spec.time_count = j->times.count;
@@ -139,7 +139,7 @@ static kempe_status prepare(job *j)
 static void release(job *j)
 {
     kmp_arena_free(&j->arena);
-    kmp_reference_free(&j->reference);
+    kmp_samples_free(&j->reference);
     kmp_times_free(&j->times);
     kmp_samples_free(&j->before);
 }
