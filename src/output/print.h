@@ -55,15 +55,6 @@ const char *kmp_print_unit(const kempe_system *system, int coordinate);
 /** A public print function: the text of `result` that `put` makes, given to the caller. KEMPE_E_MEMORY. */
 typedef void kmp_put_fn(kmp_text *text, const void *result);
 kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const void *result, char **text);
-/** The rest of a public print function, whose object exists: `show` and `json` append it to a text. */
-#define KMP_PRINT(context, format, out, show, json, object)                                                            \
-    do {                                                                                                               \
-        kmp_text kmp_printed = {0};                                                                                    \
-        KMP_WANTED(context, out, "text");                                                                              \
-        kmp_context_clear(context);                                                                                    \
-        ((format) == KEMPE_JSON ? json : show)(&kmp_printed, object);                                                  \
-        return kmp_print_finish(context, &kmp_printed, out);                                                           \
-    } while (0)
 
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);

@@ -312,8 +312,9 @@ static void put_csv(kmp_text *text, const kempe_table *t)
 
 /* -- JSON and text ----------------------------------------------------------------------------------- */
 
-static void put_json(kmp_text *text, const kempe_table *t)
+static void put_json(kmp_text *text, const void *result)
 {
+    const kempe_table *t = result;
     kmp_json json = kmp_json_begin(text);
     kmp_json_object(&json, NULL);
     kmp_json_string(&json, "name", t->name);
@@ -349,8 +350,9 @@ static int width_of(const table_column *c, int rows)
     return c->number && width < NUMBER_WIDTH ? NUMBER_WIDTH : (int)width;
 }
 
-static void put_text(kmp_text *text, const kempe_table *t)
+static void put_text(kmp_text *text, const void *result)
 {
+    const kempe_table *t = result;
     for (int row = has_units(t) ? -2 : -1; row < t->rows; row++) {
         for (int c = 0; c < t->columns; c++) {
             const table_column *column = &t->column[c];
@@ -373,7 +375,7 @@ static void put_text(kmp_text *text, const kempe_table *t)
 kempe_status kempe_table_print(const kempe_table *table, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, table, "table");
-    KMP_PRINT(table->context, format, text, put_text, put_json, table);
+    return kmp_print_result(table->context, format == KEMPE_JSON ? put_json : put_text, table, text);
 }
 
 /* -- files ------------------------------------------------------------------------------------------- */

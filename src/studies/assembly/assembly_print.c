@@ -83,8 +83,9 @@ static void show_coordinates(kmp_text *text, const kempe_assembly *a)
                         model->start.hold && model->start.hold[k] ? "  held" : "");
 }
 
-static void show_assembly(kmp_text *text, const kempe_assembly *a)
+static void show_assembly(kmp_text *text, const void *result)
 {
+    const kempe_assembly *a = result;
     const kempe_model *model = a->system->model;
     kmp_text_printf(text, "%s: %s after %d iteration%s\n\n", model->name, is_done(a) ? "assembled" : "not assembled",
                     a->iterations, a->iterations == 1 ? "" : "s");
@@ -168,8 +169,9 @@ static void json_rates(kmp_json *j, const kempe_assembly *a)
     kmp_json_number(j, "rates_left", a->rates_left);
 }
 
-static void json_assembly(kmp_text *text, const kempe_assembly *a)
+static void json_assembly(kmp_text *text, const void *result)
 {
+    const kempe_assembly *a = result;
     const kempe_model *model = a->system->model;
     kmp_json j = kmp_json_begin(text);
     kmp_text warnings = {0}, reason = {0};
@@ -195,5 +197,6 @@ static void json_assembly(kmp_text *text, const kempe_assembly *a)
 kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, assembly, "assembly");
-    KMP_PRINT(assembly->system->context, format, text, show_assembly, json_assembly, assembly);
+    return kmp_print_result(assembly->system->context, format == KEMPE_JSON ? json_assembly : show_assembly, assembly,
+                            text);
 }

@@ -40,8 +40,9 @@ static void show_branch(kmp_text *text, const kempe_branches *b, int k)
     show_start(text, b, branch);
 }
 
-static void show_branches(kmp_text *text, const kempe_branches *b)
+static void show_branches(kmp_text *text, const void *result)
 {
+    const kempe_branches *b = result;
     kmp_text_printf(text, "%s: %s%d assembly mode%s found, holding ", b->system->model->name,
                     b->many ? "more than " : "", b->count, b->count == 1 ? "" : "s");
     list_kept(text, b);
@@ -54,8 +55,9 @@ static void show_branches(kmp_text *text, const kempe_branches *b)
                      "\nnote  such a large number suggests that the held coordinates leave a degree of freedom\n");
 }
 
-static void json_branches(kmp_text *text, const kempe_branches *b)
+static void json_branches(kmp_text *text, const void *result)
 {
+    const kempe_branches *b = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, b->system, KEMPE_OK, "", b->system->build_s, b->warnings);
     kmp_json_array(&j, "kept");
@@ -82,5 +84,6 @@ static void json_branches(kmp_text *text, const kempe_branches *b)
 kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, branches, "branches");
-    KMP_PRINT(branches->system->context, format, text, show_branches, json_branches, branches);
+    return kmp_print_result(branches->system->context, format == KEMPE_JSON ? json_branches : show_branches, branches,
+                            text);
 }

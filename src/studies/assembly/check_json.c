@@ -233,8 +233,9 @@ static void json_cuts(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
-void kmp_check_json(kmp_text *text, const kempe_check *check)
+void kmp_check_json(kmp_text *text, const void *result)
 {
+    const kempe_check *check = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, check->system, check->assembled ? KEMPE_OK : KEMPE_E_FAILED, check->reason,
                    check->system->build_s, check->warnings);

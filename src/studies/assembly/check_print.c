@@ -284,8 +284,9 @@ static void show_obstacle(kmp_text *text, const kempe_check *check)
     list(text, check, "held coordinates", "", check->obstacle.release_count, put_release);
 }
 
-static void show(kmp_text *text, const kempe_check *check)
+static void show(kmp_text *text, const void *result)
 {
+    const kempe_check *check = result;
     kmp_text_printf(text, "%s\n", check->system->model->name);
     sentence(text, check, "unused parameters", write_unused);
     if (check->assembled)
@@ -304,5 +305,5 @@ static void show(kmp_text *text, const kempe_check *check)
 kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, check, "check");
-    KMP_PRINT(check->system->context, format, text, show, kmp_check_json, check);
+    return kmp_print_result(check->system->context, format == KEMPE_JSON ? kmp_check_json : show, check, text);
 }

@@ -8,7 +8,7 @@
 #include <kempe/check.h>
 
 /** Writes the check as one JSON object. */
-void kmp_check_json(kmp_text *text, const kempe_check *check);
+kmp_put_fn kmp_check_json;
 
 /** The explanation of degrees of freedom that differ from the count; "" when they agree. */
 void kmp_check_mobility(kmp_text *text, const kempe_check *check);

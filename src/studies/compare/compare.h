@@ -165,6 +165,6 @@ double kmp_compare_error(const kempe_comparison *comparison, const kmp_compared 
 /** An array of sentences. */
 void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list);
 
-void kmp_compare_json(kmp_text *text, const kempe_comparison *comparison);
+kmp_put_fn kmp_compare_json;
 
 #endif

@@ -122,8 +122,9 @@ static void json_advice(kmp_json *json, const kempe_comparison *c)
     kmp_json_end(json);
 }
 
-void kmp_compare_json(kmp_text *text, const kempe_comparison *c)
+void kmp_compare_json(kmp_text *text, const void *result)
 {
+    const kempe_comparison *c = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, c->status, c->reason, c->system->build_s, NULL);
     json_reference(&j, c);

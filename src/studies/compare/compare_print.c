@@ -196,8 +196,9 @@ static void show_advice(kmp_text *text, const kempe_comparison *c)
         show_wrapped(text, "  - ", c->advice.because.s[k]);
 }
 
-static void show(kmp_text *text, const kempe_comparison *c)
+static void show(kmp_text *text, const void *result)
 {
+    const kempe_comparison *c = result;
     show_head(text, c);
     show_runs(text, c);
     show_levels(text, c);
@@ -212,5 +213,6 @@ static void show(kmp_text *text, const kempe_comparison *c)
 kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, comparison, "comparison");
-    KMP_PRINT(comparison->system->context, format, text, show, kmp_compare_json, comparison);
+    return kmp_print_result(comparison->system->context, format == KEMPE_JSON ? kmp_compare_json : show, comparison,
+                            text);
 }

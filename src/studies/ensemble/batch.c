@@ -366,8 +366,9 @@ static void put_again(const kempe_batch *b, kmp_text *text)
             b->again[worst].rtol);
 }
 
-static void put_text(kmp_text *text, const kempe_batch *b)
+static void put_text(kmp_text *text, const void *result)
 {
+    const kempe_batch *b = result;
     totals s = sum_up(b);
     int told = 0;
     kmp_text_printf(text, "%s: %d instances, %d ok, %d stopped, %d failed\n\n", b->ensemble->model->name, b->count,
@@ -424,8 +425,9 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
     kmp_json_end(json);
 }
 
-static void put_json(kmp_text *text, const kempe_batch *b)
+static void put_json(kmp_text *text, const void *result)
 {
+    const kempe_batch *b = result;
     const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
     kmp_json json = kmp_json_begin(text);
     totals s = sum_up(b);
@@ -462,7 +464,7 @@ static void put_json(kmp_text *text, const kempe_batch *b)
 kempe_status kempe_batch_print(const kempe_batch *b, kempe_format format, char **out)
 {
     KMP_WANTED(NULL, b, "batch");
-    KMP_PRINT(b->ensemble->model->context, format, out, put_text, put_json, b);
+    return kmp_print_result(b->ensemble->model->context, format == KEMPE_JSON ? put_json : put_text, b, out);
 }
 
 /* -- as a table -------------------------------------------------------------------------------------- */

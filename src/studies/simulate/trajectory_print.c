@@ -159,8 +159,9 @@ static void show_notes(kmp_text *text, const kempe_trajectory *t)
         kmp_text_printf(text, "           and %ld more (--json)\n", journal->count - shown);
 }
 
-static void show(kmp_text *text, const kempe_trajectory *t)
+static void show(kmp_text *text, const void *result)
 {
+    const kempe_trajectory *t = result;
     show_head(text, t);
     show_state(text, t);
     show_multipliers(text, t);
@@ -285,8 +286,9 @@ static void json_notes(kmp_json *json, const kmp_journal *journal)
     kmp_json_end(json);
 }
 
-static void json(kmp_text *text, const kempe_trajectory *t)
+static void json(kmp_text *text, const void *result)
 {
+    const kempe_trajectory *t = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, t->system, t->status, t->reason, t->system->build_s + t->report.build_s, t->warnings);
     json_settings(&j, t);
@@ -307,5 +309,5 @@ static void json(kmp_text *text, const kempe_trajectory *t)
 kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, trajectory, "trajectory");
-    KMP_PRINT(trajectory->system->context, format, text, show, json, trajectory);
+    return kmp_print_result(trajectory->system->context, format == KEMPE_JSON ? json : show, trajectory, text);
 }
