@@ -7,9 +7,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 typedef struct kempe_branches kempe_branches;
 
@@ -24,7 +22,5 @@ KEMPE_API int kempe_branches_count(const kempe_branches *branches);
 KEMPE_API const double *kempe_branches_q(const kempe_branches *branches, int k);
 KEMPE_API kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

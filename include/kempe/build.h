@@ -23,9 +23,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** A number, or an expression of the model's parameters in its place. */
 typedef struct kempe_number {
@@ -128,7 +126,5 @@ KEMPE_API kempe_status kempe_model_set_qd(kempe_model *model, const char *coordi
  * still under construction: missing elements may be added and kempe_model_finish called again. */
 KEMPE_API kempe_status kempe_model_finish(kempe_model *model);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

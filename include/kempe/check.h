@@ -7,9 +7,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 typedef struct kempe_assembly kempe_assembly;
 
@@ -40,7 +38,5 @@ KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format 
  * (how many of them), may_lose (rows without a change of mobility), gap in m. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_check_table(const kempe_check *check, const char *name, kempe_table **table);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

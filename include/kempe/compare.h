@@ -7,9 +7,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 typedef struct kempe_comparison kempe_comparison;
 
@@ -47,7 +45,5 @@ KEMPE_API kempe_status kempe_comparison_write_report(const kempe_comparison *com
  * package. */
 KEMPE_API kempe_status kempe_report_check(kempe_context *context);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

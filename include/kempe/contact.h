@@ -27,9 +27,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /* -- the normal problem --------------------------------------------------------------------------- */
 
@@ -107,8 +105,6 @@ KEMPE_API kempe_status kempe_contact_flexibility(const kempe_creep *creep, doubl
 KEMPE_API kempe_status kempe_contact_fastsim(const kempe_creep *creep, const double flexibility[3],
                                              kempe_creep_force *force);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 
 #endif

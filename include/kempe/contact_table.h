@@ -17,9 +17,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** NULL and 0: the default. Coordinates that move at the start keep their rates; all others are at rest. */
 typedef struct kempe_contact_options {
@@ -91,7 +89,5 @@ KEMPE_API kempe_status kempe_contact_table_write_csv(const kempe_contact_table *
  * value. Rolling radius, contact angle, normal force and forces are plotted over the values. */
 KEMPE_API kempe_status kempe_contact_table_write_svg(const kempe_contact_table *table, const char *path);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

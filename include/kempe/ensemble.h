@@ -18,9 +18,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** A table: columns are parameters, and start values as `q.NAME` and `qd.NAME`; rows are instances. */
 typedef struct kempe_values kempe_values;
@@ -85,7 +83,5 @@ KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format 
  * another name. */
 KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *name, kempe_table **table);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

@@ -14,9 +14,7 @@
 
 #include <kempe/table.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** Options. Texts are comma-separated lists; NULL and 0: none. */
 typedef struct kempe_equilibrium_options {
@@ -57,7 +55,5 @@ KEMPE_API kempe_status kempe_equilibrium_table(const kempe_equilibrium *equilibr
 
 KEMPE_API kempe_status kempe_equilibrium_print(const kempe_equilibrium *equilibrium, kempe_format format, char **text);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

@@ -17,9 +17,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** Adds user-defined generalized forces (n; N m or N, zero when called) to the right side at (t, q, qd), in addition to
  * the model's expressions. Returns 0, or not 0 if they cannot be evaluated there: the step is then repeated with a
@@ -31,7 +29,5 @@ typedef int kempe_force_fn(void *user, double t, const double *q, const double *
 /** Sets the force function. Call it before anything works on the system; NULL removes the force. */
 KEMPE_API void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

@@ -7,9 +7,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** Selection of the sets and of their form. NULL and 0 take the default. */
 typedef struct kempe_generate_options {
@@ -62,7 +60,5 @@ KEMPE_API kempe_status kempe_code_write(const kempe_code *code, const char *fold
 /** Prints a summary: routines with their operations, and files. */
 KEMPE_API kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

@@ -23,9 +23,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 typedef struct kempe_gradient kempe_gradient;
 
@@ -69,7 +67,5 @@ KEMPE_API const double *kempe_gradient_by_driven(const kempe_gradient *gradient)
 KEMPE_API const double *kempe_gradient_q(const kempe_gradient *gradient);
 KEMPE_API const double *kempe_gradient_q_jacobian(const kempe_gradient *gradient);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

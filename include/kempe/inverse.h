@@ -16,9 +16,7 @@
 
 #include <kempe/table.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** NULL and 0 take the defaults. */
 typedef struct kempe_inverse_options {
@@ -64,7 +62,5 @@ KEMPE_API kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_f
  * KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_inverse_table(const kempe_inverse *inverse, const char *name, kempe_table **table);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

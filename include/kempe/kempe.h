@@ -53,9 +53,16 @@
 #define KEMPE_API
 #endif
 
+/* Declarations between these are C, also for C++. */
 #ifdef __cplusplus
-extern "C" {
+#define KEMPE_BEGIN extern "C" {
+#define KEMPE_END   }
+#else
+#define KEMPE_BEGIN
+#define KEMPE_END
 #endif
+
+KEMPE_BEGIN
 
 #define KEMPE_VERSION       "0.1.0"
 #define KEMPE_VERSION_MAJOR 0
@@ -219,8 +226,6 @@ KEMPE_API kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory
 /** Writes text to a file whole or not at all (through a temporary file in the same folder, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 
 #endif

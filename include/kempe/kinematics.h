@@ -15,9 +15,7 @@
 
 #include <kempe/table.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** NULL and 0: the default. */
 typedef struct kempe_kinematics_options {
@@ -61,7 +59,5 @@ KEMPE_API kempe_status kempe_kinematics_table(const kempe_kinematics *kinematics
  * KEMPE_E_FAILED: the model has no position outputs, or there is no row. */
 KEMPE_API kempe_status kempe_kinematics_write_svg(const kempe_kinematics *kinematics, const char *path);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

@@ -18,9 +18,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** NULL takes the default. Lists are comma-separated. */
 typedef struct kempe_linearize_options {
@@ -82,7 +80,5 @@ KEMPE_API kempe_status kempe_linearization_print(const kempe_linearization *line
 /** Writes all matrices and names for NumPy in one .npz, whole or not at all. */
 KEMPE_API kempe_status kempe_linearization_write_npz(const kempe_linearization *linearization, const char *path);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

@@ -17,9 +17,7 @@
 
 #include <kempe/table.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** Options; all may be zero. */
 typedef struct kempe_modes_options {
@@ -67,7 +65,5 @@ KEMPE_API kempe_status kempe_modes_write_svg(const kempe_modes *modes, const cha
 /** Writes a self-contained HTML page: the modes, and an animation of each. KEMPE_E_IO as kempe_report_check. */
 KEMPE_API kempe_status kempe_modes_write_report(kempe_modes *modes, const char *path);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

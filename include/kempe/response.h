@@ -16,9 +16,7 @@
 
 #include <kempe/table.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** NULL and 0 take the default. Lists as in kempe/linearize.h, here with at least one input. */
 typedef struct kempe_response_options {
@@ -51,7 +49,5 @@ KEMPE_API kempe_status kempe_response_table(const kempe_response *response, cons
 /** Draws amplitudes and phases over the frequency (SVG). */
 KEMPE_API kempe_status kempe_response_write_svg(const kempe_response *response, const char *path);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

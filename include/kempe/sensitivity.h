@@ -16,9 +16,7 @@
 
 #include <kempe/table.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** Options; zeros and NULL mean defaults. */
 typedef struct kempe_sensitivity_options {
@@ -63,7 +61,5 @@ KEMPE_API kempe_status kempe_sensitivity_print(const kempe_sensitivity *sensitiv
 KEMPE_API kempe_status kempe_sensitivity_table(const kempe_sensitivity *sensitivity, const char *name,
                                                kempe_table **table);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

@@ -7,9 +7,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** A new value of a model parameter: an expression as in the file ("0.3", "7800 kg/m^3", "2*L1"). */
 typedef struct kempe_setting {
@@ -37,7 +35,5 @@ KEMPE_API kempe_status kempe_model_set_closure_tolerance(kempe_model *model, dou
 KEMPE_API kempe_status kempe_system_new_with_algorithm(const kempe_model *model, const char *dynamics,
                                                        kempe_system **system);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

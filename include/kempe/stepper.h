@@ -25,9 +25,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 typedef struct kempe_stepper kempe_stepper;
 
@@ -69,7 +67,5 @@ KEMPE_API kempe_work kempe_stepper_work(const kempe_stepper *stepper);
 /** Reason of the last failure or stop as a sentence; "" if there is none. */
 KEMPE_API const char *kempe_stepper_reason(const kempe_stepper *stepper);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

@@ -16,9 +16,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 /** A table (kempe.h) is a copy: it stays when the result that gave it is freed. The context must outlive it. */
 KEMPE_API void kempe_table_free(kempe_table *table);
@@ -50,7 +48,5 @@ KEMPE_API kempe_status kempe_table_print(const kempe_table *table, kempe_format 
  * and an array of text for each column of words). KEMPE_E_ARGUMENT: another ending. */
 KEMPE_API kempe_status kempe_table_write(const kempe_table *table, const char *path);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif

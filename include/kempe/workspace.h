@@ -27,9 +27,7 @@
 
 #include <kempe/kempe.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+KEMPE_BEGIN
 
 typedef struct kempe_workspace kempe_workspace;
 
@@ -73,7 +71,5 @@ KEMPE_API kempe_status kempe_workspace_forward_dynamics(kempe_workspace *workspa
 KEMPE_API kempe_status kempe_workspace_close(kempe_workspace *workspace, double t, double *q, double *qd,
                                              const int *hold);
 
-#ifdef __cplusplus
-}
-#endif
+KEMPE_END
 #endif
