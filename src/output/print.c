@@ -4,6 +4,11 @@
 #include <math.h>
 #include <string.h>
 
+bool kmp_has_result(kempe_status status)
+{
+    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
+}
+
 const char *kmp_status_word(kempe_status status)
 {
     return status == KEMPE_OK ? "ok" : status == KEMPE_STOPPED ? "stopped" : "failed";

@@ -8,6 +8,9 @@
 #include "integrators/run/run.h"
 #include "output/verdict.h"
 
+/** True if a status comes with a result: complete, stopped or failed with a reason. */
+bool kmp_has_result(kempe_status status);
+
 /** "ok", "stopped" or "failed". */
 const char *kmp_status_word(kempe_status status);
 

@@ -24,11 +24,6 @@ static void release(detail *d)
     kmp_free(d->run);
 }
 
-static bool may_go_on(kempe_status status)
-{
-    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
-}
-
 /* A run that ended well ends well again; one that is interrupted is shown as far as it came. */
 static kempe_status record_runs(const kempe_comparison *c, detail *d)
 {
@@ -40,7 +35,7 @@ static kempe_status record_runs(const kempe_comparison *c, detail *d)
                 c->runs[d->run[k]].rtol);
         kempe_status status = kmp_record_make(c, d->run[k], c->t_end, &d->records[d->count]);
         d->count += status == KEMPE_OK || status == KEMPE_STOPPED;
-        if (!may_go_on(status))
+        if (!kmp_has_result(status))
             return status;
     }
     return KEMPE_OK;
@@ -58,7 +53,7 @@ static kempe_status record_start(const kempe_comparison *c, kmp_record *record)
         status = kmp_fail_memory(c->system->context);
     kempe_assembly_free(start);
     kmp_free(zero);
-    return may_go_on(status) ? KEMPE_OK : status;
+    return kmp_has_result(status) ? KEMPE_OK : status;
 }
 
 /* A long run is shown from its beginning, as long as the eye can follow. */
@@ -75,7 +70,7 @@ static kempe_status record_picture(const kempe_comparison *c, detail *d, const k
     kempe_status status = kmp_record_make(c, d->records[0].run, t_end, &d->picture);
     if (status == KEMPE_OK || status == KEMPE_STOPPED)
         *picture = &d->picture;
-    return may_go_on(status) ? KEMPE_OK : status;
+    return kmp_has_result(status) ? KEMPE_OK : status;
 }
 
 static kempe_status make_page(const kempe_comparison *c, detail *d, const char *path)

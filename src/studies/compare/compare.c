@@ -194,7 +194,7 @@ kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compar
     if (c->arena.failed)
         status = kmp_fail_memory(j.context);
     release(&j);
-    if (kmp_compare_has_result(status))
+    if (kmp_has_result(status))
         *comparison = c;
     else
         kempe_comparison_free(c);

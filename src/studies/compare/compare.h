@@ -110,9 +110,6 @@ typedef struct kmp_compare_job {
 kempe_status kmp_compare_once(kmp_compare_job *job, const kmp_method *way, double rtol, const kmp_times *times,
                               double limit_s, kmp_samples *table, kmp_run_report *report);
 
-/** True if a status comes with a result: complete, stopped or failed with a reason. */
-bool kmp_compare_has_result(kempe_status status);
-
 /** Determines by a few coarse runs if the model is stiff. */
 kempe_status kmp_compare_probe(kmp_compare_job *job, bool *stiff);
 

@@ -20,11 +20,6 @@ enum { MOST_REPEATS = 5, SOME_REPEATS = 3 };
 
 /* -- one run ----------------------------------------------------------------------------------------- */
 
-bool kmp_compare_has_result(kempe_status status)
-{
-    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
-}
-
 kempe_status kmp_compare_once(kmp_compare_job *j, const kmp_method *way, double rtol, const kmp_times *times,
                               double limit_s, kmp_samples *table, kmp_run_report *report)
 {
@@ -113,7 +108,7 @@ static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_
         status = time_run(j, run);
     }
     run->reason = take_reason(j, &run->report);
-    if (!kmp_compare_has_result(status))
+    if (!kmp_has_result(status))
         return status;
     if (status != KEMPE_OK)
         run->verdict = kmp_verdict_none();

@@ -42,7 +42,7 @@ static kempe_status count_steps(kmp_compare_job *j, const kmp_method *way, doubl
     *steps = status == KEMPE_OK ? report.steps : -1;
     kmp_free(report.reason);
     kmp_samples_free(&table);
-    return kmp_compare_has_result(status) ? KEMPE_OK : status;
+    return kmp_has_result(status) ? KEMPE_OK : status;
 }
 
 kempe_status kmp_compare_probe(kmp_compare_job *j, bool *stiff)

@@ -292,11 +292,6 @@ static kempe_status judge(kempe_trajectory *t, job *j)
     return status;
 }
 
-static bool has_result(kempe_status status)
-{
-    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
-}
-
 /* The target of rows: the table, and every few seconds the table goes into the checkpoint. */
 typedef struct sink {
     kempe_trajectory *t;
@@ -350,16 +345,16 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     if (!t)
         return kmp_fail_memory(j->context);
     kempe_status status = integrate(j, t);
-    if (has_result(status)) {
+    if (kmp_has_result(status)) {
         t->status = status;
         status = settle_reason(t, j->context);
     }
-    kempe_status judged = has_result(status) ? judge(t, j) : KEMPE_OK;
+    kempe_status judged = kmp_has_result(status) ? judge(t, j) : KEMPE_OK;
     status = judged == KEMPE_OK ? status : judged;
     if (status == KEMPE_OK && !j->run->no_convergence_check)
         status = run_again(t, j);
     t->warnings = kmp_context_warnings(j->context);
-    if (has_result(status))
+    if (kmp_has_result(status))
         *trajectory = t;
     else
         kempe_trajectory_free(t);
