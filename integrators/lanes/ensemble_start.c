@@ -291,20 +291,14 @@ static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_sta
     while (row && status == KEMPE_OK && kmp_runner_t(run) < e->spec.t_end)
         status = kmp_runner_step(run);
     kmp_runner_report(run, &report);
-    *result = (kmp_ensemble_result){.status = status,
-                                    .reason = report.reason,
-                                    .alone = true,
-                                    .why = result->why,
-                                    .rates_changed = result->rates_changed,
-                                    .t = report.t,
-                                    .steps = report.steps,
-                                    .rejected = report.rejected,
-                                    .refused = report.refused,
-                                    .rhs = report.rhs,
-                                    .exchanges = report.exchanges,
-                                    .h = NAN,
-                                    .hdot = NAN,
-                                    .drift = NAN};
+    result->status = status;
+    result->reason = report.reason;
+    result->t = report.t;
+    result->steps = report.steps;
+    result->rejected = report.rejected;
+    result->refused = report.refused;
+    result->rhs = report.rhs;
+    result->exchanges = report.exchanges;
     if (row && run->solver && kmp_runner_row(run, report.t, row, &work) == KEMPE_OK) {
         kmp_eval_closure(e->eval, report.t, row);
         judge(e, i, report.t, row, row + n, work);

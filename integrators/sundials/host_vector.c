@@ -37,30 +37,27 @@ static double square(double x, double w)
     return x * w * (x * w);
 }
 
-/* Sum of the squares of x w. */
-KMP_CLONES static double squares(ptrdiff_t n, const double *x, const double *w)
+/* Sum of the squares of x w, over entries with positive `mask` (NULL: all). */
+static KMP_INTO_CLONES double sum_squares(ptrdiff_t n, const double *x, const double *w, const double *mask)
 {
     double part[LANES] = {0};
     ptrdiff_t whole = n - n % LANES;
     for (ptrdiff_t i = 0; i < whole; i += LANES)
         for (int k = 0; k < LANES; k++)
-            part[k] += square(x[i + k], w[i + k]);
+            part[k] += !mask || mask[i + k] > 0 ? square(x[i + k], w[i + k]) : 0;
     for (ptrdiff_t i = whole; i < n; i++)
-        part[i - whole] += square(x[i], w[i]);
+        part[i - whole] += !mask || mask[i] > 0 ? square(x[i], w[i]) : 0;
     return total(part);
 }
 
-/* Sum of the squares of x w over entries with positive `mask`. */
+KMP_CLONES static double squares(ptrdiff_t n, const double *x, const double *w)
+{
+    return sum_squares(n, x, w, NULL);
+}
+
 KMP_CLONES static double squares_where(ptrdiff_t n, const double *x, const double *w, const double *mask)
 {
-    double part[LANES] = {0};
-    ptrdiff_t whole = n - n % LANES;
-    for (ptrdiff_t i = 0; i < whole; i += LANES)
-        for (int k = 0; k < LANES; k++)
-            part[k] += mask[i + k] > 0 ? square(x[i + k], w[i + k]) : 0;
-    for (ptrdiff_t i = whole; i < n; i++)
-        part[i - whole] += mask[i] > 0 ? square(x[i], w[i]) : 0;
-    return total(part);
+    return sum_squares(n, x, w, mask);
 }
 
 /* z = sum of a[k] x[k] over count >= 1 vectors; z may be any of them */

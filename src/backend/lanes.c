@@ -21,16 +21,11 @@ int kmp_lanes_best(void)
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-/* The form of so many lanes that runs here. */
-static bool find_form(int width, kmp_x86_form *form)
+/* True if machine code of so many lanes runs here. */
+static bool has_form(int width)
 {
-    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT};
-    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++)
-        if (kmp_x86_width(forms[k]) == width) {
-            *form = forms[k];
-            return kmp_x86_runs(forms[k]);
-        }
-    return false;
+    bool exists = width == KMP_X86_ONE || width == KMP_X86_FOUR || width == KMP_X86_EIGHT;
+    return exists && kmp_x86_runs((kmp_x86_form)width);
 }
 
 /* Constants in all lanes. */
@@ -50,12 +45,11 @@ static bool spread(kmp_lanes *lanes)
 static bool make(kmp_lanes *lanes, const kmp_program *p, bool plain)
 {
     kmp_layout layout = {0};
-    kmp_x86_form form;
     bool ok =
         kmp_layout_init(&layout, &lanes->frame, p, kmp_code_is_straight, 0, plain ? NULL : &kmp_backend_native, NULL) &&
         kmp_code_list(&lanes->code, &layout) && spread(lanes);
-    if (ok && !plain && find_form(lanes->width, &form))
-        ok = kmp_code_write(&lanes->code, &layout, form);
+    if (ok && !plain && has_form(lanes->width))
+        ok = kmp_code_write(&lanes->code, &layout, (kmp_x86_form)lanes->width);
     kmp_layout_free(&layout);
     return ok;
 }

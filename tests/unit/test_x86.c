@@ -64,7 +64,7 @@ static bool same_bits(double a, double b)
 static int wrong_bits(kmp_x86_form form, int count, routine *run)
 {
     static double v[SLOTS * WIDEST], expected[SLOTS * WIDEST];
-    int wide = kmp_x86_width(form), bad = 0;
+    int wide = (int)form, bad = 0;
     for (int k = 0; k < SLOTS * wide; k++)
         v[k] = expected[k] = k < LEAVES * wide ? between(-2, 2) : NAN;
     for (int k = 0; k < count; k++)
@@ -103,14 +103,15 @@ static void one_program(kmp_x86_form form, int count, int reach)
 
 static void every_form(void)
 {
-    for (int form = KMP_X86_ONE; form <= KMP_X86_EIGHT; form++) {
-        if (!kmp_x86_runs((kmp_x86_form)form)) {
-            printf("skipped: the form of %d doubles does not run here\n", kmp_x86_width((kmp_x86_form)form));
+    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT};
+    for (int f = 0; f < 3; f++) {
+        if (!kmp_x86_runs(forms[f])) {
+            printf("skipped: the form of %d doubles does not run here\n", (int)forms[f]);
             continue;
         }
         random_seed(7);
         for (int k = 0; k < 200; k++)
-            one_program((kmp_x86_form)form, 1 + pick(MOST), 1 + pick(60));
+            one_program(forms[f], 1 + pick(MOST), 1 + pick(60));
     }
 }
 

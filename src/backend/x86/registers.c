@@ -48,7 +48,7 @@ static void find_uses(kmp_registers *r, uint32_t count, const kmp_straight *oper
 
 static int32_t place(const writer *w, uint32_t slot)
 {
-    return (int32_t)(8 * (uint32_t)kmp_x86_width(w->c->form) * slot);
+    return (int32_t)(8 * (uint32_t)w->c->form * slot);
 }
 
 static void forget(kmp_registers *r, int reg)

@@ -104,18 +104,11 @@ void kmp_x86_return(kmp_x86 *c)
 bool kmp_x86_runs(kmp_x86_form form)
 {
 #if defined(__x86_64__) && defined(__GNUC__) && defined(__unix__)
-    return form == KMP_X86_ONE    ? __builtin_cpu_supports("avx")
-           : form == KMP_X86_FOUR ? __builtin_cpu_supports("avx")
-                                  : __builtin_cpu_supports("avx512f");
+    return form == KMP_X86_EIGHT ? __builtin_cpu_supports("avx512f") : __builtin_cpu_supports("avx");
 #else
     (void)form;
     return false;
 #endif
-}
-
-int kmp_x86_width(kmp_x86_form form)
-{
-    return form == KMP_X86_ONE ? 1 : form == KMP_X86_FOUR ? 4 : 8;
 }
 
 void kmp_x86_free(kmp_x86 *c)

@@ -12,7 +12,8 @@
 
 enum { KMP_X86_REGISTERS = 16 };
 
-typedef enum kmp_x86_form { KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT } kmp_x86_form;
+/** A form is its number of doubles. */
+typedef enum kmp_x86_form { KMP_X86_ONE = 1, KMP_X86_FOUR = 4, KMP_X86_EIGHT = 8 } kmp_x86_form;
 
 /** An operation is its opcode. */
 typedef enum kmp_x86_op {
@@ -42,8 +43,6 @@ void kmp_x86_return(kmp_x86 *c);
 
 /** True if this machine runs the form. */
 bool kmp_x86_runs(kmp_x86_form form);
-/** The number of doubles. */
-int kmp_x86_width(kmp_x86_form form);
 
 void kmp_x86_free(kmp_x86 *c);
 
