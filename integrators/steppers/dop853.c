@@ -76,15 +76,6 @@ static int prepare_dense(kmp_rk *s)
     return KMP_GO;
 }
 
-static void interpolate(const kmp_rk *s, double x, double *y)
-{
-    double z = 1.0 - x, *const *r = s->interpolant;
-    for (int i = 0; i < s->base.ode.n; i++) {
-        double high = r[4][i] + x * (r[5][i] + z * (r[6][i] + x * r[7][i]));
-        y[i] = r[0][i] + x * (r[1][i] + z * (r[2][i] + x * (r[3][i] + z * high)));
-    }
-}
-
 const kmp_rk_method kmp_dop853 = {.stages = STAGES,
                                   .end = 13,
                                   .interpolants = 8,
@@ -94,7 +85,6 @@ const kmp_rk_method kmp_dop853 = {.stages = STAGES,
                                   .grow = 6.0,
                                   .run = run,
                                   .error = solution_and_error,
-                                  .prepare_dense = prepare_dense,
-                                  .interpolate = interpolate};
+                                  .prepare_dense = prepare_dense};
 
 KMP_RK_SOLVER(dop853, true);

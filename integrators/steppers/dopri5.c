@@ -62,13 +62,6 @@ static int prepare_dense(kmp_rk *s)
     return KMP_GO;
 }
 
-static void interpolate(const kmp_rk *s, double x, double *y)
-{
-    double z = 1.0 - x, *const *r = s->interpolant;
-    for (int i = 0; i < s->base.ode.n; i++)
-        y[i] = r[0][i] + x * (r[1][i] + z * (r[2][i] + x * (r[3][i] + z * r[4][i])));
-}
-
 const kmp_rk_method kmp_dopri5 = {.stages = STAGES,
                                   .end = 7,
                                   .ends_with_derivative = true,
@@ -79,7 +72,6 @@ const kmp_rk_method kmp_dopri5 = {.stages = STAGES,
                                   .grow = 10.0,
                                   .run = run,
                                   .error = error_of,
-                                  .prepare_dense = prepare_dense,
-                                  .interpolate = interpolate};
+                                  .prepare_dense = prepare_dense};
 
 KMP_RK_SOLVER(dopri5, false);

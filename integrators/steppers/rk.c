@@ -167,6 +167,18 @@ void kmp_rk_begin_dense(kmp_rk *s)
     }
 }
 
+static void interpolate(const kmp_rk *s, double x, double *y)
+{
+    double *const *r = s->interpolant;
+    int n = s->base.ode.n, last = s->method->interpolants - 1;
+    memcpy(y, r[last], (size_t)n * sizeof *y);
+    for (int j = last; j-- > 0;) {
+        double factor = j % 2 ? 1.0 - x : x;
+        for (int i = 0; i < n; i++)
+            y[i] = r[j][i] + factor * y[i];
+    }
+}
+
 kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
 {
     kmp_rk *s = solver;
@@ -179,6 +191,6 @@ kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
     s->dense_ready = s->dense_ready || s->method->prepare_dense(s) == KMP_GO;
     if (!s->dense_ready)
         return KEMPE_E_FAILED;
-    s->method->interpolate(s, (t - s->base.t_old) / s->taken, y);
+    interpolate(s, (t - s->base.t_old) / s->taken, y);
     return KEMPE_OK;
 }

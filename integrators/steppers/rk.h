@@ -38,9 +38,9 @@ typedef struct kmp_rk_method {
     /* Puts the new y into y_old (temporarily), sets the weights w, and returns the error: 1 is at the tolerance. */
     double (*error)(kmp_rk *s, double h);
 
-    /* Prepares the interpolant of the last step; evaluates it at t_old + x taken. */
+    /* Prepares the interpolant of the last step: vectors r of the polynomial r0 + x (r1 + z (r2 + x (r3 + ...))), with
+     * z = 1 - x, at t_old + x taken. */
     int (*prepare_dense)(kmp_rk *s);
-    void (*interpolate)(const kmp_rk *s, double x, double *y);
 } kmp_rk_method;
 
 extern const kmp_rk_method kmp_dop853; /* order 8, dense output of order 7 */
