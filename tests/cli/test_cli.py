@@ -1518,7 +1518,7 @@ class Compare(Case):
     def test_budget(self):
         done = self.expect(0, "compare", ANDREWS, "--rtol", "1e-4", "--budget", "1e-9")
         self.assertIn("increase --budget", done.stdout)
-        self.assertIn("needs a positive number", self.expect(3, "compare", ANDREWS, "--budget", "0").stderr)
+        self.assertIn("needs a positive time", self.expect(3, "compare", ANDREWS, "--budget", "0").stderr)
 
     def test_open_mechanism(self):
         for words in ([], ["--json", "-"]):
