@@ -7,15 +7,17 @@
  *     kempe_contact_options ask = {.sweep = "y=0:10 mm:21", .hold = "yaw"};
  *     kempe_contact_table *table;
  *     kempe_contact_table_new(system, &ask, &table);
- *     for (int k = 0; k < kempe_contact_table_row_count(table); k++)
- *         show(kempe_contact_table_value(table, k), kempe_contact_table_patch(table, k, wheel, zone));
+ *     kempe_table *rows;
+ *     kempe_contact_table_table(table, "rows", &rows);
+ *     for (int k = 0; k < kempe_table_row_count(rows); k++)
+ *         show(kempe_table_word(rows, k, 1), kempe_table_number(rows, k, kempe_table_find(rows, "normal")));
  *
  * The laws themselves, without a model, are in contact.h.
  */
 #ifndef KEMPE_CONTACT_TABLE_H
 #define KEMPE_CONTACT_TABLE_H
 
-#include <kempe/kempe.h>
+#include <kempe/table.h>
 
 KEMPE_BEGIN
 
@@ -66,24 +68,17 @@ KEMPE_API void kempe_contact_table_free(kempe_contact_table *table);
 KEMPE_API const char *kempe_contact_table_status(const kempe_contact_table *table);
 KEMPE_API const char *kempe_contact_table_reason(const kempe_contact_table *table);
 
-/** The number of values reached; the k-th value of the first NAME in `sweep`, SI; q and qd at that value (n each, owned
- * by the table). NaN and NULL for a k that does not exist. */
-KEMPE_API int kempe_contact_table_row_count(const kempe_contact_table *table);
-KEMPE_API double kempe_contact_table_value(const kempe_contact_table *table, int k);
-KEMPE_API const double *kempe_contact_table_q(const kempe_contact_table *table, int k);
-KEMPE_API const double *kempe_contact_table_qd(const kempe_contact_table *table, int k);
-
-/** The wheels, the zones of a wheel, and a patch: owned by the table, NULL for an index that does not exist. */
-KEMPE_API int kempe_contact_table_wheel_count(const kempe_contact_table *table);
-KEMPE_API const char *kempe_contact_table_wheel(const kempe_contact_table *table, int wheel);
+/** The zones of a wheel, and a patch at the k-th value: owned by the table, NULL for an index that does not exist. */
 KEMPE_API int kempe_contact_table_zone_count(const kempe_contact_table *table, int wheel);
 KEMPE_API const kempe_contact_patch *kempe_contact_table_patch(const kempe_contact_table *table, int k, int wheel,
                                                                int zone);
 
 KEMPE_API kempe_status kempe_contact_table_print(const kempe_contact_table *table, kempe_format format, char **text);
 
-/** Writes a CSV file with a row for each value, wheel and zone, after a comment with the units; whole or not at all. */
-KEMPE_API kempe_status kempe_contact_table_write_csv(const kempe_contact_table *table, const char *path);
+/** The tables "rows", a row for each value, wheel and zone with the numbers of its patch, and "states", a row for each
+ * value with q and qd, SI. Free a table with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
+KEMPE_API kempe_status kempe_contact_table_table(const kempe_contact_table *contacts, const char *name,
+                                                 kempe_table **table);
 
 /** Writes an SVG picture. It shows the profile of each wheel on the rail, with the points that touch joined at every
  * value. Rolling radius, contact angle, normal force and forces are plotted over the values. */

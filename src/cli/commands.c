@@ -63,7 +63,7 @@
 
 TABLE(kempe_kinematics, "rows")
 WRITER(kempe_kinematics_write_svg)
-WRITER(kempe_contact_table_write_csv)
+TABLE(kempe_contact_table, "rows")
 WRITER(kempe_contact_table_write_svg)
 TABLE(kempe_trajectory, "rows")
 TABLE(kempe_inverse, "rows")
@@ -89,7 +89,7 @@ STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result
 STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinematics, result),
       {AT(output), kempe_kinematics_write_table}, {AT(svg), any_kempe_kinematics_write_svg})
 STUDY(contact, kempe_contact_table, kempe_contact_table_new(j->system, &s->contact, result),
-      {AT(output), any_kempe_contact_table_write_csv}, {AT(svg), any_kempe_contact_table_write_svg})
+      {AT(output), kempe_contact_table_write_table}, {AT(svg), any_kempe_contact_table_write_svg})
 STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result),
       {AT(output), kempe_trajectory_write_table})
 STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result),

@@ -18,8 +18,8 @@ static char unknown_word[] = "";
 
 struct kempe_table {
     kempe_context *context;
-    kmp_arena arena; /* names and words */
-    const char *name;
+    kmp_arena arena;                                /* names and words */
+    const char *name, *comment;                     /* comment NULL: the units */
     int columns, column_room, rows, row_room, next; /* next: cell of the last row */
     bool failed;
     table_column *column;
@@ -111,6 +111,15 @@ static bool grow(kempe_table *t)
     }
     t->row_room = room;
     return true;
+}
+
+void kmp_tabulate_comment(kempe_table *table, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    if (is_usable(table))
+        table->comment = kmp_arena_vprintf(&table->arena, format, arguments);
+    va_end(arguments);
 }
 
 void kmp_tabulate_row(kempe_table *table)
@@ -291,7 +300,9 @@ static void csv_cell(kmp_text *text, const table_column *c, int row)
 
 static void put_csv(kmp_text *text, const kempe_table *t)
 {
-    if (has_units(t)) {
+    if (t->comment) {
+        kmp_text_printf(text, "# %s\n", t->comment);
+    } else if (has_units(t)) {
         for (int c = 0; c < t->columns; c++)
             kmp_text_printf(text, "%s%s", c ? "," : "# units: ", kempe_table_unit(t, c));
         kmp_text_put(text, "\n");

@@ -31,6 +31,9 @@ void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_q
 /** Columns more: names with blanks between. */
 void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *names);
 
+/** A comment that the CSV has in place of the line of units. */
+void kmp_tabulate_comment(kempe_table *table, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
 /** A row more, whose cells are unknown. */
 void kmp_tabulate_row(kempe_table *table);
 

@@ -60,8 +60,12 @@ static kempe_status shift_wheels(scene *s)
         untouched(status, text);
         kempe_text_free(text);
     }
+    kempe_table *rows = NULL;
     if (status == KEMPE_OK)
-        status = kempe_contact_table_write_csv(table, file);
+        status = kempe_contact_table_table(table, "rows", &rows);
+    if (status == KEMPE_OK)
+        status = kempe_table_write(rows, file);
+    kempe_table_free(rows);
     if (status == KEMPE_OK)
         status = kempe_contact_table_write_svg(table, file);
     kempe_contact_table_free(table);

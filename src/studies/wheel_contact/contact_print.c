@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A table of contacts as text, JSON and CSV. */
-#include "base/file.h"
 #include "output/print.h"
+#include "output/result_table.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include <kempe/contact.h>
 #include <kempe/contact_table.h>
@@ -39,10 +39,9 @@ static void say_holds(kmp_text *text, const kempe_contact_table *t)
     for (int k = 0; k < t->hold_count; k++) {
         int c = t->hold[k].coordinate;
         const char *unit = kmp_print_unit(t->system, c);
-        const double *qd = kempe_contact_table_qd(t, 0);
         if (t->hold[k].how == KMP_RATE_FREED)
             kmp_text_printf(text, "  %s turns at the rate without driving torque, at first %.6g %s/s\n",
-                            model->motions[c].name, qd ? qd[c] : NAN, unit);
+                            model->motions[c].name, t->count ? t->qd[c] : NAN, unit);
         else if (t->hold[k].rate != 0)
             kmp_text_printf(text, "  %s turns at the prescribed rate %.6g %s/s\n", model->motions[c].name,
                             t->hold[k].rate, unit);
@@ -156,8 +155,8 @@ static void put_row(kmp_json *json, const kempe_contact_table *t, int row)
 {
     kmp_json_object(json, NULL);
     kmp_json_number(json, "value", t->value[row]);
-    kmp_print_entries(json, "q", t->system, KMP_QUANTITY_Q, kempe_contact_table_q(t, row));
-    kmp_print_entries(json, "qd", t->system, KMP_QUANTITY_QD, kempe_contact_table_qd(t, row));
+    kmp_print_entries(json, "q", t->system, KMP_QUANTITY_Q, t->q + (ptrdiff_t)row * t->system->n);
+    kmp_print_entries(json, "qd", t->system, KMP_QUANTITY_QD, t->qd + (ptrdiff_t)row * t->system->n);
     kmp_json_object(json, "wheels");
     for (int w = 0; w < t->wheel_count; w++) {
         kmp_json_array(json, wheel_name(t, w));
@@ -193,44 +192,66 @@ kempe_status kempe_contact_table_print(const kempe_contact_table *t, kempe_forma
     return kmp_print_result(t->given->context, format == KEMPE_JSON ? show_json : show_all, t, out);
 }
 
-/* -- CSV --------------------------------------------------------------------------------------------- */
+/* -- tables ------------------------------------------------------------------------------------------ */
 
-static void put_cells(kmp_text *text, int count, const double *x)
-{
-    for (int k = 0; k < count; k++) {
-        kmp_text_put(text, ",");
-        if (isfinite(x[k]))
-            kmp_text_number(text, x[k]);
-    }
-}
-
-static void put_line(kmp_text *text, const kempe_contact_table *t, int row, int wheel, int zone)
+static void fill_row(kempe_table *to, const kempe_contact_table *t, int row, int wheel, int zone)
 {
     const kempe_contact_patch *p = kempe_contact_table_patch(t, row, wheel, zone);
-    const double cells[] = {p->s,       p->y,       p->angle, p->radius,    p->normal,
-                            p->slip[0], p->slip[1], p->spin,  p->force[0],  p->force[1],
-                            p->moment,  p->a,       p->b,     p->by_law[0], p->by_law[1]};
-    kmp_text_number(text, t->value[row]);
-    kmp_text_printf(text, ",%s,%d,%d", wheel_name(t, wheel), zone + 1, p->touches);
-    put_cells(text, (int)(sizeof cells / sizeof *cells) - (t->has_law ? 0 : 2), cells);
-    kmp_text_put(text, p->one_ellipse < 0 ? "," : p->one_ellipse ? ",1" : ",0");
-    kmp_text_put(text, "\n");
+    const double cells[] = {zone + 1,    p->touches,  p->s,       p->y,       p->angle,
+                            p->radius,   p->normal,   p->slip[0], p->slip[1], p->spin,
+                            p->force[0], p->force[1], p->moment,  p->a,       p->b};
+    kmp_tabulate_row(to);
+    kmp_tabulate_number(to, t->value[row]);
+    kmp_tabulate_word(to, wheel_name(t, wheel));
+    kmp_tabulate_numbers(to, (int)(sizeof cells / sizeof *cells), cells);
+    kmp_tabulate_numbers(to, t->has_law ? 2 : 0, p->by_law);
+    kmp_tabulate_number(to, p->one_ellipse < 0 ? NAN : (double)p->one_ellipse);
 }
 
-kempe_status kempe_contact_table_write_csv(const kempe_contact_table *t, const char *path)
+static void fill_rows(kempe_table *to, const void *result)
 {
-    KMP_WANTED(NULL, t, "table");
-    KMP_WANTED(t->given->context, path, "path");
-    kmp_text text = {0};
-    kmp_context_clear(t->given->context);
-    kmp_text_printf(&text,
-                    "# %s: units m, rad, N, 1/m, N m; %s in %s\n%s,wheel,zone,touches,s,y,angle,radius,normal,slip.x,"
-                    "slip.y,spin,force.x,force.y,moment,a,b%s\n",
-                    t->system->model->name, t->over.range[0].name, *unit_of(t) ? unit_of(t) : "SI",
-                    t->over.range[0].name, t->has_law ? ",by_law.x,by_law.y,one_ellipse" : ",one_ellipse");
+    const kempe_contact_table *t = result;
+    const char *over = t->over.range[0].name;
+    kmp_tabulate_comment(to, "%s: units m, rad, N, 1/m, N m; %s in %s", t->system->model->name, over,
+                         *unit_of(t) ? unit_of(t) : "SI");
+    kmp_tabulate_column(to, unit_of(t), "%s", over);
+    kmp_tabulate_column(to, NULL, "wheel");
+    kmp_tabulate_columns(to, "", "zone touches");
+    kmp_tabulate_columns(to, "m", "s y");
+    kmp_tabulate_columns(to, "rad", "angle");
+    kmp_tabulate_columns(to, "m", "radius");
+    kmp_tabulate_columns(to, "N", "normal");
+    kmp_tabulate_columns(to, "", "slip.x slip.y");
+    kmp_tabulate_columns(to, "1/m", "spin");
+    kmp_tabulate_columns(to, "N", "force.x force.y");
+    kmp_tabulate_columns(to, "N m", "moment");
+    kmp_tabulate_columns(to, "m", "a b");
+    kmp_tabulate_columns(to, "N", t->has_law ? "by_law.x by_law.y" : "");
+    kmp_tabulate_columns(to, "", "one_ellipse");
     for (int row = 0; row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++)
             for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++)
-                put_line(&text, t, row, w, z);
-    return kmp_file_write(t->given->context, path, &text);
+                fill_row(to, t, row, w, z);
+}
+
+static void fill_states(kempe_table *to, const void *result)
+{
+    const kempe_contact_table *t = result;
+    int n = t->system->n;
+    kmp_tabulate_column(to, unit_of(t), "%s", t->over.range[0].name);
+    kmp_tabulate_quantity(to, t->system, KMP_QUANTITY_Q);
+    kmp_tabulate_quantity(to, t->system, KMP_QUANTITY_QD);
+    for (int row = 0; row < t->count; row++) {
+        kmp_tabulate_row(to);
+        kmp_tabulate_number(to, t->value[row]);
+        kmp_tabulate_numbers(to, n, t->q + (ptrdiff_t)row * n);
+        kmp_tabulate_numbers(to, n, t->qd + (ptrdiff_t)row * n);
+    }
+}
+
+kempe_status kempe_contact_table_table(const kempe_contact_table *t, const char *name, kempe_table **table)
+{
+    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"states", fill_states}, {0}};
+    KMP_WANTED(NULL, t, "contact table");
+    return kmp_tabulate_result(t->given->context, kinds, t, name, table);
 }

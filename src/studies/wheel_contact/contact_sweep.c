@@ -323,62 +323,16 @@ const char *kempe_contact_table_reason(const kempe_contact_table *t)
     return t->reason ? t->reason : "";
 }
 
-int kempe_contact_table_row_count(const kempe_contact_table *t)
-{
-    KMP_GIVEN(t, 0);
-    return t->count;
-}
-
-static bool is_row(const kempe_contact_table *t, int k)
-{
-    return k >= 0 && k < t->count;
-}
-
-double kempe_contact_table_value(const kempe_contact_table *t, int k)
-{
-    KMP_GIVEN(t, NAN);
-    return is_row(t, k) ? t->value[k] : NAN;
-}
-
-const double *kempe_contact_table_q(const kempe_contact_table *t, int k)
-{
-    KMP_GIVEN(t, NULL);
-    return is_row(t, k) ? t->q + (ptrdiff_t)k * t->system->n : NULL;
-}
-
-const double *kempe_contact_table_qd(const kempe_contact_table *t, int k)
-{
-    KMP_GIVEN(t, NULL);
-    return is_row(t, k) ? t->qd + (ptrdiff_t)k * t->system->n : NULL;
-}
-
-int kempe_contact_table_wheel_count(const kempe_contact_table *t)
-{
-    KMP_GIVEN(t, 0);
-    return t->wheel_count;
-}
-
-static bool is_wheel(const kempe_contact_table *t, int wheel)
-{
-    return wheel >= 0 && wheel < t->wheel_count;
-}
-
-const char *kempe_contact_table_wheel(const kempe_contact_table *t, int wheel)
-{
-    KMP_GIVEN(t, NULL);
-    return is_wheel(t, wheel) ? t->system->model->wheels[wheel].name : NULL;
-}
-
 int kempe_contact_table_zone_count(const kempe_contact_table *t, int wheel)
 {
     KMP_GIVEN(t, 0);
-    return is_wheel(t, wheel) ? t->first[wheel + 1] - t->first[wheel] : 0;
+    return wheel >= 0 && wheel < t->wheel_count ? t->first[wheel + 1] - t->first[wheel] : 0;
 }
 
 const kempe_contact_patch *kempe_contact_table_patch(const kempe_contact_table *t, int k, int wheel, int zone)
 {
     KMP_GIVEN(t, NULL);
-    if (!is_row(t, k) || zone < 0 || zone >= kempe_contact_table_zone_count(t, wheel))
+    if (k < 0 || k >= t->count || zone < 0 || zone >= kempe_contact_table_zone_count(t, wheel))
         return NULL;
     return t->patch + (ptrdiff_t)k * t->first[t->wheel_count] + t->first[wheel] + zone;
 }
