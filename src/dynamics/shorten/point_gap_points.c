@@ -225,11 +225,11 @@ kmp_derivative *kmp_gap_along(kmp_gaps *s, int count, const kmp_ref *leaf, const
     return s->derivative;
 }
 
-bool kmp_gap_derive_sides(kmp_gaps *s)
+void kmp_gap_derive_sides(kmp_gaps *s)
 {
     kmp_equations *eq = s->eq;
     kmp_derivative *dt = kmp_time_derivative(&eq->tree);
-    for (int i = 0; dt && i < 2 * s->count; i++) {
+    for (int i = 0; i < 2 * s->count; i++) {
         kmp_gap_motion *m = &s->list[i / 2].side[i % 2].by[KMP_GAP_DERIVED];
         for (int k = 0; k < 3; k++) {
             m->v.x[k] = kmp_derivative_of(dt, m->x.x[k]);
@@ -237,17 +237,14 @@ bool kmp_gap_derive_sides(kmp_gaps *s)
         }
     }
     kmp_derivative_free(dt);
-    for (int k = 1; dt && k < eq->tree.count; k++) {
+    for (int k = 1; k < eq->tree.count; k++) {
         kmp_ref leaf = kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k - 1), one = KMP_ONE;
         kmp_derivative *d = kmp_gap_along(s, 1, &leaf, &one);
-        for (int i = 0; d && i < 2 * s->count; i++) {
+        for (int i = 0; i < 2 * s->count; i++) {
             kmp_gap_side *p = &s->list[i / 2].side[i % 2];
             bool on_path = k > p->ancestor && kmp_tree_is_above(&eq->tree, k, p->link);
             for (int j = 0; on_path && j < 3; j++)
                 p->column[k - 1].x[j] = kmp_derivative_of(d, p->by[KMP_GAP_DERIVED].x.x[j]);
         }
-        if (!d)
-            return false;
     }
-    return dt;
 }

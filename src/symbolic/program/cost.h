@@ -4,12 +4,13 @@
 #define KMP_SYMBOLIC_PROGRAM_COST_H
 
 #include "symbolic/graph.h"
+#include "symbolic/stack.h"
 
 typedef struct kmp_cost {
     const kmp_graph *graph;
     uint32_t *uses; /* of each node by outputs and used nodes */
     uint32_t nodes; /* capacity of `uses` */
-    uint32_t *stack, capacity;
+    kmp_stack stack;
     int sum_price;   /* of the sine or cosine of a sum */
     long operations; /* + - * / of the nodes in use */
     long once;       /* the part of the cost that depends on parameters alone */
