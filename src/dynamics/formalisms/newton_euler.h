@@ -14,7 +14,7 @@ typedef struct kmp_wrench {
  *  origin. */
 typedef struct kmp_movement {
     kmp_vec w, wd, alpha;
-    kmp_ref beta[3][3];
+    kmp_matrix beta;
 } kmp_movement;
 
 /** The joint forces that give the accelerations qdd[k] (motion k; all zero: the bias C): eqs. (11)-(14), (25), (27),

@@ -63,7 +63,7 @@ typedef struct scheme {
 
 static kmp_vec beta_column(const kmp_movement *m, int e)
 {
-    return (kmp_vec){{m->beta[0][e], m->beta[1][e], m->beta[2][e]}};
+    return (kmp_vec){{m->beta.x[0][e], m->beta.x[1][e], m->beta.x[2][e]}};
 }
 
 static void set_change(scheme *s, int i)

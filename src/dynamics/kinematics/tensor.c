@@ -7,6 +7,63 @@
 const int kmp_tensor_at[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 static const int row_of[6] = {0, 1, 2, 0, 0, 1}, column_of[6] = {0, 1, 2, 1, 2, 2};
 
+kmp_vec kmp_tensor_apply(kmp_graph *g, kmp_tensor t, kmp_vec a)
+{
+    kmp_vec r;
+    for (int i = 0; i < 3; i++) {
+        r.x[i] = kmp_mul(g, t.x[kmp_tensor_at[i][0]], a.x[0]);
+        for (int j = 1; j < 3; j++)
+            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, t.x[kmp_tensor_at[i][j]], a.x[j]));
+    }
+    return r;
+}
+
+kmp_tensor kmp_tensor_add(kmp_graph *g, kmp_tensor a, kmp_tensor b)
+{
+    for (int k = 0; k < 6; k++)
+        a.x[k] = kmp_add(g, a.x[k], b.x[k]);
+    return a;
+}
+
+kmp_tensor kmp_tensor_steiner(kmp_graph *g, kmp_ref m, kmp_vec a, kmp_vec b)
+{
+    kmp_vec mb = kmp_vec_scale(g, m, b);
+    kmp_ref d[3], half = kmp_const(g, 0.5);
+    kmp_tensor t;
+    for (int i = 0; i < 3; i++)
+        d[i] = kmp_mul(g, a.x[i], mb.x[i]);
+    for (int i = 0; i < 3; i++)
+        t.x[i] = kmp_add(g, d[(i + 1) % 3], d[(i + 2) % 3]);
+    for (int i = 0; i < 3; i++)
+        for (int j = i + 1; j < 3; j++) {
+            kmp_ref p = kmp_mul(g, a.x[i], mb.x[j]), q = kmp_mul(g, a.x[j], mb.x[i]);
+            t.x[kmp_tensor_at[i][j]] = kmp_neg(p == q ? p : kmp_mul(g, half, kmp_add(g, p, q)));
+        }
+    return t;
+}
+
+kmp_vec kmp_matrix_apply(kmp_graph *g, const kmp_matrix *m, bool transposed, kmp_vec v)
+{
+    kmp_vec r = kmp_vec_zero();
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, transposed ? m->x[j][i] : m->x[i][j], v.x[j]));
+    return r;
+}
+
+kmp_matrix kmp_matrix_beta(kmp_graph *g, kmp_vec w, kmp_vec wd)
+{
+    kmp_matrix beta;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        beta.x[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, w.x[j], w.x[j]), kmp_mul(g, w.x[k], w.x[k])));
+        kmp_ref ww = kmp_mul(g, w.x[i], w.x[j]);
+        beta.x[i][j] = kmp_sub(g, ww, wd.x[k]);
+        beta.x[j][i] = kmp_add(g, ww, wd.x[k]);
+    }
+    return beta;
+}
+
 typedef struct block {
     kmp_ref a, b, c, d;
 } block;

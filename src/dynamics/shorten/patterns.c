@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/shorten/patterns.h"
-#include "dynamics/shorten/origins.h"
-#include "dynamics/shorten/regroup.h"
 
 /* -- axes that stay ---------------------------------------------------------------------------------- */
 

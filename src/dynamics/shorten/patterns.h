@@ -5,7 +5,6 @@
 #ifndef KMP_DYNAMICS_SHORTEN_PATTERNS_H
 #define KMP_DYNAMICS_SHORTEN_PATTERNS_H
 
-#include "dynamics/kinematics/kinematics.h"
 #include "dynamics/shorten/variants.h"
 
 typedef struct kmp_cost_pattern {

@@ -16,7 +16,7 @@ typedef enum kmp_gap_part { KMP_GAP_PLACE, KMP_GAP_RATE, KMP_GAP_PARTS } kmp_gap
 typedef struct kmp_gap_seen {
     bool known;
     kmp_vec axes[3], origin, v, a, w, wd;
-    kmp_ref beta[3][3];
+    kmp_matrix beta;
 } kmp_gap_seen;
 
 /* The motion of a point from an ancestor. */

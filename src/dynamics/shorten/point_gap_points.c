@@ -75,28 +75,6 @@ static kmp_vec combine(kmp_graph *g, const kmp_vec axes[3], kmp_vec u)
     return r;
 }
 
-static kmp_vec apply_beta(kmp_graph *g, const kmp_gap_seen *h, kmp_vec u)
-{
-    kmp_vec r;
-    for (int i = 0; i < 3; i++) {
-        r.x[i] = kmp_mul(g, h->beta[i][0], u.x[0]);
-        for (int j = 1; j < 3; j++)
-            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, h->beta[i][j], u.x[j]));
-    }
-    return r;
-}
-
-static void set_beta(kmp_graph *g, kmp_gap_seen *m)
-{
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        kmp_ref wj = m->w.x[j], wk = m->w.x[k], ww = kmp_mul(g, m->w.x[i], wj);
-        m->beta[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
-        m->beta[i][j] = kmp_sub(g, ww, m->wd.x[k]);
-        m->beta[j][i] = kmp_add(g, ww, m->wd.x[k]);
-    }
-}
-
 /* The link's axes in the ancestor's from its parent's: the constant rotation, then the joint's. */
 static void turn_axes(const kmp_tree *tree, int i, const kmp_gap_seen *h, kmp_gap_seen *m)
 {
@@ -131,14 +109,14 @@ static void see(kmp_gaps *s, int i)
         r = kmp_vec_add(g, r, kmp_vec_scale(g, link->q, axis));
     m->origin = kmp_vec_add(g, h->origin, r);
     m->v = kmp_vec_add(g, h->v, kmp_vec_cross(g, h->w, r));
-    m->a = kmp_vec_add(g, h->a, apply_beta(g, h, r));
+    m->a = kmp_vec_add(g, h->a, kmp_matrix_apply(g, &h->beta, false, r));
     m->w = h->w;
     m->wd = h->wd;
-    memcpy(m->beta, h->beta, sizeof m->beta);
+    m->beta = h->beta;
     if (link->rotation) {
         m->w = kmp_vec_add(g, m->w, rate);
         m->wd = kmp_vec_add(g, m->wd, kmp_vec_cross(g, h->w, rate));
-        set_beta(g, m);
+        m->beta = kmp_matrix_beta(g, m->w, m->wd);
     } else {
         m->v = kmp_vec_add(g, m->v, rate);
         m->a = kmp_vec_add(g, m->a, kmp_vec_scale(g, kmp_const(g, 2), kmp_vec_cross(g, h->w, rate)));
@@ -159,7 +137,7 @@ kmp_gap_motion kmp_gap_move_outward(kmp_gaps *s, const kmp_gap_side *p)
     const kmp_gap_seen *m = &s->seen[p->link];
     kmp_vec r = combine(g, m->axes, p->local);
     return (kmp_gap_motion){kmp_vec_add(g, m->origin, r), kmp_vec_add(g, m->v, kmp_vec_cross(g, m->w, r)),
-                            kmp_vec_add(g, m->a, apply_beta(g, m, r))};
+                            kmp_vec_add(g, m->a, kmp_matrix_apply(g, &m->beta, false, r))};
 }
 
 static bool is_axis(kmp_vec f)

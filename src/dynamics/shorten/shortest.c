@@ -7,10 +7,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
-#include "dynamics/shorten/origins.h"
 #include "dynamics/shorten/patterns.h"
-#include "dynamics/shorten/regroup.h"
-#include "symbolic/passes/trig.h"
+#include "symbolic/passes/shorten.h"
 #include "symbolic/program/cost.h"
 #include <string.h>
 

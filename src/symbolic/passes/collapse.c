@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A sum is expanded to monomials, factors in order of their numbers. The partner that a rule needs is found by its
  * factors; every rule removes a term, so that the pass ends. Squares are first: they leave less work. */
-#include "symbolic/passes/collapse.h"
 #include "symbolic/passes/rewrite.h"
+#include "symbolic/passes/shorten.h"
 #include "symbolic/program/cost.h"
 #include "symbolic/rotation.h"
 #include <string.h>

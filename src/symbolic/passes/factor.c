@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Each sum is expanded to terms, each term that only the sum needs to factors. The factor of most terms is extracted,
  * and their remainder is treated as a sum of its own, until no factor is common to two terms. */
-#include "symbolic/passes/factor.h"
 #include "symbolic/passes/rewrite.h"
+#include "symbolic/passes/shorten.h"
 #include <string.h>
 
 enum { MOST_FACTORS = 12 };

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sums (products) are expanded to lists of terms (factors), including operands without other users. Pairs that occur in
  * two lists or more are made once, the most frequent first. The search is repeated with the new lists. */
-#include "symbolic/passes/pairs.h"
 #include "base/memory.h"
 #include "symbolic/passes/rewrite.h"
+#include "symbolic/passes/shorten.h"
 #include <stdlib.h>
 #include <string.h>
 

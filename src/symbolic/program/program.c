@@ -3,7 +3,7 @@
 #include "symbolic/program/program.h"
 #include "base/memory.h"
 #include "symbolic/implicit.h"
-#include "symbolic/passes/trig.h"
+#include "symbolic/passes/shorten.h"
 #include "symbolic/program/live.h"
 #include "symbolic/table.h"
 #include <string.h>
