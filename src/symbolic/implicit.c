@@ -39,29 +39,21 @@ static void derive_changes(kmp_implicit *b, const kmp_ref *residual)
     kmp_derivative_free(d);
 }
 
-/* The start of a block's Newton iteration. */
-typedef struct beginning {
-    const kmp_ref *guess;
-    int candidates;
-    const double *candidate;
-    kmp_ref merit;
-} beginning;
-
 /* Stages: 1 the guess, then the merit of candidates, then residuals and derivatives. */
-static bool make_program(kmp_implicit *b, const kmp_ref *residual, const beginning *begin)
+static bool make_program(kmp_implicit *b, const kmp_ref *residual, const kmp_ref *first, kmp_ref merit)
 {
-    bool among = begin->candidates > 0;
+    bool among = b->block.candidates > 0;
     int n = b->block.unknowns, count[3] = {n, 1, n + n * n + (among && n == 1)};
     kmp_ref equations[MOST + MOST * MOST], guess[MOST];
     for (int i = 0; i < n; i++) {
         equations[i] = residual[i];
-        guess[i] = among && i == 0 ? KMP_ZERO : begin->guess[i];
+        guess[i] = among && i == 0 ? KMP_ZERO : first[i];
     }
     for (int i = 0; i < n * n; i++)
         equations[n + i] = b->slope[i];
     if (among && n == 1)
-        kmp_derivatives_by(b->local, kmp_input(b->local, KMP_IN_Q, 0), 1, &begin->merit, &equations[2]);
-    const kmp_ref *groups[3] = {guess, &begin->merit, equations};
+        kmp_derivatives_by(b->local, kmp_input(b->local, KMP_IN_Q, 0), 1, &merit, &equations[2]);
+    const kmp_ref *groups[3] = {guess, &merit, equations};
     if (!among) {
         count[1] = count[2];
         groups[1] = equations;
@@ -89,8 +81,14 @@ bool kmp_block_candidates(kmp_implicit *b, int count, const double *candidate)
     return to;
 }
 
-static kmp_implicit *new_block(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
-                               const beginning *begin)
+kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
+                               const kmp_ref *guess)
+{
+    return kmp_implicit_new_among(local, unknowns, arguments, residual, guess, 0, NULL, KMP_ZERO);
+}
+
+kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
+                                     const kmp_ref *guess, int candidates, const double *candidate, kmp_ref merit)
 {
     kmp_implicit *b = KMP_NEW(kmp_implicit, 1);
     if (!b) {
@@ -101,28 +99,14 @@ static kmp_implicit *new_block(kmp_graph *local, int unknowns, int arguments, co
     b->block.unknowns = unknowns;
     b->block.arguments = arguments;
     bool plain = unknowns >= 1 && unknowns <= MOST && !kmp_graph_implicit(local, 0);
-    if (plain && kmp_block_candidates(b, begin->candidates, begin->candidate)) {
+    if (plain && kmp_block_candidates(b, candidates, candidate)) {
         derive_slopes(b, residual);
         derive_changes(b, residual);
-        if (make_program(b, residual, begin))
+        if (make_program(b, residual, guess, merit))
             return b;
     }
     kmp_implicit_free(b);
     return NULL;
-}
-
-kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
-                               const kmp_ref *guess)
-{
-    const beginning begin = {.guess = guess};
-    return new_block(local, unknowns, arguments, residual, &begin);
-}
-
-kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
-                                     const kmp_ref *guess, int candidates, const double *candidate, kmp_ref merit)
-{
-    const beginning begin = {guess, candidates, candidate, merit};
-    return new_block(local, unknowns, arguments, residual, &begin);
 }
 
 void kmp_implicit_free(kmp_implicit *b)

@@ -51,19 +51,6 @@ kmp_vec kmp_matrix_apply(kmp_graph *g, const kmp_matrix *m, bool transposed, kmp
     return r;
 }
 
-kmp_matrix kmp_matrix_beta(kmp_graph *g, kmp_vec w, kmp_vec wd)
-{
-    kmp_matrix beta;
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        beta.x[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, w.x[j], w.x[j]), kmp_mul(g, w.x[k], w.x[k])));
-        kmp_ref ww = kmp_mul(g, w.x[i], w.x[j]);
-        beta.x[i][j] = kmp_sub(g, ww, wd.x[k]);
-        beta.x[j][i] = kmp_add(g, ww, wd.x[k]);
-    }
-    return beta;
-}
-
 typedef struct block {
     kmp_ref a, b, c, d;
 } block;

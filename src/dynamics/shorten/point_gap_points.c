@@ -75,6 +75,17 @@ static kmp_vec combine(kmp_graph *g, const kmp_vec axes[3], kmp_vec u)
     return r;
 }
 
+static void set_beta(kmp_graph *g, kmp_gap_seen *m)
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        kmp_ref wj = m->w.x[j], wk = m->w.x[k], ww = kmp_mul(g, m->w.x[i], wj);
+        m->beta.x[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
+        m->beta.x[i][j] = kmp_sub(g, ww, m->wd.x[k]);
+        m->beta.x[j][i] = kmp_add(g, ww, m->wd.x[k]);
+    }
+}
+
 /* The link's axes in the ancestor's from its parent's: the constant rotation, then the joint's. */
 static void turn_axes(const kmp_tree *tree, int i, const kmp_gap_seen *h, kmp_gap_seen *m)
 {
@@ -116,7 +127,7 @@ static void see(kmp_gaps *s, int i)
     if (link->rotation) {
         m->w = kmp_vec_add(g, m->w, rate);
         m->wd = kmp_vec_add(g, m->wd, kmp_vec_cross(g, h->w, rate));
-        m->beta = kmp_matrix_beta(g, m->w, m->wd);
+        set_beta(g, m);
     } else {
         m->v = kmp_vec_add(g, m->v, rate);
         m->a = kmp_vec_add(g, m->a, kmp_vec_scale(g, kmp_const(g, 2), kmp_vec_cross(g, h->w, rate)));

@@ -173,7 +173,7 @@ static kempe_status try_patterns(search *s, bool *better)
         if (!asked && (large || patterns[k].when != KMP_PATTERN_SMALL))
             continue;
         begin(s);
-        patterns[k].apply(&s->work->tree, &s->tried);
+        kmp_pattern_apply(&patterns[k], &s->work->tree, &s->tried);
         KMP_TRY(try_it(s, better));
     }
     return KEMPE_OK;
