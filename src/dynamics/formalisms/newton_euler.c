@@ -112,9 +112,9 @@ void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench 
 }
 
 /* (37), (38): the component along the joint's motion, signed like q. */
-static kmp_ref project(const kmp_link *link, const kmp_wrench *w)
+static kmp_ref project(const kmp_link *link, kmp_wrench *w)
 {
-    return signed_for(link, link->rotation ? w->moment.x[link->axis] : w->force.x[link->axis]);
+    return signed_for(link, *kmp_wrench_along(link, w));
 }
 
 void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)

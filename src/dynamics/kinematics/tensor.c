@@ -63,11 +63,6 @@ static block turned_block(kmp_graph *g, kmp_ref angle, block m)
     return (block){kmp_sub(g, m.a, sw), kmp_sub(g, cw, m.c), kmp_sub(g, cw, m.b), kmp_add(g, m.d, sw)};
 }
 
-static kmp_vec row(const kmp_matrix *m, int i)
-{
-    return (kmp_vec){{m->x[i][0], m->x[i][1], m->x[i][2]}};
-}
-
 kmp_tensor kmp_tensor_turn(kmp_graph *g, int axis, kmp_ref angle, kmp_tensor t)
 {
     int p = (axis + 1) % 3, q = (axis + 2) % 3;
@@ -86,7 +81,8 @@ kmp_tensor kmp_tensor_turn_by(kmp_graph *g, kmp_matrix r, kmp_tensor t)
 {
     kmp_tensor out;
     for (int k = 0; k < 6; k++) /* r t r', by its columns */
-        out.x[k] = kmp_vec_dot(g, row(&r, row_of[k]), kmp_tensor_apply(g, t, row(&r, column_of[k])));
+        out.x[k] =
+            kmp_vec_dot(g, kmp_vec_of_row(&r, row_of[k]), kmp_tensor_apply(g, t, kmp_vec_of_row(&r, column_of[k])));
     return out;
 }
 
@@ -111,9 +107,9 @@ kmp_matrix kmp_matrix_turn_by(kmp_graph *g, kmp_matrix r, kmp_matrix m)
     for (int j = 0; j < 3; j++) {
         kmp_vec column;
         for (int n = 0; n < 3; n++)
-            column.x[n] = kmp_vec_dot(g, row(&m, n), row(&r, j));
+            column.x[n] = kmp_vec_dot(g, kmp_vec_of_row(&m, n), kmp_vec_of_row(&r, j));
         for (int n = 0; n < 3; n++)
-            out.x[n][j] = kmp_vec_dot(g, row(&r, n), column);
+            out.x[n][j] = kmp_vec_dot(g, kmp_vec_of_row(&r, n), column);
     }
     return out;
 }

@@ -15,6 +15,15 @@ typedef struct kmp_matrix {
     kmp_ref x[3][3];
 } kmp_matrix;
 
+static inline kmp_vec kmp_vec_of_row(const kmp_matrix *m, int i)
+{
+    return (kmp_vec){{m->x[i][0], m->x[i][1], m->x[i][2]}};
+}
+static inline kmp_vec kmp_vec_of_column(const kmp_matrix *m, int j)
+{
+    return (kmp_vec){{m->x[0][j], m->x[1][j], m->x[2][j]}};
+}
+
 /** The index of entry (i, j) of a tensor. */
 extern const int kmp_tensor_at[3][3];
 
