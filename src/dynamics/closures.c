@@ -147,9 +147,13 @@ static int count_kept(const kmp_equations *eq, int closure)
     return count;
 }
 
-static kempe_status complain_absent(const kmp_equations *eq, kmp_place place, const char *what, const char *name,
-                                    const kmp_expr *lambda)
+/* Complains where an expression depends on a multiplier that is of no row. */
+static kempe_status check_expression(const kmp_equations *eq, kmp_place place, const char *what, const char *name,
+                                     const kmp_expr *expr)
 {
+    const kmp_expr *lambda = find_absent(eq, expr);
+    if (!lambda)
+        return KEMPE_OK;
     const char *loop = eq->model->closures[lambda->index].name;
     int kept = count_kept(eq, lambda->index);
     return kmp_complain(eq->context, eq->model->files[place.file], place.line, place.column,
@@ -161,26 +165,18 @@ static kempe_status complain_absent(const kmp_equations *eq, kmp_place place, co
 static kempe_status check_multipliers(const kmp_equations *eq)
 {
     const kempe_model *model = eq->model;
-    kempe_status status = KEMPE_OK;
-    for (int k = 0; status == KEMPE_OK && k < model->force_count; k++) {
+    for (int k = 0; k < model->force_count; k++) {
         const kmp_force *force = &model->forces[k];
-        const kmp_expr *all[] = {force->effort, force->vector[0], force->vector[1], force->vector[2]}, *absent = NULL;
-        for (size_t i = 0; !absent && i < sizeof all / sizeof *all; i++)
-            absent = find_absent(eq, all[i]);
-        if (absent)
-            status = complain_absent(eq, force->place, "force", force->name, absent);
+        KMP_TRY(check_expression(eq, force->place, "force", force->name, force->effort));
+        for (int i = 0; i < 3; i++)
+            KMP_TRY(check_expression(eq, force->place, "force", force->name, force->vector[i]));
     }
-    for (int k = 0; status == KEMPE_OK && k < model->run.until_count; k++) {
-        const kmp_expr *absent = find_absent(eq, model->run.until[k]);
-        if (absent)
-            status = complain_absent(eq, model->run.until_place, "run", "until", absent);
-    }
-    for (int k = 0; status == KEMPE_OK && k < model->sensor_count; k++) {
-        const kmp_expr *absent = find_absent(eq, model->sensors[k].expr);
-        if (absent)
-            status = complain_absent(eq, model->sensors[k].place, "sensor", model->sensors[k].name, absent);
-    }
-    return status;
+    for (int k = 0; k < model->run.until_count; k++)
+        KMP_TRY(check_expression(eq, model->run.until_place, "run", "until", model->run.until[k]));
+    for (int k = 0; k < model->sensor_count; k++)
+        KMP_TRY(
+            check_expression(eq, model->sensors[k].place, "sensor", model->sensors[k].name, model->sensors[k].expr));
+    return KEMPE_OK;
 }
 
 /* Total derivatives of the rows by time. */

@@ -8,9 +8,6 @@
 #include "dynamics/formalisms/articulated.h"
 #include "dynamics/formalisms/tangent_sets.h"
 #include "dynamics/outputs.h"
-#include "dynamics/shorten/fixed_axes.h"
-#include "dynamics/shorten/origins.h"
-#include "dynamics/shorten/regroup.h"
 #include "model/tables/output_table.h"
 #include "symbolic/label.h"
 #include "symbolic/passes/shorten.h"
@@ -204,18 +201,13 @@ static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
     return true;
 }
 
-static void finish_tree(const kmp_scene *scene, kmp_tree *tree)
-{
-    if (scene->body_inputs)
-        kmp_tree_add_inputs(tree, scene->no_inputs);
-}
-
 static bool add_tree(kmp_equations *eq, const kmp_scene *scene)
 {
     if (!init_tree(eq, scene, &eq->tree))
         return false;
     kmp_tree_sum_up(&eq->tree);
-    finish_tree(scene, &eq->tree);
+    if (scene->body_inputs)
+        kmp_tree_add_inputs(&eq->tree, scene->no_inputs);
     return true;
 }
 
@@ -236,7 +228,8 @@ static bool add_links(kmp_equations *eq, const kmp_scene *scene)
     for (int i = 1; tree->spread && i < tree->count; i++)
         tree->links[i].base.inertia = kmp_tensor_spread(tree->graph, tree->links[i].base.inertia);
     kmp_let_stay(tree, ways->stay);
-    finish_tree(scene, tree);
+    if (scene->body_inputs)
+        kmp_tree_add_inputs(tree, scene->no_inputs);
     return true;
 }
 
@@ -285,8 +278,10 @@ kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scen
 static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
 {
     eq->graph = kmp_graph_new();
-    if (!eq->graph || (scene->labels && !kmp_graph_keep_labels(eq->graph)))
+    if (!eq->graph)
         return kmp_fail_memory(eq->context);
+    if (scene->labels)
+        kmp_graph_keep_labels(eq->graph);
     set_rules(eq, scene, false);
     if (!allocate(eq) || !add_tree(eq, scene) || !add_ways(eq, scene))
         return kmp_fail_memory(eq->context);

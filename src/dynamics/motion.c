@@ -27,70 +27,66 @@
 /* Groups of a motion program: the outputs of its stages one after the other. */
 typedef struct groups {
     kmp_ref *out;
+    int total, last; /* outputs, and the group that grows */
     int count[5];
 } groups;
 
+static void put(groups *g, int count, const kmp_ref *of)
+{
+    memcpy(g->out + g->total, of, (size_t)count * sizeof *of);
+    g->total += count;
+    g->count[g->last] += count;
+}
+
+/* The nonzero entries of a matrix. */
+static void put_pattern(groups *g, kempe_system *s, kmp_pattern *pattern, int rows, int cols, const kmp_ref *matrix)
+{
+    kmp_pattern_init(pattern, &s->arena, rows, cols, matrix, g->out + g->total);
+    g->total += pattern->count;
+    g->count[g->last] += pattern->count;
+}
+
+/* The rows, in room for all groups. False: no memory. */
 static bool begin(groups *g, const kempe_system *s, const kmp_equations *eq)
 {
-    int n = s->n, m = s->m;
-    const kmp_pattern *jacobian = &s->jacobian;
-    g->out = KMP_NEW(kmp_ref, m * (2 * n + m + 4) + n * (n + 1) + 1);
+    int n = s->n, m = s->m, most = m * (2 * n + m + 4) + n * (n + 1) + 1;
+    *g = (groups){.out = KMP_GRAPH_NEW(eq->graph, kmp_ref, (uint32_t)(most + n * m) + kmp_graph_count(eq->graph))};
     if (!g->out)
         return false;
-    memcpy(g->out, eq->h, (size_t)m * sizeof(kmp_ref));
-    for (int k = 0; k < jacobian->count; k++)
-        g->out[m + k] = eq->jacobian[jacobian->row[k] * n + jacobian->col[k]];
-    g->count[0] = m + jacobian->count;
-    if (s->rheonomic) {
-        memcpy(g->out + g->count[0], eq->h_t, (size_t)m * sizeof(kmp_ref));
-        g->count[0] += m;
-    }
+    put(g, m, eq->h);
+    for (int k = 0; k < s->jacobian.count; k++)
+        put(g, 1, &eq->jacobian[s->jacobian.row[k] * n + s->jacobian.col[k]]);
+    if (s->rheonomic)
+        put(g, m, eq->h_t);
     return true;
 }
 
-/* n and m more values of the last stage. */
-static void finish(groups *g, int n, const kmp_ref *of_coordinates, int m, const kmp_ref *of_rows)
-{
-    kmp_ref *out = g->out + g->count[0] + g->count[1];
-    memcpy(out, of_coordinates, (size_t)n * sizeof(kmp_ref));
-    memcpy(out + n, of_rows, (size_t)m * sizeof(kmp_ref));
-    g->count[2] = n + m;
-}
-
-static kmp_program *program_of(const groups *g, const kempe_system *s, const kmp_equations *eq)
+/* With the power of forces after the last stage. */
+static kmp_program *program_of(groups *g, const kempe_system *s, const kmp_equations *eq)
 {
     const int *count = g->count;
     const kmp_ref *group[5] = {g->out};
-    int total = count[0], stages = count[4] > 0 ? 5 : count[3] > 0 ? 4 : 3;
-    for (int k = 1; k < 5; k++) {
+    g->last = 4;
+    if (eq->power != KMP_ZERO)
+        put(g, 1, &eq->power);
+    for (int k = 1; k < 5; k++)
         group[k] = group[k - 1] + count[k - 1];
-        total += count[k];
-    }
-    return s->dynamics == KMP_DYNAMICS_PLAIN || kmp_equations_shorten(eq, total, g->out)
-               ? kmp_program_new(eq->graph, stages, count, group)
-               : NULL;
-}
-
-/* Adds the power of forces after the last stage. */
-static void finish_power(groups *g, const kmp_equations *eq)
-{
-    kmp_ref *out = g->out + g->count[0] + g->count[1] + g->count[2] + g->count[3];
-    g->count[4] = eq->power != KMP_ZERO;
-    if (g->count[4] > 0)
-        *out = eq->power;
+    if (s->arena.failed || (s->dynamics != KMP_DYNAMICS_PLAIN && !kmp_equations_shorten(eq, g->total, g->out)))
+        return NULL;
+    return kmp_program_new(eq->graph, count[4] > 0 ? 5 : count[3] > 0 ? 4 : 3, count, group);
 }
 
 /* Finds the pattern of J, for both programs. */
 static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
 {
-    kmp_ref *entry = KMP_NEW(kmp_ref, s->m * s->n);
-    bool ok = entry && kmp_pattern_init(&s->jacobian, s->m, s->n, eq->jacobian, entry);
+    kmp_ref *entry = KMP_GRAPH_NEW(eq->graph, kmp_ref, s->m * s->n);
+    if (entry)
+        kmp_pattern_init(&s->jacobian, &s->arena, s->m, s->n, eq->jacobian, entry);
     for (int r = 0; r < s->m; r++) {
         s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
         s->switches = s->switches || kmp_graph_node(eq->graph, kmp_id(eq->h[r]))->depends & (1u << KMP_IN_MODE);
     }
-    kmp_free(entry);
-    return ok;
+    return entry && !s->arena.failed;
 }
 
 /* -- forces that depend on multipliers --------------------------------------------------------------- */
@@ -103,11 +99,12 @@ static bool depends_on_loads(const kmp_graph *g, kmp_ref x)
 /* dC/dlambda row by row (n x m), and which rows C depends on. NULL: no memory. */
 static kmp_ref *find_load_jacobian(kempe_system *s, const kmp_equations *eq)
 {
-    kmp_ref *entry = KMP_NEW(kmp_ref, s->n * s->m);
+    kmp_ref *entry = KMP_GRAPH_NEW(eq->graph, kmp_ref, s->n * s->m);
+    s->load_rows = KMP_ARENA_NEW(&s->arena, int, s->m);
+    if (!entry || !s->load_rows)
+        return NULL;
     kmp_partials *partials = kmp_partials_new(eq->graph, s->n, eq->bias);
-    s->load_rows = KMP_NEW(int, s->m);
-    bool ok = entry && partials && s->load_rows;
-    for (int r = 0; ok && r < s->m; r++) {
+    for (int r = 0; r < s->m; r++) {
         const int *row;
         const kmp_ref *value;
         int count = kmp_partials_along(partials, kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r), &row, &value);
@@ -115,13 +112,9 @@ static kmp_ref *find_load_jacobian(kempe_system *s, const kmp_equations *eq)
             entry[row[i] * s->m + r] = value[i];
         if (count > 0)
             s->load_rows[s->load_row_count++] = r;
-        ok = count >= 0;
     }
     kmp_partials_free(partials);
-    if (ok)
-        return entry;
-    kmp_free(entry);
-    return NULL;
+    return kmp_graph_failed(eq->graph) ? NULL : entry;
 }
 
 /* Operands of expressions of multipliers that do not depend on multipliers, in the order of the graph: they are
@@ -149,27 +142,21 @@ static bool list_unloaded(const kmp_graph *g, int count, const kmp_ref *of, kmp_
 }
 
 /* The last two stages: jdqd and all that multipliers do not change, then C and dC/dlambda. */
-static bool finish_load_dependent(groups *g, kempe_system *s, const kmp_equations *eq, const kmp_ref *entry)
+static bool put_load_dependent(groups *g, kempe_system *s, const kmp_equations *eq)
 {
-    int n = s->n, m = s->m, before = g->count[0] + g->count[1], found;
-    kmp_ref *last = KMP_NEW(kmp_ref, n + n * s->load_row_count);
-    kmp_ref *grown = kmp_realloc(
-        g->out, (size_t)before + (size_t)m + kmp_graph_count(eq->graph) + (size_t)(n + n * s->load_row_count + 1),
-        sizeof *grown);
-    g->out = grown ? grown : g->out;
-    bool ok = last && grown && kmp_pattern_init(&s->load_jacobian, n, m, entry, last + n);
-    if (ok) {
-        memcpy(last, eq->bias, (size_t)n * sizeof *last);
-        memcpy(g->out + before, eq->jdqd, (size_t)m * sizeof *last);
-        ok = list_unloaded(eq->graph, n + s->load_jacobian.count, last, g->out + before + m, &found);
-    }
-    if (ok) {
-        g->count[2] = m + found;
-        g->count[3] = n + s->load_jacobian.count;
-        memcpy(g->out + before + g->count[2], last, (size_t)g->count[3] * sizeof *last);
-    }
-    kmp_free(last);
-    return ok;
+    int n = s->n, m = s->m, found;
+    kmp_ref *last = KMP_GRAPH_NEW(eq->graph, kmp_ref, n + n * m), *entry = find_load_jacobian(s, eq);
+    if (!last || !entry)
+        return false;
+    memcpy(last, eq->bias, (size_t)n * sizeof *last);
+    kmp_pattern_init(&s->load_jacobian, &s->arena, n, m, entry, last + n);
+    put(g, m, eq->jdqd);
+    if (!list_unloaded(eq->graph, n + s->load_jacobian.count, last, g->out + g->total, &found))
+        return false;
+    g->total += found;
+    g->count[g->last++] += found;
+    put(g, n + s->load_jacobian.count, last);
+    return true;
 }
 
 static bool is_load_dependent(const kmp_equations *eq)
@@ -180,48 +167,38 @@ static bool is_load_dependent(const kmp_equations *eq)
     return found;
 }
 
-/* Makes the program, with the last stages. */
-static bool finish_motion(groups *g, kempe_system *s, const kmp_equations *eq)
-{
-    bool ok = true;
-    if (!is_load_dependent(eq)) {
-        finish(g, s->n, eq->bias, s->m, eq->jdqd);
-    } else {
-        kmp_ref *entry = find_load_jacobian(s, eq);
-        ok = entry && finish_load_dependent(g, s, eq, entry);
-        kmp_free(entry);
-    }
-    if (ok)
-        finish_power(g, eq);
-    return ok;
-}
-
 /* -- programs ---------------------------------------------------------------------------------------- */
 
 bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
 {
-    groups g = {0};
-    if (find_jacobian(s, eq) && begin(&g, s, eq) &&
-        kmp_pattern_init(&s->mass, s->n, s->n, eq->mass, g.out + g.count[0])) {
-        g.count[1] = s->mass.count;
-        s->motion = finish_motion(&g, s, eq) ? program_of(&g, s, eq) : NULL;
+    groups g;
+    if (!find_jacobian(s, eq) || !begin(&g, s, eq))
+        return false;
+    g.last = 1;
+    put_pattern(&g, s, &s->mass, s->n, s->n, eq->mass);
+    g.last = 2;
+    if (!is_load_dependent(eq)) {
+        put(&g, s->n, eq->bias);
+        put(&g, s->m, eq->jdqd);
+    } else if (!put_load_dependent(&g, s, eq)) {
+        return false;
     }
-    kmp_free(g.out);
+    s->motion = program_of(&g, s, eq);
     return s->motion;
 }
 
 static bool make_articulated(kempe_system *s, kmp_equations *eq)
 {
-    groups g = {0};
-    int n = s->n, m = s->m;
-    if (begin(&g, s, eq) && kmp_pattern_init(&s->compliance, m, n, eq->compliance, g.out + g.count[0]) &&
-        kmp_pattern_init(&s->mobility, m, m, eq->mobility, g.out + g.count[0] + s->compliance.count)) {
-        g.count[1] = s->compliance.count + s->mobility.count;
-        finish(&g, n, eq->free_qdd, m, eq->drift);
-        finish_power(&g, eq);
-        s->articulated = program_of(&g, s, eq);
-    }
-    kmp_free(g.out);
+    groups g;
+    if (!begin(&g, s, eq))
+        return false;
+    g.last = 1;
+    put_pattern(&g, s, &s->compliance, s->m, s->n, eq->compliance);
+    put_pattern(&g, s, &s->mobility, s->m, s->m, eq->mobility);
+    g.last = 2;
+    put(&g, s->n, eq->free_qdd);
+    put(&g, s->m, eq->drift);
+    s->articulated = program_of(&g, s, eq);
     return s->articulated;
 }
 
@@ -338,9 +315,8 @@ static bool pays(const kempe_system *s)
 static void forget_articulated(kempe_system *s)
 {
     kmp_program_free(s->articulated);
-    kmp_pattern_free(&s->compliance);
-    kmp_pattern_free(&s->mobility);
     s->articulated = NULL;
+    s->compliance = s->mobility = (kmp_pattern){0};
 }
 
 static kempe_status derive_articulated(kempe_system *s)

@@ -8,29 +8,24 @@
 #include "model/print/model_print.h"
 #include "model/tables/closure_table.h"
 #include "model/variant.h"
+#include "symbolic/program/live.h"
 #include <kempe/extend.h>
 #include <math.h>
 #include <string.h>
 
-bool kmp_pattern_init(kmp_pattern *pattern, int rows, int cols, const kmp_ref *matrix, kmp_ref *values)
+void kmp_pattern_init(kmp_pattern *pattern, kmp_arena *arena, int rows, int cols, const kmp_ref *matrix,
+                      kmp_ref *values)
 {
-    *pattern = (kmp_pattern){.row = KMP_NEW(int, rows *cols), .col = KMP_NEW(int, rows *cols)};
-    if (!pattern->row || !pattern->col)
-        return false;
+    int count = 0;
     for (int i = 0; i < rows * cols; i++)
+        count += matrix[i] != KMP_ZERO;
+    *pattern = (kmp_pattern){.row = KMP_ARENA_NEW(arena, int, count), .col = KMP_ARENA_NEW(arena, int, count)};
+    for (int i = 0; !arena->failed && i < rows * cols; i++)
         if (matrix[i] != KMP_ZERO) {
             pattern->row[pattern->count] = i / cols;
             pattern->col[pattern->count] = i % cols;
             values[pattern->count++] = matrix[i];
         }
-    return true;
-}
-
-void kmp_pattern_free(kmp_pattern *pattern)
-{
-    kmp_free(pattern->row);
-    kmp_free(pattern->col);
-    *pattern = (kmp_pattern){0};
 }
 
 /* -- scales ------------------------------------------------------------------------------------------ */
@@ -140,8 +135,7 @@ static void set_scales(kempe_system *s)
         s->row_scale[r] = pow(s->length, s->rows[r].length_power);
     for (int k = 0; k < s->model->parameter_count; k++)
         s->parameters[k] = s->model->parameters[k].number.value;
-    s->closure_tolerance =
-        s->model->closure_tolerance_given ? s->model->closure_tolerance.value : KMP_CLOSURE_TOLERANCE * s->length;
+    s->closure_tolerance = kmp_closure_tolerance(s->model);
 }
 
 bool kmp_system_rescale(kempe_system *s)
@@ -173,22 +167,23 @@ static bool is_within(const kmp_expr *part, const kmp_expr *whole)
 }
 
 /* "'motor': q(A) < 0.2", with the name of the force that the condition belongs to. */
-static char *text_of_expression(const kempe_model *model, const kmp_expr *condition)
+static char *text_of_event(kempe_system *s, const kmp_condition *condition)
 {
+    const kempe_model *model = s->model;
+    const kmp_expr *e = condition->expr;
     kmp_text text = {0};
-    for (int k = 0; k < model->force_count; k++)
-        if (is_within(condition, model->forces[k].effort)) {
+    if (!e)
+        kmp_text_put(&text, condition->text);
+    for (int k = 0; e && k < model->force_count; k++)
+        if (is_within(e, model->forces[k].effort)) {
             kmp_text_printf(&text, "'%s': ", model->forces[k].name);
             break;
         }
-    kmp_model_put_expr(&text, model, condition->b ? condition : condition->a);
-    kmp_text_put(&text, condition->b ? "" : " < 0");
-    return kmp_text_take(&text);
-}
-
-static char *text_of_event(const kempe_model *model, const kmp_condition *condition)
-{
-    return condition->expr ? text_of_expression(model, condition->expr) : kmp_strdup(condition->text);
+    if (e) {
+        kmp_model_put_expr(&text, model, e->b ? e : e->a);
+        kmp_text_put(&text, e->b ? "" : " < 0");
+    }
+    return kmp_text_keep(&text, &s->arena);
 }
 
 static bool is_late(const kmp_graph *g, kmp_ref value)
@@ -201,124 +196,99 @@ static bool is_by_rates(const kmp_graph *g, kmp_ref value)
     return kmp_graph_node(g, kmp_id(value))->depends & 1u << KMP_IN_QD;
 }
 
-/* Marks the nodes that the references need, and counts those of them in which a block is solved. */
-static int mark_solved(const kmp_graph *g, int count, const kmp_ref *out, bool *needed)
+/* The conditions and, in each group, the unknowns of its implicit blocks. NULL: no memory. */
+static kmp_ref *add_solved(kmp_graph *g, const kmp_ref *conditions, int counts[2])
 {
-    int solved = 0;
-    for (int k = 0; k < count; k++)
-        needed[kmp_id(out[k])] = true;
-    for (uint32_t i = kmp_graph_count(g); i-- > 0;) {
-        const kmp_node *node = kmp_graph_node(g, i);
-        const kmp_ref operand[3] = {node->a, node->b, node->c};
-        solved += needed[i] && node->op == KMP_OP_IMPLICIT;
-        for (int k = 0; needed[i] && k < 3 && k < kmp_op_arity((kmp_op)node->op); k++)
-            needed[kmp_id(operand[k])] = true;
+    int total = counts[0] + counts[1], solved = 0;
+    uint32_t nodes = kmp_graph_count(g);
+    uint8_t *needed = KMP_GRAPH_NEW(g, uint8_t, nodes);
+    if (!needed)
+        return NULL;
+    kmp_live_mark(g, total, conditions, needed, 1);
+    for (uint32_t i = 0; i < nodes; i++) {
+        needed[i] = needed[i] && kmp_graph_node(g, i)->op == KMP_OP_IMPLICIT;
+        solved += needed[i];
     }
-    return solved;
-}
-
-/* Adds the unknowns of implicit blocks to both groups. NULL: no memory. */
-static kmp_ref *add_solved(const kmp_graph *g, const kmp_ref *const group[2], int counts[2])
-{
-    int total = counts[0] + counts[1], nodes = (int)kmp_graph_count(g);
-    bool *needed = KMP_NEW(bool, nodes);
-    int solved = needed ? mark_solved(g, total, group[0], needed) : 0;
-    kmp_ref *out = needed ? KMP_NEW(kmp_ref, total + solved) : NULL;
-    for (int late = 0, at = 0; out && late < 2; late++) {
-        memcpy(out + at, group[late], (size_t)counts[late] * sizeof *out);
+    kmp_ref *out = KMP_GRAPH_NEW(g, kmp_ref, total + solved);
+    for (int late = 0, at = 0, from = 0; out && late < 2; late++) {
+        memcpy(out + at, conditions + from, (size_t)counts[late] * sizeof *out);
         at += counts[late];
-        for (int i = 0; i < nodes; i++) {
-            kmp_ref value = (kmp_ref)i << 1;
-            if (!needed[i] || kmp_graph_node(g, (uint32_t)i)->op != KMP_OP_IMPLICIT || is_late(g, value) != late)
-                continue;
-            out[at++] = value;
-            counts[late]++;
-        }
+        from += counts[late];
+        for (uint32_t i = 0; i < nodes; i++)
+            if (needed[i] && is_late(g, i << 1) == late) {
+                out[at++] = i << 1;
+                counts[late]++;
+            }
     }
-    kmp_free(needed);
     return out;
-}
-
-static bool make_changes_program(kempe_system *s, kmp_graph *g, const kmp_ref *const group[2], int counts[2])
-{
-    kmp_ref *all = add_solved(g, group, counts);
-    const kmp_ref *with[2] = {all, all ? all + counts[0] : NULL};
-    s->changes = all ? kmp_program_new(g, 2, counts, with) : NULL;
-    kmp_free(all);
-    return s->changes;
 }
 
 /* Makes the program of conditions. All are known once the other programs have been derived; these equations have all
  * laws and rows. */
 static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
 {
-    int count = s->events.count;
+    int count = s->events.count, counts[2] = {count, 0};
     if (count == 0)
         return KEMPE_OK;
-    kmp_ref *out = KMP_NEW(kmp_ref, 2 * count);
-    const kmp_ref *group[2] = {out, out + count};
-    int counts[2] = {count, 0};
-    bool known = true, ok = out && (s->event_text = KMP_NEW(char *, count));
-    for (int k = 0; ok && known && k < count; k++) {
+    kmp_ref *out = KMP_GRAPH_NEW(eq->graph, kmp_ref, 2 * count);
+    s->event_text = KMP_ARENA_NEW(&s->arena, char *, count);
+    for (int k = 0; out && s->event_text && k < count; k++) {
         kmp_condition *condition = &s->events.condition[k];
-        known = kmp_tree_event(&eq->tree, k, &out[k]);
+        if (!kmp_tree_event(&eq->tree, k, &out[k]))
+            return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
         condition->late = condition->ends && is_late(eq->graph, out[k]);
         s->changes_by_rates = s->changes_by_rates || condition->late || is_by_rates(eq->graph, out[k]);
         if (condition->late) {
             out[count + counts[1]++] = out[k];
             out[k] = KMP_ZERO;
         }
-        s->event_text[k] = text_of_event(s->model, condition);
-        ok = s->event_text[k];
+        s->event_text[k] = text_of_event(s, condition);
     }
-    ok = ok && known ? make_changes_program(s, eq->graph, group, counts) : ok;
-    kmp_free(out);
-    if (!known)
-        return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
-    return ok && s->changes ? KEMPE_OK : kmp_fail_memory(s->context);
+    const kmp_ref *all = out && !s->arena.failed ? add_solved(eq->graph, out, counts) : NULL;
+    const kmp_ref *group[2] = {all, all ? all + counts[0] : NULL};
+    s->changes = all ? kmp_program_new(eq->graph, 2, counts, group) : NULL;
+    return s->changes ? KEMPE_OK : kmp_fail_memory(s->context);
 }
 
 /* -- the system -------------------------------------------------------------------------------------- */
 
-static bool name_rows(kempe_system *s)
+static void name_rows(kempe_system *s)
 {
     for (int r = 0; r < s->m; r++) {
         kmp_text text = {0};
         kmp_text_printf(&text, "%s.%d", s->model->closures[s->rows[r].closure].name, s->rows[r].number + 1);
-        s->row_names[r] = kmp_text_take(&text);
-        if (!s->row_names[r])
-            return false;
+        s->row_names[r] = kmp_text_keep(&text, &s->arena);
     }
-    return true;
 }
 
-static bool take_charts(kempe_system *s)
+static void take_charts(kempe_system *s)
 {
-    s->chart_first = KMP_NEW(int, s->n);
-    s->chart_before = KMP_NEW(bool, s->n);
-    if (!s->chart_first || !s->chart_before || (s->chart_count = kmp_spherical_find(s->model, s->chart_first)) < 0)
-        return false;
+    s->chart_count = kmp_spherical_find(s->model, s->chart_first);
+    s->arena.failed = s->arena.failed || s->chart_count < 0;
     for (int c = 0; c < s->chart_count; c++)
         s->chart_before[c] = kmp_tree_chart_before(s->model, s->chart_first[c]);
-    return true;
 }
 
 static bool take_rows(kempe_system *s, const kmp_equations *eq)
 {
     s->n = eq->n;
     s->m = eq->m;
-    s->rows = KMP_NEW(kmp_row, s->m);
-    s->row_names = KMP_NEW(char *, s->m);
-    s->scale = KMP_NEW(double, s->n);
-    s->row_scale = KMP_NEW(double, s->m);
-    s->parameters = KMP_NEW(double, s->model->parameter_count);
-    s->rounding = KMP_NEW(kmp_rounding, 1);
-    s->misfit = KMP_NEW(double, s->model->closure_count);
-    if (!s->misfit || !s->rounding || !s->rows || !s->row_names || !s->scale || !s->row_scale || !s->parameters)
+    s->rows = KMP_ARENA_NEW(&s->arena, kmp_row, s->m);
+    s->row_names = KMP_ARENA_NEW(&s->arena, char *, s->m);
+    s->scale = KMP_ARENA_NEW(&s->arena, double, s->n);
+    s->row_scale = KMP_ARENA_NEW(&s->arena, double, s->m);
+    s->parameters = KMP_ARENA_NEW(&s->arena, double, s->model->parameter_count);
+    s->rounding = KMP_ARENA_NEW(&s->arena, kmp_rounding, 1);
+    s->misfit = KMP_ARENA_NEW(&s->arena, double, s->model->closure_count);
+    s->chart_first = KMP_ARENA_NEW(&s->arena, int, s->n);
+    s->chart_before = KMP_ARENA_NEW(&s->arena, bool, s->n);
+    if (s->arena.failed)
         return false;
     memcpy(s->rows, eq->rows, (size_t)s->m * sizeof *s->rows);
     memcpy(s->misfit, eq->misfit, (size_t)s->model->closure_count * sizeof *s->misfit);
-    return kmp_system_rescale(s) && name_rows(s) && take_charts(s);
+    name_rows(s);
+    take_charts(s);
+    return kmp_system_rescale(s) && !s->arena.failed;
 }
 
 /* For programs that integrate: with conditions and the charts of spherical joints as inputs. */
@@ -335,28 +305,30 @@ static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_equations *e
 /* Derives the programs that follow those of motion, from equations that have all conditions and goals. */
 static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
 {
-    kempe_status status = make_judge(s, eq) ? make_changes(s, eq) : kmp_fail_memory(s->context);
-    return status != KEMPE_OK || kmp_goals_program(eq, &s->goals) ? status : kmp_fail_memory(s->context);
+    if (!make_judge(s, eq))
+        return kmp_fail_memory(s->context);
+    KMP_TRY(make_changes(s, eq));
+    return kmp_goals_program(eq, &s->goals) ? KEMPE_OK : kmp_fail_memory(s->context);
+}
+
+static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closures)
+{
+    if (!take_rows(s, eq) || !kmp_motion_make(s, eq))
+        return kmp_fail_memory(s->context);
+    return closures ? derive_rest(s, eq) : KEMPE_OK;
 }
 
 static kempe_status derive(kempe_system *s, bool closures)
 {
     const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
     kmp_equations eq;
-    kempe_status status = derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &eq);
-    if (status != KEMPE_OK)
-        return status;
-    bool ok = take_rows(s, &eq) && kmp_motion_make(s, &eq);
-    if (ok && closures)
-        status = derive_rest(s, &eq);
+    KMP_TRY(derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &eq));
+    kempe_status status = derive_motion(s, &eq, closures);
     kmp_equations_free(&eq);
-    if (!ok || closures)
-        return ok ? status : kmp_fail_memory(s->context);
-    status = kmp_motion_add_articulated(s);
-    if (status == KEMPE_OK)
-        status = derive_sets(s, judge, &eq);
-    if (status != KEMPE_OK)
+    if (status != KEMPE_OK || closures)
         return status;
+    KMP_TRY(kmp_motion_add_articulated(s));
+    KMP_TRY(derive_sets(s, judge, &eq));
     status = derive_rest(s, &eq);
     kmp_equations_free(&eq);
     return status;
@@ -397,51 +369,30 @@ kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe
 {
     kmp_dynamics dynamics = KMP_DYNAMICS_AUTO;
     kmp_context_clear(model->context);
-    kempe_status status = kmp_model_check_finished(model);
-    if (status == KEMPE_OK)
-        status = read_dynamics(model, word, &dynamics);
-    if (status == KEMPE_OK)
-        status = kmp_check_masses(model);
-    return status == KEMPE_OK ? new_system(model, dynamics, false, system) : status;
+    KMP_TRY(kmp_model_check_finished(model));
+    KMP_TRY(read_dynamics(model, word, &dynamics));
+    KMP_TRY(kmp_check_masses(model));
+    return new_system(model, dynamics, false, system);
 }
 
 kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system)
 {
-    kempe_status status = kmp_model_check_finished(model);
-    return status == KEMPE_OK ? new_system(model, KMP_DYNAMICS_PLAIN, true, system) : status;
+    KMP_TRY(kmp_model_check_finished(model));
+    return new_system(model, KMP_DYNAMICS_PLAIN, true, system);
 }
 
 void kempe_system_free(kempe_system *s)
 {
     if (!s)
         return;
-    for (int r = 0; s->row_names && r < s->m; r++)
-        kmp_free(s->row_names[r]);
-    kmp_free(s->row_names);
-    kmp_free(s->rows);
-    kmp_pattern_free(&s->jacobian);
-    kmp_pattern_free(&s->mass);
-    kmp_pattern_free(&s->compliance);
-    kmp_pattern_free(&s->mobility);
-    kmp_pattern_free(&s->load_jacobian);
-    kmp_free(s->load_rows);
     kmp_program_free(s->motion);
     kmp_program_free(s->articulated);
     kmp_program_free(s->judge);
     kmp_program_free(s->changes);
     kmp_program_free(s->goals);
-    for (int k = 0; s->event_text && k < s->events.count; k++)
-        kmp_free(s->event_text[k]);
-    kmp_free(s->event_text);
     kmp_events_free(&s->events);
-    kmp_free(s->chart_first);
-    kmp_free(s->chart_before);
-    kmp_free(s->scale);
-    kmp_free(s->row_scale);
-    kmp_free(s->parameters);
-    kmp_free(s->rounding);
-    kmp_free(s->misfit);
     kmp_variant_free(s->own);
+    kmp_arena_free(&s->arena);
     kmp_free(s);
 }
 

@@ -15,10 +15,10 @@ typedef struct kmp_pattern {
     int *row, *col;
 } kmp_pattern;
 
-/** Collects the non-zero references of a rows x cols matrix (row-major); `values` receives them, count of them.
- *  false: no memory. */
-bool kmp_pattern_init(kmp_pattern *pattern, int rows, int cols, const kmp_ref *matrix, kmp_ref *values);
-void kmp_pattern_free(kmp_pattern *pattern);
+/** Collects the non-zero references of a rows x cols matrix (row-major); `values` receives them, count of them. None
+ * where the arena has failed. */
+void kmp_pattern_init(kmp_pattern *pattern, kmp_arena *arena, int rows, int cols, const kmp_ref *matrix,
+                      kmp_ref *values);
 
 /** The default tolerance of closures that are redundant up to rounding, relative to the characteristic length. Four
  * hundred lamps and as many linkages in space, to four digits, are open by up to 5.2e-4 of it (bench/rounded digits).
@@ -62,6 +62,7 @@ enum {
 struct kempe_system {
     const kempe_model *model;
     kempe_context *context;
+    kmp_arena arena; /* of all arrays but those of the events */
     int n, m;
     kmp_row *rows;
     char **row_names;

@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "generate/sets.h"
 #include "symbolic/passes/shorten.h"
-#include "symbolic/passes/trig.h"
 #include "symbolic/program/cost.h"
 #include "symbolic/program/live.h"
 #include <string.h>

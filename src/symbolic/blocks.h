@@ -7,7 +7,7 @@
 
 struct kmp_implicit {
     kmp_program_block block;
-    kmp_graph *local;
+    kmp_graph *local;                                     /* has the room of all arrays */
     kmp_ref slope[KMP_IMPLICIT_MOST * KMP_IMPLICIT_MOST]; /* dF_i/dy_j at i unknowns + j */
     kmp_ref change[KMP_IMPLICIT_MOST];                    /* dF_i along dp = KMP_IN_LAMBDA */
     kmp_ref *row; /* of averages: the exponent and the averaged expressions, then `needed`; otherwise NULL */
@@ -15,7 +15,7 @@ struct kmp_implicit {
 };
 
 /** Puts the candidates into the block, in increasing order. false: no memory. */
-bool kmp_block_candidates(kmp_program_block *block, int count, const double *candidate);
+bool kmp_block_candidates(kmp_implicit *block, int count, const double *candidate);
 
 /** References in the enclosing graph for the inputs of a local graph: unknowns for KMP_IN_Q, arguments for
  * KMP_IN_PARAMETER, differentials for KMP_IN_LAMBDA. */

@@ -2,9 +2,9 @@
 /* Chain rule per node, from the operands up. A rotated pair (Y, Z) = Rot(a) (y, z) uses dY = Rot(a) (dy, dz) . e1 - Z
  * da, whose parts mostly exist in the graph already. */
 #include "symbolic/derivative.h"
-#include "base/memory.h"
 #include "symbolic/implicit.h"
 #include "symbolic/rotation.h"
+#include "symbolic/stack.h"
 #include "symbolic/table.h"
 
 #define UNKNOWN UINT32_MAX
@@ -14,8 +14,7 @@ struct kmp_derivative {
     kmp_ref *memo; /* by id; UNKNOWN where not yet derived */
     uint32_t capacity;
     uint32_t *known, known_count; /* ids of the nodes in memo; unused with `few` */
-    uint32_t *stack;
-    uint32_t stack_capacity;
+    kmp_stack stack;
     uint16_t depends; /* inputs that move */
     bool few;         /* memo already holds the constant nodes, as zero */
 };
@@ -90,7 +89,7 @@ void kmp_derivative_free(kmp_derivative *d)
         return;
     kmp_free(d->memo);
     kmp_free(d->known);
-    kmp_free(d->stack);
+    kmp_free(d->stack.id);
     kmp_free(d);
 }
 
@@ -279,20 +278,6 @@ static int needs(kmp_derivative *d, uint32_t id, uint32_t need[3])
     return arity;
 }
 
-static bool push(kmp_derivative *d, uint32_t *top, uint32_t id)
-{
-    if (*top == d->stack_capacity) {
-        uint32_t capacity = d->stack_capacity ? 2 * d->stack_capacity : 256;
-        uint32_t *stack = kmp_realloc(d->stack, capacity, sizeof *stack);
-        if (!stack)
-            return false;
-        d->stack = stack;
-        d->stack_capacity = capacity;
-    }
-    d->stack[(*top)++] = id;
-    return true;
-}
-
 static kmp_ref give_up(kmp_derivative *d)
 {
     kmp_graph_fail(d->g);
@@ -301,28 +286,28 @@ static kmp_ref give_up(kmp_derivative *d)
 
 kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
 {
-    uint32_t top = 0;
     if (!d)
         return KMP_ZERO;
-    if (kmp_graph_failed(d->g) || !reserve(d, kmp_graph_count(d->g)) || !push(d, &top, kmp_id(x)))
+    d->stack.top = 0;
+    if (kmp_graph_failed(d->g) || !reserve(d, kmp_graph_count(d->g)) || !kmp_push(&d->stack, kmp_id(x)))
         return give_up(d);
-    while (top) {
-        uint32_t id = d->stack[top - 1], need[3] = {0};
+    while (d->stack.top) {
+        uint32_t id = d->stack.id[d->stack.top - 1], need[3] = {0};
         if (settled(d, id)) {
-            top--;
+            d->stack.top--;
             continue;
         }
         int count = needs(d, id, need), open = 0;
         for (int k = 0; k < count; k++)
             if (!settled(d, need[k])) {
-                if (!push(d, &top, need[k]))
+                if (!kmp_push(&d->stack, need[k]))
                     return give_up(d);
                 open++;
             }
         if (open)
             continue;
         set(d, id, derive(d, id));
-        top--;
+        d->stack.top--;
     }
     return of(d, x);
 }

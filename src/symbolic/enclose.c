@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/enclose.h"
-#include "base/memory.h"
 #include "symbolic/implicit.h"
 #include "symbolic/program/live.h"
-#include "symbolic/table.h"
 
 enum { FIRST = 8 }; /* KMP_IN_PLACE before it are x, y, z */
 
@@ -43,29 +41,23 @@ static kmp_ref inside(enclosing *e, kmp_ref r)
     if (!e->has[id])
         e->map[id] = leaf(e, id);
     e->has[id] = true;
-    return kmp_is_negative(r) ? kmp_neg(e->map[id]) : e->map[id];
+    return kmp_mapped(e->map, r);
 }
 
 static kmp_ref node(enclosing *e, uint32_t id)
 {
-    const kmp_node n = *kmp_graph_node(e->g, id);
+    const kmp_node *n = kmp_graph_node(e->g, id);
     kmp_ref x[3] = {0};
-    for (int k = 0; k < kmp_op_arity((kmp_op)n.op); k++)
-        x[k] = inside(e, kmp_operand(&n, k));
-    if (n.op == KMP_OP_TABLE) {
-        int table = kmp_graph_add_table(e->local, kmp_graph_table(e->g, (int)n.b));
-        return kmp_table_derivative_at(e->local, table, (int)n.c, x[0]);
-    }
-    if (n.op == KMP_OP_IMPLICIT)
-        kmp_graph_fail(e->local);
-    return kmp_operate(e->local, (kmp_op)n.op, x);
+    for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+        x[k] = inside(e, kmp_operand(n, k));
+    return kmp_graph_rebuild(e->local, e->g, id, x);
 }
 
 /* All that moves, in order, so that operands are there before. */
-static bool bring(enclosing *e, int count, const kmp_ref *residual)
+static void bring(enclosing *e, int count, const kmp_ref *residual)
 {
     uint32_t nodes = kmp_graph_count(e->g);
-    uint8_t *live = KMP_NEW(uint8_t, nodes);
+    uint8_t *live = KMP_GRAPH_NEW(e->g, uint8_t, nodes);
     if (live)
         kmp_live_mark(e->g, count, residual, live, 1);
     for (uint32_t id = 0; live && id < nodes; id++)
@@ -73,46 +65,28 @@ static bool bring(enclosing *e, int count, const kmp_ref *residual)
             e->map[id] = node(e, id);
             e->has[id] = true;
         }
-    kmp_free(live);
-    return live && !kmp_graph_failed(e->local);
-}
-
-/* Takes e->local in any case. -1: it failed. */
-static int make(enclosing *e, int unknowns, const kmp_ref *residual, const kmp_ref *guess)
-{
-    kmp_ref r[KMP_IMPLICIT_MOST], first[KMP_IMPLICIT_MOST];
-    bool ok = bring(e, unknowns, residual);
-    for (int j = 0; ok && j < unknowns; j++) {
-        r[j] = inside(e, residual[j]);
-        first[j] = inside(e, guess[j]);
-    }
-    if (!ok || kmp_graph_failed(e->local)) {
-        kmp_graph_free(e->local);
-        return -1;
-    }
-    kmp_implicit *block = kmp_implicit_new(e->local, unknowns, e->argument_count, r, first);
-    return block ? kmp_graph_add_implicit(e->g, block) : -1;
 }
 
 void kmp_enclose(kmp_graph *g, int unknowns, const kmp_ref *residual, const kmp_ref *guess, kmp_ref *solution)
 {
     uint32_t nodes = kmp_graph_count(g);
+    kmp_ref r[KMP_IMPLICIT_MOST], first[KMP_IMPLICIT_MOST];
     enclosing e = {.g = g, .local = kmp_graph_new()};
-    e.map = KMP_NEW(kmp_ref, nodes);
-    e.has = KMP_NEW(bool, nodes);
-    e.arguments = KMP_NEW(kmp_ref, nodes);
-    int block = -1;
-    if (e.local && e.map && e.has && e.arguments)
-        block = make(&e, unknowns, residual, guess);
-    else
-        kmp_graph_free(e.local);
-    if (block >= 0)
-        kmp_implicit_at(g, block, e.arguments, solution);
-    else
-        kmp_graph_fail(g);
-    for (int j = 0; block < 0 && j < unknowns; j++)
+    e.map = KMP_GRAPH_NEW(g, kmp_ref, nodes);
+    e.has = KMP_GRAPH_NEW(g, bool, nodes);
+    e.arguments = KMP_GRAPH_NEW(g, kmp_ref, nodes);
+    for (int j = 0; j < unknowns; j++)
         solution[j] = KMP_ZERO;
-    kmp_free(e.map);
-    kmp_free(e.has);
-    kmp_free(e.arguments);
+    if (!e.local || kmp_graph_failed(g)) {
+        kmp_graph_free(e.local);
+        kmp_graph_fail(g);
+        return;
+    }
+    bring(&e, unknowns, residual);
+    for (int j = 0; j < unknowns; j++) {
+        r[j] = inside(&e, residual[j]);
+        first[j] = inside(&e, guess[j]);
+    }
+    kmp_implicit *block = kmp_implicit_new(e.local, unknowns, e.argument_count, r, first);
+    kmp_implicit_at(g, kmp_graph_add_implicit(g, block), e.arguments, solution);
 }

@@ -124,18 +124,30 @@ kmp_ref kmp_operate(kmp_graph *g, kmp_op op, const kmp_ref operands[3])
     }
 }
 
-kmp_ref kmp_graph_rebuild(kmp_graph *g, uint32_t id, const kmp_ref operands[3])
+kmp_ref kmp_graph_rebuild(kmp_graph *to, const kmp_graph *from, uint32_t id, const kmp_ref operands[3])
 {
-    kmp_node n = *kmp_graph_node(g, id);
-    switch (kmp_op_form_of((kmp_op)n.op)) {
-    case KMP_FORM_LEAF:
-        return id << 1;
-    case KMP_FORM_APPLIED:
-        return n.op == KMP_OP_TABLE ? kmp_table_derivative_at(g, (int)n.b, (int)n.c, operands[0])
-                                    : kmp_implicit_component(g, (int)n.b, (int)n.c, operands[0]);
-    default:
-        return kmp_operate(g, (kmp_op)n.op, operands);
+    kmp_node n = *kmp_graph_node(from, id);
+    if (n.op == KMP_OP_TABLE) {
+        int table = to == from ? (int)n.b : kmp_graph_add_table(to, kmp_graph_table(from, (int)n.b));
+        return kmp_table_derivative_at(to, table, (int)n.c, operands[0]);
     }
+    if (n.op == KMP_OP_IMPLICIT && to == from)
+        return kmp_implicit_component(to, (int)n.b, (int)n.c, operands[0]);
+    if (n.op == KMP_OP_IMPLICIT)
+        kmp_graph_fail(to);
+    return kmp_operate(to, (kmp_op)n.op, operands);
+}
+
+kmp_ref kmp_graph_rebuild_by(kmp_graph *to, const kmp_graph *from, uint32_t id, const kmp_ref *map)
+{
+    const kmp_node n = *kmp_graph_node(from, id);
+    kmp_ref operands[3] = {0};
+    bool same = to == from;
+    for (int k = 0; k < kmp_op_arity((kmp_op)n.op); k++) {
+        operands[k] = kmp_mapped(map, kmp_operand(&n, k));
+        same = same && operands[k] == kmp_operand(&n, k);
+    }
+    return same ? id << 1 : kmp_graph_rebuild(to, from, id, operands);
 }
 
 kmp_ref kmp_table_derivative_at(kmp_graph *g, int table, int derivative, kmp_ref x)

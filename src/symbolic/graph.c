@@ -19,14 +19,15 @@ struct kmp_graph {
     uint32_t *table; /* id + 1, 0 = free */
     uint32_t table_size;
     kmp_rotations *rotations;
-    kmp_labels *labels; /* NULL: none are kept */
+    kmp_label *labels; /* by id; fewer than nodes */
+    uint32_t label_count;
     kmp_table **tables;
     int table_count;
     kmp_implicit **implicits;
     int implicit_count;
     unsigned rules;
     kmp_arena room;
-    bool failed;
+    bool keeps_labels, failed;
 };
 
 /* -- nodes ----------------------------------------------------------------------------------------- */
@@ -169,7 +170,7 @@ void kmp_graph_free(kmp_graph *g)
     if (!g)
         return;
     kmp_rotations_free(g->rotations);
-    kmp_labels_free(g->labels);
+    kmp_free(g->labels);
     for (int k = 0; k < g->table_count; k++)
         kmp_table_free(g->tables[k]);
     kmp_free(g->tables);
@@ -195,17 +196,12 @@ void kmp_graph_fail(kmp_graph *g)
 
 bool kmp_graph_failed(const kmp_graph *g)
 {
-    return g->failed || g->room.failed || kmp_rotations_failed(g->rotations) || kmp_labels_failed(g->labels);
+    return g->failed || g->room.failed || kmp_rotations_failed(g->rotations);
 }
 
 kmp_rotations *kmp_graph_rotations(kmp_graph *g)
 {
     return g->rotations;
-}
-
-kmp_labels **kmp_graph_labels(kmp_graph *g)
-{
-    return &g->labels;
 }
 
 /* -- construction ---------------------------------------------------------------------------------- */
@@ -345,6 +341,50 @@ int kmp_graph_add_implicit(kmp_graph *g, kmp_implicit *block)
 const kmp_implicit *kmp_graph_implicit(const kmp_graph *g, int block)
 {
     return block >= 0 && block < g->implicit_count ? g->implicits[block] : NULL;
+}
+
+/* -- labels ---------------------------------------------------------------------------------------- */
+
+void kmp_graph_keep_labels(kmp_graph *g)
+{
+    g->keeps_labels = true;
+}
+
+bool kmp_graph_has_labels(const kmp_graph *g)
+{
+    return g->keeps_labels;
+}
+
+static bool reserve_label(kmp_graph *g, uint32_t id)
+{
+    if (id < g->label_count)
+        return true;
+    uint32_t count = 2 * id + 256;
+    kmp_label *labels = kmp_realloc(g->labels, count, sizeof *labels);
+    if (!labels) {
+        g->failed = true;
+        return false;
+    }
+    for (uint32_t k = g->label_count; k < count; k++)
+        labels[k] = (kmp_label){0};
+    g->labels = labels;
+    g->label_count = count;
+    return true;
+}
+
+void kmp_graph_label(kmp_graph *g, kmp_ref r, kmp_label label)
+{
+    uint32_t id = kmp_id(r);
+    bool leaf = kmp_op_arity((kmp_op)kmp_graph_node(g, id)->op) == 0;
+    if (!g->keeps_labels || leaf || !reserve_label(g, id) || g->labels[id].quantity)
+        return;
+    label.negative = label.negative != kmp_is_negative(r);
+    g->labels[id] = label;
+}
+
+const kmp_label *kmp_graph_label_of(const kmp_graph *g, uint32_t id)
+{
+    return id < g->label_count && g->labels[id].quantity ? &g->labels[id] : NULL;
 }
 
 /* -- values ---------------------------------------------------------------------------------------- */

@@ -109,6 +109,11 @@ static inline const kmp_node *kmp_graph_node(const kmp_graph *g, uint32_t id)
 {
     return &((const kmp_graph_seen *)g)->nodes[id];
 }
+/** The form of a reference, from those of nodes. */
+static inline kmp_ref kmp_mapped(const kmp_ref *map, kmp_ref r)
+{
+    return kmp_is_negative(r) ? kmp_neg(map[kmp_id(r)]) : map[kmp_id(r)];
+}
 /** Value of a CONST node. */
 static inline double kmp_graph_value(const kmp_graph *g, uint32_t id)
 {
@@ -149,8 +154,12 @@ kmp_ref kmp_select(kmp_graph *g, kmp_ref condition, kmp_ref x, kmp_ref y);
 
 /** The node of any operation that is neither leaf nor applied. */
 kmp_ref kmp_operate(kmp_graph *g, kmp_op op, const kmp_ref operands[3]);
-/** Rebuilds a node from new operands (as many as its operation has); leaves are returned as they are. */
-kmp_ref kmp_graph_rebuild(kmp_graph *g, uint32_t id, const kmp_ref operands[3]);
+/** Makes node `id` of a graph, which is no leaf, from new operands (as many as its operation has) in the same graph or
+ * another one. Implicit blocks cannot go to another graph, which then fails. */
+kmp_ref kmp_graph_rebuild(kmp_graph *to, const kmp_graph *from, uint32_t id, const kmp_ref operands[3]);
+/** Makes it from the operands' forms: map[id] of each node. In the same graph leaves, and nodes whose operands are
+ * unchanged, are returned as they are. */
+kmp_ref kmp_graph_rebuild_by(kmp_graph *to, const kmp_graph *from, uint32_t id, const kmp_ref *map);
 
 /** x with other references in place of `count` inputs. */
 kmp_ref kmp_graph_replace(kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by, kmp_ref x);

@@ -2,11 +2,11 @@
 /* Blocks in the graph, whose local equations are derived once. A derivative brings them into the enclosing graph with
  * the unknowns and arguments inserted. It solves the linear system for one or two unknowns by quotients, for more by a
  * linear block. Arguments are a chain of LIST nodes. */
+#include "base/arena.h"
 #include "base/memory.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
 #include "symbolic/program/live.h"
-#include "symbolic/table.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,29 +39,21 @@ static void derive_changes(kmp_implicit *b, const kmp_ref *residual)
     kmp_derivative_free(d);
 }
 
-/* The start of a block's Newton iteration. */
-typedef struct beginning {
-    const kmp_ref *guess;
-    int candidates;
-    const double *candidate;
-    kmp_ref merit;
-} beginning;
-
 /* Stages: 1 the guess, then the merit of candidates, then residuals and derivatives. */
-static bool make_program(kmp_implicit *b, const kmp_ref *residual, const beginning *begin)
+static bool make_program(kmp_implicit *b, const kmp_ref *residual, const kmp_ref *first, kmp_ref merit)
 {
-    bool among = begin->candidates > 0;
+    bool among = b->block.candidates > 0;
     int n = b->block.unknowns, count[3] = {n, 1, n + n * n + (among && n == 1)};
     kmp_ref equations[MOST + MOST * MOST], guess[MOST];
     for (int i = 0; i < n; i++) {
         equations[i] = residual[i];
-        guess[i] = among && i == 0 ? KMP_ZERO : begin->guess[i];
+        guess[i] = among && i == 0 ? KMP_ZERO : first[i];
     }
     for (int i = 0; i < n * n; i++)
         equations[n + i] = b->slope[i];
     if (among && n == 1)
-        kmp_derivatives_by(b->local, kmp_input(b->local, KMP_IN_Q, 0), 1, &begin->merit, &equations[2]);
-    const kmp_ref *groups[3] = {guess, &begin->merit, equations};
+        kmp_derivatives_by(b->local, kmp_input(b->local, KMP_IN_Q, 0), 1, &merit, &equations[2]);
+    const kmp_ref *groups[3] = {guess, &merit, equations};
     if (!among) {
         count[1] = count[2];
         groups[1] = equations;
@@ -77,19 +69,26 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-bool kmp_block_candidates(kmp_program_block *b, int count, const double *candidate)
+bool kmp_block_candidates(kmp_implicit *b, int count, const double *candidate)
 {
-    b->candidates = count;
-    b->candidate = KMP_NEW(double, count);
-    if (b->candidate && count > 0) {
-        memcpy(b->candidate, candidate, (size_t)count * sizeof(double));
-        qsort(b->candidate, (size_t)count, sizeof(double), by_size);
+    double *to = KMP_GRAPH_NEW(b->local, double, count);
+    b->block.candidates = count;
+    b->block.candidate = to;
+    if (to && count > 0) {
+        memcpy(to, candidate, (size_t)count * sizeof *to);
+        qsort(to, (size_t)count, sizeof *to, by_size);
     }
-    return b->candidate;
+    return to;
 }
 
-static kmp_implicit *new_block(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
-                               const beginning *begin)
+kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
+                               const kmp_ref *guess)
+{
+    return kmp_implicit_new_among(local, unknowns, arguments, residual, guess, 0, NULL, KMP_ZERO);
+}
+
+kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
+                                     const kmp_ref *guess, int candidates, const double *candidate, kmp_ref merit)
 {
     kmp_implicit *b = KMP_NEW(kmp_implicit, 1);
     if (!b) {
@@ -100,38 +99,21 @@ static kmp_implicit *new_block(kmp_graph *local, int unknowns, int arguments, co
     b->block.unknowns = unknowns;
     b->block.arguments = arguments;
     bool plain = unknowns >= 1 && unknowns <= MOST && !kmp_graph_implicit(local, 0);
-    if (plain && kmp_block_candidates(&b->block, begin->candidates, begin->candidate)) {
+    if (plain && kmp_block_candidates(b, candidates, candidate)) {
         derive_slopes(b, residual);
         derive_changes(b, residual);
-        if (make_program(b, residual, begin))
+        if (make_program(b, residual, guess, merit))
             return b;
     }
     kmp_implicit_free(b);
     return NULL;
 }
 
-kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
-                               const kmp_ref *guess)
-{
-    const beginning begin = {.guess = guess};
-    return new_block(local, unknowns, arguments, residual, &begin);
-}
-
-kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
-                                     const kmp_ref *guess, int candidates, const double *candidate, kmp_ref merit)
-{
-    const beginning begin = {guess, candidates, candidate, merit};
-    return new_block(local, unknowns, arguments, residual, &begin);
-}
-
 void kmp_implicit_free(kmp_implicit *b)
 {
     if (!b)
         return;
-    kmp_free(b->row);
-    kmp_free(b->derived);
     kmp_program_free(b->block.program);
-    kmp_free(b->block.candidate);
     kmp_graph_free(b->local);
     kmp_free(b);
 }
@@ -196,38 +178,23 @@ static kmp_ref import_leaf(const kmp_setting *s, const kmp_graph *local, uint32_
                                       : s->differentials[n->b];
 }
 
-static kmp_ref import_node(const kmp_setting *s, const kmp_graph *local, uint32_t id, const kmp_ref *map)
-{
-    const kmp_node *n = kmp_graph_node(local, id);
-    kmp_ref x[3] = {0};
-    for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++) {
-        kmp_ref r = kmp_operand(n, k);
-        x[k] = kmp_is_negative(r) ? kmp_neg(map[kmp_id(r)]) : map[kmp_id(r)];
-    }
-    if (n->op == KMP_OP_TABLE) {
-        int table = kmp_graph_add_table(s->g, kmp_graph_table(local, (int)n->b));
-        return kmp_table_derivative_at(s->g, table, (int)n->c, x[0]);
-    }
-    return kmp_operate(s->g, (kmp_op)n->op, x);
-}
-
 bool kmp_local_import(const kmp_setting *s, const kmp_graph *local, int count, kmp_ref *refs)
 {
     uint32_t nodes = kmp_graph_count(local);
-    uint8_t *live = KMP_NEW(uint8_t, nodes);
-    kmp_ref *map = KMP_NEW(kmp_ref, nodes);
-    bool ok = live && map;
+    kmp_arena room = {0};
+    uint8_t *live = KMP_ARENA_NEW(&room, uint8_t, nodes);
+    kmp_ref *map = KMP_ARENA_NEW(&room, kmp_ref, nodes);
+    bool ok = !room.failed;
     if (ok)
         kmp_live_mark(local, count, refs, live, 1);
     for (uint32_t id = 0; ok && id < nodes; id++)
         if (live[id])
             map[id] = kmp_op_form_of((kmp_op)kmp_graph_node(local, id)->op) == KMP_FORM_LEAF
                           ? import_leaf(s, local, id)
-                          : import_node(s, local, id, map);
+                          : kmp_graph_rebuild_by(s->g, local, id, map);
     for (int k = 0; ok && k < count; k++)
-        refs[k] = kmp_is_negative(refs[k]) ? kmp_neg(map[kmp_id(refs[k])]) : map[kmp_id(refs[k])];
-    kmp_free(live);
-    kmp_free(map);
+        refs[k] = kmp_mapped(map, refs[k]);
+    kmp_arena_free(&room);
     return ok;
 }
 

@@ -22,7 +22,7 @@ kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, co
 /** A block that starts from the best of several candidates: unknown 0 takes each candidate, the others their guesses,
  * which may depend on unknown 0. Newton's method continues from the candidate where `merit`, of arguments and unknowns,
  * is least. The solution is taken for the least merit nearby: a single unknown stays in the basin in which it starts,
- * where merit falls towards it from both sides. guess[0] is ignored. `candidates` is at least 1. Otherwise as
+ * where merit falls towards it from both sides. guess[0] is ignored. Without candidates, and otherwise, as
  * kmp_implicit_new. */
 kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
                                      const kmp_ref *guess, int candidates, const double *candidate, kmp_ref merit);

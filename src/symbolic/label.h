@@ -17,13 +17,8 @@ typedef struct kmp_label {
     bool negative;              /* the node is the negative of the named value */
 } kmp_label;
 
-typedef struct kmp_labels kmp_labels;
-
-void kmp_labels_free(kmp_labels *labels);
-bool kmp_labels_failed(const kmp_labels *labels);
-
-/** Keeps labels from now on; earlier ones are lost. false: no memory. */
-bool kmp_graph_keep_labels(kmp_graph *g);
+/** Keeps labels from now on; earlier ones are lost. */
+void kmp_graph_keep_labels(kmp_graph *g);
 
 /** Labels the node of a reference, unless it is a leaf or has a label. */
 void kmp_graph_label(kmp_graph *g, kmp_ref r, kmp_label label);
@@ -33,8 +28,5 @@ const kmp_label *kmp_graph_label_of(const kmp_graph *g, uint32_t id);
 
 /** True if labels are kept. */
 bool kmp_graph_has_labels(const kmp_graph *g);
-
-/** The graph's storage of labels. */
-kmp_labels **kmp_graph_labels(kmp_graph *g);
 
 #endif

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Depth first with an explicit stack, so that a small change in a large graph costs the nodes that it touches. */
 #include "symbolic/substitute.h"
-#include "base/memory.h"
+#include "symbolic/program/live.h"
+#include "symbolic/stack.h"
 
 typedef struct rewriting {
     kmp_graph *g;
     uint32_t *id; /* of visited nodes, open addressing; UINT32_MAX: free */
     kmp_ref *now; /* their replacements */
     uint32_t size, count;
-    uint32_t *stack, top, capacity;
+    kmp_stack stack;
     bool failed;
 } rewriting;
 
@@ -70,40 +71,25 @@ static kmp_ref now(const rewriting *w, kmp_ref r)
     return kmp_is_negative(r) ? kmp_neg(n) : n;
 }
 
-static void push(rewriting *w, uint32_t id)
-{
-    if (w->top == w->capacity) {
-        uint32_t capacity = w->capacity ? 2 * w->capacity : 64;
-        uint32_t *stack = kmp_realloc(w->stack, capacity, sizeof *stack);
-        if (!stack) {
-            w->failed = true;
-            return;
-        }
-        w->stack = stack;
-        w->capacity = capacity;
-    }
-    w->stack[w->top++] = id;
-}
-
 static kmp_ref rewrite(rewriting *w, kmp_ref output, uint16_t *through)
 {
-    for (push(w, kmp_id(output)); w->top && !w->failed;) {
-        uint32_t id = w->stack[w->top - 1], before = w->top;
+    for (w->failed = !kmp_push(&w->stack, kmp_id(output)) || w->failed; w->stack.top && !w->failed;) {
+        uint32_t id = w->stack.id[w->stack.top - 1], before = w->stack.top;
         kmp_node n = *kmp_graph_node(w->g, id);
         int arity = kmp_op_arity((kmp_op)n.op);
         for (int k = 0; !known(w, id) && k < arity; k++)
             if (!known(w, kmp_id(kmp_operand(&n, k))))
-                push(w, kmp_id(kmp_operand(&n, k)));
-        if (w->top > before)
+                w->failed = !kmp_push(&w->stack, kmp_id(kmp_operand(&n, k))) || w->failed;
+        if (w->stack.top > before)
             continue;
-        w->top--;
+        w->stack.top--;
         if (known(w, id))
             continue;
         kmp_ref operands[3] = {0}, result = id << 1;
         for (int k = 0; k < arity; k++)
             operands[k] = now(w, kmp_operand(&n, k));
         if (arity > 0)
-            result = kmp_graph_rebuild(w->g, id, operands);
+            result = kmp_graph_rebuild(w->g, w->g, id, operands);
         else
             *through |= n.depends;
         set(w, id, result);
@@ -122,6 +108,26 @@ bool kmp_substitute(kmp_graph *g, int count, const kmp_ref *from, const kmp_ref 
         outputs[k] = rewrite(&w, outputs[k], through);
     kmp_free(w.id);
     kmp_free(w.now);
-    kmp_free(w.stack);
+    kmp_free(w.stack.id);
     return !w.failed && !kmp_graph_failed(g);
+}
+
+/* The nodes that x needs are marked from x down and rebuilt from the inputs up: the order of ids is topological. */
+kmp_ref kmp_graph_replace(kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by, kmp_ref x)
+{
+    uint32_t top = kmp_id(x);
+    uint8_t *needed = KMP_GRAPH_NEW(g, uint8_t, kmp_graph_count(g));
+    kmp_ref *made = KMP_GRAPH_NEW(g, kmp_ref, top + 1);
+    if (!needed || !made)
+        return KMP_ZERO;
+    kmp_live_mark(g, 1, &x, needed, 1);
+    for (uint32_t id = 0; id <= top; id++) {
+        made[id] = id << 1;
+        for (int k = 0; k < count; k++)
+            if (kmp_id(input[k]) == id)
+                made[id] = kmp_is_negative(input[k]) ? kmp_neg(by[k]) : by[k];
+        if (needed[id] && made[id] == id << 1)
+            made[id] = kmp_graph_rebuild_by(g, g, id, made);
+    }
+    return kmp_mapped(made, x);
 }

@@ -42,27 +42,20 @@ static double secant(const kmp_table *t, int k)
     return (t->y[k + 1] - t->y[k]) / (t->x[k + 1] - t->x[k]);
 }
 
-static void cubic_pieces(kmp_table *t, const double *slope)
-{
-    for (int k = 0; k < t->count - 1; k++)
-        kmp_spline_piece(t->x[k + 1] - t->x[k], t->y[k], t->y[k + 1], slope[k], slope[k + 1], t->piece[k]);
-}
-
-static bool make_pieces(kmp_table *t)
+static void make_pieces(kmp_table *t)
 {
     for (int k = 0; k < t->count - 1; k++) {
         t->piece[k][0] = t->y[k];
         t->piece[k][1] = secant(t, k);
     }
     if (t->method == KMP_TABLE_LINEAR || t->count < 3)
-        return true;
-    double *work = KMP_NEW(double, 3 * t->count);
-    if (!work)
-        return false;
-    kmp_spline_slopes(t->count, t->x, t->y, work, work + t->count);
-    cubic_pieces(t, work);
-    kmp_free(work);
-    return true;
+        return;
+    double *slope = KMP_ARENA_NEW(&t->arena, double, 3 * t->count);
+    if (!slope)
+        return;
+    kmp_spline_slopes(t->count, t->x, t->y, slope, slope + t->count);
+    for (int k = 0; k < t->count - 1; k++)
+        kmp_spline_piece(t->x[k + 1] - t->x[k], t->y[k], t->y[k + 1], slope[k], slope[k + 1], t->piece[k]);
 }
 
 static int last_part(const kmp_table *t)
@@ -96,18 +89,17 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
         return NULL;
     t->method = method;
     t->count = count;
-    t->x = KMP_NEW(double, count);
-    t->y = KMP_NEW(double, count);
-    t->piece = kmp_calloc((size_t)count, sizeof *t->piece);
-    t->last = KMP_NEW(int, last_part(t) + 2);
-    if (!t->x || !t->y || !t->piece || !t->last) {
-        kmp_table_free(t);
-        return NULL;
+    t->x = KMP_ARENA_NEW(&t->arena, double, count);
+    t->y = KMP_ARENA_NEW(&t->arena, double, count);
+    t->piece = kmp_arena_alloc(&t->arena, (size_t)count, sizeof *t->piece);
+    t->last = KMP_ARENA_NEW(&t->arena, int, last_part(t) + 2);
+    if (!t->arena.failed) {
+        memcpy(t->x, x, (size_t)count * sizeof *x);
+        memcpy(t->y, y, (size_t)count * sizeof *y);
+        t->per_length = last_part(t) / (x[count - 1] - x[0]);
+        make_pieces(t);
     }
-    memcpy(t->x, x, (size_t)count * sizeof *x);
-    memcpy(t->y, y, (size_t)count * sizeof *y);
-    t->per_length = last_part(t) / (x[count - 1] - x[0]);
-    if (!make_pieces(t)) {
+    if (t->arena.failed) {
         kmp_table_free(t);
         return NULL;
     }
@@ -120,10 +112,7 @@ void kmp_table_free(kmp_table *t)
 {
     if (!t)
         return;
-    kmp_free(t->x);
-    kmp_free(t->y);
-    kmp_free(t->piece);
-    kmp_free(t->last);
+    kmp_arena_free(&t->arena);
     kmp_free(t);
 }
 

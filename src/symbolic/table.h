@@ -7,12 +7,14 @@
 #ifndef KMP_SYMBOLIC_TABLE_H
 #define KMP_SYMBOLIC_TABLE_H
 
+#include "base/arena.h"
 #include "symbolic/graph.h"
 
 typedef enum kmp_table_method { KMP_TABLE_LINEAR, KMP_TABLE_CUBIC, KMP_TABLE_METHODS } kmp_table_method;
 
 /* Read-only once made. */
 typedef struct kmp_table {
+    kmp_arena arena; /* of all arrays */
     kmp_table_method method;
     int count;          /* knots, at least 2 */
     double *x, *y;      /* count: x increasing */

@@ -3,8 +3,6 @@
  * differentiation, in axes that turn or stay, and both as two-sided differences say. */
 #include "check.h"
 #include "derived.h"
-#include "dynamics/shorten/origins.h"
-#include "dynamics/shorten/regroup.h"
 #include "integrators/formulations/tangent.h"
 #include "random_model.h"
 

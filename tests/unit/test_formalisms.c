@@ -9,8 +9,6 @@
 #include "derived.h"
 #include "distance.h"
 #include "dynamics/forces.h"
-#include "dynamics/shorten/origins.h"
-#include "dynamics/shorten/regroup.h"
 #include "random_model.h"
 #include <stdlib.h>
 

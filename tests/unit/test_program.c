@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "random_graph.h"
-#include "symbolic/passes/trig.h"
+#include "symbolic/passes/shorten.h"
 #include "symbolic/program/program.h"
 
 #if defined(__linux__) && defined(__GLIBC__)

@@ -3,8 +3,6 @@
 #include "base/memory.h"
 #include "check.h"
 #include "random.h"
-#include "symbolic/passes/factor.h"
-#include "symbolic/passes/pairs.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/cost.h"
 #include <math.h>

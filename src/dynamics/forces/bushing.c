@@ -36,13 +36,6 @@ static bool is_zero(const kmp_ref k[3])
     return alike(k) && k[0] == KMP_ZERO;
 }
 
-static void values(const kmp_tree *tree, const kmp_number number[3], kmp_ref k[3])
-{
-    kmp_vec v = kmp_tree_vector(tree, number);
-    for (int i = 0; i < 3; i++)
-        k[i] = v.x[i];
-}
-
 /* sum_i x_i p_i */
 static kmp_vec along_axes(const bushing *b, const kmp_ref x[3])
 {
@@ -74,11 +67,9 @@ static void add_potential(kmp_forces *forces, kmp_graph *g, kmp_ref factor, kmp_
 static kmp_vec pull(kmp_forces *forces, const bushing *b, const kmp_force *force, unsigned energy)
 {
     kmp_graph *g = b->tree->graph;
-    kmp_ref k[3], c[3], preload[3];
-    values(b->tree, force->along, k);
-    values(b->tree, force->along_damping, c);
-    values(b->tree, force->preload, preload);
-    kmp_vec elastic = weigh(b, k, b->way), drag = weigh(b, c, b->rate), constant = along_axes(b, preload);
+    const kmp_vec k = kmp_tree_vector(b->tree, force->along), c = kmp_tree_vector(b->tree, force->along_damping);
+    const kmp_vec preload = kmp_tree_vector(b->tree, force->preload);
+    kmp_vec elastic = weigh(b, k.x, b->way), drag = weigh(b, c.x, b->rate), constant = along_axes(b, preload.x);
     if (energy & KMP_ENERGY_POTENTIAL) {
         add_potential(forces, g, kmp_const(g, 0.5), elastic, b->way);
         add_potential(forces, g, KMP_ONE, constant, b->way);
@@ -118,13 +109,11 @@ static kmp_vec turn_back(kmp_forces *forces, const bushing *b, const kmp_ref k[3
 static kmp_vec moment(kmp_forces *forces, const bushing *b, const kmp_force *force, unsigned energy)
 {
     kmp_graph *g = b->tree->graph;
-    kmp_ref k[3], c[3];
-    values(b->tree, force->about, k);
-    values(b->tree, force->about_damping, c);
-    kmp_vec drag = weigh(b, c, b->spin);
+    const kmp_vec k = kmp_tree_vector(b->tree, force->about), c = kmp_tree_vector(b->tree, force->about_damping);
+    kmp_vec drag = weigh(b, c.x, b->spin);
     if (energy & KMP_ENERGY_POWER)
         forces->power = kmp_sub(g, forces->power, kmp_vec_dot(g, drag, b->spin));
-    return kmp_vec_add(g, turn_back(forces, b, k, energy), drag);
+    return kmp_vec_add(g, turn_back(forces, b, k.x, energy), drag);
 }
 
 /* Places, axes and rates in the axes of the common ancestor. */

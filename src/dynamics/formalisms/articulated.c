@@ -21,16 +21,6 @@ static kmp_vec tensor_column(kmp_tensor t, int j)
     return (kmp_vec){{t.x[kmp_tensor_at[0][j]], t.x[kmp_tensor_at[1][j]], t.x[kmp_tensor_at[2][j]]}};
 }
 
-static kmp_vec matrix_row(kmp_matrix m, int i)
-{
-    return (kmp_vec){{m.x[i][0], m.x[i][1], m.x[i][2]}};
-}
-
-static kmp_vec matrix_column(kmp_matrix m, int j)
-{
-    return (kmp_vec){{m.x[0][j], m.x[1][j], m.x[2][j]}};
-}
-
 /* K, H = b~, A = m 1 with the first moment b. */
 static inertia own_inertia(const kmp_tree *tree, int i)
 {
@@ -61,9 +51,9 @@ static kmp_ref release(const kmp_tree *tree, int i, inertia *r, kmp_wrench *pass
     const kmp_link *link = &tree->links[i];
     int e = link->axis;
     kmp_wrench u;
-    u.moment = link->rotation ? tensor_column(r->k, e) : matrix_column(r->h, e);
-    u.force = link->rotation ? matrix_row(r->h, e) : tensor_column(r->a, e);
-    kmp_ref along = link->rotation ? u.moment.x[e] : u.force.x[e];
+    u.moment = link->rotation ? tensor_column(r->k, e) : kmp_vec_of_column(&r->h, e);
+    u.force = link->rotation ? kmp_vec_of_row(&r->h, e) : tensor_column(r->a, e);
+    kmp_ref along = *kmp_wrench_along(link, &u);
     if (along == KMP_ZERO)
         return along;
     kmp_ref inverse = kmp_div(g, KMP_ONE, along);
@@ -77,7 +67,7 @@ static kmp_ref release(const kmp_tree *tree, int i, inertia *r, kmp_wrench *pass
             kmp_ref uv = kmp_mul(g, u.moment.x[p], passed->force.x[q]);
             r->h.x[p][q] = gone ? KMP_ZERO : kmp_sub(g, r->h.x[p][q], uv);
         }
-    *(link->rotation ? &passed->moment.x[e] : &passed->force.x[e]) = KMP_ZERO;
+    *kmp_wrench_along(link, passed) = KMP_ZERO;
     return inverse;
 }
 
@@ -88,14 +78,14 @@ static inertia shifted(kmp_graph *g, inertia r, kmp_vec d)
         return r;
     kmp_vec dh[3]; /* columns of d~ H' */
     for (int j = 0; j < 3; j++)
-        dh[j] = kmp_vec_cross(g, d, matrix_row(r.h, j));
+        dh[j] = kmp_vec_cross(g, d, kmp_vec_of_row(&r.h, j));
     for (int j = 0; j < 3; j++) {
         kmp_vec da = kmp_vec_cross(g, d, tensor_column(r.a, j));
         for (int i = 0; i < 3; i++)
             r.h.x[i][j] = kmp_add(g, r.h.x[i][j], da.x[i]);
     }
     for (int i = 0; i < 3; i++) {
-        kmp_vec hd = kmp_vec_cross(g, d, matrix_row(r.h, i)); /* - (H d~)' by rows */
+        kmp_vec hd = kmp_vec_cross(g, d, kmp_vec_of_row(&r.h, i)); /* - (H d~)' by rows */
         for (int j = i; j < 3; j++) {
             kmp_ref *x = &r.k.x[kmp_tensor_at[i][j]];
             *x = kmp_add(g, *x, kmp_add(g, dh[j].x[i], hd.x[j]));
@@ -150,11 +140,6 @@ kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree)
     return kmp_graph_failed(g) ? kmp_fail_memory(tree->model->context) : KEMPE_OK;
 }
 
-static kmp_ref *component(const kmp_link *link, kmp_wrench *w)
-{
-    return link->rotation ? &w->moment.x[link->axis] : &w->force.x[link->axis];
-}
-
 /* Inward sweep: the generalized force left for the joint's own acceleration, and the load on the parent. */
 static void solve_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *left)
 {
@@ -163,7 +148,7 @@ static void solve_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *le
     for (int i = tree->count - 1; i > 0; i--) {
         const kmp_link *link = &tree->links[i];
         kmp_wrench w = a->down[i], *passed = &a->passed[i];
-        kmp_ref own = effort ? effort[i - 1] : KMP_ZERO, *along = component(link, &w);
+        kmp_ref own = effort ? effort[i - 1] : KMP_ZERO, *along = kmp_wrench_along(link, &w);
         own = link->reversed ? kmp_neg(own) : own;
         left[i - 1] = kmp_sub(g, own, *along);
         w.moment = kmp_vec_add(g, w.moment, kmp_vec_scale(g, left[i - 1], passed->moment));
@@ -189,7 +174,7 @@ static void solve_outwards(kmp_articulated *a, kmp_ref *qdd)
         m[i].force = kmp_vec_add(g, m[i].force, kmp_vec_cross(g, m[i].moment, kmp_link_slide(tree, i)));
         kmp_ref along =
             kmp_add(g, kmp_vec_dot(g, passed->moment, m[i].moment), kmp_vec_dot(g, passed->force, m[i].force));
-        kmp_ref total = kmp_sub(g, kmp_mul(g, a->inverse[i], qdd[i - 1]), along), *x = component(link, &m[i]);
+        kmp_ref total = kmp_sub(g, kmp_mul(g, a->inverse[i], qdd[i - 1]), along), *x = kmp_wrench_along(link, &m[i]);
         qdd[i - 1] = kmp_sub(g, total, *x);
         *x = total;
         if (link->reversed)

@@ -10,20 +10,11 @@ static void set_beta(kmp_graph *g, kmp_movement *m)
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
         kmp_ref wj = m->w.x[j], wk = m->w.x[k];
-        m->beta[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
+        m->beta.x[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
         kmp_ref ww = kmp_mul(g, m->w.x[i], wj);
-        m->beta[i][j] = kmp_sub(g, ww, m->wd.x[k]);
-        m->beta[j][i] = kmp_add(g, ww, m->wd.x[k]);
+        m->beta.x[i][j] = kmp_sub(g, ww, m->wd.x[k]);
+        m->beta.x[j][i] = kmp_add(g, ww, m->wd.x[k]);
     }
-}
-
-static kmp_vec apply_beta(kmp_graph *g, const kmp_movement *m, kmp_vec v)
-{
-    kmp_vec r = kmp_vec_zero();
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, m->beta[i][j], v.x[j]));
-    return r;
 }
 
 static kmp_ref signed_for(const kmp_link *link, kmp_ref r)
@@ -42,7 +33,7 @@ static void forward(const kmp_tree *tree, int i, kmp_ref qdd, kmp_movement *m)
     kmp_vec rate = kmp_vec_axis(link->qd, link->axis);
     mi->w = kmp_link_to_child(tree, i, h->w);
     mi->wd = kmp_link_to_child(tree, i, h->wd);
-    mi->alpha = kmp_link_to_child(tree, i, kmp_vec_add(g, h->alpha, apply_beta(g, h, link->p)));
+    mi->alpha = kmp_link_to_child(tree, i, kmp_vec_add(g, h->alpha, kmp_matrix_apply(g, &h->beta, false, link->p)));
     if (link->rotation) {
         mi->w = kmp_vec_add(g, mi->w, rate);                            /* (11) */
         mi->wd = kmp_vec_add(g, mi->wd, kmp_vec_cross(g, mi->w, rate)); /* (12) */
@@ -52,7 +43,7 @@ static void forward(const kmp_tree *tree, int i, kmp_ref qdd, kmp_movement *m)
     }
     set_beta(g, mi);
     kmp_vec coriolis = kmp_vec_cross(g, mi->w, kmp_vec_scale(g, kmp_const(g, 2), rate));
-    mi->alpha = kmp_vec_add(g, mi->alpha, apply_beta(g, mi, kmp_link_slide(tree, i))); /* (14) */
+    mi->alpha = kmp_vec_add(g, mi->alpha, kmp_matrix_apply(g, &mi->beta, false, kmp_link_slide(tree, i))); /* (14) */
     mi->alpha = kmp_vec_add(g, mi->alpha, coriolis);
     mi->alpha.x[link->axis] = kmp_add(g, mi->alpha.x[link->axis], acceleration);
 }
@@ -63,7 +54,7 @@ static void name_motion(kmp_graph *g, int i, const kmp_movement *m)
     kmp_name_vector(g, &kmp_name_acceleration, m->wd, i, 0);
     kmp_name_vector(g, &kmp_name_linear, m->alpha, i, 0);
     for (int k = 0; k < 9; k++)
-        kmp_name_entry(g, &kmp_name_beta, m->beta[k / 3][k % 3], k + 1, i, 0);
+        kmp_name_entry(g, &kmp_name_beta, m->beta.x[k / 3][k % 3], k + 1, i, 0);
 }
 
 /* I wd + w x (I w), written with beta, whose products of rates exist already:
@@ -79,8 +70,8 @@ static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const kmp_movement *
         kmp_ref squares = kmp_sub(g, kmp_mul(g, wy, wy), kmp_mul(g, wz, wz));
         kmp_ref difference = kmp_sub(g, inertia.x[z], inertia.x[y]);
         kmp_ref sum = kmp_add(g, kmp_mul(g, inertia.x[x], m->wd.x[x]), kmp_mul(g, difference, kmp_mul(g, wy, wz)));
-        sum = kmp_sub(g, sum, kmp_mul(g, xy, m->beta[z][x]));
-        sum = kmp_add(g, sum, kmp_mul(g, xz, m->beta[y][x]));
+        sum = kmp_sub(g, sum, kmp_mul(g, xy, m->beta.x[z][x]));
+        sum = kmp_add(g, sum, kmp_mul(g, xz, m->beta.x[y][x]));
         r.x[x] = kmp_add(g, sum, kmp_mul(g, inertia.x[kmp_tensor_at[y][z]], squares));
     }
     return r;
@@ -95,11 +86,11 @@ static void body_wrench(const kmp_tree *tree, int i, const kmp_movement *m, cons
     kmp_vec f, moment;
     if (link->about) {
         const kmp_composite *own = &link->own;
-        f = kmp_vec_add(g, kmp_vec_scale(g, own->mass, m->alpha), apply_beta(g, m, own->moment));
+        f = kmp_vec_add(g, kmp_vec_scale(g, own->mass, m->alpha), kmp_matrix_apply(g, &m->beta, false, own->moment));
         moment = kmp_vec_add(g, kmp_vec_cross(g, own->moment, m->alpha), gyroscopic(g, own->inertia, m));
         moment = kmp_vec_sub(g, moment, kmp_vec_cross(g, link->com, link->push));
     } else {
-        f = kmp_vec_scale(g, link->mass, kmp_vec_add(g, m->alpha, apply_beta(g, m, link->com)));
+        f = kmp_vec_scale(g, link->mass, kmp_vec_add(g, m->alpha, kmp_matrix_apply(g, &m->beta, false, link->com)));
         moment = kmp_vec_cross(g, link->com, kmp_vec_sub(g, f, link->push));
         moment = kmp_vec_add(g, moment, gyroscopic(g, link->inertia, m));
     }
@@ -121,9 +112,9 @@ void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench 
 }
 
 /* (37), (38): the component along the joint's motion, signed like q. */
-static kmp_ref project(const kmp_link *link, const kmp_wrench *w)
+static kmp_ref project(const kmp_link *link, kmp_wrench *w)
 {
-    return signed_for(link, link->rotation ? w->moment.x[link->axis] : w->force.x[link->axis]);
+    return signed_for(link, *kmp_wrench_along(link, w));
 }
 
 void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)

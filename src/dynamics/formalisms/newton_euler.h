@@ -10,11 +10,17 @@ typedef struct kmp_wrench {
     kmp_vec force, moment;
 } kmp_wrench;
 
+/** Its component along the link's joint. */
+static inline kmp_ref *kmp_wrench_along(const kmp_link *link, kmp_wrench *w)
+{
+    return link->rotation ? &w->moment.x[link->axis] : &w->force.x[link->axis];
+}
+
 /** Motion of a link: omega, omega dot, beta = omega dot~ + omega~ omega~ (13), alpha = acceleration - g (10) of its
  *  origin. */
 typedef struct kmp_movement {
     kmp_vec w, wd, alpha;
-    kmp_ref beta[3][3];
+    kmp_matrix beta;
 } kmp_movement;
 
 /** The joint forces that give the accelerations qdd[k] (motion k; all zero: the bias C): eqs. (11)-(14), (25), (27),

@@ -61,11 +61,6 @@ typedef struct scheme {
 
 /* -- links --------------------------------------------------------------------------------------------- */
 
-static kmp_vec beta_column(const kmp_movement *m, int e)
-{
-    return (kmp_vec){{m->beta[0][e], m->beta[1][e], m->beta[2][e]}};
-}
-
 static void set_change(scheme *s, int i)
 {
     const kmp_link *link = &s->tree->links[i];
@@ -74,7 +69,7 @@ static void set_change(scheme *s, int i)
     change *c = &s->change[i];
     c->first = kmp_vec_cross(s->g, m->w, e);
     c->twice = kmp_vec_cross(s->g, s->twice_w[i], e);
-    p = beta_column(m, link->axis);
+    p = kmp_vec_of_column(&m->beta, link->axis);
     c->angular = link->rotation ? p : kmp_vec_zero();
     c->linear = link->rotation ? kmp_vec_cross(s->g, m->alpha, e) : p;
 }
@@ -181,7 +176,7 @@ static pass pass_from(const scheme *s, int i)
         p.by_q = force_of(s, i, c->angular, c->linear, c->first);
         p.by_qd = force_of(s, i, c->twice, none, e);
         p.inertia = force_of(s, i, e, none, none);
-        p.rate = (kmp_vec){{h->x[link->axis][0], h->x[link->axis][1], h->x[link->axis][2]}};
+        p.rate = kmp_vec_of_row(h, link->axis);
         p.by_q.force = kmp_vec_add(g, p.by_q.force, kmp_vec_cross(g, e, s->w[i].force));
         p.by_q.moment = kmp_vec_add(g, p.by_q.moment, kmp_vec_cross(g, e, s->w[i].moment));
     } else {
@@ -213,11 +208,6 @@ static void go_on(const scheme *s, int k, pass *p)
     p->by_qd = moved(s->tree, k, p->by_qd);
 }
 
-static kmp_ref along(const kmp_link *link, const kmp_wrench *w)
-{
-    return link->rotation ? w->moment.x[link->axis] : w->force.x[link->axis];
-}
-
 /* Signed like q_i and q_k. */
 static void put(scheme *s, kmp_ref *to, int i, int k, kmp_ref x)
 {
@@ -226,7 +216,7 @@ static void put(scheme *s, kmp_ref *to, int i, int k, kmp_ref x)
 }
 
 /* Derivatives of the generalized force of joint h by q_i and qd_i, and the reverse. */
-static void cross_at(scheme *s, int i, int h, const pass *p)
+static void cross_at(scheme *s, int i, int h, pass *p)
 {
     kmp_graph *g = s->g;
     const kmp_link *link = &s->tree->links[h];
@@ -239,8 +229,8 @@ static void cross_at(scheme *s, int i, int h, const pass *p)
     } else {
         qd = kmp_vec_dot(g, p->inertia.force, c->twice);
     }
-    put(s, s->by_q, h, i, along(link, &p->by_q));
-    put(s, s->by_qd, h, i, along(link, &p->by_qd));
+    put(s, s->by_q, h, i, *kmp_wrench_along(link, &p->by_q));
+    put(s, s->by_qd, h, i, *kmp_wrench_along(link, &p->by_qd));
     put(s, s->by_q, i, h, q);
     put(s, s->by_qd, i, h, qd);
 }
@@ -250,8 +240,8 @@ static void all_passes(scheme *s)
     const kmp_link *links = s->tree->links;
     for (int i = s->tree->count - 1; i > 0; i--) {
         pass p = pass_from(s, i);
-        put(s, s->by_q, i, i, along(&links[i], &p.by_q));
-        put(s, s->by_qd, i, i, along(&links[i], &p.by_qd));
+        put(s, s->by_q, i, i, *kmp_wrench_along(&links[i], &p.by_q));
+        put(s, s->by_qd, i, i, *kmp_wrench_along(&links[i], &p.by_qd));
         for (int k = i; links[k].parent > 0; k = links[k].parent) {
             go_on(s, k, &p);
             cross_at(s, i, links[k].parent, &p);
@@ -295,7 +285,7 @@ static void bring_to_joints(const scheme *s, int j, kmp_wrench *w, kmp_ref *to)
     int n = s->tree->count - 1;
     for (int i = n; i > 0; i--) {
         if (!kmp_vec_is_zero(w[i].force) || !kmp_vec_is_zero(w[i].moment)) {
-            kmp_ref x = along(&links[i], &w[i]), *entry = &to[(i - 1) * n + j - 1];
+            kmp_ref x = *kmp_wrench_along(&links[i], &w[i]), *entry = &to[(i - 1) * n + j - 1];
             *entry = kmp_sub(s->g, *entry, links[i].reversed ? kmp_neg(x) : x);
             kmp_wrench_to_parent(s->tree, i, w[i], &w[links[i].parent]);
         }

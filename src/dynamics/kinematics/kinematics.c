@@ -16,30 +16,20 @@ static void identity(double m[3][3])
             m[i][j] = i == j;
 }
 
-/* A chart as a rotation of references. */
-static kmp_ref chart_entry(kmp_graph *g, int chart, int row, int column)
-{
-    return kmp_input(g, KMP_IN_CHART, (uint32_t)(9 * chart + 3 * row + column));
-}
-
 static kmp_vec apply_chart(kmp_graph *g, int chart, bool transposed, kmp_vec v)
 {
-    kmp_vec r = kmp_vec_zero();
-    for (int i = 0; chart >= 0 && i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            kmp_ref c = transposed ? chart_entry(g, chart, j, i) : chart_entry(g, chart, i, j);
-            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, c, v.x[j]));
-        }
-    return chart >= 0 ? r : v;
+    kmp_matrix m;
+    for (int k = 0; chart >= 0 && k < 9; k++)
+        m.x[k / 3][k % 3] = kmp_input(g, KMP_IN_CHART, (uint32_t)(9 * chart + k));
+    return chart >= 0 ? kmp_matrix_apply(g, &m, transposed, v) : v;
 }
 
 static kmp_vec apply(kmp_graph *g, double m[3][3], bool transposed, kmp_vec v)
 {
-    kmp_vec r = kmp_vec_zero();
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, kmp_const(g, transposed ? m[j][i] : m[i][j]), v.x[j]));
-    return r;
+    kmp_matrix numbers;
+    for (int k = 0; k < 9; k++)
+        numbers.x[k / 3][k % 3] = kmp_const(g, m[k / 3][k % 3]);
+    return kmp_matrix_apply(g, &numbers, transposed, v);
 }
 
 /* Axes whose third is the unit vector e: Rodrigues' turn of z onto e about z x e. */

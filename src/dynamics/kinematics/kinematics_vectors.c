@@ -11,16 +11,21 @@ kmp_ref kmp_link_axes(const kmp_tree *tree, int i, int row, int column)
     return kmp_const(tree->graph, link->g[row][column]);
 }
 
+/* g of v_parent = g v_link. */
+static kmp_matrix link_matrix(const kmp_tree *tree, int i)
+{
+    kmp_matrix m;
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 3; column++)
+            m.x[row][column] = kmp_link_axes(tree, i, row, column);
+    return m;
+}
+
 /* v_parent = g v_link, or back. */
 static kmp_vec apply_axes(const kmp_tree *tree, int i, bool transposed, kmp_vec v)
 {
-    kmp_vec r = kmp_vec_zero();
-    for (int k = 0; k < 3; k++)
-        for (int j = 0; j < 3; j++) {
-            kmp_ref g = transposed ? kmp_link_axes(tree, i, j, k) : kmp_link_axes(tree, i, k, j);
-            r.x[k] = kmp_add(tree->graph, r.x[k], kmp_mul(tree->graph, g, v.x[j]));
-        }
-    return r;
+    const kmp_matrix g = link_matrix(tree, i);
+    return kmp_matrix_apply(tree->graph, &g, transposed, v);
 }
 
 void kmp_link_turn(const kmp_tree *tree, const kmp_link *link, kmp_ref angle, kmp_vec *v)
@@ -53,16 +58,6 @@ kmp_vec kmp_link_to_child(const kmp_tree *tree, int i, kmp_vec v)
     if (!link->stays)
         kmp_link_turn(tree, link, kmp_neg(link->q), &v);
     return v;
-}
-
-/* g of v_parent = g v_link. */
-static kmp_matrix link_matrix(const kmp_tree *tree, int i)
-{
-    kmp_matrix m;
-    for (int row = 0; row < 3; row++)
-        for (int column = 0; column < 3; column++)
-            m.x[row][column] = kmp_link_axes(tree, i, row, column);
-    return m;
 }
 
 kmp_tensor kmp_link_tensor_to_parent(const kmp_tree *tree, int i, kmp_tensor t)

@@ -7,6 +7,50 @@
 const int kmp_tensor_at[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 static const int row_of[6] = {0, 1, 2, 0, 0, 1}, column_of[6] = {0, 1, 2, 1, 2, 2};
 
+kmp_vec kmp_tensor_apply(kmp_graph *g, kmp_tensor t, kmp_vec a)
+{
+    kmp_vec r;
+    for (int i = 0; i < 3; i++) {
+        r.x[i] = kmp_mul(g, t.x[kmp_tensor_at[i][0]], a.x[0]);
+        for (int j = 1; j < 3; j++)
+            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, t.x[kmp_tensor_at[i][j]], a.x[j]));
+    }
+    return r;
+}
+
+kmp_tensor kmp_tensor_add(kmp_graph *g, kmp_tensor a, kmp_tensor b)
+{
+    for (int k = 0; k < 6; k++)
+        a.x[k] = kmp_add(g, a.x[k], b.x[k]);
+    return a;
+}
+
+kmp_tensor kmp_tensor_steiner(kmp_graph *g, kmp_ref m, kmp_vec a, kmp_vec b)
+{
+    kmp_vec mb = kmp_vec_scale(g, m, b);
+    kmp_ref d[3], half = kmp_const(g, 0.5);
+    kmp_tensor t;
+    for (int i = 0; i < 3; i++)
+        d[i] = kmp_mul(g, a.x[i], mb.x[i]);
+    for (int i = 0; i < 3; i++)
+        t.x[i] = kmp_add(g, d[(i + 1) % 3], d[(i + 2) % 3]);
+    for (int i = 0; i < 3; i++)
+        for (int j = i + 1; j < 3; j++) {
+            kmp_ref p = kmp_mul(g, a.x[i], mb.x[j]), q = kmp_mul(g, a.x[j], mb.x[i]);
+            t.x[kmp_tensor_at[i][j]] = kmp_neg(p == q ? p : kmp_mul(g, half, kmp_add(g, p, q)));
+        }
+    return t;
+}
+
+kmp_vec kmp_matrix_apply(kmp_graph *g, const kmp_matrix *m, bool transposed, kmp_vec v)
+{
+    kmp_vec r = kmp_vec_zero();
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, transposed ? m->x[j][i] : m->x[i][j], v.x[j]));
+    return r;
+}
+
 typedef struct block {
     kmp_ref a, b, c, d;
 } block;
@@ -17,11 +61,6 @@ static block turned_block(kmp_graph *g, kmp_ref angle, block m)
     kmp_ref w = kmp_add(g, kmp_mul(g, s, kmp_sub(g, m.a, m.d)), kmp_mul(g, both, c)), cw = kmp_mul(g, c, w);
     kmp_ref sw = kmp_mul(g, s, w);
     return (block){kmp_sub(g, m.a, sw), kmp_sub(g, cw, m.c), kmp_sub(g, cw, m.b), kmp_add(g, m.d, sw)};
-}
-
-static kmp_vec row(const kmp_matrix *m, int i)
-{
-    return (kmp_vec){{m->x[i][0], m->x[i][1], m->x[i][2]}};
 }
 
 kmp_tensor kmp_tensor_turn(kmp_graph *g, int axis, kmp_ref angle, kmp_tensor t)
@@ -42,7 +81,8 @@ kmp_tensor kmp_tensor_turn_by(kmp_graph *g, kmp_matrix r, kmp_tensor t)
 {
     kmp_tensor out;
     for (int k = 0; k < 6; k++) /* r t r', by its columns */
-        out.x[k] = kmp_vec_dot(g, row(&r, row_of[k]), kmp_tensor_apply(g, t, row(&r, column_of[k])));
+        out.x[k] =
+            kmp_vec_dot(g, kmp_vec_of_row(&r, row_of[k]), kmp_tensor_apply(g, t, kmp_vec_of_row(&r, column_of[k])));
     return out;
 }
 
@@ -67,9 +107,9 @@ kmp_matrix kmp_matrix_turn_by(kmp_graph *g, kmp_matrix r, kmp_matrix m)
     for (int j = 0; j < 3; j++) {
         kmp_vec column;
         for (int n = 0; n < 3; n++)
-            column.x[n] = kmp_vec_dot(g, row(&m, n), row(&r, j));
+            column.x[n] = kmp_vec_dot(g, kmp_vec_of_row(&m, n), kmp_vec_of_row(&r, j));
         for (int n = 0; n < 3; n++)
-            out.x[n][j] = kmp_vec_dot(g, row(&r, n), column);
+            out.x[n][j] = kmp_vec_dot(g, kmp_vec_of_row(&r, n), column);
     }
     return out;
 }

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "dynamics/shorten/fixed_axes.h"
+/* Non-rotating axes: link axes that do not turn with the joint. Vectors need not be rotated forth and back, but all
+ * vectors fixed to the body are, by the joint's angle. If the parent's axes do not turn about the same axis either, the
+ * angle is the sum. */
+#include "dynamics/shorten/variants.h"
 #include "symbolic/rotation.h"
 
 static void turn(kmp_graph *g, const kmp_link *link, kmp_vec *v)

@@ -2,7 +2,7 @@
 /* The origin of link i moves by d, fixed to it: p of i grows by d; vectors fixed to i (its centre of mass, its
  * children's p, points) decrease by d. A component is moved by the same symbol, so that the difference is a symbolic
  * zero. */
-#include "dynamics/shorten/origins.h"
+#include "dynamics/shorten/variants.h"
 
 /* The part of v that the joint lets its origin move by; none if that depended on anything but numbers. */
 static kmp_vec along(const kmp_tree *tree, int i, kmp_vec v)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/shorten/patterns.h"
-#include "dynamics/shorten/origins.h"
-#include "dynamics/shorten/regroup.h"
+#include <stddef.h>
 
 /* -- axes that stay ---------------------------------------------------------------------------------- */
 
@@ -60,74 +59,6 @@ static void all_about(const kmp_tree *tree, kmp_ways *ways)
         ways->about[i - 1] = tree->links[i].mass != KMP_ZERO;
 }
 
-/* -- origins ----------------------------------------------------------------------------------------- */
-
-static void set_origins(const kmp_tree *tree, kmp_ways *ways, kmp_origin origin)
-{
-    for (int i = 1; i < tree->count; i++)
-        ways->origin[i - 1] = (uint8_t)origin;
-}
-
-static void origins_at_parents(const kmp_tree *tree, kmp_ways *ways)
-{
-    set_origins(tree, ways, KMP_ORIGIN_PARENT);
-}
-
-static void origins_at_masses(const kmp_tree *tree, kmp_ways *ways)
-{
-    set_origins(tree, ways, KMP_ORIGIN_MASS);
-}
-
-static void origins_at_children(const kmp_tree *tree, kmp_ways *ways)
-{
-    set_origins(tree, ways, KMP_ORIGIN_CHILD);
-}
-
-/* -- regrouping -------------------------------------------------------------------------------------- */
-
-/* Sets the gifts of links whose parent has a mass, and of others. */
-static void give(const kmp_tree *tree, uint8_t *give, uint8_t to_masses, uint8_t to_others)
-{
-    for (int i = 1; i < tree->count; i++)
-        give[i - 1] = tree->links[tree->links[i].parent].mass != KMP_ZERO ? to_masses : to_others;
-}
-
-/* The usual best choice: composite bodies in base parameters, and for the wrenches the gifts that join a mass. */
-static void base_parameters(const kmp_tree *tree, kmp_ways *ways)
-{
-    origins_at_parents(tree, ways);
-    give(tree, ways->lump, KMP_GIVE_MASS | KMP_GIVE_INERTIA, KMP_GIVE_MASS | KMP_GIVE_INERTIA);
-    give(tree, ways->give, KMP_GIVE_ALL, 0);
-}
-
-/* Wrenches about centres of mass, which suits forces that act there. */
-static void inertias_alone(const kmp_tree *tree, kmp_ways *ways)
-{
-    base_parameters(tree, ways);
-    give(tree, ways->give, KMP_GIVE_INERTIA, KMP_GIVE_INERTIA);
-}
-
-/* Masses are given through massless links, too, to the next link that has a mass. */
-static void masses_through(const kmp_tree *tree, kmp_ways *ways)
-{
-    give(tree, ways->give, KMP_GIVE_ALL, KMP_GIVE_MASS);
-}
-
-static void all_lumped(const kmp_tree *tree, kmp_ways *ways)
-{
-    give(tree, ways->lump, KMP_GIVE_ALL, KMP_GIVE_ALL);
-}
-
-static void nothing_lumped(const kmp_tree *tree, kmp_ways *ways)
-{
-    give(tree, ways->lump, 0, 0);
-}
-
-static void nothing_given(const kmp_tree *tree, kmp_ways *ways)
-{
-    give(tree, ways->give, 0, 0);
-}
-
 /* Rotations apart, where there is a sum of angles to replace. */
 static void rotations_apart(const kmp_tree *tree, kmp_ways *ways)
 {
@@ -144,19 +75,53 @@ static void spread_out(const kmp_tree *tree, kmp_ways *ways)
     *ways->spread = !*ways->spread;
 }
 
+/* Masses on the axes, and inertia: what a composite body can always pass on. */
+enum { MASS_AND_INERTIA = KMP_GIVE_MASS | KMP_GIVE_INERTIA };
+
+#define ORIGINS offsetof(kmp_ways, origin)
+#define GIVE    offsetof(kmp_ways, give)
+#define LUMP    offsetof(kmp_ways, lump)
+
 static const kmp_cost_pattern patterns[] = {
-    {base_parameters, KMP_PATTERN_EVER},    {leaves, KMP_PATTERN_EVER},
-    {following, KMP_PATTERN_SMALL},         {runs, KMP_PATTERN_SMALL},
-    {masses_through, KMP_PATTERN_EVER},     {inertias_alone, KMP_PATTERN_EVER},
-    {on_the_ground, KMP_PATTERN_EVER},      {rotations_apart, KMP_PATTERN_EVER},
-    {origins_at_masses, KMP_PATTERN_SMALL}, {spread_out, KMP_PATTERN_SMALL},
-    {all_about, KMP_PATTERN_SMALL},         {origins_at_children, KMP_PATTERN_OPTIMIZE},
-    {all_lumped, KMP_PATTERN_OPTIMIZE},     {nothing_lumped, KMP_PATTERN_OPTIMIZE},
-    {nothing_given, KMP_PATTERN_OPTIMIZE},  {origins_at_parents, KMP_PATTERN_OPTIMIZE},
+    /* The usual best choice: base parameters, and for the wrenches the gifts that join a mass. */
+    {KMP_PATTERN_EVER, .set = {{ORIGINS, KMP_ORIGIN_PARENT, KMP_ORIGIN_PARENT},
+                               {LUMP, MASS_AND_INERTIA, MASS_AND_INERTIA},
+                               {GIVE, KMP_GIVE_ALL, 0}}},
+    {KMP_PATTERN_EVER, .apply = leaves},
+    {KMP_PATTERN_SMALL, .apply = following},
+    {KMP_PATTERN_SMALL, .apply = runs},
+    /* Masses are given through massless links, too, to the next link that has a mass. */
+    {KMP_PATTERN_EVER, .set = {{GIVE, KMP_GIVE_ALL, KMP_GIVE_MASS}}},
+    /* Wrenches about centres of mass, which suits forces that act there. */
+    {KMP_PATTERN_EVER, .set = {{ORIGINS, KMP_ORIGIN_PARENT, KMP_ORIGIN_PARENT},
+                               {LUMP, MASS_AND_INERTIA, MASS_AND_INERTIA},
+                               {GIVE, KMP_GIVE_INERTIA, KMP_GIVE_INERTIA}}},
+    {KMP_PATTERN_EVER, .apply = on_the_ground},
+    {KMP_PATTERN_EVER, .apply = rotations_apart},
+    {KMP_PATTERN_SMALL, .set = {{ORIGINS, KMP_ORIGIN_MASS, KMP_ORIGIN_MASS}}},
+    {KMP_PATTERN_SMALL, .apply = spread_out},
+    {KMP_PATTERN_SMALL, .apply = all_about},
+    {KMP_PATTERN_OPTIMIZE, .set = {{ORIGINS, KMP_ORIGIN_CHILD, KMP_ORIGIN_CHILD}}},
+    {KMP_PATTERN_OPTIMIZE, .set = {{LUMP, KMP_GIVE_ALL, KMP_GIVE_ALL}}},
+    {KMP_PATTERN_OPTIMIZE, .set = {{LUMP, 0, 0}}},
+    {KMP_PATTERN_OPTIMIZE, .set = {{GIVE, 0, 0}}},
+    {KMP_PATTERN_OPTIMIZE, .set = {{ORIGINS, KMP_ORIGIN_PARENT, KMP_ORIGIN_PARENT}}},
 };
 
 const kmp_cost_pattern *kmp_patterns(int *count)
 {
     *count = sizeof patterns / sizeof *patterns;
     return patterns;
+}
+
+void kmp_pattern_apply(const kmp_cost_pattern *pattern, const kmp_tree *tree, kmp_ways *ways)
+{
+    if (pattern->apply)
+        pattern->apply(tree, ways);
+    for (const kmp_pattern_set *set = pattern->set; set->member; set++)
+        for (int i = 1; i < tree->count; i++) {
+            uint8_t *member = *(uint8_t **)((char *)ways + set->member);
+            bool joins = tree->links[tree->links[i].parent].mass != KMP_ZERO;
+            member[i - 1] = joins ? set->to_masses : set->to_others;
+        }
 }

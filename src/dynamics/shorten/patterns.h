@@ -5,17 +5,26 @@
 #ifndef KMP_DYNAMICS_SHORTEN_PATTERNS_H
 #define KMP_DYNAMICS_SHORTEN_PATTERNS_H
 
-#include "dynamics/kinematics/kinematics.h"
 #include "dynamics/shorten/variants.h"
 
+/** A value for each motion: of links whose parent has a mass, and of others. */
+typedef struct kmp_pattern_set {
+    size_t member; /* the array's offset in kmp_ways; 0: no more */
+    uint8_t to_masses, to_others;
+} kmp_pattern_set;
+
+/** It changes variants in addition to those already chosen. */
 typedef struct kmp_cost_pattern {
-    void (*apply)(const kmp_tree *tree, kmp_ways *ways); /* in addition to the variants already chosen */
     enum {
         KMP_PATTERN_EVER,
         KMP_PATTERN_SMALL,
         KMP_PATTERN_OPTIMIZE
     } when; /* of any model; of small ones; on demand */
+    void (*apply)(const kmp_tree *tree, kmp_ways *ways);
+    kmp_pattern_set set[4];
 } kmp_cost_pattern;
+
+void kmp_pattern_apply(const kmp_cost_pattern *pattern, const kmp_tree *tree, kmp_ways *ways);
 
 /** In the order in which they are tried. */
 const kmp_cost_pattern *kmp_patterns(int *count);

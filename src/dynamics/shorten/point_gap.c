@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Chooses the closures that are derived again from their points, and the variant for either point: the cheapest single
  * variant for all, then closure by closure. */
-#include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/shorten/point_gap_inside.h"
 #include "symbolic/program/cost.h"
@@ -34,21 +33,9 @@ static void add_gap(kmp_gaps *s, int row, int count)
         point->by[KMP_GAP_DERIVED].x = kmp_point_position(&eq->tree, closure->point[k], ancestor);
         point->by[KMP_GAP_INWARD] = kmp_gap_move_inward(s, point);
         point->by[KMP_GAP_OUTWARD] = kmp_gap_move_outward(s, point);
-        point->column = KMP_NEW(kmp_vec, eq->n);
-        s->failed = s->failed || !point->column;
+        point->column = KMP_GRAPH_NEW(eq->graph, kmp_vec, eq->n);
     }
     s->list[s->count++] = p;
-}
-
-static void free_gap(kmp_gap *p)
-{
-    for (kmp_gap_way a = KMP_GAP_DERIVED; a < KMP_GAP_WAYS; a++)
-        for (kmp_gap_way b = KMP_GAP_DERIVED; b < KMP_GAP_WAYS; b++) {
-            kmp_free(p->version[a][b].place);
-            kmp_free(p->version[a][b].rate);
-        }
-    kmp_free(p->side[0].column);
-    kmp_free(p->side[1].column);
 }
 
 /* -- the choice -------------------------------------------------------------------------------------- */
@@ -137,7 +124,7 @@ static bool choose(kmp_gaps *s)
             for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++)
                 better = (is_asked(s, what) && choose_one(s, &s->list[i], what, &cost)) || better;
     }
-    bool ok = !cost.failed && !s->failed;
+    bool ok = !cost.failed && !kmp_graph_failed(s->eq->graph);
     kmp_cost_free(&cost);
     return ok;
 }
@@ -170,7 +157,7 @@ static bool keep_derived(kmp_gaps *s)
             memcpy(to + 2 * m + row, rate->rate + rows, rows * sizeof *to);
         }
     }
-    return !s->failed;
+    return !kmp_graph_failed(eq->graph);
 }
 
 /* Both parts are derived from the original h before either is replaced. */
@@ -205,7 +192,8 @@ static void collect(kmp_gaps *s)
             count++;
         add_gap(s, r, count);
     }
-    s->failed = s->failed || kmp_graph_failed(eq->graph) || !kmp_gap_derive_sides(s);
+    if (!kmp_graph_failed(eq->graph))
+        kmp_gap_derive_sides(s);
 }
 
 /* The variants as numbers: of h and J for either point, then of the rates. */
@@ -235,28 +223,22 @@ bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
     kmp_gaps s = {.eq = eq, .sets = sets, .view = -1};
     if (eq->model->closure_count > MOST_CLOSURES)
         return true;
-    s.list = KMP_NEW(kmp_gap, eq->model->closure_count);
-    s.seen = KMP_NEW(kmp_gap_seen, eq->tree.count);
-    s.arm = KMP_NEW(kmp_vec, eq->tree.count);
-    s.path = KMP_NEW(int, eq->tree.count);
-    bool ok = s.list && s.seen && s.arm && s.path;
-    if (ok)
-        collect(&s);
-    ok = ok && !s.failed && !kmp_graph_failed(eq->graph);
+    s.list = KMP_GRAPH_NEW(eq->graph, kmp_gap, eq->model->closure_count);
+    s.seen = KMP_GRAPH_NEW(eq->graph, kmp_gap_seen, eq->tree.count);
+    s.arm = KMP_GRAPH_NEW(eq->graph, kmp_vec, eq->tree.count);
+    s.path = KMP_GRAPH_NEW(eq->graph, int, eq->tree.count);
+    if (kmp_graph_failed(eq->graph))
+        return false;
+    collect(&s);
+    bool ok = !kmp_graph_failed(eq->graph);
     if (ok && search) {
         ok = s.count == 0 || (choose(&s) && keep_derived(&s));
         note(&s);
     }
     if (ok)
         recall(&s);
-    for (int i = 0; i < s.count; i++) {
-        ok = ok && take(&s, &s.list[i]);
-        free_gap(&s.list[i]);
-    }
+    for (int i = 0; ok && i < s.count; i++)
+        ok = take(&s, &s.list[i]);
     kmp_derivative_free(s.derivative);
-    kmp_free(s.list);
-    kmp_free(s.seen);
-    kmp_free(s.arm);
-    kmp_free(s.path);
     return ok;
 }

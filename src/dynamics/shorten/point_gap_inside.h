@@ -16,7 +16,7 @@ typedef enum kmp_gap_part { KMP_GAP_PLACE, KMP_GAP_RATE, KMP_GAP_PARTS } kmp_gap
 typedef struct kmp_gap_seen {
     bool known;
     kmp_vec axes[3], origin, v, a, w, wd;
-    kmp_ref beta[3][3];
+    kmp_matrix beta;
 } kmp_gap_seen;
 
 /* The motion of a point from an ancestor. */
@@ -58,7 +58,6 @@ typedef struct kmp_gaps {
     kmp_vec *arm; /* from each link's origin to the current point, link axes */
     int *path;
     kmp_derivative *derivative; /* along one direction after the other */
-    bool failed;
 } kmp_gaps;
 
 /* point_gap_points.c */
@@ -76,7 +75,7 @@ void kmp_gap_row_derived(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref 
 kmp_derivative *kmp_gap_along(kmp_gaps *s, int count, const kmp_ref *leaf, const kmp_ref *direction);
 
 /** dx/dq of all sides, and their rates, by differentiation. */
-bool kmp_gap_derive_sides(kmp_gaps *s);
+void kmp_gap_derive_sides(kmp_gaps *s);
 
 /* point_gap_rows.c */
 

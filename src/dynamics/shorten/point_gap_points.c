@@ -75,25 +75,14 @@ static kmp_vec combine(kmp_graph *g, const kmp_vec axes[3], kmp_vec u)
     return r;
 }
 
-static kmp_vec apply_beta(kmp_graph *g, const kmp_gap_seen *h, kmp_vec u)
-{
-    kmp_vec r;
-    for (int i = 0; i < 3; i++) {
-        r.x[i] = kmp_mul(g, h->beta[i][0], u.x[0]);
-        for (int j = 1; j < 3; j++)
-            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, h->beta[i][j], u.x[j]));
-    }
-    return r;
-}
-
 static void set_beta(kmp_graph *g, kmp_gap_seen *m)
 {
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
         kmp_ref wj = m->w.x[j], wk = m->w.x[k], ww = kmp_mul(g, m->w.x[i], wj);
-        m->beta[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
-        m->beta[i][j] = kmp_sub(g, ww, m->wd.x[k]);
-        m->beta[j][i] = kmp_add(g, ww, m->wd.x[k]);
+        m->beta.x[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
+        m->beta.x[i][j] = kmp_sub(g, ww, m->wd.x[k]);
+        m->beta.x[j][i] = kmp_add(g, ww, m->wd.x[k]);
     }
 }
 
@@ -131,10 +120,10 @@ static void see(kmp_gaps *s, int i)
         r = kmp_vec_add(g, r, kmp_vec_scale(g, link->q, axis));
     m->origin = kmp_vec_add(g, h->origin, r);
     m->v = kmp_vec_add(g, h->v, kmp_vec_cross(g, h->w, r));
-    m->a = kmp_vec_add(g, h->a, apply_beta(g, h, r));
+    m->a = kmp_vec_add(g, h->a, kmp_matrix_apply(g, &h->beta, false, r));
     m->w = h->w;
     m->wd = h->wd;
-    memcpy(m->beta, h->beta, sizeof m->beta);
+    m->beta = h->beta;
     if (link->rotation) {
         m->w = kmp_vec_add(g, m->w, rate);
         m->wd = kmp_vec_add(g, m->wd, kmp_vec_cross(g, h->w, rate));
@@ -159,7 +148,7 @@ kmp_gap_motion kmp_gap_move_outward(kmp_gaps *s, const kmp_gap_side *p)
     const kmp_gap_seen *m = &s->seen[p->link];
     kmp_vec r = combine(g, m->axes, p->local);
     return (kmp_gap_motion){kmp_vec_add(g, m->origin, r), kmp_vec_add(g, m->v, kmp_vec_cross(g, m->w, r)),
-                            kmp_vec_add(g, m->a, apply_beta(g, m, r))};
+                            kmp_vec_add(g, m->a, kmp_matrix_apply(g, &m->beta, false, r))};
 }
 
 static bool is_axis(kmp_vec f)
@@ -225,11 +214,11 @@ kmp_derivative *kmp_gap_along(kmp_gaps *s, int count, const kmp_ref *leaf, const
     return s->derivative;
 }
 
-bool kmp_gap_derive_sides(kmp_gaps *s)
+void kmp_gap_derive_sides(kmp_gaps *s)
 {
     kmp_equations *eq = s->eq;
     kmp_derivative *dt = kmp_time_derivative(&eq->tree);
-    for (int i = 0; dt && i < 2 * s->count; i++) {
+    for (int i = 0; i < 2 * s->count; i++) {
         kmp_gap_motion *m = &s->list[i / 2].side[i % 2].by[KMP_GAP_DERIVED];
         for (int k = 0; k < 3; k++) {
             m->v.x[k] = kmp_derivative_of(dt, m->x.x[k]);
@@ -237,17 +226,14 @@ bool kmp_gap_derive_sides(kmp_gaps *s)
         }
     }
     kmp_derivative_free(dt);
-    for (int k = 1; dt && k < eq->tree.count; k++) {
+    for (int k = 1; k < eq->tree.count; k++) {
         kmp_ref leaf = kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k - 1), one = KMP_ONE;
         kmp_derivative *d = kmp_gap_along(s, 1, &leaf, &one);
-        for (int i = 0; d && i < 2 * s->count; i++) {
+        for (int i = 0; i < 2 * s->count; i++) {
             kmp_gap_side *p = &s->list[i / 2].side[i % 2];
             bool on_path = k > p->ancestor && kmp_tree_is_above(&eq->tree, k, p->link);
             for (int j = 0; on_path && j < 3; j++)
                 p->column[k - 1].x[j] = kmp_derivative_of(d, p->by[KMP_GAP_DERIVED].x.x[j]);
         }
-        if (!d)
-            return false;
     }
-    return dt;
 }

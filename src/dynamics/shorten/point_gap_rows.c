@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rows of a closure with either point by one of the variants. With g = dh/dd, d from point to point, a row's J is
  * g.(dd/dq); hdot = g.v + h_t; jdqd follows from hdot by d -> v, v -> a. */
-#include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/shorten/point_gap_inside.h"
 #include "symbolic/derivative.h"
@@ -37,12 +36,12 @@ bool kmp_gap_is_seen_through(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h)
         to[k] = leaf[k];
     memcpy(rows, h, (size_t)p->count * sizeof *rows);
     if (!kmp_substitute(s->eq->graph, count, leaf, to, p->count, rows, &through))
-        s->failed = true;
+        kmp_graph_fail(s->eq->graph);
     return count > 0 && !(through & (1u << KMP_IN_Q));
 }
 
 /* dh/dd of each row. */
-static bool gradients(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec *gradient)
+static void gradients(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec *gradient)
 {
     for (int r = 0; r < p->count; r++)
         gradient[r] = kmp_vec_zero();
@@ -51,16 +50,13 @@ static bool gradients(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec *
         if (!p->moves[k])
             continue;
         kmp_derivative *d = kmp_gap_along(s, 1, &leaf, &one);
-        for (int r = 0; d && r < p->count; r++)
+        for (int r = 0; r < p->count; r++)
             gradient[r].x[k] = kmp_derivative_of(d, h[r]);
-        if (!d)
-            return false;
     }
-    return true;
 }
 
 /* hdot and jdqd of rows h from the rates of d. */
-static bool rates(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec v, kmp_vec a, kmp_ref *rate)
+static void rates(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec v, kmp_vec a, kmp_ref *rate)
 {
     kmp_graph *g = s->eq->graph;
     kmp_ref leaf[7], to[7];
@@ -68,17 +64,16 @@ static bool rates(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec v, km
     to[0] = KMP_ONE;
     int first = 1 + kmp_gap_leaves(p, &v, leaf + 1, to + 1), count = first;
     kmp_derivative *d = kmp_gap_along(s, first, leaf, to);
-    for (int r = 0; d && r < p->count; r++)
+    for (int r = 0; r < p->count; r++)
         rate[r] = kmp_derivative_of(d, h[r]);
     for (int k = 0; k < 3; k++)
         if (p->moves[k] && kmp_graph_node(g, kmp_id(v.x[k]))->op != KMP_OP_CONST) {
             leaf[count] = v.x[k] & ~(kmp_ref)1;
             to[count++] = kmp_is_negative(v.x[k]) ? kmp_neg(a.x[k]) : a.x[k];
         }
-    kmp_derivative *again = d ? kmp_gap_along(s, count, leaf, to) : NULL;
-    for (int r = 0; again && r < p->count; r++)
-        rate[p->count + r] = kmp_derivative_of(again, rate[r]);
-    return again;
+    d = kmp_gap_along(s, count, leaf, to);
+    for (int r = 0; r < p->count; r++)
+        rate[p->count + r] = kmp_derivative_of(d, rate[r]);
 }
 
 static void put_rows(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], const kmp_vec *gradient, kmp_ref *rows)
@@ -95,7 +90,7 @@ static void put_rows(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], con
 
 /* Both points by their variants: d, and h of it. They are unchanged where constants of d and of h have merged, so that
  * h is no function of d any more. */
-static bool place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], kmp_gap *placed, kmp_ref *h)
+static void place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], kmp_gap *placed, kmp_ref *h)
 {
     kmp_graph *g = s->eq->graph;
     kmp_ref leaf[3] = {0}, to[3] = {0};
@@ -107,42 +102,40 @@ static bool place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2],
     for (int k = 0; k < 3; k++)
         placed->moves[k] = p->moves[k] && kmp_graph_node(g, kmp_id(placed->d.x[k]))->op != KMP_OP_CONST;
     if (!kmp_substitute(g, count, leaf, to, p->count, h, &through))
-        return false;
+        kmp_graph_fail(g);
     if (!kmp_gap_is_seen_through(s, placed, h)) {
         *placed = *p;
         memcpy(h, s->eq->h + p->row, (size_t)p->count * sizeof *h);
     }
-    return true;
 }
 
-static bool derive_part(kmp_gaps *s, const kmp_gap *p, kmp_gap_part what, const kmp_gap_way by[2], kmp_gap_version *v)
+static void derive_part(kmp_gaps *s, const kmp_gap *p, kmp_gap_part what, const kmp_gap_way by[2], kmp_gap_version *v)
 {
     kmp_graph *g = s->eq->graph;
     kmp_ref h[KMP_KIND_MAX_ROWS];
     kmp_vec gradient[KMP_KIND_MAX_ROWS];
     kmp_gap placed;
     const kmp_gap_motion *first = &p->side[0].by[by[0]], *second = &p->side[1].by[by[1]];
-    if (!place_points(s, p, by, &placed, h))
-        return false;
+    kmp_ref **part = what == KMP_GAP_RATE ? &v->rate : &v->place;
+    *part = KMP_GRAPH_NEW(g, kmp_ref, what == KMP_GAP_RATE ? 2 * p->count : kmp_gap_place_count(s, p));
+    if (!*part)
+        return;
+    place_points(s, p, by, &placed, h);
     if (what == KMP_GAP_RATE) {
-        v->rate = KMP_NEW(kmp_ref, 2 * p->count);
-        return v->rate &&
-               rates(s, &placed, h, kmp_vec_sub(g, second->v, first->v), kmp_vec_sub(g, second->a, first->a), v->rate);
+        rates(s, &placed, h, kmp_vec_sub(g, second->v, first->v), kmp_vec_sub(g, second->a, first->a), v->rate);
+        return;
     }
-    v->place = KMP_NEW(kmp_ref, kmp_gap_place_count(s, p));
-    if (!v->place || !gradients(s, &placed, h, gradient))
-        return false;
+    gradients(s, &placed, h, gradient);
     memcpy(v->place, h, (size_t)p->count * sizeof *h);
     put_rows(s, p, by, gradient, v->place + p->count);
-    return true;
 }
 
 const kmp_gap_version *kmp_gap_version_of(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, const kmp_gap_way by[2])
 {
     kmp_gap_version *v = &p->version[by[0]][by[1]];
-    if (!s->failed && !v->known[what]) {
+    if (!kmp_graph_failed(s->eq->graph) && !v->known[what]) {
         v->known[what] = true;
-        s->failed = !derive_part(s, p, what, by, v) || kmp_graph_failed(s->eq->graph);
+        derive_part(s, p, what, by, v);
     }
-    return s->failed ? NULL : v;
+    return kmp_graph_failed(s->eq->graph) ? NULL : v;
 }

@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From the leaves inwards, so that a link passes on the mass that it received with its own. Links whose equations use
+/* Masses on the axis of a rotation move as if they were fixed to its parent; so does the whole inertia of bodies
+ * carried along a translation. Counted there they join the parent's own mass: the base parameters of identification
+ * (Gautier and Khalil, IEEE Trans. Robotics and Automation 6, 1990; Niemeyer and Slotine, Int. J. Robotics Research 10,
+ * 1991).
+ *
+ * From the leaves inwards, so that a link passes on the mass that it received with its own. Links whose equations use
  * the centre of mass can give and receive inertia alone. */
-#include "dynamics/shorten/regroup.h"
+#include "dynamics/shorten/variants.h"
 
 static kmp_composite nothing(void)
 {

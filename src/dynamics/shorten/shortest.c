@@ -7,11 +7,10 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
-#include "dynamics/shorten/origins.h"
 #include "dynamics/shorten/patterns.h"
-#include "dynamics/shorten/regroup.h"
-#include "symbolic/passes/trig.h"
+#include "symbolic/passes/shorten.h"
 #include "symbolic/program/cost.h"
+#include <string.h>
 
 /* Larger mechanisms are derived as they are; above LARGE motions fewer patterns are tried; the passes run in trials of
  * graphs of fewer than SMALL nodes. */
@@ -110,14 +109,13 @@ static kempe_status derive_work(search *s, const kmp_ways *ways)
  */
 static kempe_status write_tried(search *s)
 {
-    kempe_status status = KEMPE_OK;
     if (!s->shares)
         return derive_work(s, &s->tried);
     if (kmp_graph_count(s->work->graph) / 2 >= s->fresh) {
-        status = derive_work(s, &s->best);
-        s->fresh = status == KEMPE_OK ? kmp_graph_count(s->work->graph) : 0;
+        KMP_TRY(derive_work(s, &s->best));
+        s->fresh = kmp_graph_count(s->work->graph);
     }
-    return status == KEMPE_OK ? kmp_equations_derive_again(s->work, &s->scene) : status;
+    return kmp_equations_derive_again(s->work, &s->scene);
 }
 
 static void begin(search *s)
@@ -143,8 +141,8 @@ static kempe_status try_it(search *s, bool *better)
 {
     if (kmp_ways_same(&s->tried, &s->best, s->model))
         return KEMPE_OK;
-    kempe_status status = write_tried(s);
-    return status == KEMPE_OK ? judge(s, better) : status;
+    KMP_TRY(write_tried(s));
+    return judge(s, better);
 }
 
 /* Tries derived rows of closures: the closures' variants were found without the dynamics, which share more with derived
@@ -155,8 +153,7 @@ static kempe_status try_plain_closures(search *s)
     if (!(s->scene.sets & (KMP_SET_MASS | KMP_SET_BIAS)) || s->model->closure_count == 0)
         return KEMPE_OK;
     begin(s);
-    for (int k = 0; k < 4 * s->model->closure_count; k++)
-        s->tried.way[k] = 0;
+    memset(s->tried.way, 0, 4 * (size_t)s->model->closure_count);
     if (!s->shares || !s->work->derived)
         return s->shares ? KEMPE_OK : try_it(s, &better);
     kmp_equations_swap_derived(s->work);
@@ -170,17 +167,16 @@ static kempe_status try_patterns(search *s, bool *better)
 {
     int count;
     const kmp_cost_pattern *patterns = kmp_patterns(&count);
-    kempe_status status = KEMPE_OK;
     bool large = s->model->motion_count > LARGE;
-    for (int k = 0; k < count && status == KEMPE_OK; k++) {
+    for (int k = 0; k < count; k++) {
         bool asked = s->scene.optimize || patterns[k].when == KMP_PATTERN_EVER;
         if (!asked && (large || patterns[k].when != KMP_PATTERN_SMALL))
             continue;
         begin(s);
-        patterns[k].apply(&s->work->tree, &s->tried);
-        status = try_it(s, better);
+        kmp_pattern_apply(&patterns[k], &s->work->tree, &s->tried);
+        KMP_TRY(try_it(s, better));
     }
-    return status;
+    return KEMPE_OK;
 }
 
 /* -- joint by joint ---------------------------------------------------------------------------------- */
@@ -190,52 +186,48 @@ enum { GIFTS = sizeof gifts / sizeof *gifts };
 
 static kempe_status try_flags(search *s, int k, bool *better)
 {
-    kempe_status status = KEMPE_OK;
     if (s->model->motions[k].rotation) {
         begin(s);
         s->tried.stay[k] = !s->tried.stay[k];
-        status = try_it(s, better);
+        KMP_TRY(try_it(s, better));
     }
-    if (status == KEMPE_OK && s->work->tree.links[k + 1].mass != KMP_ZERO) {
+    if (s->work->tree.links[k + 1].mass != KMP_ZERO) {
         begin(s);
         s->tried.about[k] = !s->tried.about[k];
-        status = try_it(s, better);
+        KMP_TRY(try_it(s, better));
     }
-    for (int o = 0; o < KMP_ORIGINS && status == KEMPE_OK; o++) {
+    for (int o = 0; o < KMP_ORIGINS; o++) {
         begin(s);
         s->tried.origin[k] = (uint8_t)o;
-        status = try_it(s, better);
+        KMP_TRY(try_it(s, better));
     }
-    return status;
+    return KEMPE_OK;
 }
 
 /* Tries the same gift of `count` motions, to wrenches and to composite bodies. */
 static kempe_status try_gifts(search *s, int first, int count, bool *better)
 {
-    kempe_status status = KEMPE_OK;
-    for (int to = 0; to < 2; to++)
-        for (int v = 0; v < GIFTS && status == KEMPE_OK; v++) {
+    uint8_t *const ways[] = {s->tried.give, s->tried.lump};
+    for (int to = 0; to < (s->scene.sets & KMP_SET_MASS ? 2 : 1); to++)
+        for (int v = 0; v < GIFTS; v++) {
             begin(s);
-            for (int k = first; k < first + count; k++)
-                *(to ? &s->tried.lump[k] : &s->tried.give[k]) = gifts[v];
-            if (s->scene.sets & KMP_SET_MASS || !to)
-                status = try_it(s, better);
+            memset(ways[to] + first, gifts[v], (size_t)count);
+            KMP_TRY(try_it(s, better));
         }
-    return status;
+    return KEMPE_OK;
 }
 
 static kempe_status try_joints(search *s, bool *better)
 {
-    kempe_status status = KEMPE_OK;
-    for (int k = 0; k < s->model->motion_count && status == KEMPE_OK; k++) {
-        status = try_flags(s, k, better);
-        if (status == KEMPE_OK && s->work->tree.links[k + 1].parent > 0)
-            status = try_gifts(s, k, 1, better);
+    for (int k = 0; k < s->model->motion_count; k++) {
+        KMP_TRY(try_flags(s, k, better));
+        if (s->work->tree.links[k + 1].parent > 0)
+            KMP_TRY(try_gifts(s, k, 1, better));
     }
-    for (int b = 1; b < s->model->body_count && status == KEMPE_OK; b++)
+    for (int b = 1; b < s->model->body_count; b++)
         if (s->model->bodies[b].motion_count > 1)
-            status = try_gifts(s, s->model->bodies[b].first_motion, s->model->bodies[b].motion_count, better);
-    return status;
+            KMP_TRY(try_gifts(s, s->model->bodies[b].first_motion, s->model->bodies[b].motion_count, better));
+    return KEMPE_OK;
 }
 
 /* -- the whole --------------------------------------------------------------------------------------- */
@@ -263,15 +255,15 @@ static kempe_status find(search *s)
     if (!ok || s->least < 0)
         return kmp_fail_memory(s->model->context);
     kmp_ways_copy(&s->best, &s->work->ways, s->model);
-    kempe_status status = try_plain_closures(s);
-    for (int round = 0; any && status == KEMPE_OK && round < ROUNDS; round++) {
+    KMP_TRY(try_plain_closures(s));
+    for (int round = 0; any && round < ROUNDS; round++) {
         any = false;
-        status = try_patterns(s, &any);
-        if (status == KEMPE_OK && s->scene.optimize)
-            status = try_joints(s, &any);
+        KMP_TRY(try_patterns(s, &any));
+        if (s->scene.optimize)
+            KMP_TRY(try_joints(s, &any));
         any = any && s->scene.optimize;
     }
-    return status;
+    return KEMPE_OK;
 }
 
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)

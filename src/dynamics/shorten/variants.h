@@ -3,20 +3,39 @@
 #ifndef KMP_DYNAMICS_SHORTEN_VARIANTS_H
 #define KMP_DYNAMICS_SHORTEN_VARIANTS_H
 
-#include "model/model.h"
+#include "dynamics/kinematics/kinematics.h"
 #include <stdint.h>
 
 /** Methods for derivatives of the inverse dynamics (formalisms/tangents.h). */
 typedef enum kmp_tangent_way { KMP_TANGENT_SHORTER, KMP_TANGENT_FORWARD, KMP_TANGENT_COMPOSITE } kmp_tangent_way;
 
+/** Targets of an origin, as far as the joint permits: a rotation's may be anywhere along its axis, that of a
+ * translation anywhere. This creates zeros of the data. */
+typedef enum kmp_origin {
+    KMP_ORIGIN_KEPT,
+    KMP_ORIGIN_PARENT, /* to its parent's */
+    KMP_ORIGIN_MASS,   /* to the centre of mass */
+    KMP_ORIGIN_CHILD,  /* to that of the first link that it carries */
+    KMP_ORIGINS
+} kmp_origin;
+
+/** The parts of a link's mass m, first moment b and inertia K about its origin that the parent receives; e is the
+ * joint's axis. */
+enum {
+    KMP_GIVE_MASS = 1,    /* rotation: m at the origin */
+    KMP_GIVE_MOMENT = 2,  /* rotation: the component of b along e, by masses on the axis */
+    KMP_GIVE_INERTIA = 4, /* rotation: s (1 - e e'), of masses along the axis, s = K across it; translation: K */
+    KMP_GIVE_ALL = 7
+};
+
 /* The arrays are one block, which begins with `stay`. */
 typedef struct kmp_ways {
-    uint8_t *stay;  /* a motion: the link's axes do not turn with it (fixed_axes.h; dynamics alone, as all but `way`) */
-    uint8_t *about; /* a motion: its link's moments are taken about the joint instead of the centre of mass */
-    uint8_t *origin; /* a motion: where its link's origin is, a kmp_origin (origins.h) */
-    uint8_t *give; /* a motion: the part of its link's mass that counts as its parent's, bits of kmp_give (regroup.h) */
-    uint8_t *lump; /* a motion: the part for composite bodies, bits of kmp_give */
-    uint8_t *way;  /* four a closure: the variants of its two points, for h and J, and for their rates (point_gap.h) */
+    uint8_t *stay;   /* a motion: the link's axes do not turn with it (dynamics alone, as all but `way`) */
+    uint8_t *about;  /* a motion: its link's moments are taken about the joint instead of the centre of mass */
+    uint8_t *origin; /* a motion: where its link's origin is, a kmp_origin */
+    uint8_t *give;   /* a motion: the part of its link's mass that counts as its parent's, bits KMP_GIVE */
+    uint8_t *lump;   /* a motion: the part for composite bodies, bits KMP_GIVE */
+    uint8_t *way; /* four a closure: the variants of its two points, for h and J, and for their rates (point_gap.h) */
     uint8_t *spread; /* one: composite bodies have sum m x x' instead of the inertia (kinematics/composite.h) */
     uint8_t *apart;  /* one: consecutive rotations about parallel axes are not merged, except back to the source */
     kmp_tangent_way by_q, by_qd; /* SHORTER: both are chosen together */
@@ -34,5 +53,23 @@ bool kmp_ways_same(const kmp_ways *a, const kmp_ways *b, const kempe_model *mode
 
 /** True if the links of the dynamics are those of the model. */
 bool kmp_ways_plain(const kmp_ways *ways, const kempe_model *model);
+
+/* The steps from the model's links to those of the dynamics, in this order. The first three require axes that turn with
+ * their links. */
+
+/** Moves the origin of each motion, from the ground outwards, each after those before it. Points, and thus all results,
+ * are unchanged. The links have inertias about centres of mass alone. */
+void kmp_move_origins(kmp_tree *tree, const uint8_t *origin);
+
+/** Regroups masses by `give` of each motion; links carried by the ground give nothing. Changes kmp_link.own alone,
+ * whose links use moments about their joints from then on. */
+void kmp_regroup(kmp_tree *tree, const uint8_t *give);
+
+/** Regroups composite bodies, changing kmp_link.base. The mass they receive is that of all carried bodies at the
+ * joint's current position: it then moves with the parent, through a translation too. */
+void kmp_lump(kmp_tree *tree, const uint8_t *give);
+
+/** Sets `stay` of each motion, of rotations alone. */
+void kmp_let_stay(kmp_tree *tree, const uint8_t *stay);
 
 #endif

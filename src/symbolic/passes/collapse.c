@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A sum is expanded to monomials, factors in order of their numbers. The partner that a rule needs is found by its
  * factors; every rule removes a term, so that the pass ends. Squares are first: they leave less work. */
-#include "symbolic/passes/collapse.h"
 #include "symbolic/passes/rewrite.h"
+#include "symbolic/passes/shorten.h"
 #include "symbolic/program/cost.h"
 #include "symbolic/rotation.h"
 #include <string.h>
@@ -225,7 +225,7 @@ static kmp_ref value_of(const sum *s)
     return r;
 }
 
-static kmp_ref rewrite_sum(const kmp_rewrite *r, const kmp_parallel *parallel, uint32_t id)
+static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *parallel, uint32_t id)
 {
     kmp_ref list[KMP_MOST_TERMS], sign = 0;
     sum s = {.g = r->graph, .parallel = parallel};
@@ -246,14 +246,5 @@ static kmp_ref rewrite_sum(const kmp_rewrite *r, const kmp_parallel *parallel, u
 
 bool kmp_collapse_trig(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {
-    kmp_rewrite r;
-    if (!kmp_rewrite_init(&r, g, count, outputs))
-        return false;
-    for (uint32_t id = 0; id < r.count; id++)
-        if (r.uses[id])
-            r.now[id] =
-                kmp_graph_node(g, id)->op == KMP_OP_ADD ? rewrite_sum(&r, parallel, id) : kmp_rewrite_node(&r, id);
-    bool ok = kmp_rewrite_finish(&r, KMP_COST_ADDITION, count, outputs);
-    kmp_rewrite_free(&r);
-    return ok;
+    return kmp_rewrite_sums(g, rewrite_sum, parallel, KMP_COST_ADDITION, count, outputs);
 }

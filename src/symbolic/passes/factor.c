@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Each sum is expanded to terms, each term that only the sum needs to factors. The factor of most terms is extracted,
  * and their remainder is treated as a sum of its own, until no factor is common to two terms. */
-#include "symbolic/passes/factor.h"
 #include "symbolic/passes/rewrite.h"
+#include "symbolic/passes/shorten.h"
 #include <string.h>
 
 enum { MOST_FACTORS = 12 };
@@ -108,9 +108,11 @@ static term term_of(const kmp_rewrite *r, kmp_ref x)
     return t;
 }
 
-static kmp_ref rewrite_sum(const kmp_rewrite *r, uint32_t id, term *terms)
+static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id)
 {
+    term terms[KMP_MOST_TERMS];
     kmp_ref list[KMP_MOST_TERMS], sign = 0;
+    (void)user;
     int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, list, &sign);
     for (int k = 0; k < count; k++)
         terms[k] = term_of(r, list[k]);
@@ -121,14 +123,5 @@ static kmp_ref rewrite_sum(const kmp_rewrite *r, uint32_t id, term *terms)
 
 bool kmp_factor_sums(kmp_graph *g, int count, kmp_ref *outputs)
 {
-    kmp_rewrite r;
-    term terms[KMP_MOST_TERMS];
-    if (!kmp_rewrite_init(&r, g, count, outputs))
-        return false;
-    for (uint32_t id = 0; id < r.count; id++)
-        if (r.uses[id])
-            r.now[id] = kmp_graph_node(g, id)->op == KMP_OP_ADD ? rewrite_sum(&r, id, terms) : kmp_rewrite_node(&r, id);
-    bool ok = kmp_rewrite_finish(&r, 0, count, outputs);
-    kmp_rewrite_free(&r);
-    return ok;
+    return kmp_rewrite_sums(g, rewrite_sum, NULL, 0, count, outputs);
 }

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sums (products) are expanded to lists of terms (factors), including operands without other users. Pairs that occur in
  * two lists or more are made once, the most frequent first. The search is repeated with the new lists. */
-#include "symbolic/passes/pairs.h"
 #include "base/memory.h"
 #include "symbolic/passes/rewrite.h"
+#include "symbolic/passes/shorten.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -247,7 +247,7 @@ static bool share_all(sharing *s)
         s->pairs[k].first = s->pairs[k].count > 1 ? members : -1;
         members += s->pairs[k].count > 1 ? s->pairs[k].count : 0;
     }
-    s->member = KMP_NEW(int, members);
+    s->member = KMP_ARENA_NEW(&s->r.room, int, members);
     s->failed = s->failed || !s->member;
     if (!s->failed) {
         each_pair(s, enter);
@@ -255,8 +255,6 @@ static bool share_all(sharing *s)
     }
     for (int k = 0; k < s->pair_count && !s->failed; k++)
         any = share(s, &s->pairs[k], s->member + s->pairs[k].first - s->pairs[k].count) || any;
-    kmp_free(s->member);
-    s->member = NULL;
     return any;
 }
 
@@ -303,10 +301,10 @@ bool kmp_share_pairs(kmp_graph *g, kmp_op op, int count, kmp_ref *outputs)
     sharing s = {.op = op};
     if (!kmp_rewrite_init(&s.r, g, count, outputs))
         return false;
-    uint8_t *inside = KMP_NEW(uint8_t, s.r.count);
-    s.lists = KMP_NEW(list, s.r.count);
-    s.items = KMP_NEW(kmp_ref, 2 * s.r.count);
-    s.failed = !inside || !s.lists || !s.items || !grow(&s);
+    uint8_t *inside = KMP_ARENA_NEW(&s.r.room, uint8_t, s.r.count);
+    s.lists = KMP_ARENA_NEW(&s.r.room, list, s.r.count);
+    s.items = KMP_ARENA_NEW(&s.r.room, kmp_ref, 2 * s.r.count);
+    s.failed = s.r.room.failed || !grow(&s);
     if (!s.failed) {
         mark_inside(&s, inside);
         collect(&s, inside);
@@ -317,9 +315,6 @@ bool kmp_share_pairs(kmp_graph *g, kmp_op op, int count, kmp_ref *outputs)
         rebuild(&s);
     bool ok = !s.failed && kmp_rewrite_finish(&s.r, 0, count, outputs);
     kmp_rewrite_free(&s.r);
-    kmp_free(inside);
-    kmp_free(s.lists);
-    kmp_free(s.items);
     kmp_free(s.pairs);
     kmp_free(s.table);
     kmp_free(s.made);

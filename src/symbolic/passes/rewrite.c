@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/passes/rewrite.h"
-#include "base/memory.h"
 #include "symbolic/label.h"
 #include "symbolic/program/cost.h"
 #include <string.h>
@@ -8,8 +7,10 @@
 bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs)
 {
     uint32_t nodes = kmp_graph_count(g), top = 0;
-    *r = (kmp_rewrite){g, nodes, KMP_NEW(uint32_t, nodes), KMP_NEW(kmp_ref, nodes)};
-    if (!r->uses || !r->now) {
+    *r = (kmp_rewrite){.graph = g, .count = nodes};
+    r->uses = KMP_ARENA_NEW(&r->room, uint32_t, nodes);
+    r->now = KMP_ARENA_NEW(&r->room, kmp_ref, nodes);
+    if (r->room.failed) {
         kmp_rewrite_free(r);
         return false;
     }
@@ -28,22 +29,12 @@ bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *ou
 
 void kmp_rewrite_free(kmp_rewrite *r)
 {
-    kmp_free(r->uses);
-    kmp_free(r->now);
-    *r = (kmp_rewrite){0};
+    kmp_arena_free(&r->room);
 }
 
 kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id)
 {
-    kmp_node n = *kmp_graph_node(r->graph, id);
-    kmp_ref operands[3] = {0};
-    int arity = kmp_op_arity((kmp_op)n.op);
-    bool same = true;
-    for (int k = 0; k < arity; k++) {
-        operands[k] = kmp_rewritten(r, kmp_operand(&n, k));
-        same = same && operands[k] == kmp_operand(&n, k);
-    }
-    return same ? id << 1 : kmp_graph_rebuild(r->graph, id, operands);
+    return kmp_graph_rebuild_by(r->graph, r->graph, id, r->now);
 }
 
 /* Copies the labels of nodes to their rewritten forms. */
@@ -58,21 +49,18 @@ static void carry_labels(const kmp_rewrite *r)
 
 bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs)
 {
-    kmp_ref *now = KMP_NEW(kmp_ref, count);
-    bool ok = now && !kmp_graph_failed(r->graph);
-    for (int k = 0; ok && k < count; k++)
+    kmp_ref *now = KMP_ARENA_NEW(&r->room, kmp_ref, count);
+    if (!now || kmp_graph_failed(r->graph))
+        return false;
+    for (int k = 0; k < count; k++)
         now[k] = kmp_rewritten(r, outputs[k]);
-    if (ok) {
-        long before = kmp_cost_of(r->graph, sum_price, count, outputs);
-        long after = kmp_cost_of(r->graph, sum_price, count, now);
-        ok = before >= 0 && after >= 0;
-        if (ok && after < before) {
-            carry_labels(r);
-            memcpy(outputs, now, (size_t)count * sizeof *now);
-        }
+    long before = kmp_cost_of(r->graph, sum_price, count, outputs);
+    long after = kmp_cost_of(r->graph, sum_price, count, now);
+    if (before >= 0 && after >= 0 && after < before) {
+        carry_labels(r);
+        memcpy(outputs, now, (size_t)count * sizeof *now);
     }
-    kmp_free(now);
-    return ok;
+    return before >= 0 && after >= 0;
 }
 
 /* Appends operands to the list. `waiting` operands are outside and will need a place each. */
@@ -96,4 +84,18 @@ static int flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, bool top, int wai
 int kmp_rewrite_flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, kmp_ref *list, kmp_ref *sign)
 {
     return flatten(r, op, x, true, 0, list, 0, sign);
+}
+
+bool kmp_rewrite_sums(kmp_graph *g, kmp_rewrite_sum *rewrite, const void *user, int sum_price, int count,
+                      kmp_ref *outputs)
+{
+    kmp_rewrite r;
+    if (!kmp_rewrite_init(&r, g, count, outputs))
+        return false;
+    for (uint32_t id = 0; id < r.count; id++)
+        if (r.uses[id])
+            r.now[id] = kmp_graph_node(g, id)->op == KMP_OP_ADD ? rewrite(&r, user, id) : kmp_rewrite_node(&r, id);
+    bool ok = kmp_rewrite_finish(&r, sum_price, count, outputs);
+    kmp_rewrite_free(&r);
+    return ok;
 }

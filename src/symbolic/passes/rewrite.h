@@ -4,6 +4,7 @@
 #ifndef KMP_SYMBOLIC_REWRITE_H
 #define KMP_SYMBOLIC_REWRITE_H
 
+#include "base/arena.h"
 #include "symbolic/graph.h"
 
 typedef struct kmp_rewrite {
@@ -11,6 +12,7 @@ typedef struct kmp_rewrite {
     uint32_t count; /* nodes that the graph had at the beginning */
     uint32_t *uses; /* of each node by needed nodes and outputs; 0: not needed */
     kmp_ref *now;   /* the rewritten form of each needed node */
+    kmp_arena room; /* of all arrays */
 } kmp_rewrite;
 
 /** false: no memory. */
@@ -20,7 +22,7 @@ void kmp_rewrite_free(kmp_rewrite *r);
 /** The rewritten form of a reference. */
 static inline kmp_ref kmp_rewritten(const kmp_rewrite *r, kmp_ref x)
 {
-    return kmp_is_negative(x) ? kmp_neg(r->now[kmp_id(x)]) : r->now[kmp_id(x)];
+    return kmp_mapped(r->now, x);
 }
 
 /** The node with its operands as they became. */
@@ -29,6 +31,12 @@ kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id);
 /** Replaces the outputs by their rewritten forms when that takes fewer operations, by this price of the sine or cosine
  * of a sum (symbolic/program/cost.h). False: no memory. */
 bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs);
+
+/** A pass that rewrites sums, the operands of each first; other nodes follow. `user` is passed on to `rewrite`, which
+ * returns the form of the sum `id`. */
+typedef kmp_ref kmp_rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id);
+bool kmp_rewrite_sums(kmp_graph *g, kmp_rewrite_sum *rewrite, const void *user, int sum_price, int count,
+                      kmp_ref *outputs);
 
 enum { KMP_MOST_TERMS = 128 };
 

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/passes/shorten.h"
-#include "symbolic/passes/factor.h"
-#include "symbolic/passes/pairs.h"
-#include "symbolic/passes/trig.h"
 
 static bool write_out_sums(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {

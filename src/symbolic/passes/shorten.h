@@ -1,12 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The passes that shorten outputs when all of them are present; simplifications of a single node are made at its
- * creation (graph.c). */
+ * creation (graph.c). Each rewrites the outputs in place, all but kmp_trig_sums where it takes fewer operations. False:
+ * no memory. */
 #ifndef KMP_SYMBOLIC_PASSES_SHORTEN_H
 #define KMP_SYMBOLIC_PASSES_SHORTEN_H
 
-#include "symbolic/passes/collapse.h"
+#include "symbolic/graph.h"
 
-/** Rewrites the outputs in place; `parallel` (NULL: no coordinates) as in collapse.h. false: no memory. */
+/** Coordinates that rotate about parallel axes, by runs; -1: not in a run. */
+typedef struct kmp_parallel {
+    const int *run;
+    int count;
+} kmp_parallel;
+
+/** `parallel` may be NULL: no axes are parallel. */
 typedef bool kmp_pass_fn(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs);
 
 typedef struct kmp_pass {
@@ -19,5 +26,26 @@ const kmp_pass *kmp_passes(int *count);
 
 /** Runs all passes. Values are equal up to rounding. */
 kmp_pass_fn kmp_shorten;
+
+/** Sin and cos of a sum whose parts are needed anyway become addition theorems (6 operations instead of a call). A sum
+ * with a part that is needed nowhere else keeps its own call. */
+bool kmp_trig_sums(kmp_graph *g, int count, kmp_ref *outputs);
+
+/** Trigonometric simplification of sums of products (Fisette and Samin 1996, section 3.1):
+ *
+ *     x cos^2 a + x sin^2 a = x
+ *     x cos a cos b -+ x sin a sin b = x cos(a +- b)
+ *     x sin a cos b +- x cos a sin b = x sin(a +- b)
+ *
+ * The second and third lines make new angles, which pays where axes are parallel: angles of unrelated joints are left
+ * alone. */
+kmp_pass_fn kmp_collapse_trig;
+
+/** Factors taken out of sums: a b + a c = a (b + c). Products that other nodes also need are left alone. */
+bool kmp_factor_sums(kmp_graph *g, int count, kmp_ref *outputs);
+
+/** Common parts of sums (op ADD) or products (op MUL), independent of the order in which they were written. With a + b
+ * + c and d + a + c, a + c is made once. */
+bool kmp_share_pairs(kmp_graph *g, kmp_op op, int count, kmp_ref *outputs);
 
 #endif

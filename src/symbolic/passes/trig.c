@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* sin(a + b) = sin a cos b + cos a sin b, where sin and cos of a and of b are needed by other nodes or follow by the
  * same rule. Angles are visited in id order, so a part precedes its sum. */
-#include "symbolic/passes/trig.h"
-#include "base/memory.h"
+#include "base/arena.h"
 #include "symbolic/label.h"
+#include "symbolic/passes/shorten.h"
 #include "symbolic/program/live.h"
 
 /* True if sin and cos of r cost nothing or come from calls that are needed anyway. */
@@ -43,20 +43,6 @@ static sincos_of expand(kmp_graph *g, const uint8_t *angle_live, kmp_ref angle)
     return r;
 }
 
-static kmp_ref mapped(const kmp_ref *map, kmp_ref r)
-{
-    return kmp_is_negative(r) ? kmp_neg(map[kmp_id(r)]) : map[kmp_id(r)];
-}
-
-static kmp_ref rebuild_node(kmp_graph *g, uint32_t id, const kmp_ref *map)
-{
-    kmp_ref operands[3] = {0};
-    kmp_node n = *kmp_graph_node(g, id);
-    for (int k = 0; k < kmp_op_arity((kmp_op)n.op); k++)
-        operands[k] = mapped(map, kmp_operand(&n, k));
-    return kmp_graph_rebuild(g, id, operands);
-}
-
 static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uint8_t *angle_live, kmp_ref *map)
 {
     for (uint32_t id = 0; id < count; id++) {
@@ -67,10 +53,8 @@ static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uin
             map[id] = expand(g, angle_live, n.a).s;
         else if (n.op == KMP_OP_COS)
             map[id] = expand(g, angle_live, n.a).c;
-        else if (kmp_op_arity((kmp_op)n.op) == 0)
-            map[id] = id << 1;
         else
-            map[id] = rebuild_node(g, id, map);
+            map[id] = kmp_graph_rebuild_by(g, g, id, map);
         const kmp_label *label = kmp_graph_label_of(g, id);
         if (label)
             kmp_graph_label(g, map[id], *label);
@@ -80,18 +64,17 @@ static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uin
 bool kmp_trig_sums(kmp_graph *g, int count, kmp_ref *outputs)
 {
     uint32_t nodes = kmp_graph_count(g);
-    uint8_t *live = KMP_NEW(uint8_t, nodes), *angle_live = KMP_NEW(uint8_t, nodes);
-    kmp_ref *map = KMP_NEW(kmp_ref, nodes);
-    bool ok = live && angle_live && map;
+    kmp_arena room = {0};
+    uint8_t *live = KMP_ARENA_NEW(&room, uint8_t, nodes), *angle_live = KMP_ARENA_NEW(&room, uint8_t, nodes);
+    kmp_ref *map = KMP_ARENA_NEW(&room, kmp_ref, nodes);
+    bool ok = !room.failed;
     if (ok) {
         kmp_live_mark(g, count, outputs, live, 1);
         mark_angles(g, nodes, live, angle_live);
         rebuild(g, nodes, live, angle_live, map);
         for (int k = 0; k < count; k++)
-            outputs[k] = mapped(map, outputs[k]);
+            outputs[k] = kmp_mapped(map, outputs[k]);
     }
-    kmp_free(live);
-    kmp_free(angle_live);
-    kmp_free(map);
+    kmp_arena_free(&room);
     return ok && !kmp_graph_failed(g);
 }

@@ -32,7 +32,7 @@ bool kmp_cost_init(kmp_cost *cost, const kmp_graph *g, int sum_price)
 void kmp_cost_free(kmp_cost *cost)
 {
     kmp_free(cost->uses);
-    kmp_free(cost->stack);
+    kmp_free(cost->stack.id);
     *cost = (kmp_cost){0};
 }
 
@@ -51,30 +51,14 @@ static long price(const kmp_graph *g, int sum_price, const kmp_node *n)
     }
 }
 
-static void push(kmp_cost *cost, uint32_t *top, uint32_t id)
-{
-    if (*top == cost->capacity) {
-        uint32_t capacity = cost->capacity ? 2 * cost->capacity : 256;
-        uint32_t *stack = kmp_realloc(cost->stack, capacity, sizeof *stack);
-        if (!stack) {
-            cost->failed = true;
-            return;
-        }
-        cost->stack = stack;
-        cost->capacity = capacity;
-    }
-    cost->stack[(*top)++] = id;
-}
-
 /* Counts one use of r up or down, and the uses of its operands when r comes into use or goes out of it. */
 static void count_use(kmp_cost *cost, kmp_ref r, bool up)
 {
-    uint32_t top = 0;
     if (!reserve(cost))
         return;
-    push(cost, &top, kmp_id(r));
-    while (top) {
-        uint32_t id = cost->stack[--top];
+    cost->failed = !kmp_push(&cost->stack, kmp_id(r)) || cost->failed;
+    while (cost->stack.top) {
+        uint32_t id = cost->stack.id[--cost->stack.top];
         bool turns = up ? cost->uses[id]++ == 0 : --cost->uses[id] == 0;
         if (!turns)
             continue;
@@ -84,7 +68,7 @@ static void count_use(kmp_cost *cost, kmp_ref r, bool up)
         cost->operations += paid;
         cost->once += n->depends & ~(1u << KMP_IN_PARAMETER) ? 0 : paid;
         for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
-            push(cost, &top, kmp_id(kmp_operand(n, k)));
+            cost->failed = !kmp_push(&cost->stack, kmp_id(kmp_operand(n, k))) || cost->failed;
     }
 }
 

@@ -4,12 +4,13 @@
 #define KMP_SYMBOLIC_PROGRAM_COST_H
 
 #include "symbolic/graph.h"
+#include "symbolic/stack.h"
 
 typedef struct kmp_cost {
     const kmp_graph *graph;
     uint32_t *uses; /* of each node by outputs and used nodes */
     uint32_t nodes; /* capacity of `uses` */
-    uint32_t *stack, capacity;
+    kmp_stack stack;
     int sum_price;   /* of the sine or cosine of a sum */
     long operations; /* + - * / of the nodes in use */
     long once;       /* the part of the cost that depends on parameters alone */
@@ -17,7 +18,7 @@ typedef struct kmp_cost {
 } kmp_cost;
 
 /** The sine or cosine of a sum is half an addition theorem, KMP_COST_ADDITION, until those are written out
- *  (symbolic/passes/trig.h); then it costs nothing. false: no memory. The graph may grow. */
+ *  (symbolic/passes/shorten.h); then it costs nothing. false: no memory. The graph may grow. */
 enum { KMP_COST_ADDITION = 3 };
 bool kmp_cost_init(kmp_cost *cost, const kmp_graph *g, int sum_price);
 void kmp_cost_free(kmp_cost *cost);

@@ -7,6 +7,7 @@
 
 struct kmp_interpreter {
     const kmp_program *p;
+    kmp_arena arena;
     double *v; /* constants, inputs, instructions */
     double *out;
 };
@@ -17,9 +18,9 @@ kmp_interpreter *kmp_interpreter_new(const kmp_program *p)
     if (!it)
         return NULL;
     it->p = p;
-    it->v = KMP_NEW(double, p->constant_count + p->input_count + p->code[p->stages]);
-    it->out = KMP_NEW(double, p->outputs[p->stages]);
-    if (!it->v || !it->out) {
+    it->v = KMP_ARENA_NEW(&it->arena, double, p->constant_count + p->input_count + p->code[p->stages]);
+    it->out = KMP_ARENA_NEW(&it->arena, double, p->outputs[p->stages]);
+    if (it->arena.failed) {
         kmp_interpreter_free(it);
         return NULL;
     }
@@ -31,8 +32,7 @@ void kmp_interpreter_free(kmp_interpreter *it)
 {
     if (!it)
         return;
-    kmp_free(it->v);
-    kmp_free(it->out);
+    kmp_arena_free(&it->arena);
     kmp_free(it);
 }
 

@@ -3,7 +3,7 @@
 #include "symbolic/program/program.h"
 #include "base/memory.h"
 #include "symbolic/implicit.h"
-#include "symbolic/passes/trig.h"
+#include "symbolic/passes/shorten.h"
 #include "symbolic/program/live.h"
 #include "symbolic/table.h"
 #include <string.h>
@@ -72,36 +72,41 @@ static void write_code(const kmp_graph *g, const uint8_t *mark, const uint32_t *
     }
 }
 
-static bool allocate(kmp_program *p, uint32_t nodes, int output_count)
+kmp_program *kmp_program_with_room(size_t stages, size_t code, size_t outputs, size_t constants, size_t inputs)
 {
-    p->code = KMP_NEW(int, p->stages + 1);
-    p->outputs = KMP_NEW(int, p->stages + 1);
-    p->output = KMP_NEW(uint32_t, output_count);
-    p->instruction = KMP_NEW(kmp_instruction, nodes);
-    p->constant = KMP_NEW(double, nodes);
-    p->input = KMP_NEW(kmp_program_input, nodes);
-    return p->code && p->outputs && p->output && p->instruction && p->constant && p->input;
+    kmp_program *p = KMP_NEW(kmp_program, 1);
+    if (!p)
+        return NULL;
+    p->code = KMP_ARENA_NEW(&p->arena, int, stages + 1);
+    p->outputs = KMP_ARENA_NEW(&p->arena, int, stages + 1);
+    p->output = KMP_ARENA_NEW(&p->arena, uint32_t, outputs);
+    p->instruction = KMP_ARENA_NEW(&p->arena, kmp_instruction, code);
+    p->constant = KMP_ARENA_NEW(&p->arena, double, constants);
+    p->input = KMP_ARENA_NEW(&p->arena, kmp_program_input, inputs);
+    if (!p->arena.failed)
+        return p;
+    kmp_program_free(p);
+    return NULL;
 }
 
 /* Copies the blocks in use, numbered in their order. */
-static bool take_blocks(const kmp_graph *g, kmp_program *p)
+static bool take_blocks(kmp_graph *g, kmp_program *p)
 {
-    int blocks = 0, *number;
+    int blocks = 0;
     while (kmp_graph_implicit(g, blocks))
         blocks++;
-    number = KMP_NEW(int, blocks); /* + 1, 0: not met */
-    bool ok = number;
-    for (int i = 0; ok && i < p->code[p->stages]; i++) {
+    int *number = KMP_GRAPH_NEW(g, int, blocks); /* + 1, 0: not met */
+    for (int i = 0; number && i < p->code[p->stages]; i++) {
         kmp_instruction *in = &p->instruction[i];
         if (in->op != KMP_OP_IMPLICIT)
             continue;
         if (number[in->b] == 0)
             number[in->b] = 1 + kmp_program_add_block(p, kmp_implicit_block(kmp_graph_implicit(g, (int)in->b)));
-        ok = number[in->b] > 0;
+        if (number[in->b] == 0)
+            return false;
         in->b = (uint32_t)(number[in->b] - 1);
     }
-    kmp_free(number);
-    return ok;
+    return number;
 }
 
 /* Copies the tables in use, numbered in their order. */
@@ -124,7 +129,7 @@ static bool take_labels(const kmp_graph *g, const uint8_t *mark, const uint32_t 
     int leaves = p->constant_count + p->input_count;
     if (!kmp_graph_has_labels(g))
         return true;
-    p->label = KMP_NEW(kmp_label, p->code[p->stages]);
+    p->label = KMP_ARENA_NEW(&p->arena, kmp_label, p->code[p->stages]);
     for (uint32_t id = 0; p->label && id < kmp_graph_count(g); id++) {
         const kmp_label *label = mark[id] ? kmp_graph_label_of(g, id) : NULL;
         if (label)
@@ -133,41 +138,24 @@ static bool take_labels(const kmp_graph *g, const uint8_t *mark, const uint32_t 
     return p->label;
 }
 
-static kmp_program *schedule(kmp_graph *g, int groups, const int *count, const kmp_ref *outputs)
+/* Fills in all but the stages and the outputs. False: no memory. */
+static bool schedule(kmp_graph *g, kmp_program *p, int groups, const int *count, const kmp_ref *outputs)
 {
-    uint32_t nodes = kmp_graph_count(g);
-    kmp_program *p = KMP_NEW(kmp_program, 1);
-    uint8_t *mark = KMP_NEW(uint8_t, nodes);
-    uint32_t *number = KMP_NEW(uint32_t, nodes);
-    int total = 0;
+    uint8_t *mark = KMP_GRAPH_NEW(g, uint8_t, p->graph_nodes);
+    uint32_t *number = KMP_GRAPH_NEW(g, uint32_t, p->graph_nodes);
+    if (!mark || !number)
+        return false;
+    const kmp_ref *o = outputs;
+    for (int k = 0; k < groups; o += count[k], k++)
+        kmp_live_mark(g, count[k], o, mark, (uint8_t)(PARAMETER_STAGE + 1 + k));
+    hoist_parameters(g, mark);
+    number_nodes(g, mark, p, number);
+    write_code(g, mark, number, p);
     for (int k = 0; k < groups; k++)
-        total += count[k];
-    bool ok = p && mark && number;
-    if (ok) {
-        p->stages = groups + 1;
-        p->graph_nodes = nodes;
-        ok = allocate(p, nodes, total);
-    }
-    if (ok) {
-        const kmp_ref *o = outputs;
-        for (int k = 0; k < groups; o += count[k], k++)
-            kmp_live_mark(g, count[k], o, mark, (uint8_t)(PARAMETER_STAGE + 1 + k));
-        hoist_parameters(g, mark);
-        number_nodes(g, mark, p, number);
-        write_code(g, mark, number, p);
-        for (int k = 0; k < groups; k++)
-            p->outputs[k + 2] = p->outputs[k + 1] + count[k];
-        for (int k = 0; k < total; k++)
-            p->output[k] = operand(number, outputs[k]);
-        ok = take_tables(g, p) && take_blocks(g, p) && take_labels(g, mark, number, p);
-    }
-    if (!ok) {
-        kmp_program_free(p);
-        p = NULL;
-    }
-    kmp_free(mark);
-    kmp_free(number);
-    return p;
+        p->outputs[k + 2] = p->outputs[k + 1] + count[k];
+    for (int k = 0; k < p->outputs[p->stages]; k++)
+        p->output[k] = operand(number, outputs[k]);
+    return take_tables(g, p) && take_blocks(g, p) && take_labels(g, mark, number, p);
 }
 
 kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs)
@@ -175,38 +163,37 @@ kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const k
     int total = 0;
     for (int k = 0; k < groups; k++)
         total += count[k];
-    kmp_ref *all = KMP_NEW(kmp_ref, total);
-    kmp_program *p = NULL;
+    kmp_ref *all = KMP_GRAPH_NEW(g, kmp_ref, total);
     if (!all)
         return NULL;
     for (int k = 0, i = 0; k < groups; i += count[k], k++)
         if (count[k])
             memcpy(all + i, outputs[k], (size_t)count[k] * sizeof *all);
-    if (kmp_trig_sums(g, total, all))
-        p = schedule(g, groups, count, all);
-    kmp_free(all);
-    return p;
+    if (!kmp_trig_sums(g, total, all))
+        return NULL;
+    uint32_t nodes = kmp_graph_count(g);
+    kmp_program *p = kmp_program_with_room((size_t)groups + 1, nodes, (size_t)total, nodes, nodes);
+    if (!p)
+        return NULL;
+    p->stages = groups + 1;
+    p->graph_nodes = nodes;
+    if (schedule(g, p, groups, count, all))
+        return p;
+    kmp_program_free(p);
+    return NULL;
 }
 
 void kmp_program_free(kmp_program *p)
 {
     if (!p)
         return;
-    kmp_free(p->code);
-    kmp_free(p->outputs);
-    kmp_free(p->output);
-    kmp_free(p->instruction);
-    kmp_free(p->constant);
-    kmp_free(p->input);
-    kmp_free(p->label);
     for (int k = 0; k < p->table_count; k++)
         kmp_table_free(p->table[k]);
     kmp_free(p->table);
-    for (int k = 0; k < p->block_count; k++) {
+    for (int k = 0; k < p->block_count; k++)
         kmp_program_free(p->block[k].program);
-        kmp_free(p->block[k].candidate);
-    }
     kmp_free(p->block);
+    kmp_arena_free(&p->arena);
     kmp_free(p);
 }
 
@@ -223,41 +210,42 @@ int kmp_program_add_table(kmp_program *p, const kmp_table *table)
     return tables[p->table_count] ? p->table_count++ : -1;
 }
 
-static void *copy(const void *from, size_t count, size_t size)
+/* `count` objects into room for them. */
+static void copy(void *to, const void *from, int count, size_t size)
 {
-    void *to = kmp_calloc(count, size);
-    if (to && count)
-        memcpy(to, from, count * size);
-    return to;
+    if (count)
+        memcpy(to, from, (size_t)count * size);
 }
 
 kmp_program *kmp_program_copy(const kmp_program *p)
 {
-    kmp_program *c = KMP_NEW(kmp_program, 1);
+    int stages = p->stages, code = p->code[stages], outputs = p->outputs[stages];
+    kmp_program *c = kmp_program_with_room((size_t)stages, (size_t)code, (size_t)outputs, (size_t)p->constant_count,
+                                           (size_t)p->input_count);
     if (!c)
         return NULL;
-    *c = (kmp_program){.stages = p->stages, .graph_nodes = p->graph_nodes};
+    c->stages = stages;
+    c->graph_nodes = p->graph_nodes;
     c->constant_count = p->constant_count;
     c->input_count = p->input_count;
-    c->code = copy(p->code, (size_t)p->stages + 1, sizeof *c->code);
-    c->outputs = copy(p->outputs, (size_t)p->stages + 1, sizeof *c->outputs);
-    c->output = copy(p->output, (size_t)p->outputs[p->stages], sizeof *c->output);
-    c->instruction = copy(p->instruction, (size_t)p->code[p->stages], sizeof *c->instruction);
-    c->constant = copy(p->constant, (size_t)p->constant_count, sizeof *c->constant);
-    c->input = copy(p->input, (size_t)p->input_count, sizeof *c->input);
-    if (p->label)
-        c->label = copy(p->label, (size_t)p->code[p->stages], sizeof *c->label);
-    bool ok = c->code && c->outputs && c->output && c->instruction && c->constant && c->input;
-    ok = ok && (c->label || !p->label);
+    copy(c->code, p->code, stages + 1, sizeof *c->code);
+    copy(c->outputs, p->outputs, stages + 1, sizeof *c->outputs);
+    copy(c->output, p->output, outputs, sizeof *c->output);
+    copy(c->instruction, p->instruction, code, sizeof *c->instruction);
+    copy(c->constant, p->constant, p->constant_count, sizeof *c->constant);
+    copy(c->input, p->input, p->input_count, sizeof *c->input);
+    c->label = p->label ? KMP_ARENA_NEW(&c->arena, kmp_label, code) : NULL;
+    if (c->label)
+        copy(c->label, p->label, code, sizeof *c->label);
+    bool ok = !c->arena.failed;
     for (int k = 0; ok && k < p->table_count; k++)
         ok = kmp_program_add_table(c, p->table[k]) == k;
     for (int k = 0; ok && k < p->block_count; k++)
         ok = kmp_program_add_block(c, &p->block[k]) == k;
-    if (!ok) {
-        kmp_program_free(c);
-        return NULL;
-    }
-    return c;
+    if (ok)
+        return c;
+    kmp_program_free(c);
+    return NULL;
 }
 
 static bool same(const void *a, const void *b, int count, size_t size)
@@ -305,13 +293,12 @@ int kmp_program_add_block(kmp_program *p, const kmp_program_block *block)
     p->block = blocks;
     kmp_program_block *added = &blocks[p->block_count];
     *added = *block;
-    added->candidate = copy(block->candidate, (size_t)block->candidates, sizeof *block->candidate);
-    added->program = added->candidate ? kmp_program_copy(block->program) : NULL;
-    if (!added->program) {
-        kmp_free(added->candidate);
+    added->candidate = KMP_ARENA_NEW(&p->arena, double, block->candidates);
+    if (!added->candidate)
         return -1;
-    }
-    return p->block_count++;
+    copy(added->candidate, block->candidate, block->candidates, sizeof *block->candidate);
+    added->program = kmp_program_copy(block->program);
+    return added->program ? p->block_count++ : -1;
 }
 
 double kmp_program_value(const kmp_program *p, int i, double x, double y, double z)

@@ -53,6 +53,7 @@ typedef struct kmp_program_block {
 } kmp_program_block;
 
 typedef struct kmp_program {
+    kmp_arena arena;  /* of all arrays but those of tables and blocks */
     int stages;       /* stage 0 included */
     int *code;        /* stages + 1: first instruction of each stage, and the end */
     int *outputs;     /* stages + 1: first output of each stage, and the end */
@@ -78,6 +79,10 @@ void kmp_program_free(kmp_program *p);
  * False: no memory, or it has implicit blocks. */
 bool kmp_program_import(const kmp_program *p, kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by,
                         kmp_ref *outputs);
+
+/** An empty program with room in all arrays for so many stages, instructions, outputs, constants and inputs. NULL: no
+ * memory. */
+kmp_program *kmp_program_with_room(size_t stages, size_t code, size_t outputs, size_t constants, size_t inputs);
 
 /** Number of a copy of the table in the program; -1: no memory. */
 int kmp_program_add_table(kmp_program *p, const struct kmp_table *table);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs from their text: docs/program_format.md. One function for each rule of its grammar, one line after another;
  * the first error ends the reading. All arrays have the length that the text can require, so none grows. */
-#include "base/memory.h"
 #include "symbolic/implicit.h"
 #include "symbolic/program/program.h"
 #include "symbolic/program/program_words.h"
@@ -122,15 +121,21 @@ static bool read_output(kmp_program_reader *r, int first)
     return kmp_words_next_line(r);
 }
 
+/* The number of the next table, block or stage. */
+static bool read_number(kmp_program_reader *r, const char *what, int next)
+{
+    uint32_t number = 0;
+    if (!kmp_words_index(r, &number))
+        return false;
+    return number == (uint32_t)next || kmp_words_complain(r, "%s %d is expected next, not %u", what, next, number);
+}
+
 /* "stage" has been read. A name may follow the number. */
 static bool read_stage(kmp_program_reader *r)
 {
     kmp_program *p = r->p;
-    uint32_t number = 0;
-    if (!kmp_words_index(r, &number))
+    if (!read_number(r, "stage", p->stages))
         return false;
-    if (number != (uint32_t)p->stages)
-        return kmp_words_complain(r, "stage %d is expected next, not %u", p->stages, number);
     r->at += strcspn(r->at, "\n");
     p->code[p->stages] = r->code;
     p->outputs[p->stages++] = r->outputs;
@@ -154,12 +159,9 @@ static bool starts_number(const kmp_program_reader *r)
 /* "table" has been read. */
 static bool read_table(kmp_program_reader *r)
 {
-    uint32_t number = 0;
-    int count = 0, method = 0;
-    if (!kmp_words_index(r, &number))
+    int count = 0, method = 0, number = r->p->table_count;
+    if (!read_number(r, "table", r->p->table_count))
         return false;
-    if (number != (uint32_t)r->p->table_count)
-        return kmp_words_complain(r, "table %d is expected next, not %u", r->p->table_count, number);
     while (method < KMP_TABLE_METHODS && !kmp_words_take_word(r, kmp_table_method_name((kmp_table_method)method)))
         method++;
     if (method == KMP_TABLE_METHODS)
@@ -180,7 +182,7 @@ static bool read_table(kmp_program_reader *r)
     kmp_table_free(table);
     if (added < 0)
         return kmp_words_no_memory(r);
-    return added == (int)number || kmp_words_complain(r, "table %u is the same as table %d", number, added);
+    return added == number || kmp_words_complain(r, "table %d is the same as table %d", number, added);
 }
 
 static kempe_status read_program(kmp_program_reader *r, kmp_program **program);
@@ -249,13 +251,11 @@ static bool read_candidates(kmp_program_reader *r, kmp_program_block *block)
 /* "implicit" has been read. */
 static bool read_block(kmp_program_reader *r)
 {
-    uint32_t number = 0, unknowns = 0, arguments = 0;
+    uint32_t unknowns = 0, arguments = 0;
     if (r->around)
         return kmp_words_complain(r, "an implicit block cannot contain blocks");
-    if (!kmp_words_index(r, &number))
+    if (!read_number(r, "implicit", r->p->block_count))
         return false;
-    if (number != (uint32_t)r->p->block_count)
-        return kmp_words_complain(r, "implicit %d is expected next, not %u", r->p->block_count, number);
     bool averages = kmp_words_take_word(r, "averages");
     if (!(averages || kmp_words_want(r, "unknowns")) || !kmp_words_index(r, &unknowns) ||
         !kmp_words_want(r, "arguments") || !kmp_words_index(r, &arguments))
@@ -355,23 +355,17 @@ static bool begin(kmp_program_reader *r, const char *text)
     size_t lines = count_lines(r, text);
     for (r->constant_size = 64; r->constant_size < 6 * lines + 2;)
         r->constant_size *= 2;
-    r->constant = KMP_NEW(uint32_t, r->constant_size);
-    r->input = KMP_NEW(uint32_t, r->constant_size);
-    r->x = KMP_NEW(double, lines);
-    r->y = KMP_NEW(double, lines);
-    r->p = KMP_NEW(kmp_program, 1);
-    if (!r->constant || !r->input || !r->x || !r->y || !r->p)
+    r->constant = KMP_ARENA_NEW(&r->arena, uint32_t, r->constant_size);
+    r->input = KMP_ARENA_NEW(&r->arena, uint32_t, r->constant_size);
+    r->x = KMP_ARENA_NEW(&r->arena, double, lines);
+    r->y = KMP_ARENA_NEW(&r->arena, double, lines);
+    r->p = kmp_program_with_room(lines, lines, lines, 3 * lines, 3 * lines);
+    if (r->arena.failed || !r->p)
         return kmp_words_no_memory(r);
-    if (lines >= (size_t)1 << (KMP_CLASS_SHIFT - 3) || (!r->around && strlen(text) >= (size_t)1 << 30))
+    bool long_text = !r->around && strlen(text) >= (size_t)1 << 30;
+    if (long_text || lines >= (size_t)1 << (KMP_CLASS_SHIFT - 3))
         return kmp_words_complain(r, "the program is too long");
-    r->p->code = KMP_NEW(int, lines);
-    r->p->outputs = KMP_NEW(int, lines);
-    r->p->output = KMP_NEW(uint32_t, lines);
-    r->p->instruction = KMP_NEW(kmp_instruction, lines);
-    r->p->constant = KMP_NEW(double, 3 * lines);
-    r->p->input = KMP_NEW(kmp_program_input, 3 * lines);
-    bool ok = r->p->code && r->p->outputs && r->p->output && r->p->instruction && r->p->constant && r->p->input;
-    return ok || kmp_words_no_memory(r);
+    return true;
 }
 
 /* Reads up to and including "end"; nothing may follow the "end" of the whole text. */
@@ -384,10 +378,7 @@ static kempe_status read_program(kmp_program_reader *r, kmp_program **program)
         if (*r->at != '\0')
             (void)kmp_words_complain(r, "nothing may follow 'end'");
     }
-    kmp_free(r->constant);
-    kmp_free(r->input);
-    kmp_free(r->x);
-    kmp_free(r->y);
+    kmp_arena_free(&r->arena);
     if (r->status == KEMPE_OK)
         *program = r->p;
     else

@@ -18,6 +18,7 @@ typedef struct kmp_program_reader {
     int line;
     kempe_status status;
     kmp_program *p;
+    kmp_arena arena;                         /* of all arrays but those of the program */
     int code, outputs;                       /* so far */
     uint32_t *constant, *input;              /* hash tables: number + 1 */
     size_t constant_size;                    /* capacity of each array */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/program/steps.h"
-#include "base/memory.h"
 
 typedef struct work {
     const kmp_program *p;
@@ -63,25 +62,24 @@ static long index_of(const work *w, int i)
 kmp_steps kmp_program_steps(const kmp_program *p)
 {
     int count = p->code[p->stages];
+    kmp_arena arena = {0};
     kmp_steps steps = {.vector = -1};
     work w = {.p = p,
               .leaves = p->constant_count + p->input_count,
-              .uses = KMP_NEW(int, count),
-              .index = KMP_NEW(long, count),
-              .angle = KMP_NEW(bool, count)};
-    if (w.uses && w.index && w.angle) {
+              .uses = KMP_ARENA_NEW(&arena, int, count),
+              .index = KMP_ARENA_NEW(&arena, long, count),
+              .angle = KMP_ARENA_NEW(&arena, bool, count)};
+    if (!arena.failed) {
         steps.vector = 0;
         count_uses(&w, count);
-        for (int i = 0; i < count; i++) {
-            w.angle[i] = is_sum_of_inputs(&w, &p->instruction[i]);
-            w.index[i] = index_of(&w, i);
-            steps.serial += w.uses[i] > 1 && !is_known(&w, i);
-            if (w.index[i] > steps.vector)
-                steps.vector = w.index[i];
-        }
     }
-    kmp_free(w.uses);
-    kmp_free(w.index);
-    kmp_free(w.angle);
+    for (int i = 0; !arena.failed && i < count; i++) {
+        w.angle[i] = is_sum_of_inputs(&w, &p->instruction[i]);
+        w.index[i] = index_of(&w, i);
+        steps.serial += w.uses[i] > 1 && !is_known(&w, i);
+        if (w.index[i] > steps.vector)
+            steps.vector = w.index[i];
+    }
+    kmp_arena_free(&arena);
     return steps;
 }

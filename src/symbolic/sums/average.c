@@ -3,6 +3,7 @@
  * that nothing overflows. Sums run in four lanes, which are added at the end: the bits are the same with and without
  * vectors. */
 #include "symbolic/sums/average.h"
+#include "base/arena.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
@@ -20,10 +21,9 @@ enum { LANES = KMP_SCAN_GROUP, EXPONENT = 1, AVERAGED = 2 }; /* stages */
 static bool begin(kmp_implicit *b, kmp_ref exponent, kmp_ref needed, int count, const kmp_ref *averaged, int places,
                   const double *place)
 {
-    b->row = KMP_NEW(kmp_ref, count + 2);
-    b->derived = KMP_NEW(int, 1);
-    if (!b->row || !b->derived || kmp_graph_failed(b->local) || kmp_graph_implicit(b->local, 0) ||
-        !kmp_block_candidates(&b->block, places, place))
+    b->row = KMP_GRAPH_NEW(b->local, kmp_ref, count + 2);
+    b->derived = KMP_GRAPH_NEW(b->local, int, 1);
+    if (kmp_graph_failed(b->local) || kmp_graph_implicit(b->local, 0) || !kmp_block_candidates(b, places, place))
         return false;
     *b->derived = -1;
     b->row[0] = exponent;
@@ -138,6 +138,7 @@ kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref l
 
 struct kmp_average {
     const kmp_program_block *block;
+    kmp_arena arena; /* of all arrays */
     kmp_scan *scan;  /* at all places, filled up to groups of eight, then one of each group */
     size_t groups;   /* of all places */
     double *place;   /* the places */
@@ -181,13 +182,13 @@ kmp_average *kmp_average_room(const kmp_program_block *block)
     a->block = block;
     a->groups = ((size_t)block->candidates + LANES - 1) / LANES;
     size_t width = a->groups * LANES;
-    a->place = kmp_calloc(3 * width + 2 * a->groups + LANES, sizeof *a->place);
-    a->value = KMP_NEW(double, block->unknowns);
-    a->first = kmp_calloc(2 * a->groups, sizeof *a->first);
-    if (a->place && a->value && a->first) {
-        a->spacing = a->place + width + a->groups;
-        a->weight = a->spacing + width;
-        a->middle = a->weight + width;
+    a->place = KMP_ARENA_NEW(&a->arena, double, width + a->groups);
+    a->spacing = KMP_ARENA_NEW(&a->arena, double, width);
+    a->weight = KMP_ARENA_NEW(&a->arena, double, width);
+    a->middle = KMP_ARENA_NEW(&a->arena, double, a->groups + LANES);
+    a->value = KMP_ARENA_NEW(&a->arena, double, block->unknowns);
+    a->first = KMP_ARENA_NEW(&a->arena, size_t, 2 * a->groups);
+    if (!a->arena.failed) {
         measure(a);
         a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place);
     }
@@ -202,9 +203,7 @@ void kmp_average_room_free(kmp_average *a)
     if (!a)
         return;
     kmp_scan_free(a->scan);
-    kmp_free(a->place);
-    kmp_free(a->value);
-    kmp_free(a->first);
+    kmp_arena_free(&a->arena);
     kmp_free(a);
 }
 

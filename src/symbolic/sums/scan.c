@@ -2,6 +2,7 @@
 /* A value is a row of doubles, one per place, padded to a multiple of eight; a value that is equal at all places is
  * eight doubles alone. */
 #include "symbolic/sums/scan.h"
+#include "base/arena.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
@@ -29,9 +30,10 @@ typedef struct step {
 
 struct kmp_scan {
     const kmp_program *p;
+    kmp_arena arena;        /* of all arrays */
     size_t width;           /* places, filled up */
     kmp_interpreter *first; /* stage 0 */
-    double *memory, *merit;
+    double *merit;
     double **row;  /* by value */
     uint8_t *need; /* by value */
     int *common;   /* those that the stages read */
@@ -258,21 +260,14 @@ static void find_common(kmp_scan *s)
             s->common[s->common_count++] = value;
 }
 
-/* Rows of all values, and of the merits. */
+/* Rows of all values, and of the merits. False: no memory. */
 static bool place_rows(kmp_scan *s)
 {
     uint32_t values = (uint32_t)(leaves(s->p) + s->p->code[LAST + 1]);
-    size_t size = s->width;
+    s->merit = KMP_ARENA_NEW(&s->arena, double, s->width);
     for (uint32_t k = 0; k < values; k++)
-        size += is_short(s, k) ? LANES : s->width;
-    s->memory = kmp_calloc(size, sizeof *s->memory);
-    s->merit = s->memory;
-    double *at = s->memory ? s->memory + s->width : NULL;
-    for (uint32_t k = 0; at && k < values; k++) {
-        s->row[k] = at;
-        at += is_short(s, k) ? LANES : s->width;
-    }
-    return s->memory;
+        s->row[k] = KMP_ARENA_NEW(&s->arena, double, is_short(s, k) ? LANES : s->width);
+    return !s->arena.failed;
 }
 
 static void fill(double *to, size_t width, double value)
@@ -349,14 +344,29 @@ static bool allocate(kmp_scan *s)
     int code = p->code[LAST + 1], values = leaves(p) + code, tables = 0;
     for (int i = p->code[FIRST]; i < code; i++)
         tables += p->instruction[i].op == KMP_OP_TABLE;
-    s->row = KMP_NEW(double *, values);
-    s->need = KMP_NEW(uint8_t, 2 * values);
-    s->common = KMP_NEW(int, values);
-    s->steps = KMP_NEW(step, code);
-    s->pieces = kmp_calloc((size_t)tables * s->width, sizeof *s->pieces);
+    s->row = KMP_ARENA_NEW(&s->arena, double *, values);
+    s->need = KMP_ARENA_NEW(&s->arena, uint8_t, 2 * values);
+    s->common = KMP_ARENA_NEW(&s->arena, int, values);
+    s->steps = KMP_ARENA_NEW(&s->arena, step, code);
+    s->pieces = KMP_ARENA_NEW(&s->arena, int, (size_t)tables * s->width);
+    s->every = KMP_ARENA_NEW(&s->arena, size_t, s->width / LANES);
     s->first = kmp_interpreter_new(p);
-    s->every = kmp_calloc(s->width / LANES, sizeof *s->every);
-    return s->row && s->need && s->common && s->steps && s->pieces && s->first && s->every;
+    return s->first && !s->arena.failed;
+}
+
+static bool init(kmp_scan *s, int places, const double *place)
+{
+    if (!allocate(s))
+        return false;
+    for (size_t k = 0; k < s->width / LANES; k++)
+        s->every[k] = k * LANES;
+    find_needs(s);
+    find_common(s);
+    if (!place_rows(s))
+        return false;
+    put_standing(s, places, place);
+    list_steps(s);
+    return true;
 }
 
 kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place)
@@ -366,21 +376,10 @@ kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double 
         return NULL;
     s->p = block->program;
     s->width = ((size_t)places + LANES - 1) / LANES * LANES;
-    if (!allocate(s)) {
-        kmp_scan_free(s);
-        return NULL;
-    }
-    for (size_t k = 0; k < s->width / LANES; k++)
-        s->every[k] = k * LANES;
-    find_needs(s);
-    find_common(s);
-    if (!place_rows(s)) {
-        kmp_scan_free(s);
-        return NULL;
-    }
-    put_standing(s, places, place);
-    list_steps(s);
-    return s;
+    if (init(s, places, place))
+        return s;
+    kmp_scan_free(s);
+    return NULL;
 }
 
 void kmp_scan_free(kmp_scan *s)
@@ -388,13 +387,7 @@ void kmp_scan_free(kmp_scan *s)
     if (!s)
         return;
     kmp_interpreter_free(s->first);
-    kmp_free(s->memory);
-    kmp_free(s->row);
-    kmp_free(s->need);
-    kmp_free(s->common);
-    kmp_free(s->steps);
-    kmp_free(s->pieces);
-    kmp_free(s->every);
+    kmp_arena_free(&s->arena);
     kmp_free(s);
 }
 
