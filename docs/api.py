@@ -62,7 +62,7 @@ def is_public(declaration):
 
 def items(text):
     """(introduction, items) of a header: sections, comments and what follows them."""
-    text = text[text.index("*/") + 2:]
+    text = re.sub(r"^KEMPE_(BEGIN|END)$", "", text[text.index("*/") + 2:], flags=re.M)
     introduction = re.match(r"\s*(/\*.*?\*/)", text, re.S)
     at, section, found, comment = introduction.end(), "", [], None
     while at < len(text.rstrip()):

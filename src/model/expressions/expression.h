@@ -84,9 +84,9 @@ typedef struct kmp_unknowns {
 } kmp_unknowns;
 
 /** The names that expressions use: of the variables, or of the expression. */
-static inline kmp_name_list kmp_unknown_names(const kmp_unknowns *u)
+static inline kmp_name_list kmp_unknown_names(const kmp_unknowns *unknowns)
 {
-    return u->count > 0 ? KMP_NAMES(u->unknown, u->count) : KMP_NAMES(&u->name, 1);
+    return unknowns->count > 0 ? KMP_NAMES(unknowns->unknown, unknowns->count) : KMP_NAMES(&unknowns->name, 1);
 }
 
 /** Kinds of names in expressions. */
