@@ -77,7 +77,8 @@ static inline bool emitted_init(emitted *e, const kempe_model *model, const char
         kmp_routine *r = &source.routines[0];
         kmp_program_free(r->program);
         r->program = instead;
-        r->kept = KMP_ARENA_NEW(&source.arena, int, instead->constant_count + instead->input_count + instead->code[instead->stages]);
+        r->kept = KMP_ARENA_NEW(&source.arena, int,
+                                instead->constant_count + instead->input_count + instead->code[instead->stages]);
     }
     bool ok = mkdtemp(folder) && kmp_language_write(&kmp_language_c, &source, &files) &&
               emitted_write(model->context, folder, &files) && emitted_compile(e, folder, &source);

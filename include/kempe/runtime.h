@@ -140,7 +140,7 @@ KEMPE_RUNTIME_UNUSED static inline int kempe_find_piece_(int count, const double
 /** Value (derivative 0) or derivative of a function through the points (x, y), increasing, with four coefficients for
  * each piece, in powers of the distance to its left point. Extrapolated linearly beyond the ends. NaN for NaN. */
 KEMPE_RUNTIME_UNUSED static inline double kempe_interpolate(int count, const double *x, const double *y,
-                                                      const double (*piece)[4], int derivative, double at)
+                                                            const double (*piece)[4], int derivative, double at)
 {
     int last = count - 2, k;
     double slope;
