@@ -5,7 +5,7 @@
 #ifndef KEMPE_CHECK_H
 #define KEMPE_CHECK_H
 
-#include <kempe/kempe.h>
+#include <kempe/table.h>
 
 KEMPE_BEGIN
 

@@ -5,7 +5,7 @@
 #ifndef KEMPE_COMPARE_H
 #define KEMPE_COMPARE_H
 
-#include <kempe/kempe.h>
+#include <kempe/table.h>
 
 KEMPE_BEGIN
 

@@ -16,7 +16,7 @@
 #ifndef KEMPE_ENSEMBLE_H
 #define KEMPE_ENSEMBLE_H
 
-#include <kempe/kempe.h>
+#include <kempe/table.h>
 
 KEMPE_BEGIN
 

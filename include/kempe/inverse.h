@@ -6,8 +6,11 @@
  *     kempe_inverse *inverse = NULL;
  *     kempe_inverse_options ask = {.actuators = "slide1,slide2", .motion = "motion.csv"};
  *     kempe_table *rows = NULL;
- *     if (kempe_inverse_new(system, &ask, &inverse) == KEMPE_OK && kempe_inverse_table(inverse, "rows", &rows) ==
- * KEMPE_OK) printf("%g N\n", kempe_table_number(rows, 0, kempe_table_find(rows, "tau.slide1")));
+ *     kempe_status status = kempe_inverse_new(system, &ask, &inverse);
+ *     if (status == KEMPE_OK)
+ *         status = kempe_inverse_table(inverse, "rows", &rows);
+ *     if (status == KEMPE_OK)
+ *         printf("%g N\n", kempe_table_number(rows, 0, kempe_table_find(rows, "tau.slide1")));
  *     kempe_table_free(rows);
  *     kempe_inverse_free(inverse);
  */

@@ -3,13 +3,17 @@
  * Results as tables: columns with a name and a unit, rows of numbers or words. Every study gives its results so, each
  * table by a name that the study's header lists:
  *
- *     kempe_table *table;
- *     kempe_kinematics_table(sweep, "rows", &table);
- *     int crank = kempe_table_find(table, "q.crank");
- *     for (int row = 0; row < kempe_table_row_count(table); row++)
- *         show(kempe_table_number(table, row, crank));
- *     kempe_table_write(table, "sweep.csv");
+ *     kempe_trajectory *trajectory = NULL;
+ *     kempe_table *table = NULL;
+ *     if (kempe_simulate(system, NULL, &trajectory) == KEMPE_OK &&
+ *         kempe_trajectory_table(trajectory, "rows", &table) == KEMPE_OK) {
+ *         int crank = kempe_table_find(table, "q.crank");
+ *         for (int row = 0; row < kempe_table_row_count(table); row++)
+ *             printf("%g\n", kempe_table_number(table, row, crank));
+ *         kempe_table_write(table, "motion.csv");
+ *     }
  *     kempe_table_free(table);
+ *     kempe_trajectory_free(trajectory);
  */
 #ifndef KEMPE_TABLE_H
 #define KEMPE_TABLE_H
@@ -29,7 +33,7 @@ KEMPE_API int kempe_table_column_count(const kempe_table *table);
 KEMPE_API const char *kempe_table_column_name(const kempe_table *table, int column);
 KEMPE_API const char *kempe_table_unit(const kempe_table *table, int column);
 
-/** The first column of a name; -1: there is none. */
+/** The first column of a name as in the CSV file, "q.crank" or "position.coupler.P.x"; -1: there is none. */
 KEMPE_API int kempe_table_find(const kempe_table *table, const char *name);
 
 /** One cell: NaN where it is a word or unknown; "" where it is a number. Owned by the table. */

@@ -253,6 +253,7 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
     report->rate_scale = run->rate_scale;
     report->build_s = run->build_s;
     report->cut = run->cut;
+    report->prescribed = run->solver && run->part.p == 0;
     report->ended = run->ended;
     report->reason = run->reason ? kmp_strdup(run->reason) : NULL;
     report->t = run->solver ? kmp_runner_t(run) : 0;

@@ -50,6 +50,7 @@ typedef struct kmp_run_report {
     double rate_scale; /* 1/s: absolute tolerance of rates over that of coordinates */
     long steps, rejected, refused, rhs, newton, jacobians, factorizations, exchanges, centrings, events;
     bool cut;              /* given up for limit_s */
+    bool prescribed;       /* no degree of freedom: all motion follows from the closures */
     bool ended;            /* ended by a condition */
     bool by_bodies;        /* used articulated bodies, if the formulation does not require M and C */
     double cpu_s, build_s; /* integration alone; preparation of this run (derivation for the dae formulation

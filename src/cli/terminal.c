@@ -52,6 +52,13 @@ void cli_terminal_log(void *user, kempe_level level, const char *line)
     }
 }
 
+void cli_terminal_written(const char *path)
+{
+    cli_terminal_clear();
+    if (is_terminal && !is_quiet)
+        fprintf(stderr, "written: %s\n", path);
+}
+
 void cli_terminal_error(const char *prefix, const char *message)
 {
     cli_terminal_clear();

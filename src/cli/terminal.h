@@ -13,6 +13,9 @@ void cli_terminal_begin(bool quiet);
 /** The log function of a context; `user` is unused. */
 void cli_terminal_log(void *user, kempe_level level, const char *line);
 
+/** Notes that a file was written. */
+void cli_terminal_written(const char *path);
+
 /** Prints an error, each of its lines after `prefix`. */
 void cli_terminal_error(const char *prefix, const char *message);
 

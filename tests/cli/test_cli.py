@@ -768,6 +768,17 @@ class Modes(Case):
 
     CAR, WHEELSET = ROOT / "examples/quarter_car/quarter_car.yaml", ROOT / "examples/restrained_wheelset/restrained_wheelset.yaml"
 
+    def test_sweep_on_another_branch(self):
+        """Two wells at +-1 rad: from f = 1 the sweep stays in the right one, the model itself rests in the left one."""
+        model = self.folder / "wells.yaml"
+        model.write_text("kempe: 1\nparameters: {f: 0, k: 1 N*m}\n"
+                         "bodies: {m: {joint: {name: x, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
+                         'forces: {well: {joint: x, torque: "k*(q(x) - q(x)^3 + f)"}}\nstart: {q: {x: -0.9}}\n')
+        told = self.expect(0, "modes", model, "--sweep", "f=1:-0.2:13").stderr
+        self.assertIn("passes f = 0, its value in the model, at another equilibrium than the one found there: "
+                      "'x' is 1 instead of -1 rad", told)
+        self.assertEqual(self.expect(0, "modes", model, "--sweep", "f=0.2:-0.2:5").stderr, "")
+
     def test_modes(self):
         text, one = self.expect(0, "modes", self.CAR).stdout, self.object(0, "modes", self.CAR)
         self.assertIn("quarter-car: 2 degrees of freedom at the equilibrium: wheel, body\n", text)
@@ -1457,6 +1468,11 @@ class Resume(Case):
 
 class Compare(Case):
     RUN = ("compare", ANDREWS, "--rtol", "1e-5,1e-7", "--reference", REFERENCE)
+
+    def test_prescribed_motion(self):
+        driven = ROOT / "examples/driven_slider_crank/driven_slider_crank.yaml"
+        told = self.expect(0, "compare", driven, "--rtol", "1e-3,1e-5").stdout
+        self.assertIn("no recommendation\n  - all motion is prescribed", told)
 
     def test_keys(self):
         found = self.object(0, *self.RUN)

@@ -228,12 +228,21 @@ static int steadiest(const kempe_comparison *c)
     return found;
 }
 
+static bool is_prescribed(const kempe_comparison *c)
+{
+    return c->count > 0 && c->runs[0].report.prescribed;
+}
+
 /* The reason why there is no advice. */
 static void refrain(kempe_comparison *c)
 {
     kmp_text text = {0};
-    int steady = c->has_reference ? -1 : steadiest(c);
-    if (!c->has_reference)
+    int steady = c->has_reference || is_prescribed(c) ? -1 : steadiest(c);
+    if (is_prescribed(c))
+        kmp_text_put(&text,
+                     "all motion is prescribed: coordinates follow from the closures at every instant, and a tolerance "
+                     "affects the work of the drives alone; 'kempe kinematics' and 'kempe inverse' analyse it");
+    else if (!c->has_reference)
         kmp_text_put(&text, "without a reference the errors are unknown, and there is no recommendation");
     if (steady >= 0) {
         kmp_text_put(&text, "; the cheapest run that agrees with its next tolerance to ");
@@ -241,7 +250,7 @@ static void refrain(kempe_comparison *c)
         kmp_compare_name(&text, c->runs[steady].way);
         kmp_text_printf(&text, " at rtol %g: %.3g ms", c->runs[steady].rtol, 1e3 * c->runs[steady].cpu_s);
     }
-    if (c->has_reference)
+    if (c->has_reference && !is_prescribed(c))
         kmp_text_printf(&text, "no run attains an error of %g: there is no recommendation",
                         c->levels.count > 0 ? c->levels.level[0] : NAN);
     kmp_sentences_take(&c->arena, &c->advice.because, &text);
@@ -251,7 +260,7 @@ void kmp_compare_advise(kempe_comparison *c)
 {
     kmp_stiffness stiffness = kmp_compare_stiffness(c);
     aims a = choose_aims(c);
-    int way = a.count > 0 ? choose_way(c, &a) : -1;
+    int way = a.count > 0 && !is_prescribed(c) ? choose_way(c, &a) : -1;
     c->advice = (kmp_advice){.run = -1, .level = NAN, .stiff = stiffness.stiff};
     if (way < 0) {
         refrain(c);

@@ -22,7 +22,8 @@ enum { MOST_HALVINGS = 6 };
 typedef struct station {
     double value;
     kmp_modes modes;
-    int *at; /* count: the index of each branch in the spectrum; of the modes' arena */
+    int *at;   /* count: the index of each branch in the spectrum; of the modes' arena, like q */
+    double *q; /* n: the state */
 } station;
 
 typedef struct maker {
@@ -43,9 +44,13 @@ static kempe_status arrive(maker *m, double value, station *s)
 {
     *s = (station){.value = value};
     KMP_TRY(kmp_station_go(m->visited, value, &s->modes));
+    size_t n = (size_t)m->visited->base->n;
     s->at = KMP_ARENA_NEW(&s->modes.arena, int, s->modes.count);
-    if (s->at)
+    s->q = KMP_ARENA_NEW(&s->modes.arena, double, n);
+    if (s->at && s->q) {
+        memcpy(s->q, m->visited->state->q, n * sizeof *s->q);
         return KEMPE_OK;
+    }
     leave(s);
     return kmp_fail_memory(m->context);
 }
@@ -275,9 +280,11 @@ static bool make_room(maker *m, int count)
     return kmp_arena_make_groups(&l->arena, 1, all) && !m->arena.failed;
 }
 
-static void note(kmp_locus *l, const station *s, double doubt)
+static void note(maker *m, const station *s, double doubt)
 {
-    int k = l->reached++;
+    kmp_locus *l = m->l;
+    int n = m->visited->base->n, k = l->reached++;
+    memcpy(l->q + (ptrdiff_t)k * n, s->q, (size_t)n * sizeof *s->q);
     for (int b = 0; b < l->count; b++) {
         l->re[b + (ptrdiff_t)k * l->count] = s->modes.spectrum.re[s->at[b]];
         l->im[b + (ptrdiff_t)k * l->count] = s->modes.spectrum.im[s->at[b]];
@@ -288,8 +295,8 @@ static void note(kmp_locus *l, const station *s, double doubt)
 static kempe_status begin(maker *m, const double *values, station *first)
 {
     kmp_locus *l = m->l;
-    const kmp_arena_group groups[] = {{l->values, {&l->value, &l->doubt}}};
-    if (!kmp_arena_make_groups(&l->arena, 1, groups))
+    const kmp_arena_group groups[] = {{l->values, {&l->value, &l->doubt}}, {l->values * m->visited->base->n, {&l->q}}};
+    if (!kmp_arena_make_groups(&l->arena, sizeof groups / sizeof *groups, groups))
         return kmp_fail_memory(m->context);
     memcpy(l->value, values, (size_t)l->values * sizeof *values);
     KMP_TRY(arrive(m, l->value[0], first));
@@ -299,7 +306,7 @@ static kempe_status begin(maker *m, const double *values, station *first)
     }
     for (int b = 0; b < first->modes.count; b++)
         first->at[b] = b;
-    note(l, first, 0);
+    note(m, first, 0);
     return KEMPE_OK;
 }
 
@@ -313,7 +320,7 @@ static kempe_status go(maker *m, station *here)
         if (kmp_interrupted(m->context))
             return KEMPE_STOPPED;
         KMP_TRY(reach(m, here, l->value[k], 0, &next, &doubt));
-        note(l, &next, doubt);
+        note(m, &next, doubt);
         const around values = {k > 1 ? l->value[k - 2] : NAN, k + 1 < l->values ? l->value[k + 1] : NAN};
         kempe_status status = look_between(m, here, &next, &values);
         leave(here);

@@ -2,7 +2,9 @@
 /* The modes study: options by words, and results. */
 #include "studies/modes/modes.h"
 #include "base/clock.h"
+#include "base/context.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "model/tables/coordinates.h"
 #include <kempe/modes.h>
 #include <math.h>
@@ -55,6 +57,43 @@ static kempe_status give_reason(kempe_modes *m)
     return m->reason ? KEMPE_STOPPED : kmp_fail_memory(context);
 }
 
+/* Largest difference of two states, angles modulo a turn and lengths over the characteristic length; `at`: its
+ * coordinate. */
+static double apart(const kempe_system *system, const double *a, const double *b, int *at)
+{
+    double most = 0;
+    for (int i = 0; i < system->n; i++) {
+        double d =
+            system->model->motions[i].rotation ? remainder(a[i] - b[i], 2 * acos(-1)) : (a[i] - b[i]) / system->length;
+        if (fabs(d) > most) {
+            most = fabs(d);
+            *at = i;
+        }
+    }
+    return most;
+}
+
+/* Warns where the sweep passes the parameter's own value at another equilibrium than the one found there: the state
+ * between two values is then far from both, measured by their distance. */
+static void compare_with_own(const kempe_modes *m, double own)
+{
+    const kmp_locus *l = &m->locus;
+    const kempe_system *s = m->system;
+    for (int k = 0; k + 1 < l->reached; k++) {
+        const double *low = l->q + (ptrdiff_t)k * s->n, *high = low + s->n;
+        int i = 0;
+        double step = apart(s, low, high, &i), away = fmin(apart(s, low, m->q, &i), apart(s, high, m->q, &i));
+        if ((l->value[k] - own) * (l->value[k + 1] - own) > 0 || away <= KMP_OTHER_BRANCH * step + KMP_SAME_STATE)
+            continue;
+        kmp_log(s->context, KEMPE_LOG_WARNING,
+                "the sweep passes %s = %g, its value in the model, at another equilibrium than the one found there: "
+                "'%s' is "
+                "%.4g instead of %.4g %s; sweep in the other direction, or from that value",
+                m->name, own, s->model->motions[i].name, high[i], m->q[i], s->model->motions[i].rotation ? "rad" : "m");
+        return;
+    }
+}
+
 static kempe_status sweep(kempe_modes *m, const kmp_station_ask *ask, const kmp_range *range)
 {
     kempe_context *context = m->system->context;
@@ -77,6 +116,9 @@ static kempe_status sweep(kempe_modes *m, const kmp_station_ask *ask, const kmp_
     kempe_status status = kmp_locus_make(station, count, values, &m->locus);
     if (status == KEMPE_STOPPED)
         status = give_reason(m);
+    int parameter = own.name ? kmp_parameter_find(m->system->model, own.name) : -1;
+    if (status >= 0 && parameter >= 0 && m->station->state->equilibrium)
+        compare_with_own(m, m->system->model->parameters[parameter].number.value);
     kmp_station_free(station);
     return status;
 }
