@@ -33,7 +33,7 @@
 
 static double some_doubles[4096];
 static int some_ints[64];
-static const char *const some_names[4] = {"crank", "base", "coupler", "rocker"};
+static const char *const some_names[8] = {"crank", "base", "coupler", "rocker"}; /* then NULL */
 
 static kempe_context *some_kempe_context(int open)
 {
