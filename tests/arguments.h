@@ -33,7 +33,8 @@
 
 static double some_doubles[4096];
 static int some_ints[64];
-static const char *const some_names[4] = {"crank", "base", "coupler", "rocker"};
+/* Behind the names is NULL, which stops a count that is too large. */
+static const char *const some_names[5] = {"crank", "base", "coupler", "rocker"};
 
 static kempe_context *some_kempe_context(int open)
 {
