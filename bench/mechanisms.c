@@ -275,7 +275,7 @@ static void count_warnings(void *user, kempe_level level, const char *line)
 static kempe_status simulate(const kempe_system *system, const char *formulation, double rtol, bool once,
                              kempe_trajectory **trajectory)
 {
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.no_convergence_check = once;
     run.formulation = formulation;
     run.rtol = rtol;

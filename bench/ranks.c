@@ -68,7 +68,7 @@ static void walk(kmp_walk *w, const double *start)
 
 static void run(kmp_walk *w, const kempe_system *system)
 {
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     kempe_trajectory *t = NULL;
     settings.t_end = fmin(system->model->run.t_end > 0 ? system->model->run.t_end : 1, 1);
     if (kempe_simulate(system, &settings, &t) == KEMPE_OK && system->chart_count == 0)

@@ -57,7 +57,7 @@ static double json_number(const char *json, const char *key)
 
 static double plain(const bench *b, const trial *x)
 {
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     kempe_trajectory *t = NULL;
     char *json = NULL;
     run.t_end = run.output_step = x->t_end;
@@ -74,13 +74,13 @@ static double plain(const bench *b, const trial *x)
 static kempe_sensitivity *differentiate(const bench *b, const trial *x, const char *parameters, const char *method,
                                         double *seconds)
 {
-    kempe_sensitivity_options ask = {
-        .parameters = parameters, .outputs = x->output, .method = method, .run = kempe_run_options_default()};
+    kempe_run_options run = {0};
+    kempe_sensitivity_options ask = {.parameters = parameters, .outputs = x->output, .method = method, .run = &run};
     kempe_sensitivity *s = NULL;
     char *json = NULL;
-    ask.run.t_end = ask.run.output_step = x->t_end;
-    ask.run.no_convergence_check = 1;
-    ask.run.rtol = 1e-8;
+    run.t_end = run.output_step = x->t_end;
+    run.no_convergence_check = 1;
+    run.rtol = 1e-8;
     if (kempe_sensitivity_new(b->model, &ask, &s) || kempe_sensitivity_print(s, KEMPE_JSON, &json))
         stop(b);
     *seconds = json_number(json, "\"cpu_s\": ");

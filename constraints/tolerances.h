@@ -39,8 +39,8 @@
  * rounding. */
 #define KMP_SAME_STATE 1e-5
 
-/* Times the distance of two neighbouring states of a sweep: a state between their values that is farther from both is on
- * another branch. A smooth branch stays within once that distance; a fold is steeper. */
+/* Times the distance of two neighbouring states of a sweep: a state between their values that is farther from both is
+ * on another branch. A smooth branch stays within once that distance; a fold is steeper. */
 #define KMP_OTHER_BRANCH 10
 
 /* -- rounded numbers: pivots of the scaled J, over the first ------------------------------------------- */

@@ -93,7 +93,8 @@ static const kempe_run_options short_run = {.t_end = 0.01, .output_step = 0.005,
 static const kempe_compare_options short_compare = {
     .formulations = "reduced", .forms = "integrated", .integrators = "dop853,dopri5", .rtols = "1e-6", .t_end = 0.01};
 static const kempe_kinematics_options turn = {.sweep = "crank=0:0.1", .points = 5};
-static const kempe_sensitivity_options by_crank = {.parameters = "crank", .run = {.t_end = 0.01, .output_step = 0.005}};
+static const kempe_sensitivity_options by_crank = {.parameters = "crank",
+                                                   .run = &(kempe_run_options){.t_end = 0.01, .output_step = 0.005}};
 static const kempe_response_options push = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_linearize_options push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_inverse_options by_motor = {.actuators = "crank", .independent = "crank"};

@@ -51,7 +51,7 @@ static kempe_status run(kempe_context *context, const char *path, double *worst)
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_trajectory *trajectory = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     settings.t_end = 0.03;
     settings.rtol = 1e-11;
 

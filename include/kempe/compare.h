@@ -13,6 +13,7 @@ typedef struct kempe_comparison kempe_comparison;
 
 /** Lists are comma-separated. NULL takes the standard values, and for a stiff model all implicit integrators. */
 typedef struct kempe_compare_options {
+    size_t size;       /* sizeof this struct, or 0: that of version 0.1 */
     const char *rtols; /* "1e-4,1e-6,.." */
     const char *formulations;
     const char *forms;
@@ -22,7 +23,6 @@ typedef struct kempe_compare_options {
     double budget_s; /* processor time of all runs together; runs that exceed it are left out; 0: 60 */
 } kempe_compare_options;
 
-KEMPE_API kempe_compare_options kempe_compare_options_default(void);
 KEMPE_API kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compare_options *run,
                                             kempe_comparison **comparison);
 KEMPE_API void kempe_comparison_free(kempe_comparison *comparison);

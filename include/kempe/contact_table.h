@@ -23,6 +23,7 @@ KEMPE_BEGIN
 
 /** NULL and 0: the default. Coordinates that move at the start keep their rates; all others are at rest. */
 typedef struct kempe_contact_options {
+    size_t size;       /* sizeof this struct, or 0: that of version 0.1 */
     const char *sweep; /* "NAME=A:B:N" or "NAME=A:B", comma-separated if several: they vary together, each evenly from
                         * its A to its B. NAME=A is fixed at A. NAME is a parameter of the model or a coordinate, which
                         * is held at the value */

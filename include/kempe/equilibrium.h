@@ -18,6 +18,7 @@ KEMPE_BEGIN
 
 /** Options. Texts are comma-separated lists; NULL and 0: none. */
 typedef struct kempe_equilibrium_options {
+    size_t size;           /* sizeof this struct, or 0: that of version 0.1 */
     const char *rates;     /* "shaft=60 rpm": coordinates with constant rates; all others are at rest */
     const char *hold;      /* "slider=0.6": coordinates fixed at these values */
     const char *target;    /* "position(b.P).z=0.3": prescribed values of outputs; written as `outputs` of a model, each

@@ -11,6 +11,7 @@ KEMPE_BEGIN
 
 /** Selection of the sets and of their form. NULL and 0 take the default. */
 typedef struct kempe_generate_options {
+    size_t size;           /* sizeof this struct, or 0: that of version 0.1 */
     const char *sets;      /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J, h_t. qdd:
                             * the accelerations without closure forces, in O(N). invdyn_q, invdyn_qd: derivatives of
                             * invdyn; tangents: these and M. R: invdyn less J' lambda; R_q: derivatives of R by q;

@@ -28,6 +28,7 @@ KEMPE_BEGIN
 typedef struct kempe_gradient kempe_gradient;
 
 typedef struct kempe_gradient_options {
+    size_t size; /* sizeof this struct, or 0: that of version 0.1 */
     int parameter_count;
     const char *const *parameters; /* names of parameters of the model */
     const char *driven;            /* coordinates, comma-separated: one for each degree of freedom */

@@ -34,7 +34,9 @@
  * A function that can fail returns a kempe_status: 0 done, negative an error, positive a normal event.
  * Outputs are untouched on failure. The library never prints, exits or aborts.
  *
- * A struct of options (kempe_run_options, the _options of other headers) may be NULL: its defaults. Any other NULL
+ * A struct of options (kempe_run_options, the _options of other headers) may be NULL or zero: its defaults. Its member
+ * `size` keeps programs compatible with later libraries: 0 means the members of version 0.1, the size of the struct all
+ * of them. Options that the library does not know give KEMPE_E_ARGUMENT. Any other NULL
  * pointer gives KEMPE_E_ARGUMENT unless its comment allows it, with a message if an object with a context is given.
  * Getters of NULL, or of an index that does not exist, return the empty value of their type: NULL, a text "", NaN, 0
  * (-1 if 0 has a meaning). `_free` accepts NULL.
@@ -164,6 +166,7 @@ KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view
 /** Options of a run. Names are those of the command line; NULL, or 0 for a number, takes the model's or Kempe's
  * default. */
 typedef struct kempe_run_options {
+    size_t size;             /* sizeof this struct, or 0: that of version 0.1 */
     const char *formulation; /* reduced | dae | projected */
     const char *form;        /* reduced: integrated | newton;  dae: stabilized1;  projected: none */
     const char *integrator;  /* dop853 | dopri5 | adams | bdf | radau5 | radau9 | erk | dirk | ida */
@@ -187,8 +190,6 @@ typedef struct kempe_run_options {
                      * run fails when the last 100,000 steps advanced so little that the rest would take more than
                      * 1e8 */
 } kempe_run_options;
-
-KEMPE_API kempe_run_options kempe_run_options_default(void);
 
 typedef struct kempe_trajectory kempe_trajectory;
 typedef struct kempe_table kempe_table; /* table.h */

@@ -3,7 +3,6 @@
  * Sensitivities of results with respect to parameters of the model: exact derivatives, through the loops.
  *
  *     kempe_sensitivity_options ask = {.parameters = "crank,base", .outputs = "q(rocker)"};
- *     ask.run = kempe_run_options_default();
  *     kempe_sensitivity *s;
  *     kempe_sensitivity_new(model, &ask, &s);
  *     kempe_table *rows;
@@ -20,6 +19,7 @@ KEMPE_BEGIN
 
 /** Options; zeros and NULL mean defaults. */
 typedef struct kempe_sensitivity_options {
+    size_t size;            /* sizeof this struct, or 0: that of version 0.1 */
     const char *of;         /* trajectory (default) */
     const char *parameters; /* names, comma-separated, start values among them as q.NAME and qd.NAME; NULL: all
                              * parameters that are plain numbers and may vary */
@@ -28,8 +28,8 @@ typedef struct kempe_sensitivity_options {
                              * number of parameters. NULL: forward, and for integrals the cheaper one */
     int integral;           /* 1: the outputs are integrated from 0 to t_end */
     const char *at;         /* start | equilibrium: the state, if `of` is not a trajectory */
-    kempe_run_options run; /* tolerances, t_end, output_step, independent, back end; integrator: dop853, dopri5, radau5,
-                              radau9, erk */
+    const kempe_run_options *run; /* tolerances, t_end, output_step, independent, back end; integrator: dop853, dopri5,
+                                   * radau5, radau9, erk */
 } kempe_sensitivity_options;
 
 typedef struct kempe_sensitivity kempe_sensitivity;

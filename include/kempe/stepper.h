@@ -2,7 +2,7 @@
 /**
  * A run advanced by the caller, who sets each end time and reads the state there.
  *
- *     kempe_run_options run = kempe_run_options_default();
+ *     kempe_run_options run = {0};
  *     run.t_end = 10;
  *     kempe_stepper *stepper;
  *     kempe_stepper_new(system, &run, &stepper);

@@ -139,6 +139,28 @@ kempe_status kmp_fail_memory(kempe_context *context)
     return kmp_fail(context, KEMPE_E_MEMORY, "out of memory");
 }
 
+kempe_status kmp_options_copy(kempe_context *context, void *own, size_t known, size_t first, const void *given,
+                              size_t size)
+{
+    const unsigned char *bytes = given;
+    size = size ? size : first;
+    memset(own, 0, known);
+    if (!given)
+        return KEMPE_OK;
+    kmp_context_clear(context);
+    if (size < sizeof size || size > KMP_MOST_OPTIONS)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "size = %zu of the options is not that of a struct of options",
+                        size);
+    for (size_t k = known; k < size; k++)
+        if (bytes[k])
+            return kmp_fail(context, KEMPE_E_ARGUMENT,
+                            "the options have members that version %s of the library does not know: their size is %zu, "
+                            "the known one %zu",
+                            KEMPE_VERSION, size, known);
+    memcpy(own, given, size < known ? size : known);
+    return KEMPE_OK;
+}
+
 kempe_status kmp_fail_missing(kempe_context *context, const char *name)
 {
     if (!context)

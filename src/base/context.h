@@ -40,6 +40,18 @@ kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *f
         if (!(thing))                                                                                                  \
             return otherwise;                                                                                          \
     } while (0)
+/** Replaces `given`, a pointer to options of a caller (NULL: the defaults), by a copy of the library's size. The member
+ * `size` is that of the caller's struct, 0: that of version 0.1. KEMPE_E_ARGUMENT: it has members that are set and
+ * unknown here. A member that is added to a struct comes last, and `first` below becomes its offset. */
+#define KMP_OPTIONS(context, type, given)                                                                              \
+    type kmp_own_##given;                                                                                              \
+    KMP_TRY(kmp_options_copy((context), &kmp_own_##given, sizeof(type), sizeof(type), (given),                         \
+                             (given) ? (given)->size : 0));                                                            \
+    (given) = &kmp_own_##given
+enum { KMP_MOST_OPTIONS = 4096 };
+kempe_status kmp_options_copy(kempe_context *context, void *own, size_t known, size_t first, const void *given,
+                              size_t size);
+
 kempe_status kmp_fail_missing(kempe_context *context, const char *name);
 
 /** KEMPE_E_MEMORY with its sentence. */

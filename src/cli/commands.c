@@ -124,7 +124,7 @@ static kempe_status linearize_about(const cli_job *j, kempe_linearization **resu
 static kempe_status differentiate(const cli_job *j, kempe_sensitivity **result)
 {
     kempe_sensitivity_options options = j->settings->sensitivity;
-    options.run = j->settings->run;
+    options.run = &j->settings->run;
     return kempe_sensitivity_new(j->model, &options, result);
 }
 

@@ -485,8 +485,7 @@ const char *cli_json_word(int count, char **words)
 
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings)
 {
-    *settings = (cli_settings){
-        .run = kempe_run_options_default(), .compare = kempe_compare_options_default(), .closure_tolerance = -1};
+    *settings = (cli_settings){.closure_tolerance = -1};
     bool names_only = false;
     for (int k = 0; k < count;) {
         if (!names_only && strcmp(words[k], "--") == 0) {

@@ -32,8 +32,8 @@ static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_
 kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_options *generation, kempe_count **out)
 {
     KMP_WANTED(NULL, model, "model");
-    generation = generation ? generation : &(const kempe_generate_options){0};
     KMP_WANTED(model->context, out, "count");
+    KMP_OPTIONS(model->context, kempe_generate_options, generation);
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
     kempe_count *c = KMP_NEW(kempe_count, 1);

@@ -90,8 +90,8 @@ static kempe_status make(kempe_code *code, const kempe_model *model, const kempe
 kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_options *generation, kempe_code **out)
 {
     KMP_WANTED(NULL, model, "model");
-    generation = generation ? generation : &(const kempe_generate_options){0};
     KMP_WANTED(model->context, out, "code");
+    KMP_OPTIONS(model->context, kempe_generate_options, generation);
     double begin = kmp_cpu_now();
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));

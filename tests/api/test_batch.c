@@ -21,7 +21,7 @@ static void test_batch(void)
     kempe_ensemble *ensemble = NULL;
     kempe_batch *batch = NULL, *alone = NULL;
     kempe_table *a = NULL, *b = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     double rows[COUNT][2];
     run.t_end = 1;
     run.rtol = 1e-8;
@@ -71,7 +71,7 @@ static void test_mistakes(void)
     kempe_values *values = NULL;
     kempe_ensemble *ensemble = NULL;
     kempe_batch *batch = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     const char *const wrong[] = {"q.A", "q.E"}, *const twice[] = {"q.A", "q.A"};
     const double row[] = {1.5, 0};
     CHECK(kempe_values_new(model, 2, wrong, 1, row, &values) == KEMPE_E_ARGUMENT);

@@ -46,7 +46,7 @@ static double run(const kempe_model *model)
 {
     kempe_system *system = NULL;
     kempe_trajectory *trajectory = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     double last = NAN;
     settings.t_end = 0.3;
     settings.rtol = 1e-9;
@@ -306,7 +306,7 @@ static void as_text(void)
     CHECK_TEXT(kempe_context_message(context), "");
     kempe_system *system = NULL;
     kempe_trajectory *trajectory = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     CHECK(kempe_simulate(system, &settings, &trajectory) == KEMPE_OK);
     if (trajectory)

@@ -29,7 +29,7 @@ static kempe_trajectory *run(const kempe_context *context, const kempe_system *s
                              const char *form)
 {
     kempe_trajectory *trajectory = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     settings.formulation = formulation;
     settings.form = form;
     settings.t_end = 1;
@@ -105,7 +105,7 @@ static kempe_work implicit_run(const kempe_system *system, const char *formulati
 {
     kempe_stepper *stepper = NULL;
     kempe_work work = {0};
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     settings.formulation = formulation;
     settings.form = form;
     settings.integrator = integrator;

@@ -68,7 +68,7 @@ static kempe_status step(const scene *s)
 
 static kempe_status differentiate(const scene *s)
 {
-    kempe_sensitivity_options ask = {.parameters = "crank", .run = {.t_end = 0.05}};
+    kempe_sensitivity_options ask = {.parameters = "crank", .run = &(kempe_run_options){.t_end = 0.05}};
     kempe_sensitivity *d = NULL;
     kempe_status status = kempe_sensitivity_new(s->model, &ask, &d);
     kempe_sensitivity_free(d);

@@ -24,7 +24,7 @@ static void notes_are_kept_in_order(void)
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_trajectory *run = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     listener heard = {0};
     char *text = NULL;
     kempe_table *notes = NULL;

@@ -31,7 +31,7 @@ static void scene_free(scene *s)
 
 static kempe_run_options settings(const char *formulation)
 {
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.formulation = formulation;
     run.rtol = 1e-8;
     run.t_end = 1;

@@ -108,7 +108,7 @@ static void dynamics(void)
     CHECK_NEAR(lambda[0], 0, 1e-9);
 
     kempe_trajectory *trajectory = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     settings.t_end = 1e-3;
     CHECK(kempe_simulate(s.system, &settings, &trajectory) == KEMPE_OK);
     for (int i = 0; i < N; i++)

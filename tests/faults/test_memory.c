@@ -353,7 +353,7 @@ static kempe_status evaluate(scene *s)
 
 static kempe_status simulate(scene *s, const char *formulation, const char *form, const char *integrator)
 {
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.formulation = formulation;
     run.form = form;
     run.integrator = integrator;
@@ -368,12 +368,11 @@ static kempe_status simulate(scene *s, const char *formulation, const char *form
 static kempe_status differentiate(scene *s, const char *method)
 {
     kempe_sensitivity *slopes = NULL;
-    kempe_sensitivity_options ask = {.parameters = "crank,qd.crank",
-                                     .outputs = "q(rocker),position(coupler.C).x",
-                                     .method = method,
-                                     .run = kempe_run_options_default()};
-    ask.run.rtol = 1e-4;
-    ask.run.t_end = ask.run.output_step = 0.12;
+    kempe_run_options run = {0};
+    kempe_sensitivity_options ask = {
+        .parameters = "crank,qd.crank", .outputs = "q(rocker),position(coupler.C).x", .method = method, .run = &run};
+    run.rtol = 1e-4;
+    run.t_end = run.output_step = 0.12;
     kempe_status status = kempe_sensitivity_new(s->model, &ask, &slopes);
     kempe_table *table = NULL;
     char *text = NULL;
@@ -502,7 +501,7 @@ static kempe_status simulate_index1(scene *s)
 static kempe_status step(scene *s)
 {
     kempe_stepper *stepper = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.t_end = 0.05;
     kempe_status status = kempe_stepper_new(s->system, &run, &stepper);
     untouched(status, stepper);
@@ -603,7 +602,7 @@ static kempe_status write_csv(scene *s)
 
 static kempe_compare_options small_comparison(void)
 {
-    kempe_compare_options run = kempe_compare_options_default();
+    kempe_compare_options run = {0};
     run.rtols = "1e-4";
     run.formulations = "reduced,dae";
     run.forms = "integrated,stabilized1";
@@ -675,7 +674,7 @@ static kempe_status run_ensemble(scene *s)
     kempe_ensemble *ensemble = NULL;
     kempe_batch *batch = NULL;
     char *text = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.t_end = 1e-3;
     kempe_status status = kempe_values_sample(s->model, "crank=0.29:0.31,q.crank=0:0.01", 3, 1, &values);
     untouched(status, values);
@@ -829,7 +828,7 @@ static const struct {
 static void every_allocation_fails(void)
 {
     scene s = {.context = kempe_context_new()};
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     kempe_compare_options comparison = small_comparison();
     run.t_end = 0.05;
     int file = mkstemps(csv, 4);

@@ -25,7 +25,7 @@ static kempe_status read_wheels(scene *s)
 
 static kempe_status roll(scene *s, const char *formulation, int threads)
 {
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.formulation = formulation;
     run.rtol = 1e-4;
     run.threads = threads;

@@ -11,7 +11,7 @@ int main(void)
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_trajectory *trajectory = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     kempe_body_def arm = kempe_body_default("arm");
     double q = NAN;
     arm.mass = kempe_value(1);

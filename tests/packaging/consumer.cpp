@@ -11,7 +11,7 @@ int main()
     kempe_model *model = nullptr;
     kempe_system *system = nullptr;
     kempe_trajectory *trajectory = nullptr;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     kempe_body_def arm = kempe_body_default("arm");
     double q = NAN;
     arm.mass = kempe_value(1);

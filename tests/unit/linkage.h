@@ -94,7 +94,7 @@ static inline int run_text(const char *text, const char *formulation, double t_e
     kempe_model *model = read_text(text);
     kempe_system *system = NULL;
     kempe_trajectory *t = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     kmp_columns columns = {0};
     int count = 0;
     run.formulation = formulation;

@@ -89,7 +89,7 @@ static void positions_of_the_table(void)
 
 static void run(const loaded *l, const char *u, double q[N])
 {
-    kempe_run_options spec = kempe_run_options_default();
+    kempe_run_options spec = {0};
     kempe_trajectory *motion = NULL;
     spec.t_end = 0.1;
     spec.rtol = 1e-11;

@@ -43,7 +43,7 @@ static void scene_free(scene *s)
 /* A formulation "projected", or formulation and form or integrator as "reduced/newton/bdf". */
 static kempe_run_options run_of(const char *way, double t_end, double every, double rtol, char room[64])
 {
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.t_end = t_end;
     run.output_step = every;
     run.rtol = rtol;

@@ -21,7 +21,7 @@ static end run(const char *motions, const char *closure, const char *start, cons
 {
     char text[1024];
     kempe_trajectory *t = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     end e = {0};
     snprintf(text, sizeof text,
              "kempe: 1\ngravity: %s\nparameters: {a: 300 mm, b: 200 mm, x: 17}\nground: {points: {O: [0, 0, 0]}}\n"

@@ -23,7 +23,7 @@ static void run_all(const char *path, const char *text, double t_end, judge_fn *
 {
     loaded l = path ? load(path) : load_text(text);
     for (int k = 0; l.system && k < FORMULATIONS; k++) {
-        kempe_run_options run = kempe_run_options_default();
+        kempe_run_options run = {0};
         kempe_trajectory *t = NULL;
         run.formulation = formulations[k][0];
         run.form = formulations[k][1];
@@ -141,7 +141,7 @@ static void rows_are_exchanged_in_time(void)
     loaded bennett = load("examples/bennett/bennett.yaml");
     const double product = tan(0.5) * tan(2.756848761676969 / 2);
     for (int k = 0; bennett.system && k < 97; k++) {
-        kempe_run_options run = kempe_run_options_default();
+        kempe_run_options run = {0};
         kempe_trajectory *t = NULL;
         run.rtol = pow(10, -4 - k / 12.0);
         run.output_step = 0.5;

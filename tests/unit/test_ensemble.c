@@ -270,7 +270,7 @@ static void compare_with_models(const char *example, const char *const *names, d
         kempe_model *model = NULL;
         kempe_system *system = NULL;
         kempe_stepper *stepper = NULL;
-        kempe_run_options one = kempe_run_options_default();
+        kempe_run_options one = {0};
         one.rtol = 1e-9;
         one.t_end = t_end;
         for (int k = 0; k < x.columns; k++) {

@@ -216,7 +216,7 @@ static void a_damped_run_comes_to_rest_there(void)
     loaded m = load("examples/double_four_bar/double_four_bar.yaml");
     kempe_equilibrium *e = NULL;
     kempe_trajectory *t = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.no_convergence_check = 1;
     CHECK(kempe_equilibrium_new(m.system, NULL, &e) == KEMPE_OK);
     CHECK(kempe_simulate(m.system, &run, &t) == KEMPE_OK);

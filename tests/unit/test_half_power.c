@@ -10,7 +10,7 @@
 /* q and its rate at the end. */
 static void run(const loaded *l, const char *integrator, double end[2])
 {
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     kempe_trajectory *t = NULL;
     settings.integrator = integrator;
     settings.rtol = settings.atol = RTOL;

@@ -30,7 +30,7 @@ static end run(const char *model_text, const char *formulation, double t_end, do
 {
     kempe_check *check = NULL;
     kempe_trajectory *t = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     end e = {0};
     char path[512];
     snprintf(path, sizeof path, "tests/models/%s.yaml", model_text);
@@ -484,7 +484,7 @@ static void singular_start(const char *start, const char *formulation, const cha
                     start, more);
     loaded l = load_text(text.s);
     kempe_trajectory *t = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     settings.formulation = formulation;
     settings.t_end = 1;
     CHECK(kempe_simulate(l.system, &settings, &t) == (expected ? KEMPE_E_FAILED : KEMPE_OK));

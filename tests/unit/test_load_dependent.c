@@ -55,7 +55,7 @@ static void complains(const char *text, const char *sentence)
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_trajectory *trajectory = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.t_end = 1;
     kempe_status status = kempe_model_read_text(context, text, "model.yaml", &model);
     if (status == KEMPE_OK)
@@ -130,7 +130,7 @@ typedef struct way {
 static kempe_trajectory *simulate(const kempe_system *system, const way *by, double rtol)
 {
     kempe_trajectory *trajectory = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.formulation = by->formulation;
     run.form = by->form;
     run.integrator = by->integrator;

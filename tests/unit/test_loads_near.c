@@ -99,7 +99,8 @@ static void sensitivities_are_differences(void)
 {
     loaded s = load(carrier);
     kempe_sensitivity *slopes = NULL;
-    kempe_sensitivity_options ask = {.parameters = "r", .run = {.rtol = 1e-10, .t_end = 0.5, .output_step = 0.25}};
+    kempe_sensitivity_options ask = {.parameters = "r",
+                                     .run = &(kempe_run_options){.rtol = 1e-10, .t_end = 0.5, .output_step = 0.25}};
     double plus[MOST], minus[MOST], step = 1e-5;
     CHECK(kempe_sensitivity_new(s.model, &ask, &slopes) == KEMPE_OK);
     end_at(step, plus);

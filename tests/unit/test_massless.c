@@ -15,7 +15,7 @@ static const char *said(const char *text)
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_trajectory *trajectory = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.t_end = 0.01;
     sentence[0] = '\0';
     CHECK(kempe_model_read_text(context, text, "text", &model) == KEMPE_OK);

@@ -420,7 +420,7 @@ static double departure(const kempe_modes *modes, int n, int k, double size)
         kmp_text_printf(&text, "%s%s: %.17g", i ? ", " : "", names[i], size * creal(s * (re[i] + I * im[i])));
     kmp_text_put(&text, "}}\n");
     loaded m = load_text(text.s);
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     kempe_trajectory *trajectory = NULL;
     double worst = 0, t_end = 4 * acos(-1) / fabs(cimag(s));
     run.rtol = run.atol = 1e-12;

@@ -119,7 +119,7 @@ static void run_scene(const char *joint, const char *closure, bool top)
         origin[2] = 'C';
     (void)snprintf(text, sizeof text, SCENE, joint, top ? welded : "", body, loop, lock, body, body, body, body);
     loaded l = load_text(text);
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     kempe_trajectory *t = NULL;
     kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
     CHECK(eval && kempe_simulate(l.system, &run, &t) == KEMPE_OK);

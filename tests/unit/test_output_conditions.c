@@ -73,7 +73,7 @@ static void each_row_has_its_own_state(void)
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
         for (size_t r = 0; r < sizeof formulations / sizeof *formulations; r++) {
             char text[4096];
-            kempe_run_options run = kempe_run_options_default();
+            kempe_run_options run = {0};
             run.formulation = formulations[r];
             (void)snprintf(text, sizeof text, texts[k], k == 2 ? ", force(f), force(g)" : "");
             loaded l = load_text(text);
@@ -106,7 +106,7 @@ static void multipliers_decide(void)
                          "sensors: {held: \"if(lambda(D) > 0, 1, 0)\", slow: \"if(qd(A) < -1, 1, 0)\"}\n"
                          "drives: {D: {joint: A, angle: \"4*sin(t)\"}}\n"
                          "run: {t_end: 3, output_step: 0.05, outputs: [held, slow]}\n");
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     kempe_trajectory *t = NULL;
     kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
     int sum[2] = {0, 0}, rows = 0;

@@ -179,7 +179,7 @@ static void numbers_in_few_characters(void)
 
 static kempe_comparison *compare(const kempe_system *system, const char *rtols, double t_end)
 {
-    kempe_compare_options run = kempe_compare_options_default();
+    kempe_compare_options run = {0};
     kempe_comparison *comparison = NULL;
     run.rtols = rtols;
     run.t_end = t_end;

@@ -324,7 +324,7 @@ static void test_error(void)
 static void test_fall_simulated(void)
 {
     scene s = open_scene(falling);
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     kempe_trajectory *trajectory = NULL;
     run.output_step = 0.5;
     CHECK(kempe_simulate(s.system, &run, &trajectory) == KEMPE_OK);
@@ -374,8 +374,8 @@ static void test_reports_of_failure(void)
     kempe_assembly *assembly = NULL;
     kempe_trajectory *trajectory = NULL;
     kempe_comparison *comparison = NULL;
-    kempe_run_options run = kempe_run_options_default();
-    kempe_compare_options compare = kempe_compare_options_default();
+    kempe_run_options run = {0};
+    kempe_compare_options compare = {0};
     CHECK(kempe_assembly_new(s.system, &assembly) == KEMPE_E_FAILED);
     CHECK_REPORT(kempe_assembly_print, assembly, "reach");
     CHECK(kempe_simulate(s.system, &run, &trajectory) == KEMPE_E_FAILED);

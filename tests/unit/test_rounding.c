@@ -38,7 +38,7 @@ static loaded draw(const char *path, double tolerance)
 /* q at the end of 1 s. */
 static void run(const loaded *l, const char *formulation, const char *form, double *q)
 {
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     kempe_trajectory *t = NULL;
     settings.formulation = formulation;
     settings.form = form;
@@ -192,7 +192,7 @@ static void a_real_closure_of_small_effect_is_no_rounding(void)
 static void what_cannot_move_is_not_stepped(void)
 {
     loaded l = draw("tests/models/rounded_and_fixed.yaml", NAN);
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     kempe_trajectory *t = NULL;
     settings.no_convergence_check = true;
     CHECK(kempe_simulate(l.system, &settings, &t) == KEMPE_OK);

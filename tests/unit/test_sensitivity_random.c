@@ -73,11 +73,12 @@ static bool make_text(kempe_context *context, uint64_t seed, unsigned flags, kmp
 static kempe_sensitivity *find(const kempe_model *model, const char *method)
 {
     kempe_sensitivity *s = NULL;
+    kempe_run_options run = {0};
     kempe_sensitivity_options ask = {
-        .parameters = "a,b", .outputs = method ? "q" : "q,qd", .method = method, .run = kempe_run_options_default()};
-    ask.run.rtol = 1e-11;
-    ask.run.t_end = T_END;
-    ask.run.output_step = T_END;
+        .parameters = "a,b", .outputs = method ? "q" : "q,qd", .method = method, .run = &run};
+    run.rtol = 1e-11;
+    run.t_end = T_END;
+    run.output_step = T_END;
     if (kempe_sensitivity_new(model, &ask, &s) == KEMPE_OK)
         return s;
     kempe_sensitivity_free(s);
@@ -93,7 +94,7 @@ static bool ends_at(kempe_context *context, const char *text, int k, double step
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_trajectory *t = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.rtol = run.atol = 1e-12;
     run.t_end = run.output_step = T_END;
     run.no_convergence_check = 1;

@@ -121,7 +121,7 @@ static void check_window(const window *x, double rtol)
         kempe_sensitivity_options ask = {.parameters = "k,f",
                                          .outputs = "q(A)",
                                          .method = method ? "adjoint" : "forward",
-                                         .run = {.rtol = rtol, .t_end = window_end}};
+                                         .run = &(kempe_run_options){.rtol = rtol, .t_end = window_end}};
         s.warnings = 0;
         CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_OK);
         int last = found->rows - 1;
@@ -161,7 +161,7 @@ static double slope_of_cart(scene *s, const char *method, double t_end, double r
         .parameters = "m",
         .outputs = "q(x)",
         .method = method,
-        .run = {.rtol = rtol, .t_end = t_end, .output_step = t_end, .no_convergence_check = once}};
+        .run = &(kempe_run_options){.rtol = rtol, .t_end = t_end, .output_step = t_end, .no_convergence_check = once}};
     char *json = NULL;
     s->warnings = 0;
     s->words[0] = '\0';
@@ -201,15 +201,15 @@ static void an_error_is_told_with_its_size(void)
     for (int k = 0; k < 2; k++) {
         scene s = {.context = kempe_context_new()};
         kempe_sensitivity *found = NULL, *truth = NULL;
-        kempe_sensitivity_options ask = {
-            .parameters = "base", .outputs = "lambda(C)", .run = {.rtol = rtol[k], .t_end = 5}};
+        kempe_run_options run = {.rtol = rtol[k], .t_end = 5};
+        kempe_sensitivity_options ask = {.parameters = "base", .outputs = "lambda(C)", .run = &run};
         CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &s.model) == KEMPE_OK);
         kempe_context_set_log(s.context, listen, &s);
         CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_OK);
         CHECK(s.warnings == (k == 0));
         const char *at = strstr(s.words, "has a relative error of ");
-        ask.run.rtol = 1e-11;
-        ask.run.no_convergence_check = 1;
+        run.rtol = 1e-11;
+        run.no_convergence_check = 1;
         CHECK(kempe_sensitivity_new(s.model, &ask, &truth) == KEMPE_OK);
         double worst = 0;
         for (int c = 0; found && truth && c < 2; c++) {
@@ -235,8 +235,9 @@ static void checkpoints_are_refused(void)
     open_scene(&s, cart_pole);
     for (int k = 0; k < 2; k++) {
         kempe_sensitivity *found = NULL;
-        kempe_sensitivity_options ask = {.parameters = "m", .outputs = "q(x)", .run = {.t_end = 1}};
-        *(k ? &ask.run.resume : &ask.run.checkpoint) = "run.csv";
+        kempe_run_options run = {.t_end = 1};
+        kempe_sensitivity_options ask = {.parameters = "m", .outputs = "q(x)", .run = &run};
+        *(k ? &run.resume : &run.checkpoint) = "run.csv";
         CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_E_ARGUMENT);
         CHECK(strstr(kempe_context_message(s.context), "sensitivities have no checkpoints"));
     }
@@ -283,7 +284,7 @@ static void an_interrupt_ends_it(void)
         open_scene(&s, cart_pole);
         kempe_sensitivity *found = NULL;
         kempe_sensitivity_options ask = {
-            .parameters = "m", .outputs = "q(x)", .method = methods[k], .run = {.t_end = 60}};
+            .parameters = "m", .outputs = "q(x)", .method = methods[k], .run = &(kempe_run_options){.t_end = 60}};
         kempe_context_interrupt(s.context);
         CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_STOPPED);
         kempe_sensitivity_free(found);

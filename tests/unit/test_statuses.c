@@ -31,7 +31,7 @@ static void derive(const char *reach)
 
 static kempe_status simulate(const char *formulation)
 {
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     kempe_trajectory *trajectory = NULL;
     run.formulation = formulation;
     kempe_status status = kempe_simulate(derived, &run, &trajectory);

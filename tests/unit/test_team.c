@@ -333,7 +333,7 @@ static void memory_may_end(void)
 static kempe_trajectory *run(const loaded *s, const char *formulation, int threads)
 {
     kempe_trajectory *t = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     run.formulation = formulation;
     run.threads = threads;
     run.no_convergence_check = 1;
@@ -360,7 +360,7 @@ static void runs_have_the_same_bits(void)
         kempe_trajectory_free(shared);
     }
     CHECK(cpu_s[1] > 0.8 * cpu_s[0]); /* shared work is work */
-    kempe_run_options many = kempe_run_options_default();
+    kempe_run_options many = {0};
     kempe_trajectory *none = NULL;
     many.threads = 65;
     CHECK(kempe_simulate(s.system, &many, &none) == KEMPE_E_ARGUMENT);

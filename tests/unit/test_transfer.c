@@ -339,7 +339,7 @@ static double linear_error(const double *q, const double *a, double eps)
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_trajectory *t = NULL;
-    kempe_run_options run = kempe_run_options_default();
+    kempe_run_options run = {0};
     char value[4][40];
     double x[] = {eps, -eps, 2 * eps, eps}, worst = 0;
     (void)snprintf(value[0], 40, "%.17g", q[1] + x[0]);

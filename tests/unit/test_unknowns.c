@@ -99,7 +99,7 @@ static end run(const char *unknowns, const char *formulation, const char *integr
     end e = {{0}};
     loaded l = load_pair(unknowns);
     kempe_trajectory *t = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     settings.formulation = formulation;
     settings.integrator = integrator;
     settings.rtol = 1e-11;
@@ -161,7 +161,7 @@ static void fails(const char *text, const char *formulation, const char *when, c
 {
     loaded l = load_text(text);
     kempe_trajectory *t = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     settings.formulation = formulation;
     CHECK(l.system && kempe_simulate(l.system, &settings, &t) < 0);
     const char *why = kempe_context_message(l.context), *names = strstr(why, "have no solution there: ");

@@ -16,7 +16,7 @@ static void compare(const char *formulation, double rtol, double atol)
 {
     loaded l = load("examples/wheelset/wheelset.yaml");
     kempe_trajectory *t = NULL;
-    kempe_run_options settings = kempe_run_options_default();
+    kempe_run_options settings = {0};
     settings.formulation = formulation;
     settings.rtol = rtol;
     settings.atol = atol;

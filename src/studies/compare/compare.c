@@ -15,11 +15,6 @@
 /* Rows of runs whose time counts, less one. */
 #define FEW 10
 
-kempe_compare_options kempe_compare_options_default(void)
-{
-    return (kempe_compare_options){0};
-}
-
 /* -- end --------------------------------------------------------------------------------------------- */
 
 /* One successful run makes a comparison; without one, the first failure gives its reason. */
@@ -177,8 +172,8 @@ kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compar
                                   kempe_comparison **comparison)
 {
     KMP_WANTED(NULL, system, "system");
-    options = options ? options : &(const kempe_compare_options){0};
     KMP_WANTED(system->context, comparison, "comparison");
+    KMP_OPTIONS(system->context, kempe_compare_options, options);
     kempe_comparison *c = KMP_NEW(kempe_comparison, 1);
     kmp_compare_job j = {.comparison = c, .context = system->context};
     kmp_context_begin(j.context);

@@ -245,8 +245,8 @@ static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lane
 kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run, int lanes, kempe_batch **batch)
 {
     KMP_WANTED(NULL, e, "ensemble");
-    run = run ? run : &(const kempe_run_options){0};
     KMP_WANTED(e->model->context, batch, "batch");
+    KMP_OPTIONS(e->model->context, kempe_run_options, run);
     kempe_context *context = e->model->context;
     kmp_run_spec spec;
     kmp_arena arena = {0};

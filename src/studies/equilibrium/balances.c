@@ -260,8 +260,8 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
                                    kempe_equilibrium **equilibrium)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_equilibrium_options){0};
     KMP_WANTED(system->context, equilibrium, "equilibrium");
+    KMP_OPTIONS(system->context, kempe_equilibrium_options, ask);
     kmp_context_begin(system->context);
     kempe_equilibrium *e = KMP_NEW(kempe_equilibrium, 1);
     if (!e)

@@ -575,8 +575,8 @@ static kempe_status run(job *j)
 kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *ask, kempe_inverse **inverse)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_inverse_options){0};
     KMP_WANTED(system->context, inverse, "inverse");
+    KMP_OPTIONS(system->context, kempe_inverse_options, ask);
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
     job j = {.system = system, .context = system->context, .ask = ask, .r = result_new(system)};

@@ -392,8 +392,8 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
                                   kempe_kinematics **kinematics)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_kinematics_options){0};
     KMP_WANTED(system->context, kinematics, "kinematics");
+    KMP_OPTIONS(system->context, kempe_kinematics_options, ask);
     kmp_context_begin(system->context);
     double begin = kmp_cpu_now();
     kempe_kinematics *k = KMP_NEW(kempe_kinematics, 1);

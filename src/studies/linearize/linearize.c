@@ -48,8 +48,8 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
                                      kempe_linearization **linearization)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_linearize_options){0};
     KMP_WANTED(system->context, linearization, "linearization");
+    KMP_OPTIONS(system->context, kempe_linearize_options, ask);
     kmp_context_begin(system->context);
     kempe_linearization *l = KMP_NEW(kempe_linearization, 1);
     if (!l)

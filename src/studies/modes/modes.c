@@ -196,8 +196,8 @@ static kempe_status make(kempe_modes *m, const kempe_modes_options *ask)
 kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_options *ask, kempe_modes **modes)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_modes_options){0};
     KMP_WANTED(system->context, modes, "modes");
+    KMP_OPTIONS(system->context, kempe_modes_options, ask);
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
     kempe_modes *m = KMP_NEW(kempe_modes, 1);

@@ -154,8 +154,8 @@ kempe_status kempe_response_new(const kempe_system *system, const kempe_response
                                 kempe_response **response)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_response_options){0};
     KMP_WANTED(system->context, response, "response");
+    KMP_OPTIONS(system->context, kempe_response_options, ask);
     kmp_context_begin(system->context);
     kempe_response *r = KMP_NEW(kempe_response, 1);
     if (!r)

@@ -371,8 +371,8 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
 kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_options *ask, kempe_gradient **gradient)
 {
     KMP_WANTED(NULL, model, "model");
-    ask = ask ? ask : &(const kempe_gradient_options){0};
     KMP_WANTED(model->context, gradient, "gradient");
+    KMP_OPTIONS(model->context, kempe_gradient_options, ask);
     KMP_WANTED(model->context, ask->parameters || ask->parameter_count <= 0, "parameters");
     kmp_context_begin(model->context);
     kempe_gradient *g = KMP_NEW(kempe_gradient, 1);

@@ -46,7 +46,7 @@ static kempe_status check_method(const kempe_sensitivity *s)
     if ((method || s->ask->integral) && !s->kind->integrals)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
                         s->kind->name);
-    if (s->ask->run.checkpoint || s->ask->run.resume)
+    if (s->run->checkpoint || s->run->resume)
         return kmp_fail(
             s->context, KEMPE_E_ARGUMENT,
             "sensitivities have no checkpoints: the rows of a checkpoint have no derivatives to continue from");
@@ -155,22 +155,30 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
                                    kempe_sensitivity **sensitivity)
 {
     KMP_WANTED(NULL, model, "model");
-    ask = ask ? ask : &(const kempe_sensitivity_options){0};
     KMP_WANTED(model->context, sensitivity, "sensitivity");
+    KMP_OPTIONS(model->context, kempe_sensitivity_options, ask);
+    const kempe_run_options *run = ask->run;
+    KMP_OPTIONS(model->context, kempe_run_options, run);
     double begin = kmp_cpu_now();
     kmp_context_begin(model->context);
     KMP_TRY(kmp_model_check_finished(model));
     kempe_sensitivity *s = KMP_NEW(kempe_sensitivity, 1);
     if (!s)
         return kmp_fail_memory(model->context);
-    *s = (kempe_sensitivity){
-        .kind = kinds[0], .model = model, .context = model->context, .ask = ask, .method = "", .integrator = ""};
+    *s = (kempe_sensitivity){.kind = kinds[0],
+                             .model = model,
+                             .context = model->context,
+                             .ask = ask,
+                             .run = run,
+                             .method = "",
+                             .integrator = ""};
     kempe_status status = prepare(s);
     double derived = s->build_s = kmp_cpu_now() - begin;
     begin = kmp_cpu_now();
     s->status = status == KEMPE_OK ? s->kind->find(s) : status;
     s->cpu_s = kmp_cpu_now() - begin - (s->build_s - derived) - s->again_s;
     s->ask = NULL;
+    s->run = NULL;
     s->warnings = kmp_context_warnings(s->context);
     bool partly = status == KEMPE_OK && s->rows > 0 && (s->status == KEMPE_E_FAILED || s->status == KEMPE_STOPPED);
     if (s->status != KEMPE_OK && !partly) {

@@ -17,6 +17,7 @@ struct kempe_sensitivity {
     const kempe_model *model;
     kempe_context *context;
     const kempe_sensitivity_options *ask; /* while it is found */
+    const kempe_run_options *run;         /* likewise */
     kmp_variant *variant;
     kempe_system *system; /* of the variant */
     unsigned *parts;      /* the requested ones of its outputs; NULL: all */

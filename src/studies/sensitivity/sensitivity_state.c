@@ -40,7 +40,7 @@ static kempe_status take_equilibrium(kmp_sensitivity_state *x)
 kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitivity *s, bool with_outputs)
 {
     bool start = s->ask->at && strcmp(s->ask->at, "start") == 0;
-    *x = (kmp_sensitivity_state){.s = s, .backend = s->ask->run.backend ? s->ask->run.backend : kmp_backend_default()};
+    *x = (kmp_sensitivity_state){.s = s, .backend = s->run->backend ? s->run->backend : kmp_backend_default()};
     KMP_TRY(kmp_slopes_new(s->system, x->backend, s->count, (const char *const *)s->name, with_outputs, &x->slopes));
     if (!make_room(x))
         return kmp_fail_memory(s->context);

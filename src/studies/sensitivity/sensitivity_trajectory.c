@@ -51,7 +51,7 @@ static kempe_status choose_integrator(work *w, kempe_run_options *run)
     const kmp_solver_kind *kind = wished ? kmp_solver_find(wished) : NULL;
     if (kind && !carries(kind))
         wished = kind->implicit || kind->dae ? "radau9" : NULL;
-    run->integrator = s->ask->run.integrator ? s->ask->run.integrator : wished ? wished : "dop853";
+    run->integrator = s->run->integrator ? s->run->integrator : wished ? wished : "dop853";
     kind = kmp_solver_find(run->integrator);
     if (kind && carries(kind))
         return KEMPE_OK;
@@ -68,7 +68,7 @@ static kempe_status choose_integrator(work *w, kempe_run_options *run)
 
 static kempe_status choose_run(work *w)
 {
-    kempe_run_options run = w->s->ask->run;
+    kempe_run_options run = *w->s->run;
     double every;
     run.formulation = "reduced";
     run.form = "newton";
@@ -367,7 +367,7 @@ static kempe_status find(kempe_sensitivity *s)
     s->method = w.adjoint ? "adjoint" : "forward";
     if (status == KEMPE_OK)
         status = settle_reason(&w, find_once(&w));
-    if (status == KEMPE_OK && s->rows > 0 && s->columns > 0 && !s->ask->run.no_convergence_check)
+    if (status == KEMPE_OK && s->rows > 0 && s->columns > 0 && !s->run->no_convergence_check)
         status = check_again(&w);
     free_work(&w);
     return status;

@@ -56,8 +56,8 @@ static kempe_status begin(kempe_stepper *s)
 kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_options *run, kempe_stepper **stepper)
 {
     KMP_WANTED(NULL, system, "system");
-    run = run ? run : &(const kempe_run_options){0};
     KMP_WANTED(system->context, stepper, "stepper");
+    KMP_OPTIONS(system->context, kempe_run_options, run);
     kmp_context_begin(system->context);
     kempe_stepper *s = KMP_NEW(kempe_stepper, 1);
     if (!s)

@@ -34,11 +34,6 @@ typedef struct job {
     kempe_assembly start;
 } job;
 
-kempe_run_options kempe_run_options_default(void)
-{
-    return (kempe_run_options){0};
-}
-
 /* -- options ----------------------------------------------------------------------------------------- */
 
 static kempe_status check_number(kempe_context *context, const char *name, double x)
@@ -364,8 +359,8 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
 kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *options, kempe_trajectory **trajectory)
 {
     KMP_WANTED(NULL, system, "system");
-    options = options ? options : &(const kempe_run_options){0};
     KMP_WANTED(system->context, trajectory, "trajectory");
+    KMP_OPTIONS(system->context, kempe_run_options, options);
     job j = {.system = system, .context = system->context, .run = options};
     kmp_context_begin(j.context);
     kmp_samples_init(&j.before, system->n, system->m);

@@ -268,8 +268,8 @@ kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_con
                                      kempe_contact_table **table)
 {
     KMP_WANTED(NULL, system, "system");
-    ask = ask ? ask : &(const kempe_contact_options){0};
     KMP_WANTED(system->context, table, "table");
+    KMP_OPTIONS(system->context, kempe_contact_options, ask);
     double begun = kmp_cpu_now();
     kempe_contact_table *t = KMP_NEW(kempe_contact_table, 1);
     kmp_context_begin(system->context);
