@@ -4,32 +4,41 @@
 #include "generate/languages/language.h"
 
 static const kmp_function_spelling functions[KMP_OP_COUNT] = {
-    [KMP_OP_DIV] = {"rdivide"}, /* of arrays */
-    [KMP_OP_SIN] = {"sin"},
-    [KMP_OP_COS] = {"cos"},
-    [KMP_OP_SQRT] = {"kempe_sqrt", "\nfunction y = kempe_sqrt(x)\n    x(x < 0) = NaN;\n    y = sqrt(x);\nend\n"},
-    [KMP_OP_EXP] = {"exp"},
-    [KMP_OP_LOG] = {"kempe_log", "\nfunction y = kempe_log(x)\n    x(x < 0) = NaN;\n    y = log(x);\nend\n"},
-    [KMP_OP_SINH] = {"sinh"},
-    [KMP_OP_COSH] = {"cosh"},
-    [KMP_OP_TANH] = {"tanh"},
-    [KMP_OP_ASIN] = {"kempe_asin", "\nfunction y = kempe_asin(x)\n    x(abs(x) > 1) = NaN;\n    y = asin(x);\nend\n"},
-    [KMP_OP_ACOS] = {"kempe_acos", "\nfunction y = kempe_acos(x)\n    x(abs(x) > 1) = NaN;\n    y = acos(x);\nend\n"},
-    [KMP_OP_ATAN] = {"atan"},
-    [KMP_OP_ABS] = {"abs"},
-    [KMP_OP_SIGN] = {"sign"},
-    [KMP_OP_POW] = {"kempe_pow",
-                    "\nfunction z = kempe_pow(x, y)\n    x(x < 0 & y ~= fix(y)) = NaN;\n    z = x.^y;\nend\n"},
-    [KMP_OP_ATAN2] = {"atan2"},
-    [KMP_OP_MIN] = {"kempe_min",
-                    "\nfunction z = kempe_min(x, y)\n    z = min(x, y);\n    z(isnan(x) | isnan(y)) = NaN;\n"
-                    "end\n"},
-    [KMP_OP_MAX] = {"kempe_max",
-                    "\nfunction z = kempe_max(x, y)\n    z = max(x, y);\n    z(isnan(x) | isnan(y)) = NaN;\n"
-                    "end\n"},
-    [KMP_OP_LESS] = {"kempe_less", "\nfunction z = kempe_less(x, y)\n    z = double(x < y);\nend\n"},
-    [KMP_OP_SELECT] = {"kempe_select", "\nfunction z = kempe_select(c, x, y)\n    z = y;\n    k = c ~= 0;\n"
-                                       "    z(k) = x(k);\nend\n"},
+    [KMP_OP_DIV] = {.call = "rdivide"}, /* of arrays */
+    [KMP_OP_SIN] = {.call = "sin"},
+    [KMP_OP_COS] = {.call = "cos"},
+    [KMP_OP_SQRT] = {.call = "kempe_sqrt",
+                     .definition = "\nfunction y = kempe_sqrt(x)\n    x(x < 0) = NaN;\n    y = sqrt(x);\nend\n"},
+    [KMP_OP_EXP] = {.call = "exp"},
+    [KMP_OP_LOG] = {.call = "kempe_log",
+                    .definition = "\nfunction y = kempe_log(x)\n    x(x < 0) = NaN;\n    y = log(x);\nend\n"},
+    [KMP_OP_SINH] = {.call = "sinh"},
+    [KMP_OP_COSH] = {.call = "cosh"},
+    [KMP_OP_TANH] = {.call = "tanh"},
+    [KMP_OP_ASIN] = {.call = "kempe_asin",
+                     .definition = "\nfunction y = kempe_asin(x)\n    x(abs(x) > 1) = NaN;\n    y = asin(x);\nend\n"},
+    [KMP_OP_ACOS] = {.call = "kempe_acos",
+                     .definition = "\nfunction y = kempe_acos(x)\n    x(abs(x) > 1) = NaN;\n    y = acos(x);\nend\n"},
+    [KMP_OP_ATAN] = {.call = "atan"},
+    [KMP_OP_ABS] = {.call = "abs"},
+    [KMP_OP_SIGN] = {.call = "sign"},
+    [KMP_OP_POW] = {.call = "kempe_pow",
+                    .definition =
+                        "\nfunction z = kempe_pow(x, y)\n    x(x < 0 & y ~= fix(y)) = NaN;\n    z = x.^y;\nend\n"},
+    [KMP_OP_ATAN2] = {.call = "atan2"},
+    [KMP_OP_MIN] = {.call = "kempe_min",
+                    .definition =
+                        "\nfunction z = kempe_min(x, y)\n    z = min(x, y);\n    z(isnan(x) | isnan(y)) = NaN;\n"
+                        "end\n"},
+    [KMP_OP_MAX] = {.call = "kempe_max",
+                    .definition =
+                        "\nfunction z = kempe_max(x, y)\n    z = max(x, y);\n    z(isnan(x) | isnan(y)) = NaN;\n"
+                        "end\n"},
+    [KMP_OP_LESS] = {.call = "kempe_less",
+                     .definition = "\nfunction z = kempe_less(x, y)\n    z = double(x < y);\nend\n"},
+    [KMP_OP_SELECT] = {.call = "kempe_select",
+                       .definition = "\nfunction z = kempe_select(c, x, y)\n    z = y;\n    k = c ~= 0;\n"
+                                     "    z(k) = x(k);\nend\n"},
     [KMP_OP_TABLE] = {.definition = "\nfunction v = kempe_interpolate(x, y, c, d, at)\n"
                                     "    v = at;\n"
                                     "    last = numel(x) - 1;\n"
