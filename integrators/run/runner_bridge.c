@@ -97,7 +97,7 @@ static bool repeat(kmp_runner *run, double start, double t, double *row, double 
 bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work)
 {
     kmp_formulation *own = run->formulation;
-    size_t size = (size_t)(3 * run->s->n + run->s->m);
+    size_t size = 3 * (size_t)run->s->n + (size_t)run->s->m;
     double *state = KMP_NEW(double, size), start = kmp_runner_t_old(run), done;
     kmp_text why = own->reason;
     own->reason = (kmp_text){0};

@@ -46,7 +46,7 @@ kempe_status kempe_report_check(kempe_context *context)
     KMP_WANTED(NULL, context, "context");
     kmp_context_clear(context);
     for (int k = 0; k < LIBRARIES; k++) {
-        char *text;
+        char *text = NULL;
         KMP_TRY(read_library(context, &libraries[k], &text));
         kmp_free(text);
     }
@@ -111,8 +111,10 @@ static kempe_status put_library(kempe_context *context, kmp_text *text, const ch
     *put = false;
     for (int k = 0; k < LIBRARIES && !*put; k++)
         if (is_mark(line, libraries[k].mark)) {
-            char *script;
+            char *script = NULL;
             KMP_TRY(read_library(context, &libraries[k], &script));
+            if (!script)
+                return kmp_fail_memory(context);
             put_script(text, script);
             kmp_free(script);
             *put = true;

@@ -22,7 +22,7 @@ struct kmp_derivative {
 /* Room in memo for ids below n. */
 static bool reserve(kmp_derivative *d, uint32_t n)
 {
-    if (n <= d->capacity)
+    if (d->memo && n <= d->capacity)
         return true;
     uint32_t capacity = n + n / 2 + 64;
     kmp_ref *memo = kmp_realloc(d->memo, capacity, sizeof *memo);

@@ -45,6 +45,12 @@ static void gather(const kmp_writer *w, const char *what, int number, int count,
 
 /* -- groups ------------------------------------------------------------------------------------------ */
 
+static int operand_count(const kmp_group *g)
+{
+    int count = kmp_group_operands(g->op);
+    return count < OPERANDS ? count : OPERANDS;
+}
+
 static void put_operand_signs(const kmp_writer *w, const char *pattern, int k)
 {
     const kmp_nesting_levels *l = w->levels;
@@ -62,7 +68,7 @@ static void gather_operand(const kmp_writer *w, int k)
 
 void kmp_vectorised_operands(const kmp_writer *w)
 {
-    for (int k = 0; k < kmp_group_operands(w->levels->groups[w->group].op); k++) {
+    for (int k = 0; k < operand_count(&w->levels->groups[w->group]); k++) {
         kmp_text_put(w->text, k ? ", " : "");
         put_operand_signs(w, w->language->arrays.signs, k);
         gather_operand(w, k);
@@ -164,7 +170,7 @@ void kmp_vectorised_lists(const kmp_writer *writer)
     for (one.group = 0; one.group < l->group_count; one.group++) {
         const kmp_group *g = &l->groups[one.group];
         const bool needed[OPERANDS] = {true, g->op != KMP_OP_MUL || g->multiplies, g->op != KMP_OP_MUL || g->adds};
-        for (int k = 0; k < kmp_group_operands(g->op); k++)
+        for (int k = 0; k < operand_count(g); k++)
             if (needed[k])
                 put_list(&one, one.language->arrays.define, place_lists[k], one.group, g->count,
                          l->operand[k] + g->start, NULL);

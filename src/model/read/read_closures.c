@@ -94,7 +94,7 @@ static void read_power(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     if (power)
         (void)kmp_read_fixed(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &value);
     closure->power = (int)value;
-    if (closure->power != value || value < 0 || value > 2)
+    if (power && (closure->power != value || value < 0 || value > 2))
         kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);
 }
 

@@ -165,7 +165,7 @@ static const kmp_yaml *with_item(kmp_reader *r, const kmp_yaml *map, const char 
 {
     kmp_yaml *changed = item ? kmp_yaml_copy(&r->scratch, map) : NULL;
     const kmp_yaml *there = find_key(changed, key);
-    for (int i = 0; there && i < changed->count; i++)
+    for (int i = 0; changed && there && i < changed->count; i++)
         if (changed->keys[i] == there)
             changed->items[i] = item;
     if (changed && !there)

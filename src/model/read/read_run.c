@@ -120,7 +120,7 @@ static int read_word(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_na
     const char *word = node ? kmp_read_word(r, node, kmp_reader_say(r, "run %s", key)) : NULL;
     kmp_text complaint = {0};
     int found = word ? kmp_word_find(word, words, kind, &complaint) : 0;
-    if (found == words.count)
+    if (node && found == words.count)
         kmp_reader_complain(r, node->place, "%s", kmp_reader_take(r, &complaint));
     return found < words.count ? found : 0;
 }

@@ -122,11 +122,11 @@ kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
     const kempe_system *system = linear->system;
     kmp_modes s = {.system = system, .n = linear->n, .p = linear->p, .count = 2 * linear->p};
     kmp_arena scratch = {0};
-    double *mass, *work;
+    double *mass = NULL, *work = NULL;
     const kmp_arena_group groups[] = {{(ptrdiff_t)s.n * s.n, {&mass}}, {4 * (ptrdiff_t)s.n, {&work}}};
-    bool room = make_room(&s) && kmp_arena_make_groups(&scratch, 2, groups);
+    bool room = make_room(&s) && kmp_arena_make_groups(&scratch, 2, groups) && mass && work;
     kempe_status status = room ? kmp_linear_spectrum(linear, &s.spectrum) : kmp_fail_memory(system->context);
-    if (status == KEMPE_OK) {
+    if (room && status == KEMPE_OK) {
         memcpy(s.u, linear->part.u, (size_t)s.p * sizeof *s.u);
         measure(&s, linear, mass, work);
         *modes = s;

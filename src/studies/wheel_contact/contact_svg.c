@@ -187,11 +187,14 @@ kempe_status kempe_contact_table_write_svg(const kempe_contact_table *t, const c
     double width = WIDTH / (double)columns, narrow = WIDTH / (double)PANELS_A_LINE;
     kmp_context_clear(context);
     kmp_picture_begin(&text, WIDTH, height, style);
-    for (int w = 0; w < t->wheel_count; w++)
-        put_section(&text, t, w, w % columns * width, w / columns * SECTION, width);
-    for (int k = 0; k < PANELS; k++)
-        put_panel(&text, t, &panels[k], k % PANELS_A_LINE * narrow, lines * SECTION + k / PANELS_A_LINE * PANEL,
-                  narrow);
+    for (int w = 0; w < t->wheel_count; w++) {
+        int line = w / columns;
+        put_section(&text, t, w, w % columns * width, line * SECTION, width);
+    }
+    for (int k = 0; k < PANELS; k++) {
+        int line = k / PANELS_A_LINE;
+        put_panel(&text, t, &panels[k], k % PANELS_A_LINE * narrow, lines * SECTION + line * PANEL, narrow);
+    }
     put_legend(&text, t, WIDTH - narrow + 4 * LINE, height - PANEL + 3 * LINE);
     kmp_picture_end(&text);
     return kmp_file_write(context, path, &text);
