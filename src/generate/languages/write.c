@@ -58,7 +58,7 @@ static void put_string(const kmp_writer *w, const char *s)
 
 static void put_names(const kmp_writer *w, int count, char *const *names)
 {
-    for (int k = 0; k < count; k++) {
+    for (int k = 0; names && k < count; k++) {
         kmp_list_item(w->text, &w->language->names, k);
         put_string(w, names[k]);
     }
@@ -340,10 +340,10 @@ static bool put_list(const kmp_writer *w, const char *word, size_t length)
     for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
         if (!is(word, length, lists[k].word))
             continue;
-        if (lists[k].names)
-            put_names(w, lists[k].count, lists[k].names);
         if (lists[k].numbers)
             put_numbers(w, &w->language->numbers, lists[k].count, lists[k].numbers);
+        else
+            put_names(w, lists[k].count, lists[k].names);
         return true;
     }
     return false;
