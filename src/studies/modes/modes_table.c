@@ -53,7 +53,8 @@ static void fill_critical(kempe_table *table, const void *result)
     const kmp_locus *l = &((const kempe_modes *)result)->locus;
     kmp_tabulate_columns(table, "", "value re im frequency branch");
     kmp_tabulate_column(table, NULL, "grows");
-    for (const kmp_critical *c = l->critical; c < l->critical + l->critical_count; c++) {
+    for (int k = 0; k < l->critical_count; k++) {
+        const kmp_critical *c = &l->critical[k];
         const double values[] = {c->value, c->re, c->im, kmp_mode_frequency(c->re, c->im), c->branch + 1};
         kmp_tabulate_row(table);
         kmp_tabulate_numbers(table, sizeof values / sizeof *values, values);
