@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What tests/arguments.py calls the public functions with: an object of every type, made when it is asked for. */
+/* Arguments for the calls of tests/arguments.py: an object of every type, made when it is asked for. */
 #ifndef KEMPE_TESTS_ARGUMENTS_H
 #define KEMPE_TESTS_ARGUMENTS_H
 

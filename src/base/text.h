@@ -31,7 +31,7 @@ void kmp_text_number(kmp_text *text, double x);
 void kmp_text_rounded(kmp_text *text, double x, int digits);
 
 /** Reads a plain number (digits, point, exponent; no sign, hex, inf or nan) at the beginning of `s`, independent of the
- * locale. Returns the number of characters read, 0 when there is no number. */
+ * locale. Returns the number of characters read; 0: `s` begins otherwise. */
 size_t kmp_text_to_number(const char *s, double *value);
 
 /** Splits a list at commas, without surrounding blanks, into `arena`. Empty words and a NULL list give none. The number

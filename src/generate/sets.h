@@ -27,7 +27,7 @@ typedef struct kmp_set {
     const char *array, *meaning;
 } kmp_set;
 
-/** Of some equations; NULL: of none, without entries. */
+/** A set with its entries in these equations; NULL: its description alone. */
 kmp_set kmp_set_of(const kmp_equations *eq, int set);
 int kmp_set_size(const kmp_set *set);
 

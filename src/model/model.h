@@ -15,7 +15,7 @@
 typedef struct kmp_parameter {
     const char *name;
     kmp_number number;
-    bool fixed;  /* a value that is no number of the equations depends on it */
+    bool fixed;  /* a value outside the equations depends on it */
     bool shapes; /* and such a value is part of them: axes, tables, sections of the model */
     bool used;   /* something other than parameters depends on it */
     bool unused; /* nothing of the model depends on it, and the user was warned */

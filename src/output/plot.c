@@ -72,7 +72,7 @@ void kmp_picture_entry(kmp_text *text, double x, double y, const char *curve, co
 
 /* -- axes -------------------------------------------------------------------------------------------- */
 
-/* What an axis is even in: values or their logarithms. */
+/* The place of a value on an evenly divided axis: the value itself, or its logarithm. */
 static double even(const kmp_axis *axis, double value)
 {
     return axis->logarithmic ? (value > 0 ? log10(value) : NAN) : value;

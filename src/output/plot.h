@@ -53,7 +53,7 @@ void kmp_plot_end(kmp_plot *plot);
 double kmp_plot_x(const kmp_plot *plot, double x);
 double kmp_plot_y(const kmp_plot *plot, double y);
 
-/** A curve of a class (NULL: no colour of its own): begun, led through points, ended. */
+/** A curve with the style of a class (NULL: the default): it begins, passes through points, and ends. */
 void kmp_curve_begin(kmp_plot *plot, const char *class, const char *colour);
 void kmp_curve_to(kmp_plot *plot, double x, double y);
 void kmp_curve_end(kmp_plot *plot);

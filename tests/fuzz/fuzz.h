@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the targets share. A target is a file fuzz_NAME.c with the function that libFuzzer calls; replay.c calls it too,
- * with the inputs of corpus/NAME. An input that breaks a promise of the library ends the process by abort(). */
+/* Common parts of the targets. A target is a file fuzz_NAME.c with the function that libFuzzer calls; replay.c calls it
+ * too, with the inputs of corpus/NAME. An input that breaks a promise of the library ends the process by abort(). */
 #ifndef KEMPE_FUZZ_H
 #define KEMPE_FUZZ_H
 
@@ -33,7 +33,8 @@ void fuzz_check_status(const kempe_context *context, kempe_status status);
 /** Reads the file and does with the model what the command does, as far as that is quick. */
 void fuzz_walk_file(const char *path);
 
-/** What is done with a model that was read; frees it. `choice`: a few of many things, the same for the same number. */
+/** Works with a model that was read, and frees it. `choice` selects one of several computations, always the same one.
+ */
 void fuzz_walk_model(kempe_context *context, kempe_model *model, unsigned choice);
 
 bool fuzz_is_json(const char *text);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Whether a text is JSON (RFC 8259): recursive descent, each rule returns the place behind what it has read, or NULL.
+/* Decides if a text is JSON (RFC 8259): recursive descent, each rule returns the place behind the text it has read, or
+ * NULL.
  */
 #include "fuzz.h"
 

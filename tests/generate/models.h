@@ -17,7 +17,7 @@ static inline int models_by_name(const void *a, const void *b)
     return strcmp(*(char *const *)a, *(char *const *)b);
 }
 
-/* Those of a folder, and of the folders in it. */
+/* Models of a folder, and of the folders in it. */
 static inline int models_in(const char *where, int depth, char **paths, int count)
 {
     DIR *dir = opendir(where);

@@ -298,7 +298,7 @@ static void refusals(void)
     kempe_model_free(model);
 }
 
-/* The same bytes again, and a hash that the equations alone decide. */
+/* A second run gives equal bytes, and a hash that the equations alone decide. */
 static void hashes(void)
 {
     static const char *const texts[3] = {

@@ -83,7 +83,7 @@ static int evaluate(const kmp_code_source *source, bool changed, double **out)
 
 /* -- a model with other numbers ----------------------------------------------------------------------- */
 
-/* Whether an entry of p that is a parameter decides an expression. */
+/* True if an entry of p that is a parameter decides an expression. */
 static bool follows(const kmp_code_source *source, const kmp_expr *e)
 {
     if (e && e->kind == KMP_EXPR_PARAMETER)
@@ -104,7 +104,7 @@ static const char *name_of(const kmp_code_source *source, int symbol)
     return place >= 0 ? source->parameter_name[place] : NULL;
 }
 
-/* What is included stands off from its ground: a sum, whose numbers keep their names. */
+/* An included model stands off from its ground: a sum, whose numbers keep their names. */
 static double changed_sum(const kmp_code_source *kept, const kempe_model *model, const kmp_expr *e)
 {
     static double values[MOST];
@@ -231,7 +231,7 @@ static bool can_be_written(const kempe_model *model)
     return can;
 }
 
-/* Whether equations of the model can be written. `read` reads it with settings. */
+/* True if equations of the model can be written. `read` reads it with settings. */
 static bool try_model(kempe_model *(*read)(const char *, const kempe_setting *, int), const char *what)
 {
     static kempe_setting settings[MOST];

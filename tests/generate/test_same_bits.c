@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Of every model of examples and tests whose equations can be written: C computes the bits of Kempe's tape and machine
- * code for the same functions, and to rounding what the workspace gives, whose equations are derived all together. */
+/* Every model of examples and tests whose equations can be written: C computes the bits of Kempe's tape and machine
+ * code for the same functions, and to rounding the values of the workspace, whose equations are derived all together.
+ */
 #include "constraints/evaluation/evaluator.h"
 #include "generate/emitted.h"
 #include "generate/models.h"

@@ -10,7 +10,7 @@
 
 enum { MODEL_MAX_N = 96, MODEL_MAX_BODIES = 80 };
 
-/* What a random model has. */
+/* Parts of a random model. */
 enum {
     MODEL_LOOPS = 1,
     MODEL_FORCES = 2,    /* springs and efforts, conservative */

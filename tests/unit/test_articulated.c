@@ -425,7 +425,7 @@ static kempe_system *chain_with(kempe_context *context, kempe_model **model, con
     return system;
 }
 
-/* Whether auto takes bodies. */
+/* True if `auto` chooses articulated bodies. */
 static bool auto_takes(const char *path)
 {
     scene s = read_file(path);

@@ -75,7 +75,7 @@ static void no_byte_may_differ(void)
     unload(&l);
 }
 
-/* The same names, another length. */
+/* A model with equal names and another length. */
 static void it_belongs_to_its_parameters(void)
 {
     loaded l = load("examples/four_bar/four_bar.yaml"),

@@ -79,7 +79,7 @@ static void chaos_is_told(void)
     close_scene(&s);
 }
 
-/* The same before errors have grown, and once only. */
+/* The warning before errors have grown, and once only. */
 static void a_short_run_keeps_silent(void)
 {
     scene s;

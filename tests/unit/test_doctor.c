@@ -311,7 +311,7 @@ static void held_where_it_cannot_close(void)
 
 /* -- random mechanisms ------------------------------------------------------------------------------- */
 
-/* What was met on the way is closed, within the ranges, and there the coordinate's rate is zero: J without its column
+/* Each limit that was found is closed, within the ranges, and there the coordinate's rate is zero: J without its column
  * has a rank less by one. */
 static void look_at_landmarks(const patient *p, int *dead_centres)
 {
@@ -365,8 +365,8 @@ static void random_mechanisms_are_examined(void)
     CHECK(assembled > TRIALS / 5 && walked > 0 && dead > 0);
 }
 
-/* Of a closed four-bar with these sides (ground, crank, coupler, rocker) by Grashof: which of the hinges between ground
- * and crank, crank and coupler, rocker and ground turn fully. */
+/* Hinges of a closed four-bar with these sides (ground, crank, coupler, rocker) that turn fully by Grashof: between
+ * ground and crank, crank and coupler, rocker and ground. */
 static void grashof(const double side[4], bool turns[3])
 {
     int shortest = 0, longest = 0;

@@ -54,7 +54,7 @@ static double slider_speed(double t)
     return -w * r * s - w * r * r * s * c / sqrt(l * l - r * r * s * s);
 }
 
-/* Of all bodies, from positions: the rod's centre is midway between its ends. */
+/* Energy of all bodies, from positions: the rod's centre is midway between its ends. */
 static double energy(double t)
 {
     double s = sin(w * t), c = cos(w * t), v = slider_speed(t), lean = asin(-r * s / l),
@@ -134,7 +134,7 @@ static void truss(void)
 
 /* -- redundant rows -------------------------------------------------------------------------------------- */
 
-/* Of Bennett's driven linkage every choice of independent rows fails twice a turn. Others are taken in time, wherever a
+/* Bennett's driven linkage: every choice of independent rows fails twice a turn. Others are taken in time, wherever a
  * tolerance lets steps end; j2 is known: tan(j1/2) tan(j2/2) stays. */
 static void rows_are_exchanged_in_time(void)
 {

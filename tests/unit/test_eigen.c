@@ -99,7 +99,8 @@ static void conservative_ones_are_on_the_axes(void)
         }
 }
 
-/* What is still depends on M and on the null space of K alone, whatever K is beside it and whichever basis is found. */
+/* Motions without frequency depend on M and on the null space of K alone, whatever the rest of K and the basis found.
+ */
 static void still_ones_depend_on_no_basis(void)
 {
     for (int p = 3; p <= 10; p++)
@@ -229,7 +230,7 @@ static void light_parts_hide_no_root(void)
     }
 }
 
-/* What goes round on its own: gyroscopic and conservative, on the axis though no symmetric solver is at work. */
+/* A rotating system: gyroscopic and conservative, on the axis though no symmetric solver is at work. */
 static void gyroscopes_stay_on_the_axis(void)
 {
     double m[] = {1, 0, 0, 1}, g[] = {0, -20, 20, 0}, k[] = {-9, 0, 0, -4};

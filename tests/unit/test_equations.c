@@ -266,7 +266,7 @@ static double cross_square(const double a[3], const double b[3])
     return dot(c, c);
 }
 
-/* What a closure's residuals are made of, in ground axes. */
+/* Vectors of a closure's residuals, in ground axes. */
 typedef struct geometry {
     double d[3], e[2][3], axes[2][3][3];
 } geometry;

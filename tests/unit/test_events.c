@@ -16,9 +16,9 @@ static void count_notes(void *user, kempe_level level, const char *line)
     notes += level == KEMPE_LOG_NOTE && strstr(line, "became") != NULL;
 }
 
-/* What a row should be: of the first coordinate. NULL: not known. */
+/* The exact value of the first coordinate in a row. NULL: not known. */
 typedef void expected_fn(double t, double *q, double *qd);
-/* What is conserved, when work is counted. */
+/* The conserved quantity, when work is counted. */
 typedef double energy_fn(double t, const double *q, const double *qd);
 
 typedef struct watch {
@@ -159,9 +159,9 @@ static void every_way_bounces(void)
     unload(&s);
 }
 
-/* The same law without conditions, so that steps run over its kink, at tolerances from 1e-5 to 1e-12, two a decade. A
- * single error at a kink is luck: means over tolerances say what an integrator's word is worth, and how much more it
- * costs. Located, an error is some 60 tolerances at every tolerance; crossed, 55 times that, for 2.3 times the work. */
+/* A law without conditions, so that steps run over its kink, at tolerances from 1e-5 to 1e-12, two a decade. A single
+ * error at a kink depends on chance: means over tolerances show how far an integrator can be trusted, and its cost.
+ * Located, an error is some 60 tolerances at every tolerance; crossed, 55 times that, for 2.3 times the work. */
 static void location_is_what_does_it(void)
 {
     loaded located = load("tests/models/bounce.yaml"), crossed = load("tests/models/bounce_kink.yaml");
@@ -216,7 +216,8 @@ static void kinks_are_located(void)
     unload(&condition);
 }
 
-/* What comes to rest on kinks passes them within what steps err by, and goes on with the steps of what has none. */
+/* A motion that comes to rest on kinks passes them within the errors of steps, and goes on with the steps of a smooth
+ * one. */
 static void rest_on_a_kink_costs_no_steps(void)
 {
     static const char *const laws[] = {"-100*q(S) - 20*qd(S)",

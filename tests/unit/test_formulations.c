@@ -372,8 +372,8 @@ static void linear_solvers_agree(void)
     unload(&l);
 }
 
-/* What the dae formulation costs at rtol 1e-8: one residual an iteration, few matrices, as many steps as are known to
- * do; and the same bits again. */
+/* Cost of the dae formulation at rtol 1e-8: one residual an iteration, few matrices, no more steps than known; and
+ * equal bits in a second run. */
 static void the_dae_formulation_costs_what_is_known(void)
 {
     static const struct {

@@ -70,7 +70,7 @@ static double apart(int count, const double *a, const double *b)
     return off / size;
 }
 
-/* What the end of a step is told, against the evaluator and the reduction where they are. */
+/* Values at the end of a step, compared with the evaluator and the reduction at their states. */
 static double difference_at_end(kmp_fused *fused, kmp_reduction *red)
 {
     const kmp_evaluator *eval = red->eval;

@@ -356,7 +356,7 @@ static void a_way_that_ends_is_told(void)
     unload(&l);
 }
 
-/* What cannot be closed is that first of all; the goals are measured at the best position. */
+/* Loops that cannot be closed are told first; the goals are measured at the best position. */
 static void an_open_loop_goes_first(void)
 {
     char text[2048];
@@ -371,7 +371,7 @@ static void an_open_loop_goes_first(void)
     unload(&l);
 }
 
-/* Of a graph's joints the one with a goal has a coordinate; without it C, which has no start value, is cut. */
+/* A graph of joints: the one with a goal has a coordinate; without it C, which has no start value, is cut. */
 static void a_joint_with_a_goal_is_not_cut(void)
 {
     static const char text[] = "kempe: 1\nground: {points: {O: [0, 0, 0], D: [0.9, 0, 0]}}\n"

@@ -43,7 +43,7 @@ static void a_roller_sinks_in_and_turns(void)
     unload(&l);
 }
 
-/* What is held by nothing falls: a sentence with its name, and nothing is changed. */
+/* A coordinate that nothing holds falls: a sentence with its name, and nothing is changed. */
 static void what_nothing_carries_is_named(void)
 {
     loaded l = load_text("kempe: 1\n"

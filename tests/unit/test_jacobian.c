@@ -97,8 +97,8 @@ static double column_off(along a, int column, double step, const double *j)
     return a.failed ? -1 : worst;
 }
 
-/* Of all columns, each by the best of three steps: where little mass moves, rounding of the right-hand side shows in
- * the shortest one. */
+/* Differences of all columns, each by the best of three steps: where little mass moves, rounding of the right-hand side
+ * shows in the shortest one. */
 static double worst_of(along a, const double *j)
 {
     double worst = 0;
@@ -124,7 +124,7 @@ static double worst_column(const kmp_ode *ode, double t, const double *y)
     return worst_of((along){.ode = ode, .y = y, .t = t}, j);
 }
 
-/* The same of the iteration matrix, where the residual vanishes. */
+/* Differences of the iteration matrix, where the residual vanishes. */
 static double worst_of_matrix(const kmp_ode *ode, const kmp_dae *dae, double t, const double *y)
 {
     static double j[MOST * MOST], values[MOST * MOST];

@@ -25,7 +25,8 @@ static end take(const kempe_system *system, const kempe_trajectory *t, int row)
     return e;
 }
 
-/* Of a file of tests/models or, when it has a line break, a text: the state at t_end and, when wanted, at the start. */
+/* The state at t_end and, when wanted, at the start, of a file of tests/models or of a text (which has a line break).
+ */
 static end run(const char *model_text, const char *formulation, double t_end, double rtol, end *start)
 {
     kempe_check *check = NULL;

@@ -182,7 +182,7 @@ static double regular(const bars *b, double theta)
     return fabs(sin(r.phi - r.psi));
 }
 
-/* Whether a sweep of the crank stays on its branch and ends where the closed form does. */
+/* True if a sweep of the crank stays on its branch and ends where the closed form does. */
 static bool keeps_branch(const bars *b, double from, double to, int rows)
 {
     loaded m = load_text(four_bar_text(b, from));

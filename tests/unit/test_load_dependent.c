@@ -87,7 +87,7 @@ static void absent_row(void)
               "coordinate moves have none");
 }
 
-/* The same plane twice: who carries the load? */
+/* One plane twice: the share of each closure in the load is unknown. */
 static void shared_load(void)
 {
     complains(BLOCK "  C: {point_on_plane: [ground.O, block.A], axis: z}\n"

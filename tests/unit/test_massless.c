@@ -7,7 +7,7 @@
 #define HEAD "kempe: 1\nground: {points: {D: [2, 0, 0]}}\nbodies:\n"
 #define ARM  "  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [1, 0, 0], points: {B: [1, 0, 0]}}\n"
 
-/* What is said on the way to a short run; "" when it is made. */
+/* The message of a short run; "" when it succeeds. */
 static const char *said(const char *text)
 {
     static char sentence[400];

@@ -221,7 +221,7 @@ static void eigenvalues_do_not_depend_on_u(void)
     }
 }
 
-/* The same matrices by a companion matrix: on the imaginary axis to 1e-10 of the largest. */
+/* Eigenvalues by a companion matrix: on the imaginary axis to 1e-10 of the largest. */
 static void undamped_ones_are_on_the_axis(void)
 {
     static const char *const paths[] = {"examples/four_bar/four_bar.yaml", "examples/andrews/andrews.yaml",
@@ -271,7 +271,8 @@ static const char worn[] =
     "-2e6*q(yaw)}}\n"
     "start: {q: {z: 0.46}, hold: [y, yaw], qd: {x: 20, spin: 43.481181}}\n";
 
-/* What is not 0, each beside itself: |s - its nearest of the other| over |s|, or over what the quickest one rounds. */
+/* Eigenvalues other than 0, each beside itself: |s - its nearest of the other| over |s|, or over the rounding of the
+ * largest. */
 static double far_apart(const kmp_modes *a, const kmp_modes *b)
 {
     double worst = 0, round = 1e-5 * kmp_modes_noise(a);

@@ -282,7 +282,7 @@ static double complex slope_of(const kmp_mode_slopes *slopes, int i, int k)
     return slopes->re[i * PARAMETERS + k] + slopes->im[i * PARAMETERS + k] * I;
 }
 
-/* Whether differences by `step` can say something of eigenvalue i: it meets no other one within a hundred steps. */
+/* True if differences by `step` can judge eigenvalue i: it meets no other one within a hundred steps. */
 static bool stands_apart(const kmp_spectrum *at, const kmp_mode_slopes *slopes, int i, int k, double step)
 {
     bool apart = slopes->kind[i] == KMP_MODE_SIMPLE;
@@ -293,7 +293,7 @@ static bool stands_apart(const kmp_spectrum *at, const kmp_mode_slopes *slopes, 
     return apart;
 }
 
-/* Of eigenvalues that stand apart: their differences beside the largest derivative. */
+/* Differences of separate eigenvalues, beside the largest derivative. */
 static double eigenvalues_off(rig *r, const kmp_spectrum *at, const kmp_mode_slopes *slopes, int k)
 {
     double best[2 * MOST], size = 1e-9, worst = 0, step = 1e-3;

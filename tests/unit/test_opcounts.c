@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the formalisms cost on the trees that Fisette and Samin 1996 compare them on: which is the shorter one, and from
- * how many bodies on. */
+/* Costs of the formalisms on the trees that Fisette and Samin 1996 compare them on: the shorter one, and the number of
+ * bodies from which on it is. */
 #include "bench/formalisms.h"
 #include "check.h"
 #include <math.h>
@@ -125,7 +125,7 @@ static long cholesky(int n, double *m, double *b)
     return count;
 }
 
-/* The same by L' D L along the tree; rows are bodies less one. */
+/* Operations by L' D L along the tree; rows are bodies less one. */
 static long along_the_tree(tree_shape s, int n, double *m, double *b)
 {
     long count = 0;

@@ -77,7 +77,7 @@ static int rank_near_state(const loaded *l)
     return rank;
 }
 
-/* Of the rows that the workspace's saddle system takes. */
+/* Rank of the rows that the workspace's saddle system takes. */
 static int rank_anywhere(const loaded *l, int known, double aside)
 {
     kmp_saddle saddle;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What pages of reports are made of: poses against the symbolic positions, runs watched, numbers in few characters, and
- * the page with libraries that would break it. What a browser makes of it: tests/report.py. */
+/* Parts of the report pages: poses against the symbolic positions, runs watched, numbers in few characters, and the
+ * page with libraries that would break it. tests/report.py opens the page in a browser. */
 #include "base/file.h"
 #include "base/memory.h"
 #include "dynamics/kinematics/kinematics.h"

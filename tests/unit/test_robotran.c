@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What ROBOTRAN writes, too. */
+/* Quantities that ROBOTRAN writes, too. */
 #define ROBOTRAN_SETS                                                                                                  \
     (1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_INVDYN | 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_JDQD)
 
@@ -261,7 +261,7 @@ static void many_are_passed_over(void)
     CHECK(strstr(lines, "l in mbsDescR7 (line 1) and 2 more\n") != NULL);
 }
 
-/* What is XML is read as such, whatever it is called; the mark of UTF-8 may stand before. */
+/* XML is read as such under any file name; the mark of UTF-8 may stand before. */
 static void found_by_its_beginning(void)
 {
     static const char text[] = "\xef\xbb\xbf\n<mbsDescR7><bodytree><body><bodyname>a</bodyname><parent><bodyname>base"

@@ -203,7 +203,7 @@ static void what_cannot_move_is_not_stepped(void)
 
 /* -- rows that stay open ----------------------------------------------------------------------------- */
 
-/* The same drawing where no other points and axes are looked for: rows stay open, within the tolerance, on all
+/* A drawing for which no other points and axes are looked for: rows stay open, within the tolerance, on all
  * formulations.
  */
 static void dropped_rows_stay_open_within_the_tolerance(void)

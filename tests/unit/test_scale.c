@@ -445,7 +445,7 @@ static void passing_is_linear(void)
     CHECK(10 * products[1] < 21 * products[0] && rhs[1] < 2 * rhs[0]);
 }
 
-/* Of equal windows, which pass their change point of one mind in every row, an even number keeps the sign of det Jv. */
+/* Equal windows, which pass their change point together in every row: an even number keeps the sign of det Jv. */
 static void no_change_point_is_missed(void)
 {
     for (int n = 32; n <= 128; n *= 2) {

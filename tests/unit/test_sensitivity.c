@@ -144,7 +144,7 @@ static void check_parameter(const trial *x, const kempe_sensitivity *s, int p, d
     }
 }
 
-/* Of the last rows, beside the largest of a parameter. */
+/* Differences of the last rows, beside the largest of a parameter. */
 static void check_same(const kempe_sensitivity *a, const kempe_sensitivity *b, double within)
 {
     int last = a->rows - 1, end = b->rows - 1;
@@ -385,7 +385,7 @@ static void angles_that_are_centred(void)
     }
 }
 
-/* The same joint turned on to where its own angles are singular: an integral of these ends, all else goes on. */
+/* A joint turned on to where its own angles are singular: an integral of these ends, all other results go on. */
 static void angles_that_are_kept(void)
 {
     static const char text[] = "kempe: 1\nname: over\ngravity: [0, 0, 0]\nparameters: {m: 1}\nbodies:\n"
@@ -419,8 +419,8 @@ static const char flat[] =
     "loops: {L: {ball: [c.E, b.E]}}\nforces: {f: {joint: a, torque: -d*qd(a)}}\n"
     "start: {q: {a: 1.5707963267948966, c: -1.5707963267948966, b: 1.5707963267948966}, qd: {a: w}, hold: [a]}\n";
 
-/* What moves no closure there is smooth through change points. A length has no derivative beyond, and nothing goes back
- * through one. */
+/* A parameter that moves no closure there is smooth through change points. A length has no derivative beyond, and the
+ * adjoint does not pass one. */
 static void change_points(void)
 {
     char text[2048];

@@ -102,7 +102,7 @@ static void exact_slopes(const window *x, double slope[2])
     }
 }
 
-/* Whether both methods give the value and the slopes, or warn. */
+/* True if both methods give the value and the slopes, or warn. */
 static void check_window(const window *x, double rtol)
 {
     char text[1024];

@@ -125,7 +125,7 @@ static void what_is_refused(void)
     refuse(tree, (kempe_sensitivity_options){.of = "reactions"}, KEMPE_E_FAILED, "no closures");
 }
 
-/* What stands beside the numbers. */
+/* Texts beside the numbers. */
 static void notes(void)
 {
     static const char model[] =

@@ -94,7 +94,7 @@ static void same_zones(const kempe_model *a, const kempe_model *b, double scale)
 
 /* -- poses ------------------------------------------------------------------------------------------- */
 
-/* Of full size, at 20 m/s: flange and tread, some tenths of a millimetre deep. */
+/* A wheelset of full size, at 20 m/s: flange and tread, some tenths of a millimetre deep. */
 static state random_pose(void)
 {
     state s = {0};

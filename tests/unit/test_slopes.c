@@ -335,7 +335,7 @@ static const char everywhere[] =
     "run: {t_end: 1, outputs: [energy, reaction(r), position(s.P), velocity(s.P), acceleration(s.P), sensor(mix),\n"
     "      force(k), force(e), q]}\n";
 
-/* What a parameter does to start value and rate of one coordinate. */
+/* Derivatives of start value and rate of one coordinate by a parameter. */
 static void check_start(fixture *f, const char *name, int motion, double by_q, double by_qd)
 {
     double q[MOST], qd[MOST];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What is not evaluated twice: the power of forces comes with the forces and is what the judging program says; rows
- * without rates, accelerations and multipliers are the rows with them. */
+/* Values that are not evaluated twice: the power of forces comes with the forces and equals that of the judging
+ * program; rows without rates, accelerations and multipliers are the rows with them. */
 #include "check.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/fused.h"

@@ -87,7 +87,7 @@ static void put_ellipse(kmp_text *text)
     kmp_text_put(text, "]");
 }
 
-/* What overhangs once the rail is turned is left out, on the inner side; without it nothing is. */
+/* Overhanging parts of a turned rail are left out, on the inner side; without them nothing is. */
 static void overhanging(void)
 {
     kmp_text text = {0};

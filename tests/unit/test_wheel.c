@@ -426,7 +426,7 @@ static void arguments_end(void)
     kmp_graph_free(local);
 }
 
-/* What a rigid wheel shows waits for multipliers: kinematics leaves it out. */
+/* Outputs of a rigid wheel need multipliers: kinematics leaves them out. */
 static void shown_with_loads(void)
 {
     static const char *const forms[2] = {"contact: elastic", "contact: rigid, creep: none"};

@@ -14,6 +14,17 @@ void kmp_model_json_begin(kmp_json *json, const char *key)
     kmp_json_object(json, key);
 }
 
+void kmp_model_json_cut(kmp_json *json, const kmp_cut *cut)
+{
+    kmp_json_string(json, "joint", cut->joint);
+    kmp_json_string(json, "kind", cut->kind);
+    kmp_json_string(json, "closure", cut->closure);
+    kmp_json_whole(json, "rows", cut->rows);
+    kmp_json_string(json, "loop", cut->loop);
+    kmp_json_string(json, "reason", cut->why);
+    kmp_json_whole(json, "start_unused", cut->start_unused);
+}
+
 void kmp_model_json_item(kmp_json *json, const char *key)
 {
     kmp_json_line(json, "\n  ");
@@ -254,13 +265,7 @@ static void put_closures(kmp_json *json, const kempe_model *model)
     for (int i = 0; i < model->cut_count; i++) {
         const kmp_cut *cut = &model->cuts[i];
         kmp_model_json_item(json, NULL);
-        kmp_json_string(json, "joint", cut->joint);
-        kmp_json_string(json, "kind", cut->kind);
-        kmp_json_string(json, "closure", cut->closure);
-        kmp_json_whole(json, "rows", cut->rows);
-        kmp_json_string(json, "loop", cut->loop);
-        kmp_json_string(json, "reason", cut->why);
-        kmp_json_whole(json, "start_unused", cut->start_unused);
+        kmp_model_json_cut(json, cut);
         kmp_json_end(json);
     }
     kmp_json_end(json);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` as one object. Keys of the contract first; unknown numbers are null. */
+#include "model/print/model_print.h"
 #include "studies/assembly/check_print.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -221,13 +222,7 @@ static void json_cuts(kmp_json *json, const kempe_model *model)
     for (int k = 0; k < model->cut_count; k++) {
         const kmp_cut *cut = &model->cuts[k];
         kmp_json_object(json, NULL);
-        kmp_json_string(json, "joint", cut->joint);
-        kmp_json_string(json, "kind", cut->kind);
-        kmp_json_string(json, "closure", cut->closure);
-        kmp_json_whole(json, "rows", cut->rows);
-        kmp_json_string(json, "loop", cut->loop);
-        kmp_json_string(json, "reason", cut->why);
-        json_flag(json, "start_unused", cut->start_unused);
+        kmp_model_json_cut(json, cut);
         kmp_json_end(json);
     }
     kmp_json_end(json);

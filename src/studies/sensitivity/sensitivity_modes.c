@@ -97,7 +97,7 @@ static kempe_status tell(work *w)
     return ok ? KEMPE_OK : kmp_fail_memory(w->s->context);
 }
 
-/* Of the state x; what is made on the way is the caller's to free. */
+/* Derivatives of the modes at the state x; the caller frees the intermediate results. */
 static kempe_status find_modes(kmp_sensitivity_state *x, kempe_sensitivity *s, kmp_bend *bend, kmp_spectrum *spectrum,
                                kmp_mode_slopes *slopes)
 {
