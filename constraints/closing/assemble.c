@@ -368,7 +368,7 @@ static bool judge(work *w)
 
 static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, kempe_assembly *a)
 {
-    *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .eval = kmp_eval_new(s, "tape")};
+    *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .eval = kmp_eval_new_of_closures(s)};
     const kmp_rounding *rounding = kmp_rounding_of(s);
     w->rank = guess->rank > 0 ? guess->rank : rounding ? rounding->rank : -1;
     w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);

@@ -235,8 +235,11 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
         q[k] = start->q[k].value;
     kmp_guess guess = {q, start->hold, PUSHES, true, 0};
     kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
-    if (status == KEMPE_OK && a && !kmp_rounding_of(system))
+    if (status == KEMPE_OK && a && !kmp_rounding_is_known(system)) {
         status = look_for_rounding(system, &guess, &a);
+        if (status == KEMPE_OK && !kmp_rounding_of(system))
+            kmp_rounding_keep_none(system);
+    }
     kmp_free(q);
     if (status == KEMPE_OK)
         *assembly = a;

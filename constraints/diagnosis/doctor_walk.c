@@ -11,13 +11,16 @@ enum { MOST_ITERATIONS = 40, TRIES = 5 };
 #define STEP  0.3 /* scaled, of the coordinate that moves most */
 #define MOVED 0.2 /* least part of the step after closing */
 
-kmp_walk *kmp_walk_new(const kempe_system *system)
+/* Takes the evaluator. NULL: no memory. */
+static kmp_walk *new_walk(const kempe_system *system, kmp_evaluator *eval)
 {
     kmp_walk *w = KMP_NEW(kmp_walk, 1);
-    if (!w)
+    if (!w) {
+        kmp_eval_free(eval);
         return NULL;
+    }
     int n = system->n, m = system->m, size = m > n ? m : n;
-    *w = (kmp_walk){.system = system, .n = n, .m = m, .eval = kmp_eval_new(system, "tape")};
+    *w = (kmp_walk){.system = system, .n = n, .m = m, .eval = eval};
     const kmp_rounding *rounding = kmp_rounding_of(system);
     w->rank = rounding ? rounding->rank : -1;
     w->jacobian = KMP_ARENA_NEW(&w->arena, double, m *n);
@@ -30,6 +33,16 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
         return w;
     kmp_walk_free(w);
     return NULL;
+}
+
+kmp_walk *kmp_walk_new(const kempe_system *system)
+{
+    return new_walk(system, kmp_eval_new(system, "tape"));
+}
+
+kmp_walk *kmp_walk_new_of_closures(const kempe_system *system)
+{
+    return new_walk(system, kmp_eval_new_of_closures(system));
 }
 
 void kmp_walk_free(kmp_walk *w)

@@ -30,6 +30,8 @@ typedef struct kmp_walk {
 
 /** Makes a walk; NULL: no memory. */
 kmp_walk *kmp_walk_new(const kempe_system *system);
+/** kmp_walk_new_of_closures: without the dynamics (kmp_eval_new_of_closures). */
+kmp_walk *kmp_walk_new_of_closures(const kempe_system *system);
 void kmp_walk_free(kmp_walk *walk);
 
 /** Evaluates h and J, both scaled, at q; columns of J of held coordinates are zero. */

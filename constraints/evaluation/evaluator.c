@@ -133,14 +133,23 @@ void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
-/* Prepares the machines. Programs that are rarely evaluated use the tape, which needs no compilation. */
-static bool prepare(kmp_evaluator *eval, const kmp_backend *backend)
+/* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation. False: no memory. */
+static bool make_machines(kmp_evaluator *eval)
 {
+    const kempe_system *s = eval->system;
     const kmp_backend *seldom = kmp_backend_find("tape");
-    eval->motion = eval->composite = kmp_machine_new(eval->system->motion, backend);
-    eval->judge = kmp_machine_new(eval->system->judge, eval->system->dissipative ? backend : seldom);
-    if (eval->system->changes)
-        eval->changes = kmp_machine_new(eval->system->changes, seldom);
+    bool follows = s->changes && (!eval->closes_only || s->switches);
+    eval->motion = eval->composite = kmp_machine_new(eval->closes_only ? s->closing : s->motion, eval->backend);
+    if (!eval->closes_only)
+        eval->judge = kmp_machine_new(s->judge, s->dissipative ? eval->backend : seldom);
+    if (follows)
+        eval->changes = kmp_machine_new(s->changes, seldom);
+    return eval->motion && (eval->closes_only || eval->judge) && (eval->changes || !follows);
+}
+
+static bool prepare(kmp_evaluator *eval)
+{
+    bool made = make_machines(eval);
     eval->dropped = KMP_ARENA_NEW(&eval->arena, bool, eval->m);
     eval->mode = KMP_ARENA_NEW(&eval->arena, double, eval->system->events.count);
     eval->chart = KMP_ARENA_NEW(&eval->arena, double, KMP_CHART_SIZE * eval->system->chart_count);
@@ -149,7 +158,7 @@ static bool prepare(kmp_evaluator *eval, const kmp_backend *backend)
         eval->nu = KMP_ARENA_NEW(&eval->arena, double, eval->m);
         eval->load = kmp_load_work_new(eval->system, &eval->arena);
     }
-    if (eval->arena.failed || !eval->motion || !eval->judge || (eval->system->changes && !eval->changes))
+    if (eval->arena.failed || !made)
         return false;
     if (eval->nu)
         set_all(eval, KMP_IN_LAMBDA, eval->nu);
@@ -160,12 +169,7 @@ static bool prepare(kmp_evaluator *eval, const kmp_backend *backend)
     return true;
 }
 
-kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend)
-{
-    return kmp_eval_new_shared(system, backend, NULL);
-}
-
-kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team)
+static kmp_evaluator *new_evaluator(const kempe_system *system, const char *backend, kmp_team *team, bool closes_only)
 {
     const kmp_backend *b = kmp_backend_find(backend);
     if (!b) {
@@ -175,16 +179,32 @@ kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backe
     }
     kmp_evaluator *eval = KMP_NEW(kmp_evaluator, 1);
     if (eval) {
-        *eval = (kmp_evaluator){.system = system, .shared = *b, .n = system->n, .m = system->m};
+        *eval =
+            (kmp_evaluator){.system = system, .shared = *b, .closes_only = closes_only, .n = system->n, .m = system->m};
         eval->shared.team = team;
         eval->backend = team ? &eval->shared : b;
     }
-    if (!eval || !prepare(eval, eval->backend)) {
+    if (!eval || !prepare(eval)) {
         kmp_eval_free(eval);
         (void)kmp_fail_memory(system->context);
         return NULL;
     }
     return eval;
+}
+
+kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend)
+{
+    return kmp_eval_new_shared(system, backend, NULL);
+}
+
+kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team)
+{
+    return new_evaluator(system, backend, team, false);
+}
+
+kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system)
+{
+    return new_evaluator(system, "tape", NULL, true);
 }
 
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)

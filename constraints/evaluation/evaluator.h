@@ -17,6 +17,7 @@ typedef struct kmp_evaluator {
     kmp_backend shared;                            /* the back end with a thread pool */
     kmp_machine *composite, *articulated, *motion; /* by M and C; by articulated bodies, NULL: none; the active one */
     kmp_machine *judge, *changes;
+    bool closes_only;   /* `motion` has the closures alone, and there is no `judge` */
     bool by_bodies;     /* `motion` is `articulated` */
     double *chart;      /* of the system's spherical joints: nine numbers each, initially C = 1 */
     long chart_version; /* number of their changes */
@@ -53,6 +54,10 @@ kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend);
 
 /** Makes an evaluator with a thread pool (NULL: none), used if the back end can; the pool outlives the evaluator. */
 kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team);
+
+/** Makes an evaluator of h, J and h_t alone, by the tape: for kmp_eval_closure, and for what its results give. NULL
+ * after a message. */
+kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system);
 void kmp_eval_free(kmp_evaluator *eval);
 
 /** Prepares, once, the dynamics by articulated bodies, if the system has them. KEMPE_E_MEMORY. */

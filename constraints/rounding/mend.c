@@ -120,7 +120,7 @@ static kempe_status settle(kempe_system **system, kmp_variant *given, const char
     }
     if (status == KEMPE_OK && x.drawing == KMP_DRAWING_UNEXPLAINED) {
         s->strict = true;
-        atomic_store(&s->rounding->state, 0);
+        atomic_store(&s->rounding->state, KMP_ROUNDING_UNKNOWN);
     } else if (status == KEMPE_OK && x.rounded) {
         note_misfits(x.closures, x.a, *system);
     }

@@ -16,7 +16,18 @@ enum { SEED = 7, PLACES = 24, TRIES = 3, ON = 6, LEAST_FAR = 4 };
 
 const kmp_rounding *kmp_rounding_of(const kempe_system *system)
 {
-    return system->rounding && atomic_load(&system->rounding->state) == 2 ? system->rounding : NULL;
+    return system->rounding && atomic_load(&system->rounding->state) == KMP_ROUNDING_PRESENT ? system->rounding : NULL;
+}
+
+bool kmp_rounding_is_known(const kempe_system *system)
+{
+    return system->rounding && atomic_load(&system->rounding->state) >= KMP_ROUNDING_PRESENT;
+}
+
+void kmp_rounding_keep_none(const kempe_system *system)
+{
+    int none = KMP_ROUNDING_UNKNOWN;
+    (void)atomic_compare_exchange_strong(&system->rounding->state, &none, KMP_ROUNDING_NONE);
 }
 
 bool kmp_rounding_closed(const kmp_evaluator *eval)
@@ -36,15 +47,15 @@ double kmp_rounding_zero(const kempe_system *system, double strict)
 void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *trial)
 {
     kmp_rounding *r = system->rounding;
-    int none = 0;
-    if (atomic_compare_exchange_strong(&r->state, &none, 1)) {
+    int none = KMP_ROUNDING_UNKNOWN;
+    if (atomic_compare_exchange_strong(&r->state, &none, KMP_ROUNDING_WRITING)) {
         r->rank = trial->rank;
         r->zero = trial->zero;
         r->tolerance = trial->tolerance;
         r->misfit = trial->most;
-        atomic_store(&r->state, 2);
+        atomic_store(&r->state, KMP_ROUNDING_PRESENT);
     }
-    while (atomic_load(&r->state) != 2) /* another thread computes the same numbers */
+    while (atomic_load(&r->state) == KMP_ROUNDING_WRITING) /* another thread computes the same numbers */
         ;
 }
 
@@ -128,7 +139,7 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
     kmp_waypoint place[PLACES];
     int n = system->n, m = system->m;
     kmp_arena arena = {0};
-    kmp_walk *walk = kmp_walk_new(system);
+    kmp_walk *walk = kmp_walk_new_of_closures(system);
     bool *driven = KMP_ARENA_NEW(&arena, bool, m);
     double *part = KMP_ARENA_NEW(&arena, double, m), *q = KMP_ARENA_NEW(&arena, double, (PLACES + 1) * n);
     bool made = walk && !arena.failed;

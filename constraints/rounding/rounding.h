@@ -13,6 +13,11 @@ struct kmp_walk;
 /** NULL: closures hold as written. */
 const kmp_rounding *kmp_rounding_of(const kempe_system *system);
 
+/** True if the assembly at the start has looked for redundant closures with the present numbers; it has found none
+ * after kmp_rounding_keep_none. */
+bool kmp_rounding_is_known(const kempe_system *system);
+void kmp_rounding_keep_none(const kempe_system *system);
+
 /** Zero tolerance for pivots of J, and for directions of its rows: `strict`, or more if numbers are rounded. */
 double kmp_rounding_zero(const kempe_system *system, double strict);
 

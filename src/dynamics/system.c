@@ -142,7 +142,7 @@ bool kmp_system_rescale(kempe_system *s)
 {
     set_scales(s);
     if (s->rounding)
-        atomic_store(&s->rounding->state, 0); /* the numbers have changed */
+        atomic_store(&s->rounding->state, KMP_ROUNDING_UNKNOWN); /* the numbers have changed */
     return set_reach(s);
 }
 
@@ -313,7 +313,8 @@ static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
 
 static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closures)
 {
-    if (!take_rows(s, eq) || !kmp_motion_make(s, eq))
+    s->closing = take_rows(s, eq) && kmp_motion_make(s, eq) ? kmp_program_first(s->motion, KMP_STAGE_MASS) : NULL;
+    if (!s->closing)
         return kmp_fail_memory(s->context);
     return closures ? derive_rest(s, eq) : KEMPE_OK;
 }
@@ -386,6 +387,7 @@ void kempe_system_free(kempe_system *s)
     if (!s)
         return;
     kmp_program_free(s->motion);
+    kmp_program_free(s->closing);
     kmp_program_free(s->articulated);
     kmp_program_free(s->judge);
     kmp_program_free(s->changes);

@@ -25,10 +25,18 @@ void kmp_pattern_init(kmp_pattern *pattern, kmp_arena *arena, int rows, int cols
  */
 #define KMP_CLOSURE_TOLERANCE 6e-4
 
+/* States of kmp_rounding. */
+enum {
+    KMP_ROUNDING_UNKNOWN, /* no assembly at the start has looked yet */
+    KMP_ROUNDING_WRITING,
+    KMP_ROUNDING_PRESENT,
+    KMP_ROUNDING_NONE /* the assembly at the start has found none */
+};
+
 /** Closures found by the first assembly to be redundant up to rounding of the model's numbers
  * (constraints/rounding/rounding.h). Written once. */
 typedef struct kmp_rounding {
-    atomic_int state; /* 0: unknown or none, 1: being written, 2: present */
+    atomic_int state; /* the other members count when it is KMP_ROUNDING_PRESENT */
     int rank;         /* of J, independent of the number of its nonzero pivots */
     double zero;      /* a pivot of the scaled J below this part of the first is one */
     double tolerance; /* scaled |h| that a row may stay open by */
@@ -75,6 +83,7 @@ struct kempe_system {
     bool has_power;        /* so it is without the user's force */
     kmp_dynamics dynamics; /* as requested */
     kmp_program *motion, *judge;
+    kmp_program *closing;     /* the stages of `motion` to KMP_STAGE_CLOSURE */
     kmp_program *articulated; /* motion by articulated bodies; NULL: runs take M and C */
     kmp_events events;        /* conditions: inputs KMP_IN_MODE of all programs */
     kmp_program *changes;  /* stage 1: first - second of each condition at (t, q, qd), zero of late ones; stage 2: late

@@ -298,7 +298,7 @@ kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
 
 /* -- tables ---------------------------------------------------------------------------------------- */
 
-int kmp_graph_add_table(kmp_graph *g, const kmp_table *table)
+int kmp_graph_add_table(kmp_graph *g, kmp_table *table)
 {
     for (int k = 0; table && k < g->table_count; k++)
         if (kmp_table_equal(g->tables[k], table))
@@ -306,16 +306,15 @@ int kmp_graph_add_table(kmp_graph *g, const kmp_table *table)
     kmp_table **tables = kmp_realloc(g->tables, (size_t)g->table_count + 1, sizeof(kmp_table *));
     if (tables)
         g->tables = tables;
-    kmp_table *copy = tables && table ? kmp_table_new(table->method, table->count, table->x, table->y) : NULL;
-    if (!copy) {
+    if (!tables || !table) {
         g->failed = true;
         return -1;
     }
-    g->tables[g->table_count] = copy;
+    g->tables[g->table_count] = kmp_table_share(table);
     return g->table_count++;
 }
 
-const kmp_table *kmp_graph_table(const kmp_graph *g, int table)
+kmp_table *kmp_graph_table(const kmp_graph *g, int table)
 {
     return table >= 0 && table < g->table_count ? g->tables[table] : NULL;
 }

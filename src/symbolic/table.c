@@ -89,11 +89,13 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
         return NULL;
     t->method = method;
     t->count = count;
+    t->owns = KMP_ARENA_NEW(&t->arena, atomic_int, 1);
     t->x = KMP_ARENA_NEW(&t->arena, double, count);
     t->y = KMP_ARENA_NEW(&t->arena, double, count);
     t->piece = kmp_arena_alloc(&t->arena, (size_t)count, sizeof *t->piece);
     t->last = KMP_ARENA_NEW(&t->arena, int, last_part(t) + 2);
     if (!t->arena.failed) {
+        atomic_init(t->owns, 1);
         memcpy(t->x, x, (size_t)count * sizeof *x);
         memcpy(t->y, y, (size_t)count * sizeof *y);
         t->per_length = last_part(t) / (x[count - 1] - x[0]);
@@ -110,17 +112,23 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
 
 void kmp_table_free(kmp_table *t)
 {
-    if (!t)
+    if (!t || (t->owns && atomic_fetch_sub(t->owns, 1) > 1))
         return;
     kmp_arena_free(&t->arena);
     kmp_free(t);
 }
 
+kmp_table *kmp_table_share(kmp_table *t)
+{
+    (void)atomic_fetch_add(t->owns, 1);
+    return t;
+}
+
 bool kmp_table_equal(const kmp_table *a, const kmp_table *b)
 {
     size_t size = (size_t)a->count * sizeof(double);
-    return a->method == b->method && a->count == b->count && memcmp(a->x, b->x, size) == 0 &&
-           memcmp(a->y, b->y, size) == 0;
+    return a == b || (a->method == b->method && a->count == b->count && memcmp(a->x, b->x, size) == 0 &&
+                      memcmp(a->y, b->y, size) == 0);
 }
 
 /* -- reading --------------------------------------------------------------------------------------- */

@@ -9,12 +9,14 @@
 
 #include "base/arena.h"
 #include "symbolic/graph.h"
+#include <stdatomic.h>
 
 typedef enum kmp_table_method { KMP_TABLE_LINEAR, KMP_TABLE_CUBIC, KMP_TABLE_METHODS } kmp_table_method;
 
-/* Read-only once made. */
+/* Read-only once made, but for the count of its owners. */
 typedef struct kmp_table {
-    kmp_arena arena; /* of all arrays */
+    kmp_arena arena;  /* of all arrays */
+    atomic_int *owns; /* number of owners; the last one frees the table */
     kmp_table_method method;
     int count;          /* knots, at least 2 */
     double *x, *y;      /* count: x increasing */
@@ -31,6 +33,9 @@ int kmp_table_check(int count, const double *x, const double *y);
 /** Copies the points, which must have passed kmp_table_check. NULL: no memory. */
 kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, const double *y);
 void kmp_table_free(kmp_table *table);
+
+/** The table for a further owner, who frees it too. */
+kmp_table *kmp_table_share(kmp_table *table);
 
 /** True if method and points are equal, to the bit. */
 bool kmp_table_equal(const kmp_table *a, const kmp_table *b);
@@ -53,13 +58,13 @@ int kmp_table_degree(const kmp_table *table);
 /** "linear", "cubic". */
 const char *kmp_table_method_name(kmp_table_method method);
 
-/* Tables in the graph. The graph keeps a copy of its tables, a program copies of those that it needs. */
+/* Tables in the graph. A graph owns its tables, a program those that it needs. */
 
 /** Number of the table in the graph (an equal one is not added twice); -1: no memory, or no table (NULL),
  * and the graph has failed. */
-int kmp_graph_add_table(kmp_graph *g, const kmp_table *table);
+int kmp_graph_add_table(kmp_graph *g, kmp_table *table);
 /** NULL when there is no such number. Owned by the graph. */
-const kmp_table *kmp_graph_table(const kmp_graph *g, int table);
+kmp_table *kmp_graph_table(const kmp_graph *g, int table);
 
 /** table(x). Its derivatives are nodes of the same table with a higher order. */
 kmp_ref kmp_table_at(kmp_graph *g, int table, kmp_ref x);

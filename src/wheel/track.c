@@ -45,7 +45,7 @@ static int add_block(kmp_graph *g, const kmp_track *track)
     kmp_graph *local = kmp_graph_new();
     if (!local)
         return kmp_graph_add_implicit(g, NULL);
-    const kmp_table *line[PLANE] = {track->x, track->y};
+    kmp_table *line[PLANE] = {track->x, track->y};
     kmp_ref s = kmp_input(local, KMP_IN_Q, 0), residual = KMP_ZERO, merit = KMP_ZERO, guess = KMP_ZERO;
     for (unsigned k = 0; k < PLANE; k++) {
         int table = kmp_graph_add_table(local, line[k]);
@@ -106,7 +106,7 @@ static void curved(const kmp_tree *tree, const kmp_track *track, const ground *a
 static kmp_ref irregularity(const kmp_tree *tree, const kmp_track *track, kmp_irregularity kind, kmp_ref along)
 {
     const kmp_irregularities *all = &track->irregularities;
-    const kmp_table *table = all->named[kind] ? all->named[kind]->table : all->made[kind];
+    kmp_table *table = all->named[kind] ? all->named[kind]->table : all->made[kind];
     return table ? kmp_table_at(tree->graph, kmp_graph_add_table(tree->graph, table), along) : KMP_ZERO;
 }
 

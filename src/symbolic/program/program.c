@@ -197,7 +197,7 @@ void kmp_program_free(kmp_program *p)
     kmp_free(p);
 }
 
-int kmp_program_add_table(kmp_program *p, const kmp_table *table)
+int kmp_program_add_table(kmp_program *p, kmp_table *table)
 {
     for (int k = 0; k < p->table_count; k++)
         if (kmp_table_equal(p->table[k], table))
@@ -206,8 +206,8 @@ int kmp_program_add_table(kmp_program *p, const kmp_table *table)
     if (!tables)
         return -1;
     p->table = tables;
-    tables[p->table_count] = kmp_table_new(table->method, table->count, table->x, table->y);
-    return tables[p->table_count] ? p->table_count++ : -1;
+    tables[p->table_count] = kmp_table_share(table);
+    return p->table_count++;
 }
 
 /* `count` objects into room for them. */

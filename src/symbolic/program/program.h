@@ -62,7 +62,7 @@ typedef struct kmp_program {
     double *constant;
     kmp_program_input *input;
     int constant_count, input_count;
-    struct kmp_table **table; /* the tables in use, copied */
+    struct kmp_table **table; /* the tables in use */
     int table_count;
     kmp_program_block *block; /* the blocks in use, copied */
     int block_count;
@@ -84,13 +84,15 @@ bool kmp_program_import(const kmp_program *p, kmp_graph *g, int count, const kmp
  * memory. */
 kmp_program *kmp_program_with_room(size_t stages, size_t code, size_t outputs, size_t constants, size_t inputs);
 
-/** Number of a copy of the table in the program; -1: no memory. */
-int kmp_program_add_table(kmp_program *p, const struct kmp_table *table);
+/** Number of the table in the program, which owns it too; -1: no memory. */
+int kmp_program_add_table(kmp_program *p, struct kmp_table *table);
 
 kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage);
 
 /** An independent copy. NULL: no memory. */
 kmp_program *kmp_program_copy(const kmp_program *p);
+/** The program of the first stages alone, as many as given, with what they need. NULL: no memory. */
+kmp_program *kmp_program_first(const kmp_program *p, int stages);
 /** True if inputs, code, tables and outputs are equal, to the bit; false where there are blocks. */
 bool kmp_program_equal(const kmp_program *a, const kmp_program *b);
 /** Number of a copy of the block in the program; -1: no memory. */

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "base/memory.h"
+#include "symbolic/program/program.h"
+#include "symbolic/table.h"
+#include <string.h>
+
+static int leaves(const kmp_program *p)
+{
+    return p->constant_count + p->input_count;
+}
+
+static void need(uint32_t *number, uint32_t operand)
+{
+    number[operand >> 1] = 1;
+}
+
+/* Marks the values that outputs of the stages need, backwards. */
+static void mark(const kmp_program *p, int stages, uint32_t *number)
+{
+    for (int k = 0; k < p->outputs[stages]; k++)
+        need(number, p->output[k]);
+    for (int i = p->code[stages]; i-- > 0;)
+        for (int k = 0; number[leaves(p) + i] && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+            need(number, kmp_instruction_operand(&p->instruction[i], k));
+}
+
+/* Copies the constants and inputs in use; marks become numbers + 1. */
+static uint32_t take_leaves(const kmp_program *p, uint32_t *number, kmp_program *to)
+{
+    uint32_t next = 0;
+    for (int k = 0; k < p->constant_count; k++)
+        if (number[k]) {
+            to->constant[to->constant_count++] = p->constant[k];
+            number[k] = ++next;
+        }
+    for (int k = 0; k < p->input_count; k++)
+        if (number[p->constant_count + k]) {
+            to->input[to->input_count++] = p->input[k];
+            number[p->constant_count + k] = ++next;
+        }
+    return next;
+}
+
+static uint32_t renumbered(const uint32_t *number, uint32_t operand)
+{
+    return (number[operand >> 1] - 1) << 1 | (operand & 1);
+}
+
+static kmp_instruction renumber(const kmp_instruction *in, const uint32_t *number)
+{
+    kmp_instruction out = *in;
+    int arity = kmp_op_arity((kmp_op)in->op);
+    out.a = renumbered(number, in->a);
+    if (arity > 1)
+        out.b = renumbered(number, in->b);
+    if (arity > 2)
+        out.c = renumbered(number, in->c);
+    return out;
+}
+
+/* The table or block that an instruction applies; false: no memory. */
+static bool take_applied(const kmp_program *p, kmp_instruction *in, int *block, kmp_program *to)
+{
+    int number = 0;
+    if (in->op == KMP_OP_TABLE) {
+        number = kmp_program_add_table(to, p->table[in->b]);
+    } else if (in->op == KMP_OP_IMPLICIT) {
+        if (block[in->b] == 0)
+            block[in->b] = 1 + kmp_program_add_block(to, &p->block[in->b]);
+        number = block[in->b] - 1;
+    } else {
+        return true;
+    }
+    in->b = (uint32_t)number;
+    return number >= 0;
+}
+
+static bool take_code(const kmp_program *p, uint32_t *number, uint32_t next, int *block, kmp_program *to)
+{
+    int count = 0;
+    for (int s = 0; s < to->stages; s++) {
+        to->code[s] = count;
+        for (int i = p->code[s]; i < p->code[s + 1]; i++) {
+            if (!number[leaves(p) + i])
+                continue;
+            kmp_instruction *in = &to->instruction[count++];
+            *in = renumber(&p->instruction[i], number);
+            number[leaves(p) + i] = ++next;
+            if (!take_applied(p, in, block, to))
+                return false;
+        }
+    }
+    to->code[to->stages] = count;
+    return true;
+}
+
+static bool fill(const kmp_program *p, int stages, uint32_t *number, int *block, kmp_program *to)
+{
+    to->stages = stages;
+    to->graph_nodes = p->graph_nodes;
+    mark(p, stages, number);
+    uint32_t next = take_leaves(p, number, to);
+    if (!take_code(p, number, next, block, to))
+        return false;
+    memcpy(to->outputs, p->outputs, (size_t)(stages + 1) * sizeof *to->outputs);
+    for (int k = 0; k < to->outputs[stages]; k++)
+        to->output[k] = renumbered(number, p->output[k]);
+    return true;
+}
+
+kmp_program *kmp_program_first(const kmp_program *p, int stages)
+{
+    kmp_program *to = kmp_program_with_room((size_t)stages, (size_t)p->code[stages], (size_t)p->outputs[stages],
+                                            (size_t)p->constant_count, (size_t)p->input_count);
+    uint32_t *number = KMP_NEW(uint32_t, leaves(p) + p->code[p->stages]);
+    int *block = KMP_NEW(int, p->block_count + 1);
+    bool ok = to && number && block && fill(p, stages, number, block, to);
+    kmp_free(number);
+    kmp_free(block);
+    if (ok)
+        return to;
+    kmp_program_free(to);
+    return NULL;
+}
