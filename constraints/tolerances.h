@@ -35,6 +35,10 @@
 #define KMP_ARTICULATED_AGREE 1e-9
 #define KMP_ARTICULATED_PIVOT 1e-8
 
+/** Pivots of M and J M^-1 J' over the diagonal before elimination: a smaller one has lost five digits or more, and the
+ * saddle system is solved with pivots chosen by their size (constraints/evaluation/solved.h). */
+#define KMP_SOLVED_PIVOT 1e-5
+
 /** Closed states at a smaller distance are equal: near a singular position states are closed to the root of
  * rounding. */
 #define KMP_SAME_STATE 1e-5

@@ -3,6 +3,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/evaluation/fused_inside.h"
+#include "constraints/evaluation/written.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -10,17 +11,14 @@
 struct kmp_fused {
     const kmp_reduction *red;
     kmp_arena arena;
-    kmp_program *program;
-    kmp_machine *machine;
+    kmp_written_machine made;
     kmp_fused_layout layout;
-    int *turn, *signs;        /* of each block of Jv: the factor from its pivots' signs to the block's sign; the block's
-                               * sign */
-    bool reads[KMP_IN_COUNT]; /* inputs that the program has */
-    long chart_version;       /* version of the charts in the constants */
-    double *effort;           /* n; NULL: there are none */
-    double *q, *qd;           /* n, for the efforts */
-    double *state;            /* 2 n: y, and the rates of v */
-    const double *power;      /* of the last run */
+    int *turn, *signs;   /* of each block of Jv: the factor from its pivots' signs to the block's sign; the block's
+                          * sign */
+    double *effort;      /* n; NULL: there are none */
+    double *q, *qd;      /* n, for the efforts */
+    double *state;       /* 2 n: y, and the rates of v */
+    const double *power; /* of the last run */
 };
 
 /* True if all numbers come from the program, and the linear algebra is small. */
@@ -28,26 +26,6 @@ static bool can_be(const kmp_reduction *red)
 {
     return red->p <= KMP_FUSED_FREEDOMS && red->eval->system->motion->block_count == 0 &&
            kmp_block_largest(red->block) <= KMP_FUSED_BLOCK;
-}
-
-static void run_constants(kmp_fused *f)
-{
-    kmp_machine_set(f->machine, KMP_IN_CHART, f->red->eval->chart);
-    (void)kmp_machine_run(f->machine, KMP_STAGE_PARAMETERS);
-    f->chart_version = f->red->eval->chart_version;
-}
-
-/* -- place --------------------------------------------------------------------------------------------- */
-
-static void set_place(kmp_fused *f, double t, const double *y)
-{
-    if (f->chart_version != f->red->eval->chart_version)
-        run_constants(f);
-    if (f->reads[KMP_IN_MODE])
-        kmp_machine_set(f->machine, KMP_IN_MODE, f->red->eval->mode);
-    if (f->reads[KMP_IN_TIME])
-        kmp_machine_set(f->machine, KMP_IN_TIME, &t);
-    kmp_machine_set(f->machine, KMP_IN_Q, y);
 }
 
 /* Computes the product of the pivots' signs in each block; pivots are written from the last block to the first. false:
@@ -74,9 +52,9 @@ static void find_turns(kmp_fused *f)
         f->state[c] = red->eval->q[red->part->u[c]];
     for (int i = 0; i < red->r; i++)
         f->state[2 * red->p + i] = red->eval->q[red->part->v[i]];
-    set_place(f, red->eval->t, f->state);
-    (void)kmp_machine_run(f->machine, KMP_FUSED_RATES);
-    const double *end = kmp_machine_run(f->machine, KMP_FUSED_END);
+    kmp_written_machine_place(&f->made, red->eval->t, f->state);
+    (void)kmp_machine_run(f->made.machine, KMP_FUSED_RATES);
+    const double *end = kmp_machine_run(f->made.machine, KMP_FUSED_END);
     (void)find_signs(f, end + f->layout.multipliers, f->signs);
     if (red->r > 0)
         kmp_block_take_signs(red->block, f->turn);
@@ -113,19 +91,12 @@ kempe_status kmp_fused_new(kmp_fused **out, const kmp_reduction *red)
     if (!can_be(red))
         return KEMPE_OK;
     kmp_fused *f = KMP_NEW(kmp_fused, 1);
-    if (f) {
+    if (f)
         *f = (kmp_fused){.red = red};
-        f->program = write_program(f);
-        f->machine = f->program ? kmp_machine_new(f->program, red->eval->backend) : NULL;
-    }
-    if (!f || !f->machine || !allocate(f)) {
+    if (!f || !kmp_written_machine_init(&f->made, red->eval, write_program(f)) || !allocate(f)) {
         kmp_fused_free(f);
         return kmp_fail_memory(red->eval->system->context);
     }
-    for (int k = 0; k < f->program->input_count; k++)
-        f->reads[f->program->input[k].kind] = true;
-    kmp_machine_set(f->machine, KMP_IN_PARAMETER, red->eval->system->parameters);
-    run_constants(f);
     find_turns(f);
     *out = f;
     return KEMPE_OK;
@@ -135,8 +106,7 @@ void kmp_fused_free(kmp_fused *f)
 {
     if (!f)
         return;
-    kmp_machine_free(f->machine);
-    kmp_program_free(f->program);
+    kmp_written_machine_free(&f->made);
     kmp_arena_free(&f->arena);
     kmp_free(f->layout.factor);
     kmp_free(f);
@@ -158,18 +128,18 @@ static const double *with_efforts(kmp_fused *f, double t, const double *y, const
         f->q[part->v[i]] = y[2 * p + i];
         f->qd[part->v[i]] = state[2 * p + r + i] = rate[i];
     }
-    kmp_machine_set(f->machine, KMP_IN_QD, state);
+    kmp_machine_set(f->made.machine, KMP_IN_QD, state);
     kmp_system_effort(f->red->eval->system, t, f->q, f->qd, f->effort);
-    kmp_machine_set(f->machine, KMP_IN_EFFORT, f->effort);
-    return kmp_machine_run(f->machine, KMP_FUSED_ACCELERATIONS);
+    kmp_machine_set(f->made.machine, KMP_IN_EFFORT, f->effort);
+    return kmp_machine_run(f->made.machine, KMP_FUSED_ACCELERATIONS);
 }
 
 bool kmp_fused_run(kmp_fused *f, double t, const double *y, double *dy)
 {
     int p = f->red->p, r = f->red->r;
     bool positive = true;
-    set_place(f, t, y);
-    const double *out = kmp_machine_run(f->machine, KMP_FUSED_RATES), *pivot = out + p + r;
+    kmp_written_machine_place(&f->made, t, y);
+    const double *out = kmp_machine_run(f->made.machine, KMP_FUSED_RATES), *pivot = out + p + r;
     if (f->effort) {
         memcpy(dy + 2 * p, out, (size_t)r * sizeof *dy);
         out = with_efforts(f, t, y, out);
@@ -194,9 +164,14 @@ double kmp_fused_power(const kmp_fused *f)
     return power;
 }
 
-bool kmp_fused_applies(const kmp_fused *f)
+bool kmp_fused_applies(kmp_fused *f)
 {
-    return f->red->eval->frozen || f->red->eval->system->events.count == 0;
+    return kmp_written_machine_applies(&f->made);
+}
+
+bool kmp_fused_is_stale(kmp_fused *f)
+{
+    return kmp_written_machine_is_stale(&f->made);
 }
 
 static bool is_good(const kmp_fused *f, const double *multiplier)
@@ -210,7 +185,7 @@ static bool is_good(const kmp_fused *f, const double *multiplier)
 kmp_fused_end kmp_fused_at_end(kmp_fused *f)
 {
     const kempe_system *s = f->red->eval->system;
-    const double *out = kmp_machine_run(f->machine, KMP_FUSED_END), *pivot = out + f->layout.multipliers;
+    const double *out = kmp_machine_run(f->made.machine, KMP_FUSED_END), *pivot = out + f->layout.multipliers;
     kmp_fused_end end = {.good = is_good(f, out), .regular = find_signs(f, pivot, f->signs), .signs = f->signs};
     for (int block = kmp_block_count(f->red->block); block-- > 0;)
         f->signs[block] *= f->turn[block];
@@ -226,12 +201,12 @@ bool kmp_fused_is_good(kmp_fused *f, double t, const double *y)
 {
     if (f->layout.multipliers == 0)
         return true;
-    set_place(f, t, y);
-    (void)kmp_machine_run(f->machine, KMP_FUSED_RATES);
-    return is_good(f, kmp_machine_run(f->machine, KMP_FUSED_END));
+    kmp_written_machine_place(&f->made, t, y);
+    (void)kmp_machine_run(f->made.machine, KMP_FUSED_RATES);
+    return is_good(f, kmp_machine_run(f->made.machine, KMP_FUSED_END));
 }
 
 kmp_counts kmp_fused_count(const kmp_fused *f)
 {
-    return kmp_program_count(f->program, KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS);
+    return kmp_program_count(f->made.program, KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS);
 }

@@ -22,9 +22,9 @@ bool kmp_fused_run(kmp_fused *fused, double t, const double *y, double *dy);
 /** The power of non-conservative forces, user-defined ones included, at the last run. */
 double kmp_fused_power(const kmp_fused *fused);
 
-/** True if the model has no conditions or they are frozen (kmp_eval_freeze): the program does not look for their
- * changes. */
-bool kmp_fused_applies(const kmp_fused *fused);
+/** True if the program may be used now; true if it must be made again (kmp_written_machine_applies, _is_stale). */
+bool kmp_fused_applies(kmp_fused *fused);
+bool kmp_fused_is_stale(kmp_fused *fused);
 
 /** Values needed at the end of a step, at the place of the last kmp_fused_run; valid until the next run. */
 typedef struct kmp_fused_end {

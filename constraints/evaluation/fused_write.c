@@ -4,6 +4,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/evaluation/fused_inside.h"
+#include "constraints/evaluation/written.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
 #include <string.h>
@@ -18,29 +19,25 @@ typedef struct block {
 /* State of the writer. */
 typedef struct maker {
     const kmp_reduction *red;
-    const kempe_system *s;
-    kmp_graph *g;
+    kmp_written w;
+    kmp_graph *g; /* its graph */
     const kmp_fused_plan *plan;
-    kmp_arena arena;
     int n, p, r;
-    block *block; /* of Jv, factored */
-    kmp_ref *out; /* of the motion program */
-    const kmp_ref *h, *jacobian, *h_t, *mass, *jdqd;
-    kmp_ref *bias;
-    kmp_ref *ju;           /* r x p, row by row */
-    kmp_ref *jv;           /* r x r, row by row */
-    int *block_of;         /* by column */
-    kmp_ref *b, *x_t, *a0; /* r x p row by row, r, r */
-    kmp_ref *dv;           /* r: the correction of v */
-    kmp_ref *rate;         /* r: qd of v */
-    kmp_ref *input, *by;   /* 2 n: q and qd of the motion program, and their replacements */
-    kmp_ref *mx;           /* n x p, row by row */
-    kmp_ref *multiplier;   /* of all blocks */
-    double *factor;        /* of all blocks: scaling of each multiplier */
+    int named;               /* the first of the replaced inputs: q and qd of each u, then of each v */
+    block *block;            /* of Jv, factored */
+    kmp_ref *h, *h_t, *jdqd; /* r, of the independent rows; h_t is NULL if there is none */
+    kmp_ref *ju;             /* r x p, row by row */
+    kmp_ref *jv;             /* r x r, row by row */
+    int *block_of;           /* by column */
+    kmp_ref *b, *x_t, *a0;   /* r x p row by row, r, r */
+    kmp_ref *dv;             /* r: the correction of v */
+    kmp_ref *rate;           /* r: qd of v */
+    kmp_ref *mx;             /* n x p, row by row */
+    kmp_ref *multiplier;     /* of all blocks */
+    double *factor;          /* of all blocks: scaling of each multiplier */
     int multipliers;
     kmp_ref *pivot; /* factors of det Jv, but for the sign of a permutation */
     int pivots;
-    kmp_ref power; /* of the non-conservative forces */
 } maker;
 
 static double scale_of(const maker *k, int row)
@@ -202,21 +199,16 @@ static kmp_ref x_entry(const maker *k, int coordinate, int column)
     return -1 - place == column ? KMP_ONE : KMP_ZERO;
 }
 
-static void add_product(kmp_graph *g, kmp_ref *sum, kmp_ref a, kmp_ref b)
-{
-    *sum = kmp_add(g, *sum, kmp_mul(g, a, b));
-}
-
 /* M X. */
 static void make_mx(maker *k)
 {
-    const kmp_pattern *m = &k->s->mass;
+    const kmp_pattern *m = &k->w.s->mass;
     for (int e = 0; e < m->count; e++)
         for (int c = 0; c < k->p; c++) {
             int i = m->row[e], j = m->col[e];
-            add_product(k->g, &k->mx[i * k->p + c], k->mass[e], x_entry(k, j, c));
+            kmp_written_add_product(k->g, &k->mx[i * k->p + c], k->w.mass[e], x_entry(k, j, c));
             if (i != j)
-                add_product(k->g, &k->mx[j * k->p + c], k->mass[e], x_entry(k, i, c));
+                kmp_written_add_product(k->g, &k->mx[j * k->p + c], k->w.mass[e], x_entry(k, i, c));
         }
 }
 
@@ -227,15 +219,15 @@ static void make_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREE
     for (int c = 0; c < k->p; c++) {
         force[c] = KMP_ZERO;
         for (int i = 0; i < k->n; i++) {
-            add_product(k->g, &force[c], x_entry(k, i, c), k->bias[i]);
+            kmp_written_add_product(k->g, &force[c], x_entry(k, i, c), k->w.bias[i]);
             if (k->red->place[i] >= 0)
-                add_product(k->g, &force[c], k->mx[i * k->p + c], k->a0[k->red->place[i]]);
+                kmp_written_add_product(k->g, &force[c], k->mx[i * k->p + c], k->a0[k->red->place[i]]);
         }
         force[c] = kmp_neg(force[c]);
         for (int d = 0; d <= c; d++) {
             mr[c][d] = KMP_ZERO;
             for (int i = 0; i < k->n; i++)
-                add_product(k->g, &mr[c][d], x_entry(k, i, c), k->mx[i * k->p + d]);
+                kmp_written_add_product(k->g, &mr[c][d], x_entry(k, i, c), k->mx[i * k->p + d]);
         }
     }
 }
@@ -272,7 +264,7 @@ static void make_rates(const maker *k)
     for (int i = 0; i < k->r; i++) {
         k->rate[i] = k->x_t[i];
         for (int c = 0; c < k->p; c++)
-            add_product(k->g, &k->rate[i], k->b[i * k->p + c], k->by[k->p + c]);
+            kmp_written_add_product(k->g, &k->rate[i], k->b[i * k->p + c], k->w.by[k->named + 2 * c + 1]);
     }
 }
 
@@ -280,31 +272,24 @@ static void make_rates(const maker *k)
 
 static bool allocate(maker *k)
 {
-    int r = k->r, outputs = k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m;
-    k->block = KMP_ARENA_NEW(&k->arena, block, kmp_block_count(k->red->block));
-    k->block_of = KMP_ARENA_NEW(&k->arena, int, r);
-    k->out = KMP_ARENA_NEW(&k->arena, kmp_ref, outputs);
-    k->jv = KMP_ARENA_NEW(&k->arena, kmp_ref, r * r);
-    k->mx = KMP_ARENA_NEW(&k->arena, kmp_ref, k->n * k->p);
-    k->multiplier = KMP_ARENA_NEW(&k->arena, kmp_ref, r * KMP_FUSED_BLOCK);
+    kmp_arena *a = &k->w.arena;
+    int r = k->r;
+    k->block = KMP_ARENA_NEW(a, block, kmp_block_count(k->red->block));
+    k->block_of = KMP_ARENA_NEW(a, int, r);
+    k->jv = KMP_ARENA_NEW(a, kmp_ref, r * r);
+    k->mx = KMP_ARENA_NEW(a, kmp_ref, k->n * k->p);
+    k->multiplier = KMP_ARENA_NEW(a, kmp_ref, r * KMP_FUSED_BLOCK);
     k->factor = KMP_NEW(double, r *KMP_FUSED_BLOCK);
-    KMP_ARENA_EACH(&k->arena, kmp_ref, r * k->p, &k->ju, &k->b);
-    KMP_ARENA_EACH(&k->arena, kmp_ref, r, &k->x_t, &k->a0, &k->dv, &k->rate, &k->pivot);
-    return KMP_ARENA_EACH(&k->arena, kmp_ref, 2 * k->n, &k->input, &k->by) && k->factor;
+    k->h_t = k->w.s->rheonomic ? KMP_ARENA_NEW(a, kmp_ref, r) : NULL;
+    KMP_ARENA_EACH(a, kmp_ref, r * k->p, &k->ju, &k->b);
+    return KMP_ARENA_EACH(a, kmp_ref, r, &k->h, &k->jdqd, &k->x_t, &k->a0, &k->dv, &k->rate, &k->pivot) && k->factor;
 }
 
 /* Rows of independent closures in the order of the partition, selected from all rows. */
-static const kmp_ref *independent(const maker *k, const kmp_ref *all, kmp_ref *into)
+static void select_rows(const maker *k, const kmp_ref *all, kmp_ref *into)
 {
     for (int i = 0; i < k->r; i++)
         into[i] = all[k->red->part->rows[i]];
-    return into;
-}
-
-static void name_input(maker *k, int at, kmp_input_kind kind, int coordinate, kmp_input_kind now)
-{
-    k->input[at] = kmp_input(k->g, kind, (uint32_t)coordinate);
-    k->by[at] = kmp_input(k->g, now, (uint32_t)at);
 }
 
 /* Replaces inputs by positions in the state (u, ud, v), given as q, and in the rates of v, given as qd if they are
@@ -312,45 +297,28 @@ static void name_input(maker *k, int at, kmp_input_kind kind, int coordinate, km
 static void name_inputs(maker *k)
 {
     const kmp_partition *part = k->red->part;
-    int v = 2 * k->p;
+    k->named = k->w.inputs;
     for (int c = 0; c < k->p; c++) {
-        name_input(k, c, KMP_IN_Q, part->u[c], KMP_IN_Q);
-        name_input(k, k->p + c, KMP_IN_QD, part->u[c], KMP_IN_Q);
+        kmp_written_replace(&k->w, KMP_IN_Q, part->u[c], kmp_input(k->g, KMP_IN_Q, (uint32_t)c));
+        kmp_written_replace(&k->w, KMP_IN_QD, part->u[c], kmp_input(k->g, KMP_IN_Q, (uint32_t)(k->p + c)));
     }
-    for (int i = 0; i < k->r; i++) {
-        name_input(k, v + i, KMP_IN_Q, part->v[i], KMP_IN_Q);
-        name_input(k, v + k->r + i, KMP_IN_QD, part->v[i], KMP_IN_QD);
+    for (int i = 0, v = 2 * k->p; i < k->r; i++) {
+        kmp_written_replace(&k->w, KMP_IN_Q, part->v[i], kmp_input(k->g, KMP_IN_Q, (uint32_t)(v + i)));
+        kmp_written_replace(&k->w, KMP_IN_QD, part->v[i], kmp_input(k->g, KMP_IN_QD, (uint32_t)(v + k->r + i)));
     }
 }
 
-/* Sorts the outputs of the motion program for (t, q). */
-static void sort_place(maker *k)
+/* Outputs of the motion program for qd. Without user-defined forces, which are functions of qd, the rates of v are
+ * expressions. */
+static bool take_motion(maker *k)
 {
-    const kempe_system *s = k->s;
-    const int *first = s->motion->outputs;
-    kmp_ref *room = k->out + first[s->motion->stages];
-    k->h = independent(k, k->out + first[KMP_STAGE_CLOSURE], room);
-    k->jacobian = k->out + first[KMP_STAGE_CLOSURE] + s->m;
-    k->h_t = s->rheonomic ? independent(k, k->jacobian + s->jacobian.count, room + s->m) : NULL;
-    k->mass = k->out + first[KMP_STAGE_MASS];
-}
-
-/* Sorts the outputs for qd. Without user-defined forces, which are functions of qd, the rates of v are expressions. */
-static bool sort_motion(maker *k)
-{
-    const kempe_system *s = k->s;
-    const int *first = s->motion->outputs;
-    kmp_ref *room = k->out + first[s->motion->stages] + 2 * s->m, *v = k->by + 2 * k->p + k->r;
-    for (int i = 0; !s->force && i < k->r; i++)
-        v[i] = k->rate[i];
-    bool ok = s->force || kmp_program_import(s->motion, k->g, 2 * k->n, k->input, k->by, k->out);
-    k->bias = k->out + first[KMP_STAGE_BIAS];
-    k->jdqd = independent(k, k->bias + s->n, room);
-    for (int i = 0; s->force && i < s->n; i++) /* C contains generalized forces with their sign changed */
-        k->bias[i] = kmp_sub(k->g, k->bias[i], kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i));
-    if (s->motion->stages > KMP_STAGE_WORKING)
-        k->power = k->out[first[KMP_STAGE_WORKING]];
-    return ok;
+    for (int i = 0; !k->w.s->force && i < k->r; i++)
+        k->w.by[k->named + 2 * (k->p + i) + 1] = k->rate[i];
+    if (!k->w.s->force && !kmp_written_import(&k->w))
+        return false;
+    kmp_written_add_efforts(&k->w);
+    select_rows(k, k->w.jdqd, k->jdqd);
+    return true;
 }
 
 /* Sorts the entries of J into Jv and Ju. */
@@ -358,9 +326,9 @@ static void sort_jacobian(maker *k)
 {
     const kmp_reduction *red = k->red;
     for (int e = 0; e < red->jv_count; e++)
-        k->jv[red->jv_row[e] * k->r + red->jv_col[e]] = k->jacobian[red->jv_entry[e]];
+        k->jv[red->jv_row[e] * k->r + red->jv_col[e]] = k->w.jacobian[red->jv_entry[e]];
     for (int e = 0; e < red->ju_count; e++)
-        k->ju[red->ju_row[e] * k->p + red->ju_col[e]] = k->jacobian[red->ju_entry[e]];
+        k->ju[red->ju_row[e] * k->p + red->ju_col[e]] = k->w.jacobian[red->ju_entry[e]];
     for (int number = kmp_block_count(k->red->block); number-- > 0;) {
         int size;
         const int *col = kmp_block_columns(k->red->block, number, &size);
@@ -369,78 +337,70 @@ static void sort_jacobian(maker *k)
     }
 }
 
-static void append(kmp_ref **to, int count, const kmp_ref *from)
+/* Writes the outputs of all stages; `end`: udd, then the pivots of the reduced mass. */
+static kmp_program *schedule(maker *k, const kmp_ref *end)
 {
-    if (count > 0)
-        memcpy(*to, from, (size_t)count * sizeof **to);
-    *to += count;
-}
-
-/* Makes the program from all parts; `all` has room for the outputs of all stages. */
-static kmp_program *schedule(maker *k, const kmp_ref *end, kmp_ref *all)
-{
-    const kempe_system *s = k->s;
-    const kmp_ref *closure = k->out + s->motion->outputs[KMP_STAGE_CLOSURE], *groups[KMP_FUSED_STAGES - 1];
-    int count[KMP_FUSED_STAGES - 1];
-    kmp_ref *to = all;
-    groups[0] = to;
-    if (!s->force)
-        append(&to, k->p, end);
-    append(&to, k->r, k->rate);
-    groups[1] = to;
-    if (s->force)
-        append(&to, k->p, end);
-    append(&to, k->p, end + k->p);
-    append(&to, k->plan->power, &k->power);
-    count[0] = k->r + (s->force ? 0 : 2 * k->p + k->plan->power);
-    count[1] = s->force ? 2 * k->p + k->plan->power : 0;
-    groups[2] = to;
-    append(&to, k->multipliers, k->multiplier);
-    append(&to, k->pivots, k->pivot);
-    append(&to, (s->rheonomic ? 2 : 1) * s->m + s->jacobian.count, closure);
+    kmp_written *w = &k->w;
+    int closures = kmp_written_closure_count(w->s);
+    if (!kmp_written_room(w, 2 * k->r + 2 * k->p + 1 + k->multipliers + k->pivots + closures + k->r * k->p))
+        return NULL;
+    kmp_written_stage(w);
+    if (!w->s->force)
+        kmp_written_put(w, k->p, end);
+    kmp_written_put(w, k->r, k->rate);
+    if (!w->s->force) {
+        kmp_written_put(w, k->p, end + k->p);
+        kmp_written_put(w, k->plan->power, &w->power);
+    }
+    kmp_written_stage(w);
+    if (w->s->force) {
+        kmp_written_put(w, 2 * k->p, end);
+        kmp_written_put(w, k->plan->power, &w->power);
+    }
+    kmp_written_stage(w);
+    kmp_written_put(w, k->multipliers, k->multiplier);
+    kmp_written_put(w, k->pivots, k->pivot);
+    kmp_written_put(w, closures, w->closure);
     for (int c = 0; c < k->p; c++)
         for (int i = 0; i < k->r; i++)
-            *to++ = k->b[i * k->p + c];
-    append(&to, k->r, k->dv);
-    count[2] = (int)(to - groups[2]);
-    return kmp_graph_failed(k->g) ? NULL : kmp_program_new(k->g, KMP_FUSED_STAGES - 1, count, groups);
+            kmp_written_put(w, 1, &k->b[i * k->p + c]);
+    kmp_written_put(w, k->r, k->dv);
+    return kmp_written_program(w);
 }
 
 static kmp_program *write_program(maker *k)
 {
     kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], end[2 * KMP_FUSED_FREEDOMS];
-    sort_place(k);
+    select_rows(k, k->w.h, k->h);
+    if (k->h_t)
+        select_rows(k, k->w.h_t, k->h_t);
     sort_jacobian(k);
     make_tangent(k);
     make_rates(k);
-    if (!sort_motion(k))
+    if (!take_motion(k))
         return NULL;
     make_curvature(k);
     make_mx(k);
     make_reduced(k, mr, end);
     solve_reduced(k, mr, end, end + k->p);
-    kmp_ref *all = KMP_ARENA_NEW(&k->arena, kmp_ref,
-                                 4 * k->r + 2 * k->p + 1 + k->multipliers + k->pivots + 2 * k->s->m +
-                                     k->s->jacobian.count + k->r * k->p);
-    return all ? schedule(k, end, all) : NULL;
+    return schedule(k, end);
 }
 
 static kmp_program *make_program(maker *k)
 {
-    k->g = kmp_graph_new();
-    if (!k->g || !allocate(k))
+    bool begun = kmp_written_init(&k->w, k->red->eval, false, 2 * k->n);
+    k->g = k->w.g;
+    if (!begun || !allocate(k))
         return NULL;
     name_inputs(k);
-    return kmp_program_import(k->s->motion, k->g, 2 * k->n, k->input, k->by, k->out) ? write_program(k) : NULL;
+    return kmp_written_import(&k->w) ? write_program(k) : NULL;
 }
 
 kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout)
 {
-    maker k = {
-        .red = red, .s = red->eval->system, .plan = plan, .n = red->n, .p = red->p, .r = red->r, .power = KMP_ZERO};
+    maker k = {.red = red, .plan = plan, .n = red->n, .p = red->p, .r = red->r};
     kmp_program *program = make_program(&k);
     *layout = (kmp_fused_layout){k.multipliers, k.pivots, k.factor};
-    kmp_graph_free(k.g);
-    kmp_arena_free(&k.arena);
+    kmp_written_free(&k.w);
     return program;
 }

@@ -379,6 +379,8 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     kmp_reduced_judge(d);
     if (d->due && kmp_reduced_exchange(d, t, y) != KMP_GO)
         return KMP_HALT;
+    if (d->fused && kmp_fused_is_stale(d->fused) && kmp_reduced_fuse(d, true) != KMP_GO)
+        return KMP_HALT;
     return put_slope(d, t, y, yp);
 }
 

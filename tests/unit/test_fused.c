@@ -4,12 +4,9 @@
 #include "../check.h"
 #include "base/memory.h"
 #include "constraints/evaluation/fused.h"
-#include "integrators/run/run.h"
 #include "random.h"
+#include "states.h"
 #include <math.h>
-#include <string.h>
-
-#include <kempe/kempe.h>
 
 enum { STATES = 8, FAR = 40, MOST_ROWS = 200 };
 
@@ -32,22 +29,6 @@ static const char *const examples[] = {"andrews/andrews",
                                        "slider_crank_spatial/slider_crank_spatial",
                                        "driven_slider_crank/driven_slider_crank"};
 
-typedef struct states {
-    int n, count;
-    double *q, *qd;
-} states;
-
-static int keep(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
-                double work)
-{
-    states *s = user;
-    (void)t, (void)qdd, (void)lambda, (void)work;
-    memcpy(s->q + s->count * s->n, q, (size_t)s->n * sizeof *q);
-    memcpy(s->qd + s->count * s->n, qd, (size_t)s->n * sizeof *qd);
-    s->count++;
-    return 0;
-}
-
 /* (u, ud, v) */
 static void put_state(const kmp_partition *part, const double *q, const double *qd, double *y)
 {
@@ -57,17 +38,6 @@ static void put_state(const kmp_partition *part, const double *q, const double *
     }
     for (int i = 0; i < part->r; i++)
         y[2 * part->p + i] = q[part->v[i]];
-}
-
-/* Largest difference of numbers, beside the largest of them. */
-static double apart(int count, const double *a, const double *b)
-{
-    double off = 0, size = 1e-300;
-    for (int i = 0; i < count; i++) {
-        off = check_max(off, fabs(a[i] - b[i]));
-        size = check_max(size, fabs(b[i]));
-    }
-    return off / size;
 }
 
 /* Values at the end of a step, compared with the evaluator and the reduction at their states. */
@@ -162,7 +132,7 @@ static void far_away(kmp_fused *fused, kmp_reduction *red, const char *name)
     kmp_free(q);
 }
 
-static void along_the_motion(const kempe_system *system, const states *at, double end, const char *name)
+static void along_the_motion(const kempe_system *system, const states *at, const char *name)
 {
     kmp_evaluator *eval = kmp_eval_new(system, "native");
     kmp_partition part;
@@ -175,7 +145,7 @@ static void along_the_motion(const kempe_system *system, const states *at, doubl
     CHECK(kmp_reduction_init(&red, eval, &part) == KEMPE_OK && kmp_reduction_factor(&red) == 0);
     CHECK(kmp_fused_new(&fused, &red) == KEMPE_OK);
     for (int k = 0; fused && k < at->count; k++) {
-        double t = end * k / STATES, d = difference(fused, &red, t, at->q + k * at->n, at->qd + k * at->n);
+        double t = at->t[k], d = difference(fused, &red, t, at->q + k * at->n, at->qd + k * at->n);
         bad += !is_good(fused, &red, t, at->q + k * at->n);
         worst = check_max(worst, red.block ? d * fmin(1, kmp_block_smallest(red.block)) : d);
     }
@@ -195,42 +165,24 @@ static void along_the_motion(const kempe_system *system, const states *at, doubl
     kmp_eval_free(eval);
 }
 
-static void one_example(kempe_context *context, const char *name)
+static void one_example(const char *name)
 {
     char path[512];
-    kempe_model *model = NULL;
-    kempe_system *system = NULL;
-    kmp_run_report report = {0};
-    double times[STATES];
-    snprintf(path, sizeof path, "%s/examples/%s.yaml", KEMPE_ROOT, name);
-    bool ok = kempe_model_read(context, path, &model) == KEMPE_OK && kempe_system_new(model, &system) == KEMPE_OK;
-    CHECK(ok);
-    if (!ok)
-        printf("%s\n", kempe_context_message(context));
-    kmp_run_spec spec = {.formulation = "projected", .rtol = 1e-10, .time_count = STATES, .times = times};
-    if (ok && kmp_run_resolve(system, &spec) == KEMPE_OK) {
-        states at = {.n = system->n};
-        at.q = KMP_NEW(double, 2 * STATES * at.n);
-        at.qd = at.q + STATES * at.n;
-        spec.t_end = fmin(spec.t_end, 1);
-        for (int k = 0; k < STATES; k++)
-            times[k] = spec.t_end * k / STATES;
-        CHECK(kmp_run(system, &spec, NULL, keep, &at, &report) == KEMPE_OK);
-        along_the_motion(system, &at, spec.t_end, name);
-        kmp_free(report.reason);
+    snprintf(path, sizeof path, "examples/%s.yaml", name);
+    loaded l = load(path);
+    states at;
+    if (l.system && follow(l.system, STATES, &at)) {
+        along_the_motion(l.system, &at, name);
         kmp_free(at.q);
     }
-    kempe_system_free(system);
-    kempe_model_free(model);
+    unload(&l);
 }
 
 static void the_examples(void)
 {
-    kempe_context *context = kempe_context_new();
     for (size_t k = 0; k < sizeof examples / sizeof *examples; k++)
-        one_example(context, examples[k]);
+        one_example(examples[k]);
     CHECK(worn > 20);
-    kempe_context_free(context);
 }
 
 int main(void)

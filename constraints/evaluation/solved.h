@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Accelerations and multipliers as one program of (t, q, qd) for a choice of independent rows: the equations of motion,
+ * and the solution of their saddle system written out with them, so that zeros and unused values are left out,
+ *
+ *     M = L D L'      S = J M^-1 J'      S lambda = J M^-1 C - jdqd      M qdd = J' lambda - C
+ *
+ * or, by articulated bodies, S and M^-1 J' from their recursion. It runs as scalar machine code, or in the lanes of
+ * vector registers (kmp_solved_lanes). Needs M positive definite and J of full rank; digits are lost where a pivot is
+ * small, which each run reports. */
+#ifndef KMP_CONSTRAINTS_EVALUATION_SOLVED_H
+#define KMP_CONSTRAINTS_EVALUATION_SOLVED_H
+
+#include "backend/lanes.h"
+#include "constraints/closing/close.h"
+#include "constraints/evaluation/evaluator.h"
+#include "constraints/partition/partition.h"
+
+/* Stages. RUN has the inputs KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD and, with a user-defined force, KMP_IN_EFFORT. END has
+ * the values of the closures at the place of RUN. CORRECT has the input KMP_IN_MU, a violation by rows of h (m; those
+ * that are not independent are not read), and uses the factors of RUN. */
+enum { KMP_SOLVED_RUN = 1, KMP_SOLVED_END, KMP_SOLVED_CORRECT };
+
+/** Positions of the outputs in their stages. */
+typedef struct kmp_solved_layout {
+    int n, r, pivots;     /* coordinates, independent rows, pivots */
+    int qdd, lambda;      /* RUN: n; r, by independent rows in the order of the partition */
+    int power;            /* RUN: of non-conservative forces, user-defined forces and moving closures; -1: none */
+    int pivot, diagonal;  /* RUN: pivots of M (none by articulated bodies), then of S; the diagonals of M and S */
+    int h, jacobian, h_t; /* END: m, jacobian.count, m; h_t is -1 if there is none */
+    int dx;               /* CORRECT: n, the mass-orthogonal correction with J dx = -violation */
+} kmp_solved_layout;
+
+typedef struct kmp_solved kmp_solved;
+
+/** Makes the program for the partition's independent rows. *solved is NULL if there is none: implicit blocks, forces
+ * that depend on multipliers, too many operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */
+kempe_status kmp_solved_new(kmp_solved **solved, kmp_evaluator *eval, const kmp_partition *part);
+void kmp_solved_free(kmp_solved *solved);
+
+const kmp_solved_layout *kmp_solved_layout_of(const kmp_solved *solved);
+
+/** Operation count of RUN; whether the dynamics are those of articulated bodies. */
+kmp_counts kmp_solved_count(const kmp_solved *solved);
+bool kmp_solved_by_bodies(const kmp_solved *solved);
+
+/** True if the program may be used now: conditions are frozen (kmp_eval_freeze), no further forces are given
+ * (kmp_eval_give), and it is not stale. True if it must be made again, because of other charts. */
+bool kmp_solved_applies(kmp_solved *solved);
+bool kmp_solved_is_stale(kmp_solved *solved);
+
+/** Runs at (t, q, qd), with the evaluator's charts and frozen conditions. Returns the outputs of RUN, valid until the
+ * next run, which may be NaN. *good: pivots are positive and have not lost many digits. No allocation. */
+const double *kmp_solved_run(kmp_solved *solved, double t, const double *q, const double *qd, bool *good);
+
+/** True if the pivots of a run are good: outputs of RUN, of which value k is at k stride. */
+bool kmp_solved_is_good(const kmp_solved_layout *layout, const double *out, int stride);
+
+/** Lends h, J and h_t at the place of the last run, (t, q), to the evaluator, until the next run. */
+void kmp_solved_lend(kmp_solved *solved, double t, const double *q);
+
+/** The mass-orthogonal correction dx (n) with J dx = -violation (m), with the factors of the last run. */
+void kmp_solved_correct(kmp_solved *solved, const double *violation, double *dx);
+
+/** Closer along the mass-orthogonal direction, with factors at rates qd (n); dx: n values of work space. It places the
+ * evaluator by kmp_solved_lend. `solved` must apply. */
+typedef struct kmp_solved_closing {
+    kmp_solved *solved;
+    const double *qd;
+} kmp_solved_closing;
+kmp_closer kmp_solved_closer(kmp_solved_closing *closing, double *dx);
+
+/** The program in lanes, of width 1, 4 or 8, with the parameters, charts and conditions of the evaluator, which
+ * kmp_solved_renew_lanes takes again after their change. It must not outlive `solved`. NULL: no memory. */
+kmp_lanes *kmp_solved_lanes(const kmp_solved *solved, int width);
+void kmp_solved_renew_lanes(const kmp_solved *solved, int width, kmp_lanes *lanes);
+
+#endif

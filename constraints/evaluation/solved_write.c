@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The solution of the saddle system written out, on the outputs of a motion program. By M and C it is L D L' of
+ *
+ *     [M J'; J 0] (qdd; -lambda) = (-C; -jdqd),
+ *
+ * in which each multiplier is eliminated after its coordinates: its pivot is that of -S. By articulated bodies it is
+ * that of S alone. */
+#include "base/memory.h"
+#include "constraints/evaluation/solved_inside.h"
+#include "constraints/evaluation/written.h"
+#include "constraints/evaluation/written_ldl.h"
+#include <string.h>
+
+/* A way to solve, before anything is written. */
+typedef struct plan {
+    bool by_bodies;
+    int coordinates; /* among the unknowns: n, or none by articulated bodies */
+    kmp_written_ldl ldl;
+    double operations;
+} plan;
+
+/* State of the writer. */
+typedef struct maker {
+    const kmp_evaluator *eval;
+    const kempe_system *s;
+    const kmp_partition *part;
+    kmp_arena arena;
+    plan plan;
+    kmp_written w;
+    kmp_graph *g;
+    int n, r, size;
+    int *position;             /* m: of a row among the unknowns; -1: it is not independent */
+    kmp_ref *matrix;           /* size x size */
+    kmp_ref *x;                /* size */
+    kmp_ref *qdd, *dx;         /* n */
+    kmp_ref *lambda;           /* r */
+    kmp_ref *pivot, *diagonal; /* size */
+    kmp_ref power;
+} maker;
+
+/* -- choice -------------------------------------------------------------------------------------------- */
+
+static void couple(unsigned char *pattern, int size, int i, int j)
+{
+    if (i >= 0 && j >= 0)
+        pattern[(size_t)i * (size_t)size + (size_t)j] = pattern[(size_t)j * (size_t)size + (size_t)i] = 1;
+}
+
+static void mark(const kempe_system *s, const plan *p, const int *position, int size, unsigned char *pattern)
+{
+    const kmp_pattern *mobility = &s->mobility, *mass = &s->mass, *jacobian = &s->jacobian;
+    for (int k = 0; p->by_bodies && k < mobility->count; k++)
+        couple(pattern, size, position[mobility->row[k]], position[mobility->col[k]]);
+    for (int k = 0; !p->by_bodies && k < mass->count; k++)
+        couple(pattern, size, mass->row[k], mass->col[k]);
+    for (int k = 0; !p->by_bodies && k < jacobian->count; k++)
+        if (position[jacobian->row[k]] >= 0)
+            couple(pattern, size, p->coordinates + position[jacobian->row[k]], jacobian->col[k]);
+}
+
+/* False: no memory. */
+static bool analyse(maker *k, bool by_bodies, plan *p)
+{
+    const kempe_system *s = k->s;
+    const kmp_program *source = by_bodies ? s->articulated : s->motion;
+    *p = (plan){.by_bodies = by_bodies, .coordinates = by_bodies ? 0 : k->n};
+    int size = p->coordinates + k->r;
+    unsigned char *pattern = KMP_NEW(unsigned char, (size_t)size *(size_t)size);
+    if (pattern)
+        mark(s, p, k->position, size, pattern);
+    bool made = pattern && kmp_written_ldl_analyse(&p->ldl, &k->arena, size, p->coordinates, pattern);
+    kmp_free(pattern);
+    p->operations = (double)p->ldl.operations + (by_bodies ? 2.0 * s->compliance.count : 0) +
+                    (double)kmp_program_count(source, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+    return made;
+}
+
+/* Plans the cheaper way. False: no memory. */
+static bool choose(maker *k)
+{
+    plan other;
+    bool bodies = k->eval->by_bodies, forced = k->s->dynamics == KMP_DYNAMICS_ARTICULATED && bodies;
+    if (!analyse(k, forced, &k->plan))
+        return false;
+    if (!bodies || forced)
+        return true;
+    if (!analyse(k, true, &other))
+        return false;
+    if (other.operations < k->plan.operations)
+        k->plan = other;
+    return true;
+}
+
+/* -- solution ------------------------------------------------------------------------------------------ */
+
+static void put_entry(maker *k, int i, int j, kmp_ref value)
+{
+    if (i >= 0 && j >= 0)
+        k->matrix[i * k->size + j] = k->matrix[j * k->size + i] = value;
+}
+
+static void fill_matrix(maker *k)
+{
+    const kmp_pattern *mobility = &k->s->mobility, *mass = &k->s->mass, *jacobian = &k->s->jacobian;
+    for (int e = 0; k->w.mobility && e < mobility->count; e++)
+        put_entry(k, k->position[mobility->row[e]], k->position[mobility->col[e]], k->w.mobility[e]);
+    for (int e = 0; k->w.mass && e < mass->count; e++)
+        put_entry(k, mass->row[e], mass->col[e], k->w.mass[e]);
+    for (int e = 0; k->w.mass && e < jacobian->count; e++)
+        if (k->position[jacobian->row[e]] >= 0)
+            put_entry(k, k->n + k->position[jacobian->row[e]], jacobian->col[e], k->w.jacobian[e]);
+}
+
+/* Solves x, which has minus the right-hand side of J; and of M, -C. `alone` (NULL: zero): accelerations without closure
+ * forces by articulated bodies. Results: coordinates (n) and multipliers (r, NULL: not wanted). */
+static void solve(maker *k, const kmp_ref *alone, kmp_ref *coordinates, kmp_ref *multipliers)
+{
+    const kmp_pattern *compliance = &k->s->compliance;
+    int rows = k->plan.coordinates;
+    kmp_written_ldl_solve(&k->plan.ldl, k->g, k->x);
+    for (int i = 0; i < k->n; i++)
+        coordinates[i] = rows ? k->x[i] : alone ? alone[i] : KMP_ZERO;
+    for (int e = 0; k->plan.by_bodies && e < compliance->count; e++)
+        if (k->position[compliance->row[e]] >= 0)
+            kmp_written_add_product(k->g, &coordinates[compliance->col[e]], k->w.compliance[e],
+                                    k->x[k->position[compliance->row[e]]]);
+    for (int i = 0; multipliers && i < k->r; i++)
+        multipliers[i] = k->plan.by_bodies ? k->x[i] : kmp_neg(k->x[rows + i]);
+}
+
+static void accelerate(maker *k)
+{
+    int rows = k->plan.coordinates;
+    for (int i = 0; i < rows; i++)
+        k->x[i] = kmp_neg(k->w.bias[i]);
+    for (int i = 0; i < k->r; i++)
+        k->x[rows + i] = kmp_neg(k->w.jdqd[k->part->rows[i]]);
+    solve(k, k->w.bias, k->qdd, k->lambda);
+}
+
+static void correct(maker *k)
+{
+    int rows = k->plan.coordinates;
+    for (int i = 0; i < rows; i++)
+        k->x[i] = KMP_ZERO;
+    for (int i = 0; i < k->r; i++)
+        k->x[rows + i] = kmp_neg(kmp_input(k->g, KMP_IN_MU, (uint32_t)k->part->rows[i]));
+    solve(k, NULL, k->dx, NULL);
+}
+
+/* Pivots of M and S, which are positive. */
+static void take_pivots(maker *k)
+{
+    const kmp_written_ldl *ldl = &k->plan.ldl;
+    for (int i = 0; i < k->size; i++) {
+        bool negative = i >= k->plan.coordinates && !k->plan.by_bodies;
+        k->pivot[i] = negative ? kmp_neg(ldl->pivot[i]) : ldl->pivot[i];
+        k->diagonal[i] = negative ? kmp_neg(ldl->diagonal[i]) : ldl->diagonal[i];
+    }
+}
+
+/* Power of all that does work besides the potential: -lambda' h_t is that of moving closures. */
+static void sum_power(maker *k)
+{
+    k->power = k->w.power;
+    for (int i = 0; k->s->force && i < k->n; i++)
+        kmp_written_add_product(k->g, &k->power, kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i),
+                                kmp_input(k->g, KMP_IN_QD, (uint32_t)i));
+    for (int i = 0; k->w.h_t && i < k->r; i++)
+        kmp_written_add_product(k->g, &k->power, kmp_neg(k->lambda[i]), k->w.h_t[k->part->rows[i]]);
+}
+
+/* -- program ------------------------------------------------------------------------------------------- */
+
+static kmp_solved_layout lay_out(const maker *k)
+{
+    const kempe_system *s = k->s;
+    kmp_solved_layout l = {.n = k->n, .r = k->r, .pivots = k->size};
+    l.lambda = l.qdd + k->n;
+    l.power = s->dissipative ? l.lambda + k->r : -1;
+    l.pivot = l.lambda + k->r + s->dissipative;
+    l.diagonal = l.pivot + l.pivots;
+    l.jacobian = l.h + s->m;
+    l.h_t = s->rheonomic ? l.jacobian + s->jacobian.count : -1;
+    return l;
+}
+
+static kmp_program *schedule(maker *k)
+{
+    kmp_written *w = &k->w;
+    int closures = kmp_written_closure_count(k->s);
+    if (!kmp_written_room(w, 2 * k->n + k->r + 1 + 2 * k->size + closures))
+        return NULL;
+    kmp_written_stage(w);
+    kmp_written_put(w, k->n, k->qdd);
+    kmp_written_put(w, k->r, k->lambda);
+    kmp_written_put(w, k->s->dissipative, &k->power);
+    kmp_written_put(w, k->size, k->pivot);
+    kmp_written_put(w, k->size, k->diagonal);
+    kmp_written_stage(w);
+    kmp_written_put(w, closures, w->closure);
+    kmp_written_stage(w);
+    kmp_written_put(w, k->n, k->dx);
+    return kmp_written_program(w);
+}
+
+/* Efforts are inputs of articulated bodies, zero without the user's force. */
+static bool begin(maker *k)
+{
+    int efforts = k->plan.by_bodies && !k->s->force ? k->n : 0;
+    if (!kmp_written_init(&k->w, k->eval, k->plan.by_bodies, efforts))
+        return false;
+    k->g = k->w.g;
+    for (int i = 0; i < efforts; i++)
+        kmp_written_replace(&k->w, KMP_IN_EFFORT, i, KMP_ZERO);
+    k->size = k->plan.ldl.size;
+    k->matrix = KMP_ARENA_NEW(&k->arena, kmp_ref, (size_t)k->size * (size_t)k->size);
+    k->lambda = KMP_ARENA_NEW(&k->arena, kmp_ref, k->r);
+    KMP_ARENA_EACH(&k->arena, kmp_ref, k->size, &k->x, &k->pivot, &k->diagonal);
+    return KMP_ARENA_EACH(&k->arena, kmp_ref, k->n, &k->qdd, &k->dx) && kmp_written_import(&k->w);
+}
+
+/* NULL: no memory, or a pivot is zero. */
+static kmp_program *write_program(maker *k)
+{
+    fill_matrix(k);
+    kmp_written_add_efforts(&k->w);
+    if (!kmp_written_ldl_factor(&k->plan.ldl, &k->arena, k->g, k->matrix))
+        return NULL;
+    accelerate(k);
+    take_pivots(k);
+    sum_power(k);
+    correct(k);
+    return schedule(k);
+}
+
+static bool place_rows(maker *k)
+{
+    k->position = KMP_ARENA_NEW(&k->arena, int, k->part->m);
+    for (int i = 0; k->position && i < k->part->m; i++)
+        k->position[i] = -1;
+    for (int i = 0; k->position && i < k->r; i++)
+        k->position[k->part->rows[i]] = i;
+    return k->position;
+}
+
+static bool fits(const kempe_system *s, int unknowns)
+{
+    return s->motion->block_count == 0 && s->load_row_count == 0 && unknowns <= KMP_SOLVED_UNKNOWNS;
+}
+
+bool kmp_solved_write(const kmp_evaluator *eval, const kmp_partition *part, kmp_program **program, bool *by_bodies,
+                      kmp_solved_layout *layout)
+{
+    maker k = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
+    unsigned long failures = kmp_memory_failures();
+    *program = NULL;
+    if (!fits(k.s, k.n + k.r))
+        return true;
+    if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SOLVED_OPERATIONS && begin(&k)) {
+        *program = write_program(&k);
+        *by_bodies = k.plan.by_bodies;
+        *layout = lay_out(&k);
+    }
+    kmp_written_free(&k.w);
+    kmp_arena_free(&k.arena);
+    return kmp_memory_failures() == failures;
+}

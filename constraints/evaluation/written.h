@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A program that is written from the outputs of a motion program: linear algebra as expressions of them, then all in
+ * stages. Common part of fused_write.c and solved_write.c; and of fused.c and solved.c, which run such programs. */
+#ifndef KMP_CONSTRAINTS_EVALUATION_WRITTEN_H
+#define KMP_CONSTRAINTS_EVALUATION_WRITTEN_H
+
+#include "constraints/evaluation/evaluator.h"
+
+enum { KMP_WRITTEN_STAGES = 4 }; /* bound, without stage 0 */
+
+/* State of a writer. Arrays are in `arena`. */
+typedef struct kmp_written {
+    const kempe_system *s;
+    const kmp_program *source; /* the motion program, or that by articulated bodies */
+    kmp_graph *g;
+    kmp_arena arena;
+    kmp_ref *input, *by; /* inputs of the source, and their replacements */
+    int inputs;
+    kmp_ref *out; /* outputs of the source */
+    /* in `out`: */
+    const kmp_ref *closure;               /* h, J and h_t, one after the other */
+    const kmp_ref *h, *jacobian, *h_t;    /* m, jacobian.count, m; h_t is NULL if there is none */
+    const kmp_ref *mass;                  /* mass.count */
+    const kmp_ref *compliance, *mobility; /* of articulated bodies, instead of the mass */
+    kmp_ref *bias;                        /* n: C; of articulated bodies: accelerations without closure forces */
+    const kmp_ref *jdqd;                  /* m; of articulated bodies: the drift */
+    kmp_ref power;                        /* of the non-conservative forces in the source */
+    kmp_ref *all, *to;                    /* outputs of the new program */
+    const kmp_ref *group[KMP_WRITTEN_STAGES];
+    int stages, count[KMP_WRITTEN_STAGES];
+} kmp_written;
+
+/** Begins with the source of an evaluator and room for so many replaced inputs. Charts that are C = 1, as they are
+ * until a joint comes near a singular position of its angles, are numbers: that saves up to two fifths of the
+ * operations of a vehicle. False: no memory; kmp_written_free in any case. */
+bool kmp_written_init(kmp_written *w, const kmp_evaluator *eval, bool by_bodies, int inputs);
+void kmp_written_free(kmp_written *w);
+
+/** Replaces an input of the source. */
+void kmp_written_replace(kmp_written *w, kmp_input_kind kind, int index, kmp_ref by);
+
+/** Brings the outputs of the source into the graph, with the present replacements, and sorts them. False: no memory, or
+ * implicit blocks. */
+bool kmp_written_import(kmp_written *w);
+
+/** Takes the user-defined forces, which are inputs, into C. Articulated bodies have them. */
+void kmp_written_add_efforts(kmp_written *w);
+
+/** sum += a b */
+static inline void kmp_written_add_product(kmp_graph *g, kmp_ref *sum, kmp_ref a, kmp_ref b)
+{
+    *sum = kmp_add(g, *sum, kmp_mul(g, a, b));
+}
+
+/** Room for all outputs of the new program; begins a stage; appends outputs to it. */
+bool kmp_written_room(kmp_written *w, int outputs);
+void kmp_written_stage(kmp_written *w);
+void kmp_written_put(kmp_written *w, int count, const kmp_ref *of);
+
+/** h, J and h_t. */
+int kmp_written_closure_count(const kempe_system *s);
+
+/** The program; NULL: no memory. */
+kmp_program *kmp_written_program(kmp_written *w);
+
+/* A written program, ready to run with the charts and conditions of an evaluator. */
+typedef struct kmp_written_machine {
+    const kmp_evaluator *eval;
+    kmp_program *program; /* owned */
+    kmp_machine *machine;
+    bool reads[KMP_IN_COUNT]; /* inputs that the program has */
+    long chart_version;       /* version of the charts in the constants */
+    double *chart;            /* the charts when the program was written */
+    bool stale;               /* a chart has changed that is a number in the program */
+} kmp_written_machine;
+
+/** Takes the program (NULL: there is none), which it frees in any case. False: no memory. */
+bool kmp_written_machine_init(kmp_written_machine *w, const kmp_evaluator *eval, kmp_program *program);
+void kmp_written_machine_free(kmp_written_machine *w);
+
+/** Sets t and q, and the conditions. */
+void kmp_written_machine_place(kmp_written_machine *w, double t, const double *q);
+
+/** True if the program must be written again: a chart has changed that is a number in it. Otherwise it takes charts
+ * that have changed. */
+bool kmp_written_machine_is_stale(kmp_written_machine *w);
+
+/** True if the program is not stale, and the model has no conditions or they are frozen (kmp_eval_freeze): the program
+ * does not look for their changes. */
+bool kmp_written_machine_applies(kmp_written_machine *w);
+
+#endif

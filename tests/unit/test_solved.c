@@ -1,0 +1,265 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Accelerations and multipliers of the solved program against the dense saddle system, at states along the motion of
+ * examples; its lanes against its scalar code, to the last bit. */
+#include "../check.h"
+#include "constraints/closing/saddle.h"
+#include "constraints/evaluation/solved.h"
+#include "constraints/tolerances.h"
+#include "random.h"
+#include "states.h"
+
+enum { STATES = 4 };
+
+typedef struct example {
+    const char *name;
+    bool by_bodies, forced; /* by articulated bodies; with a user-defined force */
+} example;
+
+/* Trees and loops, redundant rows, drives, damping, charts, efforts. */
+static const example examples[] = {{"andrews/andrews", false, false},
+                                   {"four_bar/four_bar", false, false},
+                                   {"n_four_bar/n_four_bar_40", false, false},
+                                   {"bricard/bricard", false, false},
+                                   {"stewart/stewart", false, false},
+                                   {"governor/governor", false, false},
+                                   {"double_wishbone/double_wishbone", false, false},
+                                   {"bennett/bennett", false, false},
+                                   {"peaucellier/peaucellier", false, false},
+                                   {"parallel_robot/parallel_robot_spatial", false, false},
+                                   {"n_four_bar_spatial/n_four_bar_spatial", false, false},
+                                   {"slider_crank_spatial/slider_crank_spatial", false, false},
+                                   {"driven_slider_crank/driven_slider_crank", false, false},
+                                   {"suspension/suspension", false, false},
+                                   {"suspension/suspension", true, false},
+                                   {"limousine/limousine", false, false},
+                                   {"limousine/limousine", true, false},
+                                   {"governor/governor", true, false},
+                                   {"stewart/stewart", true, false},
+                                   {"four_bar/four_bar", false, true},
+                                   {"governor/governor", true, true}};
+
+/* A force that depends on all of t, q and qd. */
+static int push(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    int n = *(const int *)user;
+    for (int i = 0; i < n; i++)
+        effort[i] = 1e-2 * (t + q[i] - qd[(i + 1) % n]);
+    return 0;
+}
+
+typedef struct bench {
+    kmp_evaluator *eval; /* of the solved program */
+    kmp_evaluator *by_mass;
+    kmp_partition part;
+    kmp_saddle saddle;
+    kmp_solved *solved;
+    const kmp_solved_layout *layout;
+    double *violation, *lambda;  /* m */
+    double *qdd, *dx, *expected; /* n */
+} bench;
+
+static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_bodies)
+{
+    *b = (bench){.eval = kmp_eval_new(s, "native"), .by_mass = kmp_eval_new(s, "tape")};
+    if (by_bodies) {
+        CHECK(kmp_eval_add_articulated(b->eval) == KEMPE_OK && b->eval->articulated);
+        kmp_eval_take(b->eval, true);
+    }
+    kmp_eval_closure(b->eval, at->t[0], at->q);
+    kmp_eval_closure(b->by_mass, at->t[0], at->q);
+    CHECK(kmp_partition_init(&b->part, s, b->eval->jacobian, NULL, 0) == KEMPE_OK);
+    CHECK(kmp_saddle_init(&b->saddle, b->by_mass, &b->part));
+    kmp_eval_freeze(b->eval, at->t[0], at->q, at->qd);
+    kmp_eval_freeze(b->by_mass, at->t[0], at->q, at->qd);
+    CHECK(kmp_solved_new(&b->solved, b->eval, &b->part) == KEMPE_OK && b->solved);
+    if (!b->solved)
+        return false;
+    CHECK(kmp_solved_by_bodies(b->solved) == by_bodies);
+    b->layout = kmp_solved_layout_of(b->solved);
+    b->violation = KMP_NEW(double, 2 * s->m + 3 * s->n);
+    b->lambda = b->violation + s->m;
+    b->qdd = b->lambda + s->m;
+    b->dx = b->qdd + s->n;
+    b->expected = b->dx + s->n;
+    return true;
+}
+
+static void finish(bench *b)
+{
+    kmp_solved_free(b->solved);
+    kmp_saddle_free(&b->saddle);
+    kmp_partition_free(&b->part);
+    kmp_eval_free(b->eval);
+    kmp_eval_free(b->by_mass);
+    kmp_free(b->violation);
+}
+
+/* The stage END, lent to the evaluator. */
+static double difference_at_end(bench *b, double t, const double *q)
+{
+    const kempe_system *s = b->eval->system;
+    double worst = 0;
+    kmp_solved_lend(b->solved, t, q);
+    for (int k = 0; k < s->m; k++)
+        worst = check_max(worst, fabs(b->eval->h[k] - b->by_mass->h[k]) / s->row_scale[k]);
+    worst = check_max(worst, apart(s->jacobian.count, b->eval->jacobian, b->by_mass->jacobian));
+    CHECK(!b->eval->h_t == !b->by_mass->h_t);
+    return b->eval->h_t ? check_max(worst, apart(s->m, b->eval->h_t, b->by_mass->h_t)) : worst;
+}
+
+/* The stage CORRECT, for a violation of all rows. */
+static double difference_of_corrections(bench *b)
+{
+    const kempe_system *s = b->eval->system;
+    for (int k = 0; k < s->m; k++)
+        b->violation[k] = between(-1, 1) * s->row_scale[k];
+    kmp_solved_correct(b->solved, b->violation, b->dx);
+    kmp_saddle_solve(&b->saddle, NULL, b->violation, b->expected, NULL);
+    return apart(s->n, b->dx, b->expected);
+}
+
+/* Difference of accelerations, beside those of each coordinate alone, the squares of rates and 1: all may cancel. */
+static double apart_of_accelerations(const bench *b, const double *qdd, const double *qd)
+{
+    const kmp_pattern *mass = &b->eval->system->mass;
+    double off = 0, size = 1;
+    for (int k = 0; k < mass->count; k++)
+        if (mass->row[k] == mass->col[k]) {
+            int i = mass->row[k];
+            off = check_max(off, fabs(qdd[i] - b->qdd[i]));
+            size = check_max(size, fabs(b->by_mass->bias[i] / b->by_mass->mass[k]));
+            size = check_max(size, check_max(fabs(b->qdd[i]), qd[i] * qd[i]));
+        }
+    return off / size;
+}
+
+/* Largest differences at a state, each beside the largest number of its kind. */
+static double difference(bench *b, double t, const double *q, const double *qd)
+{
+    const kempe_system *s = b->eval->system;
+    const kmp_solved_layout *l = b->layout;
+    bool good;
+    kmp_eval_closure(b->by_mass, t, q);
+    kmp_eval_mass(b->by_mass);
+    kmp_eval_bias(b->by_mass, qd);
+    CHECK(kmp_saddle_factor(&b->saddle) == 0);
+    kmp_saddle_accelerations(&b->saddle, b->qdd, b->lambda);
+    const double *out = kmp_solved_run(b->solved, t, q, qd, &good);
+    CHECK(good);
+    double worst = apart_of_accelerations(b, out + l->qdd, qd), most = 0, off = 0;
+    for (int k = 0; k < l->r; k++) {
+        most = check_max(most, fabs(b->lambda[b->part.rows[k]]));
+        off = check_max(off, fabs(b->lambda[b->part.rows[k]] - out[l->lambda + k]));
+    }
+    worst = check_max(worst, l->r > 0 ? off / most : 0);
+    CHECK((l->power >= 0) == s->dissipative);
+    if (l->power >= 0) {
+        double power = kmp_eval_power(b->by_mass, t, q, qd) + kmp_eval_drive_power(b->by_mass, b->lambda), scale = 0;
+        for (int i = 0; i < s->n; i++)
+            scale += fabs(b->by_mass->bias[i] * qd[i]);
+        for (int k = 0; b->by_mass->h_t && k < s->m; k++)
+            scale += most * fabs(b->by_mass->h_t[k]);
+        worst = check_max(worst, fabs(out[l->power] - power) / check_max(fabs(power), scale + 1e-300));
+    }
+    worst = check_max(worst, difference_at_end(b, t, q));
+    return check_max(worst, difference_of_corrections(b));
+}
+
+/* -- lanes --------------------------------------------------------------------------------------------- */
+
+static int bits_apart(int count, int width, int lane, const double *of_lanes, const double *of_one)
+{
+    int bad = 0;
+    for (int k = 0; k < count; k++)
+        bad += memcmp(&of_lanes[k * width + lane], &of_one[k], sizeof *of_one) != 0;
+    return bad;
+}
+
+/* Each lane at a state beside the given one. */
+static void compare_lanes(bench *b, int width, double t, const double *q, const double *qd)
+{
+    const kempe_system *s = b->eval->system;
+    int n = s->n, m = s->m, bad = 0, run = b->layout->diagonal + b->layout->pivots;
+    int end = m + s->jacobian.count + (s->rheonomic ? m : 0);
+    double times[KMP_LANES_MOST];
+    double *x = KMP_NEW(double, KMP_LANES_MOST *(2 * n + m)), *xd = x + width * n, *mu = xd + width * n;
+    kmp_lanes *lanes = kmp_solved_lanes(b->solved, width);
+    CHECK(lanes != NULL);
+    for (int l = 0; l < width; l++) {
+        times[l] = t + 1e-3 * l;
+        kmp_lanes_set_one(lanes, KMP_IN_TIME, l, &times[l]);
+        for (int i = 0; i < n; i++) {
+            x[l * n + i] = q[i] + between(-1e-2, 1e-2);
+            xd[l * n + i] = qd[i] + between(-1e-2, 1e-2);
+        }
+        for (int k = 0; k < m; k++)
+            mu[l * m + k] = between(-1, 1);
+        kmp_lanes_set_one(lanes, KMP_IN_Q, l, x + l * n);
+        kmp_lanes_set_one(lanes, KMP_IN_QD, l, xd + l * n);
+        kmp_lanes_set_one(lanes, KMP_IN_MU, l, mu + l * m);
+        if (s->force) {
+            kmp_system_effort(s, times[l], x + l * n, xd + l * n, b->dx);
+            kmp_lanes_set_one(lanes, KMP_IN_EFFORT, l, b->dx);
+        }
+    }
+    const double *of_run = kmp_lanes_run(lanes, KMP_SOLVED_RUN), *of_end = kmp_lanes_run(lanes, KMP_SOLVED_END);
+    const double *of_correct = kmp_lanes_run(lanes, KMP_SOLVED_CORRECT);
+    for (int l = 0; l < width; l++) {
+        bool good;
+        bad += bits_apart(run, width, l, of_run, kmp_solved_run(b->solved, times[l], x + l * n, xd + l * n, &good));
+        CHECK(good == kmp_solved_is_good(b->layout, of_run + l, width));
+        kmp_solved_lend(b->solved, times[l], x + l * n);
+        bad += bits_apart(end, width, l, of_end, b->eval->h);
+        kmp_solved_correct(b->solved, mu + l * m, b->dx);
+        bad += bits_apart(n, width, l, of_correct, b->dx);
+    }
+    CHECK(bad == 0);
+    kmp_lanes_free(lanes);
+    kmp_free(x);
+}
+
+/* -- examples ------------------------------------------------------------------------------------------ */
+
+static void along_the_motion(const kempe_system *s, const states *at, const example *of)
+{
+    bench b;
+    double worst = 0;
+    if (prepare(&b, s, at, of->by_bodies)) {
+        for (int k = 0; k < at->count; k++)
+            worst = check_max(worst, difference(&b, at->t[k], at->q + k * at->n, at->qd + k * at->n));
+        CHECK(worst < 1e-11);
+        long parts = kmp_program_count(s->motion, 1, s->motion->stages - 1).paper;
+        printf("  %-40s n %d r %d%s: %.1e, %ld operations, solved as one %ld\n", of->name, s->n, b.part.r,
+               kmp_solved_by_bodies(b.solved) ? ", by bodies" : "", worst, parts, kmp_solved_count(b.solved).paper);
+        compare_lanes(&b, 4, at->t[1], at->q + at->n, at->qd + at->n);
+        compare_lanes(&b, 8, at->t[1], at->q + at->n, at->qd + at->n);
+    }
+    finish(&b);
+}
+
+static void the_examples(void)
+{
+    for (size_t k = 0; k < sizeof examples / sizeof *examples; k++) {
+        char path[512];
+        (void)snprintf(path, sizeof path, "examples/%s.yaml", examples[k].name);
+        loaded l = load(path);
+        states at;
+        if (examples[k].by_bodies) {
+            kempe_system_free(l.system);
+            CHECK(kempe_system_new_with_algorithm(l.model, "articulated", &l.system) == KEMPE_OK);
+        }
+        if (examples[k].forced)
+            kempe_system_set_force(l.system, push, &l.system->n);
+        if (l.system && follow(l.system, STATES, &at)) {
+            along_the_motion(l.system, &at, &examples[k]);
+            kmp_free(at.q);
+        }
+        unload(&l);
+    }
+}
+
+int main(void)
+{
+    TEST(the_examples);
+    return check_report();
+}
