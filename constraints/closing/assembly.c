@@ -206,12 +206,13 @@ bool kmp_assembly_changed_rate(const kempe_assembly *a, int k)
 void kmp_assembly_put_rates(kmp_text *text, const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
-    for (int k = 0; k < a->system->n; k++)
+    for (int k = 0; k < a->system->n; k++) {
+        kmp_shown as = kmp_shown_as(a->system->context, model->motions[k].rotation ? "rad/s" : "m/s");
         if (kmp_assembly_changed_rate(a, k))
-            kmp_text_printf(text,
-                            "start: the rate of '%s' is adjusted to %.6g %s (given: %.6g) to satisfy the closures\n",
-                            model->motions[k].name, a->qd[k], model->motions[k].rotation ? "rad/s" : "m/s",
-                            model->start.qd[k].value);
+            kmp_text_printf(
+                text, "start: the rate of '%s' is adjusted to %.6g %s (given: %.6g) to satisfy the closures\n",
+                model->motions[k].name, as.factor * a->qd[k], as.unit, as.factor * model->start.qd[k].value);
+    }
 }
 
 /* Warns of changed rates, in every computation from this start. */

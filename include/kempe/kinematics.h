@@ -26,7 +26,8 @@ typedef struct kempe_kinematics_options {
     const char *release; /* "NAME,..": drives and locks of the model to be ignored; those of swept coordinates always
                           * are */
     int points;          /* rows; default: N of the first range that has one, or 361 */
-    double speed;        /* of the first driven coordinate, rad/s or m/s, constant; default: 1. Not with t */
+    const char *speed;   /* constant rate of the first swept coordinate, "2" (rad/s or m/s), "90 deg/s", "30 rpm",
+                          * "5 mm/s"; default: 1. Not with t */
     const char *backend; /* as in kempe_run_options */
 } kempe_kinematics_options;
 

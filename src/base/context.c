@@ -12,7 +12,7 @@ struct kempe_context {
     kmp_text message;
     kempe_log_fn *log;
     void *user;
-    bool quiet;
+    bool quiet, degrees;
     int complaints;    /* since the message was cleared */
     kmp_text warnings; /* of the current computation, one per line */
     int warning_count;
@@ -67,6 +67,31 @@ void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, void *user
     KMP_GIVEN(context, );
     context->log = log;
     context->user = user;
+}
+
+/* -- units of angles ---------------------------------------------------------------------------------- */
+
+kempe_status kempe_context_set_angle_unit(kempe_context *context, const char *unit)
+{
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, unit, "unit");
+    kmp_context_clear(context);
+    bool degrees = strcmp(unit, "deg") == 0;
+    if (!degrees && strcmp(unit, "rad") != 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown unit of angles '%s'; there are rad and deg", unit);
+    context->degrees = degrees;
+    return KEMPE_OK;
+}
+
+kmp_shown kmp_shown_as(const kempe_context *context, const char *unit)
+{
+    static const struct {
+        const char *radians, *degrees;
+    } units[] = {{"rad", "deg"}, {"rad/s", "deg/s"}, {"rad/s^2", "deg/s^2"}};
+    for (size_t k = 0; context->degrees && k < sizeof units / sizeof *units; k++)
+        if (strcmp(unit, units[k].radians) == 0)
+            return (kmp_shown){units[k].degrees, 180 / 3.14159265358979323846};
+    return (kmp_shown){unit, 1};
 }
 
 const char *kempe_context_message(const kempe_context *context)

@@ -68,6 +68,14 @@ kempe_status kmp_complain(kempe_context *context, const char *file, int line, in
 /** Errors since the message was cleared, including those that were not kept. */
 int kmp_context_complaints(const kempe_context *context);
 
+/** A unit of SI as results show it, and the factor of their numbers: degrees in place of radians where the caller has
+ * chosen them (kempe_context_set_angle_unit); else the unit itself, 1. */
+typedef struct kmp_shown {
+    const char *unit;
+    double factor;
+} kmp_shown;
+kmp_shown kmp_shown_as(const kempe_context *context, const char *unit);
+
 /** While quiet nothing but progress is logged. */
 void kmp_context_quiet(kempe_context *context, bool quiet);
 

@@ -176,8 +176,11 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
         return KEMPE_OK;
     bool equations = !command->model_alone && !j->settings->show_model;
     const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;
-    kempe_status status =
-        kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
+    const char *angles = j->settings->angle_unit ? j->settings->angle_unit : "rad";
+    kempe_status status = kempe_context_set_angle_unit(j->context, angles);
+    if (status == KEMPE_OK)
+        status =
+            kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
     if (status == KEMPE_OK && j->settings->closure_tolerance >= 0)
         status = kempe_model_set_closure_tolerance(j->model, j->settings->closure_tolerance);
     if (status == KEMPE_OK && equations)

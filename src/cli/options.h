@@ -59,6 +59,7 @@ typedef struct cli_settings {
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */
     const char *svg, *values, *sample;
+    const char *angle_unit;
     int seed, instances, lanes;
     int count, branches, alone, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;

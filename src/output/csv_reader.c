@@ -2,6 +2,7 @@
 #include "output/csv_reader.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/expressions/dimension.h"
 #include <math.h>
 #include <string.h>
 
@@ -63,12 +64,14 @@ bool kmp_csv_is(kmp_csv_field field, const char *word)
     return strlen(word) == field.length && memcmp(field.s, word, field.length) == 0;
 }
 
-bool kmp_csv_number(kmp_csv_field field, double *value)
+bool kmp_csv_number(const kmp_csv *csv, int column, kmp_csv_field field, double *value)
 {
     size_t sign = field.length > 0 && (field.s[0] == '-' || field.s[0] == '+');
     size_t read = kmp_text_to_number(field.s + sign, value);
     if (field.length > 0 && field.s[0] == '-')
         *value = -*value;
+    if (csv->unit && column < csv->columns)
+        *value = *value * csv->unit[column].factor / csv->unit[column].divisor;
     return read > 0 && sign + read == field.length && isfinite(*value);
 }
 
@@ -78,6 +81,44 @@ void kmp_csv_check_row(kmp_csv *csv, const char *line)
     if (count != csv->columns)
         kmp_csv_complain(csv, line, "%d field%s where the header has %d column%s", count, count == 1 ? "" : "s",
                          csv->columns, csv->columns == 1 ? "" : "s");
+}
+
+/* -- units ------------------------------------------------------------------------------------------- */
+
+/* "# units: s,rad,N m"; *rest: after the colon. */
+static bool is_units(const char *line, const char **rest)
+{
+    static const char word[] = "units:";
+    line += strspn(line, " \t#");
+    *rest = line + sizeof word - 1;
+    return strncmp(line, word, sizeof word - 1) == 0;
+}
+
+/* Reads the units of the columns, before the header is handed on. A column without a unit is in SI. False: no memory.
+ */
+static bool read_units(kmp_csv *csv)
+{
+    const char *s = csv->units;
+    if (!s)
+        return true;
+    csv->unit = KMP_ARENA_NEW(&csv->arena, kmp_unit, csv->columns);
+    if (!csv->unit)
+        return false;
+    for (int k = 0; k < csv->columns; k++) {
+        kmp_csv_field f = s ? kmp_csv_next(&s) : (kmp_csv_field){"", 0};
+        csv->unit[k] = (kmp_unit){1, 1, KMP_DIM_ANY};
+        if (f.length > 0 && !kmp_unit_read(f.s, f.length, &csv->unit[k]))
+            kmp_csv_complain(csv, csv->line_text, "column %d: unknown unit '%.*s'", k + 1, (int)f.length, f.s);
+    }
+    return true;
+}
+
+void kmp_csv_check_unit(kmp_csv *csv, int column, const char *at, const char *si)
+{
+    kmp_unit wanted;
+    if (csv->unit && column < csv->columns && kmp_unit_read(si, strlen(si), &wanted) &&
+        !kmp_dimension_fits(csv->unit[column].dimension, wanted.dimension))
+        kmp_csv_complain(csv, at, "the unit of this column does not fit: %s is expected", si);
 }
 
 /* -- lines ------------------------------------------------------------------------------------------- */
@@ -100,11 +141,17 @@ static bool read_lines(kmp_csv *csv, char *text)
             *s++ = '\0';
         csv->line++;
         csv->line_text = line;
+        const char *units;
+        bool header = csv->columns == 0;
+        if (header && is_units(line, &units))
+            csv->units = units;
         if (is_passed_over(line))
             continue;
-        bool header = csv->columns == 0;
-        if (header)
+        if (header) {
             csv->columns = count_fields(line);
+            if (!read_units(csv))
+                return false;
+        }
         if (!(header ? csv->header(csv, line) : csv->row(csv, line)))
             return false;
     }
@@ -121,5 +168,6 @@ kempe_status kmp_csv_read(kmp_csv *csv)
     KMP_TRY(kmp_file_read(csv->context, csv->path, &text, &length));
     bool ok = read_lines(csv, text);
     kmp_free(text);
+    kmp_arena_free(&csv->arena);
     return !ok ? kmp_fail_memory(csv->context) : csv->complaints > 0 ? KEMPE_E_INPUT : KEMPE_OK;
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* CSV files read line by line: a header, then rows. Blank lines and comments (#) are passed over. Errors name file,
- * line and column. */
+/* CSV files read line by line: a header, then rows. Blank lines and comments (#) are passed over; a comment "# units:"
+ * before the header gives the units of the columns, else they are in SI. Errors name file, line and column. */
 #ifndef KMP_OUTPUT_CSV_READER_H
 #define KMP_OUTPUT_CSV_READER_H
 
+#include "base/arena.h"
 #include "base/context.h"
 
 /** A field of a line, without surrounding blanks. */
@@ -22,6 +23,9 @@ typedef struct kmp_csv {
     int columns; /* in the header: kmp_csv_row compares with it */
     int line, complaints;
     const char *line_text;
+    kmp_arena arena;       /* units */
+    const char *units;     /* the rest of their comment; NULL: there is none */
+    struct kmp_unit *unit; /* columns; NULL: all in SI */
 } kmp_csv;
 
 /** Reads the file, up to some errors. KEMPE_E_IO, KEMPE_E_INPUT, KEMPE_E_MEMORY. */
@@ -35,8 +39,11 @@ bool kmp_csv_goes_on(const kmp_csv *csv);
 kmp_csv_field kmp_csv_next(const char **s);
 bool kmp_csv_is(kmp_csv_field field, const char *word);
 
-/** A finite number with an optional sign that fills the field. */
-bool kmp_csv_number(kmp_csv_field field, double *value);
+/** In the header: the column that is named at `at` must fit a unit of SI; "": any unit. */
+void kmp_csv_check_unit(kmp_csv *csv, int column, const char *at, const char *si);
+
+/** A finite number with an optional sign that fills the field, converted from the unit of the column to SI. */
+bool kmp_csv_number(const kmp_csv *csv, int column, kmp_csv_field field, double *value);
 
 /** Complains when a row has another number of fields than the header has columns. */
 void kmp_csv_check_row(kmp_csv *csv, const char *line);

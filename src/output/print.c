@@ -194,7 +194,12 @@ int kmp_print_width(const kempe_system *system, kmp_quantity quantity)
 
 const char *kmp_print_unit(const kempe_system *system, int coordinate)
 {
-    return system->model->motions[coordinate].rotation ? "rad" : "m";
+    return kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_Q, coordinate)).unit;
+}
+
+double kmp_print_value(const kempe_system *system, int coordinate, double x)
+{
+    return kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_Q, coordinate)).factor * x;
 }
 
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out)

@@ -52,8 +52,10 @@ void kmp_print_cell(kmp_text *text, int width, int digits, double x);
 /** The longest name of `count` coordinates or of a quantity's entries, for columns. */
 int kmp_print_width(const kempe_system *system, kmp_quantity quantity);
 
-/** "rad" or "m". */
+/** Unit of a coordinate, "rad", "deg" or "m", and a value in it from SI: of the coordinate, its rate or acceleration.
+ */
 const char *kmp_print_unit(const kempe_system *system, int coordinate);
+double kmp_print_value(const kempe_system *system, int coordinate, double x);
 
 /** A public print function: the text of `result` that `put` makes, given to the caller. KEMPE_E_MEMORY. */
 typedef void kmp_put_fn(kmp_text *text, const void *result);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/quantity.h"
+#include <string.h>
 
 const char *kmp_quantity_prefix(kmp_quantity quantity)
 {
@@ -25,4 +26,16 @@ const char *kmp_quantity_unit(const kempe_system *system, kmp_quantity quantity,
         return system->model->motions[k].rotation ? rotation[quantity] : slide[quantity];
     int power = system->rows[k].length_power;
     return power >= 0 && power <= 2 ? multiplier[power] : "";
+}
+
+const char *kmp_quantity_unit_of(const kempe_system *system, const char *name)
+{
+    for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QD; quantity++) {
+        const char *prefix = kmp_quantity_prefix(quantity);
+        size_t length = strlen(prefix);
+        for (int k = 0; strncmp(name, prefix, length) == 0 && name[length] == '.' && k < system->n; k++)
+            if (strcmp(name + length + 1, system->model->motions[k].name) == 0)
+                return kmp_quantity_unit(system, quantity, k);
+    }
+    return "";
 }

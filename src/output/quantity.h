@@ -21,4 +21,7 @@ int kmp_quantity_size(const kempe_system *system, kmp_quantity quantity);
 const char *kmp_quantity_name(const kempe_system *system, kmp_quantity quantity, int k);
 const char *kmp_quantity_unit(const kempe_system *system, kmp_quantity quantity, int k);
 
+/** SI unit of a value that is named as a column, q.NAME or qd.NAME; "": another name, a parameter. */
+const char *kmp_quantity_unit_of(const kempe_system *system, const char *name);
+
 #endif

@@ -122,6 +122,9 @@ static bool read_header(kmp_csv *csv, const char *line)
             return false;
         if (stands_before(r, c))
             kmp_csv_complain(csv, f.s, "duplicate column");
+        if (c->kind >= COLUMN_TIME)
+            kmp_csv_check_unit(csv, r->column_count, f.s,
+                               c->kind == COLUMN_TIME ? "s" : kmp_quantity_unit(r->system, c->quantity, c->index));
         time = time || c->kind == COLUMN_TIME;
     }
     if (!time)
@@ -131,10 +134,10 @@ static bool read_header(kmp_csv *csv, const char *line)
 
 /* -- rows -------------------------------------------------------------------------------------------- */
 
-static void take_time(kmp_csv *csv, kmp_reference *reference, kmp_csv_field f)
+static void take_time(kmp_csv *csv, kmp_reference *reference, int at, kmp_csv_field f)
 {
     double *t = &reference->t[reference->rows - 1];
-    if (!kmp_csv_number(f, t))
+    if (!kmp_csv_number(csv, at, f, t))
         kmp_csv_complain(csv, f.s, "a time is expected here");
     else if (*t < 0)
         kmp_csv_complain(csv, f.s, "times begin at 0");
@@ -142,11 +145,12 @@ static void take_time(kmp_csv *csv, kmp_reference *reference, kmp_csv_field f)
         kmp_csv_complain(csv, f.s, "times must increase from row to row");
 }
 
-static void take_value(kmp_csv *csv, const reader *r, const column *c, kmp_csv_field f)
+static void take_value(kmp_csv *csv, const reader *r, int k, kmp_csv_field f)
 {
+    const column *c = &r->columns[k];
     size_t width = (size_t)kmp_quantity_size(r->system, c->quantity);
     double *value = &r->reference->value[c->quantity][(size_t)(r->reference->rows - 1) * width + (size_t)c->index];
-    if (f.length > 0 && !kmp_csv_number(f, value))
+    if (f.length > 0 && !kmp_csv_number(csv, k, f, value))
         kmp_csv_complain(csv, f.s, "this is not a number; write a number, or leave the field empty");
 }
 
@@ -159,9 +163,9 @@ static bool read_row(kmp_csv *csv, const char *line)
     for (int k = 0; s && k < r->column_count; k++) {
         kmp_csv_field f = kmp_csv_next(&s);
         if (r->columns[k].kind == COLUMN_TIME)
-            take_time(csv, r->reference, f);
+            take_time(csv, r->reference, k, f);
         else if (r->columns[k].kind == COLUMN_VALUE)
-            take_value(csv, r, &r->columns[k], f);
+            take_value(csv, r, k, f);
     }
     kmp_csv_check_row(csv, line);
     return true;

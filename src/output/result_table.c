@@ -10,6 +10,7 @@
 /* One of the two arrays holds the cells. */
 typedef struct table_column {
     char *name, *unit; /* unit NULL: words */
+    double factor;     /* from SI to the unit */
     double *number;
     char **word;
 } table_column;
@@ -73,9 +74,11 @@ void kmp_tabulate_column(kempe_table *table, const char *unit, const char *forma
     va_start(arguments, format);
     kmp_text_vprintf(&name, format, arguments);
     va_end(arguments);
+    kmp_shown shown = unit ? kmp_shown_as(table->context, unit) : (kmp_shown){0};
     table->column[table->columns++] = (table_column){
         .name = kmp_arena_strdup(&table->arena, name.s ? name.s : ""),
-        .unit = unit ? kmp_arena_strdup(&table->arena, unit) : NULL,
+        .unit = unit ? kmp_arena_strdup(&table->arena, shown.unit) : NULL,
+        .factor = shown.factor,
     };
     table->failed = name.failed;
     kmp_text_free(&name);
@@ -148,7 +151,7 @@ void kmp_tabulate_number(kempe_table *table, double x)
 {
     table_column *column = next_cell(table);
     if (column && column->number)
-        column->number[table->rows - 1] = x;
+        column->number[table->rows - 1] = column->factor * x;
 }
 
 void kmp_tabulate_numbers(kempe_table *table, int count, const double *x)

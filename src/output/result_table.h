@@ -21,7 +21,9 @@
 /** An empty table; NULL: no memory, which the other functions accept. */
 kempe_table *kmp_tabulate(kempe_context *context, const char *name);
 
-/** A column more. A unit of NULL: words. Where no column has a unit the CSV has no line of units. */
+/** A column more. A unit of NULL: words. Where no column has a unit the CSV has no line of units. The cells of a column
+ * are given in SI; in a column of angles, rates or accelerations in rad the table converts them to the unit that the
+ * context shows. */
 void kmp_tabulate_column(kempe_table *table, const char *unit, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 

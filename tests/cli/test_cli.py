@@ -282,6 +282,99 @@ class Settings(Case):
                 self.assertNotIn("is not used", self.expect(0, "show", "--model", path).stderr)
 
 
+class Angles(Case):
+    """--angle-unit deg: texts and tables in degrees, JSON of results in SI; tables in degrees are read back."""
+
+    CRANK = ROOT / "examples/crank_rocker/crank_rocker.yaml"
+
+    def rows(self, name):
+        units, names, *rest = csv.reader((self.folder / name).read_text().splitlines())
+        return [units[0].removeprefix("# units: "), *units[1:]], names, rest
+
+    def pair(self, *words):
+        """The units of a command's table in degrees, after its numbers were compared with those in rad."""
+        found = []
+        for unit in "rad", "deg":
+            done = kempe(*words, "--angle-unit", unit, "-o", f"{unit}.csv", cwd=self.folder)
+            self.assertIn(done.returncode, (0, 1), done.stderr)
+            found.append(self.rows(f"{unit}.csv"))
+        (units, names, rows), (units_deg, names_deg, rows_deg) = found
+        self.assertEqual((len(units), names), (len(names), names_deg))
+        for unit, unit_deg in zip(units, units_deg):
+            self.assertEqual(unit_deg, "deg" + unit[3:] if unit.startswith("rad") else unit)
+        for row, row_deg in zip(rows, rows_deg, strict=True):
+            for name, unit, x, y in zip(names, units, row, row_deg, strict=True):
+                try:
+                    factor = 180 / math.pi if unit.startswith("rad") else 1
+                    self.assertAlmostEqual(float(x) * factor, float(y), delta=1e-14 * abs(float(y)), msg=name)
+                except ValueError:
+                    self.assertEqual(x, y, name)
+        return ",".join(units_deg)
+
+    def test_tables(self):
+        short = ("--t-end", "0.1", "--output-step", "0.05", "--no-convergence-check")
+        self.assertIn("s,deg,deg,deg,deg/s,", self.pair("simulate", FOUR_BAR, *short))
+        self.assertIn("deg/s^2", self.pair("kinematics", FOUR_BAR, "--sweep", "crank=0:1:3"))
+        self.assertIn(",deg/[crank]", self.pair("sensitivity", FOUR_BAR, "--parameters", "crank", *short))
+        self.assertIn("deg,", self.pair("ensemble", FOUR_BAR, "--sample", "q.crank=0:0.1", "--instances", 2, "--t-end", 0.1))
+        self.assertIn("deg/(N m)", self.pair("response", FOUR_BAR, "--inputs", "effort(crank)", "--outputs", "q(crank)",
+                                             "--frequencies", "1:2:3"))
+        self.pair("modes", FOUR_BAR, "--sweep", "qd.crank=0:1:3", "--at", "start")
+
+    def test_text(self):
+        for words, pattern in ((("assemble", FOUR_BAR), r"^  crank +\S+ +\S+ +\S+ +(\S+)"),
+                               (("equilibrium", FOUR_BAR), r"^  crank +\S+ +(\S+)"),
+                               (("check", FOUR_BAR, ), r"rocker   oscillates between (\S+) and"),
+                               (("simulate", FOUR_BAR, "--t-end", "0.1"), r"^  rocker +\S+ +\S+ +\S+ +(\S+)"),
+                               (("kinematics", FOUR_BAR, "--sweep", "crank=0:1:3"), r"^rocker +\S+ +\S+ +\S+ +(\S+)"),
+                               (("sensitivity", FOUR_BAR, "--parameters", "crank", "--t-end", 0.1), r"^  q.rocker +\S+ +(\S+)"),
+                               (("response", FOUR_BAR, "--inputs", "effort(crank)", "--outputs", "q(crank)"),
+                                r"^  q.crank / effort\(crank\) +(\S+) +rad|^  q.crank / effort\(crank\) +(\S+) +deg")):
+            def value(unit):
+                text = self.expect(0, *words, "--angle-unit", unit).stdout
+                found = re.search(pattern, text, re.M)
+                self.assertTrue(found, text)
+                return float(next(x for x in found.groups() if x))
+            self.assertAlmostEqual(value("deg"), value("rad") * 180 / math.pi, delta=2e-5 * abs(value("deg")), msg=words)
+        dead = self.expect(0, "kinematics", self.CRANK, "--sweep", "rocker=90 deg:150 deg:61", "--release", "motor",
+                           "--angle-unit", "deg").stdout
+        angle = 180 - math.degrees(math.acos((0.32**2 + 0.25**2 - 0.4**2) / (2 * 0.32 * 0.25)))
+        self.assertIn(f"dead centre at rocker = {angle:.10f}", dead)
+        self.assertIn(f"becomes no smaller than {angle:.10f}", dead)
+
+    def test_json_stays_in_si(self):
+        words = ("simulate", FOUR_BAR, "--t-end", "0.1", "--no-convergence-check")
+        self.assertEqual(without_times(self.object(0, *words)), without_times(self.object(0, *words, "--angle-unit", "deg")))
+        words = ("response", FOUR_BAR, "--inputs", "effort(crank)", "--outputs", "q(crank)", "--frequencies", "1:2:3")
+        self.assertEqual(without_times(self.object(0, *words)), without_times(self.object(0, *words, "--angle-unit", "deg")))
+
+    def test_read_back(self):
+        """Tables in degrees are a reference, a motion and values as those in rad are."""
+        short = ("simulate", FOUR_BAR, "--t-end", "0.1", "--output-step", "0.01", "--no-convergence-check")
+        self.expect(0, *short, "--angle-unit", "deg", "-o", "deg.csv")
+        error = self.object(0, *short, "--reference", "deg.csv")["error"]
+        self.assertLess(max(error["q"], error["qd"]), 1e-12)
+        self.expect(0, "kinematics", FOUR_BAR, "--sweep", "crank=0:1:3", "--angle-unit", "deg", "-o", "deg.csv")
+        self.expect(0, "kinematics", FOUR_BAR, "--sweep", "crank=0:1:3", "-o", "rad.csv")
+        for name in "deg", "rad":
+            rows = [line for line in (self.folder / f"{name}.csv").read_text().splitlines()]
+            (self.folder / f"{name}.csv").write_text("\n".join(line.split(",", 1)[1] if line[0] != "#" else
+                                                               "# units: " + line.split(",", 1)[1] for line in rows) + "\n")
+        deg, rad = (self.object(0, "inverse", FOUR_BAR, "--actuators", "crank", "--motion", f"{name}.csv")["tau"]["crank"]
+                    for name in ("deg", "rad"))
+        for a, b in zip(deg, rad):
+            self.assertAlmostEqual(a, b, delta=1e-11)
+
+    def test_mistakes(self):
+        self.assertIn("there are rad and deg", self.expect(3, "simulate", FOUR_BAR, "--angle-unit", "grad").stderr)
+        (self.folder / "wrong.csv").write_text("# units: s,m\nt,q.crank\n0,0\n")
+        self.assertIn("wrong.csv:2:3: the unit of this column does not fit: rad is expected",
+                      self.expect(2, "simulate", FOUR_BAR, "--reference", "wrong.csv").stderr)
+        (self.folder / "wrong.csv").write_text("# units: s,turns\nt,q.crank\n0,0\n")
+        self.assertIn("column 2: unknown unit 'turns'",
+                      self.expect(2, "simulate", FOUR_BAR, "--reference", "wrong.csv").stderr)
+
+
 class Equilibria(Case):
     """Where it rests: the keys of the object, options that go to the library, what is said where there is none."""
 
@@ -328,7 +421,7 @@ parameters: {drag: 0.5}
 forces: {motor: {joint: a, torque: "3 - drag*qd(a)"}}
 """)
         text = self.expect(0, "equilibrium", path).stdout
-        self.assertIn("found      qd(a) = 6\n           there is no equilibrium at rest; these rates", text)
+        self.assertIn("found      qd(a) = 6 rad/s\n           there is no equilibrium at rest; these rates", text)
         for words in ((), ("--global",), ("--rates", "a=5", "--solve-for", "qd(a)")):
             found = self.object(0, "equilibrium", path, *words)
             self.assertAlmostEqual(found["qd"]["a"], 6, 9)
@@ -354,7 +447,7 @@ class Sensitivities(Case):
     def rows(self, *words):
         done = self.expect(0, "sensitivity", *self.WORDS, *words, "-o", "slopes.csv")
         with open(self.folder / "slopes.csv", newline="") as file:
-            return done, [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+            return done, [{k: float(v) for k, v in row.items()} for row in csv.DictReader(line for line in file if line[0] != "#")]
 
     def test_rows(self):
         done, rows = self.rows("--output-step", 0.1)
@@ -454,6 +547,21 @@ class Kinematics(Case):
             for name in "q.coupler q.rocker qd.coupler qd.rocker".split():
                 self.assertAlmostEqual(float(row[name]), float(wanted[row["t"]][name]), delta=1e-14)
 
+    def test_speed(self):
+        for speed, taken in (("2", 2), ("90 deg/s", math.pi / 2), ("30 rpm", math.pi), ("0.5 rev/s", math.pi)):
+            self.assertAlmostEqual(self.object(0, "kinematics", FOUR_BAR, "--sweep", "crank=0:1:3", "--speed", speed)["speed"], taken, 14)
+        model = self.model(SLIDER_CRANK.read_text().replace("q: {crank: 0,", "q: {crank: 0.5,"))
+        slide = model, "--sweep", "slider=-0.05:-0.1:3"
+        for speed, taken in (("5 mm/s", 0.005), ("0.3", 0.3)):
+            self.assertAlmostEqual(self.object(0, "kinematics", *slide, "--speed", speed)["speed"], taken, 14)
+        self.assertIn("speed: 'crank' needs rad/s, deg/s or rpm",
+                      self.expect(3, "kinematics", FOUR_BAR, "--sweep", "crank=0:1:3", "--speed", "5 mm/s").stderr)
+        self.assertIn("speed: 'slider' needs m/s", self.expect(3, "kinematics", *slide, "--speed", "2 rpm").stderr)
+        for speed in "0", "-2", "-1 mm/s":
+            self.assertIn("speed: a positive value is expected",
+                          self.expect(3, "kinematics", *slide, f"--speed={speed}").stderr)
+        self.assertIn("unknown unit 'm/h'", self.expect(3, "kinematics", *slide, "--speed", "3 m/h").stderr)
+
     def test_mistakes(self):
         self.assertIn("--sweep NAME=A:B", self.expect(3, "kinematics", FOUR_BAR).stderr)
         self.assertIn("did you mean 'crank'?", self.expect(3, "kinematics", FOUR_BAR, "--sweep", "crnk=0:1").stderr)
@@ -536,6 +644,7 @@ class Ensembles(Case):
     def rows(self, *words):
         done = self.expect(0, "ensemble", FOUR_BAR, *words, "-o", "ends.csv")
         with open(self.folder / "ends.csv", newline="") as file:
+            self.assertTrue(file.readline().startswith("# units: "))
             return done, list(csv.DictReader(file))
 
     def test_values(self):
@@ -583,8 +692,8 @@ class Ensembles(Case):
                            ("crank,crank\n1,2\n", "bars.csv:1:7: duplicate column"),
                            ("qd.crnk\n1\n", "bars.csv:1:1: the model has no coordinate 'crnk'; did you mean 'crank'?"),
                            ("crank,\n1,2\n", "bars.csv:1:7: a name is expected here"),
-                           ("# a\ncrank, base\n1,x\n", "bars.csv:3:3: a finite number in SI units is expected here"),
-                           ("crank\ninf\n", "bars.csv:2:1: a finite number in SI units is expected here"),
+                           ("# a\ncrank, base\n1,x\n", "bars.csv:3:3: a finite number is expected here"),
+                           ("crank\ninf\n", "bars.csv:2:1: a finite number is expected here"),
                            ("crank,base\n1\n", "bars.csv:2:1: 1 field where the header has 2 columns"),
                            ("crank\n", "bars.csv:2:1: there are no rows below the header line"),
                            ("# nothing\n", "bars.csv:2:1: the header line with names of parameters is missing")):

@@ -254,7 +254,7 @@ static void speed_scales_rates(void)
 {
     loaded m = load_text(four_bar_text(&crank_rocker, 1));
     kempe_kinematics *slow = sweep(&m, "A=360 deg:0 deg:37", NULL, KEMPE_OK), *fast = NULL;
-    kempe_kinematics_options ask = {.sweep = "A=0:2:5", .speed = 3, .points = 5};
+    kempe_kinematics_options ask = {.sweep = "A=0:2:5", .speed = "3", .points = 5};
     CHECK(kempe_kinematics_new(m.system, &ask, &fast) == KEMPE_OK);
     CHECK_NEAR(qd_at(fast, 2)[0], 3, 1e-15);
     CHECK_NEAR(qd_at(fast, 2)[2], 3 * solve_four_bar(&crank_rocker, 1).phi1, 1e-13);
@@ -606,7 +606,7 @@ static void what_cannot_be_driven_is_told(void)
     refused(&bar, (kempe_kinematics_options){.sweep = "X=0:1"}, KEMPE_E_ARGUMENT, "'X' is not a coordinate");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1,A=0:2"}, KEMPE_E_ARGUMENT, "'A' is swept or held twice");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1:3,D=0:1:4"}, KEMPE_E_ARGUMENT, "3 and 4");
-    refused(&bar, (kempe_kinematics_options){.sweep = "t=0:1", .speed = 2}, KEMPE_E_ARGUMENT,
+    refused(&bar, (kempe_kinematics_options){.sweep = "t=0:1", .speed = "2"}, KEMPE_E_ARGUMENT,
             "a speed and a range of t");
     refused(&bar, (kempe_kinematics_options){.sweep = "A=0:1", .hold = "t"}, KEMPE_E_ARGUMENT,
             "the time cannot be held");

@@ -77,6 +77,35 @@ static void printed(void)
     kempe_table_free(t);
 }
 
+/* Columns in rad and its rates are converted, with their units; all others are not. */
+static void degrees(void)
+{
+    static const char *const units[] = {"rad", "rad/s", "rad/s^2", "m", "N m/rad", ""};
+    static const char *const shown[] = {"deg", "deg/s", "deg/s^2", "m", "N m/rad", ""};
+    const double right = 1.5707963267948966;
+    char *text = NULL;
+    CHECK(kempe_context_set_angle_unit(context, "grad") == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_context_message(context), "rad and deg") != NULL);
+    for (int pass = 0; pass < 3; pass++) {
+        kempe_table *t = NULL, *made = kmp_tabulate(context, "angles");
+        CHECK(kempe_context_set_angle_unit(context, pass == 1 ? "deg" : "rad") == KEMPE_OK);
+        for (int k = 0; k < 6; k++)
+            kmp_tabulate_column(made, units[k], "x%d", k);
+        kmp_tabulate_row(made);
+        for (int k = 0; k < 6; k++)
+            kmp_tabulate_number(made, right);
+        CHECK(kmp_tabulate_finish(context, made, &t) == KEMPE_OK);
+        for (int k = 0; k < 6; k++) {
+            CHECK_TEXT(kempe_table_unit(t, k), pass == 1 ? shown[k] : units[k]);
+            CHECK(kempe_table_number(t, 0, k) == (pass == 1 && k < 3 ? 90 : right));
+        }
+        CHECK(kempe_table_print(t, KEMPE_JSON, &text) == KEMPE_OK);
+        CHECK(text && (strstr(text, "\"deg/s^2\"") != NULL) == (pass == 1));
+        kempe_text_free(text);
+        kempe_table_free(t);
+    }
+}
+
 /* NumPy's own reading is tested by tests/cli.py. */
 static void zipped(void)
 {
@@ -111,6 +140,7 @@ int main(void)
     context = kempe_context_new();
     TEST(cells);
     TEST(printed);
+    TEST(degrees);
     TEST(zipped);
     TEST(without_memory);
     kempe_context_free(context);

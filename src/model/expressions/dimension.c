@@ -108,4 +108,40 @@ void kmp_unit_multiply(kmp_unit *unit, const kmp_unit *other, int power)
     unit->dimension = kmp_dimension_times(unit->dimension, other->dimension, power);
 }
 
+bool kmp_unit_read(const char *s, size_t length, kmp_unit *unit)
+{
+    bool over = length > 2 && strncmp(s, "1/", 2) == 0;
+    *unit = (kmp_unit){1, 1, KMP_DIM_NUMBER};
+    s += over ? 2 : 0;
+    length -= over ? 2 : 0;
+    for (int sign = over ? -1 : 1;;) {
+        size_t name = 0, power = 1;
+        kmp_unit next;
+        while (name < length && !strchr("*/^ ", s[name]))
+            name++;
+        if (!kmp_unit_find(s, name, &next))
+            return false;
+        s += name;
+        length -= name;
+        if (length > 0 && *s == '^') {
+            bool negative = length > 1 && s[1] == '-';
+            size_t digit = 1 + (size_t)negative;
+            if (digit >= length || s[digit] < '0' || s[digit] > '9')
+                return false;
+            power = (size_t)(s[digit] - '0');
+            sign = negative ? -sign : sign;
+            s += digit + 1;
+            length -= digit + 1;
+        }
+        kmp_unit_multiply(unit, &next, sign * (int)power);
+        if (length == 0)
+            return true;
+        if (!strchr("*/ ", *s))
+            return false;
+        sign = *s == '/' ? -1 : 1;
+        s++;
+        length--;
+    }
+}
+
 const kmp_name_list kmp_unit_names = {units, sizeof *units, sizeof units / sizeof *units};

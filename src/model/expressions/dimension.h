@@ -51,6 +51,9 @@ typedef struct kmp_unit {
 /** False when the first `length` characters of `name` are no unit. */
 bool kmp_unit_find(const char *name, size_t length, kmp_unit *unit);
 
+/** A product of units, "N*m/rad", "N m", "rad/s^2", "1/m", the whole of `length` characters. False: no unit. */
+bool kmp_unit_read(const char *s, size_t length, kmp_unit *unit);
+
 /** unit = unit * other^power */
 void kmp_unit_multiply(kmp_unit *unit, const kmp_unit *other, int power);
 

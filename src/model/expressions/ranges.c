@@ -23,40 +23,6 @@ typedef struct trouble {
     bool alone;  /* a unit at one end, and none at the other, which is not 0 */
 } trouble;
 
-/* "N*m/rad", "m/s^2": the whole of `length` characters. */
-static bool read_unit(const char *s, size_t length, kmp_unit *unit)
-{
-    *unit = (kmp_unit){1, 1, KMP_DIM_NUMBER};
-    for (int sign = 1;;) {
-        size_t name = 0, power = 1;
-        kmp_unit next;
-        while (name < length && !strchr("*/^ ", s[name]))
-            name++;
-        if (!kmp_unit_find(s, name, &next))
-            return false;
-        s += name;
-        length -= name;
-        if (length > 0 && *s == '^') {
-            bool negative = length > 1 && s[1] == '-';
-            size_t digit = 1 + (size_t)negative;
-            if (digit >= length || s[digit] < '0' || s[digit] > '9')
-                return false;
-            power = (size_t)(s[digit] - '0');
-            sign = negative ? -sign : sign;
-            s += digit + 1;
-            length -= digit + 1;
-        }
-        kmp_unit_multiply(unit, &next, sign * (int)power);
-        if (length == 0)
-            return true;
-        if (*s != '*' && *s != '/')
-            return false;
-        sign = *s == '*' ? 1 : -1;
-        s++;
-        length--;
-    }
-}
-
 /* The units of both ends must fit; only 0 may have none where the other end has one: "10:30 deg" does not begin at 10
  * rad. */
 static bool fit_ends(kmp_range *r, kmp_dimension first, trouble *what)
@@ -81,7 +47,7 @@ static bool read_value(const char *s, size_t length, double *x, kmp_dimension *d
         length--;
     kmp_unit unit;
     if (at < length) {
-        if (!read_unit(s + at, length - at, &unit)) {
+        if (!kmp_unit_read(s + at, length - at, &unit)) {
             what->unit = s + at;
             what->length = (int)(length - at);
             return false;
@@ -205,7 +171,7 @@ kempe_status kmp_range_fits(kempe_context *context, const char *what, const kmp_
 kempe_status kmp_range_fits_motion(kempe_context *context, const char *what, const kmp_range *range, bool rotation,
                                    int order)
 {
-    static const char *const names[2][2] = {{"a length", "m/s"}, {"an angle (rad, deg, rev)", "rad/s or rpm"}};
+    static const char *const names[2][2] = {{"a length", "m/s"}, {"an angle (rad, deg, rev)", "rad/s, deg/s or rpm"}};
     if (kmp_dimension_fits(range->dimension, KMP_DIM(rotation ? 0 : 1, 0, -order)))
         return KEMPE_OK;
     return kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s' needs %s, not a number in another unit", what, range->name,

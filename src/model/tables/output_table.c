@@ -69,19 +69,57 @@ void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output
     kmp_text_free(&argument);
 }
 
+/* The numbers of a contact, in their order. */
+static const struct {
+    const char *word, *unit;
+} contact_numbers[KMP_CONTACT_SHOWN] = {{"s", "m"},          {"y", "m"},           {"angle", "rad"}, {"N", "N"},
+                                        {"creep_along", ""}, {"creep_across", ""}, {"spin", "1/m"},  {"along", "N"},
+                                        {"across", "N"},     {"moment", "N m"},    {"a", "m"},       {"b", "m"},
+                                        {"ellipse", ""}};
+
 void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k)
 {
     static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
-    static const char *const contact[KMP_CONTACT_SHOWN] = {
-        "s",     "y",      "angle",  "N", "creep_along", "creep_across", "spin",
-        "along", "across", "moment", "a", "b",           "ellipse"};
     kmp_text_printf(text, "%s.", kmp_output_rows[output->kind].word);
     (void)put_argument(text, model, output);
     if (output->kind == KMP_OUTPUT_ENERGY)
         kmp_text_put(text, energies[k]);
     else if (output->kind == KMP_OUTPUT_CONTACT)
-        kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact[k % KMP_CONTACT_SHOWN]);
+        kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact_numbers[k % KMP_CONTACT_SHOWN].word);
     else if (kmp_output_width(model, output) > 1)
         kmp_text_printf(text, ".%s", components[k]);
+}
+
+/* A bushing and a wheel have three forces, then three moments; an element at a joint acts along its coordinate. */
+static const char *unit_of_force(const kempe_model *model, const kmp_force *force, int k)
+{
+    bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
+                  : force->motion >= 0                  ? model->motions[force->motion].rotation
+                                                        : force->kind == KMP_FORCE_BODY;
+    return torque ? "N m" : "N";
+}
+
+const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, int k)
+{
+    switch (output->kind) {
+    case KMP_OUTPUT_POSITION:
+        return "m";
+    case KMP_OUTPUT_VELOCITY:
+        return "m/s";
+    case KMP_OUTPUT_ACCELERATION:
+        return "m/s^2";
+    case KMP_OUTPUT_REACTION:
+        return "N";
+    case KMP_OUTPUT_MOMENT:
+        return "N m";
+    case KMP_OUTPUT_ENERGY:
+        return "J";
+    case KMP_OUTPUT_FORCE:
+        return unit_of_force(model, &model->forces[output->index], k);
+    case KMP_OUTPUT_CONTACT:
+        return contact_numbers[k % KMP_CONTACT_SHOWN].unit;
+    default:
+        return "";
+    }
 }

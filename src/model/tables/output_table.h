@@ -39,4 +39,7 @@ void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output
 /** Name of the column of computed value k: "velocity.crank.B.x", "energy.kinetic". */
 void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k);
 
+/** SI unit of computed value k; "": a pure number, or a sensor, whose unit is that of its expression. */
+const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, int k);
+
 #endif

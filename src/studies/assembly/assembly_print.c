@@ -64,9 +64,12 @@ static void show_goals(kmp_text *text, const kempe_assembly *a)
             kmp_text name = {0};
             put_goal(&name, model, goal, i);
             text->failed = text->failed || name.failed;
+            kmp_shown shown =
+                kmp_shown_as(a->system->context,
+                             goal->motion < 0 ? "m" : kmp_quantity_unit(a->system, KMP_QUANTITY_Q, goal->motion));
+            double wanted = shown.factor * goal->value[i].value, reached = shown.factor * a->goals.value[at];
             kmp_text_printf(text, "  %-*s  %-4s  %10.6g  %22.15g  %22.15g  %14.6g\n", width, name.s ? name.s : "",
-                            goal->motion < 0 ? "m" : kmp_print_unit(a->system, goal->motion), goal->weight[i].value,
-                            goal->value[i].value, a->goals.value[at], a->goals.value[at] - goal->value[i].value);
+                            shown.unit, goal->weight[i].value, wanted, reached, reached - wanted);
             kmp_text_free(&name);
         }
     }
@@ -79,7 +82,8 @@ static void show_coordinates(kmp_text *text, const kempe_assembly *a)
     kmp_text_printf(text, "  %-*s  unit  %22s  %22s  %22s\n", width, "", "guess", "q", "qd");
     for (int k = 0; k < a->system->n; k++)
         kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g%s\n", width, model->motions[k].name,
-                        kmp_print_unit(a->system, k), model->start.q[k].value, a->q[k], a->qd[k],
+                        kmp_print_unit(a->system, k), kmp_print_value(a->system, k, model->start.q[k].value),
+                        kmp_print_value(a->system, k, a->q[k]), kmp_print_value(a->system, k, a->qd[k]),
                         model->start.hold && model->start.hold[k] ? "  held" : "");
 }
 

@@ -36,7 +36,8 @@ static void show_branch(kmp_text *text, const kempe_branches *b, int k)
     kmp_text_printf(text, "  |h| %.2e\n", branch->residual);
     for (int c = 0; c < b->system->n; c++)
         kmp_text_printf(text, "  %-*s  %-4s  %22.15g%s\n", width, b->system->model->motions[c].name,
-                        kmp_print_unit(b->system, c), branch->q[c], b->kept[c] ? "  kept" : "");
+                        kmp_print_unit(b->system, c), kmp_print_value(b->system, c, branch->q[c]),
+                        b->kept[c] ? "  kept" : "");
     show_start(text, b, branch);
 }
 

@@ -229,11 +229,12 @@ static void show_landmarks(kmp_text *text, const kempe_check *check)
         if (mark->coordinate >= 0)
             continue;
         const char *name = name_of(check, u), *unit = kmp_print_unit(check->system, u);
+        double at = kmp_print_value(check->system, u, mark->q[u]);
         if (mark->margin > 0)
-            line(text, "near change point", "at %s = %.6g %s: the last pivot falls to %.2g of its usual size", name,
-                 mark->q[u], unit, mark->margin);
+            line(text, "near change point", "at %s = %.6g %s: the last pivot falls to %.2g of its usual size", name, at,
+                 unit, mark->margin);
         else
-            line(text, "change point", "at %s = %.6g %s: a bifurcation, branches meet there", name, mark->q[u], unit);
+            line(text, "change point", "at %s = %.6g %s: a bifurcation, branches meet there", name, at, unit);
     }
 }
 

@@ -57,7 +57,8 @@ static void fill_coordinates(kempe_table *table, const void *result)
         if (!check->assembled || !l->walked)
             continue;
         const kmp_swing *s = &l->swing[k];
-        kmp_tabulate_numbers(table, 5, (const double[]){s->low, s->high, s->turns, s->low_dead, s->high_dead});
+        double low = kmp_print_value(check->system, k, s->low), high = kmp_print_value(check->system, k, s->high);
+        kmp_tabulate_numbers(table, 5, (const double[]){low, high, s->turns, s->low_dead, s->high_dead});
     }
 }
 

@@ -110,7 +110,8 @@ void kmp_check_release(kmp_text *text, const kempe_check *check, const kmp_relea
     }
     const kmp_motion *motion = &check->system->model->motions[release->coordinate];
     if (release->closes)
-        kmp_text_printf(text, "it closes if '%s' is released; its value is then %.6g %s", motion->name, release->to,
+        kmp_text_printf(text, "it closes if '%s' is released; its value is then %.6g %s", motion->name,
+                        kmp_print_value(check->system, release->coordinate, release->to),
                         kmp_print_unit(check->system, release->coordinate));
     else
         kmp_text_printf(text, "it does not close if only '%s' is released", motion->name);
@@ -135,6 +136,8 @@ void kmp_check_swing(kmp_text *text, const kempe_check *check, int k)
     const kmp_limits *l = &check->doctor.limits;
     const kmp_swing *s = &l->swing[k];
     const char *unit = kmp_print_unit(check->system, k);
+    double low = kmp_print_value(check->system, k, clean(s->low)),
+           high = kmp_print_value(check->system, k, clean(s->high));
     int dead = dead_centres(l, k);
     if (!s->moves) {
         kmp_text_put(text, "does not move");
@@ -154,10 +157,10 @@ void kmp_check_swing(kmp_text *text, const kempe_check *check, int k)
         return;
     }
     if (!l->cycle && !s->low_dead && !s->high_dead) {
-        kmp_text_printf(text, "followed from %.6g to %.6g %s", clean(s->low), clean(s->high), unit);
+        kmp_text_printf(text, "followed from %.6g to %.6g %s", low, high, unit);
         return;
     }
-    kmp_text_printf(text, "oscillates between %.6g and %.6g %s (", clean(s->low), clean(s->high), unit);
+    kmp_text_printf(text, "oscillates between %.6g and %.6g %s (", low, high, unit);
     if (s->low_dead && s->high_dead)
         kmp_text_printf(text, "dead centres%s)", dead > 2 ? ", and others between" : "");
     else if (s->low_dead || s->high_dead)

@@ -471,15 +471,14 @@ kempe_status kempe_batch_print(const kempe_batch *b, kempe_format format, char *
 
 static void put_columns(const kempe_batch *b, kempe_table *table)
 {
-    const kempe_model *model = b->ensemble->model;
-    for (int k = 0; k < b->ensemble->values->columns; k++)
-        kmp_tabulate_column(table, "", "%s", b->ensemble->values->name[k]);
+    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
+    const kempe_values *values = b->ensemble->values;
+    for (int k = 0; k < values->columns; k++)
+        kmp_tabulate_column(table, kmp_quantity_unit_of(system, values->name[k]), "%s", values->name[k]);
     kmp_tabulate_columns(table, NULL, "status");
-    kmp_tabulate_columns(table, "", "t");
-    for (int k = 0; k < b->n; k++)
-        kmp_tabulate_column(table, "", "q.%s", model->motions[k].name);
-    for (int k = 0; k < b->n; k++)
-        kmp_tabulate_column(table, "", "qd.%s", model->motions[k].name);
+    kmp_tabulate_columns(table, "s", "t");
+    kmp_tabulate_quantity(table, system, KMP_QUANTITY_Q);
+    kmp_tabulate_quantity(table, system, KMP_QUANTITY_QD);
     kmp_tabulate_columns(table, "", "steps rejected refused rhs exchanges h hdot drift difference");
     kmp_tabulate_columns(table, NULL, "verdict single_run reason");
 }

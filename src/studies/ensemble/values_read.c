@@ -57,8 +57,8 @@ static bool read_row(kmp_csv *csv, const char *line)
     const char *s = line;
     for (int k = 0; row && s && k < r->values->columns; k++) {
         kmp_csv_field f = kmp_csv_next(&s);
-        if (!kmp_csv_number(f, &row[k]))
-            kmp_csv_complain(csv, f.s, "a finite number in SI units is expected here");
+        if (!kmp_csv_number(csv, k, f, &row[k]))
+            kmp_csv_complain(csv, f.s, "a finite number is expected here");
     }
     kmp_csv_check_row(csv, line);
     return row;

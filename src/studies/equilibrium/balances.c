@@ -7,6 +7,7 @@
 #include "constraints/closing/branches.h"
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
+#include "output/quantity.h"
 #include "studies/equilibrium/descent.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/check.h>
@@ -99,20 +100,35 @@ static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_optio
                     "--global cannot be combined with --hold, --target and --solve-for: omit them, or omit --global");
 }
 
-/* Names of values that are solved for in addition to the state. */
+static void name_exchanged(kempe_equilibrium *e)
+{
+    const kmp_exchange *x = e->exchange;
+    e->freed_count = x->free_count;
+    e->freed_name = x->name;
+    for (int k = 0; k < x->free_count; k++) {
+        int rate = k < x->parameter_count ? -1 : e->rates[x->rate[k - x->parameter_count]].coordinate;
+        e->freed_unit[k] = rate < 0 ? "" : kmp_quantity_unit(e->system, KMP_QUANTITY_QD, rate);
+    }
+}
+
+/* Names and units of values that are solved for in addition to the state. */
 static kempe_status name_freed(kempe_equilibrium *e)
 {
+    int most = e->exchange ? e->exchange->free_count : e->rate_count;
+    e->freed_name = KMP_ARENA_NEW(&e->arena, const char *, most);
+    e->freed_unit = KMP_ARENA_NEW(&e->arena, const char *, most);
+    if (e->arena.failed)
+        return kmp_fail_memory(e->system->context);
     if (e->exchange) {
-        e->freed_count = e->exchange->free_count;
-        e->freed_name = e->exchange->name;
+        name_exchanged(e);
         return KEMPE_OK;
     }
-    e->freed_name = KMP_ARENA_NEW(&e->arena, const char *, e->rate_count);
-    for (int k = 0; e->freed_name && k < e->rate_count; k++) {
+    for (int k = 0; k < e->rate_count; k++) {
         kmp_text name = {0};
         if (e->rates[k].how != KMP_RATE_FREED)
             continue;
         kmp_text_printf(&name, "qd(%s)", e->system->model->motions[e->rates[k].coordinate].name);
+        e->freed_unit[e->freed_count] = kmp_quantity_unit(e->system, KMP_QUANTITY_QD, e->rates[k].coordinate);
         e->freed_name[e->freed_count++] = kmp_text_keep(&name, &e->arena);
     }
     return e->arena.failed ? kmp_fail_memory(e->system->context) : KEMPE_OK;

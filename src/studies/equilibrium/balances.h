@@ -28,10 +28,10 @@ struct kempe_equilibrium {
     kmp_exchange *exchange;             /* NULL: none */
     kmp_steady *rates;
     int rate_count;
-    int freed_count; /* solved for: parameters, and rates as "qd(NAME)" */
-    const char **freed_name;
-    bool newton, all, many; /* many: ended before its time, more than KMP_MOST_BALANCES */
-    bool from_start;        /* the first was reached from the start */
+    int freed_count;                       /* solved for: parameters, and rates as "qd(NAME)" */
+    const char **freed_name, **freed_unit; /* unit "" of a parameter */
+    bool newton, all, many;                /* many: ended before its time, more than KMP_MOST_BALANCES */
+    bool from_start;                       /* the first was reached from the start */
     int starts, closed, found;
     kmp_balance balance[KMP_MOST_BALANCES];
     int count;

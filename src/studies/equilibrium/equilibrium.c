@@ -158,6 +158,7 @@ static kempe_status complain_runaway(kmp_descent *w, int k, double far)
     kmp_linear *l = w->l;
     int coordinate = l->part.u[k], place = -1;
     const kmp_motion *motion = &l->system->model->motions[coordinate];
+    kmp_shown as = kmp_shown_as(l->system->context, motion->rotation ? "rad" : "m");
     kmp_text pulls = {0};
     if (!w->search->quiet && kmp_way_at(w, w->begin))
         place = kmp_linear_place(l, coordinate);
@@ -165,7 +166,7 @@ static kempe_status complain_runaway(kmp_descent *w, int k, double far)
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
                    "no equilibrium: nothing restrains '%s', which moves by %.3g %s%s%s; no spring, stop or closure "
                    "gives a restoring force: add one, start nearer to an equilibrium, or hold it and solve for a load",
-                   motion->name, far * l->system->scale[coordinate], motion->rotation ? "rad" : "m",
+                   motion->name, as.factor * far * l->system->scale[coordinate], as.unit,
                    pulls.s ? "; forces along it at the start: " : "", pulls.s ? pulls.s : "");
     kmp_text_free(&pulls);
     return KEMPE_E_FAILED;

@@ -28,9 +28,9 @@ static void show_coordinates(kmp_text *text, const kempe_equilibrium *e, const k
     kmp_text_printf(text, "  %-*s  unit  %22s%s\n", width, "", "q", rates ? "                      qd" : "");
     for (int k = 0; k < e->system->n; k++) {
         kmp_text_printf(text, "  %-*s  %-4s  %22.15g", width, model->motions[k].name, kmp_print_unit(e->system, k),
-                        b->q[k]);
+                        kmp_print_value(e->system, k, b->q[k]));
         if (rates)
-            kmp_text_printf(text, "  %22.15g", b->qd[k]);
+            kmp_text_printf(text, "  %22.15g", kmp_print_value(e->system, k, b->qd[k]));
         kmp_text_put(text, "\n");
     }
 }
@@ -99,8 +99,11 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     else
         kmp_text_put(text, "\n");
     show_coordinates(text, e, b);
-    for (int i = 0; i < e->freed_count; i++)
-        kmp_text_printf(text, "%s%s = %.15g\n", i ? "           " : "\nfound      ", e->freed_name[i], b->freed[i]);
+    for (int i = 0; i < e->freed_count; i++) {
+        kmp_shown as = kmp_shown_as(e->system->context, e->freed_unit[i]);
+        kmp_text_printf(text, "%s%s = %.15g%s%s\n", i ? "           " : "\nfound      ", e->freed_name[i],
+                        as.factor * b->freed[i], *as.unit ? " " : "", as.unit);
+    }
     if (e->freed_count > 0 && !e->exchange)
         kmp_text_put(text, "           there is no equilibrium at rest; these rates of a steady motion were found from "
                            "those of the start\n");

@@ -13,7 +13,7 @@ static void fill_equilibria(kempe_table *table, const void *result)
     kmp_tabulate_column(table, "J", "potential");
     kmp_tabulate_column(table, "", "hits");
     for (int k = 0; k < e->freed_count; k++)
-        kmp_tabulate_column(table, "", "%s", e->freed_name[k]);
+        kmp_tabulate_column(table, e->freed_unit[k], "%s", e->freed_name[k]);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_QD);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_LAMBDA);

@@ -22,7 +22,7 @@ static kempe_status add_rate(kmp_exchange *x, const kempe_model *model, const ch
                              int rate_count)
 {
     int c = -1, at = 0;
-    KMP_TRY(kmp_coordinate_find(model, "free", word + 3, strlen(word) - 4, &c));
+    KMP_TRY(kmp_coordinate_find(model, "solve-for", word + 3, strlen(word) - 4, &c));
     while (at < rate_count && rates[at].coordinate != c)
         at++;
     if (at == rate_count)
@@ -77,9 +77,9 @@ static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const k
 {
     for (int k = 0; k < fix->count; k++) {
         kmp_exchange_target *target;
-        KMP_TRY(add_target(x, "fix", &fix->range[k], &target));
-        KMP_TRY(kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate));
-        KMP_TRY(kmp_range_fits_motion(model->context, "fix", &fix->range[k],
+        KMP_TRY(add_target(x, "hold", &fix->range[k], &target));
+        KMP_TRY(kmp_coordinate_find(model, "hold", target->name, strlen(target->name), &target->coordinate));
+        KMP_TRY(kmp_range_fits_motion(model->context, "hold", &fix->range[k],
                                       model->motions[target->coordinate].rotation, 0));
     }
     return KEMPE_OK;
@@ -131,7 +131,7 @@ static kempe_status add_required(kmp_exchange *x, const kmp_ranges *require)
         return kmp_fail_memory(copy->context);
     for (int k = 0; k < require->count; k++) {
         kmp_exchange_target *target;
-        KMP_TRY(add_target(x, "require", &require->range[k], &target));
+        KMP_TRY(add_target(x, "target", &require->range[k], &target));
         KMP_TRY(kmp_asked_outputs(copy, target->name, &parts));
         of[k] = copy->outputs[0];
         target->shown = single_part(copy, &of[k], parts[0], target->name);

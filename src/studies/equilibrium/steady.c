@@ -52,8 +52,9 @@ kempe_status kmp_steady_read(const kempe_model *model, const char *text, kmp_are
 kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *steady)
 {
     const kmp_motion *motion = &model->motions[steady->coordinate];
+    kmp_shown as = kmp_shown_as(model->context, motion->rotation ? "rad/s" : "m/s");
     return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "no steady motion: '%s' has the constant rate %.6g %s/s, but the forces change along it; for the "
+                    "no steady motion: '%s' has the constant rate %.6g %s, but the forces change along it; for the "
                     "balance at one instant, hold it (--hold) and solve for a load (--solve-for)",
-                    motion->name, steady->rate, motion->rotation ? "rad" : "m");
+                    motion->name, as.factor * steady->rate, as.unit);
 }

@@ -8,6 +8,11 @@
 
 /* -- parts ------------------------------------------------------------------------------------------- */
 
+static kmp_shown shown_as(const kempe_kinematics *k, const kmp_lead *lead)
+{
+    return kmp_shown_as(k->system->context, kmp_kinematics_unit(k, lead));
+}
+
 static double value_at(const kempe_kinematics *k, double s)
 {
     return kmp_lead_value(&k->lead[k->first], s);
@@ -46,14 +51,15 @@ static void say_leads(kmp_text *text, const kempe_kinematics *k)
 {
     for (int i = 0; i < k->lead_count; i++) {
         const kmp_lead *lead = &k->lead[i];
+        kmp_shown as = shown_as(k, lead);
         if (lead->from != lead->to)
-            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, lead), lead->from, lead->to,
-                            kmp_kinematics_unit(k, lead));
+            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, lead),
+                            as.factor * lead->from, as.factor * lead->to, as.unit);
         else
-            kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, lead), lead->from,
-                            kmp_kinematics_unit(k, lead));
+            kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, lead), as.factor * lead->from,
+                            as.unit);
         if (i == k->first && isfinite(k->speed))
-            kmp_text_printf(text, ", at %.6g %s/s", k->speed, kmp_kinematics_unit(k, lead));
+            kmp_text_printf(text, ", at %.6g %s/s", as.factor * k->speed, as.unit);
         kmp_text_put(text, "\n");
     }
     for (int c = 0; c < k->system->model->closure_count; c++)
@@ -70,8 +76,10 @@ static void show_table(kmp_text *text, const kempe_kinematics *k)
     for (int i = 0; i < n; i++) {
         span q = span_of(k, k->q, n, i);
         kmp_text_printf(text, "%-*s  %-4s", width, k->system->model->motions[i].name, kmp_print_unit(k->system, i));
-        kmp_text_printf(text, "  %13.6g  %13.6g  %13.6g  %13.6g\n", q.least, q.most, largest(span_of(k, k->qd, n, i)),
-                        largest(span_of(k, k->qdd, n, i)));
+        const double cells[] = {q.least, q.most, largest(span_of(k, k->qd, n, i)), largest(span_of(k, k->qdd, n, i))};
+        for (int c = 0; c < 4; c++)
+            kmp_text_printf(text, "  %13.6g", kmp_print_value(k->system, i, cells[c]));
+        kmp_text_put(text, "\n");
     }
 }
 
@@ -81,12 +89,13 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
         const kmp_dead_centre *c = &k->dead[d];
         const kmp_lead *lead = &k->lead[k->first];
         kmp_text_printf(text, "\ndead centre at %s = %.15g %s, its %s value on this branch\n",
-                        kmp_kinematics_name(k, lead), c->value, kmp_kinematics_unit(k, lead),
+                        kmp_kinematics_name(k, lead), shown_as(k, lead).factor * c->value, shown_as(k, lead).unit,
                         c->largest ? "greatest" : "least");
         for (int i = 0; i < k->lead_count; i++)
             if (i != k->first && k->lead[i].from != k->lead[i].to)
                 kmp_text_printf(text, "  with %s = %.15g %s\n", kmp_kinematics_name(k, &k->lead[i]),
-                                kmp_lead_value(&k->lead[i], c->s), kmp_kinematics_unit(k, &k->lead[i]));
+                                shown_as(k, &k->lead[i]).factor * kmp_lead_value(&k->lead[i], c->s),
+                                shown_as(k, &k->lead[i]).unit);
         kmp_text_printf(text,
                         "  two branches meet there; the rates of the other coordinates relative to it are unbounded\n  "
                         "the swept coordinates determine the others to %.1e, margin of the closures %.2g\n",
@@ -94,19 +103,20 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
         if (*c->instead)
             kmp_text_printf(text, "  alternative driving coordinates: %s\n", c->instead);
         for (int i = 0; i < k->system->n; i++)
-            kmp_text_printf(text, "    %s = %.15g %s\n", k->system->model->motions[i].name, c->q[i],
-                            kmp_print_unit(k->system, i));
+            kmp_text_printf(text, "    %s = %.15g %s\n", k->system->model->motions[i].name,
+                            kmp_print_value(k->system, i, c->q[i]), kmp_print_unit(k->system, i));
     }
 }
 
 static void show_changes(kmp_text *text, const kempe_kinematics *k)
 {
+    kmp_shown as = shown_as(k, &k->lead[k->first]);
     for (int c = 0; c < k->change_count; c++)
         kmp_text_printf(text,
                         "\nchange point at %s = %.8g %s: a bifurcation, branches meet there (margin of the closures "
                         "below %.1e); the sweep goes straight on\n",
-                        kmp_kinematics_name(k, &k->lead[k->first]), value_at(k, k->change[c].s),
-                        kmp_kinematics_unit(k, &k->lead[k->first]), k->change[c].margin);
+                        kmp_kinematics_name(k, &k->lead[k->first]), as.factor * value_at(k, k->change[c].s), as.unit,
+                        k->change[c].margin);
 }
 
 static void show_left_out(kmp_text *text, const kempe_kinematics *k)

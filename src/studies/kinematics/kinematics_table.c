@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A sweep as tables. */
+#include "model/tables/output_table.h"
 #include "output/result_table.h"
 #include "studies/kinematics/position_sweep.h"
-#include "studies/simulate/columns.h"
 #include <kempe/kinematics.h>
 
 static void fill_rows(kempe_table *table, const void *result)
@@ -14,8 +14,9 @@ static void fill_rows(kempe_table *table, const void *result)
     for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QDD; quantity++)
         kmp_tabulate_quantity(table, s, quantity);
     for (int c = 0; c < k->width; c++)
-        kmp_tabulate_column(table, kmp_columns_unit_shown(s->model->outputs[k->column[c].output].kind), "%s",
-                            k->column[c].name);
+        kmp_tabulate_column(table,
+                            kmp_output_unit(s->model, &s->model->outputs[k->column[c].output], k->column[c].component),
+                            "%s", k->column[c].name);
     for (int row = 0; row < k->count; row++) {
         ptrdiff_t at = (ptrdiff_t)row * s->n;
         kmp_tabulate_row(table);

@@ -191,13 +191,14 @@ static void say_dead(job *j, int d)
 {
     const kempe_kinematics *k = j->k;
     const kmp_dead_centre *dead = &k->dead[d];
+    kmp_shown as = kmp_shown_as(k->system->context, kmp_kinematics_unit(k, &k->lead[k->first]));
     int moving = 0;
     for (int i = 0; i < k->lead_count; i++)
         moving += k->lead[i].from != k->lead[i].to;
     kmp_text_printf(&j->reason, "%sdead centre: %s'%s' becomes no %s than %.15g %s on this branch",
                     j->reason.length ? "; " : "", moving > 1 ? "the swept coordinates cannot continue together: " : "",
-                    kmp_kinematics_name(k, &k->lead[k->first]), dead->largest ? "larger" : "smaller", dead->value,
-                    kmp_kinematics_unit(k, &k->lead[k->first]));
+                    kmp_kinematics_name(k, &k->lead[k->first]), dead->largest ? "larger" : "smaller",
+                    as.factor * dead->value, as.unit);
     if (k->first == k->time)
         kmp_text_put(&j->reason, ", where the prescribed motion locks");
     if (*dead->instead)
@@ -209,8 +210,9 @@ static void say_lost(job *j)
     const kempe_kinematics *k = j->k;
     const kmp_lead *lead = &k->lead[k->first];
     const kmp_sweep_pose *here = &j->sweep.here;
+    kmp_shown as = kmp_shown_as(k->system->context, kmp_kinematics_unit(k, lead));
     kmp_text_printf(&j->reason, "the step size became too small at %s = %.9g %s (margin of the closures %.1e)",
-                    kmp_kinematics_name(k, lead), value_here(j, lead), kmp_kinematics_unit(k, lead),
+                    kmp_kinematics_name(k, lead), as.factor * value_here(j, lead), as.unit,
                     kmp_sweep_margin(&j->sweep, here));
     kmp_angles_explain(k->system->model, here->x, &j->reason);
 }

@@ -78,9 +78,9 @@ static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
     kmp_lead lead = {0, range->from, range->to};
     KMP_TRY(find(k->system->model, name, &lead.coordinate));
     if (lead.coordinate < 0)
-        KMP_TRY(kmp_range_fits(context, "drive", range, KMP_DIM_TIME));
+        KMP_TRY(kmp_range_fits(context, "sweep", range, KMP_DIM_TIME));
     else
-        KMP_TRY(kmp_range_fits_motion(context, "drive", range, k->system->model->motions[lead.coordinate].rotation, 0));
+        KMP_TRY(kmp_range_fits_motion(context, "sweep", range, k->system->model->motions[lead.coordinate].rotation, 0));
     for (int i = 0; i < k->lead_count; i++)
         if (k->lead[i].coordinate == lead.coordinate)
             return kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is swept or held twice", name);
@@ -150,14 +150,39 @@ static kempe_status release(kempe_kinematics *k, int count, char *const *names)
     return KEMPE_OK;
 }
 
-static kempe_status take_speed(kempe_kinematics *k, double speed)
+/* "2", "90 deg/s": a rate of the first swept coordinate. */
+static kempe_status read_speed(const kempe_kinematics *k, const char *speed, double *value)
+{
+    kempe_context *context = k->system->context;
+    const kmp_lead *lead = &k->lead[k->first];
+    kmp_ranges ranges = {0};
+    kmp_text text = {0};
+    kmp_text_printf(&text, "%s=%s", kmp_kinematics_name(k, lead), speed);
+    kempe_status status = text.failed ? kmp_fail_memory(context) : kmp_ranges_read(context, text.s, &ranges);
+    kmp_text_free(&text);
+    if (status == KEMPE_OK && ranges.count > 1)
+        status = kmp_fail(context, KEMPE_E_ARGUMENT, "speed: one value is expected, not '%s'", speed);
+    if (status == KEMPE_OK)
+        status = kmp_range_is_value(context, "speed", ranges.range);
+    if (status == KEMPE_OK)
+        status = kmp_range_fits_motion(context, "speed", ranges.range,
+                                       k->system->model->motions[lead->coordinate].rotation, 1);
+    if (status == KEMPE_OK && !(ranges.range->from > 0))
+        status = kmp_fail(context, KEMPE_E_ARGUMENT, "speed: a positive value is expected, not '%s'", speed);
+    *value = status == KEMPE_OK ? ranges.range->from : NAN;
+    kmp_ranges_free(&ranges);
+    return status;
+}
+
+static kempe_status take_speed(kempe_kinematics *k, const char *speed)
 {
     const kmp_lead *lead = &k->lead[k->first];
     bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
-    if (timed && speed > 0)
+    if (timed && speed)
         return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
                         "a speed and a range of t exclude each other: the rate of the time is 1");
-    k->speed = timed ? NAN : speed > 0 ? speed : 1;
+    k->speed = timed ? NAN : 1;
+    KMP_TRY(speed ? read_speed(k, speed, &k->speed) : KEMPE_OK);
     k->rate = timed ? 1 / (k->lead[k->time].to - k->lead[k->time].from) : k->speed / fabs(lead->to - lead->from);
     return KEMPE_OK;
 }

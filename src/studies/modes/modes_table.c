@@ -26,7 +26,7 @@ static void fill_modes(kempe_table *table, const void *result)
 static void fill_sweep(kempe_table *table, const kempe_modes *m)
 {
     const kmp_locus *l = &m->locus;
-    kmp_tabulate_column(table, "", "%s", m->name);
+    kmp_tabulate_column(table, kmp_quantity_unit_of(m->system, m->name), "%s", m->name);
     for (int k = 0; k < 2 * l->count; k++)
         kmp_tabulate_column(table, "", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
     for (int k = 0; k < l->reached; k++) {

@@ -178,10 +178,10 @@ void kempe_response_free(kempe_response *r)
     kmp_free(r);
 }
 
-void kmp_response_put_unit(kmp_text *text, const kempe_response *r, int input, int output, const char *before,
+void kmp_response_put_unit(kmp_text *text, const kempe_response *r, int input, const char *of, const char *before,
                            const char *over)
 {
-    const char *of = r->channels.outputs.unit[output], *by = kmp_response_input_unit(r, input);
+    const char *by = kmp_response_input_unit(r, input);
     if (of[0] && by[0])
         kmp_text_printf(text, strchr(by, ' ') ? "%s%s%s(%s)" : "%s%s%s%s", before, of, over, by);
 }
@@ -198,7 +198,7 @@ static void fill_rows(kempe_table *table, const void *result)
         int i = k / f->outputs, o = k % f->outputs;
         const char *output = kmp_response_output(r, o), *input = kmp_response_input(r, i);
         kmp_text unit = {0};
-        kmp_response_put_unit(&unit, r, i, o, "", "/");
+        kmp_response_put_unit(&unit, r, i, kmp_response_shown(r, o).unit, "", "/");
         kmp_tabulate_column(table, unit.s ? unit.s : "", "%s/%s.amplitude", output, input);
         kmp_tabulate_column(table, "deg", "%s/%s.phase", output, input);
         kmp_text_free(&unit);
@@ -208,7 +208,7 @@ static void fill_rows(kempe_table *table, const void *result)
         kmp_tabulate_number(table, f->at[k]);
         for (int p = 0; p < pairs; p++) {
             kmp_response_point at = kmp_response_at(r, k, p);
-            kmp_tabulate_number(table, at.amplitude);
+            kmp_tabulate_number(table, kmp_response_shown(r, p % f->outputs).factor * at.amplitude);
             kmp_tabulate_number(table, at.phase * (360 / two_pi));
         }
     }
@@ -226,7 +226,8 @@ static void fill_peaks(kempe_table *table, const void *result)
         kmp_tabulate_row(table);
         kmp_tabulate_word(table, kmp_response_input(r, p->input));
         kmp_tabulate_word(table, kmp_response_output(r, p->output));
-        kmp_tabulate_numbers(table, 4, (double[]){p->frequency, p->amplitude, p->phase * (360 / two_pi), p->gain});
+        double amplitude = kmp_response_shown(r, p->output).factor * p->amplitude;
+        kmp_tabulate_numbers(table, 4, (double[]){p->frequency, amplitude, p->phase * (360 / two_pi), p->gain});
     }
 }
 

@@ -49,8 +49,14 @@ static inline kmp_response_point kmp_response_at(const kempe_response *r, int k,
     return (kmp_response_point){hypot(re, im), atan2(im, re)};
 }
 
-/** Appends `before` and the unit of an output over that of an input; nothing where one of them is unknown. */
-void kmp_response_put_unit(kmp_text *text, const kempe_response *response, int input, int output, const char *before,
-                           const char *over);
+/** The unit in which an output is shown, and the factor of its amplitudes from SI. */
+static inline kmp_shown kmp_response_shown(const kempe_response *r, int output)
+{
+    return kmp_shown_as(r->channels.system->context, r->channels.outputs.unit[output]);
+}
+
+/** Appends `before` and `of`, the unit of an output, over that of an input; nothing where one of them is unknown. */
+void kmp_response_put_unit(kmp_text *text, const kempe_response *response, int input, const char *of,
+                           const char *before, const char *over);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `response`: undamped poles, peaks, the static response; as JSON every frequency. */
+#include "base/memory.h"
 #include "output/print.h"
 #include "studies/response/response.h"
 #include <kempe/response.h>
@@ -41,7 +42,8 @@ static void show_peaks(kmp_text *text, const kempe_response *r, int width)
         put_pair(text, r, p->input, p->output, width);
         kmp_text_printf(text, "  %13.8g", p->frequency);
         if (isfinite(p->amplitude))
-            kmp_text_printf(text, "  %13.6g  %11.2f", p->amplitude, p->phase * (360 / two_pi));
+            kmp_text_printf(text, "  %13.6g  %11.2f", kmp_response_shown(r, p->output).factor * p->amplitude,
+                            p->phase * (360 / two_pi));
         else
             kmp_text_printf(text, "  %13s  %11s", "unbounded", "-");
         if (isfinite(p->gain))
@@ -59,13 +61,13 @@ static void show_still(kmp_text *text, const kempe_response *r, int width)
     kmp_text_put(text, "\nstatic (0 Hz)\n");
     for (int i = 0; i < f->inputs; i++)
         for (int o = 0; o < f->outputs; o++) {
-            double still = f->still[o + i * f->outputs];
+            double still = kmp_response_shown(r, o).factor * f->still[o + i * f->outputs];
             put_pair(text, r, i, o, width);
             if (isfinite(still))
                 kmp_text_printf(text, "  %13.6g", still);
             else
                 kmp_text_printf(text, "  %13s", "unbounded");
-            kmp_response_put_unit(text, r, i, o, "  ", " / ");
+            kmp_response_put_unit(text, r, i, kmp_response_shown(r, o).unit, "  ", " / ");
             kmp_text_put(text, "\n");
         }
 }
@@ -160,15 +162,20 @@ static void json_peaks(kmp_json *j, const kempe_response *r)
 }
 
 /* Amplitude and phase of one pair over all frequencies; null on poles. */
-static void json_pair(kmp_json *j, const kempe_response *r, int input, int output, const kempe_table *rows)
+static void json_pair(kmp_json *j, const kempe_response *r, int input, int output, double *amplitude, double *phase)
 {
-    int pair = input * r->frequency.outputs + output, count = kempe_table_row_count(rows);
+    int pair = input * r->frequency.outputs + output, count = r->frequency.count;
+    for (int k = 0; k < count; k++) {
+        kmp_response_point at = kmp_response_at(r, k, pair);
+        amplitude[k] = at.amplitude;
+        phase[k] = at.phase * (360 / two_pi);
+    }
     kmp_json_object(j, NULL);
     kmp_json_string(j, "input", kmp_response_input(r, input));
     kmp_json_string(j, "output", kmp_response_output(r, output));
     kmp_json_number(j, "still", r->frequency.still[output + input * r->frequency.outputs]);
-    kmp_json_numbers(j, "amplitude", count, kempe_table_values(rows, 1 + 2 * pair));
-    kmp_json_numbers(j, "phase_deg", count, kempe_table_values(rows, 2 + 2 * pair));
+    kmp_json_numbers(j, "amplitude", count, amplitude);
+    kmp_json_numbers(j, "phase_deg", count, phase);
     kmp_json_end(j);
 }
 
@@ -176,8 +183,6 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_response *r = result;
     const kmp_channels *c = &r->channels;
-    kempe_table *rows = NULL;
-    text->failed = kempe_response_table(r, "rows", &rows) != KEMPE_OK;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, KEMPE_OK, "", c->build_s, c->warnings);
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
@@ -194,12 +199,14 @@ static void json(kmp_text *text, const void *result)
     kmp_json_end(&j);
     kmp_json_numbers(&j, "frequency", r->frequency.count, r->frequency.at);
     kmp_json_array(&j, "responses");
-    for (int i = 0; i < r->frequency.inputs; i++)
+    double *room = KMP_NEW(double, 2 * r->frequency.count);
+    text->failed = text->failed || !room;
+    for (int i = 0; room && i < r->frequency.inputs; i++)
         for (int o = 0; o < r->frequency.outputs; o++)
-            json_pair(&j, r, i, o, rows);
+            json_pair(&j, r, i, o, room, room + r->frequency.count);
+    kmp_free(room);
     kmp_json_end(&j);
     kmp_json_end(&j);
-    kempe_table_free(rows);
 }
 
 kempe_status kempe_response_print(const kempe_response *response, kempe_format format, char **text)

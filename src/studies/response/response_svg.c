@@ -76,7 +76,7 @@ static void draw_name(kmp_text *text, const kempe_response *r, int pair, double 
 {
     int input = pair / r->frequency.outputs, output = pair % r->frequency.outputs;
     kmp_text unit = {0};
-    kmp_response_put_unit(&unit, r, input, output, ", ", " / ");
+    kmp_response_put_unit(&unit, r, input, r->channels.outputs.unit[output], ", ", " / ");
     kmp_picture_entry(text, LEFT, y, "curve", kmp_plot_colour(pair), "%s / %s%s%s", kmp_response_output(r, output),
                       kmp_response_input(r, input), unit.s ? unit.s : "", zero ? ": zero" : "");
     text->failed = text->failed || unit.failed;

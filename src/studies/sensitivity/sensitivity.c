@@ -169,6 +169,7 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
                              .model = model,
                              .context = model->context,
                              .ask = ask,
+                             .integral = ask->integral,
                              .run = run,
                              .method = "",
                              .integrator = ""};

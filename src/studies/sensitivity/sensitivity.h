@@ -20,6 +20,7 @@ struct kempe_sensitivity {
     const kempe_run_options *run;         /* likewise */
     kmp_variant *variant;
     kempe_system *system; /* of the variant */
+    bool integral;        /* the columns are time integrals */
     unsigned *parts;      /* the requested ones of its outputs; NULL: all */
     kmp_arena arena;      /* of names, note and parameters */
     int count;            /* parameters */

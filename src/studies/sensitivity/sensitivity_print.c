@@ -26,6 +26,18 @@ static void put_number(kmp_text *text, int width, double x)
         kmp_text_printf(text, "  %*s", width, "-");
 }
 
+/* The factor of a column and its derivatives from SI to the shown unit; that unit, of the time integral too. */
+static double factor_of(const kempe_sensitivity *s, int column)
+{
+    return kmp_shown_as(s->context, s->unit[column]).factor;
+}
+
+static void put_unit(kmp_text *text, const kempe_sensitivity *s, int column)
+{
+    const char *unit = kmp_shown_as(s->context, s->unit[column]).unit;
+    kmp_text_printf(text, "%s%s", unit, s->integral && *unit ? " s" : "");
+}
+
 /* The last row by some of the parameters. */
 static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int name_width)
 {
@@ -36,10 +48,12 @@ static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int
     kmp_text_put(text, "\n");
     for (int c = 0; c < s->columns; c++) {
         kmp_text_printf(text, "  %-*s", name_width, s->column[c]);
-        put_number(text, 15, kmp_sensitivity_value(s, row, c));
+        put_number(text, 15, factor_of(s, c) * kmp_sensitivity_value(s, row, c));
         for (int k = first; k < end; k++)
-            put_number(text, longest(1, &s->name[k], 11) + 4, kmp_sensitivity_slope(s, row, c, k));
-        kmp_text_printf(text, "  %s\n", s->unit[c]);
+            put_number(text, longest(1, &s->name[k], 11) + 4, factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
+        kmp_text_put(text, "  ");
+        put_unit(text, s, c);
+        kmp_text_put(text, "\n");
     }
 }
 
@@ -149,22 +163,36 @@ kempe_status kempe_sensitivity_print(const kempe_sensitivity *sensitivity, kempe
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 
+/* A column and its derivatives: [NAME] is the SI unit of a parameter. */
+static void add_columns(kempe_table *table, const kempe_sensitivity *s, int c)
+{
+    kmp_text unit = {0};
+    kmp_text_put(&unit, "");
+    put_unit(&unit, s, c);
+    kmp_tabulate_column(table, unit.s ? unit.s : "", "%s", s->column[c]);
+    for (int k = 0; k < s->count; k++) {
+        kmp_text by = {0};
+        kmp_text_printf(&by, "%s/[%s]", unit.s && *unit.s ? unit.s : "1", s->name[k]);
+        kmp_tabulate_column(table, by.s ? by.s : "", "%s/%s", s->column[c], s->name[k]);
+        kmp_text_free(&by);
+    }
+    kmp_text_free(&unit);
+}
+
 static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_sensitivity *s = result;
-    kmp_tabulate_column(table, "", "%s", s->kind->row ? s->kind->row : "row");
-    for (int c = 0; c < s->columns; c++) {
-        kmp_tabulate_column(table, "", "%s", s->column[c]);
-        for (int k = 0; k < s->count; k++)
-            kmp_tabulate_column(table, "", "%s/%s", s->column[c], s->name[k]);
-    }
+    bool times = s->kind->row && strcmp(s->kind->row, "t") == 0;
+    kmp_tabulate_column(table, times ? "s" : "", "%s", s->kind->row ? s->kind->row : "row");
+    for (int c = 0; c < s->columns; c++)
+        add_columns(table, s, c);
     for (int row = 0; row < s->rows; row++) {
         kmp_tabulate_row(table);
         kmp_tabulate_number(table, s->at[row]);
         for (int c = 0; c < s->columns; c++) {
-            kmp_tabulate_number(table, kmp_sensitivity_value(s, row, c));
+            kmp_tabulate_number(table, factor_of(s, c) * kmp_sensitivity_value(s, row, c));
             for (int k = 0; k < s->count; k++)
-                kmp_tabulate_number(table, kmp_sensitivity_slope(s, row, c, k));
+                kmp_tabulate_number(table, factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
         }
     }
 }

@@ -38,28 +38,6 @@ static bool is_repeated(const kempe_model *model, int output)
     return false;
 }
 
-/* -- units ------------------------------------------------------------------------------------------- */
-
-const char *kmp_columns_unit_shown(kmp_output_kind kind)
-{
-    switch (kind) {
-    case KMP_OUTPUT_POSITION:
-        return "m";
-    case KMP_OUTPUT_VELOCITY:
-        return "m/s";
-    case KMP_OUTPUT_ACCELERATION:
-        return "m/s^2";
-    case KMP_OUTPUT_REACTION:
-        return "N";
-    case KMP_OUTPUT_MOMENT:
-        return "N m";
-    case KMP_OUTPUT_ENERGY:
-        return "J";
-    default:
-        return "";
-    }
-}
-
 /* -- the columns ------------------------------------------------------------------------------------- */
 
 static void add(kmp_columns *columns, kmp_text *name, const char *unit, kmp_column of)
@@ -78,7 +56,7 @@ static void add_computed(kmp_columns *columns, const kempe_model *model, int o, 
     for (int k = 0; k < kmp_output_width(model, output); k++) {
         kmp_text name = {0};
         kmp_output_column(&name, model, output, k);
-        add(columns, &name, kmp_columns_unit_shown(output->kind), (kmp_column){KMP_QUANTITIES, first + k, o, k});
+        add(columns, &name, kmp_output_unit(model, output, k), (kmp_column){KMP_QUANTITIES, first + k, o, k});
     }
 }
 

@@ -12,9 +12,6 @@ typedef struct kmp_column {
     int index, output, component;
 } kmp_column;
 
-/** Unit of computed outputs. */
-const char *kmp_columns_unit_shown(kmp_output_kind kind);
-
 typedef struct kmp_columns {
     int count;
     char **name;

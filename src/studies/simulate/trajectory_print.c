@@ -55,7 +55,8 @@ static void show_state(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, "  %-*s  unit  %22s  %22s  %22s\n", width, "", "q", "qd", "qdd");
     for (int k = 0; k < t->system->n; k++)
         kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g\n", width, t->system->model->motions[k].name,
-                        kmp_print_unit(t->system, k), q[k], qd[k], qdd[k]);
+                        kmp_print_unit(t->system, k), kmp_print_value(t->system, k, q[k]),
+                        kmp_print_value(t->system, k, qd[k]), kmp_print_value(t->system, k, qdd[k]));
     kmp_text_put(text, "\n");
 }
 
@@ -65,9 +66,22 @@ static void show_multipliers(kmp_text *text, const kempe_trajectory *t)
     int width = kmp_print_width(t->system, KMP_QUANTITY_LAMBDA);
     if (!lambda || t->system->m == 0)
         return;
-    kmp_text_printf(text, "  %-*s  %28s\n", width, "", "lambda");
+    kmp_text_printf(text, "  %-*s  unit  %22s\n", width, "", "lambda");
     for (int r = 0; r < t->system->m; r++)
-        kmp_text_printf(text, "  %-*s  %28.15g\n", width, t->system->row_names[r], lambda[r]);
+        kmp_text_printf(text, "  %-*s  %-4s  %22.15g\n", width, t->system->row_names[r],
+                        kmp_quantity_unit(t->system, KMP_QUANTITY_LAMBDA, r), lambda[r]);
+    kmp_text_put(text, "\n");
+}
+
+/* Each unit after the values that have it. */
+static void put_values(kmp_text *text, const kempe_model *model, const kmp_output *output, int width, const double *x)
+{
+    for (int k = 0; k < width; k++) {
+        const char *unit = kmp_output_unit(model, output, k);
+        kmp_shown as = kmp_shown_as(model->context, unit);
+        bool last = k + 1 == width || strcmp(unit, kmp_output_unit(model, output, k + 1)) != 0;
+        kmp_text_printf(text, "  %.12g%s%s", as.factor * x[k], last && *unit ? " " : "", last ? as.unit : "");
+    }
     kmp_text_put(text, "\n");
 }
 
@@ -82,9 +96,7 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
             continue;
         kmp_text_put(text, "  ");
         kmp_output_print(text, model, &model->outputs[o]);
-        for (int k = 0; k < width; k++)
-            kmp_text_printf(text, "  %.12g", x[k]);
-        kmp_text_put(text, "\n");
+        put_values(text, model, &model->outputs[o], width, x);
         x += width;
         any = true;
     }

@@ -27,8 +27,8 @@ static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *rang
 {
     const kempe_model *model = t->given->model;
     int c = -1;
-    KMP_TRY(kmp_coordinate_find(model, "over", range->name, strlen(range->name), &c));
-    KMP_TRY(kmp_range_fits_motion(context_of(t), "over", range, model->motions[c].rotation, 0));
+    KMP_TRY(kmp_coordinate_find(model, "sweep", range->name, strlen(range->name), &c));
+    KMP_TRY(kmp_range_fits_motion(context_of(t), "sweep", range, model->motions[c].rotation, 0));
     if (kmp_contact_hold_of(t, c) >= 0)
         return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "--sweep: '%s' is given twice", range->name);
     *lead = (kmp_contact_lead){-1, t->hold_count};

@@ -6,11 +6,19 @@
 #include <kempe/contact.h>
 #include <kempe/contact_table.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
-static const char *unit_of(const kempe_contact_table *t)
+/* Of the swept value k, in SI; "": a parameter. */
+static const char *unit_of(const kempe_contact_table *t, int k)
 {
-    return t->lead[0].hold < 0 ? "" : kmp_print_unit(t->system, t->hold[t->lead[0].hold].coordinate);
+    int hold = t->lead[k].hold;
+    return hold < 0 ? "" : kmp_quantity_unit(t->system, KMP_QUANTITY_Q, t->hold[hold].coordinate);
+}
+
+static kmp_shown shown_as(const kempe_contact_table *t, const char *unit)
+{
+    return kmp_shown_as(t->given->context, unit);
 }
 
 static const char *wheel_name(const kempe_contact_table *t, int wheel)
@@ -24,11 +32,12 @@ static void say_leads(kmp_text *text, const kempe_contact_table *t)
 {
     for (int k = 0; k < t->over.count; k++) {
         const kmp_range *r = &t->over.range[k];
-        const char *unit = t->lead[k].hold < 0 ? "" : kmp_print_unit(t->system, t->hold[t->lead[k].hold].coordinate);
+        kmp_shown as = shown_as(t, unit_of(t, k));
         if (r->from != r->to)
-            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s\n", r->name, r->from, r->to, unit);
+            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s\n", r->name, as.factor * r->from, as.factor * r->to,
+                            as.unit);
         else
-            kmp_text_printf(text, "  %s is %.9g %s\n", r->name, r->from, unit);
+            kmp_text_printf(text, "  %s is %.9g %s\n", r->name, as.factor * r->from, as.unit);
     }
 }
 
@@ -41,10 +50,10 @@ static void say_holds(kmp_text *text, const kempe_contact_table *t)
         const char *unit = kmp_print_unit(t->system, c);
         if (t->hold[k].how == KMP_RATE_FREED)
             kmp_text_printf(text, "  %s turns at the rate without driving torque, at first %.6g %s/s\n",
-                            model->motions[c].name, t->count ? t->qd[c] : NAN, unit);
+                            model->motions[c].name, t->count ? kmp_print_value(t->system, c, t->qd[c]) : NAN, unit);
         else if (t->hold[k].rate != 0)
             kmp_text_printf(text, "  %s turns at the prescribed rate %.6g %s/s\n", model->motions[c].name,
-                            t->hold[k].rate, unit);
+                            kmp_print_value(t->system, c, t->hold[k].rate), unit);
     }
 }
 
@@ -58,7 +67,8 @@ static void put(kmp_text *text, double x)
 
 static void show_patch(kmp_text *text, const kempe_contact_table *t, const kempe_contact_patch *p)
 {
-    const double shown[] = {p->s * 1e3, p->y * 1e3, p->angle,    p->radius * 1e3, p->normal, p->slip[0],
+    double angle = shown_as(t, "rad").factor * p->angle;
+    const double shown[] = {p->s * 1e3, p->y * 1e3, angle,       p->radius * 1e3, p->normal, p->slip[0],
                             p->slip[1], p->spin,    p->force[0], p->force[1],     p->moment};
     for (size_t k = 0; k < sizeof shown / sizeof *shown; k++)
         put(text, shown[k]);
@@ -69,8 +79,11 @@ static void show_patch(kmp_text *text, const kempe_contact_table *t, const kempe
 
 static void show_rows(kmp_text *text, const kempe_contact_table *t)
 {
-    static const char *const heads[] = {"wheel, mm", "rail, mm",  "angle, rad", "radius, mm", "N",      "along",
-                                        "across",    "spin, 1/m", "Fx, N",      "Fy, N",      "Mz, N m"};
+    char angle[16];
+    (void)snprintf(angle, sizeof angle, "angle, %s", shown_as(t, "rad").unit);
+    const char *const heads[] = {"wheel, mm", "rail, mm",  angle,   "radius, mm", "N",      "along",
+                                 "across",    "spin, 1/m", "Fx, N", "Fy, N",      "Mz, N m"};
+    double factor = shown_as(t, unit_of(t, 0)).factor;
     int width = 5;
     for (int w = 0; w < t->wheel_count; w++)
         width = (int)fmax(width, (double)strlen(wheel_name(t, w)));
@@ -87,12 +100,13 @@ static void show_rows(kmp_text *text, const kempe_contact_table *t)
                 const kempe_contact_patch *p = kempe_contact_table_patch(t, row, w, z);
                 if (!p->touches)
                     continue;
-                kmp_text_printf(text, "%12.6g  %-*s %4d", t->value[row], width, wheel_name(t, w), z + 1);
+                kmp_text_printf(text, "%12.6g  %-*s %4d", factor * t->value[row], width, wheel_name(t, w), z + 1);
                 show_patch(text, t, p);
                 touching++;
             }
             if (touching == 0)
-                kmp_text_printf(text, "%12.6g  %-*s    -  no contact\n", t->value[row], width, wheel_name(t, w));
+                kmp_text_printf(text, "%12.6g  %-*s    -  no contact\n", factor * t->value[row], width,
+                                wheel_name(t, w));
         }
 }
 
@@ -174,7 +188,7 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json json = kmp_json_begin(text);
     kmp_print_head(&json, t->system, t->status, t->reason, t->system->build_s, t->warnings);
     kmp_json_string(&json, "over", t->over.range[0].name);
-    kmp_json_string(&json, "unit", unit_of(t));
+    kmp_json_string(&json, "unit", unit_of(t, 0));
     kmp_json_string(&json, "law", t->has_law ? kempe_contact_law_name(t->law) : NULL);
     kmp_json_number(&json, "residual", t->residual);
     kmp_json_whole(&json, "iterations", t->iterations);
@@ -212,9 +226,10 @@ static void fill_rows(kempe_table *to, const void *result)
 {
     const kempe_contact_table *t = result;
     const char *over = t->over.range[0].name;
-    kmp_tabulate_comment(to, "%s: units m, rad, N, 1/m, N m; %s in %s", t->system->model->name, over,
-                         *unit_of(t) ? unit_of(t) : "SI");
-    kmp_tabulate_column(to, unit_of(t), "%s", over);
+    kmp_shown as = shown_as(t, unit_of(t, 0));
+    kmp_tabulate_comment(to, "%s: units m, %s, N, 1/m, N m; %s in %s", t->system->model->name, shown_as(t, "rad").unit,
+                         over, *as.unit ? as.unit : "SI");
+    kmp_tabulate_column(to, unit_of(t, 0), "%s", over);
     kmp_tabulate_column(to, NULL, "wheel");
     kmp_tabulate_columns(to, "", "zone touches");
     kmp_tabulate_columns(to, "m", "s y");
@@ -238,7 +253,7 @@ static void fill_states(kempe_table *to, const void *result)
 {
     const kempe_contact_table *t = result;
     int n = t->system->n;
-    kmp_tabulate_column(to, unit_of(t), "%s", t->over.range[0].name);
+    kmp_tabulate_column(to, unit_of(t, 0), "%s", t->over.range[0].name);
     kmp_tabulate_quantity(to, t->system, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(to, t->system, KMP_QUANTITY_QD);
     for (int row = 0; row < t->count; row++) {
