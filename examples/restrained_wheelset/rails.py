@@ -3,7 +3,7 @@
 """The wheelset on rails in space, from its own equations: eigenvalues at a speed, and critical speeds.
 
     python3 rails.py CONE V             eigenvalues
-    python3 rails.py                    critical speeds over the slope of the cones, beside the closed form
+    python3 rails.py > rails.csv        critical speeds over the slope of the cones, beside the closed form
 
 Two cones on rails that are as round as the wheels, contact rigid, patches by Hertz and linear forces by Kalker, for
 ellipses that are all but circles: sizes go with the radius that a wheel rolls on, creepages with the speed of its own

@@ -1,0 +1,52 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes reference.csv and wheelset.csv: figures of CONTACT's own outputs for the benchmark, in the signs used here.
+
+    python3 reference.py CONTACT > reference.csv
+    python3 reference.py CONTACT wheelset > wheelset.csv
+
+CONTACT: the folder `examples` of https://github.com/eve70a/CONTACT with mbench_a22_left.ref_out and
+mbench_a22_right.ref_out, and mbench_a22_left.inp, whose roll and rates have all digits.
+"""
+import pathlib
+import re
+import sys
+
+FIGURES = ("y", "angle", "normal", "slip.x", "slip.y", "spin", "force.x", "force.y")
+
+
+def after(text, *names):
+    """Numbers of the line below the one that has these names."""
+    line = re.search(r"^ *" + r" +".join(map(re.escape, names)) + r".*\n(.*)$", text, re.M).group(1)
+    return [float(x.rstrip(".")) for x in line.split()]
+
+
+def contact(case):
+    x, y, _, angle = after(case, "XCP(TR)", "YCP(TR)")[:4]
+    creep = after(case, "CHI", "DQ")[3:6]
+    normal, fx, fs = after(case, "FN", "FX", "FS")[:3]
+    return abs(y) / 1000, abs(angle), normal, -creep[0], creep[1], 1000 * creep[2], -fx, fs
+
+
+def contacts(path, wheel):
+    for case in re.split(r"^ Case ", path.read_text(), flags=re.M)[1:]:
+        yield [f"{abs(after(case, 'S_WS', 'Y_WS')[1]) / 1000:g}", wheel, *(f"{x:.8g}" for x in contact(case))]
+
+
+def wheelsets(path):
+    for place, rates in re.findall(r"^(.*) S, Y, FZ, ROLL.*\n(.*) VS,VY,VZ", path.read_text(), re.M):
+        yield [f"{float(place.split()[1]) / 1000:g}", f"{float(place.split()[3]):.8g}", f"{-float(rates.split()[5]):.8g}"]
+
+
+if __name__ == "__main__":
+    folder = pathlib.Path(sys.argv[1])
+    print("# Manchester contact benchmark, case A-2.2, as CONTACT has it: figures of its example, by reference.py.")
+    if sys.argv[2:] == ["wheelset"]:
+        print("shift,roll,rate")
+        table = wheelsets(folder / "mbench_a22_left.inp")
+    else:
+        print(f"shift,wheel,{','.join(FIGURES)}")
+        table = sorted((row for side in ("left", "right") for row in contacts(folder / f"mbench_a22_{side}.ref_out", side[0].upper())),
+                       key=lambda row: (float(row[0]), row[1]))
+    for row in table:
+        print(",".join(row))
