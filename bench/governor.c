@@ -4,6 +4,7 @@
  * and times of the implicit ways; errors against reference.csv where the governor is as it is, else against a run of
  * radau9 at rtol 1e-13. */
 #include "judged.h"
+#include "stiffened.h"
 #include <kempe/check.h>
 
 typedef struct mechanism {
@@ -17,24 +18,10 @@ typedef struct way {
 } way;
 
 static const way ways[] = {{"reduced", "bdf", -12},    {"reduced", "ida", -12},    {"dae", "ida", -12},
-                           {"reduced", "radau5", -12}, {"reduced", "radau9", -12}, {"reduced", "dirk", -8}};
+                           {"reduced", "radau5", -12}, {"reduced", "radau9", -12}, {"reduced", "dirk", -8},
+                           {"projected", "radau", -12}};
 
 enum { WAYS = sizeof ways / sizeof *ways, MOST_TIMES = 64 };
-
-static char *model_text(const mechanism *m, const char *stiffness)
-{
-    static char text[8192], changed[8192];
-    FILE *file = fopen(m->path, "r");
-    size_t length = file ? fread(text, 1, sizeof text - 1, file) : 0;
-    text[length] = '\0';
-    char *at = strstr(text, m->given);
-    if (file)
-        fclose(file);
-    if (length == 0 || !at)
-        exit(1);
-    snprintf(changed, sizeof changed, "%.*s%s%s", (int)(at - text), text, stiffness, at + strlen(m->given));
-    return changed;
-}
 
 static void one(const judged *with, const kempe_assembly *start, const way *w, double rtol)
 {
@@ -76,7 +63,7 @@ static void scene(const mechanism *m, const char *stiffness, const char *digits)
     bench b = {kempe_context_new(), NULL, NULL};
     kempe_assembly *start = NULL;
     kmp_reference reference;
-    if (kempe_model_read_text(b.context, model_text(m, stiffness), "model", &b.model) ||
+    if (kempe_model_read_text(b.context, stiffened(m->path, m->given, stiffness), "model", &b.model) ||
         kempe_system_new(b.model, &b.system) || kempe_assembly_new(b.system, &start))
         exit(1);
     if (!digits)

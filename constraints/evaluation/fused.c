@@ -206,6 +206,11 @@ bool kmp_fused_is_good(kmp_fused *f, double t, const double *y)
     return is_good(f, kmp_machine_run(f->made.machine, KMP_FUSED_END));
 }
 
+const kmp_program *kmp_fused_program(const kmp_fused *f)
+{
+    return f->effort ? NULL : f->program;
+}
+
 kmp_counts kmp_fused_count(const kmp_fused *f)
 {
     return kmp_program_count(f->made.program, KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS);

@@ -40,6 +40,10 @@ kmp_fused_end kmp_fused_at_end(kmp_fused *fused);
 /** True if the order of elimination is good at (t, y). */
 bool kmp_fused_is_good(kmp_fused *fused, double t, const double *y);
 
+/** The program for kmp_lanes, whose inputs and outputs are those of fused_inside.h; NULL: with user-defined forces it
+ * does not have all of the right-hand side. */
+const kmp_program *kmp_fused_program(const kmp_fused *fused);
+
 /** Operation count of a run. */
 kmp_counts kmp_fused_count(const kmp_fused *fused);
 

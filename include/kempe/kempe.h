@@ -173,7 +173,7 @@ typedef struct kempe_run_options {
     size_t size;             /* sizeof this struct, or 0: that of version 0.1 */
     const char *formulation; /* reduced | dae | projected */
     const char *form;        /* reduced: integrated | newton;  dae: stabilized1;  projected: none */
-    const char *integrator;  /* dop853 | dopri5 | adams | bdf | radau5 | radau9 | erk | dirk | ida */
+    const char *integrator;  /* dop853 | dopri5 | adams | bdf | radau | radau5 | radau9 | erk | dirk | ida */
     const char *linear;      /* dae: auto, klu, umfpack, dense */
     const char
         *backend; /* native (default: machine code on x86-64 with AVX, elsewhere the tape), tape: the same bits */

@@ -29,7 +29,7 @@ typedef struct kempe_sensitivity_options {
     int integral;           /* 1: the outputs are integrated from 0 to t_end */
     const char *at;         /* start | equilibrium: the state, if `of` is not a trajectory */
     const kempe_run_options *run; /* tolerances, t_end, output_step, independent, back end; integrator: dop853, dopri5,
-                                   * radau5, radau9, erk */
+                                   * radau, radau5, radau9, erk */
 } kempe_sensitivity_options;
 
 typedef struct kempe_sensitivity kempe_sensitivity;

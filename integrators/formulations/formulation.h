@@ -36,6 +36,7 @@ typedef struct kmp_formulation_start {
     bool fixed;    /* u is fixed, and the run ends where it becomes singular */
     bool restarts; /* an exchange restarts the integrator at a low order */
     bool implicit; /* the integrator uses the Jacobian of an ODE, which needs M and C */
+    bool lanes;    /* the integrator evaluates several stages at once (kmp_ode.lanes) */
     bool dae;      /* the integrator solves F(t, y, y') = 0 */
     void *user;    /* of a caller's own formulation (kmp_run_spec) */
 } kmp_formulation_start;

@@ -7,6 +7,7 @@
  * - newton: every evaluation closes v for its u by Newton's method, predicted along the tangent from the last accepted
  *   step only. An evaluation whose corrections stop contracting fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
+#include "constraints/evaluation/fused_inside.h"
 #include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
@@ -160,6 +161,25 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
         dy[kmp_reduced_work(d)] =
             fused ? kmp_fused_power(d->fused) : kmp_eval_power_here(d->eval, d->qd) + kmp_reduced_drive_power(d);
     return said;
+}
+
+/* The fused program gives the slopes of u's rates and of v, the pivots of the reduced mass, and the power. */
+static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
+{
+    kmp_reduced *d = self;
+    kmp_stage_lanes *stages = &d->stages;
+    if (!stages->lanes || !is_fused(d))
+        return KMP_APART;
+    int w = stages->width, slopes = d->p + d->r;
+    kmp_stage_lanes_renew(stages);
+    kmp_lanes_set(stages->lanes, KMP_IN_TIME, t);
+    kmp_lanes_set(stages->lanes, KMP_IN_Q, y);
+    const double *out = kmp_lanes_run(stages->lanes, KMP_FUSED_RATES), *pivot = out + slopes * w;
+    memcpy(dy + d->p * w, out, (size_t)(slopes * w) * sizeof *dy);
+    if (d->has_work)
+        memcpy(dy + kmp_reduced_work(d) * w, pivot + d->p * w, (size_t)w * sizeof *dy);
+    bool good = kmp_stage_lanes_positive(stages, d->p, pivot) && kmp_stage_lanes_finite(stages, slopes, out);
+    return good ? KMP_GO : KMP_RETRY;
 }
 
 static int jacobian(void *self, double t, const double *y, double *j)
@@ -389,6 +409,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
 static void release(kmp_formulation *formulation)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
+    kmp_stage_lanes_free(&d->stages);
     kmp_fused_free(d->fused);
     kmp_reduced_jacobian_free(&d->tangents);
     kmp_reduction_free(&d->red);
@@ -428,6 +449,10 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
         return kmp_fail_memory(d->s->context);
     KMP_TRY(begin(d, start));
     kmp_reduced_set_tolerances(d);
+    if (start->lanes && d->integrated) {
+        d->formulation.ode.lanes = rhs_of_stages;
+        d->formulation.ode.width = kmp_stage_lanes_width();
+    }
     if (kmp_reduced_fuse(d, !start->brief) != KMP_GO)
         return KEMPE_E_FAILED;
     if (!implicit || d->integrated)

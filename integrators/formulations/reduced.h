@@ -7,6 +7,7 @@
 #include "constraints/evaluation/fused.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
+#include "integrators/formulations/stage_lanes.h"
 
 typedef struct kmp_reduced {
     kmp_formulation formulation; /* first */
@@ -15,9 +16,10 @@ typedef struct kmp_reduced {
     kmp_evaluator *eval;
     kmp_partition part; /* own copy: exchanges change it */
     kmp_reduction red;
-    kmp_fused *fused;  /* fused program of the integrated form; NULL: there is none */
-    bool apart;        /* its order of elimination is bad at the end of the last step */
-    long steps;        /* since the last exchange */
+    kmp_fused *fused;       /* fused program of the integrated form; NULL: there is none */
+    kmp_stage_lanes stages; /* the fused program for several stages at once */
+    bool apart;             /* its order of elimination is bad at the end of the last step */
+    long steps;             /* since the last exchange */
     bool by_saddle;    /* accelerations and multipliers come from the saddle system: by articulated bodies, or with many
                         * degrees of freedom */
     kmp_saddle saddle; /* rates of v come from the reduction in any case */

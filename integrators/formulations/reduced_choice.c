@@ -97,11 +97,17 @@ static bool can_fuse(const kmp_reduced *d)
 
 int kmp_reduced_fuse(kmp_reduced *d, bool worth)
 {
+    kmp_stage_lanes_free(&d->stages);
     kmp_fused_free(d->fused);
     d->fused = NULL;
     d->apart = false;
     d->steps = 0;
-    return worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red) != KEMPE_OK ? KMP_HALT : KMP_GO;
+    if (worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red) != KEMPE_OK)
+        return KMP_HALT;
+    if (!d->fused || !d->start.lanes || kmp_stage_lanes_init(&d->stages, kmp_fused_program(d->fused), d->eval))
+        return KMP_GO;
+    (void)kmp_fail_memory(d->s->context);
+    return KMP_HALT;
 }
 
 /* With many degrees of freedom the sparse saddle system costs less than the reduced mass, which has fewer zeros. */

@@ -125,6 +125,7 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.fixed = run->spec.keep_independent;
     given.restarts = !solver->corrects;
     given.implicit = solver->implicit;
+    given.lanes = solver->lanes;
     given.dae = solver->dae;
     given.user = run->spec.user;
     kmp_eval_take(run->eval, run->by_bodies && kind->by_bodies && !given.implicit && !given.dae);

@@ -9,9 +9,10 @@
 /* Results of a callback. */
 enum {
     KMP_GO = 0,
-    KMP_RETRY = 1,  /* this state cannot be evaluated, or this step is rejected: try a smaller one */
-    KMP_HALT = -1,  /* give up; the formulation keeps the reason */
-    KMP_CHANGED = 2 /* the unknowns have changed their meaning: restart from them */
+    KMP_RETRY = 1,   /* this state cannot be evaluated, or this step is rejected: try a smaller one */
+    KMP_HALT = -1,   /* give up; the formulation keeps the reason */
+    KMP_CHANGED = 2, /* the unknowns have changed their meaning: restart from them */
+    KMP_APART = 3    /* several places cannot be evaluated at once now: evaluate one by one */
 };
 
 typedef struct kmp_ode {
@@ -33,6 +34,11 @@ typedef struct kmp_ode {
      * dy = f(t, y) with nothing left out, and the distance from a singularity of f over its usual value. dy or distance
      * may be NULL. NULL: none. */
     int (*closed)(void *self, double t, double *y, bool as_it_is, double *dy, double *distance);
+
+    /** dy = f(t, y) at `width` places at once: of t, y and dy, value k of lane l is at k width + l. Slopes of positions
+     * are left out. For integrators that evaluate several stages together. NULL: none, or KMP_APART: by rhs alone. */
+    int (*lanes)(void *self, const double *t, const double *y, double *dy);
+    int width;       /* 4 or 8; 0: no lanes */
     int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
     int quadratures; /* the last of y, on which f does not depend */
 } kmp_ode;

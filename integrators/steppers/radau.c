@@ -88,29 +88,14 @@ static void weigh(kmp_radau *s)
         s->scale[i] = s->widen * (s->base.tolerance.atol[i] + s->base.tolerance.rtol * fabs(s->y[i]));
 }
 
-/* Norm of (a - b) in the weights; b NULL: of a. */
-static double norm(const kmp_radau *s, const double *a, const double *b)
+static double norm(const kmp_radau *s, const double *a)
 {
     double sum = 0;
     for (int i = 0; i < s->n; i++) {
-        double e = (b ? a[i] - b[i] : a[i]) / s->scale[i];
+        double e = a[i] / s->scale[i];
         sum += e * e;
     }
     return sqrt(sum / s->n);
-}
-
-/* First step as for explicit methods (Hairer, Norsett, Wanner, I, II.4), of the order of the estimate. */
-static int choose_first_step(kmp_radau *s)
-{
-    double longest = s->base.t_end - s->base.t;
-    weigh(s);
-    double slope = norm(s, s->dy, NULL), size = norm(s, s->y, NULL);
-    double h = fmin(slope <= 1e-5 || size <= 1e-5 ? 1e-6 : 0.01 * size / slope, longest);
-    int said = kmp_solver_euler(&s->base, &h, s->y, s->dy, s->trial, s->f[0]);
-    double most = fmax(said == KMP_GO ? norm(s, s->f[0], s->dy) / h : 0, slope);
-    double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / (s->s + 1));
-    s->base.h = fmin(fmin(100 * h, h1), longest);
-    return said == KMP_HALT ? KMP_HALT : KMP_GO;
 }
 
 static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
@@ -124,8 +109,10 @@ static kempe_status start(void *solver, double t, const double *y, const double 
     s->patience = PATIENCE;
     memcpy(s->y, y, (size_t)s->n * sizeof *y);
     int said = kmp_solver_call(&s->base, t, s->y, s->dy);
-    if (said == KMP_GO && h0 == 0 && t_end > t)
-        said = choose_first_step(s);
+    if (said == KMP_GO && h0 == 0 && t_end > t) {
+        weigh(s);
+        said = kmp_solver_first_step(&s->base, s->s + 1, s->y, s->dy, s->scale, s->trial, s->f[0]);
+    }
     return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
@@ -142,7 +129,7 @@ static double defect(kmp_radau *s, double h, const double *f)
         s->error[k] = f[k] - sum / h;
     }
     kmp_radau_filter(s, s->error);
-    return norm(s, s->error, NULL);
+    return norm(s, s->error);
 }
 
 /* Difference from a polynomial of one degree more, by the leading coefficients of two steps. The filter removes the

@@ -85,6 +85,30 @@ int kmp_solver_euler(kmp_solver *solver, double *h, const double *y, const doubl
     return said;
 }
 
+/* Norm of (a - b) in the weights; b NULL: of a. */
+static double norm(int n, const double *a, const double *b, const double *scale)
+{
+    double sum = 0;
+    for (int i = 0; i < n; i++) {
+        double e = (b ? a[i] - b[i] : a[i]) / scale[i];
+        sum += e * e;
+    }
+    return sqrt(sum / n);
+}
+
+int kmp_solver_first_step(kmp_solver *solver, int order, const double *y, const double *dy, const double *scale,
+                          double *y1, double *f)
+{
+    int n = solver->ode.n;
+    double longest = solver->t_end - solver->t, slope = norm(n, dy, NULL, scale), size = norm(n, y, NULL, scale);
+    double h = fmin(slope <= 1e-5 || size <= 1e-5 ? 1e-6 : 0.01 * size / slope, longest);
+    int said = kmp_solver_euler(solver, &h, y, dy, y1, f);
+    double most = fmax(said == KMP_GO ? norm(n, f, dy, scale) / h : 0, slope);
+    double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / order);
+    solver->h = fmin(fmin(100 * h, h1), longest);
+    return said == KMP_HALT ? KMP_HALT : KMP_GO;
+}
+
 /* Parts of t, in units of rounding: LEAST bounds a step; repeated steps below COLLAPSED are a collapse. */
 static const double LEAST = 16, COLLAPSED = 64;
 enum { MAX_HOPELESS = 100 };

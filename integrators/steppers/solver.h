@@ -43,6 +43,7 @@ typedef struct kmp_solver_kind {
     bool dae;           /* solves F(t, y, y') = 0 instead of y' = f(t, y) */
     bool corrects;      /* `accept` may correct y and reject a step: one-step methods */
     bool implicit;      /* uses the Jacobian of the ODE if there is one */
+    bool lanes;         /* uses `lanes` of the ODE if there is one */
     bool standard;      /* compare runs it by default */
     const void *method; /* for `create`, if several kinds have the same functions */
 
@@ -78,6 +79,11 @@ int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy);
 
 /** f after an Euler step of length *h from y with slope dy, in `y1`; *h is quartered until f can be evaluated. */
 int kmp_solver_euler(kmp_solver *solver, double *h, const double *y, const double *dy, double *y1, double *f);
+
+/** First step as for explicit methods (Hairer, Norsett, Wanner, I, II.4), of an error of order `order` in h, into
+ * solver->h: weights `scale`, room y1 and f. KMP_GO or KMP_HALT. */
+int kmp_solver_first_step(kmp_solver *solver, int order, const double *y, const double *dy, const double *scale,
+                          double *y1, double *f);
 
 static inline void kmp_solver_swap(double **a, double **b)
 {

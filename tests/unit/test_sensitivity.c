@@ -482,7 +482,7 @@ static void refusals(void)
     expect(stop, &(kempe_sensitivity_options){.parameters = " , "}, KEMPE_E_ARGUMENT, "there is no parameter");
     expect(stop, &(kempe_sensitivity_options){.outputs = "q(z)"}, KEMPE_E_ARGUMENT, "z");
     expect(stop, &(kempe_sensitivity_options){.run = &(kempe_run_options){.integrator = "ida"}}, KEMPE_E_ARGUMENT,
-           "integrator 'ida' does not support sensitivities; available: dop853, dopri5, radau5, radau9");
+           "integrator 'ida' does not support sensitivities; available: dop853, dopri5, radau, radau5, radau9");
     expect(bare, &(kempe_sensitivity_options){.parameters = "ax"}, KEMPE_E_ARGUMENT,
            "parameter 'ax' cannot be a variable of the equations");
     (void)snprintf(text, sizeof text, five_bar, "");

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Radau IIA with all stages of a step evaluated at once, in the lanes of vector registers: 7 stages (order 13) in 8
+ * lanes, 4 stages (order 7) in 4 lanes. Error estimate of the order of the stages, step control after Gustafsson, dense
+ * output from the stages (Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed., IV.5, IV.8).
+ *
+ * A one-step method: the formulation corrects y between steps. */
+#include "integrators/steppers/collocation.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MAX_REJECT = 1000, MOST_SWEEPS = 16 };
+
+/* Safety, least and largest quotient of two steps. */
+static const double SAFETY = 0.9, SHRINK = 0.2, GROW = 4;
+/* Found on the mechanisms of bench/collocation: errors anywhere in a run are then about those of dop853. */
+static const double PART = 0.5, POWER = 0.7, REST = 0.3;
+/* Contraction of Picard's iteration that the next step aims at. */
+static const double CONTRACTS = 0.3;
+/* Growth of the bound on steps after an iteration that failed. */
+static const double RECOVERS = 1.1;
+static const double OLD_ERROR_FLOOR = 1e-4;
+
+/* -- creation ------------------------------------------------------------------------------------------ */
+
+static void allocate(kmp_collocation *s)
+{
+    int inner = s->inner + s->q;
+    kmp_arena *a = &s->base.arena;
+    (void)KMP_ARENA_GROUPS(
+        a,
+        {s->n,
+         {&s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale, &s->w_accept, &s->error, &s->fix}},
+        {inner, {&s->weight, &s->g_start, &s->g_start_old}});
+    struct {
+        double **to;
+        int size;
+    } lanes[] = {{&s->g, inner},         {&s->g_old, inner},   {&s->stage, s->n}, {&s->f, s->n},
+                 {&s->change, s->inner}, {&s->ends, s->inner}, {&s->at, 1},       {&s->once, s->s},
+                 {&s->twice, s->s},      {&s->end, s->s},      {&s->one, 1},      {&s->zero, 1},
+                 {&s->ahead, s->s + 1},  {&s->hc, 1},          {&s->filter, 1}};
+    for (size_t k = 0; k < sizeof lanes / sizeof *lanes; k++)
+        *lanes[k].to = kmp_arena_aligned(a, (size_t)(lanes[k].size * s->w));
+}
+
+static void set_constants(kmp_collocation *s)
+{
+    for (int l = 0; l < s->w; l++) {
+        s->one[l] = 1;
+        s->zero[l] = 0;
+        s->filter[l] = l == KMP_END_SLOPE ? s->table.filter : 0;
+        for (int j = 0; j < s->s; j++)
+            s->end[j * s->w + l] = l < KMP_COLLOCATION_ENDS ? s->table.end[j][l] : 0;
+    }
+}
+
+/* The estimate is of order s, dense output of order s + 1, and the ends of steps of order 2 s - 1: for errors in
+ * proportion to rtol the estimate is compared with PART rtol^POWER of the values. Iterations continue to REST of rtol. */
+static void choose_limits(kmp_collocation *s)
+{
+    double rtol = PART * pow(s->base.tolerance.rtol, POWER);
+    s->widen = rtol / s->base.tolerance.rtol;
+    s->limit = fmax(10 * DBL_EPSILON / rtol, fmin(0.03, REST / s->widen));
+    s->most_sweeps = MOST_SWEEPS;
+}
+
+static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
+{
+    kmp_collocation *s = kmp_solver_new(kind, setup, sizeof *s);
+    if (!s)
+        return NULL;
+    const kmp_ode *ode = &s->base.ode;
+    s->w = ode->lanes ? ode->width : 8;
+    s->s = s->w == 4 ? 4 : 7;
+    s->n = ode->n;
+    s->p = ode->positions;
+    s->q = ode->quadratures;
+    s->inner = s->n - s->p - s->q;
+    kmp_collocation_make(&s->table, s->s);
+    choose_limits(s);
+    allocate(s);
+    if (!s->base.arena.failed)
+        set_constants(s);
+    return kmp_solver_made(s);
+}
+
+/* -- start --------------------------------------------------------------------------------------------- */
+
+static void weigh(kmp_collocation *s)
+{
+    for (int k = 0; k < s->n; k++)
+        s->scale[k] = s->widen * (s->base.tolerance.atol[k] + s->base.tolerance.rtol * fabs(s->y[k]));
+}
+
+static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    kmp_collocation *s = solver;
+    (void)yp;
+    kmp_solver_begin(&s->base, t, t_end, h0);
+    s->first = true;
+    s->rejected = s->has_step = s->collapsed = false;
+    s->ceiling = 0;
+    memcpy(s->y, y, (size_t)s->n * sizeof *y);
+    int said = kmp_solver_call(&s->base, t, s->y, s->dy);
+    if (said == KMP_GO && h0 == 0 && t_end > t) {
+        weigh(s);
+        said = kmp_solver_first_step(&s->base, s->s + 1, s->y, s->dy, s->scale, s->trial, s->slope);
+    }
+    return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+/* -- one attempt --------------------------------------------------------------------------------------- */
+
+/* Asks the formulation to accept the step's end, which is left in y_old, its derivative in dy_new. */
+static kmp_collocation_outcome finish(kmp_collocation *s, double h, double t_new)
+{
+    kmp_collocation_end(s, h);
+    for (int k = 0; k < s->n; k++) {
+        s->fix[k] = s->y_old[k];
+        s->w_accept[k] = s->base.tolerance.atol[k] + s->base.tolerance.rtol * fmax(fabs(s->y[k]), fabs(s->y_old[k]));
+    }
+    int said = kmp_solver_call(&s->base, t_new, s->y_old, s->dy_new);
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
+    if (s->base.ode.accept)
+        said = s->base.ode.accept(s->base.ode.self, t_new, s->y_old, s->dy_new, s->w_accept);
+    for (int k = 0; k < s->n; k++)
+        s->fix[k] = s->y_old[k] - s->fix[k];
+    return said == KMP_GO      ? KMP_COLLOCATION_TAKEN
+           : said == KMP_RETRY ? KMP_COLLOCATION_BAD_STEP
+                               : KMP_COLLOCATION_HALTED;
+}
+
+static kmp_collocation_outcome attempt(kmp_collocation *s, double h, double t_new, double *error, double *shorter)
+{
+    kmp_collocation_outcome what = kmp_collocation_find_stages(s, h, error, shorter);
+    return what == KMP_COLLOCATION_TAKEN ? finish(s, h, t_new) : what;
+}
+
+/* -- control ------------------------------------------------------------------------------------------- */
+
+static double after_error(const kmp_collocation *s, double h, double error)
+{
+    return h * fmax(SHRINK, fmin(GROW, SAFETY * pow(error, -1.0 / (s->s + 1))));
+}
+
+/* Gustafsson's prediction, ACM TOMS 20 (1994) 496. */
+static double foresee(const kmp_collocation *s, double h, double error)
+{
+    double quotient = SAFETY * h / s->h_old * pow(s->error_old / (error * error), 1.0 / (s->s + 1));
+    return h * fmax(SHRINK, fmin(GROW, quotient));
+}
+
+/* The longest step with a good contraction, by the one of a step h. */
+static double longest(kmp_collocation *s, double h)
+{
+    double most = s->contraction > 0 ? h * fmax(0.5, sqrt(CONTRACTS / s->contraction)) : INFINITY;
+    if (s->ceiling > 0) {
+        most = fmin(most, s->ceiling);
+        s->ceiling *= RECOVERS;
+    }
+    return most;
+}
+
+static void take(kmp_collocation *s, double h, double t_new, double error)
+{
+    double next = after_error(s, h, error);
+    if (!s->first)
+        next = fmin(next, foresee(s, h, error));
+    next = fmin(next, longest(s, h));
+    if (s->rejected)
+        next = fmin(next, h);
+    s->base.work.steps++;
+    s->error_old = fmax(OLD_ERROR_FLOOR, error);
+    s->h_old = h;
+    memcpy(s->g_start, s->dy + s->p, (size_t)(s->inner + s->q) * sizeof *s->dy);
+    kmp_solver_swap(&s->y, &s->y_old);
+    kmp_solver_swap(&s->dy, &s->dy_new);
+    kmp_solver_swap(&s->g, &s->g_old);
+    kmp_solver_swap(&s->g_start, &s->g_start_old);
+    s->has_step = true;
+    s->first = s->rejected = false;
+    s->taken = h;
+    s->base.t = t_new;
+    s->base.h = next;
+}
+
+static void refuse(kmp_collocation *s, kmp_collocation_outcome what, double h, double error, double shorter)
+{
+    if (what == KMP_COLLOCATION_BAD_ERROR)
+        s->base.work.rejected++;
+    else
+        s->base.work.refused++;
+    s->base.h = what == KMP_COLLOCATION_BAD_ERROR       ? fmin(after_error(s, h, error), 0.9 * h)
+                : what == KMP_COLLOCATION_BAD_ITERATION ? shorter * h
+                : what == KMP_COLLOCATION_BAD_STAGE     ? h / 4
+                                                        : h / 2;
+    if (what == KMP_COLLOCATION_BAD_ITERATION)
+        s->ceiling = s->base.h;
+    s->rejected = true;
+}
+
+static kempe_status step(void *solver)
+{
+    kmp_collocation *s = solver;
+    if (!(s->base.t < s->base.t_end))
+        return KEMPE_OK;
+    weigh(s);
+    for (int tries = 0; tries < MAX_REJECT; tries++) {
+        double t_new, error = 0, shorter = 0.5, h = kmp_solver_next_step(s->base.t, s->base.t_end, s->base.h, &t_new);
+        if (!(h > 0) || s->collapsed)
+            return KEMPE_E_FAILED;
+        kmp_collocation_outcome what = attempt(s, h, t_new, &error, &shorter);
+        if (what == KMP_COLLOCATION_HALTED)
+            return KEMPE_E_FAILED;
+        if (what == KMP_COLLOCATION_TAKEN) {
+            s->collapsed = kmp_solver_collapsed(&s->base.hopeless, h, t_new);
+            s->base.t_old = s->base.t;
+            take(s, h, t_new, error);
+            return KEMPE_OK;
+        }
+        refuse(s, what, h, error, shorter);
+    }
+    return KEMPE_E_FAILED;
+}
+
+/* -- dense output -------------------------------------------------------------------------------------- */
+
+/* start[k] weight[0] + sum of the last step's stages. */
+static double between(const kmp_collocation *s, int k, const double *weight)
+{
+    const double *g = s->g_old + k * s->w;
+    double sum = weight[0] * s->g_start_old[k];
+    for (int j = 0; j < s->s; j++)
+        sum += weight[j + 1] * g[j];
+    return sum;
+}
+
+/* The polynomial through the derivatives at the start and the stages, integrated once or twice; the formulation's
+ * correction belongs to its end. */
+static kempe_status dense(void *solver, double t, double *y, double *yp)
+{
+    kmp_collocation *s = solver;
+    double once[KMP_COLLOCATION_STAGES + 1], twice[KMP_COLLOCATION_STAGES + 1], h = s->taken;
+    (void)yp;
+    bool at_end = t == s->base.t || !(s->base.t > s->base.t_old); /* no step yet, or the last one failed */
+    memcpy(y, at_end ? s->y : s->y_old, (size_t)s->n * sizeof *y);
+    if (at_end || !(t > s->base.t_old))
+        return KEMPE_OK;
+    double x = (t - s->base.t_old) / h;
+    kmp_collocation_integrals(&s->table, x, once, twice);
+    for (int k = 0; k < s->p; k++)
+        y[k] += h * (x * s->y_old[s->p + k] + h * between(s, k, twice)) + x * s->fix[k];
+    for (int k = s->p; k < s->n; k++)
+        y[k] += h * between(s, k - s->p, once) + x * s->fix[k];
+    return KEMPE_OK;
+}
+
+const kmp_solver_kind kmp_solver_radau = {.name = "radau",
+                                          .corrects = true,
+                                          .lanes = true,
+                                          .create = create,
+                                          .release = kmp_solver_free,
+                                          .start = start,
+                                          .step = step,
+                                          .dense = dense};

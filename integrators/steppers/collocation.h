@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Internals of Radau IIA with the stages of a step in the lanes of vector registers: control and dense output
+ * (collocation.c), stages by Picard's or Newton's iteration (collocation_step.c), Newton's matrices
+ * (collocation_newton.c).
+ *
+ * The unknowns of the stages are their derivatives g, without those of positions, which are rates, and of quadratures:
+ *
+ *     V = v + h A g,    Q = q + h c v + (h A)^2 g,    g = f(t + c h, Q, V). */
+#ifndef KMP_INTEGRATORS_STEPPERS_COLLOCATION_H
+#define KMP_INTEGRATORS_STEPPERS_COLLOCATION_H
+
+#include "integrators/steppers/collocation_table.h"
+#include "integrators/steppers/solver.h"
+
+typedef struct kmp_collocation {
+    kmp_solver base; /* first */
+    kmp_collocation_table table;
+    int n, s, w;     /* unknowns, stages, lanes: s <= w */
+    int p, inner, q; /* unknowns: positions, those with stage derivatives, quadratures */
+    double widen;    /* weights of the estimate over those of the tolerance */
+    double limit;    /* remainder of a correction at which an iteration stops */
+    int most_sweeps;
+    double taken;                     /* the last step */
+    double *y, *y_old, *dy, *dy_new;  /* n; dy = f(t, y) */
+    double *trial, *slope;            /* n */
+    double *scale, *w_accept;         /* n: weights of the estimate; of the tolerance */
+    double *error;                    /* n: of the attempt */
+    double *weight;                   /* inner: of a change of g in the norm */
+    double *fix;                      /* n: the formulation's correction of the last step's end */
+    double *g, *g_old;                /* (inner + q) w: derivatives of the stages; of the last step's */
+    double *g_start, *g_start_old;    /* inner + q: at the start of the step, and of the last one */
+    double *stage, *f;                /* n w: the stages and their derivatives */
+    double *change, *ends;            /* inner w; (inner + q) w */
+    double *at;                       /* w: times */
+    double *once, *twice, *ahead;     /* s w, s w, (s + 1) w: columns of h A, (h A)^2, of the prediction */
+    double *end;                      /* s w: columns of the table's sums at the end */
+    double *one, *zero, *hc, *filter; /* w */
+    double contraction;               /* of the last iteration */
+    double ready;                     /* bound of the remainder of a correction, over its size */
+    double error_old, h_old, ceiling;
+    bool first, rejected, has_step, collapsed;
+} kmp_collocation;
+
+/* Result of an attempt. */
+typedef enum kmp_collocation_outcome {
+    KMP_COLLOCATION_TAKEN,
+    KMP_COLLOCATION_BAD_ERROR,
+    KMP_COLLOCATION_BAD_STAGE,
+    KMP_COLLOCATION_BAD_ITERATION,
+    KMP_COLLOCATION_BAD_STEP,
+    KMP_COLLOCATION_HALTED
+} kmp_collocation_outcome;
+
+/** Evaluates f of s->stage at s->at in all lanes. */
+int kmp_collocation_evaluate(kmp_collocation *s);
+
+/** Derivatives of the stages of a step h, in g, and the error's estimate with its weighted size. KMP_..._BAD_ITERATION:
+ * *shorter is the part of h to try next. */
+kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter);
+
+/** y at the end of that step, without the formulation's correction, into y_old. */
+void kmp_collocation_end(kmp_collocation *s, double h);
+
+#endif

@@ -1,0 +1,189 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The stages of a step. Picard's iteration evaluates f at all stages and takes the result: it needs no matrix, and
+ * contracts with the step size times the rate of the fastest forces. */
+#include "integrators/steppers/collocation.h"
+#include "integrators/steppers/collocation_kernels.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* An iteration is given up above SLOW, or where it cannot reach the limit. */
+static const double SLOW = 0.95;
+/* Part of the step after an iteration that failed: by its contraction, that of a good one is CONTRACTS. */
+static const double LESS = 0.6, LEAST = 0.3, CONTRACTS = 0.3;
+/* An attempt ends as soon as its error is surely too large: above TOO_LARGE, and above MANY corrections. */
+static const double TOO_LARGE = 2, MANY = 5;
+static const double ERROR_FLOOR = 1e-10;
+
+/* -- evaluation ---------------------------------------------------------------------------------------- */
+
+static int evaluate_each(kmp_collocation *s)
+{
+    size_t w = (size_t)s->w, n = (size_t)s->n;
+    for (size_t l = 0; l < (size_t)s->s; l++) {
+        for (size_t k = 0; k < n; k++)
+            s->trial[k] = s->stage[k * w + l];
+        int said = s->base.ode.rhs(s->base.ode.self, s->at[l], s->trial, s->slope);
+        if (said != KMP_GO)
+            return said;
+        for (size_t k = 0; k < n; k++)
+            s->f[k * w + l] = s->slope[k];
+    }
+    return KMP_GO;
+}
+
+int kmp_collocation_evaluate(kmp_collocation *s)
+{
+    const kmp_ode *ode = &s->base.ode;
+    s->base.work.rhs += s->s;
+    int said = ode->lanes && ode->width == s->w ? ode->lanes(ode->self, s->at, s->stage, s->f) : KMP_APART;
+    return said == KMP_APART ? evaluate_each(s) : said;
+}
+
+/* -- places of the stages ------------------------------------------------------------------------------ */
+
+/* Sets times and coefficients of a step h. Lanes beyond the stages repeat the last one. */
+static void set_columns(kmp_collocation *s, double h)
+{
+    const kmp_collocation_table *table = &s->table;
+    for (int l = 0; l < s->w; l++) {
+        int i = l < s->s ? l : s->s - 1;
+        s->hc[l] = h * table->node[i + 1];
+        s->at[l] = s->base.t + s->hc[l];
+        for (int j = 0; j < s->s; j++) {
+            s->once[j * s->w + l] = h * table->a[i][j];
+            s->twice[j * s->w + l] = h * h * table->aa[i][j];
+        }
+    }
+}
+
+static void place(kmp_collocation *s)
+{
+    const double *v = s->y + s->p;
+    kmp_lanes_sum(s->w, s->p, s->s, s->g, s->twice, &(kmp_lane_terms){s->y, s->one, v, s->hc}, s->stage);
+    kmp_lanes_sum(s->w, s->inner, s->s, s->g, s->once, &(kmp_lane_terms){v, s->one, v, s->zero},
+                  s->stage + s->p * s->w);
+}
+
+/* Predicts the derivatives of the stages by the last step's polynomial, or as constant. */
+static void predict(kmp_collocation *s, double h)
+{
+    int stages = s->has_step ? s->s : 0;
+    for (int l = 0; s->has_step && l < s->w; l++) {
+        double weight[KMP_COLLOCATION_STAGES + 1];
+        kmp_collocation_weights(&s->table, 1 + s->table.node[(l < s->s ? l : s->s - 1) + 1] * h / s->taken, weight);
+        for (int j = 0; j <= s->s; j++)
+            s->ahead[j * s->w + l] = weight[j];
+    }
+    const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
+    kmp_lanes_sum(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(kmp_lane_terms){base, lanes, base, s->zero},
+                  s->g);
+}
+
+/* -- end ----------------------------------------------------------------------------------------------- */
+
+/* The estimate h filter (f - p'(0)), p the stages' polynomial (Hairer, Wanner, II, IV.8.19). */
+static double estimate(kmp_collocation *s, double h)
+{
+    double sum = 0;
+    const double *v = s->dy + s->p;
+    kmp_lanes_sum(s->w, s->inner, s->s, s->g, s->end, &(kmp_lane_terms){v, s->filter, v, s->zero}, s->ends);
+    for (int k = 0; k < s->p; k++)
+        s->error[k] = h * h * s->ends[k * s->w + KMP_END_SLOPE_TWICE];
+    for (int k = 0; k < s->inner; k++)
+        s->error[s->p + k] = h * s->ends[k * s->w + KMP_END_SLOPE];
+    for (int k = 0; k < s->p + s->inner; k++) {
+        double e = s->error[k] / s->scale[k];
+        sum += e * e;
+    }
+    double error = sqrt(sum / fmax(s->p + s->inner, 1));
+    return isfinite(error) ? fmax(error, ERROR_FLOOR) : INFINITY;
+}
+
+void kmp_collocation_end(kmp_collocation *s, double h)
+{
+    int end = s->p + s->inner;
+    const double *v = s->y + s->p;
+    for (int k = 0; k < s->p; k++)
+        s->y_old[k] = s->y[k] + h * (v[k] + h * s->ends[k * s->w + KMP_END_TWICE]);
+    for (int k = 0; k < s->inner; k++)
+        s->y_old[s->p + k] = v[k] + h * s->ends[k * s->w + KMP_END_ONCE];
+    for (int k = end; k < s->n; k++) {
+        const double *rate = s->g + (k - s->p) * s->w;
+        s->y_old[k] = s->y[k];
+        for (int j = 0; j < s->s; j++)
+            s->y_old[k] += h * s->table.end[j][KMP_END_ONCE] * rate[j];
+    }
+}
+
+/* -- iteration ----------------------------------------------------------------------------------------- */
+
+/* Makes one sweep; returns the weighted size of its correction, or a negative result of f. */
+static kmp_collocation_outcome sweep(kmp_collocation *s, double *size)
+{
+    place(s);
+    int said = kmp_collocation_evaluate(s);
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
+    kmp_lanes_subtract(s->w, s->inner, s->f + s->p * s->w, s->g, s->change);
+    double sum = kmp_lanes_advance(s->w, s->inner, s->s, s->weight, s->change, s->g);
+    *size = sqrt(sum / fmax(s->inner * s->s, 1));
+    s->base.work.newton++;
+    return *size <= DBL_MAX ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_STAGE;
+}
+
+/* True if the iteration converges after sweep k, by the ratio of the last two corrections. */
+static bool is_hopeful(kmp_collocation *s, int k, double size, double *shorter)
+{
+    *shorter = fmin(LESS, fmax(LEAST, sqrt(CONTRACTS / s->contraction)));
+    if (!(s->contraction < SLOW))
+        return false;
+    s->ready = s->contraction / (1 - s->contraction);
+    return k < 4 || s->ready * size * pow(s->contraction, s->most_sweeps - 1 - k) < s->limit;
+}
+
+static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *error, double *shorter)
+{
+    double before = 0, size = 0, rate_before = 0;
+    for (int k = 1; k <= s->most_sweeps; k++) {
+        kmp_collocation_outcome what = sweep(s, &size);
+        if (what != KMP_COLLOCATION_TAKEN)
+            return what;
+        if (k > 1) {
+            double rate = size / before;
+            s->contraction = k == 2 ? rate : sqrt(rate * rate_before);
+            rate_before = rate;
+            if (!is_hopeful(s, k, size, shorter))
+                return KMP_COLLOCATION_BAD_ITERATION;
+        }
+        before = fmax(size, DBL_MIN);
+        if (s->ready * size <= s->limit)
+            return KMP_COLLOCATION_TAKEN;
+        if (k > 1) {
+            *error = estimate(s, h);
+            if (*error > fmax(TOO_LARGE, MANY * size))
+                return KMP_COLLOCATION_BAD_ERROR;
+        }
+    }
+    *shorter = 0.5;
+    return KMP_COLLOCATION_BAD_ITERATION;
+}
+
+kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter)
+{
+    int end = s->p + s->inner;
+    *shorter = 0.5;
+    s->ready = 1;
+    s->contraction = 0;
+    for (int k = 0; k < s->inner; k++)
+        s->weight[k] = h / s->scale[s->p + k];
+    set_columns(s, h);
+    predict(s, h);
+    kmp_collocation_outcome what = iterate(s, h, error, shorter);
+    if (what != KMP_COLLOCATION_TAKEN)
+        return what;
+    memcpy(s->g + s->inner * s->w, s->f + end * s->w, (size_t)(s->q * s->w) * sizeof(double));
+    *error = estimate(s, h);
+    return *error < 1 ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ERROR;
+}

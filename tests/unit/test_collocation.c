@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Radau IIA with its stages in lanes: coefficients, accuracy and dense output on motions with known solutions, the same
+ * bits with lanes and one by one. */
+#include "check.h"
+#include "integrators/steppers/collocation_table.h"
+#include "integrators/steppers/solver.h"
+#include <kempe/kempe.h>
+#include <string.h>
+
+enum { LEAST = 2, MOST = KMP_COLLOCATION_STAGES };
+
+/* -- coefficients -------------------------------------------------------------------------------------- */
+
+/* A integrates powers below s exactly, its last row those below 2 s - 1 (order 2 s - 1); b A = b (1 - c), so that the
+ * order holds for positions as well. */
+static void check_order(const kmp_collocation_table *t)
+{
+    int s = t->stages;
+    for (int k = 0; k < 2 * s - 1; k++)
+        for (int i = k < s ? 0 : s - 1; i < s; i++) {
+            double sum = 0;
+            for (int j = 0; j < s; j++)
+                sum += t->a[i][j] * pow(t->node[j + 1], k);
+            CHECK_NEAR(sum, pow(t->node[i + 1], k + 1) / (k + 1), 1e-15);
+        }
+    for (int j = 0; j < s; j++) {
+        CHECK_NEAR(t->end[j][KMP_END_TWICE], t->end[j][KMP_END_ONCE] * (1 - t->node[j + 1]), 1e-15);
+        CHECK(t->end[j][KMP_END_ONCE] > 0);
+    }
+    CHECK(t->node[0] == 0 && t->node[s] == 1);
+}
+
+/* Integrals of the polynomial through 0 and the nodes are exact for powers up to s. */
+static void check_integrals(const kmp_collocation_table *t)
+{
+    double once[MOST + 1], twice[MOST + 1], at[MOST + 1];
+    for (double x = 0; x < 1.3; x += 0.17) {
+        kmp_collocation_integrals(t, x, once, twice);
+        kmp_collocation_weights(t, x, at);
+        for (int k = 0; k <= t->stages; k++) {
+            double first = 0, second = 0, value = 0;
+            for (int j = 0; j <= t->stages; j++) {
+                double power = pow(t->node[j], k);
+                first += once[j] * power;
+                second += twice[j] * power;
+                value += at[j] * power;
+            }
+            CHECK_NEAR(first, pow(x, k + 1) / (k + 1), 1e-13);
+            CHECK_NEAR(second, pow(x, k + 2) / ((k + 1) * (k + 2)), 1e-13);
+            CHECK_NEAR(value, pow(x, k), 1e-12);
+        }
+    }
+}
+
+/* Eigenvectors and eigenvalues give A again; for odd s the first eigenvalue is the filter. */
+static void check_eigenvalues(kmp_collocation_table *t)
+{
+    kmp_collocation_add_eigenvalues(t);
+    CHECK(t->eigenvalues == (t->stages + 2) / 2 && t->re[0] == t->filter && t->im[0] == 0);
+    for (int i = 0; i < t->stages; i++)
+        for (int j = 0; j < t->stages; j++) {
+            double sum = 0, one = 0;
+            for (int e = 0; e < t->eigenvalues; e++) {
+                double re = t->into_re[e][j], im = t->into_im[e][j];
+                one += t->outof_re[i][e] * re - t->outof_im[i][e] * im;
+                sum += t->outof_re[i][e] * (re * t->re[e] - im * t->im[e]) -
+                       t->outof_im[i][e] * (re * t->im[e] + im * t->re[e]);
+            }
+            CHECK_NEAR(one, i == j, 1e-12);
+            CHECK_NEAR(sum, t->a[i][j], 1e-12);
+        }
+}
+
+static void test_table(void)
+{
+    for (int s = LEAST; s <= MOST; s++) {
+        kmp_collocation_table t;
+        kmp_collocation_make(&t, s);
+        check_order(&t);
+        check_integrals(&t);
+        check_eigenvalues(&t);
+    }
+}
+
+/* -- motions ------------------------------------------------------------------------------------------- */
+
+/* Two bodies on a circle: q'' = -q / |q|^3, q = (cos t, sin t); z' = q1 is a further unknown, w' = |q'|^2 a
+ * quadrature. */
+enum { UNKNOWNS = 6, POSITIONS = 2 };
+
+typedef struct motion {
+    long calls[2]; /* by one; by lanes */
+    int width;
+} motion;
+
+static void slopes(const double *y, size_t stride, double *dy)
+{
+    double x = y[0], z = y[stride], r = sqrt(x * x + z * z), cube = r * r * r;
+    dy[2 * stride] = -x / cube;
+    dy[3 * stride] = -z / cube;
+    dy[4 * stride] = x;
+    dy[5 * stride] = y[2 * stride] * y[2 * stride] + y[3 * stride] * y[3 * stride];
+}
+
+static int circle(void *self, double t, const double *y, double *dy)
+{
+    motion *m = self;
+    (void)t;
+    m->calls[0]++;
+    dy[0] = y[2];
+    dy[1] = y[3];
+    slopes(y, 1, dy);
+    return KMP_GO;
+}
+
+static int circle_of_stages(void *self, const double *t, const double *y, double *dy)
+{
+    motion *m = self;
+    m->calls[1]++;
+    for (int l = 0; l < m->width; l++) {
+        CHECK(isfinite(t[l]));
+        slopes(y + l, (size_t)m->width, dy + l);
+    }
+    return KMP_GO;
+}
+
+/* The largest error of q, dq and z anywhere on 0 .. 6, at four places a step. */
+static double run(motion *m, double rtol, kmp_solver_work *work, double *end)
+{
+    const kmp_solver_kind *kind = kmp_solver_find("radau");
+    kempe_context *context = kempe_context_new();
+    double atol[UNKNOWNS], y[UNKNOWNS] = {1, 0, 0, 1, 0, 0}, worst = 0;
+    for (int k = 0; k < UNKNOWNS; k++)
+        atol[k] = rtol;
+    const kmp_ode ode = {.n = UNKNOWNS,
+                         .self = m,
+                         .rhs = circle,
+                         .lanes = m->width ? circle_of_stages : NULL,
+                         .width = m->width,
+                         .positions = POSITIONS,
+                         .quadratures = 1};
+    kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {rtol, atol}};
+    kmp_solver *s = kind->create(kind, &setup);
+    CHECK(s && kind->start(s, 0, y, NULL, 6, 0) == KEMPE_OK);
+    while (s->t < 6 && kind->step(s) == KEMPE_OK)
+        for (int k = 1; k <= 4; k++) {
+            double t = k == 4 ? s->t : s->t_old + k * (s->t - s->t_old) / 4;
+            CHECK(kind->dense(s, t, y, NULL) == KEMPE_OK);
+            worst = check_max(worst, fabs(y[0] - cos(t)) + fabs(y[1] - sin(t)));
+            worst = check_max(worst, fabs(y[2] + sin(t)) + fabs(y[3] - cos(t)) + fabs(y[4] - sin(t)));
+            worst = check_max(worst, fabs(y[5] - t));
+        }
+    CHECK(s->t == 6);
+    memcpy(end, y, sizeof y);
+    *work = s->work;
+    kind->release(s);
+    kempe_context_free(context);
+    return worst;
+}
+
+static void test_accuracy(void)
+{
+    for (int width = 0; width <= 8; width += 4)
+        for (int e = -3; e >= -12; e -= 3) {
+            motion m = {.width = width}, again = m;
+            kmp_solver_work work, work_again;
+            double end[UNKNOWNS], end_again[UNKNOWNS], rtol = pow(10, e), off = run(&m, rtol, &work, end);
+            CHECK(off < 100 * rtol + 3e-11);
+            CHECK(run(&again, rtol, &work_again, end_again) == off && memcmp(end, end_again, sizeof end) == 0);
+            CHECK(width == 0 ? m.calls[1] == 0 : m.calls[0] <= work.steps + work.refused + 3);
+            printf("  width %d, rtol %.0e: %3ld steps, %3ld rejected, %4ld iterations, off %.1e\n", width, rtol,
+                   work.steps, work.rejected, work.newton, off);
+        }
+}
+
+/* Eight lanes and one by one are the same method. */
+static void test_same_bits(void)
+{
+    double lanes[UNKNOWNS], each[UNKNOWNS];
+    kmp_solver_work work;
+    motion eight = {.width = 8}, one = {.width = 0};
+    (void)run(&eight, 1e-9, &work, lanes);
+    (void)run(&one, 1e-9, &work, each);
+    CHECK(memcmp(lanes, each, sizeof lanes) == 0);
+}
+
+int main(void)
+{
+    TEST(test_table);
+    TEST(test_accuracy);
+    TEST(test_same_bits);
+    return check_report();
+}
