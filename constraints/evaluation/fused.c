@@ -208,7 +208,7 @@ bool kmp_fused_is_good(kmp_fused *f, double t, const double *y)
 
 const kmp_program *kmp_fused_program(const kmp_fused *f)
 {
-    return f->effort ? NULL : f->program;
+    return f->effort ? NULL : f->made.program;
 }
 
 kmp_counts kmp_fused_count(const kmp_fused *f)
