@@ -5,6 +5,8 @@
 #include "constraints/evaluation/solved_inside.h"
 #include "constraints/evaluation/written.h"
 #include "constraints/tolerances.h"
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 struct kmp_solved {
@@ -13,8 +15,9 @@ struct kmp_solved {
     kmp_written_machine made;
     kmp_solved_layout layout;
     bool by_bodies;
-    double *effort; /* n; NULL: there are none */
-    double *still;  /* n: zero */
+    double *effort;     /* n; NULL: there are none */
+    double *still;      /* n: zero */
+    const double *open; /* n: of the last END */
 };
 
 /* -- making -------------------------------------------------------------------------------------------- */
@@ -122,6 +125,16 @@ void kmp_solved_lend(kmp_solved *solved, double t, const double *q)
     const kmp_solved_layout *l = &solved->layout;
     const double *out = kmp_machine_run(solved->made.machine, KMP_SOLVED_END);
     kmp_eval_lend_closure(solved->eval, t, q, out + l->h, out + l->jacobian, l->h_t >= 0 ? out + l->h_t : NULL);
+    solved->open = out + l->open;
+}
+
+bool kmp_solved_is_cancelled(const kmp_solved *solved, double rtol, double rate_scale)
+{
+    const double *scale = solved->eval->system->scale;
+    double most = 0;
+    for (int i = 0; solved->layout.r > 0 && i < solved->layout.n; i++)
+        most = isfinite(solved->open[i]) ? fmax(most, fabs(solved->open[i]) / scale[i]) : INFINITY;
+    return DBL_EPSILON * most > KMP_MARGIN_CANCELLED * rtol * rate_scale * rate_scale;
 }
 
 void kmp_solved_correct(kmp_solved *solved, const double *violation, double *dx)

@@ -16,8 +16,8 @@
 #include "constraints/partition/partition.h"
 
 /* Stages. RUN has the inputs KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD and, with a user-defined force, KMP_IN_EFFORT. END has
- * the values of the closures at the place of RUN. CORRECT has the input KMP_IN_MU, a violation by rows of h (m; those
- * that are not independent are not read), and uses the factors of RUN. */
+ * the values of the closures at the place of RUN, and what kmp_solved_is_cancelled needs. CORRECT has the input
+ * KMP_IN_MU, a violation by rows of h (m; those that are not independent are not read), and uses the factors of RUN. */
 enum { KMP_SOLVED_RUN = 1, KMP_SOLVED_END, KMP_SOLVED_CORRECT };
 
 /** Positions of the outputs in their stages. */
@@ -27,6 +27,7 @@ typedef struct kmp_solved_layout {
     int power;            /* RUN: of non-conservative forces, user-defined forces and moving closures; -1: none */
     int pivot, diagonal;  /* RUN: pivots of M (none by articulated bodies), then of S; the diagonals of M and S */
     int h, jacobian, h_t; /* END: m, jacobian.count, m; h_t is -1 if there is none */
+    int open;             /* END: n, accelerations with the loops open */
     int dx;               /* CORRECT: n, the mass-orthogonal correction with J dx = -violation */
 } kmp_solved_layout;
 
@@ -57,6 +58,11 @@ bool kmp_solved_is_good(const kmp_solved_layout *layout, const double *out, int 
 
 /** Lends h, J and h_t at the place of the last run, (t, q), to the evaluator, until the next run. */
 void kmp_solved_lend(kmp_solved *solved, double t, const double *q);
+
+/** True if rounding shows in accelerations at a relative tolerance, `rate_scale` the size of rates: those with the
+ * loops open, of which they are a part, are so large because some joint moves almost no inertia. After kmp_solved_lend.
+ */
+bool kmp_solved_is_cancelled(const kmp_solved *solved, double rtol, double rate_scale);
 
 /** The mass-orthogonal correction dx (n) with J dx = -violation (m), with the factors of the last run. */
 void kmp_solved_correct(kmp_solved *solved, const double *violation, double *dx);

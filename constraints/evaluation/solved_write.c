@@ -32,7 +32,7 @@ typedef struct maker {
     int *position;             /* m: of a row among the unknowns; -1: it is not independent */
     kmp_ref *matrix;           /* size x size */
     kmp_ref *x;                /* size */
-    kmp_ref *qdd, *dx;         /* n */
+    kmp_ref *qdd, *dx, *open;  /* n */
     kmp_ref *lambda;           /* r */
     kmp_ref *pivot, *diagonal; /* size */
     kmp_ref power;
@@ -138,6 +138,16 @@ static void accelerate(maker *k)
     solve(k, k->w.bias, k->qdd, k->lambda);
 }
 
+/* Accelerations with the loops open. */
+static void open_loops(maker *k)
+{
+    for (int i = 0; i < k->plan.coordinates; i++)
+        k->x[i] = kmp_neg(k->w.bias[i]);
+    kmp_written_ldl_solve_leading(&k->plan.ldl, k->g, k->x);
+    for (int i = 0; i < k->n; i++)
+        k->open[i] = k->plan.by_bodies ? k->w.bias[i] : k->x[i];
+}
+
 static void correct(maker *k)
 {
     int rows = k->plan.coordinates;
@@ -182,6 +192,7 @@ static kmp_solved_layout lay_out(const maker *k)
     l.diagonal = l.pivot + l.pivots;
     l.jacobian = l.h + s->m;
     l.h_t = s->rheonomic ? l.jacobian + s->jacobian.count : -1;
+    l.open = kmp_written_closure_count(s);
     return l;
 }
 
@@ -189,7 +200,7 @@ static kmp_program *schedule(maker *k)
 {
     kmp_written *w = &k->w;
     int closures = kmp_written_closure_count(k->s);
-    if (!kmp_written_room(w, 2 * k->n + k->r + 1 + 2 * k->size + closures))
+    if (!kmp_written_room(w, 3 * k->n + k->r + 1 + 2 * k->size + closures))
         return NULL;
     kmp_written_stage(w);
     kmp_written_put(w, k->n, k->qdd);
@@ -199,6 +210,7 @@ static kmp_program *schedule(maker *k)
     kmp_written_put(w, k->size, k->diagonal);
     kmp_written_stage(w);
     kmp_written_put(w, closures, w->closure);
+    kmp_written_put(w, k->n, k->open);
     kmp_written_stage(w);
     kmp_written_put(w, k->n, k->dx);
     return kmp_written_program(w);
@@ -217,7 +229,7 @@ static bool begin(maker *k)
     k->matrix = KMP_ARENA_NEW(&k->arena, kmp_ref, (size_t)k->size * (size_t)k->size);
     k->lambda = KMP_ARENA_NEW(&k->arena, kmp_ref, k->r);
     KMP_ARENA_EACH(&k->arena, kmp_ref, k->size, &k->x, &k->pivot, &k->diagonal);
-    return KMP_ARENA_EACH(&k->arena, kmp_ref, k->n, &k->qdd, &k->dx) && kmp_written_import(&k->w);
+    return KMP_ARENA_EACH(&k->arena, kmp_ref, k->n, &k->qdd, &k->dx, &k->open) && kmp_written_import(&k->w);
 }
 
 /* NULL: no memory, or a pivot is zero. */
@@ -230,6 +242,7 @@ static kmp_program *write_program(maker *k)
     accelerate(k);
     take_pivots(k);
     sum_power(k);
+    open_loops(k);
     correct(k);
     return schedule(k);
 }

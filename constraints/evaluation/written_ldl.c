@@ -183,17 +183,30 @@ bool kmp_written_ldl_factor(kmp_written_ldl *ldl, kmp_arena *arena, kmp_graph *g
     return true;
 }
 
-void kmp_written_ldl_solve(const kmp_written_ldl *ldl, kmp_graph *g, kmp_ref *x)
+static void solve(const kmp_written_ldl *ldl, kmp_graph *g, int unknowns, kmp_ref *x)
 {
     for (int k = 0; k < ldl->size; k++) {
         int i = ldl->order[k];
-        for (int a = ldl->row_start[i]; a < ldl->row_start[i + 1]; a++)
+        for (int a = ldl->row_start[i]; i < unknowns && a < ldl->row_start[i + 1]; a++)
             x[i] = kmp_sub(g, x[i], kmp_mul(g, ldl->l[ldl->at[a]], x[ldl->order[ldl->col[a]]]));
     }
     for (int k = ldl->size; k-- > 0;) {
         int i = ldl->order[k];
+        if (i >= unknowns)
+            continue;
         x[i] = kmp_mul(g, x[i], ldl->inverse[i]);
         for (int e = ldl->start[k]; e < ldl->start[k + 1]; e++)
-            x[i] = kmp_sub(g, x[i], kmp_mul(g, ldl->l[e], x[ldl->row[e]]));
+            if (ldl->row[e] < unknowns)
+                x[i] = kmp_sub(g, x[i], kmp_mul(g, ldl->l[e], x[ldl->row[e]]));
     }
+}
+
+void kmp_written_ldl_solve(const kmp_written_ldl *ldl, kmp_graph *g, kmp_ref *x)
+{
+    solve(ldl, g, ldl->size, x);
+}
+
+void kmp_written_ldl_solve_leading(const kmp_written_ldl *ldl, kmp_graph *g, kmp_ref *x)
+{
+    solve(ldl, g, ldl->leading, x);
 }

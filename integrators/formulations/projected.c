@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system. After each accepted step q and
- * qd return to the closures along the mass-orthogonal direction, by one simplified Newton step with the present
- * factors. It needs no choice of u. The independent rows are those of the start; dropped ones are monitored.
+/* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system, by the solved program
+ * (constraints/evaluation/solved.h) where there is one and its pivots are good. After each accepted step q and qd
+ * return to the closures along the mass-orthogonal direction, by one simplified Newton step with the present factors.
+ * It needs no choice of u. The independent rows are those of the start; dropped ones are monitored.
  *
  * These unknowns also serve to step across a change point. An integrator that chooses where to evaluate
  * (singular_step.h) then has each state closed first: off the closures accelerations are not those of the motion if J
  * is near to losing a row. */
+#include "constraints/evaluation/solved.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
 #include <float.h>
@@ -21,6 +23,11 @@ typedef struct projected {
     kmp_margin *margin;
     const kmp_partition *part;
     kmp_saddle saddle;
+    kmp_solved *solved; /* NULL: there is none */
+    bool by_solved;     /* the last evaluation was by the solved program, whose factors serve corrections */
+    bool cancelled;     /* rounding showed in its accelerations */
+    long runs;          /* of the solved program */
+    double rtol, rate_scale;
     bool has_work;
     int n, m;
     double *violation;              /* m */
@@ -37,10 +44,19 @@ typedef struct projected {
 /* Evaluates bias and factors at (t, q, qd). */
 static int place(projected *d, double t, const double *q, const double *qd)
 {
+    d->by_solved = false;
     kmp_eval_closure(d->eval, t, q);
     kmp_eval_mass(d->eval);
     kmp_eval_bias(d->eval, qd);
     return kmp_saddle_factor(&d->saddle) ? KMP_RETRY : KMP_GO;
+}
+
+static bool is_finite(int count, const double *x)
+{
+    for (int i = 0; i < count; i++)
+        if (!isfinite(x[i]))
+            return false;
+    return true;
 }
 
 /* dy at the state of the evaluator and the factors. */
@@ -49,18 +65,44 @@ static int give(projected *d, const double *y, double *dy)
     int n = d->n;
     memcpy(dy, y + n, (size_t)n * sizeof *dy);
     kmp_saddle_accelerations(&d->saddle, dy + n, d->s->rheonomic ? d->lambda : NULL);
-    for (int i = 0; i < n; i++)
-        if (!isfinite(dy[n + i]))
-            return KMP_RETRY;
+    if (!is_finite(n, dy + n))
+        return KMP_RETRY;
     if (d->has_work)
         dy[2 * n] = kmp_eval_power_here(d->eval, y + n) + kmp_eval_drive_power(d->eval, d->lambda);
     return KMP_GO;
 }
 
+static bool applies(const projected *d)
+{
+    return d->solved && !d->cancelled && kmp_solved_applies(d->solved);
+}
+
+/* Runs the solved program; NULL: there is none, it does not apply, or its pivots are bad. */
+static const double *run_solved(projected *d, double t, const double *q, const double *qd)
+{
+    bool good = false;
+    const double *out = NULL;
+    if (applies(d)) {
+        out = kmp_solved_run(d->solved, t, q, qd, &good);
+        d->runs++;
+    }
+    d->by_solved = good;
+    return good ? out : NULL;
+}
+
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     projected *d = self;
-    return place(d, t, y, y + d->n) == KMP_GO ? give(d, y, dy) : KMP_RETRY;
+    size_t n = (size_t)d->n;
+    const double *out = run_solved(d, t, y, y + n);
+    if (!out)
+        return place(d, t, y, y + n) == KMP_GO ? give(d, y, dy) : KMP_RETRY;
+    const kmp_solved_layout *layout = kmp_solved_layout_of(d->solved);
+    memcpy(dy, y + n, n * sizeof *dy);
+    memcpy(dy + n, out + layout->qdd, n * sizeof *dy);
+    if (d->has_work)
+        dy[2 * n] = out[layout->power];
+    return is_finite(d->n, dy + n) ? KMP_GO : KMP_RETRY;
 }
 
 /* Callback of an integrator that steps across change points. */
@@ -121,6 +163,15 @@ static bool is_rounding(projected *d, double t, double open, const double *dqd, 
     return most <= fmax(KMP_RATE_ROUNDING, fmin(fmax(d->noise, lost), KMP_RATE_NOISE)) * fastest;
 }
 
+/* The mass-orthogonal correction with the factors of the last evaluation. */
+static void correct(projected *d, const double *violation, double *dx)
+{
+    if (d->by_solved)
+        kmp_solved_correct(d->solved, violation, dx);
+    else
+        kmp_saddle_solve(&d->saddle, NULL, violation, dx, NULL);
+}
+
 /* Corrects q, then qd at the corrected q, both with the present factors. Where J loses a row the projection would
  * remove a part of the rates: such a step is rejected too. On rejection y is unchanged. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
@@ -128,9 +179,13 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     projected *d = self;
     int n = d->n;
     (void)dy;
+    if (d->by_solved) {
+        kmp_solved_lend(d->solved, t, y);
+        d->cancelled = kmp_solved_is_cancelled(d->solved, d->rtol, d->rate_scale);
+    }
     if (kmp_redundant_check(d->eval, d->part, t, d->tolerance, &d->formulation.reason) != KMP_GO)
         return KMP_HALT;
-    kmp_saddle_solve(&d->saddle, NULL, d->eval->h, d->dx, NULL);
+    correct(d, d->eval->h, d->dx);
     bool small = is_small(n, d->dx, w);
     double open = kmp_eval_residual(d->eval);
     if (!small && open > KMP_CLOSED)
@@ -139,7 +194,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         d->q[i] = y[i] + (small ? d->dx[i] : 0);
     kmp_eval_closure(d->eval, t, d->q);
     kmp_eval_rates(d->eval, y + n, d->violation);
-    kmp_saddle_solve(&d->saddle, NULL, d->violation, d->qd, NULL);
+    correct(d, d->violation, d->qd);
     if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, open, d->qd, y + n))
         return KMP_RETRY;
     if (kmp_margin_refuses(d->margin, d->eval, t))
@@ -151,8 +206,45 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     d->t = t;
     d->refused_h = 0;
     d->noise *= KMP_RATE_FADES;
-    d->formulation.factorizations = d->saddle.factorizations;
+    d->formulation.factorizations = d->saddle.factorizations + d->runs;
     return KMP_GO;
+}
+
+/* Closes a row's state to round-off; by the solved program, then by the saddle system. false: it stays open. */
+static bool close_row(projected *d, double t, const double *y, double *q, double *qd)
+{
+    size_t bytes = (size_t)d->n * sizeof *q;
+    kmp_solved_closing closing = {d->solved, y + d->n};
+    for (int way = applies(d) ? 0 : 1; way < 2; way++) {
+        const kmp_closer closer = way == 0 ? kmp_solved_closer(&closing, d->dx) : kmp_saddle_closer(&d->saddle, d->dx);
+        memcpy(q, y, bytes);
+        memcpy(qd, y + d->n, bytes);
+        if (kmp_close_state(&closer, d->violation, t, q, qd)) {
+            d->by_solved = way == 0;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Accelerations and multipliers of a row that close_row has closed. */
+static void accelerate_row(projected *d, double t, const double *q, const double *qd, double *qdd, double *lambda)
+{
+    bool closed_by_solved = d->by_solved;
+    const double *out = closed_by_solved ? run_solved(d, t, q, qd) : NULL;
+    if (out) {
+        const kmp_solved_layout *layout = kmp_solved_layout_of(d->solved);
+        memcpy(qdd, out + layout->qdd, (size_t)d->n * sizeof *qdd);
+        memset(lambda, 0, (size_t)d->m * sizeof *lambda);
+        for (int k = 0; k < layout->r; k++)
+            lambda[d->part->rows[k]] = out[layout->lambda + k];
+        return;
+    }
+    if (closed_by_solved)
+        (void)place(d, t, q, qd);
+    else
+        kmp_eval_bias(d->eval, qd);
+    kmp_saddle_accelerations(&d->saddle, qdd, lambda);
 }
 
 /* Projects rows between steps too, to round-off. */
@@ -160,21 +252,25 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
                double *lambda, double *work)
 {
     projected *d = (projected *)formulation;
-    int n = d->n;
-    const kmp_closer closer = kmp_saddle_closer(&d->saddle, d->dx);
-    memcpy(q, y, (size_t)n * sizeof *q);
     qd = qd ? qd : d->qd;
-    memcpy(qd, y + n, (size_t)n * sizeof *qd);
-    if (!kmp_close_state(&closer, d->violation, t, q, qd)) {
+    if (!close_row(d, t, y, q, qd)) {
         kmp_text_printf(&formulation->reason, "the closures could not be solved at the output time t = %.9g", t);
         return KMP_HALT;
     }
-    if (qdd) {
-        kmp_eval_bias(d->eval, qd);
-        kmp_saddle_accelerations(&d->saddle, qdd, lambda);
-    }
-    *work = d->has_work ? y[2 * n] : 0;
+    if (qdd)
+        accelerate_row(d, t, q, qd, qdd, lambda);
+    *work = d->has_work ? y[2 * d->n] : 0;
     return KMP_GO;
+}
+
+/* Makes the solved program for the charts at (t, q). KMP_GO or KMP_HALT. */
+static int make_solved(projected *d, double t, const double *q)
+{
+    kmp_solved_free(d->solved);
+    d->solved = NULL;
+    d->by_solved = false;
+    kmp_eval_closure(d->eval, t, q);
+    return kmp_solved_new(&d->solved, d->eval, d->part) == KEMPE_OK ? KMP_GO : KMP_HALT;
 }
 
 static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
@@ -184,18 +280,18 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
     memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
-    return KMP_GO;
+    return d->solved && kmp_solved_is_stale(d->solved) ? make_solved(d, t, q) : KMP_GO;
 }
 
 static void release(kmp_formulation *formulation)
 {
     kmp_saddle_free(&((projected *)formulation)->saddle);
+    kmp_solved_free(((projected *)formulation)->solved);
     kmp_formulation_free(formulation);
 }
 
 static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
 {
-    (void)kind;
     projected *d = kmp_formulation_new(start, sizeof *d);
     if (!d)
         return NULL;
@@ -208,6 +304,8 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->has_work = start->system->dissipative;
     d->tolerance = start->atol + start->rtol;
     d->t = start->t;
+    d->rtol = start->rtol;
+    d->rate_scale = start->rate_scale;
     (void)KMP_ARENA_GROUPS(&d->formulation.arena, {d->m, {&d->violation, &d->lambda}}, {n, {&d->dx, &d->q, &d->qd}});
     kmp_formulation_make_unknowns(&d->formulation, 2 * n + d->has_work, false);
     d->formulation.release = release;
@@ -216,7 +314,9 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.resume = resume;
     d->formulation.ode =
         (kmp_ode){.n = d->formulation.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
-    if (d->formulation.arena.failed || !kmp_saddle_init(&d->saddle, d->eval, d->part)) {
+    bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
+    bool solves = kind != &kmp_formulation_near_singular && !start->brief;
+    if (!made || (solves && make_solved(d, start->t, start->q) != KMP_GO)) {
         (void)kmp_fail_memory(start->system->context);
         release(&d->formulation);
         return NULL;

@@ -1,0 +1,218 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* ns of one evaluation of a right-hand side, back to back over states of the motion: by parts, and by the one program
+ * that the formulation writes; ms of making that; and ns of a lane where the solved program runs in 4 and 8 lanes. */
+#include "bench.h"
+#include "constraints/evaluation/solved.h"
+#include "integrators/formulations/formulation.h"
+#include "integrators/run/run.h"
+#include <math.h>
+#include <string.h>
+
+enum { STATES = 16, SAMPLES = 7 };
+
+typedef struct motion {
+    int n, count;
+    double t[STATES], *q, *qd; /* STATES x n */
+} motion;
+
+static int keep(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                double work)
+{
+    motion *m = user;
+    size_t n = (size_t)m->n;
+    (void)qdd, (void)lambda, (void)work;
+    m->t[m->count] = t;
+    memcpy(m->q + (size_t)m->count * n, q, n * sizeof *q);
+    memcpy(m->qd + (size_t)m->count * n, qd, n * sizeof *qd);
+    m->count++;
+    return 0;
+}
+
+static void fail(const bench *b, const char *name)
+{
+    fprintf(stderr, "%s: %s\n", name, kempe_context_message(b->context));
+    exit(1);
+}
+
+static motion follow(const bench *b, const char *name)
+{
+    motion m = {.n = b->system->n};
+    double times[STATES];
+    kmp_run_report report = {0};
+    kmp_run_spec spec = {.formulation = "projected", .rtol = 1e-8, .time_count = STATES, .times = times};
+    m.q = calloc(2 * STATES * (size_t)m.n, sizeof *m.q);
+    m.qd = m.q + STATES * m.n;
+    if (kmp_run_resolve(b->system, &spec) != KEMPE_OK)
+        fail(b, name);
+    spec.t_end = fmin(spec.t_end, 0.2);
+    for (int k = 0; k < STATES; k++)
+        times[k] = spec.t_end * k / STATES;
+    if (kmp_run(b->system, &spec, NULL, keep, &m, &report) != KEMPE_OK)
+        fail(b, name);
+    return m;
+}
+
+/* -- formulations -------------------------------------------------------------------------------------- */
+
+/* A formulation at the first state, with articulated bodies where the system has them. */
+typedef struct way {
+    kmp_evaluator *eval;
+    kmp_partition part;
+    kmp_formulation *formulation;
+    double *y, *dy; /* STATES x size, size */
+    double made;    /* s */
+} way;
+
+/* The formulation refers to the partition in *w. */
+static void make(way *w, const bench *b, const motion *m, const char *formulation, const char *form, bool brief)
+{
+    const kempe_system *s = b->system;
+    const kmp_formulation_kind *kind = kmp_formulation_find(formulation, form);
+    *w = (way){.eval = kmp_eval_new(s, "native")};
+    if (kmp_eval_add_articulated(w->eval) != KEMPE_OK)
+        fail(b, formulation);
+    kmp_eval_take(w->eval, kind->by_bodies);
+    kmp_eval_closure(w->eval, m->t[0], m->q);
+    kmp_eval_freeze(w->eval, m->t[0], m->q, m->qd);
+    if (kmp_partition_init(&w->part, s, w->eval->jacobian, NULL, 0) != KEMPE_OK)
+        fail(b, formulation);
+    const kmp_formulation_start start = {.system = s,
+                                         .eval = w->eval,
+                                         .part = &w->part,
+                                         .t = m->t[0],
+                                         .q = m->q,
+                                         .qd = m->qd,
+                                         .rtol = 1e-8,
+                                         .atol = 1e-8,
+                                         .rate_scale = 1,
+                                         .brief = brief};
+    double from = bench_now();
+    w->formulation = kind->create(kind, &start);
+    w->made = bench_now() - from;
+    if (!w->formulation)
+        fail(b, formulation);
+    size_t size = (size_t)w->formulation->size, n = (size_t)m->n;
+    w->y = calloc((STATES + 1) * size, sizeof *w->y);
+    w->dy = w->y + STATES * size;
+    for (int k = 0; k < m->count; k++)
+        if (w->formulation->resume(w->formulation, m->t[k], m->q + (size_t)k * n, m->qd + (size_t)k * n,
+                                   w->y + (size_t)k * size, NULL) != KMP_GO)
+            fail(b, formulation);
+}
+
+static void drop(way *w)
+{
+    w->formulation->release(w->formulation);
+    kmp_partition_free(&w->part);
+    kmp_eval_free(w->eval);
+    free(w->y);
+}
+
+/* Returns ns of an evaluation: the least of samples of some milliseconds. */
+static double time_of(const way *w, const motion *m)
+{
+    const kmp_ode *ode = &w->formulation->ode;
+    double best = INFINITY;
+    int times = STATES;
+    for (int sample = 0; sample < SAMPLES;) {
+        double from = bench_now(), took;
+        for (int k = 0; k < times; k++) {
+            int at = k % m->count;
+            (void)ode->rhs(ode->self, m->t[at], w->y + at * w->formulation->size, w->dy);
+        }
+        took = bench_now() - from;
+        if (took < 2e-3) {
+            times *= 2;
+            continue;
+        }
+        best = fmin(best, 1e9 * took / times);
+        sample++;
+    }
+    return best;
+}
+
+static void measure(const bench *b, const motion *m, const char *formulation, const char *form)
+{
+    way parts, one;
+    make(&parts, b, m, formulation, form, true);
+    make(&one, b, m, formulation, form, false);
+    double before = INFINITY, after = INFINITY;
+    for (int round = 0; round < 3; round++) {
+        before = fmin(before, time_of(&parts, m));
+        after = fmin(after, time_of(&one, m));
+    }
+    printf("  %-10s %-10s %8.0f %8.0f %6.2f  %8.2f\n", formulation, form ? form : "", before, after, before / after,
+           1e3 * (one.made - parts.made));
+    drop(&parts);
+    drop(&one);
+}
+
+/* -- lanes --------------------------------------------------------------------------------------------- */
+
+/* Returns ns of a run of the solved program in lanes. */
+static double time_of_lanes(const kmp_solved *solved, const motion *m, int width)
+{
+    kmp_lanes *lanes = kmp_solved_lanes(solved, width);
+    double best = INFINITY;
+    int times = STATES;
+    for (int lane = 0; lane < width; lane++) {
+        kmp_lanes_set_one(lanes, KMP_IN_TIME, lane, &m->t[lane]);
+        kmp_lanes_set_one(lanes, KMP_IN_Q, lane, m->q + lane * m->n);
+        kmp_lanes_set_one(lanes, KMP_IN_QD, lane, m->qd + lane * m->n);
+    }
+    for (int sample = 0; sample < SAMPLES;) {
+        double from = bench_now(), took;
+        for (int k = 0; k < times; k++)
+            (void)kmp_lanes_run(lanes, KMP_SOLVED_RUN);
+        took = bench_now() - from;
+        if (took < 2e-3) {
+            times *= 2;
+            continue;
+        }
+        best = fmin(best, 1e9 * took / times);
+        sample++;
+    }
+    kmp_lanes_free(lanes);
+    return best;
+}
+
+static void measure_lanes(const bench *b, const motion *m)
+{
+    way w;
+    make(&w, b, m, "projected", NULL, true);
+    kmp_solved *solved = NULL;
+    if (kmp_solved_new(&solved, w.eval, &w.part) != KEMPE_OK)
+        fail(b, "solved");
+    if (solved)
+        printf("  solved program%s: %ld operations; all lanes of 1 %.0f, of 4 %.0f, of 8 %.0f ns\n",
+               kmp_solved_by_bodies(solved) ? " by articulated bodies" : "", kmp_solved_count(solved).paper,
+               time_of_lanes(solved, m, 1), time_of_lanes(solved, m, 4), time_of_lanes(solved, m, 8));
+    kmp_solved_free(solved);
+    drop(&w);
+}
+
+int main(int count, char **paths)
+{
+    static const char *const usual[] = {"examples/four_bar/four_bar.yaml",
+                                        "examples/andrews/andrews.yaml",
+                                        "examples/double_wishbone/double_wishbone.yaml",
+                                        "examples/stewart/stewart.yaml",
+                                        "examples/suspension/suspension.yaml",
+                                        "examples/n_four_bar/n_four_bar_40.yaml",
+                                        "examples/limousine/limousine.yaml"};
+    int models = count > 1 ? count - 1 : (int)(sizeof usual / sizeof *usual);
+    printf("formulation             by parts   as one  ratio  ms to make\n");
+    for (int k = 0; k < models; k++) {
+        const char *path = count > 1 ? paths[k + 1] : usual[k];
+        bench b = bench_load(path);
+        motion m = follow(&b, path);
+        printf("%s: n %d, m %d\n", path, b.system->n, b.system->m);
+        measure(&b, &m, "projected", NULL);
+        measure(&b, &m, "reduced", "integrated");
+        measure(&b, &m, "reduced", "newton");
+        measure_lanes(&b, &m);
+        free(m.q);
+        bench_free(&b);
+    }
+    return 0;
+}
