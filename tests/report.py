@@ -197,9 +197,10 @@ class Case(unittest.TestCase):
         def without_times(page):
             data = json.loads(Page(page.read_text()).data)
             for run in data["runs"]:
-                del run["cpu"]
+                for key in ("cpu", "ready", "memory"):
+                    del run[key]
             times = ("shown", "picture") if page.stem != "again" else ()
-            return {key: data[key] for key in data if key not in ("advice", "levels", "failures", "warnings", *times)}, data
+            return {key: data[key] for key in data if key not in ("advice", "levels", "same", "bests", "failures", "warnings", *times)}, data
 
         again = self.folder / "again.html"
         model, options, *_ = CASES["pendulum"]

@@ -28,10 +28,11 @@ KEMPE_API kempe_status kempe_comparison_new(const kempe_system *system, const ke
 KEMPE_API void kempe_comparison_free(kempe_comparison *comparison);
 KEMPE_API kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text);
 
-/** Tables: "runs": formulation, form, integrator, rtol, status, reason, errors against the reference, residuals,
- * energy, work, cpu_s, and the difference from the run at the next tighter tolerance. "levels", the methods at equal
- * error: formulation, form, integrator, error; rtol, cpu_s and ratio to the fastest, unknown where a method does not
- * attain the error. KEMPE_E_ARGUMENT: another name. */
+/** Tables: "runs": formulation, form, integrator, linear solver (empty: chosen by Kempe), rtol, status, reason, errors
+ * against the reference, residuals, energy, work, times, memory, and the difference from the run at the next tighter
+ * tolerance. "levels", the methods at equal error: formulation, form, integrator, linear solver, error; rtol, cpu_s,
+ * ratio to the fastest, steps and evaluations, unknown where a method does not attain the error. KEMPE_E_ARGUMENT:
+ * another name. */
 KEMPE_API kempe_status kempe_comparison_table(const kempe_comparison *comparison, const char *name,
                                               kempe_table **table);
 

@@ -28,7 +28,7 @@ bool kmp_way_get(int k, kmp_method *way)
             if (fits(formulations[r], kmp_solver_get(i)) && k-- == 0) {
                 const kmp_solver_kind *solver = kmp_solver_get(i);
                 *way = (kmp_method){formulations[r]->formulation, formulations[r]->form, solver->name,
-                                    formulations[r]->standard, solver->standard && formulations[r]->dae == solver->dae};
+                                    formulations[r]->standard,    solver->standard,      NULL};
                 return true;
             }
     return false;

@@ -334,6 +334,7 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
                      void *user, kmp_run_report *report)
 {
     kmp_runner *run = NULL;
+    size_t heap = kmp_heap_in_use();
     *report = (kmp_run_report){0};
     kempe_status status = kmp_runner_new(system, spec, start, &run);
     double begin_s = cpu_of(run), wall_s = kmp_wall_now();
@@ -345,6 +346,7 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
         kmp_runner_report(run, report);
     report->cpu_s = cpu_s;
     report->wall_s = run && run->team ? wall_s : 0;
+    report->heap = heap > 0 ? kmp_heap_in_use() - heap : 0;
     kmp_runner_free(run);
     return status;
 }

@@ -55,6 +55,7 @@ typedef struct kmp_run_report {
     bool by_bodies;        /* used articulated bodies, if the formulation does not require M and C */
     double cpu_s, build_s; /* integration alone; preparation of this run (derivation for the dae formulation
                             * included) */
+    size_t heap;           /* bytes of the heap that the run holds at its end; 0: unknown */
     double wall_s;         /* of the integration, if threads share it; 0: one thread */
 } kmp_run_report;
 
@@ -102,6 +103,7 @@ void kmp_runner_report(const kmp_runner *runner, kmp_run_report *report);
 typedef struct kmp_method {
     const char *formulation, *form, *integrator;
     bool standard_form, standard_integrator; /* compare runs it by default */
+    const char *linear;                      /* linear solver of an integrator that takes one; NULL: auto */
 } kmp_method;
 bool kmp_way_get(int k, kmp_method *way);
 

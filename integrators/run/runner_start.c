@@ -112,6 +112,12 @@ kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *
                                    .journal = run->journal};
 }
 
+/* A mechanism with no degree of freedom is followed along its closures: there are no unknowns of motion. */
+static bool is_followed(const kmp_runner *run)
+{
+    return run->part.p == 0 && !run->way->dae;
+}
+
 static kempe_status make_formulation(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
     const kmp_formulation_kind *across =
@@ -126,7 +132,7 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.restarts = !solver->corrects;
     given.implicit = solver->implicit;
     given.lanes = solver->lanes;
-    given.dae = solver->dae;
+    given.dae = solver->dae && !is_followed(run);
     given.user = run->spec.user;
     kmp_eval_take(run->eval, run->by_bodies && kind->by_bodies && !given.implicit && !given.dae);
     run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
@@ -173,12 +179,12 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
                     off);
 }
 
-/* The integrator for the present formulation: steps across change points have their own. A mechanism with no degree of
- * freedom is followed along its closures, which corrects every step. */
+/* The integrator for the present formulation: steps across change points have their own, and following the closures
+ * corrects every step. */
 static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
     const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
-    bool cannot = !asked->dae && (asked->implicit || !asked->corrects) && run->part.p == 0;
+    bool cannot = (asked->dae || asked->implicit || !asked->corrects) && is_followed(run);
     if (run->near_singular && !run->walks)
         return &kmp_solver_singular_step;
     return cannot || run->near_singular ? kmp_solver_find("dop853") : asked;

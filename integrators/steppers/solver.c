@@ -109,6 +109,12 @@ int kmp_solver_first_step(kmp_solver *solver, int order, const double *y, const 
     return said == KMP_HALT ? KMP_HALT : KMP_GO;
 }
 
+const char *kmp_solver_family(const char *name)
+{
+    const kmp_solver_kind *kind = kmp_solver_find(name);
+    return kind && kind->family ? kind->family : name;
+}
+
 /* Parts of t, in units of rounding: LEAST bounds a step; repeated steps below COLLAPSED are a collapse. */
 static const double LEAST = 16, COLLAPSED = 64;
 enum { MAX_HOPELESS = 100 };

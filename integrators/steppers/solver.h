@@ -40,11 +40,13 @@ typedef struct kmp_solver {
 
 typedef struct kmp_solver_kind {
     const char *name;
+    const char *family; /* of integrators with the same formulas for y' = f and F = 0; NULL: its name */
     bool dae;           /* solves F(t, y, y') = 0 instead of y' = f(t, y) */
     bool corrects;      /* `accept` may correct y and reject a step: one-step methods */
     bool implicit;      /* uses the Jacobian of the ODE if there is one */
     bool lanes;         /* uses `lanes` of the ODE if there is one */
     bool standard;      /* compare runs it by default */
+    bool sparse;        /* takes a linear solver of linear.def */
     const void *method; /* for `create`, if several kinds have the same functions */
 
     /** Makes a struct that begins with a kmp_solver; NULL after a message. The pointers in `setup` must outlive the
@@ -95,6 +97,9 @@ static inline void kmp_solver_swap(double **a, double **b)
 /** Row k of the table, NULL after the last; the row of a name, NULL if it does not exist. */
 const kmp_solver_kind *kmp_solver_get(int k);
 const kmp_solver_kind *kmp_solver_find(const char *name);
+
+/** The family of an integrator, or its name where it has none. */
+const char *kmp_solver_family(const char *name);
 
 /** Least length of a step at t, by the resolution of double precision; the end of the run does not affect it. */
 double kmp_solver_least_step(double t);

@@ -56,5 +56,6 @@ static const kmp_sun_package package = {.name = "CVODE",
                                         .advance = advance,
                                         .derivative = CVodeGetDky};
 
-const kmp_solver_kind kmp_solver_bdf = {.name = "bdf", .implicit = true, .method = &package, KMP_SUN_FUNCTIONS};
+const kmp_solver_kind kmp_solver_bdf = {
+    .name = "bdf", .family = "bdf", .implicit = true, .method = &package, KMP_SUN_FUNCTIONS};
 const kmp_solver_kind kmp_solver_adams = {.name = "adams", .method = &package, KMP_SUN_FUNCTIONS};

@@ -115,5 +115,10 @@ static const kmp_sun_package package = {.name = "IDA",
                                         .advance = advance,
                                         .derivative = IDAGetDky};
 
-const kmp_solver_kind kmp_solver_ida = {
-    .name = "ida", .dae = true, .standard = true, .method = &package, KMP_SUN_FUNCTIONS};
+const kmp_solver_kind kmp_solver_ida = {.name = "ida",
+                                        .family = "bdf",
+                                        .dae = true,
+                                        .standard = true,
+                                        .sparse = true,
+                                        .method = &package,
+                                        KMP_SUN_FUNCTIONS};

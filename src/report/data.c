@@ -101,6 +101,19 @@ static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compare
     kmp_json_rounded(json, "drift", run->verdict.drift_rel, 3);
     kmp_print_counts(json, &run->report);
     kmp_json_rounded(json, "cpu", run->cpu_s, 4);
+    kmp_json_rounded(json, "ready", c->system->build_s + run->build_s, 4);
+    kmp_json_rounded(json, "memory", run->report.heap > 0 ? (double)run->report.heap : NAN, 4);
+    kmp_json_end(json);
+}
+
+/* Seconds, steps and evaluations of each method at a level. */
+static void put_costs(kmp_json *json, const kempe_comparison *c, int l)
+{
+    kmp_json_array(json, "cost");
+    for (int w = 0; w < c->way_count; w++) {
+        kmp_method_cost cost = kmp_compare_cost(c, w, l);
+        kmp_json_rounded_numbers(json, NULL, 3, (const double[]){cost.cpu_s, cost.steps, cost.rhs}, 4);
+    }
     kmp_json_end(json);
 }
 
@@ -109,12 +122,42 @@ static void put_level(kmp_json *json, const kempe_comparison *c, int l)
     kmp_json_object(json, NULL);
     kmp_json_rounded(json, "level", c->levels.level[l], 3);
     kmp_json_boolean(json, "blank", c->levels.blank[l]);
-    kmp_json_whole(json, "best", c->levels.best[l]);
+    kmp_json_whole(json, "best", c->levels.best[l] < 0 ? -1 : c->runs[c->levels.best[l]].way - c->ways);
     kmp_json_array(json, "run");
     for (int w = 0; w < c->way_count; w++)
         kmp_json_whole(json, NULL, c->levels.run[w * c->levels.count + l]);
     kmp_json_end(json);
+    put_costs(json, c, l);
     kmp_json_end(json);
+}
+
+/* The two tables: methods by their place in the list, with the place of the method that each is compared with. */
+static void put_table(kmp_json *json, const kempe_comparison *c, const char *key, int count, const int *ways, bool same)
+{
+    kmp_json_array(json, key);
+    for (int k = 0; k < count; k++) {
+        kmp_json_object(json, NULL);
+        kmp_json_whole(json, "way", ways[k]);
+        kmp_json_array(json, "base");
+        for (int a = 0; a < c->tables.aims.count; a++) {
+            int level = c->tables.aims.level[a];
+            kmp_json_whole(json, NULL, same ? kmp_compare_base(c, ways[k], level) : kmp_compare_best(c, level));
+        }
+        kmp_json_end(json);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void put_tables(kmp_json *json, const kempe_comparison *c)
+{
+    const kmp_tables *t = &c->tables;
+    kmp_json_array(json, "aims");
+    for (int k = 0; k < t->aims.count; k++)
+        kmp_json_whole(json, NULL, t->aims.level[k]);
+    kmp_json_end(json);
+    put_table(json, c, "same", t->same_count, t->same, true);
+    put_table(json, c, "bests", t->best_count, t->best, false);
 }
 
 static void put_advice(kmp_json *json, const kempe_comparison *c)
@@ -210,6 +253,7 @@ void kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const k
     kmp_json_whole(&json, "m", c->system->m);
     put_reference(&json, c);
     put_lists(&json, c);
+    put_tables(&json, c);
     put_advice(&json, c);
     kmp_sentences_json(&json, "failures", &c->failures);
     kmp_sentences_json(&json, "warnings", &c->warnings);

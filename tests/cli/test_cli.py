@@ -56,7 +56,7 @@ def strict(text):
     return json.loads(text, parse_constant=refuse, object_pairs_hook=once)
 
 
-TIMED = "cpu_s build_s wall_s equal_error advice".split()
+TIMED = "cpu_s build_s first_s wall_s memory_bytes equal_error same_integrator best_of_formulation advice".split()
 
 
 def without_times(value):
@@ -1643,7 +1643,34 @@ class Compare(Case):
     def test_verdict_ends_the_text(self):
         text = self.expect(0, *self.RUN).stdout
         self.assertRegex(text.split("\n\n")[-1], r"\Ause \S+ .* at rtol \S+ for this model: error q at most \S+ in \S+ ms\n")
-        self.assertLessEqual(max(map(len, text.split("\n"))), 120)
+        self.assertLessEqual(max(map(len, text.split("\n"))), 100)
+
+    def test_tables(self):
+        """Equal integrators on several formulations, and the best of each; ratios are products of their factors."""
+        found = self.object(0, "compare", FOUR_BAR, "--rtol", "1e-5,1e-7,1e-9,1e-11", "--t-end", 0.5)
+        same = {}
+        for way in found["same_integrator"]:
+            same.setdefault(way["integrator"], set()).add(way["formulation"])
+        self.assertEqual(same, {"dop853": {"reduced", "projected"}, "ida": {"reduced", "dae"}})
+        best = found["best_of_formulation"]
+        self.assertEqual({way["formulation"] for way in best}, {"reduced", "projected", "dae"})
+        self.assertEqual([best[0][key] for key in ("formulation", "form", "integrator")],
+                         [found["advice"][key] for key in ("formulation", "form", "integrator")])
+        for way in found["same_integrator"] + best:
+            self.assertEqual([round(math.log10(at["error"])) for at in way["errors"]], [-6, -8])
+            for at in way["errors"]:
+                if at["ratio"] is not None:
+                    product = at["ratio_steps"] * at["ratio_evaluations_per_step"] * at["ratio_time_per_evaluation"]
+                    self.assertAlmostEqual(at["ratio"], product, delta=1e-9 * product)
+        for run in found["runs"]:
+            self.assertGreater(run["first_s"], run["build_s"] + run["cpu_s"])
+            self.assertGreater(run["memory_bytes"], 1000)
+        self.assertKeys(found["stiffness"], "stiff rtol rtol_tighter explicit_steps explicit_steps_tighter implicit_steps")
+
+    def test_many_runs_are_not_listed(self):
+        text = self.expect(0, "compare", FOUR_BAR, "--t-end", 0.2).stdout
+        self.assertIn("66 runs, 6 methods at 11 tolerances", text)
+        self.assertLessEqual(len(text.split("\n")), 60)
 
     def test_budget(self):
         done = self.expect(0, "compare", ANDREWS, "--rtol", "1e-4", "--budget", "1e-9")

@@ -60,8 +60,8 @@ function tellOthers() {
     const others = byId("others"), most = 7;
     if (!advised || adviceLevel < 0) return;
     const level = data.levels[adviceLevel];
-    const best = data.runs[level.best].cpu;
-    const rows = data.methods.map((way, w) => ({ way: w, ratio: level.run[w] >= 0 ? data.runs[level.run[w]].cpu / best : Infinity }));
+    const best = level.cost[level.best][0];
+    const rows = data.methods.map((way, w) => ({ way: w, ratio: level.run[w] >= 0 ? level.cost[w][0] / best : Infinity }));
     rows.sort((a, b) => a.ratio - b.ratio || a.way - b.way);
     const top = Math.max(2, ...rows.map((row) => row.ratio).filter(isFinite));
     others.append(element("h3", `CPU time for an error of q of ${power(level.level)}`));
@@ -109,8 +109,9 @@ function levelCell(level, w) {
     const run = data.runs[level.run[w]];
     if (level.blank) return element("td");
     if (!run) return element("td", "\u2013");
-    const cell = element(level.run[w] === level.best ? "td.best" : "td", three(1e3 * run.cpu));
-    if (level.run[w] !== level.best) cell.append(element("small", ratio(run.cpu / data.runs[level.best].cpu)));
+    const cpu = level.cost[w][0];
+    const cell = element(w === level.best ? "td.best" : "td", three(1e3 * cpu));
+    if (w !== level.best) cell.append(element("small", ratio(cpu / level.cost[level.best][0])));
     cell.title = runName(run);
     return cell;
 }
@@ -131,6 +132,29 @@ function tellLevels() {
     });
 }
 
+/* Time, steps, evaluations a step and time of an evaluation at a level, and what multiple of the base's time it is. */
+function costCells(level, way, base) {
+    const [cpu, steps, rhs] = level.cost[way];
+    if (!isNumber(cpu)) return [element("td", "\u2013"), ...Array.from({ length: 4 }, () => element("td"))];
+    const [ofCpu, ofSteps, ofRhs] = level.cost[base];
+    const cell = (value, multiple) => {
+        const made = element("td", value);
+        if (way !== base) made.append(element("small", ratio(multiple)));
+        return made;
+    };
+    return [element("td", three(1e3 * cpu)), element("td", way === base ? "1" : ratio(cpu / ofCpu)), cell(count(Math.round(steps)), steps / ofSteps),
+        cell(three(rhs / steps), ((rhs / steps) * ofSteps) / ofRhs), cell(three((1e6 * cpu) / rhs), ((cpu / rhs) * ofRhs) / ofCpu)];
+}
+
+function tellTable(id, rows) {
+    const section = byId(id);
+    section.hidden = rows.length === 0;
+    const table = section.querySelector("table"), levels = data.aims.map((l) => data.levels[l]);
+    table.append(headRow(["method", ...levels.flatMap((level) => [`ms for ${power(level.level)}`, "ratio", "steps", "evaluations a step", "\u00b5s an evaluation"])]));
+    for (const row of rows)
+        table.append(element("tr", element("td", swatch(row.way), nameOf(row.way)), ...levels.flatMap((level, k) => costCells(level, row.way, row.base[k]))));
+}
+
 function tellFailures() {
     const list = byId("failures").querySelector("ul");
     fillList(list, data.failures);
@@ -138,7 +162,7 @@ function tellFailures() {
     byId("failures").hidden = list.children.length === 0;
 }
 
-const COLUMNS = ["method", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|", "energy", "steps", "rejected", "evaluations", "Newton", "Jacobians", "factored", "exchanges", "CPU ms"];
+const COLUMNS = ["method", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|", "energy", "steps", "rejected", "evaluations", "Newton", "Jacobians", "factored", "exchanges", "CPU ms", "preparation ms", "memory kB"];
 
 const endAlike = (a, b) => a && b && a.status !== "ok" && a.status === b.status && a.way === b.way && a.reason === b.reason;
 
@@ -159,7 +183,7 @@ function runRow(run, k) {
     }
     for (const x of [...run.error, run.h, run.hdot, run.drift]) row.append(element("td", short(x)));
     for (const x of [run.steps, run.rejected, run.rhs, run.newton, run.jacobians, run.factorizations, run.exchanges]) row.append(element("td", count(x)));
-    row.append(element("td", three(1e3 * run.cpu)));
+    row.append(element("td", three(1e3 * run.cpu)), element("td", three(1e3 * run.ready)), element("td", isNumber(run.memory) ? three(run.memory / 1024) : "\u2013"));
     return row;
 }
 
@@ -185,6 +209,8 @@ function begin() {
     tellAnswer();
     tellOthers();
     tellReference();
+    tellTable("same", data.same);
+    tellTable("bests", data.bests);
     tellLevels();
     tellFailures();
     tellRuns();

@@ -162,6 +162,7 @@ static kempe_status compare(kmp_compare_job *j, const kempe_compare_options *opt
     KMP_TRY(kmp_compare_run_all(j));
     kmp_compare_levels(c);
     if (!c->arena.failed) {
+        kmp_compare_tables(c);
         kmp_compare_remark(c);
         kmp_compare_advise(c);
     }

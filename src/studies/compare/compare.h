@@ -18,12 +18,18 @@ typedef struct kmp_compared {
     const char *reason; /* "" when ok */
     kmp_verdict verdict;
     kmp_run_report report; /* its reason has moved to `reason` */
-    double cpu_s;          /* median of the repeats */
+    double cpu_s;          /* of the integration: the least of the repeats */
+    double build_s;        /* of the run's own preparation, likewise */
     double apart;          /* the difference of q from the run at the next tighter tolerance */
     bool left_out;         /* not run, or stopped, for lack of time: the reason explains it */
 } kmp_compared;
 
-enum { KMP_MOST_LEVELS = 9 };
+/** What a method needs for an error of q. NaN: it does not attain the error. */
+typedef struct kmp_method_cost {
+    double cpu_s, steps, rhs;
+} kmp_method_cost;
+
+enum { KMP_MOST_LEVELS = 9, KMP_MOST_AIMS = 2 };
 
 /** The cost of each method for an error of q: the table at equal error. A run counts for a level when it and all
  * complete runs of its method at tighter tolerances are within it. Runs are indices into `runs`. */
@@ -31,9 +37,23 @@ typedef struct kmp_levels {
     int count;                     /* 0: there is no reference */
     double level[KMP_MOST_LEVELS]; /* descending */
     bool blank[KMP_MOST_LEVELS];   /* below ten times the reference's uncertainty: no statement is possible */
-    int best[KMP_MOST_LEVELS];     /* the cheapest run of all that counts, -1: none */
+    int best[KMP_MOST_LEVELS];     /* the run of the cheapest method, -1: none */
     int *run;                      /* way_count x count: the cheapest of the method, -1: none, or blank */
+    kmp_method_cost *cost;         /* likewise: between that run and the next coarser one, at the level itself */
 } kmp_levels;
+
+/** Error levels that the tables and the advice are for, coarse first. */
+typedef struct kmp_aims {
+    int count, level[KMP_MOST_AIMS];
+} kmp_aims;
+
+/** The two tables: methods with integrators that run on more than one formulation, those of a family together; and the
+ * best method of each formulation. */
+typedef struct kmp_tables {
+    kmp_aims aims;
+    int same_count, *same;
+    int best_count, *best;
+} kmp_tables;
 
 /** In an arena, whose failure tells of missing memory. */
 typedef struct kmp_sentences {
@@ -80,6 +100,7 @@ struct kempe_comparison {
     int count;
     kmp_compared *runs; /* by method, then by tolerance in the order of the request: rtol_count each */
     kmp_levels levels;
+    kmp_tables tables;
     kmp_advice advice;
     kmp_sentences failures; /* incomplete runs, in groups, with the reason */
     kmp_sentences warnings; /* of the reference, and of complete runs */
@@ -120,8 +141,9 @@ kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s);
 /** Runs all methods at all tolerances, from coarse ones to fine ones. */
 kempe_status kmp_compare_run_all(kmp_compare_job *job);
 
-/** Fill `levels`; `failures` and `warnings`; `advice` from the runs. The arena tells of missing memory. */
+/** Fill `levels`; `tables`; `failures` and `warnings`; `advice` from the runs. The arena tells of missing memory. */
 void kmp_compare_levels(kempe_comparison *comparison);
+void kmp_compare_tables(kempe_comparison *comparison);
 void kmp_compare_remark(kempe_comparison *comparison);
 void kmp_compare_advise(kempe_comparison *comparison);
 
@@ -135,7 +157,26 @@ bool kmp_is_implicit(const kmp_method *way);
 bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit);
 kmp_stiffness kmp_compare_stiffness(const kempe_comparison *comparison);
 
-/** "reduced integrated dop853", "projected dop853". */
+/** The cost of a method at a level. */
+kmp_method_cost kmp_compare_cost(const kempe_comparison *comparison, int way, int level);
+
+/** The time of a method at a level relative to the cheapest; infinite where the level is not attained. The largest of
+ * these ratios over the aims. */
+double kmp_compare_ratio(const kempe_comparison *comparison, int way, int level);
+double kmp_compare_worst(const kempe_comparison *comparison, const kmp_aims *aims, int way);
+
+/** The method that the others of its family are compared with in the table of equal integrators: the first that attains
+ * the level; -1: none. */
+int kmp_compare_base(const kempe_comparison *comparison, int way, int level);
+
+/** The first method of the table of the best ones that attains the level; -1: none. */
+int kmp_compare_best(const kempe_comparison *comparison, int level);
+
+/** Time from the model that has been read to the end of a run: preparation of the equations and of the run,
+ * integration. */
+double kmp_compare_first_s(const kempe_comparison *comparison, const kmp_compared *run);
+
+/** "reduced integrated dop853", "projected dop853", "dae stabilized1 ida klu". */
 void kmp_compare_name(kmp_text *text, const kmp_method *way);
 
 /** Adds a sentence; the text, unless it is empty, which is emptied. */
@@ -163,5 +204,14 @@ double kmp_compare_error(const kempe_comparison *comparison, const kmp_compared 
 void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list);
 
 kmp_put_fn kmp_compare_json;
+
+/** A blank and a number of three digits, without an exponent below a million. */
+void kmp_compare_put_number(kmp_text *text, int width, double x);
+
+/** The width of the column of methods' names. */
+int kmp_compare_name_width(const kempe_comparison *comparison);
+
+/** The two tables as text. */
+void kmp_compare_print_tables(kmp_text *text, const kempe_comparison *comparison);
 
 #endif

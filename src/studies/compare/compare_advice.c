@@ -5,62 +5,20 @@
 #include <math.h>
 #include <string.h>
 
-/* The errors of q that most users mean. */
-static const double usual[] = {1e-6, 1e-8};
-
-enum { USUAL = sizeof usual / sizeof *usual };
+/* Without a reference: a difference of q between tolerances that users accept. */
+#define USUAL 1e-6
 
 /* Largest cost of a method without failures relative to the cheapest with failures. */
 #define ROBUST 2.0
 
-/* Error levels for the advice, coarse first. */
-typedef struct aims {
-    int count, level[USUAL];
-} aims;
-
-static bool is_told(const kempe_comparison *c, int l)
-{
-    return !c->levels.blank[l] && c->levels.best[l] >= 0;
-}
-
-/* The usual error levels for which statements are possible; if there are none, the finest possible one. */
-static aims choose_aims(const kempe_comparison *c)
-{
-    aims a = {0};
-    int finest = -1;
-    for (int l = 0; l < c->levels.count; l++) {
-        if (!is_told(c, l))
-            continue;
-        finest = l;
-        for (int k = 0; k < USUAL; k++)
-            if (fabs(log10(c->levels.level[l] / usual[k])) < 0.01)
-                a.level[a.count++] = l;
-    }
-    if (a.count == 0 && finest >= 0)
-        a = (aims){1, {finest}};
-    return a;
-}
+/* A first result that is earlier by less than this factor is no reason for another choice: noise of times. */
+#define SOONER 1.25
 
 /* -- the choice -------------------------------------------------------------------------------------- */
 
 static int run_at(const kempe_comparison *c, int way, int level)
 {
     return c->levels.run[way * c->levels.count + level];
-}
-
-/* The cost relative to the cheapest method; infinite where the level is not reached. */
-static double ratio_at(const kempe_comparison *c, int way, int level)
-{
-    int run = run_at(c, way, level);
-    return run < 0 ? INFINITY : c->runs[run].cpu_s / c->runs[c->levels.best[level]].cpu_s;
-}
-
-static double worst_ratio(const kempe_comparison *c, const aims *a, int way)
-{
-    double worst = 0;
-    for (int k = 0; k < a->count; k++)
-        worst = fmax(worst, ratio_at(c, way, a->level[k]));
-    return worst;
 }
 
 static int failed_of(const kempe_comparison *c, int way)
@@ -73,18 +31,18 @@ static int failed_of(const kempe_comparison *c, int way)
 
 /* The method with the least of the worst ratios, if `robust` among those without failures; -1: none reaches all aims.
  */
-static int cheapest(const kempe_comparison *c, const aims *a, bool robust, int but)
+static int cheapest(const kempe_comparison *c, const kmp_aims *a, bool robust, int but)
 {
     int found = -1;
     for (int w = 0; w < c->way_count; w++)
-        if (w != but && isfinite(worst_ratio(c, a, w)) && (!robust || failed_of(c, w) == 0) &&
-            (found < 0 || worst_ratio(c, a, w) < worst_ratio(c, a, found)))
+        if (w != but && isfinite(kmp_compare_worst(c, a, w)) && (!robust || failed_of(c, w) == 0) &&
+            (found < 0 || kmp_compare_worst(c, a, w) < kmp_compare_worst(c, a, found)))
             found = w;
     return found;
 }
 
 /* The recommended method; if no method reaches all aims, the coarser one alone counts. */
-static int choose_way(const kempe_comparison *c, aims *a)
+static int choose_way(const kempe_comparison *c, kmp_aims *a)
 {
     int way = cheapest(c, a, false, -1);
     while (way < 0 && a->count > 1) {
@@ -92,7 +50,7 @@ static int choose_way(const kempe_comparison *c, aims *a)
         way = cheapest(c, a, false, -1);
     }
     int robust = cheapest(c, a, true, -1);
-    if (robust >= 0 && worst_ratio(c, a, robust) <= ROBUST * worst_ratio(c, a, way))
+    if (robust >= 0 && kmp_compare_worst(c, a, robust) <= ROBUST * kmp_compare_worst(c, a, way))
         way = robust;
     return way;
 }
@@ -100,17 +58,17 @@ static int choose_way(const kempe_comparison *c, aims *a)
 /* -- reason ------------------------------------------------------------------------------------------ */
 
 /* "4.3", with "and 4.5" where there are two aims. */
-static void ratios(kmp_text *text, const kempe_comparison *c, const aims *a, int way)
+static void ratios(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int way)
 {
     for (int k = 0; k < a->count; k++)
-        kmp_text_printf(text, ratio_at(c, way, a->level[k]) < 9.95 ? "%s%.1f" : "%s%.0f", k > 0 ? " and " : "",
-                        ratio_at(c, way, a->level[k]));
+        kmp_text_printf(text, kmp_compare_ratio(c, way, a->level[k]) < 9.95 ? "%s%.1f" : "%s%.0f", k > 0 ? " and " : "",
+                        kmp_compare_ratio(c, way, a->level[k]));
 }
 
-static void tell_cost(kmp_text *text, const kempe_comparison *c, const aims *a, int way)
+static void tell_cost(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int way)
 {
     int next = cheapest(c, a, false, way);
-    bool best = worst_ratio(c, a, way) <= 1;
+    bool best = kmp_compare_worst(c, a, way) <= 1;
     if (!best)
         ratios(text, c, a, way);
     kmp_text_printf(text, "%s at error %g", best ? "the cheapest" : " times the cheapest",
@@ -126,7 +84,7 @@ static void tell_cost(kmp_text *text, const kempe_comparison *c, const aims *a, 
     kmp_text_put(text, best ? " times as long" : " times");
 }
 
-static void tell_tighter(kmp_text *text, const kempe_comparison *c, const aims *a, int way)
+static void tell_tighter(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int way)
 {
     int finest = a->level[a->count - 1];
     const kmp_compared *run = &c->runs[run_at(c, way, finest)];
@@ -177,14 +135,15 @@ static void tell_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_
 }
 
 /* The best method of the dae formulation at the aims, and its use. */
-static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, int advised)
+static void tell_dae(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int advised)
 {
     int dae = -1, tried = -1;
     for (int w = 0; w < c->way_count; w++) {
         if (strcmp(c->ways[w].formulation, "dae") != 0)
             continue;
         tried = w;
-        if (isfinite(worst_ratio(c, a, w)) && (dae < 0 || worst_ratio(c, a, w) < worst_ratio(c, a, dae)))
+        if (isfinite(kmp_compare_worst(c, a, w)) &&
+            (dae < 0 || kmp_compare_worst(c, a, w) < kmp_compare_worst(c, a, dae)))
             dae = w;
     }
     if (tried < 0 || dae == advised)
@@ -200,20 +159,49 @@ static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, i
     kmp_text_put(text, " times as long");
     if (c->system->m > 0)
         kmp_text_printf(text, ", its closure residual is %.0e", c->runs[run_at(c, dae, a->level[0])].verdict.h_max);
-    kmp_text_put(text, worst_ratio(c, a, dae) < ROBUST
+    kmp_text_put(text, kmp_compare_worst(c, a, dae) < ROBUST
                            ? ": an alternative, which needs no choice of coordinates"
                            : ": slower here; useful as an independent check because it uses no coordinate reduction");
 }
 
-static void explain(kempe_comparison *c, const aims *a, int way, const kmp_stiffness *stiffness)
+/* The best method of the formulation whose first result is there first, by its run for an aim. */
+static int first_at(const kempe_comparison *c, int level)
 {
-    kmp_text lines[5] = {{0}};
+    int first = -1;
+    for (int k = 0; k < c->tables.best_count; k++) {
+        int run = run_at(c, c->tables.best[k], level);
+        if (run >= 0 && (first < 0 || kmp_compare_first_s(c, &c->runs[run]) < kmp_compare_first_s(c, &c->runs[first])))
+            first = run;
+    }
+    return first;
+}
+
+/* The share of preparation in a first result, and whether it changes the choice. */
+static void tell_preparation(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int way)
+{
+    const kmp_compared *run = &c->runs[run_at(c, way, a->level[0])];
+    const kmp_compared *first = &c->runs[first_at(c, a->level[0])];
+    double total = kmp_compare_first_s(c, run), prepared = total - run->cpu_s;
+    if (!(prepared > run->cpu_s))
+        return;
+    kmp_text_printf(text, "preparation decides for a single run: %.3g of %.3g ms", 1e3 * prepared, 1e3 * total);
+    if (SOONER * kmp_compare_first_s(c, first) < total) {
+        kmp_text_put(text, "; ");
+        kmp_compare_name(text, first->way);
+        kmp_text_printf(text, " has the first result after %.3g ms", 1e3 * kmp_compare_first_s(c, first));
+    }
+}
+
+static void explain(kempe_comparison *c, const kmp_aims *a, int way, const kmp_stiffness *stiffness)
+{
+    kmp_text lines[6] = {{0}};
     tell_cost(&lines[0], c, a, way);
     tell_tighter(&lines[1], c, a, way);
     tell_ends(&lines[2], c, way);
     tell_stiffness(&lines[3], c, stiffness);
     tell_dae(&lines[4], c, a, way);
-    for (int k = 0; k < 5; k++)
+    tell_preparation(&lines[5], c, a, way);
+    for (int k = 0; k < 6; k++)
         kmp_sentences_take(&c->arena, &c->advice.because, &lines[k]);
 }
 
@@ -222,7 +210,7 @@ static int steadiest(const kempe_comparison *c)
 {
     int found = -1;
     for (int k = 0; k < c->count; k++)
-        if (c->runs[k].status == KEMPE_OK && c->runs[k].apart <= usual[0] &&
+        if (c->runs[k].status == KEMPE_OK && c->runs[k].apart <= USUAL &&
             (found < 0 || c->runs[k].cpu_s < c->runs[found].cpu_s))
             found = k;
     return found;
@@ -246,7 +234,7 @@ static void refrain(kempe_comparison *c)
         kmp_text_put(&text, "without a reference the errors are unknown, and there is no recommendation");
     if (steady >= 0) {
         kmp_text_put(&text, "; the cheapest run that agrees with its next tolerance to ");
-        kmp_text_printf(&text, "%g in q is ", usual[0]);
+        kmp_text_printf(&text, "%g in q is ", USUAL);
         kmp_compare_name(&text, c->runs[steady].way);
         kmp_text_printf(&text, " at rtol %g: %.3g ms", c->runs[steady].rtol, 1e3 * c->runs[steady].cpu_s);
     }
@@ -259,7 +247,7 @@ static void refrain(kempe_comparison *c)
 void kmp_compare_advise(kempe_comparison *c)
 {
     kmp_stiffness stiffness = kmp_compare_stiffness(c);
-    aims a = choose_aims(c);
+    kmp_aims a = c->tables.aims;
     int way = a.count > 0 && !is_prescribed(c) ? choose_way(c, &a) : -1;
     c->advice = (kmp_advice){.run = -1, .level = NAN, .stiff = stiffness.stiff};
     if (way < 0) {

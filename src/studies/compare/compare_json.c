@@ -9,6 +9,8 @@ static void json_names(kmp_json *json, const kmp_method *way)
     kmp_json_string(json, "formulation", way->formulation);
     kmp_json_string(json, "form", way->form);
     kmp_json_string(json, "integrator", way->integrator);
+    if (way->linear)
+        kmp_json_string(json, "linear", way->linear);
 }
 
 static void json_source(kmp_json *json, const kmp_source *source)
@@ -64,6 +66,9 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
     kmp_print_verdict(json, &run->verdict);
     kmp_print_work(json, &run->report);
     kmp_json_number(json, "cpu_s", run->cpu_s);
+    kmp_json_number(json, "build_s", run->build_s);
+    kmp_json_number(json, "first_s", kmp_compare_first_s(c, run));
+    kmp_json_number(json, "memory_bytes", run->report.heap > 0 ? (double)run->report.heap : NAN);
     kmp_json_number(json, "difference", run->apart);
     if (run->left_out)
         kmp_json_boolean(json, "left_out", true);
@@ -78,15 +83,20 @@ void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *li
     kmp_json_end(json);
 }
 
-/* The cost of a method for a level; null where it does not reach it. */
+static double number_or_none(double x)
+{
+    return isfinite(x) ? x : NAN;
+}
+
+/* The cost of a method for a level; null where it does not attain it. */
 static void json_reached(kmp_json *json, const kempe_comparison *c, int way, int l)
 {
-    int k = c->levels.run[way * c->levels.count + l], best = c->levels.best[l];
+    int k = c->levels.run[way * c->levels.count + l];
     kmp_json_object(json, NULL);
     json_names(json, &c->ways[way]);
     kmp_json_number(json, "rtol", k >= 0 ? c->runs[k].rtol : NAN);
-    kmp_json_number(json, "cpu_s", k >= 0 ? c->runs[k].cpu_s : NAN);
-    kmp_json_number(json, "ratio", k >= 0 ? c->runs[k].cpu_s / c->runs[best].cpu_s : NAN);
+    kmp_json_number(json, "cpu_s", kmp_compare_cost(c, way, l).cpu_s);
+    kmp_json_number(json, "ratio", c->levels.best[l] < 0 ? NAN : number_or_none(kmp_compare_ratio(c, way, l)));
     kmp_json_end(json);
 }
 
@@ -104,6 +114,70 @@ static void json_levels(kmp_json *json, const kempe_comparison *c)
         kmp_json_end(json);
         kmp_json_end(json);
     }
+    kmp_json_end(json);
+}
+
+/* The cost at one of the errors of the two tables, and its ratio to that of a base in three factors. */
+static void json_split(kmp_json *json, const kempe_comparison *c, int way, int base, int l)
+{
+    kmp_method_cost cost = kmp_compare_cost(c, way, l), of = {NAN, NAN, NAN};
+    if (base >= 0)
+        of = kmp_compare_cost(c, base, l);
+    kmp_json_object(json, NULL);
+    kmp_json_number(json, "error", c->levels.level[l]);
+    kmp_json_number(json, "cpu_s", cost.cpu_s);
+    kmp_json_number(json, "steps", cost.steps);
+    kmp_json_number(json, "evaluations", cost.rhs);
+    kmp_json_number(json, "ratio", cost.cpu_s / of.cpu_s);
+    kmp_json_number(json, "ratio_steps", cost.steps / of.steps);
+    kmp_json_number(json, "ratio_evaluations_per_step", cost.rhs / cost.steps * of.steps / of.rhs);
+    kmp_json_number(json, "ratio_time_per_evaluation", cost.cpu_s / cost.rhs * of.rhs / of.cpu_s);
+    kmp_json_end(json);
+}
+
+static void json_split_all(kmp_json *json, const kempe_comparison *c, int way, bool same)
+{
+    const kmp_tables *t = &c->tables;
+    kmp_json_object(json, NULL);
+    json_names(json, &c->ways[way]);
+    kmp_json_array(json, "errors");
+    for (int k = 0; k < t->aims.count; k++) {
+        int level = t->aims.level[k];
+        json_split(json, c, way, same ? kmp_compare_base(c, way, level) : kmp_compare_best(c, level), level);
+    }
+    kmp_json_end(json);
+    kmp_json_end(json);
+}
+
+/* Of table (a), the members of each family, one after another; of table (b), the best of each formulation. */
+static void json_tables(kmp_json *json, const kempe_comparison *c)
+{
+    kmp_json_array(json, "same_integrator");
+    for (int k = 0; k < c->tables.same_count; k++)
+        json_split_all(json, c, c->tables.same[k], true);
+    kmp_json_end(json);
+    kmp_json_array(json, "best_of_formulation");
+    for (int k = 0; k < c->tables.best_count; k++)
+        json_split_all(json, c, c->tables.best[k], false);
+    kmp_json_end(json);
+}
+
+static double steps_of(const kempe_comparison *c, int run)
+{
+    return run >= 0 ? (double)c->runs[run].report.steps : NAN;
+}
+
+/* What stiffness is judged by: null where there is no such run. */
+static void json_stiffness(kmp_json *json, const kempe_comparison *c)
+{
+    kmp_stiffness s = c->count > 0 ? kmp_compare_stiffness(c) : (kmp_stiffness){-1, -1, -1, false};
+    kmp_json_object(json, "stiffness");
+    kmp_json_boolean(json, "stiff", s.stiff);
+    kmp_json_number(json, "rtol", s.loose >= 0 ? c->runs[s.loose].rtol : NAN);
+    kmp_json_number(json, "rtol_tighter", s.tight >= 0 ? c->runs[s.tight].rtol : NAN);
+    kmp_json_number(json, "explicit_steps", steps_of(c, s.loose));
+    kmp_json_number(json, "explicit_steps_tighter", steps_of(c, s.tight));
+    kmp_json_number(json, "implicit_steps", steps_of(c, s.implicit));
     kmp_json_end(json);
 }
 
@@ -134,6 +208,8 @@ void kmp_compare_json(kmp_text *text, const void *result)
         json_run(&j, c, &c->runs[k]);
     kmp_json_end(&j);
     json_levels(&j, c);
+    json_tables(&j, c);
+    json_stiffness(&j, c);
     json_advice(&j, c);
     kmp_sentences_json(&j, "failures", &c->failures);
     kmp_sentences_json(&j, "warnings", &c->warnings);

@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The table at equal error: the cheapest run of each method within a level of error, except accidental ones. */
+/* The table at equal error: the cheapest run of each method within a level of error, except accidental ones, and what
+ * the method would need for the level itself. */
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
 #include <math.h>
 
 static const double levels[] = {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11};
+
+/* An error of rounding: smaller ones are accidental. */
+#define LEAST 1e-16
 
 _Static_assert(sizeof levels / sizeof *levels == KMP_MOST_LEVELS, "a level without a place");
 
@@ -31,9 +35,57 @@ static bool counts(const kempe_comparison *c, int run, double level)
     return true;
 }
 
+/* The complete run of the method at the next coarser tolerance, -1: none. */
+static int next_coarser(const kempe_comparison *c, int run)
+{
+    int found = -1;
+    for (int k = 0; k < c->count; k++)
+        if (c->runs[k].way == c->runs[run].way && c->runs[k].status == KEMPE_OK &&
+            c->runs[k].rtol > c->runs[run].rtol && (found < 0 || c->runs[k].rtol < c->runs[found].rtol))
+            found = k;
+    return found;
+}
+
+static double between(double tight, double coarse, double part)
+{
+    return exp((1 - part) * log(tight) + part * log(coarse));
+}
+
+/* The cost at the level: where the next coarser run is outside it and cheaper, the point of the level on the straight
+ * line between both in logarithms of error and cost. An error below ten times the reference's is taken as that. */
+static kmp_method_cost cost_of(const kempe_comparison *c, int run, double level)
+{
+    const kmp_compared *tight = &c->runs[run];
+    kmp_method_cost cost = {tight->cpu_s, (double)tight->report.steps, (double)tight->report.rhs};
+    int k = next_coarser(c, run);
+    const kmp_compared *coarse = k >= 0 ? &c->runs[k] : tight;
+    double least = fmax(10 * c->uncertainty[KMP_QUANTITY_Q], LEAST);
+    double in = fmax(tight->verdict.error[KMP_QUANTITY_Q], least), out = coarse->verdict.error[KMP_QUANTITY_Q];
+    if (!(out > level) || !(in < level) || !(coarse->cpu_s < tight->cpu_s) || coarse->report.steps < 1)
+        return cost;
+    double part = log(level / in) / log(out / in);
+    return (kmp_method_cost){between(cost.cpu_s, coarse->cpu_s, part),
+                             between(cost.steps, (double)coarse->report.steps, part),
+                             between(cost.rhs, (double)coarse->report.rhs, part)};
+}
+
 static bool is_cheaper(const kempe_comparison *c, int run, int than)
 {
     return than < 0 || c->runs[run].cpu_s < c->runs[than].cpu_s;
+}
+
+/* The cheapest method at a level. */
+static void settle_best(kempe_comparison *c, int l)
+{
+    double least = INFINITY;
+    for (int w = 0; w < c->way_count; w++) {
+        int place = w * KMP_MOST_LEVELS + l, run = c->levels.run[place];
+        c->levels.cost[place] = run >= 0 ? cost_of(c, run, levels[l]) : (kmp_method_cost){NAN, NAN, NAN};
+        if (c->levels.cost[place].cpu_s < least) {
+            least = c->levels.cost[place].cpu_s;
+            c->levels.best[l] = run;
+        }
+    }
 }
 
 static void settle(kempe_comparison *c, int l)
@@ -48,15 +100,15 @@ static void settle(kempe_comparison *c, int l)
             continue;
         if (is_cheaper(c, k, *own))
             *own = k;
-        if (is_cheaper(c, k, c->levels.best[l]))
-            c->levels.best[l] = k;
     }
+    settle_best(c, l);
 }
 
 void kmp_compare_levels(kempe_comparison *c)
 {
     c->levels.run = KMP_ARENA_NEW(&c->arena, int, KMP_MOST_LEVELS * c->way_count);
-    if (!c->has_reference || !c->levels.run)
+    c->levels.cost = KMP_ARENA_NEW(&c->arena, kmp_method_cost, KMP_MOST_LEVELS * c->way_count);
+    if (!c->has_reference || c->arena.failed)
         return;
     for (int k = 0; k < KMP_MOST_LEVELS * c->way_count; k++)
         c->levels.run[k] = -1;

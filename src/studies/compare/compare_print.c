@@ -5,11 +5,12 @@
 #include "studies/compare/compare.h"
 #include <kempe/compare.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 const kmp_quantity kmp_compare_shown[KMP_COMPARE_SHOWN] = {KMP_QUANTITY_Q, KMP_QUANTITY_QD, KMP_QUANTITY_LAMBDA};
 
-enum { LINE = 100, TABLE = 120, RUN = 40, INDENT = 4 };
+enum { LINE = 100, INDENT = 4, FEW_RUNS = 24 };
 
 static const char *form_of(const kmp_method *way)
 {
@@ -19,15 +20,16 @@ static const char *form_of(const kmp_method *way)
 /* A sentence, broken between words; lines after the first are indented. */
 static void show_wrapped(kmp_text *text, const char *first, const char *sentence)
 {
-    int column = INDENT;
+    int begin = (int)strlen(first), column = begin;
     kmp_text_put(text, first);
     while (*sentence) {
         int word = (int)strcspn(sentence, " \n");
-        bool breaks = column > INDENT && column + 1 + word > LINE;
+        bool breaks = column > begin && column + 1 + word > LINE;
         if (breaks)
             kmp_text_printf(text, "\n%*s", INDENT, "");
-        kmp_text_printf(text, "%s%.*s", column > INDENT && !breaks ? " " : "", word, sentence);
-        column = breaks ? INDENT + word : column + word + (column > INDENT);
+        kmp_text_printf(text, "%s%.*s", column > begin && !breaks ? " " : "", word, sentence);
+        column = breaks ? INDENT + word : column + word + (column > begin);
+        begin = breaks ? INDENT : begin;
         sentence += word + (sentence[word] != '\0');
     }
     kmp_text_put(text, "\n");
@@ -48,10 +50,10 @@ static void show_uncertainty(kmp_text *text, const kempe_comparison *c)
     const double *u = c->uncertainty;
     if (!(u[KMP_QUANTITY_Q] > 0))
         return;
-    kmp_text_printf(text, "its estimated error: %.0e in q, %.0e in qd", u[KMP_QUANTITY_Q], u[KMP_QUANTITY_QD]);
+    kmp_text_printf(text, "its error is about %.0e in q, %.0e in qd", u[KMP_QUANTITY_Q], u[KMP_QUANTITY_QD]);
     if (u[KMP_QUANTITY_LAMBDA] > 0)
         kmp_text_printf(text, ", %.0e in lambda", u[KMP_QUANTITY_LAMBDA]);
-    kmp_text_put(text, "; errors below ten times this estimate are left blank\n");
+    kmp_text_put(text, ": errors below ten times that are blank\n");
 }
 
 static void show_instants(kmp_text *text, const kempe_comparison *c)
@@ -71,22 +73,16 @@ static void show_head(kmp_text *text, const kempe_comparison *c)
 
 /* -- runs -------------------------------------------------------------------------------------------- */
 
-static void show_titles(kmp_text *text)
+static void show_titles(kmp_text *text, int width)
 {
-    kmp_text_printf(text, "\n%-9s %-7s %-10s %6s | %8s %8s %8s | %8s %8s | %8s %9s %9s\n", "formulation", "form",
-                    "integrator", "rtol", "error q", "qd", "lambda", "|h|", "energy", "steps", "rhs", "cpu ms");
-}
-
-static void show_rule(kmp_text *text)
-{
-    kmp_text_put(text, "------------------------------------+----------------------------+-------------------+---------"
-                       "-------------------\n");
+    kmp_text_printf(text, "\n%-*s %5s | %7s %7s %7s | %5s %7s | %6s %7s %6s\n", width, "run", "rtol", "error q", "qd",
+                    "lambda", "|h|", "energy", "steps", "evals", "cpu ms");
 }
 
 /* The first line of a reason, as far as the table is wide. */
-static void show_reason(kmp_text *text, const kmp_compared *run)
+static void show_reason(kmp_text *text, const kmp_compared *run, int room)
 {
-    int room = TABLE - RUN, length = (int)strcspn(run->reason, "\n");
+    int length = (int)strcspn(run->reason, "\n");
     kmp_text_put(text, " | ");
     if (!run->left_out)
         room -= (int)strlen(kmp_status_word(run->status)) + 2;
@@ -95,64 +91,76 @@ static void show_reason(kmp_text *text, const kmp_compared *run)
     kmp_text_printf(text, "%.*s%s\n", length > room ? room - 3 : length, run->reason, length > room ? "..." : "");
 }
 
-static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compared *run)
+static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compared *run, int width)
 {
-    kmp_text_printf(text, "%-9s %-7s %-10s %6.0e", run->way->formulation, form_of(run->way), run->way->integrator,
-                    run->rtol);
+    kmp_text name = {0};
+    kmp_compare_name(&name, run->way);
+    kmp_text_printf(text, "%-*s %5.0e", width, name.s ? name.s : "", run->rtol);
+    text->failed = text->failed || name.failed;
+    kmp_text_free(&name);
     if (run->status != KEMPE_OK) {
-        show_reason(text, run);
+        show_reason(text, run, LINE - width - 9);
         return;
     }
     kmp_text_put(text, " |");
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         if (kmp_compared_is_below(c, run, kmp_compare_shown[k]))
-            kmp_text_printf(text, " %8s", "");
+            kmp_text_printf(text, " %7s", "");
         else
-            kmp_print_cell(text, 9, 1, run->verdict.error[kmp_compare_shown[k]]);
+            kmp_print_cell(text, 8, 1, run->verdict.error[kmp_compare_shown[k]]);
     kmp_text_put(text, " |");
-    kmp_print_cell(text, 9, 1, run->verdict.h_max);
-    kmp_print_cell(text, 9, 1, run->verdict.drift_rel);
-    kmp_text_printf(text, " | %8ld %9ld %9.4g\n", run->report.steps, run->report.rhs, 1e3 * run->cpu_s);
+    kmp_print_cell(text, 6, 0, run->verdict.h_max);
+    kmp_print_cell(text, 8, 1, run->verdict.drift_rel);
+    kmp_text_printf(text, " | %6ld %7ld", run->report.steps, run->report.rhs);
+    kmp_compare_put_number(text, 6, 1e3 * run->cpu_s);
+    kmp_text_put(text, "\n");
 }
 
+/* Few runs are listed; of many the tables tell. */
 static void show_runs(kmp_text *text, const kempe_comparison *c)
 {
-    if (c->count > 0)
-        show_titles(text);
-    for (int k = 0; k < c->count; k++) {
-        bool first = k % c->rtol_count == 0;
-        if (first)
-            show_rule(text);
-        if (first || !c->runs[k].left_out || strcmp(c->runs[k].reason, c->runs[k - 1].reason) != 0)
-            show_run(text, c, &c->runs[k]);
+    int width = kmp_compare_name_width(c);
+    if (c->count > FEW_RUNS) {
+        kmp_text_printf(text, "\n%d runs, %d methods at %d tolerances: --csv, --json and --report list them\n",
+                        c->count, c->way_count, c->rtol_count);
+        return;
     }
+    if (c->count > 0)
+        show_titles(text, width);
+    for (int k = 0; k < c->count; k++)
+        if (k % c->rtol_count == 0 || !c->runs[k].left_out || strcmp(c->runs[k].reason, c->runs[k - 1].reason) != 0)
+            show_run(text, c, &c->runs[k], width);
 }
 
 /* -- at equal error ---------------------------------------------------------------------------------- */
 
 static void show_best(kmp_text *text, const kempe_comparison *c)
 {
-    kmp_text_printf(text, "%-28s", "the fastest, ms");
-    for (int l = 0; l < c->levels.count; l++)
+    kmp_text_printf(text, "%-*s", kmp_compare_name_width(c), "the fastest, ms");
+    for (int l = 0; l < c->levels.count; l++) {
+        int best = c->levels.best[l];
         if (c->levels.blank[l])
             kmp_text_printf(text, " %7s", "");
-        else if (c->levels.best[l] < 0)
+        else if (best < 0)
             kmp_text_printf(text, " %7s", "-");
         else
-            kmp_text_printf(text, " %7.3g", 1e3 * c->runs[c->levels.best[l]].cpu_s);
+            kmp_text_printf(text, " %7.3g", 1e3 * kmp_compare_cost(c, (int)(c->runs[best].way - c->ways), l).cpu_s);
+    }
     kmp_text_put(text, "\n");
 }
 
 static void show_ratios(kmp_text *text, const kempe_comparison *c, int way)
 {
     const kmp_method *w = &c->ways[way];
-    kmp_text_printf(text, "%-9s %-7s %-10s", w->formulation, form_of(w), w->integrator);
+    char integrator[32];
+    (void)snprintf(integrator, sizeof integrator, "%s%s%s", w->integrator, w->linear ? "/" : "",
+                   w->linear ? w->linear : "");
+    kmp_text_printf(text, "%-9s %-11s %-*s", w->formulation, form_of(w), kmp_compare_name_width(c) - 22, integrator);
     for (int l = 0; l < c->levels.count; l++) {
-        int run = c->levels.run[way * c->levels.count + l];
-        double ratio = run >= 0 ? c->runs[run].cpu_s / c->runs[c->levels.best[l]].cpu_s : NAN;
+        double ratio = c->levels.blank[l] || c->levels.best[l] < 0 ? INFINITY : kmp_compare_ratio(c, way, l);
         if (c->levels.blank[l])
             kmp_text_printf(text, " %7s", "");
-        else if (run < 0)
+        else if (isinf(ratio))
             kmp_text_printf(text, " %7s", "-");
         else
             kmp_text_printf(text, ratio < 9.95 ? " %7.2f" : " %7.0f", ratio);
@@ -166,7 +174,7 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
     if (c->levels.count == 0)
         return;
     kmp_text_put(text, "\nCPU time for a given error of q, relative to the fastest\n");
-    kmp_text_printf(text, "%-28s", "error q at most");
+    kmp_text_printf(text, "%-*s", kmp_compare_name_width(c), "error q at most");
     for (int l = 0; l < c->levels.count; l++) {
         kmp_text_printf(text, " %7.0e", c->levels.level[l]);
         blank = blank || c->levels.blank[l];
@@ -201,6 +209,7 @@ static void show(kmp_text *text, const void *result)
     const kempe_comparison *c = result;
     show_head(text, c);
     show_runs(text, c);
+    kmp_compare_print_tables(text, c);
     show_levels(text, c);
     show_list(text, "not run", &c->failures);
     show_list(text, "warnings", &c->warnings);

@@ -18,7 +18,7 @@
 enum { ROWS = 400, STRIDE = ROWS / 10, MOST_CUT = 2 };
 
 static const kmp_source rows[] = {
-#define KMP_SOURCE(formulation, form, integrator) {{formulation, form, integrator, false, false}, 0, 0, 0},
+#define KMP_SOURCE(formulation, form, integrator) {{formulation, form, integrator, false, false, NULL}, 0, 0, 0},
 #include "studies/compare/sources.def"
 #undef KMP_SOURCE
 };

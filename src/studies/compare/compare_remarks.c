@@ -49,8 +49,8 @@ void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format
 void kmp_compare_name(kmp_text *text, const kmp_method *way)
 {
     bool formless = !way->form || strcmp(way->form, "none") == 0;
-    kmp_text_printf(text, "%s %s%s%s", way->formulation, formless ? "" : way->form, formless ? "" : " ",
-                    way->integrator);
+    kmp_text_printf(text, "%s %s%s%s%s%s", way->formulation, formless ? "" : way->form, formless ? "" : " ",
+                    way->integrator, way->linear ? " " : "", way->linear ? way->linear : "");
 }
 
 /* -- groups ------------------------------------------------------------------------------------------ */

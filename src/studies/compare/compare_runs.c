@@ -27,6 +27,7 @@ kempe_status kmp_compare_once(kmp_compare_job *j, const kmp_method *way, double 
     kmp_run_spec spec = {.formulation = way->formulation,
                          .form = way->form,
                          .integrator = way->integrator,
+                         .linear = way->linear,
                          .rtol = rtol,
                          .atol = rtol,
                          .t_end = j->comparison->t_end,
@@ -42,37 +43,6 @@ kempe_status kmp_compare_once(kmp_compare_job *j, const kmp_method *way, double 
     kmp_context_quiet(j->context, false);
     j->quiet = true;
     j->left_s -= report->cpu_s + report->build_s;
-    return status;
-}
-
-static double median(int count, double *x)
-{
-    for (int i = 1; i < count; i++)
-        for (int k = i; k > 0 && x[k] < x[k - 1]; k--) {
-            double swap = x[k];
-            x[k] = x[k - 1];
-            x[k - 1] = swap;
-        }
-    return x[count / 2];
-}
-
-/* The repeats take the same steps, and only their time counts. Rows that are judged take additional time, which must
- * not be measured. For a long run it is negligible, unless there are as many rows as right-hand sides. */
-static kempe_status time_run(kmp_compare_job *j, kmp_compared *run)
-{
-    double first = run->report.cpu_s, cpu_s[MOST_REPEATS] = {first};
-    bool many = j->times.count > ROW_PART * (double)run->report.rhs;
-    int wanted = first < SHORT ? MOST_REPEATS : first < NOT_LONG ? SOME_REPEATS : 1, count = wanted == 1 && !many;
-    kmp_samples rows;
-    kempe_status status = KEMPE_OK;
-    kmp_samples_init(&rows, j->comparison->system->n, j->comparison->system->m);
-    while (count < wanted && status == KEMPE_OK) {
-        kmp_free(run->report.reason);
-        status = kmp_compare_once(j, run->way, run->rtol, &j->few, 0, &rows, &run->report);
-        cpu_s[count++] = run->report.cpu_s;
-    }
-    kmp_samples_free(&rows);
-    run->cpu_s = median(count, cpu_s);
     return status;
 }
 
@@ -105,7 +75,8 @@ static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_
     bool cut = run->report.cut;
     if (status == KEMPE_OK) {
         run->verdict = kmp_verdict_of(table, j->eval, j->comparison->has_reference ? &j->reference : NULL);
-        status = time_run(j, run);
+        run->cpu_s = run->report.cpu_s;
+        run->build_s = run->report.build_s;
     }
     run->reason = take_reason(j, &run->report);
     if (!kmp_has_result(status))
@@ -130,6 +101,7 @@ typedef struct grid {
     kmp_samples *before; /* of each method: the rows at the last tolerance with a complete run */
     int *before_run;     /* its run, -1: none */
     double *cpu_s;       /* of each method so far */
+    int *repeats;        /* of each run, for its time */
     bool *out;           /* methods that are abandoned */
     int *ways, *rtols;   /* in the order in which they are run */
 } grid;
@@ -194,6 +166,45 @@ static double limit_of(const grid *g, double fastest)
     return isinf(fastest) ? left : fmin(fmax(FREE, HOPELESS * fastest), fmax(left, 2 * fastest));
 }
 
+/* Rows that are judged take additional time, which must not be measured. For a long run it is negligible, unless there
+ * are as many rows as right-hand sides. */
+static int repeats_of(const kmp_compare_job *j, const kmp_compared *run)
+{
+    bool many = j->times.count > ROW_PART * (double)run->report.rhs;
+    return run->status != KEMPE_OK ? 0
+           : run->cpu_s < SHORT    ? MOST_REPEATS
+           : run->cpu_s < NOT_LONG ? SOME_REPEATS
+                                   : many;
+}
+
+/* A repeat takes the same steps, and only its time counts. The first one replaces the time of the judged run. */
+static kempe_status repeat(grid *g, kmp_compared *run, bool first)
+{
+    kmp_run_report report;
+    kempe_status status = kmp_compare_once(g->job, run->way, run->rtol, &g->job->few, 0, &g->table, &report);
+    kmp_free(report.reason);
+    report.reason = NULL;
+    if (status != KEMPE_OK)
+        return kmp_has_result(status) ? KEMPE_OK : status;
+    run->cpu_s = first ? report.cpu_s : fmin(run->cpu_s, report.cpu_s);
+    run->build_s = fmin(run->build_s, report.build_s);
+    run->report = report;
+    return KEMPE_OK;
+}
+
+/* Repeats all runs by turns, so that a change of the machine's load meets all alike. The first repeats were made
+ * before.
+ */
+static kempe_status time_all(grid *g)
+{
+    kempe_status status = KEMPE_OK;
+    for (int round = 1; round < MOST_REPEATS; round++)
+        for (int k = 0; status == KEMPE_OK && k < g->comparison->count; k++)
+            if (round < g->repeats[k] && !kmp_interrupted(g->job->context))
+                status = repeat(g, &g->comparison->runs[k], false);
+    return status;
+}
+
 static kempe_status run_cell(grid *g, int way, int rtol, double *fastest)
 {
     kmp_compared *run = run_of(g, way, rtol);
@@ -213,10 +224,14 @@ static kempe_status run_cell(grid *g, int way, int rtol, double *fastest)
         return kmp_fail_memory(g->job->context);
     tell(g->job, run);
     g->cpu_s[way] = run->report.cpu_s;
+    int *repeats = &g->repeats[way * g->comparison->rtol_count + rtol];
+    *repeats = repeats_of(g->job, run);
     if (run->status != KEMPE_OK)
         return KEMPE_OK;
-    *fastest = fmin(*fastest, run->cpu_s);
     compare_before(g, way, way * g->comparison->rtol_count + rtol);
+    if (*repeats > 0)
+        KMP_TRY(repeat(g, run, true));
+    *fastest = fmin(*fastest, run->cpu_s);
     return KEMPE_OK;
 }
 
@@ -253,6 +268,7 @@ static bool begin(grid *g)
     g->before = KMP_ARENA_NEW(&g->arena, kmp_samples, c->way_count);
     g->before_run = KMP_ARENA_NEW(&g->arena, int, c->way_count);
     g->cpu_s = KMP_ARENA_NEW(&g->arena, double, c->way_count);
+    g->repeats = KMP_ARENA_NEW(&g->arena, int, c->way_count * c->rtol_count);
     g->out = KMP_ARENA_NEW(&g->arena, bool, c->way_count);
     g->ways = KMP_ARENA_NEW(&g->arena, int, c->way_count);
     g->rtols = KMP_ARENA_NEW(&g->arena, int, c->rtol_count);
@@ -269,6 +285,7 @@ static bool begin(grid *g)
                                     .rtol = g->comparison->rtols[k % c->rtol_count],
                                     .verdict = kmp_verdict_none(),
                                     .cpu_s = NAN,
+                                    .build_s = NAN,
                                     .apart = NAN};
     sort_rtols(g);
     return true;
@@ -292,6 +309,8 @@ kempe_status kmp_compare_run_all(kmp_compare_job *j)
         for (int w = 0; status == KEMPE_OK && w < g.comparison->way_count; w++)
             status = run_cell(&g, g.ways[w], g.rtols[k], &fastest);
     }
+    if (status == KEMPE_OK)
+        status = time_all(&g);
     end(&g);
     return status;
 }

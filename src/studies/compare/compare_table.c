@@ -9,6 +9,7 @@ static void put_way(kempe_table *table, const kmp_method *way)
     kmp_tabulate_word(table, way->formulation);
     kmp_tabulate_word(table, way->form ? way->form : "");
     kmp_tabulate_word(table, way->integrator);
+    kmp_tabulate_word(table, way->linear ? way->linear : "");
 }
 
 static void put_run(kempe_table *table, const kempe_comparison *c, const kmp_compared *run)
@@ -26,6 +27,9 @@ static void put_run(kempe_table *table, const kempe_comparison *c, const kmp_com
                               (double)r->factorizations,
                               (double)r->exchanges,
                               run->cpu_s,
+                              run->build_s,
+                              kmp_compare_first_s(c, run),
+                              run->report.heap > 0 ? (double)run->report.heap : NAN,
                               run->apart};
     kmp_tabulate_row(table);
     put_way(table, run->way);
@@ -40,12 +44,12 @@ static void put_run(kempe_table *table, const kempe_comparison *c, const kmp_com
 static void fill_runs(kempe_table *table, const void *result)
 {
     const kempe_comparison *c = result;
-    kmp_tabulate_columns(table, NULL, "formulation form integrator");
+    kmp_tabulate_columns(table, NULL, "formulation form integrator linear");
     kmp_tabulate_columns(table, "", "rtol");
     kmp_tabulate_columns(table, NULL, "status reason");
     kmp_tabulate_columns(table, "",
                          "error_q error_qd error_lambda h_max hdot_max drift_rel steps rejected refused rhs newton "
-                         "jacobians factorizations exchanges cpu_s difference");
+                         "jacobians factorizations exchanges cpu_s build_s first_s memory_bytes difference");
     for (int k = 0; k < c->count; k++)
         put_run(table, c, &c->runs[k]);
 }
@@ -54,19 +58,22 @@ static void fill_levels(kempe_table *table, const void *result)
 {
     const kempe_comparison *c = result;
     const kmp_levels *levels = &c->levels;
-    kmp_tabulate_columns(table, NULL, "formulation form integrator");
-    kmp_tabulate_columns(table, "", "error rtol cpu_s ratio");
+    kmp_tabulate_columns(table, NULL, "formulation form integrator linear");
+    kmp_tabulate_columns(table, "", "error rtol cpu_s ratio steps rhs");
     for (int l = 0; l < levels->count; l++)
         for (int w = 0; w < c->way_count && !levels->blank[l]; w++) {
             int run = levels->run[w * levels->count + l];
+            kmp_method_cost cost = kmp_compare_cost(c, w, l);
             kmp_tabulate_row(table);
             put_way(table, &c->ways[w]);
             kmp_tabulate_number(table, levels->level[l]);
             if (run < 0)
                 continue;
             kmp_tabulate_number(table, c->runs[run].rtol);
-            kmp_tabulate_number(table, c->runs[run].cpu_s);
-            kmp_tabulate_number(table, c->runs[run].cpu_s / c->runs[levels->best[l]].cpu_s);
+            kmp_tabulate_number(table, cost.cpu_s);
+            kmp_tabulate_number(table, kmp_compare_ratio(c, w, l));
+            kmp_tabulate_number(table, cost.steps);
+            kmp_tabulate_number(table, cost.rhs);
         }
 }
 
