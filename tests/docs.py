@@ -5,7 +5,7 @@
 
     python3 tests/docs.py build/dev/kempe
 
-Programs on the pages are compiled elsewhere: docs/library.md by tests/CMakeLists.txt, docs/extending.md by tests/extending.py.
+Commands that take long are run shortened (`shortened`), as they stand on the page with KEMPE_FULL=1. Programs on the pages are compiled elsewhere: docs/library.md by tests/CMakeLists.txt, docs/extending.md by tests/extending.py.
 """
 import json
 import os
@@ -31,6 +31,7 @@ import pictures  # noqa: E402
 import problems  # noqa: E402
 
 KEMPE = "kempe"  # set by main
+FULL = "KEMPE_FULL" in os.environ
 PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md"), *ROOT.glob("bench/*.md")])
 
 
@@ -73,6 +74,18 @@ def commands(page):
                 folder = line[3:]
             if re.match(r"kempe (new \w|\w+ \S+\.yaml)", line):
                 yield folder, shlex.split(line)[1:]
+
+
+def shortened(line):
+    """Comparisons at two tolerances, the first two that are listed or 1e-4 and 1e-6, and sweeps of at most five values."""
+    line = [re.sub(r"(=[^:,]+:[^:,]+):\d+$", lambda m: m.group(1) + ":5" if int(m.group().split(":")[-1]) > 5 else m.group(), word)
+            for word in line]
+    if line[0] != "compare":
+        return line
+    if "--rtol" not in line:
+        return [*line, "--rtol", "1e-4,1e-6"]
+    k = line.index("--rtol") + 1
+    return [*line[:k], ",".join(line[k].split(",")[:2]), *line[k + 1:]]
 
 
 def files(page):
@@ -302,7 +315,8 @@ class Commands(unittest.TestCase):
         self.assertEqual(set(files(page)) - {word for _, line in lines for word in line}, set(), "models that no command runs")
         for place, line in lines:
             with self.subTest(f"{page.relative_to(ROOT)}: {line}"):
-                done = subprocess.run([KEMPE, *line], cwd=folder / place, capture_output=True, text=True, timeout=300)
+                done = subprocess.run([KEMPE, *(line if FULL else shortened(line))], cwd=folder / place, capture_output=True, text=True,
+                                      timeout=300)
                 self.assertEqual(done.returncode, 0, done.stderr)
         return len(lines)
 

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Applies docs/extending.md: a copy of the sources gets exactly the files and rows that the page shows, is built, and
 runs the page's model with the new kinds of joint and closure, the new function and the new back end; its equations
-are written in the new language.
+are written in the new language. The build is that of tests/packaging/consume.sh shared, which is tested by it.
 
-    CC=cc python3 tests/extending.py
+    CC=cc BUILD=build/dev python3 tests/extending.py
 """
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -16,7 +17,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 STEP = re.compile(r"^`([^`]+)`, (a new file|one row more):\n\n((?:    .*\n|\n)+)", re.MULTILINE)
-PARTS = "CMakeLists.txt LICENSE packaging include src constraints integrators".split()
+PARTS = "CMakeLists.txt LICENSE README.md packaging schema include src constraints integrators docs bench examples tests/packaging".split()
 
 
 def steps():
@@ -55,10 +56,15 @@ def run(*words):
 
 
 def build(root):
-    run("cmake", "-G", "Ninja", "-S", root, "-B", root / "build", "-DKEMPE_TESTS=OFF",
-        "-DKEMPE_WERROR=ON", "-DCMAKE_BUILD_TYPE=Debug")
-    run("cmake", "--build", root / "build", "-j", 4)
-    return root / "build/kempe"
+    """The command, installed beside a shared library."""
+    work = root / "work"
+    work.mkdir()
+    done = subprocess.run([root / "tests/packaging/consume.sh", "shared"], capture_output=True, text=True, timeout=500,
+                          env={**os.environ, "SOURCE": str(root), "WORK": str(work), "BUILD": os.path.abspath(os.environ["BUILD"])})
+    print(done.stdout[-3000:], done.stderr[-3000:], sep="")
+    if done.returncode:
+        sys.exit(done.returncode)
+    return work / "prefix/bin/kempe"
 
 
 def simulate(kempe, model, *words):

@@ -49,7 +49,7 @@ void kmp_doctor_points(kmp_examination *x)
     if (!q || !x->jacobians)
         return;
     memcpy(q, x->q, n * sizeof *q);
-    int count = s->m > 0 ? kmp_rounding_waypoints(x->walk, NULL, KMP_DOCTOR_POINTS + 1, q, place) : 1;
+    int count = s->m > 0 ? kmp_rounding_waypoints(x->walk, NULL, KMP_DOCTOR_POINTS + 1, INFINITY, q, place) : 1;
     for (int k = 0; k < count; k++) {
         kmp_walk_evaluate(x->walk, q + (size_t)k * n);
         memcpy(x->jacobians + (size_t)k * size, x->walk->jacobian, size * sizeof *x->jacobians);

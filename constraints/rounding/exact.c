@@ -484,7 +484,8 @@ static void find_places(search *x)
     const kempe_system *s = x->s;
     int wanted = LEAST_PLACES + PER_NUMBER * x->count / x->left;
     memcpy(x->at.q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)s->n * sizeof *x->at.q);
-    x->places = kmp_rounding_waypoints(x->walk, NULL, wanted < MOST_PLACES ? wanted : MOST_PLACES, x->at.q, place);
+    x->places =
+        kmp_rounding_waypoints(x->walk, NULL, wanted < MOST_PLACES ? wanted : MOST_PLACES, INFINITY, x->at.q, place);
     double *start = x->at.q + (size_t)x->places * (size_t)s->n;
     for (int i = 0; i < s->n; i++)
         start[i] = s->model->start.q[i].value;

@@ -89,7 +89,21 @@ double kmp_rounding_opening(const kmp_walk *w, const double *part)
     return widest;
 }
 
-int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double *q, kmp_waypoint *place)
+/* True if the places cannot hold whatever `left` more of them are: too many of the distant ones are open, or the first.
+ */
+static bool is_hopeless(const kmp_waypoint *place, int count, int left, double tolerance)
+{
+    int far = 0, closed = 0;
+    for (int k = 1; k < count; k++)
+        if (place[k].distance >= KMP_ROUNDING_FAR) {
+            far++;
+            closed += place[k].open <= tolerance;
+        }
+    return place[0].open > tolerance || closed + left < KMP_ROUNDING_MOST_OF * (far + left);
+}
+
+int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double tolerance, double *q,
+                           kmp_waypoint *place)
 {
     size_t n = (size_t)w->n;
     double usual = 0, *way = q + n * (size_t)wanted;
@@ -112,6 +126,8 @@ int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double *
         double weak = w->rank >= 0 && w->rank < w->m && w->rank < w->n ? w->pivots[w->rank] / w->pivots[0] : 0;
         place[count++] = (kmp_waypoint){kmp_rounding_opening(w, part), kmp_walk_distance(w, q, to), weak,
                                         margin / fmax(w->pivots[0], DBL_MIN)};
+        if (w->n > w->rank && is_hopeless(place, count, wanted - count, tolerance))
+            break;
     }
     return count;
 }
@@ -150,7 +166,7 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
             kmp_eval_set_charts(walk->eval, chart);
         set_parts(system, part);
         memcpy(q, from, (size_t)n * sizeof *q);
-        judge(t, walk, place, kmp_rounding_waypoints(walk, part, PLACES, q, place));
+        judge(t, walk, place, kmp_rounding_waypoints(walk, part, PLACES, t->tolerance, q, place));
     }
     kmp_walk_free(walk);
     kmp_arena_free(&arena);

@@ -35,8 +35,10 @@ typedef struct kmp_waypoint {
 
 /** Configurations closed on walk->rank rows, none near a change point, reached on several random paths from the first,
  * given in q. Returns their number, at most `wanted`; writes q (n x (wanted + 1), the last for scratch) and `place`.
- * part: relative tolerances of rows (m), NULL: 1. */
-int kmp_rounding_waypoints(struct kmp_walk *walk, const double *part, int wanted, double *q, kmp_waypoint *place);
+ * part: relative tolerances of rows (m), NULL: 1. Ends early where a trial with this tolerance cannot hold any more
+ * (INFINITY: never). */
+int kmp_rounding_waypoints(struct kmp_walk *walk, const double *part, int wanted, double tolerance, double *q,
+                           kmp_waypoint *place);
 
 /** The widest row at the walk's last state. */
 double kmp_rounding_opening(const struct kmp_walk *walk, const double *part);

@@ -4,11 +4,14 @@
 #
 #     SOURCE=. BUILD=build tests/packaging/consume.sh find_package | pkg_config | add_subdirectory | shared | private
 #
+# add_subdirectory is only configured, with all defaults; `shared` builds Kempe as a part of a project, a shared library with
+# its command, and installs that. With WORK, a folder that is there, the results stay: the command is $WORK/prefix/bin/kempe.
+#
 # Exit code 77: a tool that this way needs is not there.
 set -eu
 way=$1
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+work=${WORK:-$(mktemp -d)}
+test -n "${WORK:-}" || trap 'rm -rf "$work"' EXIT
 here=$SOURCE/tests/packaging
 CC=${CC:-cc}
 CXX=${CXX:-c++}
@@ -113,17 +116,21 @@ pkg_config)
     by_pkg_config
     ;;
 add_subdirectory)
-    by_cmake -DKEMPE_SOURCE="$SOURCE" -DCMAKE_C_FLAGS=-O0
-    test ! -e "$work/consumer/kempe/tests"
+    quietly cmake -G Ninja -S "$here" -B "$work/consumer" -DKEMPE_SOURCE="$SOURCE"
+    cmake --build "$work/consumer" --target help >"$work/targets"
+    grep -q 'libkempe.a' "$work/targets"
+    if grep -E 'kempe_command|kempe_man|example_|test_' "$work/targets" || test -e "$work/consumer/kempe/tests"; then
+        echo "as a part of another project Kempe should be the library alone"
+        exit 1
+    fi
     ;;
 shared)
     need objdump
     make_private
-    quietly cmake -G Ninja -S "$SOURCE" -B "$work/build" -DBUILD_SHARED_LIBS=ON -DKEMPE_TESTS=OFF -DCMAKE_BUILD_TYPE=Debug \
+    by_cmake -DKEMPE_SOURCE="$SOURCE" -DBUILD_SHARED_LIBS=ON -DKEMPE_COMMAND=ON -DKEMPE_INSTALL=ON -DKEMPE_WERROR=ON \
         -DCMAKE_PREFIX_PATH="$work/own"
-    quietly cmake --build "$work/build" -j 4
-    quietly cmake --install "$work/build" --prefix "$work/first"
-    rm -r "$work/build"
+    quietly cmake --install "$work/consumer/kempe" --prefix "$work/first"
+    rm -r "$work/consumer"
     mv "$work/first" "$work/prefix"
     "$work/prefix/bin/kempe" --version
     takes_private "$(find "$work/prefix" -name libkempe.so)"
