@@ -557,8 +557,8 @@ class Kinematics(Case):
         self.assertIn("speed: 'crank' needs rad/s, deg/s or rpm",
                       self.expect(3, "kinematics", FOUR_BAR, "--sweep", "crank=0:1:3", "--speed", "5 mm/s").stderr)
         self.assertIn("speed: 'slider' needs m/s", self.expect(3, "kinematics", *slide, "--speed", "2 rpm").stderr)
-        for speed in "0", "-2", "-1 mm/s":
-            self.assertIn("speed: a positive value is expected",
+        for speed in "0", "-2", "-1 mm/s", "1:2", "1,a=2":
+            self.assertIn("speed: one positive value is expected",
                           self.expect(3, "kinematics", *slide, f"--speed={speed}").stderr)
         self.assertIn("unknown unit 'm/h'", self.expect(3, "kinematics", *slide, "--speed", "3 m/h").stderr)
 
