@@ -554,9 +554,9 @@ class Kinematics(Case):
         slide = model, "--sweep", "slider=-0.05:-0.1:3"
         for speed, taken in (("5 mm/s", 0.005), ("0.3", 0.3)):
             self.assertAlmostEqual(self.object(0, "kinematics", *slide, "--speed", speed)["speed"], taken, 14)
-        self.assertIn("speed: 'crank' needs rad/s, deg/s or rpm",
+        self.assertIn("speed: 'crank' is in m/s, but rad/s, deg/s or rpm is expected",
                       self.expect(3, "kinematics", FOUR_BAR, "--sweep", "crank=0:1:3", "--speed", "5 mm/s").stderr)
-        self.assertIn("speed: 'slider' needs m/s", self.expect(3, "kinematics", *slide, "--speed", "2 rpm").stderr)
+        self.assertIn("speed: 'slider' is in 1/s, but m/s is expected", self.expect(3, "kinematics", *slide, "--speed", "2 rpm").stderr)
         for speed in "0", "-2", "-1 mm/s", "1:2", "1,a=2":
             self.assertIn("speed: one positive value is expected",
                           self.expect(3, "kinematics", *slide, f"--speed={speed}").stderr)
