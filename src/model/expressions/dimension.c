@@ -7,7 +7,7 @@ static const struct {
     const char *name;
     kmp_unit unit;
 } units[] = {
-#define KMP_UNIT(name, factor, divisor, m, kg, s) {#name, {factor, divisor, {.kind = KMP_DIMENSION_KNOWN, .power = {m, kg, s}}}},
+#define KMP_UNIT(name, factor, divisor, m, kg, s) {#name, {factor, divisor, {KMP_DIMENSION_KNOWN, {m, kg, s}, false}}},
 #include "model/expressions/units.def"
 #undef KMP_UNIT
 };
