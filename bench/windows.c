@@ -51,12 +51,12 @@ static void run(const kempe_system *system, measured *m, bool led)
 {
     const double end = 10;
     kmp_run_report report;
-    kmp_journal journal = {.context = system->context};
+    kmp_run_log log = {.context = system->context};
     kmp_run_spec spec = {.rtol = 1e-8,
                          .t_end = end,
                          .time_count = 1,
                          .times = &end,
-                         .journal = &journal,
+                         .log = &log,
                          .change_points = led ? "cross" : "ignore"};
     if (kmp_run_resolve(system, &spec) == KEMPE_OK)
         (void)kmp_run(system, &spec, NULL, take_row, NULL, &report);
@@ -68,9 +68,9 @@ static void run(const kempe_system *system, measured *m, bool led)
     m->steps[led] = report.steps;
     m->rhs[led] = report.rhs;
     m->passages = 0;
-    for (int k = 0; k < journal.kept; k++)
-        m->passages += strcmp(journal.notes[k].kind, "change point") == 0;
-    kmp_journal_free(&journal);
+    for (int k = 0; k < log.kept; k++)
+        m->passages += strcmp(log.entries[k].kind, "change point") == 0;
+    kmp_run_log_free(&log);
 }
 
 static void once(const char *text, measured *m)

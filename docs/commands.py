@@ -17,7 +17,7 @@ This page is generated from the help of the command (`python3 docs/commands.py b
 with a dimension accepts a unit: `--t-end "20 ms"`. Every command accepts `--json PATH|-`, an object with all digits.
 
 Errors and warnings are written to stderr. On a terminal they are coloured, unless the environment variable `NO_COLOR`
-is set, and a progress line shows the rate and the time left. `--quiet` removes that line and the notes.
+is set, and a progress line shows the rate and the time left. `--quiet` removes that line and the log.
 """
 
 

@@ -178,7 +178,7 @@ class Case(unittest.TestCase):
                 self.check_stage(name, drawn.by_id["view"], data)
                 if name == "parallelogram":
                     self.assertIn("change point", drawn.words("marks"))
-                    self.assertIn("change point", drawn.words("notes"))
+                    self.assertIn("change point", drawn.words("log"))
 
     def test_a_page_that_complains_is_noticed(self):
         """What these tests look for is there when something is wrong; and the switch of quantities does its work."""

@@ -94,7 +94,7 @@ typedef enum kempe_format { KEMPE_TEXT, KEMPE_JSON } kempe_format;
 
 typedef struct kempe_context kempe_context;
 
-typedef enum kempe_level { KEMPE_LOG_PROGRESS, KEMPE_LOG_NOTE, KEMPE_LOG_WARNING } kempe_level;
+typedef enum kempe_level { KEMPE_LOG_PROGRESS, KEMPE_LOG_INFO, KEMPE_LOG_WARNING } kempe_level;
 
 /** Receives one line without newline. `user` is the pointer given with the function. */
 typedef void kempe_log_fn(void *user, kempe_level level, const char *line);
@@ -221,9 +221,9 @@ KEMPE_API const char *kempe_trajectory_reason(const kempe_trajectory *trajectory
 
 KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text);
 
-/** Tables: "rows": t and the outputs (q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, ..). "events" between steps, the
- * first thousand (independent coordinates changed, other rows taken, change points crossed, conditions that changed,
- * restarts): t, kind (one word), text (a sentence), and the numbers before and after where one is measured.
+/** Tables: "rows": t and the outputs (q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, ..). "log": events between steps,
+ * the first thousand (independent coordinates changed, other rows taken, change points crossed, conditions that
+ * changed, restarts): t, kind (one word), text (a sentence), and the numbers before and after where one is measured.
  * KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name,
                                               kempe_table **table);

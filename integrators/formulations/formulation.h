@@ -10,7 +10,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/margin.h"
 #include "constraints/partition/partition.h"
-#include "integrators/run/journal.h"
+#include "integrators/run/run_log.h"
 #include "integrators/steppers/ode.h"
 
 typedef struct kmp_formulation kmp_formulation;
@@ -30,7 +30,7 @@ typedef struct kmp_formulation_start {
     const double *qdd, *lambda;
     double work; /* of non-conservative forces so far */
     double rtol, atol, rate_scale;
-    kmp_journal *journal;
+    kmp_run_log *log;
     bool brief;    /* the formulation before lasted for a few steps: preparations that pay only over many steps are
                     * skipped */
     bool fixed;    /* u is fixed, and the run ends where it becomes singular */

@@ -154,9 +154,9 @@ static void log_exchange(const kmp_reduced *d, double t, const kmp_partition *be
         if (!is_among(before->u, d->p, d->part.u[k]))
             kmp_text_printf(&in, "%s'%s'", in.length ? ", " : "", name_of(d, d->part.u[k]));
     }
-    kmp_journal_note(d->start.journal, "exchange", t, d->growth, d->part.max_b,
-                     "%s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g", in.s ? in.s : "",
-                     out.s ? out.s : "", d->growth, d->part.max_b);
+    kmp_run_log_add(d->start.log, "exchange", t, d->growth, d->part.max_b,
+                    "%s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g", in.s ? in.s : "",
+                    out.s ? out.s : "", d->growth, d->part.max_b);
     kmp_text_free(&out);
     kmp_text_free(&in);
 }

@@ -81,7 +81,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->spec = *spec;
     run->stop = spec->t_end;
     run->own.context = system->context;
-    run->journal = spec->journal ? spec->journal : &run->own;
+    run->log = spec->log ? spec->log : &run->own;
     run->work = spec->work_start;
     run->work_t = spec->t_start;
     run->bound.most = spec->max_steps;
@@ -115,7 +115,7 @@ void kmp_runner_free(kmp_runner *run)
     kmp_margin_free(&run->margin);
     kmp_arena_free(&run->arena);
     kmp_free(run->reason);
-    kmp_journal_free(&run->own);
+    kmp_run_log_free(&run->own);
     kmp_free(run);
 }
 

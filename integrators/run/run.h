@@ -5,7 +5,7 @@
 
 #include "constraints/closing/assemble.h"
 #include "dynamics/system.h"
-#include "integrators/run/journal.h"
+#include "integrators/run/run_log.h"
 #include <kempe/check.h>
 
 typedef struct kmp_runner kmp_runner;
@@ -29,7 +29,7 @@ typedef struct kmp_run_spec {
     bool closely;              /* the run checks another run: conditions are evaluated at more places */
     double limit_s;            /* processor time after which a run is given up; 0: none */
     long max_steps;            /* attempted steps, rejected ones included; 0: as work_bound.h; -1: no bound */
-    kmp_journal *journal;      /* events of the run; NULL: only logged */
+    kmp_run_log *log;          /* events of the run; NULL: only logged */
     int threads;               /* number that share the work of an evaluation, if the back end can; 0: one */
     const struct kmp_formulation_kind *kind; /* a formulation of the caller in place of the named one; NULL: none */
     void *user;                              /* argument of that formulation and of `step` */

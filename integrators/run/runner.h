@@ -47,7 +47,7 @@ struct kmp_runner {
     double work_t;
     double rate_scale, build_s, began, progress; /* last two: seconds on the wall, 0: not yet */
     unsigned long memory_failures;               /* at the creation of the run */
-    kmp_journal own, *journal;                   /* the caller's journal, or the run's own */
+    kmp_run_log own, *log;                       /* the caller's log, or the run's own */
     long rescued_at; /* number of attempted steps at the last restart of a stopped integrator */
     char *reason;
     bool locks;
@@ -121,7 +121,7 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double
 /* runner_bridge.c */
 
 /** Computes the row at t within the last step by another formulation after its own has failed, and notes it in the
- * journal; arguments as for kmp_runner_inner_row. false: not available, and nothing is changed. */
+ * log; arguments as for kmp_runner_inner_row. false: not available, and nothing is changed. */
 bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work);
 
 /* runner_explain.c */

@@ -117,9 +117,9 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work)
         return false;
     }
     kmp_context_clear(run->s->context);
-    kmp_journal_note(run->journal, "row", t, NAN, NAN,
-                     "%s: the step from t = %.9g was repeated up to this time with the projected formulation",
-                     why.length ? why.s : "the state could not be completed", start);
+    kmp_run_log_add(run->log, "row", t, NAN, NAN,
+                    "%s: the step from t = %.9g was repeated up to this time with the projected formulation",
+                    why.length ? why.s : "the state could not be completed", start);
     kmp_text_free(&why);
     return true;
 }

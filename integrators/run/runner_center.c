@@ -87,10 +87,10 @@ void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd)
 static void note(const kmp_runner *run, int c, double t, double regular)
 {
     const kempe_model *model = run->s->model;
-    kmp_journal_note(run->journal, "centring", t, regular, 1,
-                     "joint '%s' has new angles, because the former ones approached their singular position: "
-                     "determinant of the axes %.3g -> 1",
-                     model->bodies[model->motions[run->s->chart_first[c]].body].joint, regular);
+    kmp_run_log_add(run->log, "centring", t, regular, 1,
+                    "joint '%s' has new angles, because the former ones approached their singular position: "
+                    "determinant of the axes %.3g -> 1",
+                    model->bodies[model->motions[run->s->chart_first[c]].body].joint, regular);
 }
 
 void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start)

@@ -80,10 +80,10 @@ static kempe_status change_rows(kmp_runner *run, double t)
 {
     double before = run->margin.rows, h = run->solver->h;
     KMP_TRY(change_formulation(run, t, false, h));
-    kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
-                     "the choice of independent closure rows changed: largest dependence of a redundant row on "
-                     "them %.2g, now %.2g",
-                     before, run->margin.rows);
+    kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
+                    "the choice of independent closure rows changed: largest dependence of a redundant row on "
+                    "them %.2g, now %.2g",
+                    before, run->margin.rows);
     return KEMPE_OK;
 }
 
@@ -154,15 +154,15 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
     run->walks = false;
     KMP_TRY(change_formulation(run, t, false, 0));
     if (walked)
-        kmp_journal_note(run->journal, "change point", t, NAN, NAN,
-                         "the integrator stopped near a change point; the projected formulation continued from t = "
-                         "%.9g to this time with dop853",
-                         since);
+        kmp_run_log_add(run->log, "change point", t, NAN, NAN,
+                        "the integrator stopped near a change point; the projected formulation continued from t = "
+                        "%.9g to this time with dop853",
+                        since);
     else if ((at > from || from == run->spec.t_start) && size < KMP_NEAR_SINGULAR_IN)
-        kmp_journal_note(run->journal, "change point", at, size, run->margin.last / run->margin.usual,
-                         "crossed a change point between t = %.9g and %.9g in one step, in the direction of motion; "
-                         "margin of the closures %.2g",
-                         from, t, size);
+        kmp_run_log_add(run->log, "change point", at, size, run->margin.last / run->margin.usual,
+                        "crossed a change point between t = %.9g and %.9g in one step, in the direction of motion; "
+                        "margin of the closures %.2g",
+                        from, t, size);
     return KEMPE_OK;
 }
 
@@ -207,9 +207,9 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
         return KEMPE_OK;
     run->by_bodies = false;
     KMP_TRY(change_formulation(run, t, false, 0));
-    kmp_journal_note(run->journal, "dynamics", t, most, size,
-                     "with open loops some joint moves almost no inertia: M and C are used from this time on, not "
-                     "the articulated-body algorithm");
+    kmp_run_log_add(run->log, "dynamics", t, most, size,
+                    "with open loops some joint moves almost no inertia: M and C are used from this time on, not "
+                    "the articulated-body algorithm");
     return KEMPE_OK;
 }
 
@@ -264,8 +264,8 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     KMP_TRY(meet_closures(run, t, &energy));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > run->spec.rtol * before)
-        kmp_journal_note(run->journal, "impact", t, before, after,
-                         "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
+        kmp_run_log_add(run->log, "impact", t, before, after,
+                        "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
     return kmp_runner_take_up(run, t, false, work + energy, h);
 }
 
@@ -349,10 +349,10 @@ static kempe_status take_projected(kmp_runner *run, double t)
     kmp_context_clear(run->s->context);
     kempe_status status = step_with_another(run, t, false);
     if (status == KEMPE_OK)
-        kmp_journal_note(run->journal, "formulation", t, NAN, NAN,
-                         "no choice of independent coordinates can continue (%s); the run continues with the projected "
-                         "formulation, which needs none",
-                         why.s ? why.s : "");
+        kmp_run_log_add(run->log, "formulation", t, NAN, NAN,
+                        "no choice of independent coordinates can continue (%s); the run continues with the projected "
+                        "formulation, which needs none",
+                        why.s ? why.s : "");
     kmp_text_free(&why);
     return status;
 }
@@ -408,7 +408,6 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
     run->rescued_at = kmp_runner_tried(run);
     kmp_context_clear(run->s->context); /* message of the stopped integrator */
     KMP_TRY(step_with_another(run, t, false));
-    kmp_journal_note(run->journal, "restart", t, NAN, NAN,
-                     "the integrator stopped and was restarted from the same state");
+    kmp_run_log_add(run->log, "restart", t, NAN, NAN, "the integrator stopped and was restarted from the same state");
     return KEMPE_OK;
 }

@@ -109,7 +109,7 @@ kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *
                                    .rtol = run->spec.rtol,
                                    .atol = run->spec.atol,
                                    .rate_scale = run->rate_scale,
-                                   .journal = run->journal};
+                                   .log = run->log};
 }
 
 /* A mechanism with no degree of freedom is followed along its closures: there are no unknowns of motion. */
@@ -264,9 +264,9 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
     KMP_TRY(look_at_margin(run, q));
     if (run->part.p == 0 && !run->s->rheonomic)
-        kmp_journal_note(run->journal, "rest", t, NAN, NAN,
-                         "the mechanism cannot move: it has no degree of freedom, and no closure depends on time; "
-                         "'kempe check' examines its closures");
+        kmp_run_log_add(run->log, "rest", t, NAN, NAN,
+                        "the mechanism cannot move: it has no degree of freedom, and no closure depends on time; "
+                        "'kempe check' examines its closures");
     if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */
         kmp_log(run->s->context, KEMPE_LOG_WARNING,
                 "the start is near a change point, where branches of the mechanism meet: the branch of the motion may "

@@ -254,7 +254,7 @@ static const option options[] = {
      "unit of angles, their rates and accelerations in text and tables: rad (default), deg; --json stays in SI"},
     {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
-    {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no notes on stderr; warnings stay"},
+    {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},
     {CLI_ALL, IN_OTHER, "help", FLAG(help), "print this text"},
 };
 

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Lines on stderr: errors, warnings, notes, and one progress line that is written over. Progress and notes appear on a
- * terminal only. Colour appears there unless the environment has NO_COLOR (https://no-color.org) or TERM is "dumb". */
+/* Lines on stderr: errors, warnings, the log of runs, and one progress line that is written over. Progress and log
+ * appear on a terminal only. Colour appears there unless the environment has NO_COLOR (https://no-color.org) or TERM is
+ * "dumb". */
 #ifndef KEMPE_CLI_TERMINAL_H
 #define KEMPE_CLI_TERMINAL_H
 
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
-/** Quiet: neither progress nor notes. */
+/** Quiet: neither progress nor log. */
 void cli_terminal_begin(bool quiet);
 
 /** The log function of a context; `user` is unused. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Forces that depend on the multipliers of closures. */
+/* Forces that depend on the multipliers of closures, and forces and closures that depend on time. */
 #include "model/model.h"
 
 const kmp_expr *kmp_force_lambda(const kmp_force *force)
@@ -46,4 +46,30 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
     default:
         return false;
     }
+}
+
+static bool force_has_time(const kmp_force *force)
+{
+    bool found = kmp_expr_has_time(force->effort);
+    for (int k = 0; k < 3; k++)
+        found = found || kmp_expr_has_time(force->vector[k]);
+    return found;
+}
+
+static bool closure_has_time(const kmp_closure *closure)
+{
+    bool found = kmp_expr_has_time(closure->function);
+    for (int k = 0; k < closure->curve_count && k < 2; k++)
+        found = found || kmp_expr_has_time(closure->curve[k]);
+    return found;
+}
+
+bool kmp_model_has_time(const kempe_model *model)
+{
+    bool found = false;
+    for (int k = 0; k < model->force_count; k++)
+        found = found || force_has_time(&model->forces[k]);
+    for (int k = 0; k < model->closure_count; k++)
+        found = found || closure_has_time(&model->closures[k]);
+    return found;
 }

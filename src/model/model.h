@@ -229,6 +229,9 @@ const kmp_expr *kmp_force_lambda(const kmp_force *force);
 /** True if a force or a sensor may depend on multipliers of the closures. */
 bool kmp_model_has_loads(const kempe_model *model);
 
+/** True if a drive, a closure or a force of the model is a function of time. */
+bool kmp_model_has_time(const kempe_model *model);
+
 /** True if an output shows multipliers, or quantities that depend on them. */
 bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output);
 

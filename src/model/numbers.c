@@ -6,7 +6,7 @@
 
 const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS] = {
 #define KMP_WHEEL_NUMBER(member, m, kg, s, rule)                                                                       \
-    {#member, offsetof(kmp_wheel, member), {KMP_DIMENSION_KNOWN, {m, kg, s}}, KMP_FIELD_##rule},
+    {#member, offsetof(kmp_wheel, member), {KMP_DIMENSION_KNOWN, {m, kg, s}, false}, KMP_FIELD_##rule},
 #include "model/rail/wheel_numbers.def"
 #undef KMP_WHEEL_NUMBER
 };

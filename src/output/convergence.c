@@ -139,7 +139,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     kmp_run_spec other = *b->spec;
     kmp_run_report report = {0};
     (void)count, (void)which;
-    other.journal = NULL; /* the first run's */
+    other.log = NULL;     /* the first run's */
     other.closely = true; /* so that both runs do not miss an event for the same reason */
     other.rtol = rtol;
     other.atol *= rtol / b->spec->rtol;

@@ -193,16 +193,16 @@ static void put_steps(kmp_json *json, const kmp_record *record)
     kmp_json_end(json);
 }
 
-static void put_notes(kmp_json *json, const kmp_journal *journal)
+static void put_log(kmp_json *json, const kmp_run_log *log)
 {
     enum { MOST = 300 };
-    kmp_json_whole(json, "note_count", journal->count);
-    kmp_json_array(json, "notes");
-    for (int k = 0; k < journal->kept && k < MOST; k++) {
+    kmp_json_whole(json, "log_count", log->count);
+    kmp_json_array(json, "log");
+    for (int k = 0; k < log->kept && k < MOST; k++) {
         kmp_json_object(json, NULL);
-        kmp_json_rounded(json, "t", journal->notes[k].t, 7);
-        put_string(json, "kind", journal->notes[k].kind);
-        put_string(json, "text", journal->notes[k].text);
+        kmp_json_rounded(json, "t", log->entries[k].t, 7);
+        put_string(json, "kind", log->entries[k].kind);
+        put_string(json, "text", log->entries[k].text);
         kmp_json_end(json);
     }
     kmp_json_end(json);
@@ -219,7 +219,7 @@ static void put_record(kmp_json *json, const kmp_record *record)
     kmp_json_rounded_numbers(json, "hdot", rows, record->hdot, 3);
     kmp_json_rounded_numbers(json, "energy", rows, record->energy, 3);
     put_steps(json, record);
-    put_notes(json, &record->journal);
+    put_log(json, &record->log);
     kmp_json_end(json);
 }
 

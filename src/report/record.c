@@ -53,7 +53,7 @@ static kempe_status deliver(kmp_runner *runner, kmp_record *record, double t_end
             return KEMPE_OK;
         KMP_TRY(kmp_runner_row(runner, at, room, &work));
         if (kmp_samples_add(&record->row, at, room, room + n, room + 2 * n, room + 3 * n, work))
-            return kmp_fail_memory(record->journal.context);
+            return kmp_fail_memory(record->log.context);
     }
     return KEMPE_OK;
 }
@@ -85,7 +85,7 @@ static kempe_status run_again(const kempe_comparison *c, kmp_record *record, dou
                          .rtol = run->rtol,
                          .atol = run->rtol,
                          .t_end = t_end,
-                         .journal = &record->journal};
+                         .log = &record->log};
     kmp_runner *runner = NULL;
     kempe_status status = kmp_run_resolve(c->system, &spec);
     if (status == KEMPE_OK)
@@ -148,7 +148,7 @@ static kempe_status judge(const kempe_comparison *c, kmp_record *record)
 kempe_status kmp_record_make(const kempe_comparison *c, int run, double t_end, kmp_record *record)
 {
     const int rows = KMP_RECORD_ROWS + 1;
-    kmp_record r = {.run = run, .each = 1, .journal = {.context = c->system->context}};
+    kmp_record r = {.run = run, .each = 1, .log = {.context = c->system->context}};
     kmp_samples_init(&r.row, c->system->n, c->system->m);
     double *room = NULL;
     const kmp_arena_group groups[] = {{rows, {&r.h, &r.hdot, &r.energy, &r.kinetic, &r.potential}},
@@ -171,6 +171,6 @@ void kmp_record_free(kmp_record *record)
 {
     kmp_samples_free(&record->row);
     kmp_arena_free(&record->arena);
-    kmp_journal_free(&record->journal);
+    kmp_run_log_free(&record->log);
     *record = (kmp_record){0};
 }

@@ -25,7 +25,7 @@ typedef struct kmp_record {
     kmp_step_range *ranges;
     int range_count;
     long each; /* steps a range, but for the last */
-    kmp_journal journal;
+    kmp_run_log log;
 } kmp_record;
 
 /** Runs it again until t_end. KEMPE_STOPPED when interrupted: the rows until then. */

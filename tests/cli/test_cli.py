@@ -554,11 +554,11 @@ class Kinematics(Case):
         slide = model, "--sweep", "slider=-0.05:-0.1:3"
         for speed, taken in (("5 mm/s", 0.005), ("0.3", 0.3)):
             self.assertAlmostEqual(self.object(0, "kinematics", *slide, "--speed", speed)["speed"], taken, 14)
-        self.assertIn("speed: 'crank' needs rad/s, deg/s or rpm",
+        self.assertIn("speed: 'crank' is in m/s, but rad/s, deg/s or rpm is expected",
                       self.expect(3, "kinematics", FOUR_BAR, "--sweep", "crank=0:1:3", "--speed", "5 mm/s").stderr)
-        self.assertIn("speed: 'slider' needs m/s", self.expect(3, "kinematics", *slide, "--speed", "2 rpm").stderr)
-        for speed in "0", "-2", "-1 mm/s":
-            self.assertIn("speed: a positive value is expected",
+        self.assertIn("speed: 'slider' is in 1/s, but m/s is expected", self.expect(3, "kinematics", *slide, "--speed", "2 rpm").stderr)
+        for speed in "0", "-2", "-1 mm/s", "1:2", "1,a=2":
+            self.assertIn("speed: one positive value is expected",
                           self.expect(3, "kinematics", *slide, f"--speed={speed}").stderr)
         self.assertIn("unknown unit 'm/h'", self.expect(3, "kinematics", *slide, "--speed", "3 m/h").stderr)
 
@@ -891,7 +891,31 @@ class Modes(Case):
         told = self.expect(0, "modes", model, "--sweep", "f=1:-0.2:13").stderr
         self.assertIn("passes f = 0, its value in the model, at another equilibrium than the one found there: "
                       "'x' is 1 instead of -1 rad", told)
+        self.assertIn("all values from 1 to -0.2 follow the equilibrium at f = 1;", told)
         self.assertEqual(self.expect(0, "modes", model, "--sweep", "f=0.2:-0.2:5").stderr, "")
+
+    OSCILLATORS = ("kempe: 1\nparameters: {a: 1, c: 1e-5}\nbodies:\n"
+                   "  m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n"
+                   "  n: {joint: {name: y, prismatic: x, at: ground}, mass: 1}\n"
+                   "forces:\n  f: {joint: x, force: '-a*q(x) + c*(q(y) - q(x))'}\n"
+                   "  g: {joint: y, force: '-q(y) + c*(q(x) - q(y)) + LOAD'}\n")
+
+    def test_uncertain_values(self):
+        """Two frequencies that nearly meet at a = 1: the steps beside it are named, and none where they stay apart."""
+        model = self.model(self.OSCILLATORS.replace("LOAD", "0"))
+        self.assertIn("the modes could not be tracked with certainty over 0.9 to 1.1 of a:",
+                      self.expect(0, "modes", model, "--sweep", "a=0.5:1.5:11").stdout)
+        self.assertEqual(self.object(0, "modes", model, "--sweep", "a=0.5:1.5:11")["locus"]["uncertain"], [[0.9, 1.1]])
+        self.assertEqual(self.object(0, "modes", model, "--sweep", "a=0.5:1.5:11", "--set", "c=1e-3")["locus"]["uncertain"], [])
+
+    def test_the_time_is_told(self):
+        """Functions of time are taken at t = 0, and the text says so; without them it has no word of it."""
+        for load, said in (("0", False), ("cos(t)", True)):
+            model = self.model(self.OSCILLATORS.replace("LOAD", load))
+            for words in (("modes", model), ("equilibrium", model),
+                          ("response", model, "--inputs", "effort(x)", "--frequencies", "1:2:3")):
+                self.assertEqual("t = 0" in self.expect(0, *words).stdout, said, words)
+            self.assertIn("t = 0", self.expect(0, "linearize", model).stdout)
 
     def test_modes(self):
         text, one = self.expect(0, "modes", self.CAR).stdout, self.object(0, "modes", self.CAR)
@@ -1402,7 +1426,7 @@ run: {t_end: 1}
         self.assertIn("degrees of freedom   0\n                       the mechanism cannot move\n",
                       self.expect(0, "check", path).stdout)
         self.assertIn("the mechanism cannot move: it has no degree of freedom", self.expect(0, "simulate", path).stdout)
-        self.assertEqual(self.object(0, "simulate", path)["notes"][0]["kind"], "rest")
+        self.assertEqual(self.object(0, "simulate", path)["log"][0]["kind"], "rest")
         driven = ROOT / "examples/driven_slider_crank/driven_slider_crank.yaml"
         self.assertIn("degrees of freedom   0 remaining, 1 driven\n                       all motion is prescribed\n",
                       self.expect(0, "check", driven).stdout)

@@ -96,7 +96,7 @@ static rows run(const kempe_system *s, const char *formulation, const char *form
 {
     rows r = {.n = s->n, .m = s->m};
     double times[TIMES];
-    kmp_journal journal = {.context = s->context};
+    kmp_run_log log = {.context = s->context};
     for (int k = 0; k < TIMES; k++)
         times[k] = t_end * k / (TIMES - 1);
     kmp_run_spec spec = {.formulation = formulation,
@@ -106,7 +106,7 @@ static rows run(const kempe_system *s, const char *formulation, const char *form
                          .t_end = t_end,
                          .time_count = TIMES,
                          .times = times,
-                         .journal = &journal};
+                         .log = &log};
     CHECK(s->n <= LARGEST && s->m <= LARGEST);
     CHECK(kmp_run_resolve(s, &spec) == KEMPE_OK);
     if (kmp_run(s, &spec, NULL, take_row, &r, &r.report) != KEMPE_OK) {
@@ -116,8 +116,8 @@ static rows run(const kempe_system *s, const char *formulation, const char *form
     CHECK(r.count == TIMES);
     kmp_free(r.report.reason);
     r.report.reason = NULL;
-    r.notes = journal.count;
-    kmp_journal_free(&journal);
+    r.notes = log.count;
+    kmp_run_log_free(&log);
     return r;
 }
 

@@ -148,25 +148,21 @@ static void change_points_are_ignored(void)
         const double end = 10;
         loaded s = windows(n);
         kmp_run_report report;
-        kmp_journal journal = {.context = s.context};
+        kmp_run_log log = {.context = s.context};
         last_row led = {0}, row = {.n = s.system->n};
-        kmp_run_spec spec = {.rtol = 1e-10,
-                             .t_end = end,
-                             .time_count = 1,
-                             .times = &end,
-                             .change_points = "ignore",
-                             .journal = &journal};
+        kmp_run_spec spec = {
+            .rtol = 1e-10, .t_end = end, .time_count = 1, .times = &end, .change_points = "ignore", .log = &log};
         CHECK(run(&s, "reduced", "integrated", 1e-10, &led) == KEMPE_OK);
         CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
         CHECK(kmp_run(s.system, &spec, NULL, take_row, &row, &report) == KEMPE_OK);
         printf("  N = %d: %ld steps, %ld factorisations, off by %.1e\n", n, report.steps, report.factorizations,
                fabs(row.q[0] - led.q[0]));
-        CHECK(journal.count == 0 && report.refused == 0);
+        CHECK(log.count == 0 && report.refused == 0);
         CHECK(report.factorizations < report.steps + report.rejected + 10);
         for (int i = 0; i <= n; i++)
             CHECK_NEAR(row.q[i], led.q[0], 1e-5);
         kmp_free(report.reason);
-        kmp_journal_free(&journal);
+        kmp_run_log_free(&log);
         unload(&s);
     }
 }

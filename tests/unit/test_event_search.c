@@ -24,7 +24,7 @@ static void take_note(void *user, kempe_level level, const char *line)
 {
     const char *at = strstr(line, "t = ");
     (void)user;
-    if (level != KEMPE_LOG_NOTE || !strstr(line, " became ") || !at || watching->count >= MOST)
+    if (level != KEMPE_LOG_INFO || !strstr(line, " became ") || !at || watching->count >= MOST)
         return;
     watching->t[watching->count++] = strtod(at + 4, NULL);
 }

@@ -13,7 +13,7 @@ static int notes;
 static void count_notes(void *user, kempe_level level, const char *line)
 {
     (void)user;
-    notes += level == KEMPE_LOG_NOTE && strstr(line, "became") != NULL;
+    notes += level == KEMPE_LOG_INFO && strstr(line, "became") != NULL;
 }
 
 /* The exact value of the first coordinate in a row. NULL: not known. */

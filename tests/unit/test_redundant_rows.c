@@ -36,17 +36,17 @@ static double difference(const table *a, const table *b)
     return worst;
 }
 
-/* Rows at even times; the report and the journal are the caller's to free. */
-static kempe_status run(const loaded *l, kmp_run_spec spec, table *rows, kmp_run_report *report, kmp_journal *journal)
+/* Rows at even times; the report and the log are the caller's to free. */
+static kempe_status run(const loaded *l, kmp_run_spec spec, table *rows, kmp_run_report *report, kmp_run_log *log)
 {
     double times[TIMES + 1];
     for (int k = 0; k <= TIMES; k++)
         times[k] = spec.t_end * k / TIMES;
     *rows = (table){.n = l->system->n};
-    *journal = (kmp_journal){.context = l->context};
+    *log = (kmp_run_log){.context = l->context};
     spec.times = times;
     spec.time_count = TIMES + 1;
-    spec.journal = journal;
+    spec.log = log;
     CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
     kempe_status status = kmp_run(l->system, &spec, NULL, take_row, rows, report);
     if (status != KEMPE_OK)
@@ -54,11 +54,11 @@ static kempe_status run(const loaded *l, kmp_run_spec spec, table *rows, kmp_run
     return status;
 }
 
-static int notes_of(const kmp_journal *journal, const char *kind)
+static int notes_of(const kmp_run_log *log, const char *kind)
 {
     int count = 0;
-    for (int k = 0; k < journal->kept; k++)
-        count += strcmp(journal->notes[k].kind, kind) == 0;
+    for (int k = 0; k < log->kept; k++)
+        count += strcmp(log->entries[k].kind, kind) == 0;
     return count;
 }
 
@@ -72,7 +72,7 @@ static void no_false_alarms(void)
     for (size_t k = 0; k < sizeof tolerances / sizeof *tolerances; k++) {
         table led, ignored;
         kmp_run_report a, b;
-        kmp_journal notes, none;
+        kmp_run_log notes, none;
         kmp_run_spec spec = {.t_end = 3, .rtol = tolerances[k]};
         CHECK(run(&l, spec, &led, &a, &notes) == KEMPE_OK);
         spec.change_points = "ignore";
@@ -83,8 +83,8 @@ static void no_false_alarms(void)
         CHECK(difference(&led, &ignored) < 1e3 * tolerances[k]);
         kmp_free(a.reason);
         kmp_free(b.reason);
-        kmp_journal_free(&notes);
-        kmp_journal_free(&none);
+        kmp_run_log_free(&notes);
+        kmp_run_log_free(&none);
     }
     unload(&l);
 }
@@ -105,7 +105,7 @@ static void runs_reach_their_end(void)
         loaded l = load(path);
         table rows, reference;
         kmp_run_report a, b;
-        kmp_journal notes, none;
+        kmp_run_log notes, none;
         kmp_run_spec spec = {
             .t_end = 3, .rtol = all[k].rtol, .change_points = all[k].change_points, .formulation = all[k].formulation};
         CHECK(run(&l, spec, &rows, &a, &notes) == KEMPE_OK);
@@ -114,8 +114,8 @@ static void runs_reach_their_end(void)
         CHECK(difference(&rows, &reference) < 1e3 * all[k].rtol);
         kmp_free(a.reason);
         kmp_free(b.reason);
-        kmp_journal_free(&notes);
-        kmp_journal_free(&none);
+        kmp_run_log_free(&notes);
+        kmp_run_log_free(&none);
         unload(&l);
     }
 }
@@ -134,13 +134,13 @@ static void rounding_refuses_no_step(void)
         loaded l = load(path);
         table rows;
         kmp_run_report report;
-        kmp_journal notes;
+        kmp_run_log notes;
         kmp_run_spec spec = {.form = "integrated", .t_end = all[k].t_end, .rtol = all[k].rtol};
         CHECK(run(&l, spec, &rows, &report, &notes) == KEMPE_OK);
         printf("  %s, rtol %.0e: %ld steps, %ld refused\n", all[k].model, all[k].rtol, report.steps, report.refused);
         CHECK(10 * report.refused < report.steps);
         kmp_free(report.reason);
-        kmp_journal_free(&notes);
+        kmp_run_log_free(&notes);
         unload(&l);
     }
 }
@@ -231,10 +231,10 @@ static void a_row_by_another_way(void)
     int n = l.system->n, m = l.system->m;
     for (size_t way = 0; way < sizeof ways / sizeof *ways; way++) {
         double row[2][MOST], work;
-        kmp_journal notes = {.context = l.context};
+        kmp_run_log notes = {.context = l.context};
         kmp_runner *runner = NULL;
         kmp_run_spec spec = {
-            .formulation = ways[way][0], .form = ways[way][1], .rtol = 1e-9, .t_end = 1, .journal = &notes};
+            .formulation = ways[way][0], .form = ways[way][1], .rtol = 1e-9, .t_end = 1, .log = &notes};
         CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
         CHECK(kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK && 3 * n + m < MOST);
         while (kmp_runner_t(runner) < spec.t_end) {
@@ -248,7 +248,7 @@ static void a_row_by_another_way(void)
         }
         CHECK(notes_of(&notes, "row") > 0);
         kmp_runner_free(runner);
-        kmp_journal_free(&notes);
+        kmp_run_log_free(&notes);
     }
     unload(&l);
 }
@@ -259,7 +259,7 @@ static void rows_that_a_formulation_cannot_complete(void)
     loaded l = load("tests/models/long_whip.yaml");
     table rows, reference;
     kmp_run_report a, b;
-    kmp_journal notes, none;
+    kmp_run_log notes, none;
     CHECK(run(&l, (kmp_run_spec){.form = "newton", .t_end = 0.02, .rtol = 1e-4}, &rows, &a, &notes) == KEMPE_OK);
     CHECK(run(&l, (kmp_run_spec){.formulation = "projected", .t_end = 0.02, .rtol = 1e-9}, &reference, &b, &none) ==
           KEMPE_OK);
@@ -267,8 +267,8 @@ static void rows_that_a_formulation_cannot_complete(void)
     CHECK(difference(&rows, &reference) < 1e-2); /* 100 rtol */
     kmp_free(a.reason);
     kmp_free(b.reason);
-    kmp_journal_free(&notes);
-    kmp_journal_free(&none);
+    kmp_run_log_free(&notes);
+    kmp_run_log_free(&none);
     unload(&l);
 }
 

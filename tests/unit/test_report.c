@@ -295,9 +295,9 @@ static void happenings_are_kept(void)
     kempe_comparison *c = compare(l.system, "1e-6", 2);
     kmp_record r;
     CHECK(kmp_record_make(c, 0, 2, &r) == KEMPE_OK);
-    CHECK(r.journal.kept > 0);
-    for (int k = 0; k < r.journal.kept; k++)
-        CHECK(r.journal.notes[k].t >= 0 && r.journal.notes[k].t <= 2 && *r.journal.notes[k].text);
+    CHECK(r.log.kept > 0);
+    for (int k = 0; k < r.log.kept; k++)
+        CHECK(r.log.entries[k].t >= 0 && r.log.entries[k].t <= 2 && *r.log.entries[k].text);
     kmp_record_free(&r);
     kempe_comparison_free(c);
     unload(&l);

@@ -437,7 +437,7 @@ static void passing_is_linear(void)
         kmp_runner_report(runner, &report);
         rhs[k] = report.rhs;
         printf("  N = %d: %ld evaluations, %ld products of a look\n", 100 << k, rhs[k], products[k]);
-        CHECK(runner->journal->count > 0 || !runner->near_singular);
+        CHECK(runner->log->count > 0 || !runner->near_singular);
         kmp_free(report.reason);
         kmp_runner_free(runner);
         unload(&l);
@@ -452,17 +452,17 @@ static void no_change_point_is_missed(void)
         loaded l = chain(n, false, 0);
         const double end = 10;
         kmp_run_report report;
-        kmp_journal journal = {.context = l.context};
+        kmp_run_log log = {.context = l.context};
         last row = {.n = l.system->n, .q = KMP_NEW(double, l.system->n)};
-        kmp_run_spec spec = {.rtol = 1e-8, .t_end = end, .time_count = 1, .times = &end, .journal = &journal};
+        kmp_run_spec spec = {.rtol = 1e-8, .t_end = end, .time_count = 1, .times = &end, .log = &log};
         CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
         CHECK(kmp_run(l.system, &spec, NULL, take_row, &row, &report) == KEMPE_OK);
-        CHECK(journal.count == 10);
-        for (int k = 0; k < journal.kept; k++)
-            CHECK(strcmp(journal.notes[k].kind, "change point") == 0 && journal.notes[k].before < 1e-9);
+        CHECK(log.count == 10);
+        for (int k = 0; k < log.kept; k++)
+            CHECK(strcmp(log.entries[k].kind, "change point") == 0 && log.entries[k].before < 1e-9);
         kmp_free(row.q);
         kmp_free(report.reason);
-        kmp_journal_free(&journal);
+        kmp_run_log_free(&log);
         unload(&l);
     }
 }

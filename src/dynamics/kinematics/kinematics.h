@@ -51,7 +51,7 @@ typedef struct kmp_condition {
     const void *of; /* the expression or part of the model that has it: `of` and number identify it */
     int number;
     const kmp_expr *expr; /* NULL: of an element */
-    char *text;           /* of an element: its name in the journal */
+    char *text;           /* of an element: its name in the log */
     bool ends;            /* runs end where its value becomes negative; it has no input */
     bool kink;            /* of abs, min or max: the active branch; both branches are equal where it changes */
     bool late;            /* a kink whose value depends on accelerations or multipliers */
@@ -156,7 +156,7 @@ kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_re
  * kmp_wheel, ..), `number` distinguishes its conditions. Equal `of` and `number` give the same condition in any graph,
  * and the difference must be the same there. It depends on t, q and qd, and on other conditions. It changes where the
  * difference has passed zero by `lag`. `advice` is the remedy where it changes back and forth, within few lags each
- * time (NULL: the advice for laws of forces). The text describes the true condition, for the journal: "wheel 'L':
+ * time (NULL: the advice for laws of forces). The text describes the true condition, for the log: "wheel 'L':
  * contact in zone 2".
  *
  * Rows h of closures may switch by it to a branch of equal value; their J may jump there, and the rates with it. */

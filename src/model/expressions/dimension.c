@@ -7,7 +7,7 @@ static const struct {
     const char *name;
     kmp_unit unit;
 } units[] = {
-#define KMP_UNIT(name, factor, divisor, m, kg, s) {#name, {factor, divisor, {KMP_DIMENSION_KNOWN, {m, kg, s}}}},
+#define KMP_UNIT(name, factor, divisor, m, kg, s) {#name, {factor, divisor, {KMP_DIMENSION_KNOWN, {m, kg, s}, false}}},
 #include "model/expressions/units.def"
 #undef KMP_UNIT
 };
@@ -48,6 +48,15 @@ bool kmp_dimension_is_physical(kmp_dimension a)
     return !kmp_dimension_fits(a, KMP_DIM_NUMBER);
 }
 
+/* The units of a rotation and of its rate; NULL: another dimension. */
+static const char *angle_words(kmp_dimension a)
+{
+    return !a.angle                                      ? NULL
+           : same_powers(a.power, (double[3]){0})        ? "an angle (rad, deg, rev)"
+           : same_powers(a.power, (double[3]){0, 0, -1}) ? "rad/s, deg/s or rpm"
+                                                         : NULL;
+}
+
 void kmp_dimension_print(kmp_text *text, kmp_dimension a)
 {
     static const struct {
@@ -71,6 +80,10 @@ void kmp_dimension_print(kmp_text *text, kmp_dimension a)
     static const char *const base[3] = {"m", "kg", "s"};
     static const int order[3] = {1, 0, 2};
     bool first = true;
+    if (angle_words(a)) {
+        kmp_text_put(text, angle_words(a));
+        return;
+    }
     for (size_t k = 0; k < sizeof known / sizeof known[0]; k++)
         if (same_powers(a.power, known[k].power)) {
             kmp_text_put(text, known[k].name);

@@ -16,11 +16,12 @@ typedef enum kmp_dimension_kind {
 typedef struct kmp_dimension {
     kmp_dimension_kind kind;
     double power[3]; /* of m, kg, s */
+    bool angle;      /* of a required value: an angle or its rate, not any number; for messages alone */
 } kmp_dimension;
 
 /* The dimensions that keys of the language require. */
-#define KMP_DIM(m, kg, s) ((kmp_dimension){KMP_DIMENSION_KNOWN, {(m), (kg), (s)}})
-#define KMP_DIM_ANY       ((kmp_dimension){KMP_DIMENSION_FREE, {0, 0, 0}})
+#define KMP_DIM(m, kg, s) ((kmp_dimension){.kind = KMP_DIMENSION_KNOWN, .power = {(m), (kg), (s)}})
+#define KMP_DIM_ANY       ((kmp_dimension){.kind = KMP_DIMENSION_FREE})
 #define KMP_DIM_NUMBER    KMP_DIM(0, 0, 0)
 #define KMP_DIM_LENGTH    KMP_DIM(1, 0, 0)
 #define KMP_DIM_MASS      KMP_DIM(0, 1, 0)

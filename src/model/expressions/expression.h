@@ -151,6 +151,9 @@ const kmp_expr *kmp_expr_find(const kmp_expr *expr, kmp_expr_test is, const void
 /** The first lambda(..) in an expression, NULL when there is none; NULL has none. */
 const kmp_expr *kmp_expr_lambda(const kmp_expr *expr);
 
+/** True if an expression contains the time. NULL: false. */
+bool kmp_expr_has_time(const kmp_expr *expr);
+
 /** True when only numbers and parameters occur. */
 bool kmp_expr_is_constant(const kmp_expr *expr);
 

@@ -71,6 +71,17 @@ const kmp_expr *kmp_expr_lambda(const kmp_expr *expr)
     return kmp_expr_find(expr, is_lambda, NULL);
 }
 
+static bool is_time(const kmp_expr *expr, const void *user)
+{
+    (void)user;
+    return expr->kind == KMP_EXPR_TIME;
+}
+
+bool kmp_expr_has_time(const kmp_expr *expr)
+{
+    return kmp_expr_find(expr, is_time, NULL);
+}
+
 static bool is_variable(const kmp_expr *expr, const void *user)
 {
     (void)user;

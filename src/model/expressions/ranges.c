@@ -171,11 +171,9 @@ kempe_status kmp_range_fits(kempe_context *context, const char *what, const kmp_
 kempe_status kmp_range_fits_motion(kempe_context *context, const char *what, const kmp_range *range, bool rotation,
                                    int order)
 {
-    static const char *const names[2][2] = {{"a length", "m/s"}, {"an angle (rad, deg, rev)", "rad/s, deg/s or rpm"}};
-    if (kmp_dimension_fits(range->dimension, KMP_DIM(rotation ? 0 : 1, 0, -order)))
-        return KEMPE_OK;
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s' needs %s, not a number in another unit", what, range->name,
-                    names[rotation][order]);
+    kmp_dimension wanted = KMP_DIM(rotation ? 0 : 1, 0, -order);
+    wanted.angle = rotation;
+    return kmp_range_fits(context, what, range, wanted);
 }
 
 kempe_status kmp_range_is_value(kempe_context *context, const char *what, const kmp_range *range)

@@ -120,6 +120,6 @@ bool kmp_mbs_note(kempe_context *context, const char *file, const kmp_element *m
     list unknown = {.count = 0}, forceless = {.count = 0};
     list_unknown(&unknown, model);
     list_forceless(&forceless, model);
-    bool ok = say(&unknown, context, file, KEMPE_LOG_NOTE, "unknown elements are ignored");
+    bool ok = say(&unknown, context, file, KEMPE_LOG_INFO, "unknown elements are ignored");
     return say(&forceless, context, file, KEMPE_LOG_WARNING, "forces whose law is in user code are omitted") && ok;
 }

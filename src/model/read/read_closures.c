@@ -253,7 +253,10 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_yaml *locked = kmp_yaml_get(map, "locked");
     drive->motion = joint ? kmp_read_motion(r, joint, what) : -1;
     if ((angle != NULL) + (displacement != NULL) + (locked != NULL) != 1) {
-        kmp_reader_complain(r, map->place, "%s: exactly one of the keys angle, displacement, locked is expected", what);
+        kmp_reader_complain(r, map->place,
+                            "%s: exactly one of the keys angle, displacement, locked is expected; a constant speed is "
+                            "a function of t, as angle: 60 rpm*t",
+                            what);
         return;
     }
     if (locked) {

@@ -87,6 +87,7 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     bool rotation = e->force->motion >= 0 && e->r->model->motions[e->force->motion].rotation;
     kmp_dimension d = kmp_dimension_power(rotation ? KMP_DIM_TORQUE : KMP_DIM_FORCE, field->effort);
     d = kmp_dimension_times(d, rotation ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, field->coordinate);
+    d.angle = rotation && field->coordinate == 1 && field->effort == 0;
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 

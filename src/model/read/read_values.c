@@ -229,7 +229,10 @@ bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, 
 
 kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power)
 {
-    return KMP_DIM(motion >= 0 && !model->motions[motion].rotation ? 1 : 0, 0, power);
+    bool slides = motion >= 0 && !model->motions[motion].rotation;
+    kmp_dimension dimension = KMP_DIM(slides ? 1 : 0, 0, power);
+    dimension.angle = motion >= 0 && !slides;
+    return dimension;
 }
 
 kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion)

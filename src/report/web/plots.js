@@ -163,12 +163,12 @@ function stepSets() {
             const fill = set.borderColor.replace(")", " / 0.3)");
             sets.push({ ...set, data: stepPoints(shown, "least"), fill: "-1", backgroundColor: fill, borderWidth: 0.75 });
         }
-        if (shown.notes.length > 0)
+        if (shown.log.length > 0)
             sets.push({
-                data: shown.notes.map((note) => ({ x: note.t, y: stepAt(shown, note.t), note })),
+                data: shown.log.map((entry) => ({ x: entry.t, y: stepAt(shown, entry.t), entry })),
                 run: set.run,
                 showLine: false,
-                pointStyle: shown.notes.map((note) => markStyle(note.kind)),
+                pointStyle: shown.log.map((entry) => markStyle(entry.kind)),
                 pointRadius: 5.5,
                 borderColor: inkColour(),
                 pointBorderWidth: 1.5,
@@ -181,27 +181,27 @@ function stepSets() {
 function drawSteps() {
     const range = rangeOf(data.shown.flatMap((shown) => [...shown.step.least, ...shown.step.most]), 1.5) || [1e-3, 1];
     const label = (item) => {
-        const note = item.raw.note;
-        if (note) return [runName(item.dataset.run), `${note.kind} at ${three(note.t)} s: ${note.text}`];
+        const entry = item.raw.entry;
+        if (entry) return [runName(item.dataset.run), `${entry.kind} at ${three(entry.t)} s: ${entry.text}`];
         const each = item.dataset.each > 1 ? ` (longest and shortest of ${item.dataset.each})` : "";
         return [runName(item.dataset.run), `step of ${short(item.raw.y, 2)} s at ${three(item.raw.x)} s${each}`];
     };
     drawPlot("over-step", stepSets(), { x: timeAxis(data.t_end), y: logAxis(range[0], range[1]) }, label);
 }
 
-function tellNotes() {
+function showLog() {
     const symbols = { triangle: "\u25b3", star: "\u2217", crossRot: "\u00d7", rectRot: "\u25c7", rect: "\u25a1" };
-    const notes = data.shown.flatMap((shown) => shown.notes.map((note) => ({ run: data.runs[shown.run], ...note })));
-    const all = data.shown.reduce((sum, shown) => sum + shown.note_count, 0);
-    const kinds = [...new Set(notes.map((note) => note.kind))];
+    const log = data.shown.flatMap((shown) => shown.log.map((entry) => ({ run: data.runs[shown.run], ...entry })));
+    const all = data.shown.reduce((sum, shown) => sum + shown.log_count, 0);
+    const kinds = [...new Set(log.map((entry) => entry.kind))];
     byId("marks").textContent = kinds.map((kind) => `${symbols[markStyle(kind)]} ${kind}`).join("  ");
-    byId("notes").hidden = notes.length === 0;
-    if (notes.length === 0) return;
-    byId("notes").querySelector("summary").append(`Journal of events: ${count(all)}` + (all > notes.length ? `, the first ${notes.length} are listed` : ""));
-    const table = byId("notes").querySelector("table");
+    byId("log").hidden = log.length === 0;
+    if (log.length === 0) return;
+    byId("log").querySelector("summary").append(`Log: ${count(all)}` + (all > log.length ? `, the first ${log.length} are listed` : ""));
+    const table = byId("log").querySelector("table");
     table.append(headRow(["run", "t, s", "", ""]));
-    for (const note of notes)
-        table.append(element("tr", element("td", swatch(note.run.way), runName(note.run)), element("td", three(note.t)), element("td.words", note.kind), element("td.words", note.text)));
+    for (const entry of log)
+        table.append(element("tr", element("td", swatch(entry.run.way), runName(entry.run)), element("td", three(entry.t)), element("td.words", entry.kind), element("td.words", entry.text)));
 }
 
 function drawHistories() {
@@ -251,6 +251,6 @@ function beginPlots() {
             drawCosts();
         });
     }
-    tellNotes();
+    showLog();
     drawPlots();
 }

@@ -97,7 +97,7 @@ static kempe_status attempt(maker *m, const kmp_method *way, double rtol, double
     *cpu_s = report.cpu_s;
     if (status == KEMPE_STOPPED || status == KEMPE_E_FAILED) {
         const char *reason = report.reason ? report.reason : kempe_context_message(m->job->context);
-        kmp_log(m->job->context, KEMPE_LOG_NOTE, "reference: %s %s %s at rtol %g: %s", way->formulation, way->form,
+        kmp_log(m->job->context, KEMPE_LOG_INFO, "reference: %s %s %s at rtol %g: %s", way->formulation, way->form,
                 way->integrator, rtol, reason);
         if (!m->reason && !report.cut)
             m->reason = kmp_strdup(reason);

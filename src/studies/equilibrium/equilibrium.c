@@ -322,7 +322,7 @@ static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady
     tell_names(l->system->model, steady, &names);
     kempe_status status = kmp_equilibrium_find(l, t, q, steady);
     if (status == KEMPE_OK)
-        kmp_log(context, KEMPE_LOG_NOTE,
+        kmp_log(context, KEMPE_LOG_INFO,
                 "there is no equilibrium at rest: a steady motion is found, with the rates of %s", names.s);
     else if (status == KEMPE_E_FAILED) {
         char *last = kmp_strdup(kempe_context_message(context));

@@ -124,8 +124,9 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
 static void show_equilibrium(kmp_text *text, const void *result)
 {
     const kempe_equilibrium *e = result;
-    kmp_text_printf(text, "%s: %s%d %s found", e->system->model->name, e->many ? "more than " : "", e->count,
-                    e->count == 1 ? "equilibrium" : "equilibria");
+    kmp_text_printf(text, "%s: %s%d %s found%s", e->system->model->name, e->many ? "more than " : "", e->count,
+                    e->count == 1 ? "equilibrium" : "equilibria",
+                    kmp_model_has_time(e->system->model) ? " at t = 0" : "");
     if (!e->all && e->count == 1)
         kmp_text_printf(text, ", %s", kmp_stability_text(e->balance[0].stability.word));
     kmp_text_put(text, "\n");

@@ -160,16 +160,13 @@ static kempe_status read_speed(const kempe_kinematics *k, const char *speed, dou
     kmp_text_printf(&text, "%s=%s", kmp_kinematics_name(k, lead), speed);
     kempe_status status = text.failed ? kmp_fail_memory(context) : kmp_ranges_read(context, text.s, &ranges);
     kmp_text_free(&text);
-    if (status == KEMPE_OK && ranges.count > 1)
-        status = kmp_fail(context, KEMPE_E_ARGUMENT, "speed: one value is expected, not '%s'", speed);
+    const kmp_range *range = ranges.range;
+    bool good = status == KEMPE_OK && range && ranges.count == 1 && range->count == 1 && range->from > 0;
     if (status == KEMPE_OK)
-        status = kmp_range_is_value(context, "speed", ranges.range);
-    if (status == KEMPE_OK)
-        status = kmp_range_fits_motion(context, "speed", ranges.range,
-                                       k->system->model->motions[lead->coordinate].rotation, 1);
-    if (status == KEMPE_OK && !(ranges.range->from > 0))
-        status = kmp_fail(context, KEMPE_E_ARGUMENT, "speed: a positive value is expected, not '%s'", speed);
-    *value = status == KEMPE_OK ? ranges.range->from : NAN;
+        status = good ? kmp_range_fits_motion(context, "speed", range,
+                                              k->system->model->motions[lead->coordinate].rotation, 1)
+                      : kmp_fail(context, KEMPE_E_ARGUMENT, "speed: one positive value is expected, not '%s'", speed);
+    *value = good ? range->from : NAN;
     kmp_ranges_free(&ranges);
     return status;
 }

@@ -20,7 +20,7 @@ typedef struct kmp_locus {
     double *value;
     double *re, *im; /* count x values: branch b at value k is [b + k*count] */
     double *q;       /* n x values: the states, in the user's coordinates */
-    double *doubt;   /* values: the doubt of the least certain step to it, 0 to 1 */
+    double *doubt;   /* values: the doubt of the least certain step to it; above 1: uncertain */
     kmp_critical *critical;
     int critical_count;
     int reached; /* values that were reached; fewer when one failed */

@@ -86,11 +86,14 @@ static void compare_with_own(const kempe_modes *m, double own)
         if ((l->value[k] - own) * (l->value[k + 1] - own) > 0 || away <= KMP_OTHER_BRANCH * step + KMP_SAME_STATE)
             continue;
         kmp_shown as = kmp_shown_as(s->context, s->model->motions[i].rotation ? "rad" : "m");
-        kmp_log(s->context, KEMPE_LOG_WARNING,
-                "the sweep passes %s = %g, its value in the model, at another equilibrium than the one found there: "
-                "'%s' is "
-                "%.4g instead of %.4g %s; sweep in the other direction, or from that value",
-                m->name, own, s->model->motions[i].name, as.factor * high[i], as.factor * m->q[i], as.unit);
+        kmp_log(
+            s->context, KEMPE_LOG_WARNING,
+            "the sweep passes %s = %g, its value in the model, at another equilibrium than the one found there: "
+            "'%s' is "
+            "%.4g instead of %.4g %s; all values from %g to %g follow the equilibrium at %s = %g; sweep in the other "
+            "direction, or from that value",
+            m->name, own, s->model->motions[i].name, as.factor * high[i], as.factor * m->q[i], as.unit, l->value[0],
+            l->value[l->reached - 1], m->name, l->value[0]);
         return;
     }
 }

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_MOVERS = 4 };
+enum { MOST_MOVERS = 4, MOST_RANGES = 6 };
 
 /* The least participation that is printed, and the least share of a coordinate that is printed for a zero. */
 #define LEAST_SHARE 0.02
@@ -149,14 +149,40 @@ static void show_modes(kmp_text *text, const kempe_modes *m)
                         s->zeros, s->zeros - s->still);
 }
 
+/* The next steps of the sweep in a row, behind value *k, whose modes were not assigned with certainty: from value
+ * *first to value *k. False: there are none. */
+static bool next_uncertain(const kmp_locus *l, int *first, int *k)
+{
+    int at = *k + 1;
+    while (at < l->reached && l->doubt[at] <= 1)
+        at++;
+    *first = at - 1;
+    while (at < l->reached && l->doubt[at] > 1)
+        at++;
+    *k = at - 1;
+    return *first < *k;
+}
+
+static void show_uncertain(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    int told = 0;
+    for (int first, k = 0; next_uncertain(l, &first, &k); told++)
+        if (told < MOST_RANGES)
+            kmp_text_printf(text, "%s%.6g to %.6g",
+                            told ? ", " : "note      the modes could not be tracked with certainty over ",
+                            l->value[first], l->value[k]);
+    if (told > MOST_RANGES)
+        kmp_text_printf(text, " and %d more ranges", told - MOST_RANGES);
+    if (told > 0)
+        kmp_text_printf(text, " of %s: two modes are too close, or more values are needed\n", m->name);
+}
+
 static void show_locus(kmp_text *text, const kempe_modes *m)
 {
     const kmp_locus *l = &m->locus;
-    double doubt = 0;
     if (!m->name || l->reached == 0)
         return;
-    for (int k = 0; k < l->reached; k++)
-        doubt = fmax(doubt, l->doubt[k]);
     kmp_text_printf(text, "\nsweep     %s from %.10g to %.10g, %d values\n", m->name, l->value[0],
                     l->value[l->reached - 1], l->reached);
     for (int k = 0; k < l->critical_count; k++) {
@@ -170,16 +196,15 @@ static void show_locus(kmp_text *text, const kempe_modes *m)
     }
     if (l->critical_count == 0)
         kmp_text_put(text, "critical  none: no mode changes its stability\n");
-    if (doubt > 1)
-        kmp_text_put(text, "note      the tracking of the modes is uncertain at some values: two modes are too close, "
-                           "or more values are needed\n");
+    show_uncertain(text, m);
 }
 
 static void show_state(kmp_text *text, const kempe_modes *m)
 {
-    kmp_text_printf(text, "%s: %d degree%s of freedom at %s: ", m->system->model->name, m->modes.p,
+    kmp_text_printf(text, "%s: %d degree%s of freedom at %s%s: ", m->system->model->name, m->modes.p,
                     m->modes.p == 1 ? "" : "s",
-                    m->station->state->equilibrium ? "the equilibrium" : "the assembled start");
+                    m->station->state->equilibrium ? "the equilibrium" : "the assembled start",
+                    kmp_model_has_time(m->system->model) ? " (t = 0)" : "");
     kmp_list_names(text, m->system, kmp_name_of_coordinate, m->modes.p, m->modes.u);
     kmp_text_put(text, "\n\n");
 }
@@ -260,6 +285,10 @@ static void json_locus(kmp_json *j, const kempe_modes *m)
             json_pair(j, NULL, l->re[b + (ptrdiff_t)k * l->count], l->im[b + (ptrdiff_t)k * l->count]);
         kmp_json_end(j);
     }
+    kmp_json_end(j);
+    kmp_json_array(j, "uncertain");
+    for (int first, k = 0; next_uncertain(l, &first, &k);)
+        json_pair(j, NULL, l->value[first], l->value[k]);
     kmp_json_end(j);
     kmp_json_array(j, "critical");
     for (int k = 0; k < l->critical_count; k++)

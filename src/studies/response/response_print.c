@@ -100,11 +100,12 @@ static void show(kmp_text *text, const void *result)
     const kempe_response *r = result;
     const kmp_frequency *f = &r->frequency;
     int width = name_width(r);
-    kmp_text_printf(text, "%s: %d frequencies from %.6g to %.6g Hz, about %s\n", r->channels.system->model->name,
+    kmp_text_printf(text, "%s: %d frequencies from %.6g to %.6g Hz, about %s%s\n", r->channels.system->model->name,
                     f->count, f->at[0], f->at[f->count - 1],
                     r->channels.at->equilibrium ? (r->channels.goes_on ? "the steady motion" : "the equilibrium")
                     : r->channels.goes_on       ? "the start, which is a steady motion"
-                                                : "the start, which is an equilibrium");
+                                                : "the start, which is an equilibrium",
+                    kmp_model_has_time(r->channels.system->model) ? " (t = 0)" : "");
     list_poles(text, r, true);
     list_poles(text, r, false);
     kmp_text_printf(text, "\nrounding  changes the response by at most %.1e (relative), at %.6g Hz\n", f->worst,

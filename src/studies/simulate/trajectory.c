@@ -173,7 +173,7 @@ static kempe_trajectory *trajectory_new(const job *j)
                             .t_end = spec->t_end,
                             .source = copy(&arena, j->run->reference),
                             .verdict = kmp_verdict_none(),
-                            .journal = {.context = j->context},
+                            .log = {.context = j->context},
                             .reaction = unknowns(&arena, 3 * j->system->model->closure_count),
                             .shown = unknowns(&arena, kmp_outputs_width(j->system->model))};
     t->arena = arena;
@@ -191,7 +191,7 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
     kmp_free(trajectory->reason);
     kmp_free(trajectory->report.reason);
     kmp_free(trajectory->warnings);
-    kmp_journal_free(&trajectory->journal);
+    kmp_run_log_free(&trajectory->log);
     kmp_samples_free(&trajectory->table);
     kmp_arena_free(&trajectory->arena);
     kmp_free(trajectory);
@@ -314,7 +314,7 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
         t->table = j->before;
         kmp_samples_init(&j->before, j->system->n, j->system->m);
     }
-    j->spec.journal = &t->journal;
+    j->spec.log = &t->log;
     kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
     if (s.checkpoint && t->table.rows > 0) {
         kempe_status written = kmp_checkpoint_write(j->system, &t->table, s.checkpoint);

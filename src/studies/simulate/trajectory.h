@@ -21,7 +21,7 @@ struct kempe_trajectory {
     kmp_verdict verdict;
     kmp_convergence again;
     kmp_run_report report; /* its reason has moved to `reason` */
-    kmp_journal journal;   /* of events */
+    kmp_run_log log;       /* of events */
     double *reaction;      /* 3 a closure, at the last row; NaN when there is none */
     double *shown;         /* values of outputs in addition to the table, per row */
 };

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-/* The most notes of events in the text. */
+/* The most entries of the log in the text. */
 enum { MOST_SHOWN = 12 };
 
 static int last_row(const kempe_trajectory *t)
@@ -160,15 +160,15 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, ", %.4g ms preparation\n", 1e3 * (r->build_s + t->system->build_s));
 }
 
-static void show_notes(kmp_text *text, const kempe_trajectory *t)
+static void show_log(kmp_text *text, const kempe_trajectory *t)
 {
-    const kmp_journal *journal = &t->journal;
-    int shown = journal->kept < MOST_SHOWN ? journal->kept : MOST_SHOWN;
+    const kmp_run_log *log = &t->log;
+    int shown = log->kept < MOST_SHOWN ? log->kept : MOST_SHOWN;
     for (int k = 0; k < shown; k++)
-        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "journal  ", journal->notes[k].t,
-                        journal->notes[k].text);
-    if (journal->count > shown)
-        kmp_text_printf(text, "           and %ld more (--json)\n", journal->count - shown);
+        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "log      ", log->entries[k].t,
+                        log->entries[k].text);
+    if (log->count > shown)
+        kmp_text_printf(text, "           and %ld more (--json)\n", log->count - shown);
 }
 
 static void show(kmp_text *text, const void *result)
@@ -179,7 +179,7 @@ static void show(kmp_text *text, const void *result)
     show_multipliers(text, t);
     show_outputs(text, t);
     show_verdict(text, t);
-    show_notes(text, t);
+    show_log(text, t);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -281,18 +281,18 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
     json_outputs(json, t, false);
 }
 
-static void json_notes(kmp_json *json, const kmp_journal *journal)
+static void json_log(kmp_json *json, const kmp_run_log *log)
 {
-    kmp_json_whole(json, "note_count", journal->count);
-    kmp_json_array(json, "notes");
-    for (int k = 0; k < journal->kept; k++) {
-        const kmp_note *note = &journal->notes[k];
+    kmp_json_whole(json, "log_count", log->count);
+    kmp_json_array(json, "log");
+    for (int k = 0; k < log->kept; k++) {
+        const kmp_log_entry *entry = &log->entries[k];
         kmp_json_object(json, NULL);
-        kmp_json_number(json, "t", note->t);
-        kmp_json_string(json, "kind", note->kind);
-        kmp_json_string(json, "text", note->text);
-        kmp_json_number(json, "before", note->before);
-        kmp_json_number(json, "after", note->after);
+        kmp_json_number(json, "t", entry->t);
+        kmp_json_string(json, "kind", entry->kind);
+        kmp_json_string(json, "text", entry->text);
+        kmp_json_number(json, "before", entry->before);
+        kmp_json_number(json, "after", entry->after);
         kmp_json_end(json);
     }
     kmp_json_end(json);
@@ -311,7 +311,7 @@ static void json(kmp_text *text, const void *result)
     kmp_convergence_json(&j, &t->again, again_name(t));
     kmp_print_work(&j, &t->report);
     kmp_print_unused_json(&j, t->system->model);
-    json_notes(&j, &t->journal);
+    json_log(&j, &t->log);
     kmp_json_number(&j, "cpu_s", t->report.cpu_s);
     if (t->report.wall_s > 0)
         kmp_json_number(&j, "wall_s", t->report.wall_s);

@@ -31,26 +31,26 @@ static void fill_rows(kempe_table *table, const void *result)
     kmp_free(values);
 }
 
-static void fill_events(kempe_table *table, const void *result)
+static void fill_log(kempe_table *table, const void *result)
 {
-    const kmp_journal *journal = &((const kempe_trajectory *)result)->journal;
+    const kmp_run_log *log = &((const kempe_trajectory *)result)->log;
     kmp_tabulate_columns(table, "s", "t");
     kmp_tabulate_columns(table, NULL, "kind text");
     kmp_tabulate_columns(table, "", "before after");
-    for (int k = 0; k < journal->kept; k++) {
-        const kmp_note *note = &journal->notes[k];
+    for (int k = 0; k < log->kept; k++) {
+        const kmp_log_entry *entry = &log->entries[k];
         kmp_tabulate_row(table);
-        kmp_tabulate_number(table, note->t);
-        kmp_tabulate_word(table, note->kind);
-        kmp_tabulate_word(table, note->text);
-        kmp_tabulate_number(table, note->before);
-        kmp_tabulate_number(table, note->after);
+        kmp_tabulate_number(table, entry->t);
+        kmp_tabulate_word(table, entry->kind);
+        kmp_tabulate_word(table, entry->text);
+        kmp_tabulate_number(table, entry->before);
+        kmp_tabulate_number(table, entry->after);
     }
 }
 
 kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name, kempe_table **table)
 {
-    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"events", fill_events}, {0}};
+    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"log", fill_log}, {0}};
     KMP_WANTED(NULL, trajectory, "trajectory");
     return kmp_tabulate_result(trajectory->system->context, kinds, trajectory, name, table);
 }

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/run/run_log.h"
+#include "base/memory.h"
+
+enum { MOST_ENTRIES = 1000 };
+
+static bool make_room(kmp_run_log *log)
+{
+    if (log->kept < log->capacity)
+        return true;
+    int capacity = log->capacity ? 2 * log->capacity : 16;
+    kmp_log_entry *entries = NULL;
+    if (log->kept < MOST_ENTRIES)
+        entries = kmp_realloc(log->entries, (size_t)capacity, sizeof *entries);
+    if (!entries)
+        return false;
+    log->entries = entries;
+    log->capacity = capacity;
+    return true;
+}
+
+void kmp_run_log_add(kmp_run_log *log, const char *kind, double t, double before, double after, const char *format, ...)
+{
+    kmp_text text = {0};
+    va_list arguments;
+    if (!log)
+        return;
+    va_start(arguments, format);
+    kmp_text_vprintf(&text, format, arguments);
+    va_end(arguments);
+    char *line = kmp_text_take(&text);
+    log->count++;
+    if (line)
+        kmp_log(log->context, KEMPE_LOG_INFO, "t = %.9g: %s", t, line);
+    if (line && make_room(log))
+        log->entries[log->kept++] = (kmp_log_entry){t, kind, before, after, line};
+    else
+        kmp_free(line);
+}
+
+void kmp_run_log_free(kmp_run_log *log)
+{
+    for (int k = 0; k < log->kept; k++)
+        kmp_free(log->entries[k].text);
+    kmp_free(log->entries);
+    *log = (kmp_run_log){0};
+}

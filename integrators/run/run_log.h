@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The log of a run, its entries between steps: time, kind, reason, and a measure before and after. */
+#ifndef KMP_INTEGRATORS_RUN_RUN_LOG_H
+#define KMP_INTEGRATORS_RUN_RUN_LOG_H
+
+#include "base/context.h"
+
+typedef struct kmp_log_entry {
+    double t;
+    const char *kind; /* one word: exchange, centring, rows, "change point", event, restart, formulation, dynamics */
+    double before, after; /* of the quantity that the text names; NaN if nothing is measured */
+    char *text;
+} kmp_log_entry;
+
+/* The first entries are kept, all are counted. */
+typedef struct kmp_run_log {
+    kempe_context *context;
+    kmp_log_entry *entries;
+    int kept, capacity;
+    long count;
+} kmp_run_log;
+
+/** Adds an entry, and hands it to the log of the context. Without memory it is only counted. NULL: does nothing. */
+void kmp_run_log_add(kmp_run_log *log, const char *kind, double t, double before, double after, const char *format, ...)
+    __attribute__((format(printf, 6, 7)));
+void kmp_run_log_free(kmp_run_log *log);
+
+#endif
