@@ -19,9 +19,9 @@ static const double PART = 0.5, POWER = 0.7, REST = 0.3;
 /* Contraction of Picard's iteration that the next step aims at. */
 static const double CONTRACTS = 0.3;
 /* Newton's method takes over when the error permits steps WORTH times as long as Picard's iteration, and more by one in
- * LARGE unknowns, SEVERAL times; it gives way when that contracts by EASY. */
-static const double WORTH = 1.5, LARGE = 40, EASY = 0.1;
-enum { SEVERAL = 3 };
+ * LARGE unknowns, SEVERAL times, which do not grow by HELD; it gives way when that contracts by EASY. */
+static const double WORTH = 1.5, LARGE = 40, EASY = 0.1, HELD = 1.2;
+enum { SEVERAL = 3, TRIAL = 5, MOST_PATIENCE = 1000 };
 /* Contraction with which a Jacobian is kept; largest quotient of the next step with which step size and factors are. */
 static const double KEEP_JACOBIAN = 0.3, KEEP_STEP = 1.2;
 /* Growth of the bound on steps after an iteration that failed. */
@@ -106,6 +106,7 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->q = ode->quadratures;
     s->inner = s->n - s->p - s->q;
     kmp_collocation_make(&s->table, s->s);
+    s->patience = SEVERAL;
     choose_limits(s);
     allocate(s);
     (void)kmp_collocation_allocate_newton(s);
@@ -184,9 +185,13 @@ static double foresee(const kmp_collocation *s, double h, double error)
     return h * fmax(SHRINK, fmin(GROW, quotient));
 }
 
+/* Changes between Picard's iteration and Newton's method, which is on trial at first. */
 static void change_iteration(kmp_collocation *s)
 {
     s->newton = !s->newton;
+    s->pace_before = s->pace;
+    s->pace = 0;
+    s->trial_steps = s->newton ? TRIAL : 0;
     s->limited = s->free = 0;
     s->ceiling = 0;
     s->has_jacobian = s->fresh = s->factored = false;
@@ -203,14 +208,32 @@ static double longest(kmp_collocation *s, double h)
     return most;
 }
 
-/* Newton's method takes over when Picard's iteration has kept several steps far below the error's limit, and gives way
- * when Picard's would contract well. */
-static void choose_iteration(kmp_collocation *s, double by_error, double by_iteration)
+/* An iteration of Newton's method costs as much as so many of Picard's. */
+static double worth(const kmp_collocation *s)
 {
-    double worth = WORTH + s->inner / LARGE;
-    s->limited = !s->newton && by_error > worth * by_iteration ? s->limited + 1 : 0;
+    return WORTH + s->inner / LARGE;
+}
+
+/* Time simulated for an evaluation of all stages, recently. */
+static void measure_pace(kmp_collocation *s, double h)
+{
+    double pace = h * s->s / fmax((double)(s->base.work.rhs - s->rhs_before), 1);
+    s->rhs_before = s->base.work.rhs;
+    s->pace = s->pace > 0 ? 0.5 * (s->pace + pace) : pace;
+}
+
+/* Newton's method takes over when Picard's iteration has kept several steps far below the error's limit. It gives way
+ * when Picard's would contract well, and after a trial in which it gained less than it costs: the next one is then
+ * later. */
+static void choose_iteration(kmp_collocation *s, double h, double by_error, double by_iteration)
+{
+    bool held = !s->newton && by_iteration < HELD * h && by_error > worth(s) * by_iteration;
+    s->limited = held ? s->limited + 1 : 0;
     s->free = s->newton && s->picard < EASY ? s->free + 1 : 0;
-    if (s->limited >= SEVERAL || s->free >= SEVERAL)
+    if (s->trial_steps > 0 && --s->trial_steps == 0 && s->pace < worth(s) * s->pace_before) {
+        s->patience = s->patience < MOST_PATIENCE ? 2 * s->patience : MOST_PATIENCE;
+        change_iteration(s);
+    } else if (s->limited >= s->patience || s->free >= SEVERAL)
         change_iteration(s);
 }
 
@@ -234,7 +257,8 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
         next = fmin(next, foresee(s, h, error));
     double most = longest(s, h);
     bool newton = s->newton;
-    choose_iteration(s, next, most);
+    measure_pace(s, h);
+    choose_iteration(s, h, next, most);
     next = s->newton && !newton ? next : fmin(next, most);
     if (s->rejected)
         next = fmin(next, h);
@@ -271,7 +295,7 @@ static void refuse(kmp_collocation *s, kmp_collocation_outcome what, double h, d
                                                         : h / 2;
     if (what == KMP_COLLOCATION_BAD_ITERATION && !s->newton) {
         s->ceiling = s->base.h;
-        if (++s->limited >= SEVERAL)
+        if (s->has_step && ++s->limited >= s->patience)
             change_iteration(s);
     }
     s->has_jacobian = s->has_jacobian && !stale;

@@ -46,7 +46,10 @@ typedef struct kmp_collocation {
     double picard;      /* estimate of the contraction of Picard's iteration by a correction of Newton's */
     double ready;       /* bound of the remainder of a correction, over its size */
     double error_old, h_old, ceiling;
-    int limited, free; /* successive steps that Picard's iteration has limited; that it would not */
+    int limited, free;         /* successive steps that Picard's iteration has limited; that it would not */
+    int patience, trial_steps; /* of Picard's iteration until a trial of Newton's method; steps until its judgement */
+    double pace, pace_before;  /* time simulated for an evaluation of all stages; of the iteration before */
+    long rhs_before;
     bool newton, has_jacobian, fresh, factored;
     bool first, rejected, has_step, collapsed;
 } kmp_collocation;
