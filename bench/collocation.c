@@ -5,6 +5,7 @@
  *
  *     collocation [-v] [NAME ..]
  */
+#include "base/memory.h"
 #include "bench.h"
 #include "chain.h"
 #include "integrators/run/run.h"
@@ -59,18 +60,18 @@ typedef struct problem {
 } problem;
 
 static const problem problems[] = {
-    {"four_bar", "examples/four_bar/four_bar.yaml", NULL, 5},
-    {"slider_crank", "examples/slider_crank/slider_crank.yaml", NULL, 10},
-    {"andrews", "examples/andrews/andrews.yaml", NULL, 0.03},
-    {"windows 2", NULL, windows_2, 10},
-    {"double_wishbone", "examples/double_wishbone/double_wishbone.yaml", NULL, 2},
-    {"windows 10", NULL, windows_10, 10},
-    {"stewart", "examples/stewart/stewart.yaml", NULL, 1},
-    {"tree 29", NULL, tree, 1},
-    {"suspension", "examples/suspension/suspension.yaml", NULL, 1},
-    {"windows 40", NULL, windows_40, 10},
-    {"limousine", "examples/limousine/limousine.yaml", NULL, 0.2},
-    {"governor", "examples/governor/governor.yaml", NULL, 10},
+    {.name = "four_bar", .path = "examples/four_bar/four_bar.yaml", .t_end = 5},
+    {.name = "slider_crank", .path = "examples/slider_crank/slider_crank.yaml", .t_end = 10},
+    {.name = "andrews", .path = "examples/andrews/andrews.yaml", .t_end = 0.03},
+    {.name = "windows 2", .text = windows_2, .t_end = 10},
+    {.name = "double_wishbone", .path = "examples/double_wishbone/double_wishbone.yaml", .t_end = 2},
+    {.name = "windows 10", .text = windows_10, .t_end = 10},
+    {.name = "stewart", .path = "examples/stewart/stewart.yaml", .t_end = 1},
+    {.name = "tree 29", .text = tree, .t_end = 1},
+    {.name = "suspension", .path = "examples/suspension/suspension.yaml", .t_end = 1},
+    {.name = "windows 40", .text = windows_40, .t_end = 10},
+    {.name = "limousine", .path = "examples/limousine/limousine.yaml", .t_end = 0.2},
+    {.name = "governor", .path = "examples/governor/governor.yaml", .t_end = 10},
     {"governor x100", "examples/governor/governor.yaml", NULL, 10, "K: 8e5, c: 4e4", "K: 8e7, c: 4e6"},
     {"governor x10000", "examples/governor/governor.yaml", NULL, 10, "K: 8e5, c: 4e4", "K: 8e9, c: 4e8"},
 };

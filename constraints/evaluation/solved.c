@@ -173,6 +173,11 @@ kmp_closer kmp_solved_closer(kmp_solved_closing *closing, double *dx)
                         .correct = correct};
 }
 
+const kmp_program *kmp_solved_program(const kmp_solved *solved)
+{
+    return solved->effort ? NULL : solved->made.program;
+}
+
 /* -- lanes --------------------------------------------------------------------------------------------- */
 
 void kmp_solved_renew_lanes(const kmp_solved *solved, int width, kmp_lanes *lanes)

@@ -75,6 +75,10 @@ typedef struct kmp_solved_closing {
 } kmp_solved_closing;
 kmp_closer kmp_solved_closer(kmp_solved_closing *closing, double *dx);
 
+/** The program, whose inputs and outputs are those above; NULL: with user-defined forces it does not have all of them.
+ */
+const kmp_program *kmp_solved_program(const kmp_solved *solved);
+
 /** The program in lanes, of width 1, 4 or 8, with the parameters, charts and conditions of the evaluator, which
  * kmp_solved_renew_lanes takes again after their change. It must not outlive `solved`. NULL: no memory. */
 kmp_lanes *kmp_solved_lanes(const kmp_solved *solved, int width);

@@ -10,6 +10,7 @@
 #include "constraints/evaluation/solved.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
+#include "integrators/formulations/stage_lanes.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -23,10 +24,12 @@ typedef struct projected {
     kmp_margin *margin;
     const kmp_partition *part;
     kmp_saddle saddle;
-    kmp_solved *solved; /* NULL: there is none */
-    bool by_solved;     /* the last evaluation was by the solved program, whose factors serve corrections */
-    bool cancelled;     /* rounding showed in its accelerations */
-    long runs;          /* of the solved program */
+    kmp_solved *solved;     /* NULL: there is none */
+    kmp_stage_lanes stages; /* the solved program for several stages at once */
+    bool lanes;             /* the integrator uses them */
+    bool by_solved;         /* the last evaluation was by the solved program, whose factors serve corrections */
+    bool cancelled;         /* rounding showed in its accelerations */
+    long runs;              /* of the solved program */
     double rtol, rate_scale;
     bool has_work;
     int n, m;
@@ -103,6 +106,30 @@ static int rhs(void *self, double t, const double *y, double *dy)
     if (d->has_work)
         dy[2 * n] = out[layout->power];
     return is_finite(d->n, dy + n) ? KMP_GO : KMP_RETRY;
+}
+
+/* Callback of an integrator that evaluates several stages at once. */
+static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
+{
+    projected *d = self;
+    kmp_stage_lanes *stages = &d->stages;
+    if (!stages->lanes || !applies(d))
+        return KMP_APART;
+    const kmp_solved_layout *layout = kmp_solved_layout_of(d->solved);
+    size_t w = (size_t)stages->width, n = (size_t)d->n;
+    kmp_stage_lanes_renew(stages);
+    kmp_lanes_set(stages->lanes, KMP_IN_TIME, t);
+    kmp_lanes_set(stages->lanes, KMP_IN_Q, y);
+    kmp_lanes_set(stages->lanes, KMP_IN_QD, y + n * w);
+    const double *out = kmp_lanes_run(stages->lanes, KMP_SOLVED_RUN);
+    d->runs++;
+    memcpy(dy + n * w, out + (size_t)layout->qdd * w, n * w * sizeof *dy);
+    if (d->has_work)
+        memcpy(dy + 2 * n * w, out + (size_t)layout->power * w, w * sizeof *dy);
+    if (!kmp_stage_lanes_exceed(stages, layout->pivots, out + (size_t)layout->pivot * w, KMP_SOLVED_PIVOT,
+                                out + (size_t)layout->diagonal * w))
+        return KMP_APART;
+    return kmp_stage_lanes_finite(stages, d->n, dy + n * w) ? KMP_GO : KMP_RETRY;
 }
 
 /* Callback of an integrator that steps across change points. */
@@ -266,11 +293,15 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
 /* Makes the solved program for the charts at (t, q). KMP_GO or KMP_HALT. */
 static int make_solved(projected *d, double t, const double *q)
 {
+    kmp_stage_lanes_free(&d->stages);
     kmp_solved_free(d->solved);
     d->solved = NULL;
     d->by_solved = false;
     kmp_eval_closure(d->eval, t, q);
-    return kmp_solved_new(&d->solved, d->eval, d->part) == KEMPE_OK ? KMP_GO : KMP_HALT;
+    if (kmp_solved_new(&d->solved, d->eval, d->part) != KEMPE_OK)
+        return KMP_HALT;
+    const kmp_program *program = d->lanes && d->solved ? kmp_solved_program(d->solved) : NULL;
+    return kmp_stage_lanes_init(&d->stages, program, d->eval) ? KMP_GO : KMP_HALT;
 }
 
 static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
@@ -286,6 +317,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
 static void release(kmp_formulation *formulation)
 {
     kmp_saddle_free(&((projected *)formulation)->saddle);
+    kmp_stage_lanes_free(&((projected *)formulation)->stages);
     kmp_solved_free(((projected *)formulation)->solved);
     kmp_formulation_free(formulation);
 }
@@ -314,6 +346,12 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.resume = resume;
     d->formulation.ode =
         (kmp_ode){.n = d->formulation.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
+    d->lanes = start->lanes;
+    if (start->lanes) {
+        d->formulation.ode.lanes = rhs_of_stages;
+        d->formulation.ode.width = kmp_stage_lanes_width();
+        d->formulation.ode.quadratures = d->has_work;
+    }
     bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
     bool solves = kind != &kmp_formulation_near_singular && !start->brief;
     if (!made || (solves && make_solved(d, start->t, start->q) != KMP_GO)) {

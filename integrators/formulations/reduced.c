@@ -178,7 +178,7 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     memcpy(dy + d->p * w, out, (size_t)(slopes * w) * sizeof *dy);
     if (d->has_work)
         memcpy(dy + kmp_reduced_work(d) * w, pivot + d->p * w, (size_t)w * sizeof *dy);
-    bool good = kmp_stage_lanes_positive(stages, d->p, pivot) && kmp_stage_lanes_finite(stages, slopes, out);
+    bool good = kmp_stage_lanes_exceed(stages, d->p, pivot, 0, NULL) && kmp_stage_lanes_finite(stages, slopes, out);
     return good ? KMP_GO : KMP_RETRY;
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/stage_lanes.h"
+#include "base/clones.h"
 #include "base/memory.h"
 #include <float.h>
 #include <math.h>
@@ -66,18 +67,35 @@ void kmp_stage_lanes_renew(kmp_stage_lanes *stages)
         take_charts(stages);
 }
 
-bool kmp_stage_lanes_finite(const kmp_stage_lanes *stages, int count, const double *values)
+/* Sums of magnitudes are finite if all values are. */
+static KMP_CLONES double magnitude(size_t count, const double *values)
 {
-    double sum = 0;
-    for (int k = 0; k < count * stages->width; k++)
-        sum += fabs(values[k]);
-    return sum <= DBL_MAX;
+    double sum[KMP_LANES_MOST] = {0}, all = 0;
+    for (size_t k = 0; k + KMP_LANES_MOST <= count; k += KMP_LANES_MOST)
+        for (size_t l = 0; l < KMP_LANES_MOST; l++)
+            sum[l] += fabs(values[k + l]);
+    for (size_t k = count - count % KMP_LANES_MOST; k < count; k++)
+        all += fabs(values[k]);
+    for (size_t l = 0; l < KMP_LANES_MOST; l++)
+        all += sum[l];
+    return all;
 }
 
-bool kmp_stage_lanes_positive(const kmp_stage_lanes *stages, int count, const double *values)
+static KMP_CLONES int failures(size_t count, const double *values, double part, const double *of)
 {
-    bool positive = true;
-    for (int k = 0; k < count * stages->width; k++)
-        positive = positive && values[k] > 0;
-    return positive;
+    int bad = 0;
+    for (size_t k = 0; k < count; k++)
+        bad |= !(values[k] > part * of[k]);
+    return bad;
+}
+
+bool kmp_stage_lanes_finite(const kmp_stage_lanes *stages, int count, const double *values)
+{
+    return magnitude((size_t)(count * stages->width), values) <= DBL_MAX;
+}
+
+bool kmp_stage_lanes_exceed(const kmp_stage_lanes *stages, int count, const double *values, double part,
+                            const double *of)
+{
+    return !failures((size_t)(count * stages->width), values, of ? part : 0, of ? of : values);
 }

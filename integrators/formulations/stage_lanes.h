@@ -25,8 +25,11 @@ void kmp_stage_lanes_renew(kmp_stage_lanes *stages);
 /** Number of lanes of this machine. */
 int kmp_stage_lanes_width(void);
 
-/** True if all of count values in all lanes are finite; if they are positive, too. */
+/** True if all of count values in all lanes are finite. */
 bool kmp_stage_lanes_finite(const kmp_stage_lanes *stages, int count, const double *values);
-bool kmp_stage_lanes_positive(const kmp_stage_lanes *stages, int count, const double *values);
+
+/** True if they exceed `part` of the positive `of` (NULL: 0). */
+bool kmp_stage_lanes_exceed(const kmp_stage_lanes *stages, int count, const double *values, double part,
+                            const double *of);
 
 #endif

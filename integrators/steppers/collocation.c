@@ -18,6 +18,12 @@ static const double SAFETY = 0.9, SHRINK = 0.2, GROW = 4;
 static const double PART = 0.5, POWER = 0.7, REST = 0.3;
 /* Contraction of Picard's iteration that the next step aims at. */
 static const double CONTRACTS = 0.3;
+/* Newton's method takes over when the error permits steps WORTH times as long as Picard's iteration, and more by one in
+ * LARGE unknowns, SEVERAL times, which do not grow by HELD; it gives way when that contracts by EASY. */
+static const double WORTH = 1.5, LARGE = 40, EASY = 0.1, HELD = 1.2;
+enum { SEVERAL = 3, TRIAL = 5, MOST_PATIENCE = 1000 };
+/* Contraction with which a Jacobian is kept; largest quotient of the next step with which step size and factors are. */
+static const double KEEP_JACOBIAN = 0.3, KEEP_STEP = 1.2;
 /* Growth of the bound on steps after an iteration that failed. */
 static const double RECOVERS = 1.1;
 static const double OLD_ERROR_FLOOR = 1e-4;
@@ -28,35 +34,57 @@ static void allocate(kmp_collocation *s)
 {
     int inner = s->inner + s->q;
     kmp_arena *a = &s->base.arena;
-    (void)KMP_ARENA_GROUPS(
-        a,
-        {s->n,
-         {&s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale, &s->w_accept, &s->error, &s->fix}},
-        {inner, {&s->weight, &s->g_start, &s->g_start_old}});
+    (void)KMP_ARENA_GROUPS(a,
+                           {s->n,
+                            {&s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale, &s->per_scale,
+                             &s->w_accept, &s->error, &s->fix}},
+                           {inner, {&s->weight, &s->g_start, &s->g_start_old}});
     struct {
         double **to;
         int size;
-    } lanes[] = {{&s->g, inner},         {&s->g_old, inner},   {&s->stage, s->n}, {&s->f, s->n},
-                 {&s->change, s->inner}, {&s->ends, s->inner}, {&s->at, 1},       {&s->once, s->s},
-                 {&s->twice, s->s},      {&s->end, s->s},      {&s->one, 1},      {&s->zero, 1},
-                 {&s->ahead, s->s + 1},  {&s->hc, 1},          {&s->filter, 1}};
+    } lanes[] = {{&s->g, inner},
+                 {&s->g_old, inner},
+                 {&s->stage, s->n},
+                 {&s->f, s->n},
+                 {&s->change, s->inner},
+                 {&s->g_before, s->inner},
+                 {&s->ends, s->inner},
+                 {&s->at, 1},
+                 {&s->once, s->s},
+                 {&s->twice, s->s},
+                 {&s->end, s->s},
+                 {&s->one, 1},
+                 {&s->zero, 1},
+                 {&s->ahead, s->s + 1},
+                 {&s->c, 1},
+                 {&s->a, s->s},
+                 {&s->aa, s->s},
+                 {&s->hc, 1},
+                 {&s->filter, 1}};
     for (size_t k = 0; k < sizeof lanes / sizeof *lanes; k++)
         *lanes[k].to = kmp_arena_aligned(a, (size_t)(lanes[k].size * s->w));
 }
 
+/* Lanes beyond the stages repeat the last one. */
 static void set_constants(kmp_collocation *s)
 {
     for (int l = 0; l < s->w; l++) {
+        int i = l < s->s ? l : s->s - 1;
+        s->c[l] = s->table.node[i + 1];
         s->one[l] = 1;
         s->zero[l] = 0;
         s->filter[l] = l == KMP_END_SLOPE ? s->table.filter : 0;
-        for (int j = 0; j < s->s; j++)
+        for (int j = 0; j < s->s; j++) {
+            s->a[j * s->w + l] = s->table.a[i][j];
+            s->aa[j * s->w + l] = s->table.aa[i][j];
             s->end[j * s->w + l] = l < KMP_COLLOCATION_ENDS ? s->table.end[j][l] : 0;
+        }
     }
 }
 
 /* The estimate is of order s, dense output of order s + 1, and the ends of steps of order 2 s - 1: for errors in
- * proportion to rtol the estimate is compared with PART rtol^POWER of the values. Iterations continue to REST of rtol. */
+ * proportion to rtol the estimate is compared with PART rtol^POWER of the values. Iterations continue to REST of rtol.
+ */
 static void choose_limits(kmp_collocation *s)
 {
     double rtol = PART * pow(s->base.tolerance.rtol, POWER);
@@ -78,8 +106,10 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->q = ode->quadratures;
     s->inner = s->n - s->p - s->q;
     kmp_collocation_make(&s->table, s->s);
+    s->patience = SEVERAL;
     choose_limits(s);
     allocate(s);
+    (void)kmp_collocation_allocate_newton(s);
     if (!s->base.arena.failed)
         set_constants(s);
     return kmp_solver_made(s);
@@ -89,8 +119,10 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 
 static void weigh(kmp_collocation *s)
 {
-    for (int k = 0; k < s->n; k++)
+    for (int k = 0; k < s->n; k++) {
         s->scale[k] = s->widen * (s->base.tolerance.atol[k] + s->base.tolerance.rtol * fabs(s->y[k]));
+        s->per_scale[k] = 1 / s->scale[k];
+    }
 }
 
 static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
@@ -99,7 +131,8 @@ static kempe_status start(void *solver, double t, const double *y, const double 
     (void)yp;
     kmp_solver_begin(&s->base, t, t_end, h0);
     s->first = true;
-    s->rejected = s->has_step = s->collapsed = false;
+    s->rejected = s->has_step = s->collapsed = s->has_jacobian = s->fresh = s->factored = false;
+    s->limited = s->free = 0;
     s->ceiling = 0;
     memcpy(s->y, y, (size_t)s->n * sizeof *y);
     int said = kmp_solver_call(&s->base, t, s->y, s->dy);
@@ -152,10 +185,22 @@ static double foresee(const kmp_collocation *s, double h, double error)
     return h * fmax(SHRINK, fmin(GROW, quotient));
 }
 
-/* The longest step with a good contraction, by the one of a step h. */
+/* Changes between Picard's iteration and Newton's method, which is on trial at first. */
+static void change_iteration(kmp_collocation *s)
+{
+    s->newton = !s->newton;
+    s->pace_before = s->pace;
+    s->pace = 0;
+    s->trial_steps = s->newton ? TRIAL : 0;
+    s->limited = s->free = 0;
+    s->ceiling = 0;
+    s->has_jacobian = s->fresh = s->factored = false;
+}
+
+/* The longest step with a good contraction of Picard's iteration, by the one of a step h. */
 static double longest(kmp_collocation *s, double h)
 {
-    double most = s->contraction > 0 ? h * fmax(0.5, sqrt(CONTRACTS / s->contraction)) : INFINITY;
+    double most = s->contraction > 0 && !s->newton ? h * fmax(0.5, sqrt(CONTRACTS / s->contraction)) : INFINITY;
     if (s->ceiling > 0) {
         most = fmin(most, s->ceiling);
         s->ceiling *= RECOVERS;
@@ -163,18 +208,68 @@ static double longest(kmp_collocation *s, double h)
     return most;
 }
 
+/* An iteration of Newton's method costs as much as so many of Picard's. */
+static double worth(const kmp_collocation *s)
+{
+    return WORTH + s->inner / LARGE;
+}
+
+/* Time simulated for an evaluation of all stages, recently. */
+static void measure_pace(kmp_collocation *s, double h)
+{
+    double pace = h * s->s / fmax((double)(s->base.work.rhs - s->rhs_before), 1);
+    s->rhs_before = s->base.work.rhs;
+    s->pace = s->pace > 0 ? 0.5 * (s->pace + pace) : pace;
+}
+
+/* Newton's method takes over when Picard's iteration has kept several steps far below the error's limit. It gives way
+ * when Picard's would contract well, and after a trial in which it gained less than it costs: the next one is then
+ * later. */
+static void choose_iteration(kmp_collocation *s, double h, double by_error, double by_iteration)
+{
+    bool held = !s->newton && by_iteration < HELD * h && by_error > worth(s) * by_iteration;
+    s->limited = held ? s->limited + 1 : 0;
+    s->free = s->newton && s->picard < EASY ? s->free + 1 : 0;
+    if (s->trial_steps > 0 && --s->trial_steps == 0 && s->pace < worth(s) * s->pace_before) {
+        s->patience = s->patience < MOST_PATIENCE ? 2 * s->patience : MOST_PATIENCE;
+        change_iteration(s);
+    } else if (s->limited >= s->patience || s->free >= SEVERAL)
+        change_iteration(s);
+}
+
+/* The derivatives at the start of the step: those of f; without the stiff part of their difference from the stages'
+ * polynomial where Newton's method has solved for these. */
+static void find_start(kmp_collocation *s, double h, bool newton)
+{
+    memcpy(s->g_start, s->dy + s->p, (size_t)(s->inner + s->q) * sizeof *s->dy);
+    for (int k = 0; newton && k < s->inner; k++) {
+        double sum = s->error[s->p + k] / (h * s->table.filter);
+        for (int j = 0; j < s->s; j++)
+            sum += s->table.start[j] * s->g[k * s->w + j];
+        s->g_start[k] = sum;
+    }
+}
+
 static void take(kmp_collocation *s, double h, double t_new, double error)
 {
     double next = after_error(s, h, error);
     if (!s->first)
         next = fmin(next, foresee(s, h, error));
-    next = fmin(next, longest(s, h));
+    double most = longest(s, h);
+    bool newton = s->newton;
+    measure_pace(s, h);
+    choose_iteration(s, h, next, most);
+    next = s->newton && !newton ? next : fmin(next, most);
     if (s->rejected)
         next = fmin(next, h);
+    find_start(s, h, newton);
+    s->has_jacobian = s->has_jacobian && s->contraction <= KEEP_JACOBIAN;
+    s->fresh = false;
+    if (s->newton && s->has_jacobian && next >= h && next <= KEEP_STEP * h)
+        next = h;
     s->base.work.steps++;
     s->error_old = fmax(OLD_ERROR_FLOOR, error);
     s->h_old = h;
-    memcpy(s->g_start, s->dy + s->p, (size_t)(s->inner + s->q) * sizeof *s->dy);
     kmp_solver_swap(&s->y, &s->y_old);
     kmp_solver_swap(&s->dy, &s->dy_new);
     kmp_solver_swap(&s->g, &s->g_old);
@@ -192,12 +287,18 @@ static void refuse(kmp_collocation *s, kmp_collocation_outcome what, double h, d
         s->base.work.rejected++;
     else
         s->base.work.refused++;
-    s->base.h = what == KMP_COLLOCATION_BAD_ERROR       ? fmin(after_error(s, h, error), 0.9 * h)
+    bool stale = what == KMP_COLLOCATION_BAD_ITERATION && s->newton && s->has_jacobian && !s->fresh;
+    s->base.h = stale                                   ? h
+                : what == KMP_COLLOCATION_BAD_ERROR     ? fmin(after_error(s, h, error), 0.9 * h)
                 : what == KMP_COLLOCATION_BAD_ITERATION ? shorter * h
                 : what == KMP_COLLOCATION_BAD_STAGE     ? h / 4
                                                         : h / 2;
-    if (what == KMP_COLLOCATION_BAD_ITERATION)
+    if (what == KMP_COLLOCATION_BAD_ITERATION && !s->newton) {
         s->ceiling = s->base.h;
+        if (s->has_step && ++s->limited >= s->patience)
+            change_iteration(s);
+    }
+    s->has_jacobian = s->has_jacobian && !stale;
     s->rejected = true;
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The stages of a step. Picard's iteration evaluates f at all stages and takes the result: it needs no matrix, and
- * contracts with the step size times the rate of the fastest forces. */
+ * contracts with the step size times the rate of the fastest forces. Newton's method solves for the change
+ * (collocation_newton.c). */
 #include "integrators/steppers/collocation.h"
 #include "integrators/steppers/collocation_kernels.h"
 
@@ -18,10 +19,10 @@ static const double ERROR_FLOOR = 1e-10;
 
 /* -- evaluation ---------------------------------------------------------------------------------------- */
 
-static int evaluate_each(kmp_collocation *s)
+static int evaluate_each(kmp_collocation *s, int count)
 {
     size_t w = (size_t)s->w, n = (size_t)s->n;
-    for (size_t l = 0; l < (size_t)s->s; l++) {
+    for (size_t l = 0; l < (size_t)count; l++) {
         for (size_t k = 0; k < n; k++)
             s->trial[k] = s->stage[k * w + l];
         int said = s->base.ode.rhs(s->base.ode.self, s->at[l], s->trial, s->slope);
@@ -33,28 +34,26 @@ static int evaluate_each(kmp_collocation *s)
     return KMP_GO;
 }
 
-int kmp_collocation_evaluate(kmp_collocation *s)
+int kmp_collocation_evaluate(kmp_collocation *s, int count)
 {
     const kmp_ode *ode = &s->base.ode;
-    s->base.work.rhs += s->s;
+    s->base.work.rhs += count;
     int said = ode->lanes && ode->width == s->w ? ode->lanes(ode->self, s->at, s->stage, s->f) : KMP_APART;
-    return said == KMP_APART ? evaluate_each(s) : said;
+    return said == KMP_APART ? evaluate_each(s, count) : said;
 }
 
 /* -- places of the stages ------------------------------------------------------------------------------ */
 
-/* Sets times and coefficients of a step h. Lanes beyond the stages repeat the last one. */
+/* Sets times and coefficients of a step h. */
 static void set_columns(kmp_collocation *s, double h)
 {
-    const kmp_collocation_table *table = &s->table;
     for (int l = 0; l < s->w; l++) {
-        int i = l < s->s ? l : s->s - 1;
-        s->hc[l] = h * table->node[i + 1];
+        s->hc[l] = h * s->c[l];
         s->at[l] = s->base.t + s->hc[l];
-        for (int j = 0; j < s->s; j++) {
-            s->once[j * s->w + l] = h * table->a[i][j];
-            s->twice[j * s->w + l] = h * h * table->aa[i][j];
-        }
+    }
+    for (int k = 0; k < s->s * s->w; k++) {
+        s->once[k] = h * s->a[k];
+        s->twice[k] = h * h * s->aa[k];
     }
 }
 
@@ -72,7 +71,7 @@ static void predict(kmp_collocation *s, double h)
     int stages = s->has_step ? s->s : 0;
     for (int l = 0; s->has_step && l < s->w; l++) {
         double weight[KMP_COLLOCATION_STAGES + 1];
-        kmp_collocation_weights(&s->table, 1 + s->table.node[(l < s->s ? l : s->s - 1) + 1] * h / s->taken, weight);
+        kmp_collocation_weights(&s->table, 1 + s->c[l] * h / s->taken, weight);
         for (int j = 0; j <= s->s; j++)
             s->ahead[j * s->w + l] = weight[j];
     }
@@ -93,8 +92,10 @@ static double estimate(kmp_collocation *s, double h)
         s->error[k] = h * h * s->ends[k * s->w + KMP_END_SLOPE_TWICE];
     for (int k = 0; k < s->inner; k++)
         s->error[s->p + k] = h * s->ends[k * s->w + KMP_END_SLOPE];
+    if (s->newton)
+        kmp_collocation_filter(s);
     for (int k = 0; k < s->p + s->inner; k++) {
-        double e = s->error[k] / s->scale[k];
+        double e = s->error[k] * s->per_scale[k];
         sum += e * e;
     }
     double error = sqrt(sum / fmax(s->p + s->inner, 1));
@@ -119,14 +120,40 @@ void kmp_collocation_end(kmp_collocation *s, double h)
 
 /* -- iteration ----------------------------------------------------------------------------------------- */
 
+/* The weighted square of `change`. */
+static double square(const kmp_collocation *s)
+{
+    double sum = 0;
+    for (int k = 0; k < s->inner; k++)
+        for (int j = 0; j < s->s; j++) {
+            double e = s->weight[k] * s->change[k * s->w + j];
+            sum += e * e;
+        }
+    return sum;
+}
+
+/* Newton's correction. Picard's iteration would contract by about the part that it adds to the residual. */
+static void correct(kmp_collocation *s)
+{
+    double residual = square(s);
+    memcpy(s->g_before, s->change, (size_t)(s->inner * s->w) * sizeof *s->change);
+    kmp_collocation_correct(s);
+    kmp_lanes_subtract(s->w, s->inner, s->change, s->g_before, s->g_before);
+    kmp_solver_swap(&s->change, &s->g_before);
+    s->picard = sqrt(square(s) / fmax(residual, DBL_MIN));
+    kmp_solver_swap(&s->change, &s->g_before);
+}
+
 /* Makes one sweep; returns the weighted size of its correction, or a negative result of f. */
 static kmp_collocation_outcome sweep(kmp_collocation *s, double *size)
 {
     place(s);
-    int said = kmp_collocation_evaluate(s);
+    int said = kmp_collocation_evaluate(s, s->s);
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
     kmp_lanes_subtract(s->w, s->inner, s->f + s->p * s->w, s->g, s->change);
+    if (s->newton)
+        correct(s);
     double sum = kmp_lanes_advance(s->w, s->inner, s->s, s->weight, s->change, s->g);
     *size = sqrt(sum / fmax(s->inner * s->s, 1));
     s->base.work.newton++;
@@ -140,7 +167,10 @@ static bool is_hopeful(kmp_collocation *s, int k, double size, double *shorter)
     if (!(s->contraction < SLOW))
         return false;
     s->ready = s->contraction / (1 - s->contraction);
-    return k < 4 || s->ready * size * pow(s->contraction, s->most_sweeps - 1 - k) < s->limit;
+    double last = s->ready * size;
+    for (int more = k; more < s->most_sweeps - 1 && last >= s->limit; more++)
+        last *= s->contraction;
+    return k < 4 || last < s->limit;
 }
 
 static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *error, double *shorter)
@@ -160,7 +190,7 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
         before = fmax(size, DBL_MIN);
         if (s->ready * size <= s->limit)
             return KMP_COLLOCATION_TAKEN;
-        if (k > 1) {
+        if (k == 2 || k == 4) {
             *error = estimate(s, h);
             if (*error > fmax(TOO_LARGE, MANY * size))
                 return KMP_COLLOCATION_BAD_ERROR;
@@ -170,6 +200,20 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
     return KMP_COLLOCATION_BAD_ITERATION;
 }
 
+/* Makes Jacobian and factors for Newton's method. */
+static kmp_collocation_outcome prepare(kmp_collocation *s, double h)
+{
+    if (!s->newton)
+        return KMP_COLLOCATION_TAKEN;
+    if (!s->has_jacobian) {
+        int said = kmp_collocation_renew_jacobian(s);
+        if (said != KMP_GO)
+            return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
+    }
+    bool good = (s->factored && s->h_matrix == h) || kmp_collocation_factor(s, h);
+    return good ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
+}
+
 kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter)
 {
     int end = s->p + s->inner;
@@ -177,10 +221,13 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
     s->ready = 1;
     s->contraction = 0;
     for (int k = 0; k < s->inner; k++)
-        s->weight[k] = h / s->scale[s->p + k];
-    set_columns(s, h);
-    predict(s, h);
-    kmp_collocation_outcome what = iterate(s, h, error, shorter);
+        s->weight[k] = h * s->per_scale[s->p + k];
+    kmp_collocation_outcome what = prepare(s, h);
+    if (what == KMP_COLLOCATION_TAKEN) {
+        set_columns(s, h);
+        predict(s, h);
+        what = iterate(s, h, error, shorter);
+    }
     if (what != KMP_COLLOCATION_TAKEN)
         return what;
     memcpy(s->g + s->inner * s->w, s->f + end * s->w, (size_t)(s->q * s->w) * sizeof(double));

@@ -182,16 +182,18 @@ static number over(number x, number y)
     return times(x, (number){y.re / square, -y.im / square});
 }
 
-/* Zeros of sum a[k] z^k, a[count] = 1, all at once (Durand, Kerner), from places around a circle. */
+/* Zeros of sum a[k] z^k, a[count] = 1, all at once (Durand, Kerner), from places around a circle. A change below ENOUGH
+ * of the radius leaves an error of its square. */
 static void find_zeros(int count, const double *a, double radius, number *z)
 {
     enum { MOST = 200 };
+    const double ENOUGH = 1e-8;
     double change = 1;
     for (int i = 0; i < count; i++) {
         double angle = 0.4 + 2 * acos(-1.0) * i / count;
         z[i] = (number){radius * cos(angle), radius * sin(angle)};
     }
-    for (int pass = 0; pass < MOST && change > 1e-15; pass++) {
+    for (int pass = 0; pass < MOST && change > ENOUGH; pass++) {
         change = 0;
         for (int i = 0; i < count; i++) {
             number value = {1, 0}, product = {1, 0};
@@ -205,7 +207,7 @@ static void find_zeros(int count, const double *a, double radius, number *z)
             number step = over(value, product);
             z[i].re -= step.re;
             z[i].im -= step.im;
-            change = fmax(change, hypot(step.re, step.im) / radius);
+            change = fmax(change, (fabs(step.re) + fabs(step.im)) / radius);
         }
     }
 }
