@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """What bench/peers/tree.py writes for other programs is the model that Kempe read: read again by Kempe it is the same tree, and
-MuJoCo's XML has its bodies and joints. Called with the path of the command:
+MuJoCo's XML has its bodies and joints. Equations of plane mechanisms (planar.py) and robots (urdf.py) are what they should be.
+Called with the path of the command:
 
     python3 tests/peers.py build/dev/kempe
 """
+import json
 import os
 import pathlib
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -15,7 +18,9 @@ import xml.etree.ElementTree as xml
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "bench/peers"))
+import planar  # noqa: E402
 import tree  # noqa: E402
+import urdf  # noqa: E402
 
 KEMPE = "kempe"  # set by main
 MODELS = ("andrews/andrews", "stewart/stewart", "suspension/suspension", "bricard/bricard")
@@ -63,6 +68,85 @@ class Loops(unittest.TestCase):
         (a, _, b, at, stiffness, _, free), = given.springs
         self.assertEqual((names[a], b, at, stiffness, free), ("K3", -1, [0.014, 0.072, 0], 4530, 0.07785))
         self.assertEqual(given.efforts, [(given.coordinates.index("beta"), 0.033)])
+
+
+def started(name):
+    """A plane mechanism at its closed start, its first coordinate independent."""
+    path = ROOT / name
+    given = tree.Tree(tree.show(KEMPE, path))
+    given.start(json.loads(subprocess.run([KEMPE, "assemble", path, "--json", "-"], capture_output=True, text=True, check=True).stdout))
+    given.independent = [0]
+    return given
+
+
+class Plane(unittest.TestCase):
+    """Equations that peers integrate: the published multipliers, two ways to the accelerations, derivatives by differences."""
+
+    def value(self, mechanism, x, state):
+        return mechanism.graph.values(state)[x] if isinstance(x, planar.Node) else x
+
+    def test_published_multipliers(self):
+        found = planar.Planar(started("examples/andrews/andrews.yaml")).accelerations()[7:]
+        lines = (ROOT / "examples/andrews/reference.csv").read_text().splitlines()
+        names, row = (next(x for x in lines if x.startswith(begin)).split(",") for begin in ("t,", "0,"))
+        published = [float(x) for name, x in zip(names, row) if name.startswith("lambda")]
+        for a, b in zip(found, [-x for x in published]):  # their gap is the other way round
+            self.assertAlmostEqual(a, b, delta=1e-11)
+
+    def test_reduced(self):
+        """The reduced ODE beside the whole system; rates of dependent angles do not enter it."""
+        for name in ("bench/peers/four_bar_10.yaml", "examples/n_four_bar/n_four_bar.yaml"):
+            given = started(name)
+            mechanism = planar.Planar(given)
+            variables, rates = mechanism.reduced([0])
+            state = {f"v{k}": 1e9 for k in range(given.n)}
+            state |= {x.of[0]: (given.q if x.of[0][0] == "q" else given.qd)[int(x.of[0][1:])] for x in variables}
+            whole = mechanism.accelerations()
+            self.assertAlmostEqual(self.value(mechanism, rates[-1], state), whole[0], delta=1e-12 * (1 + abs(whole[0])))
+            for x, rate in zip(rates, given.qd):
+                self.assertAlmostEqual(self.value(mechanism, x, state), rate, delta=1e-12)
+
+    def test_derivatives(self):
+        given = started("examples/andrews/andrews.yaml")
+        mechanism = planar.Planar(given)
+        variables, rates = mechanism.descriptor()
+        start = dict(zip((x.of[0] for x in variables), [q + 0.1 for q in given.q] + [v + 1 for v in given.qd] + [0.3] * 13))
+        wanted = [(mechanism.graph.derivative(f, v), f, v) for v in (variables[1], variables[2], variables[9]) for f in rates[14:]]
+        here = mechanism.graph.values(start)
+        number = lambda values, x: values[x] if isinstance(x, planar.Node) else x
+        for v in (variables[1], variables[2], variables[9]):
+            low, high = (mechanism.graph.values({**start, v.of[0]: start[v.of[0]] + h}) for h in (-1e-5, 1e-5))
+            for slope, f, by in wanted:
+                if by is v:
+                    two_sided = (number(high, f) - number(low, f)) / 2e-5
+                    self.assertAlmostEqual(number(here, slope), two_sided, delta=1e-6 * (1 + abs(two_sided)))
+
+
+ROBOT = """<robot name="r"><link name="base"><inertial><mass value="2"/><origin xyz="0 0 1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="box"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="arm"><inertial><mass value="1"/><origin xyz="1 0 0"/><inertia ixx="1" iyy="2" izz="3" ixy="0.5" ixz="0" iyz="0"/></inertial></link>
+<joint name="f" type="fixed"><parent link="base"/><child link="box"/><origin xyz="0 0 -1"/></joint>
+<joint name="j" type="revolute"><parent link="box"/><child link="arm"/><origin xyz="0 0 3" rpy="0 0 1.5707963267948966"/><axis xyz="1 0 0"/></joint>
+</robot>"""
+
+
+class Robots(unittest.TestCase):
+    def test_urdf(self):
+        """Links that are fixed are one body; axes are the ground's."""
+        with tempfile.TemporaryDirectory() as folder:
+            source, path = pathlib.Path(folder, "r.urdf"), pathlib.Path(folder, "r.yaml")
+            source.write_text(ROBOT)
+            path.write_text(urdf.model(source, "r"))
+            given = tree.Tree(tree.show(KEMPE, path), loops=False)
+        base, arm = given.bodies
+        self.assertTrue(given.is_free(0))
+        self.assertEqual((base["mass"], base["com"], base["inertia"]["xx"], base["inertia"]["zz"]), (4, [0, 0, 0], 6, 2))
+        near = lambda a, b: self.assertTrue(all(abs(x - y) < 1e-12 for x, y in zip(a, b)), f"{a} {b}")
+        near(arm["at"], [0, 0, 2])                        # above the box, which is below the base
+        near(arm["com"], [0, 1, 0])
+        near([arm["inertia"][k] for k in tree.KEYS], [2, 1, 3, -0.5, 0, 0])
+        near(arm["motions"][0][1], [0, 1, 0])
 
 
 if __name__ == "__main__":

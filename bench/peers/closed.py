@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A plane mechanism with closed loops by a peer that is called from Python:
 
-    closed.py exudyn|mujoco|drake|scipy TREE.json T_END SECONDS [CODE]
+    closed.py exudyn|mujoco|drake|scipy|heyoka TREE.json T_END SECONDS [CODE]
 
 Prints a line a setting: `way|setting|seconds of processor time|q ...`, q empty where the run broke off. A way goes to finer
 settings until a run has taken SECONDS. CODE: the folder of equations that `kempe generate --lang python` wrote, for scipy.
@@ -221,7 +221,38 @@ def scipy(given, end, code):
         sweep(f"scipy {method}, rtol", [10.0**-k for k in range(3, 14)], lambda rtol: run(rtol, method))
 
 
+def heyoka(given, end):
+    """Taylor's method of a reduced ODE (planar.py), one step's recursion compiled for each tolerance, which takes time of its own."""
+    import heyoka as hy
+    sys.path.insert(0, str(pathlib.Path(__file__).parent))
+    import planar
+    mechanism = planar.Planar(given)
+    variables, rates = mechanism.reduced(given.independent)
+    names = [x.of[0] for x in variables]
+    by_name = dict(zip(names, hy.make_vars(*names)))
+    made = mechanism.graph.elsewhere(by_name, {"sin": hy.sin, "cos": hy.cos, "sqrt": hy.sqrt}, rates)
+    start = [given.q[int(x[1:])] if x[0] == "q" else given.qd[int(x[1:])] for x in names]
+    ready = {}
+
+    def run(tolerance):
+        if tolerance not in ready:
+            begin = time.process_time()
+            ready[tolerance] = hy.taylor_adaptive([(by_name[x], f) for x, f in zip(names, made)], start, tol=tolerance,
+                                                  compact_mode=given.n > 20)
+            print(f"heyoka, tolerance {tolerance:g}: compiled in {time.process_time() - begin:.2f} s", file=sys.stderr)
+        integrator, count, begin = ready[tolerance], 0, time.process_time()
+        while count == 0 or time.process_time() - begin < 0.02:
+            integrator.state[:] = start
+            integrator.time = 0.0
+            outcome = integrator.propagate_until(end)[0]
+            count += 1
+        seconds = (time.process_time() - begin) / count
+        return seconds, integrator.state[:given.n] if outcome == hy.taylor_outcome.time_limit else None
+
+    sweep("heyoka Taylor, reduced ODE, tolerance", [10.0**-k for k in range(3, 17)], run)
+
+
 if __name__ == "__main__":
     LIMIT = float(sys.argv[4])
     given, end = Given(sys.argv[2]), float(sys.argv[3])
-    {"exudyn": exudyn, "mujoco": mujoco, "drake": drake, "scipy": scipy}[sys.argv[1]](given, end, *sys.argv[5:6 if sys.argv[1] == "scipy" else 5])
+    {"exudyn": exudyn, "mujoco": mujoco, "drake": drake, "scipy": scipy, "heyoka": heyoka}[sys.argv[1]](given, end, *sys.argv[5:6 if sys.argv[1] == "scipy" else 5])
