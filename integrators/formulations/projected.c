@@ -346,7 +346,9 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     bool solves = made && kind != &kmp_formulation_near_singular;
     d->due = solves ? kmp_solved_wait(d->eval, d->part, operations_by_parts(d)) : LONG_MAX;
     bool failed = !made || d->due < 0;
-    if (!failed && (d->due == 0 || start->lanes) && !start->brief)
+    if (start->lanes && d->due < LONG_MAX)
+        d->due = 0;
+    if (!failed && d->due == 0 && !start->brief)
         failed = renew_solved(d, start->t, start->q) != KMP_GO;
     if (failed) {
         (void)kmp_fail_memory(start->system->context);
