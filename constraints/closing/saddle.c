@@ -9,6 +9,8 @@
 
 /* Sparse from this size, with fewer than one in SPARSE_BELOW entries nonzero. */
 enum { SPARSE_FROM = 48, SPARSE_BELOW = 8 };
+/* Cost of filling an entry of a dense matrix, in operations of straight code. */
+#define FILLING 4.0
 
 /* -- dense and sparse -------------------------------------------------------------------------------- */
 
@@ -243,6 +245,17 @@ int kmp_saddle_factor(kmp_saddle *saddle)
 double kmp_saddle_operations(const kmp_saddle *saddle)
 {
     return saddle->sparse ? kmp_sparse_operations(saddle->sparse) : 0;
+}
+
+double kmp_saddle_cost(const kmp_saddle *saddle)
+{
+    bool by_bodies = saddle->way == KMP_SADDLE_BY_BODIES;
+    if (saddle->sparse)
+        return KMP_SPARSE_COST * kmp_sparse_operations(saddle->sparse);
+    int size = by_bodies ? saddle->r : saddle->n + saddle->r;
+    kmp_flops f = by_bodies ? kmp_cholesky_factor_flops(size) : kmp_lu_flops(size);
+    double entries = by_bodies ? 2.0 * saddle->eval->system->compliance.count : 0;
+    return KMP_LOOPS_COST * ((double)f.add + (double)f.mul + (double)f.div) + FILLING * size * size + entries;
 }
 
 /* Computes x and the multipliers behind it. Input: the right-hand side of M in x, by bodies y; and b (NULL: zero), by

@@ -61,6 +61,10 @@ double kmp_saddle_spread(const kmp_saddle *saddle);
 /** Operation count of one factorisation and solution when sparse, from its pattern; 0 when dense. */
 double kmp_saddle_operations(const kmp_saddle *saddle);
 
+/** The cost of a factorisation and a solution, whatever the way, in operations of straight code. */
+double kmp_saddle_cost(const kmp_saddle *saddle);
+#define KMP_LOOPS_COST 2.0 /* of an operation in the loops of dense factors, or of a reduction */
+
 /** x (n) and a (m; zero for dropped rows; NULL: not wanted) of f (n; NULL: zero) and b (m; NULL: zero). Without f: the
  * mass-orthogonal correction x, of least qd-norm with J x = -b. Not by bodies. */
 void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a);

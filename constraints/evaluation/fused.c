@@ -24,8 +24,7 @@ struct kmp_fused {
 /* True if all numbers come from the program, and the linear algebra is small. */
 static bool can_be(const kmp_reduction *red)
 {
-    return red->p <= KMP_FUSED_FREEDOMS && red->eval->system->motion->block_count == 0 &&
-           kmp_block_largest(red->block) <= KMP_FUSED_BLOCK;
+    return red->p <= KMP_FUSED_FREEDOMS && red->eval->system->motion->block_count == 0 && kmp_written_blocks_fit(red);
 }
 
 /* Computes the product of the pivots' signs in each block; pivots are written from the last block to the first. false:
@@ -80,7 +79,7 @@ static kmp_program *write_program(kmp_fused *f)
     int *order = KMP_ARENA_NEW(&f->arena, int, f->red->r);
     if (!order)
         return NULL;
-    kmp_fused_order(f->red, order);
+    kmp_written_order(f->red, order);
     const kmp_fused_plan plan = {order, s->row_scale, s->dissipative};
     return kmp_fused_write(f->red, &plan, &f->layout);
 }
@@ -177,7 +176,7 @@ bool kmp_fused_is_stale(kmp_fused *f)
 static bool is_good(const kmp_fused *f, const double *multiplier)
 {
     for (int k = 0; k < f->layout.multipliers; k++)
-        if (!(fabs(multiplier[k] * f->layout.factor[k]) <= KMP_FUSED_MULTIPLIER))
+        if (!(fabs(multiplier[k] * f->layout.factor[k]) <= KMP_WRITTEN_MULTIPLIER))
             return false;
     return true;
 }

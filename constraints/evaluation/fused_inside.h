@@ -3,12 +3,9 @@
 #ifndef KMP_CONSTRAINTS_EVALUATION_FUSED_INSIDE_H
 #define KMP_CONSTRAINTS_EVALUATION_FUSED_INSIDE_H
 
-#include "constraints/partition/reduction.h"
+#include "constraints/evaluation/written_blocks.h"
 
-enum { KMP_FUSED_FREEDOMS = 8, KMP_FUSED_BLOCK = 24 }; /* bounds: independent coordinates, rows of a block of Jv */
-
-/** Largest multiplier of the elimination, rows scaled, for which its order is good. */
-#define KMP_FUSED_MULTIPLIER 10.0
+enum { KMP_FUSED_FREEDOMS = 8 }; /* bound: independent coordinates */
 
 /* Stages: qd of v from (t, q) and qd of u; udd, then the pivots of the reduced mass; values for the end of a step.
  * Without user-defined forces, which are functions of qd, the first stage has all of these: udd, qd of v, pivots. */
@@ -27,9 +24,6 @@ typedef struct kmp_fused_plan {
     const double *row_scale; /* m */
     bool power;              /* power of non-conservative forces, after the pivots of the reduced mass */
 } kmp_fused_plan;
-
-/** The order in which partial pivoting takes the rows at the evaluator's last closure. */
-void kmp_fused_order(const kmp_reduction *red, int *order);
 
 /** Writes the program; NULL: no memory. */
 kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout);

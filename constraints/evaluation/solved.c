@@ -6,8 +6,14 @@
 #include "constraints/evaluation/written.h"
 #include "constraints/tolerances.h"
 #include <float.h>
+#include <limits.h>
 #include <math.h>
 #include <string.h>
+
+/* Cost of making the program, in operations for each of its own: measured by bench/evaluations.c, 450 to 1200. */
+#define MAKING 700.0
+/* Fewer evaluations than this are those of some dozen steps, which nearly every run takes. */
+#define AT_ONCE 200.0
 
 struct kmp_solved {
     kmp_evaluator *eval;
@@ -15,51 +21,99 @@ struct kmp_solved {
     kmp_written_machine made;
     kmp_solved_layout layout;
     bool by_bodies;
-    double *effort;     /* n; NULL: there are none */
-    double *still;      /* n: zero */
-    const double *open; /* n: of the last END */
+    const kmp_reduction *red; /* of a state; NULL: of q and qd */
+    double *effort;           /* n; NULL: there are none */
+    double *state;            /* 2 n: a state and the rates of v; or zero rates */
+    double *q, *qd;           /* n: of a state, for the efforts */
+    const double *end;        /* outputs of the last END */
+    double *factor;           /* of multipliers */
 };
 
 /* -- making -------------------------------------------------------------------------------------------- */
 
 /* False: no memory. */
-static bool make(kmp_solved *solved, const kmp_partition *part)
+static bool write_program(kmp_solved *solved, const kmp_partition *part)
 {
-    kmp_program *program;
-    const kempe_system *s = solved->eval->system;
-    if (!kmp_solved_write(solved->eval, part, &program, &solved->by_bodies, &solved->layout))
+    kmp_solved_plan plan = {.part = part, .red = solved->red};
+    kmp_solved_written written;
+    if (plan.red) {
+        int *order = KMP_ARENA_NEW(&solved->arena, int, part->r);
+        if (!order)
+            return false;
+        kmp_written_order(plan.red, order);
+        plan.order = order;
+    }
+    if (!kmp_solved_write(solved->eval, &plan, &written))
         return false;
-    if (!program)
-        return true;
-    solved->effort = s->force ? KMP_ARENA_NEW(&solved->arena, double, s->n) : NULL;
-    solved->still = KMP_ARENA_NEW(&solved->arena, double, s->n);
-    return kmp_written_machine_init(&solved->made, solved->eval, program) && !solved->arena.failed;
+    solved->by_bodies = written.by_bodies;
+    solved->layout = written.layout;
+    solved->factor = written.factor;
+    return !written.program || kmp_written_machine_init(&solved->made, solved->eval, written.program);
 }
 
-/* Pivots do not depend on rates, which may be zero here. */
-static bool is_good_here(kmp_solved *solved)
+/* False: no memory. */
+static bool make(kmp_solved *solved, const kmp_partition *part)
 {
+    const kempe_system *s = solved->eval->system;
+    solved->effort = s->force ? KMP_ARENA_NEW(&solved->arena, double, s->n) : NULL;
+    solved->state = KMP_ARENA_NEW(&solved->arena, double, 2 * s->n);
+    return KMP_ARENA_EACH(&solved->arena, double, s->n, &solved->q, &solved->qd) && write_program(solved, part);
+}
+
+/* Sets the state of q at zero rates. */
+static const double *put_still(kmp_solved *solved, const kmp_partition *part, const double *q)
+{
+    for (int c = 0; c < part->p; c++)
+        solved->state[c] = q[part->u[c]];
+    for (int i = 0; i < part->r; i++)
+        solved->state[2 * part->p + i] = q[part->v[i]];
+    return solved->state;
+}
+
+static void run(kmp_solved *solved, double t, const double *q, bool *good)
+{
+    kmp_written_machine_place(&solved->made, t, q);
+    (void)kmp_machine_run(solved->made.machine, KMP_SOLVED_RATES);
+    *good = kmp_solved_is_good(&solved->layout, kmp_machine_run(solved->made.machine, KMP_SOLVED_RUN), 1);
+}
+
+/* Pivots do not depend on rates and efforts, which may be zero here. */
+static bool is_good_here(kmp_solved *solved, const kmp_partition *part)
+{
+    const kmp_evaluator *eval = solved->eval;
     bool good = false;
-    if (solved->made.program)
-        (void)kmp_solved_run(solved, solved->eval->t, solved->eval->q, solved->still, &good);
+    if (!solved->made.program)
+        return false;
+    kmp_machine_set(solved->made.machine, KMP_IN_QD, solved->state);
+    run(solved, eval->t, solved->red ? put_still(solved, part, eval->q) : eval->q, &good);
     return good;
 }
 
-kempe_status kmp_solved_new(kmp_solved **out, kmp_evaluator *eval, const kmp_partition *part)
+static kempe_status make_new(kmp_solved **out, kmp_evaluator *eval, const kmp_partition *part, const kmp_reduction *red)
 {
     *out = NULL;
     kmp_solved *solved = KMP_NEW(kmp_solved, 1);
     if (solved)
-        *solved = (kmp_solved){.eval = eval};
+        *solved = (kmp_solved){.eval = eval, .red = red};
     if (!solved || !make(solved, part)) {
         kmp_solved_free(solved);
         return kmp_fail_memory(eval->system->context);
     }
-    if (is_good_here(solved))
+    if (is_good_here(solved, part))
         *out = solved;
     else
         kmp_solved_free(solved);
     return KEMPE_OK;
+}
+
+kempe_status kmp_solved_new(kmp_solved **out, kmp_evaluator *eval, const kmp_partition *part)
+{
+    return make_new(out, eval, part, NULL);
+}
+
+kempe_status kmp_solved_new_reduced(kmp_solved **out, const kmp_reduction *red)
+{
+    return make_new(out, red->eval, red->part, red);
 }
 
 void kmp_solved_free(kmp_solved *solved)
@@ -68,6 +122,7 @@ void kmp_solved_free(kmp_solved *solved)
         return;
     kmp_written_machine_free(&solved->made);
     kmp_arena_free(&solved->arena);
+    kmp_free(solved->factor);
     kmp_free(solved);
 }
 
@@ -78,12 +133,21 @@ const kmp_solved_layout *kmp_solved_layout_of(const kmp_solved *solved)
 
 kmp_counts kmp_solved_count(const kmp_solved *solved)
 {
-    return kmp_program_count(solved->made.program, KMP_SOLVED_RUN, KMP_SOLVED_RUN);
+    return kmp_program_count(solved->made.program, KMP_SOLVED_RATES, KMP_SOLVED_RUN);
 }
 
 bool kmp_solved_by_bodies(const kmp_solved *solved)
 {
     return solved->by_bodies;
+}
+
+long kmp_solved_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations)
+{
+    double own = kmp_solved_operations(eval, part), saved = operations - own;
+    if (own < 0)
+        return -1;
+    double wait = saved > 0 ? MAKING * own / saved : INFINITY;
+    return wait < AT_ONCE ? 0 : wait < 1e9 ? (long)wait : LONG_MAX;
 }
 
 /* -- running ------------------------------------------------------------------------------------------- */
@@ -120,21 +184,78 @@ const double *kmp_solved_run(kmp_solved *solved, double t, const double *q, cons
     return out;
 }
 
+/* Forces of the user at a state, whose rates of v are known. */
+static void put_efforts(kmp_solved *solved, double t, const double *y, const double *rate)
+{
+    const kmp_partition *part = solved->red->part;
+    int p = part->p, r = part->r;
+    for (int c = 0; c < p; c++) {
+        solved->q[part->u[c]] = y[c];
+        solved->qd[part->u[c]] = y[p + c];
+    }
+    for (int i = 0; i < r; i++) {
+        solved->q[part->v[i]] = y[2 * p + i];
+        solved->qd[part->v[i]] = solved->state[2 * p + r + i] = rate[i];
+    }
+    kmp_machine_set(solved->made.machine, KMP_IN_QD, solved->state);
+    kmp_system_effort(solved->eval->system, t, solved->q, solved->qd, solved->effort);
+    kmp_machine_set(solved->made.machine, KMP_IN_EFFORT, solved->effort);
+}
+
+void kmp_solved_run_state(kmp_solved *solved, double t, const double *y, double *dy, double *power, bool *good)
+{
+    const kmp_solved_layout *l = &solved->layout;
+    size_t p = (size_t)solved->red->p, r = (size_t)solved->red->r;
+    kmp_machine *machine = solved->made.machine;
+    kmp_written_machine_place(&solved->made, t, y);
+    const double *rates = solved->effort ? kmp_machine_run(machine, KMP_SOLVED_RATES) : NULL;
+    if (rates)
+        put_efforts(solved, t, y, rates);
+    const double *out = kmp_machine_run(machine, KMP_SOLVED_RUN);
+    rates = rates ? rates : out + l->rates;
+    memcpy(dy, y + p, p * sizeof *dy);
+    memcpy(dy + p, out + l->qdd, p * sizeof *dy);
+    memcpy(dy + 2 * p, rates, r * sizeof *dy);
+    if (power)
+        *power = out[l->power];
+    *good = kmp_solved_is_good(l, out, 1);
+}
+
 void kmp_solved_lend(kmp_solved *solved, double t, const double *q)
 {
     const kmp_solved_layout *l = &solved->layout;
     const double *out = kmp_machine_run(solved->made.machine, KMP_SOLVED_END);
     kmp_eval_lend_closure(solved->eval, t, q, out + l->h, out + l->jacobian, l->h_t >= 0 ? out + l->h_t : NULL);
-    solved->open = out + l->open;
+    solved->end = out;
 }
 
 bool kmp_solved_is_cancelled(const kmp_solved *solved, double rtol, double rate_scale)
 {
-    const double *scale = solved->eval->system->scale;
+    const double *scale = solved->eval->system->scale, *open = solved->end + solved->layout.open;
     double most = 0;
     for (int i = 0; solved->layout.r > 0 && i < solved->layout.n; i++)
-        most = isfinite(solved->open[i]) ? fmax(most, fabs(solved->open[i]) / scale[i]) : INFINITY;
+        most = isfinite(open[i]) ? fmax(most, fabs(open[i]) / scale[i]) : INFINITY;
     return DBL_EPSILON * most > KMP_MARGIN_CANCELLED * rtol * rate_scale * rate_scale;
+}
+
+static bool order_is_good(const kmp_solved *solved, const double *end)
+{
+    for (int k = 0; k < solved->layout.multipliers; k++)
+        if (!(fabs(end[solved->layout.multiplier + k] * solved->factor[k]) <= KMP_WRITTEN_MULTIPLIER))
+            return false;
+    return true;
+}
+
+bool kmp_solved_order_is_good(const kmp_solved *solved)
+{
+    return order_is_good(solved, solved->end);
+}
+
+bool kmp_solved_order_is_good_at(kmp_solved *solved, double t, const double *y)
+{
+    bool good;
+    run(solved, t, y, &good);
+    return good && order_is_good(solved, kmp_machine_run(solved->made.machine, KMP_SOLVED_END));
 }
 
 void kmp_solved_correct(kmp_solved *solved, const double *violation, double *dx)

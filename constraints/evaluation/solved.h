@@ -13,21 +13,26 @@
 #include "backend/lanes.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/partition/partition.h"
+#include "constraints/partition/reduction.h"
 
 /* Stages. RUN has the inputs KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD and, with a user-defined force, KMP_IN_EFFORT. END has
  * the values of the closures at the place of RUN, and what kmp_solved_is_cancelled needs. CORRECT has the input
- * KMP_IN_MU, a violation by rows of h (m; those that are not independent are not read), and uses the factors of RUN. */
-enum { KMP_SOLVED_RUN = 1, KMP_SOLVED_END, KMP_SOLVED_CORRECT };
+ * KMP_IN_MU, a violation by rows of h (m; those that are not independent are not read), and uses the factors of RUN.
+ *
+ * Of a state (u, ud, v) of the reduced formulation, given as KMP_IN_Q, RUN gives udd and qd of v. Where a user-defined
+ * force needs qd of v before, RATES gives that; otherwise RATES has nothing and need not be run. */
+enum { KMP_SOLVED_RATES = 1, KMP_SOLVED_RUN, KMP_SOLVED_END, KMP_SOLVED_CORRECT };
 
 /** Positions of the outputs in their stages. */
 typedef struct kmp_solved_layout {
-    int n, r, pivots;     /* coordinates, independent rows, pivots */
-    int qdd, lambda;      /* RUN: n; r, by independent rows in the order of the partition */
+    int n, r, pivots, multipliers; /* coordinates, independent rows, pivots, multipliers of the elimination */
+    int qdd, lambda;      /* RUN: n; r, by independent rows in the order of the partition. Of a state: p, udd; none */
+    int rates;            /* of a state: r, qd of v, in RUN or in RATES */
     int power;            /* RUN: of non-conservative forces, user-defined forces and moving closures; -1: none */
     int pivot, diagonal;  /* RUN: pivots of M (none by articulated bodies), then of S; the diagonals of M and S */
     int h, jacobian, h_t; /* END: m, jacobian.count, m; h_t is -1 if there is none */
     int open;             /* END: n, accelerations with the loops open */
+    int multiplier;       /* END: of a state: multipliers of the elimination of v */
     int dx;               /* CORRECT: n, the mass-orthogonal correction with J dx = -violation */
 } kmp_solved_layout;
 
@@ -36,6 +41,13 @@ typedef struct kmp_solved kmp_solved;
 /** Makes the program for the partition's independent rows. *solved is NULL if there is none: implicit blocks, forces
  * that depend on multipliers, too many operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */
 kempe_status kmp_solved_new(kmp_solved **solved, kmp_evaluator *eval, const kmp_partition *part);
+/** The number of evaluations of so many operations after which the program pays: as many as it saves in its making. A
+ * run that ends before does without. 0: so few that it is made at once; LONG_MAX: it never does; -1: no memory. */
+long kmp_solved_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations);
+
+/** Makes the program for states (u, ud, v) of a reduction with its factors at the evaluator's last closure, whose
+ * values determine the order of elimination of v. Results as kmp_solved_new. */
+kempe_status kmp_solved_new_reduced(kmp_solved **solved, const kmp_reduction *red);
 void kmp_solved_free(kmp_solved *solved);
 
 const kmp_solved_layout *kmp_solved_layout_of(const kmp_solved *solved);
@@ -52,6 +64,14 @@ bool kmp_solved_is_stale(kmp_solved *solved);
 /** Runs at (t, q, qd), with the evaluator's charts and frozen conditions. Returns the outputs of RUN, valid until the
  * next run, which may be NaN. *good: pivots are positive and have not lost many digits. No allocation. */
 const double *kmp_solved_run(kmp_solved *solved, double t, const double *q, const double *qd, bool *good);
+
+/** Evaluates at a state y = (u, ud, v): dy = (ud, udd, vd), and the power (NULL: not wanted). Otherwise as
+ * kmp_solved_run. */
+void kmp_solved_run_state(kmp_solved *solved, double t, const double *y, double *dy, double *power, bool *good);
+
+/** True if the order of elimination of v is good at the place of the last kmp_solved_lend, or at (t, y). */
+bool kmp_solved_order_is_good(const kmp_solved *solved);
+bool kmp_solved_order_is_good_at(kmp_solved *solved, double t, const double *y);
 
 /** True if the pivots of a run are good: outputs of RUN, of which value k is at k stride. */
 bool kmp_solved_is_good(const kmp_solved_layout *layout, const double *out, int stride);

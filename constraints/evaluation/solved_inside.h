@@ -4,14 +4,30 @@
 #define KMP_CONSTRAINTS_EVALUATION_SOLVED_INSIDE_H
 
 #include "constraints/evaluation/solved.h"
+#include "constraints/evaluation/written_blocks.h"
 
 /** Most unknowns, qdd and lambda, and most operations of a run: the preparation takes microseconds an operation, and
  * code beyond the second cache is no faster than loops over entries. */
 enum { KMP_SOLVED_UNKNOWNS = 400, KMP_SOLVED_OPERATIONS = 100000 };
 
-/** Writes the program of the cheaper dynamics, of those that the evaluator has. *program is NULL if there is none.
- * False: no memory. */
-bool kmp_solved_write(const kmp_evaluator *eval, const kmp_partition *part, kmp_program **program, bool *by_bodies,
-                      kmp_solved_layout *layout);
+/* Unknowns of the program: q and qd, or a state (u, ud, v) of a reduction with its order of elimination. */
+typedef struct kmp_solved_plan {
+    const kmp_partition *part;
+    const kmp_reduction *red; /* NULL: q and qd */
+    const int *order;         /* kmp_written_order */
+} kmp_solved_plan;
+
+typedef struct kmp_solved_written {
+    kmp_program *program; /* NULL: there is none */
+    bool by_bodies;
+    kmp_solved_layout layout;
+    double *factor; /* of each multiplier of the elimination: its factor from row scaling; the caller's */
+} kmp_solved_written;
+
+/** Operations of a run, before it is written; infinite if there is none, -1: no memory. */
+double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part);
+
+/** Writes the program of the cheaper dynamics, of those that the evaluator has. False: no memory. */
+bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *plan, kmp_solved_written *written);
 
 #endif

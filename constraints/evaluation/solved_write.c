@@ -9,7 +9,7 @@
 #include "constraints/evaluation/solved_inside.h"
 #include "constraints/evaluation/written.h"
 #include "constraints/evaluation/written_ldl.h"
-#include <string.h>
+#include <math.h>
 
 /* A way to solve, before anything is written. */
 typedef struct plan {
@@ -24,6 +24,9 @@ typedef struct maker {
     const kmp_evaluator *eval;
     const kempe_system *s;
     const kmp_partition *part;
+    const kmp_reduction *red; /* of the state (u, ud, v); NULL: of q and qd */
+    kmp_written_blocks jv;    /* of such a state */
+    kmp_ref *rate, *right;    /* r: qd of v; right-hand side */
     kmp_arena arena;
     plan plan;
     kmp_written w;
@@ -62,7 +65,7 @@ static void mark(const kempe_system *s, const plan *p, const int *position, int 
 static bool analyse(maker *k, bool by_bodies, plan *p)
 {
     const kempe_system *s = k->s;
-    const kmp_program *source = by_bodies ? s->articulated : s->motion;
+    double source = kmp_written_operations(k->eval, by_bodies);
     *p = (plan){.by_bodies = by_bodies, .coordinates = by_bodies ? 0 : k->n};
     int size = p->coordinates + k->r;
     unsigned char *pattern = KMP_NEW(unsigned char, (size_t)size *(size_t)size);
@@ -70,9 +73,8 @@ static bool analyse(maker *k, bool by_bodies, plan *p)
         mark(s, p, k->position, size, pattern);
     bool made = pattern && kmp_written_ldl_analyse(&p->ldl, &k->arena, size, p->coordinates, pattern);
     kmp_free(pattern);
-    p->operations = (double)p->ldl.operations + (by_bodies ? 2.0 * s->compliance.count : 0) +
-                    (double)kmp_program_count(source, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
-    return made;
+    p->operations = (double)p->ldl.operations + (by_bodies ? 2.0 * s->compliance.count : 0) + source;
+    return made && source >= 0;
 }
 
 /* Plans the cheaper way. False: no memory. */
@@ -175,7 +177,7 @@ static void sum_power(maker *k)
     k->power = k->w.power;
     for (int i = 0; k->s->force && i < k->n; i++)
         kmp_written_add_product(k->g, &k->power, kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i),
-                                kmp_input(k->g, KMP_IN_QD, (uint32_t)i));
+                                kmp_written_rate(&k->w, k->red ? k->part : NULL, i));
     for (int i = 0; k->w.h_t && i < k->r; i++)
         kmp_written_add_product(k->g, &k->power, kmp_neg(k->lambda[i]), k->w.h_t[k->part->rows[i]]);
 }
@@ -185,14 +187,17 @@ static void sum_power(maker *k)
 static kmp_solved_layout lay_out(const maker *k)
 {
     const kempe_system *s = k->s;
-    kmp_solved_layout l = {.n = k->n, .r = k->r, .pivots = k->size};
-    l.lambda = l.qdd + k->n;
-    l.power = s->dissipative ? l.lambda + k->r : -1;
-    l.pivot = l.lambda + k->r + s->dissipative;
+    kmp_solved_layout l = {.n = k->n, .r = k->r, .pivots = k->size, .multipliers = k->jv.multipliers};
+    l.lambda = k->red ? k->part->p : k->n;
+    l.rates = s->force ? 0 : l.lambda;
+    l.power = l.lambda + (k->red && s->force ? 0 : k->r);
+    l.pivot = l.power + s->dissipative;
+    l.power = s->dissipative ? l.power : -1;
     l.diagonal = l.pivot + l.pivots;
     l.jacobian = l.h + s->m;
     l.h_t = s->rheonomic ? l.jacobian + s->jacobian.count : -1;
     l.open = kmp_written_closure_count(s);
+    l.multiplier = l.open + k->n;
     return l;
 }
 
@@ -200,19 +205,30 @@ static kmp_program *schedule(maker *k)
 {
     kmp_written *w = &k->w;
     int closures = kmp_written_closure_count(k->s);
-    if (!kmp_written_room(w, 3 * k->n + k->r + 1 + 2 * k->size + closures))
+    if (!kmp_written_room(w, 3 * k->n + 2 * k->r + k->jv.multipliers + 1 + 2 * k->size + closures))
         return NULL;
     kmp_written_stage(w);
-    kmp_written_put(w, k->n, k->qdd);
-    kmp_written_put(w, k->r, k->lambda);
+    if (k->red && k->s->force)
+        kmp_written_put(w, k->r, k->rate);
+    kmp_written_stage(w);
+    for (int i = 0; k->red && i < k->part->p; i++)
+        kmp_written_put(w, 1, &k->qdd[k->part->u[i]]);
+    if (k->red && !k->s->force)
+        kmp_written_put(w, k->r, k->rate);
+    if (!k->red) {
+        kmp_written_put(w, k->n, k->qdd);
+        kmp_written_put(w, k->r, k->lambda);
+    }
     kmp_written_put(w, k->s->dissipative, &k->power);
     kmp_written_put(w, k->size, k->pivot);
     kmp_written_put(w, k->size, k->diagonal);
     kmp_written_stage(w);
     kmp_written_put(w, closures, w->closure);
     kmp_written_put(w, k->n, k->open);
+    kmp_written_put(w, k->jv.multipliers, k->jv.multiplier);
     kmp_written_stage(w);
-    kmp_written_put(w, k->n, k->dx);
+    if (!k->red)
+        kmp_written_put(w, k->n, k->dx);
     return kmp_written_program(w);
 }
 
@@ -220,21 +236,44 @@ static kmp_program *schedule(maker *k)
 static bool begin(maker *k)
 {
     int efforts = k->plan.by_bodies && !k->s->force ? k->n : 0;
-    if (!kmp_written_init(&k->w, k->eval, k->plan.by_bodies, efforts))
+    if (!kmp_written_init(&k->w, k->eval, k->plan.by_bodies, efforts + (k->red ? 2 * k->n : 0)))
         return false;
     k->g = k->w.g;
     for (int i = 0; i < efforts; i++)
         kmp_written_replace(&k->w, KMP_IN_EFFORT, i, KMP_ZERO);
     k->size = k->plan.ldl.size;
     k->matrix = KMP_ARENA_NEW(&k->arena, kmp_ref, (size_t)k->size * (size_t)k->size);
-    k->lambda = KMP_ARENA_NEW(&k->arena, kmp_ref, k->r);
+    KMP_ARENA_EACH(&k->arena, kmp_ref, k->r, &k->lambda, &k->rate, &k->right);
+    if (k->red)
+        kmp_written_take_state(&k->w, k->part);
     KMP_ARENA_EACH(&k->arena, kmp_ref, k->size, &k->x, &k->pivot, &k->diagonal);
     return KMP_ARENA_EACH(&k->arena, kmp_ref, k->n, &k->qdd, &k->dx, &k->open) && kmp_written_import(&k->w);
+}
+
+/* qd of v: -Jv^-1 (Ju ud + h_t). */
+static bool make_rates(maker *k)
+{
+    if (!kmp_written_blocks_init(&k->jv, &k->arena, k->g, k->w.jacobian))
+        return false;
+    for (int i = 0; i < k->r; i++) {
+        k->right[i] = k->w.h_t ? k->w.h_t[k->part->rows[i]] : KMP_ZERO;
+        for (int c = 0; c < k->part->p; c++)
+            kmp_written_add_product(k->g, &k->right[i], k->jv.ju[i * k->part->p + c],
+                                    kmp_written_rate(&k->w, k->part, k->part->u[c]));
+        k->right[i] = kmp_neg(k->right[i]);
+    }
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
+        kmp_written_blocks_factor(&k->jv, number);
+        kmp_written_blocks_solve(&k->jv, number, 1, k->right, k->rate);
+    }
+    return k->s->force || kmp_written_take_rates(&k->w, k->part, k->rate);
 }
 
 /* NULL: no memory, or a pivot is zero. */
 static kmp_program *write_program(maker *k)
 {
+    if (k->red && !make_rates(k))
+        return NULL;
     fill_matrix(k);
     kmp_written_add_efforts(&k->w);
     if (!kmp_written_ldl_factor(&k->plan.ldl, &k->arena, k->g, k->matrix))
@@ -257,23 +296,51 @@ static bool place_rows(maker *k)
     return k->position;
 }
 
-static bool fits(const kempe_system *s, int unknowns)
+static bool fits(const kempe_system *s, const kmp_partition *part)
 {
-    return s->motion->block_count == 0 && s->load_row_count == 0 && unknowns <= KMP_SOLVED_UNKNOWNS;
+    return s->motion->block_count == 0 && s->load_row_count == 0 && part->n + part->r <= KMP_SOLVED_UNKNOWNS;
 }
 
-bool kmp_solved_write(const kmp_evaluator *eval, const kmp_partition *part, kmp_program **program, bool *by_bodies,
-                      kmp_solved_layout *layout)
+double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part)
 {
     maker k = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
+    if (!fits(k.s, part))
+        return INFINITY;
+    double operations = place_rows(&k) && choose(&k) ? k.plan.operations : -1;
+    kmp_arena_free(&k.arena);
+    return operations > KMP_SOLVED_OPERATIONS ? INFINITY : operations;
+}
+
+/* The factors of the multipliers are the caller's. */
+static bool take_factors(const maker *k, double **factor)
+{
+    *factor = KMP_NEW(double, 1 + k->jv.multipliers);
+    for (int i = 0; *factor && i < k->jv.multipliers; i++)
+        (*factor)[i] = k->jv.factor[i];
+    return *factor;
+}
+
+bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *asked, kmp_solved_written *written)
+{
+    maker k = {.eval = eval,
+               .s = eval->system,
+               .part = asked->part,
+               .red = asked->red,
+               .jv = {.red = asked->red, .order = asked->order, .row_scale = eval->system->row_scale},
+               .n = asked->part->n,
+               .r = asked->part->r};
     unsigned long failures = kmp_memory_failures();
-    *program = NULL;
-    if (!fits(k.s, k.n + k.r))
+    *written = (kmp_solved_written){0};
+    if (!fits(k.s, asked->part) || (asked->red && !kmp_written_blocks_fit(asked->red)))
         return true;
     if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SOLVED_OPERATIONS && begin(&k)) {
-        *program = write_program(&k);
-        *by_bodies = k.plan.by_bodies;
-        *layout = lay_out(&k);
+        written->program = write_program(&k);
+        written->by_bodies = k.plan.by_bodies;
+        written->layout = lay_out(&k);
+        if (!take_factors(&k, &written->factor)) {
+            kmp_program_free(written->program);
+            written->program = NULL;
+        }
     }
     kmp_written_free(&k.w);
     kmp_arena_free(&k.arena);

@@ -40,6 +40,40 @@ void kmp_written_replace(kmp_written *w, kmp_input_kind kind, int index, kmp_ref
     w->by[w->inputs++] = by;
 }
 
+void kmp_written_take_state(kmp_written *w, const kmp_partition *part)
+{
+    uint32_t p = (uint32_t)part->p, r = (uint32_t)part->r;
+    w->named = w->inputs;
+    for (uint32_t c = 0; c < p; c++) {
+        kmp_written_replace(w, KMP_IN_Q, part->u[c], kmp_input(w->g, KMP_IN_Q, c));
+        kmp_written_replace(w, KMP_IN_QD, part->u[c], kmp_written_rate(w, part, part->u[c]));
+    }
+    for (uint32_t i = 0; i < r; i++) {
+        kmp_written_replace(w, KMP_IN_Q, part->v[i], kmp_input(w->g, KMP_IN_Q, 2 * p + i));
+        kmp_written_replace(w, KMP_IN_QD, part->v[i], kmp_written_rate(w, part, part->v[i]));
+    }
+}
+
+kmp_ref kmp_written_rate(const kmp_written *w, const kmp_partition *part, int coordinate)
+{
+    if (!part)
+        return kmp_input(w->g, KMP_IN_QD, (uint32_t)coordinate);
+    for (int c = 0; c < part->p; c++)
+        if (part->u[c] == coordinate)
+            return kmp_input(w->g, KMP_IN_Q, (uint32_t)(part->p + c));
+    int i = 0;
+    while (part->v[i] != coordinate)
+        i++;
+    return kmp_input(w->g, KMP_IN_QD, (uint32_t)(2 * part->p + part->r + i));
+}
+
+bool kmp_written_take_rates(kmp_written *w, const kmp_partition *part, const kmp_ref *rate)
+{
+    for (int i = 0; i < part->r; i++)
+        w->by[w->named + 2 * (part->p + i) + 1] = rate[i];
+    return kmp_written_import(w);
+}
+
 bool kmp_written_import(kmp_written *w)
 {
     const kempe_system *s = w->s;
@@ -58,6 +92,46 @@ bool kmp_written_import(kmp_written *w)
     w->jdqd = w->bias + s->n;
     w->power = w->source->stages > KMP_STAGE_WORKING ? w->out[first[KMP_STAGE_WORKING]] : KMP_ZERO;
     return true;
+}
+
+/* -- count --------------------------------------------------------------------------------------------- */
+
+typedef enum number { ANY, NUMBER_ZERO, NUMBER_ONE } number;
+
+static number number_of(double x)
+{
+    return x == 0 ? NUMBER_ZERO : x == 1 ? NUMBER_ONE : ANY;
+}
+
+/* What is known of an instruction's value; *free: nothing is computed. */
+static number simplify(const kmp_instruction *in, const number *known, bool *free)
+{
+    number a = known[in->a >> 1], b = kmp_op_arity((kmp_op)in->op) > 1 ? known[in->b >> 1] : ANY;
+    bool product = in->op == KMP_OP_MUL;
+    bool zero = a == NUMBER_ZERO || b == NUMBER_ZERO, both = a == NUMBER_ZERO && b == NUMBER_ZERO;
+    *free = product ? zero || a == NUMBER_ONE || b == NUMBER_ONE : in->op == KMP_OP_ADD && zero;
+    return (product && zero) || (in->op == KMP_OP_ADD && both) ? NUMBER_ZERO : ANY;
+}
+
+double kmp_written_operations(const kmp_evaluator *eval, bool by_bodies)
+{
+    const kmp_program *p = by_bodies ? eval->system->articulated : eval->system->motion;
+    int leaves = p->constant_count + p->input_count;
+    number *known = KMP_NEW(number, leaves + p->code[p->stages]);
+    double count = known ? 0 : -1;
+    for (int k = 0; known && k < p->constant_count; k++)
+        known[k] = number_of(p->constant[k]);
+    for (int k = 0; known && k < p->input_count; k++)
+        if (p->input[k].kind == KMP_IN_CHART)
+            known[p->constant_count + k] = number_of(eval->chart[p->input[k].index]);
+    for (int i = 0; known && i < p->code[KMP_STAGE_BIAS + 1]; i++) {
+        bool free = false;
+        if (kmp_op_form_of((kmp_op)p->instruction[i].op) == KMP_FORM_INFIX)
+            known[leaves + i] = simplify(&p->instruction[i], known, &free);
+        count += i >= p->code[KMP_STAGE_CLOSURE] && !free;
+    }
+    kmp_free(known);
+    return count;
 }
 
 void kmp_written_add_efforts(kmp_written *w)

@@ -5,6 +5,7 @@
 #define KMP_CONSTRAINTS_EVALUATION_WRITTEN_H
 
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/partition/partition.h"
 
 enum { KMP_WRITTEN_STAGES = 4 }; /* bound, without stage 0 */
 
@@ -15,8 +16,8 @@ typedef struct kmp_written {
     kmp_graph *g;
     kmp_arena arena;
     kmp_ref *input, *by; /* inputs of the source, and their replacements */
-    int inputs;
-    kmp_ref *out; /* outputs of the source */
+    int inputs, named;   /* number; the first of those of kmp_written_take_state */
+    kmp_ref *out;        /* outputs of the source */
     /* in `out`: */
     const kmp_ref *closure;               /* h, J and h_t, one after the other */
     const kmp_ref *h, *jacobian, *h_t;    /* m, jacobian.count, m; h_t is NULL if there is none */
@@ -42,6 +43,17 @@ void kmp_written_replace(kmp_written *w, kmp_input_kind kind, int index, kmp_ref
 /** Brings the outputs of the source into the graph, with the present replacements, and sorts them. False: no memory, or
  * implicit blocks. */
 bool kmp_written_import(kmp_written *w);
+
+/** Replaces q and qd by positions in the state (u, ud, v) of a partition, given as q, and in the rates of v, which
+ * follow it, given as qd. Then, where rates of v are expressions (r), imports again with these. */
+void kmp_written_take_state(kmp_written *w, const kmp_partition *part);
+bool kmp_written_take_rates(kmp_written *w, const kmp_partition *part, const kmp_ref *rate);
+
+/** The rate of a coordinate: of such a state, before its rates are expressions, or among qd where part is NULL. */
+kmp_ref kmp_written_rate(const kmp_written *w, const kmp_partition *part, int coordinate);
+
+/** About the operations of an evaluation of the source, with charts as numbers. -1: no memory. */
+double kmp_written_operations(const kmp_evaluator *eval, bool by_bodies);
 
 /** Takes the user-defined forces, which are inputs, into C. Articulated bodies have them. */
 void kmp_written_add_efforts(kmp_written *w);

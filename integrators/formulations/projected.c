@@ -12,6 +12,7 @@
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/stage_lanes.h"
 #include <float.h>
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -30,6 +31,7 @@ typedef struct projected {
     bool by_solved;         /* the last evaluation was by the solved program, whose factors serve corrections */
     bool cancelled;         /* rounding showed in its accelerations */
     long runs;              /* of the solved program */
+    long evaluations, due;  /* without it; the number from which on it pays */
     double rtol, rate_scale;
     bool has_work;
     int n, m;
@@ -98,8 +100,10 @@ static int rhs(void *self, double t, const double *y, double *dy)
     projected *d = self;
     size_t n = (size_t)d->n;
     const double *out = run_solved(d, t, y, y + n);
-    if (!out)
+    if (!out) {
+        d->evaluations++;
         return place(d, t, y, y + n) == KMP_GO ? give(d, y, dy) : KMP_RETRY;
+    }
     const kmp_solved_layout *layout = kmp_solved_layout_of(d->solved);
     memcpy(dy, y + n, n * sizeof *dy);
     memcpy(dy + n, out + layout->qdd, n * sizeof *dy);
@@ -290,6 +294,13 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
     return KMP_GO;
 }
 
+/* Operations of an evaluation without the solved program. */
+static double operations_by_parts(const projected *d)
+{
+    const kmp_program *program = d->eval->by_bodies ? d->s->articulated : d->s->motion;
+    return (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper + kmp_saddle_cost(&d->saddle);
+}
+
 /* Makes the solved program for the charts at (t, q). KMP_GO or KMP_HALT. */
 static int make_solved(projected *d, double t, const double *q)
 {
@@ -302,6 +313,22 @@ static int make_solved(projected *d, double t, const double *q)
         return KMP_HALT;
     const kmp_program *program = d->lanes && d->solved ? kmp_solved_program(d->solved) : NULL;
     return kmp_stage_lanes_init(&d->stages, program, d->eval) ? KMP_GO : KMP_HALT;
+}
+
+/* Makes the solved program from when on it pays. */
+static int renew_solved(projected *d, double t, const double *q)
+{
+    if (d->evaluations < d->due)
+        return KMP_GO;
+    d->due = LONG_MAX;
+    return make_solved(d, t, q);
+}
+
+/* Between steps. */
+static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
+{
+    (void)yp;
+    return renew_solved((projected *)formulation, t, y);
 }
 
 static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
@@ -344,6 +371,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.row = row;
     d->formulation.position = kmp_formulation_position_of_state;
     d->formulation.resume = resume;
+    d->formulation.renew = renew;
     d->formulation.ode =
         (kmp_ode){.n = d->formulation.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
     d->lanes = start->lanes;
@@ -353,8 +381,14 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
         d->formulation.ode.quadratures = d->has_work;
     }
     bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
-    bool solves = kind != &kmp_formulation_near_singular && !start->brief;
-    if (!made || (solves && make_solved(d, start->t, start->q) != KMP_GO)) {
+    bool solves = made && kind != &kmp_formulation_near_singular;
+    d->due = solves ? kmp_solved_wait(d->eval, d->part, operations_by_parts(d)) : LONG_MAX;
+    bool failed = !made || d->due < 0;
+    if (start->lanes && d->due < LONG_MAX)
+        d->due = 0;
+    if (!failed && d->due == 0 && !start->brief)
+        failed = renew_solved(d, start->t, start->q) != KMP_GO;
+    if (failed) {
         (void)kmp_fail_memory(start->system->context);
         release(&d->formulation);
         return NULL;

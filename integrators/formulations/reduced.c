@@ -138,6 +138,7 @@ static bool is_fused(const kmp_reduced *d)
 /* Evaluates q, qd and udd at (t, y), and dy. The fused program gives dy alone. */
 static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
 {
+    d->evaluations++;
     if (kmp_reduced_evaluate(d, t, y) != KMP_GO)
         return KMP_RETRY;
     for (int k = 0; k < d->p; k++) {
@@ -149,15 +150,26 @@ static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
+/* Evaluates by the solved program; false: it does not apply, or its pivots are bad. */
+static bool evaluate_solved(kmp_reduced *d, double t, const double *y, double *dy)
+{
+    d->by_solved = false;
+    if (d->solved && !d->apart && !d->cancelled && kmp_solved_applies(d->solved))
+        kmp_solved_run_state(d->solved, t, y, dy, d->has_work ? &dy[kmp_reduced_work(d)] : NULL, &d->by_solved);
+    return d->by_solved;
+}
+
 int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
 {
     kmp_reduced *d = self;
-    bool fused = is_fused(d);
-    int said = fused ? (kmp_fused_run(d->fused, t, y, dy) ? KMP_GO : KMP_RETRY) : evaluate_apart(d, t, y, dy);
+    bool fused = is_fused(d), solved = !fused && evaluate_solved(d, t, y, dy);
+    int said = solved  ? KMP_GO
+               : fused ? (kmp_fused_run(d->fused, t, y, dy) ? KMP_GO : KMP_RETRY)
+                       : evaluate_apart(d, t, y, dy);
     for (int k = 0; said == KMP_GO && k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
-    if (said == KMP_GO && d->has_work)
+    if (said == KMP_GO && d->has_work && !solved)
         dy[kmp_reduced_work(d)] =
             fused ? kmp_fused_power(d->fused) : kmp_eval_power_here(d->eval, d->qd) + kmp_reduced_drive_power(d);
     return said;
@@ -193,16 +205,37 @@ static int jacobian(void *self, double t, const double *y, double *j)
 
 /* -- end of a step ------------------------------------------------------------------------------------- */
 
+/* h and the factors of the solved program's last evaluation. */
+static int come_from_solved(kmp_reduced *d, double t, const double *y)
+{
+    put_q(d, t, y);
+    kmp_solved_lend(d->solved, t, d->q);
+    d->cancelled = kmp_solved_is_cancelled(d->solved, d->start.rtol, d->start.rate_scale);
+    return kmp_reduction_factor(&d->red) ? KMP_RETRY : KMP_GO;
+}
+
+/* True if the program that the last step did without, or made its last evaluation, may make the next ones. */
+static bool is_good_again(kmp_reduced *d, double t, const double *y)
+{
+    if (d->by_solved)
+        return kmp_solved_order_is_good(d->solved);
+    if (d->solved)
+        return d->apart ? kmp_solved_order_is_good_at(d->solved, t, y) : true;
+    return d->fused && kmp_fused_is_good(d->fused, t, y);
+}
+
 int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused_end *end)
 {
     if (!is_fused(d)) { /* h and the factors are available */
-        if (d->by_saddle)
+        if (d->by_solved && come_from_solved(d, t, y) != KMP_GO)
+            return KMP_RETRY;
+        if (d->by_saddle || d->by_solved)
             kmp_reduction_tangent(&d->red);
         if (d->integrated)
             kmp_reduction_correction(&d->red);
         if (d->r > 0)
             kmp_block_take_signs(d->red.block, d->signs_now);
-        *end = (kmp_fused_end){.good = d->fused && kmp_fused_is_good(d->fused, t, y), .signs = d->signs_now};
+        *end = (kmp_fused_end){.good = is_good_again(d, t, y), .signs = d->signs_now};
         return KMP_GO;
     }
     *end = kmp_fused_at_end(d->fused);
@@ -276,7 +309,7 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fus
     d->formulation.newton = d->red.newton;
     d->formulation.factorizations = d->red.factorizations + d->saddle.factorizations;
     d->steps++;
-    d->apart = d->fused && !end->good;
+    d->apart = (d->fused || d->solved) && !end->good;
     return KMP_GO;
 }
 
@@ -383,7 +416,7 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
     if (!d->due)
-        return KMP_GO;
+        return kmp_reduced_solve(d, t);
     int said = kmp_reduced_place(d, t, y) == KMP_GO ? kmp_reduced_exchange(d, t, y) : KMP_HALT;
     return said == KMP_GO && put_slope(d, t, y, yp) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
@@ -399,7 +432,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     kmp_reduced_judge(d);
     if (d->due && kmp_reduced_exchange(d, t, y) != KMP_GO)
         return KMP_HALT;
-    if (d->fused && kmp_fused_is_stale(d->fused) && kmp_reduced_fuse(d, true) != KMP_GO)
+    if (kmp_reduced_is_stale(d) && kmp_reduced_fuse(d, true) != KMP_GO)
         return KMP_HALT;
     return put_slope(d, t, y, yp);
 }
@@ -411,6 +444,7 @@ static void release(kmp_formulation *formulation)
     kmp_reduced *d = (kmp_reduced *)formulation;
     kmp_stage_lanes_free(&d->stages);
     kmp_fused_free(d->fused);
+    kmp_solved_free(d->solved);
     kmp_reduced_jacobian_free(&d->tangents);
     kmp_reduction_free(&d->red);
     kmp_saddle_free(&d->saddle);

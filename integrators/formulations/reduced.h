@@ -5,6 +5,7 @@
 #define KMP_INTEGRATORS_FORMULATIONS_REDUCED_H
 
 #include "constraints/evaluation/fused.h"
+#include "constraints/evaluation/solved.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
 #include "integrators/formulations/stage_lanes.h"
@@ -16,10 +17,14 @@ typedef struct kmp_reduced {
     kmp_evaluator *eval;
     kmp_partition part; /* own copy: exchanges change it */
     kmp_reduction red;
-    kmp_fused *fused;       /* fused program of the integrated form; NULL: there is none */
+    kmp_fused *fused;   /* fused program of the integrated form; NULL: there is none */
     kmp_stage_lanes stages; /* the fused program for several stages at once */
-    bool apart;             /* its order of elimination is bad at the end of the last step */
-    long steps;             /* since the last exchange */
+    kmp_solved *solved; /* solved program of the integrated form, with many degrees of freedom; NULL: there is none */
+    long evaluations, due_solved; /* by parts; the number from which on the solved program pays */
+    bool by_solved;               /* it made the last evaluation */
+    bool cancelled;               /* rounding showed in its accelerations */
+    bool apart;                   /* the order of elimination in either is bad at the end of the last step */
+    long steps;                   /* since the last exchange */
     bool by_saddle;    /* accelerations and multipliers come from the saddle system: by articulated bodies, or with many
                         * degrees of freedom */
     kmp_saddle saddle; /* rates of v come from the reduction in any case */
@@ -92,8 +97,15 @@ void kmp_reduced_explain(kmp_formulation *formulation);
 /** Makes a due exchange at d->q and d->qd, the evaluator's place; y becomes the state in the new unknowns. */
 int kmp_reduced_exchange(kmp_reduced *d, double t, double *y);
 
-/** Makes the fused program for the present choice of u with its factors, if it is `worth` while. */
+/** Makes the fused program for the present choice of u with its factors, if it is `worth` while. The solved program,
+ * where there is none, is made when it pays. */
 int kmp_reduced_fuse(kmp_reduced *d, bool worth);
+
+/** Makes the solved program at d->q, the end of the last step, if that pays by now. */
+int kmp_reduced_solve(kmp_reduced *d, double t);
+
+/** True if that program must be made again, for other charts. */
+bool kmp_reduced_is_stale(kmp_reduced *d);
 
 /** Makes the saddle system of the partition's rows, if it is used. false: no memory. */
 bool kmp_reduced_renew_saddle(kmp_reduced *d);

@@ -4,6 +4,8 @@
  * any other sign. Before a dead centre u and v are exchanged, unless u is fixed. */
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
+#include "linalg/dense/dense.h"
+#include <limits.h>
 #include <string.h>
 
 /* With fewer degrees of freedom the reduced mass is the cheapest. */
@@ -95,19 +97,66 @@ static bool can_fuse(const kmp_reduced *d)
     return d->integrated && !d->by_saddle && !(d->has_work && d->s->rheonomic) && d->s->load_row_count == 0;
 }
 
-int kmp_reduced_fuse(kmp_reduced *d, bool worth)
+/* Operations of a right-hand side by parts: of the program, and of the linear algebra. */
+static double operations_by_parts(const kmp_reduced *d)
+{
+    const kmp_program *program = d->eval->by_bodies ? d->s->articulated : d->s->motion;
+    double sum = (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+    double reduction = KMP_LOOPS_COST * (double)kmp_reduction_count(&d->red).paper;
+    return sum + (d->by_saddle ? kmp_saddle_cost(&d->saddle) : reduction);
+}
+
+/* With many degrees of freedom the saddle system written out costs less than the reduced mass, from some number of
+ * evaluations on, or `at_once`. */
+static int wait_for_solved(kmp_reduced *d, bool at_once)
+{
+    long wait = d->integrated ? kmp_solved_wait(d->eval, &d->part, operations_by_parts(d)) : LONG_MAX;
+    if (wait >= 0)
+        d->due_solved = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
+    return wait < 0 ? KMP_HALT : KMP_GO;
+}
+
+int kmp_reduced_solve(kmp_reduced *d, double t)
+{
+    if (d->evaluations < d->due_solved)
+        return KMP_GO;
+    d->due_solved = LONG_MAX;
+    kmp_eval_closure(d->eval, t, d->q);
+    if (kmp_reduction_factor(&d->red))
+        return KMP_GO;
+    return kmp_solved_new_reduced(&d->solved, &d->red) == KEMPE_OK ? KMP_GO : KMP_HALT;
+}
+
+static void forget_programs(kmp_reduced *d)
 {
     kmp_stage_lanes_free(&d->stages);
     kmp_fused_free(d->fused);
+    kmp_solved_free(d->solved);
     d->fused = NULL;
+    d->solved = NULL;
+    d->by_solved = false;
     d->apart = false;
     d->steps = 0;
+}
+
+int kmp_reduced_fuse(kmp_reduced *d, bool worth)
+{
+    bool at_once = worth && d->solved;
+    forget_programs(d);
     if (worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red) != KEMPE_OK)
         return KMP_HALT;
-    if (!d->fused || !d->start.lanes || kmp_stage_lanes_init(&d->stages, kmp_fused_program(d->fused), d->eval))
+    if (!d->fused)
+        return wait_for_solved(d, at_once);
+    d->due_solved = LONG_MAX;
+    if (!d->start.lanes || kmp_stage_lanes_init(&d->stages, kmp_fused_program(d->fused), d->eval))
         return KMP_GO;
     (void)kmp_fail_memory(d->s->context);
     return KMP_HALT;
+}
+
+bool kmp_reduced_is_stale(kmp_reduced *d)
+{
+    return (d->fused && kmp_fused_is_stale(d->fused)) || (d->solved && kmp_solved_is_stale(d->solved));
 }
 
 /* With many degrees of freedom the sparse saddle system costs less than the reduced mass, which has fewer zeros. */

@@ -341,7 +341,7 @@ static bool consents(kmp_ensemble *e, const kmp_pool *pool, watched *x, size_t l
 static bool has_bad_order(const kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
 {
     for (int k = 0; k < pool->layout.multipliers; k++)
-        if (!(fabs(x->multiplier[(size_t)k * e->room.w + l] * pool->layout.factor[k]) <= KMP_FUSED_MULTIPLIER))
+        if (!(fabs(x->multiplier[(size_t)k * e->room.w + l] * pool->layout.factor[k]) <= KMP_WRITTEN_MULTIPLIER))
             return true;
     return false;
 }

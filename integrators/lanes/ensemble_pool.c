@@ -54,9 +54,9 @@ static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *p
     if (!pool->order || !kmp_partition_copy(&pool->part, part))
         return kmp_fail_memory(e->context);
     KMP_TRY(kmp_reduction_init(&pool->red, e->eval, &pool->part));
-    if (kmp_block_largest(pool->red.block) > KMP_FUSED_BLOCK)
+    if (!kmp_written_blocks_fit(&pool->red))
         return KEMPE_E_FAILED;
-    kmp_fused_order(&pool->red, pool->order);
+    kmp_written_order(&pool->red, pool->order);
     const kmp_fused_plan plan = {pool->order, e->unit_row_scale, true};
     pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
     if (pool->program)
@@ -76,7 +76,7 @@ kempe_status kmp_pool_find(kmp_ensemble *e, const kmp_partition *part, kmp_pool 
         kmp_pool *pool = e->pools[k];
         if (!same_choice(pool, part))
             continue;
-        kmp_fused_order(&pool->red, order);
+        kmp_written_order(&pool->red, order);
         if (memcmp(pool->order, order, (size_t)part->r * sizeof *order) == 0)
             *found = pool;
     }

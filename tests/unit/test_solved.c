@@ -53,6 +53,8 @@ typedef struct bench {
     kmp_partition part;
     kmp_saddle saddle;
     kmp_solved *solved;
+    kmp_reduction red;
+    kmp_solved *reduced; /* of a state (u, ud, v) */
     const kmp_solved_layout *layout;
     double *violation, *lambda;  /* m */
     double *qdd, *dx, *expected; /* n */
@@ -72,7 +74,10 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
     kmp_eval_freeze(b->eval, at->t[0], at->q, at->qd);
     kmp_eval_freeze(b->by_mass, at->t[0], at->q, at->qd);
     CHECK(kmp_solved_new(&b->solved, b->eval, &b->part) == KEMPE_OK && b->solved);
-    if (!b->solved)
+    kmp_eval_closure(b->eval, at->t[0], at->q);
+    CHECK(kmp_reduction_init(&b->red, b->eval, &b->part) == KEMPE_OK && kmp_reduction_factor(&b->red) == 0);
+    CHECK(kmp_solved_new_reduced(&b->reduced, &b->red) == KEMPE_OK && b->reduced);
+    if (!b->solved || !b->reduced)
         return false;
     CHECK(kmp_solved_by_bodies(b->solved) == by_bodies);
     b->layout = kmp_solved_layout_of(b->solved);
@@ -87,6 +92,8 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
 static void finish(bench *b)
 {
     kmp_solved_free(b->solved);
+    kmp_solved_free(b->reduced);
+    kmp_reduction_free(&b->red);
     kmp_saddle_free(&b->saddle);
     kmp_partition_free(&b->part);
     kmp_eval_free(b->eval);
@@ -147,6 +154,40 @@ static double apart_of_accelerations(const bench *b, const double *qdd, const do
     return off / size;
 }
 
+/* The right-hand side of a state, at rates that meet the closures. */
+static double difference_of_state(bench *b, double t, const double *q, const double *qd, double power)
+{
+    int p = b->part.p, r = b->part.r;
+    double *y = KMP_NEW(double, 4 * p + 2 * r), *dy = y + 2 * p + r, own = 0, rates = 0, fastest = 1e-300;
+    double *qdd = KMP_NEW(double, p + r);
+    bool good;
+    for (int k = 0; k < p; k++) {
+        y[k] = q[b->part.u[k]];
+        y[p + k] = qd[b->part.u[k]];
+    }
+    for (int i = 0; i < r; i++)
+        y[2 * p + i] = q[b->part.v[i]];
+    kmp_solved_run_state(b->reduced, t, y, dy, b->layout->power >= 0 ? &own : NULL, &good);
+    CHECK(good);
+    memcpy(qdd, b->qdd, (size_t)(p + r) * sizeof *qdd);
+    for (int k = 0; k < p; k++) {
+        CHECK(dy[k] == y[p + k]);
+        qdd[b->part.u[k]] = dy[p + k];
+    }
+    for (int i = 0; i < r; i++) {
+        rates = check_max(rates, fabs(dy[2 * p + i] - qd[b->part.v[i]]));
+        fastest = check_max(fastest, fabs(qd[b->part.v[i]]));
+    }
+    double off = check_max(apart_of_accelerations(b, qdd, qd), rates / fastest);
+    CHECK(fabs(own - power) <= 1e-9 * (1 + fabs(power)));
+    kmp_solved_lend(b->reduced, t, q);
+    CHECK(kmp_solved_order_is_good(b->reduced));
+    off = check_max(off, apart(b->eval->system->jacobian.count, b->eval->jacobian, b->by_mass->jacobian));
+    kmp_free(y);
+    kmp_free(qdd);
+    return off;
+}
+
 /* Largest differences at a state, each beside the largest number of its kind. */
 static double difference(bench *b, double t, const double *q, const double *qd)
 {
@@ -175,6 +216,8 @@ static double difference(bench *b, double t, const double *q, const double *qd)
             scale += most * fabs(b->by_mass->h_t[k]);
         worst = check_max(worst, fabs(out[l->power] - power) / check_max(fabs(power), scale + 1e-300));
     }
+    double state = difference_of_state(b, t, q, qd, l->power >= 0 ? out[l->power] : 0);
+    CHECK(state < 1e-8); /* rates of the motion meet the closures to that */
     worst = check_max(worst, difference_at_end(b, t, q));
     worst = check_max(worst, difference_of_open(b, b->eval->h + l->open - l->h));
     return check_max(worst, difference_of_corrections(b));

@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/evaluation/written_blocks.h"
+#include "linalg/dense/dense.h"
+#include <math.h>
+#include <string.h>
+
+/* A diagonal block: its matrix, then its factors; rows in the order of elimination. */
+struct kmp_written_block {
+    int size, row[KMP_WRITTEN_BLOCK], col[KMP_WRITTEN_BLOCK];
+    kmp_ref a[KMP_WRITTEN_BLOCK][KMP_WRITTEN_BLOCK];
+    kmp_ref inverse[KMP_WRITTEN_BLOCK]; /* of the pivots; for two rows: of the determinant */
+};
+
+static double scale_of(const kmp_written_blocks *k, int row)
+{
+    return k->row_scale[k->red->part->rows[row]];
+}
+
+/* Rows of a block in the order of elimination. */
+static void take_block(const kmp_written_blocks *k, int number, struct kmp_written_block *b)
+{
+    const int *col = kmp_block_columns(k->red->block, number, &b->size), *order = k->order;
+    for (int before = 0, size; before < number; before++, order += size)
+        (void)kmp_block_columns(k->red->block, before, &size);
+    for (int i = 0; i < b->size; i++) {
+        b->col[i] = col[i];
+        b->row[i] = order[i];
+    }
+    for (int i = 0; i < b->size; i++)
+        for (int j = 0; j < b->size; j++)
+            b->a[i][j] = k->jv[b->row[i] * k->red->r + b->col[j]];
+}
+
+static double value_at(const kmp_reduction *red, int row, int col)
+{
+    for (int e = 0; e < red->jv_count; e++)
+        if (red->jv_row[e] == row && red->jv_col[e] == col)
+            return red->eval->jacobian[red->jv_entry[e]];
+    return 0;
+}
+
+void kmp_written_order(const kmp_reduction *red, int *order)
+{
+    const double *scale = red->eval->system->row_scale;
+    double value[KMP_WRITTEN_BLOCK * KMP_WRITTEN_BLOCK];
+    int size, pivot[KMP_WRITTEN_BLOCK];
+    for (int number = 0, count = kmp_block_count(red->block); number < count; number++, order += size) {
+        const int *col = kmp_block_columns(red->block, number, &size), *row = kmp_block_rows(red->block, number);
+        memcpy(order, row, (size_t)size * sizeof *order);
+        if (size <= 2) /* by the determinant */
+            continue;
+        for (int i = 0; i < size; i++)
+            for (int j = 0; j < size; j++)
+                value[i + j * size] = value_at(red, row[i], col[j]) / scale[red->part->rows[row[i]]];
+        int fault = kmp_lu_factor(size, value, pivot);
+        for (int i = 0; i < (fault ? fault - 1 : size); i++)
+            kmp_swap_int(&order[i], &order[pivot[i]]);
+    }
+}
+
+/* Factors a block. One row: its inverse. Two rows: the inverse of the determinant. More: L below the diagonal, U on and
+ * above it. */
+static void factor_block(kmp_written_blocks *k, struct kmp_written_block *b)
+{
+    kmp_graph *g = k->g;
+    if (b->size == 2) {
+        kmp_ref det = kmp_sub(g, kmp_mul(g, b->a[0][0], b->a[1][1]), kmp_mul(g, b->a[0][1], b->a[1][0]));
+        b->inverse[0] = kmp_div(g, KMP_ONE, det);
+        k->pivot[k->pivots++] = det;
+        return;
+    }
+    for (int c = 0; c < b->size; c++) {
+        k->pivot[k->pivots++] = b->a[c][c];
+        b->inverse[c] = kmp_div(g, KMP_ONE, b->a[c][c]);
+        for (int i = c + 1; i < b->size; i++) {
+            if (b->a[i][c] == KMP_ZERO)
+                continue;
+            b->a[i][c] = kmp_mul(g, b->a[i][c], b->inverse[c]);
+            k->multiplier[k->multipliers] = b->a[i][c];
+            k->factor[k->multipliers++] = scale_of(k, b->row[c]) / scale_of(k, b->row[i]);
+            for (int j = c + 1; j < b->size; j++)
+                b->a[i][j] = kmp_sub(g, b->a[i][j], kmp_mul(g, b->a[i][c], b->a[c][j]));
+        }
+    }
+}
+
+static void solve_two(kmp_graph *g, const struct kmp_written_block *b, kmp_ref *x)
+{
+    kmp_ref y = x[0], z = x[1], w = b->inverse[0];
+    x[0] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[1][1], w), y), kmp_mul(g, kmp_mul(g, b->a[0][1], w), z));
+    x[1] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[0][0], w), z), kmp_mul(g, kmp_mul(g, b->a[1][0], w), y));
+}
+
+static void solve_block(kmp_graph *g, const struct kmp_written_block *b, kmp_ref *x)
+{
+    if (b->size == 2) {
+        solve_two(g, b, x);
+        return;
+    }
+    for (int i = 1; i < b->size; i++)
+        for (int j = 0; j < i; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[i][j], x[j]));
+    for (int i = b->size - 1; i >= 0; i--) {
+        for (int j = i + 1; j < b->size; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[i][j], x[j]));
+        x[i] = kmp_mul(g, x[i], b->inverse[i]);
+    }
+}
+
+/* The right-hand side of a row minus the known part of the solution: columns of later blocks. */
+static kmp_ref left_over(const kmp_written_blocks *k, int row, kmp_ref rhs, const kmp_ref *x, int stride, int number)
+{
+    for (int col = 0; col < k->red->r; col++)
+        if (k->block_of[col] > number && k->jv[row * k->red->r + col] != KMP_ZERO)
+            rhs = kmp_sub(k->g, rhs, kmp_mul(k->g, k->jv[row * k->red->r + col], x[col * stride]));
+    return rhs;
+}
+
+void kmp_written_blocks_solve(const kmp_written_blocks *k, int number, int columns, const kmp_ref *rhs, kmp_ref *x)
+{
+    const struct kmp_written_block *b = &k->block[number];
+    for (int c = 0; c < columns; c++) {
+        kmp_ref y[KMP_WRITTEN_BLOCK] = {0};
+        for (int i = 0; i < b->size; i++)
+            y[i] = left_over(k, b->row[i], rhs[b->row[i] * columns + c], x + c, columns, number);
+        solve_block(k->g, b, y);
+        for (int i = 0; i < b->size; i++)
+            x[b->col[i] * columns + c] = y[i];
+    }
+}
+
+/* Sorts the entries of J into Jv and Ju. */
+static void sort_jacobian(kmp_written_blocks *k, const kmp_ref *jacobian)
+{
+    const kmp_reduction *red = k->red;
+    for (int e = 0; e < red->jv_count; e++)
+        k->jv[red->jv_row[e] * red->r + red->jv_col[e]] = jacobian[red->jv_entry[e]];
+    for (int e = 0; e < red->ju_count; e++)
+        k->ju[red->ju_row[e] * red->p + red->ju_col[e]] = jacobian[red->ju_entry[e]];
+    for (int number = kmp_block_count(red->block); number-- > 0;) {
+        int size;
+        const int *col = kmp_block_columns(red->block, number, &size);
+        for (int i = 0; i < size; i++)
+            k->block_of[col[i]] = number;
+    }
+}
+
+bool kmp_written_blocks_init(kmp_written_blocks *k, kmp_arena *arena, kmp_graph *g, const kmp_ref *jacobian)
+{
+    int r = k->red->r;
+    k->g = g;
+    k->block = KMP_ARENA_NEW(arena, struct kmp_written_block, kmp_block_count(k->red->block));
+    k->block_of = KMP_ARENA_NEW(arena, int, r);
+    k->factor = KMP_ARENA_NEW(arena, double, r *KMP_WRITTEN_BLOCK);
+    k->ju = KMP_ARENA_NEW(arena, kmp_ref, r * k->red->p);
+    KMP_ARENA_EACH(arena, kmp_ref, r * KMP_WRITTEN_BLOCK, &k->multiplier);
+    KMP_ARENA_EACH(arena, kmp_ref, r, &k->pivot);
+    if (!KMP_ARENA_EACH(arena, kmp_ref, r * r, &k->jv))
+        return false;
+    sort_jacobian(k, jacobian);
+    return true;
+}
+
+void kmp_written_blocks_factor(kmp_written_blocks *k, int number)
+{
+    take_block(k, number, &k->block[number]);
+    factor_block(k, &k->block[number]);
+}
+
+bool kmp_written_blocks_fit(const kmp_reduction *red)
+{
+    return kmp_block_largest(red->block) <= KMP_WRITTEN_BLOCK;
+}

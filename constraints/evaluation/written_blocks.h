@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Jv of a reduction factored block by block, written out as expressions. Blocks of one and two rows are solved by their
+ * determinant, larger ones by elimination in a given order. */
+#ifndef KMP_CONSTRAINTS_EVALUATION_WRITTEN_BLOCKS_H
+#define KMP_CONSTRAINTS_EVALUATION_WRITTEN_BLOCKS_H
+
+#include "constraints/partition/reduction.h"
+
+enum { KMP_WRITTEN_BLOCK = 24 }; /* bound: rows of a block */
+
+/** Largest multiplier of the elimination, rows scaled, for which its order is good. */
+#define KMP_WRITTEN_MULTIPLIER 10.0
+
+typedef struct kmp_written_blocks {
+    const kmp_reduction *red; /* the first three are set by the caller */
+    const int *order;         /* of rows in the elimination: r positions among the independent rows, block by block */
+    const double *row_scale;  /* m */
+    kmp_graph *g;
+    struct kmp_written_block *block;
+    kmp_ref *jv, *ju;    /* r x r and r x p, row by row */
+    int *block_of;       /* by column */
+    kmp_ref *multiplier; /* of all blocks */
+    double *factor;      /* of each multiplier: its factor from row scaling */
+    int multipliers;
+    kmp_ref *pivot; /* factors of det Jv, but for the sign of a permutation */
+    int pivots;
+} kmp_written_blocks;
+
+/** True if no block is too large. */
+bool kmp_written_blocks_fit(const kmp_reduction *red);
+
+/** The order in which partial pivoting takes the rows at the evaluator's last closure. */
+void kmp_written_order(const kmp_reduction *red, int *order);
+
+/** Takes the entries of J, in an arena. False: no memory. */
+bool kmp_written_blocks_init(kmp_written_blocks *k, kmp_arena *arena, kmp_graph *g, const kmp_ref *jacobian);
+
+/** Factors a block; solves its part of x = Jv^-1 rhs for every column (r x columns, row by row) after later blocks. The
+ * last block comes first. */
+void kmp_written_blocks_factor(kmp_written_blocks *k, int number);
+void kmp_written_blocks_solve(const kmp_written_blocks *k, int number, int columns, const kmp_ref *rhs, kmp_ref *x);
+
+#endif
