@@ -8,7 +8,8 @@
  *   Gupta and Leimkuhler 1985; Hiller and Anantharaman)
  * - ggl: h and J v + h_t with lambda and mu as algebraic unknowns
  * - index2: J v + h_t = 0; positions drift slowly
- * - index1: hddot + 2 alpha (J v + h_t) + beta^2 h = 0 (Baumgarte 1972), alpha = beta = 10 / characteristic time
+ * - index1: hddot + 2 alpha (J v + h_t) + beta^2 h = 0 (Baumgarte 1972), alpha = beta = 10 / characteristic time; by
+ *   the integrator radau hddot = 0 with a projection after each step
  * - index3: h = 0, for teaching: accelerations and multipliers lose most digits, and below rtol 1e-10 it fails
  *
  * Weights exclude multipliers from every error norm: the first steps are tiny, the condition of the iteration matrix
@@ -385,8 +386,11 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_st
     return KEMPE_OK;
 }
 
+/* Solved for accelerations and multipliers at every stage, the equations are those of the projected formulation. */
 static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
 {
+    if (!start->dae)
+        return kmp_formulation_projected.create(&kmp_formulation_projected, start);
     dae *d = kmp_formulation_new(start, sizeof *d);
     if (!d)
         return NULL;
@@ -419,16 +423,17 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     return &d->formulation;
 }
 
-#define FORM(id, is_standard)                                                                                          \
+#define FORM(id, is_standard, is_solved)                                                                               \
     const kmp_formulation_kind kmp_formulation_##id = {.formulation = "dae",                                           \
                                                        .form = #id,                                                    \
                                                        .dae = true,                                                    \
                                                        .standard = is_standard,                                        \
+                                                       .solved = is_solved,                                            \
                                                        .detail = &form_##id,                                           \
                                                        .create = create}
 
-FORM(stabilized1, true);
-FORM(ggl, false);
-FORM(index2, false);
-FORM(index1, false);
-FORM(index3, false);
+FORM(stabilized1, true, false);
+FORM(ggl, false, false);
+FORM(index2, false, false);
+FORM(index1, false, true);
+FORM(index3, false, false);

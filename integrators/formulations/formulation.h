@@ -47,6 +47,7 @@ typedef struct kmp_formulation_kind {
     bool standard;  /* compare runs it by default */
     bool corrected; /* `accept` corrects y: multistep methods are excluded */
     bool both;      /* the ODE is also available as a DAE */
+    bool solved;    /* a DAE that integrators of several stages at once may solve for the accelerations */
     bool jacobian;  /* the Jacobian of the ODE is available, for implicit integrators */
     bool by_bodies; /* uses articulated bodies if the evaluator has them */
     const struct kmp_formulation_kind

@@ -91,11 +91,11 @@ static KMP_CLONES int failures(size_t count, const double *values, double part, 
 
 bool kmp_stage_lanes_finite(const kmp_stage_lanes *stages, int count, const double *values)
 {
-    return magnitude((size_t)(count * stages->width), values) <= DBL_MAX;
+    return magnitude((size_t)count * (size_t)stages->width, values) <= DBL_MAX;
 }
 
 bool kmp_stage_lanes_exceed(const kmp_stage_lanes *stages, int count, const double *values, double part,
                             const double *of)
 {
-    return !failures((size_t)(count * stages->width), values, of ? part : 0, of ? of : values);
+    return !failures((size_t)count * (size_t)stages->width, values, of ? part : 0, of ? of : values);
 }

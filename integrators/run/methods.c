@@ -17,7 +17,8 @@ enum { FORMULATIONS = sizeof formulations / sizeof *formulations };
 
 static bool fits(const kmp_formulation_kind *formulation, const kmp_solver_kind *solver)
 {
-    bool same = formulation->dae == solver->dae || (formulation->both && solver->dae);
+    bool same =
+        formulation->dae == solver->dae || (formulation->both && solver->dae) || (formulation->solved && solver->lanes);
     return same && (solver->corrects || !formulation->corrected) && (!solver->implicit || formulation->jacobian);
 }
 
@@ -85,7 +86,7 @@ static const char *or_default(const char *asked, const char *otherwise)
 static const char *first_integrator(const kmp_formulation_kind *formulation)
 {
     for (int i = 0; kmp_solver_get(i); i++)
-        if (fits(formulation, kmp_solver_get(i)))
+        if (formulation->dae == kmp_solver_get(i)->dae && fits(formulation, kmp_solver_get(i)))
             return kmp_solver_get(i)->name;
     return "";
 }

@@ -22,6 +22,10 @@ static const double CONTRACTS = 0.3;
  * LARGE unknowns, SEVERAL times, which do not grow by HELD; it gives way when that contracts by EASY. */
 static const double WORTH = 1.5, LARGE = 40, EASY = 0.1, HELD = 1.2;
 enum { SEVERAL = 3, TRIAL = 5, MOST_PATIENCE = 1000 };
+/* The system of all stages is used if the error permits steps longer than those with one Jacobian by WORTH_TOGETHER,
+ * and more if the system is larger than CHEAP; initially for DOUBT steps. */
+static const double WORTH_TOGETHER = 1.4, CHEAP = 60;
+enum { DOUBT = 20, MOST_DOUBT = 5000 };
 /* Contraction with which a Jacobian is kept; largest quotient of the next step with which step size and factors are. */
 static const double KEEP_JACOBIAN = 0.3, KEEP_STEP = 1.2;
 /* Growth of the bound on steps after an iteration that failed. */
@@ -107,6 +111,7 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->inner = s->n - s->p - s->q;
     kmp_collocation_make(&s->table, s->s);
     s->patience = SEVERAL;
+    s->doubt = DOUBT;
     choose_limits(s);
     allocate(s);
     (void)kmp_collocation_allocate_newton(s);
@@ -194,6 +199,7 @@ static void change_iteration(kmp_collocation *s)
     s->trial_steps = s->newton ? TRIAL : 0;
     s->limited = s->free = 0;
     s->ceiling = 0;
+    s->together = s->newton_limits = false;
     s->has_jacobian = s->fresh = s->factored = false;
 }
 
@@ -237,6 +243,21 @@ static void choose_iteration(kmp_collocation *s, double h, double by_error, doub
         change_iteration(s);
 }
 
+/* Takes the Jacobians of all stages for a while if one for all keeps steps far below the error's limit. */
+static void choose_newton(kmp_collocation *s, double h, double error)
+{
+    double size = (double)s->inner * s->s / CHEAP;
+    if (s->together && --s->trust <= 0)
+        s->together = false;
+    else if (s->newton && !s->together && s->coupled && s->newton_limits &&
+             after_error(s, h, error) >= (WORTH_TOGETHER + size * size) * h) {
+        s->together = true;
+        s->trust = s->doubt;
+        s->doubt = s->doubt < MOST_DOUBT ? 2 * s->doubt : MOST_DOUBT;
+    }
+    s->newton_limits = false;
+}
+
 /* The derivatives at the start of the step: those of f; without the stiff part of their difference from the stages'
  * polynomial where Newton's method has solved for these. */
 static void find_start(kmp_collocation *s, double h, bool newton)
@@ -263,7 +284,7 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     if (s->rejected)
         next = fmin(next, h);
     find_start(s, h, newton);
-    s->has_jacobian = s->has_jacobian && s->contraction <= KEEP_JACOBIAN;
+    s->has_jacobian = s->has_jacobian && !s->together && s->contraction <= KEEP_JACOBIAN;
     s->fresh = false;
     if (s->newton && s->has_jacobian && next >= h && next <= KEEP_STEP * h)
         next = h;
@@ -279,6 +300,7 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     s->taken = h;
     s->base.t = t_new;
     s->base.h = next;
+    choose_newton(s, h, error);
 }
 
 static void refuse(kmp_collocation *s, kmp_collocation_outcome what, double h, double error, double shorter)
@@ -298,6 +320,7 @@ static void refuse(kmp_collocation *s, kmp_collocation_outcome what, double h, d
         if (s->has_step && ++s->limited >= s->patience)
             change_iteration(s);
     }
+    s->newton_limits = s->newton_limits || (what == KMP_COLLOCATION_BAD_ITERATION && s->newton && !stale);
     s->has_jacobian = s->has_jacobian && !stale;
     s->rejected = true;
 }

@@ -41,6 +41,11 @@ typedef struct kmp_collocation {
     double *whole;                    /* n x n: that of the formulation; NULL: it has none */
     double *lu, *z, *into, *outof;    /* of Newton's method: factors, a right-hand side, eigenvectors */
     int *pivot;
+    double *place;   /* n */
+    double *all;     /* s Jacobians; NULL, as the next three: the system of all stages is too large */
+    double *coupled; /* system of all stages */
+    double *joint;   /* its right-hand side */
+    int *coupled_pivot;
     double h_matrix;    /* step size of the factors */
     double contraction; /* of the last iteration */
     double picard;      /* estimate of the contraction of Picard's iteration by a correction of Newton's */
@@ -50,6 +55,9 @@ typedef struct kmp_collocation {
     int patience, trial_steps; /* of Picard's iteration until a trial of Newton's method; steps until its judgement */
     double pace, pace_before;  /* time simulated for an evaluation of all stages; of the iteration before */
     long rhs_before;
+    bool together;      /* Newton's method has a Jacobian for each stage */
+    bool newton_limits; /* it has rejected a longer step than the one taken */
+    int trust, doubt;   /* steps until one Jacobian for all stages is tried again; their number the next time */
     bool newton, has_jacobian, fresh, factored;
     bool first, rejected, has_step, collapsed;
 } kmp_collocation;
@@ -79,11 +87,9 @@ void kmp_collocation_end(kmp_collocation *s, double h);
 /** Allocates the arrays of Newton's method. */
 bool kmp_collocation_allocate_newton(kmp_collocation *s);
 
-/** Evaluates the Jacobian at the start of the step. KMP_GO, KMP_RETRY or KMP_HALT. */
-int kmp_collocation_renew_jacobian(kmp_collocation *s);
-
-/** Factors the matrices of a step h. false: one is singular. */
-bool kmp_collocation_factor(kmp_collocation *s, double h);
+/** Evaluates Jacobians where the stages are predicted (s->stage, s->at), if there are none to be kept, and factors the
+ * matrices of a step h. s->at, s->stage, s->f and s->change are lost. */
+kmp_collocation_outcome kmp_collocation_prepare_newton(kmp_collocation *s, double h);
 
 /** Turns the residuals in `change` into Newton's corrections. */
 void kmp_collocation_correct(kmp_collocation *s);

@@ -200,18 +200,15 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
     return KMP_COLLOCATION_BAD_ITERATION;
 }
 
-/* Makes Jacobian and factors for Newton's method. */
+/* Makes matrices for Newton's method where the stages are predicted. */
 static kmp_collocation_outcome prepare(kmp_collocation *s, double h)
 {
     if (!s->newton)
         return KMP_COLLOCATION_TAKEN;
-    if (!s->has_jacobian) {
-        int said = kmp_collocation_renew_jacobian(s);
-        if (said != KMP_GO)
-            return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
-    }
-    bool good = (s->factored && s->h_matrix == h) || kmp_collocation_factor(s, h);
-    return good ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
+    place(s);
+    kmp_collocation_outcome what = kmp_collocation_prepare_newton(s, h);
+    set_columns(s, h); /* times */
+    return what;
 }
 
 kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter)
@@ -222,12 +219,11 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
     s->contraction = 0;
     for (int k = 0; k < s->inner; k++)
         s->weight[k] = h * s->per_scale[s->p + k];
+    set_columns(s, h);
+    predict(s, h);
     kmp_collocation_outcome what = prepare(s, h);
-    if (what == KMP_COLLOCATION_TAKEN) {
-        set_columns(s, h);
-        predict(s, h);
+    if (what == KMP_COLLOCATION_TAKEN)
         what = iterate(s, h, error, shorter);
-    }
     if (what != KMP_COLLOCATION_TAKEN)
         return what;
     memcpy(s->g + s->inner * s->w, s->f + end * s->w, (size_t)(s->q * s->w) * sizeof(double));

@@ -64,7 +64,7 @@ static void find_nodes(kmp_collocation_table *table)
     for (int i = 1; i < s; i++) {
         double x = 0.5 + 0.5 * cos(2 * acos(-1.0) * (s - i) / (2 * s - 1));
         for (int pass = 0; pass < 8; pass++) {
-            double p[S + 1], slope[2]; /* (1 - z^2) P_k' = k (P_k-1 - z P_k), z = 2 x - 1 */
+            double p[S + 1] = {0}, slope[2]; /* (1 - z^2) P_k' = k (P_k-1 - z P_k), z = 2 x - 1 */
             legendre(s, x, p);
             for (int k = 0; k < 2; k++)
                 slope[k] = (s - k) * (p[s - k - 1] - (2 * x - 1) * p[s - k]) / (2 * x * (1 - x));
@@ -148,7 +148,7 @@ static double find_filter(int s, const double *m)
 
 void kmp_collocation_make(kmp_collocation_table *table, int stages)
 {
-    double m[S + 1];
+    double m[S + 1] = {0};
     *table = (kmp_collocation_table){.stages = stages};
     find_nodes(table);
     integrate(table);
@@ -297,7 +297,7 @@ void kmp_collocation_weights(const kmp_collocation_table *table, double x, doubl
 void kmp_collocation_integrals(const kmp_collocation_table *table, double x, double *once, double *twice)
 {
     int s = table->stages;
-    double p[S + 3], first[S + 2] = {0}, second[S + 1] = {0};
+    double p[S + 3] = {0}, first[S + 2] = {0}, second[S + 1] = {0};
     legendre(s + 2, x, p);
     first[0] = 0.5 * (p[1] + p[0]);
     for (int i = 1; i <= s + 1; i++)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Radau IIA with its stages in lanes: coefficients, accuracy and dense output on motions with known solutions, the same
- * bits with lanes and one by one. */
+ * bits with lanes and one by one, stiff motions. */
 #include "check.h"
 #include "integrators/steppers/collocation_table.h"
 #include "integrators/steppers/solver.h"
@@ -184,10 +184,83 @@ static void test_same_bits(void)
     CHECK(memcmp(lanes, each, sizeof lanes) == 0);
 }
 
+/* -- stiff motions ------------------------------------------------------------------------------------- */
+
+/* A mass on a stiff spring with a strong damper that turns about the origin: the circle again. */
+typedef struct whirl {
+    double stiffness, damping;
+} whirl;
+
+static int pull(void *self, double t, const double *y, double *dy)
+{
+    const whirl *w = self;
+    double r = sqrt(y[0] * y[0] + y[1] * y[1]), outwards = (y[0] * y[2] + y[1] * y[3]) / r;
+    double force = (w->stiffness * (r - 1) + w->damping * outwards) / r;
+    (void)t;
+    for (int k = 0; k < 2; k++) {
+        dy[k] = y[2 + k];
+        dy[2 + k] = -y[k] * (1 + force);
+    }
+    return KMP_GO;
+}
+
+static int pull_jacobian(void *self, double t, const double *y, double *j)
+{
+    double at[4], high[4], low[4];
+    for (int c = 0; c < 4; c++) {
+        memcpy(at, y, sizeof at);
+        at[c] = y[c] + 1e-6;
+        (void)pull(self, t, at, high);
+        at[c] = y[c] - 1e-6;
+        (void)pull(self, t, at, low);
+        for (int k = 0; k < 4; k++)
+            j[k + 4 * c] = (high[k] - low[k]) / 2e-6;
+    }
+    return KMP_GO;
+}
+
+static kmp_solver_work follow_whirl(whirl w, bool exact, double *off)
+{
+    const kmp_solver_kind *kind = kmp_solver_find("radau");
+    kempe_context *context = kempe_context_new();
+    double atol[4] = {1e-8, 1e-8, 1e-8, 1e-8}, y[4] = {1, 0, 0, 1};
+    const kmp_ode ode = {.n = 4, .self = &w, .rhs = pull, .jacobian = exact ? pull_jacobian : NULL, .positions = 2};
+    kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {1e-8, atol}};
+    kmp_solver *s = kind->create(kind, &setup);
+    *off = 0;
+    CHECK(s && kind->start(s, 0, y, NULL, 6, 0) == KEMPE_OK);
+    while (s->t < 6 && kind->step(s) == KEMPE_OK) {
+        CHECK(kind->dense(s, s->t_old + 0.4 * (s->t - s->t_old), y, NULL) == KEMPE_OK);
+        double t = s->t_old + 0.4 * (s->t - s->t_old);
+        *off = check_max(*off, fabs(y[0] - cos(t)) + fabs(y[1] - sin(t)));
+    }
+    CHECK(s->t == 6);
+    kmp_solver_work work = s->work;
+    kind->release(s);
+    kempe_context_free(context);
+    return work;
+}
+
+/* Explicit methods and Picard's iteration would need a step for each period of the spring, or time of the damper. */
+static void test_stiff(void)
+{
+    static const whirl stiff[] = {{1e3, 10}, {1e6, 1e3}, {1e8, 1e6}, {1e10, 1e8}};
+    for (size_t k = 0; k < sizeof stiff / sizeof *stiff; k++)
+        for (int exact = 0; exact < 2; exact++) {
+            double off;
+            kmp_solver_work w = follow_whirl(stiff[k], exact, &off);
+            printf("  stiffness %.0e%s: %ld steps, %ld refused, %ld iterations, %ld Jacobians, off %.1e\n",
+                   stiff[k].stiffness, exact ? ", exact" : "", w.steps, w.refused, w.newton, w.matrices, off);
+            CHECK(off < 1e-6);
+            CHECK(w.steps < 400 && w.matrices > 0 && w.factorizations > 0);
+        }
+}
+
 int main(void)
 {
     TEST(test_table);
     TEST(test_accuracy);
     TEST(test_same_bits);
+    TEST(test_stiff);
     return check_report();
 }
