@@ -88,7 +88,8 @@ typedef enum kempe_status {
 /** A status as text: "done", "out of memory", ...; never NULL. */
 KEMPE_API const char *kempe_status_text(kempe_status status);
 
-typedef enum kempe_format { KEMPE_TEXT, KEMPE_JSON } kempe_format;
+/** KEMPE_FULL_TEXT: the text with all details, where KEMPE_TEXT is a short form (kempe_check_print). */
+typedef enum kempe_format { KEMPE_TEXT, KEMPE_JSON, KEMPE_FULL_TEXT } kempe_format;
 
 /* -- context ------------------------------------------------------------------------------------- */
 

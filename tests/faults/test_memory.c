@@ -269,7 +269,7 @@ static kempe_status check_model(scene *s)
     kempe_status status = kempe_check_new(s->system, &check);
     untouched(status, check);
     if (status == KEMPE_OK) {
-        status = kempe_check_print(check, KEMPE_TEXT, &text);
+        status = kempe_check_print(check, KEMPE_FULL_TEXT, &text);
         untouched(status, text);
     }
     kempe_check_free(check);
