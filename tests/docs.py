@@ -118,15 +118,16 @@ def alike(quoted, printed):
 
 
 def missing(quoted, printed):
-    """The first quoted line that is not printed, in the order of the quotation; None: there is none."""
-    lines, at = [line for line in printed.split("\n") if line.strip()], 0
-    for line in quoted:
-        if not line.strip() or line.strip() == "...":
+    """The first quoted line that is not printed there; None: all are. They follow each other but for "..."."""
+    lines, at, anywhere = [line for line in printed.split("\n") if line.strip()], 0, True
+    for line in filter(str.strip, quoted):
+        if line.strip() == "...":
+            anywhere = True
             continue
-        found = next((k for k in range(at, len(lines)) if alike(line, lines[k])), None)
+        found = next((k for k in range(at, len(lines) if anywhere else min(at + 1, len(lines))) if alike(line, lines[k])), None)
         if found is None:
             return line
-        at = found + 1
+        at, anywhere = found + 1, False
     return None
 
 
@@ -380,7 +381,8 @@ class Commands(unittest.TestCase):
         printed = "drift 1.01e-07 (relative)\ncpu 1.23 ms\n  A  rad  73.658\n  |h| 5.8e-15\n"
         for quoted in (["drift 1.01e-07 (relative)", "...", "A rad 73.658"], ["cpu  9.9 ms"], ["|h| 1e-16"]):
             self.assertIsNone(missing(quoted, printed))
-        for quoted in (["drift 1.02e-07 (relative)"], ["A rad 73.658", "drift 1.01e-07 (relative)"], ["A deg 73.658"], ["A rad 73.7"]):
+        for quoted in (["drift 1.02e-07 (relative)"], ["A rad 73.658", "drift 1.01e-07 (relative)"], ["A deg 73.658"], ["A rad 73.7"],
+                       ["drift 1.01e-07 (relative)", "A rad 73.658"]):
             self.assertIsNotNone(missing(quoted, printed))
 
     def test_pages_of_first_steps(self):
