@@ -596,7 +596,7 @@ static kempe_status print_trajectory(scene *s)
 static kempe_status write_csv(scene *s)
 {
     kempe_table *table = NULL;
-    kempe_status status = write_table(kempe_trajectory_table(s->trajectory, "events", &table), &table);
+    kempe_status status = write_table(kempe_trajectory_table(s->trajectory, "log", &table), &table);
     return status == KEMPE_OK ? write_table(kempe_trajectory_table(s->trajectory, "rows", &table), &table) : status;
 }
 
