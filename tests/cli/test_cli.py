@@ -716,6 +716,15 @@ class Ensembles(Case):
 
 
 class Inverse(Case):
+    def test_forces_of_the_model_are_named(self):
+        """tau is in addition to what the model has along an actuated coordinate; a force elsewhere is not named."""
+        self.expect(0, "new", "bar")
+        said = "in addition to the model's forces along these coordinates: 'motor' along A\n"
+        self.assertIn(said, self.expect(0, "inverse", "bar.yaml", "--actuators", "A").stdout)
+        self.assertNotIn("in addition", self.expect(0, "inverse", "bar.yaml", "--actuators", "D").stdout)
+        for actuator, forces in (("A", ["motor"]), ("D", [])):
+            self.assertEqual(self.object(0, "inverse", "bar.yaml", "--actuators", actuator)["model_forces"], forces)
+
     LED = ROOT / "examples/stewart/led.yaml"
     LEGS = ",".join(f"slide{k}" for k in range(1, 7))
     ROBOT = ROOT / "examples/parallel_robot/parallel_robot.yaml"
