@@ -24,7 +24,7 @@
  *     linearize.h     state spaces about a state; response.h: frequency response
  *     modes.h         eigenvalues and mode shapes, also over the values of a parameter
  *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
- *     contact_table.h wheels on their rails over a range; contact.h: rolling contact without a model
+ *     contacts.h wheels on their rails over a range; contact.h: rolling contact without a model
  *     generate.h      operation counts, and equations in other languages
  *
  * The equations of motion are M(q) qdd + C(q, qd, t) = Q + J(q, t)' lambda, h(q, t) = 0. q are the relative joint

@@ -4,7 +4,7 @@
 #define KEMPE_CLI_OPTIONS_H
 
 #include <kempe/compare.h>
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <kempe/equilibrium.h>
 #include <kempe/generate.h>
 #include <kempe/inverse.h>

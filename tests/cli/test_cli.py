@@ -725,7 +725,7 @@ class Inverse(Case):
         for actuator, forces in (("A", ["motor"]), ("D", [])):
             self.assertEqual(self.object(0, "inverse", "bar.yaml", "--actuators", actuator)["model_forces"], forces)
 
-    LED = ROOT / "examples/stewart/led.yaml"
+    LED = ROOT / "examples/stewart/driven.yaml"
     LEGS = ",".join(f"slide{k}" for k in range(1, 7))
     ROBOT = ROOT / "examples/parallel_robot/parallel_robot.yaml"
 
