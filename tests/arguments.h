@@ -8,7 +8,7 @@
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <kempe/contact.h>
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/generate.h>
@@ -158,15 +158,15 @@ static kempe_ensemble *some_kempe_ensemble(int open)
 
 SOME(kempe_batch, kempe_ensemble_run, some_kempe_ensemble(0), &short_run, 0)
 
-static kempe_contact_table *some_kempe_contact_table(int open)
+static kempe_contacts *some_kempe_contacts(int open)
 {
     kempe_model *model = NULL;
     kempe_system *system = NULL;
-    kempe_contact_table *table = NULL;
+    kempe_contacts *table = NULL;
     (void)open;
     (void)kempe_model_read(some_kempe_context(0), KEMPE_ROOT "/examples/manchester/manchester.yaml", &model);
     if (model && kempe_system_new(model, &system) == KEMPE_OK)
-        (void)kempe_contact_table_new(system, &(const kempe_contact_options){.sweep = "shift=0:1 mm:2"}, &table);
+        (void)kempe_contacts_new(system, &(const kempe_contact_options){.sweep = "shift=0:1 mm:2"}, &table);
     made(table, "contact table");
     return table;
 }

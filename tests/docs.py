@@ -88,6 +88,49 @@ def shortened(line):
     return [*line[:k], ",".join(line[k].split(",")[:2]), *line[k + 1:]]
 
 
+def quotations(page):
+    """(the block's folder, words, quoted lines) of every command of a block with lines of its output below it. "..." stands
+    for lines that are left out."""
+    for block in blocks(page.read_text()):
+        folder, words, quoted = ".", None, []
+        for line in [*block.split("\n"), "cd"]:
+            if line.startswith("cd "):
+                folder = line[3:]
+            command = re.match(r"(?:\$ )?(?:kempe (\w+ \S+\.yaml.*)|(cd|python3|kempe)\b)", line)
+            if command and words and any(text.strip(" .") for text in quoted):
+                yield folder, words, quoted
+            if command:
+                words, quoted = shlex.split(command.group(1) or "", comments=True), []
+            elif words:
+                quoted.append(line)
+
+
+def alike(quoted, printed):
+    """True where a quoted line is the printed one: words without regard to spaces, numbers to 2 units of the fourth digit.
+    Times and what is rounding alone are any."""
+    number = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
+    times = re.compile(rf"(?<![\w.]){number}(?= (?:ms|us)\b)")
+    pieces = [re.split(rf"((?<![\w.]){number}(?![\w.]))", times.sub("T", " ".join(line.split()))) for line in (quoted, printed)]
+    if len(pieces[0]) != len(pieces[1]) or pieces[0][::2] != pieces[1][::2]:
+        return False
+    pairs = [(float(a), float(b)) for a, b in zip(pieces[0][1::2], pieces[1][1::2])]
+    return all(abs(a - b) <= 2e-4 * abs(b) or max(abs(a), abs(b)) < 1e-12 for a, b in pairs)
+
+
+def missing(quoted, printed):
+    """The first quoted line that is not printed there; None: all are. They follow each other but for "..."."""
+    lines, at, anywhere = [line for line in printed.split("\n") if line.strip()], 0, True
+    for line in filter(str.strip, quoted):
+        if line.strip() == "...":
+            anywhere = True
+            continue
+        found = next((k for k in range(at, len(lines) if anywhere else min(at + 1, len(lines))) if alike(line, lines[k])), None)
+        if found is None:
+            return line
+        at, anywhere = found + 1, False
+    return None
+
+
 def files(page):
     """Models that a page names before it shows them: `NAME.yaml` ends a paragraph, the block follows."""
     return dict(re.findall(r"`(\w+\.yaml)`[^`\n]*:\n\n```yaml\n(.*?)^```", page.read_text(), re.M | re.S))
@@ -305,20 +348,42 @@ class Commands(unittest.TestCase):
             for page in PAGES:
                 with tempfile.TemporaryDirectory() as folder:
                     (pathlib.Path(folder) / "examples").symlink_to(pathlib.Path(shared) / "examples")
+                    (pathlib.Path(folder) / "tests").symlink_to(ROOT / "tests")
                     count += self.run_page(page, pathlib.Path(folder))
         self.assertGreaterEqual(count, 10)
 
     def run_page(self, page, folder):
         for name, text in files(page).items():
             (folder / name).write_text(text)
+        for name in re.findall(r"`kempe new (\w+)`", page.read_text()):
+            subprocess.run([KEMPE, "new", name], cwd=folder, capture_output=True, check=True)
         lines = list(commands(page))
+        outputs = {}
         self.assertEqual(set(files(page)) - {word for _, line in lines for word in line}, set(), "models that no command runs")
         for place, line in lines:
             with self.subTest(f"{page.relative_to(ROOT)}: {line}"):
                 done = subprocess.run([KEMPE, *(line if FULL else shortened(line))], cwd=folder / place, capture_output=True, text=True,
                                       timeout=300)
                 self.assertEqual(done.returncode, 0, done.stderr)
+                if FULL or shortened(line) == line:
+                    outputs[place, *line] = done.stdout + done.stderr
+        for place, line, quoted in quotations(page):
+            with self.subTest(f"{page.relative_to(ROOT)}: output of {line}"):
+                printed = outputs.get((place, *line)) or self.output(folder / place, line)
+                self.assertIsNone(missing(quoted, printed), printed)
         return len(lines)
+
+    def output(self, folder, line):
+        done = subprocess.run([KEMPE, *line], cwd=folder, capture_output=True, text=True, timeout=300)
+        return done.stdout + done.stderr
+
+    def test_quotations_that_are_wrong_are_found(self):
+        printed = "drift 1.01e-07 (relative)\ncpu 1.23 ms\n  A  rad  73.658\n  |h| 5.8e-15\n"
+        for quoted in (["drift 1.01e-07 (relative)", "...", "A rad 73.658"], ["cpu  9.9 ms"], ["|h| 1e-16"]):
+            self.assertIsNone(missing(quoted, printed))
+        for quoted in (["drift 1.02e-07 (relative)"], ["A rad 73.658", "drift 1.01e-07 (relative)"], ["A deg 73.658"], ["A rad 73.7"],
+                       ["drift 1.01e-07 (relative)", "A rad 73.658"]):
+            self.assertIsNotNone(missing(quoted, printed))
 
     def test_pages_of_first_steps(self):
         """The how-to has recipes enough, each of which runs a command."""

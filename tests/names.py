@@ -9,6 +9,7 @@
   stem with the files of the folder that implements it.
 - No type name `kmp_...` or `kempe_...` is defined twice.
 - A folder has at most MOST_FILES files.
+- A public function that returns a whole number is a count, `..._count`, or one of WHOLE.
 """
 import collections
 import pathlib
@@ -19,6 +20,8 @@ import tempfile
 ROOMS = ("include", "src", "constraints", "integrators")
 MOST_FILES = 25
 ENDINGS = {".c", ".h", ".def", ".js", ".html", ".css"}
+WHOLE = re.compile(r"_count$|_is_\w+$|_dof$|_rank$|_find$")
+RETURNS_WHOLE = re.compile(r"^KEMPE_API (?:int|long|size_t) (\w+)\(", re.M)
 DEFINED = re.compile(r"^(?:typedef [^;{}]*?\b|\} )((?:kmp|kempe)_\w+);", re.M)
 
 
@@ -52,9 +55,16 @@ def check_types(root, files):
             yield f"type {name}: in {' and '.join(where)}"
 
 
+def check_counts(files):
+    for path in files:
+        for name in RETURNS_WHOLE.findall(path.read_text() if path.suffix == ".h" else ""):
+            if not WHOLE.search(name):
+                yield f"{name}: a count ends with _count"
+
+
 def check(root):
     files = files_of(root)
-    return len(files), [*check_files(root, files), *check_types(root, files)]
+    return len(files), [*check_files(root, files), *check_types(root, files), *check_counts(files)]
 
 
 PLANTED = [
@@ -62,6 +72,8 @@ PLANTED = [
     ({"src/base/a.c": "", "src/base/a.h": "", "include/kempe/a.h": ""}, False),
     ({"src/base/a.h": "typedef struct kmp_a {\n    int n;\n} kmp_a;\n", "src/base/b.h": "typedef enum kmp_b {\n    A\n} kmp_a;\n"}, True),
     ({"src/base/a.h": "typedef int kmp_a_fn(int n);\ntypedef struct kmp_a kmp_a;\n", "src/base/b.h": "typedef double kmp_a;\n"}, True),
+    ({"include/kempe/a.h": "KEMPE_API int kempe_a_rows(const kempe_a *a);\n"}, True),
+    ({"include/kempe/a.h": "KEMPE_API int kempe_a_row_count(const kempe_a *a);\nKEMPE_API int kempe_a_is_ok(void);\n"}, False),
     ({f"src/base/f{k}.c": "" for k in range(MOST_FILES + 1)}, True),
 ]
 

@@ -29,6 +29,8 @@ typedef struct kempe_check kempe_check;
  * still given, with the obstacle. */
 KEMPE_API kempe_status kempe_check_new(const kempe_system *system, kempe_check **check);
 KEMPE_API void kempe_check_free(kempe_check *check);
+
+/** KEMPE_TEXT: the verdict and the main results, some 15 lines; KEMPE_FULL_TEXT: all of them. */
 KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text);
 
 /** Tables; cells are unknown where the mechanism does not assemble, or was not examined. "mobility", one row: bodies,

@@ -7,7 +7,7 @@
  *     kempe_table *table;
  *     if (kempe_equilibrium_new(system, &ask, &e) == KEMPE_OK &&
  *         kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK)
- *         show(kempe_table_number(table, 0, kempe_table_find(table, "q.slider")), kempe_equilibrium_stable(e, 0));
+ *         show(kempe_table_number(table, 0, kempe_table_find(table, "q.slider")), kempe_equilibrium_is_stable(e, 0));
  */
 #ifndef KEMPE_EQUILIBRIUM_H
 #define KEMPE_EQUILIBRIUM_H
@@ -44,7 +44,7 @@ KEMPE_API int kempe_equilibrium_count(const kempe_equilibrium *equilibrium);
 
 /** Stability of the k-th equilibrium. 1: no small motion about it grows; 0: one does; -1: undecided. In words:
  * "stable"; "neutral", some motions neither grow nor decay; "unstable"; "undecided". */
-KEMPE_API int kempe_equilibrium_stable(const kempe_equilibrium *equilibrium, int k);
+KEMPE_API int kempe_equilibrium_is_stable(const kempe_equilibrium *equilibrium, int k);
 KEMPE_API const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k);
 
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.

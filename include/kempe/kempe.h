@@ -24,7 +24,7 @@
  *     linearize.h     state spaces about a state; response.h: frequency response
  *     modes.h         eigenvalues and mode shapes, also over the values of a parameter
  *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
- *     contact_table.h wheels on their rails over a range; contact.h: rolling contact without a model
+ *     contacts.h wheels on their rails over a range; contact.h: rolling contact without a model
  *     generate.h      operation counts, and equations in other languages
  *
  * The equations of motion are M(q) qdd + C(q, qd, t) = Q + J(q, t)' lambda, h(q, t) = 0. q are the relative joint
@@ -88,7 +88,8 @@ typedef enum kempe_status {
 /** A status as text: "done", "out of memory", ...; never NULL. */
 KEMPE_API const char *kempe_status_text(kempe_status status);
 
-typedef enum kempe_format { KEMPE_TEXT, KEMPE_JSON } kempe_format;
+/** KEMPE_FULL_TEXT: the text with all details, where KEMPE_TEXT is a short form (kempe_check_print). */
+typedef enum kempe_format { KEMPE_TEXT, KEMPE_JSON, KEMPE_FULL_TEXT } kempe_format;
 
 /* -- context ------------------------------------------------------------------------------------- */
 

@@ -43,7 +43,7 @@ KEMPE_API void kempe_modes_free(kempe_modes *modes);
 KEMPE_API int kempe_modes_zero_count(const kempe_modes *modes);
 
 /** 1 if a mode grows by more than rounding explains, else 0. */
-KEMPE_API int kempe_modes_unstable(const kempe_modes *modes);
+KEMPE_API int kempe_modes_is_unstable(const kempe_modes *modes);
 
 KEMPE_API kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format format, char **text);
 

@@ -70,7 +70,7 @@ kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *objec
     kempe_status status = KEMPE_OK;
     cli_terminal_clear();
     if (!json || strcmp(json, "-") != 0)
-        status = report_as(j, print, object, KEMPE_TEXT);
+        status = report_as(j, print, object, j->settings->all ? KEMPE_FULL_TEXT : KEMPE_TEXT);
     if (json && status == KEMPE_OK)
         status = report_as(j, print, object, KEMPE_JSON);
     if (status)

@@ -63,8 +63,8 @@
 
 TABLE(kempe_kinematics, "rows")
 WRITER(kempe_kinematics_write_svg)
-TABLE(kempe_contact_table, "rows")
-WRITER(kempe_contact_table_write_svg)
+TABLE(kempe_contacts, "rows")
+WRITER(kempe_contacts_write_svg)
 TABLE(kempe_trajectory, "rows")
 TABLE(kempe_inverse, "rows")
 TABLE(kempe_comparison, "runs")
@@ -88,8 +88,8 @@ STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), {0})
 STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result), {0})
 STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinematics, result),
       {AT(output), kempe_kinematics_write_table}, {AT(svg), any_kempe_kinematics_write_svg})
-STUDY(contact, kempe_contact_table, kempe_contact_table_new(j->system, &s->contact, result),
-      {AT(output), kempe_contact_table_write_table}, {AT(svg), any_kempe_contact_table_write_svg})
+STUDY(contact, kempe_contacts, kempe_contacts_new(j->system, &s->contact, result),
+      {AT(output), kempe_contacts_write_table}, {AT(svg), any_kempe_contacts_write_svg})
 STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result),
       {AT(output), kempe_trajectory_write_table})
 STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result),
@@ -311,7 +311,7 @@ const cli_command cli_commands[] = {
      .study = &simulate_study},
     {CLI_INVERSE, "inverse", "inverse dynamics: actuator forces and torques for a prescribed motion",
      "  kempe inverse examples/driven_slider_crank/driven_slider_crank.yaml\n"
-     "  kempe inverse examples/stewart/led.yaml --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o "
+     "  kempe inverse examples/stewart/driven.yaml --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o "
      "legs.csv\n"
      "  kempe inverse examples/parallel_robot/parallel_robot.yaml --actuators a1,b1,a2 --weights a2=4\n",
      .dynamics = "plain", .study = &inverse_study},

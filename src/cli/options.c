@@ -250,6 +250,8 @@ static const option options[] = {
     {CLI_COMPARE, IN_OUTPUT, "csv", VALUE(CSV, csv), "FILE", "write the table as CSV"},
     {CLI_COMPARE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write an HTML page: recommendation, diagrams, animation of the mechanism"},
+    {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
+     "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
     {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",
      "unit of angles, their rates and accelerations in text and tables: rad (default), deg; --json stays in SI"},
     {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",

@@ -4,7 +4,7 @@
 #define KEMPE_CLI_OPTIONS_H
 
 #include <kempe/compare.h>
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <kempe/equilibrium.h>
 #include <kempe/generate.h>
 #include <kempe/inverse.h>
@@ -61,7 +61,7 @@ typedef struct cli_settings {
     const char *svg, *values, *sample;
     const char *angle_unit;
     int seed, instances, lanes;
-    int count, branches, alone, quiet, help; /* flags: 0 or 1 */
+    int count, branches, alone, all, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
 } cli_settings;
 

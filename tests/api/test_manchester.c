@@ -4,7 +4,7 @@
  * from one place to another are told apart by what is seen in them, not by how well they do. */
 #include "check.h"
 #include <kempe/contact.h>
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <kempe/kempe.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@ static contact reference[VALUES][WHEELS];
 static kempe_context *context;
 static kempe_model *model;
 static kempe_system *system_;
-static kempe_contact_table *table;
+static kempe_contacts *table;
 
 static void read_reference(void)
 {
@@ -49,10 +49,10 @@ static void begin(void)
     context = kempe_context_new();
     CHECK(kempe_model_read(context, KEMPE_ROOT "/examples/manchester/manchester.yaml", &model) == KEMPE_OK);
     CHECK(model && kempe_system_new(model, &system_) == KEMPE_OK);
-    CHECK(system_ && kempe_contact_table_new(system_, &ask, &table) == KEMPE_OK);
+    CHECK(system_ && kempe_contacts_new(system_, &ask, &table) == KEMPE_OK);
     printf("%s", table ? "" : kempe_context_message(context));
     kempe_table *states = NULL;
-    CHECK(kempe_contact_table_table(table, "states", &states) == KEMPE_OK && kempe_table_row_count(states) == VALUES);
+    CHECK(kempe_contacts_table(table, "states", &states) == KEMPE_OK && kempe_table_row_count(states) == VALUES);
     kempe_table_free(states);
 }
 
@@ -60,8 +60,8 @@ static void begin(void)
 static const kempe_contact_patch *main_patch(int row, int wheel)
 {
     const kempe_contact_patch *best = NULL;
-    for (int z = 0; z < kempe_contact_table_zone_count(table, wheel); z++) {
-        const kempe_contact_patch *p = kempe_contact_table_patch(table, row, wheel, z);
+    for (int z = 0; z < kempe_contacts_zone_count(table, wheel); z++) {
+        const kempe_contact_patch *p = kempe_contacts_patch(table, row, wheel, z);
         if (p->touches && (!best || p->normal > best->normal))
             best = p;
     }
@@ -202,7 +202,7 @@ int main(void)
         TEST(forces_agree);
         TEST(fastsim_agrees_at_the_given_contact);
     }
-    kempe_contact_table_free(table);
+    kempe_contacts_free(table);
     kempe_system_free(system_);
     kempe_model_free(model);
     kempe_context_free(context);

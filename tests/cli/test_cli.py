@@ -14,7 +14,6 @@ import pty
 import re
 import resource
 import select
-import shlex
 import signal
 import struct
 import subprocess
@@ -717,7 +716,16 @@ class Ensembles(Case):
 
 
 class Inverse(Case):
-    LED = ROOT / "examples/stewart/led.yaml"
+    def test_forces_of_the_model_are_named(self):
+        """tau is in addition to what the model has along an actuated coordinate; a force elsewhere is not named."""
+        self.expect(0, "new", "bar")
+        said = "in addition to the model's forces along these coordinates: 'motor' along A\n"
+        self.assertIn(said, self.expect(0, "inverse", "bar.yaml", "--actuators", "A").stdout)
+        self.assertNotIn("in addition", self.expect(0, "inverse", "bar.yaml", "--actuators", "D").stdout)
+        for actuator, forces in (("A", ["motor"]), ("D", [])):
+            self.assertEqual(self.object(0, "inverse", "bar.yaml", "--actuators", actuator)["model_forces"], forces)
+
+    LED = ROOT / "examples/stewart/driven.yaml"
     LEGS = ",".join(f"slide{k}" for k in range(1, 7))
     ROBOT = ROOT / "examples/parallel_robot/parallel_robot.yaml"
 
@@ -1196,38 +1204,6 @@ class Check(Case):
         found = self.object(1, "check", path)
         self.assertKeys(found, "status reason nbody nq nh rank dof redundant u v cond_Jv max_B blocks loops gap culprits")
         self.assertEqual((found["status"], found["dof"]), ("failed", None))
-
-
-class Documents(Case):
-    def test_outputs_of_the_page_are_real(self):
-        """What docs/diagnosis.md shows is what the commands say, but for digits that are rounding."""
-        shown = self.shown("docs/diagnosis.md")
-        self.assertGreaterEqual(len(shown), 4)
-        for words, output in shown:
-            self.assertEqual(self.exact(kempe(*shlex.split(words), cwd=ROOT).stdout), output, words)
-
-    def test_outputs_of_the_first_pages_are_real(self):
-        """Lines that README.md and the tutorial show of an output are lines of it, in their order; `...` stands for others."""
-        self.expect(0, "new", "four_bar")
-        for page, least in (("README.md", 2), ("docs/tutorial.md", 3)):
-            shown = self.shown(page)
-            self.assertGreaterEqual(len(shown), least)
-            for words, output in shown:
-                said = self.exact(kempe(*shlex.split(words), cwd=self.folder).stdout).split("\n")
-                lines = [line for line in output.split("\n") if line not in ("...", "")]
-                self.assertGreaterEqual(len(lines), 1)
-                self.assertEqual([line for line in said if line in lines], lines, words)
-
-    def shown(self, page):
-        """(words, output) of what is shown after `$ kempe`."""
-        found, of = [], r"(?m)^    \$ kempe (.*)\n((?:    (?!\$ ).*\n|\n(?=    (?!\$ )))*)"
-        for words, output in re.findall(of, (ROOT / page).read_text()):
-            found.append((words, self.exact(re.sub("(?m)^    ", "", output))))
-        return found
-
-    def exact(self, text):
-        """Without digits that are rounding."""
-        return re.sub(r"[0-9.]+e-1[0-9]", "0", text).rstrip()
 
 
 class Assemble(Case):

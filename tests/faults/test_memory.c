@@ -269,7 +269,7 @@ static kempe_status check_model(scene *s)
     kempe_status status = kempe_check_new(s->system, &check);
     untouched(status, check);
     if (status == KEMPE_OK) {
-        status = kempe_check_print(check, KEMPE_TEXT, &text);
+        status = kempe_check_print(check, KEMPE_FULL_TEXT, &text);
         untouched(status, text);
     }
     kempe_check_free(check);
@@ -596,7 +596,7 @@ static kempe_status print_trajectory(scene *s)
 static kempe_status write_csv(scene *s)
 {
     kempe_table *table = NULL;
-    kempe_status status = write_table(kempe_trajectory_table(s->trajectory, "events", &table), &table);
+    kempe_status status = write_table(kempe_trajectory_table(s->trajectory, "log", &table), &table);
     return status == KEMPE_OK ? write_table(kempe_trajectory_table(s->trajectory, "rows", &table), &table) : status;
 }
 

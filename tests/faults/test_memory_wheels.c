@@ -2,7 +2,7 @@
 /* Every allocation fails once (test_memory.c), of what is done with wheels on rails, unknowns, and forces that depend
  * on multipliers. */
 #include "exhaust.h"
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -51,24 +51,24 @@ static kempe_status roll_shared(scene *s)
 static kempe_status shift_wheels(scene *s)
 {
     const kempe_contact_options ask = {.sweep = "y=-0.001:0.001:2", .law = "fastsim"};
-    kempe_contact_table *table = NULL;
-    kempe_status status = kempe_contact_table_new(s->system, &ask, &table);
+    kempe_contacts *table = NULL;
+    kempe_status status = kempe_contacts_new(s->system, &ask, &table);
     untouched(status, table);
     for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
         char *text = NULL;
-        status = kempe_contact_table_print(table, (kempe_format)format, &text);
+        status = kempe_contacts_print(table, (kempe_format)format, &text);
         untouched(status, text);
         kempe_text_free(text);
     }
     kempe_table *rows = NULL;
     if (status == KEMPE_OK)
-        status = kempe_contact_table_table(table, "rows", &rows);
+        status = kempe_contacts_table(table, "rows", &rows);
     if (status == KEMPE_OK)
         status = kempe_table_write(rows, file);
     kempe_table_free(rows);
     if (status == KEMPE_OK)
-        status = kempe_contact_table_write_svg(table, file);
-    kempe_contact_table_free(table);
+        status = kempe_contacts_write_svg(table, file);
+    kempe_contacts_free(table);
     return status;
 }
 

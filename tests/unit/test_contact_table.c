@@ -6,7 +6,7 @@
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table.h"
 #include <kempe/contact.h>
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <stdlib.h>
 
 static const char manchester[] = "examples/manchester/manchester.yaml";
@@ -137,14 +137,14 @@ static double press(const pose *p, const spread *all)
 static void contacts_are_where_surfaces_lie_on_each_other(void)
 {
     loaded l = load(manchester);
-    kempe_contact_table *table = NULL;
+    kempe_contacts *table = NULL;
     const kempe_contact_options ask = {.sweep = "shift=0:10 mm:6"};
-    CHECK(l.system && kempe_contact_table_new(l.system, &ask, &table) == KEMPE_OK);
+    CHECK(l.system && kempe_contacts_new(l.system, &ask, &table) == KEMPE_OK);
     int seen = 0;
     for (int row = 0; table && row < table->count; row++)
         for (int w = 0; w < 2; w++)
-            for (int z = 0; z < kempe_contact_table_zone_count(table, w); z++) {
-                const kempe_contact_patch *c = kempe_contact_table_patch(table, row, w, z);
+            for (int z = 0; z < kempe_contacts_zone_count(table, w); z++) {
+                const kempe_contact_patch *c = kempe_contacts_patch(table, row, w, z);
                 pose p = pose_of(&l, w, table->q + row * table->system->n);
                 if (!c->touches)
                     continue;
@@ -156,7 +156,7 @@ static void contacts_are_where_surfaces_lie_on_each_other(void)
                 seen++;
             }
     CHECK(seen >= 12);
-    kempe_contact_table_free(table);
+    kempe_contacts_free(table);
     unload(&l);
 }
 
@@ -164,8 +164,8 @@ static void contacts_are_where_surfaces_lie_on_each_other(void)
 
 static void refuses(const loaded *l, kempe_contact_options ask, const char *words)
 {
-    kempe_contact_table *table = NULL;
-    CHECK(kempe_contact_table_new(l->system, &ask, &table) == KEMPE_E_ARGUMENT);
+    kempe_contacts *table = NULL;
+    CHECK(kempe_contacts_new(l->system, &ask, &table) == KEMPE_E_ARGUMENT);
     CHECK(table == NULL);
     if (!strstr(kempe_context_message(l->context), words))
         CHECK_TEXT(kempe_context_message(l->context), words);
@@ -195,9 +195,9 @@ static void beside_the_rails(void)
     loaded l = load("examples/rolling_wheel/rolling_wheel.yaml");
     static const char *const places[] = {"y=-150 mm", "y=-5"};
     for (int k = 0; k < 2; k++) {
-        kempe_contact_table *table = NULL;
+        kempe_contacts *table = NULL;
         const kempe_contact_options ask = {.sweep = places[k], .hold = "yaw"};
-        CHECK(kempe_contact_table_new(l.system, &ask, &table) == KEMPE_E_FAILED);
+        CHECK(kempe_contacts_new(l.system, &ask, &table) == KEMPE_E_FAILED);
         CHECK(table == NULL && strstr(kempe_context_message(l.context), "wheel 'L' left its rail"));
     }
     unload(&l);

@@ -52,7 +52,7 @@ static void dismiss(patient *p)
 static void says(const patient *p, const char *words)
 {
     char *text = NULL;
-    CHECK(kempe_check_print(p->check, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(kempe_check_print(p->check, KEMPE_FULL_TEXT, &text) == KEMPE_OK);
     if (text && !strstr(text, words))
         printf("not said: %s\nin:\n%s", words, text);
     CHECK(text && strstr(text, words));
@@ -348,7 +348,7 @@ static void random_mechanisms_are_examined(void)
         kempe_status status = kempe_check_new(p.system, &p.check);
         CHECK(status == KEMPE_OK || status == KEMPE_E_FAILED);
         char *text = NULL;
-        CHECK(!p.check || kempe_check_print(p.check, trial % 2 ? KEMPE_TEXT : KEMPE_JSON, &text) == KEMPE_OK);
+        CHECK(!p.check || kempe_check_print(p.check, trial % 2 ? KEMPE_FULL_TEXT : KEMPE_JSON, &text) == KEMPE_OK);
         kempe_text_free(text);
         if (p.check && p.check->assembled) {
             assembled++;

@@ -62,7 +62,7 @@ static void as_drives(const char *path, double t_end)
 static void efforts_are_the_multipliers_of_drives(void)
 {
     as_drives("examples/driven_slider_crank/driven_slider_crank.yaml", 2);
-    as_drives("examples/stewart/led.yaml", 1);
+    as_drives("examples/stewart/driven.yaml", 1);
 }
 
 /* -- closed forms ------------------------------------------------------------------------------------ */
@@ -193,7 +193,7 @@ static int play(void *user, double t, const double *q, const double *qd, double 
  * motion. */
 static void the_platform_comes_back(void)
 {
-    loaded led = load("examples/stewart/led.yaml"), free_one = load("examples/stewart/stewart.yaml");
+    loaded led = load("examples/stewart/driven.yaml"), free_one = load("examples/stewart/stewart.yaml");
     const char *const legs = "slide1,slide2,slide3,slide4,slide5,slide6";
     kempe_inverse *r =
         invert(&led, &(kempe_inverse_options){.actuators = legs, .t_end = 1, .output_step = 5e-4}, KEMPE_OK);

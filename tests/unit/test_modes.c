@@ -54,7 +54,7 @@ static void a_quarter_car_is_its_quartic(void)
     loaded m = load("examples/quarter_car/quarter_car.yaml");
     kempe_modes *modes = modes_of(&m, (kempe_modes_options){0});
     double complex sum = 0, product = 1;
-    CHECK(modes->modes.count == 4 && kempe_modes_zero_count(modes) == 0 && !kempe_modes_unstable(modes));
+    CHECK(modes->modes.count == 4 && kempe_modes_zero_count(modes) == 0 && !kempe_modes_is_unstable(modes));
     for (int k = 0; k < 4; k++) {
         double complex s = modes->modes.spectrum.re[k] + I * modes->modes.spectrum.im[k], root = quarter_root(s, v);
         CHECK(cabs(s - root) <= 1e-12 * cabs(root));
@@ -92,7 +92,7 @@ static void an_inverted_pendulum_falls_where_its_spring_is_weak(void)
         loaded a = load_text(text);
         kempe_modes *modes = modes_of(&a, (kempe_modes_options){.at = "start"});
         double square = (k - m * g * l) / (m * l * l);
-        CHECK(modes->modes.count == 2 && kempe_modes_unstable(modes) == weak);
+        CHECK(modes->modes.count == 2 && kempe_modes_is_unstable(modes) == weak);
         CHECK_NEAR(weak ? modes->modes.spectrum.re[0] : modes->modes.spectrum.im[0], sqrt(fabs(square)), 1e-13);
         CHECK((weak ? modes->modes.spectrum.im[0] : modes->modes.spectrum.re[0]) == 0);
         CHECK(modes->modes.spectrum.re[1] == -modes->modes.spectrum.re[0]);
@@ -120,7 +120,7 @@ static void a_loaded_four_bar_falls_by_its_closures(void)
         loaded a = load_text(text);
         kempe_modes *modes = modes_of(&a, (kempe_modes_options){.at = "start"});
         double square = k / m - g / l;
-        CHECK(modes->modes.count == 2 && kempe_modes_unstable(modes) == weak);
+        CHECK(modes->modes.count == 2 && kempe_modes_is_unstable(modes) == weak);
         CHECK_NEAR(weak ? modes->modes.spectrum.re[0] : modes->modes.spectrum.im[0], sqrt(fabs(square)), 1e-12);
         kempe_modes_free(modes);
         unload(&a);
@@ -475,7 +475,7 @@ static void a_wheelset_hunts_above_its_critical_speed(void)
     CHECK(modes->locus.critical_count == 1 && modes->locus.reached == 6);
     CHECK_NEAR(modes->locus.critical[0].value, speed, 1e-10);
     CHECK_NEAR(cell(modes, "critical", 0, "frequency") * 2 * acos(-1), sqrt(B / A), 1e-9);
-    CHECK(!kempe_modes_unstable(modes)); /* at its own 80 m/s */
+    CHECK(!kempe_modes_is_unstable(modes)); /* at its own 80 m/s */
     for (int k = 0; k < 6; k++)
         for (int c = 0; c < 4; c++) {
             double complex s =

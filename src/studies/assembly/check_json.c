@@ -234,6 +234,7 @@ void kmp_check_json(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, check->system, check->assembled ? KEMPE_OK : KEMPE_E_FAILED, check->reason,
                    check->system->build_s, check->warnings);
+    json_sentence(&j, "verdict", check, kmp_check_verdict);
     if (check->assembled)
         json_assembled(&j, check);
     else

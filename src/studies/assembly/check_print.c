@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* `check` for a person: one paragraph a question. */
+/* `check` for a person: a short form with the verdict, or one paragraph a question. */
 #include "studies/assembly/check_print.h"
 #include "model/print/model_print.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <stdarg.h>
 
-enum { MOST_LISTED = 12 };
+enum { MOST_LISTED = 12, MOST_RANGES = 4 };
 #define ROUNDING 1e-13 /* relative to the first pivot: zero */
 #define USABLE   1e3   /* max |Bvu| of a coordinate that could be independent */
 
@@ -66,6 +66,13 @@ static void write_unused(kmp_text *text, const kempe_check *check)
     kmp_print_unused(text, check->system->model);
 }
 
+static void show_verdict(kmp_text *text, const kempe_check *check)
+{
+    label(text, "verdict");
+    kmp_check_verdict(text, check);
+    kmp_text_put(text, "\n");
+}
+
 static void show_mobility(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
@@ -117,17 +124,23 @@ static void put_repair(kmp_text *text, const kempe_check *check, int k)
     kmp_check_repair(text, check, &check->doctor.repairs[k]);
 }
 
+static void show_shared(kmp_text *text, const kempe_check *check)
+{
+    const kmp_doctor *d = &check->doctor;
+    if (d->shared_count == 0)
+        return;
+    label(text, "reactions not unique");
+    kmp_list_rows(text, check->system, d->shared_count, d->shared_rows);
+    kmp_text_put(text, "\n");
+}
+
 static void show_redundancy(kmp_text *text, const kempe_check *check)
 {
     const kmp_doctor *d = &check->doctor;
     if (!d->ran)
         line(text, "not examined", "%s", d->why_not);
     list(text, check, "dependent sets", "", d->set_count, put_set);
-    if (d->shared_count > 0) {
-        label(text, "reactions not unique");
-        kmp_list_rows(text, check->system, d->shared_count, d->shared_rows);
-        kmp_text_put(text, "\n");
-    }
+    show_shared(text, check);
     if (d->repairs_skipped)
         line(text, "removable closures", "not examined: too many rows");
     list(text, check, "removable closures", "or", d->repair_count, put_repair);
@@ -188,12 +201,23 @@ static void show_alternatives(kmp_text *text, const kempe_check *check, bool usa
     kmp_text_put(text, listed ? "\n" : "");
 }
 
+/* At most so many names. */
+static void show_independent(kmp_text *text, const kempe_check *check, int most)
+{
+    const kmp_partition *part = &check->part;
+    label(text, "independent, u");
+    kmp_list_names(text, check->system, kmp_name_of_coordinate, part->p < most ? part->p : most, part->u);
+    if (part->p > most)
+        kmp_text_printf(text, " and %d more", part->p - most);
+    kmp_text_put(text, "\n");
+}
+
 static void show_choice(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
-    kmp_text_put(text, "\n  independent, u       ");
-    kmp_list_names(text, check->system, kmp_name_of_coordinate, part->p, part->u);
-    kmp_text_put(text, "\n  dependent, v         ");
+    kmp_text_put(text, "\n");
+    show_independent(text, check, part->p);
+    label(text, "dependent, v");
     kmp_list_names(text, check->system, kmp_name_of_coordinate, part->r, part->v);
     kmp_text_put(text, "\n");
     show_why(text, part);
@@ -238,10 +262,10 @@ static void show_landmarks(kmp_text *text, const kempe_check *check)
     }
 }
 
-static void show_limits(kmp_text *text, const kempe_check *check)
+/* The ranges of at most so many coordinates, or none. */
+static void show_limits(kmp_text *text, const kempe_check *check, int most)
 {
     const kmp_limits *l = &check->doctor.limits;
-    kmp_text_put(text, "\n");
     line(text, "limits of motion", "%s",
          !l->walked ? (l->why_not ? l->why_not : "not followed")
          : l->cycle ? "the motion is a closed cycle"
@@ -249,7 +273,7 @@ static void show_limits(kmp_text *text, const kempe_check *check)
     if (!l->walked)
         return;
     int width = kmp_print_width(check->system, KMP_QUANTITY_Q);
-    for (int k = 0; k < check->system->n; k++) {
+    for (int k = 0; check->system->n <= most && k < check->system->n; k++) {
         label(text, "");
         kmp_text_printf(text, "%-*s  ", width, name_of(check, k));
         kmp_check_swing(text, check, k);
@@ -285,26 +309,46 @@ static void show_obstacle(kmp_text *text, const kempe_check *check)
     list(text, check, "held coordinates", "", check->obstacle.release_count, put_release);
 }
 
-static void show(kmp_text *text, const void *result)
+/* The parts that both forms begin with. False: there is no more to say. */
+static bool show_begin(kmp_text *text, const kempe_check *check)
 {
-    const kempe_check *check = result;
     kmp_text_printf(text, "%s\n", check->system->model->name);
+    show_verdict(text, check);
     sentence(text, check, "unused parameters", write_unused);
     if (check->assembled)
         show_mobility(text, check);
     list(text, check, "cut joints", "", check->system->model->cut_count, put_cut);
-    if (!check->assembled) {
+    if (!check->assembled)
         show_obstacle(text, check);
+    return check->assembled;
+}
+
+static void show_short(kmp_text *text, const void *result)
+{
+    const kempe_check *check = result;
+    if (!show_begin(text, check))
         return;
-    }
+    show_shared(text, check);
+    show_independent(text, check, MOST_LISTED);
+    show_limits(text, check, MOST_RANGES);
+    line(text, "details", "with --all");
+}
+
+static void show_all(kmp_text *text, const void *result)
+{
+    const kempe_check *check = result;
+    if (!show_begin(text, check))
+        return;
     show_redundancy(text, check);
     show_choice(text, check);
     show_blocks(text, check);
-    show_limits(text, check);
+    kmp_text_put(text, "\n");
+    show_limits(text, check, check->system->n);
 }
 
 kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, check, "check");
-    return kmp_print_result(check->system->context, format == KEMPE_JSON ? kmp_check_json : show, check, text);
+    kmp_put_fn *put = format == KEMPE_JSON ? kmp_check_json : format == KEMPE_FULL_TEXT ? show_all : show_short;
+    return kmp_print_result(check->system->context, put, check, text);
 }

@@ -23,6 +23,24 @@ void kmp_list_rows(kmp_text *text, const kempe_system *system, int count, const 
         kmp_text_printf(text, " and %d more", count - MOST_LISTED);
 }
 
+void kmp_check_verdict(kmp_text *text, const kempe_check *check)
+{
+    const kmp_partition *part = &check->part;
+    const char *reason = !check->assembled     ? "does not assemble"
+                         : check->undetermined ? "no run is possible"
+                         : part->p == 0        ? (check->system->rheonomic ? "all motion is prescribed" : "cannot move")
+                                               : NULL;
+    kmp_text_put(text, reason ? reason : "can be simulated");
+    if (!check->assembled)
+        return;
+    if (check->doctor.second == KMP_SECOND_NONE)
+        kmp_text_put(text, ", but is infinitesimally mobile");
+    if (check->doctor.second == KMP_SECOND_BRANCHES || check->doctor.second == KMP_SECOND_CONDITIONS)
+        kmp_text_put(text, "; the start is a change point (bifurcation)");
+    if (check->doctor.shared_count > 0)
+        kmp_text_put(text, "; some reactions are not unique");
+}
+
 void kmp_check_mobility(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;

@@ -312,7 +312,7 @@ int kempe_equilibrium_count(const kempe_equilibrium *equilibrium)
     return equilibrium->count;
 }
 
-int kempe_equilibrium_stable(const kempe_equilibrium *equilibrium, int k)
+int kempe_equilibrium_is_stable(const kempe_equilibrium *equilibrium, int k)
 {
     KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, -1);
     kmp_stability_word word = equilibrium->balance[k].stability.word;

@@ -78,6 +78,33 @@ static void show_kind(kmp_text *text, const kempe_inverse *r)
         kmp_text_put(text, ": the actuator forces are uniquely determined\n");
 }
 
+/* The next force of the model from `from` on that acts along an actuated coordinate; the number of forces: none. */
+static int next_force(const kempe_inverse *r, int from)
+{
+    const kempe_model *model = r->system->model;
+    for (int f = from; f < model->force_count; f++)
+        for (int k = 0; k < r->a; k++)
+            if (model->forces[f].motion == r->actuator[k])
+                return f;
+    return model->force_count;
+}
+
+/* Forces of the model at the actuators, which remain active. */
+static void show_model_forces(kmp_text *text, const kempe_inverse *r)
+{
+    const kempe_model *model = r->system->model;
+    int told = 0;
+    for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
+        if (told++ < MOST_TOLD)
+            kmp_text_printf(
+                text, "%s'%s' along %s",
+                told > 1 ? ", " : "the actuator forces are in addition to the model's forces along these coordinates: ",
+                model->forces[f].name, name_of(r, model->forces[f].motion));
+    if (told > MOST_TOLD)
+        kmp_text_printf(text, " and %d more", told - MOST_TOLD);
+    kmp_text_put(text, told > 0 ? "\n" : "");
+}
+
 static int name_width(const kempe_inverse *r)
 {
     int width = 4;
@@ -192,6 +219,7 @@ static void show(kmp_text *text, const void *result)
     if (r->rows == 0)
         return;
     show_kind(text, r);
+    show_model_forces(text, r);
     show_actuators(text, r, width);
     show_loops(text, r, width);
     show_verdict(text, r);
@@ -214,6 +242,15 @@ static void json_motion(kmp_json *json, const kempe_inverse *r)
     }
     if (r->motion == KMP_INVERSE_START)
         kmp_print_names(json, "u", r->system, kmp_name_of_coordinate, r->start_u_count, r->start_u);
+}
+
+static void json_model_forces(kmp_json *json, const kempe_inverse *r)
+{
+    const kempe_model *model = r->system->model;
+    kmp_json_array(json, "model_forces");
+    for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
+        kmp_json_string(json, NULL, model->forces[f].name);
+    kmp_json_end(json);
 }
 
 static void json_actuators(kmp_json *json, const kempe_inverse *r)
@@ -323,6 +360,7 @@ static void json(kmp_text *text, const void *result)
     json_motion(&j, r);
     json_kind(&j, r);
     json_actuators(&j, r);
+    json_model_forces(&j, r);
     json_rows(&j, r);
     kmp_convergence_json(&j, &r->again, r->a > 0 ? name_of(r, r->actuator[r->again.index]) : NULL);
     kmp_json_number(&j, "cpu_s", r->cpu_s);

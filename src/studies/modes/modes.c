@@ -239,7 +239,7 @@ int kempe_modes_zero_count(const kempe_modes *m)
     return m->modes.spectrum.zeros;
 }
 
-int kempe_modes_unstable(const kempe_modes *m)
+int kempe_modes_is_unstable(const kempe_modes *m)
 {
     KMP_GIVEN(m, 0);
     for (int k = 0; k < m->modes.count; k++)

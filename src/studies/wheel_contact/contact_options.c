@@ -3,17 +3,17 @@
 #include "model/tables/coordinates.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include <kempe/contact.h>
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <string.h>
 
 enum { USUAL_VALUES = 21, MOST_VALUES = 100000 };
 
-static kempe_context *context_of(const kempe_contact_table *t)
+static kempe_context *context_of(const kempe_contacts *t)
 {
     return t->given->context;
 }
 
-int kmp_contact_hold_of(const kempe_contact_table *t, int coordinate)
+int kmp_contact_hold_of(const kempe_contacts *t, int coordinate)
 {
     for (int k = 0; k < t->hold_count; k++)
         if (t->hold[k].coordinate == coordinate)
@@ -23,7 +23,7 @@ int kmp_contact_hold_of(const kempe_contact_table *t, int coordinate)
 
 /* -- swept quantities ---------------------------------------------------------------------------------- */
 
-static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *range, kmp_contact_lead *lead)
+static kempe_status add_coordinate(kempe_contacts *t, const kmp_range *range, kmp_contact_lead *lead)
 {
     const kempe_model *model = t->given->model;
     int c = -1;
@@ -36,7 +36,7 @@ static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *rang
     return KEMPE_OK;
 }
 
-static kempe_status read_over(kempe_contact_table *t)
+static kempe_status read_over(kempe_contacts *t)
 {
     t->lead = KMP_ARENA_NEW(&t->arena, kmp_contact_lead, t->over.count);
     if (!t->lead)
@@ -49,7 +49,7 @@ static kempe_status read_over(kempe_contact_table *t)
     return KEMPE_OK;
 }
 
-static kempe_status count_values(kempe_contact_table *t, int points)
+static kempe_status count_values(kempe_contacts *t, int points)
 {
     int count = points;
     bool varies = false;
@@ -67,7 +67,7 @@ static kempe_status count_values(kempe_contact_table *t, int points)
 
 /* -- the rest ------------------------------------------------------------------------------------------ */
 
-static kempe_status read_hold(kempe_contact_table *t, const char *words)
+static kempe_status read_hold(kempe_contacts *t, const char *words)
 {
     const kempe_model *model = t->given->model;
     int *list = KMP_ARENA_NEW(&t->arena, int, t->given->n), count = 0;
@@ -82,7 +82,7 @@ static kempe_status read_hold(kempe_contact_table *t, const char *words)
     return KEMPE_OK;
 }
 
-static kempe_status read_law(kempe_contact_table *t, const char *word)
+static kempe_status read_law(kempe_contacts *t, const char *word)
 {
     kmp_text all = {0};
     const char *name;
@@ -101,7 +101,7 @@ static kempe_status read_law(kempe_contact_table *t, const char *word)
     return status;
 }
 
-kempe_status kmp_contact_ask(kempe_contact_table *t, const kempe_contact_options *ask)
+kempe_status kmp_contact_ask(kempe_contacts *t, const kempe_contact_options *ask)
 {
     kempe_context *context = context_of(t);
     if (t->given->model->wheel_count == 0)

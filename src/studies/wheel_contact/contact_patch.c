@@ -4,7 +4,7 @@
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table.h"
 #include <kempe/contact.h>
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <math.h>
 
 /* Largest relative difference of the curvature at the contact from that of the patch, which is an average. Below it the
@@ -12,7 +12,7 @@
  * for patches that are one ellipse, 9 % at least for others (examples/manchester). */
 #define ROUND_ABOUT 0.05
 
-static void take_law(const kempe_contact_table *t, const kmp_wheel *wheel, kempe_contact_patch *p)
+static void take_law(const kempe_contacts *t, const kmp_wheel *wheel, kempe_contact_patch *p)
 {
     kempe_creep creep = {.a = p->a,
                          .b = p->b,
@@ -28,7 +28,7 @@ static void take_law(const kempe_contact_table *t, const kmp_wheel *wheel, kempe
         p->by_law[k] = t->has_law && known ? force.force[k] : NAN;
 }
 
-void kmp_contact_patch(const kempe_contact_table *t, int wheel, const double *shown, kempe_contact_patch *p)
+void kmp_contact_patch(const kempe_contacts *t, int wheel, const double *shown, kempe_contact_patch *p)
 {
     const kempe_model *model = t->system->model;
     const kmp_wheel *w = &model->wheels[wheel];

@@ -4,31 +4,31 @@
 #include "output/result_table.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include <kempe/contact.h>
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 /* Of the swept value k, in SI; "": a parameter. */
-static const char *unit_of(const kempe_contact_table *t, int k)
+static const char *unit_of(const kempe_contacts *t, int k)
 {
     int hold = t->lead[k].hold;
     return hold < 0 ? "" : kmp_quantity_unit(t->system, KMP_QUANTITY_Q, t->hold[hold].coordinate);
 }
 
-static kmp_shown shown_as(const kempe_contact_table *t, const char *unit)
+static kmp_shown shown_as(const kempe_contacts *t, const char *unit)
 {
     return kmp_shown_as(t->given->context, unit);
 }
 
-static const char *wheel_name(const kempe_contact_table *t, int wheel)
+static const char *wheel_name(const kempe_contacts *t, int wheel)
 {
     return t->system->model->wheels[wheel].name;
 }
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static void say_leads(kmp_text *text, const kempe_contact_table *t)
+static void say_leads(kmp_text *text, const kempe_contacts *t)
 {
     for (int k = 0; k < t->over.count; k++) {
         const kmp_range *r = &t->over.range[k];
@@ -42,7 +42,7 @@ static void say_leads(kmp_text *text, const kempe_contact_table *t)
 }
 
 /* Other fixed coordinates, and steady rates. */
-static void say_holds(kmp_text *text, const kempe_contact_table *t)
+static void say_holds(kmp_text *text, const kempe_contacts *t)
 {
     const kempe_model *model = t->system->model;
     for (int k = 0; k < t->hold_count; k++) {
@@ -65,7 +65,7 @@ static void put(kmp_text *text, double x)
         kmp_text_printf(text, "  %10s", "-");
 }
 
-static void show_patch(kmp_text *text, const kempe_contact_table *t, const kempe_contact_patch *p)
+static void show_patch(kmp_text *text, const kempe_contacts *t, const kempe_contact_patch *p)
 {
     double angle = shown_as(t, "rad").factor * p->angle;
     const double shown[] = {p->s * 1e3, p->y * 1e3, angle,       p->radius * 1e3, p->normal, p->slip[0],
@@ -77,7 +77,7 @@ static void show_patch(kmp_text *text, const kempe_contact_table *t, const kempe
     kmp_text_put(text, p->one_ellipse ? "\n" : "  no ellipse\n");
 }
 
-static void show_rows(kmp_text *text, const kempe_contact_table *t)
+static void show_rows(kmp_text *text, const kempe_contacts *t)
 {
     char angle[16];
     (void)snprintf(angle, sizeof angle, "angle, %s", shown_as(t, "rad").unit);
@@ -96,8 +96,8 @@ static void show_rows(kmp_text *text, const kempe_contact_table *t)
     for (int row = 0; row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++) {
             int touching = 0;
-            for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++) {
-                const kempe_contact_patch *p = kempe_contact_table_patch(t, row, w, z);
+            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++) {
+                const kempe_contact_patch *p = kempe_contacts_patch(t, row, w, z);
                 if (!p->touches)
                     continue;
                 kmp_text_printf(text, "%12.6g  %-*s %4d", factor * t->value[row], width, wheel_name(t, w), z + 1);
@@ -110,19 +110,19 @@ static void show_rows(kmp_text *text, const kempe_contact_table *t)
         }
 }
 
-static bool has_other_patches(const kempe_contact_table *t)
+static bool has_other_patches(const kempe_contacts *t)
 {
     for (int row = 0; row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++)
-            for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++)
-                if (kempe_contact_table_patch(t, row, w, z)->one_ellipse == 0)
+            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++)
+                if (kempe_contacts_patch(t, row, w, z)->one_ellipse == 0)
                     return true;
     return false;
 }
 
 static void show_all(kmp_text *text, const void *result)
 {
-    const kempe_contact_table *t = result;
+    const kempe_contacts *t = result;
     kmp_text_printf(text, "%s: %s, %d of %d values\n", t->system->model->name, kmp_status_word(t->status), t->count,
                     t->asked);
     say_leads(text, t);
@@ -141,7 +141,7 @@ static void show_all(kmp_text *text, const void *result)
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
-static void put_patch(kmp_json *json, const kempe_contact_table *t, const kempe_contact_patch *p)
+static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_contact_patch *p)
 {
     kmp_json_object(json, NULL);
     kmp_json_boolean(json, "touches", p->touches);
@@ -165,7 +165,7 @@ static void put_patch(kmp_json *json, const kempe_contact_table *t, const kempe_
     kmp_json_end(json);
 }
 
-static void put_row(kmp_json *json, const kempe_contact_table *t, int row)
+static void put_row(kmp_json *json, const kempe_contacts *t, int row)
 {
     kmp_json_object(json, NULL);
     kmp_json_number(json, "value", t->value[row]);
@@ -174,8 +174,8 @@ static void put_row(kmp_json *json, const kempe_contact_table *t, int row)
     kmp_json_object(json, "wheels");
     for (int w = 0; w < t->wheel_count; w++) {
         kmp_json_array(json, wheel_name(t, w));
-        for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++)
-            put_patch(json, t, kempe_contact_table_patch(t, row, w, z));
+        for (int z = 0; z < kempe_contacts_zone_count(t, w); z++)
+            put_patch(json, t, kempe_contacts_patch(t, row, w, z));
         kmp_json_end(json);
     }
     kmp_json_end(json);
@@ -184,7 +184,7 @@ static void put_row(kmp_json *json, const kempe_contact_table *t, int row)
 
 static void show_json(kmp_text *text, const void *result)
 {
-    const kempe_contact_table *t = result;
+    const kempe_contacts *t = result;
     kmp_json json = kmp_json_begin(text);
     kmp_print_head(&json, t->system, t->status, t->reason, t->system->build_s, t->warnings);
     kmp_json_string(&json, "over", t->over.range[0].name);
@@ -200,7 +200,7 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json_end(&json);
 }
 
-kempe_status kempe_contact_table_print(const kempe_contact_table *t, kempe_format format, char **out)
+kempe_status kempe_contacts_print(const kempe_contacts *t, kempe_format format, char **out)
 {
     KMP_WANTED(NULL, t, "table");
     return kmp_print_result(t->given->context, format == KEMPE_JSON ? show_json : show_all, t, out);
@@ -208,9 +208,9 @@ kempe_status kempe_contact_table_print(const kempe_contact_table *t, kempe_forma
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 
-static void fill_row(kempe_table *to, const kempe_contact_table *t, int row, int wheel, int zone)
+static void fill_row(kempe_table *to, const kempe_contacts *t, int row, int wheel, int zone)
 {
-    const kempe_contact_patch *p = kempe_contact_table_patch(t, row, wheel, zone);
+    const kempe_contact_patch *p = kempe_contacts_patch(t, row, wheel, zone);
     const double cells[] = {zone + 1,    p->touches,  p->s,       p->y,       p->angle,
                             p->radius,   p->normal,   p->slip[0], p->slip[1], p->spin,
                             p->force[0], p->force[1], p->moment,  p->a,       p->b};
@@ -224,7 +224,7 @@ static void fill_row(kempe_table *to, const kempe_contact_table *t, int row, int
 
 static void fill_rows(kempe_table *to, const void *result)
 {
-    const kempe_contact_table *t = result;
+    const kempe_contacts *t = result;
     const char *over = t->over.range[0].name;
     kmp_shown as = shown_as(t, unit_of(t, 0));
     kmp_tabulate_comment(to, "%s: units m, %s, N, 1/m, N m; %s in %s", t->system->model->name, shown_as(t, "rad").unit,
@@ -245,13 +245,13 @@ static void fill_rows(kempe_table *to, const void *result)
     kmp_tabulate_columns(to, "", "one_ellipse");
     for (int row = 0; row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++)
-            for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++)
+            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++)
                 fill_row(to, t, row, w, z);
 }
 
 static void fill_states(kempe_table *to, const void *result)
 {
-    const kempe_contact_table *t = result;
+    const kempe_contacts *t = result;
     int n = t->system->n;
     kmp_tabulate_column(to, unit_of(t, 0), "%s", t->over.range[0].name);
     kmp_tabulate_quantity(to, t->system, KMP_QUANTITY_Q);
@@ -264,7 +264,7 @@ static void fill_states(kempe_table *to, const void *result)
     }
 }
 
-kempe_status kempe_contact_table_table(const kempe_contact_table *t, const char *name, kempe_table **table)
+kempe_status kempe_contacts_table(const kempe_contacts *t, const char *name, kempe_table **table)
 {
     static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"states", fill_states}, {0}};
     KMP_WANTED(NULL, t, "contact table");

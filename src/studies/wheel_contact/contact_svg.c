@@ -7,7 +7,7 @@
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table.h"
 #include <kempe/contact.h>
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -23,7 +23,7 @@ typedef struct shade {
 } shade;
 
 /* A colour of SVG, from blue at the first value to red at the last. */
-static shade shade_of(const kempe_contact_table *t, int row)
+static shade shade_of(const kempe_contacts *t, int row)
 {
     double part = t->count > 1 ? (double)row / (t->count - 1) : 0;
     shade s;
@@ -56,11 +56,11 @@ static void put_profile(section *s, bool rail)
     kmp_curve_end(&s->plot);
 }
 
-static void put_joins(section *s, const kempe_contact_table *t, int wheel)
+static void put_joins(section *s, const kempe_contacts *t, int wheel)
 {
     for (int row = 0; row < t->count; row++)
-        for (int z = 0; z < kempe_contact_table_zone_count(t, wheel); z++) {
-            const kempe_contact_patch *p = kempe_contact_table_patch(t, row, wheel, z);
+        for (int z = 0; z < kempe_contacts_zone_count(t, wheel); z++) {
+            const kempe_contact_patch *p = kempe_contacts_patch(t, row, wheel, z);
             if (!p->touches)
                 continue;
             kmp_curve_begin(&s->plot, "join", shade_of(t, row).words);
@@ -71,18 +71,18 @@ static void put_joins(section *s, const kempe_contact_table *t, int wheel)
 }
 
 /* The lateral distance of the wheel from its rail where it touches first. */
-static double find_shift(const kempe_contact_table *t, int wheel)
+static double find_shift(const kempe_contacts *t, int wheel)
 {
     for (int row = 0; row < t->count; row++)
-        for (int z = 0; z < kempe_contact_table_zone_count(t, wheel); z++) {
-            const kempe_contact_patch *p = kempe_contact_table_patch(t, row, wheel, z);
+        for (int z = 0; z < kempe_contacts_zone_count(t, wheel); z++) {
+            const kempe_contact_patch *p = kempe_contacts_patch(t, row, wheel, z);
             if (p->touches)
                 return p->y - p->s;
         }
     return 0;
 }
 
-static void put_section(kmp_text *text, const kempe_contact_table *t, int wheel, double x, double y, double width)
+static void put_section(kmp_text *text, const kempe_contacts *t, int wheel, double x, double y, double width)
 {
     const kmp_wheel *w = &t->system->model->wheels[wheel];
     const kmp_track *track = &t->system->model->tracks[w->track];
@@ -127,21 +127,20 @@ static double value_of(const kempe_contact_patch *p, size_t at, double unit)
     return p->touches ? *(const double *)(const void *)((const char *)p + at) / unit : NAN;
 }
 
-static int patches_a_value(const kempe_contact_table *t)
+static int patches_a_value(const kempe_contacts *t)
 {
     return t->first[t->wheel_count];
 }
 
 /* A patch over the values; `at`: its number of the panel. */
-static void put_curve(kmp_plot *plot, const kempe_contact_table *t, int patch, size_t at, double unit)
+static void put_curve(kmp_plot *plot, const kempe_contacts *t, int patch, size_t at, double unit)
 {
     for (int row = 0; row < t->count; row++)
         kmp_curve_to(plot, t->value[row], value_of(&t->patch[row * patches_a_value(t) + patch], at, unit));
     kmp_curve_end(plot);
 }
 
-static void put_panel(kmp_text *text, const kempe_contact_table *t, const panel *shown, double x, double y,
-                      double width)
+static void put_panel(kmp_text *text, const kempe_contacts *t, const panel *shown, double x, double y, double width)
 {
     kmp_plot plot = kmp_plot_inside(text, x, y, width, PANEL);
     for (int k = 0; k < t->count * patches_a_value(t); k++) {
@@ -164,7 +163,7 @@ static void put_panel(kmp_text *text, const kempe_contact_table *t, const panel 
 }
 
 /* In the last panel's place: the legend of the wheels' colours. */
-static void put_legend(kmp_text *text, const kempe_contact_table *t, double x, double y)
+static void put_legend(kmp_text *text, const kempe_contacts *t, double x, double y)
 {
     for (int w = 0; w < t->wheel_count; w++, y += LINE)
         kmp_picture_entry(text, x, y, "curve", kmp_plot_colour(w), "%s", t->system->model->wheels[w].name);
@@ -176,7 +175,7 @@ static void put_legend(kmp_text *text, const kempe_contact_table *t, double x, d
                       t->value[t->count - 1]);
 }
 
-kempe_status kempe_contact_table_write_svg(const kempe_contact_table *t, const char *path)
+kempe_status kempe_contacts_write_svg(const kempe_contacts *t, const char *path)
 {
     KMP_WANTED(NULL, t, "table");
     KMP_WANTED(t->given->context, path, "path");

@@ -9,14 +9,14 @@
 #include "constraints/rounding/mend.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 #include <math.h>
 #include <string.h>
 
 #define LEAST_PART (1.0 / 64) /* of the step from value to value */
 
 typedef struct job {
-    kempe_contact_table *t;
+    kempe_contacts *t;
     kmp_arena arena;
     kmp_linear linear;
     kmp_operating *start;
@@ -46,7 +46,7 @@ static kempe_status add_outputs(kempe_model *copy)
     return KEMPE_OK;
 }
 
-static kempe_status make_system(kempe_contact_table *t)
+static kempe_status make_system(kempe_contacts *t)
 {
     const char **names = KMP_ARENA_NEW(&t->arena, const char *, t->over.count);
     if (!names)
@@ -59,7 +59,7 @@ static kempe_status make_system(kempe_contact_table *t)
     return kmp_system_of_variant(t->variant, &t->system);
 }
 
-static kempe_status make_table(kempe_contact_table *t)
+static kempe_status make_table(kempe_contacts *t)
 {
     const kempe_model *model = t->system->model;
     ptrdiff_t rows = t->asked;
@@ -78,7 +78,7 @@ static kempe_status make_table(kempe_contact_table *t)
 
 static kempe_status set_parameters(job *j, const double *point)
 {
-    kempe_contact_table *t = j->t;
+    kempe_contacts *t = j->t;
     if (t->parameter_count == 0)
         return KEMPE_OK;
     for (int k = 0; k < t->over.count; k++)
@@ -90,7 +90,7 @@ static kempe_status set_parameters(job *j, const double *point)
 /* Coordinates that move and are not determined by closures keep their rates; rates of rotating ones are found. */
 static kempe_status hold_what_moves(job *j)
 {
-    kempe_contact_table *t = j->t;
+    kempe_contacts *t = j->t;
     KMP_TRY(kmp_linear_choose(&j->linear, 0, j->q, NULL, 0));
     for (int k = 0; k < j->linear.p; k++) {
         int c = j->linear.part.u[k];
@@ -105,7 +105,7 @@ static kempe_status hold_what_moves(job *j)
 
 static kempe_status read_freed(job *j, const char *words)
 {
-    kempe_contact_table *t = j->t;
+    kempe_contacts *t = j->t;
     const kempe_model *model = t->system->model;
     int *list = KMP_ARENA_NEW(&j->arena, int, t->system->n), count = 0;
     if (!list)
@@ -135,7 +135,7 @@ static bool make_room(job *j)
 
 static kempe_status begin(job *j, const kempe_contact_options *ask)
 {
-    kempe_contact_table *t = j->t;
+    kempe_contacts *t = j->t;
     if (!make_room(j))
         return kmp_fail_memory(context_of(j));
     for (int k = 0; k < t->over.count; k++)
@@ -157,7 +157,7 @@ static kempe_status begin(job *j, const kempe_contact_options *ask)
 
 static kempe_status try_point(job *j, const double *point)
 {
-    kempe_contact_table *t = j->t;
+    kempe_contacts *t = j->t;
     size_t size = (size_t)t->system->n * sizeof(double);
     kmp_search search = {.rates = t->hold, .rate_count = t->hold_count, .balanced = true, .quiet = true};
     kempe_status status = set_parameters(j, point);
@@ -218,7 +218,7 @@ static kempe_status check_ends(job *j)
 
 static kempe_status take_row(job *j)
 {
-    kempe_contact_table *t = j->t;
+    kempe_contacts *t = j->t;
     const kmp_linear *l = &j->linear;
     KMP_TRY(check_ends(j));
     size_t n = (size_t)t->system->n, row = (size_t)t->count++;
@@ -239,7 +239,7 @@ static kempe_status take_row(job *j)
 /* Keeps a table that is not complete, with its reason. */
 static kempe_status give_reason(job *j, kempe_status status)
 {
-    kempe_contact_table *t = j->t;
+    kempe_contacts *t = j->t;
     kmp_text reason = {0};
     if (t->count == 0 || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
         return status;
@@ -252,7 +252,7 @@ static kempe_status give_reason(job *j, kempe_status status)
 
 static kempe_status run(job *j, const kempe_contact_options *ask)
 {
-    kempe_contact_table *t = j->t;
+    kempe_contacts *t = j->t;
     kempe_status status = begin(j, ask);
     for (int row = 0; status == KEMPE_OK && row < t->asked; row++) {
         for (int k = 0; k < t->over.count; k++)
@@ -264,14 +264,13 @@ static kempe_status run(job *j, const kempe_contact_options *ask)
     return give_reason(j, status);
 }
 
-kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_options *ask,
-                                     kempe_contact_table **table)
+kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_options *ask, kempe_contacts **table)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, table, "table");
     KMP_OPTIONS(system->context, kempe_contact_options, ask);
     double begun = kmp_cpu_now();
-    kempe_contact_table *t = KMP_NEW(kempe_contact_table, 1);
+    kempe_contacts *t = KMP_NEW(kempe_contacts, 1);
     kmp_context_begin(system->context);
     if (!t)
         return kmp_fail_memory(system->context);
@@ -293,11 +292,11 @@ kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_con
     if (status >= 0)
         *table = t;
     else
-        kempe_contact_table_free(t);
+        kempe_contacts_free(t);
     return status;
 }
 
-void kempe_contact_table_free(kempe_contact_table *t)
+void kempe_contacts_free(kempe_contacts *t)
 {
     if (!t)
         return;
@@ -311,28 +310,28 @@ void kempe_contact_table_free(kempe_contact_table *t)
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-const char *kempe_contact_table_status(const kempe_contact_table *t)
+const char *kempe_contacts_status(const kempe_contacts *t)
 {
     KMP_GIVEN(t, "");
     return t->status == KEMPE_OK ? "ok" : "stopped";
 }
 
-const char *kempe_contact_table_reason(const kempe_contact_table *t)
+const char *kempe_contacts_reason(const kempe_contacts *t)
 {
     KMP_GIVEN(t, "");
     return t->reason ? t->reason : "";
 }
 
-int kempe_contact_table_zone_count(const kempe_contact_table *t, int wheel)
+int kempe_contacts_zone_count(const kempe_contacts *t, int wheel)
 {
     KMP_GIVEN(t, 0);
     return wheel >= 0 && wheel < t->wheel_count ? t->first[wheel + 1] - t->first[wheel] : 0;
 }
 
-const kempe_contact_patch *kempe_contact_table_patch(const kempe_contact_table *t, int k, int wheel, int zone)
+const kempe_contact_patch *kempe_contacts_patch(const kempe_contacts *t, int k, int wheel, int zone)
 {
     KMP_GIVEN(t, NULL);
-    if (k < 0 || k >= t->count || zone < 0 || zone >= kempe_contact_table_zone_count(t, wheel))
+    if (k < 0 || k >= t->count || zone < 0 || zone >= kempe_contacts_zone_count(t, wheel))
         return NULL;
     return t->patch + (ptrdiff_t)k * t->first[t->wheel_count] + t->first[wheel] + zone;
 }

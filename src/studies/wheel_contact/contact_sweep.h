@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A table of contacts (kempe/contact_table.h): its values, and the states and patches at each. */
+/* A table of contacts (kempe/contacts.h): its values, and the states and patches at each. */
 #ifndef KMP_STUDIES_WHEEL_CONTACT_CONTACT_SWEEP_H
 #define KMP_STUDIES_WHEEL_CONTACT_CONTACT_SWEEP_H
 
@@ -8,14 +8,14 @@
 #include "model/variant.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/contact.h>
-#include <kempe/contact_table.h>
+#include <kempe/contacts.h>
 
 /** A range of `over`: a parameter of the variant, or a coordinate with fixed value. */
 typedef struct kmp_contact_lead {
     int parameter, hold; /* one of them is -1 */
 } kmp_contact_lead;
 
-struct kempe_contact_table {
+struct kempe_contacts {
     kmp_arena arena; /* of all arrays */
     const kempe_system *given;
     kmp_variant *variant; /* the varied parameters, and the outputs of wheels */
@@ -42,12 +42,12 @@ struct kempe_contact_table {
 };
 
 /** Reads the options into a table that has its system: swept quantities, fixed ones, law, values. */
-kempe_status kmp_contact_ask(kempe_contact_table *table, const kempe_contact_options *ask);
+kempe_status kmp_contact_ask(kempe_contacts *table, const kempe_contact_options *ask);
 
 /** The index of a coordinate among the fixed ones; -1: it is not fixed. */
-int kmp_contact_hold_of(const kempe_contact_table *table, int coordinate);
+int kmp_contact_hold_of(const kempe_contacts *table, int coordinate);
 
 /** A patch from the KMP_CONTACT_SHOWN values of the wheel's output in a zone; its radius from the profile. */
-void kmp_contact_patch(const kempe_contact_table *table, int wheel, const double *shown, kempe_contact_patch *patch);
+void kmp_contact_patch(const kempe_contacts *table, int wheel, const double *shown, kempe_contact_patch *patch);
 
 #endif

@@ -5,17 +5,17 @@
  * each wheel.
  *
  *     kempe_contact_options ask = {.sweep = "y=0:10 mm:21", .hold = "yaw"};
- *     kempe_contact_table *table;
- *     kempe_contact_table_new(system, &ask, &table);
+ *     kempe_contacts *table;
+ *     kempe_contacts_new(system, &ask, &table);
  *     kempe_table *rows;
- *     kempe_contact_table_table(table, "rows", &rows);
+ *     kempe_contacts_table(table, "rows", &rows);
  *     for (int k = 0; k < kempe_table_row_count(rows); k++)
  *         show(kempe_table_word(rows, k, 1), kempe_table_number(rows, k, kempe_table_find(rows, "normal")));
  *
  * The laws themselves, without a model, are in contact.h.
  */
-#ifndef KEMPE_CONTACT_TABLE_H
-#define KEMPE_CONTACT_TABLE_H
+#ifndef KEMPE_CONTACTS_H
+#define KEMPE_CONTACTS_H
 
 #include <kempe/table.h>
 
@@ -56,34 +56,32 @@ typedef struct kempe_contact_patch {
                        * contact) */
 } kempe_contact_patch;
 
-typedef struct kempe_contact_table kempe_contact_table;
+typedef struct kempe_contacts kempe_contacts;
 
 /** Computes the table from the assembled start. The system must outlive it. KEMPE_STOPPED: the table ends early, with a
  * reason; `*table` is given. KEMPE_E_ARGUMENT: the model has no wheels, or a name, range or word is wrong.
  * KEMPE_E_FAILED: the model does not assemble, or has no balance at the first value; the message has the reason. */
-KEMPE_API kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_options *ask,
-                                               kempe_contact_table **table);
-KEMPE_API void kempe_contact_table_free(kempe_contact_table *table);
+KEMPE_API kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_options *ask,
+                                          kempe_contacts **table);
+KEMPE_API void kempe_contacts_free(kempe_contacts *table);
 
 /** "ok" or "stopped", and the reason as a sentence ("" when ok). */
-KEMPE_API const char *kempe_contact_table_status(const kempe_contact_table *table);
-KEMPE_API const char *kempe_contact_table_reason(const kempe_contact_table *table);
+KEMPE_API const char *kempe_contacts_status(const kempe_contacts *table);
+KEMPE_API const char *kempe_contacts_reason(const kempe_contacts *table);
 
 /** The zones of a wheel, and a patch at the k-th value: owned by the table, NULL for an index that does not exist. */
-KEMPE_API int kempe_contact_table_zone_count(const kempe_contact_table *table, int wheel);
-KEMPE_API const kempe_contact_patch *kempe_contact_table_patch(const kempe_contact_table *table, int k, int wheel,
-                                                               int zone);
+KEMPE_API int kempe_contacts_zone_count(const kempe_contacts *table, int wheel);
+KEMPE_API const kempe_contact_patch *kempe_contacts_patch(const kempe_contacts *table, int k, int wheel, int zone);
 
-KEMPE_API kempe_status kempe_contact_table_print(const kempe_contact_table *table, kempe_format format, char **text);
+KEMPE_API kempe_status kempe_contacts_print(const kempe_contacts *table, kempe_format format, char **text);
 
 /** The tables "rows", a row for each value, wheel and zone with the numbers of its patch, and "states", a row for each
  * value with q and qd, SI. Free a table with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
-KEMPE_API kempe_status kempe_contact_table_table(const kempe_contact_table *contacts, const char *name,
-                                                 kempe_table **table);
+KEMPE_API kempe_status kempe_contacts_table(const kempe_contacts *contacts, const char *name, kempe_table **table);
 
 /** Writes an SVG picture. It shows the profile of each wheel on the rail, with the points that touch joined at every
  * value. Rolling radius, contact angle, normal force and forces are plotted over the values. */
-KEMPE_API kempe_status kempe_contact_table_write_svg(const kempe_contact_table *table, const char *path);
+KEMPE_API kempe_status kempe_contacts_write_svg(const kempe_contacts *table, const char *path);
 
 KEMPE_END
 #endif
