@@ -297,7 +297,7 @@ static void build_once(const kempe_assembly *start, double part[3])
         exit(1);
     kmp_eval_closure(eval, 0, start->q);
     if (kmp_partition_init(&u, b.system, eval->jacobian, NULL, 0) || kmp_reduction_init(&red, eval, &u) ||
-        kmp_reduction_factor(&red) || kmp_fused_new(&fused, &red))
+        kmp_reduction_factor(&red) || kmp_fused_new(&fused, &red, false))
         exit(1);
     part[2] = bench_now() - begin - part[0] - part[1];
     kmp_fused_free(fused);

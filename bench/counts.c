@@ -39,7 +39,7 @@ static void right_hand_side(const bench *b, const char *name)
     put("program: M, C, h, J, gamma", program);
     put("linear algebra", solves);
     put("together", sum(program, solves));
-    if (kmp_reduction_factor(&red) || kmp_fused_new(&fused, &red))
+    if (kmp_reduction_factor(&red) || kmp_fused_new(&fused, &red, false))
         exit(1);
     if (fused)
         put("as one program", kmp_fused_count(fused));

@@ -233,7 +233,7 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
                                    .atol = 1e-10,
                                    .rate_scale = 1};
     s->formulation = kmp_formulation_integrated.create(&kmp_formulation_integrated, &given);
-    if (kmp_reduction_factor(&s->red) || kmp_fused_new(&s->fused, &s->red) || !s->fused)
+    if (kmp_reduction_factor(&s->red) || kmp_fused_new(&s->fused, &s->red, false) || !s->fused)
         exit(1);
     gather_states(s, start);
 }

@@ -23,12 +23,11 @@ static double measure(const kmp_closer *c, const kmp_close_rule *rule, double *w
     return isnan(zero) ? INFINITY : size;
 }
 
-/* Rounding error of a coordinate of the largest size. */
-static double noise(const kmp_closer *c, const double *x)
+double kmp_close_noise(int n, const double *scale, const double *x)
 {
     double size = 1;
-    for (int i = 0; i < c->eval->n; i++)
-        size = fmax(size, fabs(x[i]) / c->scale[i]);
+    for (int i = 0; i < n; i++)
+        size = fmax(size, fabs(x[i]) / scale[i]);
     return 16 * DBL_EPSILON * size;
 }
 
@@ -56,7 +55,7 @@ static void add(const kmp_closer *c, double factor, double *x)
 kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, double *x)
 {
     kmp_closed out = {0};
-    double last = INFINITY, weighted, floor_ = noise(c, x);
+    double last = INFINITY, weighted, floor_ = kmp_close_noise(c->eval->n, c->scale, x);
     while (out.corrections < rule->most && c->place(c->self, t, x) == 0 && c->correct(c->self, c->eval->h, c->dx)) {
         double size = measure(c, rule, &weighted);
         bool done = size <= floor_ || weighted <= rule->fraction ||

@@ -66,6 +66,9 @@ double kmp_close_length(const kmp_evaluator *eval);
 /** Scaled |h| that is rounding where corrections no longer shrink, also of points far from the origin. */
 double kmp_close_rounding(const kempe_system *system);
 
+/** Scaled rounding error of a coordinate of the largest size of x (n): a smaller correction gains nothing. */
+double kmp_close_noise(int n, const double *scale, const double *x);
+
 /** Corrects rates to J qd + h_t = 0 with the present factors: twice because of rounding, and repeatedly where
  * damping shortens corrections. room: m values. */
 void kmp_close_rates(const kmp_closer *closer, double *room, double *qd);

@@ -10,6 +10,7 @@
 
 struct kmp_fused {
     const kmp_reduction *red;
+    bool closes; /* with the stage KMP_FUSED_CLOSE */
     kmp_arena arena;
     kmp_written_machine made;
     kmp_fused_layout layout;
@@ -44,6 +45,13 @@ static bool find_signs(const kmp_fused *f, const double *pivot, int *signs)
     return regular;
 }
 
+static const double *run_rates(kmp_fused *f)
+{
+    if (f->closes)
+        (void)kmp_machine_run(f->made.machine, KMP_FUSED_CLOSE);
+    return kmp_machine_run(f->made.machine, KMP_FUSED_RATES);
+}
+
 static void find_turns(kmp_fused *f)
 {
     const kmp_reduction *red = f->red;
@@ -52,7 +60,7 @@ static void find_turns(kmp_fused *f)
     for (int i = 0; i < red->r; i++)
         f->state[2 * red->p + i] = red->eval->q[red->part->v[i]];
     kmp_written_machine_place(&f->made, red->eval->t, f->state);
-    (void)kmp_machine_run(f->made.machine, KMP_FUSED_RATES);
+    (void)run_rates(f);
     const double *end = kmp_machine_run(f->made.machine, KMP_FUSED_END);
     (void)find_signs(f, end + f->layout.multipliers, f->signs);
     if (red->r > 0)
@@ -80,18 +88,18 @@ static kmp_program *write_program(kmp_fused *f)
     if (!order)
         return NULL;
     kmp_written_order(f->red, order);
-    const kmp_fused_plan plan = {order, s->row_scale, s->dissipative};
+    const kmp_fused_plan plan = {order, s->row_scale, s->dissipative, f->closes};
     return kmp_fused_write(f->red, &plan, &f->layout);
 }
 
-kempe_status kmp_fused_new(kmp_fused **out, const kmp_reduction *red)
+kempe_status kmp_fused_new(kmp_fused **out, const kmp_reduction *red, bool closes)
 {
     *out = NULL;
     if (!can_be(red))
         return KEMPE_OK;
     kmp_fused *f = KMP_NEW(kmp_fused, 1);
     if (f)
-        *f = (kmp_fused){.red = red};
+        *f = (kmp_fused){.red = red, .closes = closes};
     if (!f || !kmp_written_machine_init(&f->made, red->eval, write_program(f)) || !allocate(f)) {
         kmp_fused_free(f);
         return kmp_fail_memory(red->eval->system->context);
@@ -133,11 +141,25 @@ static const double *with_efforts(kmp_fused *f, double t, const double *y, const
     return kmp_machine_run(f->made.machine, KMP_FUSED_ACCELERATIONS);
 }
 
+const double *kmp_fused_close(kmp_fused *f, double t, const double *y)
+{
+    kmp_written_machine_place(&f->made, t, y);
+    return kmp_machine_run(f->made.machine, KMP_FUSED_CLOSE);
+}
+
 bool kmp_fused_run(kmp_fused *f, double t, const double *y, double *dy)
+{
+    if (f->closes)
+        (void)kmp_fused_close(f, t, y);
+    else
+        kmp_written_machine_place(&f->made, t, y);
+    return kmp_fused_finish(f, t, y, dy);
+}
+
+bool kmp_fused_finish(kmp_fused *f, double t, const double *y, double *dy)
 {
     int p = f->red->p, r = f->red->r;
     bool positive = true;
-    kmp_written_machine_place(&f->made, t, y);
     const double *out = kmp_machine_run(f->made.machine, KMP_FUSED_RATES), *pivot = out + p + r;
     if (f->effort) {
         memcpy(dy + 2 * p, out, (size_t)r * sizeof *dy);
@@ -193,6 +215,8 @@ kmp_fused_end kmp_fused_at_end(kmp_fused *f)
     end.h_t = s->rheonomic ? end.jacobian + s->jacobian.count : NULL;
     end.bvu = end.jacobian + s->jacobian.count + (s->rheonomic ? s->m : 0);
     end.dv = end.bvu + f->red->r * f->red->p;
+    end.x_t = f->closes ? end.dv + f->red->r : NULL;
+    end.a0 = f->closes ? end.x_t + f->red->r : NULL;
     return end;
 }
 
@@ -201,7 +225,7 @@ bool kmp_fused_is_good(kmp_fused *f, double t, const double *y)
     if (f->layout.multipliers == 0)
         return true;
     kmp_written_machine_place(&f->made, t, y);
-    (void)kmp_machine_run(f->made.machine, KMP_FUSED_RATES);
+    (void)run_rates(f);
     return is_good(f, kmp_machine_run(f->made.machine, KMP_FUSED_END));
 }
 

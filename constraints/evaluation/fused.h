@@ -11,13 +11,17 @@ typedef struct kmp_fused kmp_fused;
 
 /** Makes the program from a reduction with its factors at the evaluator's last closure, whose values determine the
  * order of elimination. *fused is NULL if there is none: large blocks, many degrees of freedom, implicit blocks.
- * KEMPE_E_MEMORY. */
-kempe_status kmp_fused_new(kmp_fused **fused, const kmp_reduction *red);
+ * `closes`: with the correction of v as a stage by itself (kmp_fused_close). KEMPE_E_MEMORY. */
+kempe_status kmp_fused_new(kmp_fused **fused, const kmp_reduction *red, bool closes);
 void kmp_fused_free(kmp_fused *fused);
 
 /** Evaluates at (t, y), y = (u, ud, v), with the evaluator's charts and frozen conditions: dy = (ud, udd, vd), which
  * may be NaN. false: the reduced mass is not positive. No allocation. */
 bool kmp_fused_run(kmp_fused *fused, double t, const double *y, double *dy);
+
+/** The correction of v (r), -Jv^-1 h, at (t, y), owned by the program. Then the rest of kmp_fused_run there. */
+const double *kmp_fused_close(kmp_fused *fused, double t, const double *y);
+bool kmp_fused_finish(kmp_fused *fused, double t, const double *y, double *dy);
 
 /** The power of non-conservative forces, user-defined ones included, at the last run. */
 double kmp_fused_power(const kmp_fused *fused);
@@ -33,6 +37,7 @@ typedef struct kmp_fused_end {
     const int *signs;                 /* signs of its blocks, as from kmp_block_take_signs */
     const double *h, *jacobian, *h_t; /* as in kmp_evaluator */
     const double *bvu, *dv;           /* as in kmp_reduction: Bvu, the correction of v */
+    const double *x_t, *a0;           /* r, of v, as there; NULL unless it closes */
 } kmp_fused_end;
 
 kmp_fused_end kmp_fused_at_end(kmp_fused *fused);

@@ -166,8 +166,12 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
 {
     kmp_written *w = &k->w;
     int closures = kmp_written_closure_count(w->s);
-    if (!kmp_written_room(w, 2 * k->r + 2 * k->p + 1 + k->jv.multipliers + k->jv.pivots + closures + k->r * k->p))
+    if (!kmp_written_room(w, 5 * k->r + 2 * k->p + 1 + k->jv.multipliers + k->jv.pivots + closures + k->r * k->p +
+                                 3 * k->r))
         return NULL;
+    kmp_written_stage(w);
+    if (k->plan->closes)
+        kmp_written_put(w, k->r, k->dv);
     kmp_written_stage(w);
     if (!w->s->force)
         kmp_written_put(w, k->p, end);
@@ -189,6 +193,10 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
         for (int i = 0; i < k->r; i++)
             kmp_written_put(w, 1, &k->b[i * k->p + c]);
     kmp_written_put(w, k->r, k->dv);
+    if (k->plan->closes) {
+        kmp_written_put(w, k->r, k->x_t);
+        kmp_written_put(w, k->r, k->a0);
+    }
     return kmp_written_program(w);
 }
 

@@ -9,8 +9,11 @@
 #include "integrators/formulations/reduced.h"
 #include "constraints/evaluation/fused_inside.h"
 #include "constraints/tolerances.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
+
+enum { MOST_CORRECTIONS = 12 };
 
 int kmp_reduced_work(const kmp_reduced *d)
 {
@@ -135,6 +138,56 @@ static bool is_fused(const kmp_reduced *d)
     return d->fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->fused);
 }
 
+/* Size of a correction of v, in scales; infinite where it is not finite. *small: it is within a fraction of the error
+ * weights. */
+static double measure(const kmp_reduced *d, const double *dv, bool *small)
+{
+    double size = 0;
+    *small = true;
+    for (int i = 0; i < d->r; i++) {
+        int k = d->part.v[i];
+        double change = fabs(dv[i]), scaled = change / d->s->scale[k];
+        *small = *small && change <= KMP_CORRECTION_IN_STAGE * d->weight[k];
+        size = scaled <= size ? size : scaled <= DBL_MAX ? scaled : INFINITY;
+    }
+    return size;
+}
+
+/* Closes v of the predicted d->q by corrections of the fused program, as kmp_reduction_close does. d->state is then
+ * where the program stands. false: corrections do not contract. */
+static bool close_fused(kmp_reduced *d, double t)
+{
+    double last = INFINITY, rounding = kmp_close_noise(d->n, d->s->scale, d->q), *v = d->state + 2 * d->p;
+    bool small;
+    for (int k = 0; k < MOST_CORRECTIONS; k++) {
+        for (int i = 0; i < d->r; i++)
+            v[i] = d->q[d->part.v[i]];
+        const double *dv = kmp_fused_close(d->fused, t, d->state);
+        double size = measure(d, dv, &small);
+        small = small || size <= rounding;
+        d->red.newton++;
+        if (!small && !(size <= 0.9 * last))
+            return false;
+        for (int i = 0; i < d->r; i++)
+            d->q[d->part.v[i]] += dv[i];
+        if (small)
+            return true;
+        last = size;
+    }
+    return false;
+}
+
+/* Evaluates the newton form by the fused program; false: it does not apply, or fails here. */
+static bool evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
+{
+    size_t p = (size_t)d->p;
+    put_q(d, t, y);
+    memcpy(d->state, y, 2 * p * sizeof *y);
+    d->closed_fused = close_fused(d, t) && kmp_fused_finish(d->fused, t, d->state, d->slope);
+    memcpy(dy, d->slope, 2 * p * sizeof *dy);
+    return d->closed_fused;
+}
+
 /* Evaluates q, qd and udd at (t, y), and dy. The fused program gives dy alone. */
 static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
 {
@@ -163,9 +216,12 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
 {
     kmp_reduced *d = self;
     bool fused = is_fused(d), solved = !fused && evaluate_solved(d, t, y, dy);
-    int said = solved  ? KMP_GO
-               : fused ? (kmp_fused_run(d->fused, t, y, dy) ? KMP_GO : KMP_RETRY)
-                       : evaluate_apart(d, t, y, dy);
+    if (fused && !d->integrated)
+        fused = evaluate_closing(d, t, y, dy);
+    int said = solved                    ? KMP_GO
+               : fused && !d->integrated ? KMP_GO
+               : fused                   ? (kmp_fused_run(d->fused, t, y, dy) ? KMP_GO : KMP_RETRY)
+                                         : evaluate_apart(d, t, y, dy);
     for (int k = 0; said == KMP_GO && k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
@@ -221,12 +277,17 @@ static bool is_good_again(kmp_reduced *d, double t, const double *y)
         return kmp_solved_order_is_good(d->solved);
     if (d->solved)
         return d->apart ? kmp_solved_order_is_good_at(d->solved, t, y) : true;
-    return d->fused && kmp_fused_is_good(d->fused, t, y);
+    if (d->fused && !d->integrated) {
+        memcpy(d->state, y, (size_t)(2 * d->p) * sizeof *y);
+        for (int i = 0; i < d->r; i++)
+            d->state[2 * d->p + i] = d->q[d->part.v[i]];
+    }
+    return d->fused && kmp_fused_is_good(d->fused, t, d->integrated ? y : d->state);
 }
 
 int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused_end *end)
 {
-    if (!is_fused(d)) { /* h and the factors are available */
+    if (!is_fused(d) || (!d->integrated && !d->closed_fused)) { /* h and the factors are available */
         if (d->by_solved && come_from_solved(d, t, y) != KMP_GO)
             return KMP_RETRY;
         if (d->by_saddle || d->by_solved)
@@ -239,11 +300,16 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
         return KMP_GO;
     }
     *end = kmp_fused_at_end(d->fused);
-    put_q(d, t, y);
+    if (d->integrated)
+        put_q(d, t, y);
     kmp_eval_lend_closure(d->eval, t, d->q, end->h, end->jacobian, end->h_t);
     if (d->r > 0) {
         memcpy(d->red.bvu, end->bvu, (size_t)(d->r * d->p) * sizeof *end->bvu);
         memcpy(d->red.dv, end->dv, (size_t)d->r * sizeof *end->dv);
+        for (int i = 0; end->x_t && i < d->r; i++) {
+            d->red.x_t[d->part.v[i]] = end->x_t[i];
+            d->red.a0[d->part.v[i]] = end->a0[i];
+        }
         d->red.factorizations++;
     }
     return end->regular ? KMP_GO : KMP_RETRY;
@@ -459,8 +525,8 @@ static bool allocate(kmp_reduced *d)
     d->signs = KMP_ARENA_NEW(a, int, d->r);
     d->signs_now = KMP_ARENA_NEW(a, int, d->r);
     return KMP_ARENA_GROUPS(a, {d->n, {&d->q, &d->qd, &d->qdd, &d->weight}}, {d->part.m, {&d->lambda}},
-                            {d->p, {&d->udd, &d->anchor_u}}, {d->r * d->p, {&d->anchor_b}},
-                            {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c}});
+                            {d->p, {&d->udd, &d->anchor_u}}, {2 * d->p + d->r, {&d->state, &d->slope}},
+                            {d->r * d->p, {&d->anchor_b}}, {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c}});
 }
 
 static kempe_status begin(kmp_reduced *d, const kmp_formulation_start *start)

@@ -17,7 +17,8 @@ typedef struct kmp_reduced {
     kmp_evaluator *eval;
     kmp_partition part; /* own copy: exchanges change it */
     kmp_reduction red;
-    kmp_fused *fused;   /* fused program of the integrated form; NULL: there is none */
+    kmp_fused *fused;       /* fused program of the integrated form; NULL: there is none */
+    bool closed_fused;      /* newton: the fused program made the last evaluation */
     kmp_stage_lanes stages; /* the fused program for several stages at once */
     kmp_solved *solved; /* solved program of the integrated form, with many degrees of freedom; NULL: there is none */
     long evaluations, due_solved; /* by parts; the number from which on the solved program pays */
@@ -33,19 +34,20 @@ typedef struct kmp_reduced {
     bool integrated, has_work;
     bool due; /* an exchange is due before the next step */
     int n, p, r;
-    double *q, *qd;       /* n */
-    double *weight;       /* n: error weights of coordinates at the last accepted step */
-    double *anchor_u;     /* p, of the last accepted step */
-    double *anchor_v;     /* r */
-    double *anchor_b;     /* r x p: tangent of the last accepted step */
-    double *anchor_t;     /* r: part of vd from moving closures, in the last accepted step */
-    double *anchor_c;     /* r: vdd of the last accepted step without the part of udd */
-    double *udd;          /* p */
-    double *qdd, *lambda; /* n, m: for moving closures */
-    int *signs;           /* r: signs of the determinants of Jv's blocks, at the start, the last exchange or step */
-    int *signs_now;       /* r */
-    double t;             /* of the last accepted step */
-    bool crossed;         /* det Jv had changed its sign at the end of the last attempted step */
+    double *q, *qd;        /* n */
+    double *weight;        /* n: error weights of coordinates at the last accepted step */
+    double *anchor_u;      /* p, of the last accepted step */
+    double *anchor_v;      /* r */
+    double *anchor_b;      /* r x p: tangent of the last accepted step */
+    double *anchor_t;      /* r: part of vd from moving closures, in the last accepted step */
+    double *anchor_c;      /* r: vdd of the last accepted step without the part of udd */
+    double *udd;           /* p */
+    double *state, *slope; /* 2 p + r each: (u, ud, v) and its derivative, of the newton form */
+    double *qdd, *lambda;  /* n, m: for moving closures */
+    int *signs;            /* r: signs of the determinants of Jv's blocks, at the start, the last exchange or step */
+    int *signs_now;        /* r */
+    double t;              /* of the last accepted step */
+    bool crossed;          /* det Jv had changed its sign at the end of the last attempted step */
     double corrected, corrected_t; /* the last correction of v in error weights, of a step from t */
     double growth;                 /* scaled |Bvu| at t, and its v and u */
     int growth_v, growth_u;

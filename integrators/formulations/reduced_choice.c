@@ -94,7 +94,9 @@ void kmp_reduced_explain(kmp_formulation *formulation)
  * multipliers, and so do forces that depend on them, by iteration. */
 static bool can_fuse(const kmp_reduced *d)
 {
-    return d->integrated && !d->by_saddle && !(d->has_work && d->s->rheonomic) && d->s->load_row_count == 0;
+    bool explicit = !d->start.implicit && !d->start.dae;
+    return (d->integrated || explicit) && !d->by_saddle && !(d->has_work && d->s->rheonomic) &&
+           d->s->load_row_count == 0;
 }
 
 /* Operations of a right-hand side by parts: of the program, and of the linear algebra. */
@@ -143,7 +145,7 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth)
 {
     bool at_once = worth && d->solved;
     forget_programs(d);
-    if (worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red) != KEMPE_OK)
+    if (worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
     if (!d->fused)
         return wait_for_solved(d, at_once);

@@ -57,7 +57,7 @@ static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *p
     if (!kmp_written_blocks_fit(&pool->red))
         return KEMPE_E_FAILED;
     kmp_written_order(&pool->red, pool->order);
-    const kmp_fused_plan plan = {pool->order, e->unit_row_scale, true};
+    const kmp_fused_plan plan = {pool->order, e->unit_row_scale, true, false};
     pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
     if (pool->program)
         pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->way.plain);

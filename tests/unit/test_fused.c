@@ -143,7 +143,7 @@ static void along_the_motion(const kempe_system *system, const states *at, const
     kmp_eval_closure(eval, 0, at->q);
     CHECK(kmp_partition_init(&part, system, eval->jacobian, NULL, 0) == KEMPE_OK);
     CHECK(kmp_reduction_init(&red, eval, &part) == KEMPE_OK && kmp_reduction_factor(&red) == 0);
-    CHECK(kmp_fused_new(&fused, &red) == KEMPE_OK);
+    CHECK(kmp_fused_new(&fused, &red, false) == KEMPE_OK);
     for (int k = 0; fused && k < at->count; k++) {
         double t = at->t[k], d = difference(fused, &red, t, at->q + k * at->n, at->qd + k * at->n);
         bad += !is_good(fused, &red, t, at->q + k * at->n);
