@@ -125,12 +125,12 @@ TIMED_VOID(ALGEBRA, kmp_saddle_accelerations, (kmp_saddle * saddle, double *qdd,
 TIMED_VOID(ALGEBRA, kmp_saddle_solve, (kmp_saddle * saddle, const double *f, const double *b, double *x, double *a),
            (saddle, f, b, x, a))
 
-kempe_status REAL(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red);
-kempe_status OURS(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red);
-kempe_status OURS(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red)
+kempe_status REAL(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red, bool closes);
+kempe_status OURS(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red, bool closes);
+kempe_status OURS(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red, bool closes)
 {
     if (!at.apart)
-        return REAL(kmp_fused_new)(fused, red);
+        return REAL(kmp_fused_new)(fused, red, closes);
     *fused = NULL;
     return KEMPE_OK;
 }
