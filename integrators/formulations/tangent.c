@@ -269,7 +269,8 @@ void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *paramet
         kmp_tangent_numbers_set_parameters(tangents->numbers, parameters);
         return;
     }
-    kmp_formulas_renew(&tangents->value, parameters);
+    if (tangents->value.machine)
+        kmp_formulas_renew(&tangents->value, parameters);
     kmp_formulas_renew(&tangents->tangent, parameters);
 }
 
@@ -340,8 +341,12 @@ static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, u
 /* What the programs need beside them. False: no memory. */
 static bool prepare(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)
 {
-    return list_columns(t) && make_room(t) && kmp_formulas_prepare(&t->value, backend, system->parameters) &&
-           kmp_formulas_prepare(&t->tangent, backend, system->parameters);
+    return list_columns(t) && make_room(t) && kmp_formulas_prepare(&t->tangent, backend, system->parameters);
+}
+
+kempe_status kmp_tangents_add_values(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)
+{
+    return kmp_formulas_prepare(&t->value, backend, system->parameters) ? KEMPE_OK : kmp_fail_memory(system->context);
 }
 
 kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,

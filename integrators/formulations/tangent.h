@@ -67,6 +67,9 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
                                unsigned values);
 void kmp_tangents_free(kmp_tangents *tangents);
 
+/** Prepares the programs of the values, for kmp_tangents_values. KEMPE_E_MEMORY. */
+kempe_status kmp_tangents_add_values(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
+
 /** Prepares R, rate and curve for a few places: derivatives alone, by dual numbers if possible. */
 kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
 
