@@ -18,6 +18,11 @@ with a dimension accepts a unit: `--t-end "20 ms"`. Every command accepts `--jso
 
 Errors and warnings are written to stderr. On a terminal they are coloured, unless the environment variable `NO_COLOR`
 is set, and a progress line shows the rate and the time left. `--quiet` removes that line and the log.
+
+Derived equations are kept in `~/.cache/kempe`, or in `$XDG_CACHE_HOME/kempe`, and used again while the model, its
+settings, the build and the processor are the same. Results are equal to the bit. The environment variable `KEMPE_CACHE`
+names another folder; `KEMPE_CACHE=off` and `--no-cache` use none ([cache](decisions/cache.md)). The folder may be
+removed at any time.
 """
 
 

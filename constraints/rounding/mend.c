@@ -2,6 +2,8 @@
 #include "constraints/rounding/mend.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
+#include "dynamics/kept.h"
+#include "dynamics/system_record.h"
 #include <kempe/check.h>
 #include <kempe/settings.h>
 #include <math.h>
@@ -128,8 +130,14 @@ static kempe_status settle(kempe_system **system, kmp_variant *given, const char
     return status;
 }
 
-/* Makes a system. `given`: the variant that owns the model, if its parameters vary. */
-static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
+static void keep(kempe_system *s, const char *word)
+{
+    kmp_kept_set_key(s, word);
+    kmp_system_keep(s);
+}
+
+/* Derives a system. `given`: the variant that owns the model, if its parameters vary. */
+static kempe_status derive(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
 {
     kempe_system *s = NULL;
     kempe_assembly *a = NULL;
@@ -140,10 +148,23 @@ static kempe_status new_system(const kempe_model *model, kmp_variant *given, con
     kempe_assembly_free(a);
     if (status == KEMPE_OK && rounded)
         status = settle(&s, given, word);
-    if (status != KEMPE_OK) {
+    else if (status == KEMPE_OK && !given && !kmp_rounding_of(s))
+        keep(s, word);
+    if (status == KEMPE_OK)
+        *system = s;
+    else
         kempe_system_free(s);
-        return status;
-    }
+    return status;
+}
+
+/* Makes a system, from the cache if it is there. */
+static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
+{
+    kempe_system *s = given ? NULL : kmp_system_recall(model, word);
+    if (s)
+        kmp_context_clear(model->context);
+    else
+        KMP_TRY(derive(model, given, word, &s));
     tell(s);
     *system = s;
     return KEMPE_OK;

@@ -26,6 +26,7 @@
  *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
  *     contacts.h wheels on their rails over a range; contact.h: rolling contact without a model
  *     generate.h      operation counts, and equations in other languages
+ *     cache.h         a folder that keeps derived equations for the next time
  *
  * The equations of motion are M(q) qdd + C(q, qd, t) = Q + J(q, t)' lambda, h(q, t) = 0. q are the relative joint
  * coordinates of the tree (rad and m), and C is the bias (Coriolis, centrifugal, gravity, applied forces). lambda has

@@ -380,6 +380,7 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_st
         return kmp_fail_memory(d->s->context);
     choose_form(d, chosen, start->rate_scale);
     KMP_TRY(kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen)));
+    KMP_TRY(kmp_tangents_add_values(&d->tangents, d->s, d->eval->backend));
     if (!compress(d))
         return kmp_fail_memory(d->s->context);
     begin(d, start);

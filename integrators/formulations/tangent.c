@@ -269,25 +269,32 @@ void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *paramet
         kmp_tangent_numbers_set_parameters(tangents->numbers, parameters);
         return;
     }
-    kmp_formulas_renew(&tangents->value, parameters);
+    if (tangents->value.machine)
+        kmp_formulas_renew(&tangents->value, parameters);
     kmp_formulas_renew(&tangents->tangent, parameters);
 }
 
-static bool make_machines(gather *g, const kmp_backend *backend, const double *parameters)
+static bool make_programs(gather *g)
 {
-    return kmp_formulas_init(&g->t->value, g->eq.graph, g->value_count, g->value, backend, parameters) &&
-           kmp_formulas_init(&g->t->tangent, g->eq.graph, g->list.output_count, g->list.output, backend, parameters);
+    const kmp_ref *value = g->value, *tangent = g->list.output;
+    g->t->value.program = kmp_program_new(g->eq.graph, 1, &g->value_count, &value);
+    g->t->tangent.program = kmp_program_new(g->eq.graph, 1, &g->list.output_count, &tangent);
+    return g->t->value.program && g->t->tangent.program;
 }
 
-static bool make_room(const gather *g)
+static int outputs_of(const kmp_formulas *formulas)
 {
-    kmp_tangents *t = g->t;
+    return formulas->program->outputs[formulas->program->stages] - formulas->program->outputs[1];
+}
+
+static bool make_room(kmp_tangents *t)
+{
     int n = t->n;
     if (!t->forced)
         return true;
     return KMP_ARENA_GROUPS(&t->arena, {n, {&t->effort, &t->moved}}, {2 * n, {&t->state}},
-                            {g->value_count, {&t->with_effort}},
-                            {g->list.output_count + 2 * n * n + 2 * n, {&t->tangents_with_it}});
+                            {outputs_of(&t->value), {&t->with_effort}},
+                            {outputs_of(&t->tangent) + 2 * n * n + 2 * n, {&t->tangents_with_it}});
 }
 
 static bool is_worth_two_derivations(const kempe_system *system)
@@ -297,18 +304,17 @@ static bool is_worth_two_derivations(const kempe_system *system)
            operations >= (long)LEAST_A_MOTION * system->n;
 }
 
-static kempe_status fill(gather *g, const kempe_system *system, const kmp_backend *backend, unsigned values)
+static kempe_status fill(gather *g, const kempe_system *system, unsigned values)
 {
     if (!collect_values(g, values))
         return kmp_fail_memory(system->context);
     KMP_TRY(collect_tangents(g, system));
     sort_entries(g->t, &g->list);
-    bool made = list_columns(g->t) && make_machines(g, backend, system->parameters) && make_room(g);
-    return made ? KEMPE_OK : kmp_fail_memory(system->context);
+    return make_programs(g) ? KEMPE_OK : kmp_fail_memory(system->context);
 }
 
-kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
-                               unsigned values)
+/* Derives the programs and lists their entries. */
+static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, unsigned values)
 {
     unsigned sets = KMP_SET_MASS | KMP_SET_CLOSURE | KMP_SET_RESIDUAL;
     if (values & 1u << KMP_VALUE_R && is_worth_two_derivations(system))
@@ -316,7 +322,6 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     sets |= values & 1u << KMP_VALUE_CURVE ? KMP_SET_JDQD : 0;
     sets |= values & 1u << KMP_VALUE_POWER ? KMP_SET_ENERGY : 0;
     sets |= system->load_row_count > 0 ? KMP_SET_INVERSE : 0;
-    *tangents = (kmp_tangents){.n = system->n, .m = system->m, .forced = system->force ? system : NULL};
     gather g = {.t = tangents};
     kmp_events events = system->events; /* the system has recorded all conditions: none is added */
     const kmp_scene scene = {.sets = sets,
@@ -325,11 +330,37 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
                              .charted = true,
                              .tangents = KMP_TANGENT_COMPOSITE};
     KMP_TRY(kmp_equations_derive(&g.eq, system->model, &scene));
-    kempe_status status = fill(&g, system, backend, values);
+    kempe_status status = fill(&g, system, values);
     kmp_free(g.list.output);
     kmp_free(g.list.entry);
     kmp_arena_free(&g.arena);
     kmp_equations_free(&g.eq);
+    return status;
+}
+
+/* What the programs need beside them. False: no memory. */
+static bool prepare(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)
+{
+    return list_columns(t) && make_room(t) && kmp_formulas_prepare(&t->tangent, backend, system->parameters);
+}
+
+kempe_status kmp_tangents_add_values(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)
+{
+    return kmp_formulas_prepare(&t->value, backend, system->parameters) ? KEMPE_OK : kmp_fail_memory(system->context);
+}
+
+kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
+                               unsigned values)
+{
+    kempe_status status = KEMPE_OK;
+    *tangents = (kmp_tangents){.n = system->n, .m = system->m, .forced = system->force ? system : NULL};
+    if (!kmp_tangents_recall(tangents, system, values)) {
+        status = derive(tangents, system, values);
+        if (status == KEMPE_OK)
+            kmp_tangents_keep(tangents, system, values);
+    }
+    if (status == KEMPE_OK && !prepare(tangents, system, backend))
+        status = kmp_fail_memory(system->context);
     if (status != KEMPE_OK)
         kmp_tangents_free(tangents);
     return status;

@@ -67,6 +67,9 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
                                unsigned values);
 void kmp_tangents_free(kmp_tangents *tangents);
 
+/** Prepares the programs of the values, for kmp_tangents_values. KEMPE_E_MEMORY. */
+kempe_status kmp_tangents_add_values(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
+
 /** Prepares R, rate and curve for a few places: derivatives alone, by dual numbers if possible. */
 kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
 
@@ -84,6 +87,13 @@ void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, con
 /** out += factor * block' * x. */
 void kmp_tangents_add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
                                  const double *x, double *out);
+
+/* tangent_record.c: programs and entries of the same values, as an earlier run of the system, or of an equal one in
+ * another process, has derived them. */
+
+/** False: there are none, and the tangents are unchanged. */
+bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, unsigned values);
+void kmp_tangents_keep(const kmp_tangents *tangents, const kempe_system *system, unsigned values);
 
 /* tangent_numbers.c: tangents of R, rate and curve at a few places, from those of the system's own M, C, J, h_t and
  * jdqd by dual numbers (backend/duals.h). No expressions are derived. */

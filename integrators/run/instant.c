@@ -66,14 +66,19 @@ kmp_ref kmp_equations_curve(const kmp_equations *eq, int row)
 
 /* -- programs ---------------------------------------------------------------------------------------- */
 
-bool kmp_formulas_init(kmp_formulas *formulas, kmp_graph *graph, int count, const kmp_ref *output,
-                       const kmp_backend *backend, const double *parameters)
+bool kmp_formulas_prepare(kmp_formulas *formulas, const kmp_backend *backend, const double *parameters)
 {
-    formulas->program = kmp_program_new(graph, 1, &count, &output);
     formulas->machine = formulas->program ? kmp_machine_new(formulas->program, backend) : NULL;
     if (formulas->machine)
         kmp_formulas_renew(formulas, parameters);
     return formulas->machine;
+}
+
+bool kmp_formulas_init(kmp_formulas *formulas, kmp_graph *graph, int count, const kmp_ref *output,
+                       const kmp_backend *backend, const double *parameters)
+{
+    formulas->program = kmp_program_new(graph, 1, &count, &output);
+    return kmp_formulas_prepare(formulas, backend, parameters);
 }
 
 void kmp_formulas_free(kmp_formulas *formulas)

@@ -55,6 +55,8 @@ typedef struct kmp_formulas {
 /** Makes the program; false: no memory. */
 bool kmp_formulas_init(kmp_formulas *formulas, kmp_graph *graph, int count, const kmp_ref *output,
                        const kmp_backend *backend, const double *parameters);
+/** Makes the machine of a program that is there; false: no memory, or no program. */
+bool kmp_formulas_prepare(kmp_formulas *formulas, const kmp_backend *backend, const double *parameters);
 void kmp_formulas_free(kmp_formulas *formulas);
 
 /** Takes new values of the parameters. */

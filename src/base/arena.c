@@ -99,6 +99,34 @@ char *kmp_arena_strdup(kmp_arena *arena, const char *s)
     return copy;
 }
 
+/* The number of blocks older than this one. */
+static int older(const struct kmp_arena_block *block)
+{
+    int count = 0;
+    for (block = block->before; block; block = block->before)
+        count++;
+    return count;
+}
+
+bool kmp_arena_find(const kmp_arena *arena, const void *address, kmp_arena_spot *spot)
+{
+    uintptr_t at = (uintptr_t)address;
+    for (const struct kmp_arena_block *b = arena->last; b; b = b->before)
+        if (at >= (uintptr_t)b->bytes && at - (uintptr_t)b->bytes < b->used) {
+            *spot = (kmp_arena_spot){older(b), at - (uintptr_t)b->bytes};
+            return true;
+        }
+    return false;
+}
+
+void *kmp_arena_at(const kmp_arena *arena, kmp_arena_spot spot, size_t size)
+{
+    for (struct kmp_arena_block *b = arena->last; b; b = b->before)
+        if (older(b) == spot.block)
+            return spot.offset <= b->used && b->used - spot.offset >= size ? b->bytes + spot.offset : NULL;
+    return NULL;
+}
+
 /* A list is full when its count is a power of two, or zero. */
 void *kmp_arena_room(kmp_arena *arena, void *list, int count, size_t size)
 {

@@ -19,6 +19,16 @@ void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size);
 double *kmp_arena_aligned(kmp_arena *arena, size_t n);
 char *kmp_arena_strdup(kmp_arena *arena, const char *s);
 
+/** The place of an object in its arena, the same for every arena that is filled by the same calls. */
+typedef struct kmp_arena_spot {
+    int block;
+    size_t offset;
+} kmp_arena_spot;
+
+/** kmp_arena_find: false if the address is not in the arena. kmp_arena_at: NULL if nothing of `size` bytes is there. */
+bool kmp_arena_find(const kmp_arena *arena, const void *address, kmp_arena_spot *spot);
+void *kmp_arena_at(const kmp_arena *arena, kmp_arena_spot spot, size_t size);
+
 /** Room for one more item in a list of `count`, all of which were added so: the list itself or, where that is full, a
  * copy of twice the size. NULL without memory. */
 void *kmp_arena_room(kmp_arena *arena, void *list, int count, size_t size);

@@ -3,9 +3,11 @@
  * sees it, all parts of it; the next computation begins without it. */
 #include "base/context.h"
 #include "base/memory.h"
+#include <kempe/cache.h>
 #include <limits.h>
 #include <stdarg.h>
 #include <stdatomic.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct kempe_context {
@@ -17,6 +19,7 @@ struct kempe_context {
     kmp_text warnings; /* of the current computation, one per line */
     int warning_count;
     atomic_int interrupt;
+    char *cache; /* folder of cached results; NULL: none */
 };
 
 /* States of the interrupt: an idle context, a request to end the current or next computation, a computation that is
@@ -59,7 +62,56 @@ void kempe_context_free(kempe_context *context)
         return;
     kmp_text_free(&context->message);
     kmp_text_free(&context->warnings);
+    kmp_free(context->cache);
     kmp_free(context);
+}
+
+kempe_status kempe_context_set_cache(kempe_context *context, const char *folder)
+{
+    KMP_WANTED(NULL, context, "context");
+    char *copy = folder ? kmp_strdup(folder) : NULL;
+    if (folder && !copy)
+        return kmp_fail_memory(context);
+    kmp_free(context->cache);
+    context->cache = copy;
+    return KEMPE_OK;
+}
+
+const char *kmp_context_cache(const kempe_context *context)
+{
+    return context->cache;
+}
+
+/* The beginning of `path` is the variable's value; false: it is unset or empty, or there is no memory. */
+static bool begins_with(kmp_text *path, const char *variable)
+{
+    const char *value = getenv(variable);
+    if (!value || !*value)
+        return false;
+    kmp_text_put(path, value);
+    return !path->failed;
+}
+
+char *kempe_cache_folder(void)
+{
+    kmp_text path = {0};
+    if (begins_with(&path, "KEMPE_CACHE")) {
+        if (strcmp(path.s, "off") != 0)
+            return kmp_text_take(&path);
+        kmp_text_free(&path);
+        return NULL;
+    }
+    if (begins_with(&path, "XDG_CACHE_HOME") && path.s[0] == '/') {
+        kmp_text_put(&path, "/kempe");
+    } else {
+        kmp_text_free(&path); /* a relative path does not count */
+        if (begins_with(&path, "HOME"))
+            kmp_text_put(&path, "/.cache/kempe");
+    }
+    if (path.length > 0 && !path.failed)
+        return kmp_text_take(&path);
+    kmp_text_free(&path);
+    return NULL;
 }
 
 void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, void *user)

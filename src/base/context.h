@@ -7,6 +7,9 @@
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
+/** The folder of cached results, NULL: none is used. */
+const char *kmp_context_cache(const kempe_context *context);
+
 /** Forgets the old message. Each public function that can fail begins with it. */
 void kmp_context_clear(kempe_context *context);
 

@@ -4,6 +4,7 @@
 #include "command.h"
 #include "terminal.h"
 
+#include <kempe/cache.h>
 #include <kempe/compare.h>
 #include <kempe/settings.h>
 #include <signal.h>
@@ -189,6 +190,15 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
     return status;
 }
 
+/* Lets the context use the user's folder of cached equations, unless --no-cache. */
+static kempe_status use_cache(const cli_job *j)
+{
+    char *folder = j->settings->no_cache ? NULL : kempe_cache_folder();
+    kempe_status status = kempe_context_set_cache(j->context, folder);
+    kempe_text_free(folder);
+    return status;
+}
+
 static int exit_code(kempe_status status)
 {
     switch (status) {
@@ -229,7 +239,9 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     cli_terminal_begin(settings->quiet);
     kempe_context_set_log(j.context, cli_terminal_log, NULL);
     watch_interrupt(j.context);
-    kempe_status status = prepare(&j, command);
+    kempe_status status = use_cache(&j);
+    if (status == KEMPE_OK)
+        status = prepare(&j, command);
     if (status == KEMPE_OK)
         status = command->study ? cli_run_study(&j, command->study) : command->run(&j);
     interrupted_context = NULL;

@@ -3,6 +3,7 @@
 #include "command.h"
 #include "terminal.h"
 
+#include <kempe/cache.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,6 +26,14 @@ static void print_folder(FILE *out)
     free(folder);
 }
 
+static void print_cache(FILE *out)
+{
+    char *folder = kempe_cache_folder();
+    if (folder)
+        fprintf(out, "Derived equations are kept in %s.\n", folder);
+    kempe_text_free(folder);
+}
+
 static void print_help(FILE *out)
 {
     fputs("kempe " KEMPE_VERSION ": dynamics of multibody systems with closed loops, by several formulations of the "
@@ -36,6 +45,7 @@ static void print_help(FILE *out)
           "is a model in YAML (docs/model_format.md) or a ROBOTRAN model, .mbs (docs/robotran.md).\n",
           out);
     print_folder(out);
+    print_cache(out);
     fputs("\nexamples:\n  "
           "kempe new four_bar\n  "
           "kempe check examples/andrews/andrews.yaml\n  kempe compare examples/andrews/andrews.yaml --reference "

@@ -257,6 +257,8 @@ static const option options[] = {
     {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
     {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},
+    {CLI_ALL & ~CLI_NEW, IN_OTHER, "no-cache", FLAG(no_cache),
+     "derive the equations anew, and keep nothing in the cache (~/.cache/kempe)"},
     {CLI_ALL, IN_OTHER, "help", FLAG(help), "print this text"},
 };
 

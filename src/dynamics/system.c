@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "dynamics/goal_equations.h"
+#include "dynamics/kept.h"
 #include "dynamics/motion.h"
 #include "model/print/model_print.h"
 #include "model/tables/closure_table.h"
@@ -141,6 +142,7 @@ static void set_scales(kempe_system *s)
 bool kmp_system_rescale(kempe_system *s)
 {
     set_scales(s);
+    kmp_kept_clear(s->kept);
     if (s->rounding)
         atomic_store(&s->rounding->state, KMP_ROUNDING_UNKNOWN); /* the numbers have changed */
     return set_reach(s);
@@ -166,8 +168,7 @@ static bool is_within(const kmp_expr *part, const kmp_expr *whole)
            (part == whole || is_within(part, whole->a) || is_within(part, whole->b) || is_within(part, whole->c));
 }
 
-/* "'motor': q(A) < 0.2", with the name of the force that the condition belongs to. */
-static char *text_of_event(kempe_system *s, const kmp_condition *condition)
+char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
 {
     const kempe_model *model = s->model;
     const kmp_expr *e = condition->expr;
@@ -242,7 +243,7 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
             out[count + counts[1]++] = out[k];
             out[k] = KMP_ZERO;
         }
-        s->event_text[k] = text_of_event(s, condition);
+        s->event_text[k] = kmp_system_event_text(s, condition);
     }
     const kmp_ref *all = out && !s->arena.failed ? add_solved(eq->graph, out, counts) : NULL;
     const kmp_ref *group[2] = {all, all ? all + counts[0] : NULL};
@@ -269,10 +270,10 @@ static void take_charts(kempe_system *s)
         s->chart_before[c] = kmp_tree_chart_before(s->model, s->chart_first[c]);
 }
 
-static bool take_rows(kempe_system *s, const kmp_equations *eq)
+bool kmp_system_set_rows(kempe_system *s, int n, int m, const kmp_row *rows, const double *misfit)
 {
-    s->n = eq->n;
-    s->m = eq->m;
+    s->n = n;
+    s->m = m;
     s->rows = KMP_ARENA_NEW(&s->arena, kmp_row, s->m);
     s->row_names = KMP_ARENA_NEW(&s->arena, char *, s->m);
     s->scale = KMP_ARENA_NEW(&s->arena, double, s->n);
@@ -284,8 +285,8 @@ static bool take_rows(kempe_system *s, const kmp_equations *eq)
     s->chart_before = KMP_ARENA_NEW(&s->arena, bool, s->n);
     if (s->arena.failed)
         return false;
-    memcpy(s->rows, eq->rows, (size_t)s->m * sizeof *s->rows);
-    memcpy(s->misfit, eq->misfit, (size_t)s->model->closure_count * sizeof *s->misfit);
+    memcpy(s->rows, rows, (size_t)m * sizeof *rows);
+    memcpy(s->misfit, misfit, (size_t)s->model->closure_count * sizeof *misfit);
     name_rows(s);
     take_charts(s);
     return kmp_system_rescale(s) && !s->arena.failed;
@@ -313,7 +314,8 @@ static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
 
 static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closures)
 {
-    s->closing = take_rows(s, eq) && kmp_motion_make(s, eq) ? kmp_program_first(s->motion, KMP_STAGE_MASS) : NULL;
+    bool made = kmp_system_set_rows(s, eq->n, eq->m, eq->rows, eq->misfit) && kmp_motion_make(s, eq);
+    s->closing = made ? kmp_program_first(s->motion, KMP_STAGE_MASS) : NULL;
     if (!s->closing)
         return kmp_fail_memory(s->context);
     return closures ? derive_rest(s, eq) : KEMPE_OK;
@@ -347,14 +349,26 @@ static kempe_status read_dynamics(const kempe_model *model, const char *word, km
     return status;
 }
 
+kempe_system *kmp_system_start(const kempe_model *model)
+{
+    kempe_system *s = KMP_NEW(kempe_system, 1);
+    if (!s)
+        return NULL;
+    s->model = model;
+    s->context = model->context;
+    s->kept = kmp_kept_new();
+    if (s->kept)
+        return s;
+    kempe_system_free(s);
+    return NULL;
+}
+
 static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, bool closures, kempe_system **system)
 {
     double begin = kmp_cpu_now();
-    kempe_system *s = KMP_NEW(kempe_system, 1);
+    kempe_system *s = kmp_system_start(model);
     if (!s)
         return kmp_fail_memory(model->context);
-    s->model = model;
-    s->context = model->context;
     s->dynamics = dynamics;
     kempe_status status = derive(s, closures);
     if (status != KEMPE_OK) {
@@ -393,6 +407,7 @@ void kempe_system_free(kempe_system *s)
     kmp_program_free(s->changes);
     kmp_program_free(s->goals);
     kmp_events_free(&s->events);
+    kmp_kept_free(s->kept);
     kmp_variant_free(s->own);
     kmp_arena_free(&s->arena);
     kmp_free(s);

@@ -67,6 +67,8 @@ enum {
     KMP_STAGE_SHOWN          /* all: outputs in addition to the table (model/tables/output_table.h) */
 };
 
+typedef struct kmp_kept kmp_kept; /* dynamics/kept.h */
+
 struct kempe_system {
     const kempe_model *model;
     kempe_context *context;
@@ -109,8 +111,11 @@ struct kempe_system {
     struct kmp_variant *own; /* owner of the mended model, where it belongs to the system; NULL: not owned */
     double *misfit;          /* by closures: their error as drawn, scaled; 0: none */
     double mended_by;        /* the largest change of a number, characteristic lengths or rad */
-    double build_s;          /* CPU time of deriving */
-    kempe_force_fn *force;   /* the user's efforts; NULL: none */
+    kmp_kept *kept;          /* what has been derived for runs of the system */
+    bool has_key;            /* it is cached, by `key` and a name for each part: its model is as read from files */
+    unsigned char key[KMP_DIGEST_SIZE];
+    double build_s;        /* CPU time of deriving */
+    kempe_force_fn *force; /* the user's efforts; NULL: none */
     void *force_user;
 };
 
@@ -134,6 +139,17 @@ double kmp_closure_tolerance(const kempe_model *model);
  * lengths of rods. Without these the largest start value of translations, else the largest offset of centres of mass.
  * The length is 0 where all are 0: then it is 1 m. */
 kmp_lever kmp_system_lever(const kempe_model *model);
+
+/** A system of the model without rows and programs; NULL: no memory. */
+kempe_system *kmp_system_start(const kempe_model *model);
+
+/** Sets the rows (m) of a new system with n coordinates, and what follows from them and the model: names, scales,
+ * charts. `misfit`: by closures. False: no memory. */
+bool kmp_system_set_rows(kempe_system *system, int n, int m, const kmp_row *rows, const double *misfit);
+
+/** "'motor': q(A) < 0.2", with the name of the force that the condition belongs to, in the system's arena. NULL: no
+ * memory. */
+char *kmp_system_event_text(kempe_system *system, const kmp_condition *condition);
 
 /** Recomputes scales and values of parameters from a model whose numbers have changed (model/variant.h). False: no
  * memory.

@@ -5,6 +5,7 @@
 #define KMP_MODEL_MODEL_H
 
 #include "base/arena.h"
+#include "base/cache/digest.h"
 #include "model/expressions/expression.h"
 #include "model/rail/wheels.h"
 #include "model/tables/joint_table.h"
@@ -180,6 +181,8 @@ struct kempe_model {
     struct kmp_builder *builder; /* while it is built in code; NULL when frozen */
     kmp_arena arena;
     const char *file, *name;
+    bool has_digest; /* all that was read to make it is known: */
+    unsigned char digest[KMP_DIGEST_SIZE];
     const char **files; /* the file itself, then settings and included files */
     int file_count;
     int symbol_count; /* of numbers */

@@ -66,6 +66,7 @@ static void copy_model(kmp_variant *v, const kempe_model *base, int more)
     kempe_model *m = &v->model;
     *m = *base;
     m->arena = (kmp_arena){0};
+    m->has_digest = false; /* its numbers are its own */
     int n = m->motion_count;
     m->parameters = COPY(v, m->parameters, m->parameter_count, more);
     m->motions = COPY(v, m->motions, n, 0);

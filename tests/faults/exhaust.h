@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "check.h"
+#include "dynamics/kept.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <kempe/kempe.h>
@@ -86,16 +87,25 @@ static inline kempe_status simulate_run(const scene *s, const kempe_run_options 
 
 /* -- the loop ------------------------------------------------------------------------------------------ */
 
+/* Lets the stage derive again what an earlier one has left with the system. */
+static kempe_status run_anew(scene *s, stage_fn *stage, unsigned long fail_at)
+{
+    if (s->system)
+        kmp_kept_clear(s->system->kept);
+    kmp_memory_fail_at(fail_at);
+    kempe_status status = stage(s);
+    kmp_memory_fail_at(0);
+    return status;
+}
+
 /* Long stages do the same many times: beyond the first 600 allocations one of `stride` fails. */
 static void exhaust(scene *s, const char *name, stage_fn *stage, unsigned stride)
 {
     unsigned long before = kmp_memory_count(), count, done = 0;
-    CHECK(stage(s) == KEMPE_OK);
+    CHECK(run_anew(s, stage, 0) == KEMPE_OK);
     count = kmp_memory_count() - before;
     for (unsigned long n = 1; n <= count; n += n > 600 ? stride : 1) {
-        kmp_memory_fail_at(n);
-        kempe_status status = stage(s);
-        kmp_memory_fail_at(0);
+        kempe_status status = run_anew(s, stage, n);
         judge(s, name, n, status);
         done += status == KEMPE_OK;
     }

@@ -18,6 +18,14 @@ int kmp_reader_add_file(kmp_reader *r, const char *label)
     return model->file_count++;
 }
 
+void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t length)
+{
+    if (!r->digests)
+        return;
+    kmp_digest_add_text(&r->digest, strrchr(path, '.'));
+    kmp_digest_add_part(&r->digest, text, length);
+}
+
 typedef struct complaint {
     int file, line, column, order;
     const char *text;

@@ -165,6 +165,8 @@ char *kmp_read_file(kmp_reader *r, const kmp_yaml *node, const char *what, const
     else if (status != KEMPE_OK)
         kmp_reader_complain(r, node->place, "%s: %s", what, kempe_context_message(aside));
     kempe_context_free(aside);
+    if (text)
+        kmp_reader_digest(r, path, text, *length);
     return text;
 }
 

@@ -128,12 +128,26 @@ static kempe_status read_document(kmp_reader *r, kempe_status status)
 static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_model **model)
 {
     kempe_status status = read_document(r, loaded);
+    r->model->has_digest = r->digests;
+    if (r->digests)
+        kmp_digest_end(&r->digest, r->model->digest);
     kmp_arena_free(&r->scratch);
     if (status == KEMPE_OK)
         *model = r->model;
     else
         kempe_model_free(r->model);
     return status;
+}
+
+static void begin_digest(kmp_reader *r, const char *text, size_t length)
+{
+    r->digests = kmp_context_cache(r->context);
+    kmp_digest_begin(&r->digest);
+    kmp_reader_digest(r, r->file, text, length);
+    for (int k = 0; r->digests && k < r->setting_count; k++) {
+        kmp_digest_add_text(&r->digest, r->settings[k].name);
+        kmp_digest_add_text(&r->digest, r->settings[k].value);
+    }
 }
 
 static kempe_status read_model(kempe_context *context, const char *text, size_t length, const char *label,
@@ -145,6 +159,7 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
         return kmp_fail_memory(context);
     }
     r.file = r.model->file;
+    begin_digest(&r, text, length);
     return finish_reading(&r, kmp_document_load(context, &r.scratch, r.file, 0, text, length, &r.root), model);
 }
 

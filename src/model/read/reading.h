@@ -32,6 +32,8 @@ typedef struct kmp_reader {
     int instance_count;
     int scope; /* file whose names the current expression uses */
     const kmp_yaml *root;
+    bool digests;          /* what is read goes into a digest: results are cached */
+    kmp_digest digest;     /* of all files and settings so far */
     kmp_linkage *linkage;  /* NULL without joints between bodies */
     bool wrong;            /* an error was reported */
     bool *parameter_known; /* its value is good; dependents of others are skipped without message */
@@ -43,6 +45,9 @@ typedef struct kmp_reader {
 
 /** Appends a row to the model's files, whose label precedes line and column of messages; -1: no memory. */
 int kmp_reader_add_file(kmp_reader *r, const char *label);
+
+/** Adds a text that is read to the digest, with the ending of its file's name, which decides on its format. */
+void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t length);
 
 /** Sorts the context's errors by place and drops repeated ones. */
 kempe_status kmp_reader_sort_complaints(kmp_reader *r);

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "base/memory.h"
+#include "dynamics/kept.h"
+#include "integrators/formulations/tangent.h"
+#include "symbolic/program/program_bytes.h"
+#include <limits.h>
+
+enum { FORCED = 1 << KMP_VALUES };
+
+/* The entries of a user-defined force are among the others. */
+static kmp_kept_name name_of(const kempe_system *system, unsigned values)
+{
+    return (kmp_kept_name){"tangents", values | (system->force ? FORCED : 0)};
+}
+
+void kmp_tangents_keep(const kmp_tangents *t, const kempe_system *system, unsigned values)
+{
+    kmp_bytes b = {0};
+    kmp_table_pool pool = {0};
+    KMP_BYTES_PUT(&b, t->at, KMP_VALUES);
+    KMP_BYTES_PUT(&b, t->start, KMP_TANGENT_BLOCKS + 1);
+    KMP_BYTES_PUT(&b, t->entry, t->start[KMP_TANGENT_BLOCKS]);
+    kmp_bytes_put_int(&b, t->first_effort);
+    kmp_bytes_put(&b, &t->choice, sizeof t->choice);
+    kmp_program_put(&b, &pool, t->value.program);
+    kmp_program_put(&b, &pool, t->tangent.program);
+    kmp_table_pool_free(&pool);
+    kmp_kept_add(system, name_of(system, values), &b);
+}
+
+static bool is_within(const kmp_tangents *t, const kmp_tangent *e, int block)
+{
+    int most = t->n > t->m ? t->n : t->m, sources = t->tangent.program->outputs[t->tangent.program->stages];
+    int forced = t->forced ? 2 * t->n * (t->n + 1) : 0;
+    return e->block == block && e->row >= 0 && e->row < (most > 0 ? most : 1) && e->col >= 0 && e->col < most &&
+           e->source >= 0 && e->source < sources + forced;
+}
+
+/* True if the numbers are those of these programs. */
+static bool is_sound(const kmp_tangents *t)
+{
+    int values = t->value.program->outputs[t->value.program->stages];
+    bool good = t->start[0] == 0;
+    for (int v = 0; v < KMP_VALUES; v++)
+        good = good && t->at[v] >= -1 && t->at[v] <= values;
+    for (int block = 0; good && block < KMP_TANGENT_BLOCKS; block++)
+        for (int k = t->start[block]; good && k < t->start[block + 1]; k++)
+            good = is_within(t, &t->entry[k], block);
+    return good;
+}
+
+/* The entries by block, in order of their blocks. */
+static bool take_entries(kmp_byte_source *s, kmp_tangents *t)
+{
+    KMP_BYTES_TAKE(s, t->at, KMP_VALUES);
+    KMP_BYTES_TAKE(s, t->start, KMP_TANGENT_BLOCKS + 1);
+    int count = t->start[KMP_TANGENT_BLOCKS];
+    bool good = !s->failed && count >= 0 && (size_t)count <= (size_t)(s->end - s->at) / sizeof *t->entry;
+    for (int block = 0; block < KMP_TANGENT_BLOCKS; block++)
+        good = good && t->start[block] >= 0 && t->start[block] <= t->start[block + 1];
+    t->entry = good ? KMP_NEW(kmp_tangent, count) : NULL;
+    if (t->entry)
+        KMP_BYTES_TAKE(s, t->entry, count);
+    return t->entry;
+}
+
+bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, unsigned values)
+{
+    kmp_byte_source s;
+    kmp_table_pool pool = {0};
+    kmp_tangents t = *tangents;
+    if (!kmp_kept_find(system, name_of(system, values), &s))
+        return false;
+    bool good = take_entries(&s, &t);
+    t.first_effort = kmp_bytes_take_int(&s, 0, INT_MAX);
+    kmp_bytes_take(&s, &t.choice, sizeof t.choice);
+    t.value.program = good ? kmp_program_get(&s, &pool) : NULL;
+    t.tangent.program = good ? kmp_program_get(&s, &pool) : NULL;
+    kmp_table_pool_free(&pool);
+    good = good && !s.failed && s.at == s.end && t.value.program && t.tangent.program && is_sound(&t);
+    if (good)
+        *tangents = t;
+    else
+        kmp_tangents_free(&t);
+    return good;
+}

@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "base/cache/cache_files.h"
+#include "base/memory.h"
+#include "base/text.h"
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+/* Temporary files that are older, in seconds, belong to processes that have ended. */
+enum { STALE = 3600, NAME = 2 * KMP_DIGEST_SIZE };
+
+static const char ending[] = ".kempe", temporary[] = "new.";
+
+typedef struct head {
+    char mark[8];
+    kmp_cache_key key;
+    uint64_t size, sum;
+} head;
+
+static head head_of(const kmp_cache_key *key, const void *bytes, size_t size)
+{
+    return (head){{'k', 'e', 'm', 'p', 'e', ' ', '0', '1'}, *key, size, kmp_checksum(bytes, size)};
+}
+
+static void put_path(kmp_text *path, const char *folder, const kmp_cache_key *key)
+{
+    kmp_text_printf(path, "%s/", folder);
+    for (int k = 0; k < KMP_DIGEST_SIZE; k++)
+        kmp_text_printf(path, "%02x", key->digest[k]);
+    kmp_text_put(path, ending);
+}
+
+/* -- reading ----------------------------------------------------------------------------------------- */
+
+/* Exactly `size` bytes, and no more. */
+static bool read_whole(int fd, unsigned char *to, size_t size)
+{
+    size_t done = 0;
+    while (done < size) {
+        ssize_t n = read(fd, to + done, size - done);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n <= 0)
+            return false;
+        done += (size_t)n;
+    }
+    return true;
+}
+
+/* The file if it is whole and of this key. */
+static kmp_cached read_file(int fd, const kmp_cache_key *key)
+{
+    struct stat about;
+    kmp_cached file = {0};
+    if (fstat(fd, &about) != 0 || !S_ISREG(about.st_mode) || about.st_size < (off_t)sizeof(head) ||
+        about.st_size > KMP_CACHE_BYTES)
+        return file;
+    size_t size = (size_t)about.st_size - sizeof(head);
+    file.whole = KMP_NEW(unsigned char, about.st_size);
+    if (file.whole && read_whole(fd, file.whole, (size_t)about.st_size)) {
+        file.bytes = file.whole + sizeof(head);
+        file.size = size;
+        head expected = head_of(key, file.bytes, size);
+        if (memcmp(&expected, file.whole, sizeof expected) == 0)
+            return file;
+    }
+    kmp_free(file.whole);
+    return (kmp_cached){0};
+}
+
+kmp_cached kmp_cache_read(const char *folder, const kmp_cache_key *key)
+{
+    kmp_text path = {0};
+    put_path(&path, folder, key);
+    int fd = path.failed ? -1 : open(path.s, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+    kmp_text_free(&path);
+    if (fd < 0)
+        return (kmp_cached){0};
+    kmp_cached file = read_file(fd, key);
+    if (file.whole)
+        (void)futimens(fd, NULL); /* the time of its last use */
+    close(fd);
+    return file;
+}
+
+/* -- the bound --------------------------------------------------------------------------------------- */
+
+typedef struct entry {
+    char name[NAME + sizeof ending];
+    struct timespec used;
+    uint64_t size;
+} entry;
+
+typedef struct entries {
+    entry *list;
+    size_t count, room;
+    uint64_t bytes;
+} entries;
+
+static bool is_result(const char *name)
+{
+    return strlen(name) == NAME + sizeof ending - 1 && strspn(name, "0123456789abcdef") == NAME &&
+           strcmp(name + NAME, ending) == 0;
+}
+
+static void add_entry(entries *all, const char *name, const struct stat *about)
+{
+    if (all->count == all->room) {
+        size_t room = all->room ? 2 * all->room : 64;
+        entry *list = kmp_realloc(all->list, room, sizeof *list);
+        if (!list)
+            return;
+        all->list = list;
+        all->room = room;
+    }
+    entry *e = &all->list[all->count++];
+    memcpy(e->name, name, sizeof e->name);
+    e->used = about->st_mtim;
+    e->size = (uint64_t)about->st_size;
+    all->bytes += e->size;
+}
+
+/* Lists the results; removes temporary files without an owner. */
+static void look_through(DIR *folder, entries *all)
+{
+    time_t now = time(NULL);
+    struct stat about;
+    for (const struct dirent *d = readdir(folder); d; d = readdir(folder)) {
+        bool new = strncmp(d->d_name, temporary, sizeof temporary - 1) == 0;
+        if ((!new && !is_result(d->d_name)) || fstatat(dirfd(folder), d->d_name, &about, AT_SYMLINK_NOFOLLOW) != 0 ||
+            !S_ISREG(about.st_mode))
+            continue;
+        if (!new)
+            add_entry(all, d->d_name, &about);
+        else if (now - about.st_mtime > STALE)
+            (void)unlinkat(dirfd(folder), d->d_name, 0);
+    }
+}
+
+static int by_use(const void *a, const void *b)
+{
+    const entry *x = a, *y = b;
+    if (x->used.tv_sec != y->used.tv_sec)
+        return x->used.tv_sec < y->used.tv_sec ? -1 : 1;
+    if (x->used.tv_nsec != y->used.tv_nsec)
+        return x->used.tv_nsec < y->used.tv_nsec ? -1 : 1;
+    return strcmp(x->name, y->name);
+}
+
+/* Removes the results used longest ago until seven eighths of the bound are left. */
+static void shrink(const char *path, uint64_t most)
+{
+    entries all = {0};
+    DIR *folder = opendir(path);
+    if (!folder)
+        return;
+    look_through(folder, &all);
+    bool full = all.bytes > most;
+    if (full)
+        qsort(all.list, all.count, sizeof *all.list, by_use);
+    for (size_t k = 0; full && k < all.count && all.bytes > most - most / 8; k++)
+        if (unlinkat(dirfd(folder), all.list[k].name, 0) == 0)
+            all.bytes -= all.list[k].size;
+    closedir(folder);
+    kmp_free(all.list);
+}
+
+/* -- writing ----------------------------------------------------------------------------------------- */
+
+/* Makes the folder and those above it, readable by the user alone. */
+static bool make_folders(const char *folder)
+{
+    struct stat about;
+    char *path = stat(folder, &about) == 0 ? NULL : kmp_strdup(folder);
+    for (char *at = path; at && *at; at++)
+        if (*at == '/' && at > path) {
+            *at = '\0';
+            (void)mkdir(path, 0700);
+            *at = '/';
+        }
+    bool made = path && mkdir(path, 0700) == 0;
+    kmp_free(path);
+    return made || (stat(folder, &about) == 0 && S_ISDIR(about.st_mode));
+}
+
+static bool write_whole(int fd, const void *bytes, size_t size)
+{
+    const unsigned char *from = bytes;
+    while (size > 0) {
+        ssize_t n = write(fd, from, size);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n <= 0)
+            return false;
+        from += n;
+        size -= (size_t)n;
+    }
+    return true;
+}
+
+/* True if files may be as large: a process that exceeds its limit is ended by a signal. */
+static bool may_write(size_t size)
+{
+    struct rlimit limit;
+    return getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || size <= limit.rlim_cur;
+}
+
+void kmp_cache_write(const char *folder, const kmp_cache_key *key, const void *bytes, size_t size, uint64_t most)
+{
+    size_t whole = size + sizeof(head);
+    if (whole > most || whole > KMP_CACHE_BYTES || !may_write(whole) || !make_folders(folder))
+        return;
+    const head first = head_of(key, bytes, size);
+    kmp_text path = {0}, new = {0};
+    put_path(&path, folder, key);
+    kmp_text_printf(&new, "%s/%sXXXXXX", folder, temporary);
+    int fd = path.failed || new.failed ? -1 : mkstemp(new.s);
+    if (fd >= 0) {
+        bool written = write_whole(fd, &first, sizeof first) && write_whole(fd, bytes, size);
+        written = close(fd) == 0 && written;
+        if (!written || rename(new.s, path.s) != 0)
+            (void)unlink(new.s);
+        shrink(folder, most);
+    }
+    kmp_text_free(&path);
+    kmp_text_free(&new);
+}

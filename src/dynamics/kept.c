@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "dynamics/kept.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include <pthread.h>
+#include <string.h>
+
+typedef struct item {
+    struct item *next;
+    kmp_kept_name name; /* its word is a literal */
+    kmp_bytes bytes;
+    kmp_cached file; /* instead of bytes: of the cache */
+} item;
+
+struct kmp_kept {
+    pthread_mutex_t lock;
+    item *first;
+};
+
+kmp_kept *kmp_kept_new(void)
+{
+    kmp_kept *kept = KMP_NEW(kmp_kept, 1);
+    if (kept && pthread_mutex_init(&kept->lock, NULL) != 0) {
+        kmp_free(kept);
+        return NULL;
+    }
+    return kept;
+}
+
+void kmp_kept_clear(kmp_kept *kept)
+{
+    for (item *x = kept->first, *next; x; x = next) {
+        next = x->next;
+        kmp_bytes_free(&x->bytes);
+        kmp_free(x->file.whole);
+        kmp_free(x);
+    }
+    kept->first = NULL;
+}
+
+void kmp_kept_free(kmp_kept *kept)
+{
+    if (!kept)
+        return;
+    kmp_kept_clear(kept);
+    pthread_mutex_destroy(&kept->lock);
+    kmp_free(kept);
+}
+
+/* -- keys -------------------------------------------------------------------------------------------- */
+
+void kmp_kept_set_key(kempe_system *s, const char *algorithm)
+{
+    static const char format[] = "system 1"; /* of the bytes of all parts: changes with them */
+    const kempe_model *model = s->model;
+    kmp_digest digest;
+    kmp_digest_begin(&digest);
+    s->has_key = model->has_digest && kmp_context_cache(s->context) && kmp_cache_add_build(&digest);
+    if (!s->has_key)
+        return;
+    kmp_digest_add_text(&digest, format);
+    kmp_digest_add_text(&digest, kempe_version());
+    kmp_digest_add_part(&digest, model->digest, sizeof model->digest);
+    kmp_digest_add_part(&digest, &model->closure_tolerance.value, sizeof(double));
+    kmp_digest_add_part(&digest, &model->closure_tolerance_given, sizeof(bool));
+    kmp_digest_add_text(&digest, algorithm);
+    kmp_digest_end(&digest, s->key);
+}
+
+static kmp_cache_key key_of(const kempe_system *s, kmp_kept_name name)
+{
+    kmp_cache_key key;
+    kmp_digest digest;
+    kmp_digest_begin(&digest);
+    kmp_digest_add_part(&digest, s->key, sizeof s->key);
+    kmp_digest_add_text(&digest, name.what);
+    kmp_digest_add_part(&digest, &name.variant, sizeof name.variant);
+    kmp_digest_end(&digest, key.digest);
+    return key;
+}
+
+kmp_cached kmp_kept_recall(const kempe_system *s, kmp_kept_name name)
+{
+    const char *folder = s->has_key ? kmp_context_cache(s->context) : NULL;
+    const kmp_cache_key key = folder ? key_of(s, name) : (kmp_cache_key){{0}};
+    return folder ? kmp_cache_read(folder, &key) : (kmp_cached){0};
+}
+
+void kmp_kept_write(const kempe_system *s, kmp_kept_name name, const kmp_bytes *bytes)
+{
+    const char *folder = s->has_key ? kmp_context_cache(s->context) : NULL;
+    if (!folder || bytes->failed)
+        return;
+    const kmp_cache_key key = key_of(s, name);
+    kmp_cache_write(folder, &key, bytes->at, bytes->size, KMP_CACHE_BYTES);
+}
+
+/* -- items ------------------------------------------------------------------------------------------- */
+
+static item *find(const kmp_kept *kept, kmp_kept_name name)
+{
+    item *x = kept->first;
+    while (x && (x->name.variant != name.variant || strcmp(x->name.what, name.what) != 0))
+        x = x->next;
+    return x;
+}
+
+/* Adds bytes or a file; true if they are now among the items. */
+static bool add(kmp_kept *kept, kmp_kept_name name, const kmp_bytes *bytes, const kmp_cached *file)
+{
+    item *x = find(kept, name) ? NULL : KMP_NEW(item, 1);
+    if (!x)
+        return false;
+    *x = (item){.next = kept->first, .name = name};
+    if (bytes)
+        x->bytes = *bytes;
+    else
+        x->file = *file;
+    kept->first = x;
+    return true;
+}
+
+bool kmp_kept_find(const kempe_system *s, kmp_kept_name name, kmp_byte_source *found)
+{
+    kmp_kept *kept = s->kept;
+    pthread_mutex_lock(&kept->lock);
+    const item *x = find(kept, name);
+    if (!x) {
+        kmp_cached file = kmp_kept_recall(s, name);
+        if (file.whole && !add(kept, name, NULL, &file))
+            kmp_free(file.whole);
+        x = find(kept, name);
+    }
+    if (x)
+        *found = x->file.whole ? kmp_byte_source_of(x->file.bytes, x->file.size)
+                               : kmp_byte_source_of(x->bytes.at, x->bytes.size);
+    pthread_mutex_unlock(&kept->lock);
+    return x;
+}
+
+void kmp_kept_add(const kempe_system *s, kmp_kept_name name, kmp_bytes *bytes)
+{
+    kmp_kept *kept = s->kept;
+    kmp_kept_write(s, name, bytes);
+    pthread_mutex_lock(&kept->lock);
+    if (bytes->failed || !add(kept, name, bytes, NULL))
+        kmp_bytes_free(bytes);
+    pthread_mutex_unlock(&kept->lock);
+    *bytes = (kmp_bytes){0};
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What is derived from a system once, and then used by all its runs: bytes by name, kept as long as the system, and in
+ * the context's cache if there is one. */
+#ifndef KMP_DYNAMICS_KEPT_H
+#define KMP_DYNAMICS_KEPT_H
+
+#include "base/cache/bytes.h"
+#include "base/cache/cache_files.h"
+#include "dynamics/system.h"
+
+/** The name of kept bytes: the word of what they are, and a number that distinguishes several. */
+typedef struct kmp_kept_name {
+    const char *what;
+    unsigned variant;
+} kmp_kept_name;
+
+/** Room for kept bytes; NULL: no memory. */
+kmp_kept *kmp_kept_new(void);
+void kmp_kept_free(kmp_kept *kept);
+/** Forgets what was derived with other numbers of the model. */
+void kmp_kept_clear(kmp_kept *kept);
+
+/** The bytes of a name, valid as long as the system; false: there are none. Several threads may ask. */
+bool kmp_kept_find(const kempe_system *system, kmp_kept_name name, kmp_byte_source *found);
+
+/** Takes the bytes, which are freed if they have failed, or if another thread has added the same before. */
+void kmp_kept_add(const kempe_system *system, kmp_kept_name name, kmp_bytes *bytes);
+
+/** kmp_kept_recall: the bytes that the cache of the system's context has for its key, in room for the caller to free
+ * with kmp_free. kmp_kept_write: writes such bytes. The system needs a key. */
+kmp_cached kmp_kept_recall(const kempe_system *system, kmp_kept_name name);
+void kmp_kept_write(const kempe_system *system, kmp_kept_name name, const kmp_bytes *bytes);
+
+/** Sets the key of a system: its model, the algorithm (NULL: the model's), this build and processor. None without a
+ * cache. */
+void kmp_kept_set_key(kempe_system *system, const char *algorithm);
+
+#endif

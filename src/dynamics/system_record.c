@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* All that derivation finds: rows, patterns, conditions, programs. What follows from the model at little cost is made
+ * again. Conditions refer to parts of the model by their places in its arena, which are the same for equal files. */
+#include "dynamics/system_record.h"
+#include "base/clock.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "dynamics/kept.h"
+#include "symbolic/program/program_bytes.h"
+#include <string.h>
+
+static const kmp_kept_name whole = {"system", 0};
+
+enum { MOST = 1 << 30 };
+
+/* -- patterns ---------------------------------------------------------------------------------------- */
+
+static void put_pattern(kmp_bytes *b, const kmp_pattern *p)
+{
+    kmp_bytes_put_int(b, p->count);
+    KMP_BYTES_PUT(b, p->row, p->count);
+    KMP_BYTES_PUT(b, p->col, p->count);
+}
+
+static void take_pattern(kmp_byte_source *s, kmp_arena *arena, int rows, int cols, kmp_pattern *p)
+{
+    int count = kmp_bytes_take_count(s, 2 * sizeof(int));
+    *p = (kmp_pattern){count, KMP_ARENA_NEW(arena, int, count), KMP_ARENA_NEW(arena, int, count)};
+    if (arena->failed)
+        return;
+    KMP_BYTES_TAKE(s, p->row, count);
+    KMP_BYTES_TAKE(s, p->col, count);
+    for (int k = 0; k < count; k++)
+        s->failed = s->failed || p->row[k] < 0 || p->row[k] >= rows || p->col[k] < 0 || p->col[k] >= cols;
+}
+
+/* -- conditions -------------------------------------------------------------------------------------- */
+
+/* A part of the model; bytes fail for what is not in its arena. */
+static void put_part(kmp_bytes *b, const kempe_model *model, const void *part)
+{
+    kmp_arena_spot spot = {-1, 0};
+    b->failed = b->failed || (part && !kmp_arena_find(&model->arena, part, &spot));
+    kmp_bytes_put_int(b, spot.block);
+    kmp_bytes_put_int(b, (int64_t)spot.offset);
+}
+
+static void *take_part(kmp_byte_source *s, const kempe_model *model, size_t size)
+{
+    kmp_arena_spot spot = {.block = kmp_bytes_take_int(s, -1, MOST)};
+    spot.offset = (size_t)kmp_bytes_take_int(s, 0, MOST);
+    if (spot.block < 0)
+        return NULL;
+    void *part = kmp_arena_at(&model->arena, spot, size);
+    s->failed = s->failed || !part;
+    return part;
+}
+
+static void put_condition(kmp_bytes *b, const kempe_system *s, int k)
+{
+    const kmp_condition *c = &s->events.condition[k];
+    put_part(b, s->model, c->of);
+    put_part(b, s->model, c->expr);
+    kmp_bytes_put_int(b, c->number);
+    kmp_bytes_put_text(b, c->text);
+    kmp_bytes_put_text(b, c->advice);
+    kmp_bytes_put_text(b, s->event_text[k]);
+    kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2);
+    kmp_bytes_put(b, &c->lag, sizeof c->lag);
+}
+
+/* The text of an event is made again, and compared: the expression is the same one. */
+static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
+{
+    kmp_condition *c = &s->events.condition[k];
+    kmp_arena aside = {0};
+    c->of = take_part(b, s->model, 1);
+    c->expr = take_part(b, s->model, sizeof *c->expr);
+    c->number = kmp_bytes_take_int(b, -MOST, MOST);
+    const char *text = kmp_bytes_take_text(b, &aside);
+    c->text = text ? kmp_strdup(text) : NULL;
+    c->advice = kmp_bytes_take_text(b, &s->arena);
+    const char *shown = kmp_bytes_take_text(b, &aside);
+    int flags = kmp_bytes_take_int(b, 0, 7);
+    c->ends = flags & 1;
+    c->kink = flags >> 1 & 1;
+    c->late = flags >> 2 & 1;
+    kmp_bytes_take(b, &c->lag, sizeof c->lag);
+    b->failed = b->failed || !c->of || (!c->expr && !c->text) || (text && !c->text);
+    s->event_text[k] = b->failed ? NULL : kmp_system_event_text(s, c);
+    b->failed = b->failed || !shown || !s->event_text[k] || strcmp(shown, s->event_text[k]) != 0;
+    kmp_arena_free(&aside);
+}
+
+static void put_events(kmp_bytes *b, const kempe_system *s)
+{
+    kmp_bytes_put_int(b, s->events.count);
+    for (int k = 0; k < s->events.count; k++)
+        put_condition(b, s, k);
+}
+
+static void take_events(kmp_byte_source *b, kempe_system *s)
+{
+    int count = kmp_bytes_take_count(b, 1);
+    if (count == 0)
+        return;
+    s->events.condition = KMP_NEW(kmp_condition, count);
+    s->event_text = KMP_ARENA_NEW(&s->arena, char *, count);
+    b->failed = b->failed || !s->events.condition || !s->event_text;
+    for (int k = 0; !b->failed && k < count; k++) {
+        s->events.count = k + 1;
+        take_condition(b, s, k);
+    }
+}
+
+/* -- the whole --------------------------------------------------------------------------------------- */
+
+static void put_flags(kmp_bytes *b, const kempe_system *s)
+{
+    const int flags[] = {s->rheonomic, s->switches,         s->dissipative,
+                         s->has_power, s->changes_by_rates, atomic_load(&s->rounding->state) == KMP_ROUNDING_NONE};
+    for (size_t k = 0; k < sizeof flags / sizeof *flags; k++)
+        kmp_bytes_put_int(b, flags[k]);
+    kmp_bytes_put_int(b, s->dynamics);
+}
+
+static void take_flags(kmp_byte_source *b, kempe_system *s)
+{
+    bool none = false, *const flags[] = {&s->rheonomic, &s->switches,         &s->dissipative,
+                                         &s->has_power, &s->changes_by_rates, &none};
+    for (size_t k = 0; k < sizeof flags / sizeof *flags; k++)
+        *flags[k] = kmp_bytes_take_int(b, 0, 1);
+    s->dynamics = (kmp_dynamics)kmp_bytes_take_int(b, 0, KMP_DYNAMICS_COUNT - 1);
+    atomic_store(&s->rounding->state, none ? KMP_ROUNDING_NONE : KMP_ROUNDING_UNKNOWN);
+}
+
+void kmp_system_keep(const kempe_system *s)
+{
+    kmp_bytes b = {0};
+    kmp_table_pool pool = {0};
+    if (!s->has_key)
+        return;
+    const kmp_program *const programs[] = {s->motion, s->articulated, s->judge, s->changes, s->goals};
+    kmp_bytes_put_int(&b, s->n);
+    kmp_bytes_put_int(&b, s->m);
+    KMP_BYTES_PUT(&b, s->rows, s->m);
+    KMP_BYTES_PUT(&b, s->misfit, s->model->closure_count);
+    put_flags(&b, s);
+    put_pattern(&b, &s->jacobian);
+    put_pattern(&b, &s->mass);
+    put_pattern(&b, &s->load_jacobian);
+    put_pattern(&b, &s->compliance);
+    put_pattern(&b, &s->mobility);
+    kmp_bytes_put_int(&b, s->load_row_count);
+    KMP_BYTES_PUT(&b, s->load_rows, s->load_row_count);
+    put_events(&b, s);
+    for (size_t k = 0; k < sizeof programs / sizeof *programs; k++)
+        kmp_program_put(&b, &pool, programs[k]);
+    kmp_kept_write(s, whole, &b);
+    kmp_table_pool_free(&pool);
+    kmp_bytes_free(&b);
+}
+
+static bool take_rows(kmp_byte_source *b, kempe_system *s)
+{
+    kmp_arena room = {0};
+    int n = kmp_bytes_take_int(b, 0, s->model->motion_count), m = kmp_bytes_take_count(b, sizeof(kmp_row));
+    kmp_row *rows = KMP_ARENA_NEW(&room, kmp_row, m);
+    double *misfit = KMP_ARENA_NEW(&room, double, s->model->closure_count);
+    bool good = rows && misfit && n == s->model->motion_count;
+    if (good) {
+        KMP_BYTES_TAKE(b, rows, m);
+        KMP_BYTES_TAKE(b, misfit, s->model->closure_count);
+    }
+    for (int r = 0; good && r < m; r++)
+        b->failed = b->failed || rows[r].closure < 0 || rows[r].closure >= s->model->closure_count;
+    good = good && !b->failed && kmp_system_set_rows(s, n, m, rows, misfit);
+    kmp_arena_free(&room);
+    return good;
+}
+
+static void take_programs(kmp_byte_source *b, kempe_system *s)
+{
+    kmp_table_pool pool = {0};
+    kmp_program **const programs[] = {&s->motion, &s->articulated, &s->judge, &s->changes, &s->goals};
+    for (size_t k = 0; k < sizeof programs / sizeof *programs; k++)
+        *programs[k] = kmp_program_get(b, &pool);
+    kmp_table_pool_free(&pool);
+    if (!b->failed && s->motion && s->judge && s->motion->stages > KMP_STAGE_BIAS)
+        s->closing = kmp_program_first(s->motion, KMP_STAGE_MASS);
+}
+
+static bool fill(kmp_byte_source *b, kempe_system *s)
+{
+    if (!take_rows(b, s))
+        return false;
+    take_flags(b, s);
+    take_pattern(b, &s->arena, s->m, s->n, &s->jacobian);
+    take_pattern(b, &s->arena, s->n, s->n, &s->mass);
+    take_pattern(b, &s->arena, s->n, s->m, &s->load_jacobian);
+    take_pattern(b, &s->arena, s->m, s->n, &s->compliance);
+    take_pattern(b, &s->arena, s->m, s->m, &s->mobility);
+    s->load_row_count = kmp_bytes_take_count(b, sizeof *s->load_rows);
+    s->load_rows = KMP_ARENA_NEW(&s->arena, int, s->m > s->load_row_count ? s->m : s->load_row_count);
+    if (s->arena.failed)
+        return false;
+    KMP_BYTES_TAKE(b, s->load_rows, s->load_row_count);
+    take_events(b, s);
+    take_programs(b, s);
+    return !b->failed && b->at == b->end && s->closing && !s->arena.failed;
+}
+
+kempe_system *kmp_system_recall(const kempe_model *model, const char *word)
+{
+    double begin = kmp_cpu_now();
+    kempe_system *s = model->has_digest ? kmp_system_start(model) : NULL;
+    if (s)
+        kmp_kept_set_key(s, word);
+    kmp_cached file = s ? kmp_kept_recall(s, whole) : (kmp_cached){0};
+    kmp_byte_source b = kmp_byte_source_of(file.bytes, file.size);
+    bool made = file.whole && fill(&b, s);
+    kmp_free(file.whole);
+    if (made) {
+        s->build_s = kmp_cpu_now() - begin;
+        return s;
+    }
+    kempe_system_free(s);
+    return NULL;
+}

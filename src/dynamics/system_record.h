@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A derived system in the context's cache. */
+#ifndef KMP_DYNAMICS_SYSTEM_RECORD_H
+#define KMP_DYNAMICS_SYSTEM_RECORD_H
+
+#include "dynamics/system.h"
+
+/** The system of a model and an algorithm's word (NULL: the model's) that an earlier process has kept, NULL if there is
+ * none. It is equal to a derived one to the bit, after its assembly at the start has looked for rounded numbers. */
+kempe_system *kmp_system_recall(const kempe_model *model, const char *word);
+
+/** Keeps a system for kmp_system_recall. It must be as derived, and its numbers not rounded. */
+void kmp_system_keep(const kempe_system *system);
+
+#endif
