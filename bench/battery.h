@@ -45,11 +45,14 @@ typedef struct hard_case {
 
 typedef struct hard_formulation {
     const char *formulation, *form;
+    const char *integrator; /* NULL: the usual one */
 } hard_formulation;
 
 static const hard_formulation hard_formulations[] = {
-    {"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}, {"dae", "stabilized1"}};
-enum { HARD_FORMULATIONS = 4, HARD_ROWS = 101 };
+    {"reduced", "integrated", NULL}, {"reduced", "newton", NULL},        {"projected", "none", NULL},
+    {"dae", "stabilized1", NULL},    {"reduced", "integrated", "radau"}, {"projected", "none", "radau"}};
+/* Those of the usual integrators, and all. */
+enum { HARD_FORMULATIONS = 4, HARD_WAYS = 6, HARD_ROWS = 101 };
 
 typedef struct hard_scene {
     kempe_context *context;
@@ -504,7 +507,7 @@ static hard_result hard_run(hard_scene *s, const char *root, const hard_case *c,
     int count = hard_times(c->reference ? &reference : NULL, t_end, times), before = s->passages;
     kmp_run_spec spec = {.formulation = formulation->formulation,
                          .form = formulation->form,
-                         .integrator = stiff ? c->integrator : NULL,
+                         .integrator = stiff ? c->integrator : formulation->integrator,
                          .rtol = hard_given(rtol, hard_rtol(c, dae)),
                          .t_end = t_end,
                          .time_count = count,

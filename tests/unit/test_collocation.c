@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Radau IIA with its stages in lanes: coefficients, accuracy and dense output on motions with known solutions, the same
- * bits with lanes and one by one, stiff motions. */
+ * bits with lanes and one by one, stiff motions, events. */
+#include "base/memory.h"
 #include "check.h"
+#include "integrators/run/run.h"
 #include "integrators/steppers/collocation_table.h"
 #include "integrators/steppers/solver.h"
+#include "loaded.h"
 #include <kempe/kempe.h>
 #include <string.h>
 
@@ -256,11 +259,48 @@ static void test_stiff(void)
         }
 }
 
+/* -- events -------------------------------------------------------------------------------------------- */
+
+static int take_angle(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                      double work)
+{
+    (void)t, (void)qd, (void)qdd, (void)lambda, (void)work;
+    *(double *)user = q[0];
+    return 0;
+}
+
+/* A pendulum between two stops: conditions change within steps, which are several times as long as those of DOP853. */
+static void test_events(void)
+{
+    static const char *const ways[][2] = {
+        {"reduced", "dop853"}, {"reduced", "radau"}, {"projected", "radau"}, {"dae", "radau"}};
+    loaded l = load("tests/models/pendulum_stops.yaml");
+    double end = 5, angle[4];
+    long events[4];
+    for (int k = 0; k < 4; k++) {
+        kmp_run_report report = {0};
+        kmp_run_spec spec = {.formulation = ways[k][0],
+                             .integrator = ways[k][1],
+                             .rtol = 1e-11,
+                             .t_end = end,
+                             .time_count = 1,
+                             .times = &end};
+        CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+        CHECK(kmp_run(l.system, &spec, NULL, take_angle, &angle[k], &report) == KEMPE_OK);
+        events[k] = report.events;
+        kmp_free(report.reason);
+        CHECK(events[k] > 10 && events[k] == events[0]);
+        CHECK_NEAR(angle[k], angle[0], 1e-8);
+    }
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(test_table);
     TEST(test_accuracy);
     TEST(test_same_bits);
     TEST(test_stiff);
+    TEST(test_events);
     return check_report();
 }

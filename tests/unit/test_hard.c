@@ -7,12 +7,13 @@
 
 static void run_formulations(const hard_case *c, hard_scene *s)
 {
-    for (int k = 0; k < HARD_FORMULATIONS; k++) {
+    for (int k = 0; k < HARD_WAYS; k++) {
         hard_result r = hard_run(s, KEMPE_ROOT, c, &hard_formulations[k], 0);
         bool passed = r.passed || hard_is_known(c, &r);
         if (!r.passed)
-            printf("  %s on %s/%s: error %.1e, drift %.1e %s\n", c->name, hard_formulations[k].formulation,
-                   hard_formulations[k].form, r.error, r.drift, r.report.reason ? r.report.reason : "");
+            printf("  %s on %s/%s %s: error %.1e, drift %.1e %s\n", c->name, hard_formulations[k].formulation,
+                   hard_formulations[k].form, hard_formulations[k].integrator ? hard_formulations[k].integrator : "",
+                   r.error, r.drift, r.report.reason ? r.report.reason : "");
         CHECK(passed);
         kmp_free(r.report.reason);
     }
@@ -32,7 +33,7 @@ static void cases_keep_their_bars(void)
         hard_unload(&s);
         count++;
     }
-    printf("  %d cases on %d formulations\n", count, HARD_FORMULATIONS);
+    printf("  %d cases by %d ways\n", count, HARD_WAYS);
 }
 
 /* Places of a position output at whole seconds, against published ones (x, y by second). */
