@@ -344,5 +344,10 @@ bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *asked, k
     }
     kmp_written_free(&k.w);
     kmp_arena_free(&k.arena);
-    return kmp_memory_failures() == failures;
+    if (kmp_memory_failures() == failures)
+        return true;
+    kmp_program_free(written->program);
+    kmp_free(written->factor);
+    *written = (kmp_solved_written){0};
+    return false;
 }
