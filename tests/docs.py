@@ -274,6 +274,8 @@ class Pages(unittest.TestCase):
         peers = [record("README.md", row.format(name)) for name in ("Kempe, reduced", "Pinocchio", "SciPy DOP853", "MuJoCo, stiffest")]
         self.assertIn(f"takes {peers[0][0]} ms. Pinocchio with an error-controlled integrator needs {peers[1][1]} times as long, "
                       f"SciPy on the same equations {peers[2][1]} times, MuJoCo {peers[3][1]} times", text)
+        heyoka = [re.findall(r"\((\S+)x\)", line)[2] for line in (ROOT / "bench/README.md").read_text().split("\n") if line.startswith("| heyoka")]
+        self.assertIn(f"need {heyoka[0]} times as long, and on a four-bar {heyoka[1]} times", text)
         closed, = record("results/andrews.txt", r"loops closed to (\S+)$")
         self.assertIn(f"at most {closed} of the characteristic length", text)
         self.assertIn("{} of {} runs reach their end".format(*record("results/lamps.txt", r"^all: (\d+) of (\d+),")), text)

@@ -17,10 +17,10 @@ loader.exec_module(run)
 TABLE = "# of nobody\nt,q.a,q.b\n0.5,1.2345678901234567,\n1,-250.25,1e-31\n"
 
 
-def compare(made):
+def compare(made, committed=TABLE):
     with tempfile.TemporaryDirectory() as folder:
         old, new = pathlib.Path(folder, "old"), pathlib.Path(folder, "new")
-        old.write_text(TABLE)
+        old.write_text(committed)
         new.write_text(made)
         return run.compare(old, new)
 
@@ -42,6 +42,12 @@ class Comparison(unittest.TestCase):
         for made in (TABLE.replace("890123", "890124"), TABLE.replace("-250.25", "-250.28"), TABLE.replace("-250.25", "nan"),
                      TABLE.replace("1e-31", "1e-3")):
             self.assertEqual(len(compare(made)[1]), 1, made)
+
+    def test_claim(self):
+        """Of a head that says how far two runs agree."""
+        said = TABLE.replace("of nobody", "by reference.py; two step sizes agree to 2e-9, q.b to\n# more")
+        self.assertEqual(compare(said.replace("890123", "891123"), said)[1], [])
+        self.assertEqual(len(compare(said.replace("890123", "990123"), said)[1]), 1)
 
     def test_missing(self):
         self.assertEqual(compare(TABLE.replace("q.b", "q.x"))[1], ["no column q.b"])
