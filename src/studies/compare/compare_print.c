@@ -56,9 +56,19 @@ static void show_uncertainty(kmp_text *text, const kempe_comparison *c)
     kmp_text_put(text, ": errors below ten times that are blank\n");
 }
 
+/* The sizes that errors are relative to. */
 static void show_instants(kmp_text *text, const kempe_comparison *c)
 {
-    kmp_text_printf(text, "errors: the largest at %d instants; of lambda relative to the largest load\n", c->instants);
+    const kmp_scales *s = &c->scales;
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence,
+                    "the largest at %d instants, relative to the value or to 1 rad, %.3g m; %.3g rad/s, %.3g m/s",
+                    c->instants, s->length, s->rate, s->rate * s->length);
+    if (c->system->m > 0)
+        kmp_text_printf(&sentence, "; of lambda to the largest load, %.3g", s->load);
+    show_wrapped(text, "errors: ", sentence.s ? sentence.s : "");
+    text->failed = text->failed || sentence.failed;
+    kmp_text_free(&sentence);
 }
 
 static void show_head(kmp_text *text, const kempe_comparison *c)
