@@ -274,6 +274,11 @@ class Pages(unittest.TestCase):
         peers = [record("README.md", row.format(name)) for name in ("Kempe, reduced", "Pinocchio", "SciPy DOP853", "MuJoCo, stiffest")]
         self.assertIn(f"takes {peers[0][0]} ms. Pinocchio with an error-controlled integrator needs {peers[1][1]} times as long, "
                       f"SciPy on the same equations {peers[2][1]} times, MuJoCo {peers[3][1]} times", text)
+        table = (ROOT / "bench/results/formulations.txt").read_text()
+        rows = re.findall(r"^\| (\w+) \| ([\d.]+ \| .*)$", (ROOT / "README.md").read_text(), re.M)
+        self.assertGreaterEqual(len(rows), 8)
+        for model, figures in rows:
+            self.assertIn(f"| {model} | 1e-08 | {figures}", table)
         closed, = record("results/andrews.txt", r"loops closed to (\S+)$")
         self.assertIn(f"at most {closed} of the characteristic length", text)
         self.assertIn("{} of {} runs reach their end".format(*record("results/lamps.txt", r"^all: (\d+) of (\d+),")), text)
