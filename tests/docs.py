@@ -276,7 +276,7 @@ class Pages(unittest.TestCase):
                       f"SciPy on the same equations {peers[2][1]} times, MuJoCo {peers[3][1]} times", text)
         table = (ROOT / "bench/results/formulations.txt").read_text()
         rows = re.findall(r"^\| (\w+) \| ([\d.]+ \| .*)$", (ROOT / "README.md").read_text(), re.M)
-        self.assertGreaterEqual(len(rows), 8)
+        self.assertGreaterEqual(len(rows), 5)
         for model, figures in rows:
             self.assertIn(f"| {model} | 1e-08 | {figures}", table)
         closed, = record("results/andrews.txt", r"loops closed to (\S+)$")

@@ -210,6 +210,9 @@ kmp_put_fn kmp_compare_json;
 /** A blank and a number of three digits, without an exponent below a million. */
 void kmp_compare_put_number(kmp_text *text, int width, double x);
 
+/** Ends a line without blanks before its end. */
+void kmp_compare_end_line(kmp_text *text);
+
 /** The width of the column of methods' names. */
 int kmp_compare_name_width(const kempe_comparison *comparison);
 

@@ -156,7 +156,7 @@ static void show_best(kmp_text *text, const kempe_comparison *c)
         else
             kmp_text_printf(text, " %7.3g", 1e3 * kmp_compare_cost(c, (int)(c->runs[best].way - c->ways), l).cpu_s);
     }
-    kmp_text_put(text, "\n");
+    kmp_compare_end_line(text);
 }
 
 static void show_ratios(kmp_text *text, const kempe_comparison *c, int way)
@@ -175,7 +175,7 @@ static void show_ratios(kmp_text *text, const kempe_comparison *c, int way)
         else
             kmp_text_printf(text, ratio < 9.95 ? " %7.2f" : " %7.0f", ratio);
     }
-    kmp_text_put(text, "\n");
+    kmp_compare_end_line(text);
 }
 
 static void show_levels(kmp_text *text, const kempe_comparison *c)
