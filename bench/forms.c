@@ -36,7 +36,6 @@ static void one(const judged *with, const kempe_assembly *start, const char *for
 int main(void)
 {
     static const double rtols[] = {1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13};
-    static const char *const linear[] = {"klu", "umfpack", "dense"};
     bench b = bench_load("examples/andrews/andrews.yaml");
     kempe_assembly *start = NULL;
     kmp_reference reference;
@@ -47,9 +46,9 @@ int main(void)
     printf("%-7s %-8s %-5s | %-7s %-7s %-7s | %-7s %-7s | %6s %6s %6s %6s | %8s %6s\n", "form", "linear", "rtol",
            "error q", "qd", "lambda", "|h|", "|hdot|", "steps", "Newton", "reject", "factor", "cpu ms", "us/it");
     for (int f = 0; kmp_formulation_get(f); f++)
-        for (int l = 0; kmp_formulation_get(f)->dae && l < 3; l++)
+        for (int l = 0; kmp_formulation_get(f)->dae && kmp_linear_name(l); l++)
             for (size_t k = 0; k < sizeof rtols / sizeof *rtols; k++)
-                one(&with, start, kmp_formulation_get(f)->form, linear[l], rtols[k]);
+                one(&with, start, kmp_formulation_get(f)->form, kmp_linear_name(l), rtols[k]);
     kmp_eval_free(with.eval);
     kmp_samples_free(&reference);
     kempe_assembly_free(start);

@@ -9,89 +9,15 @@
  * "windows N" is a chain of N windows, to 0.4 s; ROBOTRAN's models go to 5 s. Form stabilized1, rtol 1e-8. */
 #include "bench.h"
 #include "chain.h"
-#include "integrators/run/runner.h"
-#include "integrators/sundials/linear.h"
-#include "integrators/sundials/sundials_host.h"
+#include "iteration_matrix.h"
 #include <kempe/check.h>
-#include <string.h>
 
-static const char *const linear[] = {"klu", "umfpack"};
-enum { LINEAR = 2, SAMPLES = 9 };
-
-/* The formulation at its start, with room to evaluate and solve there. */
-typedef struct place {
-    kmp_runner *run;
-    const kmp_dae *dae;
-    SUNContext sun;
-    SUNMatrix matrix;
-    SUNLinearSolver solver;
-    N_Vector b, x;
-    double cj;
-} place;
-
-static void evaluate(place *p)
-{
-    (void)p->dae->residual(p->dae->self, 0, p->run->formulation->y, p->run->formulation->yp, kmp_sun_data(p->b));
-}
-
-static void differentiate(place *p)
-{
-    (void)p->dae->matrix(p->dae->self, 0, p->cj, p->run->formulation->y, p->run->formulation->yp,
-                         SUNSparseMatrix_Data(p->matrix));
-}
-
-static void factor(place *p)
-{
-    (void)SUNLinSolSetup(p->solver, p->matrix);
-}
-
-static void solve(place *p)
-{
-    (void)SUNLinSolSolve(p->solver, p->matrix, p->x, p->b, 0);
-}
-
-/* Seconds of one, the median of samples long enough for the clock. */
-static double time_of(place *p, void (*what)(place *p))
-{
-    double sample[SAMPLES], one = 1e-4;
-    what(p);
-    for (int k = 0; k < SAMPLES; k++) {
-        int times = 1 + (int)(1e-3 / one);
-        double from = bench_now();
-        for (int i = 0; i < times; i++)
-            what(p);
-        one = sample[k] = (bench_now() - from) / times;
-    }
-    return bench_median(SAMPLES, sample);
-}
-
-static void open_place(place *p, kmp_runner *run, const char *name, double h)
-{
-    const kmp_dae *dae = &run->formulation->dae;
-    *p = (place){.run = run, .dae = dae, .sun = kmp_sun_context(), .cj = 1 / h};
-    p->matrix = SUNSparseMatrix(dae->n, dae->n, dae->nz, CSC_MAT, p->sun);
-    p->solver = kmp_linear_new(name, p->matrix, p->sun);
-    p->b = kmp_vector_new(dae->n, p->sun);
-    p->x = kmp_vector_new(dae->n, p->sun);
-    memcpy(SUNSparseMatrix_IndexPointers(p->matrix), dae->col_start, ((size_t)dae->n + 1) * sizeof(long));
-    memcpy(SUNSparseMatrix_IndexValues(p->matrix), dae->row, (size_t)dae->nz * sizeof(long));
-}
-
-static void close_place(place *p)
-{
-    N_VDestroy(p->b);
-    N_VDestroy(p->x);
-    SUNLinSolFree(p->solver);
-    SUNMatDestroy(p->matrix);
-    SUNContext_Free(&p->sun);
-}
-
-static int drop_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
-                    double work)
-{
-    (void)user, (void)t, (void)q, (void)qd, (void)qdd, (void)lambda, (void)work;
-    return 0;
-}
+static const char *const linear[] = {"klu",
+#ifdef KEMPE_UMFPACK
+                                     "umfpack"
+#endif
+};
+enum { LINEAR = sizeof linear / sizeof *linear };
 
 static void measure(const bench *b, const kempe_assembly *start, const char *model, const char *name, double t_end)
 {

@@ -276,6 +276,11 @@ class Pages(unittest.TestCase):
                       f"SciPy on the same equations {peers[2][1]} times, MuJoCo {peers[3][1]} times", text)
         heyoka = [re.findall(r"\((\S+)x\)", line)[2] for line in (ROOT / "bench/README.md").read_text().split("\n") if line.startswith("| heyoka")]
         self.assertIn(f"need {heyoka[0]} times as long, and on a four-bar {heyoka[1]} times", text)
+        table = (ROOT / "bench/results/formulations.txt").read_text()
+        rows = re.findall(r"^\| (\w+) \| ([\d.]+ \| .*)$", (ROOT / "README.md").read_text(), re.M)
+        self.assertGreaterEqual(len(rows), 5)
+        for model, figures in rows:
+            self.assertIn(f"| {model} | 1e-08 | {figures}", table)
         closed, = record("results/andrews.txt", r"loops closed to (\S+)$")
         self.assertIn(f"at most {closed} of the characteristic length", text)
         self.assertIn("{} of {} runs reach their end".format(*record("results/lamps.txt", r"^all: (\d+) of (\d+),")), text)

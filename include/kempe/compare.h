@@ -20,7 +20,8 @@ typedef struct kempe_compare_options {
     const char *integrators;
     const char *reference; /* CSV; NULL: Kempe makes its own from several formulations and integrators */
     double t_end;
-    double budget_s; /* processor time of all runs together; runs that exceed it are left out; 0: 60 */
+    double budget_s;    /* processor time of all runs together; runs that exceed it are left out; 0: 60 */
+    const char *linear; /* linear solvers of the integrators that take one: "klu,umfpack,dense"; NULL: auto */
 } kempe_compare_options;
 
 KEMPE_API kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compare_options *run,

@@ -117,6 +117,9 @@ bool kmp_solver_collapsed(int *hopeless, double h, double t);
     "the step size is close to the resolution of double precision at this time: the motion is singular "               \
     "there, or too fast"
 
+/** The linear solver in row k of linear.def, NULL after the last. */
+const char *kmp_linear_name(int k);
+
 /** True if a linear solver of that name exists (also for "auto"); all names, comma-separated. */
 bool kmp_linear_known(const char *name);
 const char *kmp_linear_names(void);

@@ -27,8 +27,7 @@ static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Ve
 {
     (void)r, (void)w1, (void)w2, (void)w3;
     const kmp_dae *dae = &((kmp_sun *)user)->base.dae;
-    memcpy(SUNSparseMatrix_IndexPointers(a), dae->col_start, ((size_t)dae->n + 1) * sizeof *dae->col_start);
-    memcpy(SUNSparseMatrix_IndexValues(a), dae->row, (size_t)dae->nz * sizeof *dae->row);
+    kmp_sun_put_pattern(dae, a);
     return dae->matrix(dae->self, t, cj, kmp_sun_data(y), kmp_sun_data(yp), SUNSparseMatrix_Data(a));
 }
 

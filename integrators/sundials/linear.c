@@ -3,11 +3,17 @@
 #include "integrators/sundials/linear.h"
 #include "base/memory.h"
 #include "integrators/steppers/solver.h"
+#include "linalg/sparse.h"
 
 #include <string.h>
 
-/* Below this size a dense factorisation is the cheapest. */
+/* Below this size a dense factorisation is the cheapest (bench/results/linear_solvers.txt). */
 enum { DENSE_BELOW = 10 };
+
+/* An operation of KLU takes up to this many times as long as one of the dense factorisation: it was slower at 1.5 times
+ * as few operations and faster at 3 times as few. Only a matrix with this part of its entries can be that full. */
+#define SPARSE_COST 2.0
+#define NEARLY_FULL 0.25
 
 static const kmp_linear_kind *const kinds[] = {
 #define KMP_LINEAR(name) &kmp_linear_##name,
@@ -21,6 +27,11 @@ static const kmp_linear_kind *find(const char *name)
         if (strcmp(kinds[i]->name, name) == 0)
             return kinds[i];
     return NULL;
+}
+
+const char *kmp_linear_name(int k)
+{
+    return k >= 0 && k < (int)(sizeof kinds / sizeof *kinds) ? kinds[k]->name : NULL;
 }
 
 bool kmp_linear_known(const char *name)
@@ -77,10 +88,30 @@ static int release(SUNLinearSolver s)
     return 0;
 }
 
+long kmp_linear_fill(SUNLinearSolver s)
+{
+    content *c = s->content;
+    return c->kind->fill(c->self);
+}
+
+/* True if the factors are so full that the dense factorisation is faster: estimated from the pattern, which the matrix
+ * has, or no entries yet. */
+static bool is_full(SUNMatrix a)
+{
+    double n = (double)SUNSparseMatrix_Columns(a), nz = (double)SUNSparseMatrix_IndexPointers(a)[(long)n];
+    bool full = n < DENSE_BELOW;
+    if (full || nz < NEARLY_FULL * n * n)
+        return full;
+    kmp_sparse *sparse = kmp_sparse_new_columns((int)n, (int)nz);
+    if (sparse && kmp_sparse_take_columns(sparse, SUNSparseMatrix_IndexPointers(a), SUNSparseMatrix_IndexValues(a)))
+        full = n * n * (2 * n / 3 + 2) < SPARSE_COST * kmp_sparse_operations(sparse);
+    kmp_sparse_free(sparse);
+    return full;
+}
+
 SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context)
 {
-    bool choose = strcmp(name, "auto") == 0;
-    const kmp_linear_kind *kind = find(!choose ? name : SUNSparseMatrix_Columns(a) < DENSE_BELOW ? "dense" : "klu");
+    const kmp_linear_kind *kind = find(strcmp(name, "auto") != 0 ? name : is_full(a) ? "dense" : "klu");
     SUNLinearSolver s = kind ? SUNLinSolNewEmpty(context) : NULL;
     if (!s)
         return NULL;

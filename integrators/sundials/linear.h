@@ -10,10 +10,13 @@
 #include <sundials/sundials_linearsolver.h>
 #include <sunmatrix/sunmatrix_sparse.h>
 
-/** Makes a solver for matrices like a by the name of a row of linear.def, or "auto": dense below 10 x 10, else KLU. All
- * matrices must have the pattern of the first. NULL when the name is unknown or memory is exhausted. SUNLinSolFree
- * frees it. */
+/** Makes a solver for matrices like a by the name of a row of linear.def, or "auto": dense below 10 x 10 and where the
+ * factors of the pattern of a are nearly full, otherwise KLU. All matrices must have the pattern of the first. NULL
+ * when the name is unknown or memory is exhausted. SUNLinSolFree frees it. */
 SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context);
+
+/** Entries of the factors L and U of a solver made by kmp_linear_new, once it has factored. */
+long kmp_linear_fill(SUNLinearSolver solver);
 
 /** One kind of solver. Functions return 0 or a code of sundials_compat.h. */
 typedef struct kmp_linear_kind {
@@ -24,6 +27,7 @@ typedef struct kmp_linear_kind {
     int (*factor)(void *self, SUNMatrix a);
     int (*solve)(void *self, SUNMatrix a, double *x, const double *b); /* x may be b */
     void (*release)(void *self);                                       /* data that are not in the arena; NULL: none */
+    long (*fill)(void *self);                                          /* entries of L and U, once factored */
 } kmp_linear_kind;
 
 #define KMP_LINEAR(name) extern const kmp_linear_kind kmp_linear_##name;

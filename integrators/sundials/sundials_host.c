@@ -38,10 +38,18 @@ static bool make_arrays(kmp_sun *s)
     return true;
 }
 
+void kmp_sun_put_pattern(const kmp_dae *dae, SUNMatrix a)
+{
+    memcpy(SUNSparseMatrix_IndexPointers(a), dae->col_start, ((size_t)dae->n + 1) * sizeof *dae->col_start);
+    memcpy(SUNSparseMatrix_IndexValues(a), dae->row, (size_t)dae->nz * sizeof *dae->row);
+}
+
 static bool make_linear_solver(kmp_sun *s, const char *name)
 {
     int n = s->n;
     s->matrix = s->kind->dae ? SUNSparseMatrix(n, n, s->base.dae.nz, CSC_MAT, s->sun) : SUNDenseMatrix(n, n, s->sun);
+    if (s->matrix && s->kind->dae)
+        kmp_sun_put_pattern(&s->base.dae, s->matrix);
     if (s->matrix)
         s->linear = s->kind->dae ? kmp_linear_new(name, s->matrix, s->sun) : SUNLinSol_Dense(s->y, s->matrix, s->sun);
     return s->linear;

@@ -115,4 +115,7 @@ kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp);
     .create = kmp_sun_create, .release = kmp_sun_release, .start = kmp_sun_start, .step = kmp_sun_step,                \
     .dense = kmp_sun_dense
 
+/** Writes the pattern of a DAE's matrix. */
+void kmp_sun_put_pattern(const kmp_dae *dae, SUNMatrix a);
+
 #endif

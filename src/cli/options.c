@@ -191,6 +191,8 @@ static const option options[] = {
      "forms of the formulations (default: the standard ones)"},
     {CLI_COMPARE, IN_RUN, "integrators", TEXT(compare.integrators), "NAME,..",
      "integrators (default: the standard ones, and all implicit ones for a stiff model)"},
+    {CLI_COMPARE, IN_RUN, "linear", TEXT(compare.linear), "NAME,..",
+     "linear solvers of IDA, each as a method of its own: auto (default), klu, umfpack, dense"},
     {CLI_COMPARE, IN_RUN, "reference", TEXT(compare.reference), "CSV",
      "reference solution (default: computed by several formulations and integrators)"},
     {CLI_COMPARE, IN_RUN, "t-end", VALUE(TIME, compare.t_end), "T", "end of every run, s (default: that of the model)"},

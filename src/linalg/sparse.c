@@ -154,6 +154,11 @@ kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values)
                                          : KMP_SPARSE_FAILED;
 }
 
+long kmp_sparse_fill(const kmp_sparse *s)
+{
+    return s->numeric ? s->numeric->lnz + s->numeric->unz + s->numeric->nzoff : 0;
+}
+
 bool kmp_sparse_solve(kmp_sparse *s, int m, double *x)
 {
     return s->good && klu_l_solve(s->symbolic, s->numeric, s->n, m, x, &s->common);

@@ -67,12 +67,13 @@ static void judge_row(kmp_verdict *verdict, balance *b, const kmp_samples *table
     add_energy(b, kinetic, potential, kmp_samples_work(table, row), row == 0);
 }
 
-static void compare_entries(double *error, int count, const double *x, const double *ref)
+static void compare_entries(double *error, int count, const double *x, const double *ref, const double *size,
+                            double rate)
 {
     for (int k = 0; k < count; k++) {
         if (isnan(ref[k]))
             continue;
-        double e = fabs(x[k] - ref[k]) / fmax(fabs(ref[k]), 1);
+        double e = fabs(x[k] - ref[k]) / fmax(fabs(ref[k]), size[k] * rate);
         *error = isnan(*error) ? e : larger(*error, e);
     }
 }
@@ -94,11 +95,30 @@ static double load_of(const kempe_system *system, const kmp_reference *reference
     return load;
 }
 
+/* The largest value of a quantity of coordinates relative to their sizes; 1 where all are 0 or unknown. */
+static double largest(const kempe_system *system, const kmp_reference *reference, kmp_quantity quantity)
+{
+    double most = 0;
+    for (int row = 0; row < reference->rows; row++)
+        for (int k = 0; k < system->n; k++) {
+            double x = reference->value[quantity][(size_t)row * (size_t)system->n + (size_t)k];
+            most = isnan(x) ? most : fmax(most, fabs(x) / system->scale[k]);
+        }
+    return most > 0 ? most : 1;
+}
+
+kmp_scales kmp_verdict_scales(const kempe_system *system, const kmp_reference *reference)
+{
+    double load = load_of(system, reference);
+    return (kmp_scales){system->length, largest(system, reference, KMP_QUANTITY_QD),
+                        largest(system, reference, KMP_QUANTITY_QDD), load > 0 ? load : 1};
+}
+
 static void compare_loads(double *error, const kempe_system *system, const kmp_reference *reference, const double *x,
                           const double *ref, double load)
 {
     for (int k = 0; k < system->m; k++) {
-        double e = effort(system, reference, k, x[k] - ref[k]) / (load > 0 ? load : 1);
+        double e = effort(system, reference, k, x[k] - ref[k]) / load;
         if (!isnan(ref[k]) && !(reference->shared && reference->shared[k]))
             *error = isnan(*error) ? e : larger(*error, e);
     }
@@ -129,11 +149,12 @@ static void use_words_of(const kempe_system *system, const double *ref, double *
 }
 
 static void compare_row(double *error, const kmp_samples *table, int row, const kmp_reference *reference, int r,
-                        const double *values)
+                        const double *values, const double *size, const kmp_scales *scales)
 {
+    const double rates[KMP_QUANTITY_LAMBDA] = {1, scales->rate, scales->acceleration};
     for (int k = 0; k < KMP_QUANTITY_LAMBDA; k++) {
         const double *x = values ? values + (ptrdiff_t)k * table->n : kmp_samples_get(table, (kmp_quantity)k, row);
-        compare_entries(&error[k], table->n, x, reference->value[k] + (size_t)r * (size_t)table->n);
+        compare_entries(&error[k], table->n, x, reference->value[k] + (size_t)r * (size_t)table->n, size, rates[k]);
     }
 }
 
@@ -142,7 +163,7 @@ static void compare_rows(double *error, const kmp_samples *table, const kmp_refe
                          const kempe_system *system, double *room)
 {
     size_t n = (size_t)table->n, m = (size_t)table->m;
-    double load = load_of(system, reference);
+    kmp_scales scales = kmp_verdict_scales(system, reference);
     for (int row = 0, r = 0; row < table->rows; row++) {
         double t = kmp_samples_time(table, row);
         while (r < reference->rows && reference->t[r] < t)
@@ -154,11 +175,11 @@ static void compare_rows(double *error, const kmp_samples *table, const kmp_refe
                 memcpy(room + k * n, kmp_samples_get(table, (kmp_quantity)k, row), n * sizeof *room);
             use_words_of(system, reference->value[KMP_QUANTITY_Q] + (size_t)r * n, room + 3 * n, room);
         }
-        compare_row(error, table, row, reference, r, room);
+        compare_row(error, table, row, reference, r, room, system->scale, &scales);
         if (m > 0)
             compare_loads(&error[KMP_QUANTITY_LAMBDA], system, reference,
                           kmp_samples_get(table, KMP_QUANTITY_LAMBDA, row),
-                          reference->value[KMP_QUANTITY_LAMBDA] + (size_t)r * m, load);
+                          reference->value[KMP_QUANTITY_LAMBDA] + (size_t)r * m, scales.load);
     }
 }
 

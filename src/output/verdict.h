@@ -6,6 +6,15 @@
 #include "constraints/evaluation/evaluator.h"
 #include "output/reference.h"
 
+/** Sizes that errors are relative to where a value is smaller: of angles 1 rad, of translations `length`; their rates
+ * times `rate`, their accelerations times `acceleration`; `load` of all multipliers, each times the size of its row. */
+typedef struct kmp_scales {
+    double length, rate, acceleration, load;
+} kmp_scales;
+
+/** From the model, and from the largest rate, acceleration and load of a reference; 1 where it has none. */
+kmp_scales kmp_verdict_scales(const kempe_system *system, const kmp_reference *reference);
+
 typedef struct kmp_verdict {
     double h_max, hdot_max;       /* largest scaled residual of h and of J qd + h_t */
     double misfit;                /* for rounded numbers: residual of the rows that are dropped as redundant; else 0 */
@@ -13,8 +22,8 @@ typedef struct kmp_verdict {
     double misfit_t;              /* when, s */
     double drift_rel;             /* max |E - E0 - work| / max(kinetic energy, range of potential energy), or
                                      1e-9 of the potential's value when that is more: rounding of a state at rest */
-    double error[KMP_QUANTITIES]; /* max |x - ref| / max(|ref|, 1), of multipliers over the largest of the reference,
-                                     each times the size of its row; NaN where the reference has no values */
+    double error[KMP_QUANTITIES]; /* max |x - ref| / max(|ref|, its scale), of multipliers over the largest load; NaN
+                                     where the reference has no values */
 } kmp_verdict;
 
 /** A verdict without results: all NaN. */

@@ -1713,6 +1713,43 @@ class Compare(Case):
             self.assertGreater(run["error"]["q"], 0.8 * error)
             self.assertLess(run["error"]["q"], 1.001 * error)
 
+    def test_a_short_table_hides_no_errors(self):
+        """Errors between the few rows of a table are those against Kempe's own reference, unless the table contradicts it."""
+        model, words = ROOT / "examples/slider_crank/slider_crank.yaml", ("--formulations", "reduced", "--rtol", "1e-4,1e-6", "--t-end", 2)
+        self.expect(0, "simulate", model, "--rtol", 1e-13, "--t-end", 2, "--output-step", 1, "--no-convergence-check", "-o", "few.csv")
+        own, few = self.object(0, "compare", model, *words), self.object(0, "compare", model, *words, "--reference", "few.csv")
+        self.assertIn("few.csv, which agrees to", few["reference"]["source"])
+        self.assertEqual(few["reference"]["instants"], 402)
+        for run, other in zip(few["runs"], own["runs"]):
+            self.assertAlmostEqual(run["error"]["q"], other["error"]["q"], delta=0.01 * other["error"]["q"])
+        lines = (self.folder / "few.csv").read_text().splitlines()
+        table = [line for line in lines if not line.startswith("#")]
+        column = table[0].split(",").index("q." + "crank")
+        wrong = [",".join(str(float(x) + 1e-3) if k == column else x for k, x in enumerate(line.split(","))) for line in table[1:]]
+        (self.folder / "wrong.csv").write_text("\n".join([table[0], *wrong]) + "\n")
+        found = self.object(0, "compare", model, *words, "--reference", "wrong.csv")
+        self.assertEqual((found["reference"]["instants"], found["reference"]["source"]), (3, "wrong.csv"))
+        self.assertIn("at the rows of wrong.csv only", " ".join(found["warnings"]))
+
+    def test_errors_do_not_depend_on_the_unit_of_time(self):
+        """Rates are relative to the largest rate: a motion ten times as fast has the same errors."""
+        text = (ROOT / "tests/models/pendulum.yaml").read_text()
+        self.assertIn("gravity: [0, -9.81, 0]", text)
+        fast = text.replace("gravity: [0, -9.81, 0]", "gravity: [0, -981, 0]")
+        words = ("--formulations", "reduced", "--forms", "integrated", "--integrators", "dop853", "--rtol", "1e-6")
+        slow, quick = (self.object(0, "compare", self.model(model), *words, "--t-end", end) for model, end in ((text, 1), (fast, 0.1)))
+        self.assertAlmostEqual(quick["reference"]["scales"]["rate"] / slow["reference"]["scales"]["rate"], 10, delta=0.1)
+        errors = [found["runs"][0]["error"]["qd"] for found in (slow, quick)]
+        self.assertLess(abs(math.log(errors[0] / errors[1])), 1)
+
+    def test_linear_solvers(self):
+        found = self.object(0, "compare", FOUR_BAR, "--linear", "klu,dense", "--formulations", "dae", "--rtol", "1e-5,1e-7", "--t-end", 0.2)
+        self.assertEqual([run["linear"] for run in found["runs"]], ["klu", "klu", "dense", "dense"])
+        self.assertEqual([run["work"]["rhs"] > 0 for run in found["runs"]], [True] * 4)
+        self.assertIn("dae stabilized1 ida dense", self.expect(0, "compare", FOUR_BAR, "--linear", "dense", "--formulations", "dae", "--rtol",
+                                                               "1e-5", "--t-end", 0.2).stdout)
+        self.assertIn("unknown linear solver 'abacus'; available: auto", self.expect(3, "compare", FOUR_BAR, "--linear", "klu,abacus").stderr)
+
     def rows(self, model, integrator, rtol):
         self.expect(0, "simulate", model, "--integrator", integrator, "--rtol", rtol, "--output-step", 10 / 20000, "--no-convergence-check",
                     "-o", "rows.csv")

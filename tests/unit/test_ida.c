@@ -68,7 +68,7 @@ static kmp_dae robertson(reaction *s)
                      .accept = count_step};
 }
 
-static const char *linear = "umfpack"; /* of the tests that run */
+static const char *linear = "auto"; /* of the tests that run */
 
 static void *start_robertson(kempe_context *context, reaction *r)
 {
@@ -282,12 +282,50 @@ static void check_solves(const char *name, int n)
     SUNContext_Free(&sun);
 }
 
+/* Entries of the factors that the choice makes for a matrix with `band` full diagonals on each side. */
+static long fill_of_choice(int n, int band)
+{
+    SUNContext sun = kmp_sun_context();
+    SUNMatrix a = SUNSparseMatrix(n, n, n * n, CSC_MAT, sun);
+    sunindextype *start = SUNSparseMatrix_IndexPointers(a), *index = SUNSparseMatrix_IndexValues(a), nz = 0;
+    for (int c = 0; c < n; c++) {
+        start[c] = nz;
+        for (int r = c > band ? c - band : 0; r < n && r <= c + band; r++) {
+            SUNSparseMatrix_Data(a)[nz] = r == c ? 2.0 * n : sin(r + 3.0 * c);
+            index[nz++] = r;
+        }
+    }
+    start[n] = nz;
+    SUNLinearSolver s = kmp_linear_new("auto", a, sun);
+    CHECK(s && SUNLinSolSetup(s, a) == 0);
+    long entries = kmp_linear_fill(s);
+    SUNLinSolFree(s);
+    SUNMatDestroy(a);
+    SUNContext_Free(&sun);
+    return entries;
+}
+
+/* Small and nearly full matrices are factored as dense ones. */
+static void test_the_choice_is_by_size_and_fill(void)
+{
+    CHECK(fill_of_choice(9, 1) == 81);
+    CHECK(fill_of_choice(40, 39) == 1600);
+    CHECK(fill_of_choice(40, 30) == 1600);
+    CHECK(fill_of_choice(40, 1) < 160);
+    CHECK(fill_of_choice(40, 5) < 1000);
+}
+
+/* Every linear solver, then their choice. */
+static const char *name_of(int k)
+{
+    return k > 0 && !kmp_linear_name(k) && kmp_linear_name(k - 1) ? "auto" : kmp_linear_name(k);
+}
+
 static void test_linear_solvers_solve(void)
 {
-    static const char *const names[] = {"klu", "umfpack", "dense", "auto"};
-    for (int k = 0; k < 4; k++) {
-        check_solves(names[k], 6);
-        check_solves(names[k], 34);
+    for (int k = 0; name_of(k); k++) {
+        check_solves(name_of(k), 6);
+        check_solves(name_of(k), 34);
     }
     SUNContext sun = kmp_sun_context();
     SUNMatrix a = SUNSparseMatrix(3, 3, 3, CSC_MAT, sun);
@@ -350,9 +388,8 @@ static void test_kinsol(void)
 
 int main(void)
 {
-    static const char *const names[] = {"klu", "umfpack", "dense", "auto"};
-    for (int k = 0; k < 4; k++) {
-        linear = names[k];
+    for (int k = 0; name_of(k); k++) {
+        linear = name_of(k);
         printf("%s\n", linear);
         CHECK(kmp_linear_known(linear) && strstr(kmp_linear_names(), linear));
         TEST(test_robertson);
@@ -362,6 +399,7 @@ int main(void)
         TEST(test_singular_matrix_is_told);
     }
     TEST(test_linear_solvers_solve);
+    TEST(test_the_choice_is_by_size_and_fill);
     TEST(test_kinsol);
     return check_report();
 }

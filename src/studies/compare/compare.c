@@ -15,6 +15,10 @@
 /* Rows of runs whose time counts, less one. */
 #define FEW 10
 
+/* A given table of fewer rows is extended by the own reference if both differ in q by at most AGREED. */
+#define MANY_ROWS 200
+#define AGREED    1e-5
+
 /* -- end --------------------------------------------------------------------------------------------- */
 
 /* One successful run makes a comparison; without one, the first failure gives its reason. */
@@ -46,17 +50,81 @@ static const char *base_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
+/* Values of a given table replace those of the own reference at the same times. */
+static void put_given(kmp_reference *own, const kmp_reference *given)
+{
+    for (int row = 0, r = 0; row < own->rows && r < given->rows; row++) {
+        if (own->t[row] < given->t[r])
+            continue;
+        for (int k = 0; k < KMP_QUANTITIES; k++) {
+            size_t width = (size_t)(k == KMP_QUANTITY_LAMBDA ? own->m : own->n);
+            for (size_t i = 0; i < width; i++) {
+                double x = given->value[k][(size_t)r * width + i], *place = &own->value[k][(size_t)row * width + i];
+                *place = isnan(x) ? *place : x;
+            }
+        }
+        r++;
+    }
+}
+
+/* Takes the given table alone: errors are judged at its rows only. */
+static void take_given(kmp_compare_job *j, kmp_reference *given, const char *name)
+{
+    kempe_comparison *c = j->comparison;
+    kmp_samples_free(&j->reference);
+    j->reference = *given;
+    *given = (kmp_reference){0};
+    c->has_reference = true;
+    c->until = c->t_end;
+    c->source = kmp_arena_strdup(&c->arena, name);
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        c->uncertainty[k] = 0;
+}
+
+/* A table with few rows says nothing of the time between them: there the own reference counts, if it agrees with the
+ * table. */
+static kempe_status extend_given(kmp_compare_job *j, kmp_reference *given, const char *name)
+{
+    kempe_comparison *c = j->comparison;
+    double off[KMP_QUANTITIES];
+    int told = c->warnings.count;
+    KMP_TRY(kmp_compare_own_reference(j, REFERENCE_PART * j->left_s, given));
+    given->shared = c->shared;
+    kmp_verdict_errors(&j->reference, c->system, given, INFINITY, off);
+    if (c->has_reference && c->until >= c->t_end && off[KMP_QUANTITY_Q] <= AGREED) {
+        kmp_text source = {0};
+        kmp_text_printf(&source, "%s, which agrees to %.0e in q with the one between its rows, %s", name,
+                        off[KMP_QUANTITY_Q], c->source);
+        c->source = kmp_sentence_keep(&c->arena, &source);
+        put_given(&j->reference, given);
+        return KEMPE_OK;
+    }
+    c->warnings.count = told;
+    if (c->has_reference && off[KMP_QUANTITY_Q] > AGREED)
+        kmp_sentences_add(&c->arena, &c->warnings, "Kempe's own reference differs by %.1g in q from %s",
+                          off[KMP_QUANTITY_Q], name);
+    kmp_sentences_add(&c->arena, &c->warnings,
+                      "errors are judged at the rows of %s only: between them they may be larger", name);
+    take_given(j, given, name);
+    return KEMPE_OK;
+}
+
 static kempe_status use_reference(kmp_compare_job *j, const char *path)
 {
     kempe_comparison *c = j->comparison;
+    kmp_reference given = {0};
+    kempe_status status = KEMPE_OK;
     if (!path)
-        return kmp_compare_own_reference(j, REFERENCE_PART * j->left_s);
-    KMP_TRY(kmp_reference_read(c->system, path, &j->reference));
-    kmp_samples_limit(&j->reference, c->t_end);
-    c->has_reference = true;
+        return kmp_compare_own_reference(j, REFERENCE_PART * j->left_s, NULL);
+    KMP_TRY(kmp_reference_read(c->system, path, &given));
+    kmp_samples_limit(&given, c->t_end);
+    if (given.rows < MANY_ROWS)
+        status = extend_given(j, &given, base_name(path));
+    else
+        take_given(j, &given, base_name(path));
+    kmp_samples_free(&given);
     j->reference.shared = c->shared;
-    c->source = kmp_arena_strdup(&c->arena, base_name(path));
-    return c->source ? KEMPE_OK : kmp_fail_memory(j->context);
+    return status == KEMPE_OK && !c->source ? kmp_fail_memory(j->context) : status;
 }
 
 static kempe_status settle_t_end(kmp_compare_job *j, const kempe_compare_options *options)
@@ -127,6 +195,8 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
     if (!kmp_times_init(&j->times, c->t_end, c->t_end, c->has_reference ? &j->reference : NULL) ||
         !kmp_times_init(&j->few, c->t_end / FEW, c->t_end, NULL))
         return kmp_fail_memory(j->context);
+    if (c->has_reference)
+        c->scales = kmp_verdict_scales(c->system, &j->reference);
     for (int k = 0; c->has_reference && k < j->reference.rows; k++)
         c->instants += j->reference.t[k] <= c->until;
     return KEMPE_OK;

@@ -90,6 +90,7 @@ struct kempe_comparison {
     int source_count;                   /* of an own reference */
     kmp_source sources[KMP_MOST_SOURCES];
     int instants;         /* at which errors are judged, of the whole time; 0: there is no reference */
+    kmp_scales scales;    /* of the errors */
     bool *shared;         /* m: multipliers that redundant rows leave open, which are not judged */
     double amplification; /* of a small change of the start, at worst, in q; NaN when unknown */
     double until;         /* errors are judged up to this time */
@@ -135,8 +136,9 @@ kempe_status kmp_compare_once(kmp_compare_job *job, const kmp_method *way, doubl
 kempe_status kmp_compare_probe(kmp_compare_job *job, bool *stiff);
 
 /** Makes the comparison's own reference from several formulations and integrators, in at most `budget_s` of the
- * remaining time. Without one, has_reference stays false and `source` gives the reason. */
-kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s);
+ * remaining time, at its own instants and at the times of a given reference (NULL: none). Without one, has_reference
+ * stays false and `source` gives the reason. */
+kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s, const kmp_reference *given);
 
 /** Runs all methods at all tolerances, from coarse ones to fine ones. */
 kempe_status kmp_compare_run_all(kmp_compare_job *job);
@@ -207,6 +209,9 @@ kmp_put_fn kmp_compare_json;
 
 /** A blank and a number of three digits, without an exponent below a million. */
 void kmp_compare_put_number(kmp_text *text, int width, double x);
+
+/** Ends a line without blanks before its end. */
+void kmp_compare_end_line(kmp_text *text);
 
 /** The width of the column of methods' names. */
 int kmp_compare_name_width(const kempe_comparison *comparison);

@@ -106,21 +106,52 @@ bool kmp_is_implicit(const kmp_method *way)
     return solver->dae || solver->implicit;
 }
 
+/* Adds a method: once, or with each linear solver of the list if its integrator takes one. */
+static void add_way(kempe_comparison *c, kmp_method way, const char *linear)
+{
+    bool each = linear && kmp_solver_find(way.integrator)->sparse;
+    if (each)
+        way.linear = "auto";
+    if (!each || list_has(linear, way.linear))
+        c->ways[c->way_count++] = way;
+    for (int k = 0; each && kmp_linear_name(k); k++) {
+        way.linear = kmp_linear_name(k);
+        if (list_has(linear, way.linear))
+            c->ways[c->way_count++] = way;
+    }
+}
+
+static kempe_status check_linear(kempe_context *context, const char *list)
+{
+    for (const char *s = list; s; s = s[strcspn(s, ",")] ? s + strcspn(s, ",") + 1 : NULL) {
+        size_t length = strcspn(s, ",");
+        bool known = word_is(s, length, "auto");
+        for (int k = 0; kmp_linear_name(k); k++)
+            known = known || word_is(s, length, kmp_linear_name(k));
+        if (!known)
+            return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown linear solver '%.*s'; available: %s", (int)length, s,
+                            kmp_linear_names());
+    }
+    return KEMPE_OK;
+}
+
 /* Chooses methods; `implicit`: implicit integrators count as standard. */
-static kempe_status choose_ways(kempe_comparison *c, const char *const list[PARTS], bool implicit)
+static kempe_status choose_ways(kempe_comparison *c, const char *const list[PARTS], const char *linear, bool implicit)
 {
     kmp_method way;
-    int count = 0;
+    int count = 0, solvers = 1;
     while (kmp_way_get(count, &way))
         count++;
+    while (kmp_linear_name(solvers - 1))
+        solvers++;
     c->way_count = 0;
-    c->ways = KMP_ARENA_NEW(&c->arena, kmp_method, count);
+    c->ways = KMP_ARENA_NEW(&c->arena, kmp_method, count * solvers);
     if (!c->ways)
         return kmp_fail_memory(c->system->context);
     for (int k = 0; kmp_way_get(k, &way); k++) {
         way.standard_integrator = way.standard_integrator || (implicit && kmp_is_implicit(&way));
         if (is_chosen(&way, list))
-            c->ways[c->way_count++] = way;
+            add_way(c, way, linear);
     }
     if (c->way_count > 0)
         return KEMPE_OK;
@@ -150,12 +181,13 @@ kempe_status kmp_compare_choose(kempe_comparison *c, const kempe_compare_options
     const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
     for (part p = PART_FORMULATION; p < PARTS; p++)
         KMP_TRY(check_names(c->system->context, list[p], p));
-    KMP_TRY(choose_ways(c, list, false));
+    KMP_TRY(check_linear(c->system->context, options->linear));
+    KMP_TRY(choose_ways(c, list, options->linear, false));
     return choose_rtols(c, options->rtols ? options->rtols : default_rtols);
 }
 
 kempe_status kmp_compare_add_implicit(kempe_comparison *c, const kempe_compare_options *options)
 {
     const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
-    return choose_ways(c, list, true);
+    return choose_ways(c, list, options->linear, true);
 }

@@ -32,6 +32,12 @@ static void json_reference(kmp_json *json, const kempe_comparison *c)
     kmp_json_number(json, "uncertainty_lambda", c->has_reference ? c->uncertainty[KMP_QUANTITY_LAMBDA] : NAN);
     kmp_json_number(json, "until", c->has_reference ? c->until : NAN);
     kmp_json_whole(json, "instants", c->instants);
+    kmp_json_object(json, "scales");
+    kmp_json_number(json, "angle", c->has_reference ? 1 : NAN);
+    kmp_json_number(json, "length", c->has_reference ? c->scales.length : NAN);
+    kmp_json_number(json, "rate", c->has_reference ? c->scales.rate : NAN);
+    kmp_json_number(json, "load", c->has_reference && c->system->m > 0 ? c->scales.load : NAN);
+    kmp_json_end(json);
     kmp_json_number(json, "amplification", c->amplification);
     kmp_json_array(json, "runs");
     for (int k = 0; k < c->source_count; k++)

@@ -56,9 +56,19 @@ static void show_uncertainty(kmp_text *text, const kempe_comparison *c)
     kmp_text_put(text, ": errors below ten times that are blank\n");
 }
 
+/* The sizes that errors are relative to. */
 static void show_instants(kmp_text *text, const kempe_comparison *c)
 {
-    kmp_text_printf(text, "errors: the largest at %d instants; of lambda relative to the largest load\n", c->instants);
+    const kmp_scales *s = &c->scales;
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence,
+                    "the largest at %d instants, relative to the value or to 1 rad, %.3g m; %.3g rad/s, %.3g m/s",
+                    c->instants, s->length, s->rate, s->rate * s->length);
+    if (c->system->m > 0)
+        kmp_text_printf(&sentence, "; of lambda to the largest load, %.3g", s->load);
+    show_wrapped(text, "errors: ", sentence.s ? sentence.s : "");
+    text->failed = text->failed || sentence.failed;
+    kmp_text_free(&sentence);
 }
 
 static void show_head(kmp_text *text, const kempe_comparison *c)
@@ -146,7 +156,7 @@ static void show_best(kmp_text *text, const kempe_comparison *c)
         else
             kmp_text_printf(text, " %7.3g", 1e3 * kmp_compare_cost(c, (int)(c->runs[best].way - c->ways), l).cpu_s);
     }
-    kmp_text_put(text, "\n");
+    kmp_compare_end_line(text);
 }
 
 static void show_ratios(kmp_text *text, const kempe_comparison *c, int way)
@@ -165,7 +175,7 @@ static void show_ratios(kmp_text *text, const kempe_comparison *c, int way)
         else
             kmp_text_printf(text, ratio < 9.95 ? " %7.2f" : " %7.0f", ratio);
     }
-    kmp_text_put(text, "\n");
+    kmp_compare_end_line(text);
 }
 
 static void show_levels(kmp_text *text, const kempe_comparison *c)

@@ -62,8 +62,7 @@ static void put_name(kmp_text *text, const kempe_comparison *c, const kmp_method
     kmp_text_free(&name);
 }
 
-/* Ends a line without blanks before its end. */
-static void end_line(kmp_text *text)
+void kmp_compare_end_line(kmp_text *text)
 {
     while (text->length > 0 && text->s[text->length - 1] == ' ')
         text->s[--text->length] = '\0';
@@ -78,7 +77,7 @@ static void put_titles(kmp_text *text, const kempe_comparison *c)
         (void)snprintf(error, sizeof error, "error of q %.0e", c->levels.level[c->tables.aims.level[k]]);
         kmp_text_printf(text, " | %-31s", error);
     }
-    end_line(text);
+    kmp_compare_end_line(text);
     kmp_text_printf(text, "%*s", kmp_compare_name_width(c), "");
     for (int k = 0; k < c->tables.aims.count; k++)
         kmp_text_printf(text, " | %7s %5s %6s %5s %5s", "ms", "ratio", "steps", "evals", "us");
@@ -94,7 +93,7 @@ static void put_line(kmp_text *text, const kempe_comparison *c, int way, bool sa
         kmp_method_cost of_base = base >= 0 ? kmp_compare_cost(c, base, level) : (kmp_method_cost){NAN, NAN, NAN};
         put_cost(text, kmp_compare_cost(c, way, level), base == way ? NULL : &of_base);
     }
-    end_line(text);
+    kmp_compare_end_line(text);
 }
 
 static void put_memory(kmp_text *text, size_t bytes)

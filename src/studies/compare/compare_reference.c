@@ -439,18 +439,37 @@ static kempe_status make_reference(maker *m)
     return KEMPE_OK;
 }
 
-kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s)
+static bool are_near(double a, double b)
+{
+    return fabs(a - b) <= 1e-12 * fmax(fabs(a), fabs(b));
+}
+
+/* The own instants and the times of a given reference, ascending; of two that are one up to rounding the given one. */
+static bool merge_times(maker *m, const kmp_reference *given)
+{
+    int count = given ? given->rows : 0, r = 0;
+    m->times = (kmp_times){0, KMP_NEW(double, ROWS + 1 + count)};
+    for (int k = 0; m->times.t && k <= ROWS; k++) {
+        for (; r < count && (given->t[r] <= m->at[k] || are_near(given->t[r], m->at[k])); r++)
+            m->times.t[m->times.count++] = given->t[r];
+        if (m->times.count == 0 || !are_near(m->times.t[m->times.count - 1], m->at[k]))
+            m->times.t[m->times.count++] = m->at[k];
+    }
+    return m->times.t;
+}
+
+kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s, const kmp_reference *given)
 {
     kempe_comparison *c = job->comparison;
     maker m = {.job = job, .comparison = c, .system = c->system, .budget_s = budget_s};
-    m.times = (kmp_times){ROWS + 1, m.at};
     m.least_left_s = job->left_s - budget_s;
     for (int k = 0; k <= ROWS; k++)
         m.at[k] = k == ROWS ? c->t_end : c->t_end * (k + fmod(k * GOLDEN, 1)) / ROWS;
     for (int k = 0; k < KMP_QUANTITIES; k++)
         c->uncertainty[k] = NAN;
     kmp_samples_init(&m.moved, c->system->n, c->system->m);
-    kempe_status status = make_reference(&m);
+    kempe_status status = merge_times(&m, given) ? make_reference(&m) : kmp_fail_memory(job->context);
+    kmp_times_free(&m.times);
     for (int k = 0; k < m.count; k++)
         release(&m.sources[k]);
     kmp_samples_free(&m.moved);
