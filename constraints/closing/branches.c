@@ -69,6 +69,9 @@ kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed)
 
 /* -- search -------------------------------------------------------------------------------------------- */
 
+/* The most coordinates of a mechanism whose assembly modes are watched: J is dense here. */
+enum { MOST_WATCHED = 60 };
+
 typedef struct search {
     kempe_branches *b;
     kmp_walk *walk;
@@ -242,6 +245,75 @@ static kempe_status find(kempe_branches *b, int seed)
     kmp_partition_free(&s.part);
     kmp_walk_free(s.walk);
     return status;
+}
+
+/* -- changes of the assembly mode ---------------------------------------------------------------------- */
+
+struct kmp_mode_watch {
+    kempe_branches b;
+    search s;
+    char *sign; /* of each block at the last state where it was known */
+};
+
+/* Prepares the signs with the held coordinates independent. False: these do not determine the others, or no memory. */
+static bool watch_init(kmp_mode_watch *w, const kempe_system *system, const double *q)
+{
+    const bool *held = system->model->start.hold;
+    int n = system->n, count = 0;
+    w->b.system = system;
+    w->s = (search){.b = &w->b, .walk = kmp_walk_new_of_closures(system)};
+    w->b.kept = KMP_ARENA_NEW(&w->b.arena, bool, n);
+    w->s.matrix = KMP_ARENA_NEW(&w->b.arena, double, n *n);
+    w->s.order = KMP_ARENA_NEW(&w->b.arena, int, n);
+    if (!w->s.walk || w->b.arena.failed)
+        return false;
+    for (int k = 0; k < n; k++)
+        count += w->b.kept[k] = held[k];
+    kmp_walk_evaluate(w->s.walk, q);
+    choose_blocks(&w->s);
+    bool fits = count > 0 && w->s.part.r > 0 && w->s.part.p == count;
+    for (int k = 0; fits && k < count; k++)
+        fits = w->b.kept[w->s.part.u[k]];
+    w->sign = KMP_ARENA_NEW(&w->b.arena, char, w->s.block_count + 1);
+    for (int k = 0; w->sign && k < w->s.block_count; k++)
+        w->sign[k] = '0';
+    return fits && w->sign;
+}
+
+kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const double *q)
+{
+    bool possible = !system->rheonomic && system->chart_count == 0 && system->n <= MOST_WATCHED;
+    kmp_mode_watch *w = possible ? KMP_NEW(kmp_mode_watch, 1) : NULL;
+    if (w && !watch_init(w, system, q)) {
+        kmp_mode_watch_free(w);
+        return NULL;
+    }
+    return w;
+}
+
+void kmp_mode_watch_free(kmp_mode_watch *w)
+{
+    if (!w)
+        return;
+    kmp_partition_free(&w->s.part);
+    kmp_walk_free(w->s.walk);
+    kmp_arena_free(&w->b.arena);
+    kmp_free(w);
+}
+
+const kmp_loop_block *kmp_mode_watch_next(kmp_mode_watch *w, const double *q)
+{
+    const kmp_loop_block *changed = NULL;
+    kmp_walk_evaluate(w->s.walk, q);
+    for (int k = 0; k < w->s.block_count; k++) {
+        char sign = sign_of_block(&w->s, &w->s.blocks[k]);
+        if (sign == '0')
+            continue;
+        if (w->sign[k] != '0' && w->sign[k] != sign && !changed)
+            changed = &w->s.blocks[k];
+        w->sign[k] = sign;
+    }
+    return changed;
 }
 
 kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches)

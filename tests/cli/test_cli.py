@@ -1449,6 +1449,29 @@ run: {t_end: 1}
         done = self.expect(2, "check", self.model("kempe: 1\nname: ''\nbodies: {}\n"))
         self.assertIn("must be a word, not an empty one", done.stderr)
 
+    BARS = ("kempe: 1\nground: {points: {A: [0, 0, 0], D: [1, 0, 0]}}\ngravity: [0, -9.81, 0]\nbodies:\n"
+            "  a: {joint: {name: A, revolute: z, at: ground.A}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.03}, points: {B: [CRANK, 0, 0]}}\n"
+            "  b: {joint: {name: B, revolute: z, at: a.B}, mass: 1, com: [0.35, 0, 0], inertia: {zz: 0.04}, points: {C: [0.9, 0, 0]}}\n"
+            "  d: {joint: {name: D, revolute: z, at: ground.D}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.03}, points: {C: [0.6, 0, 0]}}\n"
+            "loops: {C: {ball: [b.C, d.C]}}\nstart: {q: {A: 80 deg, B: -60 deg, D: 110 deg}, hold: [A], qd: {A: 5}}\n"
+            "run: {t_end: 4, output_step: 20 ms}\n")
+
+    def test_changes_of_the_assembly_mode(self):
+        """Coupler and rocker in line end one mode of the crank's angle: they are in line as often as it is said, and never
+        in a crank-rocker."""
+        for crank, some in (("0.6", True), ("0.2", False)):
+            found = self.object(0, "simulate", self.model(self.BARS.replace("CRANK", crank)), "-o", "bars.csv", "--no-convergence-check")
+            with open(self.folder / "bars.csv") as file:
+                rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(line for line in file if line[0] != "#")]
+            side = [math.sin(row["q.A"] + row["q.B"] - row["q.D"]) > 0 for row in rows]
+            self.assertEqual(found["mode_changes"], sum(a != b for a, b in zip(side, side[1:])))
+            self.assertEqual(found["mode_changes"] > 0, some)
+            said = self.expect(0, "simulate", "model.yaml", "--no-convergence-check").stdout
+            first = next((k for k, (a, b) in enumerate(zip(side, side[1:])) if a != b), None)
+            self.assertEqual("passes to another assembly mode for the same 'A'" in said, some)
+            if some:
+                self.assertIn(f"between t = {rows[first]['t']:.6g} and {rows[first + 1]['t']:.6g} s", said)
+
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):
             found = self.object(0, "simulate", FOUR_BAR, "--t-end", given, "--output-step", "5 ms", "--no-convergence-check")

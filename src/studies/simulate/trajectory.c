@@ -2,6 +2,7 @@
 /* Simulating: options to a run, a run to a trajectory. */
 #include "studies/simulate/trajectory.h"
 #include "base/memory.h"
+#include "constraints/closing/branches.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
@@ -273,6 +274,23 @@ static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_eval
                            &count);
 }
 
+/* Counts the changes of the assembly mode from row to row. */
+static void watch_modes(kempe_trajectory *t)
+{
+    bool complete = t->status == KEMPE_OK && t->table.rows > 1;
+    kmp_mode_watch *watch =
+        complete ? kmp_mode_watch_new(t->system, kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0)) : NULL;
+    for (int row = 0; watch && row < t->table.rows; row++) {
+        const kmp_loop_block *block = kmp_mode_watch_next(watch, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row));
+        if (block && t->mode_changes++ == 0) {
+            t->mode_t[0] = kmp_samples_time(&t->table, row - 1);
+            t->mode_t[1] = kmp_samples_time(&t->table, row);
+            t->mode_coordinate = block->columns[0];
+        }
+    }
+    kmp_mode_watch_free(watch);
+}
+
 static kempe_status judge(kempe_trajectory *t, job *j)
 {
     kmp_evaluator *eval = kmp_eval_new(t->system, t->backend);
@@ -282,6 +300,7 @@ static kempe_status judge(kempe_trajectory *t, job *j)
     if (status == KEMPE_OK)
         t->verdict = kmp_verdict_of(&t->table, eval, j->has_reference ? &j->reference : NULL);
     warn_of_verdict(t);
+    watch_modes(t);
     judge_last_row(t, eval);
     kmp_eval_free(eval);
     return status;

@@ -22,6 +22,9 @@ struct kempe_trajectory {
     kmp_convergence again;
     kmp_run_report report; /* its reason has moved to `reason` */
     kmp_run_log log;       /* of events */
+    int mode_changes;      /* of the assembly mode for given held coordinates; the first one: */
+    double mode_t[2];      /* between these rows */
+    int mode_coordinate;   /* a coordinate of the loops that pass to it */
     double *reaction;      /* 3 a closure, at the last row; NaN when there is none */
     double *shown;         /* values of outputs in addition to the table, per row */
 };

@@ -160,6 +160,30 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, ", %.4g ms preparation\n", 1e3 * (r->build_s + t->system->build_s));
 }
 
+/* The coordinates that the start holds, "'A', 'B'". */
+static void put_held(kmp_text *text, const kempe_model *model)
+{
+    const char *before = "";
+    for (int k = 0; k < model->motion_count; k++)
+        if (model->start.hold[k]) {
+            kmp_text_printf(text, "%s'%s'", before, model->motions[k].name);
+            before = ", ";
+        }
+}
+
+static void show_mode(kmp_text *text, const kempe_trajectory *t)
+{
+    if (t->mode_changes == 0)
+        return;
+    kmp_text_printf(text, "mode      '%s' passes to another assembly mode for the same ",
+                    t->system->model->motions[t->mode_coordinate].name);
+    put_held(text, t->system->model);
+    kmp_text_printf(text, " between t = %.6g and %.6g s", t->mode_t[0], t->mode_t[1]);
+    if (t->mode_changes > 1)
+        kmp_text_printf(text, ", the first of %d changes", t->mode_changes);
+    kmp_text_put(text, "\n");
+}
+
 static void show_log(kmp_text *text, const kempe_trajectory *t)
 {
     const kmp_run_log *log = &t->log;
@@ -179,6 +203,7 @@ static void show(kmp_text *text, const void *result)
     show_multipliers(text, t);
     show_outputs(text, t);
     show_verdict(text, t);
+    show_mode(text, t);
     show_log(text, t);
 }
 
@@ -312,6 +337,7 @@ static void json(kmp_text *text, const void *result)
     kmp_print_work(&j, &t->report);
     kmp_print_unused_json(&j, t->system->model);
     json_log(&j, &t->log);
+    kmp_json_whole(&j, "mode_changes", t->mode_changes);
     kmp_json_number(&j, "cpu_s", t->report.cpu_s);
     if (t->report.wall_s > 0)
         kmp_json_number(&j, "wall_s", t->report.wall_s);
