@@ -14,7 +14,7 @@ import unittest
 
 sys.dont_write_bytecode = True
 import runs
-from runs import ROOT, kempe, rows, settings
+from runs import FULL, ROOT, kempe, rows, settings
 
 ROLLING, SPRINGS, ONE = ROOT / "examples/rolling_wheel", ROOT / "examples/restrained_wheelset", ROOT / "tests/models/one_wheel.yaml"
 
@@ -313,11 +313,11 @@ class Ends(unittest.TestCase):
         climbs = []
         for step in (8, 4, 2, 1, 0.5):
             ends = []
-            for formulation in ("reduced", "dae"):
+            for formulation in ("reduced", "dae") if FULL or step in (8, 0.5) else ("reduced",):
                 found, table = self.run_of(words=("--formulation", formulation), profile=kinked(60, step), attack=0.02)
                 self.assertIn("left its rail", found["reason"])
                 ends.append(table[-1]["t"])
-            self.assertLess(abs(ends[0] - ends[1]), 1e-3)
+            self.assertLess(abs(ends[0] - ends[-1]), 1e-3)
             climbs.append(ends[0])
         off = [abs(end - climbs[-1]) for end in climbs[:-1]]
         for k in range(1, len(off)):

@@ -11,6 +11,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 command = None
+FULL = "KEMPE_FULL" in os.environ  # ./check full: every case of what ./check samples
 
 
 def rows(path):

@@ -76,7 +76,8 @@ def mean(rows, of):
 class Ride(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.rows = runs.simulated(ROOT / "examples/tram/tram.yaml")[1]
+        """At 1e-6: within steps as long as 1e-5 allows rows are up to 34 N off the balance of momentum."""
+        cls.rows = runs.simulated(ROOT / "examples/tram/tram.yaml", "--rtol", 1e-6)[1]
 
     def test_straight(self):
         """On the straight, where no step reaches over to the cant, each wheel carries what statics say."""
@@ -90,9 +91,8 @@ class Ride(unittest.TestCase):
                 self.assertLess(abs(found / load - 1), 2e-3, (found, load))
 
     def test_momentum(self):
-        """In the curve forces of the wheels are the weight and what turns the momentum, its mean over a second. At 1e-6: within steps as
-        long as 1e-5 allows rows are up to 34 N off."""
-        rows = runs.simulated(ROOT / "examples/tram/tram.yaml", "--rtol", 1e-6)[1]
+        """In the curve forces of the wheels are the weight and what turns the momentum, its mean over a second."""
+        rows = self.rows
         dt = rows[1]["t"] - rows[0]["t"]
         for begin in (5, 6, 7):
             first = round(begin / dt)

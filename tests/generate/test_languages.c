@@ -156,7 +156,7 @@ static void try_language(const kempe_model *model, const kempe_generate_options 
     bool c = strcmp(g->language, "c") == 0;
     bool ran = emit(model, g);
     if (ran)
-        ran = c                                    ? run_c(&source)
+        ran = c                                    ? run_c(&source, true)
               : strcmp(g->language, "octave") == 0 ? run_octave(&source, size)
                                                    : run_python(&source, size);
     if (ran) {

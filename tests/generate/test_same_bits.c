@@ -105,7 +105,7 @@ static void try_model(const kempe_model *model, const char *path, found *f)
     }
     int size = run_tapes(&source);
     CHECK(size <= MOST_OUT && source.n <= MOST);
-    if (emit(model, &generation) && run_c(&source)) {
+    if (emit(model, &generation) && run_c(&source, false)) {
         int wrong = count_wrong_bits(size);
         if (wrong)
             printf("%s: %d of %d entries differ\n", path, wrong, STATES * size);
