@@ -108,6 +108,7 @@ CALLS = [
     ("inverse model.yaml --actuators A --weights B=2", 3),
     ("inverse model.yaml --actuators A --motion values.csv", 2),
     ("inverse model.yaml --actuators A --motion angles.csv", 2),
+    ("inverse model.yaml --actuators A --motion turn.csv", 2),
     (f"inverse {ROOT}/examples/parallel_robot/parallel_robot.yaml --actuators a1", 1),
     ("linearize model.yaml --at end", 3),
     ("linearize model.yaml --inputs moment(A)", 3),
@@ -170,6 +171,7 @@ def everything_said(kempe, folder):
         lines += said(kempe, folder, "simulate model.yaml", code)
     model.write_text(MODEL)
     (pathlib.Path(folder) / "values.csv").write_text("l,rr\n0.8,x\n")
+    (pathlib.Path(folder) / "turn.csv").write_text("# units: s,m\nt,q.A\n0,1\n0.1,2\n")
     (pathlib.Path(folder) / "angles.csv").write_text("t,q.A\n0,1\n0.1,\n")
     for words, code in CALLS:
         lines += said(kempe, folder, words, code)

@@ -37,7 +37,8 @@ static bool bench_open(bench *b, const random_model *r, const kmp_formulation_ki
                                    .lambda = zero,
                                    .rtol = 1e-6,
                                    .atol = 1e-6,
-                                   .rate_scale = 0.2};
+                                   .rate_scale = 0.2,
+                                   .dae = true};
     b->formulation = kind->create(kind, &start);
     return b->formulation != NULL;
 }
