@@ -66,7 +66,7 @@ static void allocate(kmp_collocation *s)
                  {&s->hc, 1},
                  {&s->filter, 1}};
     for (size_t k = 0; k < sizeof lanes / sizeof *lanes; k++)
-        *lanes[k].to = kmp_arena_aligned(a, (size_t)(lanes[k].size * s->w));
+        *lanes[k].to = kmp_arena_aligned(a, (size_t)lanes[k].size * (size_t)s->w);
 }
 
 /* Lanes beyond the stages repeat the last one. */

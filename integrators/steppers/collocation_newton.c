@@ -130,9 +130,9 @@ static int renew_jacobian(kmp_collocation *s)
 static int differentiate_all(kmp_collocation *s)
 {
     int w = s->w, columns = s->p + s->inner;
-    size_t size = (size_t)(columns * s->inner);
+    size_t size = (size_t)columns * (size_t)s->inner;
     const double *f = s->f + s->p * w;
-    double before[8], by[8];
+    double before[8], by[8] = {0};
     int said = kmp_collocation_evaluate(s, s->s);
     memcpy(s->change, f, (size_t)(s->inner * w) * sizeof *f);
     for (int c = 0; c < columns && said == KMP_GO; c++) {
@@ -151,7 +151,7 @@ static int differentiate_all(kmp_collocation *s)
 
 static int renew_all(kmp_collocation *s)
 {
-    size_t size = (size_t)((s->p + s->inner) * s->inner);
+    size_t size = (size_t)(s->p + s->inner) * (size_t)s->inner;
     int said = KMP_GO;
     prepare(s);
     s->base.work.matrices += s->s;

@@ -97,7 +97,7 @@ static void integrate(kmp_collocation_table *table)
 static void expand(kmp_collocation_table *table)
 {
     int s = table->stages;
-    double p[S + 1], value[S + 1];
+    double p[S + 1] = {0}, value[S + 1] = {0};
     find_barycentric(s + 1, table->node, table->barycentric);
     for (int g = 0; g < GAUSS; g++) {
         legendre(s, GAUSS_NODE[g], p);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The linker gives each executable and library an identity, a digest of its content (NT_GNU_BUILD_ID). */
-#define _GNU_SOURCE
 #include "base/cache/cache_files.h"
 #include <elf.h>
 #include <link.h>

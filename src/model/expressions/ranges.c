@@ -161,7 +161,7 @@ kempe_status kmp_range_fits(kempe_context *context, const char *what, const kmp_
     kmp_dimension_print(&want, wanted);
     kempe_status status = have.failed || want.failed
                               ? kmp_fail_memory(context)
-                              : kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s' is in %s, but %s is expected", what,
+                              : kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s': %s is given, but %s is expected", what,
                                          range->name, have.s, want.s);
     kmp_text_free(&have);
     kmp_text_free(&want);
