@@ -45,7 +45,8 @@ void kmp_bytes_put_text(kmp_bytes *b, const char *text)
 
 kmp_byte_source kmp_byte_source_of(const void *bytes, size_t size)
 {
-    const unsigned char *at = bytes;
+    static const unsigned char none[1];
+    const unsigned char *at = bytes ? bytes : none;
     return (kmp_byte_source){at, at + size, false};
 }
 
