@@ -555,9 +555,9 @@ class Kinematics(Case):
         slide = model, "--sweep", "slider=-0.05:-0.1:3"
         for speed, taken in (("5 mm/s", 0.005), ("0.3", 0.3)):
             self.assertAlmostEqual(self.object(0, "kinematics", *slide, "--speed", speed)["speed"], taken, 14)
-        self.assertIn("speed: 'crank' is in m/s, but rad/s, deg/s or rpm is expected",
+        self.assertIn("speed: 'crank': m/s is given, but rad/s, deg/s or rpm is expected",
                       self.expect(3, "kinematics", FOUR_BAR, "--sweep", "crank=0:1:3", "--speed", "5 mm/s").stderr)
-        self.assertIn("speed: 'slider' is in 1/s, but m/s is expected", self.expect(3, "kinematics", *slide, "--speed", "2 rpm").stderr)
+        self.assertIn("speed: 'slider': 1/s is given, but m/s is expected", self.expect(3, "kinematics", *slide, "--speed", "2 rpm").stderr)
         for speed in "0", "-2", "-1 mm/s", "1:2", "1,a=2":
             self.assertIn("speed: one positive value is expected",
                           self.expect(3, "kinematics", *slide, f"--speed={speed}").stderr)
@@ -1692,7 +1692,8 @@ class Compare(Case):
                     self.assertAlmostEqual(at["ratio"], product, delta=1e-9 * product)
         for run in found["runs"]:
             self.assertGreater(run["first_s"], run["build_s"] + run["cpu_s"])
-            self.assertGreater(run["memory_bytes"], 1000)
+            if "KEMPE_SANITIZED" not in os.environ:  # their allocator keeps no such count
+                self.assertGreater(run["memory_bytes"], 1000)
         self.assertKeys(found["stiffness"], "stiff rtol rtol_tighter explicit_steps explicit_steps_tighter implicit_steps")
 
     def test_many_runs_are_not_listed(self):
