@@ -51,7 +51,7 @@ typedef struct hard_formulation {
 static const hard_formulation hard_formulations[] = {
     {"reduced", "integrated", NULL}, {"reduced", "newton", NULL},        {"projected", "none", NULL},
     {"dae", "stabilized1", NULL},    {"reduced", "integrated", "radau"}, {"projected", "none", "radau"}};
-/* Those of the usual integrators, and all. */
+/* Numbers of methods: by the usual integrators, and in all. */
 enum { HARD_FORMULATIONS = 4, HARD_WAYS = 6, HARD_ROWS = 101 };
 
 typedef struct hard_scene {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Radau IIA with its stages in lanes beside the other ways through a mechanism, by turns in one run: milliseconds to an
- * error of q of 1e-6, 1e-8 and 1e-10, the largest at ROWS times of the run over max(|q|, 1), against the reduced
- * formulation at rtol 1e-13. Times are those of runs with one row, the least of some.
+/* CPU time of Radau IIA with its stages in lanes and of the other methods, which take turns in one run: milliseconds to
+ * an error of q of 1e-6, 1e-8 and 1e-10. The error is the largest at ROWS times of the run over max(|q|, 1), against
+ * the reduced formulation at rtol 1e-13. Each time is the least of several runs with one row.
  *
  *     collocation [-v] [NAME ..]
  */

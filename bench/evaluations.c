@@ -120,18 +120,15 @@ static void drop(way *w)
     free(w->y);
 }
 
-/* Returns ns of an evaluation: the least of samples of some milliseconds. */
-static double time_of(const way *w, const motion *m)
+/* Returns ns of a call of `once` with the number of the call: the least of samples of some milliseconds. */
+static double least_time(void (*once)(void *self, int k), void *self)
 {
-    const kmp_ode *ode = &w->formulation->ode;
     double best = INFINITY;
     int times = STATES;
     for (int sample = 0; sample < SAMPLES;) {
         double from = bench_now(), took;
-        for (int k = 0; k < times; k++) {
-            int at = k % m->count;
-            (void)ode->rhs(ode->self, m->t[at], w->y + at * w->formulation->size, w->dy);
-        }
+        for (int k = 0; k < times; k++)
+            once(self, k);
         took = bench_now() - from;
         if (took < 2e-3) {
             times *= 2;
@@ -141,6 +138,25 @@ static double time_of(const way *w, const motion *m)
         sample++;
     }
     return best;
+}
+
+typedef struct evaluated {
+    const way *w;
+    const motion *m;
+} evaluated;
+
+static void evaluate_once(void *self, int k)
+{
+    const evaluated *e = self;
+    const kmp_ode *ode = &e->w->formulation->ode;
+    int at = k % e->m->count;
+    (void)ode->rhs(ode->self, e->m->t[at], e->w->y + at * e->w->formulation->size, e->w->dy);
+}
+
+static double time_of(const way *w, const motion *m)
+{
+    evaluated e = {w, m};
+    return least_time(evaluate_once, &e);
 }
 
 static void measure(const bench *b, const motion *m, const char *formulation, const char *form)
@@ -162,29 +178,22 @@ static void measure(const bench *b, const motion *m, const char *formulation, co
 
 /* -- lanes --------------------------------------------------------------------------------------------- */
 
+static void run_lanes_once(void *self, int k)
+{
+    (void)k;
+    (void)kmp_lanes_run(self, KMP_SOLVED_RUN);
+}
+
 /* Returns ns of a run of the solved program in lanes. */
 static double time_of_lanes(const kmp_solved *solved, const motion *m, int width)
 {
     kmp_lanes *lanes = kmp_solved_lanes(solved, width);
-    double best = INFINITY;
-    int times = STATES;
     for (int lane = 0; lane < width; lane++) {
         kmp_lanes_set_one(lanes, KMP_IN_TIME, lane, &m->t[lane]);
         kmp_lanes_set_one(lanes, KMP_IN_Q, lane, m->q + lane * m->n);
         kmp_lanes_set_one(lanes, KMP_IN_QD, lane, m->qd + lane * m->n);
     }
-    for (int sample = 0; sample < SAMPLES;) {
-        double from = bench_now(), took;
-        for (int k = 0; k < times; k++)
-            (void)kmp_lanes_run(lanes, KMP_SOLVED_RUN);
-        took = bench_now() - from;
-        if (took < 2e-3) {
-            times *= 2;
-            continue;
-        }
-        best = fmin(best, 1e9 * took / times);
-        sample++;
-    }
+    double best = least_time(run_lanes_once, lanes);
     kmp_lanes_free(lanes);
     return best;
 }

@@ -103,7 +103,7 @@ static number number_of(double x)
     return x == 0 ? NUMBER_ZERO : x == 1 ? NUMBER_ONE : ANY;
 }
 
-/* What is known of an instruction's value; *free: nothing is computed. */
+/* Returns the constant value of an instruction, as far as it is known; *free: it needs no operation. */
 static number simplify(const kmp_instruction *in, const number *known, bool *free)
 {
     number a = known[in->a >> 1], b = kmp_op_arity((kmp_op)in->op) > 1 ? known[in->b >> 1] : ANY;

@@ -338,7 +338,7 @@ static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, u
     return status;
 }
 
-/* What the programs need beside them. False: no memory. */
+/* Lists the columns, makes the arrays, and prepares the program of the tangents. False: no memory. */
 static bool prepare(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)
 {
     return list_columns(t) && make_room(t) && kmp_formulas_prepare(&t->tangent, backend, system->parameters);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What is derived from a system once, and then used by all its runs: bytes by name, kept as long as the system, and in
- * the context's cache if there is one. */
+/* Store of derived equations: bytes by name, made once and used by all runs of a system. They are kept as long as the
+ * system, and in the context's cache if there is one. */
 #ifndef KMP_DYNAMICS_KEPT_H
 #define KMP_DYNAMICS_KEPT_H
 

@@ -356,7 +356,7 @@ static void a_way_that_ends_is_told(void)
     unload(&l);
 }
 
-/* Loops that cannot be closed are told first; the goals are measured at the best position. */
+/* The message on loops that cannot be closed comes first; the goals are measured at the best position. */
 static void an_open_loop_goes_first(void)
 {
     char text[2048];

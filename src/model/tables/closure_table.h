@@ -12,7 +12,7 @@ typedef struct kmp_closure_number {
     const char *hint;
 } kmp_closure_number;
 
-/** The row of a kind; NULL: the kind takes no numbers. */
+/** Returns the row of a kind of closure; NULL if that kind takes no numbers. */
 const kmp_closure_number *kmp_closure_number_of(const char *kind);
 
 /** A closure's number if that is a positive length, which is characteristic of the mechanism; NULL: it has none. */

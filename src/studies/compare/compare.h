@@ -24,7 +24,7 @@ typedef struct kmp_compared {
     bool left_out;         /* not run, or stopped, for lack of time: the reason explains it */
 } kmp_compared;
 
-/** What a method needs for an error of q. NaN: it does not attain the error. */
+/** Cost of a method for an error of q. NaN: it does not attain the error. */
 typedef struct kmp_method_cost {
     double cpu_s, steps, rhs;
 } kmp_method_cost;

@@ -155,7 +155,7 @@ static void json_split_all(kmp_json *json, const kempe_comparison *c, int way, b
     kmp_json_end(json);
 }
 
-/* Of table (a), the members of each family, one after another; of table (b), the best of each formulation. */
+/* Writes both tables: (a) the members of each family, one after another; (b) the best method of each formulation. */
 static void json_tables(kmp_json *json, const kempe_comparison *c)
 {
     kmp_json_array(json, "same_integrator");
@@ -173,7 +173,7 @@ static double steps_of(const kempe_comparison *c, int run)
     return run >= 0 ? (double)c->runs[run].report.steps : NAN;
 }
 
-/* What stiffness is judged by: null where there is no such run. */
+/* Writes the step counts that decide on stiffness: null where there is no such run. */
 static void json_stiffness(kmp_json *json, const kempe_comparison *c)
 {
     kmp_stiffness s = c->count > 0 ? kmp_compare_stiffness(c) : (kmp_stiffness){-1, -1, -1, false};

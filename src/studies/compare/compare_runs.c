@@ -192,9 +192,8 @@ static kempe_status repeat(grid *g, kmp_compared *run, bool first)
     return KEMPE_OK;
 }
 
-/* Repeats all runs by turns, so that a change of the machine's load meets all alike. The first repeats were made
- * before.
- */
+/* Repeats all runs in alternation, so that a change of the machine's load affects all of them equally. The first
+ * repetitions were made before. */
 static kempe_status time_all(grid *g)
 {
     kempe_status status = KEMPE_OK;

@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Of the swept value k, in SI; "": a parameter. */
+/* Returns the SI unit of the swept value k; "" for a parameter. */
 static const char *unit_of(const kempe_contacts *t, int k)
 {
     int hold = t->lead[k].hold;
