@@ -89,35 +89,35 @@ static double time_run(const kempe_system *s, long *rhs)
 
 static void measure(const char *name, const kempe_model *model)
 {
-    way ways[WAYS] = {{0}};
+    way savings[WAYS] = {{0}};
     kempe_system *by_itself = NULL;
     bool ok = kempe_system_new_with_algorithm(model, "auto", &by_itself) == KEMPE_OK;
     for (int k = 0; k < WAYS && ok; k++) {
         double begin = bench_now();
-        ok = kempe_system_new_with_algorithm(model, words[k], &ways[k].system) == KEMPE_OK;
-        ways[k].build_s = bench_now() - begin;
-        ways[k].us = INFINITY;
+        ok = kempe_system_new_with_algorithm(model, words[k], &savings[k].system) == KEMPE_OK;
+        savings[k].build_s = bench_now() - begin;
+        savings[k].us = INFINITY;
         if (ok)
-            count(&ways[k], k == 1);
+            count(&savings[k], k == 1);
     }
     for (int r = 0; r < RUNS && ok; r++)
         for (int k = 0; k < WAYS; k++)
-            ways[k].us = fmin(ways[k].us, time_run(ways[k].system, &ways[k].rhs));
+            savings[k].us = fmin(savings[k].us, time_run(savings[k].system, &savings[k].rhs));
     if (ok) {
         printf("%-22s %4d %4d", name, by_itself->n, by_itself->m);
         for (int k = 0; k < WAYS; k++)
-            printf(" | %8.3f %8ld %9ld %5ld %9.2f", ways[k].build_s, ways[k].program, ways[k].solves, ways[k].rhs,
-                   ways[k].us);
+            printf(" | %8.3f %8ld %9ld %5ld %9.2f", savings[k].build_s, savings[k].program, savings[k].solves,
+                   savings[k].rhs, savings[k].us);
         printf(" | %6.2f %6.2f  %s\n",
-               (double)(ways[0].program + ways[0].solves) / (double)(ways[1].program + ways[1].solves),
-               ways[0].us / ways[1].us, words[by_itself->articulated != NULL]);
+               (double)(savings[0].program + savings[0].solves) / (double)(savings[1].program + savings[1].solves),
+               savings[0].us / savings[1].us, words[by_itself->articulated != NULL]);
     } else {
         printf("%-22s %s\n", name, kempe_context_message(model->context));
     }
     fflush(stdout);
     kempe_system_free(by_itself);
     for (int k = 0; k < WAYS; k++)
-        kempe_system_free(ways[k].system);
+        kempe_system_free(savings[k].system);
 }
 
 static void measure_tree(int n, bool binary)

@@ -230,7 +230,7 @@ static void solve(const problem *p, bool verbose)
     kmp_free(own);
 }
 
-static bool is_asked(const char *name, int count, char **names)
+static bool is_requested(const char *name, int count, char **names)
 {
     for (int k = 0; k < count; k++)
         if (strcmp(names[k], name) == 0)
@@ -243,7 +243,7 @@ int main(int argc, char **argv)
     bool verbose = argc > 1 && strcmp(argv[1], "-v") == 0;
     printf("ms to an error of 1e-6, 1e-8, 1e-10 (times as fast as the best of the ways before)\n");
     for (size_t k = 0; k < sizeof problems / sizeof *problems; k++)
-        if (is_asked(problems[k].name, argc - 1 - verbose, argv + 1 + verbose))
+        if (is_requested(problems[k].name, argc - 1 - verbose, argv + 1 + verbose))
             solve(&problems[k], verbose);
     return 0;
 }

@@ -19,15 +19,15 @@ static const char *const names[COLUMNS] = {"crank",      "coupler",      "rocker
                                            "crank_mass", "coupler_mass", "rocker_mass"};
 
 /* One way to run, over every `stride`-th instance. */
-typedef struct way {
+typedef struct execution {
     const char *name;
-    kmp_ensemble_way how;
+    kmp_ensemble_execution how;
     int stride;
     double seconds[ROUNDS];
     int count, alone, failed;
     long rhs, steps, exchanges;
     double *q;
-} way;
+} execution;
 
 static double next_random(void)
 {
@@ -44,7 +44,7 @@ static double value_of(const kempe_model *model, const char *name)
     return NAN;
 }
 
-static void run(kmp_ensemble *e, int n, const double *all, way *w, int round)
+static void run(kmp_ensemble *e, int n, const double *all, execution *w, int round)
 {
     static double values[COUNT * COLUMNS], qd[COUNT * MOST_N];
     static kmp_ensemble_result results[COUNT];
@@ -71,7 +71,7 @@ static void run(kmp_ensemble *e, int n, const double *all, way *w, int round)
     }
 }
 
-static void report(const way *w, double median)
+static void report(const execution *w, double median)
 {
     printf("%-24s %6d %10.0f %10.2f %8.1f %8.0f %8.1f %6d %6d\n", w->name, w->count, 1 / median, 1e6 * median,
            1e9 * median * w->count / (double)w->rhs, (double)w->steps / w->count, (double)w->exchanges / w->count,
@@ -79,7 +79,7 @@ static void report(const way *w, double median)
 }
 
 /* Largest distance of coordinates at the end, and how many bits of what both have are the same. */
-static double distance(const way *a, const way *b, int n, int *differ)
+static double distance(const execution *a, const execution *b, int n, int *differ)
 {
     double worst = 0;
     *differ = 0;
@@ -97,9 +97,9 @@ int main(void)
     static double values[COUNT * COLUMNS];
     bench b = bench_load("examples/four_bar/four_bar.yaml");
     kmp_ensemble *e = NULL;
-    way ways[] = {{.name = "lanes", .stride = 1},
-                  {.name = "one lane", .how = {.width = 1}, .stride = SAMPLE},
-                  {.name = "runs one by one", .how = {.alone = true}, .stride = SAMPLE}};
+    execution ways[] = {{.name = "lanes", .stride = 1},
+                        {.name = "one lane", .how = {.width = 1}, .stride = SAMPLE},
+                        {.name = "runs one by one", .how = {.alone = true}, .stride = SAMPLE}};
     double median[3];
     int n = b.model->motion_count, differ;
     if (kmp_ensemble_new(b.model, COLUMNS, names, &e) != KEMPE_OK || n > MOST_N) {

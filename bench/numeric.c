@@ -116,8 +116,8 @@ WAY run_classical_numeric(stand *s, const state *x)
 
 /* The last two have no inverse dynamics. */
 enum { NUMERIC, TAPE, NATIVE, CODE, CLASSICAL, CLASSICAL_NUMERIC };
-static void (*const ways[WAYS])(stand *, const state *) = {run_numeric, run_tape,      run_native,
-                                                           run_emitted, run_classical, run_classical_numeric};
+static void (*const savings[WAYS])(stand *, const state *) = {run_numeric, run_tape,      run_native,
+                                                              run_emitted, run_classical, run_classical_numeric};
 
 static int ways_of(const stand *s)
 {
@@ -340,7 +340,7 @@ static double compare(stand *s)
     double off = 0;
     for (int k = 0; k < STATES; k++) {
         for (int w = 0; w < ways_of(s); w++)
-            ways[w](s, &s->states[k]);
+            savings[w](s, &s->states[k]);
         for (int e = 0; e < s->entries; e++) {
             double of_tape = s->at[e] < 0 ? 0 : s->by_tape[s->at[e]];
             if (value_of(s, &s->by_code, &s->entry[e]) != of_tape ||
@@ -361,7 +361,7 @@ static double time_of(stand *s, int way, int count)
 {
     double begin = bench_now();
     for (int k = 0; k < count; k++)
-        ways[way](s, &s->states[k % STATES]);
+        savings[way](s, &s->states[k % STATES]);
     return (bench_now() - begin) / count;
 }
 
@@ -412,7 +412,7 @@ static void evaluate(stand *s, int evaluations)
 {
     for (int w = 0; w < ways_of(s); w++)
         for (int k = 0; k < evaluations; k++)
-            ways[w](s, &s->states[k % STATES]);
+            savings[w](s, &s->states[k % STATES]);
 }
 
 /* -- models ------------------------------------------------------------------------------------------ */

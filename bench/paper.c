@@ -40,8 +40,8 @@ static void stop(const char *what)
 /* No axes stay, nothing is tried, no passes: derived once. */
 static void scheme_init(scheme *s, const kempe_model *model, unsigned sets, bool inputs)
 {
-    kmp_ways plain;
-    bool ready = kmp_ways_init(&plain, model);
+    kmp_savings plain;
+    bool ready = kmp_savings_init(&plain, model);
     const kmp_scene scene = {.sets = kmp_sets_derive(sets),
                              .scheme = KMP_SCHEME_NER,
                              .keep = KMP_KEEP_NUMBERS,
@@ -63,7 +63,7 @@ static void scheme_init(scheme *s, const kempe_model *model, unsigned sets, bool
         s->out[k] = entry[k].value;
     kmp_live_mark(s->eq.graph, s->count, s->out, s->live, 1);
     kmp_free(entry);
-    kmp_ways_free(&plain);
+    kmp_savings_free(&plain);
 }
 
 /* Quantities computed at every state. */

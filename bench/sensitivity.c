@@ -75,13 +75,13 @@ static kempe_sensitivity *differentiate(const bench *b, const trial *x, const ch
                                         double *seconds)
 {
     kempe_run_options run = {0};
-    kempe_sensitivity_options ask = {.parameters = parameters, .outputs = x->output, .method = method, .run = &run};
+    kempe_sensitivity_options options = {.parameters = parameters, .outputs = x->output, .method = method, .run = &run};
     kempe_sensitivity *s = NULL;
     char *json = NULL;
     run.t_end = run.output_step = x->t_end;
     run.no_convergence_check = 1;
     run.rtol = 1e-8;
-    if (kempe_sensitivity_new(b->model, &ask, &s) || kempe_sensitivity_print(s, KEMPE_JSON, &json))
+    if (kempe_sensitivity_new(b->model, &options, &s) || kempe_sensitivity_print(s, KEMPE_JSON, &json))
         stop(b);
     *seconds = json_number(json, "\"cpu_s\": ");
     kempe_text_free(json);

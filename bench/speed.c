@@ -54,15 +54,15 @@ static bool time_runs(const bench *b, kmp_run_spec *spec, const kempe_assembly *
 }
 
 /* Returns the time, infinite when the error is above 1e-10. */
-static double whole_run(const bench *b, const kempe_assembly *start, const kmp_reference *reference, kmp_method way,
+static double whole_run(const bench *b, const kempe_assembly *start, const kmp_reference *reference, kmp_method method,
                         const char *backend, double rtol)
 {
     const double end = 0.03;
     rows last;
     kmp_run_report report;
-    kmp_run_spec spec = {.formulation = way.formulation,
-                         .form = way.form,
-                         .integrator = way.integrator,
+    kmp_run_spec spec = {.formulation = method.formulation,
+                         .form = method.form,
+                         .integrator = method.integrator,
                          .backend = backend,
                          .rtol = rtol,
                          .t_end = end,
@@ -70,11 +70,11 @@ static double whole_run(const bench *b, const kempe_assembly *start, const kmp_r
                          .times = &end};
     double cpu, error;
     if (!time_runs(b, &spec, start, &last, &report, &cpu)) {
-        printf("%-10s %-8s %-7s %.0e | failed\n", way.formulation, way.form, backend, rtol);
+        printf("%-10s %-8s %-7s %.0e | failed\n", method.formulation, method.form, backend, rtol);
         return INFINITY;
     }
     error = bench_error_at_end(reference, N, end, last.q[0]);
-    printf("%-10s %-8s %-7s %.0e   | %9.1e | %7ld %7ld | %9.3f %9.0f\n", way.formulation, way.form, backend, rtol,
+    printf("%-10s %-8s %-7s %.0e   | %9.1e | %7ld %7ld | %9.3f %9.0f\n", method.formulation, method.form, backend, rtol,
            error, report.steps, report.rhs, 1e3 * cpu, 1e9 * cpu / (double)report.rhs);
     return error <= 1e-10 ? cpu : INFINITY;
 }
@@ -85,13 +85,13 @@ static void whole_runs(const bench *b, const kempe_assembly *start, const kmp_re
     double best = INFINITY;
     printf("%-10s %-8s %-7s %-7s | %9s | %7s %7s | %9s %9s\n", "formulation", "form", "code", "rtol", "error q",
            "steps", "rhs", "cpu ms", "ns a rhs");
-    kmp_method way;
-    for (int w = 0; kmp_way_get(w, &way); w++) {
-        if (!way.standard_form || !way.standard_integrator)
+    kmp_method method;
+    for (int w = 0; kmp_method_get(w, &method); w++) {
+        if (!method.standard_form || !method.standard_integrator)
             continue;
         for (size_t k = 0; k < sizeof rtols / sizeof *rtols; k++) {
-            double cpu = whole_run(b, start, reference, way, backend, rtols[k]);
-            if (strcmp(way.form, "integrated") == 0)
+            double cpu = whole_run(b, start, reference, method, backend, rtols[k]);
+            if (strcmp(method.form, "integrated") == 0)
                 best = fmin(best, cpu);
         }
     }

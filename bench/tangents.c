@@ -23,7 +23,7 @@ static unsigned bits(const char *names)
     return sets;
 }
 
-static long count(const kempe_model *model, const char *names, kmp_tangent_way way)
+static long count(const kempe_model *model, const char *names, kmp_tangent_method way)
 {
     const kmp_scene scene = {.keep = KMP_KEEP_NUMBERS, .loops_alone = true, .tangents = way};
     kmp_tally tally;

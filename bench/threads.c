@@ -158,10 +158,11 @@ static const struct {
 enum { WAYS = sizeof ways / sizeof *ways };
 
 /* Seconds of the integration alone; the sum of the last state says whether it was the same. */
-static double time_of_run(const bench *b, const kempe_assembly *start, int way, int threads, double t_end, double *sum)
+static double time_of_run(const bench *b, const kempe_assembly *start, int execution, int threads, double t_end,
+                          double *sum)
 {
-    kmp_run_spec spec = {.formulation = ways[way].formulation,
-                         .integrator = ways[way].integrator,
+    kmp_run_spec spec = {.formulation = ways[execution].formulation,
+                         .integrator = ways[execution].integrator,
                          .rtol = 1e-6,
                          .t_end = t_end,
                          .threads = threads};
@@ -180,17 +181,17 @@ static double time_of_run(const bench *b, const kempe_assembly *start, int way, 
     return status == KEMPE_OK ? time : NAN;
 }
 
-static void put_runs(const bench *b, const kempe_assembly *start, int way, double t_end, int runs)
+static void put_runs(const bench *b, const kempe_assembly *start, int execution, double t_end, int runs)
 {
     double least[MOST], sum[MOST];
     bool same = true;
     for (int k = 0; k < runs; k++)
         for (int t = 0; t < MOST; t++) {
-            double time = time_of_run(b, start, way, t + 1, t_end, &sum[t]);
+            double time = time_of_run(b, start, execution, t + 1, t_end, &sum[t]);
             least[t] = k == 0 || time < least[t] ? time : least[t];
             same = same && sum[t] == sum[0];
         }
-    printf("%-8s %-7s |", ways[way].formulation, ways[way].integrator);
+    printf("%-8s %-7s |", ways[execution].formulation, ways[execution].integrator);
     for (int t = 0; t < MOST; t++)
         printf(" %7.3f", least[t]);
     printf(" |");
@@ -202,8 +203,8 @@ static void put_runs(const bench *b, const kempe_assembly *start, int way, doubl
 
 static bool takes_part(const char *integrator)
 {
-    for (int way = 0; way < WAYS; way++)
-        if (strcmp(integrator, ways[way].integrator) == 0)
+    for (int execution = 0; execution < WAYS; execution++)
+        if (strcmp(integrator, ways[execution].integrator) == 0)
             return true;
     return false;
 }
@@ -226,9 +227,9 @@ int main(int argc, char **argv)
     printf("%s: %d coordinates, %d rows\n\n", model, b.system->n, b.system->m);
     put_evaluations(&b, start);
     printf("\n%-16s | s of %g s by 1, 2, 3, 4 threads | gain by 2, 3, 4 | end\n", "run", t_end);
-    for (int way = 0; way < WAYS; way++)
-        if (argc <= 4 || strcmp(argv[4], ways[way].integrator) == 0)
-            put_runs(&b, start, way, t_end, runs);
+    for (int execution = 0; execution < WAYS; execution++)
+        if (argc <= 4 || strcmp(argv[4], ways[execution].integrator) == 0)
+            put_runs(&b, start, execution, t_end, runs);
     kempe_assembly_free(start);
     bench_free(&b);
     return 0;

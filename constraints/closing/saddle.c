@@ -84,7 +84,7 @@ static void solve_whole(kmp_saddle *saddle, const double *rows)
     int n = saddle->n;
     for (int k = 0; k < saddle->r; k++)
         saddle->x[n + k] = !rows || is_out(saddle, k) ? 0 : -rows[saddle->part->rows[k]];
-    if (saddle->way == KMP_SADDLE_SPARSE)
+    if (saddle->kind == KMP_SADDLE_SPARSE)
         kmp_sparse_solve(saddle->sparse, 1, saddle->x);
     else
         kmp_lu_solve(n + saddle->r, saddle->matrix, saddle->pivot, 1, saddle->x);
@@ -155,20 +155,20 @@ static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
 
 /* -- all together -------------------------------------------------------------------------------------- */
 
-static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way way)
+static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind kind)
 {
     const kempe_system *s = saddle->eval->system;
-    int n = part->n, r = part->r, size = way == KMP_SADDLE_BY_BODIES ? r : n + r;
+    int n = part->n, r = part->r, size = kind == KMP_SADDLE_BY_BODIES ? r : n + r;
     int entries = 2 * (s->mass.count + s->jacobian.count) + r;
     saddle->part = part;
     saddle->n = n;
     saddle->r = r;
-    saddle->way = way;
-    saddle->matrix = KMP_ARENA_NEW(&saddle->arena, double, way == KMP_SADDLE_SPARSE ? entries : size * size);
+    saddle->kind = kind;
+    saddle->matrix = KMP_ARENA_NEW(&saddle->arena, double, kind == KMP_SADDLE_SPARSE ? entries : size * size);
     saddle->x = KMP_ARENA_NEW(&saddle->arena, double, n + r);
     saddle->pivot = KMP_ARENA_NEW(&saddle->arena, int, n + r);
     saddle->position = KMP_ARENA_NEW(&saddle->arena, int, part->m);
-    if (!KMP_ARENA_EACH(&saddle->arena, int, way == KMP_SADDLE_BY_BODIES ? 0 : entries, &saddle->entry_row,
+    if (!KMP_ARENA_EACH(&saddle->arena, int, kind == KMP_SADDLE_BY_BODIES ? 0 : entries, &saddle->entry_row,
                         &saddle->entry_col, &saddle->entry_from))
         return false;
     for (int k = 0; k < part->m; k++)
@@ -176,11 +176,11 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way w
     for (int k = 0; k < r; k++)
         saddle->position[part->rows[k]] = k;
     kmp_eval_drop(saddle->eval, part->m - part->r, part->redundant);
-    if (way == KMP_SADDLE_BY_BODIES)
+    if (kind == KMP_SADDLE_BY_BODIES)
         return true;
     list_entries(saddle);
     unsigned long failures = kmp_memory_failures();
-    if (way == KMP_SADDLE_SPARSE) /* NULL: singular by its pattern, or no memory */
+    if (kind == KMP_SADDLE_SPARSE) /* NULL: singular by its pattern, or no memory */
         saddle->sparse = kmp_sparse_new(n + r, saddle->count, saddle->entry_row, saddle->entry_col, true);
     return kmp_memory_failures() == failures;
 }
@@ -191,7 +191,7 @@ bool kmp_saddle_has_row(const kmp_saddle *saddle, int row)
 }
 
 /* The cheaper factorisation. */
-static kmp_saddle_way by_size(const kempe_system *s, int rows)
+static kmp_saddle_kind by_size(const kempe_system *s, int rows)
 {
     long size = s->n + rows;
     bool large = size > SPARSE_FROM && 2 * (s->mass.count + s->jacobian.count) < size * size / SPARSE_BELOW;
@@ -232,7 +232,7 @@ int kmp_saddle_factor(kmp_saddle *saddle)
     saddle->factorizations++;
     if (saddle->out)
         choose_rows(saddle);
-    switch (saddle->way) {
+    switch (saddle->kind) {
     case KMP_SADDLE_BY_BODIES:
         return factor_mobility(saddle);
     case KMP_SADDLE_SPARSE:
@@ -249,7 +249,7 @@ double kmp_saddle_operations(const kmp_saddle *saddle)
 
 double kmp_saddle_cost(const kmp_saddle *saddle)
 {
-    bool by_bodies = saddle->way == KMP_SADDLE_BY_BODIES;
+    bool by_bodies = saddle->kind == KMP_SADDLE_BY_BODIES;
     if (saddle->sparse)
         return KMP_SPARSE_COST * kmp_sparse_operations(saddle->sparse);
     int size = by_bodies ? saddle->r : saddle->n + saddle->r;
@@ -262,7 +262,7 @@ double kmp_saddle_cost(const kmp_saddle *saddle)
  * bodies b + J y. */
 static void solve(kmp_saddle *saddle, const double *rows)
 {
-    if (saddle->way == KMP_SADDLE_BY_BODIES)
+    if (saddle->kind == KMP_SADDLE_BY_BODIES)
         solve_by_bodies(saddle, rows);
     else
         solve_whole(saddle, rows);
@@ -312,7 +312,7 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
             lambda[k] = NAN;
         return;
     }
-    bool by_bodies = saddle->way == KMP_SADDLE_BY_BODIES;
+    bool by_bodies = saddle->kind == KMP_SADDLE_BY_BODIES;
     if (by_bodies)
         memcpy(saddle->x, eval->free_qdd, (size_t)saddle->n * sizeof *qdd);
     else

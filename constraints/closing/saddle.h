@@ -19,13 +19,13 @@
 #include "constraints/partition/partition.h"
 #include "linalg/sparse.h"
 
-typedef enum kmp_saddle_way { KMP_SADDLE_DENSE, KMP_SADDLE_SPARSE, KMP_SADDLE_BY_BODIES } kmp_saddle_way;
+typedef enum kmp_saddle_kind { KMP_SADDLE_DENSE, KMP_SADDLE_SPARSE, KMP_SADDLE_BY_BODIES } kmp_saddle_kind;
 
 typedef struct kmp_saddle {
     kmp_evaluator *eval;
     const kmp_partition *part;
     int n, r;
-    kmp_saddle_way way;
+    kmp_saddle_kind kind;
     kmp_arena arena;
     double *matrix, *x; /* size x size when dense; the entries when sparse; r x r by bodies */
     int *pivot;

@@ -61,7 +61,7 @@ typedef struct kempe_contacts kempe_contacts;
 /** Computes the table from the assembled start. The system must outlive it. KEMPE_STOPPED: the table ends early, with a
  * reason; `*table` is given. KEMPE_E_ARGUMENT: the model has no wheels, or a name, range or word is wrong.
  * KEMPE_E_FAILED: the model does not assemble, or has no balance at the first value; the message has the reason. */
-KEMPE_API kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_options *ask,
+KEMPE_API kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_options *options,
                                           kempe_contacts **table);
 KEMPE_API void kempe_contacts_free(kempe_contacts *table);
 

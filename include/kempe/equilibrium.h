@@ -32,10 +32,10 @@ typedef struct kempe_equilibrium_options {
 
 typedef struct kempe_equilibrium kempe_equilibrium;
 
-/** Finds an equilibrium from the assembled start. `ask` NULL: a static equilibrium. The system must outlive it.
+/** Finds an equilibrium from the assembled start. `options` NULL: a static equilibrium. The system must outlive it.
  * KEMPE_E_ARGUMENT: a name or number in the options is wrong. KEMPE_E_FAILED: the model does not assemble, or no
  * equilibrium is found; the message has the reason. KEMPE_STOPPED: interrupted before one was found. */
-KEMPE_API kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_options *ask,
+KEMPE_API kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_options *options,
                                              kempe_equilibrium **equilibrium);
 KEMPE_API void kempe_equilibrium_free(kempe_equilibrium *equilibrium);
 

@@ -39,7 +39,7 @@ typedef struct kempe_gradient_options {
  * the model's outputs (`run: outputs`) in addition to the table of every run. The model must outlive it.
  * KEMPE_E_ARGUMENT: a name does not exist or cannot vary. KEMPE_E_FAILED: the model does not assemble, or the
  * coordinates do not drive it; the message names some that would. */
-KEMPE_API kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_options *ask,
+KEMPE_API kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_options *options,
                                           kempe_gradient **gradient);
 KEMPE_API void kempe_gradient_free(kempe_gradient *gradient);
 

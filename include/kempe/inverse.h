@@ -43,7 +43,7 @@ typedef struct kempe_inverse kempe_inverse;
  * motion is impossible, or impossible with these actuators. `*inverse` is then given up to that row, with the reason;
  * so it is on KEMPE_STOPPED. KEMPE_E_INPUT: an error in the table, with file:line:column. KEMPE_E_ARGUMENT: a name or
  * number is wrong, or there are no actuators. */
-KEMPE_API kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *ask,
+KEMPE_API kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *options,
                                          kempe_inverse **inverse);
 KEMPE_API void kempe_inverse_free(kempe_inverse *inverse);
 

@@ -36,7 +36,7 @@ typedef struct kempe_kinematics kempe_kinematics;
 /** Sweeps the range. KEMPE_STOPPED: a dead centre or an interrupt ends it early. KEMPE_E_FAILED: the driven coordinates
  * do not determine the others, contradict each other, or no row can be reached. `*kinematics` is then given only if it
  * has results. KEMPE_E_ARGUMENT: a name or a range is wrong. */
-KEMPE_API kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_options *ask,
+KEMPE_API kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_options *options,
                                             kempe_kinematics **kinematics);
 KEMPE_API void kempe_kinematics_free(kempe_kinematics *kinematics);
 

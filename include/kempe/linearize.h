@@ -35,7 +35,7 @@ typedef struct kempe_linearization kempe_linearization;
 
 /** Linearises about the state in the options. KEMPE_E_ARGUMENT: a name is wrong; KEMPE_E_FAILED: the state does not
  * exist; the message has the reason. */
-KEMPE_API kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *ask,
+KEMPE_API kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *options,
                                                kempe_linearization **linearization);
 KEMPE_API void kempe_linearization_free(kempe_linearization *linearization);
 

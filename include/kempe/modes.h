@@ -36,7 +36,8 @@ typedef struct kempe_modes kempe_modes;
 /** Computes the modes at the state with the model's own values, and at each value of a swept parameter.
  * KEMPE_E_ARGUMENT: a word, name or range is wrong. KEMPE_E_FAILED: the state does not exist; the message has the
  * reason. KEMPE_STOPPED: the sweep ends early, with a reason; `*modes` is then given, too. */
-KEMPE_API kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_options *ask, kempe_modes **modes);
+KEMPE_API kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_options *options,
+                                       kempe_modes **modes);
 KEMPE_API void kempe_modes_free(kempe_modes *modes);
 
 /** The number of eigenvalues that are exactly zero. */

@@ -34,7 +34,7 @@ typedef struct kempe_response kempe_response;
 
 /** Computes the response. KEMPE_E_ARGUMENT: a name or the frequencies are wrong. KEMPE_E_FAILED: there is no
  * equilibrium; the message has the reason. KEMPE_STOPPED: interrupted, without a response. */
-KEMPE_API kempe_status kempe_response_new(const kempe_system *system, const kempe_response_options *ask,
+KEMPE_API kempe_status kempe_response_new(const kempe_system *system, const kempe_response_options *options,
                                           kempe_response **response);
 KEMPE_API void kempe_response_free(kempe_response *response);
 

@@ -38,7 +38,7 @@ typedef struct kempe_sensitivity kempe_sensitivity;
  * are repeated at another tolerance, unless the run's no_convergence_check is set: a warning is logged when they
  * differ. The model must outlive the sensitivity. KEMPE_E_ARGUMENT: a name or number is wrong. KEMPE_E_FAILED, with the
  * message, and KEMPE_STOPPED: rows up to that point are given. */
-KEMPE_API kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *ask,
+KEMPE_API kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *options,
                                              kempe_sensitivity **sensitivity);
 KEMPE_API void kempe_sensitivity_free(kempe_sensitivity *sensitivity);
 

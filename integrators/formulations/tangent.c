@@ -41,9 +41,9 @@ static bool collect_values(gather *g, unsigned values)
                                         [KMP_VALUE_POWER] = &g->eq.power};
     g->value = KMP_ARENA_NEW(&g->arena, kmp_ref, 2 * n + 3 * m + 1);
     for (int v = 0; g->value && v < KMP_VALUES; v++) {
-        bool asked = (values >> v & 1u) != 0;
-        g->t->at[v] = asked ? g->value_count : -1;
-        g->size[v] = asked ? size[v] : 0;
+        bool requested = (values >> v & 1u) != 0;
+        g->t->at[v] = requested ? g->value_count : -1;
+        g->size[v] = requested ? size[v] : 0;
         for (int i = 0; i < g->size[v]; i++)
             g->value[g->value_count++] = v == KMP_VALUE_CURVE ? kmp_equations_curve(&g->eq, i) : value[v][i];
     }

@@ -95,7 +95,7 @@ static bool allocate(kmp_ensemble *e)
 
 static kempe_status prepare(kmp_ensemble *e)
 {
-    int width = e->way.width > 0 ? e->way.width : kmp_lanes_best();
+    int width = e->execution.width > 0 ? e->execution.width : kmp_lanes_best();
     e->eval = kmp_eval_new(e->s, "tape");
     if (!e->eval)
         return KEMPE_E_MEMORY;
@@ -166,13 +166,13 @@ static kempe_status run_all(kmp_ensemble *e)
     return run_alone(e);
 }
 
-kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const kmp_ensemble_way *way, int instances,
-                              const double *values, kmp_ensemble_result *results, double *q, double *qd)
+kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
+                              int instances, const double *values, kmp_ensemble_result *results, double *q, double *qd)
 {
     kmp_context_clear(e->context);
     e->spec = *spec;
     e->spec.threads = 0; /* one thread per instance */
-    e->way = *way;
+    e->execution = *execution;
     e->count = instances;
     e->values = values;
     e->results = results;

@@ -14,11 +14,11 @@
 typedef struct kmp_ensemble kmp_ensemble;
 
 /** Options of the execution. */
-typedef struct kmp_ensemble_way {
+typedef struct kmp_ensemble_execution {
     int width;  /* number of lanes: 0 the best for this machine, else 1 to KMP_LANES_MOST */
     bool plain; /* no machine code in lanes */
     bool alone; /* no lanes: a separate run for each instance */
-} kmp_ensemble_way;
+} kmp_ensemble_execution;
 
 typedef struct kmp_ensemble_result {
     kempe_status status; /* KEMPE_OK, KEMPE_STOPPED, KEMPE_E_FAILED; KEMPE_E_INPUT: the values are impossible for the
@@ -42,7 +42,7 @@ const kempe_system *kmp_ensemble_system(const kmp_ensemble *ensemble);
 /** Runs `instances` rows of values (row-major, in the order of the names) to the end of the spec, which need not be
  * resolved; its times are ignored. Fills results, q and qd (instances x n); an instance without a state has NaN.
  * KEMPE_E_ARGUMENT, KEMPE_E_MEMORY; an interrupt leaves KEMPE_STOPPED in the results. */
-kempe_status kmp_ensemble_run(kmp_ensemble *ensemble, const kmp_run_spec *spec, const kmp_ensemble_way *way,
+kempe_status kmp_ensemble_run(kmp_ensemble *ensemble, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
                               int instances, const double *values, kmp_ensemble_result *results, double *q, double *qd);
 
 /** Measurements of the last run: machine code, lanes, choices of u and work of the lanes. */

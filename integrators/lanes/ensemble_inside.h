@@ -73,7 +73,7 @@ struct kmp_ensemble {
 
     /* of a run */
     kmp_run_spec spec;
-    kmp_ensemble_way way;
+    kmp_ensemble_execution execution;
     kmp_evaluator *eval;
     int count;
     const double *values;

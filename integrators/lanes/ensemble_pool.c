@@ -60,7 +60,7 @@ static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *p
     const kmp_fused_plan plan = {pool->order, e->unit_row_scale, true, false};
     pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
     if (pool->program)
-        pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->way.plain);
+        pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->execution.plain);
     if (pool->lanes)
         return KEMPE_OK;
     return kmp_memory_failures() != failures ? kmp_fail_memory(e->context) : KEMPE_E_FAILED;

@@ -20,7 +20,7 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
         bool holds;
         const char *why;
     } reasons[] = {
-        {e->way.alone, "a request for separate runs"},
+        {e->execution.alone, "a request for separate runs"},
         {strcmp(spec->formulation, "reduced") != 0 || strcmp(spec->form, "integrated") != 0, "another formulation"},
         {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
         {spec->keep_independent, "fixed independent coordinates"},

@@ -22,14 +22,14 @@ static bool fits(const kmp_formulation_kind *formulation, const kmp_solver_kind 
     return same && (solver->corrects || !formulation->corrected) && (!solver->implicit || formulation->jacobian);
 }
 
-bool kmp_way_get(int k, kmp_method *way)
+bool kmp_method_get(int k, kmp_method *method)
 {
     for (int r = 0; r < (int)FORMULATIONS; r++)
         for (int i = 0; kmp_solver_get(i); i++)
             if (fits(formulations[r], kmp_solver_get(i)) && k-- == 0) {
                 const kmp_solver_kind *solver = kmp_solver_get(i);
-                *way = (kmp_method){formulations[r]->formulation, formulations[r]->form, solver->name,
-                                    formulations[r]->standard,    solver->standard,      NULL};
+                *method = (kmp_method){formulations[r]->formulation, formulations[r]->form, solver->name,
+                                       formulations[r]->standard,    solver->standard,      NULL};
                 return true;
             }
     return false;
@@ -60,11 +60,11 @@ static kempe_status unknown(const kempe_system *system, int part, const char *na
 {
     static const char *const words[] = {[FORMULATION] = "formulation", [FORM] = "form", [INTEGRATOR] = "integrator"};
     kmp_text known = {0};
-    kmp_method way;
-    for (int k = 0; kmp_way_get(k, &way); k++) {
-        if ((formulation && strcmp(way.formulation, formulation) != 0) || (form && strcmp(way.form, form) != 0))
+    kmp_method method;
+    for (int k = 0; kmp_method_get(k, &method); k++) {
+        if ((formulation && strcmp(method.formulation, formulation) != 0) || (form && strcmp(method.form, form) != 0))
             continue;
-        const char *one = (const char *const[]){way.formulation, way.form, way.integrator}[part];
+        const char *one = (const char *const[]){method.formulation, method.form, method.integrator}[part];
         if (!known.s || !strstr(known.s, one))
             kmp_text_printf(&known, "%s%s", known.length ? ", " : "", one);
     }

@@ -173,7 +173,7 @@ static kempe_status add_work(kmp_runner *run, double t)
     static const double node[3] = {-0.7745966692414834, 0, 0.7745966692414834};
     static const double weight[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
     double a = run->work_t, h = t - a;
-    if (!run->yp || !run->way->dae || !run->s->dissipative || !(h > 0))
+    if (!run->yp || !run->method->dae || !run->s->dissipative || !(h > 0))
         return KEMPE_OK;
     for (int k = 0; k < 3; k++) {
         double at = a + 0.5 * h * (1 + node[k]);
@@ -228,7 +228,7 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double
          kmp_formulation_row(run->formulation, t, run->y, row, work) != KMP_GO) &&
         !kmp_runner_bridge(run, t, row, work))
         return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be completed", t);
-    if (run->yp && run->way->dae)
+    if (run->yp && run->method->dae)
         *work = run->work;
     return KEMPE_OK;
 }

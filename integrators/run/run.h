@@ -105,6 +105,6 @@ typedef struct kmp_method {
     bool standard_form, standard_integrator; /* compare runs it by default */
     const char *linear;                      /* linear solver of an integrator that takes one; NULL: auto */
 } kmp_method;
-bool kmp_way_get(int k, kmp_method *way);
+bool kmp_method_get(int k, kmp_method *method);
 
 #endif

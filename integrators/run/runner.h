@@ -23,7 +23,7 @@ struct kmp_runner {
     kmp_partition part;
     kmp_margin margin;
     kmp_formulation *formulation;
-    const kmp_formulation_kind *way; /* the chosen formulation, also near change points */
+    const kmp_formulation_kind *method; /* the chosen formulation, also near change points */
     bool near_singular;
     bool walks; /* crosses a change point in dop853 steps, after the integrator and all steps across failed */
     double near_singular_t; /* time of entry into the surroundings of a change point */

@@ -102,8 +102,8 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work)
     kmp_text why = own->reason;
     own->reason = (kmp_text){0};
     bool by_bodies = run->eval->by_bodies;
-    bool known =
-        kmp_formulation_find(run->way->formulation, run->way->form) == run->way; /* others have other unknowns */
+    bool known = kmp_formulation_find(run->method->formulation, run->method->form) ==
+                 run->method; /* others have other unknowns */
     bool found = state && start < t && known && repeat(run, start, t, state, &done);
     kmp_eval_take(run->eval, by_bodies);
     if (found) {

@@ -51,7 +51,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, d
     run->work = work;
     run->work_t = t;
     KMP_TRY(choose_again(run, t, q));
-    if ((run->way->dae && !near_singular) || kmp_runner_is_off(run, t, q)) {
+    if ((run->method->dae && !near_singular) || kmp_runner_is_off(run, t, q)) {
         KMP_TRY(kmp_runner_project(run, t, q, qd));
         KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
     }
@@ -105,7 +105,7 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
 {
     int n = run->s->n;
     const double *q = run->state, *qd = q + n, tried = run->margin.tried;
-    double *way = run->moved, *jerk = way + 2 * n, before = 0, farthest = 0;
+    double *method = run->moved, *jerk = method + 2 * n, before = 0, farthest = 0;
     const double there = KMP_MARGIN_THERE * run->margin.last / run->margin.usual;
     bool found = false;
     find_jerk(run, t, jerk);
@@ -113,8 +113,8 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found && size < KMP_MARGIN_AHEAD * last; k++) {
         double when, next;
         for (int i = 0; i < n; i++)
-            way[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
-        kmp_eval_closure(run->eval, t + tau, way);
+            method[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
+        kmp_eval_closure(run->eval, t + tau, method);
         found = kmp_margin_at(&run->margin, run->eval) < there;
         when = kmp_margin_when(&run->margin);
         kmp_margin_stand(&run->margin);
@@ -333,7 +333,7 @@ static bool may_project(const kmp_runner *run)
     const kmp_formulation_kind *projected = kmp_formulation_find("projected", NULL);
     const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
     bool out_of_memory = kmp_memory_failures() != run->memory_failures;
-    return run->spec.open && !out_of_memory && run->way != projected && solver->corrects && !solver->implicit;
+    return run->spec.open && !out_of_memory && run->method != projected && solver->corrects && !solver->implicit;
 }
 
 /* Replaces a stopped reduced formulation by the projected one, which needs no u, from the last accepted step. */
@@ -344,7 +344,7 @@ static kempe_status take_projected(kmp_runner *run, double t)
         kmp_text_free(&why);
         return KEMPE_E_FAILED;
     }
-    run->way = kmp_formulation_find("projected", NULL);
+    run->method = kmp_formulation_find("projected", NULL);
     run->spec.keep_independent = false;
     kmp_context_clear(run->s->context);
     kempe_status status = step_with_another(run, t, false);

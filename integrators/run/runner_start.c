@@ -115,14 +115,14 @@ kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *
 /* A mechanism with no degree of freedom is followed along its closures: there are no unknowns of motion. */
 static bool is_followed(const kmp_runner *run)
 {
-    return run->part.p == 0 && !run->way->dae;
+    return run->part.p == 0 && !run->method->dae;
 }
 
 static kempe_status make_formulation(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
     const kmp_formulation_kind *across =
-        run->way->near_singular ? run->way->near_singular : &kmp_formulation_near_singular;
-    const kmp_formulation_kind *kind = run->near_singular ? across : run->way;
+        run->method->near_singular ? run->method->near_singular : &kmp_formulation_near_singular;
+    const kmp_formulation_kind *kind = run->near_singular ? across : run->method;
     const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
     kmp_formulation_start given = kmp_runner_given(run, t, q, qd, work);
     given.qdd = run->qdd;
@@ -166,7 +166,7 @@ static kempe_status compare_bodies(kmp_runner *run, const double *q, const doubl
 static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
 {
     double off = INFINITY;
-    if (!run->s->articulated || !run->way->by_bodies)
+    if (!run->s->articulated || !run->method->by_bodies)
         return KEMPE_OK;
     KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(compare_bodies(run, q, qd, &off));
@@ -272,7 +272,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
                 "the start is near a change point, where branches of the mechanism meet: the branch of the motion may "
                 "depend on rounding");
     run->rate_scale = kmp_formulation_rate_scale(run->s, run->spec.t_end, qd, run->qdd);
-    run->way = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
+    run->method = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
     run->near_singular = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));
     return kmp_runner_make(run, t, q, qd, run->spec.work_start);

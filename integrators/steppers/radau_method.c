@@ -82,7 +82,7 @@ void kmp_radau_weights(const kmp_radau_method *method, double x, double *weight)
         weight[j] /= sum;
 }
 
-double kmp_radau_bend(const kmp_radau_method *method, double x)
+double kmp_radau_weight(const kmp_radau_method *method, double x)
 {
     double value = 0;
     for (int k = method->stages + 1; k >= 0; k--)

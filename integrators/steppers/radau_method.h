@@ -35,6 +35,6 @@ void kmp_radau_weights(const kmp_radau_method *method, double x, double *weight)
 
 /** The integral of prod (x - c[i]) from 0, divided by that product at 0: the correction of p for a unit error of its
  * slope at 0. It is 0 at both ends of the step. */
-double kmp_radau_bend(const kmp_radau_method *method, double x);
+double kmp_radau_weight(const kmp_radau_method *method, double x);
 
 #endif

@@ -278,7 +278,7 @@ static void correct_together(kmp_radau *s, double h)
 
 void kmp_radau_extrapolate(const kmp_radau *s, double x, double *z)
 {
-    double weight[S], bend = kmp_radau_bend(s->method, x);
+    double weight[S], bend = kmp_radau_weight(s->method, x);
     kmp_radau_weights(s->method, x, weight);
     weight[s->s - 1] -= 1;
     for (int k = 0; k < s->n; k++)

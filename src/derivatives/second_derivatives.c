@@ -46,8 +46,8 @@ static bool differentiate(const motion *x, kmp_graph *g, int count, kmp_ref *of)
 }
 
 /* Parameters go along b as given, and with them those that follow. */
-static bool derive(kmp_bend *bend, const kmp_equations *eq, const kmp_backend *backend, const int *parameter,
-                   const double *values)
+static bool derive(kmp_second_derivatives *second, const kmp_equations *eq, const kmp_backend *backend,
+                   const int *parameter, const double *values)
 {
     int state = 3 * eq->n + eq->m, count = eq->n + 3 * eq->m;
     kmp_arena arena = {0};
@@ -58,52 +58,52 @@ static bool derive(kmp_bend *bend, const kmp_equations *eq, const kmp_backend *b
         kmp_slopes_collect(eq, of);
         move_state(&a, eq, 0);
         move_state(&b, eq, state);
-        for (int i = 0; i < bend->count; i++)
+        for (int i = 0; i < second->count; i++)
             move(&b, eq->graph, KMP_IN_PARAMETER, parameter[i], 2 * state + i);
         b.count = kmp_slopes_lead(&eq->tree, b.count, b.leaf, b.direction);
         ok = b.count >= 0 && differentiate(&a, eq->graph, count, of) && differentiate(&b, eq->graph, count, of) &&
-             kmp_formulas_init(&bend->bent, eq->graph, count, of, backend, values);
+             kmp_formulas_init(&second->bent, eq->graph, count, of, backend, values);
     }
     kmp_arena_free(&arena);
     return ok;
 }
 
-static kempe_status derive_all(kmp_bend *bend, const kempe_system *system, const kmp_backend *backend,
+static kempe_status derive_all(kmp_second_derivatives *second, const kempe_system *system, const kmp_backend *backend,
                                const int *parameter)
 {
     kmp_equations eq;
     kmp_events events;
     KMP_TRY(kmp_slopes_equations(&eq, system, &events, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL));
-    bool ok = derive(bend, &eq, backend, parameter, system->parameters);
+    bool ok = derive(second, &eq, backend, parameter, system->parameters);
     kmp_equations_free(&eq);
     return ok ? KEMPE_OK : kmp_fail_memory(system->context);
 }
 
-kempe_status kmp_bend_init(kmp_bend *bend, const kempe_system *system, const kmp_backend *backend, int count,
-                           const char *const *names)
+kempe_status kmp_second_derivatives_init(kmp_second_derivatives *second, const kempe_system *system,
+                                         const kmp_backend *backend, int count, const char *const *names)
 {
-    *bend = (kmp_bend){.n = system->n, .m = system->m, .count = count};
+    *second = (kmp_second_derivatives){.n = system->n, .m = system->m, .count = count};
     if (system->force)
         return kmp_fail(system->context, KEMPE_E_FAILED,
                         "second derivatives are required, and those of a user-defined force are unknown: define it as "
                         "a force of the model");
     int *parameter = KMP_NEW(int, count);
-    bend->along = KMP_NEW(double, 2 * (3 * system->n + system->m) + count);
-    kempe_status status =
-        parameter && bend->along ? kmp_slopes_find(system, count, names, parameter) : kmp_fail_memory(system->context);
+    second->along = KMP_NEW(double, 2 * (3 * system->n + system->m) + count);
+    kempe_status status = parameter && second->along ? kmp_slopes_find(system, count, names, parameter)
+                                                     : kmp_fail_memory(system->context);
     if (status == KEMPE_OK)
-        status = derive_all(bend, system, backend, parameter);
+        status = derive_all(second, system, backend, parameter);
     kmp_free(parameter);
     if (status != KEMPE_OK)
-        kmp_bend_free(bend);
+        kmp_second_derivatives_free(second);
     return status;
 }
 
-void kmp_bend_free(kmp_bend *bend)
+void kmp_second_derivatives_free(kmp_second_derivatives *second)
 {
-    kmp_formulas_free(&bend->bent);
-    kmp_free(bend->along);
-    *bend = (kmp_bend){0};
+    kmp_formulas_free(&second->bent);
+    kmp_free(second->along);
+    *second = (kmp_second_derivatives){0};
 }
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
@@ -114,19 +114,20 @@ static double *put(double *to, int count, const double *from)
     return to + count;
 }
 
-kmp_bent kmp_bend_along(kmp_bend *bend, const kmp_course *a, const kmp_course *b, const double *parameter)
+kmp_second_values kmp_second_derivatives_along(kmp_second_derivatives *second, const kmp_variation *a,
+                                               const kmp_variation *b, const double *parameter)
 {
-    const kmp_course *course[] = {a, b};
-    double *to = bend->along;
+    const kmp_variation *course[] = {a, b};
+    double *to = second->along;
     for (int k = 0; k < 2; k++) {
-        to = put(to, bend->n, course[k]->q);
-        to = put(to, bend->n, course[k]->qd);
-        to = put(to, bend->n, course[k]->qdd);
-        to = put(to, bend->m, course[k]->lambda);
+        to = put(to, second->n, course[k]->q);
+        to = put(to, second->n, course[k]->qd);
+        to = put(to, second->n, course[k]->qdd);
+        to = put(to, second->m, course[k]->lambda);
     }
-    (void)put(to, bend->count, parameter);
-    kmp_machine_set(bend->bent.machine, KMP_IN_ALONG, bend->along);
-    const double *out = kmp_machine_run(bend->bent.machine, 1);
-    int m = bend->m;
-    return (kmp_bent){out + 3 * m, out, out + m, out + 2 * m};
+    (void)put(to, second->count, parameter);
+    kmp_machine_set(second->bent.machine, KMP_IN_ALONG, second->along);
+    const double *out = kmp_machine_run(second->bent.machine, 1);
+    int m = second->m;
+    return (kmp_second_values){out + 3 * m, out, out + m, out + 2 * m};
 }

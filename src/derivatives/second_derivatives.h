@@ -10,30 +10,31 @@
 
 #include "integrators/run/instant.h"
 
-typedef struct kmp_bend {
+typedef struct kmp_second_derivatives {
     kmp_formulas bent;
     int n, m, count; /* coordinates, rows, parameters */
     double *along;   /* of the program: a (3 n + m), b (3 n + m + count) */
-} kmp_bend;
+} kmp_second_derivatives;
 
 /** A direction: changes of q, qd, qdd (n each) and lambda (m). NULL: none. */
-typedef struct kmp_course {
+typedef struct kmp_variation {
     const double *q, *qd, *qdd, *lambda;
-} kmp_course;
+} kmp_variation;
 
 /** Second derivatives of R (n), h, rate and curve (m each), valid until the next call. */
-typedef struct kmp_bent {
+typedef struct kmp_second_values {
     const double *force, *h, *rate, *curve;
-} kmp_bent;
+} kmp_second_values;
 
 /** `names`: of variable parameters of the system's model; dependent parameters change with them. KEMPE_E_ARGUMENT: a
  * name that is not variable. KEMPE_E_FAILED: the user's force has no second derivatives. KEMPE_E_MEMORY. */
-kempe_status kmp_bend_init(kmp_bend *bend, const kempe_system *system, const kmp_backend *backend, int count,
-                           const char *const *names);
-void kmp_bend_free(kmp_bend *bend);
+kempe_status kmp_second_derivatives_init(kmp_second_derivatives *second, const kempe_system *system,
+                                         const kmp_backend *backend, int count, const char *const *names);
+void kmp_second_derivatives_free(kmp_second_derivatives *second);
 
 /** Evaluates them at the state of `bent`, along a and b; `parameter` is the change of each parameter along b (NULL:
  * none). No allocation. */
-kmp_bent kmp_bend_along(kmp_bend *bend, const kmp_course *a, const kmp_course *b, const double *parameter);
+kmp_second_values kmp_second_derivatives_along(kmp_second_derivatives *second, const kmp_variation *a,
+                                               const kmp_variation *b, const double *parameter);
 
 #endif

@@ -261,7 +261,7 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
         differentiate(eq, eq->h, eq->hdot);
     if (sets & KMP_SET_JDQD) /* at constant qd */
         differentiate(eq, eq->hdot, eq->jdqd);
-    if (kmp_graph_failed(eq->graph) || (!scene->plain && !kmp_gaps_shorten(eq, sets, !scene->ways)))
+    if (kmp_graph_failed(eq->graph) || (!scene->plain && !kmp_gaps_shorten(eq, sets, !scene->savings)))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_REACTION)
         derive_reactions(eq);

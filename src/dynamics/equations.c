@@ -139,7 +139,7 @@ static bool allocate(kmp_equations *eq)
     return !kmp_graph_failed(eq->graph);
 }
 
-static unsigned asked_energy(const kmp_equations *eq, unsigned sets)
+static unsigned requested_energy(const kmp_equations *eq, unsigned sets)
 {
     if (sets & KMP_SET_ENERGY || (sets & KMP_SET_OUTPUT && kmp_outputs_need_forces(eq->model)))
         return KMP_ENERGY_POTENTIAL | KMP_ENERGY_POWER;
@@ -178,8 +178,8 @@ static void set_rules(const kmp_equations *eq, const kmp_scene *scene, bool apar
 
 static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
 {
-    const unsigned sets = scene->sets, energy = asked_energy(eq, sets);
-    set_rules(eq, scene, *eq->ways.apart);
+    const unsigned sets = scene->sets, energy = requested_energy(eq, sets);
+    set_rules(eq, scene, *eq->savings.apart);
     const unsigned loaded =
         KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_TANGENT_SETS | KMP_SET_CLOSED;
     if (sets & KMP_SET_MASS)
@@ -214,20 +214,20 @@ static bool add_tree(kmp_equations *eq, const kmp_scene *scene)
 /* Adds the links with the scene's variants. */
 static bool add_links(kmp_equations *eq, const kmp_scene *scene)
 {
-    const kmp_ways *ways = scene->ways;
+    const kmp_savings *savings = scene->savings;
     kmp_tree *tree = &eq->links;
     if (!init_tree(eq, scene, tree))
         return false;
-    kmp_move_origins(tree, ways->origin);
+    kmp_move_origins(tree, savings->origin);
     kmp_tree_sum_up(tree);
     for (int k = 0; k < eq->n; k++)
-        tree->links[k + 1].about = ways->about[k];
-    kmp_regroup(tree, ways->give);
-    kmp_lump(tree, ways->lump);
-    tree->spread = *ways->spread;
+        tree->links[k + 1].about = savings->about[k];
+    kmp_regroup(tree, savings->give);
+    kmp_lump(tree, savings->lump);
+    tree->spread = *savings->spread;
     for (int i = 1; tree->spread && i < tree->count; i++)
         tree->links[i].base.inertia = kmp_tensor_spread(tree->graph, tree->links[i].base.inertia);
-    kmp_let_stay(tree, ways->stay);
+    kmp_let_stay(tree, savings->stay);
     if (scene->body_inputs)
         kmp_tree_add_inputs(tree, scene->no_inputs);
     return true;
@@ -236,17 +236,17 @@ static bool add_links(kmp_equations *eq, const kmp_scene *scene)
 /* Sets the variants of the dynamics, and makes a second tree when they differ from the model. */
 static bool set_frames(kmp_equations *eq, const kmp_scene *scene)
 {
-    kmp_ways_copy(&eq->ways, scene->ways, eq->model);
-    return kmp_ways_plain(scene->ways, eq->model) || add_links(eq, scene);
+    kmp_savings_copy(&eq->savings, scene->savings, eq->model);
+    return kmp_savings_plain(scene->savings, eq->model) || add_links(eq, scene);
 }
 
 /* A copy of the scene's variants, or room for them. */
 static bool add_ways(kmp_equations *eq, const kmp_scene *scene)
 {
-    if (!kmp_ways_init(&eq->ways, eq->model))
+    if (!kmp_savings_init(&eq->savings, eq->model))
         return false;
-    eq->ways.by_q = eq->ways.by_qd = scene->tangents;
-    return !scene->ways || set_frames(eq, scene);
+    eq->savings.by_q = eq->savings.by_qd = scene->tangents;
+    return !scene->savings || set_frames(eq, scene);
 }
 
 static void swap(kmp_ref *a, kmp_ref *b, int count)
@@ -318,7 +318,7 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_tree_free(&eq->tree);
     kmp_tree_free(&eq->links);
     kmp_noted_free(eq->noted);
-    kmp_ways_free(&eq->ways);
+    kmp_savings_free(&eq->savings);
     kmp_graph_free(eq->graph);
     *eq = (kmp_equations){0};
 }

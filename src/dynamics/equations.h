@@ -36,18 +36,18 @@ typedef struct kmp_scene {
     unsigned sets;
     kmp_scheme scheme;
     kmp_keep keep;
-    bool body_inputs;         /* forces and torques on the bodies as inputs */
-    const char *no_inputs;    /* names of bodies without, with commas between; NULL: none */
-    bool efforts;             /* efforts on the coordinates as inputs: of the accelerations */
-    bool loops_alone;         /* no rows of drives */
-    bool labels;              /* nodes get names */
-    bool charted;             /* spherical joints have charts as inputs (model/spherical.c) */
-    unsigned without;         /* rules of the graph that are not applied (symbolic/graph.h) */
-    bool plain;               /* as derived: without search for shorter variants */
-    bool optimize;            /* look longer for the choice with the fewest operations: joint by joint */
-    const kmp_ways *ways;     /* NULL: the one with the fewest operations of some */
-    kmp_tangent_way tangents; /* without ways: the method for both derivatives of the inverse dynamics */
-    kmp_events *events;       /* conditions as inputs, appended to those present; NULL: evaluated in place */
+    bool body_inputs;            /* forces and torques on the bodies as inputs */
+    const char *no_inputs;       /* names of bodies without, with commas between; NULL: none */
+    bool efforts;                /* efforts on the coordinates as inputs: of the accelerations */
+    bool loops_alone;            /* no rows of drives */
+    bool labels;                 /* nodes get names */
+    bool charted;                /* spherical joints have charts as inputs (model/spherical.c) */
+    unsigned without;            /* rules of the graph that are not applied (symbolic/graph.h) */
+    bool plain;                  /* as derived: without search for shorter variants */
+    bool optimize;               /* look longer for the choice with the fewest operations: joint by joint */
+    const kmp_savings *savings;  /* NULL: the one with the fewest operations of some */
+    kmp_tangent_method tangents; /* without ways: the method for both derivatives of the inverse dynamics */
+    kmp_events *events;          /* conditions as inputs, appended to those present; NULL: evaluated in place */
 } kmp_scene;
 
 /** A closure row that is kept. */
@@ -64,7 +64,7 @@ typedef struct kmp_equations {
     kmp_noted *noted;
     kmp_tree tree;  /* for closures, outputs and users */
     kmp_tree links; /* for the dynamics, when the variants have other links */
-    kmp_ways ways;
+    kmp_savings savings;
     int *run; /* n: rotations about parallel axes */
     int n, m;
     kmp_row *rows;     /* m */

@@ -68,9 +68,9 @@ static kempe_status rules(const kempe_model *model, kmp_scene scene, kmp_gains *
                  {"cancellation", KMP_RULE_SHARE | KMP_RULE_TRIG},
                  {"auxiliary variables", KMP_RULE_TRIG},
                  {"rotations about one axis", 0}};
-    kmp_ways plain;
-    kempe_status status = kmp_ways_init(&plain, model) ? KEMPE_OK : kmp_fail_memory(model->context);
-    scene.ways = &plain;
+    kmp_savings plain;
+    kempe_status status = kmp_savings_init(&plain, model) ? KEMPE_OK : kmp_fail_memory(model->context);
+    scene.savings = &plain;
     for (size_t k = 0; k < sizeof steps / sizeof *steps && status == KEMPE_OK; k++) {
         amount found = unknown;
         scene.without = steps[k].without;
@@ -78,7 +78,7 @@ static kempe_status rules(const kempe_model *model, kmp_scene scene, kmp_gains *
             status = try_scene(model, &scene, &found);
         put(gains, steps[k].name, found);
     }
-    kmp_ways_free(&plain);
+    kmp_savings_free(&plain);
     return status;
 }
 
@@ -88,17 +88,17 @@ static const char *const kind_names[KMP_GAINS_WAYS] = {
     "closures point by point", "origins along axes",   "base parameters", "second moments",
     "axes that stay",          "moments about joints", "rotations apart"};
 
-static void take_away(kmp_ways *ways, const kempe_model *model, int kind)
+static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
 {
     const size_t n = (size_t)model->motion_count, points = 4 * (size_t)model->closure_count;
     const struct {
         uint8_t *way;
         size_t count;
-    } list[KMP_GAINS_WAYS] = {{ways->way, points}, {ways->origin, n}, {ways->give, n}, {ways->spread, 1},
-                              {ways->stay, n},     {ways->about, n},  {ways->apart, 1}};
+    } list[KMP_GAINS_WAYS] = {{savings->way, points}, {savings->origin, n}, {savings->give, n}, {savings->spread, 1},
+                              {savings->stay, n},     {savings->about, n},  {savings->apart, 1}};
     memset(list[kind].way, 0, list[kind].count);
-    if (list[kind].way == ways->give)
-        memset(ways->lump, 0, n);
+    if (list[kind].way == savings->give)
+        memset(savings->lump, 0, n);
 }
 
 /* The operations of the equations as a program, after all passes, with the scene's variants. */
@@ -116,25 +116,25 @@ static kempe_status try_program(const kempe_model *model, const kmp_scene *scene
 }
 
 /* Measures each chosen variant by removing it from the others. */
-static kempe_status ways(const kempe_model *model, kmp_scene scene, const kmp_ways *best, kmp_gains *gains)
+static kempe_status savings(const kempe_model *model, kmp_scene scene, const kmp_savings *best, kmp_gains *gains)
 {
-    kmp_ways some;
+    kmp_savings some;
     amount all = unknown;
-    kempe_status status = kmp_ways_init(&some, model) ? KEMPE_OK : kmp_fail_memory(model->context);
-    scene.ways = best;
+    kempe_status status = kmp_savings_init(&some, model) ? KEMPE_OK : kmp_fail_memory(model->context);
+    scene.savings = best;
     if (status == KEMPE_OK)
         status = try_program(model, &scene, &all);
-    scene.ways = &some;
+    scene.savings = &some;
     for (int kind = 0; kind < KMP_GAINS_WAYS && status == KEMPE_OK; kind++) {
         amount without = all;
-        kmp_ways_copy(&some, best, model);
+        kmp_savings_copy(&some, best, model);
         take_away(&some, model, kind);
-        if (!kmp_ways_same(&some, best, model))
+        if (!kmp_savings_same(&some, best, model))
             status = try_program(model, &scene, &without);
-        gains->ways[kind] = (kmp_gain){kind_names[kind], without.operations, without.runtime};
+        gains->savings[kind] = (kmp_gain){kind_names[kind], without.operations, without.runtime};
     }
     gains->all = (kmp_gain){"all of them", all.operations, all.runtime};
-    kmp_ways_free(&some);
+    kmp_savings_free(&some);
     return status;
 }
 
@@ -195,7 +195,7 @@ kempe_status kmp_gains_find(const kempe_model *model, kmp_gains *gains)
     *gains = (kmp_gains){0};
     KMP_TRY(rules(model, scene, gains));
     KMP_TRY(kmp_equations_derive(&eq, model, &scene));
-    kempe_status status = ways(model, scene, &eq.ways, gains);
+    kempe_status status = savings(model, scene, &eq.savings, gains);
     if (status == KEMPE_OK)
         status = passes(&eq, gains);
     kmp_equations_free(&eq);

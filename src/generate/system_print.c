@@ -183,7 +183,7 @@ static void show_gains(kmp_text *text, const kmp_gains *gains)
     kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "without one variant", "+ - * /", "gain", "run time",
                     "gain");
     for (int k = 0; k < KMP_GAINS_WAYS; k++) {
-        const kmp_gain *without = &gains->ways[k];
+        const kmp_gain *without = &gains->savings[k];
         kmp_text_printf(text, "  %-25s %10ld %8.1f %% %10ld %8.1f %%\n", without->name, without->operations,
                         gain_of(without->operations, gains->all.operations), without->runtime,
                         gain_of(without->runtime, gains->all.runtime));
@@ -213,7 +213,7 @@ static void json_gains(kmp_json *json, const kmp_gains *gains)
     kmp_json_end(json);
     kmp_json_array(json, "without_ways");
     for (int k = 0; k < KMP_GAINS_WAYS; k++)
-        json_gain(json, &gains->ways[k]);
+        json_gain(json, &gains->savings[k]);
     json_gain(json, &gains->all);
     kmp_json_end(json);
     kmp_json_whole(json, "made", gains->made);

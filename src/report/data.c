@@ -28,7 +28,7 @@ static int best_of(const kempe_comparison *c, const char *formulation)
 {
     int best = -1;
     for (int k = 0; k < c->count; k++)
-        if (c->runs[k].status == KEMPE_OK && strcmp(c->runs[k].way->formulation, formulation) == 0 &&
+        if (c->runs[k].status == KEMPE_OK && strcmp(c->runs[k].method->formulation, formulation) == 0 &&
             is_better(c, k, best))
             best = k;
     return best;
@@ -39,11 +39,11 @@ int kmp_page_choose(const kempe_comparison *c, int *chosen)
     int count = 0;
     if (c->advice.run >= 0)
         chosen[count++] = c->advice.run;
-    for (int w = 0; w < c->way_count; w++) {
+    for (int w = 0; w < c->method_count; w++) {
         bool seen = false;
         for (int k = 0; k < count && !seen; k++)
-            seen = strcmp(c->runs[chosen[k]].way->formulation, c->ways[w].formulation) == 0;
-        int best = seen ? -1 : best_of(c, c->ways[w].formulation);
+            seen = strcmp(c->runs[chosen[k]].method->formulation, c->methods[w].formulation) == 0;
+        int best = seen ? -1 : best_of(c, c->methods[w].formulation);
         if (best >= 0)
             chosen[count++] = best;
     }
@@ -69,15 +69,15 @@ static void put_reference(kmp_json *json, const kempe_comparison *c)
     kmp_json_end(json);
 }
 
-static void put_way(kmp_json *json, const kmp_method *way)
+static void put_method(kmp_json *json, const kmp_method *method)
 {
     kmp_text name = {0};
-    kmp_compare_name(&name, way);
+    kmp_compare_name(&name, method);
     kmp_json_object(json, NULL);
     put_string(json, "name", name.s);
-    put_string(json, "formulation", way->formulation);
-    put_string(json, "form", way->form);
-    put_string(json, "integrator", way->integrator);
+    put_string(json, "formulation", method->formulation);
+    put_string(json, "form", method->form);
+    put_string(json, "integrator", method->integrator);
     kmp_json_end(json);
     json->text->failed = json->text->failed || name.failed;
     kmp_text_free(&name);
@@ -89,7 +89,7 @@ static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compare
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         error[k] = kmp_compare_error(c, run, kmp_compare_shown[k]);
     kmp_json_object(json, NULL);
-    kmp_json_whole(json, "way", run->way - c->ways);
+    kmp_json_whole(json, "way", run->method - c->methods);
     kmp_json_rounded(json, "rtol", run->rtol, 6);
     put_string(json, "status", kmp_status_word(run->status));
     put_string(json, "reason", run->reason);
@@ -110,7 +110,7 @@ static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compare
 static void put_costs(kmp_json *json, const kempe_comparison *c, int l)
 {
     kmp_json_array(json, "cost");
-    for (int w = 0; w < c->way_count; w++) {
+    for (int w = 0; w < c->method_count; w++) {
         kmp_method_cost cost = kmp_compare_cost(c, w, l);
         kmp_json_rounded_numbers(json, NULL, 3, (const double[]){cost.cpu_s, cost.steps, cost.rhs}, 4);
     }
@@ -122,9 +122,9 @@ static void put_level(kmp_json *json, const kempe_comparison *c, int l)
     kmp_json_object(json, NULL);
     kmp_json_rounded(json, "level", c->levels.level[l], 3);
     kmp_json_boolean(json, "blank", c->levels.blank[l]);
-    kmp_json_whole(json, "best", c->levels.best[l] < 0 ? -1 : c->runs[c->levels.best[l]].way - c->ways);
+    kmp_json_whole(json, "best", c->levels.best[l] < 0 ? -1 : c->runs[c->levels.best[l]].method - c->methods);
     kmp_json_array(json, "run");
-    for (int w = 0; w < c->way_count; w++)
+    for (int w = 0; w < c->method_count; w++)
         kmp_json_whole(json, NULL, c->levels.run[w * c->levels.count + l]);
     kmp_json_end(json);
     put_costs(json, c, l);
@@ -132,16 +132,17 @@ static void put_level(kmp_json *json, const kempe_comparison *c, int l)
 }
 
 /* The two tables: methods by their place in the list, with the place of the method that each is compared with. */
-static void put_table(kmp_json *json, const kempe_comparison *c, const char *key, int count, const int *ways, bool same)
+static void put_table(kmp_json *json, const kempe_comparison *c, const char *key, int count, const int *methods,
+                      bool same)
 {
     kmp_json_array(json, key);
     for (int k = 0; k < count; k++) {
         kmp_json_object(json, NULL);
-        kmp_json_whole(json, "way", ways[k]);
+        kmp_json_whole(json, "way", methods[k]);
         kmp_json_array(json, "base");
         for (int a = 0; a < c->tables.aims.count; a++) {
             int level = c->tables.aims.level[a];
-            kmp_json_whole(json, NULL, same ? kmp_compare_base(c, ways[k], level) : kmp_compare_best(c, level));
+            kmp_json_whole(json, NULL, same ? kmp_compare_base(c, methods[k], level) : kmp_compare_best(c, level));
         }
         kmp_json_end(json);
         kmp_json_end(json);
@@ -226,8 +227,8 @@ static void put_record(kmp_json *json, const kmp_record *record)
 static void put_lists(kmp_json *json, const kempe_comparison *c)
 {
     kmp_json_array(json, "methods");
-    for (int k = 0; k < c->way_count; k++)
-        put_way(json, &c->ways[k]);
+    for (int k = 0; k < c->method_count; k++)
+        put_method(json, &c->methods[k]);
     kmp_json_end(json);
     kmp_json_array(json, "runs");
     for (int k = 0; k < c->count; k++)

@@ -69,7 +69,7 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
     bool slides = first && !first->rotation, is_free = body->motion_count > 2;
     bool guided = slides && (body->motion_count == 1 || (!is_free && first[1].rotation));
     unsigned marks = !slides ? KMP_MARK_JOINT : is_free ? KMP_MARK_NAMED : KMP_MARK_SLIDE;
-    kmp_picture_guide guide = {.motion = body->first_motion, .body = body->parent};
+    kmp_picture_slide slide = {.motion = body->first_motion, .body = body->parent};
     if (body->to >= 0)
         mark_point(drawing, model, body->to, marks, body->joint);
     else
@@ -81,9 +81,9 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
     if (!guided || body->parent >= drawing->body_count)
         return;
     if (body->at >= 0)
-        values(model->points[body->at].at, guide.at);
-    to_parent(model, body, first->axis, guide.axis);
-    drawing->guides[drawing->guide_count++] = guide;
+        values(model->points[body->at].at, slide.at);
+    to_parent(model, body, first->axis, slide.axis);
+    drawing->slides[drawing->slide_count++] = slide;
 }
 
 static void add_line(kmp_drawing *drawing, const kempe_model *model, const char *name, const int point[2], bool is_rod)
@@ -127,7 +127,7 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
                       3 * model->body_count + 2 * (model->closure_count + model->force_count) + model->point_count);
     drawing->lines = KMP_ARENA_NEW(&drawing->arena, kmp_line, lines);
     drawing->is_rod = KMP_ARENA_NEW(&drawing->arena, bool, lines);
-    drawing->guides = KMP_ARENA_NEW(&drawing->arena, kmp_picture_guide, model->body_count);
+    drawing->slides = KMP_ARENA_NEW(&drawing->arena, kmp_picture_slide, model->body_count);
     if (drawing->arena.failed) {
         kmp_drawing_free(drawing);
         return false;

@@ -24,10 +24,10 @@ typedef struct kmp_line {
 } kmp_line;
 
 /** The first motion of a body is along a line of its parent: where that line begins and runs. */
-typedef struct kmp_picture_guide {
+typedef struct kmp_picture_slide {
     int motion, body; /* body: the parent */
     double at[3], axis[3];
-} kmp_picture_guide;
+} kmp_picture_slide;
 
 typedef struct kmp_drawing {
     int body_count; /* drawn, the ground included: the first ones */
@@ -36,8 +36,8 @@ typedef struct kmp_drawing {
     kmp_line *lines; /* springs and rods */
     bool *is_rod;
     int line_count;
-    kmp_picture_guide *guides;
-    int guide_count;
+    kmp_picture_slide *slides;
+    int slide_count;
     kmp_arena arena; /* of the arrays */
 } kmp_drawing;
 

@@ -34,12 +34,12 @@ typedef struct maker {
 /* All frames of a mode in room; false where the loops do not close. */
 static bool move(maker *w, int c, double amplitude)
 {
-    const kmp_linear *l = &w->m->station->linear;
+    const kmp_linear *l = &w->m->family->linear;
     for (int f = 0; f < FRAMES; f++) {
         double *q = w->q + (ptrdiff_t)f * l->n;
-        if (kmp_station_move(w->m->station, &w->m->modes, c, amplitude, 2 * acos(-1) * f / (FRAMES - 1), q))
+        if (kmp_operating_family_move(w->m->family, &w->m->modes, c, amplitude, 2 * acos(-1) * f / (FRAMES - 1), q))
             return false;
-        if (w->m->station->state->chart) /* as the user counts the angles */
+        if (w->m->family->state->chart) /* as the user counts the angles */
             kmp_charts_show(l->system, l->eval->chart, w->m->q, q, w->zero);
     }
     return true;
@@ -172,7 +172,7 @@ static void put_data(kmp_text *text, const maker *w)
     kmp_json_object(&json, NULL);
     kmp_json_string(&json, "kempe", KEMPE_VERSION);
     kmp_json_string(&json, "model", m->system->model->name);
-    kmp_json_string(&json, "at", m->station->state->equilibrium ? "the equilibrium" : "the assembled start");
+    kmp_json_string(&json, "at", m->family->state->equilibrium ? "the equilibrium" : "the assembled start");
     kmp_json_string(&json, "stability", kmp_modes_verdict(m));
     kmp_modes_put_verdict(&because, m);
     put_words(&json, "reasons", &because);

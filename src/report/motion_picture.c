@@ -237,20 +237,20 @@ static void put_lines(kmp_json *json, const picture *p)
 }
 
 /* A guide has the length of its slider's motion. */
-static void put_guides(kmp_json *json, const picture *p)
+static void put_slides(kmp_json *json, const picture *p)
 {
     kmp_json_array(json, "guides");
-    for (int k = 0; k < p->drawing.guide_count; k++) {
-        const kmp_picture_guide *guide = &p->drawing.guides[k];
+    for (int k = 0; k < p->drawing.slide_count; k++) {
+        const kmp_picture_slide *slide = &p->drawing.slides[k];
         double range[2] = {INFINITY, -INFINITY};
         for (int f = 0; f < p->frames; f++) {
-            range[0] = fmin(range[0], row_of(p, f)[guide->motion]);
-            range[1] = fmax(range[1], row_of(p, f)[guide->motion]);
+            range[0] = fmin(range[0], row_of(p, f)[slide->motion]);
+            range[1] = fmax(range[1], row_of(p, f)[slide->motion]);
         }
         kmp_json_object(json, NULL);
-        kmp_json_whole(json, "body", guide->body);
-        kmp_json_rounded_numbers(json, "at", 3, guide->at, 7);
-        kmp_json_rounded_numbers(json, "axis", 3, guide->axis, 7);
+        kmp_json_whole(json, "body", slide->body);
+        kmp_json_rounded_numbers(json, "at", 3, slide->at, 7);
+        kmp_json_rounded_numbers(json, "axis", 3, slide->axis, 7);
         kmp_json_rounded_numbers(json, "range", 2, range, 7);
         kmp_json_end(json);
     }
@@ -271,7 +271,7 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         kmp_json_rounded_numbers(json, "gravity", 3, gravity, 7);
         put_bodies(json, &p);
         put_lines(json, &p);
-        put_guides(json, &p);
+        put_slides(json, &p);
         kmp_railway_put(json, model, &(kmp_travel){p.frames, p.drawing.body_count - 1, p.position});
         put_frames(json, &p);
         kmp_json_end(json);

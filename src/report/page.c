@@ -30,8 +30,8 @@ static kempe_status record_runs(const kempe_comparison *c, detail *d)
     kempe_context *context = c->system->context;
     int wanted = kmp_page_choose(c, d->run);
     for (int k = 0; k < wanted && !kmp_interrupted(context); k++) {
-        const kmp_method *way = c->runs[d->run[k]].way;
-        kmp_log(context, KEMPE_LOG_PROGRESS, "report: %s %s, rtol %g repeated", way->formulation, way->integrator,
+        const kmp_method *method = c->runs[d->run[k]].method;
+        kmp_log(context, KEMPE_LOG_PROGRESS, "report: %s %s, rtol %g repeated", method->formulation, method->integrator,
                 c->runs[d->run[k]].rtol);
         kempe_status status = kmp_record_make(c, d->run[k], c->t_end, &d->records[d->count]);
         d->count += status == KEMPE_OK || status == KEMPE_STOPPED;
@@ -99,8 +99,8 @@ kempe_status kempe_comparison_write_report(const kempe_comparison *comparison, c
     kempe_context *context = comparison->system->context;
     kmp_context_begin(context);
     KMP_TRY(kempe_report_check(context));
-    detail d = {.run = KMP_NEW(int, comparison->way_count + 1),
-                .records = KMP_NEW(kmp_record, comparison->way_count + 1)};
+    detail d = {.run = KMP_NEW(int, comparison->method_count + 1),
+                .records = KMP_NEW(kmp_record, comparison->method_count + 1)};
     kempe_status status = d.run && d.records ? make_page(comparison, &d, path) : kmp_fail_memory(context);
     release(&d);
     return status;

@@ -79,9 +79,9 @@ static kempe_status advance(kmp_runner *runner, kmp_record *record, double t_end
 static kempe_status run_again(const kempe_comparison *c, kmp_record *record, double t_end, double *room)
 {
     const kmp_compared *run = &c->runs[record->run];
-    kmp_run_spec spec = {.formulation = run->way->formulation,
-                         .form = run->way->form,
-                         .integrator = run->way->integrator,
+    kmp_run_spec spec = {.formulation = run->method->formulation,
+                         .form = run->method->form,
+                         .integrator = run->method->integrator,
                          .rtol = run->rtol,
                          .atol = run->rtol,
                          .t_end = t_end,

@@ -49,9 +49,9 @@ static kempe_status compare(const scene *s)
 
 static kempe_status lead(const scene *s)
 {
-    kempe_kinematics_options ask = {.sweep = "crank=0:1", .points = 20};
+    kempe_kinematics_options options = {.sweep = "crank=0:1", .points = 20};
     kempe_kinematics *k = NULL;
-    kempe_status status = kempe_kinematics_new(s->system, &ask, &k);
+    kempe_status status = kempe_kinematics_new(s->system, &options, &k);
     kempe_kinematics_free(k);
     return status;
 }
@@ -68,9 +68,9 @@ static kempe_status step(const scene *s)
 
 static kempe_status differentiate(const scene *s)
 {
-    kempe_sensitivity_options ask = {.parameters = "crank", .run = &(kempe_run_options){.t_end = 0.05}};
+    kempe_sensitivity_options options = {.parameters = "crank", .run = &(kempe_run_options){.t_end = 0.05}};
     kempe_sensitivity *d = NULL;
-    kempe_status status = kempe_sensitivity_new(s->model, &ask, &d);
+    kempe_status status = kempe_sensitivity_new(s->model, &options, &d);
     kempe_sensitivity_free(d);
     return status;
 }

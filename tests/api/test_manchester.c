@@ -44,12 +44,12 @@ static void read_reference(void)
 
 static void begin(void)
 {
-    const kempe_contact_options ask = {.sweep = "shift=0:10 mm:21", .law = "fastsim1"};
+    const kempe_contact_options options = {.sweep = "shift=0:10 mm:21", .law = "fastsim1"};
     read_reference();
     context = kempe_context_new();
     CHECK(kempe_model_read(context, KEMPE_ROOT "/examples/manchester/manchester.yaml", &model) == KEMPE_OK);
     CHECK(model && kempe_system_new(model, &system_) == KEMPE_OK);
-    CHECK(system_ && kempe_contacts_new(system_, &ask, &table) == KEMPE_OK);
+    CHECK(system_ && kempe_contacts_new(system_, &options, &table) == KEMPE_OK);
     printf("%s", table ? "" : kempe_context_message(context));
     kempe_table *states = NULL;
     CHECK(kempe_contacts_table(table, "states", &states) == KEMPE_OK && kempe_table_row_count(states) == VALUES);

@@ -28,12 +28,12 @@ static void older_programs(void)
     run.size = offsetof(kempe_run_options, threads);
     CHECK(simulate(&run) == KEMPE_OK);
     kempe_sensitivity *sensitivity = NULL;
-    const kempe_sensitivity_options ask = {
+    const kempe_sensitivity_options options = {
         .size = offsetof(kempe_sensitivity_options, run), .parameters = "crank", .outputs = "q(crank)", .run = &run};
     kempe_run_options wrong = {.resume = "rows.csv"};
     kempe_sensitivity_options refused = {.parameters = "crank", .run = &wrong};
     CHECK(kempe_sensitivity_new(model, &refused, &sensitivity) == KEMPE_E_ARGUMENT && !sensitivity);
-    CHECK(kempe_sensitivity_new(model, &ask, &sensitivity) == KEMPE_OK);
+    CHECK(kempe_sensitivity_new(model, &options, &sensitivity) == KEMPE_OK);
     kempe_sensitivity_free(sensitivity);
 }
 
@@ -46,12 +46,12 @@ typedef struct longer {
 static void newer_programs(void)
 {
     kempe_kinematics *sweep = NULL;
-    longer ask = {.known = {.size = sizeof ask, .sweep = "crank=0:0.1", .points = 3}};
-    CHECK(kempe_kinematics_new(system_, &ask.known, &sweep) == KEMPE_OK);
+    longer options = {.known = {.size = sizeof options, .sweep = "crank=0:0.1", .points = 3}};
+    CHECK(kempe_kinematics_new(system_, &options.known, &sweep) == KEMPE_OK);
     kempe_kinematics_free(sweep);
     sweep = NULL;
-    ask.added = 1;
-    CHECK(kempe_kinematics_new(system_, &ask.known, &sweep) == KEMPE_E_ARGUMENT && !sweep);
+    options.added = 1;
+    CHECK(kempe_kinematics_new(system_, &options.known, &sweep) == KEMPE_E_ARGUMENT && !sweep);
     CHECK(strstr(kempe_context_message(context), "does not know") != NULL);
 }
 

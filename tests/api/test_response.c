@@ -69,10 +69,10 @@ static void closed_form(double hz, number *y)
     y[REACTION] = ma * s * s * (z / 2 + L / 3 * a);                 /* what carries the end of the upper wishbone */
 }
 
-static kempe_response *respond(const loaded *l, const kempe_response_options *ask)
+static kempe_response *respond(const loaded *l, const kempe_response_options *options)
 {
     kempe_response *r = NULL;
-    kempe_status status = kempe_response_new(l->system, ask, &r);
+    kempe_status status = kempe_response_new(l->system, options, &r);
     if (status != KEMPE_OK)
         printf("%s\n", kempe_context_message(l->context));
     CHECK(status == KEMPE_OK);
@@ -104,8 +104,8 @@ static number answer(const kempe_table *rows, int row, int o)
 static void the_quarter_car_has_its_closed_form(void)
 {
     loaded l = load(0, NULL);
-    const kempe_response_options ask = {.inputs = "drive(road)", .outputs = outputs, .frequencies = "0.2:50:60"};
-    kempe_response *r = respond(&l, &ask);
+    const kempe_response_options options = {.inputs = "drive(road)", .outputs = outputs, .frequencies = "0.2:50:60"};
+    kempe_response *r = respond(&l, &options);
     kempe_table *rows = table_of(r, "rows");
     CHECK(kempe_table_row_count(rows) == 60 && kempe_table_column_count(rows) == 1 + 2 * OUTPUTS);
     double worst[OUTPUTS] = {0};
@@ -189,8 +189,8 @@ static void poles_without_damping_are_told(void)
            hz[2] = {sqrt(2 * d / (b + root)) / (2 * pi), sqrt((b + root) / (2 * a)) / (2 * pi)};
     char range[64];
     (void)snprintf(range, sizeof range, "%.17g:50:30", hz[0]);
-    const kempe_response_options ask = {.inputs = "drive(road)", .outputs = "q(body)", .frequencies = range};
-    kempe_response *r = respond(&l, &ask);
+    const kempe_response_options options = {.inputs = "drive(road)", .outputs = "q(body)", .frequencies = range};
+    kempe_response *r = respond(&l, &options);
     kempe_table *rows = table_of(r, "rows"), *peaks = table_of(r, "peaks");
     int count = kempe_table_row_count(peaks);
     CHECK(isnan(creal(answer(rows, 0, 0))) && isfinite(creal(answer(rows, 1, 0))));
@@ -279,10 +279,10 @@ static void the_state_space_answers_likewise(void)
 }
 
 /* The status, and whether the sentence has these words. */
-static void refuses(const loaded *l, kempe_response_options ask, kempe_status expected, const char *words)
+static void refuses(const loaded *l, kempe_response_options options, kempe_status expected, const char *words)
 {
     kempe_response *r = NULL;
-    CHECK(kempe_response_new(l->system, &ask, &r) == expected && !r);
+    CHECK(kempe_response_new(l->system, &options, &r) == expected && !r);
     CHECK(strstr(kempe_context_message(l->context), words) != NULL);
     if (!strstr(kempe_context_message(l->context), words))
         printf("%s\n", kempe_context_message(l->context));
@@ -333,11 +333,11 @@ static void rounding_beside_a_pole_is_told(void)
     CHECK(kempe_system_new(l.model, &l.system) == KEMPE_OK);
     kempe_context_set_log(l.context, count_warnings, &warnings);
     for (int i = 0; i < 2; i++) {
-        const kempe_response_options ask = {
+        const kempe_response_options options = {
             .inputs = "effort(A)", .outputs = "q(A)", .frequencies = frequencies[i], .linear = 1};
         kempe_response *r = NULL;
         char *json = NULL;
-        CHECK(kempe_response_new(l.system, &ask, &r) == KEMPE_OK);
+        CHECK(kempe_response_new(l.system, &options, &r) == KEMPE_OK);
         CHECK(warnings == i);
         CHECK(kempe_response_print(r, KEMPE_JSON, &json) == KEMPE_OK);
         CHECK(json && strstr(json, i ? "\"result\": \"not converged\"" : "\"result\": \"converged\""));

@@ -57,10 +57,10 @@ static kempe_status write_table(kempe_status status, kempe_table **table)
 static kempe_status lead_rocker(scene *s)
 {
     kempe_kinematics *kinematics = NULL;
-    kempe_kinematics_options ask = {.sweep = "rocker=-1:1:21"};
+    kempe_kinematics_options options = {.sweep = "rocker=-1:1:21"};
     kempe_table *table = NULL;
     char *report = NULL;
-    kempe_status status = kempe_kinematics_new(s->system, &ask, &kinematics);
+    kempe_status status = kempe_kinematics_new(s->system, &options, &kinematics);
     untouched(status, kinematics);
     if (status == KEMPE_STOPPED)
         status = kempe_kinematics_print(kinematics, KEMPE_JSON, &report);
@@ -293,11 +293,11 @@ static kempe_status assemble(scene *s)
     return status;
 }
 
-static kempe_status equilibrium_of(kempe_system *system, const kempe_equilibrium_options *ask)
+static kempe_status equilibrium_of(kempe_system *system, const kempe_equilibrium_options *options)
 {
     kempe_equilibrium *e = NULL;
     char *text = NULL;
-    kempe_status status = kempe_equilibrium_new(system, ask, &e);
+    kempe_status status = kempe_equilibrium_new(system, options, &e);
     CHECK((status == KEMPE_OK) == (e != NULL));
     if (status == KEMPE_OK)
         status = kempe_equilibrium_print(e, KEMPE_TEXT, &text);
@@ -320,8 +320,8 @@ static kempe_status find_equilibria(scene *s)
 
 static kempe_status exchange_unknowns(scene *s)
 {
-    const kempe_equilibrium_options ask = {.target = "position(coupler.C).y=0.4", .solve_for = "rocker"};
-    return equilibrium_of(s->system, &ask);
+    const kempe_equilibrium_options options = {.target = "position(coupler.C).y=0.4", .solve_for = "rocker"};
+    return equilibrium_of(s->system, &options);
 }
 
 /* A model that falls: KEMPE_E_FAILED is what it should say. */
@@ -369,11 +369,11 @@ static kempe_status differentiate(scene *s, const char *method)
 {
     kempe_sensitivity *slopes = NULL;
     kempe_run_options run = {0};
-    kempe_sensitivity_options ask = {
+    kempe_sensitivity_options options = {
         .parameters = "crank,qd.crank", .outputs = "q(rocker),position(coupler.C).x", .method = method, .run = &run};
     run.rtol = 1e-4;
     run.t_end = run.output_step = 0.12;
-    kempe_status status = kempe_sensitivity_new(s->model, &ask, &slopes);
+    kempe_status status = kempe_sensitivity_new(s->model, &options, &slopes);
     kempe_table *table = NULL;
     char *text = NULL;
     untouched(status, slopes);
@@ -400,8 +400,8 @@ static kempe_status differentiate_backwards(scene *s)
 static kempe_status differentiate_state(scene *s, const char *of, const char *at)
 {
     kempe_sensitivity *slopes = NULL;
-    kempe_sensitivity_options ask = {.of = of, .at = at, .parameters = "crank,base"};
-    kempe_status status = kempe_sensitivity_new(s->model, &ask, &slopes);
+    kempe_sensitivity_options options = {.of = of, .at = at, .parameters = "crank,base"};
+    kempe_status status = kempe_sensitivity_new(s->model, &options, &slopes);
     char *text = NULL;
     untouched(status, slopes);
     if (status == KEMPE_OK)
@@ -431,9 +431,9 @@ static kempe_status drive(scene *s)
 {
     static const char *const names[] = {"crank", "base"};
     const double longer[] = {0.35, 0.9}, too_long[] = {0.8, 0.9}, angle = 0.4, across = 1.5;
-    kempe_gradient_options ask = {.parameter_count = 2, .parameters = names, .driven = "crank"};
+    kempe_gradient_options options = {.parameter_count = 2, .parameters = names, .driven = "crank"};
     kempe_gradient *gradient = NULL;
-    kempe_status status = kempe_gradient_new(s->model, &ask, &gradient);
+    kempe_status status = kempe_gradient_new(s->model, &options, &gradient);
     untouched(status, gradient);
     if (status == KEMPE_OK)
         status = kempe_gradient_set(gradient, longer);
@@ -531,7 +531,7 @@ static const char every_input[] = "effort(b),force(b.P.x),drive(a),k";
 
 static kempe_status linearize(scene *s)
 {
-    const kempe_linearize_options ask = {
+    const kempe_linearize_options options = {
         .inputs = every_input, .outputs = "position(b.P).x,qdd,lambda", .independent = "b"};
     kempe_model *model = NULL;
     kempe_system *system = NULL;
@@ -539,7 +539,7 @@ static kempe_status linearize(scene *s)
     char *text = NULL;
     kempe_status status = read_pendulum(s, &model, &system);
     if (status == KEMPE_OK) {
-        status = kempe_linearization_new(system, &ask, &l);
+        status = kempe_linearization_new(system, &options, &l);
         untouched(status, l);
     }
     if (status == KEMPE_OK)
@@ -555,7 +555,7 @@ static kempe_status linearize(scene *s)
 
 static kempe_status respond(scene *s)
 {
-    const kempe_response_options ask = {.inputs = every_input, .outputs = "q(b),energy.total"};
+    const kempe_response_options options = {.inputs = every_input, .outputs = "q(b),energy.total"};
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_table *table = NULL;
@@ -563,7 +563,7 @@ static kempe_status respond(scene *s)
     char *text = NULL;
     kempe_status status = read_pendulum(s, &model, &system);
     if (status == KEMPE_OK) {
-        status = kempe_response_new(system, &ask, &r);
+        status = kempe_response_new(system, &options, &r);
         untouched(status, r);
     }
     if (status == KEMPE_OK)

@@ -50,9 +50,9 @@ static kempe_status roll_shared(scene *s)
 /* Where wheels touch over a shift, told in all ways. */
 static kempe_status shift_wheels(scene *s)
 {
-    const kempe_contact_options ask = {.sweep = "y=-0.001:0.001:2", .law = "fastsim"};
+    const kempe_contact_options options = {.sweep = "y=-0.001:0.001:2", .law = "fastsim"};
     kempe_contacts *table = NULL;
-    kempe_status status = kempe_contacts_new(s->system, &ask, &table);
+    kempe_status status = kempe_contacts_new(s->system, &options, &table);
     untouched(status, table);
     for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
         char *text = NULL;

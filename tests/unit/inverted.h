@@ -29,10 +29,10 @@ PART(power)
 PART(lambda)
 #undef PART
 
-static inline kempe_inverse *invert(const loaded *m, const kempe_inverse_options *ask, kempe_status wanted)
+static inline kempe_inverse *invert(const loaded *m, const kempe_inverse_options *options, kempe_status wanted)
 {
     kempe_inverse *r = NULL;
-    kempe_status status = kempe_inverse_new(m->system, ask, &r);
+    kempe_status status = kempe_inverse_new(m->system, options, &r);
     if (status != wanted)
         printf("status %d: %s\n", status, kempe_context_message(m->context));
     CHECK(status == wanted);

@@ -135,7 +135,7 @@ static double difference(const rows *a, const rows *b, int quantity)
     return off / size;
 }
 
-static const char *const ways[3][2] = {{"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}};
+static const char *const savings[3][2] = {{"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}};
 
 /* On all formulations; `multipliers`: they are unique. */
 static void compare(const char *name, const scene *s, double rtol, double t_end, double tolerance, bool multipliers)
@@ -143,12 +143,12 @@ static void compare(const char *name, const scene *s, double rtol, double t_end,
     if (!s->by[0] || !s->by[1])
         return;
     for (int way = 0; way < 3; way++) {
-        rows a = run(s->by[0], ways[way][0], ways[way][1], rtol, t_end);
-        rows b = run(s->by[1], ways[way][0], ways[way][1], rtol, t_end);
+        rows a = run(s->by[0], savings[way][0], savings[way][1], rtol, t_end);
+        rows b = run(s->by[1], savings[way][0], savings[way][1], rtol, t_end);
         double off[4];
         for (int k = 0; k < 4; k++)
             off[k] = difference(&a, &b, k);
-        printf("   %-22s %-9s q %.1e qd %.1e qdd %.1e lambda %.1e; %ld and %ld steps\n", name, ways[way][way < 2],
+        printf("   %-22s %-9s q %.1e qd %.1e qdd %.1e lambda %.1e; %ld and %ld steps\n", name, savings[way][way < 2],
                off[0], off[1], off[2], off[3], a.report.steps, b.report.steps);
         CHECK(off[0] <= tolerance && off[1] <= tolerance && off[2] <= 10 * tolerance);
         CHECK(!multipliers || off[3] <= 10 * tolerance);
@@ -231,13 +231,13 @@ static void by_the_references(void)
         CHECK(kmp_reference_read(s.by[1], path, &reference) == KEMPE_OK);
         double end = reference.t[reference.rows - 1];
         for (int way = 0; way < 3; way++) {
-            rows r = run(s.by[1], ways[way][0], ways[way][1], 1e-12, end);
+            rows r = run(s.by[1], savings[way][0], savings[way][1], 1e-12, end);
             double off = 0;
             for (int i = 0; i < r.n; i++) {
                 double ref = reference.value[KMP_QUANTITY_Q][(reference.rows - 1) * r.n + i];
                 off = isnan(ref) ? off : fmax(off, fabs(r.value[TIMES - 1][0][i] - ref) / fmax(fabs(ref), 1));
             }
-            printf("   %-45s %-9s %.1e\n", list[e].model, ways[way][way < 2], off);
+            printf("   %-45s %-9s %.1e\n", list[e].model, savings[way][way < 2], off);
             CHECK(off <= list[e].tolerance);
         }
         kmp_samples_free(&reference);
@@ -569,9 +569,9 @@ static void bodies_are_left_where_rounding_shows(void)
                         "forces:\n  s: {joint: c, spring: {stiffness: 20, damping: 8}}\n"
                         "start: {q: {c: 1, d: 1}}\n");
     for (int way = 0; way < 3; way++) {
-        rows a = run(s.by[0], ways[way][0], ways[way][1], 1e-9, 12),
-             b = run(s.by[1], ways[way][0], ways[way][1], 1e-9, 12);
-        printf("   %-9s q %.1e; %ld and %ld steps\n", ways[way][way < 2], difference(&a, &b, 0), a.report.steps,
+        rows a = run(s.by[0], savings[way][0], savings[way][1], 1e-9, 12),
+             b = run(s.by[1], savings[way][0], savings[way][1], 1e-9, 12);
+        printf("   %-9s q %.1e; %ld and %ld steps\n", savings[way][way < 2], difference(&a, &b, 0), a.report.steps,
                b.report.steps);
         CHECK(b.report.by_bodies && b.notes == 1 && a.notes == 0);
         CHECK(difference(&a, &b, 0) < 1e-8 && difference(&a, &b, 2) < 1e-6);

@@ -363,28 +363,29 @@ static void test_tumbling(void)
     static const struct {
         const char *way;
         double rtol, allowed;
-    } ways[] = {{"reduced/integrated", 1e-12, 2e-10},  {"reduced/newton", 1e-12, 2e-10},
-                {"reduced/newton/adams", 1e-11, 1e-6}, {"reduced/newton/bdf", 1e-9, 1e-4},
-                {"reduced/newton/radau5", 1e-9, 1e-5}, {"reduced/newton/radau9", 1e-9, 1e-5},
-                {"reduced/newton/dirk", 1e-8, 1e-4},   {"projected", 1e-12, 2e-10},
-                {"dae/stabilized1", 1e-10, 2e-5},      {"dae/ggl", 1e-9, 1e-4}};
+    } savings[] = {{"reduced/integrated", 1e-12, 2e-10},  {"reduced/newton", 1e-12, 2e-10},
+                   {"reduced/newton/adams", 1e-11, 1e-6}, {"reduced/newton/bdf", 1e-9, 1e-4},
+                   {"reduced/newton/radau5", 1e-9, 1e-5}, {"reduced/newton/radau9", 1e-9, 1e-5},
+                   {"reduced/newton/dirk", 1e-8, 1e-4},   {"projected", 1e-12, 2e-10},
+                   {"dae/stabilized1", 1e-10, 2e-5},      {"dae/ggl", 1e-9, 1e-4}};
     for (size_t j = 0; j < sizeof joints / sizeof *joints; j++)
-        for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
+        for (size_t k = 0; k < sizeof savings / sizeof *savings; k++) {
             kmp_text text = {0};
             double spin, momentum;
             kmp_text_printf(
                 &text,
                 "kempe: 1\nbodies: {a: {joint: {name: J, %s}, mass: 1, inertia: {xx: 1, yy: 2, zz: 3}}}\nstart: {%s}\n",
                 joints[j].joint, joints[j].start);
-            scene s = simulate(text.s, ways[k].way, 30, 0.1, ways[k].rtol);
+            scene s = simulate(text.s, savings[k].way, 30, 0.1, savings[k].rtol);
             CHECK(s.status == KEMPE_OK && last(&s) == 300);
             if (s.t) {
                 tumbling_error(&s, &spin, &momentum);
                 if (getenv("CHARTS_PRINT"))
                     printf("%-20s %-24s w %.2e L %.2e energy %.2e centred %ld steps %ld\n", joints[j].joint,
-                           ways[k].way, spin, momentum, s.t->verdict.drift_rel, s.t->report.centrings,
+                           savings[k].way, spin, momentum, s.t->verdict.drift_rel, s.t->report.centrings,
                            s.t->report.steps);
-                CHECK(spin < ways[k].allowed && momentum < ways[k].allowed && s.t->verdict.drift_rel < ways[k].allowed);
+                CHECK(spin < savings[k].allowed && momentum < savings[k].allowed &&
+                      s.t->verdict.drift_rel < savings[k].allowed);
                 CHECK(s.t->report.centrings > 0);
             }
             scene_free(&s);
@@ -418,9 +419,9 @@ static void test_through_singular_angles(void)
     static const struct {
         const char *way;
         double rtol, allowed;
-    } ways[] = {{"reduced", 1e-12, 1e-10},        {"reduced/newton/dopri5", 1e-10, 1e-8},
-                {"projected", 1e-12, 1e-10},      {"reduced/newton/erk", 1e-11, 1e-8},
-                {"dae/stabilized1", 1e-10, 1e-6}, {"dae/index1", 1e-9, 1e-5}};
+    } savings[] = {{"reduced", 1e-12, 1e-10},        {"reduced/newton/dopri5", 1e-10, 1e-8},
+                   {"projected", 1e-12, 1e-10},      {"reduced/newton/erk", 1e-11, 1e-8},
+                   {"dae/stabilized1", 1e-10, 1e-6}, {"dae/index1", 1e-9, 1e-5}};
     for (int k = 0; k < 2; k++) {
         kmp_text kept = {0}, text = {0};
         matrix expected, r;
@@ -431,19 +432,19 @@ static void test_through_singular_angles(void)
         CHECK(other.status == KEMPE_OK && other.t && other.t->report.centrings == 0);
         if (other.t)
             end_of(&other, expected, v);
-        for (size_t i = 0; other.t && i < sizeof ways / sizeof *ways; i++) {
-            scene s = simulate(text.s, ways[i].way, 1, 0.1, ways[i].rtol);
+        for (size_t i = 0; other.t && i < sizeof savings / sizeof *savings; i++) {
+            scene s = simulate(text.s, savings[i].way, 1, 0.1, savings[i].rtol);
             CHECK(s.status == KEMPE_OK && s.t && s.t->report.centrings > 0);
             if (s.status == KEMPE_OK) {
                 end_of(&s, r, w);
                 if (getenv("CHARTS_PRINT"))
-                    printf("%-24s R %.2e w %.2e energy %.2e centred %ld steps %ld (%ld)\n", ways[i].way,
+                    printf("%-24s R %.2e w %.2e energy %.2e centred %ld steps %ld (%ld)\n", savings[i].way,
                            worst(9, &r[0][0], &expected[0][0]), worst(3, w, v), s.t->verdict.drift_rel,
                            s.t->report.centrings, s.t->report.steps, other.t->report.steps);
                 CHECK(strstr(s.t->log.entries[0].text, "joint 'J' has new angles"));
-                CHECK(worst(9, &r[0][0], &expected[0][0]) < ways[i].allowed);
-                CHECK(worst(3, w, v) < 10 * ways[i].allowed);
-                CHECK(s.t->verdict.drift_rel < 10 * ways[i].allowed);
+                CHECK(worst(9, &r[0][0], &expected[0][0]) < savings[i].allowed);
+                CHECK(worst(3, w, v) < 10 * savings[i].allowed);
+                CHECK(s.t->verdict.drift_rel < 10 * savings[i].allowed);
             }
             scene_free(&s);
         }
@@ -479,7 +480,7 @@ static void carrier_text(kmp_text *text, char a, bool kept)
 
 static void test_carrier(void)
 {
-    static const char *const ways[] = {"reduced", "projected", "reduced/newton/bdf", "dae/stabilized1"};
+    static const char *const savings[] = {"reduced", "projected", "reduced/newton/bdf", "dae/stabilized1"};
     static const double allowed[] = {1e-9, 1e-9, 1e-4, 1e-5}, rtol[] = {1e-12, 1e-12, 1e-9, 1e-10};
     kmp_text kept = {0}, text = {0};
     matrix expected, r;
@@ -489,14 +490,14 @@ static void test_carrier(void)
     scene other = simulate(kept.s, "projected", 1, 0.1, 1e-13);
     CHECK(other.status == KEMPE_OK);
     for (int i = 0; other.t && i < 4; i++) {
-        scene s = simulate(text.s, ways[i], 1, 0.1, rtol[i]);
+        scene s = simulate(text.s, savings[i], 1, 0.1, rtol[i]);
         CHECK(s.status == KEMPE_OK && !s.system->chart_before[0] && s.t && s.t->report.centrings > 0);
         if (s.status == KEMPE_OK) {
             end_of(&other, expected, v);
             end_of(&s, r, w);
             const double *q = kempe_trajectory_q(s.t, last(&s)), *p = kempe_trajectory_q(other.t, last(&other));
             if (getenv("CHARTS_PRINT"))
-                printf("%-24s R %.2e w %.2e wheel %.2e energy %.2e centred %ld\n", ways[i],
+                printf("%-24s R %.2e w %.2e wheel %.2e energy %.2e centred %ld\n", savings[i],
                        worst(9, &r[0][0], &expected[0][0]), worst(3, w, v), fabs(q[3] - p[3]), s.t->verdict.drift_rel,
                        s.t->report.centrings);
             CHECK(worst(9, &r[0][0], &expected[0][0]) < allowed[i] && worst(3, w, v) < 10 * allowed[i]);
@@ -627,19 +628,19 @@ static void test_loop(void)
     static const struct {
         const char *way;
         double rtol, allowed;
-    } ways[] = {{"reduced/integrated", 1e-11, 1e-8},
-                {"reduced/newton", 1e-11, 1e-8},
-                {"projected", 1e-11, 1e-8},
-                {"reduced/newton/adams", 1e-11, 1e-6},
-                {"dae/stabilized1", 1e-10, 1e-5}};
+    } savings[] = {{"reduced/integrated", 1e-11, 1e-8},
+                   {"reduced/newton", 1e-11, 1e-8},
+                   {"projected", 1e-11, 1e-8},
+                   {"reduced/newton/adams", 1e-11, 1e-6},
+                   {"dae/stabilized1", 1e-10, 1e-5}};
     for (int moves = 0; moves < 2; moves++) {
         const char *more = moves ? falling : driven;
         kmp_text cut = {0}, text = {0};
         loop_text(&cut, "spherical: x, at: rocker.Q", false, more);
         loop_text(&text, "spherical: y, at: crank.P", true, more);
         scene other = simulate(cut.s, "projected", 2, 0.1, 1e-12);
-        for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
-            scene s = simulate(text.s, ways[i].way, 2, 0.1, ways[i].rtol);
+        for (size_t i = 0; i < sizeof savings / sizeof *savings; i++) {
+            scene s = simulate(text.s, savings[i].way, 2, 0.1, savings[i].rtol);
             CHECK(s.status == KEMPE_OK && other.status == KEMPE_OK);
             if (s.status == KEMPE_OK && other.status == KEMPE_OK) {
                 double q = 0, qd = 0;
@@ -649,10 +650,10 @@ static void test_loop(void)
                 }
                 if (getenv("CHARTS_PRINT"))
                     printf("%d %-24s q %.2e qd %.2e energy %.2e h %.2e centred %ld (%ld) steps %ld (%ld)\n", moves,
-                           ways[i].way, q, qd, s.t->verdict.drift_rel, s.t->verdict.h_max, s.t->report.centrings,
+                           savings[i].way, q, qd, s.t->verdict.drift_rel, s.t->verdict.h_max, s.t->report.centrings,
                            other.t->report.centrings, s.t->report.steps, other.t->report.steps);
-                CHECK(q < ways[i].allowed && qd < 30 * ways[i].allowed && s.t->report.centrings > 0);
-                CHECK(s.t->verdict.drift_rel < 10 * ways[i].allowed && s.t->verdict.h_max < 1e-10 + ways[i].rtol);
+                CHECK(q < savings[i].allowed && qd < 30 * savings[i].allowed && s.t->report.centrings > 0);
+                CHECK(s.t->verdict.drift_rel < 10 * savings[i].allowed && s.t->verdict.h_max < 1e-10 + savings[i].rtol);
             }
             scene_free(&s);
         }

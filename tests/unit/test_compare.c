@@ -18,7 +18,7 @@ static const double rtols[TOLERANCES] = {1e-3, 1e-5, 1e-7, 1e-9};
 typedef struct table {
     loaded l;
     kempe_comparison c;
-    kmp_method ways[WAYS];
+    kmp_method methods[WAYS];
     kmp_compared runs[WAYS * TOLERANCES];
 } table;
 
@@ -27,22 +27,22 @@ static table *make(const double error[WAYS][TOLERANCES], const double cpu_s[WAYS
 {
     static table t;
     t = (table){.l = load("tests/models/pendulum.yaml"),
-                .ways = {{"reduced", "integrated", "dop853", true, true, NULL},
-                         {"reduced", "newton", "bdf", true, true, NULL},
-                         {"dae", "stabilized1", "ida", true, true, NULL}}};
+                .methods = {{"reduced", "integrated", "dop853", true, true, NULL},
+                            {"reduced", "newton", "bdf", true, true, NULL},
+                            {"dae", "stabilized1", "ida", true, true, NULL}}};
     t.c = (kempe_comparison){.system = t.l.system,
                              .source = "none",
                              .reason = "",
                              .has_reference = true,
                              .uncertainty = {1e-11, 1e-11, NAN, NAN},
-                             .way_count = WAYS,
+                             .method_count = WAYS,
                              .rtol_count = TOLERANCES,
-                             .ways = t.ways,
+                             .methods = t.methods,
                              .count = WAYS * TOLERANCES,
                              .runs = t.runs};
     for (int k = 0; k < WAYS * TOLERANCES; k++) {
         double e = error[k / TOLERANCES][k % TOLERANCES];
-        t.runs[k] = (kmp_compared){.way = &t.ways[k / TOLERANCES],
+        t.runs[k] = (kmp_compared){.method = &t.methods[k / TOLERANCES],
                                    .rtol = rtols[k % TOLERANCES],
                                    .status = e > 0 ? KEMPE_OK : KEMPE_E_FAILED,
                                    .reason = "the reason",
@@ -75,9 +75,9 @@ static int level_of(const table *t, double level)
     return -1;
 }
 
-static int reached(const table *t, int way, double level)
+static int reached(const table *t, int method, double level)
 {
-    return t->c.levels.run[way * t->c.levels.count + level_of(t, level)];
+    return t->c.levels.run[method * t->c.levels.count + level_of(t, level)];
 }
 
 static bool is_said(const kmp_sentences *list, const char *words)
@@ -247,9 +247,9 @@ static void true_error(const loaded *l, const kempe_comparison *c, const char *f
     kmp_samples_limit(&digits, c->t_end);
     CHECK(kmp_times_init(&times, c->t_end, c->t_end, &digits));
     kmp_samples_init(&rows, l->system->n, l->system->m);
-    kmp_run_spec spec = {.formulation = s->way.formulation,
-                         .form = s->way.form,
-                         .integrator = s->way.integrator,
+    kmp_run_spec spec = {.formulation = s->method.formulation,
+                         .form = s->method.form,
+                         .integrator = s->method.integrator,
                          .rtol = s->rtol,
                          .atol = s->rtol,
                          .t_end = c->t_end,
@@ -308,8 +308,8 @@ static loaded load_governor(const char *stiffness, const char *damping)
 
 static bool has_way(const kempe_comparison *c, const char *integrator)
 {
-    for (int w = 0; w < c->way_count; w++)
-        if (strcmp(c->ways[w].integrator, integrator) == 0)
+    for (int w = 0; w < c->method_count; w++)
+        if (strcmp(c->methods[w].integrator, integrator) == 0)
             return true;
     return false;
 }
@@ -322,7 +322,7 @@ static void stiff_models_are_seen(void)
         &l, (kempe_compare_options){.rtols = "1e-3,1e-6,1e-8,1e-10", .formulations = "reduced,dae", .t_end = 0.1});
     CHECK(c && has_way(c, "bdf") && has_way(c, "ida") && c->advice.stiff && c->advice.run >= 0);
     if (c && c->advice.run >= 0) {
-        CHECK(kmp_is_implicit(c->runs[c->advice.run].way));
+        CHECK(kmp_is_implicit(c->runs[c->advice.run].method));
         CHECK(is_said(&c->advice.because, "stiff: dop853 takes"));
     }
     kempe_comparison_free(c);
@@ -392,7 +392,7 @@ static void time_is_bounded(void)
 {
     loaded l = load_text(pendulums);
     kempe_comparison *c = compare(&l, (kempe_compare_options){.rtols = "1e-4,1e-8", .t_end = 2000, .budget_s = 0.05});
-    CHECK(c && c->count == c->way_count * 2 && !c->has_reference);
+    CHECK(c && c->count == c->method_count * 2 && !c->has_reference);
     CHECK(c && is_said(&c->failures, "increase --budget"));
     for (int k = 0; c && k < c->count; k++)
         CHECK(c->runs[k].status == KEMPE_OK || (c->runs[k].left_out && c->runs[k].reason[0]));
@@ -411,10 +411,10 @@ static void runs_stand_as_asked(void)
     kempe_comparison *c =
         compare(&l, (kempe_compare_options){
                         .rtols = "1e-8,1e-4,1e-6", .formulations = "reduced", .integrators = "dop853", .t_end = 0.2});
-    CHECK(c && c->rtol_count == 3 && c->way_count == 2);
+    CHECK(c && c->rtol_count == 3 && c->method_count == 2);
     for (int k = 0; c && k < c->count; k++) {
         const kmp_compared *run = &c->runs[k];
-        CHECK(run->way == &c->ways[k / 3] && run->status == KEMPE_OK);
+        CHECK(run->method == &c->methods[k / 3] && run->status == KEMPE_OK);
         CHECK(k % 3 == 0 ? isnan(run->apart) : run->apart >= 0); /* 1e-8 is the tightest */
     }
     CHECK(c && c->runs[1].apart > c->runs[2].apart);

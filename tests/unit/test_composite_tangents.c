@@ -63,7 +63,7 @@ typedef struct choice {
     uint8_t origin[STATE_MAX], give[STATE_MAX], lump[STATE_MAX];
 } choice;
 
-static void choose_ways(choice *c, int number)
+static void choose_methods(choice *c, int number)
 {
     for (int k = 0; k < STATE_MAX; k++) {
         c->stay[k] = number % 3 && pick(3);
@@ -74,25 +74,25 @@ static void choose_ways(choice *c, int number)
     }
 }
 
-static bool derive(derived *d, const kempe_model *model, choice *c, kmp_tangent_way way, int number)
+static bool derive(derived *d, const kempe_model *model, choice *c, kmp_tangent_method way, int number)
 {
-    kmp_ways ways;
+    kmp_savings savings;
     const size_t n = (size_t)model->motion_count;
-    CHECK(kmp_ways_init(&ways, model));
-    memcpy(ways.stay, c->stay, n);
-    memcpy(ways.about, c->about, n);
-    memcpy(ways.origin, c->origin, n);
-    memcpy(ways.give, c->give, n);
-    memcpy(ways.lump, c->lump, n);
-    ways.by_q = ways.by_qd = way;
+    CHECK(kmp_savings_init(&savings, model));
+    memcpy(savings.stay, c->stay, n);
+    memcpy(savings.about, c->about, n);
+    memcpy(savings.origin, c->origin, n);
+    memcpy(savings.give, c->give, n);
+    memcpy(savings.lump, c->lump, n);
+    savings.by_q = savings.by_qd = way;
     const kmp_scene scene = {.sets = SETS,
-                             .ways = &ways,
+                             .savings = &savings,
                              .keep = number % 2 ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING,
                              .body_inputs = number % 4 < 2,
                              .charted = number % 5 < 3};
     *d = (derived){0};
     kempe_status status = kmp_equations_derive_once(&d->eq, model, &scene);
-    kmp_ways_free(&ways);
+    kmp_savings_free(&savings);
     if (status != KEMPE_OK)
         return false;
     derived_finish(d);
@@ -106,12 +106,12 @@ static void check_both(int number, const kempe_model *model, int *charted)
     derived composite, forward;
     choice c;
     inputs in;
-    choose_ways(&c, number);
+    choose_methods(&c, number);
     choose_inputs(&in);
     if (!derive(&composite, model, &c, KMP_TANGENT_COMPOSITE, number))
         return;
     CHECK(derive(&forward, model, &c, KMP_TANGENT_FORWARD, number));
-    CHECK(composite.eq.ways.by_q == KMP_TANGENT_COMPOSITE && forward.eq.ways.by_qd == KMP_TANGENT_FORWARD);
+    CHECK(composite.eq.savings.by_q == KMP_TANGENT_COMPOSITE && forward.eq.savings.by_qd == KMP_TANGENT_FORWARD);
     state s = random_state_vectors();
     eval(&composite, &in, &s);
     eval(&forward, &in, &s);
@@ -190,7 +190,7 @@ static void check_differences(int number, const kempe_model *model, double toler
     derived d;
     choice c;
     inputs in;
-    choose_ways(&c, number);
+    choose_methods(&c, number);
     choose_inputs(&in);
     if (!derive(&d, model, &c, KMP_TANGENT_COMPOSITE, number))
         return;

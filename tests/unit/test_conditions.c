@@ -23,7 +23,7 @@ static kmp_ref coordinate(const kmp_equations *eq, int k)
     return kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k);
 }
 
-static kmp_ref ask(const kmp_equations *eq, const void *of, int number, kmp_ref difference)
+static kmp_ref options(const kmp_equations *eq, const void *of, int number, kmp_ref difference)
 {
     return kmp_tree_condition(&eq->tree, of, number, difference, 0, NULL, "stop '%s': contact %d", "S", number + 1);
 }
@@ -37,14 +37,15 @@ static void each_graph_has_the_same(void)
     kmp_ref one = KMP_ONE, difference;
     int first = events.count; /* the model's own condition */
     CHECK(first == 1);
-    kmp_ref x = ask(&a, force, 0, coordinate(&a, 0)), y = ask(&a, force, 1, kmp_add(a.graph, coordinate(&a, 0), one));
+    kmp_ref x = options(&a, force, 0, coordinate(&a, 0)),
+            y = options(&a, force, 1, kmp_add(a.graph, coordinate(&a, 0), one));
     CHECK(x == kmp_input(a.graph, KMP_IN_MODE, (uint32_t)first));
     CHECK(y == kmp_input(a.graph, KMP_IN_MODE, (uint32_t)first + 1));
-    CHECK(ask(&a, force, 0, coordinate(&a, 0)) == x && events.count == first + 2);
-    CHECK(ask(&a, s.model, 0, coordinate(&a, 0)) != x && events.count == first + 3);
+    CHECK(options(&a, force, 0, coordinate(&a, 0)) == x && events.count == first + 2);
+    CHECK(options(&a, s.model, 0, coordinate(&a, 0)) != x && events.count == first + 3);
     CHECK(strcmp(events.condition[first + 1].text, "stop 'S': contact 2") == 0);
     CHECK(!kmp_tree_event(&b.tree, first, &difference));
-    CHECK(ask(&b, force, 1, kmp_neg(coordinate(&b, 0))) == kmp_input(b.graph, KMP_IN_MODE, (uint32_t)first + 1));
+    CHECK(options(&b, force, 1, kmp_neg(coordinate(&b, 0))) == kmp_input(b.graph, KMP_IN_MODE, (uint32_t)first + 1));
     CHECK(kmp_tree_event(&b.tree, first + 1, &difference) && difference == kmp_neg(coordinate(&b, 0)));
     CHECK(!kmp_tree_event(&b.tree, first, &difference));
     CHECK(kmp_tree_event(&a.tree, first, &difference) && difference == coordinate(&a, 0));
@@ -62,10 +63,10 @@ static void what_stands_still_is_compared(void)
     kmp_events events = {0};
     kmp_equations a = derive(&s, &events), b = derive(&s, NULL);
     int count = events.count;
-    CHECK(ask(&a, &s, 0, KMP_ONE) == KMP_ZERO && ask(&a, &s, 1, kmp_neg(KMP_ONE)) == KMP_ONE);
+    CHECK(options(&a, &s, 0, KMP_ONE) == KMP_ZERO && options(&a, &s, 1, kmp_neg(KMP_ONE)) == KMP_ONE);
     CHECK(events.count == count);
     kmp_ref q = coordinate(&b, 0);
-    CHECK(ask(&b, &s, 0, q) == kmp_less(b.graph, q, KMP_ZERO));
+    CHECK(options(&b, &s, 0, q) == kmp_less(b.graph, q, KMP_ZERO));
     kmp_equations_free(&a);
     kmp_equations_free(&b);
     kmp_events_free(&events);
@@ -95,15 +96,15 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 }
 
 /* Every hundredth of a second; the report's reason is freed with `check`, which it has to contain. */
-static kmp_run_report run(const loaded *s, const kmp_method *way, double t_end, kempe_status expected,
+static kmp_run_report run(const loaded *s, const kmp_method *method, double t_end, kempe_status expected,
                           const char *reason, last *l)
 {
     enum { MOST = 301 };
     double times[MOST];
     kmp_run_report report;
-    kmp_run_spec spec = {.formulation = way->formulation,
-                         .form = way->form,
-                         .integrator = way->integrator,
+    kmp_run_spec spec = {.formulation = method->formulation,
+                         .form = method->form,
+                         .integrator = method->integrator,
                          .rtol = 1e-9,
                          .t_end = t_end,
                          .times = times,
@@ -115,7 +116,7 @@ static kmp_run_report run(const loaded *s, const kmp_method *way, double t_end, 
     kempe_status status = kmp_run(s->system, &spec, NULL, take_row, l, &report);
     bool said = reason ? report.reason && strstr(report.reason, reason) : !report.reason;
     if (status != expected || !said)
-        printf("  %s %s %s: %d, %s\n", way->formulation, way->form, way->integrator, (int)status,
+        printf("  %s %s %s: %d, %s\n", method->formulation, method->form, method->integrator, (int)status,
                report.reason ? report.reason : kempe_context_message(s->context));
     CHECK(status == expected && said);
     kmp_free(report.reason);
@@ -123,9 +124,9 @@ static kmp_run_report run(const loaded *s, const kmp_method *way, double t_end, 
 }
 
 /* Forms for teaching lose most digits of accelerations. */
-static bool is_exact(const kmp_method *way)
+static bool is_exact(const kmp_method *method)
 {
-    return strcmp(way->formulation, "dae") != 0 || strcmp(way->form, "stabilized1") == 0;
+    return strcmp(method->formulation, "dae") != 0 || strcmp(method->form, "stabilized1") == 0;
 }
 
 /* A bead slides onto a ramp of slope s: its rate (v, 0) becomes v / (1 + s^2) (1, s). It climbs, comes back and stays
@@ -137,13 +138,13 @@ static void rates_jump_as_in_a_plastic_impact(void)
     double a = g * slope / share, up = v / share, t = 1.0 / 3 + 2 * up / a;
     double lost = 0.5 * m * (v * v - share * up * up) + 0.5 * m * slope * slope * up * up;
     loaded s = load("tests/models/ramp.yaml");
-    kmp_method way;
+    kmp_method method;
     CHECK(s.system->switches && s.system->dissipative);
-    for (int k = 0; kmp_way_get(k, &way); k++) {
+    for (int k = 0; kmp_method_get(k, &method); k++) {
         last l;
-        if (!is_exact(&way))
+        if (!is_exact(&method))
             continue;
-        kmp_run_report report = run(&s, &way, 2, KEMPE_OK, NULL, &l);
+        kmp_run_report report = run(&s, &method, 2, KEMPE_OK, NULL, &l);
         CHECK(report.events == 2 && l.rows == 201);
         CHECK_NEAR(l.q[0], -up * (2 - t), 1e-6);
         CHECK_NEAR(l.qd[0], -up, 1e-6);
@@ -158,13 +159,13 @@ static void rates_jump_as_in_a_plastic_impact(void)
 static void a_run_ends_where_a_multiplier_says_so(void)
 {
     loaded s = load("tests/models/hill.yaml");
-    kmp_method way;
-    for (int k = 0; kmp_way_get(k, &way); k++) {
+    kmp_method method;
+    for (int k = 0; kmp_method_get(k, &method); k++) {
         last l;
-        if (!is_exact(&way))
+        if (!is_exact(&method))
             continue;
         kmp_run_report report =
-            run(&s, &way, 3, KEMPE_STOPPED, "the run ends as requested: lambda(track.1) < 0 at t = 0.7542388", &l);
+            run(&s, &method, 3, KEMPE_STOPPED, "the run ends as requested: lambda(track.1) < 0 at t = 0.7542388", &l);
         CHECK(report.ended && report.t == l.t && report.events == 0);
         CHECK_NEAR(l.q[1], (2 + 0.25 / 9.81) / 3, 1e-7);
         CHECK_NEAR(l.lambda[0], 0, 1e-9);
@@ -187,29 +188,29 @@ static loaded falling(const char *from, const char *until)
 
 static void the_first_of_several_ends_it(void)
 {
-    const kmp_method way = {.formulation = "reduced", .form = "integrated", .integrator = "dop853"};
+    const kmp_method method = {.formulation = "reduced", .form = "integrated", .integrator = "dop853"};
     last l;
     loaded s = falling("0.5", "q(S) <= 0");
-    (void)run(&s, &way, 1, KEMPE_STOPPED, "q(S) <= 0 at t = 0.319275428 s", &l);
+    (void)run(&s, &method, 1, KEMPE_STOPPED, "q(S) <= 0 at t = 0.319275428 s", &l);
     CHECK_NEAR(l.t, sqrt(2 * 0.5 / 9.81), 1e-9);
     CHECK_NEAR(l.q[0], 0, 1e-12);
     unload(&s);
     s = falling("10", "q(S) <= 0");
-    (void)run(&s, &way, 1, KEMPE_STOPPED, "t > 0.9 at t = 0.9 s", &l);
+    (void)run(&s, &method, 1, KEMPE_STOPPED, "t > 0.9 at t = 0.9 s", &l);
     CHECK(l.rows == 91 || l.rows == 92);
     unload(&s);
     s = falling("10", "2*q(S) < qd(S)");
-    (void)run(&s, &way, 0.5, KEMPE_OK, NULL, &l);
+    (void)run(&s, &method, 0.5, KEMPE_OK, NULL, &l);
     unload(&s);
 }
 
 /* The row of the start is there, and no step is made. */
 static void what_holds_at_the_start_ends_it_there(void)
 {
-    const kmp_method way = {.formulation = "projected", .form = NULL, .integrator = "dop853"};
+    const kmp_method method = {.formulation = "projected", .form = NULL, .integrator = "dop853"};
     last l;
     loaded s = falling("-0.5", "q(S) < 0");
-    kmp_run_report report = run(&s, &way, 1, KEMPE_STOPPED, "q(S) < 0 at t = 0 s", &l);
+    kmp_run_report report = run(&s, &method, 1, KEMPE_STOPPED, "q(S) < 0 at t = 0 s", &l);
     CHECK(report.steps == 0 && report.ended && l.rows == 1 && l.t == 0);
     unload(&s);
 }

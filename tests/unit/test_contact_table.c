@@ -138,8 +138,8 @@ static void contacts_are_where_surfaces_lie_on_each_other(void)
 {
     loaded l = load(manchester);
     kempe_contacts *table = NULL;
-    const kempe_contact_options ask = {.sweep = "shift=0:10 mm:6"};
-    CHECK(l.system && kempe_contacts_new(l.system, &ask, &table) == KEMPE_OK);
+    const kempe_contact_options options = {.sweep = "shift=0:10 mm:6"};
+    CHECK(l.system && kempe_contacts_new(l.system, &options, &table) == KEMPE_OK);
     int seen = 0;
     for (int row = 0; table && row < table->count; row++)
         for (int w = 0; w < 2; w++)
@@ -162,10 +162,10 @@ static void contacts_are_where_surfaces_lie_on_each_other(void)
 
 /* -- words ---------------------------------------------------------------------------------------------------- */
 
-static void refuses(const loaded *l, kempe_contact_options ask, const char *words)
+static void refuses(const loaded *l, kempe_contact_options options, const char *words)
 {
     kempe_contacts *table = NULL;
-    CHECK(kempe_contacts_new(l->system, &ask, &table) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_contacts_new(l->system, &options, &table) == KEMPE_E_ARGUMENT);
     CHECK(table == NULL);
     if (!strstr(kempe_context_message(l->context), words))
         CHECK_TEXT(kempe_context_message(l->context), words);
@@ -196,8 +196,8 @@ static void beside_the_rails(void)
     static const char *const places[] = {"y=-150 mm", "y=-5"};
     for (int k = 0; k < 2; k++) {
         kempe_contacts *table = NULL;
-        const kempe_contact_options ask = {.sweep = places[k], .hold = "yaw"};
-        CHECK(kempe_contacts_new(l.system, &ask, &table) == KEMPE_E_FAILED);
+        const kempe_contact_options options = {.sweep = places[k], .hold = "yaw"};
+        CHECK(kempe_contacts_new(l.system, &options, &table) == KEMPE_E_FAILED);
         CHECK(table == NULL && strstr(kempe_context_message(l.context), "wheel 'L' left its rail"));
     }
     unload(&l);

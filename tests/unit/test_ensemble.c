@@ -88,10 +88,10 @@ static void scatter(many *x)
     kempe_context_free(x->context);
 }
 
-static void run(many *x, const kmp_run_spec *spec, kmp_ensemble_way way, outcome *out)
+static void run(many *x, const kmp_run_spec *spec, kmp_ensemble_execution execution, outcome *out)
 {
     *out = (outcome){0};
-    CHECK(kmp_ensemble_run(x->ensemble, spec, &way, COUNT, x->values, out->result, out->q, out->qd) == KEMPE_OK);
+    CHECK(kmp_ensemble_run(x->ensemble, spec, &execution, COUNT, x->values, out->result, out->q, out->qd) == KEMPE_OK);
     out->work = kmp_ensemble_get_work(x->ensemble);
 }
 
@@ -132,15 +132,15 @@ static double distance(const many *x, const outcome *a, const outcome *b)
 static void one_mechanism(many x, double t_end, double near, int least_exchanges)
 {
     static outcome first, other;
-    static const kmp_ensemble_way ways[] = {{.width = 1}, {.width = 1, .plain = true},
-                                            {.width = 4}, {.width = 8, .plain = true},
-                                            {.width = 3}, {.width = 4, .plain = true}};
+    static const kmp_ensemble_execution ways[] = {{.width = 1}, {.width = 1, .plain = true},
+                                                  {.width = 4}, {.width = 8, .plain = true},
+                                                  {.width = 3}, {.width = 4, .plain = true}};
     const kmp_run_spec spec = {.rtol = 1e-9, .t_end = t_end};
     if (!x.ensemble) {
         scatter(&x);
         return;
     }
-    run(&x, &spec, (kmp_ensemble_way){.width = 8}, &first);
+    run(&x, &spec, (kmp_ensemble_execution){.width = 8}, &first);
     CHECK(first.work.alone == 0 && first.work.lane_steps > 0);
     long exchanges = 0, rejected = 0;
     for (int i = 0; i < COUNT; i++) {
@@ -156,7 +156,7 @@ static void one_mechanism(many x, double t_end, double near, int least_exchanges
         CHECK(differ(&x, &first, &other) == 0);
         drop(&other);
     }
-    run(&x, &spec, (kmp_ensemble_way){.alone = true}, &other);
+    run(&x, &spec, (kmp_ensemble_execution){.alone = true}, &other);
     double off = distance(&x, &first, &other);
     printf("  %ld steps, %ld exchanges, %d choices; from runs one by one %.2g\n", first.result[0].steps, exchanges,
            first.work.pools, off);
@@ -263,7 +263,7 @@ static void compare_with_models(const char *example, const char *const *names, d
     const kmp_run_spec spec = {.rtol = 1e-9, .t_end = t_end};
     double worst = 0;
     (void)snprintf(path, sizeof path, "%s/examples/%s.yaml", KEMPE_ROOT, example);
-    run(&x, &spec, (kmp_ensemble_way){0}, &out);
+    run(&x, &spec, (kmp_ensemble_execution){0}, &out);
     for (int i = 0; i < COUNT; i += 3) {
         kempe_setting set[MOST];
         char text[MOST][32];
@@ -328,8 +328,8 @@ static void test_what_lanes_cannot(void)
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         many x = gather(cases[k].example, (const char *const[]){cases[k].name, NULL}, 0.01);
         const kmp_run_spec spec = {.rtol = 1e-6, .t_end = cases[k].t_end};
-        run(&x, &spec, (kmp_ensemble_way){0}, &some);
-        run(&x, &spec, (kmp_ensemble_way){.alone = true}, &all);
+        run(&x, &spec, (kmp_ensemble_execution){0}, &some);
+        run(&x, &spec, (kmp_ensemble_execution){.alone = true}, &all);
         CHECK(some.work.alone == COUNT && differ(&x, &some, &all) == 0);
         for (int i = 0; i < COUNT; i++)
             CHECK(some.result[i].why && strcmp(some.result[i].why, cases[k].why) == 0);
@@ -348,10 +348,10 @@ static void test_bad_instances(void)
     static outcome out, other;
     many x = gather("four_bar/four_bar", (const char *const[]){"coupler", "coupler_mass", NULL}, 0.02);
     const kmp_run_spec spec = {.rtol = 1e-8, .t_end = 0.3};
-    run(&x, &spec, (kmp_ensemble_way){0}, &other);
+    run(&x, &spec, (kmp_ensemble_execution){0}, &other);
     x.values[2 * 3] = 0.1;    /* the square root of a negative number */
     x.values[2 * 5 + 1] = -1; /* a mass */
-    run(&x, &spec, (kmp_ensemble_way){0}, &out);
+    run(&x, &spec, (kmp_ensemble_execution){0}, &out);
     CHECK(out.result[3].status == KEMPE_E_INPUT && isnan(out.q[3 * x.n]));
     CHECK_TEXT(out.result[3].reason, "parameter 'across' is not a number: a finite number is expected");
     CHECK(out.result[5].status == KEMPE_E_INPUT);
@@ -380,7 +380,7 @@ static void test_open_loops(void)
     many x = gather_text(text, (const char *const[]){"d", NULL}, 0.02);
     const kmp_run_spec spec = {.rtol = 1e-8, .t_end = 0.1};
     x.values[7] = 5;
-    run(&x, &spec, (kmp_ensemble_way){0}, &out);
+    run(&x, &spec, (kmp_ensemble_execution){0}, &out);
     CHECK(out.result[7].status == KEMPE_E_FAILED && out.result[7].alone && out.work.alone == 1);
     CHECK(out.result[7].reason && strstr(out.result[7].reason, "loop 'E' cannot be closed while holding a"));
     CHECK(out.result[8].status == KEMPE_OK && !out.result[8].alone);
@@ -394,7 +394,7 @@ static void test_interrupt(void)
     many x = gather("four_bar/four_bar", (const char *const[]){"coupler", NULL}, 0.02);
     const kmp_run_spec spec = {.rtol = 1e-8, .t_end = 0.3};
     kempe_context_interrupt(x.context);
-    run(&x, &spec, (kmp_ensemble_way){0}, &out);
+    run(&x, &spec, (kmp_ensemble_execution){0}, &out);
     for (int i = 0; i < COUNT; i++)
         CHECK(out.result[i].status == KEMPE_STOPPED && strcmp(out.result[i].reason, "interrupted") == 0);
     drop(&out);
@@ -407,14 +407,14 @@ static void test_no_memory(void)
     static outcome out, first;
     many x = gather("four_bar/four_bar", (const char *const[]){"coupler", NULL}, 0.02);
     const kmp_run_spec spec = {.rtol = 1e-6, .t_end = 0.1};
-    const kmp_ensemble_way way = {.width = 2, .plain = true};
-    run(&x, &spec, way, &first);
+    const kmp_ensemble_execution execution = {.width = 2, .plain = true};
+    run(&x, &spec, execution, &first);
     int failed = 0;
     kempe_status status = KEMPE_E_MEMORY;
     for (unsigned long n = 1; status == KEMPE_E_MEMORY && n < 100000; n += 1 + n / 6) {
         out = (outcome){0};
         kmp_memory_fail_at(n);
-        status = kmp_ensemble_run(x.ensemble, &spec, &way, COUNT, x.values, out.result, out.q, out.qd);
+        status = kmp_ensemble_run(x.ensemble, &spec, &execution, COUNT, x.values, out.result, out.q, out.qd);
         kmp_memory_fail_at(0);
         failed += status == KEMPE_E_MEMORY;
         if (status == KEMPE_OK)
@@ -423,7 +423,7 @@ static void test_no_memory(void)
             CHECK(strstr(kempe_context_message(x.context), "memory") != NULL);
     }
     CHECK(failed > 10);
-    run(&x, &spec, way, &out);
+    run(&x, &spec, execution, &out);
     CHECK(differ(&x, &first, &out) == 0);
     drop(&first);
     drop(&out);

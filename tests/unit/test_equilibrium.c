@@ -317,8 +317,8 @@ static void a_speed_is_found_for_a_height(void)
         char fix[64];
         kempe_equilibrium *e = NULL;
         (void)snprintf(fix, sizeof fix, "slider=%.17g", height);
-        kempe_equilibrium_options ask = {.rates = "shaft=5", .hold = fix, .solve_for = "qd(shaft)"};
-        CHECK(kempe_equilibrium_new(m.system, &ask, &e) == KEMPE_OK);
+        kempe_equilibrium_options options = {.rates = "shaft=5", .hold = fix, .solve_for = "qd(shaft)"};
+        CHECK(kempe_equilibrium_new(m.system, &options, &e) == KEMPE_OK);
         if (e) {
             CHECK(e->freed_count == 1);
             CHECK_TEXT(e->freed_name[0], "qd(shaft)");
@@ -568,8 +568,8 @@ static void a_length_of_a_loop_is_found(void)
 {
     loaded m = load("examples/double_four_bar/double_four_bar.yaml");
     kempe_equilibrium *e = NULL, *again = NULL;
-    kempe_equilibrium_options ask = {.target = "position(lever.G).y=0.30", .solve_for = "rod"};
-    CHECK(kempe_equilibrium_new(m.system, &ask, &e) == KEMPE_OK);
+    kempe_equilibrium_options options = {.target = "position(lever.G).y=0.30", .solve_for = "rod"};
+    CHECK(kempe_equilibrium_new(m.system, &options, &e) == KEMPE_OK);
     if (!e)
         printf("%s\n", kempe_context_message(m.context));
     if (e) {
@@ -601,8 +601,8 @@ static void a_motor_is_found_for_a_rate(void)
                          "bodies: {a: {joint: {name: A, revolute: z, at: ground}, inertia: {zz: 1}}}\n"
                          "forces: {m: {joint: A, torque: motor}, f: {joint: A, friction: {torque: 3, speed: 0.5}}}\n");
     kempe_equilibrium *e = NULL;
-    kempe_equilibrium_options ask = {.rates = "A=2", .solve_for = "motor"};
-    CHECK(kempe_equilibrium_new(m.system, &ask, &e) == KEMPE_OK);
+    kempe_equilibrium_options options = {.rates = "A=2", .solve_for = "motor"};
+    CHECK(kempe_equilibrium_new(m.system, &options, &e) == KEMPE_OK);
     if (e) {
         CHECK_NEAR(e->balance[0].freed[0], 3 * 2 / sqrt(4.25), 1e-13);
         CHECK(kempe_equilibrium_is_stable(e, 0) == 1);
@@ -622,8 +622,8 @@ static void a_sensor_that_knows_the_parameter(void)
                          "forces: {s: {joint: A, spring: {stiffness: k, rest: 0}}}\n"
                          "sensors: {moment: k*q(A)}\nstart: {q: {A: 1}}\n");
     kempe_equilibrium *e = NULL;
-    kempe_equilibrium_options ask = {.target = "sensor(moment)=6", .solve_for = "k"};
-    CHECK(kempe_equilibrium_new(m.system, &ask, &e) == KEMPE_OK);
+    kempe_equilibrium_options options = {.target = "sensor(moment)=6", .solve_for = "k"};
+    CHECK(kempe_equilibrium_new(m.system, &options, &e) == KEMPE_OK);
     if (e) {
         double q = e->balance[0].q[0];
         CHECK_NEAR(fabs(2 * 9.81 * sin(q)), 6, 1e-12);
@@ -638,10 +638,11 @@ static void a_sensor_that_knows_the_parameter(void)
 
 /* -- none, and mistakes -------------------------------------------------------------------------------- */
 
-static void expect(kempe_system *system, const kempe_equilibrium_options *ask, kempe_status status, const char *words)
+static void expect(kempe_system *system, const kempe_equilibrium_options *options, kempe_status status,
+                   const char *words)
 {
     kempe_equilibrium *e = NULL;
-    CHECK(kempe_equilibrium_new(system, ask, &e) == status && !e);
+    CHECK(kempe_equilibrium_new(system, options, &e) == status && !e);
     const char *said = kempe_context_message(system->context);
     if (!strstr(said, words))
         printf("   expected '%s', said '%s'\n", words, said);
@@ -666,38 +667,38 @@ static void who_pulls_is_told(void)
 static void mistakes_are_told(void)
 {
     loaded m = load("examples/governor/governor.yaml");
-    kempe_equilibrium_options ask = {.rates = "shat=3"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "rates: unknown coordinate 'shat'; did you mean 'shaft'?");
-    ask = (kempe_equilibrium_options){.rates = "shaft=3:4"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "rates: 'shaft' takes one value, not a range");
-    ask = (kempe_equilibrium_options){.rates = "shaft=3,shaft=4"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "rates: 'shaft' is given twice");
-    ask = (kempe_equilibrium_options){.rates = "slider=1"};
-    expect(m.system, &ask, KEMPE_E_FAILED, "no steady motion: 'slider' has the constant rate 1 m/s");
+    kempe_equilibrium_options options = {.rates = "shat=3"};
+    expect(m.system, &options, KEMPE_E_ARGUMENT, "rates: unknown coordinate 'shat'; did you mean 'shaft'?");
+    options = (kempe_equilibrium_options){.rates = "shaft=3:4"};
+    expect(m.system, &options, KEMPE_E_ARGUMENT, "rates: 'shaft' takes one value, not a range");
+    options = (kempe_equilibrium_options){.rates = "shaft=3,shaft=4"};
+    expect(m.system, &options, KEMPE_E_ARGUMENT, "rates: 'shaft' is given twice");
+    options = (kempe_equilibrium_options){.rates = "slider=1"};
+    expect(m.system, &options, KEMPE_E_FAILED, "no steady motion: 'slider' has the constant rate 1 m/s");
     loaded cubic = load_text("kempe: 1\nparameters: {F: 1 N, s: 1 m}\n"
                              "bodies: {a: {joint: {name: S, prismatic: z, at: ground}, mass: 3}}\n"
                              "forces: {k: {joint: S, force: \"-F*(q(S)/s)^3\"}}\n");
-    ask = (kempe_equilibrium_options){.rates = "S=1"}; /* here to first order nothing depends on it */
-    expect(cubic.system, &ask, KEMPE_E_FAILED, "no steady motion: 'S' has the constant rate 1 m/s");
+    options = (kempe_equilibrium_options){.rates = "S=1"}; /* here to first order nothing depends on it */
+    expect(cubic.system, &options, KEMPE_E_FAILED, "no steady motion: 'S' has the constant rate 1 m/s");
     kmp_operating *o = NULL; /* nor is it one to look from */
     CHECK(kmp_operating_new(cubic.system, "equilibrium S=1", NULL, &o) == KEMPE_E_FAILED && !o);
     unload(&cubic);
-    ask = (kempe_equilibrium_options){.solve_for = "qd(shaft)", .hold = "slider=0.5"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "give it (--rates shaft=..)");
-    ask = (kempe_equilibrium_options){.rates = "shaft=5", .solve_for = "K,M,m", .hold = "slider=0.5"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "3 additional unknowns, but 2 additional equations");
-    ask = (kempe_equilibrium_options){.solve_for = "KK", .hold = "slider=0.5"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "KK");
-    ask = (kempe_equilibrium_options){.solve_for = "K", .target = "position(right.middle)=1"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "'position(right.middle)' has 3 components: name one");
-    ask = (kempe_equilibrium_options){.solve_for = "K", .target = "q(slider)=1"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "hold coordinates by --hold");
-    ask = (kempe_equilibrium_options){.solve_for = "K", .target = "position(right.end).x=1"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "end");
-    ask = (kempe_equilibrium_options){.solve_for = "K", .hold = "slider=0.5", .global = 1};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "--global cannot be combined");
-    ask = (kempe_equilibrium_options){.rates = "shaft=5", .solve_for = "c", .hold = "slider=0.6"};
-    expect(m.system, &ask, KEMPE_E_FAILED, "no equilibrium is found for the given unknowns");
+    options = (kempe_equilibrium_options){.solve_for = "qd(shaft)", .hold = "slider=0.5"};
+    expect(m.system, &options, KEMPE_E_ARGUMENT, "give it (--rates shaft=..)");
+    options = (kempe_equilibrium_options){.rates = "shaft=5", .solve_for = "K,M,m", .hold = "slider=0.5"};
+    expect(m.system, &options, KEMPE_E_ARGUMENT, "3 additional unknowns, but 2 additional equations");
+    options = (kempe_equilibrium_options){.solve_for = "KK", .hold = "slider=0.5"};
+    expect(m.system, &options, KEMPE_E_ARGUMENT, "KK");
+    options = (kempe_equilibrium_options){.solve_for = "K", .target = "position(right.middle)=1"};
+    expect(m.system, &options, KEMPE_E_ARGUMENT, "'position(right.middle)' has 3 components: name one");
+    options = (kempe_equilibrium_options){.solve_for = "K", .target = "q(slider)=1"};
+    expect(m.system, &options, KEMPE_E_ARGUMENT, "hold coordinates by --hold");
+    options = (kempe_equilibrium_options){.solve_for = "K", .target = "position(right.end).x=1"};
+    expect(m.system, &options, KEMPE_E_ARGUMENT, "end");
+    options = (kempe_equilibrium_options){.solve_for = "K", .hold = "slider=0.5", .global = 1};
+    expect(m.system, &options, KEMPE_E_ARGUMENT, "--global cannot be combined");
+    options = (kempe_equilibrium_options){.rates = "shaft=5", .solve_for = "c", .hold = "slider=0.6"};
+    expect(m.system, &options, KEMPE_E_FAILED, "no equilibrium is found for the given unknowns");
     unload(&m);
 }
 

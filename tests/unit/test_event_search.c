@@ -56,13 +56,13 @@ static loaded moving(bool swings, const char *force, const char *other, const ch
     return load_text(text);
 }
 
-static kempe_status run(const loaded *s, const kmp_method *way, double rtol, seen *found)
+static kempe_status run(const loaded *s, const kmp_method *method, double rtol, seen *found)
 {
     double times[ROWS];
     kmp_run_report report;
-    kmp_run_spec spec = {.formulation = way->formulation,
-                         .form = way->form,
-                         .integrator = way->integrator,
+    kmp_run_spec spec = {.formulation = method->formulation,
+                         .form = method->form,
+                         .integrator = method->integrator,
                          .rtol = rtol,
                          .t_end = 6,
                          .times = times,
@@ -75,7 +75,7 @@ static kempe_status run(const loaded *s, const kmp_method *way, double rtol, see
     kempe_context_set_log(s->context, take_note, NULL);
     kempe_status status = kmp_run(s->system, &spec, NULL, take_row, found, &report);
     if (status == KEMPE_E_FAILED)
-        printf("  %s %s: %s\n", way->formulation, way->integrator, report.reason ? report.reason : "");
+        printf("  %s %s: %s\n", method->formulation, method->integrator, report.reason ? report.reason : "");
     CHECK(report.events == found->count || found->count == MOST);
     kmp_free(report.reason);
     return status;
@@ -84,13 +84,13 @@ static kempe_status run(const loaded *s, const kmp_method *way, double rtol, see
 /* By every way, at the times given, to `off`. */
 static void changes_at(const loaded *s, int count, const double *t, double rtol, double off)
 {
-    kmp_method way;
+    kmp_method method;
     seen found;
-    for (int k = 0; kmp_way_get(k, &way); k++) {
-        CHECK(run(s, &way, rtol, &found) == KEMPE_OK);
+    for (int k = 0; kmp_method_get(k, &method); k++) {
+        CHECK(run(s, &method, rtol, &found) == KEMPE_OK);
         if (found.count != count)
-            printf("  %s %s %s: %d events instead of %d\n", way.formulation, way.form ? way.form : "", way.integrator,
-                   found.count, count);
+            printf("  %s %s %s: %d events instead of %d\n", method.formulation, method.form ? method.form : "",
+                   method.integrator, found.count, count);
         CHECK(found.count == count);
         for (int i = 0; i < count && i < found.count; i++)
             CHECK_NEAR(found.t[i], t[i], off);
@@ -180,11 +180,11 @@ static void of_a_swing(void)
 /* A condition that ends a run is found in a window too; one that never holds ends nothing. */
 static void ends(void)
 {
-    kmp_method way;
+    kmp_method method;
     seen found;
     loaded s = moving(false, "0", "0", "abs(q(A) - 2) < 1e-4");
-    for (int k = 0; kmp_way_get(k, &way); k++) {
-        CHECK(run(&s, &way, 1e-6, &found) == KEMPE_STOPPED);
+    for (int k = 0; kmp_method_get(k, &method); k++) {
+        CHECK(run(&s, &method, 1e-6, &found) == KEMPE_STOPPED);
         CHECK_NEAR(found.q, 2 - 1e-4, 1e-7);
     }
     unload(&s);
@@ -218,13 +218,13 @@ static const char *const driven = "kempe: 1\n"
  * left out. */
 static void of_a_multiplier(void)
 {
-    kmp_method way;
+    kmp_method method;
     seen found;
     loaded s = load_text(driven);
-    for (int k = 0; kmp_way_get(k, &way); k++) {
-        if (strcmp(way.formulation, "dae") == 0 && strcmp(way.form, "stabilized1") != 0)
+    for (int k = 0; kmp_method_get(k, &method); k++) {
+        if (strcmp(method.formulation, "dae") == 0 && strcmp(method.form, "stabilized1") != 0)
             continue;
-        CHECK(run(&s, &way, 1e-6, &found) == KEMPE_STOPPED);
+        CHECK(run(&s, &method, 1e-6, &found) == KEMPE_STOPPED);
         CHECK_NEAR(found.q, -0.4995, 1e-5);
     }
     unload(&s);

@@ -49,23 +49,23 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 
 enum { TIMES = 401 };
 
-typedef struct way {
+typedef struct method {
     const char *formulation, *form;
     double rtol, error;
 } combination;
 
-static const combination ways[] = {{"reduced", "integrated", 1e-13, 1e-9},
-                                   {"reduced", "newton", 1e-13, 1e-9},
-                                   {"projected", NULL, 1e-13, 1e-9},
-                                   {"dae", "stabilized1", 1e-11, 1e-6}};
-enum { WAYS = sizeof ways / sizeof *ways };
+static const combination methods[] = {{"reduced", "integrated", 1e-13, 1e-9},
+                                      {"reduced", "newton", 1e-13, 1e-9},
+                                      {"projected", NULL, 1e-13, 1e-9},
+                                      {"dae", "stabilized1", 1e-11, 1e-6}};
+enum { WAYS = sizeof methods / sizeof *methods };
 
-static kmp_run_report go(const loaded *s, const combination *way, double t_end, watch *w, kempe_status expected)
+static kmp_run_report go(const loaded *s, const combination *method, double t_end, watch *w, kempe_status expected)
 {
     double times[TIMES];
     kmp_run_report report;
     kmp_run_spec spec = {
-        .formulation = way->formulation, .form = way->form, .rtol = way->rtol, .t_end = t_end, .times = times};
+        .formulation = method->formulation, .form = method->form, .rtol = method->rtol, .t_end = t_end, .times = times};
     for (int k = 0; k < TIMES; k++)
         times[k] = t_end * k / (TIMES - 1);
     spec.time_count = TIMES;
@@ -113,10 +113,10 @@ static void a_mass_bounces(void)
     loaded s = load("tests/models/bounce.yaml");
     for (int k = 0; k < WAYS; k++) {
         watch w = {.expected = bounce, .energy = bounce_energy};
-        kmp_run_report report = go(&s, &ways[k], 3, &w, KEMPE_OK);
-        printf("  %-9s %-8s error %.1e energy %.1e events %ld steps %ld\n", ways[k].formulation,
-               ways[k].form ? ways[k].form : "", w.error, w.drift, report.events, report.steps);
-        CHECK(w.rows == TIMES && w.error < ways[k].error);
+        kmp_run_report report = go(&s, &methods[k], 3, &w, KEMPE_OK);
+        printf("  %-9s %-8s error %.1e energy %.1e events %ld steps %ld\n", methods[k].formulation,
+               methods[k].form ? methods[k].form : "", w.error, w.drift, report.events, report.steps);
+        CHECK(w.rows == TIMES && w.error < methods[k].error);
         CHECK(w.drift < (k < 3 ? 1e-10 : 1e-6));
         CHECK(report.events == 8);
     }
@@ -134,7 +134,7 @@ static void every_way_bounces(void)
 {
     loaded s = load("tests/models/bounce.yaml");
     kmp_method each;
-    for (int k = 0; kmp_way_get(k, &each); k++) {
+    for (int k = 0; kmp_method_get(k, &each); k++) {
         double times[TIMES];
         watch w = {.expected = bounce, .energy = bounce_energy};
         kmp_run_report report;
@@ -168,15 +168,15 @@ static void location_is_what_does_it(void)
     enum { TOLERANCES = 15, FINE = 8 };       /* the last seven are fine: 1e-9 to 1e-12 */
     double kept = 0, kept_fine = 0, gain = 0; /* logarithms of errors: located in tolerances, crossed by located */
     for (int k = 0; k < TOLERANCES; k++) {
-        const combination way = {"reduced", "integrated", pow(10, -5 - 0.5 * k), 0};
+        const combination method = {"reduced", "integrated", pow(10, -5 - 0.5 * k), 0};
         watch a = {.expected = bounce}, b = {.expected = bounce};
-        kmp_run_report with = go(&located, &way, 3, &a, KEMPE_OK), without = go(&crossed, &way, 3, &b, KEMPE_OK);
-        printf("  rtol %.1e located %.1e in %ld evaluations, crossed %.1e in %ld\n", way.rtol, a.error, with.rhs,
+        kmp_run_report with = go(&located, &method, 3, &a, KEMPE_OK), without = go(&crossed, &method, 3, &b, KEMPE_OK);
+        printf("  rtol %.1e located %.1e in %ld evaluations, crossed %.1e in %ld\n", method.rtol, a.error, with.rhs,
                b.error, without.rhs);
         CHECK(with.events == 8 && without.events == 0);
         CHECK((double)without.rhs > 1.5 * (double)with.rhs);
-        kept += log(a.error / way.rtol) / TOLERANCES;
-        kept_fine += k >= FINE ? log(a.error / way.rtol) / (TOLERANCES - FINE) : 0;
+        kept += log(a.error / method.rtol) / TOLERANCES;
+        kept_fine += k >= FINE ? log(a.error / method.rtol) / (TOLERANCES - FINE) : 0;
         gain += log(b.error / a.error) / TOLERANCES;
     }
     printf("  located %.0f tolerances, fine ones %.0f; crossed %.0f times that\n", exp(kept), exp(kept_fine),
@@ -269,10 +269,10 @@ static void a_mass_is_braked(void)
     loaded s = load("tests/models/braked.yaml");
     for (int k = 0; k < WAYS; k++) {
         watch w = {.expected = braked};
-        kmp_run_report report = go(&s, &ways[k], 4, &w, KEMPE_OK);
-        printf("  %-9s %-8s error %.1e events %ld steps %ld\n", ways[k].formulation, ways[k].form ? ways[k].form : "",
-               w.error, report.events, report.steps);
-        CHECK(w.error < ways[k].error);
+        kmp_run_report report = go(&s, &methods[k], 4, &w, KEMPE_OK);
+        printf("  %-9s %-8s error %.1e events %ld steps %ld\n", methods[k].formulation,
+               methods[k].form ? methods[k].form : "", w.error, report.events, report.steps);
+        CHECK(w.error < methods[k].error);
         CHECK(report.events == 3); /* faster than 1, time, slower than 1 */
     }
     unload(&s);
@@ -293,9 +293,9 @@ static void a_pendulum_meets_stops(void)
     long events = 0;
     for (int k = 0; k < WAYS; k++) {
         watch w = {.energy = pendulum_energy};
-        kmp_run_report report = go(&s, &ways[k], 5, &w, KEMPE_OK);
-        printf("  %-9s %-8s energy %.1e events %ld steps %ld\n", ways[k].formulation, ways[k].form ? ways[k].form : "",
-               w.drift, report.events, report.steps);
+        kmp_run_report report = go(&s, &methods[k], 5, &w, KEMPE_OK);
+        printf("  %-9s %-8s energy %.1e events %ld steps %ld\n", methods[k].formulation,
+               methods[k].form ? methods[k].form : "", w.drift, report.events, report.steps);
         CHECK(w.drift < (k < 3 ? 1e-10 : 1e-6));
         events = k == 0 ? report.events : events;
         CHECK(report.events == events && events > 10);
@@ -323,9 +323,9 @@ static void a_loop_meets_a_stop(void)
     const double t_end = 2;
     for (at_way = 0; at_way < WAYS; at_way++) {
         kmp_run_report report;
-        kmp_run_spec spec = {.formulation = ways[at_way].formulation,
-                             .form = ways[at_way].form,
-                             .rtol = ways[at_way].rtol,
+        kmp_run_spec spec = {.formulation = methods[at_way].formulation,
+                             .form = methods[at_way].form,
+                             .rtol = methods[at_way].rtol,
                              .t_end = t_end,
                              .time_count = 1,
                              .times = &t_end};
@@ -333,8 +333,8 @@ static void a_loop_meets_a_stop(void)
         CHECK(kmp_run(s.system, &spec, NULL, take_last, NULL, &report) == KEMPE_OK);
         if (report.reason)
             printf("  %s\n", report.reason);
-        printf("  %-9s %-8s q %.15g events %ld steps %ld\n", ways[at_way].formulation,
-               ways[at_way].form ? ways[at_way].form : "", last_q[at_way], report.events, report.steps);
+        printf("  %-9s %-8s q %.15g events %ld steps %ld\n", methods[at_way].formulation,
+               methods[at_way].form ? methods[at_way].form : "", last_q[at_way], report.events, report.steps);
         CHECK(report.events >= 4);
         CHECK_NEAR(last_q[at_way], last_q[0], at_way < 3 ? 1e-9 : 1e-6);
         kmp_free(report.reason);
@@ -358,9 +358,9 @@ static void events_between_change_points(void)
     long events = 0;
     for (int k = 0; k < WAYS; k++) {
         watch w = {.energy = parallelogram_energy};
-        kmp_run_report report = go(&s, &ways[k], 2, &w, KEMPE_OK);
-        printf("  %-9s %-8s energy %.1e of %.1f events %ld\n", ways[k].formulation, ways[k].form ? ways[k].form : "",
-               w.drift, w.first, report.events);
+        kmp_run_report report = go(&s, &methods[k], 2, &w, KEMPE_OK);
+        printf("  %-9s %-8s energy %.1e of %.1f events %ld\n", methods[k].formulation,
+               methods[k].form ? methods[k].form : "", w.drift, w.first, report.events);
         CHECK(report.events >= 6);
         CHECK(k == 0 || report.events == events);
         CHECK(w.drift < 8 * 5e-7 * w.first); /* eight passages of the zone */
@@ -377,7 +377,7 @@ static void sliding_is_named(void)
     loaded s = load("tests/models/friction.yaml");
     for (int k = 0; k < WAYS; k++) {
         watch w = {0};
-        kmp_run_report report = go(&s, &ways[k], 4, &w, KEMPE_E_FAILED);
+        kmp_run_report report = go(&s, &methods[k], 4, &w, KEMPE_E_FAILED);
         CHECK(report.reason && strstr(report.reason, "'rub': qd(S) < 0 changes back and forth at t = 2"));
         if (report.reason)
             printf("  %s\n", report.reason);
@@ -392,7 +392,7 @@ static void sliding_from_rest_is_named(void)
     loaded s = load("tests/models/friction_loop.yaml");
     for (int k = 0; k < WAYS; k++) {
         watch w = {0};
-        kmp_run_report report = go(&s, &ways[k], 2, &w, KEMPE_E_FAILED);
+        kmp_run_report report = go(&s, &methods[k], 2, &w, KEMPE_E_FAILED);
         CHECK(report.reason && strstr(report.reason, "'rub': qd(A) < 0 changes back and forth"));
         CHECK(report.t < 1e-12);
         kmp_free(report.reason);

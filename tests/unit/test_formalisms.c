@@ -304,43 +304,43 @@ static kempe_model *model_of(kempe_context *context, const char *bodies)
 /* -- ways to write it ---------------------------------------------------------------------------------- */
 
 /* All of them, wherever, at once or after others. */
-static void pick_ways(kmp_ways *ways, const kempe_model *model)
+static void pick_ways(kmp_savings *savings, const kempe_model *model)
 {
     for (int k = 0; k < model->motion_count; k++) {
-        ways->stay[k] = (uint8_t)pick(2);
-        ways->about[k] = (uint8_t)pick(2);
-        ways->origin[k] = (uint8_t)pick(KMP_ORIGINS);
-        ways->give[k] = (uint8_t)pick(KMP_GIVE_ALL + 1);
-        ways->lump[k] = (uint8_t)pick(KMP_GIVE_ALL + 1);
+        savings->stay[k] = (uint8_t)pick(2);
+        savings->about[k] = (uint8_t)pick(2);
+        savings->origin[k] = (uint8_t)pick(KMP_ORIGINS);
+        savings->give[k] = (uint8_t)pick(KMP_GIVE_ALL + 1);
+        savings->lump[k] = (uint8_t)pick(KMP_GIVE_ALL + 1);
     }
     for (int k = 0; k < 4 * model->closure_count; k++)
-        ways->way[k] = (uint8_t)pick(3);
-    *ways->spread = (uint8_t)pick(2);
-    *ways->apart = (uint8_t)pick(2);
+        savings->way[k] = (uint8_t)pick(3);
+    *savings->spread = (uint8_t)pick(2);
+    *savings->apart = (uint8_t)pick(2);
 }
 
 static void check_ways(int number, const kempe_model *model)
 {
     enum { SETS = MOTION | KMP_SET_INVERSE | KMP_SET_ACCELERATION };
-    kmp_ways ways;
-    CHECK(kmp_ways_init(&ways, model));
-    pick_ways(&ways, model);
+    kmp_savings savings;
+    CHECK(kmp_savings_init(&savings, model));
+    pick_ways(&savings, model);
     const bool keep = number % 2;
-    kmp_scene scene = {.sets = SETS, .keep = keep ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING, .ways = &ways};
+    kmp_scene scene = {.sets = SETS, .keep = keep ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING, .savings = &savings};
     scene.scheme = number % 3 ? KMP_SCHEME_COMPOSITE : KMP_SCHEME_NER;
     derived other = {0}, plain;
-    kmp_ways first;
-    CHECK(kmp_ways_init(&first, model));
+    kmp_savings first;
+    CHECK(kmp_savings_init(&first, model));
     if (number % 4 < 2)
-        kmp_ways_copy(&first, &ways, model);
-    memcpy(first.way, ways.way, 4 * (size_t)model->closure_count);
-    scene.ways = &first;
+        kmp_savings_copy(&first, &savings, model);
+    memcpy(first.way, savings.way, 4 * (size_t)model->closure_count);
+    scene.savings = &first;
     bool derives = kmp_equations_derive_once(&other.eq, model, &scene) == KEMPE_OK;
-    scene.ways = &ways;
+    scene.savings = &savings;
     if (derives && number % 4 > 1)
         CHECK(kmp_equations_derive_again(&other.eq, &scene) == KEMPE_OK);
-    kmp_ways_free(&ways);
-    kmp_ways_free(&first);
+    kmp_savings_free(&savings);
+    kmp_savings_free(&first);
     if (!derives)
         return;
     derived_finish(&other);
@@ -386,17 +386,17 @@ static void inputs_agree(void)
     double input[3 * STATE_MAX + 1], plain[STATE_MAX], other[STATE_MAX];
     for (int number = 0; number < MODELS; number += 3) {
         random_model r = model_number(number);
-        kmp_ways ways = {0};
-        CHECK(r.model && kmp_ways_init(&ways, r.model));
-        kmp_scene scene = {.sets = KMP_SET_BIAS, .body_inputs = true, .ways = &ways};
+        kmp_savings savings = {0};
+        CHECK(r.model && kmp_savings_init(&savings, r.model));
+        kmp_scene scene = {.sets = KMP_SET_BIAS, .body_inputs = true, .savings = &savings};
         state s = random_state_vectors();
         for (int k = 0; k < 3 * STATE_MAX + 1; k++)
             input[k] = between(-5, 5);
         bias_of(r.model, &scene, &s, input, plain);
-        pick_ways(&ways, r.model);
+        pick_ways(&savings, r.model);
         bias_of(r.model, &scene, &s, input, other);
         check_close(number, "C with inputs", distance(r.model->motion_count, other, plain), 1e-12);
-        kmp_ways_free(&ways);
+        kmp_savings_free(&savings);
         random_model_free(&r);
     }
 }
@@ -412,9 +412,9 @@ static void ways_agree(void)
 }
 
 /* Operations of M and C together, numbers kept; those at run time alone. */
-static long count_of(const kempe_model *model, const kmp_ways *ways, kmp_ways *found)
+static long count_of(const kempe_model *model, const kmp_savings *savings, kmp_savings *found)
 {
-    kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .keep = KMP_KEEP_NUMBERS, .ways = ways};
+    kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .keep = KMP_KEEP_NUMBERS, .savings = savings};
     kmp_equations eq;
     CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
     const int sizes[2] = {eq.n * eq.n, eq.n};
@@ -422,7 +422,7 @@ static long count_of(const kempe_model *model, const kmp_ways *ways, kmp_ways *f
     kmp_program *p = kmp_program_new(eq.graph, 2, sizes, groups);
     long count = kmp_program_count(p, 1, 2).paper;
     if (found)
-        kmp_ways_copy(found, &eq.ways, model);
+        kmp_savings_copy(found, &eq.savings, model);
     kmp_program_free(p);
     kmp_equations_free(&eq);
     return count;
@@ -440,25 +440,25 @@ static void base_parameters_pay(void)
         "zz: 7, xz: 1}}\n";
     kempe_context *context = kempe_context_new();
     kempe_model *model = model_of(context, bodies);
-    kmp_ways ways = {0}, found = {0};
-    if (!model || !kmp_ways_init(&ways, model) || !kmp_ways_init(&found, model)) {
+    kmp_savings savings = {0}, found = {0};
+    if (!model || !kmp_savings_init(&savings, model) || !kmp_savings_init(&found, model)) {
         CHECK(false);
         return;
     }
-    long plain = count_of(model, &ways, NULL);
-    ways.give[1] = ways.give[2] = KMP_GIVE_ALL;
-    long given = count_of(model, &ways, NULL);
-    ways.lump[1] = ways.lump[2] = KMP_GIVE_ALL;
-    long lumped = count_of(model, &ways, NULL);
-    ways.origin[1] = KMP_ORIGIN_CHILD; /* c hangs on the axis of b */
-    long moved = count_of(model, &ways, NULL);
+    long plain = count_of(model, &savings, NULL);
+    savings.give[1] = savings.give[2] = KMP_GIVE_ALL;
+    long given = count_of(model, &savings, NULL);
+    savings.lump[1] = savings.lump[2] = KMP_GIVE_ALL;
+    long lumped = count_of(model, &savings, NULL);
+    savings.origin[1] = KMP_ORIGIN_CHILD; /* c hangs on the axis of b */
+    long moved = count_of(model, &savings, NULL);
     long best = count_of(model, NULL, &found);
     printf("   %ld operations, %ld %ld %ld with one way more, %ld found\n", plain, given, lumped, moved, best);
     CHECK(given < plain && lumped < given && moved < lumped);
     CHECK(10 * best < 9 * plain);
     CHECK(found.give[1] == KMP_GIVE_ALL && found.lump[2] & KMP_GIVE_MASS);
-    kmp_ways_free(&ways);
-    kmp_ways_free(&found);
+    kmp_savings_free(&savings);
+    kmp_savings_free(&found);
     kempe_model_free(model);
     kempe_context_free(context);
 }
@@ -476,26 +476,26 @@ static void parallel_axes_stay(void)
                                            "  d: {joint: {revolute: z, at: c.P}, mass: 1, com: [3, 2, 0], "
                                            "inertia: {zz: 2}}\n");
     long count[3] = {0, 0, 0};
-    kmp_ways plain = {0}, found = {0};
-    CHECK(model && kmp_ways_init(&plain, model) && kmp_ways_init(&found, model));
+    kmp_savings plain = {0}, found = {0};
+    CHECK(model && kmp_savings_init(&plain, model) && kmp_savings_init(&found, model));
     for (int k = 0; model && k < 3; k++) { /* turning axes, what is found, and that beside turning axes */
-        kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .ways = k == 1 ? NULL : &plain};
+        kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .savings = k == 1 ? NULL : &plain};
         kmp_equations eq;
         CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
-        scene.ways = &found;
+        scene.savings = &found;
         if (k == 2)
             CHECK(kmp_equations_derive_again(&eq, &scene) == KEMPE_OK);
         const int sizes[2] = {eq.n * eq.n, eq.n};
         const kmp_ref *const groups[2] = {eq.mass, eq.bias};
         kmp_program *p = kmp_program_new(eq.graph, 2, sizes, groups);
         count[k] = kmp_program_count(p, 0, 2).paper;
-        CHECK(eq.ways.stay[3] == (k > 0));
-        kmp_ways_copy(&found, &eq.ways, model);
+        CHECK(eq.savings.stay[3] == (k > 0));
+        kmp_savings_copy(&found, &eq.savings, model);
         kmp_program_free(p);
         kmp_equations_free(&eq);
     }
-    kmp_ways_free(&plain);
-    kmp_ways_free(&found);
+    kmp_savings_free(&plain);
+    kmp_savings_free(&found);
     CHECK(count[2] == count[1]);
     printf("   %ld operations, %ld in turning axes\n", count[1], count[0]);
     CHECK(10 * count[1] < 9 * count[0]);

@@ -171,10 +171,10 @@ static void andrews_starts_with_the_published_accelerations(void)
     loaded l = load("examples/andrews/andrews.yaml");
     const double zero = 0;
     last_row row = {0};
-    static const char *const ways[4][2] = {
+    static const char *const methods[4][2] = {
         {"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}, {"dae", "stabilized1"}};
     for (int k = 0; k < 4; k++) {
-        CHECK(run(&l, ways[k][0], ways[k][1], 1e-6, 1e-6, 1, &zero, &row, NULL) == KEMPE_OK);
+        CHECK(run(&l, methods[k][0], methods[k][1], 1e-6, 1e-6, 1, &zero, &row, NULL) == KEMPE_OK);
         CHECK_NEAR(row.qdd[0], 14222.4439199541138705911625887, 1e-10);
         CHECK_NEAR(row.qdd[1], -10666.8329399655854029433719415, 1e-10);
         CHECK_NEAR(row.lambda[0], 98.5668703962410896057654982170, 1e-10);
@@ -187,26 +187,26 @@ static void andrews_starts_with_the_published_accelerations(void)
 
 static void spatial_problems_reach_their_digits(void)
 {
-    static const char *const ways[3][2] = {{"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}};
+    static const char *const methods[3][2] = {{"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}};
     double end = 10;
     last_row row = {0};
     for (int k = 0; k < 3; k++) {
         loaded l = load("tests/models/pendulum.yaml");
-        CHECK(run(&l, ways[k][0], ways[k][1], 1e-12, 10, 1, &end, &row, NULL) == KEMPE_OK);
+        CHECK(run(&l, methods[k][0], methods[k][1], 1e-12, 10, 1, &end, &row, NULL) == KEMPE_OK);
         CHECK_NEAR(-cos(row.q[0]), -0.275087462576116860, 1e-9); /* IFToMM A01 */
         CHECK_NEAR(-sin(row.q[0]), -0.961419205099125064, 1e-9);
         unload(&l);
 
         l = load("tests/models/fourbar2.yaml"); /* Modelica Fourbar2, recomputed in quadruple precision */
         double five = 5;
-        CHECK(run(&l, ways[k][0], ways[k][1], 1e-12, 5, 1, &five, &row, NULL) == KEMPE_OK);
+        CHECK(run(&l, methods[k][0], methods[k][1], 1e-12, 5, 1, &five, &row, NULL) == KEMPE_OK);
         CHECK_NEAR(row.q[0], 40.2420250649953602, 1e-10);
         CHECK_NEAR(row.qd[0], 11.6350069101560833, 1e-9);
         CHECK_NEAR(row.q[1], -0.417541177807820895, 1e-10);
         unload(&l);
 
         l = load("tests/models/bricard.yaml"); /* IFToMM A04: P3 after 10 s; 6 rows of rank 4 */
-        CHECK(run(&l, ways[k][0], ways[k][1], 1e-12, 10, 1, &end, &row, NULL) == KEMPE_OK);
+        CHECK(run(&l, methods[k][0], methods[k][1], 1e-12, 10, 1, &end, &row, NULL) == KEMPE_OK);
         kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
         const double *p3 = kmp_eval_shown(eval, 10, row.q, row.qd, row.qdd, row.lambda);
         CHECK_NEAR(p3[0], 0.999730987303835346, 1e-9);
@@ -221,15 +221,15 @@ static void spatial_problems_reach_their_digits(void)
 static void bennett_keeps_its_closed_form(void)
 {
     loaded l = load("tests/models/bennett.yaml");
-    static const char *const ways[3][2] = {{"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}};
+    static const char *const methods[3][2] = {{"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}};
     double end = 10, alpha = 40 * M_PI / 180, beta = 75 * M_PI / 180, first = 0;
     double k = sin((beta + alpha) / 2) / sin((beta - alpha) / 2);
     last_row row = {0};
-    for (int way = 0; way < 3; way++) {
-        CHECK(run(&l, ways[way][0], ways[way][1], 1e-11, 10, 1, &end, &row, NULL) == KEMPE_OK);
+    for (int method = 0; method < 3; method++) {
+        CHECK(run(&l, methods[method][0], methods[method][1], 1e-11, 10, 1, &end, &row, NULL) == KEMPE_OK);
         CHECK_NEAR(tan(row.q[0] / 2) * tan(row.q[1] / 2), k, 1e-12);
         CHECK_NEAR(row.q[2], -row.q[0], 1e-13);
-        first = way == 0 ? row.q[0] : first;
+        first = method == 0 ? row.q[0] : first;
         CHECK_NEAR(row.q[0], first, 1e-9);
         CHECK(row.q[0] > 20); /* it did turn */
     }
@@ -321,17 +321,17 @@ static void no_choice_of_u_is_silently_wrong(void)
     last_row row = {0};
     int good[2] = {0}, failed[2] = {0};
     for (int u = 0; u < 7; u++)
-        for (int way = 0; way < 4; way++) {
+        for (int method = 0; method < 4; method++) {
             kmp_run_report report;
             kmp_run_spec spec = {.formulation = "reduced",
-                                 .form = way & 1 ? "newton" : "integrated",
+                                 .form = method & 1 ? "newton" : "integrated",
                                  .rtol = 1e-9,
                                  .t_end = end,
                                  .time_count = 1,
                                  .times = &end,
                                  .u = &u,
                                  .u_count = 1,
-                                 .keep_independent = way & 2};
+                                 .keep_independent = method & 2};
             row = (last_row){.s = l.system};
             CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
             kempe_status status = kmp_run(l.system, &spec, NULL, take_row, &row, &report);
@@ -339,8 +339,8 @@ static void no_choice_of_u_is_silently_wrong(void)
                 CHECK_NEAR(row.q[0], 15.810771195153707, 1e-6);
             else
                 CHECK(status == KEMPE_E_FAILED && report.reason && strlen(report.reason) > 20);
-            good[way >> 1] += status == KEMPE_OK;
-            failed[way >> 1] += status != KEMPE_OK;
+            good[method >> 1] += status == KEMPE_OK;
+            failed[method >> 1] += status != KEMPE_OK;
             kmp_free(report.reason);
         }
     printf("  7 choices of u, 2 forms: exchanged %d right, %d failed with a reason; fixed %d and %d\n", good[0],
@@ -422,21 +422,21 @@ static double energy(kmp_evaluator *eval, const last_row *r)
 /* A formulation that goes through a change of mobility at all keeps the energy; the others say where they stopped. */
 static void a_change_of_mobility_swallows_no_energy(void)
 {
-    static const char *const ways[4][2] = {
+    static const char *const methods[4][2] = {
         {"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}, {"dae", "stabilized1"}};
     loaded l = load("tests/models/parallelogram.yaml");
     kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
     int through[4] = {0};
-    for (int way = 0; way < 4; way++)
+    for (int method = 0; method < 4; method++)
         for (int k = 0; k <= 24; k++) {
             last_row first = {0}, last = {0};
             double zero = 0, end = 2, rtol = pow(10, -4 - 0.25 * k);
             char *reason = NULL;
-            CHECK(run(&l, ways[way][0], ways[way][1], rtol, 2, 1, &zero, &first, NULL) != KEMPE_E_BUG);
-            kempe_status status = run(&l, ways[way][0], ways[way][1], rtol, 2, 1, &end, &last, &reason);
+            CHECK(run(&l, methods[method][0], methods[method][1], rtol, 2, 1, &zero, &first, NULL) != KEMPE_E_BUG);
+            kempe_status status = run(&l, methods[method][0], methods[method][1], rtol, 2, 1, &end, &last, &reason);
             CHECK(status == KEMPE_OK);
             CHECK(fabs(energy(eval, &last) - energy(eval, &first)) < 0.2); /* J, of seventeen */
-            through[way] += status == KEMPE_OK;
+            through[method] += status == KEMPE_OK;
             kmp_free(reason);
         }
     printf("  25 tolerances, through: integrated %d, newton %d, projected %d, dae %d\n", through[0], through[1],
@@ -451,22 +451,22 @@ static void stepping_allocates_nothing(void)
     loaded l = load("examples/andrews/andrews.yaml");
     const double times[3] = {0, 0.015, 0.03};
     last_row row = {0};
-    kmp_method way;
-    for (int k = 0; kmp_way_get(k, &way); k++) {
+    kmp_method method;
+    for (int k = 0; kmp_method_get(k, &method); k++) {
         kmp_run_report report;
-        kmp_run_spec spec = {.formulation = way.formulation,
-                             .form = way.form,
-                             .integrator = way.integrator,
+        kmp_run_spec spec = {.formulation = method.formulation,
+                             .form = method.form,
+                             .integrator = method.integrator,
                              .rtol = 1e-8,
                              .t_end = 0.03,
                              .time_count = 3,
                              .times = times,
-                             .keep_independent = strcmp(way.formulation, "reduced") == 0};
+                             .keep_independent = strcmp(method.formulation, "reduced") == 0};
         row = (last_row){.s = l.system};
         CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
         CHECK(kmp_run(l.system, &spec, NULL, take_row, &row, &report) == KEMPE_OK);
         CHECK(row.rows == 3 && row.allocations[1] == row.allocations[0]);
-        CHECK_NEAR(row.q[0], 15.810771195153707, strcmp(way.form, "index3") ? 1e-5 : 1e-2);
+        CHECK_NEAR(row.q[0], 15.810771195153707, strcmp(method.form, "index3") ? 1e-5 : 1e-2);
         kmp_free(report.reason);
     }
     unload(&l);

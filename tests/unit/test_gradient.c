@@ -69,10 +69,10 @@ static double off_at(kempe_gradient *g, const double *values, double angle)
 
 static kempe_gradient *open_gradient(loaded *m, const char *text, int count, const char *const *parameters)
 {
-    kempe_gradient_options ask = {.parameter_count = count, .parameters = parameters, .driven = "crank"};
+    kempe_gradient_options options = {.parameter_count = count, .parameters = parameters, .driven = "crank"};
     kempe_gradient *g = NULL;
     *m = load_text(text);
-    if (kempe_gradient_new(m->model, &ask, &g) != KEMPE_OK)
+    if (kempe_gradient_new(m->model, &options, &g) != KEMPE_OK)
         printf("%s\n", kempe_context_message(m->context));
     CHECK(g != NULL);
     return g;
@@ -176,8 +176,8 @@ static void refuse(const char *text, const char *parameter, const char *driven, 
 {
     loaded m = load_text(text);
     kempe_gradient *g = NULL;
-    kempe_gradient_options ask = {.parameter_count = 1, .parameters = &parameter, .driven = driven};
-    CHECK(kempe_gradient_new(m.model, &ask, &g) == status && g == NULL);
+    kempe_gradient_options options = {.parameter_count = 1, .parameters = &parameter, .driven = driven};
+    CHECK(kempe_gradient_new(m.model, &options, &g) == status && g == NULL);
     CHECK(strstr(kempe_context_message(m.context), word));
     if (!strstr(kempe_context_message(m.context), word))
         printf("%s\n", kempe_context_message(m.context));

@@ -341,8 +341,8 @@ static void least_norm_by_one_dense_system(void)
         write_robot(&m, true, path);
         for (int w = 0; w < 2; w++) {
             double worst = 0, size = 0, other = 0, tau[4];
-            kempe_inverse_options ask = {.actuators = "a1,b1,a2,b2", .motion = path, .weights = words[w]};
-            kempe_inverse *r = invert(&m, &ask, KEMPE_OK);
+            kempe_inverse_options options = {.actuators = "a1,b1,a2,b2", .motion = path, .weights = words[w]};
+            kempe_inverse *r = invert(&m, &options, KEMPE_OK);
             CHECK(r && kempe_inverse_rank(r) == 2 && kempe_inverse_residual(r) < 1e-14);
             for (int row = 0; r && row < r->rows; row += 20) {
                 solve_dense(&m, r, row, weights[w], tau);
@@ -383,8 +383,8 @@ static void too_few_actuators_are_told(void)
 static void out_of_reach_of_the_actuator(void)
 {
     loaded m = load("examples/driven_slider_crank/driven_slider_crank.yaml");
-    kempe_inverse_options ask = {.actuators = "slider", .t_end = 0.5, .output_step = 0.1};
-    kempe_inverse *r = invert(&m, &ask, KEMPE_E_FAILED);
+    kempe_inverse_options options = {.actuators = "slider", .t_end = 0.5, .output_step = 0.1};
+    kempe_inverse *r = invert(&m, &options, KEMPE_E_FAILED);
     CHECK(strstr(kempe_context_message(m.context), "0 of 1"));
     CHECK(r && kempe_inverse_rank(r) == 0 && tau_at(r, 0)[0] == 0 && tau_at(r, 5)[0] == 0);
     for (int row = 1; r && row < 5; row++) {
@@ -395,10 +395,11 @@ static void out_of_reach_of_the_actuator(void)
     unload(&m);
 }
 
-static void expect_failure(const loaded *m, const kempe_inverse_options *ask, kempe_status status, const char *words)
+static void expect_failure(const loaded *m, const kempe_inverse_options *options, kempe_status status,
+                           const char *words)
 {
     kempe_inverse *r = NULL;
-    CHECK(kempe_inverse_new(m->system, ask, &r) == status);
+    CHECK(kempe_inverse_new(m->system, options, &r) == status);
     const char *message = kempe_context_message(m->context);
     if (!strstr(message, words)) {
         printf("wanted '%s' in: %s\n", words, message);

@@ -68,8 +68,8 @@ static double turned(double a, double b)
 static kempe_kinematics *sweep(const loaded *m, const char *drive, const char *hold, kempe_status expected)
 {
     kempe_kinematics *k = NULL;
-    kempe_kinematics_options ask = {.sweep = drive, .hold = hold};
-    kempe_status status = kempe_kinematics_new(m->system, &ask, &k);
+    kempe_kinematics_options options = {.sweep = drive, .hold = hold};
+    kempe_status status = kempe_kinematics_new(m->system, &options, &k);
     if (status != expected)
         printf("%s: %d, %s\n", drive, (int)status, kempe_context_message(m->context));
     CHECK(status == expected);
@@ -189,9 +189,9 @@ static bool keeps_branch(const bars *b, double from, double to, int rows)
     kempe_kinematics *k = NULL;
     char drive[100];
     (void)snprintf(drive, sizeof drive, "A=%.17g:%.17g:%d", from, to, rows);
-    kempe_kinematics_options ask = {.sweep = drive};
+    kempe_kinematics_options options = {.sweep = drive};
     double stop = stop_of(b, from, to);
-    kempe_status status = kempe_kinematics_new(m.system, &ask, &k);
+    kempe_status status = kempe_kinematics_new(m.system, &options, &k);
     bool good = k && status == (stop == to ? KEMPE_OK : KEMPE_STOPPED) && k->change_count == 0;
     for (int row = 0; good && row < k->count; row++) {
         const double *q = q_at(k, row);
@@ -254,8 +254,8 @@ static void speed_scales_rates(void)
 {
     loaded m = load_text(four_bar_text(&crank_rocker, 1));
     kempe_kinematics *slow = sweep(&m, "A=360 deg:0 deg:37", NULL, KEMPE_OK), *fast = NULL;
-    kempe_kinematics_options ask = {.sweep = "A=0:2:5", .speed = "3", .points = 5};
-    CHECK(kempe_kinematics_new(m.system, &ask, &fast) == KEMPE_OK);
+    kempe_kinematics_options options = {.sweep = "A=0:2:5", .speed = "3", .points = 5};
+    CHECK(kempe_kinematics_new(m.system, &options, &fast) == KEMPE_OK);
     CHECK_NEAR(qd_at(fast, 2)[0], 3, 1e-15);
     CHECK_NEAR(qd_at(fast, 2)[2], 3 * solve_four_bar(&crank_rocker, 1).phi1, 1e-13);
     CHECK_NEAR(qdd_at(fast, 2)[2], 9 * solve_four_bar(&crank_rocker, 1).phi2, 1e-13);
@@ -586,12 +586,12 @@ static void legs_stop_together(void)
 
 /* -- what is told ------------------------------------------------------------------------------------ */
 
-static void refused(const loaded *m, kempe_kinematics_options ask, kempe_status status, const char *said)
+static void refused(const loaded *m, kempe_kinematics_options options, kempe_status status, const char *said)
 {
     kempe_kinematics *k = NULL;
-    kempe_status got = kempe_kinematics_new(m->system, &ask, &k);
+    kempe_status got = kempe_kinematics_new(m->system, &options, &k);
     if (got != status || !strstr(kempe_context_message(m->context), said))
-        printf("%s: %s\n", ask.sweep ? ask.sweep : "", kempe_context_message(m->context));
+        printf("%s: %s\n", options.sweep ? options.sweep : "", kempe_context_message(m->context));
     CHECK(got == status && strstr(kempe_context_message(m->context), said) && !k);
 }
 

@@ -146,12 +146,12 @@ static kempe_trajectory *simulate(const kempe_system *system, const way *by, dou
  * keeps it from tipping: 0.05 m above the plane its weight and friction make a moment. */
 static void rough_incline(void)
 {
-    static const way ways[] = {{"reduced", "integrated", "dop853"}, {"reduced", "newton", "dop853"},
-                               {"reduced", "newton", "radau5"},     {"projected", "none", "dop853"},
-                               {"reduced", "newton", "ida"},        {"dae", "stabilized1", "ida"}};
+    static const way savings[] = {{"reduced", "integrated", "dop853"}, {"reduced", "newton", "dop853"},
+                                  {"reduced", "newton", "radau5"},     {"projected", "none", "dop853"},
+                                  {"reduced", "newton", "ida"},        {"dae", "stabilized1", "ida"}};
     loaded l = load_text(rough);
-    for (size_t k = 0; l.system && k < sizeof ways / sizeof *ways; k++) {
-        kempe_trajectory *run = simulate(l.system, &ways[k], 1e-10);
+    for (size_t k = 0; l.system && k < sizeof savings / sizeof *savings; k++) {
+        kempe_trajectory *run = simulate(l.system, &savings[k], 1e-10);
         int last = run ? kempe_trajectory_row_count(run) - 1 : 0;
         CHECK(last == 4);
         for (int row = 0; row <= last && run; row++) {
@@ -216,19 +216,19 @@ static void step(crank *x, double dt)
     x->rate += dt / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3]);
 }
 
-static void guide(void)
+static void prescribed(void)
 {
-    static const way ways[] = {{"reduced", "integrated", "dop853"}, {"reduced", "newton", "dop853"},
-                               {"projected", "none", "dop853"},     {"reduced", "newton", "radau9"},
-                               {"reduced", "newton", "ida"},        {"dae", "stabilized1", "ida"}};
+    static const way savings[] = {{"reduced", "integrated", "dop853"}, {"reduced", "newton", "dop853"},
+                                  {"projected", "none", "dop853"},     {"reduced", "newton", "radau9"},
+                                  {"reduced", "newton", "ida"},        {"dae", "stabilized1", "ida"}};
     loaded l = load("tests/models/guide_friction.yaml");
     crank x = {0.3, 4};
     double acceleration;
     for (int k = 0; k < STEPS; k++)
         step(&x, 2.0 / STEPS);
-    for (size_t k = 0; l.system && k < sizeof ways / sizeof *ways; k++) {
-        bool sharp = strcmp(ways[k].integrator, "dop853") == 0;
-        kempe_trajectory *run = simulate(l.system, &ways[k], sharp ? 1e-12 : 1e-10);
+    for (size_t k = 0; l.system && k < sizeof savings / sizeof *savings; k++) {
+        bool sharp = strcmp(savings[k].integrator, "dop853") == 0;
+        kempe_trajectory *run = simulate(l.system, &savings[k], sharp ? 1e-12 : 1e-10);
         int last = run ? kempe_trajectory_row_count(run) - 1 : 0;
         if (run) {
             CHECK_NEAR(kempe_trajectory_q(run, last)[0], x.phi, sharp ? 1e-9 : 1e-6);
@@ -414,7 +414,7 @@ int main(void)
     TEST(no_solution);
     TEST(articulated);
     TEST(rough_incline);
-    TEST(guide);
+    TEST(prescribed);
     TEST(same_root);
     TEST(not_linear);
     TEST(workspace);

@@ -99,10 +99,10 @@ static void sensitivities_are_differences(void)
 {
     loaded s = load(carrier);
     kempe_sensitivity *slopes = NULL;
-    kempe_sensitivity_options ask = {.parameters = "r",
-                                     .run = &(kempe_run_options){.rtol = 1e-10, .t_end = 0.5, .output_step = 0.25}};
+    kempe_sensitivity_options options = {.parameters = "r",
+                                         .run = &(kempe_run_options){.rtol = 1e-10, .t_end = 0.5, .output_step = 0.25}};
     double plus[MOST], minus[MOST], step = 1e-5;
-    CHECK(kempe_sensitivity_new(s.model, &ask, &slopes) == KEMPE_OK);
+    CHECK(kempe_sensitivity_new(s.model, &options, &slopes) == KEMPE_OK);
     end_at(step, plus);
     end_at(-step, minus);
     for (int i = 0; slopes && i < 5; i++)

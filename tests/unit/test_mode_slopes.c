@@ -18,8 +18,8 @@ typedef struct rig {
     kempe_system *system;
     kmp_linear linear;
     kmp_slopes *slopes;
-    kmp_bend bend;
-    kmp_shift shift;
+    kmp_second_derivatives bend;
+    kmp_state_sensitivity shift;
     kmp_spectrum spectrum;
     kmp_mode_slopes modes;
     int count, n, p;
@@ -75,8 +75,8 @@ static bool open_rig(rig *r, loaded m, const char *names, bool equilibrium)
                 r->values[k] = m.model->parameters[i].number.value;
     CHECK(kmp_linear_init(&r->linear, r->system, "native") == KEMPE_OK);
     CHECK(kmp_slopes_new(r->system, "native", r->count, r->names, false, &r->slopes) == KEMPE_OK);
-    CHECK(kmp_bend_init(&r->bend, r->system, kmp_backend_find("native"), r->count, r->names) == KEMPE_OK);
-    CHECK(kmp_shift_init(&r->shift, r->system, r->count, r->names) == KEMPE_OK);
+    CHECK(kmp_second_derivatives_init(&r->bend, r->system, kmp_backend_find("native"), r->count, r->names) == KEMPE_OK);
+    CHECK(kmp_state_sensitivity_init(&r->shift, r->system, r->count, r->names) == KEMPE_OK);
     bool ok = kmp_operating_new(r->system, equilibrium ? NULL : "start", NULL, &start) == KEMPE_OK &&
               kmp_operating_take(start, &r->linear, NULL, 0) == KEMPE_OK;
     if (!ok)
@@ -94,8 +94,8 @@ static bool open_rig(rig *r, loaded m, const char *names, bool equilibrium)
     memcpy(r->q, r->linear.q, (size_t)r->n * sizeof *r->q);
     memcpy(r->lambda, r->linear.lambda, (size_t)r->system->m * sizeof *r->lambda);
     solve_modes(r);
-    r->status =
-        kmp_shift_at(&r->shift, &r->linear, r->slopes, equilibrium ? KMP_KEEP_EQUILIBRIUM : KMP_KEEP_RATES, NULL, NULL);
+    r->status = kmp_state_sensitivity_at(&r->shift, &r->linear, r->slopes,
+                                         equilibrium ? KMP_KEEP_EQUILIBRIUM : KMP_KEEP_RATES, NULL, NULL);
     if (r->status == KEMPE_OK)
         CHECK(kmp_mode_slopes_init(&r->modes, &r->linear, &r->bend, &r->shift, &r->spectrum) == KEMPE_OK);
     return r->status == KEMPE_OK;
@@ -105,8 +105,8 @@ static void close_rig(rig *r)
 {
     kmp_mode_slopes_free(&r->modes);
     kmp_spectrum_free(&r->spectrum);
-    kmp_shift_free(&r->shift);
-    kmp_bend_free(&r->bend);
+    kmp_state_sensitivity_free(&r->shift);
+    kmp_second_derivatives_free(&r->bend);
     kmp_slopes_free(r->slopes);
     kmp_linear_free(&r->linear);
     kempe_system_free(r->system);

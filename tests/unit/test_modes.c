@@ -23,10 +23,10 @@ static double cell(const kempe_modes *modes, const char *name, int row, const ch
     return value;
 }
 
-static kempe_modes *modes_of(const loaded *m, kempe_modes_options ask)
+static kempe_modes *modes_of(const loaded *m, kempe_modes_options options)
 {
     kempe_modes *modes = NULL;
-    kempe_status status = kempe_modes_new(m->system, &ask, &modes);
+    kempe_status status = kempe_modes_new(m->system, &options, &modes);
     if (status != KEMPE_OK)
         printf("%s\n", kempe_context_message(m->context));
     CHECK(status == KEMPE_OK && modes);
@@ -175,13 +175,13 @@ static double apart(const kmp_modes *a, const kmp_modes *b, bool zeros)
 /* Every dependent coordinate takes the place of the first independent one that it can. How many could. */
 static int compare_choices(const loaded *m)
 {
-    kmp_station *station = NULL;
+    kmp_operating_family *family = NULL;
     kmp_modes first = {0};
     int wish[MOST], tried = 0;
-    CHECK(kmp_station_new(m->system, &(kmp_station_ask){0}, &station) == KEMPE_OK);
-    CHECK(kmp_station_go(station, 0, &first) == KEMPE_OK);
-    station->ask.wish = wish;
-    station->ask.wish_count = first.p;
+    CHECK(kmp_operating_family_new(m->system, &(kmp_operating_family_options){0}, &family) == KEMPE_OK);
+    CHECK(kmp_operating_family_go(family, 0, &first) == KEMPE_OK);
+    family->options.wish = wish;
+    family->options.wish_count = first.p;
     for (int k = 0; k < first.n; k++) {
         bool independent = false, done = false;
         for (int i = 0; i < first.p; i++)
@@ -190,7 +190,7 @@ static int compare_choices(const loaded *m)
             kmp_modes other = {0};
             memcpy(wish, first.u, (size_t)first.p * sizeof *wish);
             wish[i] = k;
-            done = kmp_station_go(station, 0, &other) == KEMPE_OK;
+            done = kmp_operating_family_go(family, 0, &other) == KEMPE_OK;
             if (!done)
                 continue;
             CHECK(memcmp(other.u, first.u, (size_t)first.p * sizeof *wish) != 0);
@@ -202,7 +202,7 @@ static int compare_choices(const loaded *m)
         }
     }
     kmp_modes_free(&first);
-    kmp_station_free(station);
+    kmp_operating_family_free(family);
     return tried;
 }
 
@@ -229,11 +229,11 @@ static void undamped_ones_are_on_the_axis(void)
     int tried = 0;
     for (size_t k = 0; k < sizeof paths / sizeof *paths; k++) {
         loaded m = load(paths[k]);
-        kmp_station *station = NULL;
+        kmp_operating_family *family = NULL;
         kmp_modes modes;
-        if (kmp_station_new(m.system, &(kmp_station_ask){0}, &station) == KEMPE_OK &&
-            kmp_station_go(station, 0, &modes) == KEMPE_OK) {
-            const kmp_linear *l = &station->linear;
+        if (kmp_operating_family_new(m.system, &(kmp_operating_family_options){0}, &family) == KEMPE_OK &&
+            kmp_operating_family_go(family, 0, &modes) == KEMPE_OK) {
+            const kmp_linear *l = &family->linear;
             kmp_spectrum s;
             CHECK(kmp_spectrum_init(&s, l->p, l->mass, NULL, l->damping, l->stiffness, true) == 0);
             for (int c = 0; c < s.count; c++) {
@@ -246,7 +246,7 @@ static void undamped_ones_are_on_the_axis(void)
             kmp_spectrum_free(&s);
             kmp_modes_free(&modes);
         }
-        kmp_station_free(station);
+        kmp_operating_family_free(family);
         unload(&m);
     }
     CHECK(tried >= 3);
@@ -348,31 +348,31 @@ static double skew(const kmp_linear *l)
  * choice of u, though y or roll may be one. */
 static void rigid_wheels_do_not_depend_on_u(const loaded *m, int zeros)
 {
-    kmp_station *station = NULL;
+    kmp_operating_family *family = NULL;
     kmp_modes first = {0}, other = {0};
     int y = coordinate_named(m, "y"), roll = coordinate_named(m, "roll"), wish[MOST];
-    CHECK(kmp_station_new(m->system, &(kmp_station_ask){.word = "start"}, &station) == KEMPE_OK);
-    CHECK(kmp_station_go(station, 0, &first) == KEMPE_OK);
+    CHECK(kmp_operating_family_new(m->system, &(kmp_operating_family_options){.word = "start"}, &family) == KEMPE_OK);
+    CHECK(kmp_operating_family_go(family, 0, &first) == KEMPE_OK);
     memcpy(wish, first.u, (size_t)first.p * sizeof *wish);
     for (int i = 0; i < first.p; i++)
         wish[i] = wish[i] == y ? roll : wish[i];
     CHECK(memcmp(wish, first.u, (size_t)first.p * sizeof *wish) != 0);
-    station->ask.wish = wish;
-    station->ask.wish_count = first.p;
-    CHECK(kmp_station_go(station, 0, &other) == KEMPE_OK);
-    CHECK(skew(&station->linear) > 1e-6);
-    CHECK(left_over(&station->linear, &other.spectrum, false) < 1e-11);
-    CHECK(left_over(&station->linear, &other.spectrum, true) < 1e-11);
-    CHECK(off_one(&station->linear, &other.spectrum) < 1e-9);
+    family->options.wish = wish;
+    family->options.wish_count = first.p;
+    CHECK(kmp_operating_family_go(family, 0, &other) == KEMPE_OK);
+    CHECK(skew(&family->linear) > 1e-6);
+    CHECK(left_over(&family->linear, &other.spectrum, false) < 1e-11);
+    CHECK(left_over(&family->linear, &other.spectrum, true) < 1e-11);
+    CHECK(off_one(&family->linear, &other.spectrum) < 1e-9);
     printf("  %d modes, skew %.1e, left over %.1e and %.1e, off one %.1e, apart %.1e\n", other.count,
-           skew(&station->linear), left_over(&station->linear, &other.spectrum, false),
-           left_over(&station->linear, &other.spectrum, true), off_one(&station->linear, &other.spectrum),
+           skew(&family->linear), left_over(&family->linear, &other.spectrum, false),
+           left_over(&family->linear, &other.spectrum, true), off_one(&family->linear, &other.spectrum),
            far_apart(&first, &other));
     CHECK(first.spectrum.zeros == zeros && other.spectrum.zeros == zeros && !other.spectrum.conservative);
     CHECK(far_apart(&first, &other) <= 1e-9 && far_apart(&other, &first) <= 1e-9);
     kmp_modes_free(&first);
     kmp_modes_free(&other);
-    kmp_station_free(station);
+    kmp_operating_family_free(family);
 }
 
 static void forces_of_multipliers_leave_u_free(void)
@@ -599,7 +599,7 @@ static void buckling_is_found_by_halves(void)
 static void what_is_asked_wrongly_is_told(void)
 {
     static const struct {
-        kempe_modes_options ask;
+        kempe_modes_options options;
         kempe_status status;
         const char *word;
     } cases[] = {{{.at = "strat"}, KEMPE_E_ARGUMENT, "'strat'"},
@@ -618,7 +618,7 @@ static void what_is_asked_wrongly_is_told(void)
     loaded m = load("examples/quarter_car/quarter_car.yaml");
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         kempe_modes *modes = NULL;
-        CHECK(kempe_modes_new(m.system, &cases[k].ask, &modes) == cases[k].status && !modes);
+        CHECK(kempe_modes_new(m.system, &cases[k].options, &modes) == cases[k].status && !modes);
         bool said = strstr(kempe_context_message(m.context), cases[k].word) != NULL;
         if (!said)
             printf("%s\n", kempe_context_message(m.context));

@@ -329,23 +329,23 @@ static double eigenvalues_off(rig *r, const kmp_spectrum *at, const kmp_mode_slo
 static double check_eigenvalues(rig *r)
 {
     kmp_spectrum spectrum;
-    kmp_bend bend;
-    kmp_shift shift;
+    kmp_second_derivatives bend;
+    kmp_state_sensitivity shift;
     kmp_mode_slopes slopes;
     double worst = 0;
     if (!solve(r, &spectrum))
         return -1;
-    CHECK(kmp_bend_init(&bend, r->system, kmp_backend_find("tape"), PARAMETERS, names) == KEMPE_OK);
-    CHECK(kmp_shift_init(&shift, r->system, PARAMETERS, names) == KEMPE_OK);
-    CHECK(kmp_shift_at(&shift, &r->linear, r->slopes, KMP_KEEP_RATES, NULL, NULL) == KEMPE_OK);
+    CHECK(kmp_second_derivatives_init(&bend, r->system, kmp_backend_find("tape"), PARAMETERS, names) == KEMPE_OK);
+    CHECK(kmp_state_sensitivity_init(&shift, r->system, PARAMETERS, names) == KEMPE_OK);
+    CHECK(kmp_state_sensitivity_at(&shift, &r->linear, r->slopes, KMP_KEEP_RATES, NULL, NULL) == KEMPE_OK);
     CHECK(kmp_mode_slopes_init(&slopes, &r->linear, &bend, &shift, &spectrum) == KEMPE_OK);
     for (int k = 0; k < PARAMETERS; k++) {
         double off = eigenvalues_off(r, &spectrum, &slopes, k);
         worst = off <= worst ? worst : off;
     }
     kmp_mode_slopes_free(&slopes);
-    kmp_shift_free(&shift);
-    kmp_bend_free(&bend);
+    kmp_state_sensitivity_free(&shift);
+    kmp_second_derivatives_free(&bend);
     kmp_spectrum_free(&spectrum);
     return worst;
 }

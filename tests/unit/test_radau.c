@@ -53,11 +53,11 @@ static void check_numbers(kmp_radau_method m)
         CHECK_NEAR(sum, pow(x == 10 ? m.c[0] : 0.15 * x, s), 1e-13);
     }
     double h = 1e-6;
-    CHECK_NEAR(kmp_radau_bend(&m, 0), 0, 1e-300);
-    CHECK_NEAR(kmp_radau_bend(&m, 1), 0, 1e-14);
-    CHECK_NEAR(kmp_radau_bend(&m, h) / h, 1, 1e-4);
+    CHECK_NEAR(kmp_radau_weight(&m, 0), 0, 1e-300);
+    CHECK_NEAR(kmp_radau_weight(&m, 1), 0, 1e-14);
+    CHECK_NEAR(kmp_radau_weight(&m, h) / h, 1, 1e-4);
     for (int i = 0; i < s; i++)
-        CHECK_NEAR((kmp_radau_bend(&m, m.c[i] + h) - kmp_radau_bend(&m, m.c[i] - h)) / (2 * h), 0, 1e-8);
+        CHECK_NEAR((kmp_radau_weight(&m, m.c[i] + h) - kmp_radau_weight(&m, m.c[i] - h)) / (2 * h), 0, 1e-8);
 }
 
 static void test_numbers(void)

@@ -190,7 +190,7 @@ static kempe_comparison *compare(const kempe_system *system, const char *rtols, 
 static int find_run(const kempe_comparison *c, const char *formulation, double rtol)
 {
     for (int k = 0; k < c->count; k++)
-        if (strcmp(c->runs[k].way->formulation, formulation) == 0 && fabs(c->runs[k].rtol - rtol) < 0.1 * rtol)
+        if (strcmp(c->runs[k].method->formulation, formulation) == 0 && fabs(c->runs[k].rtol - rtol) < 0.1 * rtol)
             return k;
     return -1;
 }
@@ -199,9 +199,9 @@ static int find_run(const kempe_comparison *c, const char *formulation, double r
 static void check_ranges(const kempe_comparison *c, const kmp_record *r, double t_end)
 {
     const kmp_compared *run = &c->runs[r->run];
-    kmp_run_spec spec = {.formulation = run->way->formulation,
-                         .form = run->way->form,
-                         .integrator = run->way->integrator,
+    kmp_run_spec spec = {.formulation = run->method->formulation,
+                         .form = run->method->form,
+                         .integrator = run->method->integrator,
                          .rtol = run->rtol,
                          .atol = run->rtol,
                          .t_end = t_end};
@@ -257,7 +257,7 @@ static void runs_are_watched(void)
     CHECK(count == 3 && shown[0] == c->advice.run);
     for (int k = 0; k < count; k++)
         for (int i = 0; i < k; i++)
-            CHECK(strcmp(c->runs[shown[k]].way->formulation, c->runs[shown[i]].way->formulation) != 0);
+            CHECK(strcmp(c->runs[shown[k]].method->formulation, c->runs[shown[i]].method->formulation) != 0);
     kempe_comparison_free(c);
     unload(&l);
 }
@@ -310,7 +310,7 @@ static void drawing_of_a_slider(void)
     loaded l = load("examples/spatial_slider_crank/spatial_slider_crank.yaml");
     kmp_drawing d;
     CHECK(kmp_drawing_init(&d, l.model, 1000));
-    CHECK(d.body_count == l.model->body_count && d.guide_count == 1);
+    CHECK(d.body_count == l.model->body_count && d.slide_count == 1);
     bool slides = false;
     for (int k = 0; k < d.mark_count; k++)
         slides = slides || (d.marks[k].marks & KMP_MARK_SLIDE);

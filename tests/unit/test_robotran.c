@@ -382,7 +382,7 @@ static void every_file_of_robotran(void)
 }
 
 /* Operations of some sets as one program. */
-static long operations(const kempe_model *model, const char *const *names, int count, kmp_tangent_way way)
+static long operations(const kempe_model *model, const char *const *names, int count, kmp_tangent_method way)
 {
     const kmp_scene scene = {.keep = KMP_KEEP_NUMBERS, .loops_alone = true, .tangents = way};
     unsigned sets = 0;

@@ -34,14 +34,14 @@ static int take(void *user, double t, const double *q, const double *qd, const d
     return 0;
 }
 
-static void run(const kempe_system *system, const kmp_method *way)
+static void run(const kempe_system *system, const kmp_method *method)
 {
     static double times[ROWS];
     judge j = {0};
     kmp_run_report report = {0};
-    kmp_run_spec spec = {.formulation = way->formulation,
-                         .form = way->form,
-                         .integrator = way->integrator,
+    kmp_run_spec spec = {.formulation = method->formulation,
+                         .form = method->form,
+                         .integrator = method->integrator,
                          .rtol = 1e-8,
                          .t_end = 0.5,
                          .times = times,
@@ -50,8 +50,8 @@ static void run(const kempe_system *system, const kmp_method *way)
         times[k] = 0.5 * k / (ROWS - 1);
     CHECK(kmp_run_resolve(system, &spec) == KEMPE_OK);
     CHECK(kmp_run(system, &spec, NULL, take, &j, &report) == KEMPE_OK);
-    printf("  %-9s %-8s %-8s error %.1e energy %.1e steps %ld\n", way->formulation, way->form, way->integrator, j.error,
-           j.drift, report.steps);
+    printf("  %-9s %-8s %-8s error %.1e energy %.1e steps %ld\n", method->formulation, method->form, method->integrator,
+           j.error, j.drift, report.steps);
     CHECK(j.rows == ROWS && report.steps < ROWS / 2);
     CHECK(j.error < 1e-5 && j.drift < 1e-5);
     kmp_free(report.reason);
@@ -61,7 +61,7 @@ static void rows_between_steps_are_right(void)
 {
     loaded l = load_text(text);
     kmp_method each;
-    for (int k = 0; l.system && kmp_way_get(k, &each); k++)
+    for (int k = 0; l.system && kmp_method_get(k, &each); k++)
         if (strcmp(each.form, "index3") != 0)
             run(l.system, &each);
     unload(&l);

@@ -55,12 +55,12 @@ static void period_of_a_pendulum(void)
     kempe_model *model = read_model(c, text, NULL, 0);
     for (int method = 0; method < 2; method++) {
         kempe_run_options run = {0};
-        kempe_sensitivity_options ask = {
+        kempe_sensitivity_options options = {
             .outputs = "q(a),qd(a)", .method = method ? "adjoint" : "forward", .run = &run};
         kempe_sensitivity *s = NULL;
         run.rtol = 1e-12;
         run.t_end = quarter;
-        CHECK(kempe_sensitivity_new(model, &ask, &s) == KEMPE_OK);
+        CHECK(kempe_sensitivity_new(model, &options, &s) == KEMPE_OK);
         int last = s->rows - 1;
         CHECK(fabs(kmp_sensitivity_value(s, last, 0)) < 1e-10);
         for (int p = 0; p < 3; p++) {
@@ -163,13 +163,13 @@ static kempe_sensitivity *find(kempe_context *context, kempe_model *model, const
 {
     kempe_sensitivity *s = NULL;
     kempe_run_options run = {0};
-    kempe_sensitivity_options ask = {
+    kempe_sensitivity_options options = {
         .parameters = x->parameters, .outputs = x->outputs, .method = method, .integral = integral, .run = &run};
     run.rtol = 1e-12;
     run.t_end = x->t_end;
     run.output_step = x->t_end;
     run.integrator = x->integrator;
-    kempe_status status = kempe_sensitivity_new(model, &ask, &s);
+    kempe_status status = kempe_sensitivity_new(model, &options, &s);
     if (status != KEMPE_OK)
         printf("%s\n", kempe_context_message(context));
     CHECK(status == KEMPE_OK);
@@ -395,11 +395,11 @@ static void angles_that_are_kept(void)
         kempe_context *c = kempe_context_new();
         kempe_model *model = read_model(c, text, NULL, 0);
         kempe_sensitivity *s = NULL;
-        kempe_sensitivity_options ask = {.outputs = k == 3 ? "energy.kinetic" : "qd(S.2)",
-                                         .method = k == 1 ? "adjoint" : "forward",
-                                         .integral = k > 1,
-                                         .run = &(kempe_run_options){.t_end = 1}};
-        CHECK(kempe_sensitivity_new(model, &ask, &s) == (k == 2 ? KEMPE_E_FAILED : KEMPE_OK));
+        kempe_sensitivity_options options = {.outputs = k == 3 ? "energy.kinetic" : "qd(S.2)",
+                                             .method = k == 1 ? "adjoint" : "forward",
+                                             .integral = k > 1,
+                                             .run = &(kempe_run_options){.t_end = 1}};
+        CHECK(kempe_sensitivity_new(model, &options, &s) == (k == 2 ? KEMPE_E_FAILED : KEMPE_OK));
         CHECK(k != 2 || strstr(kempe_context_message(c), "spherical joint 'S' approach their singular position"));
         kempe_sensitivity_free(s);
         kempe_model_free(model);
@@ -438,12 +438,12 @@ static void change_points(void)
         kempe_context *c = kempe_context_new();
         (void)snprintf(text, sizeof text, flat, k ? "1" : "g");
         kempe_model *model = read_model(c, text, NULL, 0);
-        kempe_sensitivity_options ask = {.parameters = "g",
-                                         .outputs = "q(a)",
-                                         .method = k ? "adjoint" : "forward",
-                                         .run = &(kempe_run_options){.t_end = 3}};
+        kempe_sensitivity_options options = {.parameters = "g",
+                                             .outputs = "q(a)",
+                                             .method = k ? "adjoint" : "forward",
+                                             .run = &(kempe_run_options){.t_end = 3}};
         kempe_sensitivity *s = NULL;
-        CHECK(kempe_sensitivity_new(model, &ask, &s) == KEMPE_E_FAILED);
+        CHECK(kempe_sensitivity_new(model, &options, &s) == KEMPE_E_FAILED);
         CHECK(strstr(kempe_context_message(c), sentence[0]) && strstr(kempe_context_message(c), sentence[k + 1]));
         kempe_sensitivity_free(s);
         kempe_model_free(model);
@@ -458,11 +458,11 @@ static void expect(const char *text, const kempe_sensitivity_options *asked, kem
     kempe_context *c = kempe_context_new();
     kempe_model *model = read_model(c, text, NULL, 0);
     kempe_sensitivity *s = NULL;
-    kempe_sensitivity_options ask = *asked;
+    kempe_sensitivity_options options = *asked;
     kempe_run_options run = asked->run ? *asked->run : (kempe_run_options){0};
     run.t_end = 0.1;
-    ask.run = &run;
-    CHECK(kempe_sensitivity_new(model, &ask, &s) == status && !s);
+    options.run = &run;
+    CHECK(kempe_sensitivity_new(model, &options, &s) == status && !s);
     if (!strstr(kempe_context_message(c), sentence))
         CHECK_TEXT(kempe_context_message(c), sentence);
     kempe_model_free(model);

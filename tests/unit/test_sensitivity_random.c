@@ -74,12 +74,12 @@ static kempe_sensitivity *find(const kempe_model *model, const char *method)
 {
     kempe_sensitivity *s = NULL;
     kempe_run_options run = {0};
-    kempe_sensitivity_options ask = {
+    kempe_sensitivity_options options = {
         .parameters = "a,b", .outputs = method ? "q" : "q,qd", .method = method, .run = &run};
     run.rtol = 1e-11;
     run.t_end = T_END;
     run.output_step = T_END;
-    if (kempe_sensitivity_new(model, &ask, &s) == KEMPE_OK)
+    if (kempe_sensitivity_new(model, &options, &s) == KEMPE_OK)
         return s;
     kempe_sensitivity_free(s);
     return NULL;

@@ -118,18 +118,18 @@ static void check_window(const window *x, double rtol)
     open_scene(&s, text);
     for (int method = 0; method < 2; method++) {
         kempe_sensitivity *found = NULL;
-        kempe_sensitivity_options ask = {.parameters = "k,f",
-                                         .outputs = "q(A)",
-                                         .method = method ? "adjoint" : "forward",
-                                         .run = &(kempe_run_options){.rtol = rtol, .t_end = window_end}};
+        kempe_sensitivity_options options = {.parameters = "k,f",
+                                             .outputs = "q(A)",
+                                             .method = method ? "adjoint" : "forward",
+                                             .run = &(kempe_run_options){.rtol = rtol, .t_end = window_end}};
         s.warnings = 0;
-        CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_OK);
+        CHECK(kempe_sensitivity_new(s.model, &options, &found) == KEMPE_OK);
         int last = found->rows - 1;
         double off = fabs(kmp_sensitivity_value(found, last, 0) - end);
         for (int p = 0; p < 2; p++)
             off = fmax(off, fabs(kmp_sensitivity_slope(found, last, 0, p) - exact[p]) / (1 + fabs(exact[p])));
         if (!(off <= 100 * rtol) && s.warnings == 0)
-            printf("  c = %g, w = %g, %s: off by %.2g without a word\n", x->c, x->w, ask.method, off);
+            printf("  c = %g, w = %g, %s: off by %.2g without a word\n", x->c, x->w, options.method, off);
         CHECK(off <= 100 * rtol || s.warnings > 0);
         kempe_sensitivity_free(found);
     }
@@ -157,7 +157,7 @@ static const char cart_pole[] =
 static double slope_of_cart(scene *s, const char *method, double t_end, double rtol, int once, const char *wanted)
 {
     kempe_sensitivity *found = NULL;
-    kempe_sensitivity_options ask = {
+    kempe_sensitivity_options options = {
         .parameters = "m",
         .outputs = "q(x)",
         .method = method,
@@ -165,7 +165,7 @@ static double slope_of_cart(scene *s, const char *method, double t_end, double r
     char *json = NULL;
     s->warnings = 0;
     s->words[0] = '\0';
-    CHECK(kempe_sensitivity_new(s->model, &ask, &found) == KEMPE_OK);
+    CHECK(kempe_sensitivity_new(s->model, &options, &found) == KEMPE_OK);
     CHECK(kempe_sensitivity_print(found, KEMPE_JSON, &json) == KEMPE_OK);
     CHECK(json && strstr(json, wanted) != NULL);
     double slope = kmp_sensitivity_slope(found, found->rows - 1, 0, 0);
@@ -202,15 +202,15 @@ static void an_error_is_told_with_its_size(void)
         scene s = {.context = kempe_context_new()};
         kempe_sensitivity *found = NULL, *truth = NULL;
         kempe_run_options run = {.rtol = rtol[k], .t_end = 5};
-        kempe_sensitivity_options ask = {.parameters = "base", .outputs = "lambda(C)", .run = &run};
+        kempe_sensitivity_options options = {.parameters = "base", .outputs = "lambda(C)", .run = &run};
         CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &s.model) == KEMPE_OK);
         kempe_context_set_log(s.context, listen, &s);
-        CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_OK);
+        CHECK(kempe_sensitivity_new(s.model, &options, &found) == KEMPE_OK);
         CHECK(s.warnings == (k == 0));
         const char *at = strstr(s.words, "has a relative error of ");
         run.rtol = 1e-11;
         run.no_convergence_check = 1;
-        CHECK(kempe_sensitivity_new(s.model, &ask, &truth) == KEMPE_OK);
+        CHECK(kempe_sensitivity_new(s.model, &options, &truth) == KEMPE_OK);
         double worst = 0;
         for (int c = 0; found && truth && c < 2; c++) {
             double size = 0;
@@ -236,9 +236,9 @@ static void checkpoints_are_refused(void)
     for (int k = 0; k < 2; k++) {
         kempe_sensitivity *found = NULL;
         kempe_run_options run = {.t_end = 1};
-        kempe_sensitivity_options ask = {.parameters = "m", .outputs = "q(x)", .run = &run};
+        kempe_sensitivity_options options = {.parameters = "m", .outputs = "q(x)", .run = &run};
         *(k ? &run.resume : &run.checkpoint) = "run.csv";
-        CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_E_ARGUMENT);
+        CHECK(kempe_sensitivity_new(s.model, &options, &found) == KEMPE_E_ARGUMENT);
         CHECK(strstr(kempe_context_message(s.context), "sensitivities have no checkpoints"));
     }
     close_scene(&s);
@@ -283,10 +283,10 @@ static void an_interrupt_ends_it(void)
         scene s;
         open_scene(&s, cart_pole);
         kempe_sensitivity *found = NULL;
-        kempe_sensitivity_options ask = {
+        kempe_sensitivity_options options = {
             .parameters = "m", .outputs = "q(x)", .method = methods[k], .run = &(kempe_run_options){.t_end = 60}};
         kempe_context_interrupt(s.context);
-        CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_STOPPED);
+        CHECK(kempe_sensitivity_new(s.model, &options, &found) == KEMPE_STOPPED);
         kempe_sensitivity_free(found);
         close_scene(&s);
     }

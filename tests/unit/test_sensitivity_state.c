@@ -27,24 +27,24 @@ enum { MOST = 64 };
 
 /* One row of `of` with a parameter set to a value (NULL: as it is). */
 static kempe_sensitivity *ask_of(loaded *m, const char *text, const kempe_setting *set,
-                                 const kempe_sensitivity_options *ask)
+                                 const kempe_sensitivity_options *options)
 {
     kempe_sensitivity *s = NULL;
     *m = (loaded){.context = kempe_context_new()};
     CHECK(kempe_model_read_text_set(m->context, text, "model.yaml", set, set != NULL, &m->model) == KEMPE_OK);
-    if (m->model && kempe_sensitivity_new(m->model, ask, &s) != KEMPE_OK)
+    if (m->model && kempe_sensitivity_new(m->model, options, &s) != KEMPE_OK)
         printf("%s\n", kempe_context_message(m->context));
     CHECK(s && s->rows == 1 && s->columns <= MOST);
     return s;
 }
 
-static void values_at(const char *text, const kempe_sensitivity_options *ask, const char *name, double x,
+static void values_at(const char *text, const kempe_sensitivity_options *options, const char *name, double x,
                       double *values)
 {
     char digits[32];
     loaded m;
     (void)snprintf(digits, sizeof digits, "%.17g", x);
-    kempe_sensitivity *s = ask_of(&m, text, &(kempe_setting){name, digits}, ask);
+    kempe_sensitivity *s = ask_of(&m, text, &(kempe_setting){name, digits}, options);
     for (int c = 0; s && c < s->columns; c++)
         values[c] = kmp_sensitivity_value(s, 0, c);
     kempe_sensitivity_free(s);
@@ -52,10 +52,10 @@ static void values_at(const char *text, const kempe_sensitivity_options *ask, co
 }
 
 /* Every column by every parameter, beside the largest of the columns of the same kind (by the best step). */
-static void against_differences(const char *text, kempe_sensitivity_options ask, double within)
+static void against_differences(const char *text, kempe_sensitivity_options options, double within)
 {
     loaded m;
-    kempe_sensitivity *s = ask_of(&m, text, NULL, &ask);
+    kempe_sensitivity *s = ask_of(&m, text, NULL, &options);
     double worst = 0;
     for (int k = 0; s && k < s->count; k++) {
         const char *name = s->name[k];
@@ -68,8 +68,8 @@ static void against_differences(const char *text, kempe_sensitivity_options ask,
         (void)sscanf(strstr(text, key) + strlen(key), "%lf", &x);
         for (double step = 1e-3 * x; step > 5e-6 * x; step /= 10) {
             double up[MOST], down[MOST], off = 0;
-            values_at(text, &ask, name, x + step, up);
-            values_at(text, &ask, name, x - step, down);
+            values_at(text, &options, name, x + step, up);
+            values_at(text, &options, name, x - step, down);
             for (int c = 0; c < columns; c++)
                 off = check_max(off, fabs((up[c] - down[c]) / (2 * step) - kmp_sensitivity_slope(s, 0, c, k)));
             best = fmin(best, off / size);
@@ -77,7 +77,7 @@ static void against_differences(const char *text, kempe_sensitivity_options ask,
         worst = check_max(worst, best);
         CHECK(best < within);
     }
-    printf("   %s at %s: off by %.1e\n", ask.of, ask.at ? ask.at : "equilibrium", worst);
+    printf("   %s at %s: off by %.1e\n", options.of, options.at ? options.at : "equilibrium", worst);
     kempe_sensitivity_free(s);
     unload(&m);
 }
@@ -100,12 +100,12 @@ static void what_is_asked_of_a_four_bar(void)
         1e-8);
 }
 
-static void refuse(const char *text, kempe_sensitivity_options ask, kempe_status status, const char *word)
+static void refuse(const char *text, kempe_sensitivity_options options, kempe_status status, const char *word)
 {
     loaded m = {.context = kempe_context_new()};
     kempe_sensitivity *s = NULL;
     CHECK(kempe_model_read_text(m.context, text, "model.yaml", &m.model) == KEMPE_OK);
-    CHECK(kempe_sensitivity_new(m.model, &ask, &s) == status && s == NULL);
+    CHECK(kempe_sensitivity_new(m.model, &options, &s) == status && s == NULL);
     CHECK(strstr(kempe_context_message(m.context), word));
     if (!strstr(kempe_context_message(m.context), word))
         printf("%s\n", kempe_context_message(m.context));

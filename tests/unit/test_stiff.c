@@ -59,13 +59,13 @@ static int take(void *user, double t, const double *q, const double *qd, const d
     return 0;
 }
 
-typedef struct way {
+typedef struct method {
     const char *formulation, *integrator;
     double rtol;
-} way;
+} method;
 
 /* Steps taken; the worst difference to the digits of the model as it is in *worst. */
-static long run(const char *stiffness, way w, double *worst)
+static long run(const char *stiffness, method w, double *worst)
 {
     loaded l = load_text(governor(stiffness));
     judge j = {0};
@@ -88,7 +88,7 @@ static long run(const char *stiffness, way w, double *worst)
     return report.steps;
 }
 
-static void check_way(way w, double most)
+static void check_way(method w, double most)
 {
     double worst, other;
     long steps = run("K: 8e5, c: 4e4", w, &worst), stiffer = run("K: 8e7, c: 4e6", w, &other);
@@ -102,11 +102,11 @@ static void test_governor(void)
 {
     for (int k = 0; k < 2; k++) {
         double rtol = k ? 1e-12 : 1e-10;
-        check_way((way){"reduced", "bdf", rtol}, 1e-7);
-        check_way((way){"dae", "ida", rtol}, 1e-7);
-        check_way((way){"reduced", "ida", rtol}, 1e-7);
-        check_way((way){"reduced", "radau5", rtol}, 100 * rtol);
-        check_way((way){"reduced", "radau9", rtol}, 1000 * rtol);
+        check_way((method){"reduced", "bdf", rtol}, 1e-7);
+        check_way((method){"dae", "ida", rtol}, 1e-7);
+        check_way((method){"reduced", "ida", rtol}, 1e-7);
+        check_way((method){"reduced", "radau5", rtol}, 100 * rtol);
+        check_way((method){"reduced", "radau9", rtol}, 1000 * rtol);
     }
 }
 
@@ -125,28 +125,28 @@ static int take_rod(void *user, double t, const double *q, const double *qd, con
 
 static void test_elastic_rod(void)
 {
-    static const way ways[] = {{"reduced", "bdf", 1e-10},
-                               {"reduced", "ida", 1e-10},
-                               {"dae", "ida", 1e-10},
-                               {"reduced", "radau5", 1e-10},
-                               {"reduced", "radau9", 1e-10}};
+    static const method methods[] = {{"reduced", "bdf", 1e-10},
+                                     {"reduced", "ida", 1e-10},
+                                     {"dae", "ida", 1e-10},
+                                     {"reduced", "radau5", 1e-10},
+                                     {"reduced", "radau9", 1e-10}};
     static const double most[] = {1e-5, 1e-5, 1e-5, 2e-6, 1e-7}, end = 1;
-    for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
+    for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
         loaded l = load("tests/models/elastic_rod.yaml");
         judge j = {0};
         kmp_run_report report = {0};
-        kmp_run_spec spec = {.formulation = ways[k].formulation,
-                             .integrator = ways[k].integrator,
-                             .rtol = ways[k].rtol,
+        kmp_run_spec spec = {.formulation = methods[k].formulation,
+                             .integrator = methods[k].integrator,
+                             .rtol = methods[k].rtol,
                              .t_end = 1,
                              .time_count = 1,
                              .times = &end};
         CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
         CHECK(kmp_run(l.system, &spec, NULL, take_rod, &j, &report) == KEMPE_OK);
         printf("  elastic rod, %-9s %-6s rtol %.0e: off %.1e, %ld steps, %ld exchanges\n", spec.form,
-               ways[k].integrator, ways[k].rtol, j.worst, report.steps, report.exchanges);
+               methods[k].integrator, methods[k].rtol, j.worst, report.steps, report.exchanges);
         CHECK(j.row == 1 && j.worst <= most[k]);
-        CHECK(strcmp(ways[k].formulation, "reduced") != 0 || report.exchanges > 0);
+        CHECK(strcmp(methods[k].formulation, "reduced") != 0 || report.exchanges > 0);
         kmp_free(report.reason);
         unload(&l);
     }

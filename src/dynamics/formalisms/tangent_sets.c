@@ -8,7 +8,7 @@ typedef struct both_ways {
 } both_ways;
 
 /* Chooses the requested variant, or the one in which all requested sets have the fewest operations. */
-static bool choose_ways(kmp_equations *eq, unsigned sets, const both_ways *b)
+static bool choose_methods(kmp_equations *eq, unsigned sets, const both_ways *b)
 {
     kmp_ref *other = KMP_GRAPH_NEW(eq->graph, kmp_ref, kmp_equations_most_outputs(eq));
     const bool q = sets & (KMP_SET_INVERSE_Q | KMP_SET_CLOSED_Q), qd = sets & KMP_SET_INVERSE_QD;
@@ -19,31 +19,31 @@ static bool choose_ways(kmp_equations *eq, unsigned sets, const both_ways *b)
     if (other)
         others = kmp_equations_outputs(eq, sets & ~(unsigned)(KMP_TANGENT_SETS | KMP_SET_CLOSED), other);
     bool ok = other && kmp_tangents_choose(eq->graph, others, other, eq->n * eq->n, by_q, by_qd, &choice);
-    eq->ways.by_q = choice.by_q ? KMP_TANGENT_FORWARD : KMP_TANGENT_COMPOSITE;
-    eq->ways.by_qd = choice.by_qd ? KMP_TANGENT_FORWARD : KMP_TANGENT_COMPOSITE;
+    eq->savings.by_q = choice.by_q ? KMP_TANGENT_FORWARD : KMP_TANGENT_COMPOSITE;
+    eq->savings.by_qd = choice.by_qd ? KMP_TANGENT_FORWARD : KMP_TANGENT_COMPOSITE;
     return ok;
 }
 
 static bool derive_both_ways(kmp_equations *eq, const kmp_tree *tree, const kmp_forces *forces, unsigned sets,
                              const both_ways *b, kmp_ref *qdd)
 {
-    kmp_ways *ways = &eq->ways;
-    const bool open = ways->by_q == KMP_TANGENT_SHORTER || ways->by_qd == KMP_TANGENT_SHORTER;
+    kmp_savings *savings = &eq->savings;
+    const bool open = savings->by_q == KMP_TANGENT_SHORTER || savings->by_qd == KMP_TANGENT_SHORTER;
     if (open)
-        ways->by_q = ways->by_qd = KMP_TANGENT_SHORTER;
+        savings->by_q = savings->by_qd = KMP_TANGENT_SHORTER;
     for (int k = 0; k < eq->n; k++)
         qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
-    if (ways->by_q != KMP_TANGENT_FORWARD || ways->by_qd != KMP_TANGENT_FORWARD)
+    if (savings->by_q != KMP_TANGENT_FORWARD || savings->by_qd != KMP_TANGENT_FORWARD)
         kmp_tangents_composite(tree, qdd, forces, b->by_q[0], b->by_qd[0]);
-    if (ways->by_q != KMP_TANGENT_COMPOSITE)
+    if (savings->by_q != KMP_TANGENT_COMPOSITE)
         kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_Q, eq->n, b->by_q[1]);
-    if (ways->by_qd != KMP_TANGENT_COMPOSITE)
+    if (savings->by_qd != KMP_TANGENT_COMPOSITE)
         kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_QD, eq->n, b->by_qd[1]);
-    if (kmp_graph_failed(eq->graph) || (open && !choose_ways(eq, sets, b)))
+    if (kmp_graph_failed(eq->graph) || (open && !choose_methods(eq, sets, b)))
         return false;
     for (int k = 0; k < eq->n * eq->n; k++) {
-        eq->inverse_q[k] = b->by_q[ways->by_q == KMP_TANGENT_FORWARD][k];
-        eq->inverse_qd[k] = b->by_qd[ways->by_qd == KMP_TANGENT_FORWARD][k];
+        eq->inverse_q[k] = b->by_q[savings->by_q == KMP_TANGENT_FORWARD][k];
+        eq->inverse_qd[k] = b->by_qd[savings->by_qd == KMP_TANGENT_FORWARD][k];
     }
     return true;
 }

@@ -22,7 +22,7 @@ static bool is_upright(const kempe_model *model, int k)
 }
 
 /* The number of points that move with body b and whose positions closures and forces use. */
-static int points_asked_for(const kempe_model *model, int b)
+static int requested_points(const kempe_model *model, int b)
 {
     int count = 0;
     for (int k = 0; k < 2; k++) {
@@ -54,7 +54,7 @@ bool kmp_tree_chart_before(const kempe_model *model, int first)
     int b = model->motions[first].body;
     if (first + 3 < model->bodies[b].first_motion + model->bodies[b].motion_count)
         return true; /* motions follow them */
-    int before = POINT * points_asked_for(model, b) + (is_upright(model, first) ? 0 : TURNING_BASE);
+    int before = POINT * requested_points(model, b) + (is_upright(model, first) ? 0 : TURNING_BASE);
     return before <= OWN_DATA + CARRIED * bodies_carried(model, b);
 }
 

@@ -11,20 +11,20 @@ static bool is_parallel(const kmp_tree *tree, int i)
 }
 
 /* Non-rotating axes for joints that follow one about the same axis. */
-static void following(const kmp_tree *tree, kmp_ways *ways)
+static void following(const kmp_tree *tree, kmp_savings *savings)
 {
     for (int i = 1; i < tree->count; i++)
         if (is_parallel(tree, i))
-            ways->stay[i - 1] = true;
+            savings->stay[i - 1] = true;
 }
 
 /* Non-rotating axes for whole runs: such joints and the ones that they follow. */
-static void runs(const kmp_tree *tree, kmp_ways *ways)
+static void runs(const kmp_tree *tree, kmp_savings *savings)
 {
-    following(tree, ways);
+    following(tree, savings);
     for (int i = 1; i < tree->count; i++)
         if (is_parallel(tree, i))
-            ways->stay[tree->links[i].parent - 1] = true;
+            savings->stay[tree->links[i].parent - 1] = true;
 }
 
 static bool carries(const kmp_tree *tree, int i)
@@ -36,51 +36,51 @@ static bool carries(const kmp_tree *tree, int i)
 }
 
 /* Joints that carry no other joint, and are carried by one. */
-static void leaves(const kmp_tree *tree, kmp_ways *ways)
+static void leaves(const kmp_tree *tree, kmp_savings *savings)
 {
     for (int i = 1; i < tree->count; i++)
         if (tree->links[i].rotation && tree->links[i].parent > 0 && !carries(tree, i))
-            ways->stay[i - 1] = true;
+            savings->stay[i - 1] = true;
 }
 
 /* -- reference points of moments --------------------------------------------------------------------- */
 
 /* Bodies whose joint has no acceleration but that of gravity. */
-static void on_the_ground(const kmp_tree *tree, kmp_ways *ways)
+static void on_the_ground(const kmp_tree *tree, kmp_savings *savings)
 {
     for (int i = 1; i < tree->count; i++)
         if (tree->links[i].rotation && tree->links[i].parent == 0)
-            ways->about[i - 1] = true;
+            savings->about[i - 1] = true;
 }
 
-static void all_about(const kmp_tree *tree, kmp_ways *ways)
+static void all_about(const kmp_tree *tree, kmp_savings *savings)
 {
     for (int i = 1; i < tree->count; i++)
-        ways->about[i - 1] = tree->links[i].mass != KMP_ZERO;
+        savings->about[i - 1] = tree->links[i].mass != KMP_ZERO;
 }
 
 /* Rotations apart, where there is a sum of angles to replace. */
-static void rotations_apart(const kmp_tree *tree, kmp_ways *ways)
+static void rotations_apart(const kmp_tree *tree, kmp_savings *savings)
 {
     for (int i = 1; i < tree->count; i++)
         if (is_parallel(tree, i)) {
-            *ways->apart = !*ways->apart;
+            *savings->apart = !*savings->apart;
             return;
         }
 }
 
-static void spread_out(const kmp_tree *tree, kmp_ways *ways)
+static void spread_out(const kmp_tree *tree, kmp_savings *savings)
 {
     (void)tree;
-    *ways->spread = !*ways->spread;
+    *savings->spread = !*savings->spread;
 }
 
 /* Masses on the axes, and inertia: what a composite body can always pass on. */
 enum { MASS_AND_INERTIA = KMP_GIVE_MASS | KMP_GIVE_INERTIA };
 
-#define ORIGINS offsetof(kmp_ways, origin)
-#define GIVE    offsetof(kmp_ways, give)
-#define LUMP    offsetof(kmp_ways, lump)
+#define ORIGINS offsetof(kmp_savings, origin)
+#define GIVE    offsetof(kmp_savings, give)
+#define LUMP    offsetof(kmp_savings, lump)
 
 static const kmp_cost_pattern patterns[] = {
     /* The usual best choice: base parameters, and for the wrenches the gifts that join a mass. */
@@ -114,13 +114,13 @@ const kmp_cost_pattern *kmp_patterns(int *count)
     return patterns;
 }
 
-void kmp_pattern_apply(const kmp_cost_pattern *pattern, const kmp_tree *tree, kmp_ways *ways)
+void kmp_pattern_apply(const kmp_cost_pattern *pattern, const kmp_tree *tree, kmp_savings *savings)
 {
     if (pattern->apply)
-        pattern->apply(tree, ways);
+        pattern->apply(tree, savings);
     for (const kmp_pattern_set *set = pattern->set; set->member; set++)
         for (int i = 1; i < tree->count; i++) {
-            uint8_t *member = *(uint8_t **)((char *)ways + set->member);
+            uint8_t *member = *(uint8_t **)((char *)savings + set->member);
             bool joins = tree->links[tree->links[i].parent].mass != KMP_ZERO;
             member[i - 1] = joins ? set->to_masses : set->to_others;
         }

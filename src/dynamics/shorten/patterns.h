@@ -9,7 +9,7 @@
 
 /** A value for each motion: of links whose parent has a mass, and of others. */
 typedef struct kmp_pattern_set {
-    size_t member; /* the array's offset in kmp_ways; 0: no more */
+    size_t member; /* the array's offset in kmp_savings; 0: no more */
     uint8_t to_masses, to_others;
 } kmp_pattern_set;
 
@@ -20,11 +20,11 @@ typedef struct kmp_cost_pattern {
         KMP_PATTERN_SMALL,
         KMP_PATTERN_OPTIMIZE
     } when; /* of any model; of small ones; on demand */
-    void (*apply)(const kmp_tree *tree, kmp_ways *ways);
+    void (*apply)(const kmp_tree *tree, kmp_savings *savings);
     kmp_pattern_set set[4];
 } kmp_cost_pattern;
 
-void kmp_pattern_apply(const kmp_cost_pattern *pattern, const kmp_tree *tree, kmp_ways *ways);
+void kmp_pattern_apply(const kmp_cost_pattern *pattern, const kmp_tree *tree, kmp_savings *savings);
 
 /** In the order in which they are tried. */
 const kmp_cost_pattern *kmp_patterns(int *count);

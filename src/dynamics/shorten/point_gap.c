@@ -40,7 +40,7 @@ static void add_gap(kmp_gaps *s, int row, int count)
 
 /* -- the choice -------------------------------------------------------------------------------------- */
 
-static bool is_asked(const kmp_gaps *s, kmp_gap_part what)
+static bool is_requested(const kmp_gaps *s, kmp_gap_part what)
 {
     const unsigned sets[KMP_GAP_PARTS] = {KMP_SET_CLOSURE | KMP_SET_RESIDUAL, KMP_SET_JDQD | KMP_SET_RESIDUAL};
     return s->sets & sets[what];
@@ -49,7 +49,7 @@ static bool is_asked(const kmp_gaps *s, kmp_gap_part what)
 static void count_part(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost, bool add)
 {
     void (*count)(kmp_cost *, int, const kmp_ref *) = add ? kmp_cost_add : kmp_cost_remove;
-    const kmp_gap_version *v = is_asked(s, what) ? kmp_gap_version_of(s, p, what, p->chosen[what]) : NULL;
+    const kmp_gap_version *v = is_requested(s, what) ? kmp_gap_version_of(s, p, what, p->chosen[what]) : NULL;
     if (!v)
         return;
     if (what == KMP_GAP_PLACE && s->sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL))
@@ -60,16 +60,16 @@ static void count_part(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cos
         count(cost, p->count, v->rate + p->count);
 }
 
-static void set_way(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost, const kmp_gap_way by[2])
+static void set_way(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost, const kmp_gap_variant by[2])
 {
     count_part(s, p, what, cost, false);
     memcpy(p->chosen[what], by, sizeof p->chosen[what]);
     count_part(s, p, what, cost, true);
 }
 
-static void choose_all(kmp_gaps *s, kmp_cost *cost, kmp_gap_way w)
+static void choose_all(kmp_gaps *s, kmp_cost *cost, kmp_gap_variant w)
 {
-    const kmp_gap_way by[2] = {w, w};
+    const kmp_gap_variant by[2] = {w, w};
     for (int i = 0; i < s->count; i++)
         for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++)
             set_way(s, &s->list[i], what, cost, by);
@@ -78,14 +78,14 @@ static void choose_all(kmp_gaps *s, kmp_cost *cost, kmp_gap_way w)
 /* Takes the cheapest variant for either point of one part of one closure; the others are unchanged. */
 static bool choose_one(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost)
 {
-    kmp_gap_way best[2];
+    kmp_gap_variant best[2];
     long least = cost->operations;
     bool better = false;
     memcpy(best, p->chosen[what], sizeof best);
-    for (int k = 0; k < 2 * KMP_GAP_WAYS; k++) {
-        kmp_gap_way by[2] = {best[0], best[1]};
-        by[k / KMP_GAP_WAYS] = (kmp_gap_way)(k % KMP_GAP_WAYS);
-        if (by[k / KMP_GAP_WAYS] == best[k / KMP_GAP_WAYS])
+    for (int k = 0; k < 2 * KMP_GAP_VARIANTS; k++) {
+        kmp_gap_variant by[2] = {best[0], best[1]};
+        by[k / KMP_GAP_VARIANTS] = (kmp_gap_variant)(k % KMP_GAP_VARIANTS);
+        if (by[k / KMP_GAP_VARIANTS] == best[k / KMP_GAP_VARIANTS])
             continue;
         set_way(s, p, what, cost, by);
         if (cost->operations < least) {
@@ -108,8 +108,8 @@ static bool choose(kmp_gaps *s)
         for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++)
             count_part(s, &s->list[i], what, &cost, true);
     long least = cost.operations;
-    kmp_gap_way best = KMP_GAP_DERIVED;
-    for (kmp_gap_way w = KMP_GAP_INWARD; w < KMP_GAP_WAYS; w++) {
+    kmp_gap_variant best = KMP_GAP_DERIVED;
+    for (kmp_gap_variant w = KMP_GAP_INWARD; w < KMP_GAP_VARIANTS; w++) {
         choose_all(s, &cost, w);
         if (cost.operations < least) {
             least = cost.operations;
@@ -122,7 +122,7 @@ static bool choose(kmp_gaps *s)
         better = false;
         for (int i = 0; i < s->count; i++)
             for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++)
-                better = (is_asked(s, what) && choose_one(s, &s->list[i], what, &cost)) || better;
+                better = (is_requested(s, what) && choose_one(s, &s->list[i], what, &cost)) || better;
     }
     bool ok = !cost.failed && !kmp_graph_failed(s->eq->graph);
     kmp_cost_free(&cost);
@@ -132,7 +132,7 @@ static bool choose(kmp_gaps *s)
 /* Keeps all rows unchanged, those of point closures with both sides derived: eq->derived. */
 static bool keep_derived(kmp_gaps *s)
 {
-    static const kmp_gap_way by[2] = {KMP_GAP_DERIVED, KMP_GAP_DERIVED};
+    static const kmp_gap_variant by[2] = {KMP_GAP_DERIVED, KMP_GAP_DERIVED};
     kmp_equations *eq = s->eq;
     size_t m = (size_t)eq->m, n = (size_t)eq->n;
     kmp_ref *to = KMP_GRAPH_NEW(eq->graph, kmp_ref, m * (n + 3));
@@ -145,8 +145,9 @@ static bool keep_derived(kmp_gaps *s)
     memcpy(to + 3 * m, eq->jacobian, m * n * sizeof *to);
     for (int i = 0; i < s->count; i++) {
         kmp_gap *p = &s->list[i];
-        const kmp_gap_version *place = is_asked(s, KMP_GAP_PLACE) ? kmp_gap_version_of(s, p, KMP_GAP_PLACE, by) : NULL;
-        const kmp_gap_version *rate = is_asked(s, KMP_GAP_RATE) ? kmp_gap_version_of(s, p, KMP_GAP_RATE, by) : NULL;
+        const kmp_gap_version *place =
+            is_requested(s, KMP_GAP_PLACE) ? kmp_gap_version_of(s, p, KMP_GAP_PLACE, by) : NULL;
+        const kmp_gap_version *rate = is_requested(s, KMP_GAP_RATE) ? kmp_gap_version_of(s, p, KMP_GAP_RATE, by) : NULL;
         size_t row = (size_t)p->row, rows = (size_t)p->count;
         if (place) {
             memcpy(to + row, place->place, rows * sizeof *to);
@@ -167,8 +168,8 @@ static bool take(kmp_gaps *s, kmp_gap *p)
     size_t rows = (size_t)p->count * sizeof(kmp_ref);
     const kmp_gap_version *v[KMP_GAP_PARTS] = {NULL, NULL};
     for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++) {
-        v[what] = is_asked(s, what) ? kmp_gap_version_of(s, p, what, p->chosen[what]) : NULL;
-        if (is_asked(s, what) && !v[what])
+        v[what] = is_requested(s, what) ? kmp_gap_version_of(s, p, what, p->chosen[what]) : NULL;
+        if (is_requested(s, what) && !v[what])
             return false;
     }
     if (v[KMP_GAP_PLACE]) {
@@ -199,14 +200,14 @@ static void collect(kmp_gaps *s)
 /* The variants as numbers: of h and J for either point, then of the rates. */
 static uint8_t *ways_of(kmp_gaps *s, const kmp_gap *p)
 {
-    return s->eq->ways.way + 4 * p->closure;
+    return s->eq->savings.way + 4 * p->closure;
 }
 
 static void recall(kmp_gaps *s)
 {
     for (int i = 0; i < 4 * s->count; i++) {
         kmp_gap *p = &s->list[i / 4];
-        p->chosen[i % 4 / 2][i % 2] = (kmp_gap_way)ways_of(s, p)[i % 4];
+        p->chosen[i % 4 / 2][i % 2] = (kmp_gap_variant)ways_of(s, p)[i % 4];
     }
 }
 

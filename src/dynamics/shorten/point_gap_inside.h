@@ -7,7 +7,7 @@
 #include "dynamics/shorten/point_gap.h"
 #include "symbolic/derivative.h"
 
-typedef enum kmp_gap_way { KMP_GAP_DERIVED, KMP_GAP_INWARD, KMP_GAP_OUTWARD, KMP_GAP_WAYS } kmp_gap_way;
+typedef enum kmp_gap_variant { KMP_GAP_DERIVED, KMP_GAP_INWARD, KMP_GAP_OUTWARD, KMP_GAP_VARIANTS } kmp_gap_variant;
 
 /* Parts of a row that are exchanged together. */
 typedef enum kmp_gap_part { KMP_GAP_PLACE, KMP_GAP_RATE, KMP_GAP_PARTS } kmp_gap_part; /* h and J; hdot and jdqd */
@@ -28,7 +28,7 @@ typedef struct kmp_gap_motion {
 typedef struct kmp_gap_side {
     int ancestor, link; /* the common ancestor of both points; the point's link */
     kmp_vec local;      /* from the link's origin */
-    kmp_gap_motion by[KMP_GAP_WAYS];
+    kmp_gap_motion by[KMP_GAP_VARIANTS];
     kmp_vec *column; /* n: dx/dq, derived */
 } kmp_gap_side;
 
@@ -44,8 +44,8 @@ typedef struct kmp_gap {
     kmp_gap_side side[2];
     bool moves[3]; /* components of d that depend on coordinates */
     kmp_vec d;
-    kmp_gap_way chosen[KMP_GAP_PARTS][2];
-    kmp_gap_version version[KMP_GAP_WAYS][KMP_GAP_WAYS];
+    kmp_gap_variant chosen[KMP_GAP_PARTS][2];
+    kmp_gap_version version[KMP_GAP_VARIANTS][KMP_GAP_VARIANTS];
 } kmp_gap;
 
 typedef struct kmp_gaps {
@@ -89,6 +89,6 @@ bool kmp_gap_is_seen_through(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h);
 int kmp_gap_leaves(const kmp_gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp_ref to[3]);
 
 /** The closure's rows with its sides by two variants, derived when first used; NULL: no memory. */
-const kmp_gap_version *kmp_gap_version_of(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, const kmp_gap_way by[2]);
+const kmp_gap_version *kmp_gap_version_of(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, const kmp_gap_variant by[2]);
 
 #endif

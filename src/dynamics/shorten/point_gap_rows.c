@@ -76,10 +76,10 @@ static void rates(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec v, km
         rate[p->count + r] = kmp_derivative_of(d, rate[r]);
 }
 
-static void put_rows(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], const kmp_vec *gradient, kmp_ref *rows)
+static void put_rows(kmp_gaps *s, const kmp_gap *p, const kmp_gap_variant by[2], const kmp_vec *gradient, kmp_ref *rows)
 {
-    void (*const row_of[KMP_GAP_WAYS])(kmp_gaps *, const kmp_gap_side *, kmp_vec,
-                                       kmp_ref *) = {kmp_gap_row_derived, kmp_gap_row_inward, kmp_gap_row_outward};
+    void (*const row_of[KMP_GAP_VARIANTS])(kmp_gaps *, const kmp_gap_side *, kmp_vec,
+                                           kmp_ref *) = {kmp_gap_row_derived, kmp_gap_row_inward, kmp_gap_row_outward};
     kmp_graph *g = s->eq->graph;
     for (int r = 0; r < p->count; r++)
         for (int k = 0; k < 2; k++) { /* d = second point - first */
@@ -90,7 +90,7 @@ static void put_rows(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], con
 
 /* Both points by their variants: d, and h of it. They are unchanged where constants of d and of h have merged, so that
  * h is no function of d any more. */
-static void place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], kmp_gap *placed, kmp_ref *h)
+static void place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_variant by[2], kmp_gap *placed, kmp_ref *h)
 {
     kmp_graph *g = s->eq->graph;
     kmp_ref leaf[3] = {0}, to[3] = {0};
@@ -109,7 +109,8 @@ static void place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2],
     }
 }
 
-static void derive_part(kmp_gaps *s, const kmp_gap *p, kmp_gap_part what, const kmp_gap_way by[2], kmp_gap_version *v)
+static void derive_part(kmp_gaps *s, const kmp_gap *p, kmp_gap_part what, const kmp_gap_variant by[2],
+                        kmp_gap_version *v)
 {
     kmp_graph *g = s->eq->graph;
     kmp_ref h[KMP_KIND_MAX_ROWS];
@@ -130,7 +131,7 @@ static void derive_part(kmp_gaps *s, const kmp_gap *p, kmp_gap_part what, const 
     put_rows(s, p, by, gradient, v->place + p->count);
 }
 
-const kmp_gap_version *kmp_gap_version_of(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, const kmp_gap_way by[2])
+const kmp_gap_version *kmp_gap_version_of(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, const kmp_gap_variant by[2])
 {
     kmp_gap_version *v = &p->version[by[0]][by[1]];
     if (!kmp_graph_failed(s->eq->graph) && !v->known[what]) {

@@ -19,7 +19,7 @@ enum { MOST_MOTIONS = 128, LARGE = 40, ROUNDS = 4, SMALL = 3000 };
 typedef struct search {
     const kempe_model *model;
     kmp_scene scene; /* with the variants under trial */
-    kmp_ways best, tried;
+    kmp_savings best, tried;
     kmp_equations *work; /* the closures, and the dynamics by the variants tried last */
     uint32_t fresh;      /* nodes of its graph when it was new */
     bool passes;         /* run before counting */
@@ -95,12 +95,12 @@ static long price_of(const search *s, const kmp_equations *eq)
 /* -- trials ------------------------------------------------------------------------------------------ */
 
 /* Derives in a graph of its own. */
-static kempe_status derive_work(search *s, const kmp_ways *ways)
+static kempe_status derive_work(search *s, const kmp_savings *savings)
 {
     kmp_equations_free(s->work);
-    s->scene.ways = ways;
+    s->scene.savings = savings;
     kempe_status status = kmp_equations_derive_once(s->work, s->model, &s->scene);
-    s->scene.ways = &s->tried;
+    s->scene.savings = &s->tried;
     return status;
 }
 
@@ -120,7 +120,7 @@ static kempe_status write_tried(search *s)
 
 static void begin(search *s)
 {
-    kmp_ways_copy(&s->tried, &s->best, s->model);
+    kmp_savings_copy(&s->tried, &s->best, s->model);
 }
 
 /* Makes the current trial the best when it takes fewer operations. */
@@ -131,7 +131,7 @@ static kempe_status judge(search *s, bool *better)
         return kmp_fail_memory(s->model->context);
     if (found < s->least) {
         s->least = found;
-        kmp_ways_copy(&s->best, &s->tried, s->model);
+        kmp_savings_copy(&s->best, &s->tried, s->model);
         *better = true;
     }
     return KEMPE_OK;
@@ -139,7 +139,7 @@ static kempe_status judge(search *s, bool *better)
 
 static kempe_status try_it(search *s, bool *better)
 {
-    if (kmp_ways_same(&s->tried, &s->best, s->model))
+    if (kmp_savings_same(&s->tried, &s->best, s->model))
         return KEMPE_OK;
     KMP_TRY(write_tried(s));
     return judge(s, better);
@@ -207,11 +207,11 @@ static kempe_status try_flags(search *s, int k, bool *better)
 /* Tries the same gift of `count` motions, to wrenches and to composite bodies. */
 static kempe_status try_gifts(search *s, int first, int count, bool *better)
 {
-    uint8_t *const ways[] = {s->tried.give, s->tried.lump};
+    uint8_t *const savings[] = {s->tried.give, s->tried.lump};
     for (int to = 0; to < (s->scene.sets & KMP_SET_MASS ? 2 : 1); to++)
         for (int v = 0; v < GIFTS; v++) {
             begin(s);
-            memset(ways[to] + first, gifts[v], (size_t)count);
+            memset(savings[to] + first, gifts[v], (size_t)count);
             KMP_TRY(try_it(s, better));
         }
     return KEMPE_OK;
@@ -245,16 +245,16 @@ static bool can_share(const search *s)
 static kempe_status find(search *s)
 {
     bool any = true;
-    bool ok = kmp_ways_init(&s->best, s->model);
-    ok = kmp_ways_init(&s->tried, s->model) && ok;
-    s->scene.ways = &s->tried;
+    bool ok = kmp_savings_init(&s->best, s->model);
+    ok = kmp_savings_init(&s->tried, s->model) && ok;
+    s->scene.savings = &s->tried;
     s->fresh = kmp_graph_count(s->work->graph);
     s->passes = s->fresh < SMALL;
     s->shares = can_share(s);
     s->least = price_of(s, s->work);
     if (!ok || s->least < 0)
         return kmp_fail_memory(s->model->context);
-    kmp_ways_copy(&s->best, &s->work->ways, s->model);
+    kmp_savings_copy(&s->best, &s->work->savings, s->model);
     KMP_TRY(try_plain_closures(s));
     for (int round = 0; any && round < ROUNDS; round++) {
         any = false;
@@ -271,21 +271,21 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     kempe_status status = kmp_equations_derive_once(eq, model, scene);
     const unsigned dynamic = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_INVERSE_Q |
                              KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q;
-    if (status != KEMPE_OK || scene->plain || scene->ways || !(scene->sets & dynamic) ||
+    if (status != KEMPE_OK || scene->plain || scene->savings || !(scene->sets & dynamic) ||
         scene->sets & KMP_SET_RESIDUAL || model->motion_count > MOST_MOTIONS)
         return status;
     kmp_equations work = *eq;
     search s = {.model = model, .scene = *scene, .work = &work};
     status = find(&s);
     if (status == KEMPE_OK) {
-        s.scene.ways = &s.best;
+        s.scene.savings = &s.best;
         s.best.by_q = s.best.by_qd = scene->tangents; /* once more, with the axes that were chosen */
         status = kmp_equations_derive_once(eq, model, &s.scene);
     }
     if (status != KEMPE_OK)
         *eq = (kmp_equations){0};
     kmp_equations_free(&work);
-    kmp_ways_free(&s.best);
-    kmp_ways_free(&s.tried);
+    kmp_savings_free(&s.best);
+    kmp_savings_free(&s.tried);
     return status;
 }

@@ -55,16 +55,16 @@ static bool find_shortest(const kmp_graph *g, int count, const kmp_ref *const *l
 bool kmp_tangents_mirror(const kmp_graph *g, int n, kmp_ref *matrix)
 {
     kmp_ref *lower = KMP_NEW(kmp_ref, n * n), *upper = KMP_NEW(kmp_ref, n * n);
-    const kmp_ref *const ways[3] = {matrix, lower, upper};
+    const kmp_ref *const savings[3] = {matrix, lower, upper};
     bool ok = lower && upper;
     if (ok) {
         int best = 0;
         pair_zeros(n, matrix);
         mirror(n, matrix, false, lower);
         mirror(n, matrix, true, upper);
-        ok = find_shortest(g, n * n, ways, 3, &best);
+        ok = find_shortest(g, n * n, savings, 3, &best);
         for (int k = 0; ok && k < n * n; k++)
-            matrix[k] = ways[best][k];
+            matrix[k] = savings[best][k];
     }
     kmp_free(lower);
     kmp_free(upper);

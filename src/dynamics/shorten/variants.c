@@ -14,45 +14,45 @@ static size_t all_ways(const kempe_model *model)
     return motion_ways(model) + 4 * (size_t)model->closure_count + 2;
 }
 
-bool kmp_ways_init(kmp_ways *ways, const kempe_model *model)
+bool kmp_savings_init(kmp_savings *savings, const kempe_model *model)
 {
     size_t n = (size_t)model->motion_count;
     uint8_t *all = KMP_NEW(uint8_t, all_ways(model));
-    *ways = (kmp_ways){0};
+    *savings = (kmp_savings){0};
     if (all)
-        *ways = (kmp_ways){.stay = all,
-                           .about = all + n,
-                           .origin = all + 2 * n,
-                           .give = all + 3 * n,
-                           .lump = all + 4 * n,
-                           .way = all + motion_ways(model),
-                           .spread = all + all_ways(model) - 2,
-                           .apart = all + all_ways(model) - 1};
+        *savings = (kmp_savings){.stay = all,
+                                 .about = all + n,
+                                 .origin = all + 2 * n,
+                                 .give = all + 3 * n,
+                                 .lump = all + 4 * n,
+                                 .way = all + motion_ways(model),
+                                 .spread = all + all_ways(model) - 2,
+                                 .apart = all + all_ways(model) - 1};
     return all;
 }
 
-void kmp_ways_free(kmp_ways *ways)
+void kmp_savings_free(kmp_savings *savings)
 {
-    kmp_free(ways->stay);
-    *ways = (kmp_ways){0};
+    kmp_free(savings->stay);
+    *savings = (kmp_savings){0};
 }
 
-void kmp_ways_copy(kmp_ways *to, const kmp_ways *from, const kempe_model *model)
+void kmp_savings_copy(kmp_savings *to, const kmp_savings *from, const kempe_model *model)
 {
     memcpy(to->stay, from->stay, all_ways(model));
     to->by_q = from->by_q;
     to->by_qd = from->by_qd;
 }
 
-bool kmp_ways_same(const kmp_ways *a, const kmp_ways *b, const kempe_model *model)
+bool kmp_savings_same(const kmp_savings *a, const kmp_savings *b, const kempe_model *model)
 {
     return memcmp(a->stay, b->stay, all_ways(model)) == 0;
 }
 
-bool kmp_ways_plain(const kmp_ways *ways, const kempe_model *model)
+bool kmp_savings_plain(const kmp_savings *savings, const kempe_model *model)
 {
     for (size_t k = 0; k < motion_ways(model); k++)
-        if (ways->stay[k])
+        if (savings->stay[k])
             return false;
-    return !*ways->spread;
+    return !*savings->spread;
 }

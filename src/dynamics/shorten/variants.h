@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 /** Methods for derivatives of the inverse dynamics (formalisms/tangents.h). */
-typedef enum kmp_tangent_way { KMP_TANGENT_SHORTER, KMP_TANGENT_FORWARD, KMP_TANGENT_COMPOSITE } kmp_tangent_way;
+typedef enum kmp_tangent_method { KMP_TANGENT_SHORTER, KMP_TANGENT_FORWARD, KMP_TANGENT_COMPOSITE } kmp_tangent_method;
 
 /** Targets of an origin, as far as the joint permits: a rotation's may be anywhere along its axis, that of a
  * translation anywhere. This creates zeros of the data. */
@@ -29,7 +29,7 @@ enum {
 };
 
 /* The arrays are one block, which begins with `stay`. */
-typedef struct kmp_ways {
+typedef struct kmp_savings {
     uint8_t *stay;   /* a motion: the link's axes do not turn with it (dynamics alone, as all but `way`) */
     uint8_t *about;  /* a motion: its link's moments are taken about the joint instead of the centre of mass */
     uint8_t *origin; /* a motion: where its link's origin is, a kmp_origin */
@@ -38,21 +38,21 @@ typedef struct kmp_ways {
     uint8_t *way; /* four a closure: the variants of its two points, for h and J, and for their rates (point_gap.h) */
     uint8_t *spread; /* one: composite bodies have sum m x x' instead of the inertia (kinematics/composite.h) */
     uint8_t *apart;  /* one: consecutive rotations about parallel axes are not merged, except back to the source */
-    kmp_tangent_way by_q, by_qd; /* SHORTER: both are chosen together */
-} kmp_ways;
+    kmp_tangent_method by_q, by_qd; /* SHORTER: both are chosen together */
+} kmp_savings;
 
 /** None taken anywhere. false: no memory. To be freed in any case. */
-bool kmp_ways_init(kmp_ways *ways, const kempe_model *model);
-void kmp_ways_free(kmp_ways *ways);
+bool kmp_savings_init(kmp_savings *savings, const kempe_model *model);
+void kmp_savings_free(kmp_savings *savings);
 
 /** Copies variants of the same model. */
-void kmp_ways_copy(kmp_ways *to, const kmp_ways *from, const kempe_model *model);
+void kmp_savings_copy(kmp_savings *to, const kmp_savings *from, const kempe_model *model);
 
 /** True if all but the methods for derivatives are equal. */
-bool kmp_ways_same(const kmp_ways *a, const kmp_ways *b, const kempe_model *model);
+bool kmp_savings_same(const kmp_savings *a, const kmp_savings *b, const kempe_model *model);
 
 /** True if the links of the dynamics are those of the model. */
-bool kmp_ways_plain(const kmp_ways *ways, const kempe_model *model);
+bool kmp_savings_plain(const kmp_savings *savings, const kempe_model *model);
 
 /* The steps from the model's links to those of the dynamics, in this order. The first three require axes that turn with
  * their links. */

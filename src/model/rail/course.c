@@ -19,7 +19,7 @@ static const double least_step = 1e-5; /* m */
 
 /* A part of the line: curvature linear, cant a parabola over the distance from its beginning. */
 typedef struct section {
-    double length, bend, bend_rate, cant, cant_rate, cant_bend;
+    double length, curvature, curvature_rate, cant, cant_rate, cant_curvature;
 } section;
 
 typedef struct laying {
@@ -43,7 +43,7 @@ static kmp_course_piece piece_at(const kmp_track *track, int k)
 }
 
 /* Signed: a curve to the left is positive; 0 of a straight, and meaningless of a transition. */
-static double bend_at(const kmp_track *track, int k)
+static double curvature_at(const kmp_track *track, int k)
 {
     kmp_course_piece piece = piece_at(track, k);
     if (piece.kind == KMP_COURSE_STRAIGHT)
@@ -67,7 +67,7 @@ static bool is_transition(const kmp_track *track, int k)
 /* The length over which curvature changes from piece k - 1 to piece k, half of it on either. */
 static double jump_length(const kmp_track *track, int k)
 {
-    if (is_transition(track, k - 1) || is_transition(track, k) || bend_at(track, k - 1) == bend_at(track, k))
+    if (is_transition(track, k - 1) || is_transition(track, k) || curvature_at(track, k - 1) == curvature_at(track, k))
         return 0;
     return fmin(jump, fmin(piece_at(track, k - 1).length, piece_at(track, k).length) / 2);
 }
@@ -76,24 +76,24 @@ static void add(laying *l, section s)
 {
     if (s.length > 0)
         l->section[l->count++] = s;
-    l->canted = l->canted || s.cant != 0 || s.cant_bend != 0;
+    l->canted = l->canted || s.cant != 0 || s.cant_curvature != 0;
 }
 
 /* A transition: cant rises by a ramp whose ends are parabolas, curvature by one straight line. */
 static void add_transition(laying *l, int k)
 {
     const kmp_track *t = l->track;
-    double length = piece_at(t, k).length, bend = bend_at(t, k - 1), cant = cant_at(t, k - 1);
-    double rate = (bend_at(t, k + 1) - bend) / length, rise = cant_at(t, k + 1) - cant;
+    double length = piece_at(t, k).length, curvature = curvature_at(t, k - 1), cant = cant_at(t, k - 1);
+    double rate = (curvature_at(t, k + 1) - curvature) / length, rise = cant_at(t, k + 1) - cant;
     if (rise == 0) {
-        add(l, (section){length, bend, rate, cant, 0, 0});
+        add(l, (section){length, curvature, rate, cant, 0, 0});
         return;
     }
     double round = fmin(corner, length / 4), slope = rise / (length - round), middle = length - 2 * round;
     double first = slope * round / 2, last = cant + first + slope * middle;
-    add(l, (section){round, bend, rate, cant, 0, slope / round});
-    add(l, (section){middle, bend + rate * round, rate, cant + first, slope, 0});
-    add(l, (section){round, bend + rate * (length - round), rate, last, slope, -slope / round});
+    add(l, (section){round, curvature, rate, cant, 0, slope / round});
+    add(l, (section){middle, curvature + rate * round, rate, cant + first, slope, 0});
+    add(l, (section){round, curvature + rate * (length - round), rate, last, slope, -slope / round});
 }
 
 static void add_sections(laying *l)
@@ -101,13 +101,13 @@ static void add_sections(laying *l)
     const kmp_track *t = l->track;
     for (int k = -1; k <= t->course_count; k++) {
         double before = k < 0 ? 0 : jump_length(t, k), behind = k < t->course_count ? jump_length(t, k + 1) : 0;
-        double bend = bend_at(t, k), next = bend_at(t, k + 1);
+        double curvature = curvature_at(t, k), next = curvature_at(t, k + 1);
         if (is_transition(t, k))
             add_transition(l, k);
         else
-            add(l, (section){piece_at(t, k).length - (before + behind) / 2, bend, 0, cant_at(t, k), 0, 0});
+            add(l, (section){piece_at(t, k).length - (before + behind) / 2, curvature, 0, cant_at(t, k), 0, 0});
         if (behind > 0)
-            add(l, (section){behind, bend, (next - bend) / behind, cant_at(t, k), 0, 0});
+            add(l, (section){behind, curvature, (next - curvature) / behind, cant_at(t, k), 0, 0});
     }
 }
 
@@ -121,7 +121,7 @@ typedef struct spacing {
  */
 static double spacing_at(const section *a, const section *b)
 {
-    double change = fmax(fabs(b->bend_rate - a->bend_rate), fabs(b->cant_bend - a->cant_bend));
+    double change = fmax(fabs(b->curvature_rate - a->curvature_rate), fabs(b->cant_curvature - a->cant_curvature));
     return change > 0 ? fmax(least_step, sqrt(direction / (0.1 * change))) : INFINITY;
 }
 
@@ -130,8 +130,8 @@ static double spacing_at(const section *a, const section *b)
 static spacing spacing_of(const laying *l, int k)
 {
     const section *s = &l->section[k];
-    double bend = fmax(fabs(s->bend), fabs(s->bend + s->bend_rate * s->length));
-    double fourth = bend * bend * bend + 3 * bend * fabs(s->bend_rate);
+    double curvature = fmax(fabs(s->curvature), fabs(s->curvature + s->curvature_rate * s->length));
+    double fourth = curvature * curvature * curvature + 3 * curvature * fabs(s->curvature_rate);
     spacing w = {s->length / 4, INFINITY, INFINITY};
     if (fourth > 0)
         w.most = fmin(w.most, cbrt(24 * direction / fourth));
@@ -190,7 +190,7 @@ static void go(place *p, const section *s, double heading, double from, double t
     double half = (to - from) / 2, middle = (from + to) / 2, x = 0, y = 0;
     for (int k = 0; k < 4; k++) {
         double u = middle + (k % 2 ? half : -half) * node[k / 2];
-        double angle = heading + u * (s->bend + s->bend_rate * u / 2);
+        double angle = heading + u * (s->curvature + s->curvature_rate * u / 2);
         x += weight[k / 2] * half * cos(angle);
         y += weight[k / 2] * half * sin(angle);
     }
@@ -221,9 +221,9 @@ static void follow(laying *l)
             double next = i + 1 < n ? raw * s->length / reach : s->length;
             go(&p, s, heading, u, next);
             u = next;
-            put(l, begin + u, &p, s->cant + u * (s->cant_rate + u * s->cant_bend / 2));
+            put(l, begin + u, &p, s->cant + u * (s->cant_rate + u * s->cant_curvature / 2));
         }
-        heading += s->length * (s->bend + s->bend_rate * s->length / 2);
+        heading += s->length * (s->curvature + s->curvature_rate * s->length / 2);
         begin += s->length;
     }
 }
@@ -260,10 +260,10 @@ static bool add_candidates(candidates *c)
     double begin = 0;
     bool ok = insert(c, 0, 0);
     for (int k = 0; ok && k < t->course_count; k++) {
-        double length = t->course[k].length, bend = bend_at(t, k);
+        double length = t->course[k].length, curvature = curvature_at(t, k);
         if (is_transition(t, k))
-            bend = fmax(fabs(bend_at(t, k - 1)), fabs(bend_at(t, k + 1)));
-        int parts = 1 + (int)(2 * fabs(bend) * length);
+            curvature = fmax(fabs(curvature_at(t, k - 1)), fabs(curvature_at(t, k + 1)));
+        int parts = 1 + (int)(2 * fabs(curvature) * length);
         for (int i = 1; ok && i <= parts; i++)
             ok = insert(c, c->count, i < parts ? begin + i * length / parts : begin + length);
         begin += length;

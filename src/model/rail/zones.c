@@ -260,7 +260,7 @@ int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 
 /* The greatest curvatures of the gap where a point of the wheel touches, by point, with those of the rail whose normals
  * are nearly equal. */
-static bool find_bends(scan *s, const kmp_track *track, const kmp_wheel *wheel, double *bend)
+static bool find_kinks(scan *s, const kmp_track *track, const kmp_wheel *wheel, double *curvature)
 {
     double *angle = KMP_ARENA_NEW(&s->arena, double, s->rail_count);
     for (int l = 0; angle && l < s->rail_count; l++)
@@ -271,16 +271,17 @@ static bool find_bends(scan *s, const kmp_track *track, const kmp_wheel *wheel, 
         for (int l = 0; l < s->rail_count; l += 2)
             if (fabs(angle[l] - slope) <= ALIKE)
                 least = fmin(least, kmp_table_value(track->rail, 2, s->rail_first + s->rail_step * l));
-        bend[k] = kmp_table_value(height, 2, at) - least;
+        curvature[k] = kmp_table_value(height, 2, at) - least;
     }
     return angle;
 }
 
 /* The spacing that resolves the least spread at each point, growing slowly from there. */
-static void find_spacing(const scan *s, double radius, const double *bend, double *spacing)
+static void find_spacing(const scan *s, double radius, const double *curvature, double *spacing)
 {
     for (int k = 0; k < s->count; k++) {
-        double widest = WIDEST * s->scale, wanted = bend[k] > 0 ? RESOLVED * sqrt(LEAST * radius / bend[k]) : widest;
+        double widest = WIDEST * s->scale,
+               wanted = curvature[k] > 0 ? RESOLVED * sqrt(LEAST * radius / curvature[k]) : widest;
         spacing[k] = fmin(fmax(wanted, NARROWEST * s->scale), widest);
     }
     for (int k = 1; k < s->count; k++)
@@ -312,7 +313,7 @@ static bool put_places(const scan *s, kmp_wheel *wheel, int zone, double wider, 
 
 /* The spread that all places of a zone resolve. Where curvatures exceed 3300 1/m (for a wheel of 0.46 m) places do not
  * resolve it, and contact there is at a place. */
-static double resolved(const scan *s, const kmp_wheel *wheel, int zone, const double *bend)
+static double resolved(const scan *s, const kmp_wheel *wheel, int zone, const double *curvature)
 {
     double least = LEAST * wheel->radius.value;
     for (int k = 0; k < s->count; k++) {
@@ -323,7 +324,7 @@ static double resolved(const scan *s, const kmp_wheel *wheel, int zone, const do
         while (place + 1 < wheel->nodes_end[zone] - 1 && wheel->node[place + 1] < at)
             place++;
         double spacing = wheel->node[place + 1] - wheel->node[place];
-        least = fmax(least, bend[k] * spacing * spacing / (RESOLVED * RESOLVED));
+        least = fmax(least, curvature[k] * spacing * spacing / (RESOLVED * RESOLVED));
     }
     return fmin(least, MOST_LEAST * wheel->radius.value);
 }
@@ -332,16 +333,16 @@ bool kmp_zones_space(const kmp_track *track, kmp_wheel *wheel)
 {
     scan s;
     bool ok = begin(&s, track, wheel);
-    double *bend = KMP_ARENA_NEW(&s.arena, double, s.count), *spacing = KMP_ARENA_NEW(&s.arena, double, s.count);
-    ok = ok && bend && spacing && find_bends(&s, track, wheel, bend);
+    double *curvature = KMP_ARENA_NEW(&s.arena, double, s.count), *spacing = KMP_ARENA_NEW(&s.arena, double, s.count);
+    ok = ok && curvature && spacing && find_kinks(&s, track, wheel, curvature);
     if (ok)
-        find_spacing(&s, wheel->radius.value, bend, spacing);
+        find_spacing(&s, wheel->radius.value, curvature, spacing);
     int zone = 0;
     for (double wider = 1; ok && zone < wheel->zone_count; wider *= 1.25)
         for (zone = 0; zone < wheel->zone_count && put_places(&s, wheel, zone, wider, spacing);)
             zone++;
     for (zone = 0; ok && zone < wheel->zone_count; zone++)
-        wheel->least_spread[zone] = resolved(&s, wheel, zone, bend);
+        wheel->least_spread[zone] = resolved(&s, wheel, zone, curvature);
     kmp_arena_free(&s.arena);
     return ok;
 }

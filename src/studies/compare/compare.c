@@ -129,9 +129,11 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
 
 static kempe_status settle_t_end(kmp_compare_job *j, const kempe_compare_options *options)
 {
-    const kmp_method *way = &j->comparison->ways[0];
-    kmp_run_spec spec = {
-        .formulation = way->formulation, .form = way->form, .integrator = way->integrator, .t_end = options->t_end};
+    const kmp_method *method = &j->comparison->methods[0];
+    kmp_run_spec spec = {.formulation = method->formulation,
+                         .form = method->form,
+                         .integrator = method->integrator,
+                         .t_end = options->t_end};
     if (!(options->t_end >= 0) || isinf(options->t_end))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end = %g: a positive number is expected", options->t_end);
     KMP_TRY(kmp_run_resolve(j->comparison->system, &spec));

@@ -12,7 +12,7 @@
 
 /** One method at one tolerance. Unknown values (of a failed run) are NaN. */
 typedef struct kmp_compared {
-    const kmp_method *way;
+    const kmp_method *method;
     double rtol;
     kempe_status status;
     const char *reason; /* "" when ok */
@@ -73,7 +73,7 @@ enum { KMP_MOST_SOURCES = 4 };
 
 /** One of the runs for Kempe's own reference. */
 typedef struct kmp_source {
-    kmp_method way;
+    kmp_method method;
     double rtol;
     double own;      /* the difference of q at a tenfold tolerance */
     double distance; /* of q from the reference; 0 for the reference itself */
@@ -95,8 +95,8 @@ struct kempe_comparison {
     double amplification; /* of a small change of the start, at worst, in q; NaN when unknown */
     double until;         /* errors are judged up to this time */
     double t_end, budget_s;
-    int way_count, rtol_count;
-    kmp_method *ways; /* those run */
+    int method_count, rtol_count;
+    kmp_method *methods; /* those run */
     double *rtols;
     int count;
     kmp_compared *runs; /* by method, then by tolerance in the order of the request: rtol_count each */
@@ -129,7 +129,7 @@ typedef struct kmp_compare_job {
 
 /** Runs a method once, stopped after limit_s; its time is subtracted from the rest. The rows replace those in `table`.
  * The caller frees report->reason. */
-kempe_status kmp_compare_once(kmp_compare_job *job, const kmp_method *way, double rtol, const kmp_times *times,
+kempe_status kmp_compare_once(kmp_compare_job *job, const kmp_method *method, double rtol, const kmp_times *times,
                               double limit_s, kmp_samples *table, kmp_run_report *report);
 
 /** Determines by a few coarse runs if the model is stiff. */
@@ -155,21 +155,21 @@ typedef struct kmp_stiffness {
     bool stiff;
 } kmp_stiffness;
 
-bool kmp_is_implicit(const kmp_method *way);
+bool kmp_is_implicit(const kmp_method *method);
 bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit);
 kmp_stiffness kmp_compare_stiffness(const kempe_comparison *comparison);
 
 /** The cost of a method at a level. */
-kmp_method_cost kmp_compare_cost(const kempe_comparison *comparison, int way, int level);
+kmp_method_cost kmp_compare_cost(const kempe_comparison *comparison, int method, int level);
 
 /** The time of a method at a level relative to the cheapest; infinite where the level is not attained. The largest of
  * these ratios over the aims. */
-double kmp_compare_ratio(const kempe_comparison *comparison, int way, int level);
-double kmp_compare_worst(const kempe_comparison *comparison, const kmp_aims *aims, int way);
+double kmp_compare_ratio(const kempe_comparison *comparison, int method, int level);
+double kmp_compare_worst(const kempe_comparison *comparison, const kmp_aims *aims, int method);
 
 /** The method that the others of its family are compared with in the table of equal integrators: the first that attains
  * the level; -1: none. */
-int kmp_compare_base(const kempe_comparison *comparison, int way, int level);
+int kmp_compare_base(const kempe_comparison *comparison, int method, int level);
 
 /** The first method of the table of the best ones that attains the level; -1: none. */
 int kmp_compare_best(const kempe_comparison *comparison, int level);
@@ -179,7 +179,7 @@ int kmp_compare_best(const kempe_comparison *comparison, int level);
 double kmp_compare_first_s(const kempe_comparison *comparison, const kmp_compared *run);
 
 /** "reduced integrated dop853", "projected dop853", "dae stabilized1 ida klu". */
-void kmp_compare_name(kmp_text *text, const kmp_method *way);
+void kmp_compare_name(kmp_text *text, const kmp_method *method);
 
 /** Adds a sentence; the text, unless it is empty, which is emptied. */
 void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)

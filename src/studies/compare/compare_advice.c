@@ -16,16 +16,16 @@
 
 /* -- the choice -------------------------------------------------------------------------------------- */
 
-static int run_at(const kempe_comparison *c, int way, int level)
+static int run_at(const kempe_comparison *c, int method, int level)
 {
-    return c->levels.run[way * c->levels.count + level];
+    return c->levels.run[method * c->levels.count + level];
 }
 
-static int failed_of(const kempe_comparison *c, int way)
+static int failed_of(const kempe_comparison *c, int method)
 {
     int failed = 0;
     for (int k = 0; k < c->rtol_count; k++)
-        failed += c->runs[way * c->rtol_count + k].status == KEMPE_E_FAILED;
+        failed += c->runs[method * c->rtol_count + k].status == KEMPE_E_FAILED;
     return failed;
 }
 
@@ -34,7 +34,7 @@ static int failed_of(const kempe_comparison *c, int way)
 static int cheapest(const kempe_comparison *c, const kmp_aims *a, bool robust, int but)
 {
     int found = -1;
-    for (int w = 0; w < c->way_count; w++)
+    for (int w = 0; w < c->method_count; w++)
         if (w != but && isfinite(kmp_compare_worst(c, a, w)) && (!robust || failed_of(c, w) == 0) &&
             (found < 0 || kmp_compare_worst(c, a, w) < kmp_compare_worst(c, a, found)))
             found = w;
@@ -44,33 +44,33 @@ static int cheapest(const kempe_comparison *c, const kmp_aims *a, bool robust, i
 /* The recommended method; if no method reaches all aims, the coarser one alone counts. */
 static int choose_way(const kempe_comparison *c, kmp_aims *a)
 {
-    int way = cheapest(c, a, false, -1);
-    while (way < 0 && a->count > 1) {
+    int method = cheapest(c, a, false, -1);
+    while (method < 0 && a->count > 1) {
         a->count--;
-        way = cheapest(c, a, false, -1);
+        method = cheapest(c, a, false, -1);
     }
     int robust = cheapest(c, a, true, -1);
-    if (robust >= 0 && kmp_compare_worst(c, a, robust) <= ROBUST * kmp_compare_worst(c, a, way))
-        way = robust;
-    return way;
+    if (robust >= 0 && kmp_compare_worst(c, a, robust) <= ROBUST * kmp_compare_worst(c, a, method))
+        method = robust;
+    return method;
 }
 
 /* -- reason ------------------------------------------------------------------------------------------ */
 
 /* "4.3", with "and 4.5" where there are two aims. */
-static void ratios(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int way)
+static void ratios(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
 {
     for (int k = 0; k < a->count; k++)
-        kmp_text_printf(text, kmp_compare_ratio(c, way, a->level[k]) < 9.95 ? "%s%.1f" : "%s%.0f", k > 0 ? " and " : "",
-                        kmp_compare_ratio(c, way, a->level[k]));
+        kmp_text_printf(text, kmp_compare_ratio(c, method, a->level[k]) < 9.95 ? "%s%.1f" : "%s%.0f",
+                        k > 0 ? " and " : "", kmp_compare_ratio(c, method, a->level[k]));
 }
 
-static void tell_cost(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int way)
+static void tell_cost(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
 {
-    int next = cheapest(c, a, false, way);
-    bool best = kmp_compare_worst(c, a, way) <= 1;
+    int next = cheapest(c, a, false, method);
+    bool best = kmp_compare_worst(c, a, method) <= 1;
     if (!best)
-        ratios(text, c, a, way);
+        ratios(text, c, a, method);
     kmp_text_printf(text, "%s at error %g", best ? "the cheapest" : " times the cheapest",
                     c->levels.level[a->level[0]]);
     if (a->count > 1)
@@ -78,27 +78,27 @@ static void tell_cost(kmp_text *text, const kempe_comparison *c, const kmp_aims 
     if (next < 0)
         return;
     kmp_text_put(text, "; the next is ");
-    kmp_compare_name(text, &c->ways[next]);
+    kmp_compare_name(text, &c->methods[next]);
     kmp_text_put(text, ", ");
     ratios(text, c, a, next);
     kmp_text_put(text, best ? " times as long" : " times");
 }
 
-static void tell_tighter(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int way)
+static void tell_tighter(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
 {
     int finest = a->level[a->count - 1];
-    const kmp_compared *run = &c->runs[run_at(c, way, finest)];
+    const kmp_compared *run = &c->runs[run_at(c, method, finest)];
     if (a->count > 1)
         kmp_text_printf(text, "for an error of %g use rtol %g: %.3g ms", c->levels.level[finest], run->rtol,
                         1e3 * run->cpu_s);
 }
 
-static void tell_ends(kmp_text *text, const kempe_comparison *c, int way)
+static void tell_ends(kmp_text *text, const kempe_comparison *c, int method)
 {
-    int failed = failed_of(c, way), done = 0;
+    int failed = failed_of(c, method), done = 0;
     double open = NAN;
     for (int k = 0; k < c->rtol_count; k++) {
-        const kmp_compared *run = &c->runs[way * c->rtol_count + k];
+        const kmp_compared *run = &c->runs[method * c->rtol_count + k];
         if (run->status != KEMPE_OK)
             continue;
         done++;
@@ -121,14 +121,14 @@ static void tell_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_
     const kmp_compared *implicit = &c->runs[s->implicit];
     if (s->loose < 0) {
         kmp_text_printf(text, "stiff: no explicit run reached its end; %s takes %ld steps at rtol %g",
-                        implicit->way->integrator, implicit->report.steps, implicit->rtol);
+                        implicit->method->integrator, implicit->report.steps, implicit->rtol);
         return;
     }
     const kmp_compared *loose = &c->runs[s->loose], *tight = &c->runs[s->tight];
     kmp_text_printf(text, "%s: %s takes %ld steps at rtol %g and %ld at %g", s->stiff ? "stiff" : "not stiff",
-                    loose->way->integrator, loose->report.steps, loose->rtol, tight->report.steps, tight->rtol);
+                    loose->method->integrator, loose->report.steps, loose->rtol, tight->report.steps, tight->rtol);
     if (s->stiff)
-        kmp_text_printf(text, ", limited by stability, not by accuracy; %s takes %ld", implicit->way->integrator,
+        kmp_text_printf(text, ", limited by stability, not by accuracy; %s takes %ld", implicit->method->integrator,
                         implicit->report.steps);
     else
         kmp_text_put(text, ", as limited by accuracy");
@@ -138,8 +138,8 @@ static void tell_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_
 static void tell_dae(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int advised)
 {
     int dae = -1, tried = -1;
-    for (int w = 0; w < c->way_count; w++) {
-        if (strcmp(c->ways[w].formulation, "dae") != 0)
+    for (int w = 0; w < c->method_count; w++) {
+        if (strcmp(c->methods[w].formulation, "dae") != 0)
             continue;
         tried = w;
         if (isfinite(kmp_compare_worst(c, a, w)) &&
@@ -153,7 +153,7 @@ static void tell_dae(kmp_text *text, const kempe_comparison *c, const kmp_aims *
                         c->levels.level[a->level[a->count - 1]]);
         return;
     }
-    kmp_compare_name(text, &c->ways[dae]);
+    kmp_compare_name(text, &c->methods[dae]);
     kmp_text_put(text, " needs ");
     ratios(text, c, a, dae);
     kmp_text_put(text, " times as long");
@@ -177,9 +177,9 @@ static int first_at(const kempe_comparison *c, int level)
 }
 
 /* The share of preparation in a first result, and whether it changes the choice. */
-static void tell_preparation(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int way)
+static void tell_preparation(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
 {
-    const kmp_compared *run = &c->runs[run_at(c, way, a->level[0])];
+    const kmp_compared *run = &c->runs[run_at(c, method, a->level[0])];
     const kmp_compared *first = &c->runs[first_at(c, a->level[0])];
     double total = kmp_compare_first_s(c, run), prepared = total - run->cpu_s;
     if (!(prepared > run->cpu_s))
@@ -187,20 +187,20 @@ static void tell_preparation(kmp_text *text, const kempe_comparison *c, const km
     kmp_text_printf(text, "preparation decides for a single run: %.3g of %.3g ms", 1e3 * prepared, 1e3 * total);
     if (SOONER * kmp_compare_first_s(c, first) < total) {
         kmp_text_put(text, "; ");
-        kmp_compare_name(text, first->way);
+        kmp_compare_name(text, first->method);
         kmp_text_printf(text, " has the first result after %.3g ms", 1e3 * kmp_compare_first_s(c, first));
     }
 }
 
-static void explain(kempe_comparison *c, const kmp_aims *a, int way, const kmp_stiffness *stiffness)
+static void explain(kempe_comparison *c, const kmp_aims *a, int method, const kmp_stiffness *stiffness)
 {
     kmp_text lines[6] = {{0}};
-    tell_cost(&lines[0], c, a, way);
-    tell_tighter(&lines[1], c, a, way);
-    tell_ends(&lines[2], c, way);
+    tell_cost(&lines[0], c, a, method);
+    tell_tighter(&lines[1], c, a, method);
+    tell_ends(&lines[2], c, method);
     tell_stiffness(&lines[3], c, stiffness);
-    tell_dae(&lines[4], c, a, way);
-    tell_preparation(&lines[5], c, a, way);
+    tell_dae(&lines[4], c, a, method);
+    tell_preparation(&lines[5], c, a, method);
     for (int k = 0; k < 6; k++)
         kmp_sentences_take(&c->arena, &c->advice.because, &lines[k]);
 }
@@ -235,7 +235,7 @@ static void refrain(kempe_comparison *c)
     if (steady >= 0) {
         kmp_text_put(&text, "; the cheapest run that agrees with its next tolerance to ");
         kmp_text_printf(&text, "%g in q is ", USUAL);
-        kmp_compare_name(&text, c->runs[steady].way);
+        kmp_compare_name(&text, c->runs[steady].method);
         kmp_text_printf(&text, " at rtol %g: %.3g ms", c->runs[steady].rtol, 1e3 * c->runs[steady].cpu_s);
     }
     if (c->has_reference && !is_prescribed(c))
@@ -248,13 +248,13 @@ void kmp_compare_advise(kempe_comparison *c)
 {
     kmp_stiffness stiffness = kmp_compare_stiffness(c);
     kmp_aims a = c->tables.aims;
-    int way = a.count > 0 && !is_prescribed(c) ? choose_way(c, &a) : -1;
+    int method = a.count > 0 && !is_prescribed(c) ? choose_way(c, &a) : -1;
     c->advice = (kmp_advice){.run = -1, .level = NAN, .stiff = stiffness.stiff};
-    if (way < 0) {
+    if (method < 0) {
         refrain(c);
         return;
     }
-    c->advice.run = run_at(c, way, a.level[0]);
+    c->advice.run = run_at(c, method, a.level[0]);
     c->advice.level = c->levels.level[a.level[0]];
-    explain(c, &a, way, &stiffness);
+    explain(c, &a, method, &stiffness);
 }

@@ -12,9 +12,9 @@ typedef enum part { PART_FORMULATION, PART_FORM, PART_INTEGRATOR, PARTS } part;
 
 static const char *const part_name[PARTS] = {"formulation", "form", "integrator"};
 
-static const char *part_of(const kmp_method *way, part p)
+static const char *part_of(const kmp_method *method, part p)
 {
-    const char *name = p == PART_FORMULATION ? way->formulation : p == PART_FORM ? way->form : way->integrator;
+    const char *name = p == PART_FORMULATION ? method->formulation : p == PART_FORM ? method->form : method->integrator;
     return name ? name : "";
 }
 
@@ -36,9 +36,9 @@ static bool list_has(const char *list, const char *name)
 
 static bool is_known(const char *s, size_t length, part p)
 {
-    kmp_method way;
-    for (int k = 0; kmp_way_get(k, &way); k++)
-        if (length > 0 && word_is(s, length, part_of(&way, p)))
+    kmp_method method;
+    for (int k = 0; kmp_method_get(k, &method); k++)
+        if (length > 0 && word_is(s, length, part_of(&method, p)))
             return true;
     return false;
 }
@@ -46,11 +46,11 @@ static bool is_known(const char *s, size_t length, part p)
 /* Each name of the table once. */
 static void list_known(kmp_text *text, part p)
 {
-    kmp_method way, before;
-    for (int k = 0, said = 0; kmp_way_get(k, &way); k++) {
-        const char *name = part_of(&way, p);
+    kmp_method method, before;
+    for (int k = 0, said = 0; kmp_method_get(k, &method); k++) {
+        const char *name = part_of(&method, p);
         bool again = !*name;
-        for (int i = 0; i < k && kmp_way_get(i, &before); i++)
+        for (int i = 0; i < k && kmp_method_get(i, &before); i++)
             again = again || strcmp(part_of(&before, p), name) == 0;
         if (!again)
             kmp_text_printf(text, "%s%s", said++ ? ", " : "", name);
@@ -79,12 +79,12 @@ static kempe_status check_names(kempe_context *context, const char *list, part p
 /* Methods run in addition to the standard ones when neither a form nor an integrator is given. */
 static const kmp_method besides[] = {{.formulation = "reduced", .form = "integrated", .integrator = "dopri5"}};
 
-static bool is_beside(const kmp_method *way)
+static bool is_beside(const kmp_method *method)
 {
     for (size_t k = 0; k < sizeof besides / sizeof *besides; k++) {
         bool same = true;
         for (part p = PART_FORMULATION; p < PARTS; p++)
-            same = same && strcmp(part_of(way, p), part_of(&besides[k], p)) == 0;
+            same = same && strcmp(part_of(method, p), part_of(&besides[k], p)) == 0;
         if (same)
             return true;
     }
@@ -92,32 +92,32 @@ static bool is_beside(const kmp_method *way)
 }
 
 /* True if the method is selected. Forms and integrators that are not given by name must be standard ones. */
-static bool is_chosen(const kmp_method *way, const char *const list[PARTS])
+static bool is_chosen(const kmp_method *method, const char *const list[PARTS])
 {
-    return list_has(list[PART_FORMULATION], way->formulation) && list_has(list[PART_FORM], way->form) &&
-           list_has(list[PART_INTEGRATOR], way->integrator) && (list[PART_FORM] || way->standard_form) &&
-           (list[PART_INTEGRATOR] || way->standard_integrator ||
-            (!list[PART_FORM] && !list[PART_INTEGRATOR] && is_beside(way)));
+    return list_has(list[PART_FORMULATION], method->formulation) && list_has(list[PART_FORM], method->form) &&
+           list_has(list[PART_INTEGRATOR], method->integrator) && (list[PART_FORM] || method->standard_form) &&
+           (list[PART_INTEGRATOR] || method->standard_integrator ||
+            (!list[PART_FORM] && !list[PART_INTEGRATOR] && is_beside(method)));
 }
 
-bool kmp_is_implicit(const kmp_method *way)
+bool kmp_is_implicit(const kmp_method *method)
 {
-    const kmp_solver_kind *solver = kmp_solver_find(way->integrator);
+    const kmp_solver_kind *solver = kmp_solver_find(method->integrator);
     return solver->dae || solver->implicit;
 }
 
 /* Adds a method: once, or with each linear solver of the list if its integrator takes one. */
-static void add_way(kempe_comparison *c, kmp_method way, const char *linear)
+static void add_way(kempe_comparison *c, kmp_method method, const char *linear)
 {
-    bool each = linear && kmp_solver_find(way.integrator)->sparse;
+    bool each = linear && kmp_solver_find(method.integrator)->sparse;
     if (each)
-        way.linear = "auto";
-    if (!each || list_has(linear, way.linear))
-        c->ways[c->way_count++] = way;
+        method.linear = "auto";
+    if (!each || list_has(linear, method.linear))
+        c->methods[c->method_count++] = method;
     for (int k = 0; each && kmp_linear_name(k); k++) {
-        way.linear = kmp_linear_name(k);
-        if (list_has(linear, way.linear))
-            c->ways[c->way_count++] = way;
+        method.linear = kmp_linear_name(k);
+        if (list_has(linear, method.linear))
+            c->methods[c->method_count++] = method;
     }
 }
 
@@ -136,24 +136,25 @@ static kempe_status check_linear(kempe_context *context, const char *list)
 }
 
 /* Chooses methods; `implicit`: implicit integrators count as standard. */
-static kempe_status choose_ways(kempe_comparison *c, const char *const list[PARTS], const char *linear, bool implicit)
+static kempe_status choose_methods(kempe_comparison *c, const char *const list[PARTS], const char *linear,
+                                   bool implicit)
 {
-    kmp_method way;
+    kmp_method method;
     int count = 0, solvers = 1;
-    while (kmp_way_get(count, &way))
+    while (kmp_method_get(count, &method))
         count++;
     while (kmp_linear_name(solvers - 1))
         solvers++;
-    c->way_count = 0;
-    c->ways = KMP_ARENA_NEW(&c->arena, kmp_method, count * solvers);
-    if (!c->ways)
+    c->method_count = 0;
+    c->methods = KMP_ARENA_NEW(&c->arena, kmp_method, count * solvers);
+    if (!c->methods)
         return kmp_fail_memory(c->system->context);
-    for (int k = 0; kmp_way_get(k, &way); k++) {
-        way.standard_integrator = way.standard_integrator || (implicit && kmp_is_implicit(&way));
-        if (is_chosen(&way, list))
-            add_way(c, way, linear);
+    for (int k = 0; kmp_method_get(k, &method); k++) {
+        method.standard_integrator = method.standard_integrator || (implicit && kmp_is_implicit(&method));
+        if (is_chosen(&method, list))
+            add_way(c, method, linear);
     }
-    if (c->way_count > 0)
+    if (c->method_count > 0)
         return KEMPE_OK;
     return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
                     "the requested formulations, forms and integrators cannot be combined");
@@ -182,12 +183,12 @@ kempe_status kmp_compare_choose(kempe_comparison *c, const kempe_compare_options
     for (part p = PART_FORMULATION; p < PARTS; p++)
         KMP_TRY(check_names(c->system->context, list[p], p));
     KMP_TRY(check_linear(c->system->context, options->linear));
-    KMP_TRY(choose_ways(c, list, options->linear, false));
+    KMP_TRY(choose_methods(c, list, options->linear, false));
     return choose_rtols(c, options->rtols ? options->rtols : default_rtols);
 }
 
 kempe_status kmp_compare_add_implicit(kempe_comparison *c, const kempe_compare_options *options)
 {
     const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
-    return choose_ways(c, list, options->linear, true);
+    return choose_methods(c, list, options->linear, true);
 }

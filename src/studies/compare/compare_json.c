@@ -4,19 +4,19 @@
 #include <kempe/compare.h>
 #include <math.h>
 
-static void json_names(kmp_json *json, const kmp_method *way)
+static void json_names(kmp_json *json, const kmp_method *method)
 {
-    kmp_json_string(json, "formulation", way->formulation);
-    kmp_json_string(json, "form", way->form);
-    kmp_json_string(json, "integrator", way->integrator);
-    if (way->linear)
-        kmp_json_string(json, "linear", way->linear);
+    kmp_json_string(json, "formulation", method->formulation);
+    kmp_json_string(json, "form", method->form);
+    kmp_json_string(json, "integrator", method->integrator);
+    if (method->linear)
+        kmp_json_string(json, "linear", method->linear);
 }
 
 static void json_source(kmp_json *json, const kmp_source *source)
 {
     kmp_json_object(json, NULL);
-    json_names(json, &source->way);
+    json_names(json, &source->method);
     kmp_json_number(json, "rtol", source->rtol);
     kmp_json_number(json, "own_difference", source->own);
     kmp_json_number(json, "distance", source->distance);
@@ -64,7 +64,7 @@ static void json_error(kmp_json *json, const kempe_comparison *c, const kmp_comp
 static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
 {
     kmp_json_object(json, NULL);
-    json_names(json, run->way);
+    json_names(json, run->method);
     kmp_json_number(json, "rtol", run->rtol);
     kmp_json_string(json, "status", kmp_status_word(run->status));
     kmp_json_string(json, "reason", run->reason);
@@ -95,14 +95,14 @@ static double number_or_none(double x)
 }
 
 /* The cost of a method for a level; null where it does not attain it. */
-static void json_reached(kmp_json *json, const kempe_comparison *c, int way, int l)
+static void json_reached(kmp_json *json, const kempe_comparison *c, int method, int l)
 {
-    int k = c->levels.run[way * c->levels.count + l];
+    int k = c->levels.run[method * c->levels.count + l];
     kmp_json_object(json, NULL);
-    json_names(json, &c->ways[way]);
+    json_names(json, &c->methods[method]);
     kmp_json_number(json, "rtol", k >= 0 ? c->runs[k].rtol : NAN);
-    kmp_json_number(json, "cpu_s", kmp_compare_cost(c, way, l).cpu_s);
-    kmp_json_number(json, "ratio", c->levels.best[l] < 0 ? NAN : number_or_none(kmp_compare_ratio(c, way, l)));
+    kmp_json_number(json, "cpu_s", kmp_compare_cost(c, method, l).cpu_s);
+    kmp_json_number(json, "ratio", c->levels.best[l] < 0 ? NAN : number_or_none(kmp_compare_ratio(c, method, l)));
     kmp_json_end(json);
 }
 
@@ -115,7 +115,7 @@ static void json_levels(kmp_json *json, const kempe_comparison *c)
         if (c->levels.blank[l])
             kmp_json_boolean(json, "below_reference", true);
         kmp_json_array(json, "methods");
-        for (int w = 0; w < c->way_count && !c->levels.blank[l]; w++)
+        for (int w = 0; w < c->method_count && !c->levels.blank[l]; w++)
             json_reached(json, c, w, l);
         kmp_json_end(json);
         kmp_json_end(json);
@@ -124,9 +124,9 @@ static void json_levels(kmp_json *json, const kempe_comparison *c)
 }
 
 /* The cost at one of the errors of the two tables, and its ratio to that of a base in three factors. */
-static void json_split(kmp_json *json, const kempe_comparison *c, int way, int base, int l)
+static void json_split(kmp_json *json, const kempe_comparison *c, int method, int base, int l)
 {
-    kmp_method_cost cost = kmp_compare_cost(c, way, l), of = {NAN, NAN, NAN};
+    kmp_method_cost cost = kmp_compare_cost(c, method, l), of = {NAN, NAN, NAN};
     if (base >= 0)
         of = kmp_compare_cost(c, base, l);
     kmp_json_object(json, NULL);
@@ -141,15 +141,15 @@ static void json_split(kmp_json *json, const kempe_comparison *c, int way, int b
     kmp_json_end(json);
 }
 
-static void json_split_all(kmp_json *json, const kempe_comparison *c, int way, bool same)
+static void json_split_all(kmp_json *json, const kempe_comparison *c, int method, bool same)
 {
     const kmp_tables *t = &c->tables;
     kmp_json_object(json, NULL);
-    json_names(json, &c->ways[way]);
+    json_names(json, &c->methods[method]);
     kmp_json_array(json, "errors");
     for (int k = 0; k < t->aims.count; k++) {
         int level = t->aims.level[k];
-        json_split(json, c, way, same ? kmp_compare_base(c, way, level) : kmp_compare_best(c, level), level);
+        json_split(json, c, method, same ? kmp_compare_base(c, method, level) : kmp_compare_best(c, level), level);
     }
     kmp_json_end(json);
     kmp_json_end(json);
@@ -193,7 +193,7 @@ static void json_advice(kmp_json *json, const kempe_comparison *c)
     const kmp_advice *advice = &c->advice;
     const kmp_compared *run = advice->run >= 0 ? &c->runs[advice->run] : NULL;
     kmp_json_object(json, "advice");
-    json_names(json, run ? run->way : &(const kmp_method){0});
+    json_names(json, run ? run->method : &(const kmp_method){0});
     kmp_json_number(json, "rtol", run ? run->rtol : NAN);
     kmp_json_number(json, "error", advice->level);
     if (advice->stiff)

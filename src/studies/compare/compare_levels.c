@@ -29,7 +29,7 @@ static bool counts(const kempe_comparison *c, int run, double level)
     if (!is_within(&c->runs[run], level))
         return false;
     for (int k = 0; k < c->count; k++)
-        if (c->runs[k].way == c->runs[run].way && c->runs[k].rtol < c->runs[run].rtol &&
+        if (c->runs[k].method == c->runs[run].method && c->runs[k].rtol < c->runs[run].rtol &&
             c->runs[k].status == KEMPE_OK && !is_within(&c->runs[k], level))
             return false;
     return true;
@@ -40,7 +40,7 @@ static int next_coarser(const kempe_comparison *c, int run)
 {
     int found = -1;
     for (int k = 0; k < c->count; k++)
-        if (c->runs[k].way == c->runs[run].way && c->runs[k].status == KEMPE_OK &&
+        if (c->runs[k].method == c->runs[run].method && c->runs[k].status == KEMPE_OK &&
             c->runs[k].rtol > c->runs[run].rtol && (found < 0 || c->runs[k].rtol < c->runs[found].rtol))
             found = k;
     return found;
@@ -78,7 +78,7 @@ static bool is_cheaper(const kempe_comparison *c, int run, int than)
 static void settle_best(kempe_comparison *c, int l)
 {
     double least = INFINITY;
-    for (int w = 0; w < c->way_count; w++) {
+    for (int w = 0; w < c->method_count; w++) {
         int place = w * KMP_MOST_LEVELS + l, run = c->levels.run[place];
         c->levels.cost[place] = run >= 0 ? cost_of(c, run, levels[l]) : (kmp_method_cost){NAN, NAN, NAN};
         if (c->levels.cost[place].cpu_s < least) {
@@ -95,7 +95,7 @@ static void settle(kempe_comparison *c, int l)
     c->levels.best[l] = -1;
     c->levels.blank[l] = !(levels[l] >= 10 * uncertainty);
     for (int k = 0; k < c->count && !c->levels.blank[l]; k++) {
-        int *own = &c->levels.run[(int)(c->runs[k].way - c->ways) * KMP_MOST_LEVELS + l];
+        int *own = &c->levels.run[(int)(c->runs[k].method - c->methods) * KMP_MOST_LEVELS + l];
         if (!counts(c, k, levels[l]))
             continue;
         if (is_cheaper(c, k, *own))
@@ -106,11 +106,11 @@ static void settle(kempe_comparison *c, int l)
 
 void kmp_compare_levels(kempe_comparison *c)
 {
-    c->levels.run = KMP_ARENA_NEW(&c->arena, int, KMP_MOST_LEVELS * c->way_count);
-    c->levels.cost = KMP_ARENA_NEW(&c->arena, kmp_method_cost, KMP_MOST_LEVELS * c->way_count);
+    c->levels.run = KMP_ARENA_NEW(&c->arena, int, KMP_MOST_LEVELS * c->method_count);
+    c->levels.cost = KMP_ARENA_NEW(&c->arena, kmp_method_cost, KMP_MOST_LEVELS * c->method_count);
     if (!c->has_reference || c->arena.failed)
         return;
-    for (int k = 0; k < KMP_MOST_LEVELS * c->way_count; k++)
+    for (int k = 0; k < KMP_MOST_LEVELS * c->method_count; k++)
         c->levels.run[k] = -1;
     c->levels.count = KMP_MOST_LEVELS;
     for (int l = 0; l < KMP_MOST_LEVELS; l++)

@@ -12,9 +12,9 @@ const kmp_quantity kmp_compare_shown[KMP_COMPARE_SHOWN] = {KMP_QUANTITY_Q, KMP_Q
 
 enum { LINE = 100, INDENT = 4, FEW_RUNS = 24 };
 
-static const char *form_of(const kmp_method *way)
+static const char *form_of(const kmp_method *method)
 {
-    return way->form ? way->form : "-";
+    return method->form ? method->form : "-";
 }
 
 /* A sentence, broken between words; lines after the first are indented. */
@@ -104,7 +104,7 @@ static void show_reason(kmp_text *text, const kmp_compared *run, int room)
 static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compared *run, int width)
 {
     kmp_text name = {0};
-    kmp_compare_name(&name, run->way);
+    kmp_compare_name(&name, run->method);
     kmp_text_printf(text, "%-*s %5.0e", width, name.s ? name.s : "", run->rtol);
     text->failed = text->failed || name.failed;
     kmp_text_free(&name);
@@ -132,7 +132,7 @@ static void show_runs(kmp_text *text, const kempe_comparison *c)
     int width = kmp_compare_name_width(c);
     if (c->count > FEW_RUNS) {
         kmp_text_printf(text, "\n%d runs, %d methods at %d tolerances: --csv, --json and --report list them\n",
-                        c->count, c->way_count, c->rtol_count);
+                        c->count, c->method_count, c->rtol_count);
         return;
     }
     if (c->count > 0)
@@ -154,20 +154,21 @@ static void show_best(kmp_text *text, const kempe_comparison *c)
         else if (best < 0)
             kmp_text_printf(text, " %7s", "-");
         else
-            kmp_text_printf(text, " %7.3g", 1e3 * kmp_compare_cost(c, (int)(c->runs[best].way - c->ways), l).cpu_s);
+            kmp_text_printf(text, " %7.3g",
+                            1e3 * kmp_compare_cost(c, (int)(c->runs[best].method - c->methods), l).cpu_s);
     }
     kmp_compare_end_line(text);
 }
 
-static void show_ratios(kmp_text *text, const kempe_comparison *c, int way)
+static void show_ratios(kmp_text *text, const kempe_comparison *c, int method)
 {
-    const kmp_method *w = &c->ways[way];
+    const kmp_method *w = &c->methods[method];
     char integrator[32];
     (void)snprintf(integrator, sizeof integrator, "%s%s%s", w->integrator, w->linear ? "/" : "",
                    w->linear ? w->linear : "");
     kmp_text_printf(text, "%-9s %-11s %-*s", w->formulation, form_of(w), kmp_compare_name_width(c) - 22, integrator);
     for (int l = 0; l < c->levels.count; l++) {
-        double ratio = c->levels.blank[l] || c->levels.best[l] < 0 ? INFINITY : kmp_compare_ratio(c, way, l);
+        double ratio = c->levels.blank[l] || c->levels.best[l] < 0 ? INFINITY : kmp_compare_ratio(c, method, l);
         if (c->levels.blank[l])
             kmp_text_printf(text, " %7s", "");
         else if (isinf(ratio))
@@ -191,7 +192,7 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
     }
     kmp_text_put(text, "\n");
     show_best(text, c);
-    for (int w = 0; w < c->way_count; w++)
+    for (int w = 0; w < c->method_count; w++)
         show_ratios(text, c, w);
     kmp_text_printf(text, "-: not attained%s\n", blank ? "; blank: below the accuracy of the reference" : "");
 }
@@ -206,7 +207,7 @@ static void show_advice(kmp_text *text, const kempe_comparison *c)
     } else {
         const kmp_compared *run = &c->runs[c->advice.run];
         kmp_text_put(text, "use ");
-        kmp_compare_name(text, run->way);
+        kmp_compare_name(text, run->method);
         kmp_text_printf(text, " at rtol %g for this model: error q at most %g in %.3g ms\n", run->rtol, c->advice.level,
                         1e3 * run->cpu_s);
     }

@@ -47,16 +47,16 @@ static void put_cost(kmp_text *text, kmp_method_cost cost, const kmp_method_cost
 int kmp_compare_name_width(const kempe_comparison *c)
 {
     size_t width = NAME;
-    for (int w = 0; w < c->way_count; w++)
-        if (c->ways[w].linear && width < NAME + 1 + strlen(c->ways[w].linear))
-            width = NAME + 1 + strlen(c->ways[w].linear);
+    for (int w = 0; w < c->method_count; w++)
+        if (c->methods[w].linear && width < NAME + 1 + strlen(c->methods[w].linear))
+            width = NAME + 1 + strlen(c->methods[w].linear);
     return (int)width;
 }
 
-static void put_name(kmp_text *text, const kempe_comparison *c, const kmp_method *way)
+static void put_name(kmp_text *text, const kempe_comparison *c, const kmp_method *method)
 {
     kmp_text name = {0};
-    kmp_compare_name(&name, way);
+    kmp_compare_name(&name, method);
     kmp_text_printf(text, "%-*s", kmp_compare_name_width(c), name.s ? name.s : "");
     text->failed = text->failed || name.failed;
     kmp_text_free(&name);
@@ -85,13 +85,14 @@ static void put_titles(kmp_text *text, const kempe_comparison *c)
 }
 
 /* A line of one of the tables: `same` is that of equal integrators. */
-static void put_line(kmp_text *text, const kempe_comparison *c, int way, bool same)
+static void put_line(kmp_text *text, const kempe_comparison *c, int method, bool same)
 {
-    put_name(text, c, &c->ways[way]);
+    put_name(text, c, &c->methods[method]);
     for (int k = 0; k < c->tables.aims.count; k++) {
-        int level = c->tables.aims.level[k], base = same ? kmp_compare_base(c, way, level) : kmp_compare_best(c, level);
+        int level = c->tables.aims.level[k],
+            base = same ? kmp_compare_base(c, method, level) : kmp_compare_best(c, level);
         kmp_method_cost of_base = base >= 0 ? kmp_compare_cost(c, base, level) : (kmp_method_cost){NAN, NAN, NAN};
-        put_cost(text, kmp_compare_cost(c, way, level), base == way ? NULL : &of_base);
+        put_cost(text, kmp_compare_cost(c, method, level), base == method ? NULL : &of_base);
     }
     kmp_compare_end_line(text);
 }
@@ -106,13 +107,13 @@ static void put_memory(kmp_text *text, size_t bytes)
 
 /* Beside the integration: preparation, first result, memory, residuals and the other errors, of the run for the first
  * aim. */
-static void put_beside(kmp_text *text, const kempe_comparison *c, int way)
+static void put_beside(kmp_text *text, const kempe_comparison *c, int method)
 {
-    int k = c->levels.run[way * c->levels.count + c->tables.aims.level[0]];
+    int k = c->levels.run[method * c->levels.count + c->tables.aims.level[0]];
     const kmp_compared *run = k >= 0 ? &c->runs[k] : NULL;
     if (!run)
         return;
-    put_name(text, c, run->way);
+    put_name(text, c, run->method);
     kmp_text_printf(text, " | %6.0e", run->rtol);
     kmp_compare_put_number(text, 8, 1e3 * (c->system->build_s + run->build_s));
     kmp_compare_put_number(text, 8, 1e3 * kmp_compare_first_s(c, run));

@@ -82,23 +82,23 @@ static double allowed(const maker *m, double part)
     return fmin(part * m->budget_s, m->job->left_s - m->least_left_s);
 }
 
-static kempe_status attempt(maker *m, const kmp_method *way, double rtol, double part, kmp_samples *table, ending *how,
-                            double *cpu_s)
+static kempe_status attempt(maker *m, const kmp_method *method, double rtol, double part, kmp_samples *table,
+                            ending *how, double *cpu_s)
 {
     kmp_run_report report = {0};
     double limit_s = allowed(m, part);
     *how = CUT;
     if (!(limit_s > 0))
         return KEMPE_OK;
-    kmp_log(m->job->context, KEMPE_LOG_PROGRESS, "reference: %s %s %s at rtol %g", way->formulation, way->form,
-            way->integrator, rtol);
-    kempe_status status = kmp_compare_once(m->job, way, rtol, &m->times, limit_s, table, &report);
+    kmp_log(m->job->context, KEMPE_LOG_PROGRESS, "reference: %s %s %s at rtol %g", method->formulation, method->form,
+            method->integrator, rtol);
+    kempe_status status = kmp_compare_once(m->job, method, rtol, &m->times, limit_s, table, &report);
     *how = status == KEMPE_OK ? DONE : report.cut ? CUT : FAILED;
     *cpu_s = report.cpu_s;
     if (status == KEMPE_STOPPED || status == KEMPE_E_FAILED) {
         const char *reason = report.reason ? report.reason : kempe_context_message(m->job->context);
-        kmp_log(m->job->context, KEMPE_LOG_INFO, "reference: %s %s %s at rtol %g: %s", way->formulation, way->form,
-                way->integrator, rtol, reason);
+        kmp_log(m->job->context, KEMPE_LOG_INFO, "reference: %s %s %s at rtol %g: %s", method->formulation,
+                method->form, method->integrator, rtol, reason);
         if (!m->reason && !report.cut)
             m->reason = kmp_strdup(reason);
         status = kmp_interrupted(m->job->context) ? KEMPE_STOPPED : KEMPE_OK;
@@ -113,14 +113,14 @@ static kempe_status run_tight(maker *m, maker_source *s)
     ending how;
     double cpu_s = 0;
     int cut = 0;
-    kempe_status status = attempt(m, &s->said.way, COARSE, COARSE_PART, &s->table, &how, &cpu_s);
+    kempe_status status = attempt(m, &s->said.method, COARSE, COARSE_PART, &s->table, &how, &cpu_s);
     if (status != KEMPE_OK || how == CUT)
         return status;
     double coarse_s = how == DONE ? cpu_s : 0;
     for (int k = 0; k < TIGHT && cut < MOST_CUT && !(s->said.rtol > 0) && status == KEMPE_OK; k++) {
         if (coarse_s * pow(GROWTH, log10(COARSE / tight[k])) > allowed(m, RUN_PART))
             continue;
-        status = attempt(m, &s->said.way, tight[k], RUN_PART, &s->table, &how, &cpu_s);
+        status = attempt(m, &s->said.method, tight[k], RUN_PART, &s->table, &how, &cpu_s);
         if (status == KEMPE_OK && how == DONE)
             s->said.rtol = tight[k];
         if (how == CUT) {
@@ -145,7 +145,7 @@ static kempe_status run_beside(maker *m, maker_source *s)
 {
     ending how;
     double cpu_s;
-    kempe_status status = attempt(m, &s->said.way, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
+    kempe_status status = attempt(m, &s->said.method, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
     if (how != DONE)
         s->beside.rows = 0;
     return status;
@@ -160,10 +160,10 @@ static void judge_own(const maker *m, maker_source *s, double until)
 
 static bool exists(const kmp_method *row)
 {
-    kmp_method way;
-    for (int k = 0; kmp_way_get(k, &way); k++)
-        if (strcmp(way.formulation, row->formulation) == 0 && strcmp(way.form, row->form) == 0 &&
-            strcmp(way.integrator, row->integrator) == 0)
+    kmp_method method;
+    for (int k = 0; kmp_method_get(k, &method); k++)
+        if (strcmp(method.formulation, row->formulation) == 0 && strcmp(method.form, row->form) == 0 &&
+            strcmp(method.integrator, row->integrator) == 0)
             return true;
     return false;
 }
@@ -178,7 +178,7 @@ static kempe_status gather(maker *m)
 {
     kempe_status status = KEMPE_OK;
     for (size_t k = 0; k < sizeof rows / sizeof *rows && m->count < KMP_MOST_SOURCES && status == KEMPE_OK; k++) {
-        if (!exists(&rows[k].way))
+        if (!exists(&rows[k].method))
             continue;
         maker_source *s = &m->sources[m->count];
         *s = (maker_source){.said = rows[k]};
@@ -228,7 +228,7 @@ static kempe_status run_nudged(maker *m)
     kempe_status status = nudge(m, &moved);
     if (status == KEMPE_OK && moved) {
         m->job->start = moved;
-        status = attempt(m, &first->said.way, fmax(first->said.rtol, 1e-10), RUN_PART, &m->moved, &how, &cpu_s);
+        status = attempt(m, &first->said.method, fmax(first->said.rtol, 1e-10), RUN_PART, &m->moved, &how, &cpu_s);
         m->job->start = start;
     }
     if (how != DONE)
@@ -290,9 +290,9 @@ static void judge_others(maker *m, double until, double *formulation, double *in
         if (k != m->first)
             differ(m, &s->table, &first->table, until, difference);
         s->said.distance = k == m->first ? 0 : difference[KMP_QUANTITY_Q];
-        if (strcmp(s->said.way.formulation, first->said.way.formulation) != 0)
+        if (strcmp(s->said.method.formulation, first->said.method.formulation) != 0)
             take_least(formulation, difference);
-        if (strcmp(s->said.way.integrator, first->said.way.integrator) != 0)
+        if (strcmp(s->said.method.integrator, first->said.method.integrator) != 0)
             take_least(integrator, difference);
     }
 }
@@ -348,7 +348,7 @@ static void describe(const maker *m, kmp_text *text)
 {
     int count = 0, said = 0;
     kmp_text_put(text, "own: ");
-    kmp_compare_name(text, &m->sources[m->first].said.way);
+    kmp_compare_name(text, &m->sources[m->first].said.method);
     kmp_text_printf(text, " at rtol %g, ", m->sources[m->first].said.rtol);
     for (int k = 0; k < m->count; k++)
         count += confirms(m, k);
@@ -358,7 +358,7 @@ static void describe(const maker *m, kmp_text *text)
         if (!confirms(m, k))
             continue;
         kmp_text_put(text, said == 0 ? "confirmed by " : said == count - 1 ? " and " : ", ");
-        kmp_compare_name(text, &m->sources[k].said.way);
+        kmp_compare_name(text, &m->sources[k].said.method);
         said++;
     }
 }
@@ -396,7 +396,7 @@ static void warn(const maker *m, double at_end, double bound)
         if (k == m->first || confirms(m, k))
             continue;
         kmp_text text = {0};
-        kmp_compare_name(&text, &s->said.way);
+        kmp_compare_name(&text, &s->said.method);
         kmp_text_printf(&text,
                         " at rtol %g differs by %.1g in q from the reference, although its own tolerances agree to "
                         "%.1g: one of the two follows another branch",

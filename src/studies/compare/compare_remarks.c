@@ -46,11 +46,11 @@ void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format
     kmp_sentences_take(arena, list, &text);
 }
 
-void kmp_compare_name(kmp_text *text, const kmp_method *way)
+void kmp_compare_name(kmp_text *text, const kmp_method *method)
 {
-    bool formless = !way->form || strcmp(way->form, "none") == 0;
-    kmp_text_printf(text, "%s %s%s%s%s%s", way->formulation, formless ? "" : way->form, formless ? "" : " ",
-                    way->integrator, way->linear ? " " : "", way->linear ? way->linear : "");
+    bool formless = !method->form || strcmp(method->form, "none") == 0;
+    kmp_text_printf(text, "%s %s%s%s%s%s", method->formulation, formless ? "" : method->form, formless ? "" : " ",
+                    method->integrator, method->linear ? " " : "", method->linear ? method->linear : "");
 }
 
 /* -- groups ------------------------------------------------------------------------------------------ */
@@ -66,11 +66,11 @@ typedef struct group {
     double how;
 } group;
 
-static group find(const kempe_comparison *c, int way, trouble_fn *has)
+static group find(const kempe_comparison *c, int method, trouble_fn *has)
 {
     group g = {0};
     for (int k = 0; k < c->rtol_count; k++) {
-        const kmp_compared *run = &c->runs[way * c->rtol_count + k];
+        const kmp_compared *run = &c->runs[method * c->rtol_count + k];
         double how = 0;
         if (!has(c, run, &how))
             continue;
@@ -87,7 +87,7 @@ static group find(const kempe_comparison *c, int way, trouble_fn *has)
 
 static void begin(kmp_text *text, const kempe_comparison *c, const group *g)
 {
-    kmp_compare_name(text, g->first->way);
+    kmp_compare_name(text, g->first->method);
     if (g->count == c->rtol_count && g->count > 1)
         kmp_text_put(text, " at every rtol");
     else if (g->count == 1)
@@ -196,7 +196,7 @@ void kmp_compare_remark(kempe_comparison *c)
                           c->runs[0].status == KEMPE_E_FAILED ? "failed" : "stopped", c->runs[0].reason);
         return;
     }
-    for (int w = 0; w < c->way_count; w++) {
+    for (int w = 0; w < c->method_count; w++) {
         for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) {
             group g = find(c, w, ends[k]);
             if (g.count > 0 && !(ends[k] == is_left_out && kmp_interrupted(c->system->context)))

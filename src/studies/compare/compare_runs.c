@@ -20,14 +20,14 @@ enum { MOST_REPEATS = 5, SOME_REPEATS = 3 };
 
 /* -- one run ----------------------------------------------------------------------------------------- */
 
-kempe_status kmp_compare_once(kmp_compare_job *j, const kmp_method *way, double rtol, const kmp_times *times,
+kempe_status kmp_compare_once(kmp_compare_job *j, const kmp_method *method, double rtol, const kmp_times *times,
                               double limit_s, kmp_samples *table, kmp_run_report *report)
 {
     const kempe_system *system = j->comparison->system;
-    kmp_run_spec spec = {.formulation = way->formulation,
-                         .form = way->form,
-                         .integrator = way->integrator,
-                         .linear = way->linear,
+    kmp_run_spec spec = {.formulation = method->formulation,
+                         .form = method->form,
+                         .integrator = method->integrator,
+                         .linear = method->linear,
                          .rtol = rtol,
                          .atol = rtol,
                          .t_end = j->comparison->t_end,
@@ -49,7 +49,7 @@ kempe_status kmp_compare_once(kmp_compare_job *j, const kmp_method *way, double 
 static void tell(const kmp_compare_job *j, const kmp_compared *run)
 {
     kmp_text text = {0};
-    kmp_compare_name(&text, run->way);
+    kmp_compare_name(&text, run->method);
     const char *name = text.s ? text.s : "";
     if (run->status == KEMPE_OK)
         kmp_log(j->context, KEMPE_LOG_PROGRESS, "%s, rtol %g: error q %.1e, %.3g ms", name, run->rtol,
@@ -71,7 +71,7 @@ static const char *take_reason(kmp_compare_job *j, kmp_run_report *report)
 
 static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_s, kmp_samples *table)
 {
-    kempe_status status = kmp_compare_once(j, run->way, run->rtol, &j->times, limit_s, table, &run->report);
+    kempe_status status = kmp_compare_once(j, run->method, run->rtol, &j->times, limit_s, table, &run->report);
     bool cut = run->report.cut;
     if (status == KEMPE_OK) {
         run->verdict = kmp_verdict_of(table, j->eval, j->comparison->has_reference ? &j->reference : NULL);
@@ -98,17 +98,17 @@ typedef struct grid {
     kmp_arena arena;
     kempe_comparison *comparison;
     kmp_samples table;
-    kmp_samples *before; /* of each method: the rows at the last tolerance with a complete run */
-    int *before_run;     /* its run, -1: none */
-    double *cpu_s;       /* of each method so far */
-    int *repeats;        /* of each run, for its time */
-    bool *out;           /* methods that are abandoned */
-    int *ways, *rtols;   /* in the order in which they are run */
+    kmp_samples *before;  /* of each method: the rows at the last tolerance with a complete run */
+    int *before_run;      /* its run, -1: none */
+    double *cpu_s;        /* of each method so far */
+    int *repeats;         /* of each run, for its time */
+    bool *out;            /* methods that are abandoned */
+    int *methods, *rtols; /* in the order in which they are run */
 } grid;
 
-static kmp_compared *run_of(const grid *g, int way, int rtol)
+static kmp_compared *run_of(const grid *g, int method, int rtol)
 {
-    return &g->comparison->runs[way * g->comparison->rtol_count + rtol];
+    return &g->comparison->runs[method * g->comparison->rtol_count + rtol];
 }
 
 static void leave_out(kmp_compared *run, const char *reason)
@@ -127,9 +127,9 @@ static void leave_out_spent(const grid *g, kmp_compared *run)
 }
 
 /* A method that was abandoned is so at all tighter tolerances. */
-static void give_up(const grid *g, int way, int rtol, double limit_s, double fastest)
+static void give_up(const grid *g, int method, int rtol, double limit_s, double fastest)
 {
-    double bound = run_of(g, way, rtol)->rtol;
+    double bound = run_of(g, method, rtol)->rtol;
     kmp_text reason = {0};
     kmp_text_printf(&reason, "omitted: at rtol %g it is not finished after %.3g s", bound, limit_s);
     if (limit_s >= fmax(FREE, HOPELESS * fastest))
@@ -138,26 +138,26 @@ static void give_up(const grid *g, int way, int rtol, double limit_s, double fas
         kmp_text_printf(&reason, " of the %.3g s for all runs; increase --budget", g->comparison->budget_s);
     const char *kept = kmp_sentence_keep(&g->comparison->arena, &reason);
     for (int k = 0; k < g->comparison->rtol_count; k++)
-        if (run_of(g, way, k)->rtol <= bound)
-            leave_out(run_of(g, way, k), kept);
-    g->out[way] = true;
+        if (run_of(g, method, k)->rtol <= bound)
+            leave_out(run_of(g, method, k), kept);
+    g->out[method] = true;
 }
 
 /* The difference of q between the previous run and this one, which is tighter. */
-static void compare_before(grid *g, int way, int run)
+static void compare_before(grid *g, int method, int run)
 {
     kempe_comparison *c = g->comparison;
     double error[KMP_QUANTITIES];
-    if (g->before_run[way] >= 0) {
+    if (g->before_run[method] >= 0) {
         kmp_reference tighter = g->table;
         tighter.shared = c->shared;
-        kmp_verdict_errors(&g->before[way], c->system, &tighter, INFINITY, error);
-        c->runs[g->before_run[way]].apart = error[KMP_QUANTITY_Q];
+        kmp_verdict_errors(&g->before[method], c->system, &tighter, INFINITY, error);
+        c->runs[g->before_run[method]].apart = error[KMP_QUANTITY_Q];
     }
-    kmp_samples swap = g->before[way];
-    g->before[way] = g->table;
+    kmp_samples swap = g->before[method];
+    g->before[method] = g->table;
     g->table = swap;
-    g->before_run[way] = run;
+    g->before_run[method] = run;
 }
 
 static double limit_of(const grid *g, double fastest)
@@ -181,7 +181,7 @@ static int repeats_of(const kmp_compare_job *j, const kmp_compared *run)
 static kempe_status repeat(grid *g, kmp_compared *run, bool first)
 {
     kmp_run_report report;
-    kempe_status status = kmp_compare_once(g->job, run->way, run->rtol, &g->job->few, 0, &g->table, &report);
+    kempe_status status = kmp_compare_once(g->job, run->method, run->rtol, &g->job->few, 0, &g->table, &report);
     kmp_free(report.reason);
     report.reason = NULL;
     if (status != KEMPE_OK)
@@ -204,11 +204,11 @@ static kempe_status time_all(grid *g)
     return status;
 }
 
-static kempe_status run_cell(grid *g, int way, int rtol, double *fastest)
+static kempe_status run_cell(grid *g, int method, int rtol, double *fastest)
 {
-    kmp_compared *run = run_of(g, way, rtol);
+    kmp_compared *run = run_of(g, method, rtol);
     double limit_s = limit_of(g, *fastest);
-    if (g->out[way])
+    if (g->out[method])
         return KEMPE_OK;
     if (kmp_interrupted(g->job->context))
         leave_out(run, "interrupted");
@@ -218,16 +218,16 @@ static kempe_status run_cell(grid *g, int way, int rtol, double *fastest)
         return KEMPE_OK;
     KMP_TRY(run_one(g->job, run, limit_s, &g->table));
     if (run->left_out)
-        give_up(g, way, rtol, limit_s, *fastest);
+        give_up(g, method, rtol, limit_s, *fastest);
     if (!run->reason)
         return kmp_fail_memory(g->job->context);
     tell(g->job, run);
-    g->cpu_s[way] = run->report.cpu_s;
-    int *repeats = &g->repeats[way * g->comparison->rtol_count + rtol];
+    g->cpu_s[method] = run->report.cpu_s;
+    int *repeats = &g->repeats[method * g->comparison->rtol_count + rtol];
     *repeats = repeats_of(g->job, run);
     if (run->status != KEMPE_OK)
         return KEMPE_OK;
-    compare_before(g, way, way * g->comparison->rtol_count + rtol);
+    compare_before(g, method, method * g->comparison->rtol_count + rtol);
     if (*repeats > 0)
         KMP_TRY(repeat(g, run, true));
     *fastest = fmin(*fastest, run->cpu_s);
@@ -238,11 +238,11 @@ static kempe_status run_cell(grid *g, int way, int rtol, double *fastest)
  * them. */
 static void sort_ways(const grid *g)
 {
-    for (int i = 1; i < g->comparison->way_count; i++)
-        for (int k = i; k > 0 && g->cpu_s[g->ways[k]] < g->cpu_s[g->ways[k - 1]]; k--) {
-            int swap = g->ways[k];
-            g->ways[k] = g->ways[k - 1];
-            g->ways[k - 1] = swap;
+    for (int i = 1; i < g->comparison->method_count; i++)
+        for (int k = i; k > 0 && g->cpu_s[g->methods[k]] < g->cpu_s[g->methods[k - 1]]; k--) {
+            int swap = g->methods[k];
+            g->methods[k] = g->methods[k - 1];
+            g->methods[k - 1] = swap;
         }
 }
 
@@ -263,24 +263,24 @@ static bool begin(grid *g)
 {
     kempe_comparison *c = g->comparison;
     kmp_samples_init(&g->table, c->system->n, c->system->m);
-    c->runs = KMP_ARENA_NEW(&c->arena, kmp_compared, c->way_count * c->rtol_count);
-    g->before = KMP_ARENA_NEW(&g->arena, kmp_samples, c->way_count);
-    g->before_run = KMP_ARENA_NEW(&g->arena, int, c->way_count);
-    g->cpu_s = KMP_ARENA_NEW(&g->arena, double, c->way_count);
-    g->repeats = KMP_ARENA_NEW(&g->arena, int, c->way_count * c->rtol_count);
-    g->out = KMP_ARENA_NEW(&g->arena, bool, c->way_count);
-    g->ways = KMP_ARENA_NEW(&g->arena, int, c->way_count);
+    c->runs = KMP_ARENA_NEW(&c->arena, kmp_compared, c->method_count * c->rtol_count);
+    g->before = KMP_ARENA_NEW(&g->arena, kmp_samples, c->method_count);
+    g->before_run = KMP_ARENA_NEW(&g->arena, int, c->method_count);
+    g->cpu_s = KMP_ARENA_NEW(&g->arena, double, c->method_count);
+    g->repeats = KMP_ARENA_NEW(&g->arena, int, c->method_count * c->rtol_count);
+    g->out = KMP_ARENA_NEW(&g->arena, bool, c->method_count);
+    g->methods = KMP_ARENA_NEW(&g->arena, int, c->method_count);
     g->rtols = KMP_ARENA_NEW(&g->arena, int, c->rtol_count);
     if (!c->runs || g->arena.failed)
         return false;
-    c->count = c->way_count * c->rtol_count;
-    for (int w = 0; w < c->way_count; w++) {
+    c->count = c->method_count * c->rtol_count;
+    for (int w = 0; w < c->method_count; w++) {
         kmp_samples_init(&g->before[w], c->system->n, c->system->m);
         g->before_run[w] = -1;
-        g->ways[w] = w;
+        g->methods[w] = w;
     }
     for (int k = 0; k < c->count; k++)
-        c->runs[k] = (kmp_compared){.way = &c->ways[k / c->rtol_count],
+        c->runs[k] = (kmp_compared){.method = &c->methods[k / c->rtol_count],
                                     .rtol = g->comparison->rtols[k % c->rtol_count],
                                     .verdict = kmp_verdict_none(),
                                     .cpu_s = NAN,
@@ -292,7 +292,7 @@ static bool begin(grid *g)
 
 static void end(grid *g)
 {
-    for (int w = 0; g->before && w < g->comparison->way_count; w++)
+    for (int w = 0; g->before && w < g->comparison->method_count; w++)
         kmp_samples_free(&g->before[w]);
     kmp_samples_free(&g->table);
     kmp_arena_free(&g->arena);
@@ -305,8 +305,8 @@ kempe_status kmp_compare_run_all(kmp_compare_job *j)
     for (int k = 0; status == KEMPE_OK && k < g.comparison->rtol_count; k++) {
         double fastest = INFINITY;
         sort_ways(&g);
-        for (int w = 0; status == KEMPE_OK && w < g.comparison->way_count; w++)
-            status = run_cell(&g, g.ways[w], g.rtols[k], &fastest);
+        for (int w = 0; status == KEMPE_OK && w < g.comparison->method_count; w++)
+            status = run_cell(&g, g.methods[w], g.rtols[k], &fastest);
     }
     if (status == KEMPE_OK)
         status = time_all(&g);

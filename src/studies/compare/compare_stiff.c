@@ -29,16 +29,16 @@ bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit)
 /* -- before all runs --------------------------------------------------------------------------------- */
 
 /* *steps: -1 when the run was not complete. */
-static kempe_status count_steps(kmp_compare_job *j, const kmp_method *way, double rtol, long *steps)
+static kempe_status count_steps(kmp_compare_job *j, const kmp_method *method, double rtol, long *steps)
 {
     kmp_samples table;
     kmp_run_report report = {0};
     double t_end = j->comparison->t_end;
     kmp_times times = {1, &t_end};
     kmp_samples_init(&table, j->comparison->system->n, j->comparison->system->m);
-    kmp_log(j->context, KEMPE_LOG_PROGRESS, "probe: %s %s %s at rtol %g", way->formulation, way->form, way->integrator,
-            rtol);
-    kempe_status status = kmp_compare_once(j, way, rtol, &times, PROBE_PART * j->left_s, &table, &report);
+    kmp_log(j->context, KEMPE_LOG_PROGRESS, "probe: %s %s %s at rtol %g", method->formulation, method->form,
+            method->integrator, rtol);
+    kempe_status status = kmp_compare_once(j, method, rtol, &times, PROBE_PART * j->left_s, &table, &report);
     *steps = status == KEMPE_OK ? report.steps : -1;
     kmp_free(report.reason);
     kmp_samples_free(&table);
@@ -68,10 +68,10 @@ static bool is_done(const kempe_comparison *c, int k)
 }
 
 /* The loosest complete run of a method, -1: none. */
-static int loosest(const kempe_comparison *c, int way)
+static int loosest(const kempe_comparison *c, int method)
 {
     int found = -1;
-    for (int k = way * c->rtol_count; k < (way + 1) * c->rtol_count; k++)
+    for (int k = method * c->rtol_count; k < (method + 1) * c->rtol_count; k++)
         if (is_done(c, k) && (found < 0 || c->runs[k].rtol > c->runs[found].rtol))
             found = k;
     return found;
@@ -83,7 +83,7 @@ static int tighter(const kempe_comparison *c, int loose)
     int found = -1;
     for (int k = 0; k < c->count; k++) {
         double decades = log10(c->runs[loose].rtol / c->runs[k].rtol);
-        if (c->runs[k].way == c->runs[loose].way && is_done(c, k) && decades > 1.9 && decades < 3.1 &&
+        if (c->runs[k].method == c->runs[loose].method && is_done(c, k) && decades > 1.9 && decades < 3.1 &&
             (found < 0 || c->runs[k].rtol < c->runs[found].rtol))
             found = k;
     }
@@ -95,7 +95,7 @@ static int cheapest_implicit(const kempe_comparison *c, double rtol)
 {
     int found = -1;
     for (int k = 0; k < c->count; k++)
-        if (kmp_is_implicit(c->runs[k].way) && is_done(c, k) &&
+        if (kmp_is_implicit(c->runs[k].method) && is_done(c, k) &&
             (!(rtol > 0) || fabs(c->runs[k].rtol - rtol) < 0.01 * rtol) &&
             (found < 0 || c->runs[k].cpu_s < c->runs[found].cpu_s))
             found = k;
@@ -106,9 +106,9 @@ kmp_stiffness kmp_compare_stiffness(const kempe_comparison *c)
 {
     kmp_stiffness s = {-1, -1, -1, false};
     bool tried = false, done = false;
-    for (int w = 0; w < c->way_count; w++) {
-        int loose = kmp_is_implicit(&c->ways[w]) ? -1 : loosest(c, w);
-        tried = tried || !kmp_is_implicit(&c->ways[w]);
+    for (int w = 0; w < c->method_count; w++) {
+        int loose = kmp_is_implicit(&c->methods[w]) ? -1 : loosest(c, w);
+        tried = tried || !kmp_is_implicit(&c->methods[w]);
         done = done || loose >= 0;
         int tight = loose >= 0 ? tighter(c, loose) : -1,
             implicit = loose >= 0 ? cheapest_implicit(c, c->runs[loose].rtol) : -1;

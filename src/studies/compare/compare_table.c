@@ -4,12 +4,12 @@
 #include "studies/compare/compare.h"
 #include <math.h>
 
-static void put_way(kempe_table *table, const kmp_method *way)
+static void put_method(kempe_table *table, const kmp_method *method)
 {
-    kmp_tabulate_word(table, way->formulation);
-    kmp_tabulate_word(table, way->form ? way->form : "");
-    kmp_tabulate_word(table, way->integrator);
-    kmp_tabulate_word(table, way->linear ? way->linear : "");
+    kmp_tabulate_word(table, method->formulation);
+    kmp_tabulate_word(table, method->form ? method->form : "");
+    kmp_tabulate_word(table, method->integrator);
+    kmp_tabulate_word(table, method->linear ? method->linear : "");
 }
 
 static void put_run(kempe_table *table, const kempe_comparison *c, const kmp_compared *run)
@@ -32,7 +32,7 @@ static void put_run(kempe_table *table, const kempe_comparison *c, const kmp_com
                               run->report.heap > 0 ? (double)run->report.heap : NAN,
                               run->apart};
     kmp_tabulate_row(table);
-    put_way(table, run->way);
+    put_method(table, run->method);
     kmp_tabulate_number(table, run->rtol);
     kmp_tabulate_word(table, kmp_status_word(run->status));
     kmp_tabulate_word(table, run->reason);
@@ -61,11 +61,11 @@ static void fill_levels(kempe_table *table, const void *result)
     kmp_tabulate_columns(table, NULL, "formulation form integrator linear");
     kmp_tabulate_columns(table, "", "error rtol cpu_s ratio steps rhs");
     for (int l = 0; l < levels->count; l++)
-        for (int w = 0; w < c->way_count && !levels->blank[l]; w++) {
+        for (int w = 0; w < c->method_count && !levels->blank[l]; w++) {
             int run = levels->run[w * levels->count + l];
             kmp_method_cost cost = kmp_compare_cost(c, w, l);
             kmp_tabulate_row(table);
-            put_way(table, &c->ways[w]);
+            put_method(table, &c->methods[w]);
             kmp_tabulate_number(table, levels->level[l]);
             if (run < 0)
                 continue;

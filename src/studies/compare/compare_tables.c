@@ -11,7 +11,7 @@ static const double usual[KMP_MOST_AIMS] = {1e-6, 1e-8};
 
 /* -- aims -------------------------------------------------------------------------------------------- */
 
-static bool is_told(const kempe_comparison *c, int l)
+static bool is_reported(const kempe_comparison *c, int l)
 {
     return !c->levels.blank[l] && c->levels.best[l] >= 0;
 }
@@ -22,7 +22,7 @@ static kmp_aims choose_aims(const kempe_comparison *c)
     kmp_aims a = {0};
     int finest = -1;
     for (int l = 0; l < c->levels.count; l++) {
-        if (!is_told(c, l))
+        if (!is_reported(c, l))
             continue;
         finest = l;
         for (int k = 0; k < KMP_MOST_AIMS; k++)
@@ -36,23 +36,23 @@ static kmp_aims choose_aims(const kempe_comparison *c)
 
 /* -- costs ------------------------------------------------------------------------------------------- */
 
-kmp_method_cost kmp_compare_cost(const kempe_comparison *c, int way, int level)
+kmp_method_cost kmp_compare_cost(const kempe_comparison *c, int method, int level)
 {
-    return c->levels.cost[way * c->levels.count + level];
+    return c->levels.cost[method * c->levels.count + level];
 }
 
-double kmp_compare_ratio(const kempe_comparison *c, int way, int level)
+double kmp_compare_ratio(const kempe_comparison *c, int method, int level)
 {
-    double cpu_s = kmp_compare_cost(c, way, level).cpu_s;
+    double cpu_s = kmp_compare_cost(c, method, level).cpu_s;
     int best = c->levels.best[level];
-    return isnan(cpu_s) ? INFINITY : cpu_s / kmp_compare_cost(c, (int)(c->runs[best].way - c->ways), level).cpu_s;
+    return isnan(cpu_s) ? INFINITY : cpu_s / kmp_compare_cost(c, (int)(c->runs[best].method - c->methods), level).cpu_s;
 }
 
-double kmp_compare_worst(const kempe_comparison *c, const kmp_aims *aims, int way)
+double kmp_compare_worst(const kempe_comparison *c, const kmp_aims *aims, int method)
 {
     double worst = 0;
     for (int k = 0; k < aims->count; k++)
-        worst = fmax(worst, kmp_compare_ratio(c, way, aims->level[k]));
+        worst = fmax(worst, kmp_compare_ratio(c, method, aims->level[k]));
     return worst;
 }
 
@@ -65,18 +65,18 @@ double kmp_compare_first_s(const kempe_comparison *c, const kmp_compared *run)
 
 static bool same_family(const kempe_comparison *c, int a, int b)
 {
-    return strcmp(kmp_solver_family(c->ways[a].integrator), kmp_solver_family(c->ways[b].integrator)) == 0;
+    return strcmp(kmp_solver_family(c->methods[a].integrator), kmp_solver_family(c->methods[b].integrator)) == 0;
 }
 
 static bool same_formulation(const kempe_comparison *c, int a, int b)
 {
-    return strcmp(c->ways[a].formulation, c->ways[b].formulation) == 0;
+    return strcmp(c->methods[a].formulation, c->methods[b].formulation) == 0;
 }
 
-int kmp_compare_base(const kempe_comparison *c, int way, int level)
+int kmp_compare_base(const kempe_comparison *c, int method, int level)
 {
-    for (int w = 0; w < c->way_count; w++)
-        if (same_family(c, w, way) && !isnan(kmp_compare_cost(c, w, level).cpu_s))
+    for (int w = 0; w < c->method_count; w++)
+        if (same_family(c, w, method) && !isnan(kmp_compare_cost(c, w, level).cpu_s))
             return w;
     return -1;
 }
@@ -89,27 +89,27 @@ int kmp_compare_best(const kempe_comparison *c, int level)
     return -1;
 }
 
-static bool spans_formulations(const kempe_comparison *c, int way)
+static bool spans_formulations(const kempe_comparison *c, int method)
 {
-    for (int w = 0; w < c->way_count; w++)
-        if (same_family(c, w, way) && !same_formulation(c, w, way))
+    for (int w = 0; w < c->method_count; w++)
+        if (same_family(c, w, method) && !same_formulation(c, w, method))
             return true;
     return false;
 }
 
-static bool is_first_of_family(const kempe_comparison *c, int way)
+static bool is_first_of_family(const kempe_comparison *c, int method)
 {
     int first = 0;
-    while (!same_family(c, first, way))
+    while (!same_family(c, first, method))
         first++;
-    return first == way;
+    return first == method;
 }
 
 static void list_same(kempe_comparison *c)
 {
     kmp_tables *t = &c->tables;
-    for (int first = 0; first < c->way_count; first++)
-        for (int w = first; w < c->way_count && is_first_of_family(c, first) && spans_formulations(c, first); w++)
+    for (int first = 0; first < c->method_count; first++)
+        for (int w = first; w < c->method_count && is_first_of_family(c, first) && spans_formulations(c, first); w++)
             if (same_family(c, w, first))
                 t->same[t->same_count++] = w;
 }
@@ -117,10 +117,10 @@ static void list_same(kempe_comparison *c)
 /* -- the best of each formulation -------------------------------------------------------------------- */
 
 /* True if a method attains more aims than another, or as many at a smaller worst ratio. */
-static bool is_better(const kempe_comparison *c, int way, int than)
+static bool is_better(const kempe_comparison *c, int method, int than)
 {
     for (kmp_aims a = c->tables.aims; a.count > 0; a.count--) {
-        double own = kmp_compare_worst(c, &a, way), other = kmp_compare_worst(c, &a, than);
+        double own = kmp_compare_worst(c, &a, method), other = kmp_compare_worst(c, &a, than);
         if (isfinite(own) || isfinite(other))
             return own < other;
     }
@@ -142,7 +142,7 @@ static void sort_best(kempe_comparison *c)
 static void list_best(kempe_comparison *c)
 {
     kmp_tables *t = &c->tables;
-    for (int w = 0; w < c->way_count; w++) {
+    for (int w = 0; w < c->method_count; w++) {
         int k = 0;
         while (k < t->best_count && !same_formulation(c, t->best[k], w))
             k++;
@@ -156,8 +156,8 @@ static void list_best(kempe_comparison *c)
 void kmp_compare_tables(kempe_comparison *c)
 {
     c->tables = (kmp_tables){.aims = choose_aims(c),
-                             .same = KMP_ARENA_NEW(&c->arena, int, c->way_count),
-                             .best = KMP_ARENA_NEW(&c->arena, int, c->way_count)};
+                             .same = KMP_ARENA_NEW(&c->arena, int, c->method_count),
+                             .best = KMP_ARENA_NEW(&c->arena, int, c->method_count)};
     if (c->arena.failed || c->tables.aims.count == 0)
         return;
     list_same(c);

@@ -118,7 +118,7 @@ static void warn_of_rates(const kempe_batch *b)
 typedef struct repeat {
     kempe_batch *b;
     const kmp_run_spec *spec;
-    const kmp_ensemble_way *way;
+    const kmp_ensemble_execution *execution;
     int *instance; /* of a case */
 } repeat;
 
@@ -154,7 +154,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     for (int k = 0; status == KEMPE_OK && k < count; k++)
         memcpy(rows + (size_t)k * columns, kempe_values_row(values, r->instance[which[k]]), columns * sizeof *rows);
     if (status == KEMPE_OK)
-        status = kmp_ensemble_run(r->b->ensemble->inner, &other, r->way, count, rows, results, q, qd);
+        status = kmp_ensemble_run(r->b->ensemble->inner, &other, r->execution, count, rows, results, q, qd);
     if (status == KEMPE_OK && kmp_interrupted(context))
         status = KEMPE_STOPPED;
     if (status == KEMPE_OK)
@@ -198,7 +198,7 @@ static void warn_again(const kempe_batch *b)
                 failing, b->count, b->again[worst].rtol, again_name(b, worst), worst + 1, b->again[worst].difference);
 }
 
-static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const kmp_ensemble_way *way)
+static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const kmp_ensemble_execution *execution)
 {
     kempe_context *context = b->ensemble->model->context;
     kmp_arena arena = {0};
@@ -208,7 +208,7 @@ static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const 
     for (int k = 0; status == KEMPE_OK && k < b->count; k++)
         if (b->results[k].status == KEMPE_OK)
             instance[cases++] = k;
-    repeat r = {b, spec, way, instance};
+    repeat r = {b, spec, execution, instance};
     if (status == KEMPE_OK && cases > 0)
         status = kmp_convergence_of(&(kmp_repeat){context, spec->rtol, 0, 0, false, &r, run_again}, cases, found);
     for (int k = 0; status == KEMPE_OK && k < cases; k++)
@@ -224,9 +224,10 @@ static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const 
 static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lanes, bool once)
 {
     const kempe_ensemble *e = b->ensemble;
-    const kmp_ensemble_way way = {.width = lanes > 0 ? lanes : 0, .alone = lanes < 0};
+    const kmp_ensemble_execution execution = {.width = lanes > 0 ? lanes : 0, .alone = lanes < 0};
     double begin = kmp_cpu_now();
-    kempe_status status = kmp_ensemble_run(e->inner, spec, &way, b->count, e->values->rows, b->results, b->q, b->qd);
+    kempe_status status =
+        kmp_ensemble_run(e->inner, spec, &execution, b->count, e->values->rows, b->results, b->q, b->qd);
     b->cpu_s = kmp_cpu_now() - begin;
     b->work = kmp_ensemble_get_work(e->inner);
     b->rtol = spec->rtol;
@@ -239,7 +240,7 @@ static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lane
     if (b->count > 0 && count_of(b, "failed") == b->count)
         b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance reached its end; the first one: %s",
                              kempe_batch_reason(b, 0));
-    return b->status == KEMPE_OK && !once ? check_again(b, spec, &way) : KEMPE_OK;
+    return b->status == KEMPE_OK && !once ? check_again(b, spec, &execution) : KEMPE_OK;
 }
 
 kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run, int lanes, kempe_batch **batch)

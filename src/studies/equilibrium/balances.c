@@ -85,18 +85,19 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
-static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_options *ask)
+static kempe_status read_options(kempe_equilibrium *e, const kempe_equilibrium_options *options)
 {
-    e->newton = ask->newton;
-    e->all = ask->global;
-    KMP_TRY(kmp_steady_read(e->asked->model, ask->rates, &e->arena, &e->rate_count, &e->rates));
-    if (!(ask->hold || ask->target || ask->solve_for))
+    e->newton = options->newton;
+    e->all = options->global;
+    KMP_TRY(kmp_steady_read(e->requested->model, options->rates, &e->arena, &e->rate_count, &e->rates));
+    if (!(options->hold || options->target || options->solve_for))
         return KEMPE_OK;
-    KMP_TRY(kmp_exchange_new(e->asked, ask->hold, ask->target, ask->solve_for, e->rates, e->rate_count, &e->exchange));
+    KMP_TRY(kmp_exchange_new(e->requested, options->hold, options->target, options->solve_for, e->rates, e->rate_count,
+                             &e->exchange));
     e->system = e->exchange->system;
     if (!e->all)
         return KEMPE_OK;
-    return kmp_fail(e->asked->context, KEMPE_E_ARGUMENT,
+    return kmp_fail(e->requested->context, KEMPE_E_ARGUMENT,
                     "--global cannot be combined with --hold, --target and --solve-for: omit them, or omit --global");
 }
 
@@ -250,7 +251,7 @@ static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *ask)
+static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *options)
 {
     kempe_assembly *start = NULL;
     kmp_linear linear = {0};
@@ -261,7 +262,8 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
         status = find_first(e, &linear, start);
     if (e->all && (status == KEMPE_OK || (status == KEMPE_E_FAILED && linear.eval))) {
         char *why = kmp_strdup(kempe_context_message(e->system->context));
-        status = why ? sample(e, &linear, start, ask->seed > 0 ? ask->seed : 1) : kmp_fail_memory(e->system->context);
+        status = why ? sample(e, &linear, start, options->seed > 0 ? options->seed : 1)
+                     : kmp_fail_memory(e->system->context);
         if (status == KEMPE_OK && e->count == 0)
             status = kmp_fail(e->system->context, KEMPE_E_FAILED, "%s; and none is found from %d random starts", why,
                               e->starts);
@@ -272,20 +274,20 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
     return status;
 }
 
-kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_options *ask,
+kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_options *options,
                                    kempe_equilibrium **equilibrium)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, equilibrium, "equilibrium");
-    KMP_OPTIONS(system->context, kempe_equilibrium_options, ask);
+    KMP_OPTIONS(system->context, kempe_equilibrium_options, options);
     kmp_context_begin(system->context);
     kempe_equilibrium *e = KMP_NEW(kempe_equilibrium, 1);
     if (!e)
         return kmp_fail_memory(system->context);
-    e->asked = e->system = system;
-    kempe_status status = read_ask(e, ask);
+    e->requested = e->system = system;
+    kempe_status status = read_options(e, options);
     if (status == KEMPE_OK)
-        status = find(e, ask);
+        status = find(e, options);
     e->warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_OK)
         *equilibrium = e;

@@ -24,8 +24,8 @@ typedef struct kmp_balance {
 } kmp_balance;
 
 struct kempe_equilibrium {
-    const kempe_system *asked, *system; /* the caller's; the one used in the computation */
-    kmp_exchange *exchange;             /* NULL: none */
+    const kempe_system *requested, *system; /* the caller's; the one used in the computation */
+    kmp_exchange *exchange;                 /* NULL: none */
     kmp_steady *rates;
     int rate_count;
     int freed_count;                       /* solved for: parameters, and rates as "qd(NAME)" */

@@ -13,7 +13,7 @@
 #define UNCHANGED 1e-9 /* of R there, relative to the forces that act */
 #define SLACK     1e-4 /* relative to the largest work: smaller works count as rounding */
 
-bool kmp_way_init(kmp_descent *w)
+bool kmp_descent_init(kmp_descent *w)
 {
     int n = w->n;
     const kmp_arena_group groups[] = {{n,
@@ -35,7 +35,7 @@ bool kmp_way_init(kmp_descent *w)
     return !w->arena.failed;
 }
 
-void kmp_way_give_up(kmp_descent *w)
+void kmp_descent_give_up(kmp_descent *w)
 {
     for (int k = 0; w->given && k < w->search->rate_count; k++)
         w->search->rates[k].rate = w->given[k];
@@ -45,7 +45,7 @@ void kmp_way_give_up(kmp_descent *w)
 
 /* -- the measure of R -------------------------------------------------------------------------------- */
 
-double kmp_way_scale(const kmp_linear *l, int k)
+double kmp_descent_scale(const kmp_linear *l, int k)
 {
     return l->system->scale[l->part.u[k]];
 }
@@ -53,18 +53,18 @@ double kmp_way_scale(const kmp_linear *l, int k)
 /* The forces along u_k, and their changes by a unit of each coordinate and each current rate, as work. */
 static double work_of(const kmp_linear *l, int k)
 {
-    double acting = 0, row = 0, column = 0, s = kmp_way_scale(l, k);
+    double acting = 0, row = 0, column = 0, s = kmp_descent_scale(l, k);
     for (int i = 0; i < l->n; i++)
         acting += fabs(l->red.x[i + k * l->n] * l->force[i]) * s;
     for (int j = 0; j < l->p; j++) {
         acting += fabs(l->damping[k + j * l->p] * l->qd[l->part.u[j]]) * s;
-        row += fabs(l->stiffness[k + j * l->p]) * s * kmp_way_scale(l, j);
-        column += fabs(l->stiffness[j + k * l->p]) * s * kmp_way_scale(l, j);
+        row += fabs(l->stiffness[k + j * l->p]) * s * kmp_descent_scale(l, j);
+        column += fabs(l->stiffness[j + k * l->p]) * s * kmp_descent_scale(l, j);
     }
     return acting + fmax(row, column);
 }
 
-double kmp_way_measure(const kmp_linear *l, double *work, double *most)
+double kmp_descent_measure(const kmp_linear *l, double *work, double *most)
 {
     double worst = 0;
     *most = 0;
@@ -75,7 +75,7 @@ double kmp_way_measure(const kmp_linear *l, double *work, double *most)
     for (int k = 0; k < l->p; k++) {
         work[k] += SLACK * *most;
         if (*most > 0)
-            worst = fmax(worst, fabs(l->residual[k]) * kmp_way_scale(l, k) / work[k]);
+            worst = fmax(worst, fabs(l->residual[k]) * kmp_descent_scale(l, k) / work[k]);
     }
     return worst;
 }
@@ -83,13 +83,14 @@ double kmp_way_measure(const kmp_linear *l, double *work, double *most)
 double kmp_equilibrium_residual(const kmp_linear *linear)
 {
     double most;
-    return kmp_way_measure(linear, linear->unit, &most);
+    return kmp_descent_measure(linear, linear->unit, &most);
 }
 
-bool kmp_way_is_idle(const kmp_linear *l, int k, const double *work)
+bool kmp_descent_is_idle(const kmp_linear *l, int k, const double *work)
 {
     for (int i = 0; i < l->p; i++)
-        if (fabs(l->stiffness[i + k * l->p]) * kmp_way_scale(l, i) * kmp_way_scale(l, k) > KMP_WAY_FLAT * work[i])
+        if (fabs(l->stiffness[i + k * l->p]) * kmp_descent_scale(l, i) * kmp_descent_scale(l, k) >
+            KMP_WAY_FLAT * work[i])
             return false;
     return true;
 }
@@ -102,7 +103,7 @@ static bool stays(kmp_linear *l, const double *q, const double *ud, int k, const
     moved[c] += ELSEWHERE * l->system->scale[c];
     bool same = kmp_linear_at(l, l->t, moved, ud, NULL) == KEMPE_OK;
     for (int i = 0; same && i < l->p; i++)
-        same = fabs(l->residual[i]) * kmp_way_scale(l, i) <= UNCHANGED * work[i];
+        same = fabs(l->residual[i]) * kmp_descent_scale(l, i) <= UNCHANGED * work[i];
     return same;
 }
 
@@ -114,11 +115,11 @@ int kmp_equilibrium_idle(kmp_linear *linear, int *idle)
     if (!q)
         return -1;
     double *ud = q + n, *work = ud + n, *moved = work + n;
-    (void)kmp_way_measure(l, work, &most);
+    (void)kmp_descent_measure(l, work, &most);
     memcpy(q, l->q, (size_t)n * sizeof *q);
     for (int k = 0; k < l->p; k++) {
         ud[k] = l->qd[l->part.u[k]];
-        if (kmp_way_is_idle(l, k, work))
+        if (kmp_descent_is_idle(l, k, work))
             idle[candidates++] = k;
     }
     for (int i = 0; i < candidates; i++)
@@ -133,13 +134,13 @@ int kmp_equilibrium_idle(kmp_linear *linear, int *idle)
 
 /* -- unknowns ---------------------------------------------------------------------------------------- */
 
-double kmp_way_unit(const kmp_descent *w, int i)
+double kmp_descent_unit(const kmp_descent *w, int i)
 {
-    double scale = kmp_way_scale(w->l, w->place[i]);
+    double scale = kmp_descent_scale(w->l, w->place[i]);
     return w->rate[i] < 0 ? scale : fmax(scale, fabs(w->search->rates[w->rate[i]].rate));
 }
 
-double kmp_way_entry(const kmp_descent *w, int row, int column)
+double kmp_descent_entry(const kmp_descent *w, int row, int column)
 {
     const double *from = w->rate[column] < 0 ? w->l->stiffness : w->l->damping;
     return from[w->place[row] + w->place[column] * w->l->p];
@@ -170,9 +171,9 @@ static double take_unknowns(kmp_descent *w)
     }
     for (int i = 0; i < w->count; i++) {
         int k = w->place[i];
-        double scale = kmp_way_scale(l, k);
+        double scale = kmp_descent_scale(l, k);
         for (int j = 0; j < w->count; j++) {
-            double changed = fabs(kmp_way_entry(w, i, j)) * scale * kmp_way_unit(w, j);
+            double changed = fabs(kmp_descent_entry(w, i, j)) * scale * kmp_descent_unit(w, j);
             if (!isfinite(changed))
                 return INFINITY;
             if (w->rate[j] >= 0)
@@ -186,7 +187,7 @@ static double take_unknowns(kmp_descent *w)
 
 /* -- one state --------------------------------------------------------------------------------------- */
 
-void kmp_way_take_rates(kmp_descent *w)
+void kmp_descent_take_rates(kmp_descent *w)
 {
     for (int k = 0; k < w->l->p; k++) {
         int i = steady_of(w, k);
@@ -215,7 +216,7 @@ static int find_dependent(const kmp_descent *w)
     return -1;
 }
 
-kempe_status kmp_way_choose(kmp_descent *w)
+kempe_status kmp_descent_choose(kmp_descent *w)
 {
     KMP_TRY(kmp_linear_choose(w->l, w->t, w->q, NULL, 0));
     KMP_TRY(find_dependent(w) >= 0 ? choose_with_steady(w) : KEMPE_OK);
@@ -224,18 +225,18 @@ kempe_status kmp_way_choose(kmp_descent *w)
         return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
                         "the closures decide the rate of '%s': it cannot be prescribed with the others",
                         w->l->system->model->motions[dependent].name);
-    kmp_way_take_rates(w);
+    kmp_descent_take_rates(w);
     return KEMPE_OK;
 }
 
-bool kmp_way_at(kmp_descent *w, const double *q)
+bool kmp_descent_at(kmp_descent *w, const double *q)
 {
     return kmp_linear_at(w->l, w->t, q, w->rates, NULL) == KEMPE_OK &&
            isfinite(kmp_dot(w->l->p, w->l->residual, w->l->residual));
 }
 
 /* Joints whose angles come near to their singular position begin in the middle of other charts. */
-bool kmp_way_center(kmp_descent *w)
+bool kmp_descent_center(kmp_descent *w)
 {
     const kempe_system *s = w->l->system;
     bool any = false;
@@ -250,7 +251,7 @@ bool kmp_way_center(kmp_descent *w)
 }
 
 /* Makes l's state the current one, with its matrices; chooses u again where it has become ill-conditioned. */
-bool kmp_way_arrive(kmp_descent *w)
+bool kmp_descent_arrive(kmp_descent *w)
 {
     kmp_linear *l = w->l;
     int v, u;
@@ -260,21 +261,21 @@ bool kmp_way_arrive(kmp_descent *w)
         if (steady >= 0)
             w->search->rates[steady].rate = w->rates[k];
     }
-    if (kmp_way_center(w) || kmp_reduction_growth(&l->red, &v, &u) > KMP_EXCHANGE_STILL) {
-        w->status = kmp_way_choose(w);
+    if (kmp_descent_center(w) || kmp_reduction_growth(&l->red, &v, &u) > KMP_EXCHANGE_STILL) {
+        w->status = kmp_descent_choose(w);
         w->search->exchanges++;
-        if (w->status != KEMPE_OK || !kmp_way_at(w, w->q))
+        if (w->status != KEMPE_OK || !kmp_descent_at(w, w->q))
             return false;
         memcpy(w->q, l->q, (size_t)w->n * sizeof *w->q);
     }
     kmp_linear_matrices(l);
-    (void)kmp_way_measure(l, w->work, &w->most);
+    (void)kmp_descent_measure(l, w->work, &w->most);
     w->residual = take_unknowns(w);
     memcpy(w->force, l->residual, (size_t)l->p * sizeof *w->force);
     return isfinite(w->residual);
 }
 
-void kmp_way_note(kmp_descent *w, double residual)
+void kmp_descent_note(kmp_descent *w, double residual)
 {
     kmp_search *s = w->search;
     if (s->iterations < KMP_MOST_ITERATIONS) {
@@ -284,7 +285,7 @@ void kmp_way_note(kmp_descent *w, double residual)
     w->told = residual;
 }
 
-void kmp_way_note_step(kmp_descent *w, double step)
+void kmp_descent_note_step(kmp_descent *w, double step)
 {
     if (w->search->iterations > 0)
         w->search->steps[w->search->iterations - 1] = step;
@@ -293,7 +294,7 @@ void kmp_way_note_step(kmp_descent *w, double step)
 /* -- steps ------------------------------------------------------------------------------------------- */
 
 /* dq of the step, and its length. */
-double kmp_way_spread(kmp_descent *w)
+double kmp_descent_spread(kmp_descent *w)
 {
     const kmp_linear *l = w->l;
     double far = 0;
@@ -301,7 +302,7 @@ double kmp_way_spread(kmp_descent *w)
     for (int k = 0; k < w->count; k++) {
         for (int i = 0; w->rate[k] < 0 && i < w->n; i++)
             w->move[i] += l->red.x[i + w->place[k] * w->n] * w->step[k];
-        far = fmax(far, w->rate[k] < 0 ? 0 : fabs(w->step[k]) / kmp_way_unit(w, k));
+        far = fmax(far, w->rate[k] < 0 ? 0 : fabs(w->step[k]) / kmp_descent_unit(w, k));
     }
     for (int i = 0; i < w->n; i++) {
         double size = fabs(w->move[i]) / l->system->scale[i];
@@ -310,26 +311,26 @@ double kmp_way_spread(kmp_descent *w)
     return far;
 }
 
-bool kmp_way_try(kmp_descent *w, double part)
+bool kmp_descent_try(kmp_descent *w, double part)
 {
     for (int i = 0; i < w->n; i++)
         w->trial[i] = w->q[i] + part * w->move[i];
     for (int k = 0; k < w->count; k++)
         if (w->rate[k] >= 0)
             w->rates[w->place[k]] = w->search->rates[w->rate[k]].rate + part * w->step[k];
-    return kmp_way_at(w, w->trial);
+    return kmp_descent_at(w, w->trial);
 }
 
 /* -- errors ---------------------------------------------------------------------------------------------- */
 
-kempe_status kmp_way_complain(const kmp_descent *w, const char *why)
+kempe_status kmp_descent_complain(const kmp_descent *w, const char *why)
 {
     const kmp_linear *l = w->l;
     int worst = -1;
     double most = -1;
     for (int i = 0; i < w->count; i++) {
         int k = w->place[i];
-        double size = fabs(w->force[k]) * kmp_way_scale(l, k) / w->work[k];
+        double size = fabs(w->force[k]) * kmp_descent_scale(l, k) / w->work[k];
         if (size > most) {
             most = size;
             worst = k;

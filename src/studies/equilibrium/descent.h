@@ -41,57 +41,57 @@ typedef struct kmp_descent {
     kempe_status status; /* of errors other than failure to converge */
 } kmp_descent;
 
-bool kmp_way_init(kmp_descent *w);
+bool kmp_descent_init(kmp_descent *w);
 
 /** Restores rates and charts. */
-void kmp_way_give_up(kmp_descent *w);
+void kmp_descent_give_up(kmp_descent *w);
 
 /** u_k in its characteristic size. */
-double kmp_way_scale(const kmp_linear *l, int k);
+double kmp_descent_scale(const kmp_linear *l, int k);
 
 /** The residual of a state whose matrices are made, all of R; `work` (p) receives the reference of each R_k. */
-double kmp_way_measure(const kmp_linear *l, double *work, double *most);
+double kmp_descent_measure(const kmp_linear *l, double *work, double *most);
 
 /** The unit of unknown i: the characteristic size of a position; for a rate one such size per second, or the rate
  * itself if larger. */
-double kmp_way_unit(const kmp_descent *w, int i);
+double kmp_descent_unit(const kmp_descent *w, int i);
 
 /** The derivative of the equation of unknown `row` by unknown `column`. */
-double kmp_way_entry(const kmp_descent *w, int row, int column);
+double kmp_descent_entry(const kmp_descent *w, int row, int column);
 
 /** Chooses u at w->q, with the steady coordinates in it. */
-kempe_status kmp_way_choose(kmp_descent *w);
+kempe_status kmp_descent_choose(kmp_descent *w);
 
 /** The rates of the steady coordinates are others now. */
-void kmp_way_take_rates(kmp_descent *w);
+void kmp_descent_take_rates(kmp_descent *w);
 
 /** Takes l to q. False: impossible. */
-bool kmp_way_at(kmp_descent *w, const double *q);
+bool kmp_descent_at(kmp_descent *w, const double *q);
 
 /** Makes l's state and rates the current ones, with matrices, unknowns and measure: joints centred, u chosen again
  * where it has become ill-conditioned. False: the state is impossible, or `status` gives the reason. */
-bool kmp_way_arrive(kmp_descent *w);
+bool kmp_descent_arrive(kmp_descent *w);
 
 /** Moves joints whose angles are nearly singular into the middle of other charts; true if any was moved. */
-bool kmp_way_center(kmp_descent *w);
+bool kmp_descent_center(kmp_descent *w);
 
-void kmp_way_note(kmp_descent *w, double residual);
-void kmp_way_note_step(kmp_descent *w, double step);
+void kmp_descent_note(kmp_descent *w, double residual);
+void kmp_descent_note_step(kmp_descent *w, double step);
 
 /** dq of the step in w->move; returns its length. */
-double kmp_way_spread(kmp_descent *w);
+double kmp_descent_spread(kmp_descent *w);
 
 /** Takes l to a part of the step. */
-bool kmp_way_try(kmp_descent *w, double part);
+bool kmp_descent_try(kmp_descent *w, double part);
 
-/** True if R does not change with u_k, to first order; `work` as from kmp_way_measure. */
-bool kmp_way_is_idle(const kmp_linear *l, int k, const double *work);
+/** True if R does not change with u_k, to first order; `work` as from kmp_descent_measure. */
+bool kmp_descent_is_idle(const kmp_linear *l, int k, const double *work);
 
 /** Newton's method by damped least squares from the current state, with the additions of w->search->exchange; then to
  * round-off. After a failure the state of l is undefined. */
-kempe_status kmp_way_least(kmp_descent *w);
+kempe_status kmp_descent_least(kmp_descent *w);
 
-kempe_status kmp_way_complain(const kmp_descent *w, const char *why);
+kempe_status kmp_descent_complain(const kmp_descent *w, const char *why);
 
 /** Appends the forces along u[k] of the last state: "gravity -9.81 N, 'k' 2 N, together -7.81 N", the nonzero ones,
  * largest first; nothing where there are none. KEMPE_E_MEMORY. */

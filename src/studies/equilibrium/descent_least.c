@@ -84,7 +84,7 @@ static double evaluate(solver *s, double *value)
 static kmp_change position_or_rate(solver *s, int j)
 {
     const kmp_descent *w = s->w;
-    s->unit[w->place[j]] = kmp_way_unit(w, j);
+    s->unit[w->place[j]] = kmp_descent_unit(w, j);
     return w->rate[j] < 0 ? (kmp_change){.u = s->unit} : (kmp_change){.ud = s->unit};
 }
 
@@ -146,7 +146,9 @@ static void linearise(solver *s)
         fill_column(s, j);
     for (int i = 0; i < s->rows; i++) {
         int k = i < s->p ? s->w->place[i] : 0;
-        s->row_size[i] = i >= s->p ? target_size(s, i) : s->w->work[k] > 0 ? s->w->work[k] / kmp_way_scale(l, k) : 1;
+        s->row_size[i] = i >= s->p           ? target_size(s, i)
+                         : s->w->work[k] > 0 ? s->w->work[k] / kmp_descent_scale(l, k)
+                                             : 1;
     }
     for (int j = 0; j < s->columns; j++) {
         double most = 0, *column = s->jacobian + j * s->rows;
@@ -190,7 +192,7 @@ static double spread(solver *s)
     kmp_descent *w = s->w;
     double far = 0;
     for (int j = 0; j < s->p; j++) {
-        w->step[j] = s->step[j] * kmp_way_unit(w, j);
+        w->step[j] = s->step[j] * kmp_descent_unit(w, j);
         far = fmax(far, w->rate[j] < 0 ? 0 : FIRST_BOUND * fabs(s->step[j]));
     }
     for (int i = 0; i < w->n; i++) {
@@ -239,7 +241,7 @@ static bool set_free(solver *s, const double *value)
 {
     bool set = kmp_exchange_set(s->x, value, s->w->l, s->w->search->rates);
     if (set)
-        kmp_way_take_rates(s->w);
+        kmp_descent_take_rates(s->w);
     return set;
 }
 
@@ -248,7 +250,7 @@ static double try_step(solver *s)
 {
     for (int k = 0; k < s->x->free_count; k++)
         s->x->trial[k] = s->x->value[k] + s->column_size[s->p + k] * s->step[s->p + k];
-    if (!set_free(s, s->x->trial) || !kmp_way_try(s->w, 1))
+    if (!set_free(s, s->x->trial) || !kmp_descent_try(s->w, 1))
         return INFINITY;
     double worst = evaluate(s, s->right);
     return worst < INFINITY ? norm(s->rows, s->right) : INFINITY;
@@ -258,12 +260,12 @@ static bool accept(solver *s)
 {
     for (int k = 0; k < s->x->free_count; k++)
         s->x->value[k] = s->x->trial[k];
-    return kmp_way_arrive(s->w);
+    return kmp_descent_arrive(s->w);
 }
 
 static bool go_back(solver *s)
 {
-    return set_free(s, s->x->value) && kmp_way_at(s->w, s->w->q) && kmp_way_arrive(s->w);
+    return set_free(s, s->x->value) && kmp_descent_at(s->w, s->w->q) && kmp_descent_arrive(s->w);
 }
 
 /* Saves the current state in `to`: q, released quantities, rates. */
@@ -302,7 +304,7 @@ static bool step_down(solver *s, double *bound)
         if (promised > 0 && gained > 0.1 * promised) {
             if (gained > 0.6 * promised)
                 *bound = fmin(2 * *bound, LARGEST);
-            kmp_way_note_step(s->w, far);
+            kmp_descent_note_step(s->w, far);
             return accept(s);
         }
         if (!go_back(s) || !(promised > 0))
@@ -324,7 +326,7 @@ static kempe_status complain(const solver *s)
     const kmp_descent *w = s->w;
     int worst = 0;
     if (!w->search->exchange)
-        return kmp_way_complain(w, "Newton's method makes no further progress");
+        return kmp_descent_complain(w, "Newton's method makes no further progress");
     for (int k = 0; k < s->rows; k++)
         if (fabs(s->value[k]) > fabs(s->value[worst]))
             worst = k;
@@ -383,8 +385,8 @@ static bool polish(solver *s)
             (void)take(s);
             return true;
         }
-        kmp_way_note_step(s->w, far);
-        kmp_way_note(s->w, s->w->residual);
+        kmp_descent_note_step(s->w, far);
+        kmp_descent_note(s->w, s->w->residual);
     }
     return true;
 }
@@ -396,7 +398,7 @@ static kempe_status check_counts(const solver *s)
     const kmp_descent *w = s->w;
     int idle = 0, most;
     for (int k = 0; k < w->l->p; k++)
-        idle += kmp_way_is_idle(w->l, k, w->work);
+        idle += kmp_descent_is_idle(w->l, k, w->work);
     most = s->x->target_count + idle;
     if (s->x->free_count <= most)
         return KEMPE_OK;
@@ -414,10 +416,10 @@ static kempe_status solve(solver *s, int most)
     for (int k = 0;; k++) {
         bool told = k == 0 && w->told == w->residual;
         if (kmp_interrupted(w->l->system->context))
-            return w->status = kmp_way_complain(w, "interrupted");
+            return w->status = kmp_descent_complain(w, "interrupted");
         double residual = take(s);
         if (!told)
-            kmp_way_note(w, residual);
+            kmp_descent_note(w, residual);
         if (residual <= KMP_WAY_BALANCED)
             return KEMPE_OK;
         if (k == most || !step_down(s, &bound))
@@ -480,19 +482,19 @@ static bool close_well(kmp_descent *w)
 {
     for (int k = 0; k < CLOSINGS && w->l->m > 0; k++) {
         memcpy(w->trial, w->l->q, (size_t)w->n * sizeof *w->trial);
-        if (!kmp_way_at(w, w->trial))
+        if (!kmp_descent_at(w, w->trial))
             return false;
     }
-    return w->l->m == 0 || kmp_way_arrive(w);
+    return w->l->m == 0 || kmp_descent_arrive(w);
 }
 
-kempe_status kmp_way_least(kmp_descent *w)
+kempe_status kmp_descent_least(kmp_descent *w)
 {
     kmp_exchange none = {0};
     solver s = {.w = w, .x = w->search->exchange ? w->search->exchange : &none};
     s.shown = s.x->slopes ? s.x->slopes->shown : 0;
     kempe_status status = make_room(&s) ? run(&s) : kmp_fail_memory(w->l->system->context);
     if (status == KEMPE_OK && !close_well(w))
-        status = w->status != KEMPE_OK ? w->status : kmp_way_complain(w, "the state is lost");
+        status = w->status != KEMPE_OK ? w->status : kmp_descent_complain(w, "the state is lost");
     return status;
 }

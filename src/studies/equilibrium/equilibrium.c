@@ -33,10 +33,10 @@ static bool decompose(kmp_descent *w)
 {
     int p = w->count;
     for (int k = 0; k < p; k++)
-        w->size[k] = kmp_way_unit(w, k) / (w->most > 0 ? sqrt(w->work[w->place[k]]) : 1);
+        w->size[k] = kmp_descent_unit(w, k) / (w->most > 0 ? sqrt(w->work[w->place[k]]) : 1);
     for (int k = 0; k < p; k++)
         for (int i = 0; i < p; i++)
-            w->matrix[i + k * p] = kmp_way_entry(w, i, k) * w->size[i] * w->size[k];
+            w->matrix[i + k * p] = kmp_descent_entry(w, i, k) * w->size[i] * w->size[k];
     for (int k = 0; k < p; k++)
         for (int i = 0; i < p; i++)
             w->vectors[i + k * p] = (w->matrix[i + k * p] + w->matrix[k + i * p]) / 2;
@@ -122,7 +122,7 @@ static double search_line(kmp_descent *w)
 {
     double first = work_along(w, w->force), part = 1;
     for (int k = 0; k < MOST_HALVINGS; k++) {
-        if (!kmp_way_try(w, part)) {
+        if (!kmp_descent_try(w, part)) {
             part /= 2;
             continue;
         }
@@ -160,7 +160,7 @@ static kempe_status complain_runaway(kmp_descent *w, int k, double far)
     const kmp_motion *motion = &l->system->model->motions[coordinate];
     kmp_shown as = kmp_shown_as(l->system->context, motion->rotation ? "rad" : "m");
     kmp_text pulls = {0};
-    if (!w->search->quiet && kmp_way_at(w, w->begin))
+    if (!w->search->quiet && kmp_descent_at(w, w->begin))
         place = kmp_linear_place(l, coordinate);
     KMP_TRY(place >= 0 ? kmp_load_path_tell(&pulls, l, place) : KEMPE_OK);
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
@@ -181,11 +181,11 @@ static bool push_aside(kmp_descent *w)
         if (fabs(w->vectors[k]) > fabs(w->vectors[largest]))
             largest = k;
     }
-    double far = kmp_way_spread(w);
+    double far = kmp_descent_spread(w);
     shorten(w, (w->vectors[largest] < 0 ? -PUSH : PUSH) / far);
     for (int k = 0; k < MOST_HALVINGS; k++)
-        if (kmp_way_try(w, ldexp(1, -k)))
-            return kmp_way_arrive(w);
+        if (kmp_descent_try(w, ldexp(1, -k)))
+            return kmp_descent_arrive(w);
     return false;
 }
 
@@ -201,16 +201,16 @@ static bool step_down(kmp_descent *w, double far)
     }
     double part = search_line(w);
     if (part == 0) {
-        kmp_way_take_rates(w);
-        (void)kmp_way_at(w, w->q);
+        kmp_descent_take_rates(w);
+        (void)kmp_descent_at(w, w->q);
         return false;
     }
     if (part == 1 && wanted > w->bound)
         w->bound = w->search->balanced ? fmin(2 * w->bound, LONGEST) : 2 * w->bound;
     else if (part < 1)
         w->bound = fmax(0.5 * w->bound, part * far);
-    kmp_way_note_step(w, part * far);
-    return kmp_way_arrive(w);
+    kmp_descent_note_step(w, part * far);
+    return kmp_descent_arrive(w);
 }
 
 /* True if the search has converged. Stiff springs make every residual small: the step measures the distance. A start
@@ -231,39 +231,39 @@ static kempe_status descend(kmp_descent *w)
     double far;
     while (w->search->iterations < MOST_DOWN) {
         if (kmp_interrupted(w->l->system->context))
-            return kmp_way_complain(w, "interrupted");
+            return kmp_descent_complain(w, "interrupted");
         if (!decompose(w))
             return w->status;
-        kmp_way_note(w, w->residual);
-        far = find_direction(w) ? kmp_way_spread(w) : HUGE_VAL;
+        kmp_descent_note(w, w->residual);
+        far = find_direction(w) ? kmp_descent_spread(w) : HUGE_VAL;
         if (is_there(w, far))
             return KEMPE_OK;
         bool balanced = w->residual <= KMP_WAY_BALANCED && far <= STILL;
         bool gone = balanced && pushes < MOST_PUSHES ? push_aside(w) : step_down(w, far);
         pushes += balanced;
         if (!gone)
-            return w->status != KEMPE_OK ? w->status : kmp_way_complain(w, "no step reduces the energy further");
+            return w->status != KEMPE_OK ? w->status : kmp_descent_complain(w, "no step reduces the energy further");
         int k = farthest(w, &far);
         if (far > FARTHEST)
             return complain_runaway(w, k, far);
     }
     int k = farthest(w, &far);
-    return far > RUNAWAY_TURNS ? complain_runaway(w, k, far) : kmp_way_complain(w, "too many iterations");
+    return far > RUNAWAY_TURNS ? complain_runaway(w, k, far) : kmp_descent_complain(w, "too many iterations");
 }
 
 static kempe_status find(kmp_descent *w)
 {
     memcpy(w->begin, w->q, (size_t)w->n * sizeof *w->q);
-    (void)kmp_way_center(w);
-    KMP_TRY(kmp_way_choose(w));
-    if (!kmp_way_at(w, w->q) || !kmp_way_arrive(w))
+    (void)kmp_descent_center(w);
+    KMP_TRY(kmp_descent_choose(w));
+    if (!kmp_descent_at(w, w->q) || !kmp_descent_arrive(w))
         return w->status != KEMPE_OK ? w->status
                                      : kmp_fail(w->l->system->context, KEMPE_E_FAILED,
                                                 "the equations cannot be evaluated at the start: loops that do not "
                                                 "close, or numbers that are not finite");
     if (!w->search->newton && !w->search->exchange)
         KMP_TRY(descend(w));
-    return kmp_way_least(w);
+    return kmp_descent_least(w);
 }
 
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search)
@@ -271,7 +271,7 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
     kmp_descent w = {.l = linear, .search = search, .t = t, .n = linear->n, .told = NAN};
     w.bound = search->balanced ? SHORT_BOUND : FIRST_BOUND;
     search->iterations = search->exchanges = 0;
-    kempe_status status = kmp_way_init(&w) ? KEMPE_OK : kmp_fail_memory(linear->system->context);
+    kempe_status status = kmp_descent_init(&w) ? KEMPE_OK : kmp_fail_memory(linear->system->context);
     if (status == KEMPE_OK) {
         memcpy(w.q, q, (size_t)w.n * sizeof *q);
         status = find(&w);
@@ -282,7 +282,7 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
     if (status == KEMPE_OK)
         memcpy(q, w.q, (size_t)w.n * sizeof *q);
     else
-        kmp_way_give_up(&w);
+        kmp_descent_give_up(&w);
     kmp_arena_free(&w.arena);
     return status;
 }
@@ -297,9 +297,9 @@ static kempe_status find_going_on(kmp_linear *l, double t, const double *q, cons
     kempe_status status = work ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
     if (status == KEMPE_OK && kmp_linear_at_rates(l, t, q, qd, false) == KEMPE_OK) {
         kmp_linear_matrices(l);
-        (void)kmp_way_measure(l, work, &most);
+        (void)kmp_descent_measure(l, work, &most);
         for (int k = 0; k < l->p; k++)
-            if (kmp_way_is_idle(l, k, work) && l->damping[k + k * l->p] > 0)
+            if (kmp_descent_is_idle(l, k, work) && l->damping[k + k * l->p] > 0)
                 search->rates[search->rate_count++] = (kmp_steady){l->part.u[k], qd[l->part.u[k]], KMP_RATE_FREED};
     }
     kmp_free(work);

@@ -45,5 +45,5 @@ kempe_status kempe_equilibrium_table(const kempe_equilibrium *equilibrium, const
 {
     static const kmp_table_kind kinds[] = {{"equilibria", fill_equilibria}, {"history", fill_history}, {0}};
     KMP_WANTED(NULL, equilibrium, "equilibrium");
-    return kmp_tabulate_result(equilibrium->asked->context, kinds, equilibrium, name, table);
+    return kmp_tabulate_result(equilibrium->requested->context, kinds, equilibrium, name, table);
 }

@@ -4,9 +4,9 @@
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
 #include "model/expressions/ranges.h"
-#include "model/tables/asked.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
+#include "model/tables/requested.h"
 #include <string.h>
 
 /* -- released quantities ----------------------------------------------------------------------------- */
@@ -132,13 +132,13 @@ static kempe_status add_required(kmp_exchange *x, const kmp_ranges *require)
     for (int k = 0; k < require->count; k++) {
         kmp_exchange_target *target;
         KMP_TRY(add_target(x, "target", &require->range[k], &target));
-        KMP_TRY(kmp_asked_outputs(copy, target->name, &parts));
+        KMP_TRY(kmp_requested_outputs(copy, target->name, &parts));
         of[k] = copy->outputs[0];
         target->shown = single_part(copy, &of[k], parts[0], target->name);
         if (target->shown < 0)
             return KEMPE_E_ARGUMENT;
     }
-    KMP_TRY(require->count > 0 ? kmp_asked_outputs(copy, all, &parts) : KEMPE_OK);
+    KMP_TRY(require->count > 0 ? kmp_requested_outputs(copy, all, &parts) : KEMPE_OK);
     for (int k = 0; k < require->count; k++)
         x->target[from + k].shown = place_of(copy, of[k], x->target[from + k].shown);
     return KEMPE_OK;

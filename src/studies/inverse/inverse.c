@@ -31,12 +31,12 @@ typedef struct job {
     kempe_inverse *r;
     const kempe_system *system;
     kempe_context *context;
-    const kempe_inverse_options *ask;
+    const kempe_inverse_options *options;
     kmp_reference reference;
     kmp_prescribed table;
     kmp_times times;
     double t_first; /* added to the times */
-    kmp_guide guide;
+    kmp_prescribed_motion prescribed;
     kmp_inverse inverse;
     kmp_formulas reactions;
     kmp_arena arena; /* of scratch */
@@ -102,7 +102,7 @@ static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
 
 static kempe_status check_numbers(const job *j)
 {
-    const double numbers[] = {j->ask->t_end, j->ask->output_step};
+    const double numbers[] = {j->options->t_end, j->options->output_step};
     static const char *const names[] = {"t_end", "output_step"};
     for (int k = 0; k < 2; k++)
         if (!(numbers[k] >= 0 && isfinite(numbers[k])))
@@ -187,9 +187,9 @@ static kempe_status read_weights(job *j)
     kempe_status status = KEMPE_OK;
     for (int k = 0; k < r->a; k++)
         r->weight[k] = 1;
-    if (!j->ask->weights)
+    if (!j->options->weights)
         return KEMPE_OK;
-    KMP_TRY(kmp_ranges_read(j->context, j->ask->weights, &weights));
+    KMP_TRY(kmp_ranges_read(j->context, j->options->weights, &weights));
     for (int w = 0; w < weights.count && status == KEMPE_OK; w++)
         status = read_weight(j, &weights.range[w]);
     r->weighted = weights.count > 0;
@@ -200,7 +200,7 @@ static kempe_status read_weights(job *j)
 static kempe_status read_actuators(job *j)
 {
     kempe_inverse *r = j->r;
-    KMP_TRY(kmp_coordinates_read(j->system->model, "actuators", j->ask->actuators, r->actuator, &r->a));
+    KMP_TRY(kmp_coordinates_read(j->system->model, "actuators", j->options->actuators, r->actuator, &r->a));
     if (r->a == 0)
         take_drives(r);
     return r->a == 0 ? fail_without_actuators(j) : read_weights(j);
@@ -210,18 +210,18 @@ static kempe_status choose_motion(job *j)
 {
     kempe_inverse *r = j->r;
     const kempe_model *model = j->system->model;
-    r->motion = j->ask->motion                    ? KMP_INVERSE_TABLE
+    r->motion = j->options->motion                ? KMP_INVERSE_TABLE
                 : r->loops < model->closure_count ? KMP_INVERSE_DRIVES
                                                   : KMP_INVERSE_START;
-    r->source = j->ask->motion ? kmp_arena_strdup(&r->arena, j->ask->motion) : NULL;
+    r->source = j->options->motion ? kmp_arena_strdup(&r->arena, j->options->motion) : NULL;
     if (r->arena.failed)
         return kmp_fail_memory(j->context);
-    if (r->motion == KMP_INVERSE_START && (j->ask->t_end > 0 || j->ask->output_step > 0))
+    if (r->motion == KMP_INVERSE_START && (j->options->t_end > 0 || j->options->output_step > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT,
                         "%s: without a motion there is only the instant of the start; give a motion as a table "
                         "(--motion), or drives in the model",
-                        j->ask->t_end > 0 ? "t_end" : "output_step");
-    KMP_TRY(kmp_coordinates_read(model, "independent", j->ask->independent, r->start_u, &r->start_u_count));
+                        j->options->t_end > 0 ? "t_end" : "output_step");
+    KMP_TRY(kmp_coordinates_read(model, "independent", j->options->independent, r->start_u, &r->start_u_count));
     if (r->start_u_count == 0 && model->run.independent_count > 0) {
         r->start_u_count = model->run.independent_count;
         memcpy(r->start_u, model->run.independent, (size_t)r->start_u_count * sizeof *r->start_u);
@@ -235,7 +235,7 @@ static kempe_status fail_gap(const job *j, const kmp_gap_in_table *gap)
 {
     if (gap->coordinate < 0)
         return kmp_fail_memory(j->context);
-    return kmp_complain(j->context, j->ask->motion, 0, 0,
+    return kmp_complain(j->context, j->options->motion, 0, 0,
                         "column %s.%s has no value at t = %.9g s: fill the column, or omit it",
                         kmp_quantity_prefix((kmp_quantity)gap->order), j->system->model->motions[gap->coordinate].name,
                         j->reference.t[gap->row]);
@@ -244,17 +244,17 @@ static kempe_status fail_gap(const job *j, const kmp_gap_in_table *gap)
 static kempe_status read_table(job *j)
 {
     kmp_gap_in_table gap;
-    KMP_TRY(kmp_reference_read(j->system, j->ask->motion, &j->reference));
+    KMP_TRY(kmp_reference_read(j->system, j->options->motion, &j->reference));
     kmp_reference *x = &j->reference;
-    if (j->ask->t_end > 0)
-        kmp_samples_limit(x, j->ask->t_end);
+    if (j->options->t_end > 0)
+        kmp_samples_limit(x, j->options->t_end);
     if (x->rows == 0)
-        return kmp_complain(j->context, j->ask->motion, 0, 0, "there are no rows");
+        return kmp_complain(j->context, j->options->motion, 0, 0, "there are no rows");
     if (!kmp_prescribed_init(&j->table, x->rows, x->t, j->system->n, x->value[KMP_QUANTITY_Q],
                              x->value[KMP_QUANTITY_QD], x->value[KMP_QUANTITY_QDD], &gap))
         return fail_gap(j, &gap);
     if (j->table.count == 0)
-        return kmp_complain(j->context, j->ask->motion, 0, 0, "column q.NAME is missing: positions are required");
+        return kmp_complain(j->context, j->options->motion, 0, 0, "column q.NAME is missing: positions are required");
     return KEMPE_OK;
 }
 
@@ -264,8 +264,8 @@ static kempe_status table_times(job *j)
     const kmp_reference *x = &j->reference;
     double every = 0, span = x->t[x->rows - 1] - x->t[0];
     j->t_first = x->t[0];
-    if (j->ask->output_step > 0 && span > 0) {
-        KMP_TRY(kmp_times_spacing(j->system, j->ask->output_step, span, &every));
+    if (j->options->output_step > 0 && span > 0) {
+        KMP_TRY(kmp_times_spacing(j->system, j->options->output_step, span, &every));
         return kmp_times_init(&j->times, every, span, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
     }
     j->times = (kmp_times){.count = x->rows, .t = KMP_NEW(double, x->rows)};
@@ -278,16 +278,16 @@ static kempe_status table_times(job *j)
 
 static kempe_status drive_times(job *j)
 {
-    double every, t_end = j->ask->t_end > 0 ? j->ask->t_end : j->system->model->run.t_end;
+    double every, t_end = j->options->t_end > 0 ? j->options->t_end : j->system->model->run.t_end;
     if (!(t_end > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
-    KMP_TRY(kmp_times_spacing(j->system, j->ask->output_step, t_end, &every));
+    KMP_TRY(kmp_times_spacing(j->system, j->options->output_step, t_end, &every));
     return kmp_times_init(&j->times, every, t_end, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
 static kempe_status prepare_motion(job *j)
 {
-    if (j->ask->motion) {
+    if (j->options->motion) {
         KMP_TRY(read_table(j));
         return table_times(j);
     }
@@ -317,9 +317,10 @@ static kempe_status reactions_init(kmp_formulas *reactions, const kempe_system *
 static kempe_status prepare_numbers(job *j, const kmp_prescribed *table, bool at_rest)
 {
     const kempe_inverse *r = j->r;
-    const char *backend = j->ask->backend ? j->ask->backend : kmp_backend_default();
-    KMP_TRY(kmp_guide_init(&j->guide, j->system, backend, table, at_rest, r->start_u, r->start_u_count));
-    return kmp_inverse_init(&j->inverse, j->guide.eval, r->a, r->actuator, r->weight);
+    const char *backend = j->options->backend ? j->options->backend : kmp_backend_default();
+    KMP_TRY(
+        kmp_prescribed_motion_init(&j->prescribed, j->system, backend, table, at_rest, r->start_u, r->start_u_count));
+    return kmp_inverse_init(&j->inverse, j->prescribed.eval, r->a, r->actuator, r->weight);
 }
 
 static kempe_status prepare(job *j)
@@ -329,7 +330,7 @@ static kempe_status prepare(job *j)
     KMP_TRY(choose_motion(j));
     KMP_TRY(read_actuators(j));
     KMP_TRY(prepare_motion(j));
-    KMP_TRY(prepare_numbers(j, j->ask->motion ? &j->table : NULL, r->motion == KMP_INVERSE_START));
+    KMP_TRY(prepare_numbers(j, j->options->motion ? &j->table : NULL, r->motion == KMP_INVERSE_START));
     KMP_TRY(reactions_init(&j->reactions, j->system));
     return make_rows(r, j->times.count) ? KEMPE_OK : kmp_fail_memory(j->context);
 }
@@ -338,7 +339,7 @@ static void release(job *j)
 {
     kmp_formulas_free(&j->reactions);
     kmp_inverse_free(&j->inverse);
-    kmp_guide_free(&j->guide);
+    kmp_prescribed_motion_free(&j->prescribed);
     kmp_times_free(&j->times);
     kmp_prescribed_free(&j->table);
     kmp_samples_free(&j->reference);
@@ -390,7 +391,7 @@ static void note_row(job *j, double t)
 static void keep_row(job *j)
 {
     kempe_inverse *r = j->r;
-    const kmp_guide *g = &j->guide;
+    const kmp_prescribed_motion *g = &j->prescribed;
     const kmp_inverse *v = &j->inverse;
     const kmp_instant at = {.t = g->t, .q = g->q, .lambda = v->lambda};
     double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
@@ -417,8 +418,8 @@ static void keep_row(job *j)
 /* Goes to the k-th instant, t, and computes the forces there. */
 static kempe_status go_to(job *j, int k, double t)
 {
-    kmp_guide *g = &j->guide;
-    KMP_TRY(k > 0 ? kmp_guide_advance(g, t) : kmp_guide_start(g, t));
+    kmp_prescribed_motion *g = &j->prescribed;
+    KMP_TRY(k > 0 ? kmp_prescribed_motion_advance(g, t) : kmp_prescribed_motion_start(g, t));
     return kmp_inverse_at(&j->inverse, g->t, g->q, g->qd, g->qdd);
 }
 
@@ -426,7 +427,7 @@ static kempe_status follow(job *j)
 {
     for (int k = 0; k < j->times.count; k++) {
         if (kmp_interrupted(j->context))
-            return kmp_fail(j->context, KEMPE_STOPPED, "interrupted at t = %.9g s", j->guide.t);
+            return kmp_fail(j->context, KEMPE_STOPPED, "interrupted at t = %.9g s", j->prescribed.t);
         KMP_TRY(go_to(j, k, j->times.t[k] + j->t_first));
         keep_row(j);
     }
@@ -473,7 +474,7 @@ static kempe_status follow_again(job *j, const double *size, double end)
             kmp_convergence_row(&r->again, r->t[k], r->a, kmp_inverse_part(r, k, r->at.tau), j->inverse.tau, size);
     }
     if (status != KEMPE_OK)
-        r->again.stopped = j->guide.t;
+        r->again.stopped = j->prescribed.t;
     return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
 }
 
@@ -505,7 +506,7 @@ static kempe_status repeat(const job *j, job *again)
 
 static kempe_status check_again(job *j)
 {
-    job again = {.r = j->r, .system = j->system, .context = j->context, .ask = j->ask};
+    job again = {.r = j->r, .system = j->system, .context = j->context, .options = j->options};
     kempe_status status = repeat(j, &again);
     release(&again);
     if (status == KEMPE_OK) {
@@ -561,25 +562,26 @@ static kempe_status run(job *j)
         r->status = judge(r);
     if (!has_result(r->status))
         return r->status;
-    r->off = j->guide.off;
-    r->off_t = j->guide.off_t;
-    r->off_coordinate = j->guide.off_coordinate;
-    if (r->motion == KMP_INVERSE_START && j->guide.red.eval) {
-        r->start_u_count = j->guide.part.p;
-        memcpy(r->start_u, j->guide.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
+    r->off = j->prescribed.off;
+    r->off_t = j->prescribed.off_t;
+    r->off_coordinate = j->prescribed.off_coordinate;
+    if (r->motion == KMP_INVERSE_START && j->prescribed.red.eval) {
+        r->start_u_count = j->prescribed.part.p;
+        memcpy(r->start_u, j->prescribed.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
     }
     KMP_TRY(settle_reason(r));
-    return !j->ask->no_convergence_check && is_differentiated(&j->table) ? check_again(j) : KEMPE_OK;
+    return !j->options->no_convergence_check && is_differentiated(&j->table) ? check_again(j) : KEMPE_OK;
 }
 
-kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *ask, kempe_inverse **inverse)
+kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *options,
+                               kempe_inverse **inverse)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, inverse, "inverse");
-    KMP_OPTIONS(system->context, kempe_inverse_options, ask);
+    KMP_OPTIONS(system->context, kempe_inverse_options, options);
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
-    job j = {.system = system, .context = system->context, .ask = ask, .r = result_new(system)};
+    job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
     if (!j.r)
         return kmp_fail_memory(system->context);
     kempe_status status = prepare(&j);

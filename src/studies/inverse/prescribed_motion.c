@@ -27,7 +27,7 @@
 
 /* -- construction and release ------------------------------------------------------------------------ */
 
-static bool make_room(kmp_guide *g)
+static bool make_room(kmp_prescribed_motion *g)
 {
     ptrdiff_t n = g->n, entries = g->system->jacobian.count;
     const kmp_arena_group groups[] = {
@@ -42,7 +42,7 @@ static bool make_room(kmp_guide *g)
 }
 
 /* Drives of coordinates in the table are ignored. */
-static void leave_out(kmp_guide *g)
+static void leave_out(kmp_prescribed_motion *g)
 {
     for (int r = 0; r < g->m; r++) {
         const kmp_closure *closure = &g->system->model->closures[g->system->rows[r].closure];
@@ -50,24 +50,25 @@ static void leave_out(kmp_guide *g)
     }
 }
 
-kempe_status kmp_guide_init(kmp_guide *guide, const kempe_system *system, const char *backend,
-                            const kmp_prescribed *motion, bool at_rest, const int *wish, int wish_count)
+kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const kempe_system *system,
+                                        const char *backend, const kmp_prescribed *motion, bool at_rest,
+                                        const int *wish, int wish_count)
 {
-    kmp_guide *g = guide;
-    *g = (kmp_guide){.system = system,
-                     .motion = motion,
-                     .at_rest = at_rest,
-                     .wish = wish,
-                     .wish_count = wish_count,
-                     .n = system->n,
-                     .m = system->m,
-                     .off_coordinate = -1};
+    kmp_prescribed_motion *g = prescribed;
+    *g = (kmp_prescribed_motion){.system = system,
+                                 .motion = motion,
+                                 .at_rest = at_rest,
+                                 .wish = wish,
+                                 .wish_count = wish_count,
+                                 .n = system->n,
+                                 .m = system->m,
+                                 .off_coordinate = -1};
     unsigned long failures = kmp_memory_failures();
     g->eval = kmp_eval_new(system, backend);
     if (!g->eval)
         return kmp_memory_failures() != failures ? KEMPE_E_MEMORY : KEMPE_E_ARGUMENT;
     if (!make_room(g)) {
-        kmp_guide_free(g);
+        kmp_prescribed_motion_free(g);
         return kmp_fail_memory(system->context);
     }
     for (int k = 0; motion && k < motion->count; k++)
@@ -77,29 +78,29 @@ kempe_status kmp_guide_init(kmp_guide *guide, const kempe_system *system, const 
     return KEMPE_OK;
 }
 
-static void forget_choice(kmp_guide *g)
+static void forget_choice(kmp_prescribed_motion *g)
 {
     kmp_reduction_free(&g->red);
     kmp_partition_free(&g->part);
 }
 
-void kmp_guide_free(kmp_guide *guide)
+void kmp_prescribed_motion_free(kmp_prescribed_motion *prescribed)
 {
-    kmp_guide *g = guide;
+    kmp_prescribed_motion *g = prescribed;
     forget_choice(g);
     kmp_arena_free(&g->arena);
     kmp_eval_free(g->eval);
-    *g = (kmp_guide){0};
+    *g = (kmp_prescribed_motion){0};
 }
 
 /* -- the choice of independent coordinates ----------------------------------------------------------- */
 
-static const char *name_of(const kmp_guide *g, int coordinate)
+static const char *name_of(const kmp_prescribed_motion *g, int coordinate)
 {
     return g->system->model->motions[coordinate].name;
 }
 
-static kempe_status fail_undetermined(const kmp_guide *g, int count, const int *free_ones)
+static kempe_status fail_undetermined(const kmp_prescribed_motion *g, int count, const int *free_ones)
 {
     kempe_context *context = g->system->context;
     kmp_text names = {0};
@@ -122,7 +123,7 @@ static kempe_status fail_undetermined(const kmp_guide *g, int count, const int *
 }
 
 /* u among the coordinates of the table: all others must be determined by them. */
-static kempe_status choose_among_given(kmp_guide *g, int *count)
+static kempe_status choose_among_given(kmp_prescribed_motion *g, int *count)
 {
     int missing = 0, *u = g->u;
     *count = kmp_partition_prefer(g->system, g->masked, g->given, u);
@@ -135,7 +136,7 @@ static kempe_status choose_among_given(kmp_guide *g, int *count)
 }
 
 /* Chooses the independent coordinates at (t, q). */
-static kempe_status choose(kmp_guide *g, double t, const double *q)
+static kempe_status choose(kmp_prescribed_motion *g, double t, const double *q)
 {
     bool some = g->motion && g->motion->count < g->n;
     int count = g->at_rest ? g->wish_count : 0;
@@ -157,20 +158,20 @@ static kempe_status choose(kmp_guide *g, double t, const double *q)
 /* -- one state --------------------------------------------------------------------------------------- */
 
 /* Reads the table's values at t. */
-static void read_table(kmp_guide *g, double t)
+static void read_table(kmp_prescribed_motion *g, double t)
 {
     if (g->motion)
         kmp_prescribed_at(g->motion, t, g->tq, g->tqd, g->tqdd);
 }
 
 /* Closes `trial` on its u; rows that were dropped as redundant must close with it. */
-static bool close_trial(kmp_guide *g, double t)
+static bool close_trial(kmp_prescribed_motion *g, double t)
 {
     return kmp_reduction_close(&g->red, t, g->trial, NULL, 0) == 0 && kmp_rounding_closed(g->eval);
 }
 
 /* Rates and accelerations of q = trial at t, where it becomes the state. KEMPE_E_FAILED: Jv is singular. */
-static kempe_status settle(kmp_guide *g, double t)
+static kempe_status settle(kmp_prescribed_motion *g, double t)
 {
     kmp_evaluator *eval = g->eval;
     kmp_reduction *red = &g->red;
@@ -197,7 +198,7 @@ static kempe_status settle(kmp_guide *g, double t)
 
 /* Closes `trial` by a choice made there, and once more by a choice made at the closed position, with u from the table.
  * Rows that are redundant where the loops are closed look independent near it. */
-static kempe_status close_anew(kmp_guide *g, double t, bool *closed)
+static kempe_status close_anew(kmp_prescribed_motion *g, double t, bool *closed)
 {
     *closed = false;
     KMP_TRY(choose(g, t, g->trial));
@@ -212,7 +213,7 @@ static kempe_status close_anew(kmp_guide *g, double t, bool *closed)
 }
 
 /* The distance of given coordinates that are not independent from their closed positions. */
-static void note_off(kmp_guide *g)
+static void note_off(kmp_prescribed_motion *g)
 {
     for (int i = 0; i < g->part.r; i++) {
         int k = g->part.v[i];
@@ -226,7 +227,7 @@ static void note_off(kmp_guide *g)
 }
 
 /* Chooses again where another choice would be better: it exists, and |Bvu| has grown. */
-static kempe_status renew(kmp_guide *g)
+static kempe_status renew(kmp_prescribed_motion *g)
 {
     int v, u;
     if (g->part.p == 0 || g->at_rest || (g->motion && g->motion->count == g->part.p) ||
@@ -238,7 +239,7 @@ static kempe_status renew(kmp_guide *g)
 /* -- the path ---------------------------------------------------------------------------------------- */
 
 /* Closes the prediction q + move, with u prescribed, and checks that the branch is unchanged. */
-static bool follow(kmp_guide *g, double t)
+static bool follow(kmp_prescribed_motion *g, double t)
 {
     double way = 0, added = 0;
     for (int k = 0; k < g->n; k++) {
@@ -253,7 +254,7 @@ static bool follow(kmp_guide *g, double t)
            (!g->red.block || kmp_block_has_signs(g->red.block, g->sign));
 }
 
-static kempe_status fail_beyond(const kmp_guide *g, double t)
+static kempe_status fail_beyond(const kmp_prescribed_motion *g, double t)
 {
     int fast = 0;
     for (int k = 1; k < g->n; k++)
@@ -265,13 +266,13 @@ static kempe_status fail_beyond(const kmp_guide *g, double t)
                     g->t, t, name_of(g, fast));
 }
 
-static bool is_all_given(const kmp_guide *g)
+static bool is_all_given(const kmp_prescribed_motion *g)
 {
     return g->motion && g->motion->count == g->n;
 }
 
 /* A step to t; positions are from the table if it has all coordinates, otherwise predicted by Taylor's series. */
-static bool step(kmp_guide *g, double t)
+static bool step(kmp_prescribed_motion *g, double t)
 {
     double h = t - g->t;
     if (is_all_given(g)) {
@@ -286,7 +287,7 @@ static bool step(kmp_guide *g, double t)
 }
 
 /* Steps to `next`. If the table has all coordinates, it tries again with a choice made there. */
-static kempe_status try_step(kmp_guide *g, double next, bool *done)
+static kempe_status try_step(kmp_prescribed_motion *g, double next, bool *done)
 {
     read_table(g, next);
     *done = step(g, next) && settle(g, next) == KEMPE_OK;
@@ -298,9 +299,9 @@ static kempe_status try_step(kmp_guide *g, double next, bool *done)
     return KEMPE_OK;
 }
 
-kempe_status kmp_guide_advance(kmp_guide *guide, double t)
+kempe_status kmp_prescribed_motion_advance(kmp_prescribed_motion *prescribed, double t)
 {
-    kmp_guide *g = guide;
+    kmp_prescribed_motion *g = prescribed;
     kmp_parts way = KMP_PARTS;
     double from = g->t;
     while (g->t < t && kmp_parts_next(&way, SHORTEST)) {
@@ -318,7 +319,7 @@ kempe_status kmp_guide_advance(kmp_guide *guide, double t)
 /* -- start ------------------------------------------------------------------------------------------- */
 
 /* The assembled start, at t = 0. */
-static kempe_status take_start(kmp_guide *g)
+static kempe_status take_start(kmp_prescribed_motion *g)
 {
     kempe_assembly *a = NULL;
     kempe_status status = kempe_assembly_new(g->system, &a);
@@ -333,7 +334,7 @@ static kempe_status take_start(kmp_guide *g)
 
 /* Moves from the start to the beginning of the motion: u along a straight line while time advances to t, v along the
  * tangent. */
-static kempe_status approach(kmp_guide *g, double t)
+static kempe_status approach(kmp_prescribed_motion *g, double t)
 {
     kmp_parts way = KMP_PARTS;
     memcpy(g->from, g->q, (size_t)g->n * sizeof *g->q);
@@ -365,7 +366,7 @@ static kempe_status approach(kmp_guide *g, double t)
 }
 
 /* q at the beginning of the motion, as far as it is known before the loops are closed there. */
-static kempe_status find_beginning(kmp_guide *g, double t)
+static kempe_status find_beginning(kmp_prescribed_motion *g, double t)
 {
     if (is_all_given(g)) {
         memcpy(g->q, g->tq, (size_t)g->n * sizeof *g->q);
@@ -378,9 +379,9 @@ static kempe_status find_beginning(kmp_guide *g, double t)
     return approach(g, t);
 }
 
-kempe_status kmp_guide_start(kmp_guide *guide, double t)
+kempe_status kmp_prescribed_motion_start(kmp_prescribed_motion *prescribed, double t)
 {
-    kmp_guide *g = guide;
+    kmp_prescribed_motion *g = prescribed;
     bool closed = false;
     read_table(g, t);
     KMP_TRY(find_beginning(g, t));

@@ -12,7 +12,7 @@
 #include "constraints/partition/reduction.h"
 #include "studies/inverse/prescribed.h"
 
-typedef struct kmp_guide {
+typedef struct kmp_prescribed_motion {
     kmp_arena arena; /* of all arrays */
     const kempe_system *system;
     kmp_evaluator *eval;
@@ -35,19 +35,20 @@ typedef struct kmp_guide {
     double off;                     /* largest |q - q of the table| / scale of dependent coordinates */
     int off_coordinate;
     double off_t;
-} kmp_guide;
+} kmp_prescribed_motion;
 
 /** `motion` NULL and not `at_rest`: the drives determine all coordinates. KEMPE_E_MEMORY, KEMPE_E_ARGUMENT. */
-kempe_status kmp_guide_init(kmp_guide *guide, const kempe_system *system, const char *backend,
-                            const kmp_prescribed *motion, bool at_rest, const int *wish, int wish_count);
-void kmp_guide_free(kmp_guide *guide);
+kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const kempe_system *system,
+                                        const char *backend, const kmp_prescribed *motion, bool at_rest,
+                                        const int *wish, int wish_count);
+void kmp_prescribed_motion_free(kmp_prescribed_motion *prescribed);
 
 /** Takes the state at t: from the model's start, or from the table if it has all coordinates. KEMPE_E_FAILED, with the
  * reason: the start does not close, the given coordinates do not determine the motion, or the loops cannot be closed on
  * it. */
-kempe_status kmp_guide_start(kmp_guide *guide, double t);
+kempe_status kmp_prescribed_motion_start(kmp_prescribed_motion *prescribed, double t);
 
 /** Advances to a later t. KEMPE_E_FAILED: the loops cannot be closed beyond a time, which the message gives. */
-kempe_status kmp_guide_advance(kmp_guide *guide, double t);
+kempe_status kmp_prescribed_motion_advance(kmp_prescribed_motion *prescribed, double t);
 
 #endif

@@ -135,7 +135,7 @@ static void show_all(kmp_text *text, const void *result)
 {
     const kempe_kinematics *k = result;
     kmp_text_printf(text, "%s: %s, %d of %d rows\n", k->system->model->name, kmp_status_word(k->status), k->count,
-                    k->asked);
+                    k->requested);
     say_leads(text, k);
     if (k->reason)
         kmp_text_printf(text, "  %s\n", k->reason);
@@ -250,7 +250,7 @@ static void json_all(kmp_text *text, const void *result)
     kmp_print_head(&j, k->system, k->status, k->reason, k->system->build_s, k->warnings);
     json_leads(&j, k);
     kmp_json_whole(&j, "rows", k->count);
-    kmp_json_whole(&j, "rows_asked", k->asked);
+    kmp_json_whole(&j, "rows_asked", k->requested);
     json_ranges(&j, k);
     json_dead(&j, k);
     json_left_out(&j, k->system->model);

@@ -49,13 +49,13 @@ static void take_columns(kempe_kinematics *k)
 static kempe_status make_room(kempe_kinematics *k)
 {
     take_columns(k);
-    ptrdiff_t rows = k->asked, size = rows * k->system->n;
+    ptrdiff_t rows = k->requested, size = rows * k->system->n;
     const kmp_arena_group groups[] = {
-        {size, {&k->q, &k->qd, &k->qdd}}, {rows, {&k->asked_s, &k->s}}, {rows * k->width, {&k->shown}}};
+        {size, {&k->q, &k->qd, &k->qdd}}, {rows, {&k->requested_s, &k->s}}, {rows * k->width, {&k->shown}}};
     if (!kmp_arena_make_groups(&k->arena, sizeof groups / sizeof *groups, groups))
         return kmp_fail_memory(k->system->context);
-    for (int i = 0; i < k->asked; i++)
-        k->asked_s[i] = i == k->asked - 1 ? 1 : (double)i / (k->asked - 1);
+    for (int i = 0; i < k->requested; i++)
+        k->requested_s[i] = i == k->requested - 1 ? 1 : (double)i / (k->requested - 1);
     return KEMPE_OK;
 }
 
@@ -182,7 +182,7 @@ static kempe_status take_dead(job *j, bool up)
 static int first_row_from(const kempe_kinematics *k, double s)
 {
     int row = 0;
-    while (row < k->asked && k->asked_s[row] < s - 1e-12)
+    while (row < k->requested && k->requested_s[row] < s - 1e-12)
         row++;
     return row;
 }
@@ -259,7 +259,7 @@ static kempe_status lead(job *j, const kmp_lead *leads, double s)
 static kempe_status go(job *j, double s_end, int rows, kmp_sweep_end *end)
 {
     kempe_kinematics *k = j->k;
-    const kmp_sweep_task task = {s_end, rows, k->asked_s + k->begin, take_row, take_change, j};
+    const kmp_sweep_task task = {s_end, rows, k->requested_s + k->begin, take_row, take_change, j};
     *end = kmp_sweep_go(&j->sweep, &task);
     if (rows == 0)
         k->change_count = 0; /* outside the range, or reported again in the other direction */
@@ -306,7 +306,7 @@ static kempe_status approach_along(job *j, double s)
         return KEMPE_OK;
     KMP_TRY(take_dead(j, s < 0));
     k->begin = first_row_from(k, s_here(j));
-    bool reached = s > 0 && k->begin < k->asked;
+    bool reached = s > 0 && k->begin < k->requested;
     if (k->begin > 0 || !reached)
         say_dead(j, 0);
     return reached ? KEMPE_OK : KEMPE_E_FAILED;
@@ -315,7 +315,7 @@ static kempe_status approach_along(job *j, double s)
 static kempe_status go_through(job *j)
 {
     kempe_kinematics *k = j->k;
-    int rows = k->asked - k->begin;
+    int rows = k->requested - k->begin;
     kmp_sweep_end end;
     KMP_TRY(go(j, 1, rows, &end));
     if (end == KMP_SWEEP_DEAD) {
@@ -323,7 +323,7 @@ static kempe_status go_through(job *j)
         if (k->count < rows)
             say_dead(j, k->dead_count - 1);
     }
-    return k->count < k->asked ? KEMPE_STOPPED : KEMPE_OK;
+    return k->count < k->requested ? KEMPE_STOPPED : KEMPE_OK;
 }
 
 static kempe_status follow(job *j)
@@ -358,11 +358,11 @@ static kempe_status sweep_from(job *j, const double *q)
     return follow(j);
 }
 
-static kempe_status run(job *j, const kempe_kinematics_options *ask)
+static kempe_status run(job *j, const kempe_kinematics_options *options)
 {
     kempe_kinematics *k = j->k;
     const kempe_system *s = k->system;
-    const char *backend = ask->backend ? ask->backend : kmp_backend_default();
+    const char *backend = options->backend ? options->backend : kmp_backend_default();
     if (!kmp_backend_find(backend))
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend,
                         kmp_backend_names());
@@ -390,12 +390,12 @@ static kempe_status finish(job *j, kempe_status status)
     return k->reason ? status : kmp_fail_memory(k->system->context);
 }
 
-kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_options *ask,
+kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_options *options,
                                   kempe_kinematics **kinematics)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, kinematics, "kinematics");
-    KMP_OPTIONS(system->context, kempe_kinematics_options, ask);
+    KMP_OPTIONS(system->context, kempe_kinematics_options, options);
     kmp_context_begin(system->context);
     double begin = kmp_cpu_now();
     kempe_kinematics *k = KMP_NEW(kempe_kinematics, 1);
@@ -403,11 +403,11 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
         return kmp_fail_memory(system->context);
     k->system = system;
     job j = {.k = k};
-    kempe_status status = kmp_kinematics_ask(k, ask);
+    kempe_status status = kmp_kinematics_ask(k, options);
     if (status == KEMPE_OK)
         status = make_room(k);
     if (status == KEMPE_OK)
-        status = finish(&j, run(&j, ask));
+        status = finish(&j, run(&j, options));
     k->cpu_s = kmp_cpu_now() - begin;
     k->warnings = kmp_context_warnings(system->context);
     bool something = k->count > 0 || k->dead_count > 0; /* reported even after a failure */

@@ -43,10 +43,10 @@ struct kempe_kinematics {
     double speed;   /* of the first, NaN with the time */
     double rate;    /* ds/dt */
     bool *released; /* closures of the model that were */
-    int asked;      /* rows */
-    double *asked_s;
+    int requested;  /* rows */
+    double *requested_s;
     int begin, count;         /* the first row that was reached, and the number of rows */
-    double *s, *q, *qd, *qdd; /* `asked` rows; n each */
+    double *s, *q, *qd, *qdd; /* `requested` rows; n each */
     int width;
     kmp_shown_column *column;            /* width */
     double *shown;                       /* width a row */
@@ -64,7 +64,7 @@ const char *kmp_kinematics_unit(const kempe_kinematics *k, const kmp_lead *lead)
 
 /** Fills driven values, released closures, rows and speed; fixed coordinates are still 0. KEMPE_E_ARGUMENT,
  * KEMPE_E_MEMORY. */
-kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_options *ask);
+kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_options *options);
 
 /** Reports driven coordinates that do not determine the rest: too few, too many, or in conflict. */
 kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep);

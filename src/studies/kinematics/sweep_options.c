@@ -104,9 +104,10 @@ static kempe_status count_rows(kempe_kinematics *k, const kmp_ranges *ranges, in
                             here);
         count = here;
     }
-    k->asked = count > 0 ? count : DEFAULT_ROWS;
-    if (k->asked < 2 || k->asked > MOST_ROWS)
-        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "%d rows are not possible: 2 to %d", k->asked, MOST_ROWS);
+    k->requested = count > 0 ? count : DEFAULT_ROWS;
+    if (k->requested < 2 || k->requested > MOST_ROWS)
+        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "%d rows are not possible: 2 to %d", k->requested,
+                        MOST_ROWS);
     return KEMPE_OK;
 }
 
@@ -184,11 +185,11 @@ static kempe_status take_speed(kempe_kinematics *k, const char *speed)
     return KEMPE_OK;
 }
 
-static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options *ask, const kmp_ranges *ranges)
+static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options *options, const kmp_ranges *ranges)
 {
     char **held, **released;
-    int hold_count = kmp_text_words(&k->arena, ask->hold, &held);
-    int release_count = kmp_text_words(&k->arena, ask->release, &released);
+    int hold_count = kmp_text_words(&k->arena, options->hold, &held);
+    int release_count = kmp_text_words(&k->arena, options->release, &released);
     k->lead = KMP_ARENA_NEW(&k->arena, kmp_lead, ranges->count + hold_count);
     k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
     if (k->arena.failed)
@@ -196,19 +197,19 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
     KMP_TRY(add_ranges(k, ranges));
     for (int i = 0; i < hold_count; i++)
         KMP_TRY(add_held(k, held[i]));
-    KMP_TRY(count_rows(k, ranges, ask->points));
-    KMP_TRY(take_speed(k, ask->speed));
+    KMP_TRY(count_rows(k, ranges, options->points));
+    KMP_TRY(take_speed(k, options->speed));
     return release(k, release_count, released);
 }
 
-kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_options *ask)
+kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_options *options)
 {
     kmp_ranges ranges;
     k->time = k->first = -1;
-    if (!ask->sweep || !*ask->sweep)
+    if (!options->sweep || !*options->sweep)
         return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the swept coordinate is missing: give 'NAME=A:B'");
-    KMP_TRY(kmp_ranges_read(k->system->context, ask->sweep, &ranges));
-    kempe_status status = take_all(k, ask, &ranges);
+    KMP_TRY(kmp_ranges_read(k->system->context, options->sweep, &ranges));
+    kempe_status status = take_all(k, options, &ranges);
     kmp_ranges_free(&ranges);
     return status;
 }

@@ -45,17 +45,17 @@ static bool name_states(kmp_channels *c)
     return !c->arena.failed;
 }
 
-static const char *unit_of_load(const kempe_model *model, const kmp_asked_input *input, int order)
+static const char *unit_of_load(const kempe_model *model, const kmp_requested_input *input, int order)
 {
     static const char *const turns[] = {"rad", "rad/s", "rad/s^2"}, *const slides[] = {"m", "m/s", "m/s^2"};
     switch (input->kind) {
-    case KMP_ASKED_EFFORT:
+    case KMP_REQUESTED_EFFORT:
         return model->motions[input->index].rotation ? "N m" : "N";
-    case KMP_ASKED_FORCE:
+    case KMP_REQUESTED_FORCE:
         return "N";
-    case KMP_ASKED_DRIVE:
+    case KMP_REQUESTED_DRIVE:
         return (model->motions[model->closures[input->index].motion].rotation ? turns : slides)[order];
-    case KMP_ASKED_PARAMETER:
+    case KMP_REQUESTED_PARAMETER:
         break;
     }
     return "";
@@ -67,7 +67,7 @@ static bool name_loads(kmp_channels *c)
     const kmp_transfer *t = &c->transfer;
     bool ok = names_init(c, &c->loads, t->columns);
     for (int k = 0; ok && k < t->columns; k++) {
-        const kmp_asked_input *input = &c->inputs.input[t->load[k].input];
+        const kmp_requested_input *input = &c->inputs.input[t->load[k].input];
         kmp_text name = {0};
         kmp_text_printf(&name, "%s%s", input->name, ends[t->load[k].order]);
         set_name(c, &c->loads, k, &name, unit_of_load(c->system->model, input, t->load[k].order));
@@ -107,7 +107,7 @@ static kempe_status take_columns(kmp_channels *c, const unsigned *parts, bool no
 
 /* -- the system -------------------------------------------------------------------------------------- */
 
-static int count_kind(const kmp_asked_inputs *inputs, kmp_asked_kind kind)
+static int count_kind(const kmp_requested_inputs *inputs, kmp_requested_kind kind)
 {
     int count = 0;
     for (int k = 0; k < inputs->count; k++)
@@ -124,15 +124,15 @@ static int shown_before(const kempe_model *model, int output)
 }
 
 /* The outputs of the copy: the requested ones, and the positions of points with input forces. */
-static kempe_status choose_outputs(kmp_channels *c, const kmp_channels_ask *ask, unsigned **parts, int *place)
+static kempe_status choose_outputs(kmp_channels *c, const kmp_channels_options *options, unsigned **parts, int *place)
 {
     kempe_model *copy = kmp_variant_model(c->variant);
-    if (ask->outputs)
-        KMP_TRY(kmp_asked_outputs(copy, ask->outputs, parts));
+    if (options->outputs)
+        KMP_TRY(kmp_requested_outputs(copy, options->outputs, parts));
     for (int k = 0; k < c->inputs.count; k++) {
-        if (c->inputs.input[k].kind != KMP_ASKED_FORCE)
+        if (c->inputs.input[k].kind != KMP_REQUESTED_FORCE)
             continue;
-        int output = kmp_asked_position(copy, c->inputs.input[k].index, parts);
+        int output = kmp_requested_position(copy, c->inputs.input[k].index, parts);
         if (output < 0)
             return kmp_fail_memory(copy->context);
         place[k] = shown_before(copy, output);
@@ -140,12 +140,12 @@ static kempe_status choose_outputs(kmp_channels *c, const kmp_channels_ask *ask,
     return KEMPE_OK;
 }
 
-static kempe_status make_system(kmp_channels *c, const kmp_channels_ask *ask, int count, const char *const *names,
-                                unsigned **parts, int *place)
+static kempe_status make_system(kmp_channels *c, const kmp_channels_options *options, int count,
+                                const char *const *names, unsigned **parts, int *place)
 {
     const kempe_system *given = c->given;
     KMP_TRY(kmp_variant_new(given->model, count, names, &c->variant));
-    KMP_TRY(choose_outputs(c, ask, parts, place));
+    KMP_TRY(choose_outputs(c, options, parts, place));
     KMP_TRY(kmp_system_of_variant(c->variant, &c->own));
     kempe_system_set_force(c->own, given->force, given->force_user);
     c->system = c->own;
@@ -211,40 +211,40 @@ static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
     return KEMPE_OK;
 }
 
-static kempe_status take_state(kmp_channels *c, const kmp_channels_ask *ask, const char *backend)
+static kempe_status take_state(kmp_channels *c, const kmp_channels_options *options, const char *backend)
 {
     int *wish = KMP_ARENA_NEW(&c->arena, int, c->system->n), wish_count = 0;
     if (!wish)
         return kmp_fail_memory(c->system->context);
-    KMP_TRY(kmp_coordinates_read(c->system->model, "independent", ask->independent, wish, &wish_count));
+    KMP_TRY(kmp_coordinates_read(c->system->model, "independent", options->independent, wish, &wish_count));
     KMP_TRY(kmp_linear_init(&c->linear, c->system, backend));
-    KMP_TRY(kmp_operating_new(c->system, ask->at, &c->linear, &c->at));
+    KMP_TRY(kmp_operating_new(c->system, options->at, &c->linear, &c->at));
     return tell_singular(c, judge_rest(c, wish, wish_count));
 }
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-static kempe_status build(kmp_channels *c, const kmp_channels_ask *ask)
+static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
 {
-    const char *backend = ask->backend ? ask->backend : kmp_backend_default();
+    const char *backend = options->backend ? options->backend : kmp_backend_default();
     int count = 0;
     unsigned *parts = NULL;
     kmp_seen *seen = NULL;
-    KMP_TRY(ask->inputs ? kmp_asked_inputs_read(c->system->model, ask->inputs, &c->inputs) : KEMPE_OK);
-    bool none = !ask->outputs && c->inputs.count == 0;
+    KMP_TRY(options->inputs ? kmp_requested_inputs_read(c->system->model, options->inputs, &c->inputs) : KEMPE_OK);
+    bool none = !options->outputs && c->inputs.count == 0;
     const char **names = KMP_ARENA_NEW(&c->arena, const char *, c->inputs.count); /* of parameters */
     int *place = KMP_ARENA_NEW(&c->arena, int, c->inputs.count); /* of each input, for kmp_transfer_init */
     if (c->arena.failed)
         return kmp_fail_memory(c->system->context);
     for (int k = 0; k < c->inputs.count; k++)
-        if (c->inputs.input[k].kind == KMP_ASKED_PARAMETER) {
+        if (c->inputs.input[k].kind == KMP_REQUESTED_PARAMETER) {
             place[k] = count;
             names[count++] = c->inputs.input[k].name;
         }
-    if (count > 0 || ask->outputs || count_kind(&c->inputs, KMP_ASKED_FORCE) > 0)
-        KMP_TRY(make_system(c, ask, count, names, &parts, place));
+    if (count > 0 || options->outputs || count_kind(&c->inputs, KMP_REQUESTED_FORCE) > 0)
+        KMP_TRY(make_system(c, options, count, names, &parts, place));
     KMP_TRY(take_columns(c, parts, none, &seen));
-    KMP_TRY(take_state(c, ask, backend));
+    KMP_TRY(take_state(c, options, backend));
     KMP_TRY(kmp_slopes_new(c->system, backend, count, names, true, &c->slopes));
     KMP_TRY(kmp_transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, seen));
     if (!name_states(c) || !name_loads(c))
@@ -253,11 +253,11 @@ static kempe_status build(kmp_channels *c, const kmp_channels_ask *ask)
     return KEMPE_OK;
 }
 
-kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *system, const kmp_channels_ask *ask)
+kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *system, const kmp_channels_options *options)
 {
     double begin = kmp_cpu_now();
     *channels = (kmp_channels){.given = system, .system = system};
-    kempe_status status = build(channels, ask);
+    kempe_status status = build(channels, options);
     channels->build_s = system->build_s + (kmp_cpu_now() - begin);
     if (status != KEMPE_OK)
         kmp_channels_free(channels);
@@ -274,7 +274,7 @@ void kmp_channels_free(kmp_channels *channels)
     kmp_operating_free(c->at);
     kempe_system_free(c->own);
     kmp_variant_free(c->variant);
-    kmp_asked_inputs_free(&c->inputs);
+    kmp_requested_inputs_free(&c->inputs);
     kmp_arena_free(&c->arena);
     *c = (kmp_channels){0};
 }

@@ -8,9 +8,9 @@
 #include "studies/linearize/transfer.h"
 
 /** NULL: the default of each. */
-typedef struct kmp_channels_ask {
+typedef struct kmp_channels_options {
     const char *at, *inputs, *outputs, *independent, *backend;
-} kmp_channels_ask;
+} kmp_channels_options;
 
 typedef struct kmp_names {
     int count;
@@ -25,7 +25,7 @@ typedef struct kmp_channels {
     kmp_operating *at;
     kmp_linear linear;
     kmp_slopes *slopes;
-    kmp_asked_inputs inputs;
+    kmp_requested_inputs inputs;
     kmp_transfer transfer;
     kmp_names states, loads, outputs; /* x, w, y; a load is an input or a time derivative of it */
     bool rests;                       /* no acceleration, and motion changes no force */
@@ -37,7 +37,7 @@ typedef struct kmp_channels {
 
 /** Derives, takes the state and evaluates. Default outputs: those of the model where there are inputs, otherwise none.
  * KEMPE_E_ARGUMENT, KEMPE_E_FAILED with the reason. */
-kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *system, const kmp_channels_ask *ask);
+kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *system, const kmp_channels_options *options);
 void kmp_channels_free(kmp_channels *channels);
 
 #endif

@@ -44,17 +44,18 @@ static kempe_status make_first_order(kempe_linearization *l)
                     system->model->motions[l->channels.linear.part.u[failed - 1]].name);
 }
 
-kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *ask,
+kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *options,
                                      kempe_linearization **linearization)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, linearization, "linearization");
-    KMP_OPTIONS(system->context, kempe_linearize_options, ask);
+    KMP_OPTIONS(system->context, kempe_linearize_options, options);
     kmp_context_begin(system->context);
     kempe_linearization *l = KMP_NEW(kempe_linearization, 1);
     if (!l)
         return kmp_fail_memory(system->context);
-    const kmp_channels_ask asked = {ask->at, ask->inputs, ask->outputs, ask->independent, ask->backend};
+    const kmp_channels_options asked = {options->at, options->inputs, options->outputs, options->independent,
+                                        options->backend};
     kempe_status status = kmp_channels_init(&l->channels, system, &asked);
     if (status == KEMPE_OK)
         status = make_first_order(l);

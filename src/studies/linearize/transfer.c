@@ -7,26 +7,26 @@
 /* -- construction ------------------------------------------------------------------------------------ */
 
 /* The number of loads of an input: a drive's function acts with its rates, all others directly. */
-static int orders(kmp_asked_kind kind)
+static int orders(kmp_requested_kind kind)
 {
-    return kind == KMP_ASKED_DRIVE ? 3 : 1;
+    return kind == KMP_REQUESTED_DRIVE ? 3 : 1;
 }
 
 static void list_loads(kmp_transfer *t, const int *place)
 {
     int at = 0;
     for (int i = 0; i < t->inputs->count; i++) {
-        kmp_asked_kind kind = t->inputs->input[i].kind;
+        kmp_requested_kind kind = t->inputs->input[i].kind;
         for (int order = 0; order < orders(kind); order++)
             t->load[at++] = (kmp_load){.input = i,
                                        .order = order,
-                                       .parameter = kind == KMP_ASKED_PARAMETER ? place[i] : -1,
-                                       .place = kind == KMP_ASKED_FORCE ? place[i] : -1};
+                                       .parameter = kind == KMP_REQUESTED_PARAMETER ? place[i] : -1,
+                                       .place = kind == KMP_REQUESTED_FORCE ? place[i] : -1};
     }
 }
 
 kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
-                               const kmp_asked_inputs *inputs, const int *place, int outputs, const kmp_seen *seen)
+                               const kmp_requested_inputs *inputs, const int *place, int outputs, const kmp_seen *seen)
 {
     ptrdiff_t n = linear->n, m = linear->m, p = linear->p, columns = 0;
     for (int i = 0; i < inputs->count; i++)
@@ -106,16 +106,16 @@ static void follow_load(kmp_transfer *t, const kmp_load *load, double *residual,
     double *h = t->side, *force = h + 3 * m;
     memset(h, 0, (size_t)(3 * m + t->n) * sizeof *h);
     switch (t->inputs->input[load->input].kind) {
-    case KMP_ASKED_EFFORT:
+    case KMP_REQUESTED_EFFORT:
         force[t->inputs->input[load->input].index] = -1;
         break;
-    case KMP_ASKED_FORCE:
+    case KMP_REQUESTED_FORCE:
         push(t, load, force);
         break;
-    case KMP_ASKED_DRIVE:
+    case KMP_REQUESTED_DRIVE:
         drive(t, load, h + load->order * m);
         break;
-    case KMP_ASKED_PARAMETER:
+    case KMP_REQUESTED_PARAMETER:
         (void)kmp_slopes_change(t->slopes, load->parameter, h);
         break;
     }

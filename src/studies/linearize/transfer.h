@@ -13,7 +13,7 @@
 #include "base/arena.h"
 #include "derivatives/linearized.h"
 #include "derivatives/parameter_slopes.h"
-#include "model/tables/asked.h"
+#include "model/tables/requested.h"
 
 /** The source of an output's value: number `index` of q, qd, qdd, lambda, or of the additional outputs. */
 typedef enum kmp_seen_in { KMP_SEEN_Q, KMP_SEEN_QD, KMP_SEEN_QDD, KMP_SEEN_LAMBDA, KMP_SEEN_SHOWN } kmp_seen_in;
@@ -36,7 +36,7 @@ typedef struct kmp_transfer {
     kmp_linear *linear; /* not owned, at the state */
     kmp_slopes *slopes; /* not owned */
     int n, m, p;
-    const kmp_asked_inputs *inputs;
+    const kmp_requested_inputs *inputs;
     int outputs, columns;
     kmp_seen *seen;                /* outputs */
     kmp_load *load;                /* columns */
@@ -52,7 +52,7 @@ typedef struct kmp_transfer {
 /** Makes room. `linear` has chosen its u. `place`: for each input, the index of its point's position among the outputs
  * (forces alone), or of its parameter among the derivatives (parameters alone). KEMPE_E_MEMORY. */
 kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
-                               const kmp_asked_inputs *inputs, const int *place, int outputs, const kmp_seen *seen);
+                               const kmp_requested_inputs *inputs, const int *place, int outputs, const kmp_seen *seen);
 void kmp_transfer_free(kmp_transfer *transfer);
 
 /** Evaluates all at the state of the linear equations, which must have Mr, Gr and Kr. No allocation. */

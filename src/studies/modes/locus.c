@@ -19,31 +19,31 @@ enum { MOST_HALVINGS = 6 };
 /* Relative accuracy of a critical value, and of its real part relative to the largest eigenvalue. */
 #define EXACT 1e-13
 
-typedef struct station {
+typedef struct family {
     double value;
     kmp_modes modes;
     int *at;   /* count: the index of each branch in the spectrum; of the modes' arena, like q */
     double *q; /* n: the state */
-} station;
+} family;
 
 typedef struct maker {
     kempe_context *context;
-    kmp_station *visited; /* where all modes are computed */
+    kmp_operating_family *visited; /* where all modes are computed */
     kmp_locus *l;
     kmp_arena arena; /* of the arrays below */
     double *cost;
     int *column;
 } maker;
 
-static void leave(station *s)
+static void leave(family *s)
 {
     kmp_modes_free(&s->modes);
 }
 
-static kempe_status arrive(maker *m, double value, station *s)
+static kempe_status arrive(maker *m, double value, family *s)
 {
-    *s = (station){.value = value};
-    KMP_TRY(kmp_station_go(m->visited, value, &s->modes));
+    *s = (family){.value = value};
+    KMP_TRY(kmp_operating_family_go(m->visited, value, &s->modes));
     size_t n = (size_t)m->visited->base->n;
     s->at = KMP_ARENA_NEW(&s->modes.arena, int, s->modes.count);
     s->q = KMP_ARENA_NEW(&s->modes.arena, double, n);
@@ -65,7 +65,7 @@ static double distance(double a_re, double a_im, double b_re, double b_im, doubl
 }
 
 /* Assigns branches of `from` to eigenvalues of `to`. Returns the largest doubt: 0 where all are certain. */
-static double follow(maker *m, const station *from, station *to)
+static double follow(maker *m, const family *from, family *to)
 {
     int n = from->modes.count;
     const kmp_spectrum *a = &from->modes.spectrum, *b = &to->modes.spectrum;
@@ -88,12 +88,12 @@ static double follow(maker *m, const station *from, station *to)
     return doubt;
 }
 
-static kempe_status reach(maker *m, const station *from, double value, int halvings, station *to, double *doubt);
+static kempe_status reach(maker *m, const family *from, double value, int halvings, family *to, double *doubt);
 
 /* Advances from one station to the next, by intermediate values where needed. `doubt`: the largest that remains. */
-static kempe_status advance(maker *m, const station *from, station *to, int halvings, double *doubt)
+static kempe_status advance(maker *m, const family *from, family *to, int halvings, double *doubt)
 {
-    station middle;
+    family middle;
     double here = follow(m, from, to);
     if (here < 0)
         return kmp_fail_memory(m->context);
@@ -110,7 +110,7 @@ static kempe_status advance(maker *m, const station *from, station *to, int halv
 }
 
 /* Computes the station at a value, with the branches of `from`. */
-static kempe_status reach(maker *m, const station *from, double value, int halvings, station *to, double *doubt)
+static kempe_status reach(maker *m, const family *from, double value, int halvings, family *to, double *doubt)
 {
     KMP_TRY(arrive(m, value, to));
     kempe_status status =
@@ -131,7 +131,7 @@ typedef struct place {
     double size, noise; /* of the largest eigenvalue there, and of its rounding */
 } place;
 
-static place place_at(const station *s, int branch)
+static place place_at(const family *s, int branch)
 {
     const kmp_spectrum *x = &s->modes.spectrum;
     int k = s->at[branch];
@@ -146,8 +146,8 @@ static bool grows(const place *at)
 /* One end of the bracket of a critical value. */
 typedef struct end {
     place there;
-    const station *at;
-    station own; /* when it has been replaced */
+    const family *at;
+    family own; /* when it has been replaced */
 } end;
 
 typedef struct bracket {
@@ -157,12 +157,12 @@ typedef struct bracket {
                    */
 } bracket;
 
-static end end_of(const station *at, int branch)
+static end end_of(const family *at, int branch)
 {
     return (end){.there = place_at(at, branch), .at = at};
 }
 
-static void replace(end *e, const station *by, int branch)
+static void replace(end *e, const family *by, int branch)
 {
     leave(&e->own);
     *e = (end){place_at(by, branch), &e->own, *by};
@@ -186,7 +186,7 @@ static kempe_status refine(maker *m, bracket *b)
     kmp_bracket search = kmp_bracket_of(low->value, b->crosses ? low->re : 0, high->value, b->crosses ? high->re : 0);
     double at, doubt = 0;
     while (!is_found(b) && !kmp_interrupted(m->context) && kmp_bracket_next(&search, exactly(b), &at)) {
-        station middle;
+        family middle;
         const end *nearest = fabs(at - low->value) <= fabs(at - high->value) ? &b->low : &b->high;
         KMP_TRY(reach(m, nearest->at, at, MOST_HALVINGS, &middle, &doubt));
         place there = place_at(&middle, b->branch);
@@ -208,7 +208,7 @@ static kempe_status look_beyond(maker *m, bracket *b, const around *values)
 {
     end *still = grows(&b->low.there) ? &b->high : &b->low;
     double beyond = still == &b->low ? values->before : values->behind, doubt = 0;
-    station farther;
+    family farther;
     if (isnan(beyond))
         return KEMPE_OK;
     kempe_status status = reach(m, still->at, beyond, 0, &farther, &doubt);
@@ -238,7 +238,7 @@ static kempe_status keep(maker *m, kmp_critical found)
     return KEMPE_OK;
 }
 
-static kempe_status find_critical(maker *m, const station *from, const station *to, const around *values, int branch)
+static kempe_status find_critical(maker *m, const family *from, const family *to, const around *values, int branch)
 {
     bracket b = {.branch = branch, .low = end_of(from, branch), .high = end_of(to, branch)};
     const place *low = &b.low.there, *high = &b.high.there;
@@ -257,7 +257,7 @@ static kempe_status find_critical(maker *m, const station *from, const station *
 
 /* Searches critical values between two stations. Of a pair the eigenvalue above the axis counts; of two that are real
  * at one end and a pair at the other, the growing one. */
-static kempe_status look_between(maker *m, const station *from, const station *to, const around *values)
+static kempe_status look_between(maker *m, const family *from, const family *to, const around *values)
 {
     for (int b = 0; b < from->modes.count; b++) {
         place before = place_at(from, b), after = place_at(to, b);
@@ -280,7 +280,7 @@ static bool make_room(maker *m, int count)
     return kmp_arena_make_groups(&l->arena, 1, all) && !m->arena.failed;
 }
 
-static void note(maker *m, const station *s, double doubt)
+static void note(maker *m, const family *s, double doubt)
 {
     kmp_locus *l = m->l;
     int n = m->visited->base->n, k = l->reached++;
@@ -292,7 +292,7 @@ static void note(maker *m, const station *s, double doubt)
     l->doubt[k] = doubt;
 }
 
-static kempe_status begin(maker *m, const double *values, station *first)
+static kempe_status begin(maker *m, const double *values, family *first)
 {
     kmp_locus *l = m->l;
     const kmp_arena_group groups[] = {{l->values, {&l->value, &l->doubt}}, {l->values * m->visited->base->n, {&l->q}}};
@@ -311,11 +311,11 @@ static kempe_status begin(maker *m, const double *values, station *first)
 }
 
 /* Stations are kept until their critical values are found. */
-static kempe_status go(maker *m, station *here)
+static kempe_status go(maker *m, family *here)
 {
     kmp_locus *l = m->l;
     for (int k = 1; k < l->values; k++) {
-        station next;
+        family next;
         double doubt = 0;
         if (kmp_interrupted(m->context))
             return KEMPE_STOPPED;
@@ -331,12 +331,12 @@ static kempe_status go(maker *m, station *here)
     return KEMPE_OK;
 }
 
-kempe_status kmp_locus_make(kmp_station *visited, int count, const double *values, kmp_locus *locus)
+kempe_status kmp_locus_make(kmp_operating_family *visited, int count, const double *values, kmp_locus *locus)
 {
     kempe_context *context = visited->base->context;
     kmp_locus l = {.values = count};
     maker m = {.context = context, .visited = visited, .l = &l};
-    station here = {0};
+    family here = {0};
     kempe_status status = begin(&m, values, &here);
     if (status == KEMPE_OK) {
         status = go(&m, &here);

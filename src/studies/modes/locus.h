@@ -28,7 +28,7 @@ typedef struct kmp_locus {
 
 /** Computes the locus at `count` values (2 or more) of the parameter. KEMPE_E_FAILED: none could be reached.
  * KEMPE_STOPPED: some could not, or an interrupt; the locus then has the values so far, and the context the reason. */
-kempe_status kmp_locus_make(kmp_station *station, int count, const double *values, kmp_locus *locus);
+kempe_status kmp_locus_make(kmp_operating_family *family, int count, const double *values, kmp_locus *locus);
 void kmp_locus_free(kmp_locus *locus);
 
 #endif

@@ -23,8 +23,8 @@ typedef struct part {
 
 typedef struct work {
     kmp_linear *linear;
-    kmp_bend *bend;
-    const kmp_shift *shift;
+    kmp_second_derivatives *second;
+    const kmp_state_sensitivity *shift;
     const kmp_spectrum *spectrum;
     kmp_mode_slopes *out;
     int p, n, m;
@@ -87,12 +87,13 @@ static void lay_out(work *w, int i, number s)
 /* dP x of that mode by parameter k. */
 static void disturb(work *w, int k)
 {
-    const kmp_shift *sh = w->shift;
-    kmp_course state = {sh->q + k * w->n, sh->qd + k * w->n, sh->qdd + k * w->n, sh->lambda + k * w->m};
+    const kmp_state_sensitivity *sh = w->shift;
+    kmp_variation state = {sh->q + k * w->n, sh->qd + k * w->n, sh->qdd + k * w->n, sh->lambda + k * w->m};
     for (int i = 0; i < 2; i++) {
         const part *x = &w->part[i];
         w->unit[k] = 1;
-        kmp_bent bent = kmp_bend_along(w->bend, &(kmp_course){x->q, x->qd, x->qdd, x->lambda}, &state, w->unit);
+        kmp_second_values bent =
+            kmp_second_derivatives_along(w->second, &(kmp_variation){x->q, x->qd, x->qdd, x->lambda}, &state, w->unit);
         w->unit[k] = 0;
         kmp_linear_follow(w->linear,
                           &(kmp_change){.h = bent.h, .rate = bent.rate, .curve = bent.curve, .force = bent.force},
@@ -248,15 +249,15 @@ static kempe_status follow_all(work *w)
 
 /* -- all eigenvalues --------------------------------------------------------------------------------- */
 
-kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, kmp_bend *bend, const kmp_shift *shift,
-                                  const kmp_spectrum *spectrum)
+kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, kmp_second_derivatives *second,
+                                  const kmp_state_sensitivity *shift, const kmp_spectrum *spectrum)
 {
     int modes = spectrum->count, count = shift->count;
     *slopes = (kmp_mode_slopes){.modes = modes, .count = count};
     const kmp_arena_group groups[] = {{modes * count, {&slopes->re, &slopes->im}}};
     slopes->kind = KMP_ARENA_NEW(&slopes->arena, kmp_mode_kind, modes);
     work w = {.linear = linear,
-              .bend = bend,
+              .second = second,
               .shift = shift,
               .spectrum = spectrum,
               .out = slopes,
@@ -271,7 +272,7 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
     }
     if (ok) {
         kmp_instant at = kmp_linear_instant(linear);
-        kmp_formulas_place(&bend->bent, &at);
+        kmp_formulas_place(&second->bent, &at);
         ok = follow_all(&w) == KEMPE_OK;
     }
     kmp_arena_free(&w.arena);

@@ -12,7 +12,7 @@
 #define KMP_STUDIES_MODES_MODE_SLOPES_H
 
 #include "derivatives/second_derivatives.h"
-#include "derivatives/state_shift.h"
+#include "derivatives/state_sensitivity.h"
 #include "linalg/dense/spectrum.h"
 
 /** Availability of an eigenvalue's derivatives. */
@@ -33,8 +33,8 @@ typedef struct kmp_mode_slopes {
 /** Derivatives for the spectrum of `linear` at its state, whose matrices are made; `shift` has the sensitivity of the
  * state. KEMPE_E_MEMORY.
  */
-kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, kmp_bend *bend, const kmp_shift *shift,
-                                  const kmp_spectrum *spectrum);
+kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, kmp_second_derivatives *second,
+                                  const kmp_state_sensitivity *shift, const kmp_spectrum *spectrum);
 void kmp_mode_slopes_free(kmp_mode_slopes *slopes);
 
 #endif

@@ -30,17 +30,17 @@ static kempe_status read_orders(kempe_modes *m, const char *text)
     return KEMPE_OK;
 }
 
-static kempe_status here(kempe_modes *m, const kmp_station_ask *ask)
+static kempe_status here(kempe_modes *m, const kmp_operating_family_options *options)
 {
     size_t n = (size_t)m->system->n;
-    KMP_TRY(kmp_station_new(m->system, ask, &m->station));
-    KMP_TRY(kmp_station_go(m->station, 0, &m->modes));
+    KMP_TRY(kmp_operating_family_new(m->system, options, &m->family));
+    KMP_TRY(kmp_operating_family_go(m->family, 0, &m->modes));
     m->q = KMP_ARENA_NEW(&m->arena, double, n);
     m->qd = KMP_ARENA_NEW(&m->arena, double, n);
     if (m->arena.failed)
         return kmp_fail_memory(m->system->context);
-    memcpy(m->q, m->station->state->q, n * sizeof *m->q);
-    memcpy(m->qd, m->station->state->qd, n * sizeof *m->qd);
+    memcpy(m->q, m->family->state->q, n * sizeof *m->q);
+    memcpy(m->qd, m->family->state->qd, n * sizeof *m->qd);
     return KEMPE_OK;
 }
 
@@ -98,7 +98,7 @@ static void compare_with_own(const kempe_modes *m, double own)
     }
 }
 
-static kempe_status sweep(kempe_modes *m, const kmp_station_ask *ask, const kmp_range *range)
+static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *options, const kmp_range *range)
 {
     kempe_context *context = m->system->context;
     int count = range->count > 0 ? range->count : USUAL_VALUES;
@@ -106,28 +106,28 @@ static kempe_status sweep(kempe_modes *m, const kmp_station_ask *ask, const kmp_
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a sweep needs two ends and 2 to %d values, as in '%s=1:2:61'",
                         MOST_VALUES, range->name);
     kmp_text name = {0};
-    kmp_text_printf(&name, "%s%s", ask->varies ? "qd." : "", range->name);
+    kmp_text_printf(&name, "%s%s", options->varies ? "qd." : "", range->name);
     m->name = kmp_text_keep(&name, &m->arena);
     double *values = KMP_ARENA_NEW(&m->arena, double, count);
     if (m->arena.failed)
         return kmp_fail_memory(context);
     for (int k = 0; k < count; k++)
         values[k] = kmp_range_value(range, k, count);
-    kmp_station *station = NULL;
-    kmp_station_ask own = *ask;
-    own.name = ask->varies ? NULL : m->name;
-    KMP_TRY(kmp_station_new(m->system, &own, &station));
-    kempe_status status = kmp_locus_make(station, count, values, &m->locus);
+    kmp_operating_family *family = NULL;
+    kmp_operating_family_options own = *options;
+    own.name = options->varies ? NULL : m->name;
+    KMP_TRY(kmp_operating_family_new(m->system, &own, &family));
+    kempe_status status = kmp_locus_make(family, count, values, &m->locus);
     if (status == KEMPE_STOPPED)
         status = give_reason(m);
     int parameter = own.name ? kmp_parameter_find(m->system->model, own.name) : -1;
-    if (status >= 0 && parameter >= 0 && m->station->state->equilibrium)
+    if (status >= 0 && parameter >= 0 && m->family->state->equilibrium)
         compare_with_own(m, m->system->model->parameters[parameter].number.value);
-    kmp_station_free(station);
+    kmp_operating_family_free(family);
     return status;
 }
 
-static kempe_status vary(kempe_modes *m, const char *text, const kmp_station_ask *ask)
+static kempe_status vary(kempe_modes *m, const char *text, const kmp_operating_family_options *options)
 {
     kmp_ranges ranges;
     kempe_status status;
@@ -136,17 +136,17 @@ static kempe_status vary(kempe_modes *m, const char *text, const kmp_station_ask
         status = kmp_fail(m->system->context, KEMPE_E_ARGUMENT, "only one quantity can be swept, as in '%s=1:2:61'",
                           ranges.range[0].name);
     else
-        status = sweep(m, ask, &ranges.range[0]);
+        status = sweep(m, options, &ranges.range[0]);
     kmp_ranges_free(&ranges);
     return status;
 }
 
 /* Checks options that depend on each other, then computes the modes. */
-static kempe_status make_of(kempe_modes *m, const kempe_modes_options *ask, kmp_station_ask *at, const kmp_range *rate,
-                            int varies)
+static kempe_status make_of(kempe_modes *m, const kempe_modes_options *options, kmp_operating_family_options *at,
+                            const kmp_range *rate, int varies)
 {
     kempe_context *context = m->system->context;
-    if (rate && ask->sweep)
+    if (rate && options->sweep)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "only one quantity can be swept: the rate of '%s', or that of --sweep", rate->name);
     if (at->rate_count > 0 && at->word && strncmp(at->word, "equilibrium ", 12) == 0)
@@ -155,8 +155,8 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_options *ask, kmp_
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "rates belong to an equilibrium, not to '%s': a start has those of the model", at->word);
     KMP_TRY(here(m, at));
-    if (ask->sweep)
-        return vary(m, ask->sweep, at);
+    if (options->sweep)
+        return vary(m, options->sweep, at);
     if (!rate)
         return KEMPE_OK;
     at->varies = &at->rates[varies];
@@ -164,26 +164,26 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_options *ask, kmp_
 }
 
 /* "equilibrium NAME=RATE,.." names rates, too. */
-static const char *rates_of(const kempe_modes_options *ask, const char **word)
+static const char *rates_of(const kempe_modes_options *options, const char **word)
 {
     static const char begin[] = "equilibrium ";
-    *word = ask->at;
-    if (ask->rates || !ask->at || strncmp(ask->at, begin, strlen(begin)) != 0)
-        return ask->rates;
+    *word = options->at;
+    if (options->rates || !options->at || strncmp(options->at, begin, strlen(begin)) != 0)
+        return options->rates;
     *word = NULL;
-    return ask->at + strlen(begin);
+    return options->at + strlen(begin);
 }
 
-static kempe_status make(kempe_modes *m, const kempe_modes_options *ask)
+static kempe_status make(kempe_modes *m, const kempe_modes_options *options)
 {
-    kmp_station_ask at = {0};
-    const char *rates = rates_of(ask, &at.word);
+    kmp_operating_family_options at = {0};
+    const char *rates = rates_of(options, &at.word);
     kmp_ranges ranges = {0};
     int varies = -1, *wish = KMP_ARENA_NEW(&m->arena, int, m->system->n);
     if (!wish)
         return kmp_fail_memory(m->system->context);
-    KMP_TRY(kmp_coordinates_read(m->system->model, "--independent", ask->independent, wish, &at.wish_count));
-    KMP_TRY(read_orders(m, ask->orders));
+    KMP_TRY(kmp_coordinates_read(m->system->model, "--independent", options->independent, wish, &at.wish_count));
+    KMP_TRY(read_orders(m, options->orders));
     KMP_TRY(rates ? kmp_ranges_read(m->system->context, rates, &ranges) : KEMPE_OK);
     kmp_steady *list;
     kempe_status status = kmp_steady_take(m->system->model, &ranges, &m->arena, &varies, &list);
@@ -191,24 +191,24 @@ static kempe_status make(kempe_modes *m, const kempe_modes_options *ask)
         at.wish = wish;
         at.rates = list;
         at.rate_count = ranges.count;
-        status = make_of(m, ask, &at, varies >= 0 ? &ranges.range[varies] : NULL, varies);
+        status = make_of(m, options, &at, varies >= 0 ? &ranges.range[varies] : NULL, varies);
     }
     kmp_ranges_free(&ranges);
     return status;
 }
 
-kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_options *ask, kempe_modes **modes)
+kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_options *options, kempe_modes **modes)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, modes, "modes");
-    KMP_OPTIONS(system->context, kempe_modes_options, ask);
+    KMP_OPTIONS(system->context, kempe_modes_options, options);
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
     kempe_modes *m = KMP_NEW(kempe_modes, 1);
     if (!m)
         return kmp_fail_memory(system->context);
     m->system = system;
-    kempe_status status = make(m, ask);
+    kempe_status status = make(m, options);
     m->status = status;
     m->warnings = kmp_context_warnings(system->context);
     m->cpu_s = kmp_cpu_now() - begin;
@@ -225,7 +225,7 @@ void kempe_modes_free(kempe_modes *modes)
         return;
     kmp_modes_free(&modes->modes);
     kmp_locus_free(&modes->locus);
-    kmp_station_free(modes->station);
+    kmp_operating_family_free(modes->family);
     kmp_free(modes->warnings);
     kmp_arena_free(&modes->arena);
     kmp_free(modes);

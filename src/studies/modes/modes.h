@@ -15,9 +15,9 @@ struct kempe_modes {
     const kempe_system *system;
     kmp_arena arena; /* of reason, state and name */
     kempe_status status;
-    char *reason;         /* of KEMPE_STOPPED; NULL: none */
-    char *warnings;       /* of the computation, one per line */
-    kmp_station *station; /* at the state */
+    char *reason;                 /* of KEMPE_STOPPED; NULL: none */
+    char *warnings;               /* of the computation, one per line */
+    kmp_operating_family *family; /* at the state */
     kmp_modes modes;
     double *q, *qd; /* of the state */
     char *name;     /* of the varied parameter; NULL: none */

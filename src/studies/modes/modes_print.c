@@ -203,7 +203,7 @@ static void show_state(kmp_text *text, const kempe_modes *m)
 {
     kmp_text_printf(text, "%s: %d degree%s of freedom at %s%s: ", m->system->model->name, m->modes.p,
                     m->modes.p == 1 ? "" : "s",
-                    m->station->state->equilibrium ? "the equilibrium" : "the assembled start",
+                    m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
                     kmp_model_has_time(m->system->model) ? " (t = 0)" : "");
     kmp_list_names(text, m->system, kmp_name_of_coordinate, m->modes.p, m->modes.u);
     kmp_text_put(text, "\n\n");
@@ -217,7 +217,7 @@ static void show_all(kmp_text *text, const void *result)
     kmp_text_put(text, "\nstability  ");
     kmp_modes_put_verdict(text, m);
     kmp_text_put(text, "\n");
-    if (!m->station->state->equilibrium)
+    if (!m->family->state->equilibrium)
         kmp_text_put(text, "note      the start need not be an equilibrium: the modes describe the initial growth of "
                            "small perturbations\n");
     show_locus(text, m);
@@ -304,7 +304,7 @@ static void json_all(kmp_text *text, const void *result)
     kmp_text verdict = {0};
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, m->system, m->status, m->reason, m->system->build_s, m->warnings);
-    kmp_json_string(&j, "at", m->station->state->equilibrium ? "equilibrium" : "start");
+    kmp_json_string(&j, "at", m->family->state->equilibrium ? "equilibrium" : "start");
     kmp_print_entries(&j, "q", m->system, KMP_QUANTITY_Q, m->q);
     kmp_print_entries(&j, "qd", m->system, KMP_QUANTITY_QD, m->qd);
     kmp_print_names(&j, "u", m->system, kmp_name_of_coordinate, m->modes.p, m->modes.u);

@@ -7,52 +7,53 @@
 #include <math.h>
 #include <string.h>
 
-static kempe_status prepare(kmp_station *s)
+static kempe_status prepare(kmp_operating_family *s)
 {
-    const kmp_station_ask *ask = &s->ask;
+    const kmp_operating_family_options *options = &s->options;
     s->rates = KMP_ARENA_NEW(&s->arena, kmp_steady, s->base->n);
     if (!s->rates)
         return kmp_fail_memory(s->base->context);
-    s->rate_count = ask->rate_count;
-    if (ask->rate_count > 0)
-        memcpy(s->rates, ask->rates, (size_t)ask->rate_count * sizeof *s->rates);
-    if (ask->name) {
-        KMP_TRY(kmp_variant_new(s->base->model, 1, &ask->name, &s->variant));
+    s->rate_count = options->rate_count;
+    if (options->rate_count > 0)
+        memcpy(s->rates, options->rates, (size_t)options->rate_count * sizeof *s->rates);
+    if (options->name) {
+        KMP_TRY(kmp_variant_new(s->base->model, 1, &options->name, &s->variant));
         KMP_TRY(kmp_system_of_variant(s->variant, &s->own));
     }
     return kmp_linear_init(&s->linear, s->own ? s->own : s->base, kmp_backend_default());
 }
 
-kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *ask, kmp_station **station)
+kempe_status kmp_operating_family_new(const kempe_system *system, const kmp_operating_family_options *options,
+                                      kmp_operating_family **family)
 {
-    kmp_station *s = KMP_NEW(kmp_station, 1);
+    kmp_operating_family *s = KMP_NEW(kmp_operating_family, 1);
     if (!s)
         return kmp_fail_memory(system->context);
-    *s = (kmp_station){.base = system, .ask = *ask};
+    *s = (kmp_operating_family){.base = system, .options = *options};
     kempe_status status = prepare(s);
     if (status == KEMPE_OK)
-        *station = s;
+        *family = s;
     else
-        kmp_station_free(s);
+        kmp_operating_family_free(s);
     return status;
 }
 
-void kmp_station_free(kmp_station *station)
+void kmp_operating_family_free(kmp_operating_family *family)
 {
-    if (!station)
+    if (!family)
         return;
-    kmp_operating_free(station->state);
-    kmp_linear_free(&station->linear);
-    kempe_system_free(station->own);
-    kmp_variant_free(station->variant);
-    kmp_arena_free(&station->arena);
-    kmp_free(station);
+    kmp_operating_free(family->state);
+    kmp_linear_free(&family->linear);
+    kempe_system_free(family->own);
+    kmp_variant_free(family->variant);
+    kmp_arena_free(&family->arena);
+    kmp_free(family);
 }
 
 /* -- a state ----------------------------------------------------------------------------------------- */
 
 /* `nearest`: any equilibrium nearby, so that one that is no longer stable is followed, too. */
-static kempe_status settle(kmp_station *s, bool nearest)
+static kempe_status settle(kmp_operating_family *s, bool nearest)
 {
     kmp_search search = {.newton = nearest, .rates = s->rates, .rate_count = s->rate_count};
     kempe_status status = kmp_operating_settle(s->state, &s->linear, &search);
@@ -61,10 +62,10 @@ static kempe_status settle(kmp_station *s, bool nearest)
     return status;
 }
 
-static kempe_status find_state(kmp_station *s)
+static kempe_status find_state(kmp_operating_family *s)
 {
     kempe_context *context = s->base->context;
-    bool settles = !s->ask.word || strcmp(s->ask.word, "equilibrium") == 0;
+    bool settles = !s->options.word || strcmp(s->options.word, "equilibrium") == 0;
     if (s->state && s->state->equilibrium) {
         kempe_status status = settle(s, true);
         if (status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_MEMORY)
@@ -72,22 +73,22 @@ static kempe_status find_state(kmp_station *s)
         kmp_context_clear(context); /* the next search begins from the start and reports its own failure */
     }
     kmp_operating *fresh;
-    KMP_TRY(kmp_operating_new(s->linear.system, settles ? "start" : s->ask.word, NULL, &fresh));
+    KMP_TRY(kmp_operating_new(s->linear.system, settles ? "start" : s->options.word, NULL, &fresh));
     kmp_operating_free(s->state);
     s->state = fresh;
-    s->rate_count = s->ask.rate_count;
+    s->rate_count = s->options.rate_count;
     return settles ? settle(s, false) : KEMPE_OK; /* here, where the equations are derived already */
 }
 
-kempe_status kmp_station_go(kmp_station *station, double value, kmp_modes *modes)
+kempe_status kmp_operating_family_go(kmp_operating_family *family, double value, kmp_modes *modes)
 {
-    kmp_station *s = station;
+    kmp_operating_family *s = family;
     kempe_context *context = s->base->context;
     KMP_TRY(s->variant ? kmp_linear_vary(&s->linear, s->own, s->variant, &value) : KEMPE_OK);
-    if (s->ask.varies)
-        s->rates[s->ask.varies - s->ask.rates].rate = value;
+    if (s->options.varies)
+        s->rates[s->options.varies - s->options.rates].rate = value;
     KMP_TRY(find_state(s));
-    KMP_TRY(kmp_operating_take(s->state, &s->linear, s->ask.wish, s->ask.wish_count));
+    KMP_TRY(kmp_operating_take(s->state, &s->linear, s->options.wish, s->options.wish_count));
     if (s->linear.p == 0)
         return kmp_fail(context, KEMPE_E_FAILED, "there are no degrees of freedom, and so no modes");
     kmp_linear_matrices(&s->linear);
@@ -96,11 +97,12 @@ kempe_status kmp_station_go(kmp_station *station, double value, kmp_modes *modes
 
 /* -- pictures ---------------------------------------------------------------------------------------- */
 
-int kmp_station_move(kmp_station *station, const kmp_modes *modes, int c, double amplitude, double angle, double *q)
+int kmp_operating_family_move(kmp_operating_family *family, const kmp_modes *modes, int c, double amplitude,
+                              double angle, double *q)
 {
-    const kmp_linear *l = &station->linear;
+    const kmp_linear *l = &family->linear;
     const double *re = modes->re + (ptrdiff_t)c * l->n, *im = modes->im + (ptrdiff_t)c * l->n;
     for (int i = 0; i < l->n; i++)
         q[i] = l->q[i] + amplitude * (re[i] * cos(angle) - im[i] * sin(angle));
-    return kmp_reduction_close(&station->linear.red, l->t, q, NULL, 0);
+    return kmp_reduction_close(&family->linear.red, l->t, q, NULL, 0);
 }

@@ -9,7 +9,7 @@
 #include "studies/modes/eigenmodes.h"
 
 /** The options; nothing is owned. */
-typedef struct kmp_station_ask {
+typedef struct kmp_operating_family_options {
     const char *name; /* a parameter, or `q.NAME`, `qd.NAME` of the start, that varies; NULL: none does */
     const char *word; /* the state (kmp_operating_new) */
     const int *wish;  /* coordinates requested as independent */
@@ -17,11 +17,11 @@ typedef struct kmp_station_ask {
     const kmp_steady *rates; /* constant rates of an equilibrium */
     int rate_count;
     const kmp_steady *varies; /* the one that varies; NULL: none */
-} kmp_station_ask;
+} kmp_operating_family_options;
 
-typedef struct kmp_station {
+typedef struct kmp_operating_family {
     const kempe_system *base;
-    kmp_station_ask ask;
+    kmp_operating_family_options options;
     kmp_variant *variant; /* NULL: nothing varies */
     kempe_system *own;    /* of the variant */
     kmp_linear linear;    /* at the last state */
@@ -29,18 +29,20 @@ typedef struct kmp_station {
     kmp_arena arena;      /* of rates */
     kmp_steady *rates;    /* the current ones, also of a steady motion that was found; room for n */
     int rate_count;
-} kmp_station;
+} kmp_operating_family;
 
 /** KEMPE_E_ARGUMENT: the quantity cannot be varied. */
-kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *ask, kmp_station **station);
-void kmp_station_free(kmp_station *station);
+kempe_status kmp_operating_family_new(const kempe_system *system, const kmp_operating_family_options *options,
+                                      kmp_operating_family **family);
+void kmp_operating_family_free(kmp_operating_family *family);
 
 /** Goes to the state at a value of the parameter, and computes its modes. Errors as kmp_operating_new, and
  * KEMPE_E_FAILED where the model rejects the value. */
-kempe_status kmp_station_go(kmp_station *station, double value, kmp_modes *modes);
+kempe_status kmp_operating_family_go(kmp_operating_family *family, double value, kmp_modes *modes);
 
 /** q (n, in the charts of linear.eval) of the last state displaced along eigenvalue c of its modes, by `amplitude`
  * times Re(shape e^{i angle}), and closed again. 0; 1 where the loops do not close. */
-int kmp_station_move(kmp_station *station, const kmp_modes *modes, int c, double amplitude, double angle, double *q);
+int kmp_operating_family_move(kmp_operating_family *family, const kmp_modes *modes, int c, double amplitude,
+                              double angle, double *q);
 
 #endif

@@ -70,14 +70,14 @@ static kempe_status check_range(kempe_context *context, const kmp_range *range, 
     return KEMPE_OK;
 }
 
-static kempe_status read_range(const kmp_channels *c, const kempe_response_options *ask, kmp_range *range)
+static kempe_status read_range(const kmp_channels *c, const kempe_response_options *options, kmp_range *range)
 {
     kempe_context *context = c->system->context;
     kmp_ranges ranges = {0};
     kmp_text text = {0};
-    if (!ask->frequencies)
+    if (!options->frequencies)
         return usual_range(c, range);
-    kmp_text_printf(&text, "frequencies=%s", ask->frequencies);
+    kmp_text_printf(&text, "frequencies=%s", options->frequencies);
     kempe_status status = text.failed ? kmp_fail_memory(context) : kmp_ranges_read(context, text.s, &ranges);
     kmp_text_free(&text);
     if (status != KEMPE_OK)
@@ -86,7 +86,7 @@ static kempe_status read_range(const kmp_channels *c, const kempe_response_optio
         *range = ranges.range[0];
     range->name = NULL;
     kmp_ranges_free(&ranges);
-    status = check_range(context, range, ask->frequencies, ask->linear);
+    status = check_range(context, range, options->frequencies, options->linear);
     range->count = range->count > 1 ? range->count : DEFAULT_COUNT;
     return status;
 }
@@ -126,20 +126,21 @@ static kempe_status check_inputs(const kmp_channels *c)
     return KEMPE_OK;
 }
 
-static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_options *ask)
+static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_options *options)
 {
-    const kmp_channels_ask asked = {ask->at, ask->inputs, ask->outputs, ask->independent, ask->backend};
+    const kmp_channels_options asked = {options->at, options->inputs, options->outputs, options->independent,
+                                        options->backend};
     kmp_range range = {.count = 1};
-    if (!ask->inputs || !ask->inputs[0])
+    if (!options->inputs || !options->inputs[0])
         return kmp_fail(
             system->context, KEMPE_E_ARGUMENT,
             "a frequency response needs inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), or parameters");
     KMP_TRY(kmp_channels_init(&r->channels, system, &asked));
     KMP_TRY(check_state(&r->channels));
     KMP_TRY(check_inputs(&r->channels));
-    KMP_TRY(read_range(&r->channels, ask, &range));
+    KMP_TRY(read_range(&r->channels, options, &range));
     KMP_TRY(kmp_frequency_init(&r->frequency, &r->channels.transfer, range.count));
-    r->linear = ask->linear;
+    r->linear = options->linear;
     fill_range(&range, r->linear, r->frequency.at);
     KMP_TRY(kmp_frequency_run(&r->frequency));
     if (r->frequency.worst > KMP_RESPONSE_HOLDS)
@@ -150,17 +151,17 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
     return KEMPE_OK;
 }
 
-kempe_status kempe_response_new(const kempe_system *system, const kempe_response_options *ask,
+kempe_status kempe_response_new(const kempe_system *system, const kempe_response_options *options,
                                 kempe_response **response)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, response, "response");
-    KMP_OPTIONS(system->context, kempe_response_options, ask);
+    KMP_OPTIONS(system->context, kempe_response_options, options);
     kmp_context_begin(system->context);
     kempe_response *r = KMP_NEW(kempe_response, 1);
     if (!r)
         return kmp_fail_memory(system->context);
-    kempe_status status = make(r, system, ask);
+    kempe_status status = make(r, system, options);
     r->channels.warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_OK)
         *response = r;

@@ -28,7 +28,7 @@ typedef struct kept_mark {
 typedef struct adjoint {
     kmp_arena arena;
     kmp_varied *v;
-    const kmp_forward *ask;
+    const kmp_forward *options;
     const kmp_forward_target *target;
     bool integral;
     const double *sizes;
@@ -237,7 +237,7 @@ static void go_back(adjoint *a, bool with_target, double *udd, double *u, double
 
 static int place(adjoint *a, double back)
 {
-    double t = fmin(fmax(a->ask->spec->t_end - back, a->first->from), a->last->to);
+    double t = fmin(fmax(a->options->spec->t_end - back, a->first->from), a->last->to);
     recall(a, step_at(a, t), t, a->state);
     return kmp_varied_at(a->v, t, a->state, a->state + a->p);
 }
@@ -367,8 +367,8 @@ static kempe_status come_back(adjoint *a, kept_step *before, kept_step *last, do
         return KEMPE_OK;
     a->first = before ? before->behind : a->begin;
     a->last = a->at = last;
-    double end = a->ask->spec->t_end - a->first->from;
-    kempe_status status = a->kind->start(a->solver, a->ask->spec->t_end - last->to, a->y, NULL, end, *h);
+    double end = a->options->spec->t_end - a->first->from;
+    kempe_status status = a->kind->start(a->solver, a->options->spec->t_end - last->to, a->y, NULL, end, *h);
     while (status == KEMPE_OK && a->solver->t < end) {
         status = a->kind->step(a->solver);
         if (status == KEMPE_OK && kmp_interrupted(context))
@@ -376,7 +376,7 @@ static kempe_status come_back(adjoint *a, kept_step *before, kept_step *last, do
     }
     if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == '\0')
         return kmp_fail(context, status, "the step size of the adjoint integration became too small at t = %.9g",
-                        a->ask->spec->t_end - a->solver->t);
+                        a->options->spec->t_end - a->solver->t);
     *h = a->solver->h;
     return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
 }
@@ -422,8 +422,8 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     kmp_varied *v = a->v;
     int p = a->p;
     double size = 0;
-    recall(a, a->end, a->ask->spec->t_end, a->state);
-    KMP_TRY(stand(a, a->ask->spec->t_end, a->end_q, a->end_u, a->state));
+    recall(a, a->end, a->options->spec->t_end, a->state);
+    KMP_TRY(stand(a, a->options->spec->t_end, a->end_q, a->end_u, a->state));
     memset(a->wu, 0, (size_t)p * sizeof *a->wu);
     go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
     for (int i = 0; i < p; i++) {
@@ -433,15 +433,15 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     size = size > 0 ? size : 1;
     if (a->integral) {
         memset(a->y, 0, (size_t)a->size * sizeof *a->y);
-        size *= a->ask->spec->t_end;
+        size *= a->options->spec->t_end;
     }
     for (int i = 0; i < p; i++) {
         double scale = v->system->scale[v->linear.part.u[i]];
-        a->atol[i] = a->ask->spec->atol * size / scale;
-        a->atol[p + i] = a->ask->spec->atol * size / (scale * rate_scale);
+        a->atol[i] = a->options->spec->atol * size / scale;
+        a->atol[p + i] = a->options->spec->atol * size / (scale * rate_scale);
     }
     for (int k = 0; k < a->count; k++)
-        a->atol[2 * p + k] = a->ask->spec->atol * size / a->sizes[k];
+        a->atol[2 * p + k] = a->options->spec->atol * size / a->sizes[k];
     return KEMPE_OK;
 }
 
@@ -450,21 +450,22 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
     kempe_context *context = a->v->system->context;
     double rate_scale = report->forward.run.rate_scale;
     if (a->steps == 0)
-        return fail(a, a->ask->spec->t_end);
+        return fail(a, a->options->spec->t_end);
     if (!make_room(a))
         return kmp_fail_memory(context);
     KMP_TRY(set_end(a, rate_scale));
     report->value = a->integral ? report->forward.integral : a->value;
-    a->kind = kmp_solver_find(a->ask->spec->integrator);
-    a->solver = a->kind->create(
-        a->kind, &(kmp_solver_setup){
-                     .context = context, .ode = &a->ode, .tolerance = {a->ask->spec->rtol, a->atol}, .linear = "auto"});
+    a->kind = kmp_solver_find(a->options->spec->integrator);
+    a->solver = a->kind->create(a->kind, &(kmp_solver_setup){.context = context,
+                                                             .ode = &a->ode,
+                                                             .tolerance = {a->options->spec->rtol, a->atol},
+                                                             .linear = "auto"});
     if (!a->solver)
         return KEMPE_E_MEMORY;
-    KMP_TRY(all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->ask->spec->t_end) : 0));
+    KMP_TRY(all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->options->spec->t_end) : 0));
     const int *u = a->v->linear.part.u;
     for (int k = 0; k < a->count; k++) {
-        const double *q = a->ask->start_q + k * a->n, *qd = a->ask->start_qd + k * a->n;
+        const double *q = a->options->start_q + k * a->n, *qd = a->options->start_qd + k * a->n;
         a->gradient[k] = a->y[2 * a->p + k];
         for (int i = 0; i < a->p; i++)
             a->gradient[k] += a->y[i] * q[u[i]] + a->y[a->p + i] * qd[u[i]];
@@ -476,7 +477,7 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
     return KEMPE_OK;
 }
 
-kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const kmp_forward_target *target,
+kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *options, const kmp_forward_target *target,
                              bool integral, const double *sizes, double *gradient, kmp_adjoint_report *report)
 {
     adjoint a = {.v = varied,
@@ -487,7 +488,7 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
                  .m = varied->m,
                  .count = varied->count,
                  .gradient = gradient};
-    kmp_run_spec spec = *ask->spec;
+    kmp_run_spec spec = *options->spec;
     *report = (kmp_adjoint_report){0};
     if (varied->system->load_row_count > 0)
         return kmp_refuse_load_dependent(varied->system, "the adjoint method");
@@ -499,7 +500,7 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
                                 .start_q = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
                                 .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
                                 .watch = {.user = &a, .row = keep_end, .step = keep_step, .mark = keep_mark}};
-    a.ask = &motion;
+    a.options = &motion;
     const kmp_arena_group groups[] = {{a.n, {&a.end_q, &a.own_q, &a.own_qd, &a.own_qdd}},
                                       {(ptrdiff_t)chart_size(&a), {&a.own_chart}}};
     (void)kmp_arena_make_groups(&a.arena, 2, groups);

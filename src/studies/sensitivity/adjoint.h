@@ -21,8 +21,8 @@ typedef struct kmp_adjoint_report {
 } kmp_adjoint_report;
 
 /** The scalar is `target`, at ask->t_end or, `integral`, integrated from 0 to there; gradient: count values. Rows and
- * watch of `ask` are ignored. Errors as kmp_forward_run. */
-kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const kmp_forward_target *target,
+ * watch of `options` are ignored. Errors as kmp_forward_run. */
+kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *options, const kmp_forward_target *target,
                              bool integral, const double *sizes, double *gradient, kmp_adjoint_report *report);
 
 #endif

@@ -94,7 +94,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     kmp_varied *v = f->v;
     const kmp_chart_motion own = {f->new_chart, q, qd, qdd};
     (void)work;
-    if (!f->ask->watch.row)
+    if (!f->options->watch.row)
         return 0;
     const kmp_instant at = kmp_linear_instant(&v->linear);
     const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
@@ -102,7 +102,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     for (int k = 0; k < f->count; k++)
         follow(f, k, &own);
     const kmp_varied_row row_of = {t, q, qd, qdd, lambda, shown, f->dq, f->dqd, f->dqdd, f->dlambda, f->dshown};
-    return f->ask->watch.row(f->ask->watch.user, &row_of);
+    return f->options->watch.row(f->options->watch.user, &row_of);
 }
 
 static int take_step(void *user, kmp_runner *runner, double from, double to)
@@ -113,7 +113,7 @@ static int take_step(void *user, kmp_runner *runner, double from, double to)
         return 1;
     if (y)
         memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
-    return f->ask->watch.step && to > from ? f->ask->watch.step(f->ask->watch.user, runner, from, to) : 0;
+    return f->options->watch.step && to > from ? f->options->watch.step(f->options->watch.user, runner, from, to) : 0;
 }
 
 /* -- the formulation ---------------------------------------------------------------------------------------- */
@@ -253,10 +253,10 @@ static kempe_status prepare(kmp_forward_formulation *f)
     go_by(f, f->own);
     v->linear.plain = false;
     KMP_TRY(kmp_varied_start(v, f->q, f->qd, f->dq, f->dqd));
-    if (f->ask->start_q)
-        memcpy(f->ask->start_q, f->dq, slopes);
-    if (f->ask->start_qd)
-        memcpy(f->ask->start_qd, f->dqd, slopes);
+    if (f->options->start_q)
+        memcpy(f->options->start_q, f->dq, slopes);
+    if (f->options->start_qd)
+        memcpy(f->options->start_qd, f->dqd, slopes);
     f->p = v->linear.p;
     if (v->linear.chosen)
         kmp_forward_keep_old(f);
@@ -275,14 +275,14 @@ static bool reads_angles(const kempe_system *s, const kmp_forward_target *target
 
 static kempe_status run(kmp_forward_formulation *f, kmp_forward_report *report)
 {
-    kmp_run_spec spec = *f->ask->spec;
+    kmp_run_spec spec = *f->options->spec;
     kempe_status status = prepare(f);
     const kempe_assembly start = {.system = f->system, .q = f->q, .qd = f->qd, .closed = true};
     spec.kind = &varied_formulation;
     spec.user = f;
     spec.step = take_step;
-    spec.own_angles = f->own_angles = f->ask->integrand && reads_angles(f->system, f->ask->integrand);
-    if (f->ask->alone)
+    spec.own_angles = f->own_angles = f->options->integrand && reads_angles(f->system, f->options->integrand);
+    if (f->options->alone)
         spec.change_points = kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE);
     if (status == KEMPE_OK)
         status = kmp_run(f->system, &spec, &start, take_row, f, &report->run);
@@ -294,7 +294,7 @@ static kempe_status run(kmp_forward_formulation *f, kmp_forward_report *report)
     return report->run.reason ? status : kmp_fail_memory(f->system->context);
 }
 
-kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const double *sizes, double *integral,
+kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *options, const double *sizes, double *integral,
                              kmp_forward_report *report)
 {
     kmp_forward_formulation f = {.formulation = {.release = release,
@@ -307,13 +307,13 @@ kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const d
                                                  .n = varied->n},
                                  .v = varied,
                                  .own = varied->linear.eval,
-                                 .ask = ask,
+                                 .options = options,
                                  .system = varied->system,
                                  .sizes = sizes,
                                  .n = varied->n,
                                  .m = varied->m,
-                                 .count = ask->alone ? 0 : varied->count};
-    f.integrals = ask->integrand ? 1 + f.count : 0;
+                                 .count = options->alone ? 0 : varied->count};
+    f.integrals = options->integrand ? 1 + f.count : 0;
     *report = (kmp_forward_report){0};
     kempe_status status = run(&f, report);
     for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)

@@ -65,7 +65,7 @@ typedef struct kmp_forward_report {
 /** Runs. `sizes` (count): of the parameters, for the weights of their sensitivities; `integral` (count, may be NULL)
  * receives the derivative of the integral. KEMPE_OK, KEMPE_STOPPED and KEMPE_E_FAILED with report->run.reason,
  * other errors by message. */
-kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const double *sizes, double *integral,
+kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *options, const double *sizes, double *integral,
                              kmp_forward_report *report);
 
 /** kmp_target_value: the target's value at the last state of a motion, in the charts there. The second function: that

@@ -61,7 +61,7 @@ int kmp_forward_tell_mark(kmp_forward_formulation *f, double t, int condition)
     kmp_varied_mark mark = {t, condition, f->old_u, f->old_q, f->old_y, f->mode, f->old_chart, {0}};
     if (kmp_forward_charts_differ(f, f->old_chart))
         mark.next = (kmp_chart_motion){f->chart, f->q, f->qd, NULL};
-    int said = f->ask->watch.mark ? f->ask->watch.mark(f->ask->watch.user, &mark) : 0;
+    int said = f->options->watch.mark ? f->options->watch.mark(f->options->watch.user, &mark) : 0;
     if (said)
         (void)kmp_fail_memory(f->system->context);
     return said ? KMP_HALT : KMP_GO;
@@ -129,7 +129,7 @@ static bool find_swing(kmp_forward_formulation *f, int k)
 
 static double integrand_here(kmp_forward_formulation *f)
 {
-    return f->integrals ? kmp_target_value(f->ask->integrand, f->v) : 0;
+    return f->integrals ? kmp_target_value(f->options->integrand, f->v) : 0;
 }
 
 /* Adds the jump: the values before less those after, times dt_e/dp. */

@@ -16,7 +16,7 @@ typedef struct kmp_forward_formulation {
     kmp_arena arena;
     kmp_varied *v;
     kmp_evaluator *own; /* of v, while the runner's is lent */
-    const kmp_forward *ask;
+    const kmp_forward *options;
     const kempe_system *system;
     const double *sizes;
     kmp_formulation_start start;   /* of the current formulation */

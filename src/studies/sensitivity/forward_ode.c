@@ -52,7 +52,7 @@ void kmp_forward_follow(kmp_forward_formulation *f, const double *y, int k, doub
 static void integrate_outputs(kmp_forward_formulation *f, const double *y, double *dy)
 {
     kmp_varied *v = f->v;
-    const kmp_forward_target *target = f->ask->integrand;
+    const kmp_forward_target *target = f->options->integrand;
     dy[0] = kmp_target_value(target, v);
     for (int k = 0; k < f->count; k++) {
         kmp_forward_follow(f, y, k, f->dq, f->dqd, f->dqdd, f->dlambda);
@@ -153,7 +153,7 @@ static void set_weights(kmp_forward_formulation *f)
             atol[half + b * w + i] = of * f->start.rate_scale;
         }
     for (int b = 0; b < f->integrals; b++)
-        atol[2 * half + b] = f->start.atol * f->ask->spec->t_end / (b ? f->sizes[b - 1] : 1);
+        atol[2 * half + b] = f->start.atol * f->options->spec->t_end / (b ? f->sizes[b - 1] : 1);
 }
 
 void kmp_forward_settle(kmp_forward_formulation *f)
@@ -213,8 +213,8 @@ static void say_change_point(kmp_forward_formulation *f, double t)
 {
     kmp_text_printf(&f->formulation.reason,
                     "the mechanism reaches a change point near t = %.9g, where branches meet: %s", t,
-                    f->ask->alone ? "the adjoint method cannot cross it, but the forward method may"
-                                  : "parameters of its closures have no derivative beyond it");
+                    f->options->alone ? "the adjoint method cannot cross it, but the forward method may"
+                                      : "parameters of its closures have no derivative beyond it");
 }
 
 /* -- the end of a step ------------------------------------------------------------------------------- */
@@ -246,7 +246,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         if (crosses || kmp_varied_miss(f->v, y) > FARTHEST)
             return KMP_RETRY;
     }
-    if (f->ask->alone && l->red.r > 0 && kmp_margin_at(f->start.margin, l->eval) < KMP_MARGIN_ENDS) {
+    if (f->options->alone && l->red.r > 0 && kmp_margin_at(f->start.margin, l->eval) < KMP_MARGIN_ENDS) {
         say_change_point(f, t);
         return KMP_HALT;
     }

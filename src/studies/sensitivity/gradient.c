@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "base/share.h"
 #include "constraints/rounding/mend.h"
-#include "derivatives/state_shift.h"
+#include "derivatives/state_sensitivity.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
 #include "model/variant.h"
@@ -346,20 +346,20 @@ static bool is_deep(const kempe_gradient *g)
     return x->start && x->start[1 + g->n] < x->start[1 + 3 * g->n + g->m];
 }
 
-static kempe_status make(kempe_gradient *g, const kempe_model *model, const kempe_gradient_options *ask)
+static kempe_status make(kempe_gradient *g, const kempe_model *model, const kempe_gradient_options *options)
 {
-    const char *backend = ask->backend ? ask->backend : kmp_backend_default();
+    const char *backend = options->backend ? options->backend : kmp_backend_default();
     int *driven = KMP_ARENA_NEW(&g->arena, int, model->motion_count);
     kmp_operating *start = NULL;
     if (!driven)
         return kmp_fail_memory(g->context);
-    KMP_TRY(kmp_variant_new(model, g->count, ask->parameters, &g->variant));
+    KMP_TRY(kmp_variant_new(model, g->count, options->parameters, &g->variant));
     KMP_TRY(kmp_system_of_variant(g->variant, &g->system));
-    KMP_TRY(kmp_coordinates_read(g->system->model, "driven", ask->driven, driven, &g->driven));
+    KMP_TRY(kmp_coordinates_read(g->system->model, "driven", options->driven, driven, &g->driven));
     g->n = g->system->n;
     g->m = g->system->m;
     KMP_TRY(kmp_linear_init(&g->linear, g->system, backend));
-    KMP_TRY(kmp_slopes_new(g->system, backend, g->count, ask->parameters, true, &g->slopes));
+    KMP_TRY(kmp_slopes_new(g->system, backend, g->count, options->parameters, true, &g->slopes));
     g->shown = g->slopes->shown;
     g->deep = is_deep(g);
     KMP_TRY(kmp_operating_new(g->system, "start", NULL, &start));
@@ -368,26 +368,27 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
     return status;
 }
 
-kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_options *ask, kempe_gradient **gradient)
+kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_options *options,
+                                kempe_gradient **gradient)
 {
     KMP_WANTED(NULL, model, "model");
     KMP_WANTED(model->context, gradient, "gradient");
-    KMP_OPTIONS(model->context, kempe_gradient_options, ask);
-    KMP_WANTED(model->context, ask->parameters || ask->parameter_count <= 0, "parameters");
+    KMP_OPTIONS(model->context, kempe_gradient_options, options);
+    KMP_WANTED(model->context, options->parameters || options->parameter_count <= 0, "parameters");
     kmp_context_begin(model->context);
     kempe_gradient *g = KMP_NEW(kempe_gradient, 1);
     if (!g)
         return kmp_fail_memory(model->context);
     g->context = model->context;
-    g->count = ask->parameter_count;
-    kempe_status status = make(g, model, ask);
+    g->count = options->parameter_count;
+    kempe_status status = make(g, model, options);
     if (status != KEMPE_OK) {
         kempe_gradient_free(g);
         return status;
     }
-    for (int k = 0; k < ask->parameter_count; k++)
+    for (int k = 0; k < options->parameter_count; k++)
         g->wanted[k] = g->value[g->driven + k] =
-            g->system->parameters[kmp_parameter_find(g->system->model, ask->parameters[k])];
+            g->system->parameters[kmp_parameter_find(g->system->model, options->parameters[k])];
     find_slopes(g);
     *gradient = g;
     return KEMPE_OK;

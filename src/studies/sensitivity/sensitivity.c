@@ -4,8 +4,8 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
-#include "model/tables/asked.h"
 #include "model/tables/nearest.h"
+#include "model/tables/requested.h"
 #include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>
@@ -22,7 +22,7 @@ enum { KINDS = sizeof kinds / sizeof *kinds };
 
 static kempe_status find_kind(kempe_sensitivity *s)
 {
-    const char *word = s->ask->of ? s->ask->of : kinds[0]->name;
+    const char *word = s->options->of ? s->options->of : kinds[0]->name;
     kmp_text names = {0};
     for (int k = 0; k < KINDS; k++) {
         if (strcmp(kinds[k]->name, word) == 0) {
@@ -40,20 +40,20 @@ static kempe_status find_kind(kempe_sensitivity *s)
 
 static kempe_status check_method(const kempe_sensitivity *s)
 {
-    const char *method = s->ask->method;
+    const char *method = s->options->method;
     if (method && strcmp(method, "forward") != 0 && strcmp(method, "adjoint") != 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: forward, adjoint", method);
-    if ((method || s->ask->integral) && !s->kind->integrals)
+    if ((method || s->options->integral) && !s->kind->integrals)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
                         s->kind->name);
     if (s->run->checkpoint || s->run->resume)
         return kmp_fail(
             s->context, KEMPE_E_ARGUMENT,
             "sensitivities have no checkpoints: the rows of a checkpoint have no derivatives to continue from");
-    if (s->ask->at && s->kind->integrals && strcmp(s->ask->at, "start") != 0)
+    if (s->options->at && s->kind->integrals && strcmp(s->options->at, "start") != 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
                         "a trajectory begins at the start, not at '%s': use --of reactions, modes or equilibrium there",
-                        s->ask->at);
+                        s->options->at);
     return KEMPE_OK;
 }
 
@@ -92,8 +92,8 @@ static void take_listed(kempe_sensitivity *s, const char *list)
 
 static kempe_status take_names(kempe_sensitivity *s)
 {
-    if (s->ask->parameters)
-        take_listed(s, s->ask->parameters);
+    if (s->options->parameters)
+        take_listed(s, s->options->parameters);
     else
         take_all(s);
     if (s->arena.failed)
@@ -115,13 +115,13 @@ static double value_of(const kempe_model *m, const char *name)
 static kempe_status take_outputs(kempe_sensitivity *s)
 {
     kmp_text words = {0};
-    if (s->ask->outputs)
-        kmp_text_put(&words, s->ask->outputs);
+    if (s->options->outputs)
+        kmp_text_put(&words, s->options->outputs);
     else if (s->kind->outputs)
         s->kind->outputs(s->model, &words);
     kempe_status status = words.failed ? kmp_fail_memory(s->context) : KEMPE_OK;
     if (status == KEMPE_OK && words.s)
-        status = kmp_asked_outputs(kmp_variant_model(s->variant), words.s, &s->parts);
+        status = kmp_requested_outputs(kmp_variant_model(s->variant), words.s, &s->parts);
     kmp_text_free(&words);
     return status;
 }
@@ -151,13 +151,13 @@ static kempe_status prepare(kempe_sensitivity *s)
 
 /* -- the object -------------------------------------------------------------------------------------- */
 
-kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *ask,
+kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *options,
                                    kempe_sensitivity **sensitivity)
 {
     KMP_WANTED(NULL, model, "model");
     KMP_WANTED(model->context, sensitivity, "sensitivity");
-    KMP_OPTIONS(model->context, kempe_sensitivity_options, ask);
-    const kempe_run_options *run = ask->run;
+    KMP_OPTIONS(model->context, kempe_sensitivity_options, options);
+    const kempe_run_options *run = options->run;
     KMP_OPTIONS(model->context, kempe_run_options, run);
     double begin = kmp_cpu_now();
     kmp_context_begin(model->context);
@@ -168,8 +168,8 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     *s = (kempe_sensitivity){.kind = kinds[0],
                              .model = model,
                              .context = model->context,
-                             .ask = ask,
-                             .integral = ask->integral,
+                             .options = options,
+                             .integral = options->integral,
                              .run = run,
                              .method = "",
                              .integrator = ""};
@@ -178,7 +178,7 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     begin = kmp_cpu_now();
     s->status = status == KEMPE_OK ? s->kind->find(s) : status;
     s->cpu_s = kmp_cpu_now() - begin - (s->build_s - derived) - s->again_s;
-    s->ask = NULL;
+    s->options = NULL;
     s->run = NULL;
     s->warnings = kmp_context_warnings(s->context);
     bool partly = status == KEMPE_OK && s->rows > 0 && (s->status == KEMPE_E_FAILED || s->status == KEMPE_STOPPED);

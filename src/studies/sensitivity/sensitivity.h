@@ -16,8 +16,8 @@ struct kempe_sensitivity {
     const kmp_sensitivity_kind *kind;
     const kempe_model *model;
     kempe_context *context;
-    const kempe_sensitivity_options *ask; /* while it is found */
-    const kempe_run_options *run;         /* likewise */
+    const kempe_sensitivity_options *options; /* while it is found */
+    const kempe_run_options *run;             /* likewise */
     kmp_variant *variant;
     kempe_system *system; /* of the variant */
     bool integral;        /* the columns are time integrals */

@@ -98,30 +98,31 @@ static kempe_status tell(work *w)
 }
 
 /* Derivatives of the modes at the state x; the caller frees the intermediate results. */
-static kempe_status find_modes(kmp_sensitivity_state *x, kempe_sensitivity *s, kmp_bend *bend, kmp_spectrum *spectrum,
-                               kmp_mode_slopes *slopes)
+static kempe_status find_modes(kmp_sensitivity_state *x, kempe_sensitivity *s, kmp_second_derivatives *second,
+                               kmp_spectrum *spectrum, kmp_mode_slopes *slopes)
 {
     KMP_TRY(kmp_sensitivity_state_init(x, s, false));
-    KMP_TRY(kmp_bend_init(bend, s->system, kmp_backend_find(x->backend), s->count, (const char *const *)s->name));
+    KMP_TRY(kmp_second_derivatives_init(second, s->system, kmp_backend_find(x->backend), s->count,
+                                        (const char *const *)s->name));
     KMP_TRY(kmp_linear_spectrum(&x->varied.linear, spectrum));
-    KMP_TRY(kmp_mode_slopes_init(slopes, &x->varied.linear, bend, &x->shift, spectrum));
+    KMP_TRY(kmp_mode_slopes_init(slopes, &x->varied.linear, second, &x->sensitivity_of_state, spectrum));
     return tell(&(work){.s = s, .spectrum = spectrum, .slopes = slopes});
 }
 
 static kempe_status find(kempe_sensitivity *s)
 {
     kmp_sensitivity_state x = {0};
-    kmp_bend bend = {0};
+    kmp_second_derivatives second = {0};
     kmp_spectrum spectrum = {0};
     kmp_mode_slopes slopes = {0};
-    if (s->ask->outputs)
+    if (s->options->outputs)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
                         "sensitivities of modes are those of their eigenvalues: outputs cannot be chosen");
     KMP_TRY(kmp_refuse_load_dependent(s->system, "sensitivities of modes"));
-    kempe_status status = find_modes(&x, s, &bend, &spectrum, &slopes);
+    kempe_status status = find_modes(&x, s, &second, &spectrum, &slopes);
     kmp_mode_slopes_free(&slopes);
     kmp_spectrum_free(&spectrum);
-    kmp_bend_free(&bend);
+    kmp_second_derivatives_free(&second);
     kmp_sensitivity_state_free(&x);
     return status;
 }

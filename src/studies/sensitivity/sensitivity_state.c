@@ -24,27 +24,27 @@ static kempe_status take_start(kmp_sensitivity_state *x)
     if (kmp_linear_at_rates(l, 0, x->q, x->qd, true) != KEMPE_OK)
         return kmp_fail(x->s->context, KEMPE_E_FAILED,
                         "the start has no accelerations: its closures are singular, or a coordinate moves no mass");
-    return kmp_shift_at(&x->shift, l, x->slopes, KMP_KEEP_RATES, x->dq, x->dqd);
+    return kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_RATES, x->dq, x->dqd);
 }
 
 static kempe_status take_equilibrium(kmp_sensitivity_state *x)
 {
     kmp_linear *l = &x->varied.linear;
-    KMP_TRY(kmp_operating_new(x->s->system, x->s->ask->at, l, &x->at));
+    KMP_TRY(kmp_operating_new(x->s->system, x->s->options->at, l, &x->at));
     KMP_TRY(kmp_operating_take(x->at, l, NULL, 0));
     memcpy(x->q, x->at->q, (size_t)l->n * sizeof *x->q);
     memcpy(x->qd, x->at->qd, (size_t)l->n * sizeof *x->qd);
-    return kmp_shift_at(&x->shift, l, x->slopes, KMP_KEEP_EQUILIBRIUM, NULL, NULL);
+    return kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_EQUILIBRIUM, NULL, NULL);
 }
 
 kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitivity *s, bool with_outputs)
 {
-    bool start = s->ask->at && strcmp(s->ask->at, "start") == 0;
+    bool start = s->options->at && strcmp(s->options->at, "start") == 0;
     *x = (kmp_sensitivity_state){.s = s, .backend = s->run->backend ? s->run->backend : kmp_backend_default()};
     KMP_TRY(kmp_slopes_new(s->system, x->backend, s->count, (const char *const *)s->name, with_outputs, &x->slopes));
     if (!make_room(x))
         return kmp_fail_memory(s->context);
-    KMP_TRY(kmp_shift_init(&x->shift, s->system, s->count, (const char *const *)s->name));
+    KMP_TRY(kmp_state_sensitivity_init(&x->sensitivity_of_state, s->system, s->count, (const char *const *)s->name));
     KMP_TRY(kmp_varied_init(&x->varied, s->system, x->backend, x->slopes));
     return start ? take_start(x) : take_equilibrium(x);
 }
@@ -52,7 +52,7 @@ kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitiv
 void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
 {
     kmp_varied_free(&x->varied);
-    kmp_shift_free(&x->shift);
+    kmp_state_sensitivity_free(&x->sensitivity_of_state);
     kmp_slopes_free(x->slopes);
     kmp_operating_free(x->at);
     kmp_arena_free(&x->arena);
@@ -65,7 +65,7 @@ void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
 static void look(kmp_sensitivity_state *x)
 {
     kmp_instant at = kmp_linear_instant(&x->varied.linear);
-    const kmp_shift *sh = &x->shift;
+    const kmp_state_sensitivity *sh = &x->sensitivity_of_state;
     const double *shown = kmp_slopes_values(&x->slopes->outputs, &at);
     if (x->slopes->shown)
         memcpy(x->shown, shown, (size_t)x->slopes->shown * sizeof *shown);
@@ -81,7 +81,7 @@ static void look(kmp_sensitivity_state *x)
 static bool add_row(kmp_sensitivity_state *x)
 {
     const kmp_linear *l = &x->varied.linear;
-    const kmp_shift *sh = &x->shift;
+    const kmp_state_sensitivity *sh = &x->sensitivity_of_state;
     double *row = kmp_sensitivity_add_row(x->s, 0);
     if (row)
         kmp_sensitivity_fill(x->s,
@@ -129,7 +129,7 @@ static void reaction_outputs(const kempe_model *model, kmp_text *words)
 
 static kempe_status find_equilibrium(kempe_sensitivity *s)
 {
-    if (s->ask->at && strcmp(s->ask->at, "start") == 0)
+    if (s->options->at && strcmp(s->options->at, "start") == 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
                         "the start is not an equilibrium: use 'reactions', 'modes' or 'trajectory' there");
     return find_row(s);
@@ -137,7 +137,7 @@ static kempe_status find_equilibrium(kempe_sensitivity *s)
 
 static kempe_status find_reactions(kempe_sensitivity *s)
 {
-    if (s->model->closure_count == 0 && !s->ask->outputs)
+    if (s->model->closure_count == 0 && !s->options->outputs)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the model has no closures and therefore no reactions: name outputs to differentiate");
     return find_row(s);

@@ -3,7 +3,7 @@
 #ifndef KMP_STUDIES_SENSITIVITY_SENSITIVITY_STATE_H
 #define KMP_STUDIES_SENSITIVITY_SENSITIVITY_STATE_H
 
-#include "derivatives/state_shift.h"
+#include "derivatives/state_sensitivity.h"
 #include "derivatives/varied.h"
 #include "studies/equilibrium/operating.h"
 #include "studies/sensitivity/sensitivity.h"
@@ -15,7 +15,7 @@ typedef struct kmp_sensitivity_state {
     kmp_operating *at; /* NULL: the start */
     kmp_slopes *slopes;
     kmp_varied varied; /* its linear equations are at the state, their matrices made */
-    kmp_shift shift;
+    kmp_state_sensitivity sensitivity_of_state;
     kmp_arena arena;           /* of the arrays */
     double *q, *qd, *dq, *dqd; /* of the start: n, n, n x count */
     double *shown, *by;        /* values, and count derivatives per parameter */

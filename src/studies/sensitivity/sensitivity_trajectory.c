@@ -25,7 +25,7 @@ typedef struct work {
     kmp_varied varied;
     kmp_run_spec spec;
     kmp_times times;
-    kmp_forward ask;
+    kmp_forward options;
     double *w[KMP_QUANTITIES + 1], *gradient; /* weights of one column */
     bool adjoint;
     kmp_forward_report report; /* of the last run */
@@ -118,7 +118,7 @@ static kempe_status prepare(work *w)
     s->rtol = w->spec.rtol;
     s->atol = w->spec.atol;
     s->t_end = w->spec.t_end;
-    w->ask = (kmp_forward){.spec = &w->spec};
+    w->options = (kmp_forward){.spec = &w->spec};
     return make_room(w) ? KEMPE_OK : kmp_fail_memory(s->context);
 }
 
@@ -167,8 +167,8 @@ static kempe_status find_rows(work *w)
 {
     w->spec.times = w->times.t;
     w->spec.time_count = w->times.count;
-    w->ask.watch = (kmp_varied_watch){.user = w, .row = take_row};
-    return kmp_forward_run(&w->varied, &w->ask, w->s->size, NULL, &w->report);
+    w->options.watch = (kmp_varied_watch){.user = w, .row = take_row};
+    return kmp_forward_run(&w->varied, &w->options, w->s->size, NULL, &w->report);
 }
 
 /* -- one row ----------------------------------------------------------------------------------------- */
@@ -190,7 +190,7 @@ static kempe_status find_adjoint(work *w, const kmp_forward_target *target, doub
     kempe_sensitivity *s = w->s;
     kmp_adjoint_report report;
     kempe_status status =
-        kmp_adjoint_run(&w->varied, &w->ask, target, s->ask->integral != 0, s->size, w->gradient, &report);
+        kmp_adjoint_run(&w->varied, &w->options, target, s->options->integral != 0, s->size, w->gradient, &report);
     *value = report.value;
     w->report = report.forward;
     w->report.run.rhs += report.rhs;
@@ -203,9 +203,9 @@ static kempe_status find_adjoint(work *w, const kmp_forward_target *target, doub
 
 static kempe_status find_integral(work *w, const kmp_forward_target *target, double *value)
 {
-    w->ask.integrand = target;
-    kempe_status status = kmp_forward_run(&w->varied, &w->ask, w->s->size, w->gradient, &w->report);
-    w->ask.integrand = NULL;
+    w->options.integrand = target;
+    kempe_status status = kmp_forward_run(&w->varied, &w->options, w->s->size, w->gradient, &w->report);
+    w->options.integrand = NULL;
     *value = w->report.integral;
     return status;
 }
@@ -239,7 +239,7 @@ static kempe_status find_scalars(work *w)
 
 static kempe_status find_once(work *w)
 {
-    kempe_status status = w->adjoint || w->s->ask->integral ? find_scalars(w) : find_rows(w);
+    kempe_status status = w->adjoint || w->s->options->integral ? find_scalars(w) : find_rows(w);
     add_work(w);
     return status;
 }
@@ -299,7 +299,7 @@ static double size_of_unit(const work *w, int column)
 static void set_sizes(work *w)
 {
     const kempe_sensitivity *s = w->s;
-    double integrated = s->ask->integral ? s->t_end : 1;
+    double integrated = s->options->integral ? s->t_end : 1;
     for (int c = 0; c < s->columns; c++) {
         w->size[c] = is_ambiguous(w, c) ? INFINITY : integrated * size_of_unit(w, c);
         for (int k = 0; k < s->count; k++)
@@ -361,8 +361,8 @@ static kempe_status find(kempe_sensitivity *s)
     double begin = kmp_cpu_now();
     kempe_status status = prepare(&w);
     s->build_s += kmp_cpu_now() - begin;
-    const char *method = s->ask->method;
-    bool many = s->ask->integral && s->count >= WORTH_ADJOINT && s->system->load_row_count == 0;
+    const char *method = s->options->method;
+    bool many = s->options->integral && s->count >= WORTH_ADJOINT && s->system->load_row_count == 0;
     w.adjoint = method ? strcmp(method, "adjoint") == 0 : many;
     s->method = w.adjoint ? "adjoint" : "forward";
     if (status == KEMPE_OK)

@@ -12,7 +12,7 @@ static kmp_quantity quantity_of(kmp_output_kind kind)
 }
 
 /* True if an output includes entry k: lambda(CLOSURE) has that closure's rows alone, q(JOINT) that coordinate. */
-static bool is_asked(const kempe_system *system, const kmp_output *output, int k)
+static bool is_requested(const kempe_system *system, const kmp_output *output, int k)
 {
     if (output->index < 0)
         return true;
@@ -66,7 +66,7 @@ static void add_from_table(kmp_columns *columns, const kempe_system *system, int
     kmp_quantity quantity = quantity_of(output->kind);
     for (int k = 0; k < kmp_quantity_size(system, quantity); k++) {
         kmp_text name = {0};
-        if (!is_asked(system, output, k))
+        if (!is_requested(system, output, k))
             continue;
         kmp_text_printf(&name, "%s.%s", kmp_quantity_prefix(quantity), kmp_quantity_name(system, quantity, k));
         add(columns, &name, kmp_quantity_unit(system, quantity, k), (kmp_column){quantity, k, o, 0});

@@ -58,9 +58,9 @@ static kempe_status count_values(kempe_contacts *t, int points)
         count = count == 0 && range->count > 1 ? range->count : count;
         varies = varies || range->from != range->to;
     }
-    t->asked = count != 0 ? count : varies ? USUAL_VALUES : 1;
-    if (t->asked < 1 || t->asked > MOST_VALUES || (t->asked == 1 && varies))
-        return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "--sweep: %d values are not possible: 2 to %d", t->asked,
+    t->requested = count != 0 ? count : varies ? USUAL_VALUES : 1;
+    if (t->requested < 1 || t->requested > MOST_VALUES || (t->requested == 1 && varies))
+        return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "--sweep: %d values are not possible: 2 to %d", t->requested,
                         MOST_VALUES);
     return KEMPE_OK;
 }
@@ -101,23 +101,23 @@ static kempe_status read_law(kempe_contacts *t, const char *word)
     return status;
 }
 
-kempe_status kmp_contact_ask(kempe_contacts *t, const kempe_contact_options *ask)
+kempe_status kmp_contact_ask(kempe_contacts *t, const kempe_contact_options *options)
 {
     kempe_context *context = context_of(t);
     if (t->given->model->wheel_count == 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "the model has no wheels: define them in the section 'wheels' (docs/model_format.md)");
-    if (!ask->sweep || !*ask->sweep)
+    if (!options->sweep || !*options->sweep)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "the sweep is missing: a coordinate or a parameter with its range, as in 'y=0:10 mm:21'");
     t->hold = KMP_ARENA_NEW(&t->arena, kmp_steady, t->given->n);
     if (!t->hold)
         return kmp_fail_memory(context);
-    KMP_TRY(kmp_ranges_read(context, ask->sweep, &t->over));
+    KMP_TRY(kmp_ranges_read(context, options->sweep, &t->over));
     if (t->over.count > t->given->n + t->given->model->parameter_count)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "--sweep: there are more ranges than coordinates and parameters");
     KMP_TRY(read_over(t));
-    KMP_TRY(count_values(t, ask->points));
-    KMP_TRY(read_hold(t, ask->hold));
-    return read_law(t, ask->law);
+    KMP_TRY(count_values(t, options->points));
+    KMP_TRY(read_hold(t, options->hold));
+    return read_law(t, options->law);
 }

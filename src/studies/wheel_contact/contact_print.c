@@ -124,7 +124,7 @@ static void show_all(kmp_text *text, const void *result)
 {
     const kempe_contacts *t = result;
     kmp_text_printf(text, "%s: %s, %d of %d values\n", t->system->model->name, kmp_status_word(t->status), t->count,
-                    t->asked);
+                    t->requested);
     say_leads(text, t);
     say_holds(text, t);
     if (t->reason)

@@ -62,7 +62,7 @@ static kempe_status make_system(kempe_contacts *t)
 static kempe_status make_table(kempe_contacts *t)
 {
     const kempe_model *model = t->system->model;
-    ptrdiff_t rows = t->asked;
+    ptrdiff_t rows = t->requested;
     t->wheel_count = model->wheel_count;
     t->first = KMP_ARENA_NEW(&t->arena, int, t->wheel_count + 1);
     if (!t->first)
@@ -133,7 +133,7 @@ static bool make_room(job *j)
     return kmp_arena_make_groups(&j->arena, sizeof groups / sizeof *groups, groups);
 }
 
-static kempe_status begin(job *j, const kempe_contact_options *ask)
+static kempe_status begin(job *j, const kempe_contact_options *options)
 {
     kempe_contacts *t = j->t;
     if (!make_room(j))
@@ -142,7 +142,7 @@ static kempe_status begin(job *j, const kempe_contact_options *ask)
         j->here[k] = t->over.range[k].from;
     KMP_TRY(set_parameters(j, j->here));
     KMP_TRY(kmp_operating_new(t->system, "start", NULL, &j->start));
-    KMP_TRY(kmp_linear_init(&j->linear, t->system, ask->backend ? ask->backend : kmp_backend_default()));
+    KMP_TRY(kmp_linear_init(&j->linear, t->system, options->backend ? options->backend : kmp_backend_default()));
     if (j->start->chart)
         kmp_eval_set_charts(j->linear.eval, j->start->chart);
     memcpy(j->q, j->start->inner_q, (size_t)t->system->n * sizeof *j->q);
@@ -150,7 +150,7 @@ static kempe_status begin(job *j, const kempe_contact_options *ask)
     for (int k = 0; k < t->over.count; k++)
         if (t->lead[k].hold >= 0)
             j->here[k] = j->q[t->hold[t->lead[k].hold].coordinate];
-    return ask->solve_for ? read_freed(j, ask->solve_for) : KEMPE_OK;
+    return options->solve_for ? read_freed(j, options->solve_for) : KEMPE_OK;
 }
 
 /* -- from value to value --------------------------------------------------------------------------------- */
@@ -250,13 +250,13 @@ static kempe_status give_reason(job *j, kempe_status status)
     return t->reason ? KEMPE_STOPPED : kmp_fail_memory(context_of(j));
 }
 
-static kempe_status run(job *j, const kempe_contact_options *ask)
+static kempe_status run(job *j, const kempe_contact_options *options)
 {
     kempe_contacts *t = j->t;
-    kempe_status status = begin(j, ask);
-    for (int row = 0; status == KEMPE_OK && row < t->asked; row++) {
+    kempe_status status = begin(j, options);
+    for (int row = 0; status == KEMPE_OK && row < t->requested; row++) {
         for (int k = 0; k < t->over.count; k++)
-            j->there[k] = kmp_range_value(&t->over.range[k], row, t->asked);
+            j->there[k] = kmp_range_value(&t->over.range[k], row, t->requested);
         status = go(j, j->there);
         if (status == KEMPE_OK)
             status = take_row(j);
@@ -264,11 +264,12 @@ static kempe_status run(job *j, const kempe_contact_options *ask)
     return give_reason(j, status);
 }
 
-kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_options *ask, kempe_contacts **table)
+kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_options *options,
+                                kempe_contacts **table)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, table, "table");
-    KMP_OPTIONS(system->context, kempe_contact_options, ask);
+    KMP_OPTIONS(system->context, kempe_contact_options, options);
     double begun = kmp_cpu_now();
     kempe_contacts *t = KMP_NEW(kempe_contacts, 1);
     kmp_context_begin(system->context);
@@ -276,13 +277,13 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
         return kmp_fail_memory(system->context);
     t->given = system;
     job j = {.t = t};
-    kempe_status status = kmp_contact_ask(t, ask);
+    kempe_status status = kmp_contact_ask(t, options);
     if (status == KEMPE_OK)
         status = make_system(t);
     if (status == KEMPE_OK)
         status = make_table(t);
     if (status == KEMPE_OK)
-        status = run(&j, ask);
+        status = run(&j, options);
     kmp_arena_free(&j.arena);
     kmp_operating_free(j.start);
     kmp_linear_free(&j.linear);

@@ -30,7 +30,7 @@ struct kempe_contacts {
     int hold_count;
     bool has_law;
     kempe_creep_law law;
-    int asked, count;
+    int requested, count;
     double *value; /* of the first range */
     double *q, *qd;
     double residual; /* the largest, relative */
@@ -42,7 +42,7 @@ struct kempe_contacts {
 };
 
 /** Reads the options into a table that has its system: swept quantities, fixed ones, law, values. */
-kempe_status kmp_contact_ask(kempe_contacts *table, const kempe_contact_options *ask);
+kempe_status kmp_contact_ask(kempe_contacts *table, const kempe_contact_options *options);
 
 /** The index of a coordinate among the fixed ones; -1: it is not fixed. */
 int kmp_contact_hold_of(const kempe_contacts *table, int coordinate);

@@ -9,34 +9,34 @@
 /** Sets the outputs of a copy of a model (model/variant.h): "position(b.P).x,q(A),energy.total", the words of `outputs`
  * in the file, each with a component if one alone is requested. `*parts` (in the copy's arena): for each output a bit
  * for every component. KEMPE_E_ARGUMENT: the word, and the valid ones. */
-kempe_status kmp_asked_outputs(kempe_model *copy, const char *words, unsigned **parts);
+kempe_status kmp_requested_outputs(kempe_model *copy, const char *words, unsigned **parts);
 
 /** Makes room for one more output of such a copy, the position of a point, without requested components; its number,
  * -1: no memory. */
-int kmp_asked_position(kempe_model *copy, int point, unsigned **parts);
+int kmp_requested_position(kempe_model *copy, int point, unsigned **parts);
 
-typedef enum kmp_asked_kind {
-    KMP_ASKED_EFFORT,    /* on a coordinate */
-    KMP_ASKED_FORCE,     /* at a point, along an axis of the ground */
-    KMP_ASKED_DRIVE,     /* the value of a drive's function */
-    KMP_ASKED_PARAMETER, /* not looked up */
-} kmp_asked_kind;
+typedef enum kmp_requested_kind {
+    KMP_REQUESTED_EFFORT,    /* on a coordinate */
+    KMP_REQUESTED_FORCE,     /* at a point, along an axis of the ground */
+    KMP_REQUESTED_DRIVE,     /* the value of a drive's function */
+    KMP_REQUESTED_PARAMETER, /* not looked up */
+} kmp_requested_kind;
 
 /** Something that acts on a model. */
-typedef struct kmp_asked_input {
-    kmp_asked_kind kind;
+typedef struct kmp_requested_input {
+    kmp_requested_kind kind;
     int index, axis; /* coordinate, point or closure; x, y, z of a force */
     char *name;      /* "force(b.P.x)" */
-} kmp_asked_input;
+} kmp_requested_input;
 
-typedef struct kmp_asked_inputs {
+typedef struct kmp_requested_inputs {
     int count;
-    kmp_asked_input *input;
-} kmp_asked_inputs;
+    kmp_requested_input *input;
+} kmp_requested_inputs;
 
 /** Reads "effort(A),force(b.P.x),force(b.P),drive(m),k": the third of these is three inputs. KEMPE_E_ARGUMENT: the
  * invalid word. */
-kempe_status kmp_asked_inputs_read(const kempe_model *model, const char *words, kmp_asked_inputs *inputs);
-void kmp_asked_inputs_free(kmp_asked_inputs *inputs);
+kempe_status kmp_requested_inputs_read(const kempe_model *model, const char *words, kmp_requested_inputs *inputs);
+void kmp_requested_inputs_free(kmp_requested_inputs *inputs);
 
 #endif

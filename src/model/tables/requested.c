@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output and input names in options are parsed by the reader's own functions for a model file, on a copy of the model.
  * Errors begin with the list's name in place of file, line and column. */
-#include "model/tables/asked.h"
+#include "model/tables/requested.h"
 #include "base/memory.h"
 #include "model/read/reading.h"
 #include "model/tables/output_table.h"
@@ -105,7 +105,7 @@ static bool gather(kempe_model *model, const int *component, unsigned **parts)
     return *parts;
 }
 
-kempe_status kmp_asked_outputs(kempe_model *copy, const char *words, unsigned **parts)
+kempe_status kmp_requested_outputs(kempe_model *copy, const char *words, unsigned **parts)
 {
     asking a;
     kmp_yaml list;
@@ -130,7 +130,7 @@ kempe_status kmp_asked_outputs(kempe_model *copy, const char *words, unsigned **
     return end(&a, gather(copy, component, parts) ? KEMPE_OK : kmp_fail_memory(copy->context));
 }
 
-int kmp_asked_position(kempe_model *copy, int point, unsigned **parts)
+int kmp_requested_position(kempe_model *copy, int point, unsigned **parts)
 {
     int count = copy->output_count;
     kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, count + 1);
@@ -163,7 +163,7 @@ static int find_drive(asking *a, const char *name)
     return -1;
 }
 
-static bool add(asking *a, kmp_asked_inputs *inputs, kmp_asked_input input, const char *name)
+static bool add(asking *a, kmp_requested_inputs *inputs, kmp_requested_input input, const char *name)
 {
     for (int k = 0; k < inputs->count; k++)
         if (strcmp(inputs->input[k].name, name) == 0) {
@@ -177,7 +177,7 @@ static bool add(asking *a, kmp_asked_inputs *inputs, kmp_asked_input input, cons
 }
 
 /* BODY.POINT.x, or BODY.POINT for all three. */
-static bool add_force(asking *a, kmp_asked_inputs *inputs, const char *argument)
+static bool add_force(asking *a, kmp_requested_inputs *inputs, const char *argument)
 {
     static const char *const axes[] = {"x", "y", "z"};
     const char *dot = strrchr(argument, '.');
@@ -189,22 +189,22 @@ static bool add_force(asking *a, kmp_asked_inputs *inputs, const char *argument)
     bool ok = true;
     for (int axis = 0; point >= 0 && ok && axis < 3; axis++)
         if (only < 0 || only == axis)
-            ok = add(a, inputs, (kmp_asked_input){KMP_ASKED_FORCE, point, axis, NULL},
+            ok = add(a, inputs, (kmp_requested_input){KMP_REQUESTED_FORCE, point, axis, NULL},
                      kmp_reader_say(&a->r, "force(%s.%s)", argument, axes[axis]));
     return ok;
 }
 
-static bool add_word(asking *a, kmp_asked_inputs *inputs, const char *word)
+static bool add_word(asking *a, kmp_requested_inputs *inputs, const char *word)
 {
     const char *argument = kmp_read_argument(&a->r, word, "force");
     if (argument)
         return add_force(a, inputs, argument);
-    kmp_asked_input input = {KMP_ASKED_PARAMETER, -1, 0, NULL};
+    kmp_requested_input input = {KMP_REQUESTED_PARAMETER, -1, 0, NULL};
     if ((argument = kmp_read_argument(&a->r, word, "effort"))) {
-        input.kind = KMP_ASKED_EFFORT;
+        input.kind = KMP_REQUESTED_EFFORT;
         input.index = kmp_read_motion_text(&a->r, nowhere, argument, "effort");
     } else if ((argument = kmp_read_argument(&a->r, word, "drive"))) {
-        input.kind = KMP_ASKED_DRIVE;
+        input.kind = KMP_REQUESTED_DRIVE;
         input.index = find_drive(a, argument);
     } else if (strchr(word, '(')) {
         kmp_reader_complain(&a->r, nowhere,
@@ -213,16 +213,16 @@ static bool add_word(asking *a, kmp_asked_inputs *inputs, const char *word)
                             word);
         return true;
     }
-    return input.kind != KMP_ASKED_PARAMETER && input.index < 0 ? true : add(a, inputs, input, word);
+    return input.kind != KMP_REQUESTED_PARAMETER && input.index < 0 ? true : add(a, inputs, input, word);
 }
 
-kempe_status kmp_asked_inputs_read(const kempe_model *model, const char *words, kmp_asked_inputs *inputs)
+kempe_status kmp_requested_inputs_read(const kempe_model *model, const char *words, kmp_requested_inputs *inputs)
 {
     asking a;
-    kmp_asked_inputs read = {0};
+    kmp_requested_inputs read = {0};
     kempe_status status = begin(&a, model, "inputs", words);
     if (status == KEMPE_OK) {
-        read.input = KMP_NEW(kmp_asked_input, 3 * a.count);
+        read.input = KMP_NEW(kmp_requested_input, 3 * a.count);
         bool ok = read.input;
         for (int k = 0; ok && k < a.count; k++)
             ok = add_word(&a, &read, a.word[k]);
@@ -232,14 +232,14 @@ kempe_status kmp_asked_inputs_read(const kempe_model *model, const char *words, 
     if (status == KEMPE_OK)
         *inputs = read;
     else
-        kmp_asked_inputs_free(&read);
+        kmp_requested_inputs_free(&read);
     return status;
 }
 
-void kmp_asked_inputs_free(kmp_asked_inputs *inputs)
+void kmp_requested_inputs_free(kmp_requested_inputs *inputs)
 {
     for (int k = 0; k < inputs->count; k++)
         kmp_free(inputs->input[k].name);
     kmp_free(inputs->input);
-    *inputs = (kmp_asked_inputs){0};
+    *inputs = (kmp_requested_inputs){0};
 }

@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* R(u, p) = 0 differentiated is Kr du = -dR, with dR the change by a parameter at constant u. Kr is scaled by the sizes
  * of coordinates before its rank is decided. */
-#include "derivatives/state_shift.h"
+#include "derivatives/state_sensitivity.h"
 #include "linalg/dense/dense.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int count, const char *const *names)
+kempe_status kmp_state_sensitivity_init(kmp_state_sensitivity *sensitivity_of_state, const kempe_system *system,
+                                        int count, const char *const *names)
 {
     int n = system->n, m = system->m;
-    kmp_shift *s = shift;
-    *s = (kmp_shift){.system = system, .n = n, .m = m, .count = count, .names = names};
+    kmp_state_sensitivity *s = sensitivity_of_state;
+    *s = (kmp_state_sensitivity){.system = system, .n = n, .m = m, .count = count, .names = names};
     const kmp_arena_group groups[] = {{n * count, {&s->q, &s->qd, &s->qdd, &s->residual}},
                                       {m * count, {&s->lambda}},
                                       {3 * m + n, {&s->part}},
@@ -24,10 +25,10 @@ kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int co
                                                                                     : kmp_fail_memory(system->context);
 }
 
-void kmp_shift_free(kmp_shift *shift)
+void kmp_state_sensitivity_free(kmp_state_sensitivity *sensitivity_of_state)
 {
-    kmp_arena_free(&shift->arena);
-    *shift = (kmp_shift){0};
+    kmp_arena_free(&sensitivity_of_state->arena);
+    *sensitivity_of_state = (kmp_state_sensitivity){0};
 }
 
 /* -- consequences of R = 0 ----------------------------------------------------------------------------- */
@@ -49,7 +50,7 @@ static double rounding(const kmp_linear *l)
 }
 
 /* Factors the matrix (p x p) that u or udd follows by; its rank. */
-static int factor(kmp_shift *s, const kmp_linear *l, const double *matrix, double zero)
+static int factor(kmp_state_sensitivity *s, const kmp_linear *l, const double *matrix, double zero)
 {
     int p = l->p, rank = 0;
     for (int j = 0; j < p; j++)
@@ -62,7 +63,7 @@ static int factor(kmp_shift *s, const kmp_linear *l, const double *matrix, doubl
 }
 
 /* x of matrix x = -b, zero where the matrix leaves it open; b by u. false: the equations contradict each other. */
-static bool solve(kmp_shift *s, const kmp_linear *l, int rank, const double *b, double *x)
+static bool solve(kmp_state_sensitivity *s, const kmp_linear *l, int rank, const double *b, double *x)
 {
     int p = l->p;
     double *y = s->side, size = 0, rest = 0;
@@ -89,7 +90,7 @@ static bool solve(kmp_shift *s, const kmp_linear *l, int rank, const double *b, 
     return rest <= sqrt(DBL_EPSILON) * size;
 }
 
-static kempe_status tell_open(const kmp_shift *s, const kmp_linear *l, int rank, int k)
+static kempe_status tell_open(const kmp_state_sensitivity *s, const kmp_linear *l, int rank, int k)
 {
     const char *name = l->system->model->motions[l->part.u[s->c[rank]]].name;
     return kmp_fail(l->system->context, KEMPE_E_FAILED,
@@ -101,7 +102,7 @@ static kempe_status tell_open(const kmp_shift *s, const kmp_linear *l, int rank,
 
 /* -- one parameter ----------------------------------------------------------------------------------- */
 
-static kmp_response column(const kmp_shift *s, int k)
+static kmp_response column(const kmp_state_sensitivity *s, int k)
 {
     return (kmp_response){s->q + k * s->n, s->qd + k * s->n, s->qdd + k * s->n, s->lambda + k * s->m,
                           s->residual + k * s->n};
@@ -115,24 +116,24 @@ static const double *gather(const kmp_linear *l, const double *column, double *o
     return column ? out : NULL;
 }
 
-kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slopes, kmp_keeping keeping,
-                          const double *q, const double *qd)
+kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_state, kmp_linear *linear,
+                                      kmp_slopes *slopes, kmp_keeping keeping, const double *q, const double *qd)
 {
     kmp_instant at = kmp_linear_instant(linear);
     kmp_slopes_at(slopes, &at);
     kmp_linear_matrices(linear);
     bool equilibrium = keeping == KMP_KEEP_EQUILIBRIUM;
-    int rank =
-        factor(shift, linear, equilibrium ? linear->stiffness : linear->mass, equilibrium ? rounding(linear) : 0);
-    for (int k = 0; k < shift->count; k++) {
-        kmp_change change = kmp_slopes_change(slopes, k, shift->part);
-        kmp_response response = column(shift, k);
-        change.u = gather(linear, q ? q + k * shift->n : NULL, shift->u);
-        change.ud = gather(linear, qd ? qd + k * shift->n : NULL, shift->ud);
+    int rank = factor(sensitivity_of_state, linear, equilibrium ? linear->stiffness : linear->mass,
+                      equilibrium ? rounding(linear) : 0);
+    for (int k = 0; k < sensitivity_of_state->count; k++) {
+        kmp_change change = kmp_slopes_change(slopes, k, sensitivity_of_state->part);
+        kmp_response response = column(sensitivity_of_state, k);
+        change.u = gather(linear, q ? q + k * sensitivity_of_state->n : NULL, sensitivity_of_state->u);
+        change.ud = gather(linear, qd ? qd + k * sensitivity_of_state->n : NULL, sensitivity_of_state->ud);
         kmp_linear_follow(linear, &change, &response);
-        double *x = shift->side + shift->n;
-        if (!solve(shift, linear, rank, response.residual, x))
-            return tell_open(shift, linear, rank, k);
+        double *x = sensitivity_of_state->side + sensitivity_of_state->n;
+        if (!solve(sensitivity_of_state, linear, rank, response.residual, x))
+            return tell_open(sensitivity_of_state, linear, rank, k);
         *(equilibrium ? &change.u : &change.udd) = x;
         kmp_linear_follow(linear, &change, &response);
     }

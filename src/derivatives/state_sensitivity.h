@@ -14,7 +14,7 @@ typedef enum kmp_keeping {
     KMP_KEEP_EQUILIBRIUM /* ud and udd; u follows from R = 0 */
 } kmp_keeping;
 
-typedef struct kmp_shift {
+typedef struct kmp_state_sensitivity {
     const kempe_system *system;
     kmp_arena arena;                /* of all arrays */
     int n, m, count;                /* parameters */
@@ -25,17 +25,18 @@ typedef struct kmp_shift {
     double *u, *ud;                 /* p of one parameter */
     double *matrix, *side, *pivots; /* of the equations for u or udd */
     int *r, *c;
-} kmp_shift;
+} kmp_state_sensitivity;
 
 /** Makes room. KEMPE_E_MEMORY. */
-kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int count, const char *const *names);
-void kmp_shift_free(kmp_shift *shift);
+kempe_status kmp_state_sensitivity_init(kmp_state_sensitivity *sensitivity_of_state, const kempe_system *system,
+                                        int count, const char *const *names);
+void kmp_state_sensitivity_free(kmp_state_sensitivity *sensitivity_of_state);
 
 /** Sensitivities at the state of `linear`; takes the parameter derivatives there, and makes Mr, Gr and Kr. `q`, `qd` (n
  * per parameter; NULL: zero) are the changes of the coordinates and rates that are kept, as of a start. Coordinates
  * that nothing depends on stay constant. KEMPE_E_FAILED: R = 0 leaves other directions undetermined, which the message
  * names. */
-kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slopes, kmp_keeping keeping,
-                          const double *q, const double *qd);
+kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_state, kmp_linear *linear,
+                                      kmp_slopes *slopes, kmp_keeping keeping, const double *q, const double *qd);
 
 #endif

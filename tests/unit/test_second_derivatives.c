@@ -15,7 +15,7 @@ typedef struct rig {
     kmp_variant *variant;
     kempe_system *system;
     kmp_tangents tangents;
-    kmp_bend bend;
+    kmp_second_derivatives bend;
     int count;
     const char *names[MOST];
     double values[MOST];
@@ -34,12 +34,12 @@ static void open_rig(rig *r, loaded m)
     CHECK(kempe_system_new(kmp_variant_model(r->variant), &r->system) == KEMPE_OK);
     CHECK(kmp_tangents_init(&r->tangents, r->system, backend,
                             1u << KMP_VALUE_R | 1u << KMP_VALUE_RATE | 1u << KMP_VALUE_CURVE) == KEMPE_OK);
-    CHECK(kmp_bend_init(&r->bend, r->system, backend, r->count, r->names) == KEMPE_OK);
+    CHECK(kmp_second_derivatives_init(&r->bend, r->system, backend, r->count, r->names) == KEMPE_OK);
 }
 
 static void close_rig(rig *r)
 {
-    kmp_bend_free(&r->bend);
+    kmp_second_derivatives_free(&r->bend);
     kmp_tangents_free(&r->tangents);
     kempe_system_free(r->system);
     kmp_variant_free(r->variant);
@@ -144,8 +144,8 @@ static void check_rig(rig *r)
     kmp_formulas_renew(&r->bend.bent, r->system->parameters);
     kmp_instant at = instant(&x);
     kmp_formulas_place(&r->bend.bent, &at);
-    kmp_bent bent = kmp_bend_along(&r->bend, &(kmp_course){a.q, a.qd, a.qdd, a.lambda},
-                                   &(kmp_course){b.q, b.qd, b.qdd, b.lambda}, b.parameter);
+    kmp_second_values bent = kmp_second_derivatives_along(&r->bend, &(kmp_variation){a.q, a.qd, a.qdd, a.lambda},
+                                                          &(kmp_variation){b.q, b.qd, b.qdd, b.lambda}, b.parameter);
     memcpy(exact, bent.force, (size_t)n * sizeof *exact);
     memcpy(exact + n, bent.h, (size_t)m * sizeof *exact);
     memcpy(exact + n + m, bent.rate, (size_t)m * sizeof *exact);
@@ -188,9 +188,9 @@ static void of_parameters_that_follow(void)
 static void what_is_refused(void)
 {
     loaded m = load("examples/four_bar/four_bar.yaml");
-    kmp_bend bend;
+    kmp_second_derivatives bend;
     const char *name = "nothing";
-    CHECK(kmp_bend_init(&bend, m.system, kmp_backend_find("tape"), 1, &name) == KEMPE_E_ARGUMENT);
+    CHECK(kmp_second_derivatives_init(&bend, m.system, kmp_backend_find("tape"), 1, &name) == KEMPE_E_ARGUMENT);
     CHECK(strstr(kempe_context_message(m.context), "'nothing'"));
     unload(&m);
 }
