@@ -119,7 +119,7 @@ enum { NUMERIC, TAPE, NATIVE, CODE, CLASSICAL, CLASSICAL_NUMERIC };
 static void (*const savings[WAYS])(stand *, const state *) = {run_numeric, run_tape,      run_native,
                                                               run_emitted, run_classical, run_classical_numeric};
 
-static int ways_of(const stand *s)
+static int variants_of(const stand *s)
 {
     return s->task == INVERSE ? CLASSICAL : WAYS;
 }
@@ -339,14 +339,14 @@ static double compare(stand *s)
     const values *all[WAYS] = {&s->by_numbers, NULL, NULL, NULL, &s->by_classical, &s->by_plain};
     double off = 0;
     for (int k = 0; k < STATES; k++) {
-        for (int w = 0; w < ways_of(s); w++)
+        for (int w = 0; w < variants_of(s); w++)
             savings[w](s, &s->states[k]);
         for (int e = 0; e < s->entries; e++) {
             double of_tape = s->at[e] < 0 ? 0 : s->by_tape[s->at[e]];
             if (value_of(s, &s->by_code, &s->entry[e]) != of_tape ||
                 (s->at[e] >= 0 && s->by_native[s->at[e]] != of_tape))
                 stop(s, "written C or machine code has other bits than the tape");
-            for (int w = 0; w < ways_of(s); w++)
+            for (int w = 0; w < variants_of(s); w++)
                 off = all[w] ? fmax(off, difference(s, all[w], e, of_tape)) : off;
         }
     }
@@ -388,9 +388,9 @@ static void take_times(stand *s)
     double sorted[TURNS], ns[WAYS] = {0}, off = compare(s);
     int count = choose_count(s);
     for (int turn = 0; turn < TURNS; turn++)
-        for (int w = 0; w < ways_of(s); w++)
+        for (int w = 0; w < variants_of(s); w++)
             time[w][turn] = time_of(s, w, count);
-    for (int w = 0; w < ways_of(s); w++) {
+    for (int w = 0; w < variants_of(s); w++) {
         memcpy(sorted, time[w], sizeof sorted);
         ns[w] = 1e9 * bench_median(TURNS, sorted);
     }
@@ -410,7 +410,7 @@ static void take_times(stand *s)
 
 static void evaluate(stand *s, int evaluations)
 {
-    for (int w = 0; w < ways_of(s); w++)
+    for (int w = 0; w < variants_of(s); w++)
         for (int k = 0; k < evaluations; k++)
             savings[w](s, &s->states[k % STATES]);
 }

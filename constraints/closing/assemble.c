@@ -10,7 +10,7 @@
 #include "constraints/closing/charts.h"
 #include "constraints/closing/kinsol.h"
 #include "constraints/closing/least_change.h"
-#include "constraints/diagnosis/doctor_walk.h"
+#include "constraints/diagnosis/diagnosis_walk.h"
 #include "constraints/partition/partition.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"

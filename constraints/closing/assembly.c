@@ -179,7 +179,7 @@ static kempe_status look_for_rounding(const kempe_system *s, const kmp_guess *gu
 }
 
 /* Warns of the row with the largest remaining gap, if the numbers were set after the system was made. */
-static void tell_misfit(const kempe_assembly *a)
+static void report_misfit(const kempe_assembly *a)
 {
     const kempe_system *s = a->system;
     int worst = -1;
@@ -263,7 +263,7 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
     if (!a->closed)
         return complain_open(a);
     if (!known)
-        tell_misfit(a);
+        report_misfit(a);
     KMP_TRY(warn_of_rates(a));
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
 }

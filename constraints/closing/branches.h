@@ -5,7 +5,7 @@
 #define KMP_CONSTRAINTS_CLOSING_BRANCHES_H
 
 #include "base/arena.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include <kempe/branches.h>
 #include <kempe/check.h>
 

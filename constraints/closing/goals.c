@@ -16,7 +16,7 @@
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/charts.h"
-#include "constraints/diagnosis/doctor_walk.h"
+#include "constraints/diagnosis/diagnosis_walk.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"

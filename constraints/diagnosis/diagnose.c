@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/memory.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/kinds/kind.h"
 #include "constraints/partition/causes.h"
@@ -22,8 +22,9 @@ static int declared_rows(const kempe_model *model)
 /* Runs all parts of the examination. */
 static kempe_status run_parts(kmp_examination *x, const kmp_evaluator *eval)
 {
-    void (*const parts[])(kmp_examination *) = {kmp_doctor_points,  kmp_doctor_dependents,   kmp_doctor_second_order,
-                                                kmp_doctor_repairs, kmp_doctor_alternatives, kmp_doctor_limits};
+    void (*const parts[])(kmp_examination *) = {kmp_diagnosis_points,       kmp_diagnosis_dependents,
+                                                kmp_diagnosis_second_order, kmp_diagnosis_repairs,
+                                                kmp_diagnosis_alternatives, kmp_diagnosis_limits};
     x->walk = kmp_walk_new(x->system);
     if (!x->walk)
         return kmp_fail_memory(x->system->context);
@@ -38,22 +39,22 @@ static kempe_status run_parts(kmp_examination *x, const kmp_evaluator *eval)
 static kempe_status examine_closures(kempe_check *check, kmp_evaluator *eval, const double *q)
 {
     const kempe_system *s = check->system;
-    kmp_doctor *doctor = &check->doctor;
-    kmp_examination x = {.system = s, .q = q, .part = &check->part, .arena = &check->arena, .doctor = doctor};
+    kmp_diagnosis *diagnosis = &check->diagnosis;
+    kmp_examination x = {.system = s, .q = q, .part = &check->part, .arena = &check->arena, .diagnosis = diagnosis};
     kempe_status status = KEMPE_OK;
-    doctor->declared = declared_rows(s->model);
-    doctor->generic_rank = check->part.r;
-    doctor->margin = 1;
-    doctor->block_count = kmp_loop_blocks(eval, &check->part, &check->arena, &doctor->blocks);
-    doctor->ran = s->n <= MOST_COORDINATES && s->m <= MOST_ROWS;
-    if (!doctor->ran) {
-        doctor->why_not =
+    diagnosis->declared = declared_rows(s->model);
+    diagnosis->generic_rank = check->part.r;
+    diagnosis->margin = 1;
+    diagnosis->block_count = kmp_loop_blocks(eval, &check->part, &check->arena, &diagnosis->blocks);
+    diagnosis->ran = s->n <= MOST_COORDINATES && s->m <= MOST_ROWS;
+    if (!diagnosis->ran) {
+        diagnosis->why_not =
             "more than 100 coordinates or 200 rows: only rank, choice of coordinates and blocks were examined";
-        doctor->limits.why_not = doctor->why_not;
-    } else if (doctor->block_count >= 0) {
+        diagnosis->limits.why_not = diagnosis->why_not;
+    } else if (diagnosis->block_count >= 0) {
         status = run_parts(&x, eval);
     }
-    if (doctor->block_count < 0 && !check->arena.failed)
+    if (diagnosis->block_count < 0 && !check->arena.failed)
         return KEMPE_E_FAILED; /* the reduction has set the message */
     return check->arena.failed ? kmp_fail_memory(s->context) : status;
 }

@@ -320,18 +320,18 @@ static bool take_factors(const maker *k, double **factor)
     return *factor;
 }
 
-bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *asked, kmp_solved_written *written)
+bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *requested, kmp_solved_written *written)
 {
     maker k = {.eval = eval,
                .s = eval->system,
-               .part = asked->part,
-               .red = asked->red,
-               .jv = {.red = asked->red, .order = asked->order, .row_scale = eval->system->row_scale},
-               .n = asked->part->n,
-               .r = asked->part->r};
+               .part = requested->part,
+               .red = requested->red,
+               .jv = {.red = requested->red, .order = requested->order, .row_scale = eval->system->row_scale},
+               .n = requested->part->n,
+               .r = requested->part->r};
     unsigned long failures = kmp_memory_failures();
     *written = (kmp_solved_written){0};
-    if (!fits(k.s, asked->part) || (asked->red && !kmp_written_blocks_fit(asked->red)))
+    if (!fits(k.s, requested->part) || (requested->red && !kmp_written_blocks_fit(requested->red)))
         return true;
     if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SOLVED_OPERATIONS && begin(&k)) {
         written->program = write_program(&k);

@@ -12,7 +12,7 @@
  * numbers stay zero. A drawing shows the mechanism assembled: if its start is closed but for the tolerance, h = 0 there
  * is a condition too, of all rows. */
 #include "base/memory.h"
-#include "constraints/diagnosis/doctor_walk.h"
+#include "constraints/diagnosis/diagnosis_walk.h"
 #include "constraints/rounding/mend.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"

@@ -78,7 +78,7 @@ static void note_misfits(const kempe_system *rounded, const kempe_assembly *a, k
 }
 
 /* Reports the gaps as drawn, and that a mended system closes them. */
-static void tell(const kempe_system *s)
+static void report(const kempe_system *s)
 {
     for (int c = 0; c < s->model->closure_count; c++) {
         kmp_text text = {0};
@@ -165,7 +165,7 @@ static kempe_status new_system(const kempe_model *model, kmp_variant *given, con
         kmp_context_clear(model->context);
     else
         KMP_TRY(derive(model, given, word, &s));
-    tell(s);
+    report(s);
     *system = s;
     return KEMPE_OK;
 }

@@ -6,7 +6,7 @@
  * is the measure. */
 #include "constraints/rounding/rounding.h"
 #include "base/memory.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "constraints/tolerances.h"
 #include <float.h>
 #include <math.h>
@@ -106,13 +106,13 @@ int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double t
                            kmp_waypoint *place)
 {
     size_t n = (size_t)w->n;
-    double usual = 0, *way = q + n * (size_t)wanted;
+    double usual = 0, *direction = q + n * (size_t)wanted;
     unsigned state = SEED;
     int count = 0;
     for (int tries = 0, on = 0; count < wanted && tries < TRIES * wanted; tries++) {
         double *to = q + (size_t)count * n;
         on = on < ON ? on : 0;
-        if (count > 0 && !kmp_walk_wander(w, on > 0 ? to - n : q, &state, way, to)) {
+        if (count > 0 && !kmp_walk_wander(w, on > 0 ? to - n : q, &state, direction, to)) {
             on = 0;
             continue;
         }

@@ -246,12 +246,13 @@ static bool close_row(projected *d, double t, const double *y, double *q, double
 {
     size_t bytes = (size_t)d->n * sizeof *q;
     kmp_solved_closing closing = {d->solved, y + d->n};
-    for (int way = applies(d) ? 0 : 1; way < 2; way++) {
-        const kmp_closer closer = way == 0 ? kmp_solved_closer(&closing, d->dx) : kmp_saddle_closer(&d->saddle, d->dx);
+    for (int attempt = applies(d) ? 0 : 1; attempt < 2; attempt++) {
+        const kmp_closer closer =
+            attempt == 0 ? kmp_solved_closer(&closing, d->dx) : kmp_saddle_closer(&d->saddle, d->dx);
         memcpy(q, y, bytes);
         memcpy(qd, y + d->n, bytes);
         if (kmp_close_state(&closer, d->violation, t, q, qd)) {
-            d->by_solved = way == 0;
+            d->by_solved = attempt == 0;
             return true;
         }
     }

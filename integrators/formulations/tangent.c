@@ -145,14 +145,14 @@ static void add_curve(gather *g)
     int count = rows_of(g, KMP_CURVE_QD) * g->eq.n;
     const kmp_ref *rate = g->matrix[KMP_RATE_Q];
     kmp_ref *curve = g->matrix[KMP_CURVE_QD], *twice = rate && curve ? KMP_ARENA_NEW(&g->arena, kmp_ref, count) : NULL;
-    kmp_ref *const none[2] = {NULL, NULL}, *const ways[2] = {twice, curve};
+    kmp_ref *const none[2] = {NULL, NULL}, *const methods[2] = {twice, curve};
     kmp_tangent_choice choice = {.by_qd = 1};
     g->list.failed = g->list.failed || (rate && curve && !twice);
     for (int k = 0; twice && k < count; k++)
         twice[k] = kmp_mul(g->eq.graph, kmp_const(g->eq.graph, 2), rate[k]);
-    if (twice && !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, count, none, ways, &choice))
+    if (twice && !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, count, none, methods, &choice))
         g->list.failed = true;
-    add_matrix(g, KMP_CURVE_QD, ways[choice.by_qd]);
+    add_matrix(g, KMP_CURVE_QD, methods[choice.by_qd]);
 }
 
 /* Chooses composite bodies, if R was derived by them too, or differentiation. */

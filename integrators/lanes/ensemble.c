@@ -63,8 +63,8 @@ kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *e)
 bool kmp_ensemble_reports(kmp_ensemble *e)
 {
     double now = (double)time(NULL);
-    bool due = now - e->told >= 1;
-    e->told = due ? now : e->told;
+    bool due = now - e->reported >= 1;
+    e->reported = due ? now : e->reported;
     return due;
 }
 
@@ -107,7 +107,7 @@ static kempe_status prepare(kmp_ensemble *e)
     for (size_t k = 0; k < (size_t)e->count * (size_t)e->n; k++)
         e->q[k] = e->qd[k] = NAN;
     e->work = (kmp_ensemble_work){.width = width};
-    e->told = (double)time(NULL);
+    e->reported = (double)time(NULL);
     return KEMPE_OK;
 }
 

@@ -85,7 +85,7 @@ struct kmp_ensemble {
     kmp_pool *pools[KMP_POOLS_MOST];
     int pool_count;
     kmp_lane_room room;
-    double told; /* time of the last progress report */
+    double reported; /* time of the last progress report */
     kmp_ensemble_work work;
 };
 

@@ -155,8 +155,8 @@ static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
             continue;
         x->has_step = true;
         e->results[room->who[l]].rhs++;
-        double h = room->step[l], bend = sqrt(weighted_square(e, l, room->k[2], room->k[1])) / h;
-        double most = fmax(bend, sqrt(slope[l]));
+        double h = room->step[l], curvature = sqrt(weighted_square(e, l, room->k[2], room->k[1])) / h;
+        double most = fmax(curvature, sqrt(slope[l]));
         double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.order);
         room->h[l] = fmin(fmin(100 * h, h1), e->spec.t_end - room->t[l]);
         if (room->bad[l] != 0)
@@ -475,7 +475,7 @@ static size_t refill(kmp_ensemble *e, kmp_pool *pool, bool *fresh)
 }
 
 /* True if another pool fills all lanes, and this one fewer than half of them. */
-static bool gives_way(const kmp_ensemble *e, const kmp_pool *pool, size_t active)
+static bool makes_room(const kmp_ensemble *e, const kmp_pool *pool, size_t active)
 {
     for (int k = 0; 2 * active < e->room.w && pool->waiting == 0 && k < e->pool_count; k++)
         if (e->pools[k] != pool && e->pools[k]->waiting >= (int)e->room.w)
@@ -493,7 +493,7 @@ static void park(kmp_ensemble *e, kmp_pool *pool)
         }
 }
 
-static void tell(kmp_ensemble *e)
+static void report(kmp_ensemble *e)
 {
     int waiting = 0;
     if (!kmp_ensemble_reports(e))
@@ -511,13 +511,13 @@ kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool)
         empty(&e->room, l);
     while (status == KEMPE_OK && !kmp_interrupted(e->context)) {
         size_t active = refill(e, pool, &fresh);
-        if (active == 0 || gives_way(e, pool, active))
+        if (active == 0 || makes_room(e, pool, active))
             break;
         if (fresh)
             begin_lanes(e, pool);
         status = step(e, pool);
         if (e->work.sweeps % 1024 == 0)
-            tell(e);
+            report(e);
     }
     park(e, pool);
     return status;

@@ -133,7 +133,7 @@ static kmp_bound over(double h, double x, double x_rate, double y, double y_rate
 /* Bound of a quantity with values x, z in the middle, and y. */
 static kmp_bound through(double h, double x, double z, double y)
 {
-    double bend = z - (x + y) / 2, control = z + bend, off = PARABOLA_SLACK * fabs(bend);
+    double curvature = z - (x + y) / 2, control = z + curvature, off = PARABOLA_SLACK * fabs(curvature);
     double at_x = 2 * (control - x) / h, at_y = 2 * (y - control) / h, rate_off = PARABOLA_SLACK * fabs(at_y - at_x);
     kmp_bound r = {fmin(x, y), fmax(x, y), fmin(at_x, at_y), fmax(at_x, at_y)};
     widen(&r.low, &r.high, control);
@@ -288,7 +288,7 @@ static kempe_status narrow(kmp_crossing *c, int k, double low, double *high)
 
 /* Records the distance that a condition with a lag has covered since its last change, to distinguish chattering. Leaves
  * c at `high`. */
-static kempe_status note_way(kmp_crossing *c, int k, double low, double high)
+static kempe_status note_crossing(kmp_crossing *c, int k, double low, double high)
 {
     if (!(c->s->events.condition[k].lag > 0))
         return KEMPE_OK;
@@ -306,7 +306,7 @@ static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_
         if (!kmp_crossing_changed(c, k))
             continue;
         KMP_TRY(narrow(c, k, a->t, t));
-        KMP_TRY(note_way(c, k, a->t, *t));
+        KMP_TRY(note_crossing(c, k, a->t, *t));
     }
     return KEMPE_OK;
 }

@@ -78,9 +78,9 @@ static kempe_status unknown(const kempe_system *system, int part, const char *na
 
 /* -- defaults ---------------------------------------------------------------------------------------- */
 
-static const char *or_default(const char *asked, const char *otherwise)
+static const char *or_default(const char *requested, const char *otherwise)
 {
-    return asked ? asked : otherwise;
+    return requested ? requested : otherwise;
 }
 
 static const char *first_integrator(const kmp_formulation_kind *formulation)
@@ -92,7 +92,7 @@ static const char *first_integrator(const kmp_formulation_kind *formulation)
 }
 
 /* Resolves the method. The model's form and integrator belong to the model's formulation. */
-static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
+static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spec)
 {
     const kmp_run_settings *model = &system->model->run;
     spec->open = !spec->formulation && !model->formulation && !spec->form && !model->form && !spec->keep_independent;
@@ -154,13 +154,13 @@ static double first_positive(double a, double b, double c)
 static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *spec)
 {
     const kmp_run_settings *model = &system->model->run;
-    double asked = spec->rtol;
+    double requested = spec->rtol;
     if (spec->rtol < 0 || spec->atol < 0 || spec->t_end < 0 || isnan(spec->rtol + spec->atol + spec->t_end))
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "tolerances and t_end must be positive");
     spec->rtol = first_positive(spec->rtol, model->rtol, 1e-8);
     if (spec->rtol < 1e-15 || spec->rtol > 0.1)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "rtol = %g is outside 1e-15 .. 0.1", spec->rtol);
-    spec->atol = first_positive(spec->atol, asked > 0 ? 0 : model->atol, spec->rtol);
+    spec->atol = first_positive(spec->atol, requested > 0 ? 0 : model->atol, spec->rtol);
     spec->t_end = first_positive(spec->t_end, model->t_end, 1);
     spec->max_steps = spec->max_steps ? spec->max_steps : model->max_steps;
     if (spec->u_count == 0) {
@@ -172,7 +172,7 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
 
 kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec)
 {
-    KMP_TRY(resolve_way(system, spec));
+    KMP_TRY(resolve_method(system, spec));
     KMP_TRY(resolve_tools(system, spec));
     KMP_TRY(resolve_change_points(system, spec));
     return resolve_numbers(system, spec);

@@ -158,10 +158,10 @@ static double power_at(kmp_runner *run, double t)
 {
     int n = run->s->n;
     double *row = run->moved, *lambda = row + 3 * n, work;
-    bool asked = run->s->rheonomic || run->s->load_row_count > 0;
-    asked = asked && kmp_formulation_row(run->formulation, t, run->y, row, &work) == KMP_GO;
+    bool requested = run->s->rheonomic || run->s->load_row_count > 0;
+    requested = requested && kmp_formulation_row(run->formulation, t, run->y, row, &work) == KMP_GO;
     double power = kmp_eval_power(run->eval, t, run->y, run->y + n);
-    if (!asked || !run->s->rheonomic)
+    if (!requested || !run->s->rheonomic)
         return power;
     kmp_eval_closure(run->eval, t, run->y);
     return power + kmp_eval_drive_power(run->eval, lambda);
@@ -301,7 +301,7 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
-static kempe_status tell_step(kmp_runner *run)
+static kempe_status report_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
     if (!run->spec.step || !run->spec.step(run->spec.user, run, kmp_runner_t_old(run), t))
@@ -320,7 +320,7 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
     while (kmp_runner_t(run) < run->spec.t_end) {
         kempe_status status = kmp_runner_step(run);
         if (status == KEMPE_OK)
-            status = tell_step(run);
+            status = report_step(run);
         if (status == KEMPE_OK)
             status = watch(run, begin_s, &steps);
         if (status == KEMPE_OK || status == KEMPE_STOPPED)

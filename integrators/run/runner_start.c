@@ -183,11 +183,11 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
  * corrects every step. */
 static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
-    const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
-    bool cannot = (asked->dae || asked->implicit || !asked->corrects) && is_followed(run);
+    const kmp_solver_kind *requested = kmp_solver_find(run->spec.integrator);
+    bool cannot = (requested->dae || requested->implicit || !requested->corrects) && is_followed(run);
     if (run->near_singular && !run->walks)
         return &kmp_solver_singular_step;
-    return cannot || run->near_singular ? kmp_solver_find("dop853") : asked;
+    return cannot || run->near_singular ? kmp_solver_find("dop853") : requested;
 }
 
 kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work)

@@ -35,7 +35,7 @@ static void allocate(kmp_radau *s)
     bool coupled = s->base.ode.jacobian && all <= MOST_COUPLED;
     kmp_arena *a = &s->base.arena;
     (void)KMP_ARENA_GROUPS(
-        a, {n, {&s->y, &s->y_old, &s->dy, &s->trial, &s->scale, &s->w, &s->error, &s->bend, &s->lead, &s->lead_old}});
+        a, {n, {&s->y, &s->y_old, &s->dy, &s->trial, &s->scale, &s->w, &s->error, &s->factor, &s->lead, &s->lead_old}});
     for (int i = 0; i < s->s; i++) {
         (void)KMP_ARENA_GROUPS(a, {n, {&s->z[i], &s->z_old[i], &s->u[i], &s->f[i], &s->change[i]}});
         if (i == 0 || coupled)
@@ -239,7 +239,7 @@ static void take(kmp_radau *s, double h, double t_new, double error, int iterati
     /* the formulation's correction belongs to the polynomial's end */
     for (int k = 0; k < s->n; k++) {
         end[k] = s->y_old[k] - s->y[k];
-        s->bend[k] = s->error[k] * s->method->g;
+        s->factor[k] = s->error[k] * s->method->g;
     }
     kmp_solver_swap(&s->y, &s->y_old);
     kmp_solver_swap(&s->dy, &s->f[0]);

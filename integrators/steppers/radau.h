@@ -24,7 +24,7 @@ typedef struct kmp_radau {
     double taken;                        /* the last step */
     double *y, *y_old, *dy, *trial;      /* n; dy = f(t, y) */
     double *scale, *w;                   /* n: weights of the estimate; of the tolerance */
-    double *error, *bend;                /* n: of the attempt; of the last step's polynomial */
+    double *error, *factor;              /* n: of the attempt; of the last step's polynomial */
     double *lead, *lead_old;             /* n: leading coefficients of the polynomials */
     double *z[KMP_RADAU_MAX_STAGES];     /* stages minus y */
     double *z_old[KMP_RADAU_MAX_STAGES]; /* stages minus y of the last step */

@@ -26,7 +26,7 @@ const kmp_radau_method kmp_radau_3 = {.stages = 3,
                                       .node_weight = {-10, 15.580782047249224, -8.914115380582556, 3.3333333333333335},
                                       .gap = 0.01825264,
                                       .centre = 0.45,
-                                      .bend = {0, 1, -4.5, 6, -2.5}};
+                                      .factor = {0, 1, -4.5, 6, -2.5}};
 
 const kmp_radau_method kmp_radau_5 = {
     .stages = 5,
@@ -62,7 +62,7 @@ const kmp_radau_method kmp_radau_5 = {
     .node_weight = {-126, 199.88739542347736, -127.022853068795, 92.10283313613321, -64.16737549081559, 25.2},
     .gap = 0.0011471159561822917,
     .centre = 0.46296296296296297,
-    .bend = {0, 1, -12.5, 50, -87.5, 70, -21}};
+    .factor = {0, 1, -12.5, 50, -87.5, 70, -21}};
 
 /* Weights by the barycentric formula. */
 void kmp_radau_weights(const kmp_radau_method *method, double x, double *weight)
@@ -86,6 +86,6 @@ double kmp_radau_weight(const kmp_radau_method *method, double x)
 {
     double value = 0;
     for (int k = method->stages + 1; k >= 0; k--)
-        value = value * x + method->bend[k];
+        value = value * x + method->factor[k];
     return value;
 }

@@ -25,7 +25,7 @@ typedef struct kmp_radau_method {
     double gap;    /* largest |x prod (x - c[i])| on (0, 1): a polynomial of degree s + 1 minus p, over its leading
                     * coefficient */
     double centre; /* mean of 0 and c */
-    double bend[KMP_RADAU_MAX_STAGES + 2]; /* powers of x of the integral of prod (x - c[i]) / prod (-c[i]) from 0 */
+    double factor[KMP_RADAU_MAX_STAGES + 2]; /* powers of x of the integral of prod (x - c[i]) / prod (-c[i]) from 0 */
 } kmp_radau_method;
 
 extern const kmp_radau_method kmp_radau_3, kmp_radau_5; /* of 3 and 5 stages */

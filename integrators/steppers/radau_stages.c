@@ -278,11 +278,11 @@ static void correct_together(kmp_radau *s, double h)
 
 void kmp_radau_extrapolate(const kmp_radau *s, double x, double *z)
 {
-    double weight[S], bend = kmp_radau_weight(s->method, x);
+    double weight[S], factor = kmp_radau_weight(s->method, x);
     kmp_radau_weights(s->method, x, weight);
     weight[s->s - 1] -= 1;
     for (int k = 0; k < s->n; k++)
-        z[k] = bend * s->bend[k];
+        z[k] = factor * s->factor[k];
     for (int j = 0; j < s->s; j++)
         for (int k = 0; k < s->n; k++)
             z[k] += weight[j] * s->z_old[j][k];

@@ -54,7 +54,7 @@ static int choose_first_step(kmp_rk *s)
     double h = slope <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope);
     h = fmin(h, longest);
     int said = kmp_solver_euler(&s->base, &h, s->y, s->dy, s->stage, s->k[2]);
-    double bend = sqrt(weighted_square(n, s->k[2], s->dy, s->w)) / h, most = fmax(bend, sqrt(slope));
+    double curvature = sqrt(weighted_square(n, s->k[2], s->dy, s->w)) / h, most = fmax(curvature, sqrt(slope));
     double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / s->method->order);
     s->base.h = fmin(fmin(100 * h, h1), longest);
     return said == KMP_HALT ? KMP_HALT : KMP_GO;
@@ -159,11 +159,11 @@ void kmp_rk_begin_dense(kmp_rk *s)
     double h = s->taken, **r = s->interpolant;
     const double *begin = s->k[1], *end = s->k[s->method->end];
     for (int i = 0; i < s->base.ode.n; i++) {
-        double rise = s->y[i] - s->y_old[i], bend = h * begin[i] - rise;
+        double rise = s->y[i] - s->y_old[i], curvature = h * begin[i] - rise;
         r[0][i] = s->y_old[i];
         r[1][i] = rise;
-        r[2][i] = bend;
-        r[3][i] = rise - h * end[i] - bend;
+        r[2][i] = curvature;
+        r[3][i] = rise - h * end[i] - curvature;
     }
 }
 

@@ -164,8 +164,8 @@ static double least(singular_step *s, double (*of)(singular_step *, double), dou
     for (int pass = 0; pass < VERTICES && isfinite(d[0] + d[1] + d[2]); pass++) {
         int worst = d[0] > d[1] ? (d[0] > d[2] ? 0 : 2) : (d[1] > d[2] ? 1 : 2);
         double left = (d[1] - d[0]) / (x[1] - x[0]), right = (d[2] - d[1]) / (x[2] - x[1]);
-        double bend = (right - left) / (x[2] - x[0]), vertex = 0.5 * (x[0] + x[1] - left / bend);
-        if (!(bend > 0) || !(vertex >= from && vertex <= to) || vertex == x[0] || vertex == x[1] || vertex == x[2])
+        double curvature = (right - left) / (x[2] - x[0]), vertex = 0.5 * (x[0] + x[1] - left / curvature);
+        if (!(curvature > 0) || !(vertex >= from && vertex <= to) || vertex == x[0] || vertex == x[1] || vertex == x[2])
             break;
         x[worst] = vertex;
         d[worst] = of(s, vertex) * of(s, vertex);

@@ -17,11 +17,11 @@ static bool is_slow(const kmp_bracket *b)
 
 bool kmp_bracket_next(const kmp_bracket *b, double tolerance, double *x)
 {
-    double way = b->far - b->near, part = b->f_near / (b->f_near - b->f_far), edge = 0.5 * tolerance / fabs(way);
-    if (!(fabs(way) > tolerance) || b->points >= MOST_POINTS)
+    double width = b->far - b->near, part = b->f_near / (b->f_near - b->f_far), edge = 0.5 * tolerance / fabs(width);
+    if (!(fabs(width) > tolerance) || b->points >= MOST_POINTS)
         return false;
     part = is_slow(b) || !(part >= 0 && part <= 1) ? 0.5 : part;
-    *x = b->near + way * fmin(fmax(part, edge), 1 - edge);
+    *x = b->near + width * fmin(fmax(part, edge), 1 - edge);
     return true;
 }
 

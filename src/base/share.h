@@ -19,17 +19,17 @@ typedef struct kmp_parts {
 #define KMP_PARTS ((kmp_parts){0, 1, 0})
 
 /** Sets way->next, the end of the next part. False if the path is done, or parts have become shorter than `least`. */
-static inline bool kmp_parts_next(kmp_parts *way, double least)
+static inline bool kmp_parts_next(kmp_parts *parts, double least)
 {
-    double next = way->done + way->part;
-    way->next = next >= 1 - least ? 1 : next;
-    return way->done < 1 && way->part >= least;
+    double next = parts->done + parts->part;
+    parts->next = next >= 1 - least ? 1 : next;
+    return parts->done < 1 && parts->part >= least;
 }
 
-static inline void kmp_parts_take(kmp_parts *way, bool reached)
+static inline void kmp_parts_take(kmp_parts *parts, bool reached)
 {
-    way->done = reached ? way->next : way->done;
-    way->part *= reached ? 2 : 0.5;
+    parts->done = reached ? parts->next : parts->done;
+    parts->part *= reached ? 2 : 0.5;
 }
 
 #endif

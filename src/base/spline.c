@@ -48,10 +48,10 @@ static void spline_slopes(int n, const double *x, const double *y, double *slope
 static void parabola_slopes(const double *x, const double *y, double *slope)
 {
     double h = x[1] - x[0], g = x[2] - x[1], m = secant(x, y, 0), n = secant(x, y, 1);
-    double bend = (n - m) / (h + g);
-    slope[0] = m - h * bend;
-    slope[1] = m + h * bend;
-    slope[2] = n + g * bend;
+    double curvature = (n - m) / (h + g);
+    slope[0] = m - h * curvature;
+    slope[1] = m + h * curvature;
+    slope[2] = n + g * curvature;
 }
 
 void kmp_spline_slopes(int count, const double *x, const double *y, double *slope, double *work)
@@ -66,9 +66,9 @@ void kmp_spline_slopes(int count, const double *x, const double *y, double *slop
 
 void kmp_spline_piece(double h, double y, double z, double m, double n, double piece[4])
 {
-    double s = (z - y) / h, bend = (m + n - 2 * s) / h;
+    double s = (z - y) / h, curvature = (m + n - 2 * s) / h;
     piece[0] = y;
     piece[1] = m;
-    piece[2] = (s - m) / h - bend;
-    piece[3] = bend / h;
+    piece[2] = (s - m) / h - curvature;
+    piece[3] = curvature / h;
 }

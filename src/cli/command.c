@@ -80,11 +80,11 @@ kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *objec
 }
 
 /* The status of the computation counts; when that was fine, the status of telling about it. */
-kempe_status cli_worse(kempe_status computed, kempe_status told)
+kempe_status cli_worse(kempe_status computed, kempe_status reported)
 {
-    if (computed < 0 || told == KEMPE_OK)
+    if (computed < 0 || reported == KEMPE_OK)
         return computed;
-    return told == KEMPE_E_IO ? KEMPE_E_FAILED : told; /* an output that cannot be written is no wrong input */
+    return reported == KEMPE_E_IO ? KEMPE_E_FAILED : reported; /* an output that cannot be written is no wrong input */
 }
 
 void cli_put_quoted(FILE *out, const char *s)
@@ -126,7 +126,7 @@ static kempe_status report_failure(const cli_job *j, const char *word, const cha
 }
 
 /* Prints the error message, and writes a JSON object also when there is no result to print. */
-void cli_tell_failure(const cli_job *j, kempe_status status, bool has_result)
+void cli_report_failure(const cli_job *j, kempe_status status, bool has_result)
 {
     static const char stopped[] = "interrupted before a result was available";
     if (status == KEMPE_STOPPED && !has_result) {
@@ -141,7 +141,7 @@ void cli_tell_failure(const cli_job *j, kempe_status status, bool has_result)
         report_failure(j, "failed", kempe_context_message(j->context));
 }
 
-kempe_status cli_tell_written(const cli_job *j, kempe_status written)
+kempe_status cli_report_written(const cli_job *j, kempe_status written)
 {
     if (written)
         complain(written, kempe_context_message(j->context));
@@ -154,14 +154,14 @@ kempe_status cli_run_study(const cli_job *j, const cli_study *study)
     kempe_status status = j->settings->report ? kempe_report_check(j->context) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = study->compute(j, &result);
-    cli_tell_failure(j, status, result != NULL);
+    cli_report_failure(j, status, result != NULL);
     if (result)
         status = cli_worse(status, cli_report(j, study->print, result));
     for (int k = 0; result && k < CLI_MOST_FILES && study->files[k].write; k++) {
         const char *const *path = (const void *)((const char *)j->settings + study->files[k].path);
         kempe_status written = *path ? study->files[k].write(result, *path) : KEMPE_OK;
         if (*path)
-            status = cli_worse(status, cli_tell_written(j, written));
+            status = cli_worse(status, cli_report_written(j, written));
         if (*path && written == KEMPE_OK)
             cli_terminal_written(*path);
     }
@@ -186,7 +186,7 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
         status = kempe_model_set_closure_tolerance(j->model, j->settings->closure_tolerance);
     if (status == KEMPE_OK && equations)
         status = kempe_system_new_with_algorithm(j->model, dynamics, &j->system);
-    cli_tell_failure(j, status, false);
+    cli_report_failure(j, status, false);
     return status;
 }
 

@@ -65,13 +65,13 @@ void cli_put_quoted(FILE *out, const char *s);
 kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *object);
 
 /** Prints the error message, and writes a JSON object also when there is no result to print. */
-void cli_tell_failure(const cli_job *j, kempe_status status, bool has_result);
+void cli_report_failure(const cli_job *j, kempe_status status, bool has_result);
 
 /** The status of the computation counts; when that was fine, the status of telling about it. */
-kempe_status cli_worse(kempe_status computed, kempe_status told);
+kempe_status cli_worse(kempe_status computed, kempe_status reported);
 
 /** Reports a file that could not be written; returns `written`. */
-kempe_status cli_tell_written(const cli_job *j, kempe_status written);
+kempe_status cli_report_written(const cli_job *j, kempe_status written);
 
 /** Writes the JSON of a usage error to `json` (NULL: nowhere). Returns CLI_USAGE. */
 int cli_refuse(const char *json);

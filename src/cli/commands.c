@@ -224,9 +224,9 @@ static kempe_status run_generate(const cli_job *j)
     if (j->settings->count)
         return cli_run_study(j, &count_study);
     kempe_status status = code_study.compute(j, &result);
-    cli_tell_failure(j, status, result != NULL);
+    cli_report_failure(j, status, result != NULL);
     if (result) {
-        kempe_status written = cli_tell_written(j, kempe_code_write(result, folder));
+        kempe_status written = cli_report_written(j, kempe_code_write(result, folder));
         status = cli_worse(status, written == KEMPE_OK ? cli_report(j, code_study.print, result) : written);
     }
     code_study.free(result);

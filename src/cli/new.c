@@ -86,7 +86,7 @@ static kempe_status write_new(const cli_job *j, const char *path)
     kempe_status status = kempe_write_file(j->context, path, template);
     if (status) {
         remove(path);
-        cli_tell_failure(j, status, false);
+        cli_report_failure(j, status, false);
     }
     return cli_worse(KEMPE_OK, status);
 }

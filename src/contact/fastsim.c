@@ -45,9 +45,9 @@ static strip_sum strip(const kempe_creep *c, const double flexibility[3], int st
     strip_sum sum = {.turn = 0};
     double dx = 2 * half / steps, before = half, p[2] = {0};
     for (int k = 0; k < steps; k++) {
-        double x = half - (k + 0.5) * dx, way = before - x, middle = 0.5 * (before + x);
-        p[0] -= way * (c->slip[0] / flexibility[0] - c->spin * y / flexibility[2]);
-        p[1] -= way * (c->slip[1] / flexibility[1] + c->spin * middle / flexibility[2]);
+        double x = half - (k + 0.5) * dx, length = before - x, middle = 0.5 * (before + x);
+        p[0] -= length * (c->slip[0] / flexibility[0] - c->spin * y / flexibility[2]);
+        p[1] -= length * (c->slip[1] / flexibility[1] + c->spin * middle / flexibility[2]);
         double size = hypot(p[0], p[1]), bound = room * (half * half - x * x);
         if (size > bound) {
             p[0] *= bound / size;

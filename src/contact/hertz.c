@@ -42,10 +42,10 @@ static double axes_of(double t, double *B, double *D)
 kmp_hertz kmp_hertz_of(double t)
 {
     double B, D, log_g = axes_of(fabs(t), &B, &D), g = exp(log_g), E = B + g * g * D, K = B + D;
-    double sum = 2 * cosh(0.5 * t);                /* S / k */
-    double cube = 3 * E / (pi * sum * sqrt(g));    /* c^3 G* k / N */
-    double c = cbrt(cube), bend = sum * g * K / E; /* approach = c^2 k bend / 2 */
-    kmp_hertz h = {.ratio = t > 0 ? log_g : -log_g, .approach = 0.5 * c * c * bend};
+    double sum = 2 * cosh(0.5 * t);                     /* S / k */
+    double cube = 3 * E / (pi * sum * sqrt(g));         /* c^3 G* k / N */
+    double c = cbrt(cube), curvature = sum * g * K / E; /* approach = c^2 k bend / 2 */
+    kmp_hertz h = {.ratio = t > 0 ? log_g : -log_g, .approach = 0.5 * c * c * curvature};
     h.axis = c * exp(0.5 * h.ratio);
     h.stiffness = 1 / (h.approach * sqrt(h.approach)); /* at N = G* / k^2: delta k = approach */
     return h;

@@ -90,7 +90,7 @@ static bool solve(kmp_state_sensitivity *s, const kmp_linear *l, int rank, const
     return rest <= sqrt(DBL_EPSILON) * size;
 }
 
-static kempe_status tell_open(const kmp_state_sensitivity *s, const kmp_linear *l, int rank, int k)
+static kempe_status report_open(const kmp_state_sensitivity *s, const kmp_linear *l, int rank, int k)
 {
     const char *name = l->system->model->motions[l->part.u[s->c[rank]]].name;
     return kmp_fail(l->system->context, KEMPE_E_FAILED,
@@ -133,7 +133,7 @@ kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_stat
         kmp_linear_follow(linear, &change, &response);
         double *x = sensitivity_of_state->side + sensitivity_of_state->n;
         if (!solve(sensitivity_of_state, linear, rank, response.residual, x))
-            return tell_open(sensitivity_of_state, linear, rank, k);
+            return report_open(sensitivity_of_state, linear, rank, k);
         *(equilibrium ? &change.u : &change.udd) = x;
         kmp_linear_follow(linear, &change, &response);
     }

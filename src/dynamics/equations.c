@@ -241,7 +241,7 @@ static bool set_frames(kmp_equations *eq, const kmp_scene *scene)
 }
 
 /* A copy of the scene's variants, or room for them. */
-static bool add_ways(kmp_equations *eq, const kmp_scene *scene)
+static bool add_savings(kmp_equations *eq, const kmp_scene *scene)
 {
     if (!kmp_savings_init(&eq->savings, eq->model))
         return false;
@@ -283,7 +283,7 @@ static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
     if (scene->labels)
         kmp_graph_keep_labels(eq->graph);
     set_rules(eq, scene, false);
-    if (!allocate(eq) || !add_tree(eq, scene) || !add_ways(eq, scene))
+    if (!allocate(eq) || !add_tree(eq, scene) || !add_savings(eq, scene))
         return kmp_fail_memory(eq->context);
     kmp_tree_runs(&eq->tree, eq->run);
     KMP_TRY(kmp_closures_derive(eq, scene));

@@ -26,13 +26,13 @@ static void places(const kmp_equations *eq, kmp_ref *place)
 }
 
 /* The second derivative along qd at constant qd. */
-static void bends(const kmp_equations *eq, int count, const kmp_ref *place, kmp_ref *bend)
+static void curvatures(const kmp_equations *eq, int count, const kmp_ref *place, kmp_ref *curvature)
 {
-    memcpy(bend, place, (size_t)count * sizeof *bend);
+    memcpy(curvature, place, (size_t)count * sizeof *curvature);
     for (int order = 0; order < 2; order++) {
         kmp_derivative *d = kmp_time_derivative(&eq->tree);
         for (int i = 0; i < count; i++)
-            bend[i] = kmp_derivative_of(d, bend[i]);
+            curvature[i] = kmp_derivative_of(d, curvature[i]);
         kmp_derivative_free(d);
     }
 }
@@ -42,13 +42,14 @@ bool kmp_goals_program(kmp_equations *eq, kmp_program **program)
     int count = kmp_goals_place_count(eq->model), counts[2] = {count * (1 + eq->n), count};
     if (count == 0)
         return true;
-    kmp_ref *place = KMP_GRAPH_NEW(eq->graph, kmp_ref, counts[0]), *bend = KMP_GRAPH_NEW(eq->graph, kmp_ref, count);
-    if (!place || !bend)
+    kmp_ref *place = KMP_GRAPH_NEW(eq->graph, kmp_ref, counts[0]),
+            *curvature = KMP_GRAPH_NEW(eq->graph, kmp_ref, count);
+    if (!place || !curvature)
         return false;
     places(eq, place);
     kmp_partials_all(eq->graph, count, place, KMP_IN_Q, eq->n, place + count);
-    bends(eq, count, place, bend);
-    const kmp_ref *groups[2] = {place, bend};
+    curvatures(eq, count, place, curvature);
+    const kmp_ref *groups[2] = {place, curvature};
     *program = kmp_graph_failed(eq->graph) ? NULL : kmp_program_new(eq->graph, 2, counts, groups);
     return *program;
 }

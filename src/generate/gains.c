@@ -84,7 +84,7 @@ static kempe_status rules(const kempe_model *model, kmp_scene scene, kmp_gains *
 
 /* -- variants ---------------------------------------------------------------------------------------- */
 
-static const char *const kind_names[KMP_GAINS_WAYS] = {
+static const char *const kind_names[KMP_GAINS_KINDS] = {
     "closures point by point", "origins along axes",   "base parameters", "second moments",
     "axes that stay",          "moments about joints", "rotations apart"};
 
@@ -92,12 +92,13 @@ static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
 {
     const size_t n = (size_t)model->motion_count, points = 4 * (size_t)model->closure_count;
     const struct {
-        uint8_t *way;
+        uint8_t *choice;
         size_t count;
-    } list[KMP_GAINS_WAYS] = {{savings->way, points}, {savings->origin, n}, {savings->give, n}, {savings->spread, 1},
-                              {savings->stay, n},     {savings->about, n},  {savings->apart, 1}};
-    memset(list[kind].way, 0, list[kind].count);
-    if (list[kind].way == savings->give)
+    } list[KMP_GAINS_KINDS] = {{savings->point, points}, {savings->origin, n}, {savings->give, n},
+                               {savings->spread, 1},      {savings->stay, n},   {savings->about, n},
+                               {savings->apart, 1}};
+    memset(list[kind].choice, 0, list[kind].count);
+    if (list[kind].choice == savings->give)
         memset(savings->lump, 0, n);
 }
 
@@ -125,7 +126,7 @@ static kempe_status savings(const kempe_model *model, kmp_scene scene, const kmp
     if (status == KEMPE_OK)
         status = try_program(model, &scene, &all);
     scene.savings = &some;
-    for (int kind = 0; kind < KMP_GAINS_WAYS && status == KEMPE_OK; kind++) {
+    for (int kind = 0; kind < KMP_GAINS_KINDS && status == KEMPE_OK; kind++) {
         amount without = all;
         kmp_savings_copy(&some, best, model);
         take_away(&some, model, kind);

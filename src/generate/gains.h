@@ -5,7 +5,7 @@
 
 #include "dynamics/system.h"
 
-enum { KMP_GAINS_MOST = 16, KMP_GAINS_WAYS = 7 };
+enum { KMP_GAINS_MOST = 16, KMP_GAINS_KINDS = 7 };
 
 typedef struct kmp_gain {
     const char *name;
@@ -16,7 +16,7 @@ typedef struct kmp_gain {
 typedef struct kmp_gains {
     kmp_gain steps[KMP_GAINS_MOST];
     int count;
-    kmp_gain savings[KMP_GAINS_WAYS]; /* as a program after all passes without each, and with all */
+    kmp_gain savings[KMP_GAINS_KINDS]; /* as a program after all passes without each, and with all */
     kmp_gain all;
     long made, needed; /* operations of the graph, of the program */
 } kmp_gains;

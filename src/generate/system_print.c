@@ -182,7 +182,7 @@ static void show_gains(kmp_text *text, const kmp_gains *gains)
     }
     kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "without one variant", "+ - * /", "gain", "run time",
                     "gain");
-    for (int k = 0; k < KMP_GAINS_WAYS; k++) {
+    for (int k = 0; k < KMP_GAINS_KINDS; k++) {
         const kmp_gain *without = &gains->savings[k];
         kmp_text_printf(text, "  %-25s %10ld %8.1f %% %10ld %8.1f %%\n", without->name, without->operations,
                         gain_of(without->operations, gains->all.operations), without->runtime,
@@ -212,7 +212,7 @@ static void json_gains(kmp_json *json, const kmp_gains *gains)
         json_gain(json, &gains->steps[k]);
     kmp_json_end(json);
     kmp_json_array(json, "without_ways");
-    for (int k = 0; k < KMP_GAINS_WAYS; k++)
+    for (int k = 0; k < KMP_GAINS_KINDS; k++)
         json_gain(json, &gains->savings[k]);
     json_gain(json, &gains->all);
     kmp_json_end(json);

@@ -8,10 +8,10 @@
 #include <math.h>
 
 typedef struct branch {
-    bool heavy;  /* the body, or a descendant, has mass or inertia */
-    bool closed; /* so with points of closures */
-    bool parent; /* has a child */
-    bool told;   /* an error of a descendant was reported */
+    bool heavy;    /* the body, or a descendant, has mass or inertia */
+    bool closed;   /* so with points of closures */
+    bool parent;   /* has a child */
+    bool reported; /* an error of a descendant was reported */
 } branch;
 
 static bool is_heavy(const kmp_body *body)
@@ -66,8 +66,8 @@ static void complain_of(const kempe_model *model, const kmp_body *body, const ch
 static bool complain(const kempe_model *model, const kmp_body *body, const branch *at)
 {
     int last = body->first_motion + body->motion_count - 1;
-    if (at->closed || at->told || !has_free_motion(model, body))
-        return at->told;
+    if (at->closed || at->reported || !has_free_motion(model, body))
+        return at->reported;
     if (!at->heavy) {
         complain_of(model, body, "joint", body->joint, "its body has neither mass nor inertia");
         return true;
@@ -96,13 +96,13 @@ kempe_status kmp_check_masses(const kempe_model *model)
     for (int b = model->body_count - 1; b > 0; b--) { /* parents precede their children */
         branch *own = &at[b], *parent = &at[model->bodies[b].parent];
         own->heavy = own->heavy || is_heavy(&model->bodies[b]);
-        own->told = complain(model, &model->bodies[b], own);
+        own->reported = complain(model, &model->bodies[b], own);
         parent->parent = true;
         parent->heavy = parent->heavy || own->heavy;
         parent->closed = parent->closed || own->closed;
-        parent->told = parent->told || own->told;
+        parent->reported = parent->reported || own->reported;
     }
-    bool told = at[0].told;
+    bool reported = at[0].reported;
     kmp_free(at);
-    return told ? KEMPE_E_INPUT : KEMPE_OK;
+    return reported ? KEMPE_E_INPUT : KEMPE_OK;
 }

@@ -172,11 +172,11 @@ static bool is_waited_for(const kmp_expr *e, const void *waits)
 static kempe_status find_order(kmp_variant *v, int count)
 {
     kempe_model *m = &v->model;
-    bool *asked = KMP_NEW(bool, m->parameter_count), grew = true;
-    if (!asked)
+    bool *requested = KMP_NEW(bool, m->parameter_count), grew = true;
+    if (!requested)
         return kmp_fail_memory(m->context);
     for (int k = 0; k < count; k++)
-        asked[v->parameter[k]] = true;
+        requested[v->parameter[k]] = true;
     while (grew) {
         grew = false;
         for (int k = 0; k < m->parameter_count; k++)
@@ -184,17 +184,17 @@ static kempe_status find_order(kmp_variant *v, int count)
                 grew = m->parameters[k].varies = true;
     }
     for (int k = 0; k < m->parameter_count; k++)
-        asked[k] = m->parameters[k].varies && !asked[k]; /* now: waits for others */
+        requested[k] = m->parameters[k].varies && !requested[k]; /* now: waits for others */
     for (grew = true; grew;) {
         grew = false;
         for (int k = 0; k < m->parameter_count; k++)
-            if (asked[k] && !kmp_expr_find(m->parameters[k].number.expr, is_waited_for, asked)) {
-                asked[k] = false;
+            if (requested[k] && !kmp_expr_find(m->parameters[k].number.expr, is_waited_for, requested)) {
+                requested[k] = false;
                 m->led[m->led_count++] = k;
                 grew = true;
             }
     }
-    kmp_free(asked);
+    kmp_free(requested);
     return KEMPE_OK;
 }
 

@@ -49,8 +49,8 @@ void kmp_convergence_row(kmp_convergence *found, double t, int count, const doub
 /* -- cases ------------------------------------------------------------------------------------------- */
 
 /* Cases which[0 .. count-1], at a tolerance. */
-static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, double told, int count, const int *which,
-                               kmp_convergence *convergence)
+static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, double reported, int count,
+                               const int *which, kmp_convergence *convergence)
 {
     kmp_convergence *found = KMP_NEW(kmp_convergence, count);
     if (!found)
@@ -59,7 +59,7 @@ static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, d
         found[k] = (kmp_convergence){.known = true,
                                      .rtol = rtol,
                                      .limit = limit,
-                                     .told = told,
+                                     .reported = reported,
                                      .t = r->t_start,
                                      .until = r->t_start,
                                      .stopped = NAN};
@@ -90,7 +90,8 @@ static int find_doubtful(int cases, const kmp_convergence *convergence, double c
 kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_convergence *convergence)
 {
     double rtol = repeat->rtol, finer = fmax(rtol / OTHER, FINEST), coarser = OTHER * rtol;
-    double told = repeat->promised * rtol, clear = told > 0 ? (repeat->uneven ? 0 : APART * told) : CLEAR * coarser;
+    double reported = repeat->promised * rtol,
+           clear = reported > 0 ? (repeat->uneven ? 0 : APART * reported) : CLEAR * coarser;
     bool can_be_finer = FINER * finer < rtol;
     int *which = KMP_NEW(int, cases);
     kempe_status status = which ? KEMPE_OK : kmp_fail_memory(repeat->context);
@@ -105,7 +106,7 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
         count = status == KEMPE_OK && can_be_finer ? find_doubtful(cases, convergence, clear, which) : 0;
     }
     if (status == KEMPE_OK && count > 0)
-        status = run_beside(repeat, finer, PROMISED * rtol, told, count, which, convergence);
+        status = run_beside(repeat, finer, PROMISED * rtol, reported, count, which, convergence);
     kmp_free(which);
     return status;
 }
@@ -187,7 +188,7 @@ const char *kmp_convergence_word(const kmp_convergence *c)
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, const char *name, const char *advice)
 {
     if (kmp_convergence_holds(c)) {
-        if (c->told > 0 && c->difference > c->told)
+        if (c->reported > 0 && c->difference > c->reported)
             kmp_log(context, KEMPE_LOG_WARNING,
                     "'%s' has a relative error of %.2g at t = %.6g s, estimated by a run at rtol %.3g; %s", name,
                     c->difference, c->t, c->rtol, advice);

@@ -16,10 +16,10 @@ typedef struct kmp_convergence {
     double difference; /* largest |x - x'| / max(|x|, size of x) over the rows */
     int index;         /* the number whose it is, and when */
     double t;
-    double until;   /* last row before the difference leaves `limit` */
-    double limit;   /* the largest difference of an accepted run */
-    double told;    /* a smaller difference that still gives a warning; 0: none does */
-    double stopped; /* time at which the repeat run ended, NaN when it was complete */
+    double until;    /* last row before the difference leaves `limit` */
+    double limit;    /* the largest difference of an accepted run */
+    double reported; /* a smaller difference that still gives a warning; 0: none does */
+    double stopped;  /* time at which the repeat run ended, NaN when it was complete */
 } kmp_convergence;
 
 /** A computation that can be repeated, in one or several cases, each of which converges or does not. */

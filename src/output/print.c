@@ -37,11 +37,11 @@ static void json_rounding(kmp_json *json, const kempe_system *system)
 
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more)
 {
-    for (int c = 0, told = 0; c < system->model->closure_count; c++) {
+    for (int c = 0, reported = 0; c < system->model->closure_count; c++) {
         kmp_text line = {0};
         kmp_put_misfit(&line, system, c);
         if (line.s && line.length > 0)
-            kmp_text_printf(text, "%s%s\n", told++ > 0 ? more : label, line.s);
+            kmp_text_printf(text, "%s%s\n", reported++ > 0 ? more : label, line.s);
         kmp_text_free(&line);
     }
 }

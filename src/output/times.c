@@ -5,18 +5,18 @@
 
 enum { DEFAULT_ROWS = 200 };
 
-kempe_status kmp_times_spacing(const kempe_system *system, double asked, double t_end, double *every)
+kempe_status kmp_times_spacing(const kempe_system *system, double requested, double t_end, double *every)
 {
     const kempe_model *model = system->model;
     const kmp_run_settings *run = &model->run;
     kmp_text complaint = {0};
     kempe_status status = KEMPE_OK;
-    *every = asked > 0 ? asked : run->output_step > 0 ? run->output_step : t_end / DEFAULT_ROWS;
+    *every = requested > 0 ? requested : run->output_step > 0 ? run->output_step : t_end / DEFAULT_ROWS;
     if (kmp_rows_fit(*every, t_end, &complaint))
         return KEMPE_OK;
     if (!complaint.s)
         status = kmp_fail_memory(system->context);
-    else if (asked > 0)
+    else if (requested > 0)
         status = kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s", complaint.s);
     else
         status = kmp_complain(system->context, model->files[run->every_place.file], run->every_place.line,

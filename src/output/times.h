@@ -11,9 +11,9 @@ typedef struct kmp_times {
     double *t;
 } kmp_times;
 
-/** The time between rows up to t_end: `asked`, or if 0 the model's, or a two hundredth of t_end. If it makes too many
- * rows: KEMPE_E_ARGUMENT for `asked`, KEMPE_E_INPUT with the place of the model's. */
-kempe_status kmp_times_spacing(const kempe_system *system, double asked, double t_end, double *every);
+/** The time between rows up to t_end: `requested`, or if 0 the model's, or a two hundredth of t_end. If it makes too
+ * many rows: KEMPE_E_ARGUMENT for `requested`, KEMPE_E_INPUT with the place of the model's. */
+kempe_status kmp_times_spacing(const kempe_system *system, double requested, double t_end, double *every);
 
 /** 0, every, 2 every ... t_end and the reference's times (NULL: none), ascending, none twice. A grid time within
  * rounding of t_end or of a reference time is dropped. every > 0; at most KMP_MOST_ROWS grid times. False: no memory.

@@ -325,7 +325,8 @@ static double lowest(const kmp_program_block *b, const double *merit, int best)
     if (best == 0 || best == b->candidates - 1)
         return *c;
     double left = (m[0] - m[-1]) / (c[0] - c[-1]), right = (m[1] - m[0]) / (c[1] - c[0]);
-    double bend = (right - left) / (c[1] - c[-1]), y = c[0] - (left + bend * (c[0] - c[-1])) / (2 * bend);
+    double curvature = (right - left) / (c[1] - c[-1]),
+           y = c[0] - (left + curvature * (c[0] - c[-1])) / (2 * curvature);
     return y > c[-1] && y < c[1] ? y : *c;
 }
 

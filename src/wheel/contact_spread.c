@@ -98,7 +98,7 @@ static kmp_ref loaded_spread(const kmp_wheel_pair *p, const kmp_wheel *wheel, in
 
 /* At constant s: dy/ds, and the rate of D without that of the centre's height. */
 typedef struct held {
-    kmp_ref way, rate;
+    kmp_ref slope, rate;
 } held;
 
 /* Derives them in a graph of its own, where s and the arguments are inputs, and their rates. */
@@ -114,7 +114,7 @@ static held derive_held(const kmp_wheel_pair *in, int count)
     kmp_derivative *d = kmp_derivative_new(local, count, argument, rate);
     held h = {.rate = kmp_derivative_of(d, kmp_pair_drop(in, &t))};
     kmp_derivative_free(d);
-    h.way = kmp_slope_of(local, t.y, s);
+    h.slope = kmp_slope_of(local, t.y, s);
     return h;
 }
 
@@ -131,7 +131,7 @@ static held held_at(const kmp_wheel_pair *p, kmp_derivative *dt, kmp_ref s)
     for (int l = 0; l < count; l++)
         rate[l] = kmp_derivative_of(dt, list[l]);
     const kmp_setting setting = {p->g, &s, list, rate};
-    kmp_ref both[2] = {h.way, h.rate};
+    kmp_ref both[2] = {h.slope, h.rate};
     if (!local || kmp_graph_failed(local) || !kmp_local_import(&setting, local, 2, both))
         kmp_graph_fail(p->g);
     kmp_graph_free(local);
@@ -139,10 +139,10 @@ static held held_at(const kmp_wheel_pair *p, kmp_derivative *dt, kmp_ref s)
 }
 
 /* D'' from averages: e over the variance, along the slope. */
-static kmp_ref average_across(kmp_graph *g, const averages *all, kmp_ref way, kmp_ref e)
+static kmp_ref average_across(kmp_graph *g, const averages *all, kmp_ref slope, kmp_ref e)
 {
     kmp_ref steep = kmp_power(g, kmp_add(g, KMP_ONE, kmp_mul(g, all->slope, all->slope)), 1.5);
-    return kmp_div(g, e, kmp_mul(g, kmp_mul(g, all->variance, kmp_mul(g, way, way)), steep));
+    return kmp_div(g, e, kmp_mul(g, kmp_mul(g, all->variance, kmp_mul(g, slope, slope)), steep));
 }
 
 kmp_spread kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone,
@@ -157,7 +157,7 @@ kmp_spread kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *p, const 
     kmp_ref cosine = kmp_cosine_of(g, all.slope);
     kmp_spread spread = {.s = all.s, .slope = all.slope};
     spread.depth = kmp_mul(g, cosine, kmp_sub(g, all.height, pose->up));
-    spread.across = average_across(g, &all, h.way, e);
+    spread.across = average_across(g, &all, h.slope, e);
     spread.closing = kmp_mul(g, cosine, kmp_add(g, kmp_derivative_of(dt, pose->up), h.rate));
     kmp_derivative_free(dt);
     return spread;

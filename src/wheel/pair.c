@@ -135,8 +135,8 @@ kmp_ref kmp_zone_weight(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref 
     double border = kmp_zone_border(wheel);
     kmp_ref weight = KMP_ONE;
     for (int side = 0; side < 2; side++) {
-        kmp_ref way = kmp_sub(g, s, kmp_const(g, wheel->zone[zone][side]));
-        kmp_ref x = kmp_add(g, kmp_mul(g, kmp_const(g, (side ? -0.5 : 0.5) / border), way), kmp_const(g, 0.5));
+        kmp_ref distance = kmp_sub(g, s, kmp_const(g, wheel->zone[zone][side]));
+        kmp_ref x = kmp_add(g, kmp_mul(g, kmp_const(g, (side ? -0.5 : 0.5) / border), distance), kmp_const(g, 0.5));
         x = kmp_binary(g, KMP_OP_MIN, kmp_binary(g, KMP_OP_MAX, x, KMP_ZERO), KMP_ONE);
         kmp_ref inner = kmp_sub(g, kmp_mul(g, kmp_const(g, 6), x), kmp_const(g, 15));
         inner = kmp_add(g, kmp_mul(g, inner, x), kmp_const(g, 10));

@@ -59,12 +59,12 @@ static kmp_ref curvature_across(const kmp_wheel_pair *p, kmp_ref s, kmp_ref slop
     kmp_graph *g = p->g;
     kmp_ref place = kmp_input(g, KMP_IN_PLACE, 0);
     kmp_trace t = kmp_trace_at(p, place);
-    kmp_ref bend[2] = {kmp_slope_of(g, kmp_slope_of(g, kmp_pair_drop(p, &t), place), place),
-                       kmp_slope_of(g, t.y, place)};
+    kmp_ref curvature[2] = {kmp_slope_of(g, kmp_slope_of(g, kmp_pair_drop(p, &t), place), place),
+                            kmp_slope_of(g, t.y, place)};
     for (int k = 0; k < 2; k++)
-        bend[k] = kmp_graph_replace(g, 1, &place, &s, bend[k]);
+        curvature[k] = kmp_graph_replace(g, 1, &place, &s, curvature[k]);
     kmp_ref steep = kmp_power(g, kmp_add(g, KMP_ONE, kmp_mul(g, slope, slope)), 1.5);
-    kmp_ref x = kmp_div(g, bend[0], kmp_mul(g, kmp_mul(g, bend[1], bend[1]), steep));
+    kmp_ref x = kmp_div(g, curvature[0], kmp_mul(g, kmp_mul(g, curvature[1], curvature[1]), steep));
     kmp_ref least = kmp_mul(g, kmp_const(g, 0.02), along), half = kmp_const(g, 0.5);
     kmp_ref root = kmp_sqrt(g, kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, least, least)));
     return kmp_mul(g, half, kmp_add(g, x, root));
@@ -95,14 +95,14 @@ void kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose
     pose->centre = kmp_point_position(tree, wheel->point, 0);
     kmp_track_at(tree, &tree->model->tracks[wheel->track], pose->centre, &pose->place);
     const kmp_track_place *place = &pose->place;
-    kmp_vec axle = kmp_point_direction(tree, wheel->point, leftwards, 0), way = pose->centre;
+    kmp_vec axle = kmp_point_direction(tree, wheel->point, leftwards, 0), arm = pose->centre;
     pose->axis[0] = place->axis[0];
     pose->axis[1] = left ? place->axis[1] : kmp_vec_sub(g, kmp_vec_zero(), place->axis[1]);
     pose->axis[2] = place->axis[2];
-    way = kmp_vec_sub(g, way, place->origin);
+    arm = kmp_vec_sub(g, arm, place->origin);
     axle = left ? axle : kmp_vec_sub(g, kmp_vec_zero(), axle);
-    pose->out = kmp_sub(g, kmp_vec_dot(g, way, pose->axis[1]), place->outwards[wheel->side]);
-    pose->up = kmp_sub(g, kmp_vec_dot(g, way, pose->axis[2]), place->upwards[wheel->side]);
+    pose->out = kmp_sub(g, kmp_vec_dot(g, arm, pose->axis[1]), place->outwards[wheel->side]);
+    pose->up = kmp_sub(g, kmp_vec_dot(g, arm, pose->axis[2]), place->upwards[wheel->side]);
     for (int k = 0; k < 3; k++)
         pose->axle[k] = kmp_vec_dot(g, axle, pose->axis[k]);
 }

@@ -1183,7 +1183,7 @@ class Check(Case):
     def test_text(self):
         self.assertIn("beta", self.expect(0, "check", ANDREWS).stdout)
 
-    def test_doctor(self):
+    def test_diagnosis(self):
         found = self.object(0, "check", SLIDER_CRANK)
         self.assertKeys(found, "block_closures mobility dependent reactions_not_unique repairs alternatives limits")
         self.assertKeys(found["mobility"], "dof counted generic_dof margin explanation second_order")

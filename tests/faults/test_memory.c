@@ -701,13 +701,13 @@ static kempe_status run_ensemble(scene *s)
 /* Along the table of a run with more actuators than freedoms, what came out, and at the start. */
 static kempe_status invert(scene *s)
 {
-    const kempe_inverse_options asks[] = {{.actuators = "crank,rocker", .weights = "crank=2", .motion = csv},
-                                          {.actuators = "rocker", .independent = "crank"}};
+    const kempe_inverse_options requests[] = {{.actuators = "crank,rocker", .weights = "crank=2", .motion = csv},
+                                              {.actuators = "rocker", .independent = "crank"}};
     kempe_status status = write_csv(s);
     for (int k = 0; k < 2 && status == KEMPE_OK; k++) {
         kempe_inverse *inverse = NULL;
         char *text = NULL;
-        status = kempe_inverse_new(s->system, &asks[k], &inverse);
+        status = kempe_inverse_new(s->system, &requests[k], &inverse);
         untouched(status, inverse);
         for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
             status = kempe_inverse_print(inverse, (kempe_format)format, &text);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The bogie of examples/bogie: what it is, its closed positions against digits that are not Kempe's, and a motion with
  * the coordinates that an engineer would call independent. */
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
 #include <kempe/check.h>
 #include <kempe/workspace.h>
@@ -105,11 +105,11 @@ static void run(const loaded *l, const char *u, double q[N])
 static void warp_and_stroke_may_be_independent(void)
 {
     loaded l = load("examples/bogie/shake.yaml");
-    double chosen[N], asked[N], worst = 0;
+    double chosen[N], requested[N], worst = 0;
     run(&l, NULL, chosen);
-    run(&l, "x,y,z,yaw,roll,pitch,spin_FL,spin_FR,spin_RL,spin_RR,warp,stroke", asked);
+    run(&l, "x,y,z,yaw,roll,pitch,spin_FL,spin_FR,spin_RL,spin_RR,warp,stroke", requested);
     for (int i = 0; i < N; i++)
-        worst = check_max(worst, fabs(chosen[i] - asked[i]));
+        worst = check_max(worst, fabs(chosen[i] - requested[i]));
     printf("   off by %.1e\n", worst);
     CHECK(worst <= 1e-9 && fabs(chosen[coordinate_named(&l, "warp")]) > 0.01);
     unload(&l);

@@ -5,7 +5,7 @@
 #include "check.h"
 #include "constraints/closing/branches.h"
 #include "constraints/closing/charts.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/branches.h>
@@ -711,7 +711,7 @@ static void test_singular_loop(void)
         CHECK(kempe_branches_new(s.system, 1, &branches) == KEMPE_OK);
     }
     if (check && branches) {
-        const kmp_limits *limits = &check->doctor.limits;
+        const kmp_limits *limits = &check->diagnosis.limits;
         CHECK(limits->cycle && abs(limits->swing[0].turns) == 1 && limits->swing[2].unseen);
         CHECK_NEAR(limits->swing[1].low, -0.0150481115611, 1e-10);
         CHECK(branches->kept[0] && !branches->kept[2] && !branches->kept[3] && !branches->kept[4]);

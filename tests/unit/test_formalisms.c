@@ -314,7 +314,7 @@ static void pick_ways(kmp_savings *savings, const kempe_model *model)
         savings->lump[k] = (uint8_t)pick(KMP_GIVE_ALL + 1);
     }
     for (int k = 0; k < 4 * model->closure_count; k++)
-        savings->way[k] = (uint8_t)pick(3);
+        savings->point[k] = (uint8_t)pick(3);
     *savings->spread = (uint8_t)pick(2);
     *savings->apart = (uint8_t)pick(2);
 }
@@ -333,7 +333,7 @@ static void check_ways(int number, const kempe_model *model)
     CHECK(kmp_savings_init(&first, model));
     if (number % 4 < 2)
         kmp_savings_copy(&first, &savings, model);
-    memcpy(first.way, savings.way, 4 * (size_t)model->closure_count);
+    memcpy(first.point, savings.point, 4 * (size_t)model->closure_count);
     scene.savings = &first;
     bool derives = kmp_equations_derive_once(&other.eq, model, &scene) == KEMPE_OK;
     scene.savings = &savings;

@@ -273,22 +273,22 @@ static void the_projected_formulation_takes_over(void)
     last_row right = {0}, row = {0};
     CHECK(run(&l, "projected", NULL, 1e-13, 3, 1, &end, &right, NULL) == KEMPE_OK);
     kempe_context_set_log(l.context, listen, NULL);
-    for (int asked = 0; asked < 2; asked++)
+    for (int requested = 0; requested < 2; requested++)
         for (int k = 0; k <= 8; k++) {
             kmp_run_report report;
-            kmp_run_spec spec = {.formulation = asked ? "reduced" : NULL,
+            kmp_run_spec spec = {.formulation = requested ? "reduced" : NULL,
                                  .rtol = pow(10, -4 - k),
                                  .t_end = 3,
                                  .time_count = 1,
                                  .times = &end};
             CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
-            CHECK(spec.open == !asked);
+            CHECK(spec.open == !requested);
             spec.keep_independent = true; /* so that the reduced formulation stops at a dead centre */
             row = (last_row){.s = l.system};
             said_projected = 0;
             kempe_status status = kmp_run(l.system, &spec, NULL, take_row, &row, &report);
-            CHECK(status == (asked ? KEMPE_E_FAILED : KEMPE_OK) && said_projected == !asked);
-            for (int i = 0; i < 3 && !asked; i++)
+            CHECK(status == (requested ? KEMPE_E_FAILED : KEMPE_OK) && said_projected == !requested);
+            for (int i = 0; i < 3 && !requested; i++)
                 CHECK_NEAR(row.q[i], right.q[i], fmax(3e3 * spec.rtol, 1e-7)); /* rounding times |dv/du|^3 */
             kmp_free(report.reason);
         }

@@ -91,7 +91,7 @@ static void tables_too_coarse_are_told(void)
     static const struct {
         int rows;
         double noise;
-        bool once, told;
+        bool once, reported;
     } cases[] = {{401, 0, false, false}, {15, 0, false, true}, {15, 0, true, false}, {401, 1e-4, false, true}};
     loaded m = load_here(pendulum);
     int warnings = 0;
@@ -108,11 +108,11 @@ static void tables_too_coarse_are_told(void)
         kempe_inverse *r = invert(
             &m, &(kempe_inverse_options){.motion = path, .actuators = "a", .no_convergence_check = cases[c].once},
             KEMPE_OK);
-        CHECK(warnings == cases[c].told);
+        CHECK(warnings == cases[c].reported);
         CHECK(kempe_inverse_print(r, KEMPE_JSON, &json) == KEMPE_OK);
-        CHECK(json && strstr(json, cases[c].once   ? "\"convergence\": null"
-                                   : cases[c].told ? "\"result\": \"not converged\""
-                                                   : "\"result\": \"converged\""));
+        CHECK(json && strstr(json, cases[c].once       ? "\"convergence\": null"
+                                   : cases[c].reported ? "\"result\": \"not converged\""
+                                                       : "\"result\": \"converged\""));
         kempe_text_free(json);
         kempe_inverse_free(r);
         unlink(path);

@@ -2,7 +2,7 @@
 /* Mechanisms with every joint and closure against closed forms, published digits and each other. */
 #include "base/text.h"
 #include "check.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
 #include "model/model.h"
 #include <kempe/check.h>

@@ -114,11 +114,11 @@ static void sensitivities_are_differences(void)
 static void others_refuse(void)
 {
     loaded s = load(carrier);
-    const kempe_sensitivity_options asks[] = {{.parameters = "r", .method = "adjoint", .outputs = "q(bob)"},
-                                              {.parameters = "r", .of = "modes", .at = "start"}};
-    for (size_t k = 0; k < sizeof asks / sizeof *asks; k++) {
+    const kempe_sensitivity_options requests[] = {{.parameters = "r", .method = "adjoint", .outputs = "q(bob)"},
+                                                  {.parameters = "r", .of = "modes", .at = "start"}};
+    for (size_t k = 0; k < sizeof requests / sizeof *requests; k++) {
         kempe_sensitivity *slopes = NULL;
-        CHECK(kempe_sensitivity_new(s.model, &asks[k], &slopes) == KEMPE_E_ARGUMENT);
+        CHECK(kempe_sensitivity_new(s.model, &requests[k], &slopes) == KEMPE_E_ARGUMENT);
         CHECK(strstr(kempe_context_message(s.context), "depends on the multiplier of closure row 'guide.1'") ||
               strstr(kempe_context_message(s.context), "the start is no equilibrium"));
         kempe_sensitivity_free(slopes);

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
@@ -257,7 +257,7 @@ static void the_arithmetic_is_that_counted_by_hand(void)
     kempe_check *check = NULL;
     kmp_reduction red;
     CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
-    CHECK(check->part.p == 1 && check->part.u[0] == 1 && check->doctor.block_count == 2);
+    CHECK(check->part.p == 1 && check->part.u[0] == 1 && check->diagnosis.block_count == 2);
     kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
     CHECK(kmp_reduction_init(&red, eval, &check->part) == KEMPE_OK);
     kmp_counts c = kmp_reduction_count(&red);

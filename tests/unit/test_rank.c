@@ -3,7 +3,7 @@
  * the public workspace, also a little beside the closed state, where redundant rows look weakly independent. */
 #include "base/memory.h"
 #include "constraints/closing/saddle.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "derivatives/linearized.h"
 #include "integrators/run/runner.h"
 #include "loaded.h"

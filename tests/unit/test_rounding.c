@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "constraints/rounding/rounding.h"
 #include "integrators/run/run.h"
 #include "loaded.h"

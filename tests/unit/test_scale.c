@@ -5,7 +5,7 @@
 #include "bench/chain.h"
 #include "check.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "constraints/partition/pick.h"
 #include "integrators/run/run.h"
 #include "integrators/run/runner.h"
@@ -566,7 +566,7 @@ static void every_want_of_memory_is_told(void)
 {
     loaded l = chain(100, false, 1);
     kempe_status status = KEMPE_E_MEMORY;
-    int told = 0;
+    int reported = 0;
     for (unsigned long at = 1; status != KEMPE_OK && at < 1000000; at += 1 + at / 8) {
         kempe_check *check = NULL;
         unsigned long failures = kmp_memory_failures();
@@ -575,12 +575,12 @@ static void every_want_of_memory_is_told(void)
         kmp_memory_fail_at(0);
         if (kmp_memory_failures() != failures) {
             CHECK(status == KEMPE_E_MEMORY || status == KEMPE_OK);
-            told += status == KEMPE_E_MEMORY;
+            reported += status == KEMPE_E_MEMORY;
             status = KEMPE_E_MEMORY;
         }
         kempe_check_free(check);
     }
-    CHECK(status == KEMPE_OK && told > 20);
+    CHECK(status == KEMPE_OK && reported > 20);
     unload(&l);
 }
 

@@ -453,13 +453,14 @@ static void change_points(void)
 
 /* -- what cannot be had ------------------------------------------------------------------------------ */
 
-static void expect(const char *text, const kempe_sensitivity_options *asked, kempe_status status, const char *sentence)
+static void expect(const char *text, const kempe_sensitivity_options *requested, kempe_status status,
+                   const char *sentence)
 {
     kempe_context *c = kempe_context_new();
     kempe_model *model = read_model(c, text, NULL, 0);
     kempe_sensitivity *s = NULL;
-    kempe_sensitivity_options options = *asked;
-    kempe_run_options run = asked->run ? *asked->run : (kempe_run_options){0};
+    kempe_sensitivity_options options = *requested;
+    kempe_run_options run = requested->run ? *requested->run : (kempe_run_options){0};
     run.t_end = 0.1;
     options.run = &run;
     CHECK(kempe_sensitivity_new(model, &options, &s) == status && !s);

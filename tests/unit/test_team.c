@@ -78,7 +78,7 @@ static void unequal_pieces_stay_shared(void)
 }
 
 typedef struct sleeper {
-    pthread_t asks;
+    pthread_t requests;
     atomic_bool other_began;
 } sleeper;
 
@@ -87,7 +87,7 @@ static void lose_processor(void *self, int piece)
 {
     sleeper *s = self;
     (void)piece;
-    if (!pthread_equal(pthread_self(), s->asks)) {
+    if (!pthread_equal(pthread_self(), s->requests)) {
         atomic_store(&s->other_began, true);
         (void)usleep(100000);
         return;
@@ -99,7 +99,7 @@ static void lose_processor(void *self, int piece)
 static void calls_that_come_late_are_followed_by_rest(void)
 {
     kmp_team *team = kmp_team_new(2);
-    sleeper s = {.asks = pthread_self()};
+    sleeper s = {.requests = pthread_self()};
     CHECK(team != NULL && !kmp_team_rests(team));
     for (int rest = 16; team && rest <= 64; rest *= 2) {
         int alone = 0;

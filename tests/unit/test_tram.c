@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The tram, included bogies and all: its counts, the loops of each bogie solved by themselves, what its cranks bear at
  * rest. */
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
 #include "studies/equilibrium/balances.h"
 #include <kempe/check.h>
@@ -51,7 +51,7 @@ static void bogies_are_blocks_of_their_own(void)
     kempe_check *check = NULL;
     CHECK(l.system && kempe_check_new(l.system, &check) == KEMPE_OK);
     if (check) {
-        const kmp_doctor *d = &check->doctor;
+        const kmp_diagnosis *d = &check->diagnosis;
         int columns = 0, inside = 0;
         CHECK(l.model->body_count == 1 + BODIES && l.model->motion_count == COORDINATES); /* the ground is one */
         CHECK(l.model->wheel_count == WHEELS);

@@ -20,10 +20,10 @@
 
 typedef struct bushing {
     const kmp_tree *tree;
-    int frame;          /* link whose axes all vectors have */
-    kmp_vec p[3], q[3]; /* axes */
-    kmp_vec way, rate;  /* d and its rate in the first body's axes */
-    kmp_vec spin;       /* w */
+    int frame;                /* link whose axes all vectors have */
+    kmp_vec p[3], q[3];       /* axes */
+    kmp_vec elongation, rate; /* d and its rate in the first body's axes */
+    kmp_vec spin;             /* w */
 } bushing;
 
 static bool alike(const kmp_ref k[3])
@@ -69,10 +69,10 @@ static kmp_vec pull(kmp_forces *forces, const bushing *b, const kmp_force *force
     kmp_graph *g = b->tree->graph;
     const kmp_vec k = kmp_tree_vector(b->tree, force->along), c = kmp_tree_vector(b->tree, force->along_damping);
     const kmp_vec preload = kmp_tree_vector(b->tree, force->preload);
-    kmp_vec elastic = weigh(b, k.x, b->way), drag = weigh(b, c.x, b->rate), constant = along_axes(b, preload.x);
+    kmp_vec elastic = weigh(b, k.x, b->elongation), drag = weigh(b, c.x, b->rate), constant = along_axes(b, preload.x);
     if (energy & KMP_ENERGY_POTENTIAL) {
-        add_potential(forces, g, kmp_const(g, 0.5), elastic, b->way);
-        add_potential(forces, g, KMP_ONE, constant, b->way);
+        add_potential(forces, g, kmp_const(g, 0.5), elastic, b->elongation);
+        add_potential(forces, g, KMP_ONE, constant, b->elongation);
     }
     if (energy & KMP_ENERGY_POWER)
         forces->power = kmp_sub(g, forces->power, kmp_vec_dot(g, drag, b->rate));
@@ -122,12 +122,12 @@ static void init(bushing *b, const kmp_tree *tree, const int point[2])
     kmp_graph *g = tree->graph;
     int link[2] = {kmp_point_link(tree, point[0]), kmp_point_link(tree, point[1])};
     *b = (bushing){.tree = tree};
-    b->way = kmp_point_difference(tree, point[0], point[1], &b->frame);
+    b->elongation = kmp_point_difference(tree, point[0], point[1], &b->frame);
     kmp_point_axes(tree, point[0], b->frame, b->p);
     kmp_point_axes(tree, point[1], b->frame, b->q);
     kmp_vec first = kmp_link_spin(tree, link[0], b->frame);
     b->spin = kmp_vec_sub(g, kmp_link_spin(tree, link[1], b->frame), first);
-    b->rate = kmp_vec_sub(g, kmp_vec_rate(tree, b->way), kmp_vec_cross(g, first, b->way));
+    b->rate = kmp_vec_sub(g, kmp_vec_rate(tree, b->elongation), kmp_vec_cross(g, first, b->elongation));
 }
 
 /* A moment onto a link, or the opposite one. */
@@ -150,7 +150,7 @@ void kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *
     kmp_vec f = pull(forces, &b, force, energy), m = moment(forces, &b, force, energy);
     kmp_apply_at(tree, point[0], b.frame, f, forces->applied);
     kmp_apply_at(tree, point[1], b.frame, kmp_vec_sub(g, kmp_vec_zero(), f), forces->applied);
-    turn(forces, &b, kmp_point_link(tree, point[0]), kmp_vec_add(g, m, kmp_vec_cross(g, b.way, f)), false);
+    turn(forces, &b, kmp_point_link(tree, point[0]), kmp_vec_add(g, m, kmp_vec_cross(g, b.elongation, f)), false);
     turn(forces, &b, kmp_point_link(tree, point[1]), m, true);
     for (int i = 0; i < 3; i++) {
         value[i] = kmp_neg(kmp_vec_dot(g, b.p[i], f));

@@ -3,12 +3,12 @@
 #include "symbolic/partials.h"
 
 /* Both derivations of both matrices: by composite bodies, by differentiation. */
-typedef struct both_ways {
+typedef struct both_methods {
     kmp_ref *by_q[2], *by_qd[2];
-} both_ways;
+} both_methods;
 
 /* Chooses the requested variant, or the one in which all requested sets have the fewest operations. */
-static bool choose_methods(kmp_equations *eq, unsigned sets, const both_ways *b)
+static bool choose_methods(kmp_equations *eq, unsigned sets, const both_methods *b)
 {
     kmp_ref *other = KMP_GRAPH_NEW(eq->graph, kmp_ref, kmp_equations_most_outputs(eq));
     const bool q = sets & (KMP_SET_INVERSE_Q | KMP_SET_CLOSED_Q), qd = sets & KMP_SET_INVERSE_QD;
@@ -24,8 +24,8 @@ static bool choose_methods(kmp_equations *eq, unsigned sets, const both_ways *b)
     return ok;
 }
 
-static bool derive_both_ways(kmp_equations *eq, const kmp_tree *tree, const kmp_forces *forces, unsigned sets,
-                             const both_ways *b, kmp_ref *qdd)
+static bool derive_by_both(kmp_equations *eq, const kmp_tree *tree, const kmp_forces *forces, unsigned sets,
+                           const both_methods *b, kmp_ref *qdd)
 {
     kmp_savings *savings = &eq->savings;
     const bool open = savings->by_q == KMP_TANGENT_SHORTER || savings->by_qd == KMP_TANGENT_SHORTER;
@@ -67,10 +67,10 @@ bool kmp_tangent_sets_derive(kmp_equations *eq, const kmp_tree *tree, const kmp_
     kmp_ref *room = KMP_GRAPH_NEW(eq->graph, kmp_ref, 7 * size), *qdd = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
     if (!room || !qdd)
         return false;
-    const both_ways b = {{room, room + size}, {room + 2 * size, room + 3 * size}};
+    const both_methods b = {{room, room + size}, {room + 2 * size, room + 3 * size}};
     eq->inverse_q = room + 4 * size;
     eq->inverse_qd = room + 5 * size;
     eq->closed_q = room + 6 * size;
-    return derive_both_ways(eq, tree, forces, sets, &b, qdd) &&
+    return derive_by_both(eq, tree, forces, sets, &b, qdd) &&
            (!(sets & KMP_SET_CLOSED_Q) || derive_closed(eq, jt_lambda, room));
 }

@@ -32,9 +32,9 @@ static int requested_points(const kempe_model *model, int b)
         }
         for (int f = 0; f < model->force_count; f++) {
             const kmp_force *force = &model->forces[f];
-            bool asks = force->kind == KMP_FORCE_SPRING || force->kind == KMP_FORCE_BUSHING ||
-                        (force->kind == KMP_FORCE_POINT && k == 0);
-            count += asks && moves_with(model, model->points[force->point[k]].body, b);
+            bool requests = force->kind == KMP_FORCE_SPRING || force->kind == KMP_FORCE_BUSHING ||
+                            (force->kind == KMP_FORCE_POINT && k == 0);
+            count += requests && moves_with(model, model->points[force->point[k]].body, b);
         }
     }
     return count;

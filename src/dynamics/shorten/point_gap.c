@@ -60,7 +60,7 @@ static void count_part(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cos
         count(cost, p->count, v->rate + p->count);
 }
 
-static void set_way(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost, const kmp_gap_variant by[2])
+static void set_variant(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost, const kmp_gap_variant by[2])
 {
     count_part(s, p, what, cost, false);
     memcpy(p->chosen[what], by, sizeof p->chosen[what]);
@@ -72,7 +72,7 @@ static void choose_all(kmp_gaps *s, kmp_cost *cost, kmp_gap_variant w)
     const kmp_gap_variant by[2] = {w, w};
     for (int i = 0; i < s->count; i++)
         for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++)
-            set_way(s, &s->list[i], what, cost, by);
+            set_variant(s, &s->list[i], what, cost, by);
 }
 
 /* Takes the cheapest variant for either point of one part of one closure; the others are unchanged. */
@@ -87,14 +87,14 @@ static bool choose_one(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cos
         by[k / KMP_GAP_VARIANTS] = (kmp_gap_variant)(k % KMP_GAP_VARIANTS);
         if (by[k / KMP_GAP_VARIANTS] == best[k / KMP_GAP_VARIANTS])
             continue;
-        set_way(s, p, what, cost, by);
+        set_variant(s, p, what, cost, by);
         if (cost->operations < least) {
             least = cost->operations;
             memcpy(best, by, sizeof best);
             better = true;
         }
     }
-    set_way(s, p, what, cost, best);
+    set_variant(s, p, what, cost, best);
     return better;
 }
 
@@ -198,16 +198,16 @@ static void collect(kmp_gaps *s)
 }
 
 /* The variants as numbers: of h and J for either point, then of the rates. */
-static uint8_t *ways_of(kmp_gaps *s, const kmp_gap *p)
+static uint8_t *variants_of(kmp_gaps *s, const kmp_gap *p)
 {
-    return s->eq->savings.way + 4 * p->closure;
+    return s->eq->savings.point + 4 * p->closure;
 }
 
 static void recall(kmp_gaps *s)
 {
     for (int i = 0; i < 4 * s->count; i++) {
         kmp_gap *p = &s->list[i / 4];
-        p->chosen[i % 4 / 2][i % 2] = (kmp_gap_variant)ways_of(s, p)[i % 4];
+        p->chosen[i % 4 / 2][i % 2] = (kmp_gap_variant)variants_of(s, p)[i % 4];
     }
 }
 
@@ -215,7 +215,7 @@ static void note(kmp_gaps *s)
 {
     for (int i = 0; i < 4 * s->count; i++) {
         const kmp_gap *p = &s->list[i / 4];
-        ways_of(s, p)[i % 4] = (uint8_t)p->chosen[i % 4 / 2][i % 2];
+        variants_of(s, p)[i % 4] = (uint8_t)p->chosen[i % 4 / 2][i % 2];
     }
 }
 

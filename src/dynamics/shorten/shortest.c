@@ -153,7 +153,7 @@ static kempe_status try_plain_closures(search *s)
     if (!(s->scene.sets & (KMP_SET_MASS | KMP_SET_BIAS)) || s->model->closure_count == 0)
         return KEMPE_OK;
     begin(s);
-    memset(s->tried.way, 0, 4 * (size_t)s->model->closure_count);
+    memset(s->tried.point, 0, 4 * (size_t)s->model->closure_count);
     if (!s->shares || !s->work->derived)
         return s->shares ? KEMPE_OK : try_it(s, &better);
     kmp_equations_swap_derived(s->work);
@@ -169,8 +169,8 @@ static kempe_status try_patterns(search *s, bool *better)
     const kmp_cost_pattern *patterns = kmp_patterns(&count);
     bool large = s->model->motion_count > LARGE;
     for (int k = 0; k < count; k++) {
-        bool asked = s->scene.optimize || patterns[k].when == KMP_PATTERN_EVER;
-        if (!asked && (large || patterns[k].when != KMP_PATTERN_SMALL))
+        bool requested = s->scene.optimize || patterns[k].when == KMP_PATTERN_EVER;
+        if (!requested && (large || patterns[k].when != KMP_PATTERN_SMALL))
             continue;
         begin(s);
         kmp_pattern_apply(&patterns[k], &s->work->tree, &s->tried);

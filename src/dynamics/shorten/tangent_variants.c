@@ -88,13 +88,13 @@ bool kmp_tangents_choose(const kmp_graph *g, int others, const kmp_ref *other, i
     *choice = (kmp_tangent_choice){.operations = -1};
     if (ok)
         kmp_cost_add(&cost, others, other);
-    for (int way = 0; ok && way < 4; way++) {
-        if ((way & 1 && !by_q[1]) || (way & 2 && !by_qd[1]))
+    for (int pair = 0; ok && pair < 4; pair++) {
+        if ((pair & 1 && !by_q[1]) || (pair & 2 && !by_qd[1]))
             continue;
-        long sum = operations(&cost, count, by_q[way & 1], by_qd[way >> 1]);
+        long sum = operations(&cost, count, by_q[pair & 1], by_qd[pair >> 1]);
         ok = sum >= 0;
         if (choice->operations < 0 || sum < choice->operations)
-            *choice = (kmp_tangent_choice){way & 1, way >> 1, sum, 0};
+            *choice = (kmp_tangent_choice){pair & 1, pair >> 1, sum, 0};
         choice->second = sum; /* of the last choice */
     }
     kmp_cost_free(&cost);

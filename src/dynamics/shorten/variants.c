@@ -4,20 +4,20 @@
 #include <string.h>
 
 /* The bytes of all motions, then those of all closures, then two. */
-static size_t motion_ways(const kempe_model *model)
+static size_t motion_savings(const kempe_model *model)
 {
     return 5 * (size_t)model->motion_count;
 }
 
-static size_t all_ways(const kempe_model *model)
+static size_t savings_size(const kempe_model *model)
 {
-    return motion_ways(model) + 4 * (size_t)model->closure_count + 2;
+    return motion_savings(model) + 4 * (size_t)model->closure_count + 2;
 }
 
 bool kmp_savings_init(kmp_savings *savings, const kempe_model *model)
 {
     size_t n = (size_t)model->motion_count;
-    uint8_t *all = KMP_NEW(uint8_t, all_ways(model));
+    uint8_t *all = KMP_NEW(uint8_t, savings_size(model));
     *savings = (kmp_savings){0};
     if (all)
         *savings = (kmp_savings){.stay = all,
@@ -25,9 +25,9 @@ bool kmp_savings_init(kmp_savings *savings, const kempe_model *model)
                                  .origin = all + 2 * n,
                                  .give = all + 3 * n,
                                  .lump = all + 4 * n,
-                                 .way = all + motion_ways(model),
-                                 .spread = all + all_ways(model) - 2,
-                                 .apart = all + all_ways(model) - 1};
+                                 .point = all + motion_savings(model),
+                                 .spread = all + savings_size(model) - 2,
+                                 .apart = all + savings_size(model) - 1};
     return all;
 }
 
@@ -39,19 +39,19 @@ void kmp_savings_free(kmp_savings *savings)
 
 void kmp_savings_copy(kmp_savings *to, const kmp_savings *from, const kempe_model *model)
 {
-    memcpy(to->stay, from->stay, all_ways(model));
+    memcpy(to->stay, from->stay, savings_size(model));
     to->by_q = from->by_q;
     to->by_qd = from->by_qd;
 }
 
 bool kmp_savings_same(const kmp_savings *a, const kmp_savings *b, const kempe_model *model)
 {
-    return memcmp(a->stay, b->stay, all_ways(model)) == 0;
+    return memcmp(a->stay, b->stay, savings_size(model)) == 0;
 }
 
 bool kmp_savings_plain(const kmp_savings *savings, const kempe_model *model)
 {
-    for (size_t k = 0; k < motion_ways(model); k++)
+    for (size_t k = 0; k < motion_savings(model); k++)
         if (savings->stay[k])
             return false;
     return !*savings->spread;

@@ -30,12 +30,12 @@ enum {
 
 /* The arrays are one block, which begins with `stay`. */
 typedef struct kmp_savings {
-    uint8_t *stay;   /* a motion: the link's axes do not turn with it (dynamics alone, as all but `way`) */
+    uint8_t *stay;   /* a motion: the link's axes do not turn with it (dynamics alone, as all but `point`) */
     uint8_t *about;  /* a motion: its link's moments are taken about the joint instead of the centre of mass */
     uint8_t *origin; /* a motion: where its link's origin is, a kmp_origin */
     uint8_t *give;   /* a motion: the part of its link's mass that counts as its parent's, bits KMP_GIVE */
     uint8_t *lump;   /* a motion: the part for composite bodies, bits KMP_GIVE */
-    uint8_t *way; /* four a closure: the variants of its two points, for h and J, and for their rates (point_gap.h) */
+    uint8_t *point; /* four a closure: the variants of its two points, for h and J, and for their rates (point_gap.h) */
     uint8_t *spread; /* one: composite bodies have sum m x x' instead of the inertia (kinematics/composite.h) */
     uint8_t *apart;  /* one: consecutive rotations about parallel axes are not merged, except back to the source */
     kmp_tangent_method by_q, by_qd; /* SHORTER: both are chosen together */

@@ -305,8 +305,8 @@ static bool put_places(const scan *s, kmp_wheel *wheel, int zone, double wider, 
         wheel->node[(*end)++] = at;
         if (at >= last)
             return true;
-        double way = spacing[point_near(s, at)] * wider;
-        at += spacing[point_near(s, at + way / 2)] * wider;
+        double direction = spacing[point_near(s, at)] * wider;
+        at += spacing[point_near(s, at + direction / 2)] * wider;
     }
     return false;
 }

@@ -149,7 +149,7 @@ static int rank_of(const kmp_edge *edge)
         return -1;
     if (edge->stays)
         return 1000;
-    return edge->asked ? 0 : 2 * edge->cut->rows + (edge->start != NULL);
+    return edge->requested ? 0 : 2 * edge->cut->rows + (edge->start != NULL);
 }
 
 static bool is_reached(const kmp_linkage *g, int body)

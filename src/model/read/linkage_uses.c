@@ -81,8 +81,8 @@ static void look_through(const search *s, const kmp_yaml *node)
         if (is_word(word, length, coordinates))
             need(s, node->text_place.file, name, count);
         kmp_edge *edge = is_word(word, length, multipliers) ? find_edge(s, node->text_place.file, name, count) : NULL;
-        if (edge && !edge->asked)
-            edge->asked = node->text;
+        if (edge && !edge->requested)
+            edge->requested = node->text;
     }
 }
 

@@ -50,7 +50,7 @@ static void json_partition(kmp_json *json, const kempe_check *check)
 
 static void json_blocks(kmp_json *json, const kempe_check *check)
 {
-    const kmp_doctor *d = &check->doctor;
+    const kmp_diagnosis *d = &check->diagnosis;
     kmp_json_array(json, "blocks");
     for (int b = 0; b < d->block_count; b++)
         kmp_print_names(json, NULL, check->system, kmp_name_of_coordinate, d->blocks[b].size, d->blocks[b].columns);
@@ -65,7 +65,7 @@ static void json_blocks(kmp_json *json, const kempe_check *check)
 static void json_mobility(kmp_json *json, const kempe_check *check)
 {
     static const char *const words[] = {NULL, "real", "branches", "shaky", "conditions"};
-    const kmp_doctor *d = &check->doctor;
+    const kmp_diagnosis *d = &check->diagnosis;
     kmp_json_object(json, "mobility");
     kmp_json_whole(json, "dof", check->part.p);
     kmp_json_whole(json, "driven", check->driven);
@@ -82,7 +82,7 @@ static void json_mobility(kmp_json *json, const kempe_check *check)
 
 static void json_redundancy(kmp_json *json, const kempe_check *check)
 {
-    const kmp_doctor *d = &check->doctor;
+    const kmp_diagnosis *d = &check->diagnosis;
     kmp_json_array(json, "dependent");
     for (int k = 0; k < d->set_count; k++) {
         kmp_json_object(json, NULL);
@@ -107,8 +107,8 @@ static void json_redundancy(kmp_json *json, const kempe_check *check)
 static void json_alternatives(kmp_json *json, const kempe_check *check)
 {
     kmp_json_array(json, "alternatives");
-    for (int k = 0; k < check->doctor.alternative_count; k++) {
-        const kmp_alternative *a = &check->doctor.alternatives[k];
+    for (int k = 0; k < check->diagnosis.alternative_count; k++) {
+        const kmp_alternative *a = &check->diagnosis.alternatives[k];
         kmp_json_object(json, NULL);
         kmp_json_string(json, "coordinate", motion_name(check, a->coordinate));
         kmp_json_string(json, "instead_of", motion_name(check, a->instead));
@@ -120,7 +120,7 @@ static void json_alternatives(kmp_json *json, const kempe_check *check)
 
 static void json_landmarks(kmp_json *json, const kempe_check *check)
 {
-    const kmp_limits *l = &check->doctor.limits;
+    const kmp_limits *l = &check->diagnosis.limits;
     kmp_json_array(json, "met");
     for (int i = 0; i < l->landmark_count; i++) {
         const kmp_landmark *mark = &l->landmark[i];
@@ -136,7 +136,7 @@ static void json_landmarks(kmp_json *json, const kempe_check *check)
 
 static void json_limits(kmp_json *json, const kempe_check *check)
 {
-    const kmp_limits *l = &check->doctor.limits;
+    const kmp_limits *l = &check->diagnosis.limits;
     kmp_json_object(json, "limits");
     json_flag(json, "walked", l->walked);
     json_flag(json, "cycle", l->cycle);

@@ -76,7 +76,7 @@ static void show_verdict(kmp_text *text, const kempe_check *check)
 static void show_mobility(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
-    int vanished = check->doctor.declared - part->m;
+    int vanished = check->diagnosis.declared - part->m;
     line(text, "bodies", "%d", check->body_count);
     line(text, "coordinates", "%d", part->n);
     line(text, "closures", "%d with %d row%s, of rank %d", check->loop_count, part->m, part->m == 1 ? "" : "s",
@@ -93,9 +93,9 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
         line(text, "no run is possible", "%s", check->undetermined);
     sentence(text, check, "", kmp_check_mobility);
     sentence(text, check, "", kmp_check_second);
-    if (check->doctor.ran && check->doctor.margin > 0 && check->doctor.margin < 1e-4)
+    if (check->diagnosis.ran && check->diagnosis.margin > 0 && check->diagnosis.margin < 1e-4)
         line(text, "", "a change point (bifurcation) is near: the last pivot is %.2g of its usual size",
-             check->doctor.margin);
+             check->diagnosis.margin);
     label(text, "redundant rows");
     kmp_list_rows(text, check->system, part->m - part->r, part->redundant);
     kmp_text_put(text, "\n");
@@ -111,7 +111,7 @@ static void put_cut(kmp_text *text, const kempe_check *check, int k)
 
 static void put_set(kmp_text *text, const kempe_check *check, int k)
 {
-    const kmp_doctor *d = &check->doctor;
+    const kmp_diagnosis *d = &check->diagnosis;
     kmp_list_rows(text, check->system, d->sets[k].count, d->sets[k].rows);
     if (d->sets[k].count == 1)
         kmp_text_put(text, " constrains nothing");
@@ -121,12 +121,12 @@ static void put_set(kmp_text *text, const kempe_check *check, int k)
 
 static void put_repair(kmp_text *text, const kempe_check *check, int k)
 {
-    kmp_check_repair(text, check, &check->doctor.repairs[k]);
+    kmp_check_repair(text, check, &check->diagnosis.repairs[k]);
 }
 
 static void show_shared(kmp_text *text, const kempe_check *check)
 {
-    const kmp_doctor *d = &check->doctor;
+    const kmp_diagnosis *d = &check->diagnosis;
     if (d->shared_count == 0)
         return;
     label(text, "reactions not unique");
@@ -136,7 +136,7 @@ static void show_shared(kmp_text *text, const kempe_check *check)
 
 static void show_redundancy(kmp_text *text, const kempe_check *check)
 {
-    const kmp_doctor *d = &check->doctor;
+    const kmp_diagnosis *d = &check->diagnosis;
     if (!d->ran)
         line(text, "not examined", "%s", d->why_not);
     list(text, check, "dependent sets", "", d->set_count, put_set);
@@ -176,7 +176,7 @@ static void show_why(kmp_text *text, const kmp_partition *part)
 /* The dependent coordinates that could, or could not, be independent instead. */
 static void show_alternatives(kmp_text *text, const kempe_check *check, bool usable, const char *word)
 {
-    const kmp_doctor *d = &check->doctor;
+    const kmp_diagnosis *d = &check->diagnosis;
     int listed = 0, left = 0;
     for (int k = 0; k < d->alternative_count; k++) {
         const kmp_alternative *a = &d->alternatives[k];
@@ -230,7 +230,7 @@ static void show_choice(kmp_text *text, const kempe_check *check)
 
 static void show_blocks(kmp_text *text, const kempe_check *check)
 {
-    const kmp_doctor *d = &check->doctor;
+    const kmp_diagnosis *d = &check->diagnosis;
     label(text, "blocks of Jv");
     for (int b = 0; b < d->block_count; b++) {
         const kmp_loop_block *block = &d->blocks[b];
@@ -246,7 +246,7 @@ static void show_blocks(kmp_text *text, const kempe_check *check)
 
 static void show_landmarks(kmp_text *text, const kempe_check *check)
 {
-    const kmp_limits *l = &check->doctor.limits;
+    const kmp_limits *l = &check->diagnosis.limits;
     int u = check->part.u[0];
     for (int i = 0; i < l->landmark_count; i++) {
         const kmp_landmark *mark = &l->landmark[i];
@@ -265,7 +265,7 @@ static void show_landmarks(kmp_text *text, const kempe_check *check)
 /* The ranges of at most so many coordinates, or none. */
 static void show_limits(kmp_text *text, const kempe_check *check, int most)
 {
-    const kmp_limits *l = &check->doctor.limits;
+    const kmp_limits *l = &check->diagnosis.limits;
     line(text, "limits of motion", "%s",
          !l->walked ? (l->why_not ? l->why_not : "not followed")
          : l->cycle ? "the motion is a closed cycle"

@@ -3,7 +3,7 @@
 #ifndef KMP_STUDIES_ASSEMBLY_CHECK_PRINT_H
 #define KMP_STUDIES_ASSEMBLY_CHECK_PRINT_H
 
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "output/print.h"
 #include <kempe/check.h>
 

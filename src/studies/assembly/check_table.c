@@ -8,7 +8,7 @@ static void fill_mobility(kempe_table *table, const void *result)
 {
     const kempe_check *check = result;
     const kmp_partition *part = &check->part;
-    const kmp_doctor *d = &check->doctor;
+    const kmp_diagnosis *d = &check->diagnosis;
     bool generic = d->moved || part->p == 0;
     const double found[] = {
         part->r,    part->p,     check->driven, generic ? (double)(part->n - d->generic_rank) : (double)NAN,
@@ -26,9 +26,9 @@ static void fill_mobility(kempe_table *table, const void *result)
 
 static const kmp_alternative *alternative_of(const kempe_check *check, int coordinate)
 {
-    for (int k = 0; k < check->doctor.alternative_count; k++)
-        if (check->doctor.alternatives[k].coordinate == coordinate)
-            return &check->doctor.alternatives[k];
+    for (int k = 0; k < check->diagnosis.alternative_count; k++)
+        if (check->diagnosis.alternatives[k].coordinate == coordinate)
+            return &check->diagnosis.alternatives[k];
     return NULL;
 }
 
@@ -43,7 +43,7 @@ static const char *role_of(const kmp_partition *part, int coordinate)
 static void fill_coordinates(kempe_table *table, const void *result)
 {
     const kempe_check *check = result;
-    const kmp_limits *l = &check->doctor.limits;
+    const kmp_limits *l = &check->diagnosis.limits;
     kmp_tabulate_columns(table, NULL, "coordinate unit role instead_of");
     kmp_tabulate_columns(table, "", "max_B low high turns low_dead_centre high_dead_centre");
     for (int k = 0; k < check->system->n; k++) {
@@ -78,7 +78,7 @@ static void fill_closures(kempe_table *table, const void *result)
     kmp_tabulate_columns(table, NULL, "closure kind");
     kmp_tabulate_columns(table, "", "rows redundant may_lose gap");
     for (int c = 0; c < check->loop_count; c++) {
-        const kmp_doctor *d = &check->doctor;
+        const kmp_diagnosis *d = &check->diagnosis;
         int may_lose = 0;
         for (int k = 0; check->assembled && k < d->repair_count; k++)
             may_lose = d->repairs[k].closure == c ? d->repairs[k].count : may_lose;

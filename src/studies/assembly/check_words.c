@@ -33,23 +33,23 @@ void kmp_check_verdict(kmp_text *text, const kempe_check *check)
     kmp_text_put(text, reason ? reason : "can be simulated");
     if (!check->assembled)
         return;
-    if (check->doctor.second == KMP_SECOND_NONE)
+    if (check->diagnosis.second == KMP_SECOND_NONE)
         kmp_text_put(text, ", but is infinitesimally mobile");
-    if (check->doctor.second == KMP_SECOND_BRANCHES || check->doctor.second == KMP_SECOND_CONDITIONS)
+    if (check->diagnosis.second == KMP_SECOND_BRANCHES || check->diagnosis.second == KMP_SECOND_CONDITIONS)
         kmp_text_put(text, "; the start is a change point (bifurcation)");
-    if (check->doctor.shared_count > 0)
+    if (check->diagnosis.shared_count > 0)
         kmp_text_put(text, "; some reactions are not unique");
 }
 
 void kmp_check_mobility(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
-    int all = part->m - part->r, always = part->m - check->doctor.generic_rank, here = all - always;
+    int all = part->m - part->r, always = part->m - check->diagnosis.generic_rank, here = all - always;
     kmp_text_put(text, "");
     if (all == 0)
         return;
     kmp_text_printf(text, "coordinates - rows = %d - %d = %d: ", part->n, part->m, part->n - part->m);
-    if (!check->doctor.moved) {
+    if (!check->diagnosis.moved) {
         kmp_text_printf(text, "%d row%s %s redundant", all, ending(all), is_or_are(all));
         return;
     }
@@ -63,7 +63,7 @@ void kmp_check_mobility(kmp_text *text, const kempe_check *check)
 
 void kmp_check_second(kmp_text *text, const kempe_check *check)
 {
-    const kmp_doctor *d = &check->doctor;
+    const kmp_diagnosis *d = &check->diagnosis;
     int p = check->part.p, general = check->part.n - d->generic_rank;
     kmp_text_put(text, "");
     switch (d->second) {
@@ -151,7 +151,7 @@ static double clean(double x)
 
 void kmp_check_swing(kmp_text *text, const kempe_check *check, int k)
 {
-    const kmp_limits *l = &check->doctor.limits;
+    const kmp_limits *l = &check->diagnosis.limits;
     const kmp_swing *s = &l->swing[k];
     const char *unit = kmp_print_unit(check->system, k);
     double low = kmp_print_value(check->system, k, clean(s->low)),

@@ -87,7 +87,7 @@ static kempe_status extend_given(kmp_compare_job *j, kmp_reference *given, const
 {
     kempe_comparison *c = j->comparison;
     double off[KMP_QUANTITIES];
-    int told = c->warnings.count;
+    int reported = c->warnings.count;
     KMP_TRY(kmp_compare_own_reference(j, REFERENCE_PART * j->left_s, given));
     given->shared = c->shared;
     kmp_verdict_errors(&j->reference, c->system, given, INFINITY, off);
@@ -99,7 +99,7 @@ static kempe_status extend_given(kmp_compare_job *j, kmp_reference *given, const
         put_given(&j->reference, given);
         return KEMPE_OK;
     }
-    c->warnings.count = told;
+    c->warnings.count = reported;
     if (c->has_reference && off[KMP_QUANTITY_Q] > AGREED)
         kmp_sentences_add(&c->arena, &c->warnings, "Kempe's own reference differs by %.1g in q from %s",
                           off[KMP_QUANTITY_Q], name);

@@ -42,7 +42,7 @@ static int cheapest(const kempe_comparison *c, const kmp_aims *a, bool robust, i
 }
 
 /* The recommended method; if no method reaches all aims, the coarser one alone counts. */
-static int choose_way(const kempe_comparison *c, kmp_aims *a)
+static int choose_method(const kempe_comparison *c, kmp_aims *a)
 {
     int method = cheapest(c, a, false, -1);
     while (method < 0 && a->count > 1) {
@@ -65,7 +65,7 @@ static void ratios(kmp_text *text, const kempe_comparison *c, const kmp_aims *a,
                         k > 0 ? " and " : "", kmp_compare_ratio(c, method, a->level[k]));
 }
 
-static void tell_cost(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
+static void report_cost(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
 {
     int next = cheapest(c, a, false, method);
     bool best = kmp_compare_worst(c, a, method) <= 1;
@@ -84,7 +84,7 @@ static void tell_cost(kmp_text *text, const kempe_comparison *c, const kmp_aims 
     kmp_text_put(text, best ? " times as long" : " times");
 }
 
-static void tell_tighter(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
+static void report_tighter(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
 {
     int finest = a->level[a->count - 1];
     const kmp_compared *run = &c->runs[run_at(c, method, finest)];
@@ -93,7 +93,7 @@ static void tell_tighter(kmp_text *text, const kempe_comparison *c, const kmp_ai
                         1e3 * run->cpu_s);
 }
 
-static void tell_ends(kmp_text *text, const kempe_comparison *c, int method)
+static void report_ends(kmp_text *text, const kempe_comparison *c, int method)
 {
     int failed = failed_of(c, method), done = 0;
     double open = NAN;
@@ -114,7 +114,7 @@ static void tell_ends(kmp_text *text, const kempe_comparison *c, int method)
         kmp_text_printf(text, "; loops closed to %.0e", open);
 }
 
-static void tell_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_stiffness *s)
+static void report_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_stiffness *s)
 {
     if (s->implicit < 0)
         return;
@@ -135,7 +135,7 @@ static void tell_stiffness(kmp_text *text, const kempe_comparison *c, const kmp_
 }
 
 /* The best method of the dae formulation at the aims, and its use. */
-static void tell_dae(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int advised)
+static void report_dae(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int advised)
 {
     int dae = -1, tried = -1;
     for (int w = 0; w < c->method_count; w++) {
@@ -177,7 +177,7 @@ static int first_at(const kempe_comparison *c, int level)
 }
 
 /* The share of preparation in a first result, and whether it changes the choice. */
-static void tell_preparation(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
+static void report_preparation(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
 {
     const kmp_compared *run = &c->runs[run_at(c, method, a->level[0])];
     const kmp_compared *first = &c->runs[first_at(c, a->level[0])];
@@ -195,12 +195,12 @@ static void tell_preparation(kmp_text *text, const kempe_comparison *c, const km
 static void explain(kempe_comparison *c, const kmp_aims *a, int method, const kmp_stiffness *stiffness)
 {
     kmp_text lines[6] = {{0}};
-    tell_cost(&lines[0], c, a, method);
-    tell_tighter(&lines[1], c, a, method);
-    tell_ends(&lines[2], c, method);
-    tell_stiffness(&lines[3], c, stiffness);
-    tell_dae(&lines[4], c, a, method);
-    tell_preparation(&lines[5], c, a, method);
+    report_cost(&lines[0], c, a, method);
+    report_tighter(&lines[1], c, a, method);
+    report_ends(&lines[2], c, method);
+    report_stiffness(&lines[3], c, stiffness);
+    report_dae(&lines[4], c, a, method);
+    report_preparation(&lines[5], c, a, method);
     for (int k = 0; k < 6; k++)
         kmp_sentences_take(&c->arena, &c->advice.because, &lines[k]);
 }
@@ -248,7 +248,7 @@ void kmp_compare_advise(kempe_comparison *c)
 {
     kmp_stiffness stiffness = kmp_compare_stiffness(c);
     kmp_aims a = c->tables.aims;
-    int method = a.count > 0 && !is_prescribed(c) ? choose_way(c, &a) : -1;
+    int method = a.count > 0 && !is_prescribed(c) ? choose_method(c, &a) : -1;
     c->advice = (kmp_advice){.run = -1, .level = NAN, .stiff = stiffness.stiff};
     if (method < 0) {
         refrain(c);

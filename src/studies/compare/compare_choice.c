@@ -107,7 +107,7 @@ bool kmp_is_implicit(const kmp_method *method)
 }
 
 /* Adds a method: once, or with each linear solver of the list if its integrator takes one. */
-static void add_way(kempe_comparison *c, kmp_method method, const char *linear)
+static void add_method(kempe_comparison *c, kmp_method method, const char *linear)
 {
     bool each = linear && kmp_solver_find(method.integrator)->sparse;
     if (each)
@@ -152,7 +152,7 @@ static kempe_status choose_methods(kempe_comparison *c, const char *const list[P
     for (int k = 0; kmp_method_get(k, &method); k++) {
         method.standard_integrator = method.standard_integrator || (implicit && kmp_is_implicit(&method));
         if (is_chosen(&method, list))
-            add_way(c, method, linear);
+            add_method(c, method, linear);
     }
     if (c->method_count > 0)
         return KEMPE_OK;

@@ -46,7 +46,7 @@ kempe_status kmp_compare_once(kmp_compare_job *j, const kmp_method *method, doub
     return status;
 }
 
-static void tell(const kmp_compare_job *j, const kmp_compared *run)
+static void report(const kmp_compare_job *j, const kmp_compared *run)
 {
     kmp_text text = {0};
     kmp_compare_name(&text, run->method);
@@ -221,7 +221,7 @@ static kempe_status run_cell(grid *g, int method, int rtol, double *fastest)
         give_up(g, method, rtol, limit_s, *fastest);
     if (!run->reason)
         return kmp_fail_memory(g->job->context);
-    tell(g->job, run);
+    report(g->job, run);
     g->cpu_s[method] = run->report.cpu_s;
     int *repeats = &g->repeats[method * g->comparison->rtol_count + rtol];
     *repeats = repeats_of(g->job, run);
@@ -236,7 +236,7 @@ static kempe_status run_cell(grid *g, int method, int rtol, double *fastest)
 
 /* Sorts the methods by their time so far, fast ones first: time is spent on them, and the others are compared with
  * them. */
-static void sort_ways(const grid *g)
+static void sort_methods(const grid *g)
 {
     for (int i = 1; i < g->comparison->method_count; i++)
         for (int k = i; k > 0 && g->cpu_s[g->methods[k]] < g->cpu_s[g->methods[k - 1]]; k--) {
@@ -304,7 +304,7 @@ kempe_status kmp_compare_run_all(kmp_compare_job *j)
     kempe_status status = begin(&g) ? KEMPE_OK : kmp_fail_memory(j->context);
     for (int k = 0; status == KEMPE_OK && k < g.comparison->rtol_count; k++) {
         double fastest = INFINITY;
-        sort_ways(&g);
+        sort_methods(&g);
         for (int w = 0; status == KEMPE_OK && w < g.comparison->method_count; w++)
             status = run_cell(&g, g.methods[w], g.rtols[k], &fastest);
     }

@@ -17,8 +17,8 @@
 #define TIGHT      1e-6
 #define PROBE_PART 0.02
 
-static const kmp_method explicit_way = {.formulation = "reduced", .form = "integrated", .integrator = "dop853"};
-static const kmp_method implicit_way = {.formulation = "reduced", .form = "newton", .integrator = "bdf"};
+static const kmp_method explicit_method = {.formulation = "reduced", .form = "integrated", .integrator = "dop853"};
+static const kmp_method implicit_method = {.formulation = "reduced", .form = "newton", .integrator = "bdf"};
 
 bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit)
 {
@@ -48,10 +48,10 @@ static kempe_status count_steps(kmp_compare_job *j, const kmp_method *method, do
 kempe_status kmp_compare_probe(kmp_compare_job *j, bool *stiff)
 {
     long loose, tight = -1, implicit = -1;
-    KMP_TRY(count_steps(j, &explicit_way, LOOSE, &loose));
+    KMP_TRY(count_steps(j, &explicit_method, LOOSE, &loose));
     if (loose >= 0)
-        KMP_TRY(count_steps(j, &explicit_way, TIGHT, &tight));
-    KMP_TRY(count_steps(j, &implicit_way, LOOSE, &implicit));
+        KMP_TRY(count_steps(j, &explicit_method, TIGHT, &tight));
+    KMP_TRY(count_steps(j, &implicit_method, LOOSE, &implicit));
     if (loose < 0 || tight < 0)
         *stiff = implicit >= 0;
     else

@@ -371,7 +371,7 @@ static void put_text(kmp_text *text, const void *result)
 {
     const kempe_batch *b = result;
     totals s = sum_up(b);
-    int told = 0;
+    int reported = 0;
     kmp_text_printf(text, "%s: %d instances, %d ok, %d stopped, %d failed\n\n", b->ensemble->model->name, b->count,
                     s.ok, s.stopped, s.failed);
     kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", b->t_end, b->rtol, b->atol);
@@ -393,14 +393,14 @@ static void put_text(kmp_text *text, const void *result)
                     s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
     kmp_text_printf(text, "cpu       %.3f s, %.2f us per instance\n", b->cpu_s,
                     b->count > 0 ? 1e6 * b->cpu_s / b->count : 0.0);
-    for (int k = 0; k < b->count && told < MOST_TOLD; k++)
+    for (int k = 0; k < b->count && reported < MOST_TOLD; k++)
         if (b->results[k].reason) {
-            kmp_text_printf(text, "%s %d %s: %s\n", told ? "         " : "\ninstance ", k + 1, kempe_batch_status(b, k),
-                            b->results[k].reason);
-            told++;
+            kmp_text_printf(text, "%s %d %s: %s\n", reported ? "         " : "\ninstance ", k + 1,
+                            kempe_batch_status(b, k), b->results[k].reason);
+            reported++;
         }
-    if (s.failed + s.stopped > told)
-        kmp_text_printf(text, "           and %d more\n", s.failed + s.stopped - told);
+    if (s.failed + s.stopped > reported)
+        kmp_text_printf(text, "           and %d more\n", s.failed + s.stopped - reported);
 }
 
 static void put_instance(const kempe_batch *b, kmp_json *json, int k)

@@ -282,7 +282,7 @@ void kmp_descent_note(kmp_descent *w, double residual)
         s->steps[s->iterations] = 0;
         s->residuals[s->iterations++] = residual;
     }
-    w->told = residual;
+    w->reported = residual;
 }
 
 void kmp_descent_note_step(kmp_descent *w, double step)

@@ -17,18 +17,18 @@ typedef struct kmp_descent {
     kmp_arena arena; /* of all arrays */
     double t;
     int n;
-    double *q;             /* n: the current state */
-    double *begin;         /* n */
-    double *given;         /* original values of search->rates */
-    double *given_chart;   /* NULL: no joint is spherical */
-    double *rates;         /* p: ud */
-    double *work;          /* p: forces and their changes along each u, as work */
-    double most;           /* the largest of them */
-    double residual, told; /* scaled; as last noted */
-    int count;             /* unknowns, and as many equations R = 0 */
-    int *place;            /* count: the index of each unknown in u */
-    int *rate;             /* count: the entry of search->rates that is unknown in place of the position; -1 */
-    double *size;          /* count: of a step's unknowns, their units */
+    double *q;                 /* n: the current state */
+    double *begin;             /* n */
+    double *given;             /* original values of search->rates */
+    double *given_chart;       /* NULL: no joint is spherical */
+    double *rates;             /* p: ud */
+    double *work;              /* p: forces and their changes along each u, as work */
+    double most;               /* the largest of them */
+    double residual, reported; /* scaled; as last noted */
+    int count;                 /* unknowns, and as many equations R = 0 */
+    int *place;                /* count: the index of each unknown in u */
+    int *rate;                 /* count: the entry of search->rates that is unknown in place of the position; -1 */
+    double *size;              /* count: of a step's unknowns, their units */
     double *matrix, *vectors, *factors; /* count x count */
     double *values, *right;             /* count */
     double *step;                       /* count: of the unknowns, their units */
@@ -95,6 +95,6 @@ kempe_status kmp_descent_complain(const kmp_descent *w, const char *why);
 
 /** Appends the forces along u[k] of the last state: "gravity -9.81 N, 'k' 2 N, together -7.81 N", the nonzero ones,
  * largest first; nothing where there are none. KEMPE_E_MEMORY. */
-kempe_status kmp_load_path_tell(kmp_text *text, const kmp_linear *linear, int k);
+kempe_status kmp_load_path_report(kmp_text *text, const kmp_linear *linear, int k);
 
 #endif

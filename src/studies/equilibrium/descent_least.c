@@ -414,11 +414,11 @@ static kempe_status solve(solver *s, int most)
     kmp_descent *w = s->w;
     double bound = FIRST_BOUND;
     for (int k = 0;; k++) {
-        bool told = k == 0 && w->told == w->residual;
+        bool reported = k == 0 && w->reported == w->residual;
         if (kmp_interrupted(w->l->system->context))
             return w->status = kmp_descent_complain(w, "interrupted");
         double residual = take(s);
-        if (!told)
+        if (!reported)
             kmp_descent_note(w, residual);
         if (residual <= KMP_WAY_BALANCED)
             return KEMPE_OK;
@@ -437,7 +437,7 @@ static void put_targets(solver *s, double part)
  * and smaller parts. From a state that is no equilibrium the first part rarely succeeds. */
 static kempe_status follow(solver *s)
 {
-    kmp_parts way = KMP_PARTS;
+    kmp_parts parts = KMP_PARTS;
     kempe_status status = KEMPE_OK;
     (void)take(s);
     for (int k = 0; k < s->x->target_count; k++) {
@@ -445,16 +445,16 @@ static kempe_status follow(solver *s)
         s->from[k] = s->to[k] + s->value[s->p + k] * s->row_size[s->p + k];
     }
     save(s, s->good);
-    while (kmp_parts_next(&way, s->x->target_count > 0 ? SMALLEST_PART : 1)) {
+    while (kmp_parts_next(&parts, s->x->target_count > 0 ? SMALLEST_PART : 1)) {
         if (status == KEMPE_E_FAILED && !restore(s, s->good))
             return status;
-        put_targets(s, way.next);
+        put_targets(s, parts.next);
         if (s->x->target_count > 0)
             s->w->search->iterations = 0;
-        status = solve(s, way.next == 1 && way.done == 0 ? MOST_STEPS : MOST_OF_PART);
+        status = solve(s, parts.next == 1 && parts.done == 0 ? MOST_STEPS : MOST_OF_PART);
         if (status != KEMPE_OK && (status != KEMPE_E_FAILED || s->w->status != KEMPE_OK))
             return status;
-        kmp_parts_take(&way, status == KEMPE_OK);
+        kmp_parts_take(&parts, status == KEMPE_OK);
         if (status == KEMPE_OK)
             save(s, s->good);
     }

@@ -162,7 +162,7 @@ static kempe_status complain_runaway(kmp_descent *w, int k, double far)
     kmp_text pulls = {0};
     if (!w->search->quiet && kmp_descent_at(w, w->begin))
         place = kmp_linear_place(l, coordinate);
-    KMP_TRY(place >= 0 ? kmp_load_path_tell(&pulls, l, place) : KEMPE_OK);
+    KMP_TRY(place >= 0 ? kmp_load_path_report(&pulls, l, place) : KEMPE_OK);
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
                    "no equilibrium: nothing restrains '%s', which moves by %.3g %s%s%s; no spring, stop or closure "
                    "gives a restoring force: add one, start nearer to an equilibrium, or hold it and solve for a load",
@@ -268,7 +268,7 @@ static kempe_status find(kmp_descent *w)
 
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search)
 {
-    kmp_descent w = {.l = linear, .search = search, .t = t, .n = linear->n, .told = NAN};
+    kmp_descent w = {.l = linear, .search = search, .t = t, .n = linear->n, .reported = NAN};
     w.bound = search->balanced ? SHORT_BOUND : FIRST_BOUND;
     search->iterations = search->exchanges = 0;
     kempe_status status = kmp_descent_init(&w) ? KEMPE_OK : kmp_fail_memory(linear->system->context);
@@ -306,7 +306,7 @@ static kempe_status find_going_on(kmp_linear *l, double t, const double *q, cons
     return status;
 }
 
-static void tell_names(const kempe_model *model, const kmp_search *search, kmp_text *text)
+static void report_names(const kempe_model *model, const kmp_search *search, kmp_text *text)
 {
     for (int k = 0; k < search->rate_count && k < MOST_TOLD; k++)
         kmp_text_printf(text, "%s%s", k ? ", " : "", model->motions[search->rates[k].coordinate].name);
@@ -319,7 +319,7 @@ static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady
 {
     kempe_context *context = l->system->context;
     kmp_text names = {0};
-    tell_names(l->system->model, steady, &names);
+    report_names(l->system->model, steady, &names);
     kempe_status status = kmp_equilibrium_find(l, t, q, steady);
     if (status == KEMPE_OK)
         kmp_log(context, KEMPE_LOG_INFO,

@@ -74,7 +74,7 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
     }
 }
 
-static void show_way(kmp_text *text, const kmp_balance *b)
+static void show_path(kmp_text *text, const kmp_balance *b)
 {
     kmp_text_printf(text, "\n  iteration    residual       step length\n");
     for (int k = 0; k < b->iterations; k++) {
@@ -118,7 +118,7 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     kmp_text_put(text, "\npotential  ");
     kmp_text_printf(text, "%.9g J\n", b->potential + 0.0);
     if (k == 0)
-        show_way(text, b);
+        show_path(text, b);
 }
 
 static void show_equilibrium(kmp_text *text, const void *result)

@@ -92,7 +92,7 @@ static bool find(const kmp_linear *l, const double *x, load_path *path, double *
     return true;
 }
 
-static void tell(kmp_text *text, const kempe_model *model, int coordinate, const load_path *path)
+static void report(kmp_text *text, const kempe_model *model, int coordinate, const load_path *path)
 {
     const char *unit = model->motions[coordinate].rotation ? "N m" : "N";
     for (int i = 0; i < path->count; i++) {
@@ -110,7 +110,7 @@ static void tell(kmp_text *text, const kempe_model *model, int coordinate, const
         kmp_text_printf(text, ", together %.6g %s", path->sum, unit);
 }
 
-kempe_status kmp_load_path_tell(kmp_text *text, const kmp_linear *linear, int k)
+kempe_status kmp_load_path_report(kmp_text *text, const kmp_linear *linear, int k)
 {
     int n = linear->n;
     const kempe_model *model = linear->system->model;
@@ -119,7 +119,7 @@ kempe_status kmp_load_path_tell(kmp_text *text, const kmp_linear *linear, int k)
     double *with = KMP_ARENA_NEW(&arena, double, n), *without = KMP_ARENA_NEW(&arena, double, n);
     bool ok = !arena.failed && find(linear, linear->red.x + k * n, &path, with, without);
     if (ok)
-        tell(text, model, linear->part.u[k], &path);
+        report(text, model, linear->part.u[k], &path);
     kmp_arena_free(&arena);
     return ok ? KEMPE_OK : kmp_fail_memory(linear->system->context);
 }

@@ -93,16 +93,17 @@ static int next_force(const kempe_inverse *r, int from)
 static void show_model_forces(kmp_text *text, const kempe_inverse *r)
 {
     const kempe_model *model = r->system->model;
-    int told = 0;
+    int reported = 0;
     for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
-        if (told++ < MOST_TOLD)
-            kmp_text_printf(
-                text, "%s'%s' along %s",
-                told > 1 ? ", " : "the actuator forces are in addition to the model's forces along these coordinates: ",
-                model->forces[f].name, name_of(r, model->forces[f].motion));
-    if (told > MOST_TOLD)
-        kmp_text_printf(text, " and %d more", told - MOST_TOLD);
-    kmp_text_put(text, told > 0 ? "\n" : "");
+        if (reported++ < MOST_TOLD)
+            kmp_text_printf(text, "%s'%s' along %s",
+                            reported > 1
+                                ? ", "
+                                : "the actuator forces are in addition to the model's forces along these coordinates: ",
+                            model->forces[f].name, name_of(r, model->forces[f].motion));
+    if (reported > MOST_TOLD)
+        kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
+    kmp_text_put(text, reported > 0 ? "\n" : "");
 }
 
 static int name_width(const kempe_inverse *r)
@@ -163,15 +164,15 @@ static void show_loops(kmp_text *text, const kempe_inverse *r, int width)
 
 static void show_redundant(kmp_text *text, const kempe_inverse *r)
 {
-    int told = 0;
+    int reported = 0;
     if (!is_redundant(r))
         return;
     kmp_text_put(text, "closures  redundant: reactions are those of the independent rows, zero in");
     for (int k = 0; k < r->m; k++)
-        if (r->redundant[k] && told++ < MOST_TOLD)
+        if (r->redundant[k] && reported++ < MOST_TOLD)
             kmp_text_printf(text, " %s", r->system->row_names[k]);
-    if (told > MOST_TOLD)
-        kmp_text_printf(text, " and %d more", told - MOST_TOLD);
+    if (reported > MOST_TOLD)
+        kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
     kmp_text_put(text, "\n");
 }
 

@@ -241,16 +241,16 @@ static kempe_status renew(kmp_prescribed_motion *g)
 /* Closes the prediction q + move, with u prescribed, and checks that the branch is unchanged. */
 static bool follow(kmp_prescribed_motion *g, double t)
 {
-    double way = 0, added = 0;
+    double length = 0, added = 0;
     for (int k = 0; k < g->n; k++) {
-        way = fmax(way, fabs(g->move[k]) / g->system->scale[k]);
+        length = fmax(length, fabs(g->move[k]) / g->system->scale[k]);
         g->trial[k] = g->q[k] + g->move[k];
     }
-    if (!(way <= LONGEST_MOVE) || !close_trial(g, t))
+    if (!(length <= LONGEST_MOVE) || !close_trial(g, t))
         return false;
     for (int k = 0; k < g->n; k++)
         added = fmax(added, fabs(g->trial[k] - g->q[k] - g->move[k]) / g->system->scale[k]);
-    return added <= fmax(TRUSTED_MOVE, TRUSTED_PART * way) &&
+    return added <= fmax(TRUSTED_MOVE, TRUSTED_PART * length) &&
            (!g->red.block || kmp_block_has_signs(g->red.block, g->sign));
 }
 
@@ -302,16 +302,16 @@ static kempe_status try_step(kmp_prescribed_motion *g, double next, bool *done)
 kempe_status kmp_prescribed_motion_advance(kmp_prescribed_motion *prescribed, double t)
 {
     kmp_prescribed_motion *g = prescribed;
-    kmp_parts way = KMP_PARTS;
+    kmp_parts parts = KMP_PARTS;
     double from = g->t;
-    while (g->t < t && kmp_parts_next(&way, SHORTEST)) {
+    while (g->t < t && kmp_parts_next(&parts, SHORTEST)) {
         bool done = false;
-        KMP_TRY(try_step(g, way.next < 1 ? from + way.next * (t - from) : t, &done));
+        KMP_TRY(try_step(g, parts.next < 1 ? from + parts.next * (t - from) : t, &done));
         if (done) {
             note_off(g);
             KMP_TRY(renew(g));
         }
-        kmp_parts_take(&way, done);
+        kmp_parts_take(&parts, done);
     }
     return g->t < t ? fail_beyond(g, t) : KEMPE_OK;
 }
@@ -336,33 +336,33 @@ static kempe_status take_start(kmp_prescribed_motion *g)
  * tangent. */
 static kempe_status approach(kmp_prescribed_motion *g, double t)
 {
-    kmp_parts way = KMP_PARTS;
+    kmp_parts parts = KMP_PARTS;
     memcpy(g->from, g->q, (size_t)g->n * sizeof *g->q);
-    while (kmp_parts_next(&way, SHORTEST)) {
-        kmp_eval_closure(g->eval, way.done * t, g->q);
+    while (kmp_parts_next(&parts, SHORTEST)) {
+        kmp_eval_closure(g->eval, parts.done * t, g->q);
         if (kmp_reduction_factor(&g->red))
             break;
         kmp_reduction_tangent(&g->red);
         for (int k = 0; k < g->n; k++)
-            g->move[k] = (way.next - way.done) * t * g->red.x_t[k];
+            g->move[k] = (parts.next - parts.done) * t * g->red.x_t[k];
         for (int i = 0; i < g->part.p; i++) {
             int u = g->part.u[i];
-            double end = way.next < 1 ? way.next * g->tq[u] + (1 - way.next) * g->from[u] : g->tq[u];
+            double end = parts.next < 1 ? parts.next * g->tq[u] + (1 - parts.next) * g->from[u] : g->tq[u];
             for (int k = 0; k < g->n; k++)
                 g->move[k] += g->red.x[k + i * g->n] * (end - g->q[u]);
         }
-        bool there = follow(g, way.next * t);
+        bool there = follow(g, parts.next * t);
         if (there)
             memcpy(g->q, g->trial, (size_t)g->n * sizeof *g->q);
-        kmp_parts_take(&way, there);
+        kmp_parts_take(&parts, there);
     }
-    if (way.done >= 1)
+    if (parts.done >= 1)
         return KEMPE_OK;
     return kmp_fail(
         g->system->context, KEMPE_E_FAILED,
         "the loops cannot be closed at the beginning of the motion, t = %.9g s: from the model's start only the "
         "fraction %.3g of the change is possible; use a nearer start, or a motion with all coordinates",
-        t, way.done);
+        t, parts.done);
 }
 
 /* q at the beginning of the motion, as far as it is known before the loops are closed there. */

@@ -270,18 +270,18 @@ static kempe_status go(job *j, double s_end, int rows, kmp_sweep_end *end)
 static kempe_status approach_aside(job *j)
 {
     kempe_kinematics *k = j->k;
-    kmp_lead *way = KMP_ARENA_NEW(&k->arena, kmp_lead, k->lead_count);
+    kmp_lead *path = KMP_ARENA_NEW(&k->arena, kmp_lead, k->lead_count);
     kmp_sweep_end end;
     bool moves = false;
-    if (!way)
+    if (!path)
         return kmp_fail_memory(k->system->context);
     for (int i = 0; i < k->lead_count; i++) {
-        way[i] = (kmp_lead){k->lead[i].coordinate, j->start[i], k->lead[i].from};
-        moves = moves || way[i].from != way[i].to;
+        path[i] = (kmp_lead){k->lead[i].coordinate, j->start[i], k->lead[i].from};
+        moves = moves || path[i].from != path[i].to;
     }
     if (!moves)
         return KEMPE_OK;
-    KMP_TRY(lead(j, way, 0));
+    KMP_TRY(lead(j, path, 0));
     KMP_TRY(go(j, 1, 0, &end));
     if (end == KMP_SWEEP_DEAD)
         return kmp_fail(k->system->context, KEMPE_E_FAILED,
@@ -403,7 +403,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
         return kmp_fail_memory(system->context);
     k->system = system;
     job j = {.k = k};
-    kempe_status status = kmp_kinematics_ask(k, options);
+    kempe_status status = kmp_kinematics_request(k, options);
     if (status == KEMPE_OK)
         status = make_room(k);
     if (status == KEMPE_OK)

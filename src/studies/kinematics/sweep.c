@@ -55,12 +55,11 @@ static void poses_swap(kmp_sweep_pose *a, kmp_sweep_pose *b)
 static bool make_room(kmp_sweep *w)
 {
     ptrdiff_t x = w->n + 1, m = w->system->m, entries = w->system->jacobian.count;
-    const kmp_arena_group groups[] = {
-        {x,
-         {&w->here.x, &w->here.dx, &w->next.x, &w->next.dx, &w->part_way.x, &w->part_way.dx, &w->entry.x, &w->entry.dx,
-          &w->unit, &w->drift, &w->dx, &w->xs, &w->xss}},
-        {m, {&w->jd}},
-        {entries, {&w->masked}}};
+    const kmp_arena_group groups[] = {{x,
+                                       {&w->here.x, &w->here.dx, &w->next.x, &w->next.dx, &w->between.x, &w->between.dx,
+                                        &w->entry.x, &w->entry.dx, &w->unit, &w->drift, &w->dx, &w->xs, &w->xss}},
+                                      {m, {&w->jd}},
+                                      {entries, {&w->masked}}};
     w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
     w->moving = KMP_ARENA_NEW(&w->arena, int, m);
     return kmp_arena_make_groups(&w->arena, sizeof groups / sizeof *groups, groups);
@@ -271,13 +270,13 @@ static void x_at(const kmp_sweep *w, const stretch *e, double part, int order, d
         x[i] = hermite(e, i, part, order);
 }
 
-/* The closed pose at a part of the length, with its tangent, in part_way. */
+/* The closed pose at a part of the length, with its tangent, in between. */
 static bool pose_at(kmp_sweep *w, const stretch *e, double part)
 {
     double first, ratio;
     kmp_sweep_target target = {.base = e->a, .offset = part * e->length};
-    x_at(w, e, part, 0, w->part_way.x);
-    return kmp_sweep_close(w, &target, &w->part_way, &first, &ratio) && kmp_sweep_tangent(w, &w->part_way, e->a);
+    x_at(w, e, part, 0, w->between.x);
+    return kmp_sweep_close(w, &target, &w->between, &first, &ratio) && kmp_sweep_tangent(w, &w->between, e->a);
 }
 
 /* The part of the cubic at which s is reached: s is monotonic. */
@@ -293,7 +292,7 @@ static double guess_part(const kmp_sweep *w, const stretch *e, double s)
 }
 
 /* A sign change of f between 0 and 1, closed poses only, to rounding. f: ds, or s less a target. The pose is in
- * part_way. */
+ * between. */
 static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
 {
     int n = w->n;
@@ -302,7 +301,7 @@ static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
     while (kmp_bracket_next(&bracket, 4 * DBL_EPSILON, &part)) {
         if (!pose_at(w, e, part))
             return false;
-        double f = turn ? w->part_way.dx[n] : w->part_way.x[n] - s;
+        double f = turn ? w->between.dx[n] : w->between.x[n] - s;
         if (f == 0 || (!turn && fabs(f) <= DBL_EPSILON * (1 + fabs(s))))
             return true;
         kmp_bracket_take(&bracket, part, f, (f > 0) == (f1 > 0));
@@ -316,17 +315,17 @@ static double pace(const kmp_sweep *w, const kmp_sweep_pose *pose)
     return fabs(pose->dx[w->n]) / w->unit[w->n];
 }
 
-/* The state at s, on this stretch, in part_way. false: the branch has been lost. */
+/* The state at s, on this stretch, in between. false: the branch has been lost. */
 static bool land(kmp_sweep *w, const stretch *e, double s)
 {
     double first, ratio;
     kmp_sweep_target target = {.s = s};
-    x_at(w, e, guess_part(w, e, s), 0, w->part_way.x);
-    w->part_way.x[w->n] = s;
+    x_at(w, e, guess_part(w, e, s), 0, w->between.x);
+    w->between.x[w->n] = s;
     if (fmin(pace(w, e->a), pace(w, e->b)) >= SLOW * w->fastest)
-        return kmp_sweep_close(w, &target, &w->part_way, &first, &ratio) && first <= MOST_OFF * fabs(e->length) + 1e-9;
+        return kmp_sweep_close(w, &target, &w->between, &first, &ratio) && first <= MOST_OFF * fabs(e->length) + 1e-9;
     bool found = enclose(w, e, false, s);
-    w->part_way.x[w->n] = s;
+    w->between.x[w->n] = s;
     return found;
 }
 
@@ -406,16 +405,16 @@ static double near_step(const kmp_sweep *w, double margin, double step)
 
 /* -- the path ---------------------------------------------------------------------------------------- */
 
-typedef struct way {
+typedef struct trace {
     kmp_sweep *w;
     const kmp_sweep_task *task;
     double up;    /* +1, -1: where s goes */
     double step;  /* the longest that is tried next */
     int row;      /* the next */
     double slack; /* rounding of s */
-} way;
+} trace;
 
-static bool reaches(const way *y, double s, double target)
+static bool reaches(const trace *y, double s, double target)
 {
     return y->up * (s - target) >= 0;
 }
@@ -432,7 +431,7 @@ static double slack_of(const kmp_sweep *w)
 }
 
 /* The row at x, with the derivatives in xs and xss; driven values are set without rounding. */
-static void give(way *y, double *x)
+static void give(trace *y, double *x)
 {
     kmp_sweep *w = y->w;
     double s = y->task->s[y->row++];
@@ -450,7 +449,7 @@ static void give(way *y, double *x)
 static void differentiate_cubic(kmp_sweep *w, const stretch *e, double s)
 {
     double part = guess_part(w, e, s);
-    x_at(w, e, part, 0, w->part_way.x);
+    x_at(w, e, part, 0, w->between.x);
     x_at(w, e, part, 1, w->xs);
     x_at(w, e, part, 2, w->xss);
     double s1 = w->xs[w->n], s2 = w->xss[w->n];
@@ -461,7 +460,7 @@ static void differentiate_cubic(kmp_sweep *w, const stretch *e, double s)
 }
 
 /* The rows of a stretch up to `limit`; `crossing`: a change point lies in it. False: the branch has been lost. */
-static bool give_rows(way *y, const stretch *e, double limit, bool crossing)
+static bool give_rows(trace *y, const stretch *e, double limit, bool crossing)
 {
     kmp_sweep *w = y->w;
     const kmp_sweep_task *t = y->task;
@@ -469,15 +468,15 @@ static bool give_rows(way *y, const stretch *e, double limit, bool crossing)
         double s = t->s[y->row];
         if (crossing)
             differentiate_cubic(w, e, s);
-        else if (!land(w, e, s) || !kmp_sweep_derivatives(w, &w->part_way, w->xs, w->xss))
+        else if (!land(w, e, s) || !kmp_sweep_derivatives(w, &w->between, w->xs, w->xss))
             return false;
-        give(y, w->part_way.x);
+        give(y, w->between.x);
     }
     return true;
 }
 
 /* A row that is the dead centre itself. */
-static void give_dead(way *y)
+static void give_dead(trace *y)
 {
     const kmp_sweep_task *t = y->task;
     if (y->row < t->count && fabs(t->s[y->row] - y->w->here.x[y->w->n]) <= y->slack)
@@ -485,23 +484,23 @@ static void give_dead(way *y)
 }
 
 /* Moves to s_end, within the stretch. */
-static kmp_sweep_end arrive(way *y, const stretch *e)
+static kmp_sweep_end arrive(trace *y, const stretch *e)
 {
     kmp_sweep *w = y->w;
-    if (!land(w, e, y->task->s_end) || !kmp_sweep_tangent(w, &w->part_way, e->a))
+    if (!land(w, e, y->task->s_end) || !kmp_sweep_tangent(w, &w->between, e->a))
         return KMP_SWEEP_LOST;
-    pose_copy(w, &w->part_way, &w->here);
+    pose_copy(w, &w->between, &w->here);
     return KMP_SWEEP_ARRIVED;
 }
 
 /* s turns between here and next: up to there, or to s_end before it. Rows nearer to it than rounding are it. */
-static kmp_sweep_end stop_dead(way *y)
+static kmp_sweep_end stop_dead(trace *y)
 {
     kmp_sweep *w = y->w;
     stretch e = between(w, &w->here, &w->next);
     if (!enclose(w, &e, true, 0))
         return KMP_SWEEP_LOST;
-    pose_copy(w, &w->part_way, &w->next);
+    pose_copy(w, &w->between, &w->next);
     e = between(w, &w->here, &w->next);
     double limit = w->next.x[w->n] - y->up * y->slack;
     if (!give_rows(y, &e, limit, false))
@@ -514,13 +513,13 @@ static kmp_sweep_end stop_dead(way *y)
     return KMP_SWEEP_DEAD;
 }
 
-static bool goes_on(const way *y)
+static bool goes_on(const trace *y)
 {
     return (y->w->next.dx[y->w->n] > 0) == (y->up > 0);
 }
 
 /* Crosses a change point: reported where the margin, which decreases linearly to it, is zero; rows in between. */
-static kmp_sweep_end cross(way *y, double margin)
+static kmp_sweep_end cross(trace *y, double margin)
 {
     kmp_sweep *w = y->w;
     if (!leap(w) || !goes_on(y))
@@ -529,8 +528,8 @@ static kmp_sweep_end cross(way *y, double margin)
     double gone = kmp_sweep_offset(w, &w->entry, &w->here), at = kmp_sweep_margin(w, &w->entry);
     double part = fmin(1, (gone + gone * margin / fmax(at - margin, margin)) / e.length);
     (void)give_rows(y, &e, w->next.x[w->n], true);
-    x_at(w, &e, part, 0, w->part_way.x);
-    y->task->change(y->task->user, &w->part_way, margin);
+    x_at(w, &e, part, 0, w->between.x);
+    y->task->change(y->task->user, &w->between, margin);
     w->effort.steps++;
     w->last_margin = margin;
     w->last_step = 0;
@@ -541,7 +540,7 @@ static kmp_sweep_end cross(way *y, double margin)
 }
 
 /* One step, and the handling of its result. */
-static kmp_sweep_end go_on(way *y)
+static kmp_sweep_end go_on(trace *y)
 {
     kmp_sweep *w = y->w;
     double margin = kmp_sweep_margin(w, &w->here);
@@ -578,7 +577,7 @@ static kmp_sweep_end go_on(way *y)
 }
 
 /* Chooses the tangent towards s_end: from a dead centre in the reverse direction. */
-static void turn(way *y)
+static void turn(trace *y)
 {
     int n = y->w->n;
     double *dx = y->w->here.dx;
@@ -592,7 +591,7 @@ static void turn(way *y)
 kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task)
 {
     double s = sweep->here.x[sweep->n];
-    way y = {.w = sweep, .task = task, .up = task->s_end >= s ? 1 : -1, .step = FIRST_STEP, .slack = slack_of(sweep)};
+    trace y = {.w = sweep, .task = task, .up = task->s_end >= s ? 1 : -1, .step = FIRST_STEP, .slack = slack_of(sweep)};
     kmp_sweep_end end = task->s_end == s ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
     long most = sweep->effort.steps + MOST_STEPS;
     if (sweep->here.dx[sweep->n] == 0)

@@ -45,7 +45,7 @@ typedef struct kmp_sweep {
     bool any_dropped;
     int *moving, moving_count; /* of the dropped rows, those that move in time: they are driven, as coordinates are */
     double *masked;            /* J without the rows that are dropped */
-    kmp_sweep_pose here, next, part_way, entry;
+    kmp_sweep_pose here, next, between, entry;
     double *span;     /* n + 1 rows of p + 1: derivatives of each x along each of u and along s */
     double *gradient; /* p + 1 rows of n + 1: of all that is to be met */
     double *matrix;   /* p + 1 square: its changes along the span */

@@ -202,7 +202,7 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
     return release(k, release_count, released);
 }
 
-kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_options *options)
+kempe_status kmp_kinematics_request(kempe_kinematics *k, const kempe_kinematics_options *options)
 {
     kmp_ranges ranges;
     k->time = k->first = -1;

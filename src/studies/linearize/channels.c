@@ -154,7 +154,7 @@ static kempe_status make_system(kmp_channels *c, const kmp_channels_options *opt
 
 /* -- the state --------------------------------------------------------------------------------------- */
 
-static kempe_status tell_singular(const kmp_channels *c, kempe_status status)
+static kempe_status report_singular(const kmp_channels *c, kempe_status status)
 {
     kempe_context *context = c->system->context;
     if (status == KEMPE_E_FAILED && !*kempe_context_message(context))
@@ -219,7 +219,7 @@ static kempe_status take_state(kmp_channels *c, const kmp_channels_options *opti
     KMP_TRY(kmp_coordinates_read(c->system->model, "independent", options->independent, wish, &wish_count));
     KMP_TRY(kmp_linear_init(&c->linear, c->system, backend));
     KMP_TRY(kmp_operating_new(c->system, options->at, &c->linear, &c->at));
-    return tell_singular(c, judge_rest(c, wish, wish_count));
+    return report_singular(c, judge_rest(c, wish, wish_count));
 }
 
 /* -- the whole --------------------------------------------------------------------------------------- */

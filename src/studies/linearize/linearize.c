@@ -54,9 +54,9 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
     kempe_linearization *l = KMP_NEW(kempe_linearization, 1);
     if (!l)
         return kmp_fail_memory(system->context);
-    const kmp_channels_options asked = {options->at, options->inputs, options->outputs, options->independent,
-                                        options->backend};
-    kempe_status status = kmp_channels_init(&l->channels, system, &asked);
+    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
+                                            options->backend};
+    kempe_status status = kmp_channels_init(&l->channels, system, &requested);
     if (status == KEMPE_OK)
         status = make_first_order(l);
     l->channels.warnings = kmp_context_warnings(system->context);

@@ -25,7 +25,7 @@ void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
     const double *share = m->modes.kinetic + (ptrdiff_t)c * m->modes.n;
     double last = INFINITY;
     int last_k = -1;
-    for (int told = 0; told < MOST_MOVERS; told++) {
+    for (int reported = 0; reported < MOST_MOVERS; reported++) {
         int best = -1;
         for (int k = 0; k < m->modes.n; k++) { /* the next one in order: less, or equal and later */
             bool later = share[k] < last || (share[k] == last && k > last_k);
@@ -34,7 +34,7 @@ void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
         }
         if (best < 0)
             return;
-        kmp_text_printf(text, "%s%s %.2f", told ? ", " : "", name_of(m, best), share[best]);
+        kmp_text_printf(text, "%s%s %.2f", reported ? ", " : "", name_of(m, best), share[best]);
         last = share[best];
         last_k = best;
     }
@@ -166,15 +166,15 @@ static bool next_uncertain(const kmp_locus *l, int *first, int *k)
 static void show_uncertain(kmp_text *text, const kempe_modes *m)
 {
     const kmp_locus *l = &m->locus;
-    int told = 0;
-    for (int first, k = 0; next_uncertain(l, &first, &k); told++)
-        if (told < MOST_RANGES)
+    int reported = 0;
+    for (int first, k = 0; next_uncertain(l, &first, &k); reported++)
+        if (reported < MOST_RANGES)
             kmp_text_printf(text, "%s%.6g to %.6g",
-                            told ? ", " : "note      the modes could not be tracked with certainty over ",
+                            reported ? ", " : "note      the modes could not be tracked with certainty over ",
                             l->value[first], l->value[k]);
-    if (told > MOST_RANGES)
-        kmp_text_printf(text, " and %d more ranges", told - MOST_RANGES);
-    if (told > 0)
+    if (reported > MOST_RANGES)
+        kmp_text_printf(text, " and %d more ranges", reported - MOST_RANGES);
+    if (reported > 0)
         kmp_text_printf(text, " of %s: two modes are too close, or more values are needed\n", m->name);
 }
 

@@ -128,14 +128,14 @@ static kempe_status check_inputs(const kmp_channels *c)
 
 static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_options *options)
 {
-    const kmp_channels_options asked = {options->at, options->inputs, options->outputs, options->independent,
-                                        options->backend};
+    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
+                                            options->backend};
     kmp_range range = {.count = 1};
     if (!options->inputs || !options->inputs[0])
         return kmp_fail(
             system->context, KEMPE_E_ARGUMENT,
             "a frequency response needs inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), or parameters");
-    KMP_TRY(kmp_channels_init(&r->channels, system, &asked));
+    KMP_TRY(kmp_channels_init(&r->channels, system, &requested));
     KMP_TRY(check_state(&r->channels));
     KMP_TRY(check_inputs(&r->channels));
     KMP_TRY(read_range(&r->channels, options, &range));

@@ -190,7 +190,7 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
                         "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
     bool marked = !first || kmp_forward_charts_differ(f, f->old_chart);
-    return !marked || kmp_forward_tell_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
+    return !marked || kmp_forward_report_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
 static const kmp_formulation_kind varied_zone;

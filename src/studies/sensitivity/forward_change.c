@@ -56,7 +56,7 @@ void kmp_forward_keep_old(kmp_forward_formulation *f)
     memcpy(f->old_chart, f->chart, kmp_forward_chart_bytes(f));
 }
 
-int kmp_forward_tell_mark(kmp_forward_formulation *f, double t, int condition)
+int kmp_forward_report_mark(kmp_forward_formulation *f, double t, int condition)
 {
     kmp_varied_mark mark = {t, condition, f->old_u, f->old_q, f->old_y, f->mode, f->old_chart, {0}};
     if (kmp_forward_charts_differ(f, f->old_chart))
@@ -92,7 +92,7 @@ int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double 
     if (kmp_forward_spread(f, t, y) != KMP_GO)
         return KMP_HALT;
     kmp_forward_keep_old(f);
-    if (choose_anew(f, y) != KMP_GO || kmp_forward_tell_mark(f, t, -1) != KMP_GO)
+    if (choose_anew(f, y) != KMP_GO || kmp_forward_report_mark(f, t, -1) != KMP_GO)
         return KMP_HALT;
     formulation->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
     return KMP_CHANGED;
@@ -175,7 +175,7 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         return fail_at(f, "the motion cannot continue after the condition %s at t = %.9g", k, t);
     jump(f, integrand, y);
     f->t = NAN; /* the place is the one before the change */
-    return kmp_forward_tell_mark(f, t, k);
+    return kmp_forward_report_mark(f, t, k);
 }
 
 /* Conditions have changed since the last start: passes those that the motion itself has changed one after the other,
@@ -216,7 +216,7 @@ static int pass_charts(kmp_forward_formulation *f, double t, const double *q, co
     kmp_eval_set_charts(kmp_forward_eval(f), f->new_chart);
     kmp_forward_keep_old(f);
     kmp_forward_enter_charts(f, q, qd);
-    if (kmp_forward_tell_mark(f, t, -1) != KMP_GO)
+    if (kmp_forward_report_mark(f, t, -1) != KMP_GO)
         return KMP_HALT;
     kmp_forward_keep_old(f);
     kmp_eval_closure(kmp_forward_eval(f), t, q);

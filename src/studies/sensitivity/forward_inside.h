@@ -107,7 +107,7 @@ bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *c
 
 /** The place is that before a mark; the other function: that after it. */
 void kmp_forward_keep_old(kmp_forward_formulation *f);
-int kmp_forward_tell_mark(kmp_forward_formulation *f, double t, int condition);
+int kmp_forward_report_mark(kmp_forward_formulation *f, double t, int condition);
 
 int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double *yp);
 int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y,

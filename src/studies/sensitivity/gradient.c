@@ -135,14 +135,14 @@ static bool step_to(kempe_gradient *g, const double *value)
 /* Follows the straight path from `from` to `to`; returns the part reached. */
 static double lead(kempe_gradient *g)
 {
-    kmp_parts way = KMP_PARTS;
+    kmp_parts parts = KMP_PARTS;
     double *value = g->column;
-    while (kmp_parts_next(&way, LEAST_STEP)) {
+    while (kmp_parts_next(&parts, LEAST_STEP)) {
         for (int k = 0; k < g->driven + g->count; k++)
-            value[k] = way.next < 1 ? g->from[k] + way.next * (g->to[k] - g->from[k]) : g->to[k];
-        kmp_parts_take(&way, step_to(g, value));
+            value[k] = parts.next < 1 ? g->from[k] + parts.next * (g->to[k] - g->from[k]) : g->to[k];
+        kmp_parts_take(&parts, step_to(g, value));
     }
-    return way.done;
+    return parts.done;
 }
 
 /* Restores the earlier state itself, without a path. */
@@ -155,7 +155,7 @@ static void go_back(kempe_gradient *g, const double *q)
         find_slopes(g);
 }
 
-static kempe_status tell_end(kempe_gradient *g, double done)
+static kempe_status report_end(kempe_gradient *g, double done)
 {
     kmp_text sentence = {0};
     kmp_text_printf(&sentence,
@@ -260,7 +260,7 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
     double done = lead(g);
     if (done == 1)
         return evaluate(g);
-    kempe_status status = tell_end(g, done);
+    kempe_status status = report_end(g, done);
     go_back(g, q);
     return status;
 }
@@ -302,7 +302,7 @@ static bool name_values(kempe_gradient *g)
     return !g->arena.failed;
 }
 
-static kempe_status tell_freedoms(const kempe_gradient *g)
+static kempe_status report_freedoms(const kempe_gradient *g)
 {
     const kmp_partition *part = &g->linear.part;
     kmp_text others = {0};
@@ -325,7 +325,7 @@ static kempe_status stand_at(kempe_gradient *g, const int *driven, const kmp_ope
         kmp_eval_set_charts(g->linear.eval, start->chart);
     KMP_TRY(kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven));
     if (g->linear.p != g->driven)
-        return tell_freedoms(g);
+        return report_freedoms(g);
     if (!make_room(g) || !name_values(g))
         return kmp_fail_memory(g->context);
     memcpy(g->q, start->inner_q, (size_t)g->n * sizeof *g->q);

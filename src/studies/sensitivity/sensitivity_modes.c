@@ -86,7 +86,7 @@ static bool write_note(work *w)
     return !note.failed && !w->s->arena.failed;
 }
 
-static kempe_status tell(work *w)
+static kempe_status report(work *w)
 {
     const kmp_spectrum *sp = w->spectrum;
     w->chosen = KMP_ARENA_NEW(&w->s->arena, int, sp->count);
@@ -106,7 +106,7 @@ static kempe_status find_modes(kmp_sensitivity_state *x, kempe_sensitivity *s, k
                                         (const char *const *)s->name));
     KMP_TRY(kmp_linear_spectrum(&x->varied.linear, spectrum));
     KMP_TRY(kmp_mode_slopes_init(slopes, &x->varied.linear, second, &x->sensitivity_of_state, spectrum));
-    return tell(&(work){.s = s, .spectrum = spectrum, .slopes = slopes});
+    return report(&(work){.s = s, .spectrum = spectrum, .slopes = slopes});
 }
 
 static kempe_status find(kempe_sensitivity *s)

@@ -212,8 +212,9 @@ static void show(kmp_text *text, const void *result)
 /* The algorithm of the run itself, not of the request. */
 static const char *dynamics_of(const kempe_trajectory *t)
 {
-    kmp_dynamics asked = t->system->dynamics;
-    kmp_dynamics by_mass = asked == KMP_DYNAMICS_NER || asked == KMP_DYNAMICS_PLAIN ? asked : KMP_DYNAMICS_COMPOSITE;
+    kmp_dynamics requested = t->system->dynamics;
+    kmp_dynamics by_mass =
+        requested == KMP_DYNAMICS_NER || requested == KMP_DYNAMICS_PLAIN ? requested : KMP_DYNAMICS_COMPOSITE;
     return kmp_dynamics_word(t->report.by_bodies ? KMP_DYNAMICS_ARTICULATED : by_mass);
 }
 

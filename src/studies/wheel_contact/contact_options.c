@@ -101,7 +101,7 @@ static kempe_status read_law(kempe_contacts *t, const char *word)
     return status;
 }
 
-kempe_status kmp_contact_ask(kempe_contacts *t, const kempe_contact_options *options)
+kempe_status kmp_contact_request(kempe_contacts *t, const kempe_contact_options *options)
 {
     kempe_context *context = context_of(t);
     if (t->given->model->wheel_count == 0)

@@ -180,19 +180,19 @@ static kempe_status try_point(job *j, const double *point)
 /* Goes straight from the current state to `point`, by parts where that is too far. */
 static kempe_status go(job *j, const double *point)
 {
-    kmp_parts way = KMP_PARTS;
+    kmp_parts parts = KMP_PARTS;
     kempe_status status = KEMPE_OK;
     size_t count = (size_t)j->t->over.count;
     memcpy(j->from, j->here, count * sizeof *j->from);
     double least = memcmp(j->from, point, count * sizeof *point) ? LEAST_PART : 1;
-    while (kmp_parts_next(&way, least)) {
+    while (kmp_parts_next(&parts, least)) {
         for (size_t k = 0; k < count; k++)
-            j->between[k] = way.next < 1 ? j->from[k] + way.next * (point[k] - j->from[k]) : point[k];
+            j->between[k] = parts.next < 1 ? j->from[k] + parts.next * (point[k] - j->from[k]) : point[k];
         kmp_context_clear(context_of(j));
         status = try_point(j, j->between);
         if (status != KEMPE_OK && status != KEMPE_E_FAILED)
             return status;
-        kmp_parts_take(&way, status == KEMPE_OK);
+        kmp_parts_take(&parts, status == KEMPE_OK);
     }
     return status;
 }
@@ -277,7 +277,7 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
         return kmp_fail_memory(system->context);
     t->given = system;
     job j = {.t = t};
-    kempe_status status = kmp_contact_ask(t, options);
+    kempe_status status = kmp_contact_request(t, options);
     if (status == KEMPE_OK)
         status = make_system(t);
     if (status == KEMPE_OK)

@@ -42,7 +42,7 @@ struct kempe_contacts {
 };
 
 /** Reads the options into a table that has its system: swept quantities, fixed ones, law, values. */
-kempe_status kmp_contact_ask(kempe_contacts *table, const kempe_contact_options *options);
+kempe_status kmp_contact_request(kempe_contacts *table, const kempe_contact_options *options);
 
 /** The index of a coordinate among the fixed ones; -1: it is not fixed. */
 int kmp_contact_hold_of(const kempe_contacts *table, int coordinate);

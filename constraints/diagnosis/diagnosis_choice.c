@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Possible independent coordinates; the loops as blocks of Jv in order of solution, with their closures. */
 #include "base/memory.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "constraints/partition/reduction.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
@@ -11,7 +11,7 @@
 static bool dependent_rates(const kmp_examination *x, double *jv, int *pivot, double *b)
 {
     const kmp_partition *part = x->part;
-    const double *jacobian = kmp_doctor_jacobian(x, 0);
+    const double *jacobian = kmp_diagnosis_jacobian(x, 0);
     int r = part->r, m = part->m;
     for (int i = 0; i < r; i++) {
         for (int k = 0; k < r; k++)
@@ -58,23 +58,23 @@ static kmp_alternative best_exchange(const kmp_partition *part, const double *b,
     return best;
 }
 
-void kmp_doctor_alternatives(kmp_examination *x)
+void kmp_diagnosis_alternatives(kmp_examination *x)
 {
     const kmp_partition *part = x->part;
     int r = part->r, p = part->p;
     double *jv = KMP_ARENA_NEW(x->arena, double, r *r), *b = KMP_ARENA_NEW(x->arena, double, r *p);
     int *pivot = KMP_ARENA_NEW(x->arena, int, r);
-    x->doctor->alternatives = KMP_ARENA_NEW(x->arena, kmp_alternative, part->n);
-    if (r == 0 || p == 0 || !jv || !b || !pivot || !x->doctor->alternatives || !dependent_rates(x, jv, pivot, b))
+    x->diagnosis->alternatives = KMP_ARENA_NEW(x->arena, kmp_alternative, part->n);
+    if (r == 0 || p == 0 || !jv || !b || !pivot || !x->diagnosis->alternatives || !dependent_rates(x, jv, pivot, b))
         return;
     for (int k = 0, i = 0, c = 0; c < part->n; c++) {
         if (k < p && part->u[k] == c) {
-            x->doctor->alternatives[c] = (kmp_alternative){c, -1, part->max_b, true};
+            x->diagnosis->alternatives[c] = (kmp_alternative){c, -1, part->max_b, true};
             k++;
         } else
-            x->doctor->alternatives[c] = best_exchange(part, b, i++);
+            x->diagnosis->alternatives[c] = best_exchange(part, b, i++);
     }
-    x->doctor->alternative_count = part->n;
+    x->diagnosis->alternative_count = part->n;
 }
 
 /* -- blocks ------------------------------------------------------------------------------------------ */

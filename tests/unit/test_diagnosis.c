@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/closing/branches.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
 #include "random_model.h"
 #include <kempe/branches.h>
@@ -88,7 +88,7 @@ static void healthy_mechanisms(void)
                                         "examples/slider_crank/slider_crank.yaml", "tests/models/fourbar2.yaml"};
     for (int k = 0; k < 4; k++) {
         patient p = admit(paths[k]);
-        const kmp_doctor *d = &p.check->doctor;
+        const kmp_diagnosis *d = &p.check->diagnosis;
         CHECK(p.check->part.p == 1 && d->ran && d->moved && d->generic_rank == p.system->m);
         CHECK(d->set_count == 0 && d->shared_count == 0 && d->repair_count == 0);
         CHECK(d->second == KMP_SECOND_UNTRIED && d->limits.walked && d->limits.cycle);
@@ -100,7 +100,7 @@ static void healthy_mechanisms(void)
 static void always_redundant(const char *path, int redundant, int may_lose)
 {
     patient p = admit(path);
-    const kmp_doctor *d = &p.check->doctor;
+    const kmp_diagnosis *d = &p.check->diagnosis;
     CHECK(p.check->part.p == 1 && p.system->m - p.check->part.r == redundant);
     CHECK(d->moved && d->generic_rank == p.check->part.r && d->set_count == redundant);
     for (int k = 0; k < d->set_count; k++)
@@ -132,7 +132,7 @@ static void a_doubled_closure_is_named(void)
     patient p = admit_text(four_bar(1, 0.3, 0.9, 0.7, "C: {ball: [b.C, c.C]}, Twin: {ball: [b.C, c.C]}",
                                     "q: {A: 90 deg, B: -60 deg, D: 120 deg}, hold: [A]"),
                            KEMPE_OK);
-    const kmp_doctor *d = &p.check->doctor;
+    const kmp_diagnosis *d = &p.check->diagnosis;
     CHECK(d->set_count == 2 && d->repair_count == 2);
     same_rows(&p, &d->sets[0], "C.1", "Twin.1");
     same_rows(&p, &d->sets[1], "C.2", "Twin.2");
@@ -147,7 +147,7 @@ static void a_planar_loop_with_spatial_closures(void)
     patient p = admit_text(four_bar(1, 0.3, 0.9, 0.7, "C: {ball: [b.C, c.C]}, X: {ball: [b.X, c.X]}",
                                     "q: {A: 90 deg, B: -60 deg, D: 120 deg}, hold: [A]"),
                            KEMPE_OK);
-    const kmp_doctor *d = &p.check->doctor;
+    const kmp_diagnosis *d = &p.check->diagnosis;
     CHECK(p.check->part.p == 1 && p.system->m == 4 && d->declared == 6 && d->set_count == 2);
     says(&p, "(2 more vanish identically, as out-of-plane rows do)");
     says(&p, "coordinates - rows = 3 - 4 = -1: 2 rows are redundant in every configuration");
@@ -163,7 +163,7 @@ static void rows_of_rounding_hold_nothing(void)
     static const int redundant[] = {3, 6, 16};
     for (int k = 0; k < 3; k++) {
         patient p = admit(paths[k]);
-        const kmp_doctor *d = &p.check->doctor;
+        const kmp_diagnosis *d = &p.check->diagnosis;
         CHECK(p.system->m - p.check->part.r == redundant[k] && d->set_count == redundant[k]);
         for (int i = 0; i < d->set_count; i++)
             CHECK(d->sets[i].always);
@@ -178,7 +178,7 @@ static void rows_of_rounding_hold_nothing(void)
 static void a_parallelogram_flat_and_upright(void)
 {
     patient p = admit_text(four_bar(0.8, 0.3, 0.8, 0.3, one_loop, "q: {A: 0}"), KEMPE_OK);
-    const kmp_doctor *d = &p.check->doctor;
+    const kmp_diagnosis *d = &p.check->diagnosis;
     CHECK(p.check->part.p == 2 && d->moved && d->generic_rank == 2 && d->margin == 0);
     CHECK(d->set_count == 1 && !d->sets[0].always && d->repair_count == 0);
     CHECK(d->second == KMP_SECOND_BRANCHES && d->branches == 2 && !d->limits.walked);
@@ -186,7 +186,7 @@ static void a_parallelogram_flat_and_upright(void)
     says(&p, "elsewhere the mechanism has 1 degree of freedom");
     dismiss(&p);
     p = admit("tests/models/parallelogram.yaml");
-    d = &p.check->doctor;
+    d = &p.check->diagnosis;
     CHECK(p.check->part.p == 1 && d->set_count == 0 && d->second == KMP_SECOND_UNTRIED);
     int change_points = 0;
     for (int k = 0; k < d->limits.landmark_count; k++) {
@@ -204,12 +204,12 @@ static void a_parallelogram_flat_and_upright(void)
 static void stretched_bars_are_shaky(void)
 {
     patient p = admit_text(four_bar(1.5, 0.5, 0.4, 0.6, one_loop, "q: {A: 0, B: 0, D: 180 deg}"), KEMPE_OK);
-    const kmp_doctor *d = &p.check->doctor;
+    const kmp_diagnosis *d = &p.check->diagnosis;
     CHECK(p.check->part.p == 2 && !d->moved && d->second == KMP_SECOND_NONE);
     says(&p, "infinitesimally mobile");
     dismiss(&p);
     p = admit_text(four_bar(1.5, 0.5, 0.4, 0.6, one_loop, "q: {A: 0.1, B: 0.1, D: 3}"), KEMPE_OK);
-    CHECK(!p.check->doctor.moved && p.check->doctor.second == KMP_SECOND_NONE);
+    CHECK(!p.check->diagnosis.moved && p.check->diagnosis.second == KMP_SECOND_NONE);
     dismiss(&p);
 }
 
@@ -221,7 +221,7 @@ static double cosine_law(double one, double two, double opposite)
     return acos((one * one + two * two - opposite * opposite) / (2 * one * two));
 }
 
-static void swings(const kmp_doctor *d, int k, double low, double high)
+static void swings(const kmp_diagnosis *d, int k, double low, double high)
 {
     const kmp_swing *s = &d->limits.swing[k];
     CHECK(d->limits.walked && s->moves && s->turns == 0 && s->low_dead && s->high_dead);
@@ -232,7 +232,7 @@ static void swings(const kmp_doctor *d, int k, double low, double high)
 static void triple_rocker_swings(void)
 {
     patient p = admit("tests/models/triple_rocker.yaml");
-    const kmp_doctor *d = &p.check->doctor;
+    const kmp_diagnosis *d = &p.check->diagnosis;
     double a = cosine_law(1.2, 0.8, 0.5 + 0.7), c = cosine_law(1.2, 0.7, 0.8 + 0.5);
     CHECK(d->limits.cycle);
     swings(d, 0, -a, a);
@@ -244,7 +244,7 @@ static void crank_rocker(double g, double a, double b, double c)
 {
     patient p =
         admit_text(four_bar(g, a, b, c, one_loop, "q: {A: 90 deg, B: -60 deg, D: 120 deg}, hold: [A]"), KEMPE_OK);
-    const kmp_doctor *d = &p.check->doctor;
+    const kmp_diagnosis *d = &p.check->diagnosis;
     CHECK(d->limits.cycle && abs(d->limits.swing[0].turns) == 1);
     swings(d, 2, pi - cosine_law(g, c, b + a), pi - cosine_law(g, c, b - a));
     says(&p, "A  rotates fully");
@@ -262,7 +262,7 @@ static void crank_rockers_swing(void)
 static void slider_crank_dead_centres(void)
 {
     patient p = admit("examples/slider_crank/slider_crank.yaml");
-    const kmp_doctor *d = &p.check->doctor;
+    const kmp_diagnosis *d = &p.check->diagnosis;
     int dead = 0;
     swings(d, 2, -0.4, 0); /* crank 0.2; zero at the outer dead centre */
     for (int k = 0; k < d->limits.landmark_count; k++)
@@ -315,7 +315,7 @@ static void held_where_it_cannot_close(void)
  * has a rank less by one. */
 static void look_at_landmarks(const patient *p, int *dead_centres)
 {
-    const kmp_doctor *d = &p->check->doctor;
+    const kmp_diagnosis *d = &p->check->diagnosis;
     kmp_walk *w = kmp_walk_new(p->system);
     int n = p->system->n, m = p->system->m;
     for (int i = 0; i < d->limits.landmark_count; i++) {
@@ -352,8 +352,8 @@ static void random_mechanisms_are_examined(void)
         kempe_text_free(text);
         if (p.check && p.check->assembled) {
             assembled++;
-            walked += p.check->doctor.limits.walked;
-            cycles += p.check->doctor.limits.cycle;
+            walked += p.check->diagnosis.limits.walked;
+            cycles += p.check->diagnosis.limits.cycle;
             look_at_landmarks(&p, &dead);
         }
         kempe_check_free(p.check);
@@ -405,7 +405,7 @@ static void random_four_bars_obey_grashof(void)
         char start[160];
         snprintf(start, sizeof start, "q: {A: %.17g, B: %.17g, D: %.17g}, hold: [A]", qa, qb, atan2(y, x));
         patient p = admit_text(four_bar(side[0], side[1], side[2], side[3], one_loop, start), KEMPE_OK);
-        const kmp_limits *l = &p.check->doctor.limits;
+        const kmp_limits *l = &p.check->diagnosis.limits;
         bool turns[3], marked = l->landmark_count == KMP_MOST_LANDMARKS;
         for (int k = 0; k < l->landmark_count; k++)
             marked = marked || l->landmark[k].coordinate < 0;

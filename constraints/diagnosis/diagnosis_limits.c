@@ -7,7 +7,7 @@
 #include "base/bracket.h"
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "constraints/tolerances.h"
 #include "linalg/dot.h"
 #include <math.h>
@@ -32,16 +32,16 @@ typedef struct place {
     double arc, pivot;
 } place;
 
-typedef struct way {
+typedef struct trace {
     kmp_examination *x;
     kmp_limits *limits;
     int n;
     double usual; /* the largest last pivot so far */
     place before, here, next, trial, least, start;
-} way;
+} trace;
 
 /* The tangent at p->q, from the last J, on the side of `like`. */
-static void tangent_at(way *w, place *p, const double *like)
+static void tangent_at(trace *w, place *p, const double *like)
 {
     kmp_walk *walk = w->x->walk;
     kmp_walk_tangents(walk, w->n - 1);
@@ -52,7 +52,7 @@ static void tangent_at(way *w, place *p, const double *like)
 }
 
 /* Steps from `from` to `to` by h along the tangent; false if no closed state is close by. */
-static bool stride(way *w, const place *from, double h, place *to)
+static bool stride(trace *w, const place *from, double h, place *to)
 {
     const double *scale = w->x->system->scale;
     double sideways = 0;
@@ -71,7 +71,7 @@ static bool stride(way *w, const place *from, double h, place *to)
     return kmp_dot(w->n, from->tangent, to->tangent) > LEAST_DOT;
 }
 
-static void copy(const way *w, const place *from, place *to)
+static void copy(const trace *w, const place *from, place *to)
 {
     memcpy(to->q, from->q, (size_t)w->n * sizeof *to->q);
     memcpy(to->tangent, from->tangent, (size_t)w->n * sizeof *to->tangent);
@@ -94,13 +94,13 @@ static void extend(kmp_swing *swing, double q, bool dead, double scale)
 }
 
 /* True for an angle of a spherical joint that is singular at the start: the motion is followed in other angles. */
-static bool is_unseen(const way *w, int k)
+static bool is_unseen(const trace *w, int k)
 {
     int c = kmp_chart_of(w->x->system, k);
     return c >= 0 && !kmp_chart_is_own(w->x->walk->eval->chart, c);
 }
 
-static void remember(way *w, int coordinate, const double *q, double margin)
+static void remember(trace *w, int coordinate, const double *q, double margin)
 {
     kmp_limits *l = w->limits;
     if (l->landmark_count == KMP_MOST_LANDMARKS)
@@ -114,7 +114,7 @@ static void remember(way *w, int coordinate, const double *q, double margin)
 }
 
 /* Finds the dead centre of coordinate k between here and next, by the sign of its tangent component. */
-static void dead_centre(way *w, int k)
+static void dead_centre(trace *w, int k)
 {
     double b = w->next.arc - w->here.arc, fa = w->here.tangent[k], fb = w->next.tangent[k], x;
     for (int i = 0; i < 3; i++, b *= 1.02) { /* at the return to the start its arc length is inexact */
@@ -140,7 +140,7 @@ static void dead_centre(way *w, int k)
 /* The last pivot at `h` from here; zero if closing fails, as near an exact change point. Keeps the best place. */
 static double probe(void *self, double h)
 {
-    way *w = self;
+    trace *w = self;
     if (!stride(w, &w->here, h, &w->trial))
         return 0;
     if (w->trial.pivot < w->least.pivot)
@@ -149,7 +149,7 @@ static double probe(void *self, double h)
 }
 
 /* Finds the minimum of the last pivot between `before` and `next`. */
-static void change_point(way *w)
+static void change_point(trace *w)
 {
     copy(w, &w->here, &w->least);
     (void)kmp_bracket_least(probe, w, w->before.arc - w->here.arc, w->next.arc - w->here.arc, 1e-8);
@@ -160,7 +160,7 @@ static void change_point(way *w)
 
 /* -- one direction ------------------------------------------------------------------------------------- */
 
-static void notice(way *w)
+static void notice(trace *w)
 {
     for (int k = 0; k < w->n; k++) {
         double one = w->here.tangent[k], two = w->next.tangent[k];
@@ -175,7 +175,7 @@ static void notice(way *w)
 }
 
 /* True if the step from here to next has passed the start, modulo full turns: next is then the start. */
-static bool came_back(way *w)
+static bool came_back(trace *w)
 {
     const kempe_system *s = w->x->system;
     double along = 0, square = 0, h = w->next.arc - w->here.arc;
@@ -199,7 +199,7 @@ static bool came_back(way *w)
     return true;
 }
 
-static void go_on(way *w)
+static void go_on(trace *w)
 {
     place old = w->before;
     w->before = w->here;
@@ -209,7 +209,7 @@ static void go_on(way *w)
 
 /* Follows the motion from the start along its tangent. Returns the reason of its end; NULL: it returned to the
  * start. */
-static const char *walk_one_way(way *w)
+static const char *trace_one_side(trace *w)
 {
     double h = FIRST_STEP;
     copy(w, &w->start, &w->here);
@@ -231,7 +231,7 @@ static const char *walk_one_way(way *w)
     return "the motion continues: the search was ended there";
 }
 
-static void begin(way *w)
+static void begin(trace *w)
 {
     const kmp_examination *x = w->x;
     memcpy(w->start.q, x->q, (size_t)w->n * sizeof *w->start.q);
@@ -240,12 +240,12 @@ static void begin(way *w)
     if (w->start.tangent[x->part->u[0]] < 0) /* the independent coordinate increases first */
         for (int k = 0; k < w->n; k++)
             w->start.tangent[k] = -w->start.tangent[k];
-    w->usual = fmax(w->start.pivot, x->doctor->margin > 0 ? w->start.pivot / x->doctor->margin : 0);
+    w->usual = fmax(w->start.pivot, x->diagnosis->margin > 0 ? w->start.pivot / x->diagnosis->margin : 0);
     for (int k = 0; k < w->n; k++)
         w->limits->swing[k] = (kmp_swing){.low = x->q[k], .high = x->q[k]};
 }
 
-static void finish(way *w)
+static void finish(trace *w)
 {
     for (int k = 0; k < w->n; k++) {
         kmp_swing *s = &w->limits->swing[k];
@@ -261,7 +261,7 @@ static void finish(way *w)
 
 static const char *why_not(const kmp_examination *x)
 {
-    const kmp_doctor *d = x->doctor;
+    const kmp_diagnosis *d = x->diagnosis;
     if (x->system->rheonomic)
         return "a closure depends on time and determines the motion";
     if (x->part->n - d->generic_rank != 1)
@@ -277,10 +277,10 @@ static const char *why_not(const kmp_examination *x)
     return NULL;
 }
 
-void kmp_doctor_limits(kmp_examination *x)
+void kmp_diagnosis_limits(kmp_examination *x)
 {
-    kmp_limits *l = &x->doctor->limits;
-    way w = {.x = x, .limits = l, .n = x->system->n};
+    kmp_limits *l = &x->diagnosis->limits;
+    trace w = {.x = x, .limits = l, .n = x->system->n};
     l->why_not = why_not(x);
     if (l->why_not)
         return;
@@ -291,12 +291,12 @@ void kmp_doctor_limits(kmp_examination *x)
         return;
     begin(&w);
     l->walked = true;
-    l->ended = walk_one_way(&w);
+    l->ended = trace_one_side(&w);
     l->cycle = !l->ended;
     if (l->ended) {
         for (int k = 0; k < w.n; k++)
             w.start.tangent[k] = -w.start.tangent[k];
-        (void)walk_one_way(&w);
+        (void)trace_one_side(&w);
     }
     finish(&w);
 }

@@ -7,7 +7,7 @@
 
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/diagnosis/doctor_walk.h"
+#include "constraints/diagnosis/diagnosis_walk.h"
 #include "constraints/partition/partition.h"
 #include <kempe/check.h>
 
@@ -75,7 +75,7 @@ typedef struct kmp_limits {
     int landmark_count;
 } kmp_limits;
 
-typedef struct kmp_doctor {
+typedef struct kmp_diagnosis {
     bool ran;
     const char *why_not; /* reason of a skipped examination, a sentence */
     int declared;        /* number of rows of all closures, including those that vanish identically */
@@ -95,7 +95,7 @@ typedef struct kmp_doctor {
     kmp_loop_block *blocks;
     int block_count;
     kmp_limits limits;
-} kmp_doctor;
+} kmp_diagnosis;
 
 /** A held coordinate that was released in a trial while the others stay held. */
 typedef struct kmp_release {
@@ -122,17 +122,17 @@ typedef struct kmp_obstacle {
 struct kempe_check {
     const kempe_system *system;
     kempe_assembly *assembly;
-    bool assembled;        /* false: only `obstacle` is set */
-    kmp_partition part;    /* n, m, p (dof), r (rank), u, v, rows, redundant, cond, max_b */
-    int driven;            /* degrees of freedom of the drives: the decrease of the rank without them */
-    char *undetermined;    /* reason of undetermined accelerations; NULL: they are determined */
-    int body_count;        /* number of bodies without the ground */
-    int loop_count;        /* number of closures */
-    kmp_doctor doctor;     /* results of the examination */
-    kmp_obstacle obstacle; /* reason of a failed assembly */
-    char *reason;          /* message of the failed assembly */
-    kmp_arena arena;       /* of obstacle and reason */
-    char *warnings;        /* of the computation, one per line */
+    bool assembled;          /* false: only `obstacle` is set */
+    kmp_partition part;      /* n, m, p (dof), r (rank), u, v, rows, redundant, cond, max_b */
+    int driven;              /* degrees of freedom of the drives: the decrease of the rank without them */
+    char *undetermined;      /* reason of undetermined accelerations; NULL: they are determined */
+    int body_count;          /* number of bodies without the ground */
+    int loop_count;          /* number of closures */
+    kmp_diagnosis diagnosis; /* results of the examination */
+    kmp_obstacle obstacle;   /* reason of a failed assembly */
+    char *reason;            /* message of the failed assembly */
+    kmp_arena arena;         /* of obstacle and reason */
+    char *warnings;          /* of the computation, one per line */
 };
 
 /* Work shared by the parts of one examination. */
@@ -142,7 +142,7 @@ typedef struct kmp_examination {
     const kmp_partition *part;
     kmp_arena *arena;
     kmp_walk *walk;
-    kmp_doctor *doctor;
+    kmp_diagnosis *diagnosis;
     int point_count;   /* random configurations */
     double *jacobians; /* m x n each, scaled: here, then at the points */
 } kmp_examination;
@@ -154,18 +154,18 @@ kempe_status kmp_obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *ass
 double kmp_loop_longest_side(const kempe_model *model, int closure);
 
 /* Parts of the examination, in order. The arena records memory failures. */
-void kmp_doctor_points(kmp_examination *x);
-void kmp_doctor_dependents(kmp_examination *x);
-void kmp_doctor_second_order(kmp_examination *x);
-void kmp_doctor_repairs(kmp_examination *x);
-void kmp_doctor_alternatives(kmp_examination *x);
-void kmp_doctor_limits(kmp_examination *x);
+void kmp_diagnosis_points(kmp_examination *x);
+void kmp_diagnosis_dependents(kmp_examination *x);
+void kmp_diagnosis_second_order(kmp_examination *x);
+void kmp_diagnosis_repairs(kmp_examination *x);
+void kmp_diagnosis_alternatives(kmp_examination *x);
+void kmp_diagnosis_limits(kmp_examination *x);
 
 /** Lists the blocks of Jv with their rows and closures in `blocks` (arena); returns their number. -1: no memory or
  * singular. */
 int kmp_loop_blocks(kmp_evaluator *eval, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks);
 
 /** Jacobian k of the examination: 0 here, 1 .. point_count at the random configurations. */
-const double *kmp_doctor_jacobian(const kmp_examination *x, int k);
+const double *kmp_diagnosis_jacobian(const kmp_examination *x, int k);
 
 #endif

@@ -3,7 +3,7 @@
  * tangents. The members of each dependent set come from an echelon basis of the left null space of the scaled J. Rows
  * that may be left out are found by the rank of the remaining ones. */
 #include "base/memory.h"
-#include "constraints/diagnosis/doctor.h"
+#include "constraints/diagnosis/diagnosis.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include <math.h>
@@ -11,7 +11,7 @@
 
 #define MOST_WORK 2e8 /* multiplications */
 
-const double *kmp_doctor_jacobian(const kmp_examination *x, int k)
+const double *kmp_diagnosis_jacobian(const kmp_examination *x, int k)
 {
     return x->jacobians + (size_t)k * (size_t)(x->system->m * x->system->n);
 }
@@ -22,10 +22,10 @@ const double *kmp_doctor_jacobian(const kmp_examination *x, int k)
 static void compare_ranks(kmp_examination *x)
 {
     kmp_walk *w = x->walk;
-    kmp_doctor *d = x->doctor;
+    kmp_diagnosis *d = x->diagnosis;
     double most = 0;
     for (int k = 1; k <= x->point_count; k++) {
-        memcpy(w->copy, kmp_doctor_jacobian(x, k), (size_t)(w->m * w->n) * sizeof *w->copy);
+        memcpy(w->copy, kmp_diagnosis_jacobian(x, k), (size_t)(w->m * w->n) * sizeof *w->copy);
         int rank = kmp_walk_null_space(w, w->m, w->n, kmp_rounding_zero(x->system, KMP_RANK), w->n);
         most = rank > d->generic_rank ? w->last : rank == d->generic_rank ? fmax(most, w->last) : most;
         d->generic_rank = rank > d->generic_rank ? rank : d->generic_rank;
@@ -37,15 +37,15 @@ static void compare_ranks(kmp_examination *x)
         d->margin = fmin(1, x->part->pivots[x->part->r - 1] / most);
 }
 
-void kmp_doctor_points(kmp_examination *x)
+void kmp_diagnosis_points(kmp_examination *x)
 {
     const kempe_system *s = x->system;
     size_t n = (size_t)s->n, size = (size_t)s->m * n;
     kmp_waypoint place[KMP_DOCTOR_POINTS + 1];
     double *q = KMP_ARENA_NEW(x->arena, double, s->n *(KMP_DOCTOR_POINTS + 2));
     x->jacobians = KMP_ARENA_NEW(x->arena, double, size *(KMP_DOCTOR_POINTS + 1));
-    x->doctor->generic_rank = x->part->r;
-    x->doctor->margin = 1;
+    x->diagnosis->generic_rank = x->part->r;
+    x->diagnosis->margin = 1;
     if (!q || !x->jacobians)
         return;
     memcpy(q, x->q, n * sizeof *q);
@@ -65,7 +65,7 @@ void kmp_doctor_points(kmp_examination *x)
 static int rank_of_rows(const kmp_examination *x, int k, const int *rows, int count, double tolerance)
 {
     kmp_walk *w = x->walk;
-    const double *jacobian = kmp_doctor_jacobian(x, k);
+    const double *jacobian = kmp_diagnosis_jacobian(x, k);
     double whole = 0;
     for (int e = 0; e < w->m * w->n; e++)
         whole = fmax(whole, fabs(jacobian[e]));
@@ -99,7 +99,7 @@ static void keep_set(kmp_examination *x, const double *member, kmp_dependent *se
 
 static void collect_shared(kmp_examination *x)
 {
-    kmp_doctor *d = x->doctor;
+    kmp_diagnosis *d = x->diagnosis;
     d->shared_rows = KMP_ARENA_NEW(x->arena, int, x->system->m);
     for (int r = 0; d->shared_rows && r < x->system->m; r++) {
         bool shared = false;
@@ -114,7 +114,7 @@ static void collect_shared(kmp_examination *x)
 /* Adds up to `most` dependent sets of Jacobian k, from an echelon basis. */
 static void add_sets(kmp_examination *x, int k, int most, double tolerance)
 {
-    kmp_doctor *d = x->doctor;
+    kmp_diagnosis *d = x->diagnosis;
     int m = x->system->m, count = m - rank_of_rows(x, k, NULL, m, tolerance);
     kmp_dependent *found = KMP_ARENA_NEW(x->arena, kmp_dependent, count);
     for (int i = 0; found && i < count; i++)
@@ -141,9 +141,9 @@ static void sort_sets(kmp_dependent *sets, int count)
 }
 
 /* Sets that are dependent everywhere come from a random configuration: here coefficients may vanish by chance. */
-void kmp_doctor_dependents(kmp_examination *x)
+void kmp_diagnosis_dependents(kmp_examination *x)
 {
-    kmp_doctor *d = x->doctor;
+    kmp_diagnosis *d = x->diagnosis;
     int m = x->system->m, all = m - x->part->r, always = m - d->generic_rank;
     d->sets = KMP_ARENA_NEW(x->arena, kmp_dependent, all);
     if (all == 0 || !d->sets)
@@ -167,10 +167,10 @@ static bool rank_stays(const kmp_examination *x, const bool *out, int *rows)
     for (int r = 0; r < x->system->m; r++)
         if (!out[r])
             rows[count++] = r;
-    if (count < x->doctor->generic_rank)
+    if (count < x->diagnosis->generic_rank)
         return false;
     for (int k = first; k >= last; k--)
-        if (rank_of_rows(x, k, rows, count, kmp_rounding_zero(x->system, KMP_RANK)) < x->doctor->generic_rank)
+        if (rank_of_rows(x, k, rows, count, kmp_rounding_zero(x->system, KMP_RANK)) < x->diagnosis->generic_rank)
             return false;
     return true;
 }
@@ -194,9 +194,9 @@ static void try_closure(kmp_examination *x, int closure, bool *out, int *rows, k
             repair->rows[repair->count++] = r;
 }
 
-void kmp_doctor_repairs(kmp_examination *x)
+void kmp_diagnosis_repairs(kmp_examination *x)
 {
-    kmp_doctor *d = x->doctor;
+    kmp_diagnosis *d = x->diagnosis;
     int closures = x->system->model->closure_count;
     double m = x->system->m, cost = 2 * d->shared_count * m * x->system->n * d->generic_rank;
     if (d->generic_rank == x->system->m)
@@ -309,23 +309,23 @@ static int common_zeros(const quadratic *f, int first)
     return found;
 }
 
-static void judge(kmp_doctor *doctor, const quadratic *f)
+static void judge(kmp_diagnosis *diagnosis, const quadratic *f)
 {
     int first = -1;
     for (int l = f->l - 1; l >= 0; l--)
         if (binds(f, l)) {
             first = l;
-            doctor->conditions++;
+            diagnosis->conditions++;
         }
     if (first < 0)
-        doctor->second = KMP_SECOND_REAL;
+        diagnosis->second = KMP_SECOND_REAL;
     else if (f->d == 1)
-        doctor->second = KMP_SECOND_NONE;
+        diagnosis->second = KMP_SECOND_NONE;
     else if (f->d > 2)
-        doctor->second = KMP_SECOND_CONDITIONS;
+        diagnosis->second = KMP_SECOND_CONDITIONS;
     else {
-        doctor->branches = common_zeros(f, first);
-        doctor->second = doctor->branches ? KMP_SECOND_BRANCHES : KMP_SECOND_NONE;
+        diagnosis->branches = common_zeros(f, first);
+        diagnosis->second = diagnosis->branches ? KMP_SECOND_BRANCHES : KMP_SECOND_NONE;
     }
 }
 
@@ -335,7 +335,7 @@ static int rank_here(const kmp_examination *x)
 {
     const kmp_partition *part = x->part;
     int r = part->r;
-    while (!x->doctor->moved && r > 0 && part->pivots[r - 1] < KMP_RANK_SHAKY * part->pivots[0])
+    while (!x->diagnosis->moved && r > 0 && part->pivots[r - 1] < KMP_RANK_SHAKY * part->pivots[0])
         r--;
     return r;
 }
@@ -362,10 +362,10 @@ static bool prepare(kmp_examination *x, int rank, quadratic *f)
     return !x->arena->failed;
 }
 
-void kmp_doctor_second_order(kmp_examination *x)
+void kmp_diagnosis_second_order(kmp_examination *x)
 {
     quadratic f = {0};
-    const kmp_doctor *d = x->doctor;
+    const kmp_diagnosis *d = x->diagnosis;
     int rank = rank_here(x);
     bool extra = rank < d->generic_rank, stuck = !d->moved && rank < x->part->n;
     if (x->part->m == rank || !(extra || stuck) || !prepare(x, rank, &f))
@@ -374,5 +374,5 @@ void kmp_doctor_second_order(kmp_examination *x)
     gamma_of(x, f.qd, NULL, &f, f.gamma0); /* d and gamma0 are both zero here */
     polarise(x, &f);
     contract(x, &f);
-    judge(x->doctor, &f);
+    judge(x->diagnosis, &f);
 }

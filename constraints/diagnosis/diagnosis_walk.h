@@ -59,9 +59,9 @@ void kmp_walk_pivots(kmp_walk *walk, double *pivots);
 /** The largest difference of a coordinate, scaled. */
 double kmp_walk_distance(const kmp_walk *walk, const double *a, const double *b);
 
-/** Moves from `from` (n) along a random tangent to `to`, closed; `way` (n): scratch. false if closing always undoes the
- * motion. */
-bool kmp_walk_wander(kmp_walk *walk, const double *from, unsigned *state, double *way, double *to);
+/** Moves from `from` (n) along a random tangent to `to`, closed; `direction` (n): scratch. false if closing always
+ * undoes the motion. */
+bool kmp_walk_wander(kmp_walk *walk, const double *from, unsigned *state, double *direction, double *to);
 
 /** The next number of a fixed sequence, in -1 .. 1. */
 double kmp_walk_random(unsigned *state);

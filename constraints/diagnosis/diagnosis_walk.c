@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/diagnosis/doctor_walk.h"
+#include "constraints/diagnosis/diagnosis_walk.h"
 #include "base/memory.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
@@ -149,20 +149,20 @@ void kmp_walk_pivots(kmp_walk *w, double *pivots)
 
 /* -- random directions --------------------------------------------------------------------------------- */
 
-/* Writes a random direction of the tangent space to `way`; its largest entry is one. */
-static void random_tangent(kmp_walk *w, int count, unsigned *state, double *way)
+/* Writes a random direction of the tangent space to `direction`; its largest entry is one. */
+static void random_tangent(kmp_walk *w, int count, unsigned *state, double *direction)
 {
     double most = 0;
-    memset(way, 0, (size_t)w->n * sizeof *way);
+    memset(direction, 0, (size_t)w->n * sizeof *direction);
     for (int c = 0; c < count; c++) {
         double part = kmp_walk_random(state);
         for (int k = 0; k < w->n; k++)
-            way[k] += part * w->basis[k + c * w->n];
+            direction[k] += part * w->basis[k + c * w->n];
     }
     for (int k = 0; k < w->n; k++)
-        most = fmax(most, fabs(way[k]));
+        most = fmax(most, fabs(direction[k]));
     for (int k = 0; k < w->n && most > 0; k++)
-        way[k] /= most;
+        direction[k] /= most;
 }
 
 double kmp_walk_distance(const kmp_walk *w, const double *a, const double *b)
@@ -173,15 +173,15 @@ double kmp_walk_distance(const kmp_walk *w, const double *a, const double *b)
     return most;
 }
 
-bool kmp_walk_wander(kmp_walk *w, const double *from, unsigned *state, double *way, double *to)
+bool kmp_walk_wander(kmp_walk *w, const double *from, unsigned *state, double *direction, double *to)
 {
     kmp_walk_evaluate(w, from);
     int count = w->n - kmp_walk_tangents(w, w->n);
     double step = STEP;
     for (int k = 0; k < TRIES && count > 0; k++, step *= 0.4) {
-        random_tangent(w, count, state, way);
+        random_tangent(w, count, state, direction);
         for (int c = 0; c < w->n; c++)
-            to[c] = from[c] + step * way[c] * w->system->scale[c];
+            to[c] = from[c] + step * direction[c] * w->system->scale[c];
         if (kmp_walk_close(w, to) && kmp_walk_distance(w, to, from) > MOVED * step &&
             kmp_walk_distance(w, to, from) < 3 * step)
             return true;
