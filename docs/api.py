@@ -150,6 +150,12 @@ def members(declaration):
     return rows
 
 
+def title_of(page):
+    """The title of a page of docs, in lower case unless it is a name."""
+    title = (PAGES.parent / f"{page}.md").read_text().split("\n")[0].lstrip("# ")
+    return title if re.search(r"[A-Z]", title[1:]) else title.lower()
+
+
 def linked(text, where, page, own=()):
     """Names of functions and types become links to their descriptions, other C names become code."""
     def link(match):
@@ -159,8 +165,8 @@ def linked(text, where, page, own=()):
             return f"[`{name}`]({'' if header == page else header + '.md'}#{anchor})"
         return f"`{name}`" if name.startswith(("kempe_", "KEMPE_")) else name
     parts = re.split(r"(`[^`]*`)", text)
-    prose = r"docs/(\w+)\.md|(?<![\w/])(\w+)\.h\b(?=:)|\b(?:kempe|KEMPE)_\w+\b"
-    page_of = lambda m: f"[{m.group(1).replace('_', ' ')}](../{m.group(1)}.md)" if m.group(1) else (
+    prose = r"docs/([\w/]+)\.md|(?<![\w/])(\w+)\.h\b(?=:)|\b(?:kempe|KEMPE)_\w+\b"
+    page_of = lambda m: f"[{title_of(m.group(1))}](../{m.group(1)}.md)" if m.group(1) else (
         f"[{m.group(2)}.h]({m.group(2)}.md):"[:-1] if m.group(2) in HEADERS else link(m))
     return "".join(part if k % 2 else re.sub(prose, page_of, part.replace("<", "&lt;").replace("*", r"\*")) for k, part in enumerate(parts))
 

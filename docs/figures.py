@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws the figures of docs/frames.md and docs/singular.md: frames.svg, joints.svg, cuts.svg, contact_frame.svg, singular.svg.
+"""Draws contact_frame.svg, singular.svg and the figures of docs/model: frames, cuts, joints, closures.
 
     python3 docs/figures.py            writes the figures
     python3 docs/figures.py --check    fails when a figure differs
@@ -367,19 +367,106 @@ KINDS = (("revolute", "rotation about a", revolute), ("prismatic", "translation 
          ("weld", "no coordinate", weld))
 
 
+PANEL = 290, 280
+BALL = ('<defs><radialGradient id="ball" cx="0.38" cy="0.32" r="0.75"><stop offset="0" stop-color="#d6e9f7"/>'
+        f'<stop offset="1" stop-color="{BLUE}"/></radialGradient></defs>')
+
+
+def kind_panel(x, y, name, note, draw):
+    """A joint or a closure in a panel with its name and a note."""
+    v = View(x + 132, y + 183, 88, *((-38, 24) if name == "universal" else ()))
+    draw(v)
+    middle = x + PANEL[0] / 2
+    return [text(middle, y + 26, name.replace("_", " "), INK, size=17, style=BOLD), text(middle, y + 45, note, "#5d6d7e", size=13), *v.drawn()]
+
+
+def alone(name, note, draw):
+    """One panel as a figure."""
+    return lambda: document(f"{name.replace('_', ' ')}: {note}", *PANEL, [BALL, *kind_panel(0, 0, name, note, draw)])
+
+
 def joints():
     """Three rows of three panels."""
-    width, height = 290, 280
-    shapes = ['<defs><radialGradient id="ball" cx="0.38" cy="0.32" r="0.75"><stop offset="0" stop-color="#d6e9f7"/>'
-              f'<stop offset="1" stop-color="{BLUE}"/></radialGradient></defs>']
-    for k, (name, note, draw) in enumerate(KINDS):
-        x, y = width * (k % 3), height * (k // 3)
-        v = View(x + 132, y + 183, 88, *((-38, 24) if name == "universal" else ()))
-        draw(v)
-        shapes += [text(x + width / 2, y + 26, name, INK, size=17, style=BOLD), text(x + width / 2, y + 45, note, "#5d6d7e", size=13), *v.drawn()]
+    width, height = PANEL
+    shapes = [BALL]
+    for k, kind in enumerate(KINDS):
+        shapes += kind_panel(width * (k % 3), height * (k // 3), *kind)
     for k in (1, 2):
         shapes.append(polyline([(20, height * k + 2), (3 * width - 20, height * k + 2)], "#e3e7eb", 1))
     return document("The kinds of joints, their coordinates and their zero positions", 3 * width, 3 * height, shapes)
+
+
+# -- closures ------------------------------------------------------------------------------------------
+
+def knob(v, point, name, shift, colour=BLUE):
+    """A point of a body as a small ball with its name."""
+    x, y = v.place(point)
+    v.front += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5.5" fill="{colour}" stroke="white" stroke-width="1.2"/>',
+                text(x + shift[0], y + shift[1], name, INK, style=BOLD)]
+
+
+def stick(v, origin, turns, length=0.85):
+    """A rod of the second body that ends at Q."""
+    body = Frame(origin)
+    for k, degrees in turns:
+        body = body.turned(k, degrees)
+    v.cylinder(body, 0.075, 0.08, length, BLUE)
+
+
+def free_along(v, a, b):
+    v.front.append(arrow(v.place(a), v.place(b), RED, 2, both=True))
+
+
+def rod(v):
+    p, q = (-0.75, -0.1, -0.35), (0.75, 0.1, 0.35)
+    v.box(Frame(p), (-0.5, -0.3, -0.3), (-0.05, 0.3, 0.25), GREY)
+    v.box(Frame(q), (0.05, -0.3, -0.25), (0.5, 0.3, 0.3), BLUE)
+    v.put([p, q], polyline([v.place(p), v.place(q)], "#5d6d7e", 4), 0.5)
+    knob(v, p, "P", (-2, 24), GREY)
+    knob(v, q, "Q", (4, -14))
+    v.front.append(text(v.x + 4, v.y - 16, "length", RED, style=ITALIC, size=15))
+
+
+def point_on_line(v):
+    v.cylinder(WORLD, 0.05, -0.6, 1.05, GREY)
+    v.box(WORLD, (-0.45, -0.45, -0.75), (0.45, 0.45, -0.6), GREY)
+    q = (0, 0, 0.5)
+    stick(v, q, ((1, 70),))
+    knob(v, (0, 0, -0.3), "P", (-17, 5), GREY)
+    knob(v, q, "Q", (15, 24))
+    v.axis((0, 0, 1.05), (0, 0, 1.35), INK, "axis")
+    free_along(v, (-0.28, 0, 0.15), (-0.28, 0, 0.95))
+
+
+def plate(v):
+    v.box(WORLD, (-1.0, -0.8, -0.35), (1.1, 0.9, -0.2), GREY)
+
+
+def point_on_plane(v):
+    plate(v)
+    q = (0.45, 0.35, -0.2)
+    stick(v, q, ((1, 28), (0, -18)), 1.0)
+    knob(v, (-0.45, -0.25, -0.2), "P", (-4, 21), GREY)
+    knob(v, q, "Q", (2, 30))
+    v.axis((-0.45, -0.25, -0.2), (-0.45, -0.25, 0.6), INK, "axis")
+    free_along(v, (0.05, 0.35, -0.2), (0.95, 0.35, -0.2))
+    free_along(v, (0.45, -0.15, -0.2), (0.45, 0.85, -0.2))
+
+
+def point_on_curve(v):
+    plate(v)
+    height = lambda x: -0.1 + 0.55 * math.sin(2.6 * x)
+    points = [(-0.9 + 1.85 * k / 60, height(-0.9 + 1.85 * k / 60), -0.2) for k in range(61)]
+    v.front.append(polyline([v.place(p) for p in points], RED, 2.4))
+    q = (0.72, height(0.72), -0.2)
+    v.frame(Frame((-0.75, -0.5, -0.2)), 0.6, ("x", "y", "z"))
+    stick(v, q, ((1, 25), (0, -10)), 1.0)
+    knob(v, (-0.75, -0.5, -0.2), "P", (-6, 21), GREY)
+    knob(v, q, "Q", (17, 12))
+
+
+CLOSURES = (("rod", "constant distance of P and Q", rod), ("point_on_line", "Q moves along the axis through P", point_on_line),
+            ("point_on_plane", "Q moves in the plane through P", point_on_plane), ("point_on_curve", "Q moves along a curve", point_on_curve))
 
 
 # -- frames of a joint ---------------------------------------------------------------------------------
@@ -667,7 +754,9 @@ def contact_frame():
     return document("The frame of a contact between wheel and rail, and its signs", 900, 630, shapes)
 
 
-FIGURES = {"frames.svg": frames, "joints.svg": joints, "cuts.svg": cuts, "contact_frame.svg": contact_frame, "singular.svg": singular}
+OF_MODELS = {"frames": frames, "joints": joints, "cuts": cuts, **{f"joint_{kind[0]}": alone(*kind) for kind in KINDS},
+             **{f"closure_{kind[0]}": alone(*kind) for kind in CLOSURES}}
+FIGURES = {"contact_frame.svg": contact_frame, "singular.svg": singular, **{f"model/figures/{name}.svg": draw for name, draw in OF_MODELS.items()}}
 
 
 def main(arguments):

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws docs/track.svg: what the coordinates of profiles and tracks mean, and a course.
+"""Draws docs/model/figures/track.svg: what the coordinates of profiles and tracks mean, and a course.
 
-    python3 docs/track_svg.py > docs/track.svg
+    python3 docs/model/figures/track.svg.py > docs/model/figures/track.svg
 """
 import math
 import pathlib

@@ -22,4 +22,4 @@ for command in $("$kempe" --help | awk '/^commands:/{on=1;next} /^$/{on=0} on{pr
     printf '.fi\n'
 done
 printf '.SH FILES\nPages and examples are installed in share/doc/kempe of the prefix, which kempe --help prints.\n'
-printf '.SH SEE ALSO\ndocs/tutorial.md, docs/model_format.md, docs/commands.md and docs/README.md, the list of all pages.\n'
+printf '.SH SEE ALSO\ndocs/tutorial.md, docs/model/README.md, docs/commands.md and docs/README.md, the list of all pages.\n'

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
@@ -26,7 +27,7 @@ import api  # noqa: E402
 import figures  # noqa: E402
 import gallery  # noqa: E402
 import generate  # noqa: E402
-import model_index  # noqa: E402
+import model_pages  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
 
@@ -138,61 +139,92 @@ def files(page):
 
 
 class Tables(unittest.TestCase):
-    def there(self, table, macro, title, column=0, page="model_format.md"):
-        rows = {row[column] for row in generate.rows(table, macro)}
-        self.assertEqual(rows - words(section(page, title)), set(), f"{page}, {title}: rows of {table} are not there")
-        return rows
+    def kinds(self):
+        """(kind, what a model writes, heading) of all kinds of joints, closures and forces."""
+        for name, _ in generate.rows("joints.def", "KMP_JOINT"):
+            yield name, f"{name}:", model_pages.heading(name, True)
+        for name, _ in generate.rows("closure_kinds.def", "KMP_CLOSURE"):
+            yield name, f"{name}:", model_pages.heading(name)
+        pages = model_pages.texts()
+        for kind, name, place, word, _ in generate.rows("force_kinds.def", "KMP_FORCE"):
+            if place != "wheel":  # of a page of its own
+                titles = [title for text in pages.values() for title, body in model_pages.sections(text) if f"<!-- force: {kind} -->" in body]
+                yield name, {"NULL": f"{place}:", "effort": "torque:"}.get(word, f"{word}:"), titles[0]
 
-    def test_joints(self):
-        names = self.there("joints.def", "KMP_JOINT", "Joints")
-        cells = words("".join(first_cells(section("model_format.md", "Joints"))))
-        self.assertEqual(cells, names | {"at", "to", "name", "frame", "motions", "reversed", "coordinates"})
+    def test_every_kind_has_an_example_that_runs(self):
+        pages = [re.split(r"^##? (.*)\n", path.read_text(), flags=re.M) for path in (ROOT / "docs/model").glob("*.md")]
+        bodies = {title: body for parts in pages for title, body in zip(parts[1::2], parts[2::2])}
+        for kind, written, title in self.kinds():
+            with self.subTest(kind):
+                body = bodies.get(title) or ""
+                if title == "Point on curve":
+                    body += bodies["Example"] + "".join(body for parts in pages for body in parts if "point_on_curve:" in body)
+                models = re.findall(r"^```yaml\n(.*?)^```", body, re.M | re.S)
+                self.assertTrue(any(written in model for model in models), f"no model with {written}")
+                self.assertRegex(body, r"(?m)^    kempe \w+ \w+\.yaml")
+
+    def test_figures_of_kinds(self):
+        """Every kind of joint has a figure, and every closure between points."""
+        text = (ROOT / "docs/model/joint_kinds.md").read_text()
+        for name, _ in generate.rows("joints.def", "KMP_JOINT"):
+            self.assertIn(f"(figures/joint_{name}.svg)", text)
+        text = "".join((ROOT / f"docs/model/{page}.md").read_text() for page in ("closures", "curves"))
+        between = [name for name, needs in generate.rows("closure_kinds.def", "KMP_CLOSURE") if needs not in ("TERMS", "EXPRESSION")]
+        self.assertEqual(text.count("](figures/"), len(between))
 
     def test_cuts(self):
-        rows = [cell.split("`") for cell in section("model_format.md", "Graphs of joints").split("\n")
-                if re.fullmatch(r"\| `\w+` +\| `\w+` +\| \d +\|", cell)]
-        table = {(joint, closure, rows) for joint, closure, rows, _ in generate.rows("cuts.def", "KMP_CUT")}
-        self.assertEqual({(row[1], row[3], row[4].strip(" |")) for row in rows}, table)
+        """The closure that a joint becomes has the rows of its kind."""
+        kinds = dict(re.findall(r"^\| \[`(\w+)`\].*\| (\w+) \|$", model_pages.closure_kinds(""), re.M))
+        cuts = generate.rows("cuts.def", "KMP_CUT")
+        self.assertEqual([kinds[closure] for _, closure, _, _ in cuts], [count for _, _, count, _ in cuts])
 
-    def test_closures(self):
-        kinds = {name for name, _ in generate.rows("closure_kinds.def", "KMP_CLOSURE")}
-        cells = first_cells(section("model_format.md", "Loops"))[1:]
-        self.assertEqual({re.search(r"\{(\w+):", cell).group(1) for cell in cells}, kinds)
+    def test_units_of_keys(self):
+        """Units that pages and editors show have the dimensions that the reader expects."""
+        units = {row[0]: [float(power) for power in row[3:6]] for row in generate.rows("units.def", "KMP_UNIT")}
 
-    def test_forces(self):
-        page = section("model_format.md", "Forces")
-        cells = first_cells(page)[1:]
-        self.assertEqual(len({re.search(r"`(\w+):", cell).group(1) for cell in cells}), len(cells))
-        for kind, name, place, word, *_ in generate.rows("force_kinds.def", "KMP_FORCE"):
-            if place == "wheel":
-                continue  # of a section of its own
-            with self.subTest(name):
-                wanted = [place, *{"NULL": [], "effort": ["torque"]}.get(word, [word])]
-                self.assertTrue(any(all(f"{key}:" in cell for key in wanted) for cell in cells), wanted)
-        for kind, _, key, *_ in generate.rows("force_kinds.def", "KMP_FIELD"):
-            with self.subTest(f"{kind} {key}"):
-                self.assertTrue(any(f"{key}:" in cell for cell in cells) or key == "effort")
+        def dimension(text):
+            total = [0.0] * 3
+            for sign, part in re.findall(r"(^|/| )([^/ ]+)", text):
+                name, _, power = part.partition("^")
+                for k in range(3):
+                    total[k] += (-1 if sign == "/" else 1) * float(power or 1) * (units[name][k] if name != "1" else 0)
+            return total
+        wheels = {row[0]: [float(power) for power in row[1:4]] for row in generate.rows("wheel_numbers.def", "KMP_WHEEL_NUMBER")}
+        for row in generate.keys("wheel"):
+            if row.key in wheels:
+                self.assertEqual(dimension(row.unit) if row.unit else [0, 0, 0], wheels[row.key], row.key)
+        forces = {row.key: row.unit for row in generate.keys("force") if row.unit}
+        for kind in ("SPRING", "BUSHING"):
+            for key, _, (effort, coordinate, time), _, _ in generate.fields(kind):
+                if key in forces:
+                    self.assertEqual(dimension(forces[key]), [effort + coordinate, effort, time - 2 * effort], f"{kind} {key}")
+        for row in generate.rows("closure_numbers.def", "KMP_CLOSURE_NUMBER") + generate.rows("closure_numbers.def", "KMP_COUPLING_NUMBER"):
+            self.assertEqual([power for power in row if re.fullmatch(r"-?\d", power)], ["1", "0", "0"], "the pages say m")
 
-    def test_outputs(self):
-        cells = words("".join(first_cells(section("model_format.md", "Run"))))
-        names = {cell.split("(")[0] for cell in cells}
-        self.assertEqual({row[1] for row in generate.rows("output_kinds.def", "KMP_OUTPUT")} - names, set())
+    def test_key_without_page_is_found(self):
+        """A table of keys that no page shows fails, and so does a page that differs."""
+        pages = model_pages.texts()
+        with unittest.mock.patch.object(model_pages, "texts", lambda: {name: text.replace("<!-- keys: wheel -->", "") for name, text in pages.items()}):
+            self.assertEqual(model_pages.without_page(), [("keys", "wheel")])
+        rows = generate.keys
+        more = lambda table: [*rows(table), generate.Key("colour", "word", "", "none", "colour")] if table == "body" else rows(table)
+        with unittest.mock.patch.object(generate, "keys", more):
+            self.assertNotEqual(model_pages.made()["bodies.md"], pages["bodies.md"])
 
     def test_functions_and_units(self):
-        page = section("model_format.md", "Expressions")
+        page = (ROOT / "docs/model/expressions.md").read_text()
         called = {word.split("(")[0] for word in words(page)}
         functions = {row[0] for row in generate.rows("functions.def", "KMP_FUNCTION")}
         self.assertEqual(functions - called, set())
-        table = page[page.index("| dimension"):page.index("**Dimensions are checked")]
+        table = page[page.index("| dimension"):page.index("## Dimensions")]
         units = words("".join(line.split("|")[2] for line in table.split("\n") if line.startswith("| ")))
         self.assertEqual(units, {row[0] for row in generate.rows("units.def", "KMP_UNIT")})
 
-    def test_keys(self):
-        for title, source, array in (("Top level", "reader.c", "kmp_model_keys"), ("Bodies", "read_bodies.c", "body_keys"),
-                                     ("Start", "read_run.c", "start_keys"), ("Run", "read_run.c", "run_keys")):
-            with self.subTest(title):
-                cells = words("".join(first_cells(section("model_format.md", title))))
-                self.assertEqual(set(generate.keys(source, array)) - cells, set())
+    def test_choices(self):
+        """Words that a key may have are on the pages of the run."""
+        page = (ROOT / "docs/model/run.md").read_text()
+        for table, macro in (("dynamics.def", "KMP_DYNAMICS"), ("change_points.def", "KMP_CHANGE_POINTS")):
+            self.assertEqual({row[-1] for row in generate.rows(table, macro)} - words(page), set())
 
     def test_solvers(self):
         page = (ROOT / "docs/solvers.md").read_text()
@@ -230,7 +262,7 @@ class Pages(unittest.TestCase):
 
     def test_generated_pages(self):
         """They are what their scripts write (docs/commands.md: tests/words.py)."""
-        self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures, model_index)], [0, 0, 0, 0])
+        self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures, model_pages)], [0, 0, 0, 0])
 
     def test_published_problems(self):
         """The errors on the page are those of runs now, but for rounding."""

@@ -110,7 +110,7 @@ KEMPE_API kempe_status kempe_model_add_joint(kempe_model *model, const kempe_joi
 KEMPE_API kempe_status kempe_model_add_closure(kempe_model *model, const kempe_closure_def *def);
 KEMPE_API kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *def);
 
-/** Adds any other entry of the model language (docs/model_format.md) as model file text: entry `name` of a section,
+/** Adds any other entry of the model language (docs/model/README.md) as model file text: entry `name` of a section,
  * kempe_model_add_text(model, "forces", "stop", "{stops: A, ...}"), or ("run", "t_end", "5"). KEMPE_E_INPUT: the text
  * is not YAML. */
 KEMPE_API kempe_status kempe_model_add_text(kempe_model *model, const char *section, const char *name,

@@ -125,7 +125,7 @@ KEMPE_API void kempe_text_free(char *text);
 
 typedef struct kempe_model kempe_model;
 
-/** Reads a model file (docs/model_format.md) and freezes it. The context must outlive the model. KEMPE_E_INPUT: the
+/** Reads a model file (docs/model/README.md) and freezes it. The context must outlive the model. KEMPE_E_INPUT: the
  * context's message has every error, as file:line:column sentences. */
 KEMPE_API kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model);
 

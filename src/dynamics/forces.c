@@ -4,7 +4,7 @@
 
 static kmp_force_law *const laws[KMP_FORCE_KINDS] = {
 #define KMP_FORCE(kind, name, place, word, width) kmp_law_##name,
-#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
+#define KMP_FIELD(...)
 #include "model/force_kinds.def"
 #undef KMP_FORCE
 #undef KMP_FIELD

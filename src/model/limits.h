@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Limits of model parts that cost more than their length, or memory of the stack. Beyond them the reader reports an
- * error; docs/model_format.md lists these numbers too. */
+ * error; docs/model/limits.md lists these numbers too. */
 #ifndef KMP_MODEL_LIMITS_H
 #define KMP_MODEL_LIMITS_H
 

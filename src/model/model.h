@@ -100,7 +100,7 @@ typedef struct kmp_cut {
 /* The rows of force_kinds.def. */
 typedef enum kmp_force_kind {
 #define KMP_FORCE(kind, name, place, word, width) KMP_FORCE_##kind,
-#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
+#define KMP_FIELD(...)
 #include "model/force_kinds.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
@@ -147,7 +147,7 @@ typedef struct kmp_sensor {
 
 /* The rows of output_kinds.def. */
 typedef enum kmp_output_kind {
-#define KMP_OUTPUT(kind, word, argument, width) KMP_OUTPUT_##kind,
+#define KMP_OUTPUT(kind, ...) KMP_OUTPUT_##kind,
 #include "model/output_kinds.def"
 #undef KMP_OUTPUT
     KMP_OUTPUT_KINDS

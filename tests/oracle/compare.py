@@ -239,7 +239,7 @@ class Comparison:
 
     @staticmethod
     def documented(item):
-        """Whether docs/model_format.md says what a closure's multipliers are, beside those of balls."""
+        """Whether docs/model says what a closure's multipliers are, beside those of balls."""
         return item.kind in ("rod", "point_on_plane", "point_on_curve", *closures.ON_COORDINATES)
 
     def points(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The expressions of the model language, read from docs/model_format.md (Expressions): grammar, units, functions. An
+"""The expressions of the model language, read from docs/model/expressions.md: grammar, units, functions. An
 expression becomes a Python function of an environment, which says what names, q(..), qd(..) and lambda(..) are; its
 values are numbers, arrays or jets."""
 import functools

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Applied forces by docs/model_format.md (Forces): wrenches on bodies about their origins, efforts on coordinates,
+"""Applied forces by docs/model/forces.md and springs.md: wrenches on bodies about their origins, efforts on coordinates,
 potentials, and the values of the output force(NAME). All vectors are in ground axes unless a name says otherwise."""
 import numpy as np
 

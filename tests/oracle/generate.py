@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Random models of everything that docs/model_format.md describes but wheels. A model is made as nested dicts of texts, placed
+"""Random models of everything that docs/model describes but wheels. A model is made as nested dicts of texts, placed
 by the oracle's own mechanics, closed there by points that are put where they must be, given rates that fit, and written as YAML.
 `FEATURES` must all occur."""
 import numpy as np

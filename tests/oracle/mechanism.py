@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A model as docs/model_format.md describes it: bodies with their places, joints between two bodies, closures, drives,
+"""A model as docs/model describes it: bodies with their places, joints between two bodies, closures, drives,
 forces, sensors, and models that are included. Every text of the file stays a text until it is evaluated here."""
 import csv
 import pathlib

@@ -12,7 +12,7 @@ typedef void kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_f
                            kmp_ref *value);
 
 #define KMP_FORCE(kind, name, place, word, width) kmp_force_law kmp_law_##name;
-#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
+#define KMP_FIELD(...)
 #include "model/force_kinds.def"
 #undef KMP_FORCE
 #undef KMP_FIELD

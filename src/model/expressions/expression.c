@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Expressions: recursive descent, one function for each rule of the grammar in docs/model_format.md. The first error
- * ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in functions that
+/* Expressions: recursive descent, one function for each rule of the grammar in docs/model/expressions.md. The first
+ * error ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in functions that
  * traverse the tree. */
 #include "model/expressions/expression.h"
 #include "model/limits.h"

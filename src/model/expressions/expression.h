@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expressions of the model language as trees: parsed once, evaluated as numbers (parameters only) or built
- * into a graph by src/dynamics. Grammar: docs/model_format.md. */
+ * into a graph by src/dynamics. Grammar: docs/model/expressions.md. */
 #ifndef KMP_MODEL_EXPRESSIONS_EXPRESSION_H
 #define KMP_MODEL_EXPRESSIONS_EXPRESSION_H
 

@@ -5,7 +5,10 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-static const char *const piece_keys[] = {"straight", "transition", "left", "right", "radius", "cant", NULL};
+static const char *const piece_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/piece_keys.def"
+    NULL};
 
 typedef struct reading {
     kmp_reader *r;

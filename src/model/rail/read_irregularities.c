@@ -7,8 +7,10 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const irregularity_keys[] = {"alignment", "level", "cross",       "gauge", "spectrum", "seed",
-                                                "from",      "to",    "wavelengths", "scale", NULL};
+static const char *const irregularity_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/irregularity_keys.def"
+    NULL};
 static const char *const spectrum_keys[] = {"seed", "from", "to", "wavelengths", "scale"};
 
 static const double farthest = 1e6, finest = 1e-3; /* m */

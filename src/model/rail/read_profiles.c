@@ -102,7 +102,10 @@ static bool check_spline(const kmp_points *p, const kmp_table *t)
 
 static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profile)
 {
-    static const char *const keys[] = {"y", "z", "csv", "unit", NULL};
+    static const char *const keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/profile_keys.def"
+        NULL};
     kmp_points p = {.r = r,
                     .map = map,
                     .what = kmp_reader_say(r, "profile '%s'", profile->name),

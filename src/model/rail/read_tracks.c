@@ -4,8 +4,10 @@
 #include "model/read/reading.h"
 #include <math.h>
 
-static const char *const track_keys[] = {"at",          "rail",   "gauge",          "gauge_depth",
-                                         "inclination", "course", "irregularities", NULL};
+static const char *const track_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/track_keys.def"
+    NULL};
 
 static const double usual_depth = 0.014; /* m below the top of the rails, where a gauge is measured (EN 13848-1) */
 

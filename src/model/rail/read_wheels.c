@@ -5,9 +5,10 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-static const char *const wheel_keys[] = {"on",      "at",       "profile",       "radius",  "contact",
-                                         "creep",   "friction", "shear_modulus", "poisson", "stiffness",
-                                         "damping", "speed",    "zones",         NULL};
+static const char *const wheel_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/wheel_keys.def"
+    NULL};
 
 /* A wheel being read. */
 typedef struct reading {

@@ -152,7 +152,10 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
 
 static void read_entry(kmp_reader *r, const kmp_yaml *node, int index)
 {
-    static const char *const keys[] = {"of", "zero", NULL};
+    static const char *const keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/algebraic_keys.def"
+        NULL};
     kmp_unknowns *u = &r->model->unknowns[index];
     const char *what = kmp_reader_say(r, "algebraic '%s'", u->name);
     if (node->kind == KMP_YAML_SCALAR) {

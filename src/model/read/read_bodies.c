@@ -20,8 +20,14 @@ typedef struct sources {
     int placed;
 } sources;
 
-static const char *const ground_keys[] = {"points", NULL};
-static const char *const body_keys[] = {"joint", "mass", "com", "inertia", "points", NULL};
+static const char *const ground_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/ground_keys.def"
+    NULL};
+static const char *const body_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/body_keys.def"
+    NULL};
 
 static void complain_body_key(kmp_reader *r, const kmp_yaml *key)
 {
@@ -185,7 +191,10 @@ static void resolve_ends(sources *s, int k)
 
 /* -- points -------------------------------------------------------------------------------------- */
 
-static const char *const point_keys[] = {"at", "axes", NULL};
+static const char *const point_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/point_keys.def"
+    NULL};
 
 /* [x, y, z], or {at: [x, y, z], axes: {..}}. */
 static void read_point(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)

@@ -21,16 +21,18 @@ static const char *const closure_keys[] = {
 #define KMP_CLOSURE(name, needs) #name,
 #include "model/closure_kinds.def"
 #undef KMP_CLOSURE
-#define KMP_CLOSURE_NUMBER(kind, key, m, kg, s, rule, hint) #key,
+#define KMP_CLOSURE_NUMBER(kind, key, ...) #key,
 #include "model/closure_numbers.def"
-    "axis", "axes", "table", "y", "z", "curve", "equals", "power", NULL};
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/closure_keys.def"
+    NULL};
 
 /* The kinds that accept a key; a number's own key belongs to the kind of its row. */
 static const struct {
     const char *key, *kind;
     unsigned needs;
 } takes[] = {
-#define KMP_CLOSURE_NUMBER(kind, key, m, kg, s, rule, hint) {#key, #kind, 0},
+#define KMP_CLOSURE_NUMBER(kind, key, ...) {#key, #kind, 0},
 #include "model/closure_numbers.def"
     {"axis", NULL, 1u << AXIS | 1u << SAME_AXIS},
     {"axes", NULL, 1u << SAME_AXIS | 1u << TWO_AXES},
@@ -241,7 +243,10 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
 
 /* -- drives -------------------------------------------------------------------------------------- */
 
-static const char *const drive_keys[] = {"joint", "angle", "displacement", "locked", NULL};
+static const char *const drive_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/drive_keys.def"
+    NULL};
 
 static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *drive)
 {

@@ -4,22 +4,10 @@
 #include "model/tables/force_table.h"
 #include <string.h>
 
-static const char *const force_keys[] = {"joint",
-                                         "spring",
-                                         "bushing",
-                                         "at",
-                                         "on",
-                                         "torque",
-                                         "force",
-                                         "stops",
-                                         "friction",
-                                         "stiffness",
-                                         "damping",
-                                         "free_length",
-                                         "rotational_stiffness",
-                                         "rotational_damping",
-                                         "preload",
-                                         NULL};
+static const char *const force_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/force_keys.def"
+    NULL};
 
 static const char *const places[] = {"joint", "spring", "bushing", "at", "on"};
 

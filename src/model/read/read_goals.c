@@ -3,7 +3,10 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-static const char *const goal_keys[] = {"value", "weight", NULL};
+static const char *const goal_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/goal_keys.def"
+    NULL};
 
 /* The BODY.POINT of "position(BODY.POINT)"; NULL when the key is of another form. */
 static const char *point_of(kmp_reader *r, const char *text)

@@ -9,7 +9,10 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-static const char *const include_keys[] = {"file", "prefix", "at", "offset", "set", NULL};
+static const char *const include_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/include_keys.def"
+    NULL};
 
 /* Merged parts, and a flag if their keys are new names (those of `start` are references). */
 static const char *const joined_parts[] = {"parameters", "tables", "profiles", "tracks", "algebraic", "bodies",

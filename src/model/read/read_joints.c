@@ -16,10 +16,11 @@ static const char *const joint_keys[] = {
 #define KMP_JOINT(name, chain) #name,
 #include "model/tables/joints.def"
 #undef KMP_JOINT
-    "motions",  "coordinates", "name", "at", "to", "frame",
-#define KMP_COUPLING_NUMBER(kind, joint_key, key, m, kg, s) #joint_key,
+#define KMP_COUPLING_NUMBER(kind, joint_key, ...) #joint_key,
 #include "model/closure_numbers.def"
-    "reversed", NULL};
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/joint_keys.def"
+    NULL};
 
 static void add_motion(kmp_reader *r, int body, bool rotation, const double axis[3])
 {

@@ -10,10 +10,11 @@ static const char *const edge_keys[] = {
 #define KMP_JOINT(name, chain) #name,
 #include "model/tables/joints.def"
 #undef KMP_JOINT
-    "axis", "axes",
-#define KMP_COUPLING_NUMBER(kind, joint_key, key, m, kg, s) #joint_key,
+#define KMP_COUPLING_NUMBER(kind, joint_key, ...) #joint_key,
 #include "model/closure_numbers.def"
-    "cut", NULL};
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/edge_keys.def"
+    NULL};
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 

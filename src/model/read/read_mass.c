@@ -4,7 +4,10 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const inertia_keys[] = {"xx", "yy", "zz", "xy", "xz", "yz", "as_given", NULL};
+static const char *const inertia_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/inertia_keys.def"
+    NULL};
 
 /* Published data is rounded: a flat body's xx + yy may fall short of zz by that much. */
 static const double slack = 1e-4;

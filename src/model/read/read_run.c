@@ -8,7 +8,10 @@
 
 /* -- start --------------------------------------------------------------------------------------- */
 
-static const char *const start_keys[] = {"q", "qd", "hold", "goals", NULL};
+static const char *const start_keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/start_keys.def"
+    NULL};
 
 /* `power` of s: 0 for coordinates, -1 for rates. */
 static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, double power, kmp_number *values,
@@ -66,8 +69,9 @@ void kmp_read_start(kmp_reader *r)
 /* -- settings ------------------------------------------------------------------------------------ */
 
 static const char *const run_keys[] = {
-    "t_end",     "rtol",          "atol",        "output_step", "formulation", "form",      "integrator",
-    "algorithm", "change_points", "independent", "outputs",     "until",       "max_steps", NULL};
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/run_keys.def"
+    NULL};
 
 static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_dimension wanted, double *value)
 {

@@ -27,7 +27,10 @@ static bool is_linear(kmp_reader *r, const kmp_yaml *node, const char *what)
 
 static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *table)
 {
-    static const char *const keys[] = {"x", "y", "csv", "method", NULL};
+    static const char *const keys[] = {
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/table_keys.def"
+        NULL};
     kmp_points p = {.r = r,
                     .map = map,
                     .what = kmp_reader_say(r, "table '%s'", table->name),

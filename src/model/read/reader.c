@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reading a model: the parts of the file in the order in which they refer to each other. No error ends the reading;
  * parts that depend on a faulty one are skipped, and the messages are sorted by place at the end. The language:
- * docs/model_format.md. */
+ * docs/model. */
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/build.h"
@@ -15,9 +15,9 @@
 #include <string.h>
 
 const char *const kmp_model_keys[] = {
-    "kempe",     "include",           "name",   "gravity", "parameters", "tables", "profiles", "tracks",
-    "algebraic", "closure_tolerance", "ground", "bodies",  "wheels",     "joints", "loops",    "drives",
-    "forces",    "sensors",           "start",  "run",     NULL};
+#define KMP_KEY(key, ...) #key,
+#include "model/keys/model_keys.def"
+    NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 

@@ -2,9 +2,9 @@
 #include "model/tables/closure_table.h"
 
 static const kmp_closure_number rows[] = {
-#define KMP_CLOSURE_NUMBER(kind, key, m, kg, s, rule, hint)                                                            \
+#define KMP_CLOSURE_NUMBER(kind, key, m, kg, s, rule, hint, ...)                                                       \
     {#kind, #key, {KMP_DIMENSION_KNOWN, {m, kg, s}, false}, KMP_FIELD_##rule, hint},
-#define KMP_COUPLING_NUMBER(kind, joint_key, key, m, kg, s)                                                            \
+#define KMP_COUPLING_NUMBER(kind, joint_key, key, m, kg, s, ...)                                                       \
     {#kind, #key, {KMP_DIMENSION_KNOWN, {m, kg, s}, false}, KMP_FIELD_ANY, ""},
 #include "model/closure_numbers.def"
 };

@@ -5,7 +5,7 @@
 
 const kmp_force_row kmp_force_rows[KMP_FORCE_KINDS] = {
 #define KMP_FORCE(kind, name, place, word, width) {#name, place, word, width},
-#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
+#define KMP_FIELD(...)
 #include "model/force_kinds.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
@@ -13,7 +13,7 @@ const kmp_force_row kmp_force_rows[KMP_FORCE_KINDS] = {
 
 const kmp_force_field kmp_force_fields[] = {
 #define KMP_FORCE(kind, name, place, word, width)
-#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)                                   \
+#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule, ...)                              \
     {KMP_FORCE_##kind, key, offsetof(kmp_force, member), size, effort, coordinate, time, required, KMP_FIELD_##rule},
 #include "model/force_kinds.def"
 #undef KMP_FORCE

@@ -3,7 +3,7 @@
 #include "model/tables/force_table.h"
 
 const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
-#define KMP_OUTPUT(kind, word, argument, width) {word, KMP_OUTPUT_OF_##argument, width},
+#define KMP_OUTPUT(kind, word, argument, width, unit, meaning) {word, unit, KMP_OUTPUT_OF_##argument, width},
 #include "model/output_kinds.def"
 #undef KMP_OUTPUT
 };
@@ -102,24 +102,9 @@ static const char *unit_of_force(const kempe_model *model, const kmp_force *forc
 
 const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, int k)
 {
-    switch (output->kind) {
-    case KMP_OUTPUT_POSITION:
-        return "m";
-    case KMP_OUTPUT_VELOCITY:
-        return "m/s";
-    case KMP_OUTPUT_ACCELERATION:
-        return "m/s^2";
-    case KMP_OUTPUT_REACTION:
-        return "N";
-    case KMP_OUTPUT_MOMENT:
-        return "N m";
-    case KMP_OUTPUT_ENERGY:
-        return "J";
-    case KMP_OUTPUT_FORCE:
+    if (output->kind == KMP_OUTPUT_FORCE)
         return unit_of_force(model, &model->forces[output->index], k);
-    case KMP_OUTPUT_CONTACT:
+    if (output->kind == KMP_OUTPUT_CONTACT)
         return contact_numbers[k % KMP_CONTACT_SHOWN].unit;
-    default:
-        return "";
-    }
+    return kmp_output_rows[output->kind].unit;
 }

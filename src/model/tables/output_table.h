@@ -17,7 +17,7 @@ typedef enum kmp_output_argument {
 } kmp_output_argument;
 
 typedef struct kmp_output_row {
-    const char *word;
+    const char *word, *unit;
     kmp_output_argument argument;
     int width;
 } kmp_output_row;

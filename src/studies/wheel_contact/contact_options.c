@@ -106,7 +106,7 @@ kempe_status kmp_contact_request(kempe_contacts *t, const kempe_contact_options 
     kempe_context *context = context_of(t);
     if (t->given->model->wheel_count == 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "the model has no wheels: define them in the section 'wheels' (docs/model_format.md)");
+                        "the model has no wheels: define them in the section 'wheels' (docs/model/wheels.md)");
     if (!options->sweep || !*options->sweep)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "the sweep is missing: a coordinate or a parameter with its range, as in 'y=0:10 mm:21'");

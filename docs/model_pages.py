@@ -1,0 +1,265 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes the tables of docs/model from the rows that drive the reader and the schema, and docs/model/index.md.
+
+    python3 docs/model_pages.py            writes the tables and the index
+    python3 docs/model_pages.py --check    fails when a page differs, or a row has no page
+
+A table stands between `<!-- WHAT: NAME -->` and `<!-- /table -->`; WHAT is one of TABLES.
+"""
+import pathlib
+import re
+import sys
+
+DOCS = pathlib.Path(__file__).resolve().parent
+PAGES = DOCS / "model"
+sys.path.insert(0, str(DOCS.parent / "schema"))
+import generate  # noqa: E402
+
+MARK = re.compile(r"<!-- (\w+): ([\w ]+) -->\n(.*?)<!-- /table -->", re.S)
+HEAD = """# Index of keys
+
+Every key, kind, function, unit and output of the model language, with its section. The page is generated (`docs/generate`).
+"""
+OWNERS = {"model": "model", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
+          "algebraic": "implicit variables", "inertia": "inertia"}
+FORCES = {"JOINT": "force", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPRING": "spring in a joint", "STOPS": "joint limits",
+          "FRICTION": "friction", "POINT": "force at a point", "BODY": "torque on a body"}
+NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`",
+         "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
+ARGUMENTS = {"MAYBE_COORDINATE": "", "MAYBE_LOOP": "(LOOP)", "LOOP": "(LOOP)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
+             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)"}
+
+
+# -- pages ---------------------------------------------------------------------------------------------
+
+def anchor(title):
+    return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+
+
+def texts():
+    return {page.name: page.read_text() for page in sorted(PAGES.glob("*.md")) if page.name != "index.md"}
+
+
+def sections(text):
+    """(title, body) of every section; the text before the first one has the title of the page."""
+    parts = re.split(r"^##? (.*)\n", re.sub(r"^```.*?^```\n", "", text, flags=re.M | re.S), flags=re.M)
+    return zip(parts[1::2], parts[2::2])
+
+
+def places():
+    """{heading: (page, title)} of all sections."""
+    return {title: (page, title) for page, text in texts().items() for title, _ in sections(text)}
+
+
+def heading(kind, joint=False):
+    return kind.replace("_", " ").capitalize() + (" joint" if joint else "")
+
+
+def link(words, title, found):
+    if title not in found:
+        raise KeyError(f"docs/model has no section '{title}'")
+    page, title = found[title]
+    return f"[{words}]({page}#{anchor(title)})"
+
+
+# -- tables --------------------------------------------------------------------------------------------
+
+def table(head, lines):
+    return "\n".join([f"| {' | '.join(head)} |", "|" + "---|" * len(head), *(f"| {' | '.join(line)} |" for line in lines)]) + "\n"
+
+
+SHOWN = {"coordinates": "list of names", "motions": "list", **dict.fromkeys(("values", "parameters", "points", "joint", "inertia"), "mapping")}
+
+
+def value(word, unit):
+    return f"{SHOWN.get(word, word)}, {unit}" if unit else SHOWN.get(word, word)
+
+
+def key_lines(rows):
+    return [(f"`{row.key}`", value(row.value, row.unit), row.absent, row.meaning) for row in rows]
+
+
+def number_lines(macro):
+    """Keys of numbers that belong to one kind of joint or closure."""
+    return [(f"`{row[1]}`", "number, m", "required", row[-1]) for row in generate.rows("closure_numbers.def", macro)]
+
+
+KEY_HEAD = ("key", "value", "when absent", "meaning")
+
+
+def keys(name):
+    more = {"joint": "KMP_COUPLING_NUMBER", "edge": "KMP_COUPLING_NUMBER", "closure": "KMP_CLOSURE_NUMBER"}.get(name)
+    return table(KEY_HEAD, key_lines(generate.keys(name)) + (number_lines(more) if more else []))
+
+
+def product(powers):
+    """[("N", 1), ("m", -1)] as N/m."""
+    up = [name for name, power in powers if power > 0]
+    down = [name for name, power in powers if power < 0]
+    return " ".join(up or ["1"]) + ("/" + "/".join(down) if down else "")
+
+
+def unit_of(kind, powers):
+    """The unit of a number of a force: of a rotation and of a translation, where either may be."""
+    effort, coordinate, time = powers
+    units = [product([(word, power) for word, power in zip(words, (effort, coordinate, time)) if power])
+             for words in (("N m", "rad", "s"), ("N", "m", "s"))]
+    units = [re.sub(r"^(\S+(?: m)?)/(\w+)$", r"\1/\2", unit) for unit in units]
+    return " or ".join(units) if kind in ("JOINT_SPRING", "STOPS", "FRICTION") else units[1]
+
+
+def force(kind):
+    """The place of action, the word of the kind, its numbers."""
+    place, word = next((row[2], row[3]) for row in generate.rows("force_kinds.def", "KMP_FORCE") if row[0] == kind)
+    rows = {row.key: row for row in generate.keys("force")}
+    named = [place, *{"NULL": (), "effort": ("torque", "force")}.get(word, (word,))]
+    value_of = {"spring": "mapping" if place == "joint" else "two points", **{key: "expression" for key in ("torque", "force") if kind == "JOINT"},
+                **{key: "three expressions" for key in ("torque", "force") if kind in ("POINT", "BODY")}}
+    meaning = {"spring": "numbers of the spring, below" if place == "joint" else "its two points `[BODY.POINT, BODY.POINT]`"}
+    either = "one of the two" if word == "effort" else "required"
+    lines = [(f"`{key}`", value(value_of.get(key, rows[key].value), rows[key].unit), either if key in ("torque", "force") and kind == "JOINT" else "required",
+              meaning.get(key, rows[key].meaning)) for key in named]
+    for key, three, powers, required, words in generate.fields(kind):
+        unit = rows[key].unit if word == "NULL" and key in rows and rows[key].unit else unit_of(kind, powers)
+        shown = "`torque` or `force`" if key == "effort" else f"`{key}`"
+        lines.append((shown, value("number or three" if three else "number", unit), "required" if required else "none" if kind == "STOPS" and key in ("lower", "upper") else "0", words))
+    return table(KEY_HEAD, lines)
+
+
+def motions(chain):
+    """The elementary motions of a row of joints.def in words."""
+    steps = re.findall(r"([RT])([abc])", chain)
+    if not steps:
+        return "none"
+    parts = []
+    for kind in ("T", "R"):
+        axes = [axis for what, axis in steps if what == kind]
+        if axes:
+            parts.append(("translation along " if kind == "T" else "rotation about ") + (axes[0] if len(axes) == 1 else ", then ".join(axes) if kind == "R" else ", ".join(axes[:-1]) + " and " + axes[-1]))
+    return ", then ".join(parts if steps[0][0] == "T" else parts[::-1])
+
+
+def joint_kinds(_):
+    found, cuts = places(), {row[0]: row for row in generate.rows("cuts.def", "KMP_CUT")}
+    lines = []
+    for name, chain in generate.rows("joints.def", "KMP_JOINT"):
+        count = len(re.findall("[RT][abc]", chain))
+        names = ["none", "`J`", "`J.1`, `J.2`"][count] if count < 3 else f"`J.1` to `J.{count}`"
+        cut = f"`{cuts[name][1]}`, {cuts[name][2]}" if name in cuts else "stays in the tree"
+        lines.append((link(f"`{name}`", heading(name, True), found), motions(chain) + (", coupled" if "=" in chain else ""), names, cut))
+    return table(("kind", "motions", "coordinates of a joint J", "closure when cut, its rows"), lines)
+
+
+def part_rows():
+    """{part: rows} of the parts of closures, constraints/kinds."""
+    found = {}
+    for path in (DOCS.parent / "constraints/kinds").glob("*.c"):
+        found.update((name, int(count)) for name, count in
+                     re.findall(r"(?:const kmp_part kmp_part_|PRODUCTS\()(\w+)(?: = \{|, \d, )(\d+)", path.read_text()))
+    return found
+
+
+def closure_kinds(_):
+    text = re.sub(r"/\*.*?\*/", "", (DOCS.parent / "constraints/kinds/kinds.def").read_text(), flags=re.S)
+    parts, count = {name: two for name, *two in re.findall(r"KMP_KIND\((\w+), (\w+), (\w+)\)", text)}, part_rows()
+    numbers, found = {row[0]: f"`{row[1]}`" for row in generate.rows("closure_numbers.def", "KMP_CLOSURE_NUMBER")}, places()
+    lines = []
+    for name, needs in generate.rows("closure_kinds.def", "KMP_CLOSURE"):
+        rows = "1 or 2" if needs == "CURVE" else str(sum(count.get(part, 0) for part in parts[name]))
+        first = {"TERMS": "coordinates with factors", "EXPRESSION": "expression"}.get(needs, "two points")
+        lines.append((link(f"`{name}`", heading(name), found), first, NEEDS.get(needs) if needs != "NUMBER" else numbers[name], rows))
+    return table(("kind", "value", "further keys", "rows"), lines)
+
+
+def outputs(_):
+    lines = []
+    for _, word, argument, width, unit, meaning in generate.rows("output_kinds.def", "KMP_OUTPUT"):
+        shown = f"`{word}{ARGUMENTS[argument]}`" if not argument.startswith("MAYBE") else f"`{word}`, `{word}({argument[6:].replace('COORDINATE', 'JOINT')})`"
+        lines.append((shown, unit or {"Q": "rad or m"}.get(_, "rad/s or m/s" if _ == "QD" else "rad/s^2 or m/s^2" if _ == "QDD" else "by its object"), meaning))
+    return table(("output", "unit", "meaning"), lines)
+
+
+TABLES = {"keys": keys, "force": force, "kinds of joints": joint_kinds, "kinds": lambda name: {"joints": joint_kinds, "closures": closure_kinds}[name](name),
+          "rows": outputs}
+
+
+# -- index ---------------------------------------------------------------------------------------------
+
+def owner(what, name):
+    return f"key of {FORCES[name] if what == 'force' else OWNERS.get(name, name)}"
+
+
+def written_by_hand(body):
+    """(word, role) of the tables of functions, units and contact values."""
+    for block in re.finditer(r"(?:^\|.*\n)+", body, re.M):
+        rows = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in block.group().rstrip("\n").split("\n")]
+        role, column = {"dimension": ("unit", 1), "function": ("function", 0), "contact value": ("value of `contact(WHEEL)`", 0)}.get(rows[0][0], ("", 0))
+        for row in rows[2:] if role else ():
+            for word in re.findall(r"`(\w+)", row[column]):
+                yield word, role
+
+
+def entries():
+    """{(word, role): link}"""
+    found, where = {}, places()
+    for page, text in texts().items():
+        for title, body in sections(text):
+            place = f"[{title}]({page}#{anchor(title)})"
+            for what, name, made in MARK.findall(body):
+                words = [word for line in made.split("\n")[2:] for word in re.findall(r"`(\w+)", line.split("|")[1] if "|" in line else "")]
+                if what == "rows":
+                    found.update({(word, "output"): place for word in words})
+                elif what != "kinds":
+                    for word in words:
+                        found.setdefault((word, owner(what, name)), place)
+            for word, role in written_by_hand(MARK.sub("", body)):
+                found[word, role] = place
+    for name, _ in generate.rows("joints.def", "KMP_JOINT"):
+        found[name, "kind of joint"] = link(heading(name, True), heading(name, True), where)
+    for name, _ in generate.rows("closure_kinds.def", "KMP_CLOSURE"):
+        found[name, "kind of closure"] = link(heading(name), heading(name), where)
+    found["angle", "output"] = next(place for (word, role), place in found.items() if role == "output")
+    return found
+
+
+def index():
+    found = entries()
+    lines = [HEAD]
+    for letter in sorted({word[0].upper() for word, _ in found}):
+        lines.append(f"## {letter}\n\n| word | role | section |\n|---|---|---|")
+        rows = sorted((item for item in found if item[0][0].upper() == letter), key=lambda item: (item[0].lower(), item[0], item[1]))
+        lines += [f"| `{word}` | {role} | {found[word, role]} |" for word, role in rows]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def made():
+    """{page: text} with the tables of the rows as they are now."""
+    write = lambda match: f"<!-- {match.group(1)}: {match.group(2)} -->\n{TABLES[match.group(1)](match.group(2))}<!-- /table -->"
+    return {page: MARK.sub(write, text) for page, text in texts().items()}
+
+
+def without_page():
+    """Tables of rows that no page shows."""
+    shown = {(what, name) for text in texts().values() for what, name, _ in MARK.findall(text)}
+    wanted = {("keys", path.stem[:-5]) for path in (DOCS.parent / "src/model/keys").glob("*_keys.def")} - {("keys", "ground")}
+    wanted |= {("force", row[0]) for row in generate.rows("force_kinds.def", "KMP_FORCE") if row[2] != "wheel"}
+    return sorted(wanted - shown)
+
+
+def main(arguments):
+    wrong = [f"docs/model: no page has the table '{what}: {name}'" for what, name in without_page()]
+    if arguments != ["--check"]:
+        for page, text in made().items():
+            (PAGES / page).write_text(text)
+        (PAGES / "index.md").write_text(index())
+    else:
+        wrong += [f"docs/model/{page} differs: run python3 docs/model_pages.py" for page, text in {**made(), "index.md": index()}.items()
+                  if (PAGES / page).read_text() != text]
+    print(*wrong, sep="\n", end="\n" if wrong else "")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
