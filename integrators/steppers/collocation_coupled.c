@@ -18,6 +18,7 @@
 #include <string.h>
 
 typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
+typedef int64_t eight_mask __attribute__((vector_size(64), aligned(8), may_alias));
 
 /* Largest system of all stages; lanes of a vector. */
 enum { MOST_COUPLED = 240, V = 8 };
@@ -126,16 +127,22 @@ static void fill(kmp_collocation *s)
         }
 }
 
+/* The open row with the largest magnitude, the first of such rows; -1: none is usable. */
 static KMP_INTO_CLONES int find_pivot(int rows, const double *column, const double *open)
 {
+    eight most = {0};
     double best = 0;
-    int row = -1;
-    for (int i = 0; i < rows; i++) {
-        double size = fabs(column[i]) * open[i];
-        row = size > best ? i : row;
-        best = size > best ? size : best;
+    for (int i = 0; i < rows; i += V) {
+        eight x = *(const eight *)(column + i) * *(const eight *)(open + i), size = (eight)((eight_mask)x & INT64_MAX);
+        eight_mask more = size > most;
+        most = (eight)((more & (eight_mask)size) | (~more & (eight_mask)most));
     }
-    return best <= DBL_MAX ? row : -1;
+    for (int l = 0; l < V; l++)
+        best = most[l] > best ? most[l] : best;
+    for (int i = 0; i < rows && best > 0 && best <= DBL_MAX; i++)
+        if (fabs(column[i] * open[i]) == best)
+            return i;
+    return -1;
 }
 
 /* a -= f x, in all rows. */

@@ -134,16 +134,19 @@ static double square(const kmp_collocation *s)
     return sum;
 }
 
-/* Newton's correction. Picard's iteration would contract by about the part that it adds to the residual. */
-static void correct(kmp_collocation *s)
+/* Newton's correction. Picard's iteration would contract by about the part that it adds to the first residual. */
+static void correct(kmp_collocation *s, bool first)
 {
-    double residual = square(s);
-    memcpy(s->g_before, s->change, (size_t)(s->inner * s->w) * sizeof *s->change);
+    double residual = first ? square(s) : 0;
+    if (first)
+        memcpy(s->g_before, s->change, (size_t)(s->inner * s->w) * sizeof *s->change);
     s->cost += kmp_collocation_correction_cost(s, s->iteration);
     if (s->iteration == KMP_ITERATION_COUPLED)
         kmp_collocation_correct_coupled(s);
     else
         kmp_collocation_correct_newton(s);
+    if (!first)
+        return;
     kmp_lanes_subtract(s->w, s->inner, s->change, s->g_before, s->g_before);
     kmp_solver_swap(&s->change, &s->g_before);
     s->picard = sqrt(square(s) / fmax(residual, DBL_MIN));
@@ -151,7 +154,7 @@ static void correct(kmp_collocation *s)
 }
 
 /* Makes one sweep; returns the weighted size of its correction, or a negative result of f. */
-static kmp_collocation_outcome sweep(kmp_collocation *s, double *size)
+static kmp_collocation_outcome sweep(kmp_collocation *s, bool first, double *size)
 {
     int said = KMP_GO;
     if (!s->evaluated) {
@@ -163,7 +166,7 @@ static kmp_collocation_outcome sweep(kmp_collocation *s, double *size)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
     kmp_lanes_subtract(s->w, s->inner, s->f + s->p * s->w, s->g, s->change);
     if (s->iteration != KMP_ITERATION_PICARD)
-        correct(s);
+        correct(s, first);
     double sum = kmp_lanes_advance(s->w, s->inner, s->s, s->weight, s->change, s->g);
     *size = sqrt(sum / fmax(s->inner * s->s, 1));
     s->base.work.newton++;
@@ -187,7 +190,7 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
 {
     double before = 0, size = 0, rate_before = 0;
     for (int k = 1; k <= s->most_sweeps; k++) {
-        kmp_collocation_outcome what = sweep(s, &size);
+        kmp_collocation_outcome what = sweep(s, k == 1, &size);
         s->sweeps = k;
         if (what != KMP_COLLOCATION_TAKEN)
             return what;
