@@ -383,7 +383,8 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     }
     bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
     bool solves = made && kind != &kmp_formulation_near_singular;
-    d->due = solves ? kmp_solved_wait(d->eval, d->part, operations_by_parts(d)) : LONG_MAX;
+    d->formulation.ode.operations = made ? operations_by_parts(d) : 0;
+    d->due = solves ? kmp_solved_wait(d->eval, d->part, d->formulation.ode.operations) : LONG_MAX;
     bool failed = !made || d->due < 0;
     if (start->lanes && d->due < LONG_MAX)
         d->due = 0;

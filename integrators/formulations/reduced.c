@@ -549,6 +549,7 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
         return kmp_fail_memory(d->s->context);
     KMP_TRY(begin(d, start));
     kmp_reduced_set_tolerances(d);
+    d->formulation.ode.operations = kmp_reduced_operations(d);
     if (start->lanes && d->integrated) {
         d->formulation.ode.lanes = rhs_of_stages;
         d->formulation.ode.width = kmp_stage_lanes_width();

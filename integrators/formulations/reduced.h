@@ -99,6 +99,9 @@ void kmp_reduced_explain(kmp_formulation *formulation);
 /** Makes a due exchange at d->q and d->qd, the evaluator's place; y becomes the state in the new unknowns. */
 int kmp_reduced_exchange(kmp_reduced *d, double t, double *y);
 
+/** Operations of a right-hand side by parts: of the program, and of the linear algebra. */
+double kmp_reduced_operations(const kmp_reduced *d);
+
 /** Makes the fused program for the present choice of u with its factors, if it is `worth` while. The solved program,
  * where there is none, is made when it pays. */
 int kmp_reduced_fuse(kmp_reduced *d, bool worth);

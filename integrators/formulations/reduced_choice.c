@@ -99,8 +99,7 @@ static bool can_fuse(const kmp_reduced *d)
            d->s->load_row_count == 0;
 }
 
-/* Operations of a right-hand side by parts: of the program, and of the linear algebra. */
-static double operations_by_parts(const kmp_reduced *d)
+double kmp_reduced_operations(const kmp_reduced *d)
 {
     const kmp_program *program = d->eval->by_bodies ? d->s->articulated : d->s->motion;
     double sum = (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
@@ -112,7 +111,7 @@ static double operations_by_parts(const kmp_reduced *d)
  * evaluations on, or `at_once`. */
 static int wait_for_solved(kmp_reduced *d, bool at_once)
 {
-    long wait = d->integrated ? kmp_solved_wait(d->eval, &d->part, operations_by_parts(d)) : LONG_MAX;
+    long wait = d->integrated ? kmp_solved_wait(d->eval, &d->part, kmp_reduced_operations(d)) : LONG_MAX;
     if (wait >= 0)
         d->due_solved = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
     return wait < 0 ? KMP_HALT : KMP_GO;

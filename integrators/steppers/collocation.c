@@ -15,24 +15,23 @@ enum { MAX_REJECT = 1000, MOST_SWEEPS = 16 };
 /* Safety, least and largest quotient of two steps. */
 static const double SAFETY = 0.9, SHRINK = 0.2, GROW = 4;
 /* Found on the mechanisms of bench/collocation: errors anywhere in a run are then about those of dop853. */
-static const double PART = 0.5, POWER = 0.7, REST = 0.3;
+static const double PART = 0.5, POWER = 0.7, REST = 0.1;
 /* Contraction of Picard's iteration that the next step aims at. */
 static const double CONTRACTS = 0.3;
-/* Newton's method takes over when the error permits steps WORTH times as long as Picard's iteration, and more by one in
- * LARGE unknowns, SEVERAL times, which do not grow by HELD; it gives way when that contracts by EASY. */
-static const double WORTH = 1.5, LARGE = 40, EASY = 0.1, HELD = 1.2;
-enum { SEVERAL = 3, TRIAL = 5, MOST_PATIENCE = 1000 };
-/* The system of all stages is used if the error permits steps longer than those with one Jacobian by WORTH_TOGETHER,
- * and more if the system is larger than CHEAP; initially for DOUBT steps. */
-static const double WORTH_TOGETHER = 1.4, CHEAP = 60;
-enum { DOUBT = 20, MOST_DOUBT = 5000 };
-/* Contraction with which a Jacobian is kept; largest quotient of the next step with which step size and factors are. */
-static const double KEEP_JACOBIAN = 0.3, KEEP_STEP = 1.2;
+/* The next iteration is tried when the error permits steps WORTH times as long as this one, and more where its
+ * corrections cost more, SEVERAL times, which do not grow by HELD; Picard's returns when that contracts by EASY,
+ * SEVERAL times. A trial has TRIAL steps. After one without success the next is twice as late. */
+static const double WORTH = 1.4, EASY = 0.1, HELD = 1.2;
+enum { SEVERAL = 3, TRIAL = 5, TRUST = 40, MOST_PATIENCE = 1000 };
+/* Largest quotient of the next step with which step size and factors are kept. */
+static const double KEEP_STEP = 1.2;
 /* Growth of the bound on steps after an iteration that failed. */
 static const double RECOVERS = 1.1;
 static const double OLD_ERROR_FLOOR = 1e-4;
 
 /* -- creation ------------------------------------------------------------------------------------------ */
+
+static void begin_anew(kmp_collocation *s);
 
 static void allocate(kmp_collocation *s)
 {
@@ -110,11 +109,10 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->q = ode->quadratures;
     s->inner = s->n - s->p - s->q;
     kmp_collocation_make(&s->table, s->s);
-    s->patience = SEVERAL;
-    s->doubt = DOUBT;
+    begin_anew(s);
     choose_limits(s);
     allocate(s);
-    (void)kmp_collocation_allocate_newton(s);
+    (void)(kmp_collocation_allocate_newton(s) && kmp_collocation_allocate_coupled(s));
     if (!s->base.arena.failed)
         set_constants(s);
     return kmp_solver_made(s);
@@ -138,7 +136,7 @@ static kempe_status start(void *solver, double t, const double *y, const double 
     s->first = true;
     s->rejected = s->has_step = s->collapsed = s->has_jacobian = s->fresh = s->factored = false;
     s->limited = s->free = 0;
-    s->ceiling = 0;
+    s->ceiling = s->cost = 0;
     memcpy(s->y, y, (size_t)s->n * sizeof *y);
     int said = kmp_solver_call(&s->base, t, s->y, s->dy);
     if (said == KMP_GO && h0 == 0 && t_end > t) {
@@ -190,23 +188,13 @@ static double foresee(const kmp_collocation *s, double h, double error)
     return h * fmax(SHRINK, fmin(GROW, quotient));
 }
 
-/* Changes between Picard's iteration and Newton's method, which is on trial at first. */
-static void change_iteration(kmp_collocation *s)
-{
-    s->newton = !s->newton;
-    s->pace_before = s->pace;
-    s->pace = 0;
-    s->trial_steps = s->newton ? TRIAL : 0;
-    s->limited = s->free = 0;
-    s->ceiling = 0;
-    s->together = s->newton_limits = false;
-    s->has_jacobian = s->fresh = s->factored = false;
-}
-
-/* The longest step with a good contraction of Picard's iteration, by the one of a step h. */
+/* The longest step with a good contraction, by the one of a step h. With one Jacobian it is in proportion to the
+ * longest way from there to a stage: half a step for a new one, a step more each time it is kept. */
 static double longest(kmp_collocation *s, double h)
 {
-    double most = s->contraction > 0 && !s->newton ? h * fmax(0.5, sqrt(CONTRACTS / s->contraction)) : INFINITY;
+    double fresh = s->iteration == KMP_ITERATION_NEWTON ? s->contraction / (2 * s->age + 1) : s->contraction;
+    bool measured = s->iteration != KMP_ITERATION_COUPLED && fresh > 0;
+    double most = measured ? h * fmax(0.5, sqrt(CONTRACTS / fresh)) : INFINITY;
     if (s->ceiling > 0) {
         most = fmin(most, s->ceiling);
         s->ceiling *= RECOVERS;
@@ -214,49 +202,95 @@ static double longest(kmp_collocation *s, double h)
     return most;
 }
 
-/* An iteration of Newton's method costs as much as so many of Picard's. */
-static double worth(const kmp_collocation *s)
+/* -- choice of the iteration --------------------------------------------------------------------------- */
+
+static void change_iteration(kmp_collocation *s, kmp_iteration to)
 {
-    return WORTH + s->inner / LARGE;
+    s->iteration = to;
+    s->pace = 0;
+    s->trial_steps = s->limited = s->free = 0;
+    s->trust = TRUST;
+    s->ceiling = 0;
+    s->has_jacobian = s->fresh = s->factored = false;
 }
 
-/* Time simulated for an evaluation of all stages, recently. */
+static void begin_anew(kmp_collocation *s)
+{
+    for (int k = 0; k < KMP_ITERATIONS; k++)
+        s->patience[k] = SEVERAL;
+    change_iteration(s, KMP_ITERATION_PICARD);
+}
+
+/* Tries an iteration, and judges the trial after some steps. */
+static void try_iteration(kmp_collocation *s, kmp_iteration to)
+{
+    s->before = s->iteration;
+    s->pace_before = s->pace;
+    change_iteration(s, to);
+    s->trial_steps = TRIAL;
+}
+
+/* Returns to the iteration before, whose next trial is later. */
+static void end_trial(kmp_collocation *s)
+{
+    double pace = s->pace_before;
+    int *patience = &s->patience[s->iteration];
+    *patience = *patience < MOST_PATIENCE ? 2 * *patience : MOST_PATIENCE;
+    change_iteration(s, s->before);
+    s->pace = pace;
+    s->trust = *patience * TRUST / SEVERAL;
+}
+
+/* Time simulated for an operation, recently. */
 static void measure_pace(kmp_collocation *s, double h)
 {
-    double pace = h * s->s / fmax((double)(s->base.work.rhs - s->rhs_before), 1);
-    s->rhs_before = s->base.work.rhs;
+    double pace = h / fmax(s->cost, 1);
+    s->cost = 0;
     s->pace = s->pace > 0 ? 0.5 * (s->pace + pace) : pace;
 }
 
-/* Newton's method takes over when Picard's iteration has kept several steps far below the error's limit. It gives way
- * when Picard's would contract well, and after a trial in which it gained less than it costs: the next one is then
- * later. */
-static void choose_iteration(kmp_collocation *s, double h, double by_error, double by_iteration)
+/* True if the next iteration exists and steps may be so much longer by the error that it may be worth its cost. */
+static bool is_worth(const kmp_collocation *s, double by_error, double by_iteration)
 {
-    bool held = !s->newton && by_iteration < HELD * h && by_error > worth(s) * by_iteration;
-    s->limited = held ? s->limited + 1 : 0;
-    s->free = s->newton && s->picard < EASY ? s->free + 1 : 0;
-    if (s->trial_steps > 0 && --s->trial_steps == 0 && s->pace < worth(s) * s->pace_before) {
-        s->patience = s->patience < MOST_PATIENCE ? 2 * s->patience : MOST_PATIENCE;
-        change_iteration(s);
-    } else if (s->limited >= s->patience || s->free >= SEVERAL)
-        change_iteration(s);
+    kmp_iteration next = s->iteration + 1;
+    if (next == KMP_ITERATIONS || (next == KMP_ITERATION_COUPLED && !s->all))
+        return false;
+    double sweep = kmp_collocation_sweep_cost(s), now = sweep + kmp_collocation_correction_cost(s, s->iteration);
+    return by_error * now > WORTH * by_iteration * (sweep + kmp_collocation_correction_cost(s, next));
 }
 
-/* Takes the Jacobians of all stages for a while if one for all keeps steps far below the error's limit. */
-static void choose_newton(kmp_collocation *s, double h, double error)
+/* The next iteration is tried when this one has kept several steps far below the error's limit. Picard's returns when
+ * it would contract well, one Jacobian for all stages after some time. */
+static void choose_iteration(kmp_collocation *s, double h, double by_error, double by_iteration)
 {
-    double size = (double)s->inner * s->s / CHEAP;
-    if (s->together && --s->trust <= 0)
-        s->together = false;
-    else if (s->newton && !s->together && s->coupled && s->newton_limits &&
-             after_error(s, h, error) >= (WORTH_TOGETHER + size * size) * h) {
-        s->together = true;
-        s->trust = s->doubt;
-        s->doubt = s->doubt < MOST_DOUBT ? 2 * s->doubt : MOST_DOUBT;
-    }
-    s->newton_limits = false;
+    bool held = by_iteration < HELD * h && is_worth(s, by_error, by_iteration);
+    s->limited = held ? s->limited + 1 : 0;
+    s->free = s->iteration != KMP_ITERATION_PICARD && s->picard < EASY ? s->free + 1 : 0;
+    if (s->trial_steps > 0 && --s->trial_steps == 0 && s->pace < s->pace_before)
+        end_trial(s);
+    else if (s->trial_steps > 0)
+        return;
+    else if (s->free >= SEVERAL)
+        begin_anew(s);
+    else if (s->iteration < KMP_ITERATION_COUPLED && s->limited >= s->patience[s->iteration + 1])
+        try_iteration(s, s->iteration + 1);
+    else if (s->iteration == KMP_ITERATION_COUPLED && --s->trust <= 0)
+        try_iteration(s, KMP_ITERATION_NEWTON);
 }
+
+/* True if corrections with the present Jacobian cost less in the next step than a new one and its corrections. */
+static bool keeps_jacobian(const kmp_collocation *s)
+{
+    double later = s->contraction * (2 * s->age + 3) / (2 * s->age + 1);
+    if (!s->has_jacobian || s->iteration != KMP_ITERATION_NEWTON || !(later < 1))
+        return false;
+    double sweep = kmp_collocation_sweep_cost(s), columns = ceil((s->p + s->inner) / (s->w - 1.0));
+    double more = s->contraction > 0 ? s->sweeps * (log(s->contraction) / log(later) - 1) : 0;
+    return more * (sweep + kmp_collocation_correction_cost(s, KMP_ITERATION_NEWTON)) <
+           columns * sweep + kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
+}
+
+/* -- end of a step ------------------------------------------------------------------------------------- */
 
 /* The derivatives at the start of the step: those of f; without the stiff part of their difference from the stages'
  * polynomial where Newton's method has solved for these. */
@@ -276,17 +310,18 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     double next = after_error(s, h, error);
     if (!s->first)
         next = fmin(next, foresee(s, h, error));
-    double most = longest(s, h);
-    bool newton = s->newton;
+    kmp_iteration iteration = s->iteration;
+    double most = longest(s, h), by_error = h * SAFETY * pow(error, -1.0 / (s->s + 1));
+    find_start(s, h, iteration != KMP_ITERATION_PICARD);
     measure_pace(s, h);
-    choose_iteration(s, h, next, most);
-    next = s->newton && !newton ? next : fmin(next, most);
+    choose_iteration(s, h, by_error, most);
+    next = s->iteration > iteration ? next : fmin(next, most);
     if (s->rejected)
         next = fmin(next, h);
-    find_start(s, h, newton);
-    s->has_jacobian = s->has_jacobian && !s->together && s->contraction <= KEEP_JACOBIAN;
+    s->has_jacobian = keeps_jacobian(s);
+    s->age++;
     s->fresh = false;
-    if (s->newton && s->has_jacobian && next >= h && next <= KEEP_STEP * h)
+    if (s->has_jacobian && next >= h && next <= KEEP_STEP * h)
         next = h;
     s->base.work.steps++;
     s->error_old = fmax(OLD_ERROR_FLOOR, error);
@@ -300,7 +335,6 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     s->taken = h;
     s->base.t = t_new;
     s->base.h = next;
-    choose_newton(s, h, error);
 }
 
 static void refuse(kmp_collocation *s, kmp_collocation_outcome what, double h, double error, double shorter)
@@ -309,18 +343,14 @@ static void refuse(kmp_collocation *s, kmp_collocation_outcome what, double h, d
         s->base.work.rejected++;
     else
         s->base.work.refused++;
-    bool stale = what == KMP_COLLOCATION_BAD_ITERATION && s->newton && s->has_jacobian && !s->fresh;
+    bool stale = what == KMP_COLLOCATION_BAD_ITERATION && s->has_jacobian && !s->fresh;
     s->base.h = stale                                   ? h
                 : what == KMP_COLLOCATION_BAD_ERROR     ? fmin(after_error(s, h, error), 0.9 * h)
                 : what == KMP_COLLOCATION_BAD_ITERATION ? shorter * h
                 : what == KMP_COLLOCATION_BAD_STAGE     ? h / 4
                                                         : h / 2;
-    if (what == KMP_COLLOCATION_BAD_ITERATION && !s->newton) {
+    if (what == KMP_COLLOCATION_BAD_ITERATION && !stale)
         s->ceiling = s->base.h;
-        if (s->has_step && ++s->limited >= s->patience)
-            change_iteration(s);
-    }
-    s->newton_limits = s->newton_limits || (what == KMP_COLLOCATION_BAD_ITERATION && s->newton && !stale);
     s->has_jacobian = s->has_jacobian && !stale;
     s->rejected = true;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Internals of Radau IIA with the stages of a step in the lanes of vector registers: control and dense output
  * (collocation.c), stages by Picard's or Newton's iteration (collocation_step.c), Newton's matrices
- * (collocation_newton.c).
+ * for one Jacobian (collocation_newton.c) and for one of each stage (collocation_coupled.c).
  *
  * The unknowns of the stages are their derivatives g, without those of positions, which are rates, and of quadratures:
  *
@@ -11,6 +11,14 @@
 
 #include "integrators/steppers/collocation_table.h"
 #include "integrators/steppers/solver.h"
+
+/* Iterations for the stages, by growing cost. */
+typedef enum kmp_iteration {
+    KMP_ITERATION_PICARD,
+    KMP_ITERATION_NEWTON,  /* with one Jacobian for all stages */
+    KMP_ITERATION_COUPLED, /* with a Jacobian for each stage */
+    KMP_ITERATIONS
+} kmp_iteration;
 
 typedef struct kmp_collocation {
     kmp_solver base; /* first */
@@ -41,24 +49,27 @@ typedef struct kmp_collocation {
     double *whole;                    /* n x n: that of the formulation; NULL: it has none */
     double *lu, *z, *into, *outof;    /* of Newton's method: factors, a right-hand side, eigenvectors */
     int *pivot;
-    double *place;   /* n */
-    double *all;     /* s Jacobians; NULL, as the next three: the system of all stages is too large */
-    double *coupled; /* system of all stages */
-    double *joint;   /* its right-hand side */
+    double *place; /* n */
+    double *all;   /* the Jacobians of the stages, which are lanes; NULL, as the next five: their system is too large */
+    double *coupled; /* the system of all stages, then its inverse; column-major */
+    double *joint, *open, *at_prediction;
     int *coupled_pivot;
     double h_matrix;    /* step size of the factors */
     double contraction; /* of the last iteration */
     double picard;      /* estimate of the contraction of Picard's iteration by a correction of Newton's */
     double ready;       /* bound of the remainder of a correction, over its size */
     double error_old, h_old, ceiling;
-    int limited, free;         /* successive steps that Picard's iteration has limited; that it would not */
-    int patience, trial_steps; /* of Picard's iteration until a trial of Newton's method; steps until its judgement */
-    double pace, pace_before;  /* time simulated for an evaluation of all stages; of the iteration before */
-    long rhs_before;
-    bool together;      /* Newton's method has a Jacobian for each stage */
-    bool newton_limits; /* it has rejected a longer step than the one taken */
-    int trust, doubt;   /* steps until one Jacobian for all stages is tried again; their number the next time */
-    bool newton, has_jacobian, fresh, factored;
+    kmp_iteration iteration;
+    kmp_iteration before;               /* on trial: the iteration to compare with */
+    int trial_steps;                    /* until the judgement of a trial; 0: none */
+    int limited, free;                  /* successive steps that the iteration has limited; that Picard's would not */
+    int patience[KMP_ITERATIONS];       /* limited steps until a trial of that iteration */
+    int trust;                          /* steps until a trial of a cheaper iteration */
+    double cost;                        /* operations since the last step */
+    double pace, pace_before;           /* time simulated for an operation; by the iteration before */
+    bool has_jacobian, fresh, factored; /* fresh: made in this step */
+    int age, sweeps;                    /* steps since the Jacobian was made; sweeps of the last step */
+    bool evaluated;                     /* f is known where the stages are predicted */
     bool first, rejected, has_step, collapsed;
 } kmp_collocation;
 
@@ -87,14 +98,39 @@ void kmp_collocation_end(kmp_collocation *s, double h);
 /** Allocates the arrays of Newton's method. */
 bool kmp_collocation_allocate_newton(kmp_collocation *s);
 
-/** Evaluates Jacobians where the stages are predicted (s->stage, s->at), if there are none to be kept, and factors the
- * matrices of a step h. s->at, s->stage, s->f and s->change are lost. */
+/** Evaluates the Jacobian where the middle stage is predicted (s->stage, s->at), if there is none to be kept, and
+ * factors the matrices of a step h. s->at, s->stage, s->f and s->change are lost. KMP_COLLOCATION_BAD_ITERATION: they
+ * are singular. */
 kmp_collocation_outcome kmp_collocation_prepare_newton(kmp_collocation *s, double h);
 
+/** Factors the matrices of a step h with s->jacobian, if that has not been done. false: they are singular. */
+bool kmp_collocation_factor(kmp_collocation *s, double h);
+
 /** Turns the residuals in `change` into Newton's corrections. */
-void kmp_collocation_correct(kmp_collocation *s);
+void kmp_collocation_correct_newton(kmp_collocation *s);
 
 /** Removes the stiff part of the estimate in `error`. */
 void kmp_collocation_filter(kmp_collocation *s);
+
+/** The exact Jacobian at (t, y), without positions and quadratures. */
+int kmp_collocation_take_exact(kmp_collocation *s, double t, const double *y, double *jacobian);
+
+/** Changes unknown k, *x, for a difference; returns by how much. */
+double kmp_collocation_displace(const kmp_collocation *s, int k, double *x);
+
+/** Copies the predicted stage i; returns its time. */
+double kmp_collocation_copy_stage(const kmp_collocation *s, int i, double *y);
+
+/* collocation_coupled.c: the same for a Jacobian of each stage */
+
+bool kmp_collocation_allocate_coupled(kmp_collocation *s);
+kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h);
+void kmp_collocation_correct_coupled(kmp_collocation *s);
+
+/** Operations of an evaluation of all stages, of Newton's corrections by an iteration, and of a renewal of its
+ * matrices without evaluations, in vector operations. */
+double kmp_collocation_sweep_cost(const kmp_collocation *s);
+double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration);
+double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration);
 
 #endif

@@ -4,22 +4,16 @@
  *     (I - h A (x) f_v - (h A)^2 (x) f_q) change = f(stages) - g
  *
  * is, in the eigenvectors of A, one system of the size of g for each eigenvalue (Hairer, Wanner, Solving Ordinary
- * Differential Equations II, 2nd ed., IV.8). The eigenvalues, four at most, are the lanes of the factors.
- *
- * If a stiff force turns its direction along a step this converges slowly, however smooth the solution is: its error is
- * the stiffness times the turn. With a Jacobian of each stage it is one system of all stages, which has no such error
- * and costs more. */
+ * Differential Equations II, 2nd ed., IV.8). The eigenvalues, four at most, are the lanes of the factors. */
 #include "base/clones.h"
 #include "base/simd4.h"
 #include "integrators/steppers/collocation.h"
-#include "linalg/dense/dense.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-/* Largest system of all stages together. */
-enum { E = KMP_COLLOCATION_EIGENVALUES, MOST_COUPLED = 240 };
+enum { E = KMP_COLLOCATION_EIGENVALUES };
 
 /* Size of the differences that make the Jacobian, over that of the unknown: near the root of rounding. */
 static const double DIFFERENCE = 1e-7;
@@ -36,18 +30,11 @@ bool kmp_collocation_allocate_newton(kmp_collocation *s)
     s->outof = kmp_arena_aligned(a, 2 * E * (size_t)s->s);
     s->place = KMP_ARENA_NEW(a, double, s->n);
     s->whole = s->base.ode.jacobian ? KMP_ARENA_NEW(a, double, s->n * s->n) : NULL;
-    size_t all = inner * (size_t)s->s;
-    if (all <= MOST_COUPLED) {
-        s->all = KMP_ARENA_NEW(a, double, (size_t)(s->p + s->inner) * all);
-        s->coupled = KMP_ARENA_NEW(a, double, all *all);
-        s->joint = KMP_ARENA_NEW(a, double, all);
-        s->coupled_pivot = KMP_ARENA_NEW(a, int, all);
-    }
     return !a->failed;
 }
 
-/* Eigenvectors by lanes. */
-static void prepare(kmp_collocation *s)
+/* Eigenvalues, with eigenvectors by lanes. */
+static void find_eigenvectors(kmp_collocation *s)
 {
     const kmp_collocation_table *t = &s->table;
     if (t->eigenvalues > 0)
@@ -64,7 +51,7 @@ static void prepare(kmp_collocation *s)
 
 /* -- the Jacobian -------------------------------------------------------------------------------------- */
 
-static int take_exact(kmp_collocation *s, double t, const double *y, double *jacobian)
+int kmp_collocation_take_exact(kmp_collocation *s, double t, const double *y, double *jacobian)
 {
     size_t n = (size_t)s->n;
     double *j = s->whole;
@@ -75,8 +62,7 @@ static int take_exact(kmp_collocation *s, double t, const double *y, double *jac
     return said;
 }
 
-/* Changes unknown k, x; returns by how much. */
-static double change(const kmp_collocation *s, int k, double *x)
+double kmp_collocation_displace(const kmp_collocation *s, int k, double *x)
 {
     double size = fabs(*x) + s->base.tolerance.atol[k] / s->base.tolerance.rtol, before = *x;
     volatile double moved = before + DIFFERENCE * size;
@@ -98,7 +84,7 @@ static int differentiate(kmp_collocation *s, double t, const double *y)
             for (int l = 0; l < w; l++)
                 s->stage[k * w + l] = y[k];
         for (int l = 1; l <= count; l++)
-            by[l] = change(s, c + l - 1, &s->stage[(c + l - 1) * w + l]);
+            by[l] = kmp_collocation_displace(s, c + l - 1, &s->stage[(c + l - 1) * w + l]);
         said = kmp_collocation_evaluate(s, count + 1);
         for (int l = 1; l <= count && said == KMP_GO; l++)
             for (int k = 0; k < s->inner; k++)
@@ -107,8 +93,7 @@ static int differentiate(kmp_collocation *s, double t, const double *y)
     return said;
 }
 
-/* Copies the predicted stage i. */
-static double copy_stage(const kmp_collocation *s, int i, double *y)
+double kmp_collocation_copy_stage(const kmp_collocation *s, int i, double *y)
 {
     for (int k = 0; k < s->n; k++)
         y[k] = k < s->p + s->inner ? s->stage[k * s->w + i] : s->y[k];
@@ -117,52 +102,12 @@ static double copy_stage(const kmp_collocation *s, int i, double *y)
 
 static int renew_jacobian(kmp_collocation *s)
 {
-    double t = copy_stage(s, s->s / 2, s->place);
-    prepare(s);
+    double t = kmp_collocation_copy_stage(s, s->s / 2, s->place);
     s->base.work.matrices++;
     s->factored = false;
-    int said = s->whole ? take_exact(s, t, s->place, s->jacobian) : differentiate(s, t, s->place);
+    int said = s->whole ? kmp_collocation_take_exact(s, t, s->place, s->jacobian) : differentiate(s, t, s->place);
     s->has_jacobian = s->fresh = said == KMP_GO;
-    return said;
-}
-
-/* The Jacobians of all stages at once: a column of each by one evaluation. */
-static int differentiate_all(kmp_collocation *s)
-{
-    int w = s->w, columns = s->p + s->inner;
-    size_t size = (size_t)columns * (size_t)s->inner;
-    const double *f = s->f + s->p * w;
-    double before[8], by[8] = {0};
-    int said = kmp_collocation_evaluate(s, s->s);
-    memcpy(s->change, f, (size_t)(s->inner * w) * sizeof *f);
-    for (int c = 0; c < columns && said == KMP_GO; c++) {
-        double *x = s->stage + c * w;
-        memcpy(before, x, (size_t)w * sizeof *x);
-        for (int l = 0; l < w; l++)
-            by[l] = change(s, c, &x[l]);
-        said = kmp_collocation_evaluate(s, s->s);
-        memcpy(x, before, (size_t)w * sizeof *x);
-        for (int k = 0; k < s->inner && said == KMP_GO; k++)
-            for (int i = 0; i < s->s; i++)
-                s->all[(size_t)i * size + (size_t)(c * s->inner + k)] = (f[k * w + i] - s->change[k * w + i]) / by[i];
-    }
-    return said;
-}
-
-static int renew_all(kmp_collocation *s)
-{
-    size_t size = (size_t)(s->p + s->inner) * (size_t)s->inner;
-    int said = KMP_GO;
-    prepare(s);
-    s->base.work.matrices += s->s;
-    s->factored = false;
-    if (!s->whole)
-        said = differentiate_all(s);
-    for (int i = 0; s->whole && i < s->s && said == KMP_GO; i++) {
-        double t = copy_stage(s, i, s->place);
-        said = take_exact(s, t, s->place, s->all + (size_t)i * size);
-    }
-    memcpy(s->jacobian, s->all, size * sizeof *s->all); /* of the estimate's filter */
+    s->age = 0;
     return said;
 }
 
@@ -263,10 +208,14 @@ static KMP_CLONES void solve_lanes(int n, const double *lu, const int *pivot, do
     }
 }
 
-static bool factor(kmp_collocation *s, double h)
+bool kmp_collocation_factor(kmp_collocation *s, double h)
 {
     const kmp_collocation_table *t = &s->table;
     int n = s->inner;
+    if (s->factored && s->h_matrix == h)
+        return true;
+    find_eigenvectors(s);
+    s->cost += kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
     s->base.work.factorizations++;
     for (int e = 0; e < E; e++) { /* lanes without an eigenvalue repeat the first one */
         int from = e < t->eigenvalues ? e : 0;
@@ -284,33 +233,12 @@ static bool factor(kmp_collocation *s, double h)
     return s->factored;
 }
 
-/* Block (i, j) of the system of all stages: (i = j) I - h A[i][j] f_v - h^2 (A A)[i][j] f_q with f of stage i. */
-static bool factor_all(kmp_collocation *s, double h)
-{
-    int n = s->inner, size = n * s->s;
-    for (int i = 0; i < s->s; i++)
-        for (int j = 0; j < s->s; j++) {
-            double once = h * s->table.a[i][j], twice = h * h * s->table.aa[i][j];
-            const double *of = s->all + (size_t)i * (size_t)((s->p + n) * n);
-            for (int c = 0; c < n; c++) {
-                double *to = s->coupled + (size_t)(j * n + c) * (size_t)size + i * n;
-                const double *v = of + (s->p + c) * n, *q = of + c * n;
-                for (int k = 0; k < n; k++)
-                    to[k] = (i == j && k == c) - once * v[k] - (c < s->p ? twice * q[k] : 0);
-            }
-        }
-    return kmp_lu_factor(size, s->coupled, s->coupled_pivot) == 0;
-}
-
 kmp_collocation_outcome kmp_collocation_prepare_newton(kmp_collocation *s, double h)
 {
-    int said = s->together ? renew_all(s) : s->has_jacobian ? KMP_GO : renew_jacobian(s);
+    int said = s->has_jacobian ? KMP_GO : renew_jacobian(s);
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
-    bool good = (s->factored && s->h_matrix == h) || factor(s, h);
-    if (good && s->together)
-        good = factor_all(s, h);
-    return good ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
+    return kmp_collocation_factor(s, h) ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
 }
 
 /* -- corrections --------------------------------------------------------------------------------------- */
@@ -339,24 +267,8 @@ static KMP_CLONES void transform_back(int n, int stages, int w, const double *ou
         }
 }
 
-static void correct_together(kmp_collocation *s)
+void kmp_collocation_correct_newton(kmp_collocation *s)
 {
-    int n = s->inner, w = s->w;
-    for (int i = 0; i < s->s; i++)
-        for (int k = 0; k < n; k++)
-            s->joint[i * n + k] = s->change[k * w + i];
-    kmp_lu_solve(n * s->s, s->coupled, s->coupled_pivot, 1, s->joint);
-    for (int i = 0; i < s->s; i++)
-        for (int k = 0; k < n; k++)
-            s->change[k * w + i] = s->joint[i * n + k];
-}
-
-void kmp_collocation_correct(kmp_collocation *s)
-{
-    if (s->together) {
-        correct_together(s);
-        return;
-    }
     transform(s->inner, s->s, s->w, s->into, s->change, s->z);
     solve_lanes(s->inner, s->lu, s->pivot, s->z);
     transform_back(s->inner, s->s, s->w, s->outof, s->z, s->change);

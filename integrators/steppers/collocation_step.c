@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The stages of a step. Picard's iteration evaluates f at all stages and takes the result: it needs no matrix, and
  * contracts with the step size times the rate of the fastest forces. Newton's method solves for the change
- * (collocation_newton.c). */
+ * (collocation_newton.c, collocation_coupled.c). */
 #include "integrators/steppers/collocation.h"
 #include "integrators/steppers/collocation_kernels.h"
 
@@ -22,6 +22,7 @@ static const double ERROR_FLOOR = 1e-10;
 static int evaluate_each(kmp_collocation *s, int count)
 {
     size_t w = (size_t)s->w, n = (size_t)s->n;
+    s->cost += (count - 1) * s->base.ode.operations;
     for (size_t l = 0; l < (size_t)count; l++) {
         for (size_t k = 0; k < n; k++)
             s->trial[k] = s->stage[k * w + l];
@@ -38,6 +39,7 @@ int kmp_collocation_evaluate(kmp_collocation *s, int count)
 {
     const kmp_ode *ode = &s->base.ode;
     s->base.work.rhs += count;
+    s->cost += kmp_collocation_sweep_cost(s);
     int said = ode->lanes && ode->width == s->w ? ode->lanes(ode->self, s->at, s->stage, s->f) : KMP_APART;
     return said == KMP_APART ? evaluate_each(s, count) : said;
 }
@@ -92,7 +94,7 @@ static double estimate(kmp_collocation *s, double h)
         s->error[k] = h * h * s->ends[k * s->w + KMP_END_SLOPE_TWICE];
     for (int k = 0; k < s->inner; k++)
         s->error[s->p + k] = h * s->ends[k * s->w + KMP_END_SLOPE];
-    if (s->newton)
+    if (s->iteration != KMP_ITERATION_PICARD)
         kmp_collocation_filter(s);
     for (int k = 0; k < s->p + s->inner; k++) {
         double e = s->error[k] * s->per_scale[k];
@@ -132,12 +134,19 @@ static double square(const kmp_collocation *s)
     return sum;
 }
 
-/* Newton's correction. Picard's iteration would contract by about the part that it adds to the residual. */
-static void correct(kmp_collocation *s)
+/* Newton's correction. Picard's iteration would contract by about the part that it adds to the first residual. */
+static void correct(kmp_collocation *s, bool first)
 {
-    double residual = square(s);
-    memcpy(s->g_before, s->change, (size_t)(s->inner * s->w) * sizeof *s->change);
-    kmp_collocation_correct(s);
+    double residual = first ? square(s) : 0;
+    if (first)
+        memcpy(s->g_before, s->change, (size_t)(s->inner * s->w) * sizeof *s->change);
+    s->cost += kmp_collocation_correction_cost(s, s->iteration);
+    if (s->iteration == KMP_ITERATION_COUPLED)
+        kmp_collocation_correct_coupled(s);
+    else
+        kmp_collocation_correct_newton(s);
+    if (!first)
+        return;
     kmp_lanes_subtract(s->w, s->inner, s->change, s->g_before, s->g_before);
     kmp_solver_swap(&s->change, &s->g_before);
     s->picard = sqrt(square(s) / fmax(residual, DBL_MIN));
@@ -145,15 +154,19 @@ static void correct(kmp_collocation *s)
 }
 
 /* Makes one sweep; returns the weighted size of its correction, or a negative result of f. */
-static kmp_collocation_outcome sweep(kmp_collocation *s, double *size)
+static kmp_collocation_outcome sweep(kmp_collocation *s, bool first, double *size)
 {
-    place(s);
-    int said = kmp_collocation_evaluate(s, s->s);
+    int said = KMP_GO;
+    if (!s->evaluated) {
+        place(s);
+        said = kmp_collocation_evaluate(s, s->s);
+    }
+    s->evaluated = false;
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
     kmp_lanes_subtract(s->w, s->inner, s->f + s->p * s->w, s->g, s->change);
-    if (s->newton)
-        correct(s);
+    if (s->iteration != KMP_ITERATION_PICARD)
+        correct(s, first);
     double sum = kmp_lanes_advance(s->w, s->inner, s->s, s->weight, s->change, s->g);
     *size = sqrt(sum / fmax(s->inner * s->s, 1));
     s->base.work.newton++;
@@ -177,7 +190,8 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
 {
     double before = 0, size = 0, rate_before = 0;
     for (int k = 1; k <= s->most_sweeps; k++) {
-        kmp_collocation_outcome what = sweep(s, &size);
+        kmp_collocation_outcome what = sweep(s, k == 1, &size);
+        s->sweeps = k;
         if (what != KMP_COLLOCATION_TAKEN)
             return what;
         if (k > 1) {
@@ -203,10 +217,11 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
 /* Makes matrices for Newton's method where the stages are predicted. */
 static kmp_collocation_outcome prepare(kmp_collocation *s, double h)
 {
-    if (!s->newton)
+    if (s->iteration == KMP_ITERATION_PICARD)
         return KMP_COLLOCATION_TAKEN;
     place(s);
-    kmp_collocation_outcome what = kmp_collocation_prepare_newton(s, h);
+    kmp_collocation_outcome what = s->iteration == KMP_ITERATION_COUPLED ? kmp_collocation_prepare_coupled(s, h)
+                                                                         : kmp_collocation_prepare_newton(s, h);
     set_columns(s, h); /* times */
     return what;
 }
@@ -217,6 +232,7 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
     *shorter = 0.5;
     s->ready = 1;
     s->contraction = 0;
+    s->evaluated = false;
     for (int k = 0; k < s->inner; k++)
         s->weight[k] = h * s->per_scale[s->p + k];
     set_columns(s, h);

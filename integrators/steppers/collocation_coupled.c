@@ -1,0 +1,242 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Newton's method for the stages with a Jacobian of each, in one system of all stages:
+ *
+ *     sum over the stages j of (delta_ij I - h A_ij f_v - (h A)^2_ij f_q) change_j = f(stage i) - g_i
+ *
+ * with f_q, f_v at stage i. If a stiff force turns its direction along a step, one Jacobian for all stages converges
+ * slowly, however smooth the solution is: its error is the stiffness times the turn. This system has no such error and
+ * costs more. A column of all Jacobians is one evaluation of all stages, which are the lanes of the rows.
+ *
+ * The matrix is inverted in place, by Gauss and Jordan: a solution is then a sum of columns, which vector registers do
+ * several times as fast as two triangular solutions, each a chain of dependent operations. */
+#include "base/clones.h"
+#include "base/simd4.h"
+#include "integrators/steppers/collocation.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
+typedef int64_t eight_mask __attribute__((vector_size(64), aligned(8), may_alias));
+
+/* Largest system of all stages; lanes of a vector. */
+enum { MOST_COUPLED = 240, V = 8 };
+
+/* Rows of the system: all lanes of all unknowns, up to a multiple of V. The rows of lanes without a stage are zero. */
+static int row_count(const kmp_collocation *s)
+{
+    return (s->inner * s->w + V - 1) / V * V;
+}
+
+bool kmp_collocation_allocate_coupled(kmp_collocation *s)
+{
+    kmp_arena *a = &s->base.arena;
+    int count = s->inner * s->s;
+    size_t rows = (size_t)row_count(s);
+    if (count > MOST_COUPLED)
+        return true;
+    s->all = kmp_arena_aligned(a, (size_t)((s->p + s->inner) * s->inner * s->w));
+    s->coupled = kmp_arena_aligned(a, rows * (size_t)count);
+    s->joint = kmp_arena_aligned(a, rows);
+    s->open = kmp_arena_aligned(a, rows);
+    s->at_prediction = kmp_arena_aligned(a, (size_t)(s->n * s->w));
+    s->coupled_pivot = KMP_ARENA_NEW(a, int, count);
+    return !a->failed;
+}
+
+/* -- Jacobians ----------------------------------------------------------------------------------------- */
+
+/* Column c of the Jacobians of all stages, f_c; zero in lanes without a stage. */
+static int differentiate(kmp_collocation *s, int c)
+{
+    int w = s->w;
+    double before[V], by[V] = {0}, *x = s->stage + c * w, *column = s->all + c * s->inner * w;
+    const double *f = s->f + s->p * w, *base = s->at_prediction + s->p * w;
+    memcpy(before, x, (size_t)w * sizeof *x);
+    for (int l = 0; l < w; l++)
+        by[l] = kmp_collocation_displace(s, c, &x[l]);
+    int said = kmp_collocation_evaluate(s, s->s);
+    memcpy(x, before, (size_t)w * sizeof *x);
+    for (int k = 0; k < s->inner; k++)
+        for (int l = 0; l < w; l++)
+            column[k * w + l] = l < s->s ? (f[k * w + l] - base[k * w + l]) / by[l] : 0;
+    return said;
+}
+
+/* The evaluation at the predicted stages is that of the first iteration, too. */
+static int differentiate_all(kmp_collocation *s)
+{
+    size_t bytes = (size_t)(s->n * s->w) * sizeof *s->f;
+    int said = kmp_collocation_evaluate(s, s->s);
+    memcpy(s->at_prediction, s->f, bytes);
+    for (int c = 0; c < s->p + s->inner && said == KMP_GO; c++)
+        said = differentiate(s, c);
+    memcpy(s->f, s->at_prediction, bytes);
+    s->evaluated = said == KMP_GO;
+    return said;
+}
+
+static int take_exact_all(kmp_collocation *s)
+{
+    int said = KMP_GO;
+    for (int i = 0; i < s->s && said == KMP_GO; i++) {
+        double t = kmp_collocation_copy_stage(s, i, s->place);
+        said = kmp_collocation_take_exact(s, t, s->place, s->jacobian);
+        for (int k = 0; k < (s->p + s->inner) * s->inner; k++)
+            s->all[k * s->w + i] = s->jacobian[k];
+    }
+    return said;
+}
+
+static int renew_all(kmp_collocation *s)
+{
+    s->base.work.matrices += s->s;
+    s->factored = false;
+    int said = s->whole ? take_exact_all(s) : differentiate_all(s);
+    for (int k = 0; k < (s->p + s->inner) * s->inner; k++) /* for the filter of the estimate */
+        s->jacobian[k] = s->all[k * s->w];
+    return said;
+}
+
+/* -- the system of all stages -------------------------------------------------------------------------- */
+
+/* column[k] = -once of_v[k] - twice of_q[k], for n unknowns of w lanes; of_q NULL: without. */
+static KMP_CLONES void fill_column(int n, int w, const double *once, const double *of_v, const double *twice,
+                                   const double *of_q, double *column)
+{
+    for (int l = 0; l < w; l += KMP_FOUR)
+        for (int k = l; k < n * w; k += w)
+            KMP_FOUR_AT(column + k) = KMP_FOUR_CONST(once + l) * -KMP_FOUR_CONST(of_v + k);
+    for (int l = 0; of_q && l < w; l += KMP_FOUR)
+        for (int k = l; k < n * w; k += w)
+            KMP_FOUR_AT(column + k) -= KMP_FOUR_CONST(twice + l) * KMP_FOUR_CONST(of_q + k);
+}
+
+/* Columns of unknowns c of stages j; rows of an unknown are its lanes. */
+static void fill(kmp_collocation *s)
+{
+    int n = s->inner, w = s->w, rows = row_count(s), size = n * w;
+    for (int c = 0; c < n; c++)
+        for (int j = 0; j < s->s; j++) {
+            double *column = s->coupled + (ptrdiff_t)(c * s->s + j) * rows;
+            fill_column(n, w, s->once + j * w, s->all + (s->p + c) * size, s->twice + j * w,
+                        c < s->p ? s->all + c * size : NULL, column);
+            column[c * w + j] += 1;
+            memset(column + size, 0, (size_t)(rows - size) * sizeof *column);
+        }
+}
+
+/* The open row with the largest magnitude, the first of such rows; -1: none is usable. */
+static KMP_INTO_CLONES int find_pivot(int rows, const double *column, const double *open)
+{
+    eight most = {0};
+    double best = 0;
+    for (int i = 0; i < rows; i += V) {
+        eight x = *(const eight *)(column + i) * *(const eight *)(open + i), size = (eight)((eight_mask)x & INT64_MAX);
+        eight_mask more = size > most;
+        most = (eight)((more & (eight_mask)size) | (~more & (eight_mask)most));
+    }
+    for (int l = 0; l < V; l++)
+        best = most[l] > best ? most[l] : best;
+    for (int i = 0; i < rows && best > 0 && best <= DBL_MAX; i++)
+        if (fabs(column[i] * open[i]) == best)
+            return i;
+    return -1;
+}
+
+/* a -= f x, in all rows. */
+static KMP_INTO_CLONES void subtract(int rows, double f, const double *x, double *a)
+{
+    for (int i = 0; i < rows; i += V)
+        *(eight *)(a + i) -= f * *(const eight *)(x + i);
+}
+
+/* Inverts in place, rows x count: the row of unknown k is pivot[k], whose column is that of b[pivot[k]]. No row moves:
+ * `open` is 1 in those that may be pivots. false: singular. */
+static KMP_CLONES bool invert(int rows, int count, double *a, double *column, double *open, int *pivot)
+{
+    for (int i = 0; i < rows; i++)
+        open[i] = 1;
+    for (int k = 0; k < count; k++) {
+        double *own = a + (ptrdiff_t)k * rows;
+        int p = pivot[k] = find_pivot(rows, own, open);
+        if (p < 0)
+            return false;
+        double inverse = 1 / own[p];
+        open[p] = 0;
+        memcpy(column, own, (size_t)rows * sizeof *own);
+        column[p] = 0;
+        for (int j = 0; j < count; j++) {
+            double *other = a + (ptrdiff_t)j * rows, f = other[p] * inverse;
+            if (j == k || f == 0)
+                continue;
+            subtract(rows, f, column, other);
+            other[p] = f;
+        }
+        for (int i = 0; i < rows; i += V)
+            *(eight *)(own + i) = *(eight *)(column + i) * -inverse;
+        own[p] = inverse;
+    }
+    return true;
+}
+
+/* x = sum of the columns times b. */
+static KMP_CLONES void multiply(int rows, int count, const double *a, const int *pivot, const double *b, double *x)
+{
+    for (int i = 0; i < rows; i += V) {
+        eight sum = {0};
+        for (int j = 0; j < count; j++)
+            sum += b[pivot[j]] * *(const eight *)(a + (ptrdiff_t)j * rows + i);
+        *(eight *)(x + i) = sum;
+    }
+}
+
+static bool factor_all(kmp_collocation *s)
+{
+    int rows = row_count(s), count = s->inner * s->s;
+    fill(s);
+    s->cost += kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED);
+    return invert(rows, count, s->coupled, s->joint, s->open, s->coupled_pivot);
+}
+
+kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h)
+{
+    int said = renew_all(s);
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
+    return kmp_collocation_factor(s, h) && factor_all(s) ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
+}
+
+void kmp_collocation_correct_coupled(kmp_collocation *s)
+{
+    int w = s->w, count = s->inner * s->s;
+    multiply(row_count(s), count, s->coupled, s->coupled_pivot, s->change, s->joint);
+    for (int k = 0; k < count; k++)
+        s->change[k / s->s * w + k % s->s] = s->joint[s->coupled_pivot[k]];
+}
+
+/* -- costs --------------------------------------------------------------------------------------------- */
+
+/* The program of all stages, and sums over the stages; LEAST for what every sweep has. */
+double kmp_collocation_sweep_cost(const kmp_collocation *s)
+{
+    const double LEAST = 100;
+    return LEAST + s->base.ode.operations + 2.0 * (s->p + s->inner) * s->s;
+}
+
+double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration)
+{
+    double n = s->inner, count = n * s->s;
+    return iteration == KMP_ITERATION_PICARD   ? 0
+           : iteration == KMP_ITERATION_NEWTON ? 8 * n * n + 8 * count
+                                               : 2 * count * row_count(s) / V;
+}
+
+double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration)
+{
+    double n = s->inner, count = n * s->s;
+    return iteration == KMP_ITERATION_PICARD   ? 0
+           : iteration == KMP_ITERATION_NEWTON ? 8.0 / 3 * n * n * n
+                                               : (2 * count + 4 * n) * count * row_count(s) / V;
+}
