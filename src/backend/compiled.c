@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/compiled.h"
+#include "backend/x86/packs.h"
 #include <string.h>
 
 bool kmp_code_is_straight(const kmp_instruction *in)
@@ -69,21 +70,64 @@ bool kmp_code_list(kmp_code *code, kmp_layout *l)
 
 /* -- machine code ------------------------------------------------------------------------------------ */
 
+/* A segment's operations as they are written. */
+typedef struct piece {
+    uint32_t count;
+    const kmp_straight *operations;
+} piece;
+
+static uint32_t list_pieces(const kmp_code *code, uint32_t segments, piece *pieces)
+{
+    uint32_t longest = 0;
+    for (uint32_t g = 0; g < segments; g++) {
+        pieces[g] = (piece){code->start[g + 1] - code->start[g], code->operations + code->start[g]};
+        longest = pieces[g].count > longest ? pieces[g].count : longest;
+    }
+    return longest;
+}
+
+/* Puts equal operations side by side. */
+static bool pack(kmp_layout *l, kmp_packs *packs, uint32_t segments, piece *pieces)
+{
+    const kmp_frame *f = l->frame;
+    uint32_t constants = KMP_FIRST_SLOT + (uint32_t)l->program->constant_count;
+    bool ok = kmp_packs_init(packs, &l->arena, f->slots, f->v, KMP_FIRST_SLOT, constants);
+    for (uint32_t g = 0; ok && g < segments; g++)
+        ok = kmp_packs_make(packs, &pieces[g].count, &pieces[g].operations);
+    return ok;
+}
+
+/* Makes room for pairs and for values that leave registers. */
+static bool extend(kmp_frame *f, const kmp_packs *packs, uint32_t places)
+{
+    if (!kmp_frame_extend(f, packs->next - f->slots + places))
+        return false;
+    for (int k = 0; k < packs->constants; k++)
+        memcpy(f->v + packs->constant[k].slot, packs->constant[k].value, sizeof packs->constant[k].value);
+    return true;
+}
+
 static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, size_t *offset)
 {
     kmp_registers registers;
-    const uint32_t *start = code->start;
-    uint32_t longest = 0, segments = l->frame->segment_count;
+    uint32_t segments = l->frame->segment_count, slots = l->frame->slots;
+    kmp_packs packs = {.slots = slots, .next = slots};
+    piece *pieces = KMP_ARENA_NEW(&l->arena, piece, segments);
+    if (!pieces)
+        return false;
+    uint32_t longest = list_pieces(code, segments, pieces);
+    if (x86->form == KMP_X86_ONE && !l->frame->team && !pack(l, &packs, segments, pieces))
+        return false;
     for (uint32_t g = 0; g < segments; g++)
-        longest = start[g + 1] - start[g] > longest ? start[g + 1] - start[g] : longest;
-    if (!kmp_registers_init(&registers, &l->arena, l->frame->slots, longest))
+        longest = pieces[g].count > longest ? pieces[g].count : longest;
+    if (!kmp_registers_init(&registers, &l->arena, packs.slots, packs.next, longest, l->frame->team))
         return false;
     for (uint32_t g = 0; g < segments; g++) {
         offset[g] = x86->size;
-        if (start[g + 1] > start[g])
-            kmp_registers_write(&registers, x86, start[g + 1] - start[g], code->operations + start[g]);
+        if (pieces[g].count > 0)
+            kmp_registers_write(&registers, x86, pieces[g].count, pieces[g].operations);
     }
-    return !x86->failed;
+    return !x86->failed && extend(l->frame, &packs, registers.used);
 }
 
 /* C converts an object's address to a function pointer only by copying. */

@@ -47,11 +47,11 @@ static bool make(kmp_lanes *lanes, const kmp_program *p, bool plain)
     kmp_layout layout = {0};
     bool ok =
         kmp_layout_init(&layout, &lanes->frame, p, kmp_code_is_straight, 0, plain ? NULL : &kmp_backend_native, NULL) &&
-        kmp_code_list(&lanes->code, &layout) && spread(lanes);
+        kmp_code_list(&lanes->code, &layout);
     if (ok && !plain && has_form(lanes->width))
         ok = kmp_code_write(&lanes->code, &layout, (kmp_x86_form)lanes->width);
     kmp_layout_free(&layout);
-    return ok;
+    return ok && spread(lanes);
 }
 
 kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain)

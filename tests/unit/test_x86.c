@@ -63,7 +63,7 @@ static bool same_bits(double a, double b)
 
 static int wrong_bits(kmp_x86_form form, int count, routine *run)
 {
-    static double v[SLOTS * WIDEST], expected[SLOTS * WIDEST];
+    static double v[(SLOTS + KMP_PLACES) * WIDEST], expected[SLOTS * WIDEST];
     int wide = (int)form, bad = 0;
     for (int k = 0; k < SLOTS * wide; k++)
         v[k] = expected[k] = k < LEAVES * wide ? between(-2, 2) : NAN;
@@ -84,7 +84,7 @@ static void one_program(kmp_x86_form form, int count, int reach)
     kmp_registers registers;
     kmp_arena arena = {0};
     make_operations(count, reach);
-    CHECK(kmp_registers_init(&registers, &arena, SLOTS, MOST));
+    CHECK(kmp_registers_init(&registers, &arena, SLOTS, SLOTS, MOST, pick(4) == 0));
     for (int again = 0; again < 2; again++) { /* what one piece leaves behind must not trouble the next */
         size_t begin = code.size;
         kmp_registers_write(&registers, &code, (uint32_t)count, operations);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/x86/frame.h"
 #include "symbolic/table.h"
+#include <string.h>
 
 void kmp_frame_free(kmp_frame *f)
 {
@@ -8,6 +9,18 @@ void kmp_frame_free(kmp_frame *f)
         kmp_solving_free(f->solving[k]);
     kmp_arena_free(&f->arena);
     *f = (kmp_frame){0};
+}
+
+bool kmp_frame_extend(kmp_frame *f, uint32_t slots)
+{
+    double *v = kmp_arena_aligned(&f->arena, f->slots + slots);
+    if (!v)
+        return false;
+    memcpy(v, f->v, f->slots * sizeof *v);
+    f->out = v + (f->out - f->v);
+    f->v = v;
+    f->slots += slots;
+    return true;
 }
 
 void kmp_frame_set(void *code, kmp_input_kind kind, const double *values)

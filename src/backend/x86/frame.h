@@ -79,6 +79,9 @@ typedef struct kmp_frame {
 
 void kmp_frame_free(kmp_frame *frame);
 
+/** Adds slots after the others. False: no memory. */
+bool kmp_frame_extend(kmp_frame *frame, uint32_t slots);
+
 /** One function, with slots of `width` numbers from v on. */
 void kmp_frame_special(const kmp_frame *frame, const kmp_special *special, double *v, size_t width);
 

@@ -4,16 +4,28 @@
 
 #define NEVER UINT32_MAX
 
+/* NEAR: a value that is read within so many operations gets a place at a short distance, if there is one. BASED: least
+ * number of operations of a piece of code that sets bases. */
+enum { NEAR = 1500, BASED = 100 };
+
 /* The state of writing. */
 typedef struct writer {
     kmp_registers *r;
     kmp_x86 *c;
-    uint32_t at; /* operation */
+    uint32_t at;    /* operation */
+    uint32_t near;  /* places at short distances from bases */
+    uint32_t reach; /* of these, from one base */
+    int registers;
 } writer;
 
-bool kmp_registers_init(kmp_registers *r, kmp_arena *arena, uint32_t slots, uint32_t longest)
+bool kmp_registers_init(kmp_registers *r, kmp_arena *arena, uint32_t packs, uint32_t slots, uint32_t longest,
+                        bool shared)
 {
-    *r = (kmp_registers){.next = KMP_ARENA_NEW(arena, uint32_t, slots),
+    *r = (kmp_registers){.slots = slots,
+                         .packs = packs,
+                         .places = shared ? 0 : KMP_PLACES,
+                         .place = KMP_ARENA_NEW(arena, uint32_t, slots),
+                         .next = KMP_ARENA_NEW(arena, uint32_t, slots),
                          .in = KMP_ARENA_NEW(arena, int16_t, slots),
                          .missing = KMP_ARENA_NEW(arena, uint8_t, slots),
                          .after = KMP_ARENA_NEW(arena, uint32_t, 2 * longest)};
@@ -24,9 +36,15 @@ bool kmp_registers_init(kmp_registers *r, kmp_arena *arena, uint32_t slots, uint
     return true;
 }
 
-static bool is_unary(kmp_x86_op op)
+static bool is_pair(const kmp_registers *r, uint32_t slot)
 {
-    return op == KMP_X86_SQRT || op == KMP_X86_LOAD;
+    return slot >= r->packs;
+}
+
+/* A load or a store of all of a value. */
+static kmp_x86_op whole(const kmp_registers *r, kmp_x86_op op, uint32_t slot)
+{
+    return is_pair(r, slot) ? op | KMP_X86_PAIR : op;
 }
 
 /* -- next uses --------------------------------------------------------------------------------------- */
@@ -36,20 +54,80 @@ static void find_uses(kmp_registers *r, uint32_t count, const kmp_straight *oper
 {
     for (uint32_t k = count; k-- > 0;) {
         const kmp_straight *s = &operations[k];
-        r->after[2 * k] = is_unary(s->op) ? NEVER : r->next[s->x];
+        r->after[2 * k] = kmp_x86_is_unary(s->op) ? NEVER : r->next[s->x];
         r->after[2 * k + 1] = r->next[s->y];
-        if (!is_unary(s->op))
+        if (!kmp_x86_is_unary(s->op))
             r->next[s->x] = k;
         r->next[s->y] = k;
     }
 }
 
-/* -- registers --------------------------------------------------------------------------------------- */
+/* -- memory ------------------------------------------------------------------------------------------ */
 
-static int32_t place(const writer *w, uint32_t slot)
+/* The first free place from `from` on, or the first of two; r->places if there is none. */
+static uint32_t find_place(const kmp_registers *r, uint32_t from, bool pair)
 {
-    return (int32_t)(8 * (uint32_t)w->c->form * slot);
+    for (uint32_t word = from / 64; word < r->places / 64; word++) {
+        uint64_t open = ~r->taken[word];
+        open &= pair ? open >> 1 & UINT64_C(0x5555555555555555) : open;
+        if (open)
+            return 64 * word + (uint32_t)__builtin_ctzll(open);
+    }
+    return r->places;
 }
+
+static uint64_t bits_of(const kmp_registers *r, uint32_t slot, uint32_t place)
+{
+    return (uint64_t)(is_pair(r, slot) ? 3 : 1) << place % 64;
+}
+
+/* Gives a value that leaves its register a place, where there is one. */
+static void take_place(const writer *w, uint32_t slot)
+{
+    kmp_registers *r = w->r;
+    uint32_t place = find_place(r, r->next[slot] - w->at > NEAR ? w->near : 0, is_pair(r, slot));
+    if (place >= r->places)
+        return;
+    r->taken[place / 64] |= bits_of(r, slot, place);
+    r->place[slot] = place + 1;
+    r->used = place + 2 > r->used ? place + 2 : r->used;
+}
+
+static void free_place_if_done(kmp_registers *r, uint32_t slot)
+{
+    uint32_t place = r->place[slot];
+    if (place == 0 || r->next[slot] != NEVER)
+        return;
+    r->taken[(place - 1) / 64] &= ~bits_of(r, slot, place - 1);
+    r->place[slot] = 0;
+}
+
+static int32_t bytes(const writer *w, uint32_t slots)
+{
+    return (int32_t)(8 * (uint32_t)w->c->form * slots);
+}
+
+/* Bases are in the middle of the places that they reach. */
+static void set_bases(const writer *w)
+{
+    for (uint32_t base = 1; w->near > 0 && base < KMP_X86_BASES; base++)
+        kmp_x86_set_base(w->c, (int)base, bytes(w, w->r->slots + (base - 1) * w->reach + w->reach / 2));
+}
+
+/* An operation with the memory of a value, or of its lane. */
+static void use_memory(const writer *w, kmp_x86_op op, int d, int x, uint32_t slot, uint32_t lane)
+{
+    uint32_t place = w->r->place[slot];
+    if (place == 0)
+        kmp_x86_memory(w->c, op, d, x, 0, bytes(w, slot + lane));
+    else if (--place < w->near)
+        kmp_x86_memory(w->c, op, d, x, 1 + (int)(place / w->reach),
+                       bytes(w, place % w->reach + lane) - bytes(w, w->reach / 2));
+    else
+        kmp_x86_memory(w->c, op, d, x, 0, bytes(w, w->r->slots + place + lane));
+}
+
+/* -- registers --------------------------------------------------------------------------------------- */
 
 static void forget(kmp_registers *r, int reg)
 {
@@ -64,7 +142,7 @@ static int find(const writer *w, int but, uint32_t than)
     const kmp_registers *r = w->r;
     int best = -1;
     uint32_t furthest = than;
-    for (int k = 0; k < KMP_X86_REGISTERS; k++) {
+    for (int k = 0; k < w->registers; k++) {
         if (!r->holds[k])
             return k;
         uint32_t next = r->next[r->holds[k] - 1];
@@ -84,7 +162,8 @@ static void empty(writer *w, int reg)
         return;
     uint32_t slot = r->holds[reg] - 1;
     if (r->missing[slot] && r->next[slot] != NEVER) {
-        kmp_x86_memory(w->c, KMP_X86_STORE, reg, 0, place(w, slot));
+        take_place(w, slot);
+        use_memory(w, whole(r, KMP_X86_STORE, slot), reg, 0, slot, 0);
         r->missing[slot] = 0;
     }
     forget(r, reg);
@@ -99,7 +178,7 @@ static void hold(kmp_registers *r, int reg, uint32_t slot)
 static void load(writer *w, int reg, uint32_t slot)
 {
     empty(w, reg);
-    kmp_x86_memory(w->c, KMP_X86_LOAD, reg, 0, place(w, slot));
+    use_memory(w, whole(w->r, KMP_X86_LOAD, slot), reg, 0, slot, 0);
     hold(w->r, reg, slot);
 }
 
@@ -129,22 +208,36 @@ static int first_source(writer *w, uint32_t slot, int but)
     return w->r->in[slot];
 }
 
+static void store_lanes(const writer *w, const kmp_straight *s, int reg)
+{
+    if (s->low && s->high == s->low + 1) {
+        use_memory(w, KMP_X86_STORE | KMP_X86_PAIR, reg, 0, s->low, 0);
+        return;
+    }
+    if (s->low)
+        use_memory(w, KMP_X86_STORE, reg, 0, s->low, 0);
+    if (s->high)
+        use_memory(w, KMP_X86_STORE_HIGH, reg, 0, s->high, 0);
+}
+
 static void finish(writer *w, const kmp_straight *s, int reg)
 {
     kmp_registers *r = w->r;
     hold(r, reg, s->d);
     r->missing[s->d] = !s->kept;
     if (s->kept)
-        kmp_x86_memory(w->c, KMP_X86_STORE, reg, 0, place(w, s->d));
+        use_memory(w, KMP_X86_STORE, reg, 0, s->d, 0);
+    store_lanes(w, s, reg);
     free_if_done(r, s->d);
 }
 
 static void apply(writer *w, kmp_x86_op op, int d, int x, uint32_t y, int y_register)
 {
+    bool joins = op == KMP_X86_LOW_LOW || op == KMP_X86_LOW_HIGH;
     if (y_register >= 0)
         kmp_x86_registers(w->c, op, d, x, y_register);
     else
-        kmp_x86_memory(w->c, op, d, x, place(w, y));
+        use_memory(w, joins ? KMP_X86_LOAD_HIGH : op, d, x, y, op == KMP_X86_LOW_HIGH);
 }
 
 static void write_unary(writer *w, const kmp_straight *s)
@@ -155,19 +248,29 @@ static void write_unary(writer *w, const kmp_straight *s)
     free_if_done(r, s->y);
     int d = find(w, -1, 0);
     empty(w, d);
-    if (s->op == KMP_X86_SQRT || y < 0)
+    if (s->op == KMP_X86_HIGH && y >= 0)
+        kmp_x86_registers(w->c, KMP_X86_HIGH_HIGH, d, y, y);
+    else if (s->op == KMP_X86_HIGH)
+        use_memory(w, KMP_X86_LOAD, d, 0, s->y, 1);
+    else if (s->op != KMP_X86_LOAD || y < 0)
         apply(w, s->op, d, d, s->y, y);
     else if (d != y) /* from register to register: x + 0 would not keep -0 */
         kmp_x86_registers(w->c, KMP_X86_LOAD, d, d, y);
+    free_place_if_done(r, s->y);
     finish(w, s, d);
+}
+
+/* These read both sources in registers. */
+static bool takes_high(kmp_x86_op op)
+{
+    return op == KMP_X86_HIGH_LOW || op == KMP_X86_HIGH_HIGH;
 }
 
 static void write_binary(writer *w, const kmp_straight *s)
 {
     kmp_registers *r = w->r;
     uint32_t x = s->x, y = s->y, after_x = r->after[2 * w->at], after_y = r->after[2 * w->at + 1];
-    bool commutes = s->op == KMP_X86_ADD || s->op == KMP_X86_MUL;
-    if (commutes && r->in[x] < 0 && (r->in[y] >= 0 || after_y < after_x)) {
+    if (kmp_x86_commutes(s->op) && r->in[x] < 0 && (r->in[y] >= 0 || after_y < after_x)) {
         x = s->y;
         y = s->x;
         uint32_t after = after_x;
@@ -177,6 +280,8 @@ static void write_binary(writer *w, const kmp_straight *s)
     int first = first_source(w, x, r->in[y]);
     if (y != x)
         fetch(w, y, after_y, first);
+    if (takes_high(s->op) && r->in[y] < 0)
+        (void)first_source(w, y, first);
     int second = r->in[y];
     r->next[x] = after_x;
     r->next[y] = after_y;
@@ -185,16 +290,21 @@ static void write_binary(writer *w, const kmp_straight *s)
     int d = find(w, -1, 0);
     empty(w, d);
     apply(w, s->op, d, first, y, second);
+    free_place_if_done(r, x);
+    free_place_if_done(r, y);
     finish(w, s, d);
 }
 
 void kmp_registers_write(kmp_registers *r, kmp_x86 *c, uint32_t count, const kmp_straight *operations)
 {
-    writer w = {r, c, 0};
+    writer w = {
+        .r = r, .c = c, .reach = (uint32_t)kmp_x86_reach(c->form), .registers = kmp_x86_register_count(c->form)};
+    w.near = count < BASED || r->places == 0 ? 0 : (KMP_X86_BASES - 1) * w.reach;
+    set_bases(&w);
     find_uses(r, count, operations);
     for (; w.at < count; w.at++) {
         const kmp_straight *s = &operations[w.at];
-        if (is_unary(s->op))
+        if (kmp_x86_is_unary(s->op))
             write_unary(&w, s);
         else
             write_binary(&w, s);

@@ -4,7 +4,10 @@
 #include <string.h>
 #include <sys/mman.h>
 
-enum { LONGEST = 16, BASE = 7 /* rdi */ };
+enum { LONGEST = 16, SHORT = 128 /* least and, but one, greatest distance in a byte */ };
+
+/* rdi, then registers that a function may overwrite and whose number needs no prefix: rsi, rdx, rcx, rax. */
+static const int base_register[KMP_X86_BASES] = {7, 6, 2, 1, 0};
 
 /* Room for one more instruction. */
 static uint8_t *room(kmp_x86 *c)
@@ -34,59 +37,100 @@ static void put_32(kmp_x86 *c, int32_t x)
         put(c, (int)(u & 255));
 }
 
+static bool is_packed(const kmp_x86 *c, kmp_x86_op op)
+{
+    return c->form != KMP_X86_ONE || op & KMP_X86_PAIR;
+}
+
 /* Loads and stores have no second source; a packed square root has none either. */
 static bool has_source(const kmp_x86 *c, kmp_x86_op op)
 {
-    return op != KMP_X86_LOAD && op != KMP_X86_STORE && !(op == KMP_X86_SQRT && c->form != KMP_X86_ONE);
+    kmp_x86_op single = kmp_x86_single(op);
+    return single != KMP_X86_LOAD && single != KMP_X86_STORE && op != KMP_X86_TWICE && op != KMP_X86_STORE_HIGH &&
+           !(single == KMP_X86_SQRT && is_packed(c, op));
 }
 
 /* Prefix for registers d (ModRM.reg), x (vvvv) and y (ModRM.rm), followed by the opcode. Bits of registers are
  * inverted. */
 static void put_prefix(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
 {
-    int r = d < 8, b = y < 8, v = has_source(c, op) ? ~x & 15 : 15;
-    int packed = c->form != KMP_X86_ONE, pp = packed ? 1 : 3;
+    int r = !(d & 8), b = !(y & 8), source = has_source(c, op) ? ~x & 31 : 31, v = source & 15;
+    int wide = c->form != KMP_X86_ONE, pp = is_packed(c, op) ? 1 : 3;
     if (c->form == KMP_X86_EIGHT) {
         put(c, 0x62);
-        put(c, r << 7 | 1 << 6 | b << 5 | 1 << 4 | 1);
+        put(c, r << 7 | (y < 16) << 6 | b << 5 | (d < 16) << 4 | 1);
         put(c, 1 << 7 | v << 3 | 1 << 2 | pp);
-        put(c, 2 << 5 | 1 << 3);
+        put(c, 2 << 5 | source >> 4 << 3);
     } else if (b) {
         put(c, 0xc5);
-        put(c, r << 7 | v << 3 | packed << 2 | pp);
+        put(c, r << 7 | v << 3 | wide << 2 | pp);
     } else {
         put(c, 0xc4);
         put(c, r << 7 | 1 << 6 | b << 5 | 1);
-        put(c, v << 3 | packed << 2 | pp);
+        put(c, v << 3 | wide << 2 | pp);
     }
-    put(c, (int)op);
+    put(c, (int)op & 255);
+}
+
+static void put_bits(kmp_x86 *c, kmp_x86_op op)
+{
+    if (op >> 12)
+        put(c, (int)op >> 12);
 }
 
 void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
 {
     if (!room(c))
         return;
-    if ((op == KMP_X86_ADD || op == KMP_X86_MUL) && x < 8 && y >= 8) { /* a byte less */
+    if (kmp_x86_commutes(op) && x < 8 && y >= 8) { /* a byte less */
         int z = x;
         x = y;
         y = z;
     }
     put_prefix(c, op, d, x, y);
     put(c, 3 << 6 | (d & 7) << 3 | (y & 7));
+    put_bits(c, op);
 }
 
-void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int32_t y)
+/* Bytes by which short distances count. */
+static int32_t unit_of(kmp_x86_form form)
 {
-    int32_t unit = c->form == KMP_X86_EIGHT ? 64 : 1; /* short distances count in these */
-    bool is_short = y % unit == 0 && y / unit >= -128 && y / unit <= 127;
+    return form == KMP_X86_EIGHT ? 64 : 1;
+}
+
+void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y)
+{
+    int32_t unit = unit_of(c->form);
+    bool is_short = y % unit == 0 && y / unit >= -SHORT && y / unit < SHORT;
     if (!room(c))
         return;
-    put_prefix(c, op, d, x, BASE);
-    put(c, (is_short ? 1 : 2) << 6 | (d & 7) << 3 | BASE);
+    put_prefix(c, op, d, x, 0);
+    put(c, (is_short ? 1 : 2) << 6 | (d & 7) << 3 | base_register[base]);
     if (is_short)
         put(c, (int)(y / unit) & 255);
     else
         put_32(c, y);
+    put_bits(c, op);
+}
+
+void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)
+{
+    if (!room(c))
+        return;
+    put(c, 0x48); /* lea */
+    put(c, 0x8d);
+    put(c, 2 << 6 | base_register[base] << 3 | base_register[0]);
+    put_32(c, distance);
+}
+
+int kmp_x86_register_count(kmp_x86_form form)
+{
+    return form == KMP_X86_EIGHT ? 32 : 16;
+}
+
+int kmp_x86_reach(kmp_x86_form form)
+{
+    return 2 * SHORT * unit_of(form) / (8 * (int)form);
 }
 
 void kmp_x86_return(kmp_x86 *c)
