@@ -80,6 +80,35 @@ static inline char *chain_hanging(int n)
     return kmp_text_take(&t);
 }
 
+/* Windows that hang, hinged in space about a tilted axis: five rows a loop, two of them independent. To be freed with
+ * kmp_free. */
+static inline char *chain_hanging_in_space(int n)
+{
+    kmp_text t = {0}, start = {0};
+    kmp_text_put(&t, "kempe: 1\nname: hanging in space\ngravity: [2*9.81/3, -9.81/3, -2*9.81/3]\nground: {points: {");
+    for (int i = 0; i <= n; i++)
+        kmp_text_printf(&t, "%sG%d: [%d/3, %d/3, %d/3]", i ? ", " : "", i, 2 * i, 2 * i, i);
+    kmp_text_put(&t, "}}\nbodies:\n");
+    for (int k = 0; k <= 2 * n; k++) {
+        bool upright = k <= n;
+        int i = upright ? k : k - n - 1;
+        double l = 1 + 0.05 * (7 * i % 5), next = 1 + 0.05 * (7 * (i + 1) % 5), bar = upright ? l : hypot(1, next - l);
+        kmp_text_printf(&t, "  %c%d: {joint: {name: %c%d, revolute: [1, -2, 2], at: ", upright ? 'v' : 'h', i,
+                        upright ? 'a' : 'b', i);
+        kmp_text_printf(&t, upright ? "ground.G%d" : "v%d.T", i);
+        kmp_text_put(&t, "}, mass: 1, com: [1/3, 1/3, 1/6], inertia: {xx: 0.1, yy: 0.1, zz: 0.1}, ");
+        kmp_text_printf(&t, "points: {T: [2*%.17g/3, 2*%.17g/3, %.17g/3]}}\n", bar, bar, bar);
+        kmp_text_printf(&start, "%s%c%d: %.17g", k ? ", " : "", upright ? 'a' : 'b', i,
+                        upright ? -acos(0) : acos(0) + atan2(l - next, 1));
+    }
+    kmp_text_put(&t, "loops:\n");
+    for (int i = 0; i < n; i++)
+        kmp_text_printf(&t, "  C%d: {revolute: [h%d.T, v%d.T], axis: [1, -2, 2]}\n", i, i, i + 1);
+    kmp_text_printf(&t, "start: {q: {%s}, qd: {a0: -1}}\n", start.s ? start.s : "");
+    kmp_text_free(&start);
+    return kmp_text_take(&t);
+}
+
 /* Windows hinged in space about a tilted axis: five rows a loop, two of them independent. To be freed with kmp_free. */
 static inline char *chain_in_space(int n)
 {

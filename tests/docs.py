@@ -309,11 +309,15 @@ class Pages(unittest.TestCase):
                       f"SciPy on the same equations {peers[2][1]} times, MuJoCo {peers[3][1]} times", text)
         heyoka = [re.findall(r"\((\S+)x\)", line)[2] for line in (ROOT / "bench/README.md").read_text().split("\n") if line.startswith("| heyoka")]
         self.assertIn(f"need {heyoka[0]} times as long, and on a four-bar {heyoka[1]} times", text)
-        table = (ROOT / "bench/results/formulations.txt").read_text()
-        rows = re.findall(r"^\| (\w+) \| ([\d.]+ \| .*)$", (ROOT / "README.md").read_text(), re.M)
+        same = (ROOT / "bench/results/formulations.txt").read_text().split("(a) ")[2].split("(b) ")[0].split("\n")
+        rows = re.findall(r"^\| \w+ \| [\d.]+ \| .*$", (ROOT / "README.md").read_text(), re.M)
         self.assertGreaterEqual(len(rows), 5)
-        for model, figures in rows:
-            self.assertIn(f"| {model} | 1e-08 | {figures}", table)
+        self.assertEqual([row for row in rows if row not in same], [])
+        columns = list(zip(*([float(x[:-1]) if x.endswith("x") else None for x in line.strip("| ").split(" | ")[1:]]
+                             for line in same[4:] if line.startswith("| "))))
+        spans = [(min(found), max(found)) for column in (1, 4, 6) if (found := [x for x in columns[column] if x is not None])]
+        self.assertIn("DOP853 on `projected` takes {:.2g} to {:.2g} times as long, on `dae` Radau {:.2g} to {:.2g} times, IDA "
+                      "{:.2g} to {:.2g} times.".format(*(x for span in spans for x in span)), text)
         closed, = record("results/andrews.txt", r"loops closed to (\S+)$")
         self.assertIn(f"at most {closed} of the characteristic length", text)
         self.assertIn("{} of {} runs reach their end".format(*record("results/lamps.txt", r"^all: (\d+) of (\d+),")), text)
@@ -337,6 +341,11 @@ class Pages(unittest.TestCase):
         end = next(k for k, line in enumerate(recorded) if line.startswith("(a) the same"))
         self.assertEqual(shown.split("\n"), [f"    {line}".rstrip() for line in [recorded[0][2:], "", *recorded[end:]]])
 
+    def test_tables_of_records(self):
+        """Pages have whole records of the bench set."""
+        for name, page, mark in (("formulations", "compare.md", "formulations"), ("before_after", "decisions/speed.md", "table")):
+            shown = re.search(rf"<!-- {mark} -->\n(.*?)<!-- /{mark} -->", (ROOT / "docs" / page).read_text(), re.S).group(1)
+            self.assertEqual(shown, (ROOT / f"bench/results/{name}.txt").read_text().split("\n", 3)[3])
 
     def test_json_of_a_simulation(self):
         """Its keys are the page's; two of them come with a reference."""

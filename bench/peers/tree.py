@@ -38,23 +38,37 @@ def possible(inertia):
     return {**inertia, moments[2]: min(inertia[moments[2]], least)}
 
 
+def depth_first(bodies):
+    """The bodies, each followed by all that hangs on it: MuJoCo and Drake number coordinates so, whatever the order of a file."""
+    children = {}
+    for b in bodies:
+        children.setdefault(b["parent"], []).append(b)
+
+    def after(name):
+        return [c for b in children.get(name, []) for c in (b, *after(b["name"]))]
+
+    return after("ground")
+
+
 class Tree:
     """gravity; bodies: name, parent, at, mass, com, inertia (by KEYS), motions (kind, axis); closures, springs, efforts by
-    numbers of bodies; q, qd at the start."""
+    numbers of bodies; q, qd at the start. Bodies and coordinates are depth first."""
 
     def __init__(self, shown, loops=True):
         self.name, self.gravity = shown["name"], shown["gravity"]
-        place = {"ground": -1} | {b["name"]: k for k, b in enumerate(shown["bodies"])}
+        ordered = depth_first(shown["bodies"])
+        place = {"ground": -1} | {b["name"]: k for k, b in enumerate(ordered)}
         points = {"ground": shown["ground"]["points"]} | {b["name"]: b["points"] for b in shown["bodies"]}
         find = lambda text: (place[text.split(".")[0]], points[text.split(".")[0]][text.split(".")[1]] if "." in text else [0, 0, 0])
         self.bodies = []
-        for b in shown["bodies"]:
+        for b in ordered:
             if any(key in b for key in ("to", "frame", "reversed", "pitch")):
                 raise SystemExit(f"body {b['name']}: axes of its own are not written for others")
             self.bodies.append({"name": b["name"], "parent": place[b["parent"]], "at": points[b["parent"]][b["at"]] if b["at"] else [0, 0, 0],
                                 "mass": b["mass"], "com": b["com"], "inertia": possible(b["inertia"]),
                                 "motions": [(m["kind"], m["axis"]) for m in b["motions"]]})
-        self.coordinates = shown["coordinates"]
+        self.coordinates = [m["coordinate"] for b in ordered for m in b["motions"]]
+        self.own = [self.coordinates.index(x) for x in shown["coordinates"]] # where Kempe's coordinates are
         self.n = len(self.coordinates)
         self.closures = [(*find(c["points"][0]), *find(c["points"][1])) for c in shown["closures"] if c["kind"] == "ball"] if loops else []
         self.springs, self.efforts = [], []
