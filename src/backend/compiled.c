@@ -46,7 +46,7 @@ static void add_operation(void *self, int i)
                     : unary                ? KMP_X86_SQRT
                     : in->b & 1            ? KMP_X86_SUB
                                            : KMP_X86_ADD;
-    b->code->operations[b->count++] = (kmp_straight){.op = op,
+    b->code->operations[b->count++] = (kmp_straight){.op = (uint8_t)op,
                                                      .d = kmp_layout_target(l, i),
                                                      .x = unary ? 0 : kmp_layout_slot(l, in->a),
                                                      .y = kmp_layout_slot(l, unary ? in->a : in->b),
@@ -68,6 +68,8 @@ bool kmp_code_list(kmp_code *code, kmp_layout *l)
 }
 
 /* -- machine code ------------------------------------------------------------------------------------ */
+
+enum { USUAL_LENGTH = 10 }; /* bytes of machine code of an operation: 5 to 9, with loads and stores */
 
 static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, size_t *offset)
 {
@@ -99,7 +101,7 @@ static kmp_routine *routine_at(const kmp_code *code, uint32_t segment, size_t of
 bool kmp_code_write(kmp_code *code, kmp_layout *l, kmp_x86_form form)
 {
     uint32_t segments = l->frame->segment_count;
-    kmp_x86 x86 = {.form = form};
+    kmp_x86 x86 = {.form = form, .expected = USUAL_LENGTH * (size_t)code->start[segments]};
     size_t *offset = KMP_ARENA_NEW(&l->arena, size_t, segments);
     code->segment = KMP_ARENA_NEW(&l->frame->arena, kmp_routine *, segments);
     bool ok = offset && code->segment && write_segments(code, l, &x86, offset);

@@ -10,7 +10,7 @@ enum { LONGEST = 16, BASE = 7 /* rdi */ };
 static uint8_t *room(kmp_x86 *c)
 {
     if (c->size + LONGEST > c->capacity) {
-        size_t capacity = c->capacity ? 2 * c->capacity : 4096;
+        size_t capacity = c->capacity ? 2 * c->capacity : c->expected + 4096;
         uint8_t *code = c->failed ? NULL : kmp_realloc(c->code, capacity, 1);
         if (!code) {
             c->failed = true;
@@ -22,83 +22,85 @@ static uint8_t *room(kmp_x86 *c)
     return c->code + c->size;
 }
 
-static void put(kmp_x86 *c, int byte)
-{
-    c->code[c->size++] = (uint8_t)byte;
-}
-
-static void put_32(kmp_x86 *c, int32_t x)
-{
-    uint32_t u = (uint32_t)x;
-    for (int k = 0; k < 4; k++, u >>= 8)
-        put(c, (int)(u & 255));
-}
-
 /* Loads and stores have no second source; a packed square root has none either. */
-static bool has_source(const kmp_x86 *c, kmp_x86_op op)
+static bool has_source(kmp_x86_form form, kmp_x86_op op)
 {
-    return op != KMP_X86_LOAD && op != KMP_X86_STORE && !(op == KMP_X86_SQRT && c->form != KMP_X86_ONE);
+    return op != KMP_X86_LOAD && op != KMP_X86_STORE && !(op == KMP_X86_SQRT && form != KMP_X86_ONE);
 }
 
-/* Prefix for registers d (ModRM.reg), x (vvvv) and y (ModRM.rm), followed by the opcode. Bits of registers are
- * inverted. */
-static void put_prefix(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
+static uint8_t *put(uint8_t *at, int byte)
 {
-    int r = d < 8, b = y < 8, v = has_source(c, op) ? ~x & 15 : 15;
-    int packed = c->form != KMP_X86_ONE, pp = packed ? 1 : 3;
-    if (c->form == KMP_X86_EIGHT) {
-        put(c, 0x62);
-        put(c, r << 7 | 1 << 6 | b << 5 | 1 << 4 | 1);
-        put(c, 1 << 7 | v << 3 | 1 << 2 | pp);
-        put(c, 2 << 5 | 1 << 3);
+    *at = (uint8_t)byte;
+    return at + 1;
+}
+
+/* Prefix for registers d (ModRM.reg), x (vvvv) and y (ModRM.rm), followed by the opcode; returns the place after it.
+ * Bits of registers are inverted. */
+static uint8_t *put_prefix(uint8_t *at, kmp_x86_form form, kmp_x86_op op, int d, int x, int y)
+{
+    int r = d < 8, b = y < 8, v = has_source(form, op) ? ~x & 15 : 15;
+    int packed = form != KMP_X86_ONE, pp = packed ? 1 : 3;
+    if (form == KMP_X86_EIGHT) {
+        at = put(at, 0x62);
+        at = put(at, r << 7 | 1 << 6 | b << 5 | 1 << 4 | 1);
+        at = put(at, 1 << 7 | v << 3 | 1 << 2 | pp);
+        at = put(at, 2 << 5 | 1 << 3);
     } else if (b) {
-        put(c, 0xc5);
-        put(c, r << 7 | v << 3 | packed << 2 | pp);
+        at = put(at, 0xc5);
+        at = put(at, r << 7 | v << 3 | packed << 2 | pp);
     } else {
-        put(c, 0xc4);
-        put(c, r << 7 | 1 << 6 | b << 5 | 1);
-        put(c, v << 3 | packed << 2 | pp);
+        at = put(at, 0xc4);
+        at = put(at, r << 7 | 1 << 6 | b << 5 | 1);
+        at = put(at, v << 3 | packed << 2 | pp);
     }
-    put(c, (int)op);
+    return put(at, (int)op);
+}
+
+static void finish(kmp_x86 *c, const uint8_t *end)
+{
+    c->size = (size_t)(end - c->code);
 }
 
 void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
 {
-    if (!room(c))
+    uint8_t *at = room(c);
+    if (!at)
         return;
     if ((op == KMP_X86_ADD || op == KMP_X86_MUL) && x < 8 && y >= 8) { /* a byte less */
         int z = x;
         x = y;
         y = z;
     }
-    put_prefix(c, op, d, x, y);
-    put(c, 3 << 6 | (d & 7) << 3 | (y & 7));
+    at = put_prefix(at, c->form, op, d, x, y);
+    finish(c, put(at, 3 << 6 | (d & 7) << 3 | (y & 7)));
 }
 
 void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int32_t y)
 {
     int32_t unit = c->form == KMP_X86_EIGHT ? 64 : 1; /* short distances count in these */
     bool is_short = y % unit == 0 && y / unit >= -128 && y / unit <= 127;
-    if (!room(c))
+    uint8_t *at = room(c);
+    if (!at)
         return;
-    put_prefix(c, op, d, x, BASE);
-    put(c, (is_short ? 1 : 2) << 6 | (d & 7) << 3 | BASE);
-    if (is_short)
-        put(c, (int)(y / unit) & 255);
-    else
-        put_32(c, y);
+    at = put_prefix(at, c->form, op, d, x, BASE);
+    at = put(at, (is_short ? 1 : 2) << 6 | (d & 7) << 3 | BASE);
+    uint32_t rest = (uint32_t)(is_short ? y / unit : y);
+    for (int k = 0; k < (is_short ? 1 : 4); k++, rest >>= 8)
+        at = put(at, (int)(rest & 255));
+    finish(c, at);
 }
 
 void kmp_x86_return(kmp_x86 *c)
 {
-    if (!room(c))
+    uint8_t *at = room(c);
+    if (!at)
         return;
     if (c->form != KMP_X86_ONE) { /* vzeroupper */
-        put(c, 0xc5);
-        put(c, 0xf8);
-        put(c, 0x77);
+        at = put(at, 0xc5);
+        at = put(at, 0xf8);
+        at = put(at, 0x77);
     }
-    put(c, 0xc3);
+    finish(c, put(at, 0xc3));
 }
 
 bool kmp_x86_runs(kmp_x86_form form)

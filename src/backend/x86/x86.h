@@ -30,6 +30,7 @@ typedef enum kmp_x86_op {
 typedef struct kmp_x86 {
     uint8_t *code;
     size_t size, capacity;
+    size_t expected; /* about its size, in bytes; 0: unknown */
     kmp_x86_form form;
     bool failed;
 } kmp_x86;
