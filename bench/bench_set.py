@@ -8,7 +8,7 @@ GOVERNOR = "K: 8e5, c: 4e4"
 # name: model of examples or bench, or the arguments of bench_model_text; end in s; words replaced; features
 MODELS = {
     "stop": ("bench/models/stop", 20, None, "events"),
-    "quarter_car": ("examples/quarter_car/quarter_car", 3, None, "driven by a road"),
+    "quarter_car": ("examples/quarter_car/quarter_car", 3, None, "driven by the ground"),
     "four_bar": ("examples/four_bar/four_bar", 5, None, "planar"),
     "slider_crank": ("examples/slider_crank/slider_crank", 10, None, "planar, dead centres"),
     "slider_crank_stop": ("bench/models/slider_crank_stop", 3, None, "planar, events"),

@@ -47,7 +47,7 @@ static void add_operation(void *self, int i)
                     : unary                ? KMP_X86_SQRT
                     : in->b & 1            ? KMP_X86_SUB
                                            : KMP_X86_ADD;
-    b->code->operations[b->count++] = (kmp_straight){.op = op,
+    b->code->operations[b->count++] = (kmp_straight){.op = (uint8_t)op,
                                                      .d = kmp_layout_target(l, i),
                                                      .x = unary ? 0 : kmp_layout_slot(l, in->a),
                                                      .y = kmp_layout_slot(l, unary ? in->a : in->b),
@@ -107,6 +107,10 @@ static bool extend(kmp_frame *f, const kmp_packs *packs, uint32_t places)
     return true;
 }
 
+/* USUAL_LENGTH: bytes of machine code of an operation, 5 to 9, with loads and stores. MOST_PACKED: larger programs run
+ * from memory beyond the first cache, and the search for pairs takes longer than all else. */
+enum { USUAL_LENGTH = 10, MOST_PACKED = 20000 };
+
 static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, size_t *offset)
 {
     kmp_registers registers;
@@ -116,7 +120,8 @@ static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, si
     if (!pieces)
         return false;
     uint32_t longest = list_pieces(code, segments, pieces);
-    if (x86->form == KMP_X86_ONE && !l->frame->team && !pack(l, &packs, segments, pieces))
+    bool packs_pay = x86->form == KMP_X86_ONE && !l->frame->team && code->start[segments] <= MOST_PACKED;
+    if (packs_pay && !pack(l, &packs, segments, pieces))
         return false;
     for (uint32_t g = 0; g < segments; g++)
         longest = pieces[g].count > longest ? pieces[g].count : longest;
@@ -143,7 +148,7 @@ static kmp_routine *routine_at(const kmp_code *code, uint32_t segment, size_t of
 bool kmp_code_write(kmp_code *code, kmp_layout *l, kmp_x86_form form)
 {
     uint32_t segments = l->frame->segment_count;
-    kmp_x86 x86 = {.form = form};
+    kmp_x86 x86 = {.form = form, .expected = USUAL_LENGTH * (size_t)code->start[segments]};
     size_t *offset = KMP_ARENA_NEW(&l->arena, size_t, segments);
     code->segment = KMP_ARENA_NEW(&l->frame->arena, kmp_routine *, segments);
     bool ok = offset && code->segment && write_segments(code, l, &x86, offset);

@@ -8,7 +8,9 @@
 static uint32_t known(const kmp_layout *l, int from, uint32_t operand)
 {
     int i = kmp_layout_instruction(l, operand);
-    return i < 0 || l->stage_of[i] < l->stage_of[from] || l->part[i] != l->part[from] ? 0 : l->depth[i];
+    return i < 0 || l->stage_of[i] < l->stage_of[from] || kmp_layout_part(l, i) != kmp_layout_part(l, from)
+               ? 0
+               : l->depth[i];
 }
 
 static uint32_t depth_of(const kmp_layout *l, int i)
@@ -19,21 +21,7 @@ static uint32_t depth_of(const kmp_layout *l, int i)
         uint32_t e = known(l, i, kmp_instruction_operand(in, k));
         d = d > e ? d : e;
     }
-    return l->straight(in) ? d : d + 1;
-}
-
-static void count_uses(kmp_layout *l)
-{
-    const kmp_program *p = l->program;
-    for (int i = 0; i < p->code[p->stages]; i++) {
-        const kmp_instruction *in = &p->instruction[i];
-        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
-            if (kmp_layout_instruction(l, kmp_instruction_operand(in, k)) >= 0)
-                l->uses[kmp_layout_instruction(l, kmp_instruction_operand(in, k))]++;
-    }
-    for (int k = 0; k < p->outputs[p->stages]; k++)
-        if (kmp_layout_instruction(l, p->output[k]) >= 0)
-            l->uses[kmp_layout_instruction(l, p->output[k])]++;
+    return l->is_straight[i] ? d : d + 1;
 }
 
 /* Puts the parts of a stage one after another, each with segments of its own: depths within parts become depths within
@@ -65,12 +53,16 @@ static bool part_stage(kmp_layout *l, int stage)
     return parting->first;
 }
 
-static bool analyse(kmp_layout *l)
+static bool analyse(kmp_layout *l, bool (*straight)(const kmp_instruction *in))
 {
     const kmp_program *p = l->program;
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        l->is_straight[i] = straight(&p->instruction[i]);
+        l->special_count += !l->is_straight[i];
+    }
     for (int s = 0; s < p->stages; s++)
         for (int i = p->code[s]; i < p->code[s + 1]; i++)
-            l->stage_of[i] = s;
+            l->stage_of[i] = (uint16_t)s;
     for (int s = 0; s < p->stages; s++) {
         if (l->frame->team && !part_stage(l, s))
             return false;
@@ -79,7 +71,6 @@ static bool analyse(kmp_layout *l)
         if (l->frame->team && l->frame->parting[s].parts > 0)
             line_up(l, s);
     }
-    count_uses(l);
     return true;
 }
 
@@ -156,7 +147,7 @@ static uint32_t deepest(const kmp_layout *l, int stage)
 /* Segment of the stage that an instruction is written in. */
 static uint32_t segment_of(const kmp_layout *l, int i)
 {
-    return l->straight(&l->program->instruction[i]) ? l->depth[i] : l->depth[i] - 1;
+    return l->is_straight[i] ? l->depth[i] : l->depth[i] - 1;
 }
 
 /* The instructions of a stage by segment, each segment's in the program's order; `first` is where each begins. */
@@ -180,7 +171,7 @@ static void write_segment(kmp_layout *l, uint32_t begin, uint32_t end)
     kmp_segment *segment = &f->segments[f->segment_count++];
     *segment = (kmp_segment){.angle = first_angle, .special = f->special_count};
     for (uint32_t k = begin; k < end; k++)
-        if (!l->straight(&l->program->instruction[l->order[k]]))
+        if (!l->is_straight[l->order[k]])
             write_special(l, l->order[k], first_angle);
     segment->angles = f->angles - first_angle;
     while (f->angles % KMP_LANES != 0)
@@ -217,7 +208,7 @@ void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self, 
     for (uint32_t g = 0; g < segments; g++) {
         start[g] = *count;
         for (uint32_t k = l->segment_start[g]; k < l->segment_start[g + 1]; k++)
-            if (l->straight(&l->program->instruction[l->order[k]]))
+            if (l->is_straight[l->order[k]])
                 write(self, l->order[k]);
     }
     start[segments] = *count;
@@ -268,7 +259,7 @@ static bool allocate_blocks(kmp_layout *l)
         }
     f->items = KMP_ARENA_NEW(&f->arena, kmp_list_item, items);
     f->solving = KMP_ARENA_NEW(&f->arena, kmp_solving *, count);
-    l->solving_of = KMP_ARENA_NEW(&l->arena, uint32_t, p->code[p->stages]);
+    l->solving_of = count > 0 ? KMP_ARENA_NEW(&l->arena, uint32_t, p->code[p->stages]) : NULL;
     const kmp_instruction **first = KMP_ARENA_NEW(&l->arena, const kmp_instruction *, count); /* of each solving */
     bool ok = !f->arena.failed && !l->arena.failed;
     for (int i = 0; ok && i < p->code[p->stages]; i++)
@@ -288,7 +279,7 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     l->lanes += (KMP_LANES - l->lanes % KMP_LANES) % KMP_LANES;
     f->slots = l->lanes + 2 * angles;
     f->v = kmp_arena_aligned(a, f->slots + extra); /* eight doubles that are stored together are not torn apart */
-    f->specials = KMP_ARENA_NEW(a, kmp_special, code);
+    f->specials = KMP_ARENA_NEW(a, kmp_special, l->special_count);
     f->angle = KMP_ARENA_NEW(a, uint32_t, angles);
     f->sine = KMP_ARENA_NEW(a, uint32_t, angles);
     f->cosine = KMP_ARENA_NEW(a, uint32_t, angles);
@@ -298,7 +289,7 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     f->copy_start = KMP_ARENA_NEW(a, uint32_t, p->stages + 1);
     f->feeds = KMP_ARENA_NEW(a, kmp_feed, p->input_count);
     l->segment_start = KMP_ARENA_NEW(&l->arena, uint32_t, segments);
-    l->angle_of = KMP_ARENA_NEW(&l->arena, uint32_t, f->slots);
+    l->angle_of = angles > 0 ? KMP_ARENA_NEW(&l->arena, uint32_t, f->slots) : NULL;
     return !a->failed && !l->arena.failed;
 }
 
@@ -359,13 +350,14 @@ static bool begin(kmp_layout *l)
     int code = l->program->code[l->program->stages];
     kmp_arena *a = &l->arena;
     l->depth = KMP_ARENA_NEW(a, uint32_t, code);
-    l->uses = KMP_ARENA_NEW(a, uint32_t, code);
-    l->stage_of = KMP_ARENA_NEW(a, int, code);
+    l->stage_of = KMP_ARENA_NEW(a, uint16_t, code);
     l->slot = KMP_ARENA_NEW(a, uint32_t, l->leaves + code);
+    l->is_straight = KMP_ARENA_NEW(a, bool, code);
     l->order = KMP_ARENA_NEW(a, int, code);
-    l->part = KMP_ARENA_NEW(a, uint8_t, code);
-    if (l->frame->team)
+    if (l->frame->team) {
+        l->part = KMP_ARENA_NEW(a, uint8_t, code);
         l->frame->parting = KMP_ARENA_NEW(&l->frame->arena, kmp_parting, l->program->stages);
+    }
     return !a->failed && !l->frame->arena.failed;
 }
 
@@ -376,11 +368,8 @@ bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program
     *frame = (kmp_frame){.program = program, .team = team};
     if (blocks)
         frame->runner = (kmp_block_runner){blocks->prepare, blocks->release, blocks->set, blocks->run, blocks->outputs};
-    *l = (kmp_layout){.frame = frame,
-                      .program = program,
-                      .straight = straight,
-                      .leaves = program->constant_count + program->input_count};
-    if (!begin(l) || !analyse(l) || !allocate(l, extra) || !allocate_blocks(l))
+    *l = (kmp_layout){.frame = frame, .program = program, .leaves = program->constant_count + program->input_count};
+    if (!begin(l) || !analyse(l, straight) || !allocate(l, extra) || !allocate_blocks(l))
         return false;
     place_values(l);
     place_inputs(l);

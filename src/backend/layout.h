@@ -9,19 +9,19 @@
 typedef struct kmp_layout {
     kmp_frame *frame;
     const kmp_program *program;
-    kmp_arena arena;                             /* of all arrays here, and of others that are needed as long */
-    bool (*straight)(const kmp_instruction *in); /* true if it is the back end's own arithmetic */
-    int leaves;                                  /* constants and inputs: values before the instructions */
-    uint32_t *depth;                             /* segment, within the stage, in which a value appears */
-    uint32_t *uses;                              /* by instructions and outputs */
-    int *stage_of;
+    kmp_arena arena;        /* of all arrays here, and of others that are needed as long */
+    bool *is_straight;      /* the back end's own arithmetic */
+    uint32_t special_count; /* of instructions that are not */
+    int leaves;             /* constants and inputs: values before the instructions */
+    uint32_t *depth;        /* segment, within the stage, in which a value appears */
+    uint16_t *stage_of;
     uint32_t *slot;          /* by value */
     uint32_t lanes;          /* the first slot of sines and cosines */
     int *order;              /* instructions by segment, each segment's in the program's order */
     uint32_t *segment_start; /* in `order`; one more entry marks the end */
-    uint32_t *angle_of;      /* by slot: the position of its angle in the frame, if any */
-    uint32_t *solving_of;    /* by instruction: where an implicit one is solved */
-    uint8_t *part;           /* by instruction; 0 where the stage is in one */
+    uint32_t *angle_of;      /* by slot: the position of its angle in the frame, if any; NULL: there are none */
+    uint32_t *solving_of;    /* by instruction: where an implicit one is solved; NULL: there are none */
+    uint8_t *part;           /* by instruction; 0 where the stage is in one; NULL without a thread pool */
 } kmp_layout;
 
 /** Fills the frame, in parts for a thread pool (NULL: no sharing). `extra` slots from frame->slots on belong to the
@@ -50,6 +50,11 @@ static inline uint32_t kmp_layout_slot(const kmp_layout *l, uint32_t operand)
 static inline uint32_t kmp_layout_target(const kmp_layout *l, int instruction)
 {
     return l->slot[l->leaves + instruction];
+}
+
+static inline int kmp_layout_part(const kmp_layout *l, int instruction)
+{
+    return l->part ? l->part[instruction] : 0;
 }
 
 /** True if two straight instructions are in one segment. */

@@ -30,6 +30,7 @@ typedef struct tape {
 typedef struct builder {
     tape *t;
     kmp_layout layout;
+    uint32_t *uses;     /* by instruction: the number of instructions and outputs that read it */
     uint8_t *fused;     /* a product that its only reader takes over */
     uint8_t *fuse_b;    /* a sum that takes over: 1 its first, 2 its second operand */
     uint32_t *negative; /* by constant: slot of its negative, 0 when none */
@@ -50,15 +51,34 @@ static bool is_constant(const builder *b, uint32_t operand)
 static bool can_fuse(const builder *b, int i, uint32_t operand)
 {
     int k = kmp_layout_instruction(&b->layout, operand);
-    if (k < 0 || b->layout.program->instruction[k].op != KMP_OP_MUL || b->layout.uses[k] != 1 ||
+    if (k < 0 || b->layout.program->instruction[k].op != KMP_OP_MUL || b->uses[k] != 1 ||
         !kmp_layout_together(&b->layout, k, i))
         return false;
     return !(operand & 1) || is_constant(b, b->layout.program->instruction[k].a);
 }
 
+static void count_uses(builder *b)
+{
+    const kmp_program *p = b->layout.program;
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        const kmp_instruction *in = &p->instruction[i];
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+            int read = kmp_layout_instruction(&b->layout, kmp_instruction_operand(in, k));
+            if (read >= 0)
+                b->uses[read]++;
+        }
+    }
+    for (int k = 0; k < p->outputs[p->stages]; k++) {
+        int read = kmp_layout_instruction(&b->layout, p->output[k]);
+        if (read >= 0)
+            b->uses[read]++;
+    }
+}
+
 static void fuse(builder *b)
 {
     const kmp_program *p = b->layout.program;
+    count_uses(b);
     for (int i = 0; i < p->code[p->stages]; i++) {
         const kmp_instruction *in = &p->instruction[i];
         if (in->op != KMP_OP_ADD)
@@ -124,6 +144,7 @@ static bool begin(builder *b, const kmp_program *p)
         return false;
     kmp_arena *own = &b->layout.arena, *a = &t->frame.arena;
     t->frame.taped = true;
+    b->uses = KMP_ARENA_NEW(own, uint32_t, code);
     b->fused = KMP_ARENA_NEW(own, uint8_t, code);
     b->fuse_b = KMP_ARENA_NEW(own, uint8_t, code);
     b->negative = KMP_ARENA_NEW(own, uint32_t, p->constant_count);

@@ -26,7 +26,7 @@ bool kmp_registers_init(kmp_registers *r, kmp_arena *arena, uint32_t packs, uint
                          .places = shared ? 0 : KMP_PLACES,
                          .place = KMP_ARENA_NEW(arena, uint32_t, slots),
                          .next = KMP_ARENA_NEW(arena, uint32_t, slots),
-                         .in = KMP_ARENA_NEW(arena, int16_t, slots),
+                         .in = KMP_ARENA_NEW(arena, int8_t, slots),
                          .missing = KMP_ARENA_NEW(arena, uint8_t, slots),
                          .after = KMP_ARENA_NEW(arena, uint32_t, 2 * longest)};
     if (arena->failed)
@@ -133,6 +133,15 @@ static void forget(kmp_registers *r, int reg)
 {
     r->in[r->holds[reg] - 1] = -1;
     r->holds[reg] = 0;
+    r->is_free |= 1u << reg;
+}
+
+/* Notes the next use of a slot, which may be in a register. */
+static void set_next(kmp_registers *r, uint32_t slot, uint32_t next)
+{
+    r->next[slot] = next;
+    if (r->in[slot] >= 0)
+        r->until[r->in[slot]] = next;
 }
 
 /* A free register, or the register of the value with the farthest next use, except `but`; -1: all of them are used
@@ -140,18 +149,15 @@ static void forget(kmp_registers *r, int reg)
 static int find(const writer *w, int but, uint32_t than)
 {
     const kmp_registers *r = w->r;
-    int best = -1;
-    uint32_t furthest = than;
+    if (r->is_free)
+        return __builtin_ctz(r->is_free);
+    uint64_t furthest = 0; /* next use, then the register, the first of equals */
     for (int k = 0; k < w->registers; k++) {
-        if (!r->holds[k])
-            return k;
-        uint32_t next = r->next[r->holds[k] - 1];
-        if (k != but && next > furthest) {
-            furthest = next;
-            best = k;
-        }
+        uint64_t next = (uint64_t)r->until[k] << 8 | (unsigned)(KMP_X86_REGISTERS - k);
+        next = k == but ? 0 : next;
+        furthest = next > furthest ? next : furthest;
     }
-    return best;
+    return furthest >> 8 > than ? KMP_X86_REGISTERS - (int)(furthest & 255) : -1;
 }
 
 /* Frees the register: a value that memory has not got yet is stored, if it will be read. */
@@ -172,7 +178,9 @@ static void empty(writer *w, int reg)
 static void hold(kmp_registers *r, int reg, uint32_t slot)
 {
     r->holds[reg] = slot + 1;
-    r->in[slot] = (int16_t)reg;
+    r->until[reg] = r->next[slot];
+    r->is_free &= ~(1u << reg);
+    r->in[slot] = (int8_t)reg;
 }
 
 static void load(writer *w, int reg, uint32_t slot)
@@ -243,7 +251,7 @@ static void apply(writer *w, kmp_x86_op op, int d, int x, uint32_t y, int y_regi
 static void write_unary(writer *w, const kmp_straight *s)
 {
     kmp_registers *r = w->r;
-    r->next[s->y] = r->after[2 * w->at + 1];
+    set_next(r, s->y, r->after[2 * w->at + 1]);
     int y = r->in[s->y];
     free_if_done(r, s->y);
     int d = find(w, -1, 0);
@@ -283,8 +291,8 @@ static void write_binary(writer *w, const kmp_straight *s)
     if (takes_high(s->op) && r->in[y] < 0)
         (void)first_source(w, y, first);
     int second = r->in[y];
-    r->next[x] = after_x;
-    r->next[y] = after_y;
+    set_next(r, x, after_x);
+    set_next(r, y, after_y);
     free_if_done(r, x);
     free_if_done(r, y);
     int d = find(w, -1, 0);
@@ -302,6 +310,7 @@ void kmp_registers_write(kmp_registers *r, kmp_x86 *c, uint32_t count, const kmp
     w.near = count < BASED || r->places == 0 ? 0 : (KMP_X86_BASES - 1) * w.reach;
     set_bases(&w);
     find_uses(r, count, operations);
+    r->is_free = (uint32_t)((UINT64_C(1) << w.registers) - 1);
     for (; w.at < count; w.at++) {
         const kmp_straight *s = &operations[w.at];
         if (kmp_x86_is_unary(s->op))

@@ -13,7 +13,7 @@ static const int base_register[KMP_X86_BASES] = {7, 6, 2, 1, 0};
 static uint8_t *room(kmp_x86 *c)
 {
     if (c->size + LONGEST > c->capacity) {
-        size_t capacity = c->capacity ? 2 * c->capacity : 4096;
+        size_t capacity = c->capacity ? 2 * c->capacity : c->expected + 4096;
         uint8_t *code = c->failed ? NULL : kmp_realloc(c->code, capacity, 1);
         if (!code) {
             c->failed = true;
@@ -25,71 +25,79 @@ static uint8_t *room(kmp_x86 *c)
     return c->code + c->size;
 }
 
-static void put(kmp_x86 *c, int byte)
+static uint8_t *put(uint8_t *at, int byte)
 {
-    c->code[c->size++] = (uint8_t)byte;
+    *at = (uint8_t)byte;
+    return at + 1;
 }
 
-static void put_32(kmp_x86 *c, int32_t x)
+static uint8_t *put_32(uint8_t *at, int32_t x)
 {
     uint32_t u = (uint32_t)x;
     for (int k = 0; k < 4; k++, u >>= 8)
-        put(c, (int)(u & 255));
+        at = put(at, (int)(u & 255));
+    return at;
 }
 
-static bool is_packed(const kmp_x86 *c, kmp_x86_op op)
+/* Ends an instruction. */
+static void finish(kmp_x86 *c, const uint8_t *end)
 {
-    return c->form != KMP_X86_ONE || op & KMP_X86_PAIR;
+    c->size = (size_t)(end - c->code);
+}
+
+static bool is_packed(kmp_x86_form form, kmp_x86_op op)
+{
+    return form != KMP_X86_ONE || op & KMP_X86_PAIR;
 }
 
 /* Loads and stores have no second source; a packed square root has none either. */
-static bool has_source(const kmp_x86 *c, kmp_x86_op op)
+static bool has_source(kmp_x86_form form, kmp_x86_op op)
 {
     kmp_x86_op single = kmp_x86_single(op);
     return single != KMP_X86_LOAD && single != KMP_X86_STORE && op != KMP_X86_TWICE && op != KMP_X86_STORE_HIGH &&
-           !(single == KMP_X86_SQRT && is_packed(c, op));
+           !(single == KMP_X86_SQRT && is_packed(form, op));
 }
 
 /* Prefix for registers d (ModRM.reg), x (vvvv) and y (ModRM.rm), followed by the opcode. Bits of registers are
  * inverted. */
-static void put_prefix(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
+static uint8_t *put_prefix(uint8_t *at, kmp_x86_form form, kmp_x86_op op, int d, int x, int y)
 {
-    int r = !(d & 8), b = !(y & 8), source = has_source(c, op) ? ~x & 31 : 31, v = source & 15;
-    int wide = c->form != KMP_X86_ONE, pp = is_packed(c, op) ? 1 : 3;
-    if (c->form == KMP_X86_EIGHT) {
-        put(c, 0x62);
-        put(c, r << 7 | (y < 16) << 6 | b << 5 | (d < 16) << 4 | 1);
-        put(c, 1 << 7 | v << 3 | 1 << 2 | pp);
-        put(c, 2 << 5 | source >> 4 << 3);
+    int r = !(d & 8), b = !(y & 8), source = has_source(form, op) ? ~x & 31 : 31, v = source & 15;
+    int wide = form != KMP_X86_ONE, pp = is_packed(form, op) ? 1 : 3;
+    if (form == KMP_X86_EIGHT) {
+        at = put(at, 0x62);
+        at = put(at, r << 7 | (y < 16) << 6 | b << 5 | (d < 16) << 4 | 1);
+        at = put(at, 1 << 7 | v << 3 | 1 << 2 | pp);
+        at = put(at, 2 << 5 | source >> 4 << 3);
     } else if (b) {
-        put(c, 0xc5);
-        put(c, r << 7 | v << 3 | wide << 2 | pp);
+        at = put(at, 0xc5);
+        at = put(at, r << 7 | v << 3 | wide << 2 | pp);
     } else {
-        put(c, 0xc4);
-        put(c, r << 7 | 1 << 6 | b << 5 | 1);
-        put(c, v << 3 | wide << 2 | pp);
+        at = put(at, 0xc4);
+        at = put(at, r << 7 | 1 << 6 | b << 5 | 1);
+        at = put(at, v << 3 | wide << 2 | pp);
     }
-    put(c, (int)op & 255);
+    return put(at, (int)op & 255);
 }
 
-static void put_bits(kmp_x86 *c, kmp_x86_op op)
+static uint8_t *put_bits(uint8_t *at, kmp_x86_op op)
 {
-    if (op >> 12)
-        put(c, (int)op >> 12);
+    return op >> 12 ? put(at, (int)op >> 12) : at;
 }
 
 void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
 {
-    if (!room(c))
+    uint8_t *at = room(c);
+    if (!at)
         return;
     if (kmp_x86_commutes(op) && x < 8 && y >= 8) { /* a byte less */
         int z = x;
         x = y;
         y = z;
     }
-    put_prefix(c, op, d, x, y);
-    put(c, 3 << 6 | (d & 7) << 3 | (y & 7));
-    put_bits(c, op);
+    at = put_prefix(at, c->form, op, d, x, y);
+    at = put(at, 3 << 6 | (d & 7) << 3 | (y & 7));
+    finish(c, put_bits(at, op));
 }
 
 /* Bytes by which short distances count. */
@@ -102,25 +110,24 @@ void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y
 {
     int32_t unit = unit_of(c->form);
     bool is_short = y % unit == 0 && y / unit >= -SHORT && y / unit < SHORT;
-    if (!room(c))
+    uint8_t *at = room(c);
+    if (!at)
         return;
-    put_prefix(c, op, d, x, 0);
-    put(c, (is_short ? 1 : 2) << 6 | (d & 7) << 3 | base_register[base]);
-    if (is_short)
-        put(c, (int)(y / unit) & 255);
-    else
-        put_32(c, y);
-    put_bits(c, op);
+    at = put_prefix(at, c->form, op, d, x, 0);
+    at = put(at, (is_short ? 1 : 2) << 6 | (d & 7) << 3 | base_register[base]);
+    at = is_short ? put(at, (int)(y / unit) & 255) : put_32(at, y);
+    finish(c, put_bits(at, op));
 }
 
 void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)
 {
-    if (!room(c))
+    uint8_t *at = room(c);
+    if (!at)
         return;
-    put(c, 0x48); /* lea */
-    put(c, 0x8d);
-    put(c, 2 << 6 | base_register[base] << 3 | base_register[0]);
-    put_32(c, distance);
+    at = put(at, 0x48); /* lea */
+    at = put(at, 0x8d);
+    at = put(at, 2 << 6 | base_register[base] << 3 | base_register[0]);
+    finish(c, put_32(at, distance));
 }
 
 int kmp_x86_register_count(kmp_x86_form form)
@@ -135,14 +142,15 @@ int kmp_x86_reach(kmp_x86_form form)
 
 void kmp_x86_return(kmp_x86 *c)
 {
-    if (!room(c))
+    uint8_t *at = room(c);
+    if (!at)
         return;
     if (c->form != KMP_X86_ONE) { /* vzeroupper */
-        put(c, 0xc5);
-        put(c, 0xf8);
-        put(c, 0x77);
+        at = put(at, 0xc5);
+        at = put(at, 0xf8);
+        at = put(at, 0x77);
     }
-    put(c, 0xc3);
+    finish(c, put(at, 0xc3));
 }
 
 bool kmp_x86_runs(kmp_x86_form form)

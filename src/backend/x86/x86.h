@@ -59,6 +59,7 @@ static inline bool kmp_x86_commutes(kmp_x86_op op)
 typedef struct kmp_x86 {
     uint8_t *code;
     size_t size, capacity;
+    size_t expected; /* about its size, in bytes; 0: unknown */
     kmp_x86_form form;
     bool failed;
 } kmp_x86;

@@ -39,7 +39,8 @@ typedef struct scan {
     int rail_count;
     double rail_first, rail_step;
     double *rail;
-    double cosine, sine;
+    double top;            /* the greatest of them */
+    double *aside, *below; /* the wheel's points at the current roll: laterally and upwards from its centre */
     bool elastic;
 } scan;
 
@@ -85,9 +86,16 @@ static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
     s->radius = sample(&s->arena, height, s->first, s->step, s->count);
     s->rail = sample(&s->arena, track->rail, s->rail_first, s->rail_step, s->rail_count);
     s->lowest = s->count - 1;
-    for (int k = 0; s->radius && k < s->count; k++)
+    s->aside = KMP_ARENA_NEW(&s->arena, double, s->count);
+    s->below = KMP_ARENA_NEW(&s->arena, double, s->count);
+    if (s->arena.failed)
+        return false;
+    for (int k = 0; k < s->count; k++)
         s->radius[k] = wheel->radius.value - s->radius[k];
-    return s->radius && s->rail;
+    s->top = -FAR * s->scale;
+    for (int k = 0; k < s->rail_count; k++)
+        s->top = fmax(s->top, s->rail[k]);
+    return true;
 }
 
 /* The rail's height; far away a slope that nothing touches. */
@@ -100,16 +108,17 @@ static double rail_at(const scan *s, double y)
     return s->rail[k] + (x - k) * (s->rail[k + 1] - s->rail[k]);
 }
 
-/* The point that touches with the wheel's centre there. */
-static int touching(const scan *s, double out)
+/* The first point that touches with the wheel's centre there. `near` is tried first: points that are farther above the
+ * rail's top than it is above the rail need no look. */
+static int touching(const scan *s, double out, int near)
 {
-    int best = 0;
-    double least = INFINITY;
+    int best = near;
+    double least = s->below[near] - rail_at(s, out + s->aside[near]);
     for (int k = 0; k < s->count; k++) {
-        double along = s->first + s->step * k, r = s->radius[k];
-        double y = out + along * s->cosine + r * s->sine, z = along * s->sine - r * s->cosine;
-        double gap = z - rail_at(s, y);
-        if (gap < least) {
+        if (s->below[k] - s->top > least)
+            continue;
+        double gap = s->below[k] - rail_at(s, out + s->aside[k]);
+        if (gap < least || (gap == least && k < best)) {
             least = gap;
             best = k;
         }
@@ -149,7 +158,7 @@ static void follow(scan *s, double out, int k, double next, int l, int depth)
         return;
     }
     double middle = (out + next) / 2;
-    int m = touching(s, middle);
+    int m = touching(s, middle, k);
     follow(s, out, k, middle, m, depth - 1);
     follow(s, middle, m, next, l, depth - 1);
 }
@@ -157,13 +166,17 @@ static void follow(scan *s, double out, int k, double next, int l, int depth)
 /* Moves the rail under the wheel from one end of its profile to the other. */
 static void roll_over(scan *s, double middle, double roll)
 {
-    s->cosine = cos(roll);
-    s->sine = sin(roll);
-    double reach = s->first + s->step * (s->count - 1), lean = s->radius[s->count / 2] * s->sine;
+    double cosine = cos(roll), sine = sin(roll);
+    for (int k = 0; k < s->count; k++) {
+        double along = s->first + s->step * k, r = s->radius[k];
+        s->aside[k] = along * cosine + r * sine;
+        s->below[k] = along * sine - r * cosine;
+    }
+    double reach = s->first + s->step * (s->count - 1), lean = s->radius[s->count / 2] * sine;
     double out = middle - reach - lean, last = middle - s->first - lean, shift = SHIFT * s->scale;
-    int k = touching(s, out);
+    int k = touching(s, out, 0);
     while (out < last) {
-        int l = touching(s, out + shift);
+        int l = touching(s, out + shift, k);
         follow(s, out, k, out + shift, l, BISECTIONS);
         out += shift;
         k = l;
@@ -263,17 +276,22 @@ int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 static bool find_kinks(scan *s, const kmp_track *track, const kmp_wheel *wheel, double *curvature)
 {
     double *angle = KMP_ARENA_NEW(&s->arena, double, s->rail_count);
-    for (int l = 0; angle && l < s->rail_count; l++)
+    double *curved = KMP_ARENA_NEW(&s->arena, double, s->rail_count);
+    if (!angle || !curved)
+        return false;
+    for (int l = 0; l < s->rail_count; l++) {
         angle[l] = atan(kmp_table_value(track->rail, 1, s->rail_first + s->rail_step * l));
-    for (int k = 0; angle && k < s->count; k++) {
+        curved[l] = kmp_table_value(track->rail, 2, s->rail_first + s->rail_step * l);
+    }
+    for (int k = 0; k < s->count; k++) {
         const kmp_table *height = wheel->profile->height;
         double at = s->first + s->step * k, slope = atan(kmp_table_value(height, 1, at)), least = 0;
         for (int l = 0; l < s->rail_count; l += 2)
             if (fabs(angle[l] - slope) <= ALIKE)
-                least = fmin(least, kmp_table_value(track->rail, 2, s->rail_first + s->rail_step * l));
+                least = fmin(least, curved[l]);
         curvature[k] = kmp_table_value(height, 2, at) - least;
     }
-    return angle;
+    return true;
 }
 
 /* The spacing that resolves the least spread at each point, growing slowly from there. */
