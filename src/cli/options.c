@@ -140,7 +140,7 @@ static const option options[] = {
     {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "independent", TEXT(response.independent), "NAME,..",
      "independent coordinates (default: chosen by pivots)"},
     {CLI_RESPONSE, IN_RUN, "frequencies", TEXT(response.frequencies), "A:B[:N]",
-     "range in Hz and number of frequencies (default: decades around the natural frequencies)"},
+     "range and number of frequencies, Hz; also rad/s, rpm (default: decades around the natural frequencies)"},
     {CLI_RESPONSE, IN_RUN, "linear", FLAG(response.linear), "linear spacing of the frequencies (default: logarithmic)"},
     {CLI_MODES, IN_MODEL, "at", TEXT(modes.at), "STATE",
      "state: equilibrium (default), 'equilibrium NAME=RATE,..' (a steady motion), start"},

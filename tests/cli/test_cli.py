@@ -877,12 +877,20 @@ class Linear(Case):
             self.assertEqual(found["status"], "ok")
         self.assertIn("begins at the start", self.expect(3, "sensitivity", FOUR_BAR, "--at", "equilibrium").stderr)
 
+    def test_units_of_frequencies(self):
+        """Angles per time are divided by 2 pi, also at one end alone."""
+        of = lambda text: self.object(0, "response", self.RIDE, "--inputs", "drive(road)", "--frequencies", text)["frequency"]
+        wanted = of("1:5:3")
+        for text in ("1 Hz:5 Hz:3", "60 rpm:300 rpm:3", "1 rev/s:5 rev/s:3", "6.283185307179586 rad/s:5 Hz:3", "360 deg/s:5 1/s:3"):
+            for a, b in zip(of(text), wanted):
+                self.assertAlmostEqual(a, b, delta=1e-12)
+
     def test_mistakes(self):
         for words, sentence in (("--inputs drive(raod)", "the model has no drive 'raod'; did you mean 'road'?"),
                                 ("--inputs k --outputs travl", "unknown output 'travl'"),
                                 ("--inputs stiff", "no parameter 'stiff'"),
                                 ("--inputs k --at end", "unknown state 'end'"),
-                                ("--inputs k --frequencies 5", "A:B"), ("--inputs k --frequencies 1rpm:5rpm", "in Hz")):
+                                ("--inputs k --frequencies 5", "A:B"), ("--inputs k --frequencies 1mm:5mm", "m is given, but 1/s is expected")):
             self.assertIn(sentence, self.expect(3, "response", self.RIDE, *words.split()).stderr)
         self.assertIn("a frequency response needs inputs", self.expect(3, "response", self.RIDE).stderr)
         self.assertIn("not an equilibrium",
