@@ -255,7 +255,8 @@ static const option options[] = {
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
      "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
     {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",
-     "unit of angles, their rates and accelerations in text and tables: rad (default), deg; --json stays in SI"},
+     "unit of angles, their rates and accelerations in text, tables, pictures and pages: rad (default), deg; --json "
+     "stays in SI"},
     {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
     {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},
