@@ -640,7 +640,7 @@ def quarter_car():
     p.body("wheel", (-0.25, 0.3), hub, other_side=True)
     p.body("body", (-0.85, 0.9), tower, (-0.65, 1.2))
     p.slider((-0.25, 0.9))
-    p.pivot((0, 0), "formulation", True, (14, 8))
+    p.pivot((0, 0), "road", True, (14, 8))
     p.pivot(hub, "hub")
     p.pivot(tower, "tower")
     return p

@@ -44,7 +44,7 @@ RETIRED = {  # pattern: the word instead
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"
 HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b(?!-to\b).*", re.M)
 LONGEST = 30  # words a sentence
-REAL_ROADS = re.compile(r"road profile|drive\(road\)|bumpy road|\bthe road\b(?=[^.]*(plate|passengers|wheel|car))|times the road|road's displacement|road of 1 m", re.I)
+REAL_ROADS = re.compile(r"road profile|driven by a road|drive\(road\)|bumpy road|\bthe road\b(?=[^.]*(plate|passengers|wheel|car))|times the road|road's displacement|road of 1 m", re.I)
 
 
 def prose(text):
