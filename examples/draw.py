@@ -238,7 +238,7 @@ def circles(P, r, Q, s, side):
 
 def n_four_bar():
     n, angle = 2, math.radians(65)
-    p = Picture("Four-bar windows, N = 2, on their way down")
+    p = Picture("Four-bar windows, N = 2, while they fall")
     tip = [at((i, 0), angle, (1, 0)) for i in range(n + 1)]
     for i in range(n + 1):
         p.body(f"v{i}", tip[i], (i, 0))
@@ -454,7 +454,7 @@ def slider_crank_spatial():
 
 
 def n_four_bar_spatial():
-    return askew(n_four_bar(), "Four-bar windows with hinges in space, on their way down")
+    return askew(n_four_bar(), "Four-bar windows with hinges in space, while they fall")
 
 
 def parallel_robot():
@@ -640,7 +640,7 @@ def quarter_car():
     p.body("wheel", (-0.25, 0.3), hub, other_side=True)
     p.body("body", (-0.85, 0.9), tower, (-0.65, 1.2))
     p.slider((-0.25, 0.9))
-    p.pivot((0, 0), "formulation", True, (14, 8))
+    p.pivot((0, 0), "road", True, (14, 8))
     p.pivot(hub, "hub")
     p.pivot(tower, "tower")
     return p

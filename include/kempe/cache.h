@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
  * A folder that keeps the programs of equations, so that a model that is read again is ready at once. The library uses
- * none unless it is asked to:
+ * none unless its user sets one:
  *
  *     char *folder = kempe_cache_folder();
  *     kempe_context_set_cache(context, folder);
  *     kempe_text_free(folder);
  *
- * Results are the same to the bit with and without it. The key of a file is a digest of the model's files and settings,
- * the algorithm, the build of Kempe and of the libraries in the process, and the processor's features. A file that is
- * damaged does not count; errors of the folder are not reported, since everything can be computed again. Files hold
- * programs of numbers, never machine code. Several processes and threads may share a folder. Above 256 MiB, files go
- * that have not been used for the longest time.
+ * Results are the same to the bit with and without it. The key of a file is a digest of the model's files and settings
+ * and of the algorithm. It includes the build of Kempe and of the libraries in the process, and the processor's
+ * features. A file that is damaged does not count; errors of the folder are not reported, since everything can be
+ * computed again. Files hold programs of numbers, never machine code. Several processes and threads may share a folder.
+ * Above 256 MiB, files go that have not been used for the longest time.
  *
  * Models that are built in code and variants with parameters that vary are always derived anew.
  */

@@ -106,8 +106,9 @@ KEMPE_API kempe_context *kempe_context_new(void);
 KEMPE_API void kempe_context_free(kempe_context *context);
 KEMPE_API void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, void *user);
 
-/** Unit of angles in texts and tables that are made from now on, also of their rates and accelerations: "rad" (default)
- * or "deg". JSON of results and all other numbers of this interface remain in SI. KEMPE_E_ARGUMENT: another unit. */
+/** Unit of angles in texts, tables, pictures and pages that are made from now on, also of their rates and
+ * accelerations: "rad" (default) or "deg". JSON of results and all other numbers of this interface remain in SI.
+ * KEMPE_E_ARGUMENT: another unit. */
 KEMPE_API kempe_status kempe_context_set_angle_unit(kempe_context *context, const char *unit);
 
 /** Message of the last failing call: sentences, one per line, never NULL. Owned by the context, valid until its next

@@ -50,9 +50,10 @@ KEMPE_API kempe_status kempe_kinematics_print(const kempe_kinematics *kinematics
  * "rows": s, 0 at A and 1 at B; t; q.NAME, qd.NAME and qdd.NAME, rates unknown in a row at a dead centre; the model's
  * other outputs that need no multipliers.
  * "dead_centres", limits of the driven coordinates, which no branch continues: s; coordinate, the first driven one, and
- * its value; extreme, "greatest" or "least"; determined, the pivot by which the driven coordinates determine the
- * others, 0 in exact arithmetic; margin, the distance from a change point (the last pivot of J over its usual size);
- * instead, alternative driving coordinates, the best first; q.NAME.
+ * its value; extreme, "greatest" or "least"; determined; margin; instead; q.NAME. The column determined is the pivot by
+ * which the driven coordinates determine the others, 0 in exact arithmetic. The margin is the distance from a change
+ * point, the last pivot of J over its usual size. The column instead has alternative driving coordinates, the best
+ * first.
  * "change_points", crossed without changing direction: s, value and margin as above, q.NAME. */
 KEMPE_API kempe_status kempe_kinematics_table(const kempe_kinematics *kinematics, const char *name,
                                               kempe_table **table);

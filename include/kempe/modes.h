@@ -9,8 +9,9 @@
  *     kempe_modes_table(modes, "rows", &rows);
  *     kempe_table_write(rows, "locus.csv");
  *
- * Near the state the independent coordinates u obey Mr udd + Gr ud + Kr u = 0, to first order; u = x e^(s t) with an
- * eigenvalue s = re + i im for each of twice as many modes as there are degrees of freedom, and q = N x e^(s t).
+ * Near the state the independent coordinates u obey Mr udd + Gr ud + Kr u = 0, to first order. The solutions are
+ * u = x e^(s t) and q = N x e^(s t) with an eigenvalue s = re + i im for each mode. There are twice as many modes as
+ * degrees of freedom.
  */
 #ifndef KEMPE_MODES_H
 #define KEMPE_MODES_H
@@ -50,8 +51,9 @@ KEMPE_API kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format 
 
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
  * "modes", a row per eigenvalue, the exact zeros first, then by modulus, each with positive im before its conjugate:
- * index; re and im, 1/s; frequency |im| / (2 pi), Hz; damping ratio -re / |s|, 1 and more without oscillation; decay,
- * the time to 1/e, s; the shape re.NAME and im.NAME in all coordinates, q moving as Re((re + i im) e^(s t)). Its
+ * index; re and im, 1/s; frequency |im| / (2 pi), Hz; damping ratio -re / |s|; decay, s; re.NAME and im.NAME. The
+ * damping ratio is 1 and more without oscillation, and decay is the time to 1/e. The shape re.NAME, im.NAME has all
+ * coordinates, q moving as Re((re + i im) e^(s t)). Its
  * largest component, relative to the size of its coordinate (1 rad, or the mechanism's length), equals that size.
  * "rows": of a sweep a row per value, NAME, re.1, im.1, .., each eigenvalue tracked from the first value on; otherwise
  * the modes.

@@ -3,7 +3,7 @@
  * Frequency response near an equilibrium: the steady-state response of outputs to harmonic inputs, exact at each
  * frequency.
  *
- *     kempe_response_options ask = {.inputs = "drive(road)", .outputs = "q(wheel)", .frequencies = "0.1:50"};
+ *     kempe_response_options options = {.inputs = "drive(road)", .outputs = "q(wheel)", .frequencies = "0.1:50"};
  *     kempe_response *response;
  *     kempe_response_new(system, &ask, &response);
  *     kempe_table *rows;
@@ -24,7 +24,8 @@ typedef struct kempe_response_options {
     const char *at;          /* the state, which must be an equilibrium: equilibrium (default), start */
     const char *inputs;      /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters */
     const char *outputs;     /* default: the model's */
-    const char *frequencies; /* Hz, "A:B" or "A:B:N"; default: a decade around the natural frequencies, 200 of them */
+    const char *frequencies; /* "A:B" or "A:B:N", Hz or with units (rad/s, rpm); default: a decade around the natural
+                                ones, 200 */
     int linear;              /* 1: evenly spaced from A to B; 0: in even ratios */
     const char *independent; /* independent coordinates; default: Kempe chooses */
     const char *backend;

@@ -5,13 +5,16 @@
  * on every machine with IEEE doubles rounded to nearest. Compile with -ffp-contract=off and without -ffast-math:
  * contraction into fused operations would change the bits.
  *
- * Method: |x| = n pi/2 + (r + y) with pi/2 in three parts of 37, 37 and 53 bits, so that n times the first two
- * is exact for n < 2^16 (Cody, Waite, Software Manual for the Elementary Functions, 1980), and the remainder
- * kept as head r and tail y (Knuth's error-free sum). Then minimax polynomials on |r| <= pi/4,
- *   sin(r + y) = r + y (1 - r^2/2) + r^3 S(r^2),   cos(r + y) = 1 - r^2/2 - r y + r^4 C(r^2),
- * with relative error 2^-57 and absolute error 2^-59. The lane form has one branch, at its end. The scalar form
- * reduces x with its sign, which gives r and y theirs, and skips the reduction where n is 0. Beyond the limit, and
- * for infinities and NaN, libm answers in both forms. */
+ * |x| = n pi/2 + (r + y). The parts of pi/2 have 37, 37 and 53 bits, and n times the first two is exact for
+ * n < 2^16. From Cody, Waite, Software Manual for the Elementary Functions, 1980. The remainder is kept as head r
+ * and tail y (Knuth's error-free sum). Minimax polynomials on |r| <= pi/4 follow, with relative error 2^-57 and
+ * absolute error 2^-59:
+ *
+ *     sin(r + y) = r + y (1 - r^2/2) + r^3 S(r^2)
+ *     cos(r + y) = 1 - r^2/2 - r y + r^4 C(r^2)
+ *
+ * The lane form has one branch, at its end. The scalar form reduces x with its sign, which gives r and y theirs,
+ * and skips the reduction where n is 0. Beyond the limit, and for infinities and NaN, libm answers in both forms. */
 #ifndef KEMPE_RUNTIME_H
 #define KEMPE_RUNTIME_H
 

@@ -48,8 +48,8 @@ KEMPE_API const double *kempe_table_values(const kempe_table *table, int column)
 KEMPE_API kempe_status kempe_table_print(const kempe_table *table, kempe_format format, char **text);
 
 /** Writes a file, whole or not at all, in the format of its ending: .csv or none (names, rows; empty cells are
- * unknown), .json (as above), .npz (arrays `names`, `units` and `values`, rows x columns, of the columns of numbers,
- * and an array of text for each column of words). KEMPE_E_ARGUMENT: another ending. */
+ * unknown), .json (as above), .npz. The last one has arrays `names`, `units` and `values`, rows x columns, of the
+ * columns of numbers, and an array of text for each column of words. KEMPE_E_ARGUMENT: another ending. */
 KEMPE_API kempe_status kempe_table_write(const kempe_table *table, const char *path);
 
 KEMPE_END

@@ -140,7 +140,7 @@ static const option options[] = {
     {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "independent", TEXT(response.independent), "NAME,..",
      "independent coordinates (default: chosen by pivots)"},
     {CLI_RESPONSE, IN_RUN, "frequencies", TEXT(response.frequencies), "A:B[:N]",
-     "range in Hz and number of frequencies (default: decades around the natural frequencies)"},
+     "range and number of frequencies, Hz; also rad/s, rpm (default: decades around the natural frequencies)"},
     {CLI_RESPONSE, IN_RUN, "linear", FLAG(response.linear), "linear spacing of the frequencies (default: logarithmic)"},
     {CLI_MODES, IN_MODEL, "at", TEXT(modes.at), "STATE",
      "state: equilibrium (default), 'equilibrium NAME=RATE,..' (a steady motion), start"},
@@ -255,7 +255,8 @@ static const option options[] = {
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
      "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
     {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",
-     "unit of angles, their rates and accelerations in text and tables: rad (default), deg; --json stays in SI"},
+     "unit of angles, their rates and accelerations in text, tables, pictures and pages: rad (default), deg; --json "
+     "stays in SI"},
     {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
     {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},

@@ -106,7 +106,7 @@ static bool read_units(kmp_csv *csv)
         return false;
     for (int k = 0; k < csv->columns; k++) {
         kmp_csv_field f = s ? kmp_csv_next(&s) : (kmp_csv_field){"", 0};
-        csv->unit[k] = (kmp_unit){1, 1, KMP_DIM_ANY};
+        csv->unit[k] = (kmp_unit){1, 1, KMP_DIM_ANY, 0};
         if (f.length > 0 && !kmp_unit_read(f.s, f.length, &csv->unit[k]))
             kmp_csv_complain(csv, csv->line_text, "column %d: unknown unit '%.*s'", k + 1, (int)f.length, f.s);
     }

@@ -190,6 +190,13 @@ static void make_square(kmp_plot *plot)
     }
 }
 
+static void put_axis_name(const kmp_plot *p, int axis, double x, double y, const char *attributes)
+{
+    const kmp_axis *a = &p->axis[axis];
+    bool unit = a->unit && a->unit[0];
+    kmp_picture_words(p->text, x, y, attributes, "%s%s%s", a->name, unit ? ", " : "", unit ? a->unit : "");
+}
+
 void kmp_plot_begin(kmp_plot *plot, const char *format, ...)
 {
     double width = plot->width, height = plot->height;
@@ -209,8 +216,8 @@ void kmp_plot_begin(kmp_plot *plot, const char *format, ...)
     va_start(arguments, format);
     put_words(plot->text, width / 2, -12, "class=\"title\" " CENTRED, format, arguments);
     va_end(arguments);
-    kmp_picture_words(plot->text, width / 2, height + 36, CENTRED, "%s", plot->axis[0].name);
-    kmp_picture_words(plot->text, -height / 2, -56, CENTRED " transform=\"rotate(-90)\"", "%s", plot->axis[1].name);
+    put_axis_name(plot, 0, width / 2, height + 36, CENTRED);
+    put_axis_name(plot, 1, -height / 2, -56, CENTRED " transform=\"rotate(-90)\"");
     kmp_text_printf(plot->text, "<svg x=\"%d\" y=\"%d\" width=\"%.1f\" height=\"%.1f\" viewBox=\"%d %d %.1f %.1f\">\n",
                     -EDGE, -EDGE, width + 2 * EDGE, height + 2 * EDGE, -EDGE, -EDGE, width + 2 * EDGE,
                     height + 2 * EDGE);

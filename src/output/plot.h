@@ -23,7 +23,7 @@ void kmp_picture_entry(kmp_text *text, double x, double y, const char *curve, co
                        ...) __attribute__((format(printf, 6, 7)));
 
 typedef struct kmp_axis {
-    const char *name;
+    const char *name, *unit; /* `unit`: NULL or "", none */
     double low, high;
     bool logarithmic, reversed;
     bool exact;  /* no space is added at the ends of its range, as it is otherwise, but not below a zero */

@@ -3,6 +3,7 @@
  */
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
+#include "output/quantity.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
 #include "studies/modes/modes.h"
@@ -129,6 +130,13 @@ static void put_mode(kmp_json *json, const kempe_modes *m, const shown *s)
     kmp_json_end(json);
 }
 
+/* The unit in which the page shows numbers in SI, and its factor. */
+static void put_shown(kmp_json *json, kmp_shown as)
+{
+    kmp_json_string(json, "unit", as.unit);
+    kmp_json_rounded(json, "factor", as.factor, 17);
+}
+
 static void put_rows(kmp_json *json, const char *key, const kmp_locus *l, const double *x)
 {
     kmp_json_array(json, key);
@@ -144,8 +152,10 @@ static void put_locus(kmp_json *json, const kempe_modes *m)
         kmp_json_string(json, "locus", NULL);
         return;
     }
+    kmp_shown as = kmp_modes_shown(m);
     kmp_json_object(json, "locus");
     kmp_json_string(json, "name", m->name);
+    put_shown(json, as);
     kmp_json_rounded_numbers(json, "values", l->reached, l->value, 9);
     kmp_json_rounded_numbers(json, "orders", m->order_count, m->order, 6);
     put_rows(json, "re", l, l->re);
@@ -180,8 +190,12 @@ static void put_data(kmp_text *text, const maker *w)
     kmp_json_whole(&json, "freedoms", m->modes.p);
     kmp_json_whole(&json, "frames", FRAMES);
     kmp_json_array(&json, "coordinates");
-    for (int k = 0; k < m->modes.n; k++)
-        kmp_json_string(&json, NULL, m->system->model->motions[k].name);
+    for (int k = 0; k < m->modes.n; k++) {
+        kmp_json_object(&json, NULL);
+        kmp_json_string(&json, "name", m->system->model->motions[k].name);
+        put_shown(&json, kmp_shown_as(m->system->context, kmp_quantity_unit(m->system, KMP_QUANTITY_Q, k)));
+        kmp_json_end(&json);
+    }
     kmp_json_end(&json);
     kmp_json_array(&json, "modes");
     for (int k = 0; k < w->count; k++)

@@ -322,6 +322,29 @@ class Angles(Case):
                                              "--frequencies", "1:2:3"))
         self.pair("modes", FOUR_BAR, "--sweep", "qd.crank=0:1:3", "--at", "start")
 
+    def test_pictures(self):
+        """Curves in degrees are those in radians, with other names and numbers of the axes; so are the data of a page."""
+        def drawn(words, unit):
+            self.expect(0, *words, "--angle-unit", unit, "--svg", f"{unit}.svg", *(("--report", f"{unit}.html") if words[0] == "modes" else ()))
+            text = (self.folder / f"{unit}.svg").read_text()
+            paths = re.findall(r'<path class="(?:curve|critical)" [^>]*d="([^"]*)"', text)
+            return [float(x) for path in paths for x in re.findall(r"-?\d+\.?\d*", path)], text
+        governor, manchester = ROOT / "examples/governor/governor.yaml", ROOT / "examples/manchester/wheelset.yaml"
+        for words, rad, deg in ((("modes", governor, "--rates", "shaft=6:8:3"), ["qd.shaft, rad/s<"], ["qd.shaft, deg/s<", " to 458.366 deg/s<"]),
+                                (("contact", manchester, "--sweep", "axle.4=0:0.01:3"), ["contact angle, rad<", "axle.4, rad<", "0.01 rad<"],
+                                 ["contact angle, deg<", "axle.4, deg<", "0.572958 deg<"]),
+                                (("response", FOUR_BAR, "--inputs", "effort(crank)", "--outputs", "q(crank)", "--frequencies", "1:20:40"),
+                                 ["SI units<", ", rad / (N m)<"], ["degrees and SI units<", ", deg / (N m)<"])):
+            with self.subTest(words[0]):
+                (curves, text), (curves_deg, text_deg) = drawn(words, "rad"), drawn(words, "deg")
+                self.assertGreater(len(curves), 5)
+                self.assertLessEqual(max(abs(x - y) for x, y in zip(curves, curves_deg, strict=True)), 0.11)
+                self.assertEqual([label for label in rad if label not in text] + [label for label in deg if label not in text_deg], [])
+        for unit, factor in (("rad", 1), ("deg", 180 / math.pi)):
+            page = (self.folder / f"{unit}.html").read_text()
+            self.assertEqual(set(re.findall(r'"unit":"((?:rad|deg)[^"]*)","factor":([\d.]+)', page)),
+                             {(unit, f"{factor:.17g}"), (f"{unit}/s", f"{factor:.17g}")})
+
     def test_text(self):
         for words, pattern in ((("assemble", FOUR_BAR), r"^  crank +\S+ +\S+ +\S+ +(\S+)"),
                                (("equilibrium", FOUR_BAR), r"^  crank +\S+ +(\S+)"),
@@ -877,12 +900,20 @@ class Linear(Case):
             self.assertEqual(found["status"], "ok")
         self.assertIn("begins at the start", self.expect(3, "sensitivity", FOUR_BAR, "--at", "equilibrium").stderr)
 
+    def test_units_of_frequencies(self):
+        """Angles per time are divided by 2 pi, also at one end alone."""
+        of = lambda text: self.object(0, "response", self.RIDE, "--inputs", "drive(road)", "--frequencies", text)["frequency"]
+        wanted = of("1:5:3")
+        for text in ("1 Hz:5 Hz:3", "60 rpm:300 rpm:3", "1 rev/s:5 rev/s:3", "6.283185307179586 rad/s:5 Hz:3", "360 deg/s:5 1/s:3"):
+            for a, b in zip(of(text), wanted):
+                self.assertAlmostEqual(a, b, delta=1e-12)
+
     def test_mistakes(self):
         for words, sentence in (("--inputs drive(raod)", "the model has no drive 'raod'; did you mean 'road'?"),
                                 ("--inputs k --outputs travl", "unknown output 'travl'"),
                                 ("--inputs stiff", "no parameter 'stiff'"),
                                 ("--inputs k --at end", "unknown state 'end'"),
-                                ("--inputs k --frequencies 5", "A:B"), ("--inputs k --frequencies 1rpm:5rpm", "in Hz")):
+                                ("--inputs k --frequencies 5", "A:B"), ("--inputs k --frequencies 1mm:5mm", "m is given, but 1/s is expected")):
             self.assertIn(sentence, self.expect(3, "response", self.RIDE, *words.split()).stderr)
         self.assertIn("a frequency response needs inputs", self.expect(3, "response", self.RIDE).stderr)
         self.assertIn("not an equilibrium",

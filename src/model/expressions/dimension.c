@@ -7,7 +7,8 @@ static const struct {
     const char *name;
     kmp_unit unit;
 } units[] = {
-#define KMP_UNIT(name, factor, divisor, m, kg, s) {#name, {factor, divisor, {KMP_DIMENSION_KNOWN, {m, kg, s}, false}}},
+#define KMP_UNIT(name, factor, divisor, m, kg, s, angle)                                                               \
+    {#name, {factor, divisor, {KMP_DIMENSION_KNOWN, {m, kg, s}, false}, angle}},
 #include "model/expressions/units.def"
 #undef KMP_UNIT
 };
@@ -119,12 +120,13 @@ void kmp_unit_multiply(kmp_unit *unit, const kmp_unit *other, int power)
         unit->divisor *= power < 0 ? other->factor : other->divisor;
     }
     unit->dimension = kmp_dimension_times(unit->dimension, other->dimension, power);
+    unit->angle += power * other->angle;
 }
 
 bool kmp_unit_read(const char *s, size_t length, kmp_unit *unit)
 {
     bool over = length > 2 && strncmp(s, "1/", 2) == 0;
-    *unit = (kmp_unit){1, 1, KMP_DIM_NUMBER};
+    *unit = (kmp_unit){1, 1, KMP_DIM_NUMBER, 0};
     s += over ? 2 : 0;
     length -= over ? 2 : 0;
     for (int sign = over ? -1 : 1;;) {

@@ -47,6 +47,7 @@ void kmp_dimension_print(kmp_text *text, kmp_dimension a);
 typedef struct kmp_unit {
     double factor, divisor; /* a number in this unit, times factor, by divisor, is in SI */
     kmp_dimension dimension;
+    int angle; /* power of the angle: 1 for rad and rad/s, 0 for Hz */
 } kmp_unit;
 
 /** False when the first `length` characters of `name` are no unit. */

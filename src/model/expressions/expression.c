@@ -440,7 +440,7 @@ static const kmp_expr *make_number(parser *p, const char *where, double value, k
 /* A number with the unit that may follow it: one literal. */
 static const kmp_expr *parse_unit(parser *p, const char *number, double value)
 {
-    kmp_unit first, unit = {1, 1, KMP_DIM_NUMBER};
+    kmp_unit first, unit = {1, 1, KMP_DIM_NUMBER, 0};
     int power, more;
     skip_space(p);
     size_t length = word_length(p->at);

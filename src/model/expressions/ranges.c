@@ -36,7 +36,7 @@ static bool fit_ends(kmp_range *r, kmp_dimension first, trouble *what)
 }
 
 /* A number with an optional sign and an optional unit, the whole of `length` characters. */
-static bool read_value(const char *s, size_t length, double *x, kmp_dimension *dimension, trouble *what)
+static bool read_value(const char *s, size_t length, double *x, kmp_dimension *dimension, int *angle, trouble *what)
 {
     size_t sign = *s == '-' || *s == '+', digits = kmp_text_to_number(s + sign, x), at = sign + digits;
     if (digits == 0 || at > length)
@@ -53,6 +53,7 @@ static bool read_value(const char *s, size_t length, double *x, kmp_dimension *d
             return false;
         }
         *dimension = unit.dimension;
+        *angle = unit.angle;
         *x = *x * unit.factor / unit.divisor;
     }
     if (*s == '-')
@@ -63,10 +64,11 @@ static bool read_value(const char *s, size_t length, double *x, kmp_dimension *d
 static bool read_count(const char *s, size_t length, int *count)
 {
     double x;
+    int angle;
     trouble what;
     kmp_dimension none = {0};
-    if (!read_value(s, length, &x, &none, &what) || none.kind != KMP_DIMENSION_BARE || x < 2 || x > MOST_VALUES ||
-        x != floor(x))
+    if (!read_value(s, length, &x, &none, &angle, &what) || none.kind != KMP_DIMENSION_BARE || x < 2 ||
+        x > MOST_VALUES || x != floor(x))
         return false;
     *count = (int)x;
     return true;
@@ -85,14 +87,14 @@ static kempe_status read_range(const char **s, kmp_range *r, trouble *what)
     if (!r->name)
         return KEMPE_E_MEMORY;
     r->count = 1;
-    bool ok = read_value(*s, length = word_length(*s), &r->from, &r->dimension, what);
+    bool ok = read_value(*s, length = word_length(*s), &r->from, &r->dimension, &r->angle[0], what);
     *s += length;
     r->to = r->from;
     if (ok && **s == ':') {
         kmp_dimension first = r->dimension;
         r->dimension = (kmp_dimension){0};
         r->count = 0;
-        ok = read_value(*s + 1, length = word_length(*s + 1), &r->to, &r->dimension, what);
+        ok = read_value(*s + 1, length = word_length(*s + 1), &r->to, &r->dimension, &r->angle[1], what);
         *s += length + 1;
         ok = ok && fit_ends(r, first, what);
     }

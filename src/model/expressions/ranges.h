@@ -11,6 +11,7 @@ typedef struct kmp_range {
     double from, to;         /* in SI; equal for a single value */
     int count;               /* number of values, ends included; 1 for a single one, 0: not given */
     kmp_dimension dimension; /* of the units; bare without units */
+    int angle[2];            /* power of the angle in the units of either end */
 } kmp_range;
 
 typedef struct kmp_ranges {

@@ -10,7 +10,7 @@ enum { LEAST_POINTS = 4 };
 static bool read_unit(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_unit *unit)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "unit");
-    *unit = (kmp_unit){1, 1, KMP_DIM_LENGTH};
+    *unit = (kmp_unit){1, 1, KMP_DIM_LENGTH, 0};
     if (!node)
         return true;
     const char *word = kmp_read_word(r, node, kmp_reader_say(r, "unit of %s", what));

@@ -59,7 +59,7 @@ static void read_closure_tolerance(kmp_reader *r)
         return;
     r->model->closure_tolerance_given = tolerance->value >= 0;
     if (!r->model->closure_tolerance_given)
-        kmp_reader_complain(r, node->place, "closure_tolerance: %g m is negative; 0 asks for closed loops without one",
+        kmp_reader_complain(r, node->place, "closure_tolerance: %g m is negative; 0 means that no gap is accepted",
                             tolerance->value);
 }
 

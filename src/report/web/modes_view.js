@@ -20,6 +20,10 @@ function eigenvalue(mode) {
     return digits(mode.re) + (swings(mode) ? ` \u00b1 ${digits(mode.im)} i` : "");
 }
 
+/* What varies: a value as the page shows it, and the words of one. */
+const shownValue = (value) => data.locus.factor * value;
+const namedValue = (value) => `${data.locus.name} = ${digits(shownValue(value))} ${data.locus.unit}`.trim();
+
 function title(mode) {
     if (mode.zero) return "zero eigenvalue";
     if (swings(mode)) return `${digits(mode.frequency)} Hz`;
@@ -31,7 +35,7 @@ function tellVerdict() {
     byId("scene").append(`at ${data.at} \u00b7 ${data.freedoms} degree${data.freedoms === 1 ? "" : "s"} of freedom`);
     byId("answer").append(element("em", data.stability));
     const sentences = [data.reasons.replace(/^[a-z]+: /, "")];
-    for (const c of data.locus ? data.locus.critical : []) sentences.push(`${data.locus.name} = ${digits(c.value)}: a mode ${c.im > 0 ? `of ${digits(c.im / TAU)} Hz ` : ""}grows ${c.grows} it`);
+    for (const c of data.locus ? data.locus.critical : []) sentences.push(`${namedValue(c.value)}: a mode ${c.im > 0 ? `of ${digits(c.im / TAU)} Hz ` : ""}grows ${c.grows} it`);
     if (data.reason) sentences.push(data.reason);
     fillList(byId("because"), sentences);
 }
@@ -71,11 +75,11 @@ function tellChosen() {
     if (chosen < 0) return;
     const mode = data.modes[chosen];
     table.replaceChildren(headRow(["coordinate", "amplitude", "phase, deg", "kinetic energy", "elastic energy"]));
-    data.coordinates.forEach((name, i) => {
+    data.coordinates.forEach(({ name, unit, factor }, i) => {
         const [re, im] = [mode.shape_re[i], mode.shape_im[i]], size = Math.hypot(re, im);
         const still = size < 1e-9; /* rounding */
         const phase = !still ? digits((360 / TAU) * Math.atan2(im, re)) : "\u2013";
-        table.append(element("tr", element("td", name), element("td", still ? "0" : three(size)), element("td", phase), element("td", share(mode.kinetic[i])), element("td", share(mode.potential[i]))));
+        table.append(element("tr", element("td", name), element("td", still ? "0" : `${three(factor * size)} ${unit}`), element("td", phase), element("td", share(mode.kinetic[i])), element("td", share(mode.potential[i]))));
     });
 }
 
@@ -158,13 +162,13 @@ function words(item) {
 
 function drawCampbell() {
     const locus = data.locus, top = Math.max(...locus.im.flat().map(Math.abs)) / TAU;
-    const sets = branches((value, re, im) => (im > 0 ? { x: value, y: im / TAU, words: `${locus.name} = ${digits(value)}: ${digits(im / TAU)} Hz, ${digits(re)} 1/s` } : null));
-    sets.push(marks(locus.critical.map((c) => ({ x: c.value, y: c.im / TAU, words: `critical: ${locus.name} = ${digits(c.value)}, ${digits(c.im / TAU)} Hz` }))));
+    const sets = branches((value, re, im) => (im > 0 ? { x: shownValue(value), y: im / TAU, words: `${namedValue(value)}: ${digits(im / TAU)} Hz, ${digits(re)} 1/s` } : null));
+    sets.push(marks(locus.critical.map((c) => ({ x: shownValue(c.value), y: c.im / TAU, words: `critical: ${namedValue(c.value)}, ${digits(c.im / TAU)} Hz` }))));
     for (const order of locus.orders) {
         const ends = [Math.min(...locus.values), Math.max(...locus.values)].map((v) => Math.min(Math.max(v, 0), (top * TAU) / order));
-        sets.push({ data: ends.map((v) => ({ x: v, y: (order * v) / TAU, words: `order ${digits(order)}` })), borderColor: softColour(), borderDash: [7, 4], borderWidth: 1.5, pointRadius: 0, pointHitRadius: 6 });
+        sets.push({ data: ends.map((v) => ({ x: shownValue(v), y: (order * v) / TAU, words: `order ${digits(order)}` })), borderColor: softColour(), borderDash: [7, 4], borderWidth: 1.5, pointRadius: 0, pointHitRadius: 6 });
     }
-    plot("campbell", sets, locus.name, "frequency, Hz", words);
+    plot("campbell", sets, locus.unit ? `${locus.name}, ${locus.unit}` : locus.name, "frequency, Hz", words);
 }
 
 /* Without a varied parameter: damping over frequency. */
@@ -179,8 +183,8 @@ function drawDamping() {
 
 function drawPlots() {
     const locus = data.locus;
-    const sets = branches((value, re, im) => ({ x: re, y: im, words: `${locus.name} = ${digits(value)}: ${digits(re)} \u00b1 ${digits(im)} i` }));
-    if (locus) sets.push(marks(locus.critical.map((c) => ({ x: c.re, y: c.im, words: `critical: ${locus.name} = ${digits(c.value)}` }))));
+    const sets = branches((value, re, im) => ({ x: re, y: im, words: `${namedValue(value)}: ${digits(re)} \u00b1 ${digits(im)} i` }));
+    if (locus) sets.push(marks(locus.critical.map((c) => ({ x: c.re, y: c.im, words: `critical: ${namedValue(c.value)}` }))));
     sets.push(dots((mode) => ({ x: mode.re, y: mode.im })));
     plot("plane", sets, leftOf(sets).min ? "real part, 1/s (some values are outside to the left)" : "real part, 1/s", "imaginary part, rad/s", words);
     if (locus) drawCampbell();
@@ -191,7 +195,7 @@ function beginPlots() {
     const locus = data.locus;
     Chart.defaults.font.family = getComputedStyle(document.body).fontFamily;
     byId("plots-title").append(locus ? `Sweep of ${locus.name}` : "Eigenvalues and damping");
-    byId("plots-note").append(locus ? `${locus.name} from ${digits(locus.values[0])} (dots on the curves) to ${digits(locus.values[locus.values.length - 1])}; larger dots: modes of the list; crosses: critical values.` : "Modes with a positive real part grow. The larger dot is the chosen mode.");
+    byId("plots-note").append(locus ? `${locus.name} from ${digits(shownValue(locus.values[0]))} (dots on the curves) to ${`${digits(shownValue(locus.values[locus.values.length - 1]))} ${locus.unit}`.trim()}; larger dots: modes of the list; crosses: critical values.` : "Modes with a positive real part grow. The larger dot is the chosen mode.");
     byId("right-title").append(locus ? "Frequencies" + (locus.orders.length > 0 ? " and order lines" : "") : "Damping and frequency");
     drawPlots();
 }

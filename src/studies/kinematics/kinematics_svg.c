@@ -124,9 +124,10 @@ kempe_status kempe_kinematics_write_svg(const kempe_kinematics *k, const char *p
         paths += begins_path(k, c);
     if (paths == 0 || k->count == 0)
         return kmp_fail(context, KEMPE_E_FAILED,
-                        paths > 0 ? "there is no row to draw a path of"
-                                  : "there is no path to draw: the model has no position outputs, as 'run: outputs: "
-                                    "[position(BODY.POINT)]' asks for");
+                        paths > 0
+                            ? "there is no row to draw a path of"
+                            : "there is no path to draw: the model has no position outputs, such as 'run: outputs: "
+                              "[position(BODY.POINT)]'");
     draw(k, &text, paths);
     return kmp_file_write(context, path, &text);
 }

@@ -27,6 +27,9 @@ struct kempe_modes {
     double cpu_s;
 };
 
+/** How results show values of what varies. */
+kmp_shown kmp_modes_shown(const kempe_modes *modes);
+
 /** Appends the participation in eigenvalue c: the largest shares of kinetic energy, "A 0.7, B 0.3". */
 void kmp_modes_put_movers(kmp_text *text, const kempe_modes *modes, int c);
 

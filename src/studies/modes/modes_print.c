@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes as text and JSON. */
 #include "output/print.h"
+#include "output/quantity.h"
 #include "studies/assembly/check_print.h"
 #include "studies/modes/modes.h"
 #include <kempe/modes.h>
@@ -149,6 +150,11 @@ static void show_modes(kmp_text *text, const kempe_modes *m)
                         s->zeros, s->zeros - s->still);
 }
 
+kmp_shown kmp_modes_shown(const kempe_modes *modes)
+{
+    return kmp_shown_as(modes->system->context, kmp_quantity_unit_of(modes->system, modes->name));
+}
+
 /* The next steps of the sweep in a row, behind value *k, whose modes were not assigned with certainty: from value
  * *first to value *k. False: there are none. */
 static bool next_uncertain(const kmp_locus *l, int *first, int *k)
@@ -166,12 +172,13 @@ static bool next_uncertain(const kmp_locus *l, int *first, int *k)
 static void show_uncertain(kmp_text *text, const kempe_modes *m)
 {
     const kmp_locus *l = &m->locus;
+    kmp_shown as = kmp_modes_shown(m);
     int reported = 0;
     for (int first, k = 0; next_uncertain(l, &first, &k); reported++)
         if (reported < MOST_RANGES)
             kmp_text_printf(text, "%s%.6g to %.6g",
                             reported ? ", " : "note      the modes could not be tracked with certainty over ",
-                            l->value[first], l->value[k]);
+                            as.factor * l->value[first], as.factor * l->value[k]);
     if (reported > MOST_RANGES)
         kmp_text_printf(text, " and %d more ranges", reported - MOST_RANGES);
     if (reported > 0)
@@ -183,11 +190,13 @@ static void show_locus(kmp_text *text, const kempe_modes *m)
     const kmp_locus *l = &m->locus;
     if (!m->name || l->reached == 0)
         return;
-    kmp_text_printf(text, "\nsweep     %s from %.10g to %.10g, %d values\n", m->name, l->value[0],
-                    l->value[l->reached - 1], l->reached);
+    kmp_shown as = kmp_modes_shown(m);
+    const char *space = as.unit[0] ? " " : "";
+    kmp_text_printf(text, "\nsweep     %s from %.10g to %.10g%s%s, %d values\n", m->name, as.factor * l->value[0],
+                    as.factor * l->value[l->reached - 1], space, as.unit, l->reached);
     for (int k = 0; k < l->critical_count; k++) {
         const kmp_critical *c = &l->critical[k];
-        kmp_text_printf(text, "critical  %s = %.12g: ", m->name, c->value);
+        kmp_text_printf(text, "critical  %s = %.12g%s%s: ", m->name, as.factor * c->value, space, as.unit);
         if (c->im > 1e-6 * hypot(c->re, c->im) && c->im > 0)
             kmp_text_printf(text, "a mode of %.10g Hz (%.10g rad/s)", c->im / (2 * acos(-1)), c->im);
         else

@@ -16,6 +16,12 @@ typedef struct drawn {
     double x, y;
 } drawn;
 
+/* Value k of what varies, as the axis has it. */
+static double swept(const kempe_modes *m, int k)
+{
+    return kmp_modes_shown(m).factor * m->locus.value[k];
+}
+
 typedef drawn point_fn(const kempe_modes *m, int k, int branch);
 
 static drawn in_plane(const kempe_modes *m, int k, int branch)
@@ -27,7 +33,7 @@ static drawn in_plane(const kempe_modes *m, int k, int branch)
 static drawn over_value(const kempe_modes *m, int k, int branch)
 {
     double size = in_plane(m, k, branch).y;
-    return (drawn){m->locus.value[k], size > 0 ? size / (2 * acos(-1)) : NAN};
+    return (drawn){swept(m, k), size > 0 ? size / (2 * acos(-1)) : NAN};
 }
 
 static void reach_branches(kmp_plot *p, const kempe_modes *m, point_fn *point)
@@ -77,7 +83,9 @@ static void put_plane(kmp_text *text, const kempe_modes *m)
         re->low = bound;
     re->name = "real part, 1/s";
     im->name = "imaginary part, rad/s";
-    kmp_plot_begin(&p, "Eigenvalues, %s from %.6g (dots) to %.6g", m->name, l->value[0], l->value[l->reached - 1]);
+    kmp_shown as = kmp_modes_shown(m);
+    kmp_plot_begin(&p, "Eigenvalues, %s from %.6g (dots) to %.6g%s%s", m->name, swept(m, 0), swept(m, l->reached - 1),
+                   as.unit[0] ? " " : "", as.unit);
     if (re->low < 0 && re->high > 0)
         put_line(&p, "axis", 0, im->low, 0, im->high);
     put_branches(&p, m, in_plane);
@@ -93,7 +101,8 @@ static void put_orders(kmp_plot *p, const kempe_modes *m)
 {
     for (int k = 0; k < m->order_count; k++) {
         const kmp_axis *value = &p->axis[0];
-        double slope = m->order[k] / (2 * acos(-1)), end = fmin(value->high, p->axis[1].high / slope);
+        double slope = m->order[k] / (2 * acos(-1) * kmp_modes_shown(m).factor),
+               end = fmin(value->high, p->axis[1].high / slope);
         put_line(p, "order", value->low, slope * value->low, value->high, slope * value->high);
         if (end > value->low)
             kmp_picture_words(p->text, kmp_plot_x(p, end) - 5, kmp_plot_y(p, slope * end) + 13,
@@ -106,17 +115,19 @@ static void put_campbell(kmp_text *text, const kempe_modes *m)
     kmp_plot p = kmp_plot_inside(text, WIDTH, 0, WIDTH, HEIGHT);
     kmp_axis *value = &p.axis[0], *frequency = &p.axis[1];
     for (int k = 0; k < m->locus.reached; k++)
-        kmp_plot_reach(&p, m->locus.value[k], 0);
+        kmp_plot_reach(&p, swept(m, k), 0);
     reach_branches(&p, m, over_value);
     value->name = m->name;
+    value->unit = kmp_modes_shown(m).unit;
     frequency->name = "frequency, Hz";
     kmp_plot_begin(&p, m->order_count ? "Frequencies, and orders of what varies" : "Frequencies");
     put_orders(&p, m);
     put_branches(&p, m, over_value);
     for (int k = 0; k < m->locus.critical_count; k++) {
         const kmp_critical *c = &m->locus.critical[k];
-        put_line(&p, "critical", c->value, frequency->low, c->value, frequency->high);
-        kmp_plot_cross(&p, c->value, kmp_mode_frequency(c->re, c->im));
+        double at = kmp_modes_shown(m).factor * c->value;
+        put_line(&p, "critical", at, frequency->low, at, frequency->high);
+        kmp_plot_cross(&p, at, kmp_mode_frequency(c->re, c->im));
     }
     kmp_plot_end(&p);
 }

@@ -51,7 +51,9 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_critical(kempe_table *table, const void *result)
 {
     const kmp_locus *l = &((const kempe_modes *)result)->locus;
-    kmp_tabulate_columns(table, "", "value re im frequency branch");
+    const char *name = ((const kempe_modes *)result)->name;
+    kmp_tabulate_columns(table, name ? kmp_quantity_unit_of(((const kempe_modes *)result)->system, name) : "", "value");
+    kmp_tabulate_columns(table, "", "re im frequency branch");
     kmp_tabulate_column(table, NULL, "grows");
     for (int k = 0; k < l->critical_count; k++) {
         const kmp_critical *c = &l->critical[k];

@@ -42,27 +42,17 @@ static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
     return KEMPE_OK;
 }
 
-/* True if no unit but Hz follows the numbers: other units of inverse time do not mean cycles. */
-static bool in_hertz(const char *text)
+/* Frequencies are cycles per time: an angle per time, such as rad/s and rpm, is divided by that of a cycle. */
+static double in_cycles(double rate, int angle)
 {
-    for (const char *s = text; *s;) {
-        double x;
-        size_t digits = kmp_text_to_number(s, &x);
-        if (digits > 0)
-            s += digits;
-        else if (strncmp(s, "Hz", 2) == 0)
-            s += 2;
-        else if (!strchr(" :+-", *s++))
-            return false;
-    }
-    return true;
+    return angle == 1 ? rate / two_pi : rate;
 }
 
 static kempe_status check_range(kempe_context *context, const kmp_range *range, const char *text, bool linear)
 {
-    if (range->count == 1 || !(range->to > range->from) || range->from < 0 || !in_hertz(text))
+    if (range->count == 1 || !(range->to > range->from) || range->from < 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "frequencies are written A:B or A:B:N in Hz with A below B, not '%s'", text);
+                        "frequencies are written A:B or A:B:N with A below B, in Hz, rad/s or rpm, not '%s'", text);
     if (range->from == 0 && !linear)
         return kmp_fail(
             context, KEMPE_E_ARGUMENT,
@@ -82,11 +72,16 @@ static kempe_status read_range(const kmp_channels *c, const kempe_response_optio
     kmp_text_free(&text);
     if (status != KEMPE_OK)
         return status;
-    if (ranges.count == 1 && ranges.range) /* another one: not understood */
+    if (ranges.count == 1 && ranges.range) { /* another one: not understood */
+        status = kmp_range_fits(context, "the response", &ranges.range[0], KMP_DIM(0, 0, -1));
         *range = ranges.range[0];
+        range->from = in_cycles(range->from, range->angle[0]);
+        range->to = in_cycles(range->to, range->angle[1]);
+    }
     range->name = NULL;
     kmp_ranges_free(&ranges);
-    status = check_range(context, range, options->frequencies, options->linear);
+    if (status == KEMPE_OK)
+        status = check_range(context, range, options->frequencies, options->linear);
     range->count = range->count > 1 ? range->count : DEFAULT_COUNT;
     return status;
 }

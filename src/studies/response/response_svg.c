@@ -32,14 +32,15 @@ static int collect(const kempe_response *r, int pair, spot *list)
 {
     const kmp_frequency *f = &r->frequency;
     int count = 0, input = pair / f->outputs, output = pair % f->outputs;
+    double factor = kmp_response_shown(r, output).factor;
     for (int k = 0; k < f->count; k++) {
         kmp_response_point at = kmp_response_at(r, k, pair);
-        list[count++] = (spot){f->at[k], at.amplitude, at.phase};
+        list[count++] = (spot){f->at[k], factor * at.amplitude, at.phase};
     }
     for (int k = 0; k < f->peak_count; k++) {
         const kmp_peak *p = &f->peak[k];
         if (p->input == input && p->output == output)
-            list[count++] = (spot){p->frequency, isfinite(p->amplitude) ? p->amplitude : NAN, p->phase};
+            list[count++] = (spot){p->frequency, isfinite(p->amplitude) ? factor * p->amplitude : NAN, p->phase};
     }
     qsort(list, (size_t)count, sizeof *list, ascending);
     return count;
@@ -76,7 +77,7 @@ static void draw_name(kmp_text *text, const kempe_response *r, int pair, double 
 {
     int input = pair / r->frequency.outputs, output = pair % r->frequency.outputs;
     kmp_text unit = {0};
-    kmp_response_put_unit(&unit, r, input, r->channels.outputs.unit[output], ", ", " / ");
+    kmp_response_put_unit(&unit, r, input, kmp_response_shown(r, output).unit, ", ", " / ");
     kmp_picture_entry(text, LEFT, y, "curve", kmp_plot_colour(pair), "%s / %s%s%s", kmp_response_output(r, output),
                       kmp_response_input(r, input), unit.s ? unit.s : "", zero ? ": zero" : "");
     text->failed = text->failed || unit.failed;
@@ -93,15 +94,17 @@ static void measure(const kempe_response *r, kmp_plot *amplitude, kmp_plot *phas
     a->logarithmic = true;
     amplitude->axis[0].logarithmic = !r->linear;
     for (int k = 0; k < f->count; k++)
-        for (int pair = 0; pair < f->inputs * f->outputs; pair++) {
-            kmp_plot_reach(amplitude, f->at[k], kmp_response_at(r, k, pair).amplitude);
-        }
+        for (int pair = 0; pair < f->inputs * f->outputs; pair++)
+            kmp_plot_reach(amplitude, f->at[k],
+                           kmp_response_shown(r, pair % f->outputs).factor * kmp_response_at(r, k, pair).amplitude);
     for (int k = 0; k < f->peak_count; k++)
-        kmp_plot_reach(amplitude, f->peak[k].frequency, f->peak[k].amplitude);
+        kmp_plot_reach(amplitude, f->peak[k].frequency,
+                       kmp_response_shown(r, f->peak[k].output).factor * f->peak[k].amplitude);
     a->low = fmax(a->low, a->high * 1e-10);
     amplitude->axis[0] =
         (kmp_axis){.name = "", .low = f->at[0], .high = f->at[f->count - 1], .logarithmic = !r->linear, .exact = true};
-    a->name = "amplitude, SI units";
+    a->name = kmp_shown_as(r->channels.system->context, "rad").factor == 1 ? "amplitude, SI units"
+                                                                           : "amplitude, degrees and SI units";
     phase->axis[0] = amplitude->axis[0];
     phase->axis[0].name = "frequency, Hz";
     phase->axis[1] = (kmp_axis){.name = "phase, degrees", .low = -180, .high = 180, .exact = true, .tick = 90};

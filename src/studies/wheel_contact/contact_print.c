@@ -9,14 +9,13 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Returns the SI unit of the swept value k; "" for a parameter. */
-static const char *unit_of(const kempe_contacts *t, int k)
+const char *kmp_contact_unit(const kempe_contacts *t, int k)
 {
     int hold = t->lead[k].hold;
     return hold < 0 ? "" : kmp_quantity_unit(t->system, KMP_QUANTITY_Q, t->hold[hold].coordinate);
 }
 
-static kmp_shown shown_as(const kempe_contacts *t, const char *unit)
+kmp_shown kmp_contact_shown(const kempe_contacts *t, const char *unit)
 {
     return kmp_shown_as(t->given->context, unit);
 }
@@ -32,7 +31,7 @@ static void say_leads(kmp_text *text, const kempe_contacts *t)
 {
     for (int k = 0; k < t->over.count; k++) {
         const kmp_range *r = &t->over.range[k];
-        kmp_shown as = shown_as(t, unit_of(t, k));
+        kmp_shown as = kmp_contact_shown(t, kmp_contact_unit(t, k));
         if (r->from != r->to)
             kmp_text_printf(text, "  %s swept from %.9g to %.9g %s\n", r->name, as.factor * r->from, as.factor * r->to,
                             as.unit);
@@ -67,7 +66,7 @@ static void put(kmp_text *text, double x)
 
 static void show_patch(kmp_text *text, const kempe_contacts *t, const kempe_contact_patch *p)
 {
-    double angle = shown_as(t, "rad").factor * p->angle;
+    double angle = kmp_contact_shown(t, "rad").factor * p->angle;
     const double shown[] = {p->s * 1e3, p->y * 1e3, angle,       p->radius * 1e3, p->normal, p->slip[0],
                             p->slip[1], p->spin,    p->force[0], p->force[1],     p->moment};
     for (size_t k = 0; k < sizeof shown / sizeof *shown; k++)
@@ -80,10 +79,10 @@ static void show_patch(kmp_text *text, const kempe_contacts *t, const kempe_cont
 static void show_rows(kmp_text *text, const kempe_contacts *t)
 {
     char angle[16];
-    (void)snprintf(angle, sizeof angle, "angle, %s", shown_as(t, "rad").unit);
+    (void)snprintf(angle, sizeof angle, "angle, %s", kmp_contact_shown(t, "rad").unit);
     const char *const heads[] = {"wheel, mm", "rail, mm",  angle,   "radius, mm", "N",      "along",
                                  "across",    "spin, 1/m", "Fx, N", "Fy, N",      "Mz, N m"};
-    double factor = shown_as(t, unit_of(t, 0)).factor;
+    double factor = kmp_contact_shown(t, kmp_contact_unit(t, 0)).factor;
     int width = 5;
     for (int w = 0; w < t->wheel_count; w++)
         width = (int)fmax(width, (double)strlen(wheel_name(t, w)));
@@ -188,7 +187,7 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json json = kmp_json_begin(text);
     kmp_print_head(&json, t->system, t->status, t->reason, t->system->build_s, t->warnings);
     kmp_json_string(&json, "over", t->over.range[0].name);
-    kmp_json_string(&json, "unit", unit_of(t, 0));
+    kmp_json_string(&json, "unit", kmp_contact_unit(t, 0));
     kmp_json_string(&json, "law", t->has_law ? kempe_contact_law_name(t->law) : NULL);
     kmp_json_number(&json, "residual", t->residual);
     kmp_json_whole(&json, "iterations", t->iterations);
@@ -226,10 +225,10 @@ static void fill_rows(kempe_table *to, const void *result)
 {
     const kempe_contacts *t = result;
     const char *over = t->over.range[0].name;
-    kmp_shown as = shown_as(t, unit_of(t, 0));
-    kmp_tabulate_comment(to, "%s: units m, %s, N, 1/m, N m; %s in %s", t->system->model->name, shown_as(t, "rad").unit,
-                         over, *as.unit ? as.unit : "SI");
-    kmp_tabulate_column(to, unit_of(t, 0), "%s", over);
+    kmp_shown as = kmp_contact_shown(t, kmp_contact_unit(t, 0));
+    kmp_tabulate_comment(to, "%s: units m, %s, N, 1/m, N m; %s in %s", t->system->model->name,
+                         kmp_contact_shown(t, "rad").unit, over, *as.unit ? as.unit : "SI");
+    kmp_tabulate_column(to, kmp_contact_unit(t, 0), "%s", over);
     kmp_tabulate_column(to, NULL, "wheel");
     kmp_tabulate_columns(to, "", "zone touches");
     kmp_tabulate_columns(to, "m", "s y");
@@ -253,7 +252,7 @@ static void fill_states(kempe_table *to, const void *result)
 {
     const kempe_contacts *t = result;
     int n = t->system->n;
-    kmp_tabulate_column(to, unit_of(t, 0), "%s", t->over.range[0].name);
+    kmp_tabulate_column(to, kmp_contact_unit(t, 0), "%s", t->over.range[0].name);
     kmp_tabulate_quantity(to, t->system, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(to, t->system, KMP_QUANTITY_QD);
     for (int row = 0; row < t->count; row++) {

@@ -103,28 +103,28 @@ static void put_section(kmp_text *text, const kempe_contacts *t, int wheel, doub
 
 /* -- curves ---------------------------------------------------------------------------------------------- */
 
-/* A number of patches over the values, by its place in the patch, in the unit of the title; `law`: the one by the law
- * in the options, 0: none. */
+/* A number of patches over the values, by its place in the patch; `law`: the one by the law in the options, 0: none.
+ * The unit of the picture, and its size in SI. */
 typedef struct panel {
-    const char *title;
+    const char *title, *unit;
     size_t value, law;
-    double unit;
+    double size;
 } panel;
 
 #define AT(member) offsetof(kempe_contact_patch, member)
 
-static const panel panels[] = {{"rolling radius, mm", AT(radius), 0, 1e-3},
-                               {"contact angle, rad", AT(angle), 0, 1},
-                               {"normal force, kN", AT(normal), 0, 1e3},
-                               {"force along, kN", AT(force[0]), AT(by_law[0]), 1e3},
-                               {"force across, kN", AT(force[1]), AT(by_law[1]), 1e3}};
+static const panel panels[] = {{"rolling radius", "mm", AT(radius), 0, 1e-3},
+                               {"contact angle", "rad", AT(angle), 0, 1},
+                               {"normal force", "kN", AT(normal), 0, 1e3},
+                               {"force along", "kN", AT(force[0]), AT(by_law[0]), 1e3},
+                               {"force across", "kN", AT(force[1]), AT(by_law[1]), 1e3}};
 
 enum { PANELS = sizeof panels / sizeof *panels, PANELS_A_LINE = 3 };
 
 /* NaN: there is no contact. */
-static double value_of(const kempe_contact_patch *p, size_t at, double unit)
+static double value_of(const kempe_contact_patch *p, size_t at, double factor)
 {
-    return p->touches ? *(const double *)(const void *)((const char *)p + at) / unit : NAN;
+    return p->touches ? *(const double *)(const void *)((const char *)p + at) * factor : NAN;
 }
 
 static int patches_a_value(const kempe_contacts *t)
@@ -132,32 +132,41 @@ static int patches_a_value(const kempe_contacts *t)
     return t->first[t->wheel_count];
 }
 
+/* A swept value as the axis has it. */
+static double swept(const kempe_contacts *t, int row)
+{
+    return kmp_contact_shown(t, kmp_contact_unit(t, 0)).factor * t->value[row];
+}
+
 /* A patch over the values; `at`: its number of the panel. */
-static void put_curve(kmp_plot *plot, const kempe_contacts *t, int patch, size_t at, double unit)
+static void put_curve(kmp_plot *plot, const kempe_contacts *t, int patch, size_t at, double factor)
 {
     for (int row = 0; row < t->count; row++)
-        kmp_curve_to(plot, t->value[row], value_of(&t->patch[row * patches_a_value(t) + patch], at, unit));
+        kmp_curve_to(plot, swept(t, row), value_of(&t->patch[row * patches_a_value(t) + patch], at, factor));
     kmp_curve_end(plot);
 }
 
-static void put_panel(kmp_text *text, const kempe_contacts *t, const panel *shown, double x, double y, double width)
+static void put_panel(kmp_text *text, const kempe_contacts *t, const panel *of, double x, double y, double width)
 {
     kmp_plot plot = kmp_plot_inside(text, x, y, width, PANEL);
+    kmp_shown shown = kmp_contact_shown(t, of->unit);
+    double factor = shown.factor / of->size;
     for (int k = 0; k < t->count * patches_a_value(t); k++) {
-        double at = t->value[k / patches_a_value(t)];
-        kmp_plot_reach(&plot, at, value_of(&t->patch[k], shown->value, shown->unit));
-        kmp_plot_reach(&plot, at, shown->law ? value_of(&t->patch[k], shown->law, shown->unit) : NAN);
+        double at = swept(t, k / patches_a_value(t));
+        kmp_plot_reach(&plot, at, value_of(&t->patch[k], of->value, factor));
+        kmp_plot_reach(&plot, at, of->law ? value_of(&t->patch[k], of->law, factor) : NAN);
     }
     plot.axis[0].name = t->over.range[0].name;
-    kmp_plot_begin(&plot, "%s", shown->title);
+    plot.axis[0].unit = kmp_contact_shown(t, kmp_contact_unit(t, 0)).unit;
+    kmp_plot_begin(&plot, "%s, %s", of->title, shown.unit);
     for (int w = 0; w < t->wheel_count; w++)
         for (int z = t->first[w]; z < t->first[w + 1]; z++) {
             kmp_curve_begin(&plot, "curve", kmp_plot_colour(w));
-            put_curve(&plot, t, z, shown->value, shown->unit);
-            if (!shown->law || !t->has_law)
+            put_curve(&plot, t, z, of->value, factor);
+            if (!of->law || !t->has_law)
                 continue;
             kmp_curve_begin(&plot, "dashed", kmp_plot_colour(w));
-            put_curve(&plot, t, z, shown->law, shown->unit);
+            put_curve(&plot, t, z, of->law, factor);
         }
     kmp_plot_end(&plot);
 }
@@ -170,9 +179,10 @@ static void put_legend(kmp_text *text, const kempe_contacts *t, double x, double
     if (t->has_law)
         kmp_picture_entry(text, x, y, "dashed", "#222", "by %s", kempe_contact_law_name(t->law));
     kmp_picture_words(text, x, y + 1.5 * LINE, "", "lines join what touches, from");
-    kmp_picture_entry(text, x, y + 2.5 * LINE, "curve", shade_of(t, 0).words, "%.6g to", t->value[0]);
-    kmp_picture_entry(text, x, y + 3.5 * LINE, "curve", shade_of(t, t->count - 1).words, "%.6g",
-                      t->value[t->count - 1]);
+    kmp_picture_entry(text, x, y + 2.5 * LINE, "curve", shade_of(t, 0).words, "%.6g to", swept(t, 0));
+    const char *unit = kmp_contact_shown(t, kmp_contact_unit(t, 0)).unit;
+    kmp_picture_entry(text, x, y + 3.5 * LINE, "curve", shade_of(t, t->count - 1).words, "%.6g%s%s",
+                      swept(t, t->count - 1), unit[0] ? " " : "", unit);
 }
 
 kempe_status kempe_contacts_write_svg(const kempe_contacts *t, const char *path)

@@ -44,6 +44,10 @@ struct kempe_contacts {
 /** Reads the options into a table that has its system: swept quantities, fixed ones, law, values. */
 kempe_status kmp_contact_request(kempe_contacts *table, const kempe_contact_options *options);
 
+/** The SI unit of swept quantity k; "" for a parameter. How results show it, and the unit of an angle. */
+const char *kmp_contact_unit(const kempe_contacts *table, int k);
+kmp_shown kmp_contact_shown(const kempe_contacts *table, const char *unit);
+
 /** The index of a coordinate among the fixed ones; -1: it is not fixed. */
 int kmp_contact_hold_of(const kempe_contacts *table, int coordinate);
 
