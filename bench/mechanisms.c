@@ -3,7 +3,7 @@
  * assembled. Each runs on the reduced and on the projected formulation; the outcomes are counted, and what the
  * formulations do not agree about is named.
  *
- *     mechanisms [COUNT [SEED [FIRST]]]      the last one prints the model FIRST alone
+ *     mechanisms [-i INTEGRATOR] [COUNT [SEED [FIRST]]]      the last one prints the model FIRST alone
  *
  * Nonzero when a wrong answer ended well without a word, when two formulations that have both converged disagree, or
  * when less than 95 % of the mechanisms that are assemblable by construction come to the end on both and agree. Where
@@ -272,12 +272,15 @@ static void count_warnings(void *user, kempe_level level, const char *line)
     *(int *)user += level == KEMPE_LOG_WARNING && strncmp(line, "start: the rate of", 18) != 0;
 }
 
+static const char *integrator; /* NULL: the usual ones */
+
 static kempe_status simulate(const kempe_system *system, const char *formulation, double rtol, bool once,
                              kempe_trajectory **trajectory)
 {
     kempe_run_options run = {0};
     run.no_convergence_check = once;
     run.formulation = formulation;
+    run.integrator = integrator;
     run.rtol = rtol;
     run.output_step = 0.5;
     return kempe_simulate(system, &run, trajectory);
@@ -381,6 +384,11 @@ static outcome run_one(uint64_t seed, bool show, bool *assemblable, char *detail
 
 int main(int argc, char **argv)
 {
+    if (argc > 2 && strcmp(argv[1], "-i") == 0) {
+        integrator = argv[2];
+        argc -= 2;
+        argv += 2;
+    }
     int count = argc > 1 ? atoi(argv[1]) : 2000, totals[2][OUTCOMES] = {{0}};
     uint64_t seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 1, first = argc > 3 ? strtoull(argv[3], NULL, 10) : 0;
     for (int k = 0; k < count; k++) {

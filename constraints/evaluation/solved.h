@@ -38,6 +38,10 @@ typedef struct kmp_solved_layout {
 
 typedef struct kmp_solved kmp_solved;
 
+/** False where no program exists for any choice of rows: implicit blocks, forces that depend on multipliers, too many
+ * coordinates and independent rows. */
+bool kmp_solved_is_possible(const kempe_system *system, int unknowns);
+
 /** Makes the program for the partition's independent rows. *solved is NULL if there is none: implicit blocks, forces
  * that depend on multipliers, too many operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */
 kempe_status kmp_solved_new(kmp_solved **solved, kmp_evaluator *eval, const kmp_partition *part);

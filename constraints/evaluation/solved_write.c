@@ -296,15 +296,15 @@ static bool place_rows(maker *k)
     return k->position;
 }
 
-static bool fits(const kempe_system *s, const kmp_partition *part)
+bool kmp_solved_is_possible(const kempe_system *s, int unknowns)
 {
-    return s->motion->block_count == 0 && s->load_row_count == 0 && part->n + part->r <= KMP_SOLVED_UNKNOWNS;
+    return s->motion->block_count == 0 && s->load_row_count == 0 && unknowns <= KMP_SOLVED_UNKNOWNS;
 }
 
 double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part)
 {
     maker k = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
-    if (!fits(k.s, part))
+    if (!kmp_solved_is_possible(k.s, part->n + part->r))
         return INFINITY;
     double operations = place_rows(&k) && choose(&k) ? k.plan.operations : -1;
     kmp_arena_free(&k.arena);
@@ -331,7 +331,7 @@ bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *requeste
                .r = requested->part->r};
     unsigned long failures = kmp_memory_failures();
     *written = (kmp_solved_written){0};
-    if (!fits(k.s, requested->part) || (requested->red && !kmp_written_blocks_fit(requested->red)))
+    if (!kmp_solved_is_possible(k.s, k.n + k.r) || (requested->red && !kmp_written_blocks_fit(requested->red)))
         return true;
     if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SOLVED_OPERATIONS && begin(&k)) {
         written->program = write_program(&k);

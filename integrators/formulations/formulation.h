@@ -50,6 +50,7 @@ typedef struct kmp_formulation_kind {
     bool solved;    /* a DAE that integrators of several stages at once may solve for the accelerations */
     bool jacobian;  /* the Jacobian of the ODE is available, for implicit integrators */
     bool by_bodies; /* uses articulated bodies if the evaluator has them */
+    bool in_lanes;  /* stages evaluated together make its default integrator one that uses them, where they exist */
     const struct kmp_formulation_kind
         *near_singular; /* formulation across change points; NULL: kmp_formulation_near_singular */
     const void *detail; /* for `create`, if several kinds share it */

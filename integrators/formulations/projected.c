@@ -120,20 +120,16 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     if (!stages->lanes || !applies(d))
         return KMP_APART;
     const kmp_solved_layout *layout = kmp_solved_layout_of(d->solved);
-    size_t w = (size_t)stages->width, n = (size_t)d->n;
-    kmp_stage_lanes_renew(stages);
-    kmp_lanes_set(stages->lanes, KMP_IN_TIME, t);
-    kmp_lanes_set(stages->lanes, KMP_IN_Q, y);
-    kmp_lanes_set(stages->lanes, KMP_IN_QD, y + n * w);
-    const double *out = kmp_lanes_run(stages->lanes, KMP_SOLVED_RUN);
+    size_t w = KMP_STAGE_LANES, n = (size_t)d->n;
+    const double *out = kmp_stage_lanes_run(stages, KMP_SOLVED_RUN, t, y, y + n * w);
     d->runs++;
     memcpy(dy + n * w, out + (size_t)layout->qdd * w, n * w * sizeof *dy);
     if (d->has_work)
         memcpy(dy + 2 * n * w, out + (size_t)layout->power * w, w * sizeof *dy);
-    if (!kmp_stage_lanes_exceed(stages, layout->pivots, out + (size_t)layout->pivot * w, KMP_SOLVED_PIVOT,
+    if (!kmp_stage_lanes_exceed(layout->pivots, out + (size_t)layout->pivot * w, KMP_SOLVED_PIVOT,
                                 out + (size_t)layout->diagonal * w))
         return KMP_APART;
-    return kmp_stage_lanes_finite(stages, d->n, dy + n * w) ? KMP_GO : KMP_RETRY;
+    return kmp_stage_lanes_finite(d->n, dy + n * w) ? KMP_GO : KMP_RETRY;
 }
 
 /* Callback of an integrator that steps across change points. */
@@ -313,7 +309,7 @@ static int make_solved(projected *d, double t, const double *q)
     if (kmp_solved_new(&d->solved, d->eval, d->part) != KEMPE_OK)
         return KMP_HALT;
     const kmp_program *program = d->lanes && d->solved ? kmp_solved_program(d->solved) : NULL;
-    return kmp_stage_lanes_init(&d->stages, program, d->eval) ? KMP_GO : KMP_HALT;
+    return kmp_stage_lanes_init(&d->stages, program, d->eval, d->n, kmp_lanes_best()) ? KMP_GO : KMP_HALT;
 }
 
 /* Makes the solved program from when on it pays. */
@@ -378,7 +374,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->lanes = start->lanes;
     if (start->lanes) {
         d->formulation.ode.lanes = rhs_of_stages;
-        d->formulation.ode.width = kmp_stage_lanes_width();
+        d->formulation.ode.width = KMP_STAGE_LANES;
         d->formulation.ode.quadratures = d->has_work;
     }
     bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
@@ -408,6 +404,7 @@ const kmp_formulation_kind kmp_formulation_projected = {.formulation = "projecte
                                                         .standard = true,
                                                         .corrected = true,
                                                         .by_bodies = true,
+                                                        .in_lanes = true,
                                                         .create = create};
 
 /* Uses M and C: the equations of articulated bodies have the square of J's condition. */

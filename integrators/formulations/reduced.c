@@ -203,11 +203,16 @@ static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
+static bool applies_solved(const kmp_reduced *d)
+{
+    return d->solved && !d->apart && !d->cancelled && kmp_solved_applies(d->solved);
+}
+
 /* Evaluates by the solved program; false: it does not apply, or its pivots are bad. */
 static bool evaluate_solved(kmp_reduced *d, double t, const double *y, double *dy)
 {
     d->by_solved = false;
-    if (d->solved && !d->apart && !d->cancelled && kmp_solved_applies(d->solved))
+    if (applies_solved(d))
         kmp_solved_run_state(d->solved, t, y, dy, d->has_work ? &dy[kmp_reduced_work(d)] : NULL, &d->by_solved);
     return d->by_solved;
 }
@@ -232,22 +237,38 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
 }
 
 /* The fused program gives the slopes of u's rates and of v, the pivots of the reduced mass, and the power. */
-static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
+static int fused_stages(kmp_reduced *d, const double *t, const double *y, double *dy)
 {
-    kmp_reduced *d = self;
-    kmp_stage_lanes *stages = &d->stages;
-    if (!stages->lanes || !is_fused(d))
-        return KMP_APART;
-    int w = stages->width, slopes = d->p + d->r;
-    kmp_stage_lanes_renew(stages);
-    kmp_lanes_set(stages->lanes, KMP_IN_TIME, t);
-    kmp_lanes_set(stages->lanes, KMP_IN_Q, y);
-    const double *out = kmp_lanes_run(stages->lanes, KMP_FUSED_RATES), *pivot = out + slopes * w;
+    int w = KMP_STAGE_LANES, slopes = d->p + d->r;
+    const double *out = kmp_stage_lanes_run(&d->stages, KMP_FUSED_RATES, t, y, NULL), *pivot = out + slopes * w;
     memcpy(dy + d->p * w, out, (size_t)(slopes * w) * sizeof *dy);
     if (d->has_work)
         memcpy(dy + kmp_reduced_work(d) * w, pivot + d->p * w, (size_t)w * sizeof *dy);
-    bool good = kmp_stage_lanes_exceed(stages, d->p, pivot, 0, NULL) && kmp_stage_lanes_finite(stages, slopes, out);
+    bool good = kmp_stage_lanes_exceed(d->p, pivot, 0, NULL) && kmp_stage_lanes_finite(slopes, out);
     return good ? KMP_GO : KMP_RETRY;
+}
+
+static int solved_stages(kmp_reduced *d, const double *t, const double *y, double *dy)
+{
+    const kmp_solved_layout *l = kmp_solved_layout_of(d->solved);
+    size_t w = KMP_STAGE_LANES, p = (size_t)d->p, r = (size_t)d->r;
+    const double *out = kmp_stage_lanes_run(&d->stages, KMP_SOLVED_RUN, t, y, NULL);
+    memcpy(dy + p * w, out + (size_t)l->qdd * w, p * w * sizeof *dy);
+    memcpy(dy + 2 * p * w, out + (size_t)l->rates * w, r * w * sizeof *dy);
+    if (d->has_work)
+        memcpy(dy + (size_t)kmp_reduced_work(d) * w, out + (size_t)l->power * w, w * sizeof *dy);
+    if (!kmp_stage_lanes_exceed(l->pivots, out + (size_t)l->pivot * w, KMP_SOLVED_PIVOT, out + (size_t)l->diagonal * w))
+        return KMP_APART;
+    return kmp_stage_lanes_finite(d->p + d->r, dy + p * w) ? KMP_GO : KMP_RETRY;
+}
+
+/* Callback of an integrator that evaluates several stages at once. */
+static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
+{
+    kmp_reduced *d = self;
+    if (!d->stages.lanes)
+        return KMP_APART;
+    return is_fused(d) ? fused_stages(d, t, y, dy) : applies_solved(d) ? solved_stages(d, t, y, dy) : KMP_APART;
 }
 
 static int jacobian(void *self, double t, const double *y, double *j)
@@ -552,9 +573,9 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
     d->formulation.ode.operations = kmp_reduced_operations(d);
     if (start->lanes && d->integrated) {
         d->formulation.ode.lanes = rhs_of_stages;
-        d->formulation.ode.width = kmp_stage_lanes_width();
+        d->formulation.ode.width = KMP_STAGE_LANES;
     }
-    if (kmp_reduced_fuse(d, !start->brief) != KMP_GO)
+    if (kmp_reduced_fuse(d, !start->brief) != KMP_GO || (start->lanes && kmp_reduced_solve(d, start->t) != KMP_GO))
         return KEMPE_E_FAILED;
     if (!implicit || d->integrated)
         return KEMPE_OK;

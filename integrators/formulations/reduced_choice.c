@@ -117,6 +117,16 @@ static int wait_for_solved(kmp_reduced *d, bool at_once)
     return wait < 0 ? KMP_HALT : KMP_GO;
 }
 
+/* Lanes of a program of states, if the integrator uses them. */
+static int prepare_stages(kmp_reduced *d, const kmp_program *program)
+{
+    int states = 2 * d->p + d->r;
+    if (!d->start.lanes || kmp_stage_lanes_init(&d->stages, program, d->eval, states, kmp_lanes_best()))
+        return KMP_GO;
+    (void)kmp_fail_memory(d->s->context);
+    return KMP_HALT;
+}
+
 int kmp_reduced_solve(kmp_reduced *d, double t)
 {
     if (d->evaluations < d->due_solved)
@@ -125,7 +135,9 @@ int kmp_reduced_solve(kmp_reduced *d, double t)
     kmp_eval_closure(d->eval, t, d->q);
     if (kmp_reduction_factor(&d->red))
         return KMP_GO;
-    return kmp_solved_new_reduced(&d->solved, &d->red) == KEMPE_OK ? KMP_GO : KMP_HALT;
+    if (kmp_solved_new_reduced(&d->solved, &d->red) != KEMPE_OK)
+        return KMP_HALT;
+    return prepare_stages(d, d->solved ? kmp_solved_program(d->solved) : NULL);
 }
 
 static void forget_programs(kmp_reduced *d)
@@ -142,17 +154,14 @@ static void forget_programs(kmp_reduced *d)
 
 int kmp_reduced_fuse(kmp_reduced *d, bool worth)
 {
-    bool at_once = worth && d->solved;
+    bool at_once = worth && (d->solved || d->start.lanes);
     forget_programs(d);
     if (worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
     if (!d->fused)
         return wait_for_solved(d, at_once);
     d->due_solved = LONG_MAX;
-    if (!d->start.lanes || kmp_stage_lanes_init(&d->stages, kmp_fused_program(d->fused), d->eval))
-        return KMP_GO;
-    (void)kmp_fail_memory(d->s->context);
-    return KMP_HALT;
+    return prepare_stages(d, kmp_fused_program(d->fused));
 }
 
 bool kmp_reduced_is_stale(kmp_reduced *d)

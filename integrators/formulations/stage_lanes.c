@@ -6,11 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-int kmp_stage_lanes_width(void)
-{
-    return kmp_lanes_best();
-}
-
 static void set(kmp_stage_lanes *stages, kmp_input_kind kind, const double *values)
 {
     for (int lane = 0; lane < stages->width; lane++)
@@ -30,15 +25,29 @@ static void take_charts(kmp_stage_lanes *stages)
     (void)kmp_lanes_run(stages->lanes, KMP_STAGE_PARAMETERS);
 }
 
-bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval)
+/* Room to repack inputs and outputs for registers of four. false: no memory. */
+static bool add_halves(kmp_stage_lanes *stages)
+{
+    int most = 0;
+    for (int k = 1; k < stages->program->stages; k++) {
+        int count = stages->program->outputs[k + 1] - stages->program->outputs[k];
+        most = count > most ? count : most;
+    }
+    stages->half = KMP_NEW(double, stages->width *(stages->inputs > 0 ? stages->inputs : 1));
+    stages->outputs = KMP_NEW(double, KMP_STAGE_LANES *(most > 0 ? most : 1));
+    return stages->half && stages->outputs;
+}
+
+bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval, int inputs,
+                          int width)
 {
     int conditions = eval->system->events.count;
-    *stages = (kmp_stage_lanes){.eval = eval, .width = kmp_stage_lanes_width()};
+    *stages = (kmp_stage_lanes){.program = program, .eval = eval, .width = width, .inputs = inputs};
     if (!program)
         return true;
-    stages->lanes = kmp_lanes_new(program, stages->width, false);
+    stages->lanes = kmp_lanes_new(program, width, false);
     stages->mode = conditions > 0 ? KMP_NEW(double, conditions) : NULL;
-    if (!stages->lanes || (conditions > 0 && !stages->mode)) {
+    if (!stages->lanes || (conditions > 0 && !stages->mode) || (width < KMP_STAGE_LANES && !add_halves(stages))) {
         kmp_stage_lanes_free(stages);
         return false;
     }
@@ -53,11 +62,12 @@ void kmp_stage_lanes_free(kmp_stage_lanes *stages)
 {
     kmp_lanes_free(stages->lanes);
     kmp_free(stages->mode);
-    stages->lanes = NULL;
-    stages->mode = NULL;
+    kmp_free(stages->half);
+    kmp_free(stages->outputs);
+    *stages = (kmp_stage_lanes){0};
 }
 
-void kmp_stage_lanes_renew(kmp_stage_lanes *stages)
+static void renew(kmp_stage_lanes *stages)
 {
     const kmp_evaluator *eval = stages->eval;
     if (stages->mode &&
@@ -65,6 +75,44 @@ void kmp_stage_lanes_renew(kmp_stage_lanes *stages)
         take_mode(stages);
     if (stages->chart_version != eval->chart_version)
         take_charts(stages);
+}
+
+/* Gives the inputs of the lanes from `first` on. */
+static void set_half(kmp_stage_lanes *stages, kmp_input_kind kind, int count, int first, const double *values)
+{
+    for (int k = 0; k < count; k++)
+        memcpy(stages->half + k * stages->width, values + k * KMP_STAGE_LANES + first,
+               (size_t)stages->width * sizeof *values);
+    kmp_lanes_set(stages->lanes, kind, stages->half);
+}
+
+static const double *run_halves(kmp_stage_lanes *stages, int stage, const double *t, const double *q, const double *qd)
+{
+    int count = stages->program->outputs[stage + 1] - stages->program->outputs[stage];
+    for (int first = 0; first < KMP_STAGE_LANES; first += stages->width) {
+        set_half(stages, KMP_IN_TIME, 1, first, t);
+        set_half(stages, KMP_IN_Q, stages->inputs, first, q);
+        if (qd)
+            set_half(stages, KMP_IN_QD, stages->inputs, first, qd);
+        const double *out = kmp_lanes_run(stages->lanes, stage);
+        for (int k = 0; k < count; k++)
+            memcpy(stages->outputs + k * KMP_STAGE_LANES + first, out + k * stages->width,
+                   (size_t)stages->width * sizeof *out);
+    }
+    return stages->outputs;
+}
+
+const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,
+                                  const double *qd)
+{
+    renew(stages);
+    if (stages->width < KMP_STAGE_LANES)
+        return run_halves(stages, stage, t, q, qd);
+    kmp_lanes_set(stages->lanes, KMP_IN_TIME, t);
+    kmp_lanes_set(stages->lanes, KMP_IN_Q, q);
+    if (qd)
+        kmp_lanes_set(stages->lanes, KMP_IN_QD, qd);
+    return kmp_lanes_run(stages->lanes, stage);
 }
 
 /* Sums of magnitudes are finite if all values are. */
@@ -89,13 +137,12 @@ static KMP_CLONES int failures(size_t count, const double *values, double part, 
     return bad;
 }
 
-bool kmp_stage_lanes_finite(const kmp_stage_lanes *stages, int count, const double *values)
+bool kmp_stage_lanes_finite(int count, const double *values)
 {
-    return magnitude((size_t)count * (size_t)stages->width, values) <= DBL_MAX;
+    return magnitude((size_t)count * KMP_STAGE_LANES, values) <= DBL_MAX;
 }
 
-bool kmp_stage_lanes_exceed(const kmp_stage_lanes *stages, int count, const double *values, double part,
-                            const double *of)
+bool kmp_stage_lanes_exceed(int count, const double *values, double part, const double *of)
 {
-    return !failures((size_t)count * (size_t)stages->width, values, of ? part : 0, of ? of : values);
+    return !failures((size_t)count * KMP_STAGE_LANES, values, of ? part : 0, of ? of : values);
 }

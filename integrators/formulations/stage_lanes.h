@@ -7,29 +7,38 @@
 #include "backend/lanes.h"
 #include "constraints/evaluation/evaluator.h"
 
+/* Stages evaluated at once. Registers of four doubles take them in two halves: the integrator's method, and its bits,
+ * are those of registers of eight. */
+enum { KMP_STAGE_LANES = 8 };
+
 typedef struct kmp_stage_lanes {
     kmp_lanes *lanes; /* NULL: none */
-    int width;
+    int width;        /* of a register */
+    const kmp_program *program;
     const kmp_evaluator *eval;
+    int inputs;   /* numbers of q, and of qd */
+    double *half; /* inputs of a half, NULL where there is none; then the outputs of all stages */
+    double *outputs;
     long chart_version; /* of the charts in the lanes */
     double *mode;       /* conditions in the lanes; NULL: the model has none */
 } kmp_stage_lanes;
 
-/** Makes the lanes of a program (NULL: none) with the parameters of the evaluator. false: no memory. */
-bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval);
+/** Makes the lanes of a program (NULL: none) with the parameters of the evaluator, in registers of `width` doubles, 4
+ * or
+ * 8. `inputs`: numbers of q, and of qd if the program has them. false: no memory. */
+bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval, int inputs,
+                          int width);
 void kmp_stage_lanes_free(kmp_stage_lanes *stages);
 
-/** Takes the evaluator's charts and frozen conditions if they have changed. */
-void kmp_stage_lanes_renew(kmp_stage_lanes *stages);
-
-/** Number of lanes of this machine. */
-int kmp_stage_lanes_width(void);
+/** Runs a stage of the program at t, q and qd (NULL: it has none), with the evaluator's charts and frozen conditions.
+ * Value k of lane l, also of the outputs, is at k KMP_STAGE_LANES + l. */
+const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,
+                                  const double *qd);
 
 /** True if all of count values in all lanes are finite. */
-bool kmp_stage_lanes_finite(const kmp_stage_lanes *stages, int count, const double *values);
+bool kmp_stage_lanes_finite(int count, const double *values);
 
 /** True if they exceed `part` of the positive `of` (NULL: 0). */
-bool kmp_stage_lanes_exceed(const kmp_stage_lanes *stages, int count, const double *values, double part,
-                            const double *of);
+bool kmp_stage_lanes_exceed(int count, const double *values, double part, const double *of);
 
 #endif

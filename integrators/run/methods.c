@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Valid combinations of formulation, form, integrator, linear solver and back end, and the defaults of a run. */
 #include "backend/x86/machine.h"
+#include "backend/x86/x86.h"
+#include "constraints/evaluation/solved.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"
@@ -83,11 +85,21 @@ static const char *or_default(const char *requested, const char *otherwise)
     return requested ? requested : otherwise;
 }
 
-static const char *first_integrator(const kmp_formulation_kind *formulation)
+/* True if the accelerations of several stages can be computed together, by machine code. */
+static bool has_lanes(const kempe_system *system, const kmp_formulation_kind *formulation)
 {
-    for (int i = 0; kmp_solver_get(i); i++)
-        if (formulation->dae == kmp_solver_get(i)->dae && fits(formulation, kmp_solver_get(i)))
-            return kmp_solver_get(i)->name;
+    return formulation->in_lanes && !system->force && kmp_solved_is_possible(system, system->n + system->m) &&
+           (kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT));
+}
+
+static const char *first_integrator(const kempe_system *system, const kmp_formulation_kind *formulation)
+{
+    bool lanes = has_lanes(system, formulation);
+    for (int i = 0; kmp_solver_get(i); i++) {
+        const kmp_solver_kind *solver = kmp_solver_get(i);
+        if (formulation->dae == solver->dae && fits(formulation, solver) && (solver->lanes || !lanes))
+            return solver->name;
+    }
     return "";
 }
 
@@ -115,7 +127,7 @@ static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spe
     if (!kind)
         return unknown(system, FORM, spec->form, spec->formulation, NULL);
     spec->form = kind->form;
-    spec->integrator = or_default(spec->integrator, first_integrator(kind));
+    spec->integrator = or_default(spec->integrator, first_integrator(system, kind));
     solver = kmp_solver_find(spec->integrator);
     if (!solver || !fits(kind, solver))
         return unknown(system, INTEGRATOR, spec->integrator, spec->formulation, spec->form);

@@ -8,6 +8,7 @@
 #include <kempe/stepper.h>
 #include <kempe/workspace.h>
 #include <stdlib.h>
+#include <string.h>
 
 static int torque(void *user, double t, const double *q, const double *qd, double *effort)
 {
@@ -32,6 +33,7 @@ static kempe_trajectory *run(const kempe_context *context, const kempe_system *s
     kempe_run_options settings = {0};
     settings.formulation = formulation;
     settings.form = form;
+    settings.integrator = strcmp(formulation, "projected") == 0 ? "dop853" : NULL; /* functions have no lanes */
     settings.t_end = 1;
     settings.rtol = 1e-11;
     kempe_status status = kempe_simulate(system, &settings, &trajectory);

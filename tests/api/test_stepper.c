@@ -150,7 +150,7 @@ static const formulation_name formulations[] = {
     {"reduced", "integrated", "dop853"}, {"reduced", "integrated", "dopri5"}, {"reduced", "integrated", "erk"},
     {"reduced", "newton", "adams"},      {"reduced", "newton", "bdf"},        {"reduced", "newton", "dirk"},
     {"reduced", "newton", "radau5"},     {"reduced", "newton", "radau9"},     {"projected", NULL, "dop853"},
-    {"dae", "stabilized1", "ida"},
+    {"dae", "stabilized1", "ida"},       {"projected", NULL, "radau"},        {"reduced", "integrated", "radau"},
 };
 enum { FORMULATIONS = sizeof formulations / sizeof *formulations };
 

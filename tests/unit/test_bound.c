@@ -79,7 +79,8 @@ static void simulate(const char *path, kempe_setting set, const char *integrator
 /* Swings of microseconds in a run of 20 s. */
 static void short_swings_are_no_singularity(void)
 {
-    static const char *const integrators[] = {"dop853", "dopri5", "erk", "bdf", "adams", "radau5", "radau9", "ida"};
+    static const char *const integrators[] = {"dop853", "dopri5", "erk", "bdf",  "adams",
+                                              "radau5", "radau9", "ida", "radau"};
     for (size_t k = 0; k < sizeof integrators / sizeof *integrators; k++)
         for (double rtol = 1e-6; rtol > 5e-12; rtol *= 1e-5)
             simulate("tests/models/light_carriage.yaml", (kempe_setting){0}, integrators[k],

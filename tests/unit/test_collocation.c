@@ -1,14 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Radau IIA with its stages in lanes: coefficients, accuracy and dense output on motions with known solutions, the same
  * bits with lanes and one by one, stiff motions, events. */
+#include "backend/x86/x86.h"
 #include "base/memory.h"
 #include "check.h"
+#include "constraints/evaluation/solved.h"
+#include "integrators/formulations/stage_lanes.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/collocation_table.h"
 #include "integrators/steppers/solver.h"
 #include "loaded.h"
 #include <kempe/kempe.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { LEAST = 2, MOST = KMP_COLLOCATION_STAGES };
 
@@ -295,8 +300,105 @@ static void test_events(void)
     unload(&l);
 }
 
+/* -- programs of mechanisms ---------------------------------------------------------------------------- */
+
+/* Registers of four doubles take the stages in two halves. */
+static void test_halves(void)
+{
+    static const char *const examples[] = {"examples/andrews/andrews.yaml", "examples/governor/governor.yaml"};
+    for (int e = 0; e < 2; e++) {
+        loaded l = load(examples[e]);
+        kempe_assembly *start = NULL;
+        kmp_partition part;
+        kmp_stage_lanes stages[2];
+        kmp_solved *solved = NULL;
+        double t[KMP_STAGE_LANES], x[2][16 * KMP_STAGE_LANES], *out[2];
+        kmp_evaluator *eval = kmp_eval_new(l.system, "native");
+        CHECK(kempe_assembly_new(l.system, &start) == KEMPE_OK && l.system->n <= 16);
+        kmp_eval_closure(eval, 0, start->q);
+        CHECK(kmp_partition_init(&part, l.system, eval->jacobian, NULL, 0) == KEMPE_OK);
+        kmp_eval_freeze(eval, 0, start->q, start->qd);
+        CHECK(kmp_solved_new(&solved, eval, &part) == KEMPE_OK && solved);
+        for (int k = 0; k < l.system->n * KMP_STAGE_LANES; k++) {
+            t[k % KMP_STAGE_LANES] = 0.1 * k;
+            x[0][k] = start->q[k / KMP_STAGE_LANES] + 0.01 * sin(k);
+            x[1][k] = start->qd[k / KMP_STAGE_LANES] + 0.1 * cos(k);
+        }
+        const kmp_program *program = kmp_solved_program(solved);
+        size_t count = KMP_STAGE_LANES * (size_t)kmp_solved_layout_of(solved)->n * sizeof(double);
+        for (int k = 0; k < 2; k++) {
+            CHECK(kmp_stage_lanes_init(&stages[k], program, eval, l.system->n, k ? 4 : 8));
+            const double *values = kmp_stage_lanes_run(&stages[k], KMP_SOLVED_RUN, t, x[0], x[1]);
+            out[k] = KMP_NEW(double, KMP_STAGE_LANES *l.system->n);
+            memcpy(out[k], values + kmp_solved_layout_of(solved)->qdd * KMP_STAGE_LANES, count);
+        }
+        CHECK(kmp_stage_lanes_finite(l.system->n, out[0]) && memcmp(out[0], out[1], count) == 0);
+        for (int k = 0; k < 2; k++) {
+            kmp_stage_lanes_free(&stages[k]);
+            kmp_free(out[k]);
+        }
+        kmp_solved_free(solved);
+        kmp_partition_free(&part);
+        kmp_eval_free(eval);
+        kempe_assembly_free(start);
+        unload(&l);
+    }
+}
+
+static void check_default(const char *path, const char *formulation, bool lanes)
+{
+    bool machine = kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT);
+    loaded l = load(path);
+    kmp_run_spec spec = {.formulation = formulation};
+    CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+    CHECK(strcmp(spec.integrator, lanes && machine ? "radau" : "dop853") == 0);
+    unload(&l);
+}
+
+/* On the projected formulation radau is the default where the stages have lanes. */
+static void test_default(void)
+{
+    check_default("examples/andrews/andrews.yaml", "projected", true);
+    check_default("examples/andrews/andrews.yaml", "reduced", false);
+    check_default("tests/models/guide_friction.yaml", "projected", false); /* forces depend on multipliers */
+}
+
+/* A run in two parts, the second from a checkpoint. */
+static void test_checkpoint(void)
+{
+    static const char *const formulations[] = {"reduced", "projected"};
+    char path[] = "/tmp/kempe_collocation_XXXXXX";
+    int file = mkstemp(path);
+    loaded l = load("examples/four_bar/four_bar.yaml");
+    CHECK(file >= 0 && close(file) == 0);
+    for (int k = 0; k < 2; k++) {
+        kempe_trajectory *t[3] = {NULL};
+        kempe_run_options run = {.formulation = formulations[k],
+                                 .integrator = "radau",
+                                 .rtol = 1e-10,
+                                 .no_convergence_check = 1,
+                                 .output_step = 0.1};
+        for (int part = 0; part < 3; part++) {
+            run.t_end = part == 1 ? 0.5 : 1;
+            run.checkpoint = part == 1 ? path : NULL;
+            run.resume = part == 2 ? path : NULL;
+            CHECK(kempe_simulate(l.system, &run, &t[part]) == KEMPE_OK);
+        }
+        for (int i = 0; i < l.system->n && t[0] && t[2]; i++)
+            CHECK_NEAR(kempe_trajectory_q(t[2], kempe_trajectory_row_count(t[2]) - 1)[i],
+                       kempe_trajectory_q(t[0], kempe_trajectory_row_count(t[0]) - 1)[i], 1e-8);
+        for (int part = 0; part < 3; part++)
+            kempe_trajectory_free(t[part]);
+    }
+    unload(&l);
+    (void)unlink(path);
+}
+
 int main(void)
 {
+    TEST(test_halves);
+    TEST(test_default);
+    TEST(test_checkpoint);
     TEST(test_table);
     TEST(test_accuracy);
     TEST(test_same_bits);

@@ -11,7 +11,8 @@
 static const char *const formulations[][3] = {{"reduced", "integrated", NULL},  {"reduced", "newton", NULL},
                                               {"reduced", "newton", "bdf"},     {"reduced", "newton", "adams"},
                                               {"reduced", "newton", "dirk"},    {"reduced", "newton", "radau9"},
-                                              {"reduced", "integrated", "erk"}, {"projected", NULL, NULL},
+                                              {"reduced", "integrated", "erk"}, {"projected", NULL, "dop853"},
+                                              {"projected", NULL, "radau"},     {"reduced", "integrated", "radau"},
                                               {"dae", "stabilized1", NULL},     {"dae", "ggl", NULL},
                                               {"dae", "index2", NULL},          {"dae", "index1", NULL}};
 

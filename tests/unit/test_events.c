@@ -222,7 +222,7 @@ static void rest_on_a_kink_costs_no_steps(void)
 {
     static const char *const laws[] = {"-100*q(S) - 20*qd(S)",
                                        "-100*q(S) - 20*qd(S) - 0.5*qd(S)*abs(qd(S)) - 30*max(q(S), 0)"};
-    static const char *const integrators[] = {"dop853", "dopri5", "radau5"};
+    static const char *const integrators[] = {"dop853", "dopri5", "radau5", "radau"};
     for (size_t i = 0; i < sizeof integrators / sizeof *integrators; i++) {
         kmp_run_report report[2];
         for (int k = 0; k < 2; k++) {

@@ -148,7 +148,8 @@ static void rough_incline(void)
 {
     static const way savings[] = {{"reduced", "integrated", "dop853"}, {"reduced", "newton", "dop853"},
                                   {"reduced", "newton", "radau5"},     {"projected", "none", "dop853"},
-                                  {"reduced", "newton", "ida"},        {"dae", "stabilized1", "ida"}};
+                                  {"projected", "none", "radau"},      {"reduced", "newton", "ida"},
+                                  {"dae", "stabilized1", "ida"}};
     loaded l = load_text(rough);
     for (size_t k = 0; l.system && k < sizeof savings / sizeof *savings; k++) {
         kempe_trajectory *run = simulate(l.system, &savings[k], 1e-10);
@@ -219,8 +220,9 @@ static void step(crank *x, double dt)
 static void prescribed(void)
 {
     static const way savings[] = {{"reduced", "integrated", "dop853"}, {"reduced", "newton", "dop853"},
-                                  {"projected", "none", "dop853"},     {"reduced", "newton", "radau9"},
-                                  {"reduced", "newton", "ida"},        {"dae", "stabilized1", "ida"}};
+                                  {"projected", "none", "dop853"},     {"projected", "none", "radau"},
+                                  {"reduced", "newton", "radau9"},     {"reduced", "newton", "ida"},
+                                  {"dae", "stabilized1", "ida"}};
     loaded l = load("tests/models/guide_friction.yaml");
     crank x = {0.3, 4};
     double acceleration;

@@ -164,6 +164,7 @@ static double median_error(const loaded *l, const table *reference, int starts, 
             times[i] = 0.1 * i;
         kmp_run_spec spec = {.formulation = formulation,
                              .form = form,
+                             .integrator = "dop853",
                              .rtol = rtol,
                              .t_end = 10,
                              .times = times,
