@@ -119,6 +119,8 @@ static int wait_for_solved(kmp_reduced *d, bool at_once)
 
 int kmp_reduced_solve(kmp_reduced *d, double t)
 {
+    if (d->fuses_late && d->steps >= KMP_FORMULATION_BRIEF)
+        return kmp_reduced_fuse(d, true);
     if (d->evaluations < d->due_solved)
         return KMP_GO;
     d->due_solved = LONG_MAX;
@@ -144,6 +146,7 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth)
 {
     bool at_once = worth && d->solved;
     forget_programs(d);
+    d->fuses_late = !worth && can_fuse(d);
     if (worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
     if (!d->fused)
