@@ -25,7 +25,8 @@ typedef struct kmp_reduced {
     bool by_solved;               /* it made the last evaluation */
     bool cancelled;               /* rounding showed in its accelerations */
     bool apart;                   /* the order of elimination in either is bad at the end of the last step */
-    long steps;                   /* since the last exchange */
+    long steps;                   /* since the last exchange, or since the fused program was made */
+    bool fuses_late;              /* the fused program is made once it lasts for KMP_FORMULATION_BRIEF steps */
     bool by_saddle;    /* accelerations and multipliers come from the saddle system: by articulated bodies, or with many
                         * degrees of freedom */
     kmp_saddle saddle; /* rates of v come from the reduction in any case */

@@ -129,6 +129,8 @@ static int prepare_stages(kmp_reduced *d, const kmp_program *program)
 
 int kmp_reduced_solve(kmp_reduced *d, double t)
 {
+    if (d->fuses_late && d->steps >= KMP_FORMULATION_BRIEF)
+        return kmp_reduced_fuse(d, true);
     if (d->evaluations < d->due_solved)
         return KMP_GO;
     d->due_solved = LONG_MAX;
@@ -156,6 +158,7 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth)
 {
     bool at_once = worth && (d->solved || d->start.lanes);
     forget_programs(d);
+    d->fuses_late = !worth && can_fuse(d);
     if (worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
     if (!d->fused)

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "constraints/tolerances.h"
+#include "integrators/formulations/reduced.h"
 #include "integrators/run/run.h"
 #include "integrators/run/runner.h"
 #include "loaded.h"
@@ -254,6 +255,32 @@ static void a_row_by_another_way(void)
     unload(&l);
 }
 
+/* After a formulation of few steps the next one begins without a fused program, and makes it once it lasts. */
+static void a_formulation_that_lasts_is_fused(void)
+{
+    loaded l = load("examples/parallel_robot/parallel_robot.yaml");
+    kmp_run_log notes = {.context = l.context};
+    kmp_run_spec spec = {.formulation = "reduced", .rtol = 1e-8, .t_end = 1, .log = &notes};
+    kmp_runner *runner = NULL;
+    double work;
+    CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+    CHECK(kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK);
+    CHECK(((kmp_reduced *)runner->formulation)->fused != NULL);
+    CHECK(kmp_runner_step(runner) == KEMPE_OK);
+    double t = kmp_runner_t(runner), h = runner->solver->h;
+    CHECK(kmp_runner_inner_row(runner, t, runner->state, &work) == KEMPE_OK);
+    CHECK(kmp_runner_take_up(runner, t, false, work, h) == KEMPE_OK);
+    for (int k = 0; k <= KMP_FORMULATION_BRIEF; k++) {
+        CHECK(((kmp_reduced *)runner->formulation)->fused == NULL);
+        CHECK(kmp_runner_step(runner) == KEMPE_OK);
+    }
+    CHECK(kmp_runner_step(runner) == KEMPE_OK);
+    CHECK(((kmp_reduced *)runner->formulation)->fused != NULL && notes_of(&notes, "row") == 0);
+    kmp_runner_free(runner);
+    kmp_run_log_free(&notes);
+    unload(&l);
+}
+
 /* A step of the closed form that is good at both ends, and has no closed state between them. */
 static void rows_that_a_formulation_cannot_complete(void)
 {
@@ -281,5 +308,6 @@ int main(void)
     TEST(redundant_rows_cost_no_digits);
     TEST(a_row_by_another_way);
     TEST(rows_that_a_formulation_cannot_complete);
+    TEST(a_formulation_that_lasts_is_fused);
     return check_report();
 }
