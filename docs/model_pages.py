@@ -82,7 +82,7 @@ def key_lines(rows):
 
 def number_lines(macro):
     """Keys of numbers that belong to one kind of joint or closure."""
-    return [(f"`{row[1]}`", "number, m", "required", row[-1]) for row in generate.rows("closure_numbers.def", macro)]
+    return [(f"`{row[1]}`", "number, m", f"required with `{row[0]}`", row[-1].split(": ", 1)[1]) for row in generate.rows("closure_numbers.def", macro)]
 
 
 KEY_HEAD = ("key", "value", "when absent", "meaning")
