@@ -76,21 +76,26 @@ def value(word, unit):
     return f"{SHOWN.get(word, word)}, {unit}" if unit else SHOWN.get(word, word)
 
 
-def key_lines(rows):
-    return [(f"`{row.key}`", value(row.value, row.unit), row.absent, row.meaning) for row in rows]
+def key_lines(rows, pages=()):
+    """Lines of the table; a key in `pages` links its page."""
+    return [(f"[`{row.key}`]({pages[row.key]})" if row.key in pages else f"`{row.key}`", value(row.value, row.unit), row.absent, row.meaning) for row in rows]
 
 
 def number_lines(macro):
     """Keys of numbers that belong to one kind of joint or closure."""
-    return [(f"`{row[1]}`", "number, m", "required", row[-1]) for row in generate.rows("closure_numbers.def", macro)]
+    return [(f"`{row[1]}`", "number, m", f"required with `{row[0]}`", row[-1].split(": ", 1)[1]) for row in generate.rows("closure_numbers.def", macro)]
 
 
+SECTIONS = {"include": "include.md", "parameters": "parameters.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
+            "tracks": "tracks.md", "algebraic": "algebraic.md", "closure_tolerance": "../diagnosis.md#rounded-drawings", "ground": "bodies.md#ground",
+            "bodies": "bodies.md", "wheels": "wheels.md", "joints": "graphs.md", "loops": "closures.md", "drives": "drives.md",
+            "forces": "forces.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}
 KEY_HEAD = ("key", "value", "when absent", "meaning")
 
 
 def keys(name):
     more = {"joint": "KMP_COUPLING_NUMBER", "edge": "KMP_COUPLING_NUMBER", "closure": "KMP_CLOSURE_NUMBER"}.get(name)
-    return table(KEY_HEAD, key_lines(generate.keys(name)) + (number_lines(more) if more else []))
+    return table(KEY_HEAD, key_lines(generate.keys(name), SECTIONS if name == "model" else ()) + (number_lines(more) if more else []))
 
 
 def product(powers):
@@ -190,6 +195,13 @@ def owner(what, name):
     return f"key of {FORCES[name] if what == 'force' else OWNERS.get(name, name)}"
 
 
+def title_at(target):
+    """The heading at an address, relative to docs/model."""
+    page, _, at = target.partition("#")
+    titles = re.findall(r"^##? (.*)$", (PAGES / page).read_text(), re.M)
+    return next(title for title in titles if not at or anchor(title) == at)
+
+
 def written_by_hand(body):
     """(word, role) of the tables of functions, units and contact values."""
     for block in re.finditer(r"(?:^\|.*\n)+", body, re.M):
@@ -212,7 +224,8 @@ def entries():
                     found.update({(word, "output"): place for word in words})
                 elif what != "kinds":
                     for word in words:
-                        found.setdefault((word, owner(what, name)), place)
+                        link_of = f"[{title_at(SECTIONS[word])}]({SECTIONS[word]})" if name == "model" and word in SECTIONS else place
+                        found.setdefault((word, owner(what, name)), link_of)
             for word, role in written_by_hand(MARK.sub("", body)):
                 found[word, role] = place
     for name, _ in generate.rows("joints.def", "KMP_JOINT"):

@@ -201,6 +201,33 @@ class Tables(unittest.TestCase):
         for row in generate.rows("closure_numbers.def", "KMP_CLOSURE_NUMBER") + generate.rows("closure_numbers.def", "KMP_COUPLING_NUMBER"):
             self.assertEqual([power for power in row if re.fullmatch(r"-?\d", power)], ["1", "0", "0"], "the pages say m")
 
+    def printed(self, *words, model=None):
+        with tempfile.TemporaryDirectory() as folder:
+            if model:
+                (pathlib.Path(folder) / "model.yaml").write_text(model)
+            return subprocess.run([KEMPE, *words], cwd=folder, capture_output=True, text=True, check=True).stdout
+
+    def test_values_of_absent_keys(self):
+        """Numbers and words that the tables give for absent keys are those that the program uses."""
+        given = lambda table, key: next(row.absent for row in generate.keys(table) if row.key == key).strip("`")
+        example = (ROOT / "examples/manchester/wheelset.yaml").read_text()
+        keys = ("contact", "creep", "friction", "shear_modulus", "poisson", "damping", "speed")
+        model = re.sub(rf", (?:{'|'.join(keys)}): [^,}}]+(?=[,}}])", "", example) + "\n"
+        wheels = [line for line in model.split("\n") if "on: line." in line]
+        self.assertEqual([key for key in keys for line in wheels if f"{key}:" in line], [])
+        model = model.replace("../profiles", str(ROOT / "examples/profiles"))
+        shown = json.loads(self.printed("show", "model.yaml", "--model", "--json", "-", model=model))["wheels"]["L"]
+        for key in keys:
+            wanted = given("wheel", key)
+            self.assertEqual(shown[key], wanted if wanted.isalpha() else float(wanted), key)
+        model = "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
+        text = self.printed("simulate", "model.yaml", "--no-cache", model=model)
+        self.assertIn(f"formulation {given('run', 'formulation')}", text)
+        self.assertEqual([float(x) for x in re.search(r"rtol (\S+), atol (\S+)", text).groups()], [float(given("run", "rtol"))] * 2)
+        self.assertEqual(given("run", "atol"), "rtol")
+        self.assertIn(f"at t = {given('run', 't_end')} s", text)
+        self.assertIn(f"; {int(given('run', 'output_step').split('/')[1]) + 1} rows", text)
+
     def test_key_without_page_is_found(self):
         """A table of keys that no page shows fails, and so does a page that differs."""
         pages = model_pages.texts()

@@ -137,7 +137,7 @@ class Case(unittest.TestCase):
         self.assertTrue(page.words("answer"))
         if CASES[name][2] == 0:
             best = data["runs"][data["advice"]["run"]]
-            self.assertTrue(page.words("answer").startswith("Use " + data["methods"][best["way"]]["name"].split()[0]))
+            self.assertTrue(page.words("answer").startswith("Use " + data["methods"][best["method"]]["name"].split()[0]))
             self.assertEqual(len(re.findall("CPU time|error of q|evaluations", page.words("facts"))), 3)
             self.assertIn("Reference", page.words("reference"))
         else:
@@ -171,7 +171,7 @@ class Case(unittest.TestCase):
                 self.assertEqual(said, [])
                 self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
                 data = json.loads(drawn.data)
-                ended = {data["methods"][run["way"]]["name"].split()[0] for run in data["runs"] if run["status"] == "ok"}
+                ended = {data["methods"][run["method"]]["name"].split()[0] for run in data["runs"] if run["status"] == "ok"}
                 shown = len(ended) if name == "rolling" else shown  # slow runs are left out after a time
                 self.assertGreaterEqual(shown, 2 if code == 0 else 0)
                 self.assertEqual(len(data["shown"]), shown)
@@ -260,7 +260,7 @@ class Modes(unittest.TestCase):
                     self.assertEqual(len(data["locus"]["critical"]), critical)
 
     def test_a_mode_is_chosen(self):
-        """The frames go from the state one way and the other, and choosing another shows another."""
+        """The frames go from the state in both directions, and choosing another shows another."""
         page = self.make("quarter_car")
         other = self.folder / "other.html"
         text = page.read_text()

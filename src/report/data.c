@@ -89,7 +89,7 @@ static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compare
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         error[k] = kmp_compare_error(c, run, kmp_compare_shown[k]);
     kmp_json_object(json, NULL);
-    kmp_json_whole(json, "way", run->method - c->methods);
+    kmp_json_whole(json, "method", run->method - c->methods);
     kmp_json_rounded(json, "rtol", run->rtol, 6);
     put_string(json, "status", kmp_status_word(run->status));
     put_string(json, "reason", run->reason);
@@ -138,7 +138,7 @@ static void put_table(kmp_json *json, const kempe_comparison *c, const char *key
     kmp_json_array(json, key);
     for (int k = 0; k < count; k++) {
         kmp_json_object(json, NULL);
-        kmp_json_whole(json, "way", methods[k]);
+        kmp_json_whole(json, "method", methods[k]);
         kmp_json_array(json, "base");
         for (int a = 0; a < c->tables.aims.count; a++) {
             int level = c->tables.aims.level[a];

@@ -5,7 +5,7 @@
 /* -- colours ------------------------------------------------------------------------------------------------ */
 
 /* A hue for each formulation; its methods have lighter shades in turn. */
-const formulations = [...new Set(data.methods.map((way) => way.formulation))];
+const formulations = [...new Set(data.methods.map((method) => method.formulation))];
 const HUES = { reduced: 208, projected: 140, dae: 8 };
 const OTHER_HUES = [290, 335, 85, 60];
 const HUE_SPREAD = 54;
@@ -16,19 +16,19 @@ function hueOf(formulation) {
 }
 
 /* The rank of a method within its formulation. */
-const rankOf = (way) => data.methods.slice(0, way).filter((other) => other.formulation === data.methods[way].formulation).length;
+const rankOf = (method) => data.methods.slice(0, method).filter((other) => other.formulation === data.methods[method].formulation).length;
 
-function colourOf(way) {
-    const mates = data.methods.filter((other) => other.formulation === data.methods[way].formulation).length;
-    const part = mates > 1 ? rankOf(way) / (mates - 1) : 0;
-    const light = isDark() ? 70 - 8 * part : 36 + 16 * part, hue = hueOf(data.methods[way].formulation) + HUE_SPREAD * part;
+function colourOf(method) {
+    const mates = data.methods.filter((other) => other.formulation === data.methods[method].formulation).length;
+    const part = mates > 1 ? rankOf(method) / (mates - 1) : 0;
+    const light = isDark() ? 70 - 8 * part : 36 + 16 * part, hue = hueOf(data.methods[method].formulation) + HUE_SPREAD * part;
     return `hsl(${hue} ${isDark() ? 70 : 78}% ${light}%)`;
 }
 
-const nameOf = (way) => data.methods[way].name.replace(" none ", " ");
+const nameOf = (method) => data.methods[method].name.replace(" none ", " ");
 
 function runName(run) {
-    return `${nameOf(run.way)}, rtol ${tolerance(run.rtol)}`;
+    return `${nameOf(run.method)}, rtol ${tolerance(run.rtol)}`;
 }
 
 /* -- summary ------------------------------------------------------------------------------------------------ */
@@ -43,7 +43,7 @@ function fact(name, value) {
 function tellAnswer() {
     const answer = byId("answer");
     if (advised) {
-        answer.append("Use ", element("em", nameOf(advised.way)), " ", element("small", `at rtol ${tolerance(advised.rtol)}`));
+        answer.append("Use ", element("em", nameOf(advised.method)), " ", element("small", `at rtol ${tolerance(advised.rtol)}`));
         const error = isNumber(advised.error[0]) ? power(advised.error[0]) : advised.below ? "< " + power(10 * data.reference.uncertainty[0]) : "unknown";
         byId("facts").append(fact("error of q", error), fact("CPU time", duration(advised.cpu)), fact("evaluations", count(advised.rhs)));
     } else {
@@ -61,19 +61,19 @@ function tellOthers() {
     if (!advised || adviceLevel < 0) return;
     const level = data.levels[adviceLevel];
     const best = level.cost[level.best][0];
-    const rows = data.methods.map((way, w) => ({ way: w, ratio: level.run[w] >= 0 ? level.cost[w][0] / best : Infinity }));
-    rows.sort((a, b) => a.ratio - b.ratio || a.way - b.way);
+    const rows = data.methods.map((method, w) => ({ method: w, ratio: level.run[w] >= 0 ? level.cost[w][0] / best : Infinity }));
+    rows.sort((a, b) => a.ratio - b.ratio || a.method - b.method);
     const top = Math.max(2, ...rows.map((row) => row.ratio).filter(isFinite));
     others.append(element("h3", `CPU time for an error of q of ${power(level.level)}`));
     const table = element("table");
     for (const row of rows.slice(0, most)) {
         const bar = element("i");
         bar.style.width = isFinite(row.ratio) ? `${8 + (92 * Math.log(row.ratio)) / Math.log(top)}%` : "0";
-        bar.style.background = colourOf(row.way);
-        bar.dataset.way = row.way;
+        bar.style.background = colourOf(row.method);
+        bar.dataset.method = row.method;
         if (!isFinite(row.ratio)) bar.hidden = true;
         const words = isFinite(row.ratio) ? ratio(row.ratio) : "not attained";
-        table.append(element(isFinite(row.ratio) ? "tr" : "tr.none", element("td", nameOf(row.way)), element("td", bar), element("td", words)));
+        table.append(element(isFinite(row.ratio) ? "tr" : "tr.none", element("td", nameOf(row.method)), element("td", bar), element("td", words)));
     }
     others.append(table);
     if (rows.length > most) others.append(element("p.note", `and ${rows.length - most} more in the table of CPU time at equal error`));
@@ -98,10 +98,10 @@ function tellScene() {
 
 /* -- tables ------------------------------------------------------------------------------------------------- */
 
-function swatch(way) {
+function swatch(method) {
     const made = element("span.swatch");
-    made.style.background = colourOf(way);
-    made.dataset.way = way;
+    made.style.background = colourOf(method);
+    made.dataset.method = method;
     return made;
 }
 
@@ -127,22 +127,22 @@ function tellLevels() {
         (blank ? " Columns below ten times the estimated error of the reference are blank." : ""));
     const table = section.querySelector("table");
     table.append(headRow(["error of q", ...data.levels.map((level) => power(level.level))]));
-    data.methods.forEach((way, w) => {
+    data.methods.forEach((method, w) => {
         table.append(element("tr", element("td", swatch(w), nameOf(w)), ...data.levels.map((level) => levelCell(level, w))));
     });
 }
 
 /* Time, steps, evaluations a step and time of an evaluation at a level, and what multiple of the base's time it is. */
-function costCells(level, way, base) {
-    const [cpu, steps, rhs] = level.cost[way];
+function costCells(level, method, base) {
+    const [cpu, steps, rhs] = level.cost[method];
     if (!isNumber(cpu)) return [element("td", "\u2013"), ...Array.from({ length: 4 }, () => element("td"))];
     const [ofCpu, ofSteps, ofRhs] = level.cost[base];
     const cell = (value, multiple) => {
         const made = element("td", value);
-        if (way !== base) made.append(element("small", ratio(multiple)));
+        if (method !== base) made.append(element("small", ratio(multiple)));
         return made;
     };
-    return [element("td", three(1e3 * cpu)), element("td", way === base ? "1" : ratio(cpu / ofCpu)), cell(count(Math.round(steps)), steps / ofSteps),
+    return [element("td", three(1e3 * cpu)), element("td", method === base ? "1" : ratio(cpu / ofCpu)), cell(count(Math.round(steps)), steps / ofSteps),
         cell(three(rhs / steps), ((rhs / steps) * ofSteps) / ofRhs), cell(three((1e6 * cpu) / rhs), ((cpu / rhs) * ofRhs) / ofCpu)];
 }
 
@@ -152,7 +152,7 @@ function tellTable(id, rows) {
     const table = section.querySelector("table"), levels = data.aims.map((l) => data.levels[l]);
     table.append(headRow(["method", ...levels.flatMap((level) => [`ms for ${power(level.level)}`, "ratio", "steps", "evaluations a step", "\u00b5s an evaluation"])]));
     for (const row of rows)
-        table.append(element("tr", element("td", swatch(row.way), nameOf(row.way)), ...levels.flatMap((level, k) => costCells(level, row.way, row.base[k]))));
+        table.append(element("tr", element("td", swatch(row.method), nameOf(row.method)), ...levels.flatMap((level, k) => costCells(level, row.method, row.base[k]))));
 }
 
 function tellFailures() {
@@ -164,16 +164,16 @@ function tellFailures() {
 
 const COLUMNS = ["method", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|", "energy", "steps", "rejected", "evaluations", "Newton", "Jacobians", "factored", "exchanges", "CPU ms", "preparation ms", "memory kB"];
 
-const endAlike = (a, b) => a && b && a.status !== "ok" && a.status === b.status && a.way === b.way && a.reason === b.reason;
+const endAlike = (a, b) => a && b && a.status !== "ok" && a.status === b.status && a.method === b.method && a.reason === b.reason;
 
 /* Incomplete runs of a method with the same reason are one row; null for all but the first of them. */
 function runRow(run, k) {
     if (endAlike(data.runs[k - 1], run)) return null;
     let last = k;
     while (endAlike(data.runs[last + 1], run)) last++;
-    const begins = k > 0 && data.runs[k - 1].way !== run.way;
+    const begins = k > 0 && data.runs[k - 1].method !== run.method;
     const at = tolerance(run.rtol) + (last > k ? ` to ${tolerance(data.runs[last].rtol)}` : "");
-    const row = element("tr" + (begins ? ".begins" : "") + (run === advised ? ".advised" : ""), element("td", swatch(run.way), nameOf(run.way)), element("td", at));
+    const row = element("tr" + (begins ? ".begins" : "") + (run === advised ? ".advised" : ""), element("td", swatch(run.method), nameOf(run.method)), element("td", at));
     if (run.status !== "ok") {
         const reason = run.reason.split("\n")[0];
         const cell = run.left_out ? element("td.words", reason) : element("td.words", element("span.failed", run.status), ": " + reason);
@@ -197,7 +197,7 @@ function tellRuns() {
 /* -- the whole page ----------------------------------------------------------------------------------------- */
 
 function recolour() {
-    for (const mark of document.querySelectorAll("[data-way]")) mark.style.background = colourOf(Number(mark.dataset.way));
+    for (const mark of document.querySelectorAll("[data-method]")) mark.style.background = colourOf(Number(mark.dataset.method));
     drawPlots();
     if (stage) stage.recolour();
 }

@@ -3,7 +3,7 @@
 "use strict";
 
 const QUANTITIES = ["q", "qd", "\u03bb"];
-const hiddenWays = new Set(), hiddenRuns = new Set();
+const hiddenMethods = new Set(), hiddenRuns = new Set();
 let quantity = 0;
 
 /* -- axes --------------------------------------------------------------------------------------------------- */
@@ -41,15 +41,15 @@ function rangeOf(values, room) {
 
 /* -- legends ------------------------------------------------------------------------------------------------ */
 
-function legendEntry(way, words, hidden, toggle) {
+function legendEntry(method, words, hidden, toggle) {
     const button = element("button");
-    const rank = rankOf(way);
+    const rank = rankOf(method);
     button.type = "button";
     button.innerHTML = '<svg width="30" height="12" aria-hidden="true"><line x1="0" y1="6" x2="30" y2="6" stroke-width="2.5"/><circle cx="15" cy="6" r="4"/></svg>';
     const line = button.querySelector("line"), dot = button.querySelector("circle");
-    line.setAttribute("stroke", colourOf(way));
+    line.setAttribute("stroke", colourOf(method));
     line.setAttribute("stroke-dasharray", DASHES[rank % DASHES.length].join(" "));
-    dot.setAttribute("fill", colourOf(way));
+    dot.setAttribute("fill", colourOf(method));
     button.append(words);
     button.setAttribute("aria-pressed", String(!hidden));
     button.addEventListener("click", toggle);
@@ -66,9 +66,9 @@ function turn(set, member) {
 
 function costSets(work) {
     const sets = [];
-    data.methods.forEach((way, w) => {
-        if (hiddenWays.has(w)) return;
-        const runs = data.runs.filter((run) => run.way === w && run.status === "ok" && run.error[quantity] > 0);
+    data.methods.forEach((method, w) => {
+        if (hiddenMethods.has(w)) return;
+        const runs = data.runs.filter((run) => run.method === w && run.status === "ok" && run.error[quantity] > 0);
         const rank = rankOf(w), advisedHere = (run) => run === advised;
         sets.push({
             data: runs.map((run) => ({ x: work(run), y: run.error[quantity], run })),
@@ -106,9 +106,9 @@ function drawCost(id, work, title) {
 
 function drawCosts() {
     const floor = data.reference.uncertainty[quantity], some = data.runs.some((run) => run.error[quantity] > 0);
-    document.querySelector("#cost .pair").hidden = byId("ways").hidden = !some;
+    document.querySelector("#cost .pair").hidden = byId("methods-shown").hidden = !some;
     byId("floor").textContent = !some ? "No run has an error above the accuracy of the reference." : floor > 0 ? `The axis ends at ten times the estimated error of the reference, ${power(10 * floor)}.` : "";
-    byId("ways").replaceChildren(...data.methods.map((way, w) => legendEntry(w, nameOf(w), hiddenWays.has(w), () => turn(hiddenWays, w))));
+    byId("methods-shown").replaceChildren(...data.methods.map((method, w) => legendEntry(w, nameOf(w), hiddenMethods.has(w), () => turn(hiddenMethods, w))));
     drawCost("by-cpu", (run) => 1e3 * run.cpu, "CPU ms");
     drawCost("by-rhs", (run) => run.rhs, "evaluations");
 }
@@ -120,7 +120,7 @@ const markStyle = (kind) => KIND_STYLES[kind] || "rect";
 
 function shownSets(values) {
     return data.shown.filter((shown, k) => !hiddenRuns.has(k)).map((shown) => {
-        const run = data.runs[shown.run], colour = colourOf(run.way);
+        const run = data.runs[shown.run], colour = colourOf(run.method);
         return { data: values(shown), borderColor: colour, backgroundColor: colour, borderWidth: 1.5, pointRadius: 0, pointHitRadius: 6, run };
     });
 }
@@ -201,13 +201,13 @@ function showLog() {
     const table = byId("log").querySelector("table");
     table.append(headRow(["run", "t, s", "", ""]));
     for (const entry of log)
-        table.append(element("tr", element("td", swatch(entry.run.way), runName(entry.run)), element("td", three(entry.t)), element("td.words", entry.kind), element("td.words", entry.text)));
+        table.append(element("tr", element("td", swatch(entry.run.method), runName(entry.run)), element("td", three(entry.t)), element("td.words", entry.kind), element("td.words", entry.text)));
 }
 
 function drawHistories() {
     byId("shown").replaceChildren(...data.shown.map((shown, k) => {
         const run = data.runs[shown.run];
-        return legendEntry(run.way, runName(run), hiddenRuns.has(k), () => turn(hiddenRuns, k));
+        return legendEntry(run.method, runName(run), hiddenRuns.has(k), () => turn(hiddenRuns, k));
     }));
     if (data.m > 0) {
         drawHistory("over-h", (shown) => shown.h);

@@ -197,9 +197,9 @@ function samplePoints(picture, motion, shapes, pins, discs) {
 /* The normal of the plane that all motion is parallel to; null when there is none. */
 function planeOf(tracks) {
     let far = [0, 0, 0], across = [0, 0, 0];
-    const ways = tracks.flatMap((track) => track.map((p) => sub(p, track[0])));
-    for (const v of ways) if (norm(v) > norm(far)) far = v;
-    for (const v of ways) if (norm(cross(far, v)) > norm(across)) across = cross(far, v);
+    const offsets = tracks.flatMap((track) => track.map((p) => sub(p, track[0])));
+    for (const v of offsets) if (norm(v) > norm(far)) far = v;
+    for (const v of offsets) if (norm(cross(far, v)) > norm(across)) across = cross(far, v);
     const size = norm(far);
     if (size === 0) {
         const spread = tracks.map((track) => sub(track[0], tracks[0][0])).reduce((best, v) => (norm(v) > norm(best) ? v : best), far);
@@ -207,7 +207,7 @@ function planeOf(tracks) {
     }
     if (norm(across) < 1e-3 * size * size) return flatNormal(tracks, far);
     const normal = unit(across);
-    return ways.every((v) => Math.abs(dot(v, normal)) < 1e-3 * size) ? normal : null;
+    return offsets.every((v) => Math.abs(dot(v, normal)) < 1e-3 * size) ? normal : null;
 }
 
 /* The normal of the plane of a flat motion along one line, or without motion: perpendicular to it and to the rest of
@@ -290,7 +290,7 @@ function seenAlong(picture, motion, shapes, discs, tracks) {
     return far > 4 * wide && wide > 0 ? seen : null;
 }
 
-/* The data for either way of drawing. `extent` is about the middle of the bodies when the view follows them. */
+/* The data for either kind of drawing. `extent` is about the middle of the bodies when the view follows them. */
 function makeMechanism(picture) {
     const motion = makeMotion(picture), shapes = picture.bodies.map(shapeOf), pins = groundPoints(picture);
     const discs = picture.discs || [], rails = picture.rails || [];
