@@ -15,7 +15,7 @@ enum { MAX_REJECT = 1000, MOST_SWEEPS = 16 };
 /* Safety, least and largest quotient of two steps. */
 static const double SAFETY = 0.9, SHRINK = 0.2, GROW = 4;
 /* Found on the mechanisms of bench/collocation: errors anywhere in a run are then about those of dop853. */
-static const double PART = 0.5, POWER = 0.7, REST = 0.1;
+static const double POWER = 0.8, REST = 0.1;
 /* Contraction of Picard's iteration that the next step aims at. */
 static const double CONTRACTS = 0.3;
 /* The next iteration is tried when the error permits steps WORTH times as long as this one, and more where its
@@ -25,8 +25,10 @@ static const double WORTH = 1.4, EASY = 0.1, HELD = 1.2;
 enum { SEVERAL = 3, TRIAL = 5, TRUST = 40, MOST_PATIENCE = 1000 };
 /* Largest quotient of the next step with which step size and factors are kept. */
 static const double KEEP_STEP = 1.2;
-/* Growth of the bound on steps after an iteration that failed. */
-static const double RECOVERS = 1.1;
+/* Growth of the bound on steps after an iteration that failed; and where the iteration contracts by SURE. */
+static const double RECOVERS = 1.1, RECOVERS_SURELY = 2, SURE = 0.01;
+/* Operations of a step besides those of its sweeps and matrices, about. */
+static const double STEP_COST = 1000;
 static const double OLD_ERROR_FLOOR = 1e-4;
 
 /* -- creation ------------------------------------------------------------------------------------------ */
@@ -86,11 +88,11 @@ static void set_constants(kmp_collocation *s)
 }
 
 /* The estimate is of order s, dense output of order s + 1, and the ends of steps of order 2 s - 1: for errors in
- * proportion to rtol the estimate is compared with PART rtol^POWER of the values. Iterations continue to REST of rtol.
+ * proportion to rtol the estimate is compared with rtol^POWER of the values. Iterations continue to REST of rtol.
  */
 static void choose_limits(kmp_collocation *s)
 {
-    double rtol = PART * pow(s->base.tolerance.rtol, POWER);
+    double rtol = pow(s->base.tolerance.rtol, POWER);
     s->widen = rtol / s->base.tolerance.rtol;
     s->limit = fmax(10 * DBL_EPSILON / rtol, fmin(0.03, REST / s->widen));
     s->most_sweeps = MOST_SWEEPS;
@@ -197,7 +199,7 @@ static double longest(kmp_collocation *s, double h)
     double most = measured ? h * fmax(0.5, sqrt(CONTRACTS / fresh)) : INFINITY;
     if (s->ceiling > 0) {
         most = fmin(most, s->ceiling);
-        s->ceiling *= RECOVERS;
+        s->ceiling *= fresh < SURE ? RECOVERS_SURELY : RECOVERS;
     }
     return most;
 }
@@ -244,7 +246,7 @@ static void end_trial(kmp_collocation *s)
 /* Time simulated for an operation, recently. */
 static void measure_pace(kmp_collocation *s, double h)
 {
-    double pace = h / fmax(s->cost, 1);
+    double pace = h / (s->cost + STEP_COST);
     s->cost = 0;
     s->pace = s->pace > 0 ? 0.5 * (s->pace + pace) : pace;
 }

@@ -221,7 +221,7 @@ void kmp_collocation_correct_coupled(kmp_collocation *s)
 /* The program of all stages, and sums over the stages; LEAST for what every sweep has. */
 double kmp_collocation_sweep_cost(const kmp_collocation *s)
 {
-    const double LEAST = 100;
+    const double LEAST = 500;
     return LEAST + s->base.ode.operations + 2.0 * (s->p + s->inner) * s->s;
 }
 
