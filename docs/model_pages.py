@@ -122,6 +122,8 @@ def force(kind):
     value_of = {"spring": "mapping" if place == "joint" else "two points", **{key: "expression" for key in ("torque", "force") if kind == "JOINT"},
                 **{key: "three expressions" for key in ("torque", "force") if kind in ("POINT", "BODY")}}
     meaning = {"spring": "numbers of the spring, below" if place == "joint" else "its two points `[BODY.POINT, BODY.POINT]`"}
+    for key in ("torque", "force"):  # "on a rotation, or three components .."
+        meaning[key] = rows[key].meaning.split(", or ")[kind in ("POINT", "BODY")]
     either = "one of the two" if word == "effort" else "required"
     lines = [(f"`{key}`", value(value_of.get(key, rows[key].value), rows[key].unit), either if key in ("torque", "force") and kind == "JOINT" else "required",
               meaning.get(key, rows[key].meaning)) for key in named]
