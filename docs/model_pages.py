@@ -27,7 +27,7 @@ FORCES = {"JOINT": "force", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPR
           "FRICTION": "friction", "POINT": "force at a point", "BODY": "torque on a body"}
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`",
          "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
-ARGUMENTS = {"MAYBE_COORDINATE": "", "MAYBE_LOOP": "(LOOP)", "LOOP": "(LOOP)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
+ARGUMENTS = {"LOOP": "(LOOP)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
              "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)"}
 
 
@@ -114,37 +114,42 @@ def unit_of(kind, powers):
     return " or ".join(units) if kind in ("JOINT_SPRING", "STOPS", "FRICTION") else units[1]
 
 
+def place_lines(kind, place, word):
+    """The keys for the place of action and for the kind of a force."""
+    rows = {row.key: row for row in generate.keys("force")}
+    value_of = {"spring": "mapping" if place == "joint" else "two points"}
+    meaning = {"spring": "numbers of the spring, below" if place == "joint" else "its two points `[BODY.POINT, BODY.POINT]`"}
+    for key in ("torque", "force"):  # "on a rotation, or three components .."
+        value_of[key] = "three expressions" if kind in ("POINT", "BODY") else "expression"
+        meaning[key] = rows[key].meaning.split(", or ")[kind in ("POINT", "BODY")]
+    for key in [place, *{"NULL": (), "effort": ("torque", "force")}.get(word, (word,))]:
+        absent = "one of the two" if word == "effort" and key != place else "required"
+        yield f"`{key}`", value(value_of.get(key, rows[key].value), rows[key].unit), absent, meaning.get(key, rows[key].meaning)
+
+
+def number_line(kind, word, field):
+    """A number of a force."""
+    key, three, powers, required, meaning = field
+    units = {row.key: row.unit for row in generate.keys("force") if row.unit and word == "NULL"}
+    shown = "`torque` or `force`" if key == "effort" else f"`{key}`"
+    absent = "required" if required else "none" if (kind, key) in (("STOPS", "lower"), ("STOPS", "upper")) else "0"
+    return shown, value("number or three" if three else "number", units.get(key) or unit_of(kind, powers)), absent, meaning
+
+
 def force(kind):
     """The place of action, the word of the kind, its numbers."""
     place, word = next((row[2], row[3]) for row in generate.rows("force_kinds.def", "KMP_FORCE") if row[0] == kind)
-    rows = {row.key: row for row in generate.keys("force")}
-    named = [place, *{"NULL": (), "effort": ("torque", "force")}.get(word, (word,))]
-    value_of = {"spring": "mapping" if place == "joint" else "two points", **{key: "expression" for key in ("torque", "force") if kind == "JOINT"},
-                **{key: "three expressions" for key in ("torque", "force") if kind in ("POINT", "BODY")}}
-    meaning = {"spring": "numbers of the spring, below" if place == "joint" else "its two points `[BODY.POINT, BODY.POINT]`"}
-    for key in ("torque", "force"):  # "on a rotation, or three components .."
-        meaning[key] = rows[key].meaning.split(", or ")[kind in ("POINT", "BODY")]
-    either = "one of the two" if word == "effort" else "required"
-    lines = [(f"`{key}`", value(value_of.get(key, rows[key].value), rows[key].unit), either if key in ("torque", "force") and kind == "JOINT" else "required",
-              meaning.get(key, rows[key].meaning)) for key in named]
-    for key, three, powers, required, words in generate.fields(kind):
-        unit = rows[key].unit if word == "NULL" and key in rows and rows[key].unit else unit_of(kind, powers)
-        shown = "`torque` or `force`" if key == "effort" else f"`{key}`"
-        lines.append((shown, value("number or three" if three else "number", unit), "required" if required else "none" if kind == "STOPS" and key in ("lower", "upper") else "0", words))
-    return table(KEY_HEAD, lines)
+    return table(KEY_HEAD, [*place_lines(kind, place, word), *(number_line(kind, word, field) for field in generate.fields(kind))])
 
 
 def motions(chain):
     """The elementary motions of a row of joints.def in words."""
     steps = re.findall(r"([RT])([abc])", chain)
-    if not steps:
-        return "none"
-    parts = []
-    for kind in ("T", "R"):
-        axes = [axis for what, axis in steps if what == kind]
-        if axes:
-            parts.append(("translation along " if kind == "T" else "rotation about ") + (axes[0] if len(axes) == 1 else ", then ".join(axes) if kind == "R" else ", ".join(axes[:-1]) + " and " + axes[-1]))
-    return ", then ".join(parts if steps[0][0] == "T" else parts[::-1])
+    axes = {kind: [axis for what, axis in steps if what == kind] for kind in "TR"}
+    along = " and ".join(", ".join(axes["T"]).rsplit(", ", 1))
+    parts = {"T": f"translation along {along}", "R": "rotation about " + ", then ".join(axes["R"])}
+    order = "TR" if chain.startswith("T") else "RT"
+    return ", then ".join(parts[kind] for kind in order if axes[kind]) or "none"
 
 
 def joint_kinds(_):
@@ -179,16 +184,23 @@ def closure_kinds(_):
     return table(("kind", "value", "further keys", "rows"), lines)
 
 
+UNITS_OF_COORDINATES = {"q": "rad or m", "qd": "rad/s or m/s", "qdd": "rad/s^2 or m/s^2"}
+
+
 def outputs(_):
     lines = []
-    for _, word, argument, width, unit, meaning in generate.rows("output_kinds.def", "KMP_OUTPUT"):
-        shown = f"`{word}{ARGUMENTS[argument]}`" if not argument.startswith("MAYBE") else f"`{word}`, `{word}({argument[6:].replace('COORDINATE', 'JOINT')})`"
-        lines.append((shown, unit or {"Q": "rad or m"}.get(_, "rad/s or m/s" if _ == "QD" else "rad/s^2 or m/s^2" if _ == "QDD" else "by its object"), meaning))
+    for _, word, argument, _, unit, meaning in generate.rows("output_kinds.def", "KMP_OUTPUT"):
+        of = argument[6:].replace("COORDINATE", "JOINT")
+        shown = f"`{word}`, `{word}({of})`" if argument.startswith("MAYBE") else f"`{word}{ARGUMENTS[argument]}`"
+        lines.append((shown, unit or UNITS_OF_COORDINATES.get(word, "by its object"), meaning))
     return table(("output", "unit", "meaning"), lines)
 
 
-TABLES = {"keys": keys, "force": force, "kinds of joints": joint_kinds, "kinds": lambda name: {"joints": joint_kinds, "closures": closure_kinds}[name](name),
-          "rows": outputs}
+def kinds(name):
+    return {"joints": joint_kinds, "closures": closure_kinds}[name](name)
+
+
+TABLES = {"keys": keys, "force": force, "kinds": kinds, "rows": outputs}
 
 
 # -- index ---------------------------------------------------------------------------------------------
