@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Arguments for the calls of tests/arguments.py: an object of every type, made when it is asked for. */
+/* Arguments for the calls of tests/arguments.py: an object of every type, made once, before the calls. A call has a
+ * process of its own, and so a copy of each object. */
 #ifndef KEMPE_TESTS_ARGUMENTS_H
 #define KEMPE_TESTS_ARGUMENTS_H
 
@@ -52,31 +53,27 @@ static const void *made(const void *object, const char *what)
 /* open: one that is under construction. */
 static kempe_model *some_kempe_model(int open)
 {
-    kempe_model *model = NULL;
-    if (open)
-        (void)kempe_model_new(some_kempe_context(0), "open", &model);
-    else
-        (void)kempe_model_read(some_kempe_context(0), KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &model);
-    made(model, "model");
-    return model;
+    static kempe_model *models[2];
+    kempe_model **model = &models[open];
+    if (!*model && open)
+        (void)kempe_model_new(some_kempe_context(0), "open", model);
+    else if (!*model)
+        (void)kempe_model_read(some_kempe_context(0), KEMPE_ROOT "/examples/four_bar/four_bar.yaml", model);
+    made(*model, "model");
+    return *model;
 }
 
-static kempe_system *some_kempe_system(int open)
-{
-    kempe_system *system = NULL;
-    (void)open;
-    (void)kempe_system_new(some_kempe_model(0), &system);
-    made(system, "system");
-    return system;
-}
+typedef kempe_model manchester_model;
+typedef kempe_system manchester_system;
 
 /* A type with a function that makes one of a system, or of a model, and options. */
 #define SOME(type, make, ...)                                                                                          \
     static type *some_##type(int open)                                                                                 \
     {                                                                                                                  \
-        type *object = NULL;                                                                                           \
+        static type *object;                                                                                           \
         (void)open;                                                                                                    \
-        (void)make(__VA_ARGS__, &object);                                                                              \
+        if (!object)                                                                                                   \
+            (void)make(__VA_ARGS__, &object);                                                                          \
         made(object, #type);                                                                                           \
         return object;                                                                                                 \
     }
@@ -102,6 +99,7 @@ static const kempe_modes_options from_start = {.at = "start"};
 static const char *const some_parameters[1] = {"base"};
 static const kempe_gradient_options of_base = {.parameter_count = 1, .parameters = some_parameters, .driven = "crank"};
 
+SOME(kempe_system, kempe_system_new, some_kempe_model(0))
 SOME(kempe_assembly, kempe_assembly_new, some_kempe_system(0))
 SOME(kempe_check, kempe_check_new, some_kempe_system(0))
 SOME(kempe_branches, kempe_branches_new, some_kempe_system(0), 1)
@@ -144,32 +142,13 @@ ZERO(kempe_joint_def)
 ZERO(kempe_closure_def)
 ZERO(kempe_force_def)
 
-static kempe_ensemble *some_kempe_ensemble(int open)
-{
-    kempe_model *model = some_kempe_model(0);
-    kempe_values *values = NULL;
-    kempe_ensemble *ensemble = NULL;
-    (void)open;
-    (void)kempe_values_sample(model, "crank=0.29:0.31", 2, 1, &values);
-    (void)kempe_ensemble_new(model, values, &ensemble);
-    made(ensemble, "ensemble");
-    return ensemble;
-}
-
+SOME(kempe_ensemble, kempe_ensemble_new, some_kempe_model(0), some_kempe_values(0))
 SOME(kempe_batch, kempe_ensemble_run, some_kempe_ensemble(0), &short_run, 0)
 
-static kempe_contacts *some_kempe_contacts(int open)
-{
-    kempe_model *model = NULL;
-    kempe_system *system = NULL;
-    kempe_contacts *table = NULL;
-    (void)open;
-    (void)kempe_model_read(some_kempe_context(0), KEMPE_ROOT "/examples/manchester/manchester.yaml", &model);
-    if (model && kempe_system_new(model, &system) == KEMPE_OK)
-        (void)kempe_contacts_new(system, &(const kempe_contact_options){.sweep = "shift=0:1 mm:2"}, &table);
-    made(table, "contact table");
-    return table;
-}
+static const kempe_contact_options shift = {.sweep = "shift=0:1 mm:2"};
+SOME(manchester_model, kempe_model_read, some_kempe_context(0), KEMPE_ROOT "/examples/manchester/manchester.yaml")
+SOME(manchester_system, kempe_system_new, some_manchester_model(0))
+SOME(kempe_contacts, kempe_contacts_new, some_manchester_system(0), &shift)
 
 typedef struct row {
     const char *name;

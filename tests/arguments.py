@@ -82,7 +82,7 @@ def calls(result, function, words):
 
 def main():
     print('#include "arguments.h"\n')
-    names = []
+    names, makers = [], set()
     for result, function, words in functions():
         for what, arguments, refused in calls(result, function, words):
             call = f"{function}({', '.join(arguments)})"
@@ -91,10 +91,14 @@ def main():
                 body = f"{call}; return 1;"
             print(f"static int call_{len(names)}(void) {{ {body} }}")
             names.append(f"{function}, {what}")
+            makers.update(re.findall(r"some_kempe_\w+\([01]\)", call))
     print("static const row rows[] = {")
     for k, name in enumerate(names):
         print(f'    {{"{name}", call_{k}}},')
-    print("};\n\nint main(void)\n{\n    return call_all(rows, sizeof rows / sizeof *rows);\n}")
+    print("};\n\nint main(void)\n{")
+    for maker in sorted(makers):
+        print(f"    (void){maker};")
+    print("    return call_all(rows, sizeof rows / sizeof *rows);\n}")
 
 
 main()

@@ -2,6 +2,7 @@
 # Settings of Sphinx for docs/site/pages.py. Equations become HTML while the site is built (KaTeX in node), so that pages
 # need no script for them, and a mistake in an equation is an error of the build.
 import json
+import os
 import pathlib
 import re
 import subprocess
@@ -21,7 +22,7 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 myst_dmath_double_inline = True
 root_doc = "index"
-html_theme = "furo"
+html_theme = os.environ.get("SITE_THEME", "furo")
 html_title = "Kempe"
 html_static_path = ["style.css"]
 html_css_files = ["katex/katex.min.css", "style.css"]
@@ -29,7 +30,7 @@ html_copy_source = False
 html_use_index = False
 html_show_sphinx = False
 html_math_renderer = "katex"
-html_theme_options = {"navigation_with_keys": True}
+html_theme_options = {"navigation_with_keys": True} if html_theme == "furo" else {}
 highlight_language = "text"
 pygments_style = "friendly"
 

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "dynamics/kept.h"
+#include "full.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <kempe/kempe.h>
@@ -98,13 +99,14 @@ static kempe_status run_anew(scene *s, stage_fn *stage, unsigned long fail_at)
     return status;
 }
 
-/* Long stages do the same many times: beyond the first 600 allocations one of `stride` fails. */
+/* Long stages do the same many times, and many begin alike: beyond the first 150 allocations (600 in ./check full) one
+ * of `stride` fails. */
 static void exhaust(scene *s, const char *name, stage_fn *stage, unsigned stride)
 {
-    unsigned long before = kmp_memory_count(), count, done = 0;
+    unsigned long before = kmp_memory_count(), dense = check_full() ? 600 : 150, count, done = 0;
     CHECK(run_anew(s, stage, 0) == KEMPE_OK);
     count = kmp_memory_count() - before;
-    for (unsigned long n = 1; n <= count; n += n > 600 ? stride : 1) {
+    for (unsigned long n = 1; n <= count; n += n > dense ? stride : 1) {
         kempe_status status = run_anew(s, stage, n);
         judge(s, name, n, status);
         done += status == KEMPE_OK;

@@ -3,6 +3,7 @@
  * states, C to the last bit, the others to rounding. */
 #include "unit/random_model.h"
 /* after it: a name is in both */
+#include "full.h"
 #include "generate/emitted.h"
 #include <kempe/generate.h>
 
@@ -389,7 +390,7 @@ static void try_random(const char *language)
     bool met = false;
     for (uint64_t seed = 1; seed < 10 && !met; seed++) {
         kempe_system *system = NULL;
-        random_model r = random_model_new(seed, 6, MODEL_LOOPS | MODEL_FORCES | MODEL_DAMPING);
+        random_model r = random_model_new(seed, check_full() ? 6 : 4, MODEL_LOOPS | MODEL_FORCES | MODEL_DAMPING);
         met = r.model && kempe_system_new(r.model, &system) == KEMPE_OK;
         if (met)
             try_model(r.model, language, 15);

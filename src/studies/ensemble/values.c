@@ -26,19 +26,22 @@ kempe_values *kmp_values_new(int columns, const char *const *names)
     return NULL;
 }
 
+/* Room for so many rows. */
+static bool reserve(kempe_values *values, int room)
+{
+    double *rows = kmp_realloc(values->rows, (size_t)room * (size_t)values->columns + 1, sizeof *rows);
+    if (!rows)
+        return false;
+    values->rows = rows;
+    values->room = room;
+    return true;
+}
+
 double *kmp_values_add(kempe_values *values)
 {
-    if (values->count == values->room) {
-        if (values->room > INT_MAX / 2)
-            return NULL;
-        int room = values->room ? 2 * values->room : 64;
-        size_t width = values->columns > 0 ? (size_t)values->columns : 1;
-        double *rows = kmp_realloc(values->rows, (size_t)room * width, sizeof *rows);
-        if (!rows)
-            return NULL;
-        values->rows = rows;
-        values->room = room;
-    }
+    if (values->count == values->room &&
+        (values->room > INT_MAX / 2 || !reserve(values, values->room ? 2 * values->room : 64)))
+        return NULL;
     return values->rows + (size_t)values->count++ * (size_t)values->columns;
 }
 
@@ -107,17 +110,13 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
     KMP_TRY(check_names(model, columns, names));
     KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
     kempe_values *made = kmp_values_new(columns, names);
-    if (!made)
+    if (!made || !reserve(made, count)) {
+        kempe_values_free(made);
         return kmp_fail_memory(model->context);
-    for (int i = 0; i < count; i++) {
-        double *row = kmp_values_add(made);
-        if (!row) {
-            kempe_values_free(made);
-            return kmp_fail_memory(model->context);
-        }
-        for (int k = 0; k < columns; k++)
-            row[k] = rows[(size_t)i * (size_t)columns + (size_t)k];
     }
+    if (columns > 0 && count > 0)
+        memcpy(made->rows, rows, (size_t)count * (size_t)columns * sizeof *rows);
+    made->count = count;
     *values = made;
     return KEMPE_OK;
 }
