@@ -16,7 +16,7 @@ enum { MAX_REJECT = 1000, MOST_SWEEPS = 16 };
 /* Safety, least and largest quotient of two steps. */
 static const double SAFETY = 0.9, SHRINK = 0.2, GROW = 4;
 /* Found on the mechanisms of bench/collocation: errors anywhere in a run are then about those of dop853. */
-static const double POWER = 0.8, REST = 0.1;
+static const double POWER = 0.8, REST = 0.01;
 /* Largest quotient of the next step with which step size and factors are kept. */
 static const double KEEP_STEP = 1.2;
 static const double OLD_ERROR_FLOOR = 1e-4;
