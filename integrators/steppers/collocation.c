@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Radau IIA with all stages of a step evaluated at once, in the lanes of vector registers: 7 stages (order 13) in 8
- * lanes, 4 stages (order 7) in 4 lanes. Error estimate of the order of the stages, step control after Gustafsson, dense
- * output from the stages (Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed., IV.5, IV.8).
+ * lanes, 4 stages (order 7) in 4 lanes. Error
+ * estimate of the order of the stages, step control after Gustafsson, dense output from the stages (Hairer, Wanner,
+ * Solving Ordinary Differential Equations II, 2nd ed., IV.5, IV.8).
  *
  * A one-step method: the formulation corrects y between steps. */
 #include "integrators/steppers/collocation.h"
@@ -15,25 +16,12 @@ enum { MAX_REJECT = 1000, MOST_SWEEPS = 16 };
 /* Safety, least and largest quotient of two steps. */
 static const double SAFETY = 0.9, SHRINK = 0.2, GROW = 4;
 /* Found on the mechanisms of bench/collocation: errors anywhere in a run are then about those of dop853. */
-static const double POWER = 0.8, REST = 0.1;
-/* Contraction of Picard's iteration that the next step aims at. */
-static const double CONTRACTS = 0.3;
-/* The next iteration is tried when the error permits steps WORTH times as long as this one, and more where its
- * corrections cost more, SEVERAL times, which do not grow by HELD; Picard's returns when that contracts by EASY,
- * SEVERAL times. A trial has TRIAL steps. After one without success the next is twice as late. */
-static const double WORTH = 1.4, EASY = 0.1, HELD = 1.2;
-enum { SEVERAL = 3, TRIAL = 5, TRUST = 40, MOST_PATIENCE = 1000 };
+static const double POWER = 0.8, REST = 0.01;
 /* Largest quotient of the next step with which step size and factors are kept. */
 static const double KEEP_STEP = 1.2;
-/* Growth of the bound on steps after an iteration that failed; and where the iteration contracts by SURE. */
-static const double RECOVERS = 1.1, RECOVERS_SURELY = 2, SURE = 0.01;
-/* Operations of a step besides those of its sweeps and matrices, about. */
-static const double STEP_COST = 1000;
 static const double OLD_ERROR_FLOOR = 1e-4;
 
 /* -- creation ------------------------------------------------------------------------------------------ */
-
-static void begin_anew(kmp_collocation *s);
 
 static void allocate(kmp_collocation *s)
 {
@@ -43,7 +31,7 @@ static void allocate(kmp_collocation *s)
                            {s->n,
                             {&s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale, &s->per_scale,
                              &s->w_accept, &s->error, &s->fix}},
-                           {inner, {&s->weight, &s->g_start, &s->g_start_old}});
+                           {inner, {&s->weight, &s->g_start, &s->g_start_old, &s->lead, &s->lead_old}});
     struct {
         double **to;
         int size;
@@ -111,7 +99,7 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->q = ode->quadratures;
     s->inner = s->n - s->p - s->q;
     kmp_collocation_make(&s->table, s->s);
-    begin_anew(s);
+    kmp_collocation_begin_with(s, KMP_ITERATION_PICARD);
     choose_limits(s);
     allocate(s);
     (void)(kmp_collocation_allocate_newton(s) && kmp_collocation_allocate_coupled(s));
@@ -190,108 +178,6 @@ static double foresee(const kmp_collocation *s, double h, double error)
     return h * fmax(SHRINK, fmin(GROW, quotient));
 }
 
-/* The longest step with a good contraction, by the one of a step h. With one Jacobian it is in proportion to the
- * longest way from there to a stage: half a step for a new one, a step more each time it is kept. */
-static double longest(kmp_collocation *s, double h)
-{
-    double fresh = s->iteration == KMP_ITERATION_NEWTON ? s->contraction / (2 * s->age + 1) : s->contraction;
-    bool measured = s->iteration != KMP_ITERATION_COUPLED && fresh > 0;
-    double most = measured ? h * fmax(0.5, sqrt(CONTRACTS / fresh)) : INFINITY;
-    if (s->ceiling > 0) {
-        most = fmin(most, s->ceiling);
-        s->ceiling *= fresh < SURE ? RECOVERS_SURELY : RECOVERS;
-    }
-    return most;
-}
-
-/* -- choice of the iteration --------------------------------------------------------------------------- */
-
-static void change_iteration(kmp_collocation *s, kmp_iteration to)
-{
-    s->iteration = to;
-    s->pace = 0;
-    s->trial_steps = s->limited = s->free = 0;
-    s->trust = TRUST;
-    s->ceiling = 0;
-    s->has_jacobian = s->fresh = s->factored = false;
-}
-
-static void begin_anew(kmp_collocation *s)
-{
-    for (int k = 0; k < KMP_ITERATIONS; k++)
-        s->patience[k] = SEVERAL;
-    change_iteration(s, KMP_ITERATION_PICARD);
-}
-
-/* Tries an iteration, and judges the trial after some steps. */
-static void try_iteration(kmp_collocation *s, kmp_iteration to)
-{
-    s->before = s->iteration;
-    s->pace_before = s->pace;
-    change_iteration(s, to);
-    s->trial_steps = TRIAL;
-}
-
-/* Returns to the iteration before, whose next trial is later. */
-static void end_trial(kmp_collocation *s)
-{
-    double pace = s->pace_before;
-    int *patience = &s->patience[s->iteration];
-    *patience = *patience < MOST_PATIENCE ? 2 * *patience : MOST_PATIENCE;
-    change_iteration(s, s->before);
-    s->pace = pace;
-    s->trust = *patience * TRUST / SEVERAL;
-}
-
-/* Time simulated for an operation, recently. */
-static void measure_pace(kmp_collocation *s, double h)
-{
-    double pace = h / (s->cost + STEP_COST);
-    s->cost = 0;
-    s->pace = s->pace > 0 ? 0.5 * (s->pace + pace) : pace;
-}
-
-/* True if the next iteration exists and steps may be so much longer by the error that it may be worth its cost. */
-static bool is_worth(const kmp_collocation *s, double by_error, double by_iteration)
-{
-    kmp_iteration next = s->iteration + 1;
-    if (next == KMP_ITERATIONS || (next == KMP_ITERATION_COUPLED && !s->all))
-        return false;
-    double sweep = kmp_collocation_sweep_cost(s), now = sweep + kmp_collocation_correction_cost(s, s->iteration);
-    return by_error * now > WORTH * by_iteration * (sweep + kmp_collocation_correction_cost(s, next));
-}
-
-/* The next iteration is tried when this one has kept several steps far below the error's limit. Picard's returns when
- * it would contract well, one Jacobian for all stages after some time. */
-static void choose_iteration(kmp_collocation *s, double h, double by_error, double by_iteration)
-{
-    bool held = by_iteration < HELD * h && is_worth(s, by_error, by_iteration);
-    s->limited = held ? s->limited + 1 : 0;
-    s->free = s->iteration != KMP_ITERATION_PICARD && s->picard < EASY ? s->free + 1 : 0;
-    if (s->trial_steps > 0 && --s->trial_steps == 0 && s->pace < s->pace_before)
-        end_trial(s);
-    else if (s->trial_steps > 0)
-        return;
-    else if (s->free >= SEVERAL)
-        begin_anew(s);
-    else if (s->iteration < KMP_ITERATION_COUPLED && s->limited >= s->patience[s->iteration + 1])
-        try_iteration(s, s->iteration + 1);
-    else if (s->iteration == KMP_ITERATION_COUPLED && --s->trust <= 0)
-        try_iteration(s, KMP_ITERATION_NEWTON);
-}
-
-/* True if corrections with the present Jacobian cost less in the next step than a new one and its corrections. */
-static bool keeps_jacobian(const kmp_collocation *s)
-{
-    double later = s->contraction * (2 * s->age + 3) / (2 * s->age + 1);
-    if (!s->has_jacobian || s->iteration != KMP_ITERATION_NEWTON || !(later < 1))
-        return false;
-    double sweep = kmp_collocation_sweep_cost(s), columns = ceil((s->p + s->inner) / (s->w - 1.0));
-    double more = s->contraction > 0 ? s->sweeps * (log(s->contraction) / log(later) - 1) : 0;
-    return more * (sweep + kmp_collocation_correction_cost(s, KMP_ITERATION_NEWTON)) <
-           columns * sweep + kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
-}
-
 /* -- end of a step ------------------------------------------------------------------------------------- */
 
 /* The derivatives at the start of the step: those of f; without the stiff part of their difference from the stages'
@@ -313,14 +199,13 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     if (!s->first)
         next = fmin(next, foresee(s, h, error));
     kmp_iteration iteration = s->iteration;
-    double most = longest(s, h), by_error = h * SAFETY * pow(error, -1.0 / (s->s + 1));
+    double most = kmp_collocation_longest(s, h), by_error = h * SAFETY * pow(error, -1.0 / (s->s + 1));
     find_start(s, h, iteration != KMP_ITERATION_PICARD);
-    measure_pace(s, h);
-    choose_iteration(s, h, by_error, most);
+    kmp_collocation_choose(s, h, by_error, most);
     next = s->iteration > iteration ? next : fmin(next, most);
     if (s->rejected)
         next = fmin(next, h);
-    s->has_jacobian = keeps_jacobian(s);
+    s->has_jacobian = kmp_collocation_keeps_jacobian(s);
     s->age++;
     s->fresh = false;
     if (s->has_jacobian && next >= h && next <= KEEP_STEP * h)
@@ -332,6 +217,7 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     kmp_solver_swap(&s->dy, &s->dy_new);
     kmp_solver_swap(&s->g, &s->g_old);
     kmp_solver_swap(&s->g_start, &s->g_start_old);
+    kmp_solver_swap(&s->lead, &s->lead_old);
     s->has_step = true;
     s->first = s->rejected = false;
     s->taken = h;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Internals of Radau IIA with the stages of a step in the lanes of vector registers: control and dense output
- * (collocation.c), stages by Picard's or Newton's iteration (collocation_step.c), Newton's matrices
- * for one Jacobian (collocation_newton.c) and for one of each stage (collocation_coupled.c).
+ * (collocation.c), stages by Picard's or Newton's iteration (collocation_step.c), their choice (collocation_choice.c),
+ * Newton's matrices for one Jacobian (collocation_newton.c) and for one of each stage (collocation_coupled.c).
  *
  * The unknowns of the stages are their derivatives g, without those of positions, which are rates, and of quadratures:
  *
@@ -35,6 +35,7 @@ typedef struct kmp_collocation {
     double *w_accept;                 /* n: weights of the tolerance */
     double *error;                    /* n: of the attempt */
     double *weight;                   /* inner: of a change of g in the norm */
+    double *lead, *lead_old;          /* inner: leading coefficients of the stages' polynomials, over their step */
     double *fix;                      /* n: the formulation's correction of the last step's end */
     double *g, *g_old;                /* (inner + q) w: derivatives of the stages; of the last step's */
     double *g_start, *g_start_old;    /* inner + q: at the start of the step, and of the last one */
@@ -127,10 +128,46 @@ bool kmp_collocation_allocate_coupled(kmp_collocation *s);
 kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h);
 void kmp_collocation_correct_coupled(kmp_collocation *s);
 
-/** Operations of an evaluation of all stages, of Newton's corrections by an iteration, and of a renewal of its
- * matrices without evaluations, in vector operations. */
+/* collocation_choice.c */
+
+/** Takes an iteration, without the experience of steps before. */
+void kmp_collocation_begin_with(kmp_collocation *s, kmp_iteration iteration);
+
+/** The longest step with a good contraction, by the one of a step h. With one Jacobian that is in proportion to the
+ * longest way from there to a stage: half a step for a new one, a step more each time it is kept. */
+double kmp_collocation_longest(kmp_collocation *s, double h);
+
+/** Chooses the iteration of the next step, after one of length h that could be as long as `by_error` and
+ * `by_iteration`. The next iteration is tried when this one has kept several steps far below the error's limit.
+ * Picard's returns when it would contract well, one Jacobian for all stages after some time. */
+void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, double by_iteration);
+
+/** True if corrections with the present Jacobian cost less in the next step than a new one and its corrections. */
+bool kmp_collocation_keeps_jacobian(const kmp_collocation *s);
+
+/** Operations of an evaluation of all stages, of Newton's corrections by an iteration, of a renewal of its matrices
+ * without evaluations, and of a Jacobian, in vector operations. */
 double kmp_collocation_sweep_cost(const kmp_collocation *s);
 double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration);
 double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration);
+double kmp_collocation_jacobian_cost(const kmp_collocation *s);
+
+/* collocation_kernels.c: sums over the stages of a step, with the stages in the lanes of vector registers: value k of
+ * lane l is at k width + l. The same bits on every machine. */
+
+/* Numbers times lanes: a[k] a_lanes + b[k] b_lanes. */
+typedef struct kmp_lane_terms {
+    const double *a, *a_lanes, *b, *b_lanes;
+} kmp_lane_terms;
+
+/** out[k] = a[k] a_lanes + b[k] b_lanes + sum over the stages j of x[k][j] column[j], for k < count; width 4 or 8. */
+void kmp_lanes_sum(int width, int count, int stages, const double *x, const double *column, const kmp_lane_terms *terms,
+                   double *out);
+
+/** out = f - x, in all lanes. */
+void kmp_lanes_subtract(int width, int count, const double *f, const double *x, double *out);
+
+/** x += change in all lanes; returns the sum over k < count and the stages of (weight[k] change[k])^2. */
+double kmp_lanes_advance(int width, int count, int stages, const double *weight, const double *change, double *x);
 
 #endif

@@ -36,11 +36,11 @@ bool kmp_collocation_allocate_coupled(kmp_collocation *s)
     size_t rows = (size_t)row_count(s);
     if (count > MOST_COUPLED)
         return true;
-    s->all = kmp_arena_aligned(a, (size_t)((s->p + s->inner) * s->inner * s->w));
+    s->all = kmp_arena_aligned(a, (size_t)(s->p + s->inner) * (size_t)s->inner * (size_t)s->w);
     s->coupled = kmp_arena_aligned(a, rows * (size_t)count);
     s->joint = kmp_arena_aligned(a, rows);
     s->open = kmp_arena_aligned(a, rows);
-    s->at_prediction = kmp_arena_aligned(a, (size_t)(s->n * s->w));
+    s->at_prediction = kmp_arena_aligned(a, (size_t)s->n * (size_t)s->w);
     s->coupled_pivot = KMP_ARENA_NEW(a, int, count);
     return !a->failed;
 }
@@ -214,29 +214,4 @@ void kmp_collocation_correct_coupled(kmp_collocation *s)
     multiply(row_count(s), count, s->coupled, s->coupled_pivot, s->change, s->joint);
     for (int k = 0; k < count; k++)
         s->change[k / s->s * w + k % s->s] = s->joint[s->coupled_pivot[k]];
-}
-
-/* -- costs --------------------------------------------------------------------------------------------- */
-
-/* The program of all stages, and sums over the stages; LEAST for what every sweep has. */
-double kmp_collocation_sweep_cost(const kmp_collocation *s)
-{
-    const double LEAST = 500;
-    return LEAST + s->base.ode.operations + 2.0 * (s->p + s->inner) * s->s;
-}
-
-double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration)
-{
-    double n = s->inner, count = n * s->s;
-    return iteration == KMP_ITERATION_PICARD   ? 0
-           : iteration == KMP_ITERATION_NEWTON ? 8 * n * n + 8 * count
-                                               : 2 * count * row_count(s) / V;
-}
-
-double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration)
-{
-    double n = s->inner, count = n * s->s;
-    return iteration == KMP_ITERATION_PICARD   ? 0
-           : iteration == KMP_ITERATION_NEWTON ? 8.0 / 3 * n * n * n
-                                               : (2 * count + 4 * n) * count * row_count(s) / V;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "integrators/steppers/collocation_kernels.h"
 #include "base/clones.h"
+#include "integrators/steppers/collocation.h"
 
 #include <stddef.h>
 

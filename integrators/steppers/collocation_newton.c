@@ -53,6 +53,7 @@ static void find_eigenvectors(kmp_collocation *s)
 
 int kmp_collocation_take_exact(kmp_collocation *s, double t, const double *y, double *jacobian)
 {
+    s->cost += kmp_collocation_jacobian_cost(s);
     size_t n = (size_t)s->n;
     double *j = s->whole;
     memset(j, 0, n * n * sizeof *j);

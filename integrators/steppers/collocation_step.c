@@ -3,7 +3,6 @@
  * contracts with the step size times the rate of the fastest forces. Newton's method solves for the change
  * (collocation_newton.c, collocation_coupled.c). */
 #include "integrators/steppers/collocation.h"
-#include "integrators/steppers/collocation_kernels.h"
 
 #include <float.h>
 #include <math.h>
@@ -84,6 +83,25 @@ static void predict(kmp_collocation *s, double h)
 
 /* -- end ----------------------------------------------------------------------------------------------- */
 
+/* Difference from a polynomial of one degree more, by the leading coefficients of two steps: the filter removes the
+ * stiff part of the estimate, which dense output contains like the rest. */
+static double misfit(kmp_collocation *s, double h)
+{
+    const double *weight = s->table.lead;
+    double ratio = h / s->taken, power = pow(ratio, s->s - 1), sum = 0;
+    double by = h * s->table.gap / ((s->s + 1) * (s->table.centre + (1 - s->table.centre) / ratio));
+    for (int k = 0; k < s->inner; k++) {
+        s->lead[k] = 0;
+        for (int j = 0; j < s->s; j++)
+            s->lead[k] += weight[j] * s->g[k * s->w + j];
+    }
+    for (int k = 0; s->has_step && k < s->inner; k++) {
+        double e = by * (s->lead[k] - power * s->lead_old[k]) * s->per_scale[s->p + k];
+        sum += e * e;
+    }
+    return sqrt(sum / fmax(s->inner, 1));
+}
+
 /* The estimate h filter (f - p'(0)), p the stages' polynomial (Hairer, Wanner, II, IV.8.19). */
 static double estimate(kmp_collocation *s, double h)
 {
@@ -100,7 +118,9 @@ static double estimate(kmp_collocation *s, double h)
         double e = s->error[k] * s->per_scale[k];
         sum += e * e;
     }
-    double error = sqrt(sum / fmax(s->p + s->inner, 1));
+    double error = sqrt(sum / fmax(s->p + s->inner, 1)), gap = misfit(s, h);
+    if (s->iteration != KMP_ITERATION_PICARD)
+        error = isfinite(error + gap) ? fmax(error, gap) : INFINITY;
     return isfinite(error) ? fmax(error, ERROR_FLOOR) : INFINITY;
 }
 

@@ -82,6 +82,8 @@ static void integrate(kmp_collocation_table *table)
     const double *c = table->node + 1;
     find_barycentric(s, c, barycentric);
     lagrange(s, c, barycentric, 0, table->start);
+    for (int j = 0; j < s; j++)
+        table->lead[j] = barycentric[j] / s;
     for (int i = 0; i < s; i++)
         for (int g = 0; g < GAUSS; g++) {
             lagrange(s, c, barycentric, c[i] * GAUSS_NODE[g], value);
@@ -132,7 +134,7 @@ static void find_characteristic(int s, const double *m, double *a)
 /* The geometric mean of the eigenvalues of A; for odd s from there to the real one, by Newton's method. */
 static double find_filter(int s, const double *m)
 {
-    double a[S + 1];
+    double a[S + 1] = {0};
     find_characteristic(s, m, a);
     double z = pow(fabs(a[0]), 1.0 / s);
     for (int pass = 0; s % 2 == 1 && pass < 12; pass++) {
@@ -146,6 +148,19 @@ static double find_filter(int s, const double *m)
     return 1 / z;
 }
 
+static void find_gap(kmp_collocation_table *table)
+{
+    enum { PLACES = 400 };
+    for (int k = 1; k < PLACES; k++) {
+        double product = 1;
+        for (int i = 0; i <= table->stages; i++)
+            product *= (double)k / PLACES - table->node[i];
+        table->gap = fmax(table->gap, fabs(product));
+    }
+    for (int i = 0; i <= table->stages; i++)
+        table->centre += table->node[i] / (table->stages + 1);
+}
+
 void kmp_collocation_make(kmp_collocation_table *table, int stages)
 {
     double m[S + 1] = {0};
@@ -153,6 +168,7 @@ void kmp_collocation_make(kmp_collocation_table *table, int stages)
     find_nodes(table);
     integrate(table);
     expand(table);
+    find_gap(table);
     find_product(table, m);
     table->filter = find_filter(stages, m);
     for (int j = 0; j < stages; j++) {
@@ -216,7 +232,7 @@ static void find_zeros(int count, const double *a, double radius, number *z)
  * the characteristic equation, and p(c[i]) are the components of the eigenvector. */
 static void find_eigenvalues(kmp_collocation_table *table, const double *m)
 {
-    double a[S + 1];
+    double a[S + 1] = {0};
     number z[S];
     int s = table->stages;
     find_characteristic(s, m, a);

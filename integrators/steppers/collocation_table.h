@@ -26,6 +26,8 @@ typedef struct kmp_collocation_table {
                                                                               * polynomial of (0, 1) in the j-th
                                                                               * Lagrange polynomial of the nodes */
     double start[KMP_COLLOCATION_STAGES]; /* the polynomial through the stages alone, at 0 */
+    double lead[KMP_COLLOCATION_STAGES];  /* leading coefficient of its integral */
+    double gap, centre;                   /* largest |x prod (x - c[i])| on (0, 1); mean of 0 and c */
     double filter;                        /* the real eigenvalue of A; even s has none: the geometric mean */
 
     /* Eigenvalues of A, those of pairs with positive imaginary part. The first is `filter`, which is no eigenvalue for
