@@ -3,11 +3,12 @@
  *
  *     before_after MODEL.yaml
  *
- * It writes `ok N`. A line `FORMULATION FORM INTEGRATOR RTOL T_END ROWS LIMIT_S REPEATS FILE` makes REPEATS
- * runs with ROWS equidistant rows each, ended after LIMIT_S of processor time; "-" is a default. The answer is `STATUS
- * CPU_S TOTAL_S STEPS REJECTED REFUSED RHS JACOBIANS FACTORIZATIONS H_MAX`: CPU_S the least integration time, TOTAL_S
- * the processor time since the start of the program's own code. q at all rows goes to FILE unless it is "-", as
- * doubles. The variable KEMPE_CACHE names the folder of prepared equations, in libraries that have one. */
+ * It writes `ok` and the coordinates' names. A line `FORMULATION FORM INTEGRATOR RTOL T_END ROWS LIMIT_S REPEATS FILE`
+ * makes REPEATS runs with ROWS equidistant rows each, ended after LIMIT_S of processor time; "-" is a default. The
+ * answer is `STATUS CPU_S TOTAL_S STEPS REJECTED REFUSED RHS JACOBIANS FACTORIZATIONS H_MAX`: CPU_S the least
+ * integration time, TOTAL_S the processor time since the start of the program's own code. q at all rows goes to FILE
+ * unless it is "-", as doubles. The variable KEMPE_CACHE names the folder of prepared equations, in libraries that have
+ * one. */
 #include <kempe/kempe.h>
 #include <math.h>
 #include <signal.h>
@@ -163,7 +164,10 @@ int main(int argc, char **argv)
     if (argc != 2)
         return 1;
     loaded l = load(argv[1]);
-    printf("ok %d\n", kempe_model_coordinate_count(l.model));
+    printf("ok");
+    for (int k = 0; k < kempe_model_coordinate_count(l.model); k++)
+        printf(" %s", kempe_model_coordinate_name(l.model, k));
+    printf("\n");
     fflush(stdout);
     signal(SIGVTALRM, end_run);
     while (fgets(line, sizeof line, stdin)) {

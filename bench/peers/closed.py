@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""A plane mechanism with closed loops by a peer that is called from Python:
+"""A mechanism with closed loops by a peer that is called from Python; in the plane, but for MuJoCo and SciPy:
 
     closed.py exudyn|mujoco|drake|scipy|heyoka TREE.json T_END SECONDS [CODE]
 
@@ -64,6 +64,7 @@ def exudyn(given, end):
         markers = lambda k, p: mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground if k < 0 else objects[k], localPosition=local(k, p)))
         com = lambda k: [0, 0, 0] if k < 0 else given.bodies[k]["com"]
         local = lambda k, p: [p[i] - com(k)[i] for i in range(3)]
+        fixed = lambda: mbs.AddNode(items.NodePointGround())
         objects, nodes = [], []
         poses = given.poses()
         for k, b in enumerate(given.bodies):
@@ -86,6 +87,10 @@ def exudyn(given, end):
         for k, x in given.efforts:                        # of hinges on the ground
             marker = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[k], coordinate=2))
             mbs.AddLoad(items.LoadCoordinate(markerNumber=marker, load=x))
+        for k, stiffness, damping, rest in given.held:    # likewise; the node's angle counts from the start
+            markers_of = [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=c)) for n, c in ((fixed(), 0), (nodes[k], 2))]
+            mbs.AddObject(items.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers_of, stiffness=stiffness, damping=damping,
+                                                                      offset=rest - given.q[k]))
         mbs.Assemble()
         settings = exu.SimulationSettings()
         integration = settings.timeIntegration
@@ -96,6 +101,9 @@ def exudyn(given, end):
         integration.newton.useModifiedNewton = True
         settings.solutionSettings.writeSolutionToFile = False
         settings.solutionSettings.sensorsWritePeriod = end
+        if 2 * len(given.closures) > given.n - len(given.independent): # redundant joints
+            settings.linearSolverType = exu.LinearSolverType.EigenDense
+            settings.linearSolverSettings.ignoreSingularJacobian = True
         integration.verboseMode = 0
         settings.displayStatistics = settings.displayComputationTime = False
         begin = time.process_time()
@@ -123,8 +131,11 @@ def mujoco(given, end):
         """`connect` takes its second point from the pose of the file, which is that of zero angles: it is set afterwards."""
         text = Model().mjcf(options=f'timestep="{step!r}" integrator="{integrator}" tolerance="1e-14" iterations="200"')
         soft = f'solref="{2 * step!r} 1" solimp="0.9999 0.9999 0.001"' if stiff else ""
-        connects = "".join(f'<connect body1="b{a}" body2="b{b}" anchor="{p[0]!r} {p[1]!r} {p[2]!r}" {soft}/>' for a, p, b, q in given.closures)
-        m = mj.MjModel.from_xml_string(text.replace("<equality/>", "") .replace("</mujoco>", f"<equality>{connects}</equality></mujoco>"))
+        equal = [f'<connect body1="b{a}" body2="b{b}" anchor="{p[0]!r} {p[1]!r} {p[2]!r}" {soft}/>' for a, p, b, q in given.closures]
+        equal += [f'<tendon tendon1="r{k}" {soft}/>' for k in range(len(given.rods))]
+        m = mj.MjModel.from_xml_string(text.replace("</mujoco>", f"<equality>{''.join(equal)}</equality></mujoco>"))
+        for k, (*_, length) in enumerate(given.rods):     # beside the length at zero coordinates
+            m.eq_data[len(given.closures) + k, 0] = length - m.tendon_length0[k]
         for k, (*_, q) in enumerate(given.closures):
             m.eq_data[k, 3:6] = q
         d = mj.MjData(m)
@@ -149,7 +160,7 @@ def mujoco(given, end):
 def drake(given, end):
     """Discrete MultibodyPlant (SAP), a ball constraint each loop."""
     from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
-    from pydrake.multibody.tree import FixedOffsetFrame, LinearSpringDamper, RevoluteJoint, RotationalInertia, SpatialInertia
+    from pydrake.multibody.tree import FixedOffsetFrame, LinearSpringDamper, RevoluteJoint, RevoluteSpring, RotationalInertia, SpatialInertia
     from pydrake.math import RigidTransform
     from pydrake.systems.analysis import Simulator
 
@@ -170,6 +181,8 @@ def drake(given, end):
             plant.AddBallConstraint(body(a), p, body(b), q)
         for a, p, b, q, k, c, l in given.springs:
             plant.AddForceElement(LinearSpringDamper(body(a), p, body(b), q, l, k, c))
+        for k, stiffness, damping, rest in given.held:    # without damping
+            plant.AddForceElement(RevoluteSpring(joints[k], rest, stiffness))
         for k, _ in given.efforts:
             plant.AddJointActuator(f"a{k}", joints[k])
         plant.Finalize()
@@ -191,6 +204,7 @@ def scipy(given, end, code):
     """The ODE of q and qd, accelerations by M, C, J, jdqd (written by Kempe in Python) and one solve with numpy."""
     import numpy as np
     from scipy.integrate import solve_ivp
+    from scipy.linalg import qr
     folder = pathlib.Path(code)
     sys.path.insert(0, code)
     module = __import__(next(folder.glob("*.py")).stem)
@@ -204,8 +218,9 @@ def scipy(given, end, code):
         nonlocal rows
         mass, bias, _, jacobian, jdqd = equations(t, y[:n], y[n:])
         mass, jacobian = np.asarray(mass).reshape(n, n), np.asarray(jacobian).reshape(-1, n)
-        if rows is None:                                  # of each loop the two in the plane
-            rows = [k for k in range(len(jacobian)) if np.any(jacobian[k])]
+        if rows is None:                                  # the independent ones, by pivots at the start
+            _, r, order = qr(jacobian.T, mode="economic", pivoting=True)
+            rows = sorted(order[k] for k, x in enumerate(np.abs(np.diag(r))) if x > 1e-9 * abs(r[0, 0]))
         jacobian = jacobian[rows]
         m = len(rows)
         matrix = np.zeros((n + m, n + m))

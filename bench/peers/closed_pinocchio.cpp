@@ -72,6 +72,8 @@ struct Mechanism {
         tau.setZero();
         for (const auto &e : tree.efforts)
             tau[e.first] += e.second;
+        for (const Held &s : tree.held)
+            tau[s.k] -= s.stiffness * (q[s.k] - s.rest) + s.damping * v[s.k];
         if (!tree.springs.empty())
             pin::forwardKinematics(model, data, q);
         for (const Pair &s : tree.springs) {

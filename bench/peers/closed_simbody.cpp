@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A plane mechanism with closed loops by Simbody: closed_simbody TREE T_END merson|feldberg|cpodes ACCURACY ... A line
+// A mechanism with closed loops by Simbody: closed_simbody TREE T_END merson|feldberg|cpodes ACCURACY ... A line
 // an accuracy: it, seconds of a run (median), q at the end.
 #include "simbody_tree.h"
 #include <cstring>

@@ -232,6 +232,8 @@ class Planar:
             self.spring(bias, (a, p), (b, q), stiffness, damping, free)
         for k, effort in self.given.efforts:
             bias[k] = g.add(bias[k], -effort)
+        for k, stiffness, damping, rest in self.given.held:
+            bias[k] = g.add(bias[k], g.add(g.mul(stiffness, g.add(self.q[k], -rest)), g.mul(damping, self.v[k])))
         return mass, bias
 
     def spring(self, bias, start, end, stiffness, damping, free):
@@ -271,7 +273,7 @@ class Planar:
         that are at least a tenth of the largest of their row, by numbers at the start. Returns unknown -> row of right-hand sides."""
         g, rows, order, left = self.graph, [list(r) for r in rows], [], list(range(len(rows)))
         unknowns = list(columns)
-        while left:
+        while left and unknowns:                          # redundant rows are left over
             number = pivots_of()
             size = lambda x: abs(number[x]) if isinstance(x, Node) else abs(x)
             full = lambda x: isinstance(x, Node) or x != 0
@@ -279,7 +281,7 @@ class Planar:
             for r in left:
                 top = max((size(rows[r][c]) for c in unknowns), default=0)
                 for c in unknowns:
-                    if full(rows[r][c]) and size(rows[r][c]) >= 0.1 * top > 0:
+                    if full(rows[r][c]) and size(rows[r][c]) >= 0.1 * top > 1e-9:
                         fill = (sum(full(rows[r][d]) for d in unknowns) - 1) * (sum(full(rows[s][c]) for s in left) - 1)
                         found.append((fill, -size(rows[r][c]), r, c))
             _, _, r, c = min(found)

@@ -6,6 +6,32 @@
 #include "tree.h"
 #include <Simbody.h>
 
+// A spring between two coordinates.
+struct SimbodyCoupling : SimTK::Force::Custom::Implementation {
+    SimTK::MobilizedBody a, b;
+    double stiffness, damping;
+
+    SimbodyCoupling(SimTK::MobilizedBody first, SimTK::MobilizedBody second, const Coupled &given)
+        : a(first), b(second), stiffness(given.stiffness), damping(given.damping)
+    {
+    }
+
+    void calcForce(const SimTK::State &state, SimTK::Vector_<SimTK::SpatialVec> &, SimTK::Vector_<SimTK::Vec3> &,
+                   SimTK::Vector &mobility) const override
+    {
+        double effort = stiffness * (b.getOneQ(state, 0) - a.getOneQ(state, 0)) +
+                        damping * (b.getOneU(state, 0) - a.getOneU(state, 0));
+        a.applyOneMobilityForce(state, 0, effort, mobility);
+        b.applyOneMobilityForce(state, 0, -effort, mobility);
+    }
+
+    SimTK::Real calcPotentialEnergy(const SimTK::State &state) const override
+    {
+        double apart = b.getOneQ(state, 0) - a.getOneQ(state, 0);
+        return 0.5 * stiffness * apart * apart;
+    }
+};
+
 struct SimbodyTree {
     SimTK::MultibodySystem system;
     SimTK::SimbodyMatterSubsystem matter{system};
@@ -61,13 +87,29 @@ struct SimbodyTree {
             }
             body.push_back(last);
         }
-        for (const Pair &s : tree.springs)
+        for (const Pair &s : tree.springs) {
             Force::TwoPointLinearSpring(forces, at(s.a), vec(s.pa), at(s.b), vec(s.pb), s.stiffness, s.length);
+            if (s.damping > 0)
+                Force::TwoPointLinearDamper(forces, at(s.a), vec(s.pa), at(s.b), vec(s.pb), s.damping);
+        }
         for (const auto &e : tree.efforts)
             Force::MobilityConstantForce(forces, mover[static_cast<size_t>(e.first)], MobilizerUIndex(0), e.second);
+        for (const Held &s : tree.held) {
+            MobilizedBody &body = mover[static_cast<size_t>(s.k)];
+            Force::MobilityLinearSpring(forces, body, MobilizerQIndex(0), s.stiffness, s.rest);
+            Force::MobilityLinearDamper(forces, body, MobilizerUIndex(0), s.damping);
+        }
+        for (const Coupled &s : tree.coupled)
+            Force::Custom(forces,
+                          new SimbodyCoupling(mover[static_cast<size_t>(s.a)], mover[static_cast<size_t>(s.b)], s));
+        for (const Pair &r : tree.rods)
+            Constraint::Rod(at(r.a), vec(r.pa), at(r.b), vec(r.pb), r.length);
         // A planar mechanism has no third row of a ball: the point stays on the line along z.
         for (const Pair &c : tree.closures)
-            Constraint::PointOnLine(at(c.a), UnitVec3(ZAxis), vec(c.pa), at(c.b), vec(c.pb));
+            if (!is_plane(tree))
+                Constraint::Ball(at(c.a), vec(c.pa), at(c.b), vec(c.pb));
+            else
+                Constraint::PointOnLine(at(c.a), UnitVec3(ZAxis), vec(c.pa), at(c.b), vec(c.pb));
     }
 };
 

@@ -37,11 +37,23 @@ struct Pair {
     double stiffness, damping, length;
 };
 
+struct Held {
+    int k;
+    double stiffness, damping, rest;
+};
+
+struct Coupled {
+    int a, b;
+    double stiffness, damping;
+};
+
 struct Tree {
     Triple gravity{};
     std::vector<TreeBody> bodies;
-    std::vector<Pair> closures, springs;
+    std::vector<Pair> closures, rods, springs;
     std::vector<std::pair<int, double>> efforts;
+    std::vector<Held> held; // springs in joints
+    std::vector<Coupled> coupled;
     std::vector<double> q, qd;
     int n = 0;
 };
@@ -93,6 +105,22 @@ inline Tree read_tree(const char *path)
             double x;
             in >> k >> x;
             tree.efforts.emplace_back(k, x);
+        } else if (word == "rod") {
+            Pair p{};
+            in >> p.a;
+            p.pa = triple(in);
+            in >> p.b;
+            p.pb = triple(in);
+            in >> p.length;
+            tree.rods.push_back(p);
+        } else if (word == "coupled") {
+            Coupled s{};
+            in >> s.a >> s.b >> s.stiffness >> s.damping;
+            tree.coupled.push_back(s);
+        } else if (word == "held") {
+            Held s{};
+            in >> s.k >> s.stiffness >> s.damping >> s.rest;
+            tree.held.push_back(s);
         } else if (word == "start") {
             tree.q.resize(static_cast<size_t>(tree.n));
             tree.qd.resize(static_cast<size_t>(tree.n));
@@ -107,6 +135,16 @@ inline Tree read_tree(const char *path)
         std::exit(2);
     }
     return tree;
+}
+
+// Every joint turns about z.
+inline bool is_plane(const Tree &tree)
+{
+    for (const TreeBody &b : tree.bodies)
+        for (const TreeMotion &m : b.motions)
+            if (!m.turns || m.axis[0] != 0 || m.axis[1] != 0)
+                return false;
+    return true;
 }
 
 inline bool is_free(const TreeBody &b)
