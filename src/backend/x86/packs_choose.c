@@ -159,7 +159,8 @@ static int visit(kmp_pack_choice *c, uint32_t u, uint32_t v, uint32_t *pairs, ui
     c->paired[2 * *pairs] = a;
     c->paired[2 * (*pairs)++ + 1] = b;
     c->pending[(*pending)++] = *pairs - 1;
-    return GAIN_PAIR;
+    bool negates = c->operations[a].op == KMP_X86_ADD && c->operations[b].op == KMP_X86_SUB;
+    return negates ? GAIN_PAIR - LOSS_JOIN : GAIN_PAIR;
 }
 
 /* Pairs two operations and what they read. Returns the gain; *pairs: their number. */
@@ -196,20 +197,29 @@ static uint32_t next_alone(kmp_pack_choice *c, uint32_t k)
     return next;
 }
 
+/* Tries two operations in either order of lanes; *low and *high: the best pair so far. */
+static void try_both(kmp_pack_choice *c, uint32_t a, uint32_t b, int *best, uint32_t *low, uint32_t *high)
+{
+    for (int order = 0; order < 2; order++) {
+        uint32_t pairs, first = order ? b : a, second = order ? a : b;
+        int gain = try_pair(c, first, second, &pairs);
+        if (gain > *best) {
+            *best = gain;
+            *low = first;
+            *high = second;
+        }
+    }
+}
+
 static void take_best(kmp_pack_choice *c, uint32_t k)
 {
     int best = 0;
-    uint32_t with = KMP_NO_OPERATION, pairs, other = next_alone(c, k);
-    for (int trial = 0; trial < CANDIDATES && other != KMP_NO_OPERATION; trial++, other = next_alone(c, other)) {
-        int gain = try_pair(c, k, other, &pairs);
-        if (gain > best) {
-            best = gain;
-            with = other;
-        }
-    }
-    if (with == KMP_NO_OPERATION)
+    uint32_t low = KMP_NO_OPERATION, high = low, pairs, other = next_alone(c, k);
+    for (int trial = 0; trial < CANDIDATES && other != KMP_NO_OPERATION; trial++, other = next_alone(c, other))
+        try_both(c, k, other, &best, &low, &high);
+    if (low == KMP_NO_OPERATION)
         return;
-    (void)try_pair(c, k, with, &pairs);
+    (void)try_pair(c, low, high, &pairs);
     for (uint32_t i = 0; i < 2 * pairs; i++) {
         c->mate[c->paired[i]] = c->trial[c->paired[i]];
         c->lane[c->paired[i]] = c->side[c->paired[i]];
