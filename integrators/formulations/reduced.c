@@ -55,7 +55,7 @@ static void place_q(kmp_reduced *d, const double *u, const double *v)
 static void put_q(kmp_reduced *d, double t, const double *y)
 {
     if (!d->integrated)
-        kmp_reduced_predict(d, t, y);
+        kmp_reduced_extrapolate(d, t, y);
     place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
 }
 

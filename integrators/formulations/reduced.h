@@ -104,7 +104,9 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fus
 
 /* reduced_predict.c */
 
-/** Predicts d->v of (t, u). */
+/** Predicts d->v of (t, u) from the last accepted step alone; and from the states closed since then, which are near an
+ * evaluation, but not near a row between steps. */
+void kmp_reduced_extrapolate(kmp_reduced *d, double t, const double *u);
 void kmp_reduced_predict(kmp_reduced *d, double t, const double *u);
 /** Records d->v, which has been closed since kmp_reduced_predict. */
 void kmp_reduced_note(kmp_reduced *d, double t, const double *u);

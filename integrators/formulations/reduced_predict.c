@@ -90,11 +90,16 @@ static void add_remainder(kmp_reduced *d, double s)
     }
 }
 
-void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
+void kmp_reduced_extrapolate(kmp_reduced *d, double t, const double *u)
 {
     d->s_here = progress_of(d, t, u);
     extrapolate(d, t, u, d->s_here, d->v_here);
     memcpy(d->v, d->v_here, (size_t)d->r * sizeof *d->v);
+}
+
+void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
+{
+    kmp_reduced_extrapolate(d, t, u);
     if (d->states > 0 && d->s_here != 0)
         add_remainder(d, d->s_here);
 }
