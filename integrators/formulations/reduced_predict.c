@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* Largest sum of the magnitudes of weights: errors of states grow by it. */
-#define WEIGHTS 8.0
+#define WEIGHTS 4.0
 
 /* Progress of u since the last accepted step, in its time. */
 static double progress_of(const kmp_reduced *d, double t, const double *u)
