@@ -165,7 +165,7 @@ int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
 {
     kmp_partition before;
     d->due = false;
-    if (!kmp_partition_copy(&before, &d->part) || !kmp_reduced_keep(d))
+    if (!kmp_reduced_keep(d) || !kmp_partition_copy(&before, &d->part))
         return KMP_HALT;
     int said = kmp_partition_exchange(&d->part, d->s, d->eval->jacobian, exchange_growth(d)) == KEMPE_OK
                    ? take_over(d, t, y)

@@ -319,6 +319,31 @@ static void rows_that_a_formulation_cannot_complete(void)
     unload(&l);
 }
 
+/* A choice of u that returns finds its program again. */
+static void programs_return_with_their_choice(void)
+{
+    static const char *const forms[] = {"integrated", "newton"};
+    loaded l = load("tests/models/triple_rocker.yaml");
+    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++) {
+        const kmp_fused *program[8] = {NULL}; /* by u */
+        int returns = 0, u = -1;
+        kmp_run_spec spec = {.form = forms[k], .rtol = 1e-8, .t_end = 10};
+        kmp_runner *runner = NULL;
+        CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK && l.system->n <= 8);
+        CHECK(kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK);
+        while (kmp_runner_t(runner) < spec.t_end && kmp_runner_step(runner) == KEMPE_OK) {
+            const kmp_reduced *d = (const kmp_reduced *)runner->formulation;
+            const kmp_fused *before = program[d->part.u[0]];
+            returns += d->part.u[0] != u && before && d->fused == before;
+            u = d->part.u[0];
+            program[u] = d->fused ? d->fused : program[u];
+        }
+        CHECK(kmp_runner_t(runner) >= spec.t_end && returns > 3);
+        kmp_runner_free(runner);
+    }
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(no_false_alarms);
@@ -327,6 +352,7 @@ int main(void)
     TEST(redundant_rows_cost_no_digits);
     TEST(a_row_by_another_way);
     TEST(rows_that_a_formulation_cannot_complete);
+    TEST(programs_return_with_their_choice);
     TEST(a_formulation_that_lasts_is_fused);
     return check_report();
 }
